@@ -1,0 +1,421 @@
+//! The kernels on a Vulkan device, from the SPIR-V that travels with the program.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use sorairo_shared::frame::{Frame, WORKGROUP_SIDE};
+use wgpu::util::DeviceExt;
+
+use super::cpu::{allocate, words_per_pixel};
+use super::{Backend, Device, Kernel, Run};
+use crate::error::{Error, Result};
+use crate::plan::Plan;
+
+/// The kernels, compiled by rust-gpu; `cargo xtask shaders` rebuilds them.
+pub const SPIRV: &[u8] = include_bytes!("../../../shader-crate/compiled/sorairo.spv");
+
+/// The kernel that fills the output with [`SENTINEL`] before any other runs.
+const FILL: &str = "fill";
+
+/// A bit pattern that no kernel stores (a NaN), so that a pixel which a kernel failed to write can be told.
+pub const SENTINEL: u32 = sorairo_shared::frame::SENTINEL;
+
+/// Pixels in one dispatch: enough to fill any device, short enough for a driver's watchdog.
+const PIXELS_PER_DISPATCH: u64 = 1 << 22;
+
+/// A Vulkan device with the kernels loaded.
+pub struct Gpu {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    module: wgpu::ShaderModule,
+    bindings: wgpu::BindGroupLayout,
+    layout: wgpu::PipelineLayout,
+    pipelines: Mutex<HashMap<&'static str, wgpu::ComputePipeline>>,
+    fault: Arc<Mutex<Option<String>>>,
+    limits: wgpu::Limits,
+    has_timestamps: bool,
+}
+
+/// A Vulkan device as `sorairo devices` lists it.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct DeviceInfo {
+    /// The device's name.
+    pub name: String,
+    /// Discrete, integrated, virtual, or software on the CPU.
+    pub kind: String,
+    /// The driver and its version.
+    pub driver: String,
+}
+
+fn instance() -> wgpu::Instance {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::VULKAN;
+    // Validation layers cost more than a frame where they are installed.
+    descriptor.flags = wgpu::InstanceFlags::empty();
+    wgpu::Instance::new(descriptor)
+}
+
+/// The Vulkan devices, best first.
+fn adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
+    adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    });
+    adapters
+}
+
+/// The Vulkan devices of this machine, best first.
+pub fn devices() -> Vec<DeviceInfo> {
+    adapters(&instance())
+        .iter()
+        .map(|adapter| {
+            let info = adapter.get_info();
+            DeviceInfo {
+                name: info.name,
+                kind: match info.device_type {
+                    wgpu::DeviceType::DiscreteGpu => "discrete",
+                    wgpu::DeviceType::IntegratedGpu => "integrated",
+                    wgpu::DeviceType::VirtualGpu => "virtual",
+                    wgpu::DeviceType::Cpu => "software",
+                    wgpu::DeviceType::Other => "other",
+                }
+                .into(),
+                driver: format!("{} {}", info.driver, info.driver_info).trim().into(),
+            }
+        })
+        .collect()
+}
+
+/// The error for a device that is not there.
+pub(super) fn no_such_device(choice: &str) -> Error {
+    let mut names = vec!["auto".to_owned(), "cpu".to_owned()];
+    let found = devices();
+    if !found.is_empty() {
+        names.push("gpu".into());
+    }
+    names.extend(found.into_iter().map(|device| format!("{:?}", device.name)));
+    Error::request(format!("--device {choice:?} is not a device of this machine; allowed: {}", names.join(", ")))
+}
+
+/// Opens the best Vulkan device whose name contains `wanted`, ignoring case; `None` if there is none.
+///
+/// # Errors
+///
+/// [`Error::Failure`] if the device is there and cannot be opened.
+pub fn open(wanted: &str) -> Result<Option<Device>> {
+    let wanted = wanted.to_lowercase();
+    let instance = instance();
+    let adapter =
+        adapters(&instance).into_iter().find(|adapter| adapter.get_info().name.to_lowercase().contains(&wanted));
+    let Some(adapter) = adapter else { return Ok(None) };
+    let name = adapter.get_info().name;
+    let gpu =
+        Gpu::new(&adapter).map_err(|error| Error::failure(format!("device {name:?} cannot be opened: {error}")))?;
+    Ok(Some(Device { name, kind: "gpu", backend: Box::new(gpu) }))
+}
+
+impl Gpu {
+    fn new(adapter: &wgpu::Adapter) -> std::result::Result<Self, wgpu::RequestDeviceError> {
+        let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::PASSTHROUGH_SHADERS;
+        let features = adapter.features() & wanted;
+        let limits = adapter.limits();
+        // SAFETY: the one experimental feature used is the shader passthrough, see `load`.
+        #[expect(unsafe_code, reason = "wgpu marks the feature as experimental")]
+        let experimental_features = unsafe { wgpu::ExperimentalFeatures::enabled() };
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("sorairo"),
+            required_features: features,
+            required_limits: limits.clone(),
+            experimental_features,
+            memory_hints: wgpu::MemoryHints::Performance,
+            trace: wgpu::Trace::Off,
+        }))?;
+        let fault = Arc::new(Mutex::new(None));
+        let record = Arc::clone(&fault);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            record.lock().expect("no holder of this lock panics").get_or_insert_with(|| error.to_string());
+        }));
+        let module = load(&device, features.contains(wgpu::Features::PASSTHROUGH_SHADERS));
+        let bindings = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("kernel"),
+            entries: &[
+                binding(0, wgpu::BufferBindingType::Uniform),
+                binding(1, wgpu::BufferBindingType::Uniform),
+                binding(2, wgpu::BufferBindingType::Storage { read_only: true }),
+                binding(3, wgpu::BufferBindingType::Storage { read_only: true }),
+                binding(4, wgpu::BufferBindingType::Storage { read_only: false }),
+            ],
+        });
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("kernel"),
+            bind_group_layouts: &[Some(&bindings)],
+            immediate_size: 0,
+        });
+        Ok(Self {
+            device,
+            queue,
+            module,
+            bindings,
+            layout,
+            pipelines: Mutex::default(),
+            fault,
+            limits,
+            has_timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
+        })
+    }
+
+    fn pipeline(&self, entry_point: &'static str) -> wgpu::ComputePipeline {
+        let mut pipelines = self.pipelines.lock().expect("no holder of this lock panics");
+        let build = || {
+            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry_point),
+                layout: Some(&self.layout),
+                module: &self.module,
+                entry_point: Some(entry_point),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            })
+        };
+        pipelines.entry(entry_point).or_insert_with(build).clone()
+    }
+
+    /// Rows that one dispatch computes, so that its output fits the device's largest buffer.
+    fn rows_per_tile(&self, plan: &Plan, row_bytes: u64) -> Result<u32> {
+        let largest = self.limits.max_buffer_size.min(self.limits.max_storage_buffer_binding_size);
+        let most_groups = u64::from(self.limits.max_compute_workgroups_per_dimension);
+        let side = u64::from(WORKGROUP_SIDE);
+        let rows =
+            (largest / row_bytes).min(PIXELS_PER_DISPATCH / u64::from(plan.width())).max(1).min(most_groups * side);
+        if row_bytes > largest || u64::from(plan.width()).div_ceil(side) > most_groups {
+            let widest = (largest / (row_bytes / u64::from(plan.width()))).min(most_groups * side);
+            return Err(Error::request(format!(
+                "--size {}x{} is wider than this device takes; at most {widest} pixels",
+                plan.width(),
+                plan.height()
+            )));
+        }
+        Ok(rows.min(u64::from(plan.height())) as u32)
+    }
+
+    /// The first error that the device reported, as a failure.
+    fn check(&self) -> Result<()> {
+        match self.fault.lock().expect("no holder of this lock panics").take() {
+            Some(fault) => Err(Error::failure(format!("the device failed: {}", fault.replace('\n', " ")))),
+            None => Ok(()),
+        }
+    }
+
+    fn storage(&self, label: &str, contents: &[u8]) -> wgpu::Buffer {
+        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(label),
+            contents,
+            usage: wgpu::BufferUsages::STORAGE,
+        })
+    }
+
+    fn uniform(&self, label: &str, contents: &[u8]) -> wgpu::Buffer {
+        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(label),
+            contents,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        })
+    }
+
+    fn buffer(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size,
+            usage,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// Waits for the device and copies the first `size` bytes of a mappable buffer out.
+    fn read(&self, buffer: &wgpu::Buffer, size: u64, into: &mut [u32]) -> Result<()> {
+        let slice = buffer.slice(..size);
+        slice.map_async(wgpu::MapMode::Read, |_| {});
+        self.wait()?;
+        let mapped = slice
+            .get_mapped_range()
+            .map_err(|error| Error::failure(format!("the device's output cannot be read: {error}")))?;
+        bytemuck::cast_slice_mut::<u32, u8>(into).copy_from_slice(&mapped);
+        drop(mapped);
+        buffer.unmap();
+        Ok(())
+    }
+
+    fn wait(&self) -> Result<()> {
+        self.device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map_err(|error| Error::failure(format!("the device was lost: {error}")))?;
+        self.check()
+    }
+}
+
+impl Backend for Gpu {
+    fn run(&self, plan: &Plan, kernel: Kernel) -> Result<Run> {
+        let words_per_row = plan.width() as usize * words_per_pixel(plan, kernel);
+        let row_bytes = words_per_row as u64 * 4;
+        let rows_per_tile = self.rows_per_tile(plan, row_bytes)?;
+        let mut words = allocate(words_per_row, plan.height() as usize)?;
+
+        let frame = self.uniform("frame", bytemuck::bytes_of(&plan.frame));
+        let bands = self.uniform("bands", bytemuck::bytes_of(&plan.bands));
+        let quadrature = self.storage("quadrature", bytemuck::cast_slice(&plan.quadrature));
+        let observer = self.storage("observer", bytemuck::cast_slice(&plan.observer));
+        let tile_bytes = row_bytes * u64::from(rows_per_tile);
+        let output = self.buffer("pixels", tile_bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
+        let staging = self.buffer("read-back", tile_bytes, wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ);
+        let clock = self.has_timestamps.then(|| Clock::new(self));
+        let buffers = [&frame, &bands, &quadrature, &observer, &output];
+        let entries: Vec<_> = buffers
+            .iter()
+            .enumerate()
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding: binding as u32,
+                resource: buffer.as_entire_binding(),
+            })
+            .collect();
+        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("kernel"),
+            layout: &self.bindings,
+            entries: &entries,
+        });
+        let fill = self.pipeline(FILL);
+        let pipeline = self.pipeline(kernel.entry_point());
+        self.check()?;
+
+        let mut kernel_time = Duration::ZERO;
+        let mut readback = Duration::ZERO;
+        for (tile, words) in words.chunks_mut(words_per_row * rows_per_tile as usize).enumerate() {
+            let tile_frame = Frame {
+                first_row: tile as u32 * rows_per_tile,
+                rows: (words.len() / words_per_row) as u32,
+                ..plan.frame
+            };
+            self.queue.write_buffer(&frame, 0, bytemuck::bytes_of(&tile_frame));
+            let bytes = words.len() as u64 * 4;
+            let groups = (plan.width().div_ceil(WORKGROUP_SIDE), tile_frame.rows.div_ceil(WORKGROUP_SIDE));
+            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            dispatch(&mut encoder, &fill, &group, groups, None);
+            dispatch(&mut encoder, &pipeline, &group, groups, clock.as_ref());
+            let start = Instant::now();
+            self.queue.submit([encoder.finish()]);
+            self.wait()?;
+            let computed = Instant::now();
+            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_buffer_to_buffer(&output, 0, &staging, 0, bytes);
+            self.queue.submit([encoder.finish()]);
+            self.read(&staging, bytes, words)?;
+            readback += computed.elapsed();
+            kernel_time += match &clock {
+                Some(clock) => clock.elapsed(self)?,
+                None => computed - start,
+            };
+        }
+        if words.contains(&SENTINEL) {
+            return Err(Error::failure(format!("kernel {} left pixels unwritten", kernel.entry_point())));
+        }
+        Ok(Run { words, kernel: kernel_time, readback })
+    }
+}
+
+/// The shader module, handed to the driver as it is where wgpu allows that, through naga elsewhere.
+fn load(device: &wgpu::Device, passthrough: bool) -> wgpu::ShaderModule {
+    let words = wgpu::util::make_spirv_raw(SPIRV);
+    if passthrough {
+        let names = Kernel::ALL.into_iter().map(Kernel::entry_point).chain([FILL]);
+        let entry_points: Vec<_> = names
+            .map(|name| wgpu::PassthroughShaderEntryPoint { name: name.into(), workgroup_size: (0, 0, 0) })
+            .collect();
+        // SAFETY: the module is the one that the tests validate, compiled from this repository's own kernels, whose
+        // indices are checked against the sizes of their buffers.
+        #[expect(unsafe_code, reason = "wgpu cannot check what it does not translate")]
+        unsafe {
+            device.create_shader_module_passthrough(wgpu::ShaderModuleDescriptorPassthrough {
+                label: Some("sorairo"),
+                spirv: Some(words),
+                entry_points: Cow::Owned(entry_points),
+                ..Default::default()
+            })
+        }
+    } else {
+        let descriptor =
+            wgpu::ShaderModuleDescriptor { label: Some("sorairo"), source: wgpu::ShaderSource::SpirV(words) };
+        // SAFETY: the kernels check their indices against the sizes of their buffers, and their loops are bounded.
+        #[expect(unsafe_code, reason = "wgpu would add the checks that the kernels already have")]
+        unsafe {
+            device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked())
+        }
+    }
+}
+
+fn binding(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    }
+}
+
+fn dispatch(
+    encoder: &mut wgpu::CommandEncoder,
+    pipeline: &wgpu::ComputePipeline,
+    group: &wgpu::BindGroup,
+    (columns, rows): (u32, u32),
+    clock: Option<&Clock>,
+) {
+    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+        label: None,
+        timestamp_writes: clock.map(|clock| wgpu::ComputePassTimestampWrites {
+            query_set: &clock.queries,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
+        }),
+    });
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, group, &[]);
+    pass.dispatch_workgroups(columns, rows, 1);
+    drop(pass);
+    if let Some(clock) = clock {
+        encoder.resolve_query_set(&clock.queries, 0..2, &clock.resolved, 0);
+        encoder.copy_buffer_to_buffer(&clock.resolved, 0, &clock.staging, 0, 16);
+    }
+}
+
+/// The device's own clock around one pass.
+struct Clock {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    staging: wgpu::Buffer,
+}
+
+impl Clock {
+    fn new(gpu: &Gpu) -> Self {
+        Self {
+            queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: None,
+                ty: wgpu::QueryType::Timestamp,
+                count: 2,
+            }),
+            resolved: gpu.buffer("clock", 16, wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
+            staging: gpu.buffer("clock", 16, wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ),
+        }
+    }
+
+    fn elapsed(&self, gpu: &Gpu) -> Result<Duration> {
+        let mut words = [0u32; 4];
+        gpu.read(&self.staging, 16, &mut words)?;
+        let [start, end] =
+            [[words[0], words[1]], [words[2], words[3]]].map(|[low, high]| u64::from(low) | (u64::from(high) << 32));
+        let nanoseconds = end.saturating_sub(start) as f64 * f64::from(gpu.queue.get_timestamp_period());
+        Ok(Duration::from_nanos(nanoseconds as u64))
+    }
+}

@@ -1,0 +1,185 @@
+//! Flags, and the scene that they amount to.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use sorairo::Result;
+use sorairo::render::Report;
+use sorairo::scene::{ColorPath, Exposure, Fit, Preset, Projection, Scene, Size};
+use sorairo::spectrum::parse_wavelengths;
+
+/// Renders the clear sky in full spectrum on the GPU.
+#[derive(Parser)]
+#[command(name = "sorairo", version)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    /// Renders the sky into PNG and EXR files.
+    Render(RenderArguments),
+    /// Prints the spectrum of the sky in one direction.
+    Spectrum(SpectrumArguments),
+    /// Lists the devices of this machine, best first.
+    Devices(DevicesArguments),
+}
+
+#[derive(Args)]
+pub struct RenderArguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// File to write, .png or .exr; may be given more than once [default: sky.png and sky.exr].
+    #[arg(short = 'o', long = "output", value_name = "OUT")]
+    output: Vec<PathBuf>,
+    /// Print one JSON object about the rendering to standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub struct SpectrumArguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// Elevation of the direction (degrees).
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub view_elevation: f64,
+    /// Azimuth of the direction, clockwise from north (degrees).
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub view_azimuth: f64,
+    /// Wavelengths in nm: START:END:STEP, or a list with commas.
+    #[arg(long, value_name = "LIST", default_value = "380:780:5", value_parser = wavelengths)]
+    pub wavelengths: Wavelengths,
+    /// Format of the output.
+    #[arg(long, value_enum, default_value_t = SpectrumFormat::Csv)]
+    pub format: SpectrumFormat,
+}
+
+/// A list of wavelengths as one value of a flag.
+type Wavelengths = std::sync::Arc<[f64]>;
+
+fn wavelengths(text: &str) -> std::result::Result<Wavelengths, String> {
+    parse_wavelengths(text).map(Into::into)
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum SpectrumFormat {
+    /// Rows of wavelength_nm,radiance,dense.
+    Csv,
+    /// An array of objects with the same names.
+    Json,
+}
+
+#[derive(Args)]
+pub struct DevicesArguments {
+    /// Print a JSON array.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Flags that describe a scene. Each takes the place of a key in the scene file.
+#[derive(Args)]
+pub struct SceneArguments {
+    /// Scene file (TOML).
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    /// Named atmosphere [default: earth].
+    #[arg(long)]
+    preset: Option<Preset>,
+    /// Elevation of the sun (degrees) [default: 30].
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    sun_elevation: Option<f64>,
+    /// Azimuth of the sun, clockwise from north (degrees) [default: 0].
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    sun_azimuth: Option<f64>,
+    /// Altitude of the observer (km) [default: 0].
+    #[arg(long, value_name = "KM", allow_negative_numbers = true)]
+    altitude: Option<f64>,
+    /// Projection of the sphere onto the image [default: equirectangular].
+    #[arg(long)]
+    projection: Option<Projection>,
+    /// Width and height in pixels [default: 1024x512].
+    #[arg(long, value_name = "WxH")]
+    size: Option<Size>,
+    /// Field of view (degrees): across a fisheye's circle, or a perspective's width [default: 180, 60].
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    fov: Option<f64>,
+    /// Azimuth of the view, clockwise from north (degrees) [default: north; fisheye: 180, north on top].
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    look_azimuth: Option<f64>,
+    /// Elevation of the view (degrees) [default: fisheye 90, perspective 15].
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    look_elevation: Option<f64>,
+    /// Fit through the bands [default: cubic].
+    #[arg(long)]
+    fit: Option<Fit>,
+    /// How the fit becomes a colour [default: folded].
+    #[arg(long)]
+    color: Option<ColorPath>,
+    /// Samples on each piece of a ray [default: what the height of the sun needs].
+    #[arg(long, value_name = "N")]
+    steps: Option<u32>,
+    /// Exposure of pictures in stops, or "auto" for the mean luminance of the sky [default: auto].
+    #[arg(long, value_name = "EV", allow_negative_numbers = true)]
+    exposure: Option<Exposure>,
+    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
+    #[arg(long, default_value = "auto", value_name = "NAME")]
+    pub device: String,
+}
+
+impl SceneArguments {
+    /// The preset, under the scene file, under the flags.
+    pub fn scene(&self) -> Result<Scene> {
+        let mut scene = match &self.scene {
+            Some(path) => Scene::read(path, self.preset)?,
+            None => Scene::preset(self.preset.unwrap_or_default()),
+        };
+        set(&mut scene.sun.elevation, self.sun_elevation);
+        set(&mut scene.sun.azimuth, self.sun_azimuth);
+        set(&mut scene.observer.altitude, self.altitude);
+        set(&mut scene.camera.projection, self.projection);
+        set(&mut scene.camera.size, self.size);
+        scene.camera.fov = self.fov.or(scene.camera.fov);
+        scene.camera.look_azimuth = self.look_azimuth.or(scene.camera.look_azimuth);
+        scene.camera.look_elevation = self.look_elevation.or(scene.camera.look_elevation);
+        set(&mut scene.render.fit, self.fit);
+        set(&mut scene.render.color, self.color);
+        scene.render.steps = self.steps.or(scene.render.steps);
+        set(&mut scene.render.exposure, self.exposure);
+        Ok(scene)
+    }
+}
+
+fn set<T>(value: &mut T, given: Option<T>) {
+    if let Some(given) = given {
+        *value = given;
+    }
+}
+
+impl RenderArguments {
+    /// The files to write.
+    pub fn outputs(&self) -> Vec<PathBuf> {
+        if self.output.is_empty() { vec!["sky.png".into(), "sky.exr".into()] } else { self.output.clone() }
+    }
+}
+
+/// A rendering in two lines.
+pub fn summary(report: &Report) -> String {
+    let outputs: Vec<_> = report.outputs.iter().map(|path| path.display().to_string()).collect();
+    format!(
+        "{}: {}x{} pixels, exposure {:+.2} EV, {} samples a ray\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
+         encoding {:.1} ms, total {:.1} ms",
+        outputs.join(", "),
+        report.width,
+        report.height,
+        report.exposure_ev,
+        report.steps,
+        report.device,
+        report.plan_ms,
+        report.kernel_ms,
+        report.readback_ms,
+        report.encode_ms,
+        report.total_ms
+    )
+}

@@ -1,0 +1,90 @@
+//! The command line of sorairo.
+
+mod cli;
+mod progress;
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::Parser;
+use sorairo::backend::{self, gpu};
+use sorairo::plan::Plan;
+use sorairo::spectrum::{Sample, spectrum};
+use sorairo::{Error, PixelFormat, Result, render};
+
+use cli::{Command, DevicesArguments, RenderArguments, SpectrumArguments, SpectrumFormat};
+use progress::Progress;
+
+fn main() -> ExitCode {
+    let arguments = cli::Arguments::parse();
+    let result = match arguments.command {
+        Command::Render(arguments) => render_command(&arguments),
+        Command::Spectrum(arguments) => spectrum_command(&arguments),
+        Command::Devices(arguments) => devices_command(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("sorairo: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn render_command(arguments: &RenderArguments) -> Result<()> {
+    let scene = arguments.scene.scene()?;
+    let progress = Progress::start();
+    let report = render::render(
+        &scene,
+        &arguments.outputs(),
+        || backend::open(&arguments.scene.device),
+        |stage| progress.stage(stage),
+    );
+    drop(progress);
+    let report = report?;
+    eprintln!("{}", cli::summary(&report));
+    if arguments.json {
+        print_line(&serde_json::to_string(&report).expect("a report is plain data"))?;
+    }
+    Ok(())
+}
+
+fn spectrum_command(arguments: &SpectrumArguments) -> Result<()> {
+    let plan = Plan::new(&arguments.scene.scene()?, PixelFormat::LinearRgb)?;
+    let samples = spectrum(&plan, arguments.view_elevation, arguments.view_azimuth, &arguments.wavelengths)?;
+    match arguments.format {
+        SpectrumFormat::Csv => {
+            let mut csv = String::from("wavelength_nm,radiance,dense");
+            for Sample { wavelength_nm, radiance, dense } in samples {
+                csv.push_str(&format!("\n{wavelength_nm},{radiance:e},{dense:e}"));
+            }
+            print_line(&csv)
+        }
+        SpectrumFormat::Json => print_line(&serde_json::to_string(&samples).expect("samples are plain data")),
+    }
+}
+
+fn devices_command(arguments: &DevicesArguments) -> Result<()> {
+    let devices = gpu::devices();
+    let cpu = backend::cpu::device();
+    if arguments.json {
+        let mut list = serde_json::to_value(&devices).expect("devices are plain data");
+        let cpu = serde_json::json!({ "name": cpu.name, "kind": "cpu", "driver": "" });
+        list.as_array_mut().expect("a list of devices is an array").push(cpu);
+        return print_line(&list.to_string());
+    }
+    for device in devices {
+        print_line(&format!("{} ({}, {})", device.name, device.kind, device.driver))?;
+    }
+    print_line(&cpu.name)
+}
+
+/// Prints to standard output; a reader that has seen enough and closed the pipe is no failure.
+fn print_line(text: &str) -> Result<()> {
+    match writeln!(io::stdout().lock(), "{text}") {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Error::failure(format!("standard output cannot be written: {error}")))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,106 @@
+//! Files: written beside their place and renamed into it, so that no reader ever sees half of one.
+
+pub mod exr;
+pub mod png;
+
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+/// The format of an output file, by its extension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// 8 bit sRGB picture, exposed.
+    Png,
+    /// Linear Rec. 709 radiance, unexposed.
+    Exr,
+}
+
+impl Format {
+    /// The format that a file name asks for.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Request`] for an extension other than `png` and `exr`.
+    pub fn of(path: &Path) -> Result<Self> {
+        let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("png") => Ok(Self::Png),
+            Some("exr") => Ok(Self::Exr),
+            _ => Err(Error::request(format!("-o {}: the file name must end in .png or .exr", path.display()))),
+        }
+    }
+}
+
+/// Linear RGB of an image, row by row from the top (radiance weighted by the observer, W·m⁻²·sr⁻¹).
+pub struct LinearImage {
+    /// Width (pixels).
+    pub width: usize,
+    /// Height (pixels).
+    pub height: usize,
+    /// Three values a pixel.
+    pub rgb: Vec<f32>,
+}
+
+/// Checks, before any work, that a file can be written where `path` says.
+///
+/// # Errors
+///
+/// [`Error::Request`] if the folder does not exist or does not take new files, or the path is a folder.
+pub fn check_writable(path: &Path) -> Result<()> {
+    let refuse = |reason: String| Err(Error::request(format!("-o {} cannot be written: {reason}", path.display())));
+    if path.is_dir() {
+        return refuse("it is a folder".into());
+    }
+    match tempfile::Builder::new().prefix(".sorairo-").tempfile_in(folder(path)) {
+        Ok(_) => Ok(()),
+        Err(error) => refuse(plain(&error)),
+    }
+}
+
+/// Writes a file by `write`, beside its place, and moves it there when it is whole; an existing file stays until then.
+///
+/// # Errors
+///
+/// [`Error::Failure`] if anything fails; nothing is left behind.
+pub fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&std::fs::File>) -> std::io::Result<()>,
+) -> Result<()> {
+    let attempt = || -> std::io::Result<()> {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".sorairo-");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // A temporary file is private by default; this one becomes an ordinary file, subject to the umask.
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let file = builder.tempfile_in(folder(path))?;
+        let mut writer = BufWriter::new(file.as_file());
+        write(&mut writer)?;
+        writer.flush()?;
+        drop(writer);
+        file.persist(path)?;
+        Ok(())
+    };
+    attempt().map_err(|error| Error::failure(format!("{} cannot be written: {}", path.display(), plain(&error))))
+}
+
+fn folder(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// The operating system's own words, without the temporary file's name.
+fn plain(error: &std::io::Error) -> String {
+    match (error.raw_os_error(), error.kind()) {
+        (Some(code), _) => std::io::Error::from_raw_os_error(code).to_string(),
+        (None, std::io::ErrorKind::NotFound) => "the folder does not exist".into(),
+        (None, std::io::ErrorKind::PermissionDenied) => "permission denied".into(),
+        _ => error.to_string(),
+    }
+}

@@ -1,0 +1,39 @@
+//! Pictures: 8 bit sRGB in PNG.
+
+use std::path::Path;
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+use rayon::prelude::*;
+use sorairo_shared::color::srgb8;
+use sorairo_shared::glam::Vec3;
+
+use super::{LinearImage, write_atomically};
+use crate::error::Result;
+
+/// The bytes (red, green, blue) of packed pixels.
+pub fn unpack(pixels: &[u32]) -> Vec<u8> {
+    pixels.iter().flat_map(|pixel| pixel.to_le_bytes().into_iter().take(3)).collect()
+}
+
+/// The bytes (red, green, blue) of a linear image, exposed as the kernels would.
+pub fn expose(image: &LinearImage, exposure: f32) -> Vec<u8> {
+    let mut bytes = vec![0; image.rgb.len()];
+    bytes.par_chunks_mut(3).zip(image.rgb.par_chunks(3)).for_each(|(bytes, rgb)| {
+        bytes.copy_from_slice(&srgb8(Vec3::from_slice(rgb), exposure).to_le_bytes()[..3]);
+    });
+    bytes
+}
+
+/// Writes a picture.
+///
+/// # Errors
+///
+/// [`crate::Error::Failure`] if the file cannot be written.
+pub fn write(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<()> {
+    write_atomically(path, |writer| {
+        PngEncoder::new_with_quality(writer, CompressionType::Fast, FilterType::Adaptive)
+            .write_image(rgb, width, height, ExtendedColorType::Rgb8)
+            .map_err(std::io::Error::other)
+    })
+}

@@ -1,0 +1,200 @@
+//! What to compute and what to skip, decided once per scene in double precision.
+
+pub mod exposure;
+pub mod fit;
+pub mod optics;
+pub mod quadrature;
+
+use sorairo_shared::atmosphere::{Atmosphere, Exponential};
+use sorairo_shared::camera::{self, Camera};
+use sorairo_shared::column::{CHAPMAN_COEFFICIENTS, CHAPMAN_CURVATURE_COEFFICIENTS, CHAPMAN_SPREAD};
+use sorairo_shared::frame::{Frame, Pixel};
+use sorairo_shared::glam::{DVec3, Vec2, Vec4};
+use sorairo_shared::scattering::Bands;
+
+use crate::backend::Kernel;
+use crate::error::Result;
+use crate::scene::{ColorPath, Exposure, Projection, Scene};
+use fit::CubicFit;
+use optics::Optics;
+
+/// The wavelengths of the four bands of the paper (nm).
+pub const PAPER_WAVELENGTHS: [f64; 4] = [430.0, 520.0, 610.0, 700.0];
+
+/// The optical depth that may lie above the top of the atmosphere before columns to the sun take it off. It changes
+/// radiance by less than this part, a tenth of what the integral's own sampling leaves.
+const NEGLIGIBLE_DEPTH_ABOVE_TOP: f64 = 1e-4;
+
+/// Everything that the kernels of one frame need, and nothing that they do not.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// What every pixel shares.
+    pub frame: Frame,
+    /// Optical properties at the bands.
+    pub bands: Bands,
+    /// Nodes and weights of the ray integral on [0, 1].
+    pub quadrature: Vec<Vec2>,
+    /// Rows of the observer sum: (x̄, ȳ, z̄) times step, and the normalised wavelength.
+    pub observer: Vec<Vec4>,
+    /// Wavelengths of the bands (nm).
+    pub wavelengths: [f64; 4],
+    /// How the fit becomes a colour.
+    pub color: ColorPath,
+    /// The fit, for spectra.
+    pub fit: CubicFit,
+    /// The atmosphere's optical properties at any wavelength.
+    pub optics: Optics,
+}
+
+impl Plan {
+    /// The plan of a scene whose pixels are stored as `pixel`.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Request`] if a value of the scene is out of range.
+    pub fn new(scene: &Scene, pixel: Pixel) -> Result<Self> {
+        scene.validate()?;
+        let optics = Optics::new(scene);
+        let wavelengths = PAPER_WAVELENGTHS;
+        let fit = CubicFit::new(wavelengths);
+        let observer = fit::observer_rows();
+        let solar = wavelengths.map(|wavelength| optics.solar_irradiance(wavelength));
+        let [red, green, blue] = fit.folded(&observer, solar);
+        let frame = Frame {
+            atmosphere: atmosphere(scene, &optics),
+            camera: camera(scene),
+            sun: direction(scene.sun.elevation, scene.sun.azimuth).as_vec3().extend(0.0),
+            nodes: fit.nodes().as_vec4(),
+            solar_irradiance: vec4(solar),
+            red,
+            green,
+            blue,
+            altitude: scene.observer.altitude as f32,
+            exposure: 1.0,
+            first_row: 0,
+            rows: scene.camera.size.height,
+            pixel: pixel as u32,
+            padding0: 0,
+            padding1: 0,
+            padding2: 0,
+        };
+        let mut plan = Self {
+            frame,
+            bands: optics.bands(wavelengths),
+            quadrature: quadrature::gauss_legendre(steps(scene)),
+            observer: observer.iter().map(|row| row.as_vec4()).collect(),
+            wavelengths,
+            color: scene.render.color,
+            fit,
+            optics,
+        };
+        plan.frame.exposure = match scene.render.exposure {
+            Exposure::Stops(stops) => stops.exp2() as f32,
+            Exposure::Auto => exposure::automatic(&plan),
+        };
+        Ok(plan)
+    }
+
+    /// The kernel that computes the plan's sky.
+    pub fn kernel(&self) -> Kernel {
+        match self.color {
+            ColorPath::Solve => Kernel::SkySolve,
+            ColorPath::Folded => Kernel::SkyFolded,
+        }
+    }
+
+    /// Samples on each piece of a ray.
+    pub fn steps(&self) -> u32 {
+        self.quadrature.len() as u32
+    }
+
+    /// Width of the image (pixels).
+    pub fn width(&self) -> u32 {
+        self.frame.camera.width
+    }
+
+    /// Height of the image (pixels).
+    pub fn height(&self) -> u32 {
+        self.frame.camera.height
+    }
+}
+
+/// Samples on each piece of a ray, if the scene does not say: what keeps the radiance within 1e-3.
+///
+/// By day the integrand is smooth. With a low sun, rays of sunlight graze the edges of the ozone tent, where its column
+/// has a singularity of the power 3/2, and more samples are needed.
+fn steps(scene: &Scene) -> u32 {
+    scene.render.steps.unwrap_or(if scene.sun.elevation >= 5.0 { 12 } else { 48 })
+}
+
+/// The unit vector to an elevation and an azimuth (degrees), azimuth clockwise from north; x north, y west, z up.
+pub fn direction(elevation: f64, azimuth: f64) -> DVec3 {
+    let (sin_elevation, cos_elevation) = elevation.to_radians().sin_cos();
+    let (sin_azimuth, cos_azimuth) = azimuth.to_radians().sin_cos();
+    DVec3::new(cos_elevation * cos_azimuth, -cos_elevation * sin_azimuth, sin_elevation)
+}
+
+fn vec4(values: [f64; 4]) -> Vec4 {
+    Vec4::from_array(values.map(|value| value as f32))
+}
+
+fn atmosphere(scene: &Scene, optics: &Optics) -> Atmosphere {
+    let a = &scene.atmosphere;
+    let depth = a.top_radius - a.ground_radius;
+    let constituent = |scale_height: f64| exponential(a.ground_radius, scale_height);
+    Atmosphere {
+        air: constituent(a.air.scale_height),
+        aerosol: constituent(a.aerosol.scale_height),
+        ground_radius: a.ground_radius as f32,
+        depth: depth as f32,
+        aerosol_asymmetry: a.aerosol.asymmetry as f32,
+        ozone_bottom: a.ozone.bottom as f32,
+        ozone_peak: a.ozone.peak as f32,
+        ozone_top: a.ozone.top as f32,
+        open_top: u32::from(optics.depth_above_top(scene) > NEGLIGIBLE_DEPTH_ABOVE_TOP),
+        padding: 0,
+    }
+}
+
+/// The closed form of a constituent's columns; see [`sorairo_shared::column`].
+fn exponential(ground_radius: f64, scale_height: f64) -> Exponential {
+    let curvature = scale_height / ground_radius;
+    let spread = CHAPMAN_SPREAD * (0.5 / curvature).sqrt();
+    let coefficients: [f64; 8] =
+        std::array::from_fn(|i| CHAPMAN_COEFFICIENTS[i] + CHAPMAN_CURVATURE_COEFFICIENTS[i] * curvature);
+    let [low, high] = [[0, 1, 2, 3], [4, 5, 6, 7]].map(|part| vec4(part.map(|i| coefficients[i])));
+    Exponential {
+        low_coefficients: low,
+        high_coefficients: high,
+        scale_height: scale_height as f32,
+        spread: spread as f32,
+        unit: (scale_height * spread) as f32,
+        level_column: (scale_height * spread * coefficients.iter().sum::<f64>()) as f32,
+    }
+}
+
+/// The camera's frame and field. Right lies level, a quarter turn clockwise from the view's azimuth.
+fn camera(scene: &Scene) -> Camera {
+    let c = &scene.camera;
+    let (projection, azimuth, elevation, half_field) = match c.projection {
+        Projection::Equirectangular => (camera::EQUIRECTANGULAR, 0.0, None, 0.0),
+        Projection::Fisheye => (camera::FISHEYE, 180.0, Some(90.0), c.fov.unwrap_or(180.0).to_radians() / 2.0),
+        Projection::Perspective => {
+            (camera::PERSPECTIVE, 0.0, Some(15.0), (c.fov.unwrap_or(60.0).to_radians() / 2.0).tan())
+        }
+    };
+    let azimuth = c.look_azimuth.unwrap_or(azimuth);
+    let elevation = elevation.map_or(0.0, |default| c.look_elevation.unwrap_or(default));
+    let forward = direction(elevation, azimuth);
+    let right = direction(0.0, azimuth + 90.0);
+    let up = right.cross(forward);
+    Camera {
+        right: right.as_vec3().extend(0.0),
+        up: up.as_vec3().extend(0.0),
+        forward: forward.as_vec3().extend(0.0),
+        projection,
+        width: c.size.width,
+        height: c.size.height,
+        half_field: half_field as f32,
+    }
+}

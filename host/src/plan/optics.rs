@@ -1,0 +1,97 @@
+//! Optical properties of the scene's atmosphere and sun at any wavelength.
+
+use sorairo_shared::scattering::Bands;
+
+use super::vec4;
+use crate::scene::{Scene, SunSpectrum};
+use crate::tables;
+
+/// One Dobson unit: molecules per m².
+const DOBSON_UNIT: f64 = 2.687e20;
+const METRES_PER_KM: f64 = 1000.0;
+
+/// The scene's coefficients as functions of the wavelength.
+#[derive(Clone, Debug)]
+pub struct Optics {
+    air_scattering: f64,
+    aerosol_extinction: f64,
+    angstrom_exponent: f64,
+    single_scattering_albedo: f64,
+    /// Molecules per m³ where ozone is densest.
+    ozone_peak_density: f64,
+    sun: SunSpectrum,
+}
+
+/// Coefficients at one wavelength (km⁻¹, at the ground, ozone at its peak).
+#[derive(Clone, Copy, Debug)]
+pub struct Coefficients {
+    /// Scattering by air.
+    pub air_scattering: f64,
+    /// Scattering by aerosol.
+    pub aerosol_scattering: f64,
+    /// Extinction by aerosol.
+    pub aerosol_extinction: f64,
+    /// Absorption by ozone.
+    pub ozone_absorption: f64,
+}
+
+impl Optics {
+    /// Those of a scene.
+    pub fn new(scene: &Scene) -> Self {
+        let a = &scene.atmosphere;
+        // The tent's column is half its base times its height.
+        let half_base = (a.ozone.top - a.ozone.bottom) / 2.0 * METRES_PER_KM;
+        Self {
+            air_scattering: a.air.scattering,
+            aerosol_extinction: a.aerosol.optical_depth / a.aerosol.scale_height,
+            angstrom_exponent: a.aerosol.angstrom_exponent,
+            single_scattering_albedo: a.aerosol.single_scattering_albedo,
+            ozone_peak_density: a.ozone.column * DOBSON_UNIT / half_base,
+            sun: scene.sun.spectrum,
+        }
+    }
+
+    /// The coefficients at a wavelength (nm).
+    pub fn at(&self, wavelength: f64) -> Coefficients {
+        let micrometres = wavelength / 1000.0;
+        let aerosol_extinction = self.aerosol_extinction * micrometres.powf(-self.angstrom_exponent);
+        Coefficients {
+            air_scattering: self.air_scattering / micrometres.powi(4),
+            aerosol_scattering: self.single_scattering_albedo * aerosol_extinction,
+            aerosol_extinction,
+            ozone_absorption: self.ozone_peak_density * tables::ozone_cross_section().at(wavelength)[0] * METRES_PER_KM,
+        }
+    }
+
+    /// Solar irradiance at the top of the atmosphere (W·m⁻²·nm⁻¹; 1 for the flat sun).
+    pub fn solar_irradiance(&self, wavelength: f64) -> f64 {
+        match self.sun {
+            SunSpectrum::AstmG173 => tables::solar_irradiance().at(wavelength)[0],
+            SunSpectrum::Flat => 1.0,
+        }
+    }
+
+    /// Optical depth, at the observer's shortest wavelength and on a level ray, of what the exponential profiles of the scene
+    /// hold above the top of the atmosphere.
+    pub fn depth_above_top(&self, scene: &Scene) -> f64 {
+        let a = &scene.atmosphere;
+        let coefficients = self.at(super::fit::OBSERVER_START);
+        let level = |scale_height: f64, extinction: f64| {
+            let column = (std::f64::consts::FRAC_PI_2 * a.top_radius * scale_height).sqrt();
+            extinction * column * (-(a.top_radius - a.ground_radius) / scale_height).exp()
+        };
+        level(a.air.scale_height, coefficients.air_scattering)
+            + level(a.aerosol.scale_height, coefficients.aerosol_extinction)
+    }
+
+    /// The coefficients at four wavelengths (nm), as the kernels take them.
+    pub fn bands(&self, wavelengths: [f64; 4]) -> Bands {
+        let at = wavelengths.map(|wavelength| self.at(wavelength));
+        Bands {
+            air_scattering: vec4(at.map(|c| c.air_scattering)),
+            aerosol_scattering: vec4(at.map(|c| c.aerosol_scattering)),
+            aerosol_extinction: vec4(at.map(|c| c.aerosol_extinction)),
+            ozone_absorption: vec4(at.map(|c| c.ozone_absorption)),
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! The rule by which the ray integral is sampled.
+
+use sorairo_shared::glam::Vec2;
+
+/// Nodes and weights of Gauss-Legendre quadrature with `n` points on [0, 1], nodes increasing.
+///
+/// Newton's method on the Legendre polynomial from Tricomi's estimate of its roots (Press et al. 2007, *Numerical
+/// Recipes*, 4.6.1); the rule is exact for polynomials of degree `2n - 1`.
+pub fn gauss_legendre(n: u32) -> Vec<Vec2> {
+    let order = f64::from(n);
+    (0..n)
+        .map(|i| {
+            let mut x = (std::f64::consts::PI * (order - f64::from(i) - 0.25) / (order + 0.5)).cos();
+            let mut slope = 1.0;
+            for _ in 0..10 {
+                let (value, derivative) = legendre(n, x);
+                slope = derivative;
+                x -= value / derivative;
+            }
+            let weight = 1.0 / ((1.0 - x * x) * slope * slope);
+            Vec2::new((0.5 * (1.0 + x)) as f32, weight as f32)
+        })
+        .collect()
+}
+
+/// The Legendre polynomial of degree `n` at `x`, and its derivative.
+fn legendre(n: u32, x: f64) -> (f64, f64) {
+    let (mut before, mut value) = (0.0, 1.0);
+    for k in 1..=n {
+        let k = f64::from(k);
+        (before, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * before) / k);
+    }
+    (value, f64::from(n) * (x * value - before) / (x * x - 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rule_is_exact_for_polynomials_up_to_its_degree() {
+        for n in [1, 2, 5, 16, 64] {
+            let rule = gauss_legendre(n);
+            for degree in 0..(2 * n).min(12) as i32 {
+                let sum: f64 = rule.iter().map(|p| f64::from(p.y) * f64::from(p.x).powi(degree)).sum();
+                let truth = 1.0 / f64::from(degree + 1);
+                // Nodes and weights are rounded to single precision.
+                assert!((sum - truth).abs() < 3e-7, "n = {n}, degree {degree}: {sum}");
+            }
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! From a scene to files.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use crate::PixelFormat;
+use crate::backend::{Device, Run};
+use crate::error::{Error, Result};
+use crate::output::{self, Format, LinearImage};
+use crate::plan::Plan;
+use crate::scene::{ColorPath, Fit, Scene};
+
+/// What a rendering did, as `--json` prints it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Name of the device.
+    pub device: String,
+    /// `gpu` or `cpu`.
+    pub backend: &'static str,
+    /// Width (pixels).
+    pub width: u32,
+    /// Height (pixels).
+    pub height: u32,
+    /// The fit through the bands.
+    pub fit: Fit,
+    /// How the fit became a colour.
+    pub color: ColorPath,
+    /// Samples on each piece of a ray.
+    pub steps: u32,
+    /// Factor from linear RGB to the picture's linear value, as a power of two.
+    pub exposure_ev: f32,
+    /// Time to decide what to compute (ms).
+    pub plan_ms: f64,
+    /// Time of the kernels (ms).
+    pub kernel_ms: f64,
+    /// Time to bring the pixels back (ms).
+    pub readback_ms: f64,
+    /// Time to encode and write the files (ms).
+    pub encode_ms: f64,
+    /// All of it (ms).
+    pub total_ms: f64,
+    /// The files written.
+    pub outputs: Vec<PathBuf>,
+}
+
+/// Milliseconds of a duration.
+fn ms(duration: Duration) -> f64 {
+    duration.as_secs_f64() * 1e3
+}
+
+/// Renders a scene into files; the device is opened once the request is known to be right.
+///
+/// # Errors
+///
+/// [`Error::Request`] for a wrong scene, device or file name, before any work; [`Error::Failure`] for a failed device or file.
+pub fn render(
+    scene: &Scene,
+    outputs: &[PathBuf],
+    open: impl FnOnce() -> Result<Device>,
+    stage: impl Fn(&str),
+) -> Result<Report> {
+    let start = Instant::now();
+    let formats: Vec<Format> = outputs.iter().map(|path| Format::of(path)).collect::<Result<_>>()?;
+    // A picture alone is packed on the device, 4 bytes a pixel; a linear image serves for both.
+    let pixel = if formats.contains(&Format::Exr) { PixelFormat::LinearRgb } else { PixelFormat::Picture };
+    let plan = Plan::new(scene, pixel)?;
+    for path in outputs {
+        output::check_writable(path)?;
+    }
+    let planned = start.elapsed();
+    stage("opening the device");
+    let device = open()?;
+    stage("computing the sky");
+    let run = device.backend.run(&plan, plan.kernel())?;
+    stage("writing files");
+    let encoding = Instant::now();
+    let (kernel, readback) = (run.kernel, run.readback);
+    write(&plan, run, pixel, &formats, outputs)?;
+    Ok(Report {
+        device: device.name,
+        backend: device.kind,
+        width: plan.width(),
+        height: plan.height(),
+        fit: scene.render.fit,
+        color: scene.render.color,
+        steps: plan.steps(),
+        exposure_ev: plan.frame.exposure.log2(),
+        plan_ms: ms(planned),
+        kernel_ms: ms(kernel),
+        readback_ms: ms(readback),
+        encode_ms: ms(encoding.elapsed()),
+        total_ms: ms(start.elapsed()),
+        outputs: outputs.to_vec(),
+    })
+}
+
+fn write(plan: &Plan, run: Run, pixel: PixelFormat, formats: &[Format], outputs: &[PathBuf]) -> Result<()> {
+    let (width, height) = (plan.width(), plan.height());
+    if pixel == PixelFormat::Picture {
+        let rgb = output::png::unpack(&run.words);
+        return outputs.iter().try_for_each(|path| output::png::write(path, width, height, &rgb));
+    }
+    let image =
+        LinearImage { width: width as usize, height: height as usize, rgb: bytemuck::allocation::cast_vec(run.words) };
+    if let Some(value) = image.rgb.iter().find(|value| !(value.is_finite() && **value >= 0.0)) {
+        return Err(Error::failure(format!("the device computed a pixel of {value}; nothing was written")));
+    }
+    for (path, format) in outputs.iter().zip(formats) {
+        match format {
+            Format::Exr => output::exr::write(path, &image)?,
+            Format::Png => {
+                output::png::write(path, width, height, &output::png::expose(&image, plan.frame.exposure))?;
+            }
+        }
+    }
+    Ok(())
+}

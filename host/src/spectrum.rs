@@ -1,0 +1,100 @@
+//! The spectrum of the sky in one direction.
+
+use serde::Serialize;
+use sorairo_shared::frame::transfer;
+
+use crate::error::{Error, Result};
+use crate::plan::quadrature::gauss_legendre;
+use crate::plan::{Plan, direction};
+use crate::tables::MEASURED_RANGE;
+
+/// Samples on each piece of a ray for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
+/// the convergence.
+const DENSE_STEPS: u32 = 512;
+
+/// Radiance at one wavelength.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Sample {
+    /// Wavelength (nm).
+    pub wavelength_nm: f64,
+    /// What the four bands and the fit give (W·m⁻²·sr⁻¹·nm⁻¹).
+    pub radiance: f64,
+    /// The integral at this very wavelength, at high accuracy (W·m⁻²·sr⁻¹·nm⁻¹).
+    pub dense: f64,
+}
+
+/// The spectrum towards an elevation and an azimuth (degrees, clockwise from north) at wavelengths in nm.
+///
+/// # Errors
+///
+/// [`Error::Request`] for a direction or a wavelength out of range.
+pub fn spectrum(plan: &Plan, elevation: f64, azimuth: f64, wavelengths: &[f64]) -> Result<Vec<Sample>> {
+    for (flag, value, limit) in [("--view-elevation", elevation, 90.0), ("--view-azimuth", azimuth, 360.0)] {
+        if !(-limit..=limit).contains(&value) {
+            return Err(Error::request(format!("{flag} is {value}; it must lie between -{limit} and {limit} degrees")));
+        }
+    }
+    let (shortest, longest) = MEASURED_RANGE;
+    if let Some(outside) = wavelengths.iter().find(|&&wavelength| !(shortest..=longest).contains(&wavelength)) {
+        return Err(Error::request(format!(
+            "--wavelengths holds {outside}; wavelengths must lie between {shortest} and {longest} nm"
+        )));
+    }
+    let view = direction(elevation, azimuth).as_vec3();
+    let at_bands = (transfer(&plan.frame, &plan.bands, &plan.quadrature, view) * plan.frame.solar_irradiance)
+        .to_array()
+        .map(f64::from);
+    let quadrature = gauss_legendre(DENSE_STEPS);
+    let mut frame = plan.frame;
+    frame.atmosphere.open_top = 1;
+    let mut samples = Vec::with_capacity(wavelengths.len());
+    for group in wavelengths.chunks(4) {
+        let four: [f64; 4] = std::array::from_fn(|i| group[i.min(group.len() - 1)]);
+        let dense = transfer(&frame, &plan.optics.bands(four), &quadrature, view).to_array();
+        for (&wavelength, dense) in group.iter().zip(dense) {
+            samples.push(Sample {
+                wavelength_nm: wavelength,
+                radiance: plan.fit.value(at_bands, wavelength),
+                dense: f64::from(dense) * plan.optics.solar_irradiance(wavelength),
+            });
+        }
+    }
+    Ok(samples)
+}
+
+/// Wavelengths (nm) written as `START:END:STEP` or as a list with commas.
+///
+/// # Errors
+///
+/// A sentence that says what is allowed.
+pub fn parse_wavelengths(text: &str) -> std::result::Result<Vec<f64>, String> {
+    const MOST: f64 = 100_000.0;
+    let allowed = || format!("wavelengths are START:END:STEP or a list such as 450,550,650 in nm, not {text:?}");
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite()).ok_or_else(allowed);
+    if text.contains(':') {
+        let parts: Vec<f64> = text.split(':').map(number).collect::<std::result::Result<_, _>>()?;
+        let [start, end, step] = parts[..] else { return Err(allowed()) };
+        if step <= 0.0 || end < start || (end - start) / step > MOST {
+            return Err(allowed());
+        }
+        // Half a thousandth of a step lets the end be reached in spite of rounding.
+        let count = ((end - start) / step + 5e-4).floor() as u32;
+        return Ok((0..=count).map(|i| start + step * f64::from(i)).collect());
+    }
+    text.split(',').map(number).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wavelengths_are_a_range_or_a_list() {
+        assert_eq!(parse_wavelengths("380:780:5").unwrap().len(), 81);
+        assert_eq!(parse_wavelengths("380:780:0.1").unwrap().len(), 4001);
+        assert_eq!(parse_wavelengths("450, 550").unwrap(), [450.0, 550.0]);
+        for bad in ["", "a", "1:2", "400:300:5", "400:500:0", "400:500:-1", "0:1e9:1e-9", "NaN"] {
+            assert!(parse_wavelengths(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! From a pixel to the direction it looks in.
+
+use crate::glam::{Vec2, Vec3, Vec4};
+use crate::math::{PI, sin_cos, sqrt};
+use bytemuck::{Pod, Zeroable};
+
+/// Whole sphere: columns are azimuths with the camera's azimuth in the centre, rows are elevations from the zenith down.
+pub const EQUIRECTANGULAR: u32 = 0;
+/// Equidistant fisheye: the distance from the centre of the inscribed circle is proportional to the angle.
+pub const FISHEYE: u32 = 1;
+/// Pinhole camera.
+pub const PERSPECTIVE: u32 = 2;
+
+/// A camera at the observer. The layout is that of a GPU buffer.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Camera {
+    /// Unit vector to the right of the image; `w` unused.
+    pub right: Vec4,
+    /// Unit vector to the top of the image; `w` unused.
+    pub up: Vec4,
+    /// Unit vector into the image; `w` unused.
+    pub forward: Vec4,
+    /// [`EQUIRECTANGULAR`], [`FISHEYE`] or [`PERSPECTIVE`].
+    pub projection: u32,
+    /// Width of the whole image (pixels).
+    pub width: u32,
+    /// Height of the whole image (pixels).
+    pub height: u32,
+    /// Fisheye: half the angle across the circle (radians). Perspective: tangent of half the horizontal field of view.
+    pub half_field: f32,
+}
+
+/// The direction of a pixel, and whether the projection covers the pixel at all.
+#[derive(Clone, Copy)]
+pub struct PixelView {
+    /// Unit vector; the forward direction where the pixel is not covered.
+    pub direction: Vec3,
+    /// False outside a fisheye's circle.
+    pub covered: bool,
+}
+
+/// The view through the centre of the pixel at (`column`, `row`), counted from the top left.
+#[inline]
+pub fn pixel_view(camera: &Camera, column: u32, row: u32) -> PixelView {
+    let size = Vec2::new(camera.width as f32, camera.height as f32);
+    let position = Vec2::new(column as f32 + 0.5, row as f32 + 0.5);
+    if camera.projection == EQUIRECTANGULAR {
+        PixelView { direction: equirectangular(camera, position / size), covered: true }
+    } else {
+        let from_centre = Vec2::new(position.x - 0.5 * size.x, 0.5 * size.y - position.y);
+        if camera.projection == FISHEYE {
+            let diameter = if size.x < size.y { size.x } else { size.y };
+            fisheye(camera, from_centre * (2.0 / diameter))
+        } else {
+            PixelView { direction: perspective(camera, from_centre * (2.0 / size.x)), covered: true }
+        }
+    }
+}
+
+/// `position` in [0, 1]² from the top left. Azimuth grows to the right, clockwise from the camera's.
+#[inline]
+fn equirectangular(camera: &Camera, position: Vec2) -> Vec3 {
+    let (sin_azimuth, cos_azimuth) = sin_cos((position.x - 0.5) * 2.0 * PI);
+    let (sin_elevation, cos_elevation) = sin_cos((0.5 - position.y) * PI);
+    let level = camera.forward * (cos_elevation * cos_azimuth) + camera.right * (cos_elevation * sin_azimuth);
+    let up = camera.up * sin_elevation;
+    Vec3::new(level.x + up.x, level.y + up.y, level.z + up.z)
+}
+
+/// `position` in units of the circle's radius.
+#[inline]
+fn fisheye(camera: &Camera, position: Vec2) -> PixelView {
+    let radius = sqrt(position.x * position.x + position.y * position.y);
+    let covered = radius <= 1.0;
+    let (sine, cosine) = sin_cos(if covered { radius * camera.half_field } else { 0.0 });
+    // sin(θ)/ρ tends to the half field at the centre.
+    let outward = if radius > 1e-6 { sine / radius } else { camera.half_field };
+    let v = camera.forward * cosine + (camera.right * position.x + camera.up * position.y) * outward;
+    let v = if covered { v } else { camera.forward };
+    PixelView { direction: Vec3::new(v.x, v.y, v.z), covered }
+}
+
+/// `position` in units of half the image's width.
+#[inline]
+fn perspective(camera: &Camera, position: Vec2) -> Vec3 {
+    let plane = position * camera.half_field;
+    let v = camera.forward + camera.right * plane.x + camera.up * plane.y;
+    let inverse_length = 1.0 / sqrt(1.0 + plane.x * plane.x + plane.y * plane.y);
+    Vec3::new(v.x, v.y, v.z) * inverse_length
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Looks north and level.
+    fn camera(projection: u32, width: u32, height: u32, half_field: f32) -> Camera {
+        Camera {
+            right: Vec4::new(0.0, -1.0, 0.0, 0.0),
+            up: Vec4::new(0.0, 0.0, 1.0, 0.0),
+            forward: Vec4::new(1.0, 0.0, 0.0, 0.0),
+            projection,
+            width,
+            height,
+            half_field,
+        }
+    }
+
+    #[test]
+    fn every_covered_pixel_has_a_unit_direction() {
+        for (projection, half_field) in [(EQUIRECTANGULAR, 0.0), (FISHEYE, PI / 2.0), (PERSPECTIVE, 1.0)] {
+            let camera = camera(projection, 64, 48, half_field);
+            let mut covered = 0;
+            for row in 0..48 {
+                for column in 0..64 {
+                    let view = pixel_view(&camera, column, row);
+                    covered += u32::from(view.covered);
+                    // Six products and two polynomials, each rounded once.
+                    assert!((view.direction.length() - 1.0).abs() < 1e-6);
+                }
+            }
+            assert!(covered > 1000);
+        }
+    }
+
+    #[test]
+    fn an_equirectangular_image_has_north_in_the_centre_and_east_to_its_right() {
+        let camera = camera(EQUIRECTANGULAR, 360, 180, 0.0);
+        let east = pixel_view(&camera, 269, 89).direction;
+        assert!(east.y < -0.99, "{east}");
+        assert!(pixel_view(&camera, 180, 90).direction.x > 0.99);
+        assert!(pixel_view(&camera, 0, 0).direction.z > 0.99);
+    }
+
+    #[test]
+    fn a_fisheye_covers_its_inscribed_circle_only() {
+        let camera = camera(FISHEYE, 100, 60, PI / 2.0);
+        assert!(!pixel_view(&camera, 0, 0).covered);
+        assert!(!pixel_view(&camera, 10, 30).covered);
+        assert!(pixel_view(&camera, 21, 30).covered);
+    }
+
+    #[test]
+    fn a_perspective_image_spans_its_horizontal_field() {
+        let camera = camera(PERSPECTIVE, 1000, 500, 30f32.to_radians().tan());
+        let edge = pixel_view(&camera, 999, 250).direction;
+        let azimuth = (-edge.y).atan2(edge.x).to_degrees();
+        // The centre of the last pixel lies half a pixel inside the 30° edge.
+        assert!((azimuth - 30.0).abs() < 0.05, "{azimuth}");
+    }
+}

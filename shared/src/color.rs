@@ -1,0 +1,151 @@
+//! From a spectrum to a colour: the observer integral, RGB, and the values of a picture.
+
+use crate::glam::{Vec3, Vec4};
+use crate::math::{clamp, max, min, pow};
+use crate::spectrum::{newton_coefficients, newton_value};
+
+/// XYZ to linear RGB with the primaries of Rec. 709 and the white of D65 (Eq. 8; IEC 61966-2-1:1999, inverse
+/// of its RGB to XYZ matrix), row by row.
+pub const XYZ_TO_REC709: [[f32; 3]; 3] = [
+    [3.240_625_5, -1.537_208, -0.498_628_6],
+    [-0.968_930_7, 1.875_756_1, 0.041_517_5],
+    [0.055_710_1, -0.204_021_1, 1.056_995_9],
+];
+
+/// The part of each Rec. 709 primary in the luminance (ITU-R BT.709-6, item 3.2).
+pub const REC709_LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+
+/// XYZ of the fitted spectrum: the cubic through four bands, summed over the observer's samples (Eqs. 4-7).
+///
+/// `radiance` at the bands; `nodes` the normalised wavelengths of the bands; each row of `observer` holds
+/// (`x̄ Δλ`, `ȳ Δλ`, `z̄ Δλ`, normalised wavelength), times the solar irradiance if the fit is of the transfer.
+/// Returns radiance weighted by the colour-matching functions (W·m⁻²·sr⁻¹).
+#[inline]
+pub fn observe_cubic(nodes: Vec4, radiance: Vec4, observer: &[Vec4]) -> Vec3 {
+    let coefficients = newton_coefficients(nodes, radiance);
+    let mut xyz = Vec3::ZERO;
+    let mut i = 0;
+    while i < observer.len() {
+        let row = observer[i];
+        xyz += Vec3::new(row.x, row.y, row.z) * newton_value(nodes, coefficients, row.w);
+        i += 1;
+    }
+    xyz
+}
+
+/// Linear RGB of Rec. 709 from XYZ (Eq. 8), in the unit of `xyz`.
+#[inline]
+pub fn xyz_to_rec709(xyz: Vec3) -> Vec3 {
+    let [r, g, b] = XYZ_TO_REC709;
+    Vec3::new(
+        r[0] * xyz.x + r[1] * xyz.y + r[2] * xyz.z,
+        g[0] * xyz.x + g[1] * xyz.y + g[2] * xyz.z,
+        b[0] * xyz.x + b[1] * xyz.y + b[2] * xyz.z,
+    )
+}
+
+/// The colour of the same luminance and hue that the display's primaries can make.
+///
+/// A nearly monochromatic twilight horizon lies outside Rec. 709 and has a negative component. It is mixed with the grey
+/// of its own luminance until that component is zero; a colour inside the gamut is returned unchanged.
+#[inline]
+pub fn into_gamut(rgb: Vec3) -> Vec3 {
+    let lowest = min(rgb.x, min(rgb.y, rgb.z));
+    if lowest >= 0.0 {
+        rgb
+    } else {
+        let luminance = max(REC709_LUMINANCE.dot(rgb), 0.0);
+        let mixed = Vec3::splat(luminance) + (rgb - Vec3::splat(luminance)) * (luminance / (luminance - lowest));
+        Vec3::new(max(mixed.x, 0.0), max(mixed.y, 0.0), max(mixed.z, 0.0))
+    }
+}
+
+/// Where [`shoulder`] leaves the straight line.
+const SHOULDER_START: f32 = 0.8;
+
+/// Brings values above 1 into the range of a display: a straight line up to 0.8, then a curve that reaches 1 at infinity.
+///
+/// The peak of the three components is compressed and the others scale with it, so that the hue stays, fading to
+/// white far above 1. This is the compression of the Khronos PBR Neutral tone mapper (Khronos Group 2024,
+/// <https://github.com/KhronosGroup/ToneMapping>) without its Fresnel offset, which is meant for lit surfaces.
+#[inline]
+pub fn shoulder(rgb: Vec3) -> Vec3 {
+    const DESATURATION: f32 = 0.15;
+    let peak = max(rgb.x, max(rgb.y, rgb.z));
+    if peak < SHOULDER_START {
+        rgb
+    } else {
+        let room = 1.0 - SHOULDER_START;
+        let new_peak = 1.0 - room * room / (peak + room - SHOULDER_START);
+        let whiteness = 1.0 - 1.0 / (DESATURATION * (peak - new_peak) + 1.0);
+        let scaled = rgb * (new_peak / peak);
+        scaled + (Vec3::splat(new_peak) - scaled) * whiteness
+    }
+}
+
+/// The sRGB transfer function of a linear value in [0, 1] (IEC 61966-2-1:1999).
+#[inline]
+pub fn srgb_encode(linear: f32) -> f32 {
+    let x = clamp(linear, 0.0, 1.0);
+    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * pow(x, 1.0 / 2.4) - 0.055 }
+}
+
+/// A pixel of an 8 bit sRGB picture from linear RGB: exposed, brought into range, encoded.
+///
+/// `exposure` multiplies the linear value. Returns red in the lowest byte, then green, blue, and 255.
+#[inline]
+pub fn srgb8(rgb: Vec3, exposure: f32) -> u32 {
+    let shown = shoulder(rgb * exposure);
+    let byte = |x: f32| (255.0 * srgb_encode(x) + 0.5) as u32;
+    byte(shown.x) | (byte(shown.y) << 8) | (byte(shown.z) << 16) | (255 << 24)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_white_of_d65_is_grey() {
+        let rgb = xyz_to_rec709(Vec3::new(0.950_46, 1.0, 1.089_06));
+        // The matrix is given to seven digits.
+        assert!((rgb - Vec3::ONE).abs().max_element() < 2e-4, "{rgb}");
+    }
+
+    #[test]
+    fn luminance_weights_are_those_of_the_matrix() {
+        // Green of unit Y: the inverse matrix's Y row is the luminance row.
+        let xyz = Vec3::new(0.3576, 0.7152, 0.1192);
+        assert!((xyz_to_rec709(xyz) - Vec3::Y).abs().max_element() < 1e-3);
+    }
+
+    #[test]
+    fn gamut_mapping_keeps_luminance_and_leaves_inner_colours_alone() {
+        let inside = Vec3::new(0.2, 0.5, 0.9);
+        assert_eq!(into_gamut(inside), inside);
+        let outside = Vec3::new(1.0, 0.2, -0.1);
+        let mapped = into_gamut(outside);
+        assert!(mapped.min_element() >= 0.0);
+        assert!((REC709_LUMINANCE.dot(mapped) - REC709_LUMINANCE.dot(outside)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_shoulder_is_smooth_monotone_and_bounded() {
+        let mut last = 0.0;
+        for i in 1..100_000 {
+            let x = i as f32 * 1e-3;
+            let y = shoulder(Vec3::splat(x)).x;
+            // Far above 1 neighbouring values round to the same number, or one ULP past it.
+            assert!(y > last - 1.2e-7 && y <= 1.0 && y - last < 1.01e-3, "{x}");
+            last = y;
+        }
+    }
+
+    #[test]
+    fn a_picture_has_the_bytes_of_srgb() {
+        assert_eq!(srgb8(Vec3::ZERO, 1.0), 0xff00_0000);
+        // 0.5 linear is 188 in sRGB; 0.25 with one stop more is the same.
+        assert_eq!(srgb8(Vec3::splat(0.5), 1.0) & 0xff, 188);
+        assert_eq!(srgb8(Vec3::splat(0.25), 2.0) & 0xff, 188);
+        assert_eq!(srgb8(Vec3::splat(1e30), 1.0), 0xffff_ffff);
+    }
+}

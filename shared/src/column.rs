@@ -1,0 +1,144 @@
+//! Column densities of air, aerosol and ozone, in closed form.
+//!
+//! A column density is the integral of a constituent's relative density along a ray to the top of the atmosphere, in km. It
+//! is colourless: the same number serves every wavelength.
+//!
+//! # Exponential constituents
+//!
+//! For a density `e^(-h/H)` on a sphere the column at altitude `h` is `ρ(h) H Ch(r/H, μ)` with Chapman's grazing incidence
+//! function (Chapman 1931, <https://doi.org/10.1088/0959-5309/43/1/305>), which has no closed form. With
+//!
+//! ```text
+//! g = √(1 + h/R),   K = κ √(R / 2H),   t = 1 / (1 + K g μ)
+//! C(h, μ) = ρ(h) H K g Σᵢ cᵢ tⁱ,   i = 1 ... 8,   κ = 0.45,   cᵢ = aᵢ + bᵢ H/R
+//! ```
+//!
+//! it is a smooth function of `t` alone, to an accuracy that eight terms exhaust: for `R/H >= 100` and `μ >= 0` the error is
+//! 2e-6 of the column, 9e-6 in the optical depth of air at 380 nm. A table looked up bilinearly needs 33 × 129 entries
+//! for 1e-5 and four loads; the polynomial needs none.
+//!
+//! # Ozone
+//!
+//! The tent is a sum of three ramps `max(a - h, 0)`. The integral of one along the ray, up to the shell at altitude
+//! `a`, is taken by the quintic Hermite rule on its value and first two derivatives at both ends (error 1e-6 of an optical depth of 1).
+
+use crate::atmosphere::{Atmosphere, Exponential};
+use crate::geometry::{perigee_altitude, zenith_cosine_at_top};
+use crate::glam::{Vec2, Vec3};
+use crate::math::{max, sqrt};
+
+/// `κ` of the [module's](self) closed form.
+pub const CHAPMAN_SPREAD: f64 = 0.45;
+
+/// `aᵢ` of the [module's](self) closed form: a least-squares fit to Chapman's function, weighted by its relative error, for
+/// `R/H` from 100 to infinity.
+pub const CHAPMAN_COEFFICIENTS: [f64; 8] = [
+    1.000_012_061,
+    0.999_615_471,
+    0.899_133_219,
+    0.726_897_944,
+    0.210_190_767,
+    0.749_425_595,
+    -0.896_814_234,
+    0.250_332_081,
+];
+
+/// `bᵢ` of the [module's](self) closed form, from the same fit.
+pub const CHAPMAN_CURVATURE_COEFFICIENTS: [f64; 8] = [
+    1.085_023_083,
+    -0.309_249_597,
+    8.703_815_575,
+    -25.836_264_771,
+    48.485_178_669,
+    -56.958_204_787,
+    34.336_085_576,
+    -8.033_917_76,
+];
+
+/// The column of an exponential constituent per unit of its local density (km), for `mu >= 0`: `H K g Σᵢ cᵢ tⁱ`.
+///
+/// `g` is `√(1 + h/R)`.
+#[inline]
+pub fn column_per_density(constituent: &Exponential, g: f32, mu: f32) -> f32 {
+    let t = 1.0 / (1.0 + constituent.spread * g * mu);
+    let (a, b) = (constituent.low_coefficients, constituent.high_coefficients);
+    let high = ((b.w * t + b.z) * t + b.y) * t + b.x;
+    let polynomial = (((high * t + a.w) * t + a.z) * t + a.y) * t + a.x;
+    constituent.unit * g * t * polynomial
+}
+
+/// Integral of the ramp `max(a - h, 0)` along a rising ray (km²), by the quintic Hermite rule.
+///
+/// `r` and `mu` at the ray's origin, `ramp_top` is `a` above the ground, `altitude` that of the origin (km).
+#[inline]
+fn ramp_column(ground_radius: f32, altitude: f32, mu: f32, ramp_top: f32) -> f32 {
+    let r = ground_radius + altitude;
+    let r_end = ground_radius + ramp_top;
+    let height = max(ramp_top - altitude, 0.0);
+    let height_squared = height * (r_end + r);
+    let root = sqrt(r * r * mu * mu + height_squared);
+    let length = height_squared / (root + r * mu + 1e-30);
+    let mu_end = root / r_end;
+    let curvature = (1.0 - mu * mu) / r + (1.0 - mu_end * mu_end) / r_end;
+    length * (0.5 * height + length * ((mu_end - mu) * 0.1 - length * curvature * (1.0 / 120.0)))
+}
+
+/// Column of ozone (km at its peak density) on a rising ray.
+#[inline]
+fn ozone_column(atmosphere: &Atmosphere, altitude: f32, mu: f32) -> f32 {
+    let (bottom, peak, top) = (atmosphere.ozone_bottom, atmosphere.ozone_peak, atmosphere.ozone_top);
+    let rise = 1.0 / (peak - bottom);
+    let fall = 1.0 / (top - peak);
+    let ramp = |ramp_top: f32| ramp_column(atmosphere.ground_radius, altitude, mu, ramp_top);
+    max(rise * ramp(bottom) - (rise + fall) * ramp(peak) + fall * ramp(top), 0.0)
+}
+
+/// Column densities (air, aerosol, ozone) in km, from `altitude` (km) outwards along a ray with `mu >= 0`, of an atmosphere
+/// without a top. `density` holds the local densities of (air, aerosol).
+#[inline]
+pub fn column_outwards(atmosphere: &Atmosphere, altitude: f32, density: Vec2, mu: f32) -> Vec3 {
+    let g = sqrt(1.0 + altitude / atmosphere.ground_radius);
+    Vec3::new(
+        density.x * column_per_density(&atmosphere.air, g, mu),
+        density.y * column_per_density(&atmosphere.aerosol, g, mu),
+        ozone_column(atmosphere, altitude, mu),
+    )
+}
+
+/// Densities of (air, aerosol) at an altitude (km), relative to the ground.
+#[inline]
+pub fn densities(atmosphere: &Atmosphere, altitude: f32) -> Vec2 {
+    Vec2::new(atmosphere.air.density(altitude), atmosphere.aerosol.density(altitude))
+}
+
+/// [`column_outwards`] for the level ray at an altitude (km), the lowest point of a ray that comes down and goes up again.
+#[inline]
+pub fn level_column(atmosphere: &Atmosphere, altitude: f32) -> Vec3 {
+    let density = densities(atmosphere, altitude);
+    let g = sqrt(1.0 + altitude / atmosphere.ground_radius);
+    Vec3::new(
+        density.x * g * atmosphere.air.level_column,
+        density.y * g * atmosphere.aerosol.level_column,
+        ozone_column(atmosphere, altitude, 0.0),
+    )
+}
+
+/// Column densities (air, aerosol, ozone) in km from a lit point to the sun, on either side of the point's horizon.
+///
+/// Below it the ray first descends to its perigee: twice the column that rises from there, less the one behind the point. What the
+/// exponential profiles hold above the top of the atmosphere is taken off where it matters.
+#[inline]
+pub fn sun_column(atmosphere: &Atmosphere, altitude: f32, density: Vec2, mu_s: f32) -> Vec3 {
+    let mut column = if mu_s >= 0.0 {
+        column_outwards(atmosphere, altitude, density, mu_s)
+    } else {
+        let lowest = max(perigee_altitude(atmosphere.shell(), altitude, mu_s), 0.0);
+        level_column(atmosphere, lowest) * 2.0 - column_outwards(atmosphere, altitude, density, -mu_s)
+    };
+    if atmosphere.open_top != 0 {
+        let top = atmosphere.depth;
+        let mu = zenith_cosine_at_top(atmosphere.shell(), altitude, mu_s);
+        column -= column_outwards(atmosphere, top, densities(atmosphere, top), mu);
+    }
+    column.max(Vec3::ZERO)
+}

@@ -1,0 +1,164 @@
+//! The single-scattering integral: a ray in, the transfer at each band out (Eqs. 1-3).
+//!
+//! Sunlight of irradiance `E(λ)` reaches a point at distance `s` along the view ray, weakened by the optical depth between the
+//! top of the atmosphere and the point. There air scatters the part `β_air ρ_air P_air(ν)` of it towards the observer, and
+//! aerosol the part `β_aerosol ρ_aerosol P_aerosol(ν)`; on the way it is weakened once more:
+//!
+//! ```text
+//! L(λ) = E(λ) ∫ Σ_c β_c(λ) ρ_c(h) P_c(ν) exp(-τ(sun → s; λ) - τ(s → observer; λ)) ds        (Eq. 1)
+//! τ(λ) = Σ_c β_c,ext(λ) ∫ ρ_c(h) ds                                                        (Eq. 2)
+//! β_air(λ) = 4π k / λ⁴                                                                     (Eq. 3)
+//! ```
+//!
+//! The integral runs over the part of the ray that the sun lights. Phase functions do not change along a ray, so the
+//! integral of each constituent is returned without its phase function. Light scattered more than once would enter as a
+//! source per band beside the two integrands below.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::atmosphere::Atmosphere;
+use crate::column::{column_outwards, column_per_density, densities, level_column, sun_column};
+use crate::geometry::{Interval, Ray, altitude_along, inside_atmosphere, perigee_altitude, shadow};
+use crate::glam::{Vec2, Vec3, Vec4};
+use crate::math::{exp4, max, min, sqrt};
+
+/// Optical properties of the atmosphere at four bands. The layout is that of a GPU buffer.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Bands {
+    /// Scattering coefficient of air at the ground (km⁻¹).
+    pub air_scattering: Vec4,
+    /// Scattering coefficient of aerosol at the ground (km⁻¹).
+    pub aerosol_scattering: Vec4,
+    /// Extinction coefficient of aerosol at the ground (km⁻¹).
+    pub aerosol_extinction: Vec4,
+    /// Absorption coefficient of ozone at its peak (km⁻¹).
+    pub ozone_absorption: Vec4,
+}
+
+/// What one ray's single scattering amounts to at four bands, before the phase functions.
+#[derive(Clone, Copy)]
+pub struct SingleScattering {
+    /// The integral of Eq. (1) for air, with `P = 1` and `E = 1`.
+    pub air: Vec4,
+    /// The integral of Eq. (1) for aerosol, with `P = 1` and `E = 1`.
+    pub aerosol: Vec4,
+}
+
+/// Optical depth at each band of a column of (air, aerosol, ozone) densities in km (Eq. 2).
+#[inline]
+pub fn optical_depth(bands: &Bands, column: Vec3) -> Vec4 {
+    bands.air_scattering * column.x + bands.aerosol_extinction * column.y + bands.ozone_absorption * column.z
+}
+
+/// The single-scattering integral along a ray from any altitude, inside the atmosphere or above it (Eq. 1).
+///
+/// The lit part of the ray is cut at its perigee and at the planet's shadow, and each piece is integrated by the same
+/// `quadrature`: (node, weight) on [0, 1], Gauss-Legendre in a variable that crowds towards the piece's lowest, densest end (see
+/// [`crowded`]). Twelve samples leave 5e-4 of the radiance, sixteen 2e-5, as long as the sun stands above the
+/// horizon; below it, sunlight that grazes the kinks of the ozone tent slows the convergence.
+#[inline]
+pub fn single_scattering(atmosphere: &Atmosphere, bands: &Bands, quadrature: &[Vec2], ray: Ray) -> SingleScattering {
+    let shell = atmosphere.shell();
+    let (ray, length) = inside_atmosphere(shell, ray);
+    let shadow = shadow(shell, ray);
+    let perigee = max(-(shell.ground_radius + ray.altitude) * ray.mu, 0.0);
+    let mut sum = SingleScattering { air: Vec4::ZERO, aerosol: Vec4::ZERO };
+    // Before or behind the shadow, falling or rising: at most three of the four pieces are not empty.
+    let mut piece = 0;
+    while piece < 4 {
+        let rising = piece & 1 == 1;
+        let behind_shadow = piece & 2 == 2;
+        let lit = if behind_shadow {
+            Interval { start: shadow.end, end: length }
+        } else {
+            Interval { start: 0.0, end: min(shadow.start, length) }
+        };
+        let interval = if rising {
+            Interval { start: max(lit.start, perigee), end: lit.end }
+        } else {
+            Interval { start: lit.start, end: min(lit.end, perigee) }
+        };
+        if interval.end > interval.start {
+            let part = integrate_piece(atmosphere, bands, quadrature, ray, interval, rising);
+            sum.air += part.air;
+            sum.aerosol += part.aerosol;
+        }
+        piece += 1;
+    }
+    SingleScattering { air: sum.air * bands.air_scattering, aerosol: sum.aerosol * bands.aerosol_scattering }
+}
+
+/// What a sample's own outward column is taken from (rising ray) or added to (falling ray) to give the column between the
+/// observer and the sample (km).
+#[inline]
+fn column_offset(atmosphere: &Atmosphere, ray: Ray, rising: bool) -> Vec3 {
+    let density = densities(atmosphere, ray.altitude);
+    let outwards = column_outwards(atmosphere, ray.altitude, density, if ray.mu < 0.0 { -ray.mu } else { ray.mu });
+    if ray.mu >= 0.0 {
+        outwards
+    } else if rising {
+        let lowest = max(perigee_altitude(atmosphere.shell(), ray.altitude, ray.mu), 0.0);
+        level_column(atmosphere, lowest) * 2.0 - outwards
+    } else {
+        -outwards
+    }
+}
+
+/// How strongly the samples of a piece crowd towards its low end: `k` of the substitution
+/// `s = length · u / (1 + k (1 - u))`.
+///
+/// The integrand falls off over the distance `D` in which the density does, or over a few mean free paths of light, whichever is shorter;
+/// `k` makes the sampled variable as long as three of those. `low` is the distance of the low end along the ray.
+#[inline]
+fn crowded(atmosphere: &Atmosphere, bands: &Bands, ray: Ray, low: f32, length: f32) -> f32 {
+    let shell = atmosphere.shell();
+    let altitude = altitude_along(shell, ray, low);
+    let mu = ((shell.ground_radius + ray.altitude) * ray.mu + low) / (shell.ground_radius + altitude);
+    let g = sqrt(1.0 + altitude / shell.ground_radius);
+    let fall_off = column_per_density(&atmosphere.air, g, if mu < 0.0 { -mu } else { mu });
+    let density = densities(atmosphere, altitude);
+    let extinction = bands.air_scattering * density.x + bands.aerosol_extinction * density.y;
+    let strongest = max(max(extinction.x, extinction.y), max(extinction.z, extinction.w));
+    max(0.35 * length * (1.0 / fall_off + 0.05 * strongest) - 1.0, 0.0)
+}
+
+#[inline]
+fn integrate_piece(
+    atmosphere: &Atmosphere,
+    bands: &Bands,
+    quadrature: &[Vec2],
+    ray: Ray,
+    interval: Interval,
+    rising: bool,
+) -> SingleScattering {
+    let shell = atmosphere.shell();
+    let r = shell.ground_radius + ray.altitude;
+    let offset = column_offset(atmosphere, ray, rising);
+    let (low, outwards) = if rising { (interval.start, 1.0) } else { (interval.end, -1.0) };
+    let length = interval.end - interval.start;
+    let k = crowded(atmosphere, bands, ray, low, length);
+    let mut air = Vec4::ZERO;
+    let mut aerosol = Vec4::ZERO;
+    let mut i = 0;
+    while i < quadrature.len() {
+        let node = quadrature[i];
+        let stretch = 1.0 / (1.0 + k * (1.0 - node.x));
+        let s = low + outwards * length * node.x * stretch;
+        let weight = node.y * length * (1.0 + k) * stretch * stretch;
+
+        let altitude = altitude_along(shell, ray, s);
+        let inverse_r = 1.0 / (shell.ground_radius + altitude);
+        let mu = max((r * ray.mu + s) * inverse_r * outwards, 0.0);
+        let mu_s = (r * ray.mu_s + s * ray.nu) * inverse_r;
+        let density = densities(atmosphere, altitude);
+        let to_observer = offset - column_outwards(atmosphere, altitude, density, mu) * outwards;
+        let to_sun = sun_column(atmosphere, altitude, density, mu_s);
+        let column = to_observer.max(Vec3::ZERO) + to_sun;
+        let transmittance = exp4(-optical_depth(bands, column)) * weight;
+        air += transmittance * density.x;
+        aerosol += transmittance * density.y;
+        i += 1;
+    }
+    SingleScattering { air, aerosol }
+}

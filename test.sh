@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# Runs every test of sorairo, on the GPU too. Finds a Vulkan device, or installs Mesa's software driver where it may.
+set -euo pipefail
+cd "$(dirname "$0")"
+
+has_vulkan() {
+    cargo run --quiet --release --package sorairo -- devices 2>/dev/null | grep -vq '^CPU'
+}
+
+has_linker() { command -v cc >/dev/null; }
+
+as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo -n "$@"; fi; }
+
+install() {
+    command -v apt-get >/dev/null || return 1
+    as_root apt-get update -qq && as_root env DEBIAN_FRONTEND=noninteractive \
+        apt-get install -y -qq --no-install-recommends "$@" >/dev/null
+}
+
+if ! command -v cargo >/dev/null; then
+    echo "test.sh: cargo is missing; install Rust from https://rustup.rs" >&2
+    exit 1
+fi
+if ! has_linker && ! install build-essential; then
+    echo "test.sh: a C linker is missing; install gcc or clang" >&2
+    exit 1
+fi
+echo "test.sh: building"
+cargo build --release --package sorairo
+if ! has_vulkan; then
+    echo "test.sh: no Vulkan device; installing Mesa's software driver"
+    if ! install mesa-vulkan-drivers libvulkan1 || ! has_vulkan; then
+        echo "test.sh: no Vulkan device. Install a Vulkan driver: on Debian and Ubuntu" >&2
+        echo "    apt-get install mesa-vulkan-drivers libvulkan1" >&2
+        exit 1
+    fi
+fi
+cargo run --quiet --release --package sorairo -- devices 2>/dev/null
+cargo test --release --workspace --exclude xtask

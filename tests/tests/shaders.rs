@@ -1,0 +1,53 @@
+//! The committed shaders, without a compiler and without a GPU.
+
+use std::path::{Path, PathBuf};
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use sorairo::backend::{Kernel, gpu};
+use sorairo_shared::frame::WORKGROUP_SIDE;
+
+#[path = "../../xtask/src/manifest.rs"]
+mod manifest;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
+}
+
+fn kept_manifest() -> serde_json::Value {
+    let text = std::fs::read_to_string(root().join(manifest::COMPILED).join("manifest.json")).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+#[test]
+fn the_committed_shaders_were_compiled_from_these_sources() {
+    let expected = manifest::source_hash(&root()).unwrap();
+    assert_eq!(kept_manifest()["source_sha256"], expected, "run `cargo xtask shaders` and commit the result");
+}
+
+#[test]
+fn the_source_hash_notices_a_changed_source() {
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["shared/Cargo.toml", "shared/src/a.rs", "shader-crate/Cargo.toml", "shader-crate/src/lib.rs"] {
+        let path = folder.path().join(file);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, file).unwrap();
+    }
+    let before = manifest::source_hash(folder.path()).unwrap();
+    std::fs::write(folder.path().join("shared/src/a.rs"), "x").unwrap();
+    assert_ne!(manifest::source_hash(folder.path()).unwrap(), before);
+}
+
+#[test]
+fn naga_validates_the_committed_module_and_finds_every_kernel() {
+    let module = naga::front::spv::parse_u8_slice(gpu::SPIRV, &naga::front::spv::Options::default()).unwrap();
+    Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module).unwrap();
+    let mut found: Vec<&str> = module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
+    found.sort_unstable();
+    let mut expected: Vec<&str> = Kernel::ALL.iter().map(|kernel| kernel.entry_point()).chain(["fill"]).collect();
+    expected.sort_unstable();
+    assert_eq!(found, expected);
+    assert_eq!(kept_manifest()["entry_points"], serde_json::json!(expected));
+    for entry in &module.entry_points {
+        assert_eq!(entry.workgroup_size, [WORKGROUP_SIDE, WORKGROUP_SIDE, 1], "{}", entry.name);
+    }
+}

@@ -1,0 +1,91 @@
+//! Developer commands of sorairo.
+//!
+//! `cargo xtask shaders` compiles the shaders into `shader-crate/compiled`; `cargo xtask shaders --check` compiles them
+//! and compares the bytes with those that are there.
+
+mod manifest;
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use sha2::{Digest, Sha256};
+use spirv_builder::{ModuleResult, SpirvBuilder};
+
+/// SPIR-V 1.3: later versions have instructions that naga does not read.
+const TARGET: &str = "spirv-unknown-vulkan1.1";
+const COMPILER: &str = "rust-gpu 0.10.0";
+const MODULE: &str = "sorairo.spv";
+const MANIFEST: &str = "manifest.json";
+
+fn main() -> ExitCode {
+    let arguments: Vec<_> = std::env::args().skip(1).collect();
+    let arguments: Vec<_> = arguments.iter().map(String::as_str).collect();
+    let result = match arguments.as_slice() {
+        ["shaders"] => shaders(false),
+        ["shaders", "--check"] => shaders(true),
+        _ => {
+            eprintln!("usage: cargo xtask shaders [--check]");
+            return ExitCode::from(2);
+        }
+    };
+    match result {
+        Ok(message) => {
+            println!("{message}");
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("xtask: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn shaders(check: bool) -> Result<String, Box<dyn Error>> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().ok_or("xtask has no parent folder")?;
+    let (module, mut entry_points) = compile(&root.join("shader-crate"))?;
+    entry_points.sort();
+    let manifest = serde_json::json!({
+        "generator": "cargo xtask shaders",
+        "compiler": COMPILER,
+        "target": TARGET,
+        "entry_points": entry_points,
+        "source_sha256": manifest::source_hash(root)?,
+        "module_sha256": Sha256::digest(&module).iter().map(|byte| format!("{byte:02x}")).collect::<String>(),
+    });
+    let manifest = format!("{manifest:#}\n");
+    let folder = root.join(manifest::COMPILED);
+    if check {
+        let same = |name: &str, built: &[u8]| std::fs::read(folder.join(name)).is_ok_and(|kept| kept == built);
+        if !same(MODULE, &module) || !same(MANIFEST, manifest.as_bytes()) {
+            return Err("the compiled shaders differ from their sources; run `cargo xtask shaders`".into());
+        }
+        return Ok(format!("{MODULE} and {MANIFEST} are what their sources give"));
+    }
+    std::fs::create_dir_all(&folder)?;
+    std::fs::write(folder.join(MODULE), &module)?;
+    std::fs::write(folder.join(MANIFEST), manifest)?;
+    Ok(format!("{MODULE}: {} bytes, {} entry points", module.len(), entry_points.len()))
+}
+
+/// Compiles the shader crate to one module; returns its bytes and the names of its entry points.
+fn compile(shader_crate: &Path) -> Result<(Vec<u8>, Vec<String>), Box<dyn Error>> {
+    let mut builder = match std::env::var_os("RUSTC_CODEGEN_SPIRV") {
+        Some(backend) => {
+            let mut builder = SpirvBuilder::new(shader_crate, TARGET);
+            builder.rustc_codegen_spirv_location = Some(PathBuf::from(backend));
+            builder.toolchain_overwrite = std::env::var("RUST_GPU_TOOLCHAIN").ok();
+            builder
+        }
+        None => {
+            let install = cargo_gpu_install::install::Install::from_shader_crate(shader_crate.to_owned());
+            install.run()?.to_spirv_builder(shader_crate, TARGET)
+        }
+    };
+    builder.build_script.defaults = false;
+    let result = builder.build()?;
+    let ModuleResult::SingleModule(path) = &result.module else {
+        return Err("the shaders did not compile to one module".into());
+    };
+    Ok((std::fs::read(path)?, result.entry_points))
+}

@@ -111,9 +111,12 @@ pub struct SceneArguments {
     /// Elevation of the view (degrees) [default: fisheye 90, perspective 15].
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     look_elevation: Option<f64>,
-    /// Fit through the bands [default: cubic].
+    /// Fit through the bands [default: extinction].
     #[arg(long)]
     fit: Option<Fit>,
+    /// Wavelengths that are integrated, in nm: a list with commas [default: the best found for the fit].
+    #[arg(long, value_name = "LIST", value_parser = wavelengths)]
+    bands: Option<Wavelengths>,
     /// How the fit becomes a colour [default: folded].
     #[arg(long)]
     color: Option<ColorPath>,
@@ -144,6 +147,9 @@ impl SceneArguments {
         scene.camera.look_azimuth = self.look_azimuth.or(scene.camera.look_azimuth);
         scene.camera.look_elevation = self.look_elevation.or(scene.camera.look_elevation);
         set(&mut scene.render.fit, self.fit);
+        if let Some(bands) = &self.bands {
+            scene.render.bands = Some(bands.to_vec());
+        }
         set(&mut scene.render.color, self.color);
         scene.render.steps = self.steps.or(scene.render.steps);
         set(&mut scene.render.exposure, self.exposure);

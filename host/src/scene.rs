@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::tables::MEASURED_RANGE;
 
 /// A complete description of one sky. Read from TOML; every key has a default, that of the preset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -169,6 +170,9 @@ pub struct Size {
 pub struct Render {
     /// The fit through the bands.
     pub fit: Fit,
+    /// Wavelengths that are integrated (nm, 360 to 830, at least 0.5 apart); by default the best found for the fit. Four, or
+    /// up to eight; `dense` takes any number from two to 512.
+    pub bands: Option<Vec<f64>>,
     /// How the fit becomes a colour.
     pub color: ColorPath,
     /// Samples of the integral on each piece of a ray (1 to 1024); by default, what the height of the sun needs.
@@ -181,8 +185,14 @@ pub struct Render {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Fit {
-    /// The paper's: a cubic in the wavelength through the radiance at 430, 520, 610 and 700 nm.
+    /// The paper's: a cubic in the wavelength through the radiance, at 430, 520, 610 and 700 nm.
     Cubic,
+    /// A cubic in the wavelength through the radiance divided by the sun's spectrum.
+    Transfer,
+    /// The logarithm of each constituent's scattered light, by a regression learnt from the scene's own rays.
+    Extinction,
+    /// No fit: every 5 nm integrated, straight lines between. Slow; the reference.
+    Dense,
 }
 
 /// How the fit becomes a colour.
@@ -281,7 +291,7 @@ impl Default for CameraScene {
 
 impl Default for Render {
     fn default() -> Self {
-        Self { fit: Fit::Cubic, color: ColorPath::Folded, steps: None, exposure: Exposure::Auto }
+        Self { fit: Fit::Extinction, bands: None, color: ColorPath::Folded, steps: None, exposure: Exposure::Auto }
     }
 }
 
@@ -438,6 +448,7 @@ impl Scene {
         if let Some(elevation) = self.camera.look_elevation {
             range("--look-elevation (camera.look_elevation)", elevation, -90.0, 90.0, "degrees")?;
         }
+        self.validate_bands()?;
         if let Some(steps) = self.render.steps {
             range("--steps (render.steps)", f64::from(steps), 1.0, 1024.0, "samples")?;
         }
@@ -447,6 +458,44 @@ impl Scene {
         Ok(())
     }
 }
+
+impl Scene {
+    fn validate_bands(&self) -> Result<()> {
+        if self.render.fit == Fit::Dense && self.render.color == ColorPath::Solve {
+            return Err(Error::request("--color solve needs a fit to solve, and --fit dense has none"));
+        }
+        let Some(bands) = &self.render.bands else { return Ok(()) };
+        let name = "--bands (render.bands)";
+        let (fit, count) = (self.render.fit, bands.len());
+        let (fewest, most) = match (fit, self.render.color) {
+            (Fit::Dense, _) => (2, 512),
+            (_, ColorPath::Solve) => (4, 4),
+            (Fit::Extinction, ColorPath::Folded) => (3, 8),
+            (Fit::Cubic | Fit::Transfer, ColorPath::Folded) => (3, 12),
+        };
+        if !(fewest..=most).contains(&count) {
+            return Err(Error::request(format!(
+                "{name} holds {count} wavelengths; this fit takes {fewest} to {most} of them"
+            )));
+        }
+        let (shortest, longest) = MEASURED_RANGE;
+        for &wavelength in bands {
+            range(name, wavelength, shortest, longest, "nm")?;
+        }
+        let mut sorted = bands.clone();
+        sorted.sort_by(f64::total_cmp);
+        match sorted.windows(2).find(|pair| pair[1] - pair[0] < CLOSEST_BANDS) {
+            Some(pair) => Err(Error::request(format!(
+                "{name} holds {} and {}; bands must lie at least {CLOSEST_BANDS} nm apart",
+                pair[0], pair[1]
+            ))),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Bands closer than this (nm) make the fit's matrix singular in practice.
+const CLOSEST_BANDS: f64 = 0.5;
 
 /// Checks one value against its range; NaN is out of every range.
 fn range(name: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {

@@ -1,11 +1,15 @@
 //! The spectrum of the sky in one direction.
 
 use serde::Serialize;
-use sorairo_shared::frame::transfer;
+use sorairo_shared::atmosphere::{cornette_shanks_phase, rayleigh_phase};
+use sorairo_shared::frame::{transfer, view_ray};
+use sorairo_shared::glam::Vec3;
+use sorairo_shared::scattering::{SingleScattering, single_scattering};
 
 use crate::error::{Error, Result};
+use crate::plan::learnt::{Constituent, DARKEST};
 use crate::plan::quadrature::gauss_legendre;
-use crate::plan::{Plan, direction};
+use crate::plan::{Plan, SpectralFit, bands, direction};
 use crate::tables::MEASURED_RANGE;
 
 /// Samples on each piece of a ray for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
@@ -41,25 +45,62 @@ pub fn spectrum(plan: &Plan, elevation: f64, azimuth: f64, wavelengths: &[f64]) 
         )));
     }
     let view = direction(elevation, azimuth).as_vec3();
-    let at_bands = (transfer(&plan.frame, &plan.bands, &plan.quadrature, view) * plan.frame.solar_irradiance)
-        .to_array()
-        .map(f64::from);
+    let fitted = fitted_spectrum(plan, view, wavelengths);
     let quadrature = gauss_legendre(DENSE_STEPS);
     let mut frame = plan.frame;
     frame.atmosphere.open_top = 1;
-    let mut samples = Vec::with_capacity(wavelengths.len());
-    for group in wavelengths.chunks(4) {
-        let four: [f64; 4] = std::array::from_fn(|i| group[i.min(group.len() - 1)]);
-        let dense = transfer(&frame, &plan.optics.bands(four), &quadrature, view).to_array();
-        for (&wavelength, dense) in group.iter().zip(dense) {
-            samples.push(Sample {
-                wavelength_nm: wavelength,
-                radiance: plan.fit.value(at_bands, wavelength),
-                dense: f64::from(dense) * plan.optics.solar_irradiance(wavelength),
-            });
+    let dense = bands(&plan.optics, wavelengths)
+        .into_iter()
+        .flat_map(|group| transfer(&frame, &group, &quadrature, view).to_array().map(f64::from));
+    let samples = wavelengths.iter().zip(fitted).zip(dense).map(|((&wavelength, radiance), dense)| Sample {
+        wavelength_nm: wavelength,
+        radiance,
+        dense: dense * plan.optics.solar_irradiance(wavelength),
+    });
+    Ok(samples.collect())
+}
+
+/// Radiance at wavelengths (nm) in a direction, by the plan's bands and fit.
+fn fitted_spectrum(plan: &Plan, view: Vec3, wavelengths: &[f64]) -> Vec<f64> {
+    let SpectralFit::Linear(fit) = &plan.fit else { return learnt_spectrum(plan, view, wavelengths) };
+    let at_bands: Vec<f64> = plan
+        .bands
+        .iter()
+        .flat_map(|group| transfer(&plan.frame, group, &plan.quadrature, view).to_array().map(f64::from))
+        .take(plan.wavelengths.len())
+        .collect();
+    wavelengths.iter().map(|&wavelength| fit.radiance(&plan.optics, &at_bands, wavelength)).collect()
+}
+
+/// [`fitted_spectrum`] by the learnt fit, whose regression is made for these very wavelengths.
+fn learnt_spectrum(plan: &Plan, view: Vec3, wavelengths: &[f64]) -> Vec<f64> {
+    let ray = view_ray(&plan.frame, view);
+    let scattered: Vec<SingleScattering> = plan
+        .bands
+        .iter()
+        .map(|group| single_scattering(&plan.frame.atmosphere, group, &plan.quadrature, ray))
+        .collect();
+    let phases = [
+        (Constituent::Air, rayleigh_phase(ray.nu)),
+        (Constituent::Aerosol, cornette_shanks_phase(ray.nu, plan.frame.atmosphere.aerosol_asymmetry)),
+    ];
+    let mut transfer = vec![0.0; wavelengths.len()];
+    for (constituent, phase) in phases {
+        let at_bands: Vec<f64> = scattered
+            .iter()
+            .flat_map(|group| constituent.of(group).to_array().map(f64::from))
+            .take(plan.wavelengths.len())
+            .collect();
+        if at_bands.iter().all(|&value| value == 0.0) {
+            continue;
+        }
+        let logarithms: Vec<f64> = at_bands.iter().map(|value| value.max(DARKEST).ln()).collect();
+        let regressions = plan.training().regressions(constituent, wavelengths);
+        for (sum, regression) in transfer.iter_mut().zip(regressions) {
+            *sum += f64::from(phase) * regression.value(&logarithms);
         }
     }
-    Ok(samples)
+    transfer.iter().zip(wavelengths).map(|(t, &wavelength)| t * plan.optics.solar_irradiance(wavelength)).collect()
 }
 
 /// Wavelengths (nm) written as `START:END:STEP` or as a list with commas.

@@ -1,16 +1,13 @@
-//! The GPU entry points of sorairo: each fetches its index, calls the kernel of the same name in `sorairo-shared` and
-//! stores the result.
+//! The GPU entry points of sorairo: each fetches its index and calls the kernel of the same name in `sorairo-shared`.
 #![cfg_attr(target_arch = "spirv", no_std)]
 #![deny(warnings)] // a shader build does not show them otherwise
 
-use sorairo_shared::frame::{
-    Frame, SENTINEL, radiance_pixel, sky_folded_pixel, sky_solve_pixel, store_radiance, store_rgb,
-};
+use sorairo_shared::frame::{Frame, SENTINEL, radiance_pixel, sky_learnt_pixel, sky_linear_pixel, sky_solve_pixel};
 use sorairo_shared::scattering::Bands;
 use spirv_std::glam::{UVec3, Vec2, Vec4};
 use spirv_std::spirv;
 
-/// Fills the output with the sentinel, sixteen words an invocation.
+/// Fills the output with the sentinel.
 #[spirv(compute(threads(8, 8)))]
 pub fn fill(
     #[spirv(global_invocation_id)] id: UVec3,
@@ -25,48 +22,76 @@ pub fn fill(
     }
 }
 
-/// Radiance at the four bands.
+/// Radiance at every band.
 #[spirv(compute(threads(8, 8)))]
 pub fn radiance(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
-    #[spirv(uniform, descriptor_set = 0, binding = 1)] bands: &Bands,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] output: &mut [u32],
 ) {
     if (id.x < frame.camera.width) & (id.y < frame.rows) {
-        let radiance = radiance_pixel(frame, bands, quadrature, id.x, id.y);
-        store_radiance(output, id.y * frame.camera.width + id.x, radiance);
+        radiance_pixel(frame, bands, quadrature, output, id.x, id.y, id.y * frame.camera.width + id.x);
     }
 }
 
-/// RGB by explicit solve and observer sum.
+/// The sky by a fit that is linear in the transfer.
+#[spirv(compute(threads(8, 8)))]
+pub fn sky_linear(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] output: &mut [u32],
+) {
+    if (id.x < frame.camera.width) & (id.y < frame.rows) {
+        sky_linear_pixel(frame, bands, quadrature, colour, output, id.x, id.y, id.y * frame.camera.width + id.x);
+    }
+}
+
+/// The sky by explicit solve and observer sum.
 #[spirv(compute(threads(8, 8)))]
 pub fn sky_solve(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
-    #[spirv(uniform, descriptor_set = 0, binding = 1)] bands: &Bands,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] observer: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] output: &mut [u32],
 ) {
     if (id.x < frame.camera.width) & (id.y < frame.rows) {
-        let rgb = sky_solve_pixel(frame, bands, quadrature, observer, id.x, id.y);
-        store_rgb(frame, output, id.y * frame.camera.width + id.x, rgb);
+        sky_solve_pixel(frame, bands, quadrature, colour, output, id.x, id.y, id.y * frame.camera.width + id.x);
     }
 }
 
-/// RGB by the folded matrix.
+/// The sky by the learnt fit.
 #[spirv(compute(threads(8, 8)))]
-pub fn sky_folded(
+pub fn sky_learnt(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
-    #[spirv(uniform, descriptor_set = 0, binding = 1)] bands: &Bands,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] output: &mut [u32],
 ) {
     if (id.x < frame.camera.width) & (id.y < frame.rows) {
-        let rgb = sky_folded_pixel(frame, bands, quadrature, id.x, id.y);
-        store_rgb(frame, output, id.y * frame.camera.width + id.x, rgb);
+        sky_learnt_pixel(frame, bands, quadrature, colour, output, id.x, id.y, id.y * frame.camera.width + id.x, false);
+    }
+}
+
+/// The sky by the learnt fit, its 4×4 system solved at every pixel.
+#[spirv(compute(threads(8, 8)))]
+pub fn sky_learnt_solve(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] output: &mut [u32],
+) {
+    if (id.x < frame.camera.width) & (id.y < frame.rows) {
+        sky_learnt_pixel(frame, bands, quadrature, colour, output, id.x, id.y, id.y * frame.camera.width + id.x, true);
     }
 }

@@ -22,7 +22,7 @@ use crate::geometry::{Interval, Ray, altitude_along, inside_atmosphere, perigee_
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::math::{exp4, max, min, sqrt};
 
-/// Optical properties of the atmosphere at four bands. The layout is that of a GPU buffer.
+/// Optical properties of the atmosphere and the sun at four bands. The layout is that of a GPU buffer.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Bands {
@@ -34,6 +34,10 @@ pub struct Bands {
     pub aerosol_extinction: Vec4,
     /// Absorption coefficient of ozone at its peak (km⁻¹).
     pub ozone_absorption: Vec4,
+    /// Solar irradiance at the top of the atmosphere (W·m⁻²·nm⁻¹).
+    pub solar_irradiance: Vec4,
+    /// What the fit of an explicit solve multiplies the transfer with: the solar irradiance, or 1.
+    pub fit_irradiance: Vec4,
 }
 
 /// What one ray's single scattering amounts to at four bands, before the phase functions.

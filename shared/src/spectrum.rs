@@ -1,6 +1,7 @@
 //! The spectrum between the bands: a fit through the integrated values, by one small linear solve per pixel.
 
-use crate::glam::Vec4;
+use crate::glam::{Vec3, Vec4};
+use crate::math::{exp, ln, ln4, max, max4, min};
 
 /// The coefficients of the cubic through four points, in Newton's form: the Vandermonde system
 /// `Σₖ aₖ xᵢᵏ = yᵢ`, solved by divided differences.
@@ -24,6 +25,61 @@ pub fn newton_coefficients(nodes: Vec4, values: Vec4) -> Vec4 {
 pub fn newton_value(nodes: Vec4, coefficients: Vec4, x: f32) -> f32 {
     ((coefficients.w * (x - nodes.z) + coefficients.z) * (x - nodes.y) + coefficients.y) * (x - nodes.x)
         + coefficients.x
+}
+
+/// Values of up to eight bands. With four bands or fewer the second half is zero.
+#[derive(Clone, Copy)]
+pub struct Octet {
+    /// The first four bands.
+    pub first: Vec4,
+    /// The next four.
+    pub second: Vec4,
+}
+
+impl Octet {
+    /// The largest value.
+    #[inline]
+    pub fn highest(&self) -> f32 {
+        let (a, b) = (self.first, self.second);
+        max(max(max(a.x, a.y), max(a.z, a.w)), max(max(b.x, b.y), max(b.z, b.w)))
+    }
+}
+
+/// Rows of the table of nodes that one node takes.
+pub const ROWS_PER_NODE: u32 = 3;
+
+/// The smallest transfer whose logarithm is taken; anything darker counts as this.
+pub const DARKEST: f32 = 1e-30;
+
+/// How far, in natural logarithms, a fitted value may rise above the brightest band. The bands enclose all but the ends of the
+/// observer's range, where the transfer of a clear sky is at most 40 % brighter than at the outermost band.
+const BRIGHTEST_RISE: f32 = 1.0;
+
+/// Linear RGB of one constituent's integral by the learnt fit: `Σ_q w_q exp(c_q + b_q · ln X)`.
+///
+/// `ln X(λ_q)` at each node of a quadrature for the observer and the sun is an affine function of `ln X` at the bands,
+/// learnt from the scene's own rays when the plan is made; the weights hold the observer, the sun and XYZ→RGB (Eqs. 4-8).
+/// The logarithm makes the fit of an extinction spectrum linear; the exponentials are as few as the nodes.
+///
+/// Each node has three rows: `b_q` for the first four bands and for the next four, and (`c_q`, red, green, blue). With
+/// `solve`, `b_q` multiplies the Newton coefficients of `ln X` at the first four bands ([`newton_coefficients`]) instead of the
+/// values themselves, so that the 4×4 system is solved at every pixel. All bands at zero give exactly zero.
+#[inline]
+pub fn learnt_rgb(table: &[Vec4], first_node: u32, nodes: u32, bands: Octet, band_nodes: Vec4, solve: bool) -> Vec3 {
+    let highest = bands.highest();
+    let logarithm = Octet { first: ln4(max4(bands.first, DARKEST)), second: ln4(max4(bands.second, DARKEST)) };
+    let first = if solve { newton_coefficients(band_nodes, logarithm.first) } else { logarithm.first };
+    let ceiling = ln(max(highest, DARKEST)) + BRIGHTEST_RISE;
+    let mut rgb = Vec3::ZERO;
+    let mut q = 0;
+    while q < nodes {
+        let row = ((first_node + q) * ROWS_PER_NODE) as usize;
+        let colour = table[row + 2];
+        let exponent = colour.x + table[row].dot(first) + table[row + 1].dot(logarithm.second);
+        rgb += Vec3::new(colour.y, colour.z, colour.w) * exp(min(exponent, ceiling));
+        q += 1;
+    }
+    if highest > 0.0 { rgb } else { Vec3::ZERO }
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ const ELEVATIONS: [f64; 16] = [0.0, 0.1, 0.3, 0.7, 1.5, 3.0, 5.0, 8.0, 12.0, 18.
 /// The transfer at the plan's bands against the oracle, over the sky; brighter than a part of the sky's maximum.
 fn compare_sky(scene: &Scene, above: f64) -> Worst {
     let plan = Plan::new(scene, PixelFormat::LinearRgb).unwrap();
-    let bands = plan.wavelengths.map(|wavelength| coefficients(scene, wavelength));
+    let bands: Vec<_> = plan.wavelengths.iter().map(|&wavelength| coefficients(scene, wavelength)).collect();
     let medium = medium(scene);
     let azimuths = (0..=12).map(|i| 15.0 * f64::from(i));
     let views: Vec<(f64, f64)> =
@@ -24,11 +24,12 @@ fn compare_sky(scene: &Scene, above: f64) -> Worst {
         .into_par_iter()
         .flat_map_iter(|(elevation, azimuth)| {
             let view = direction(elevation, azimuth).as_vec3();
-            let values = transfer(&plan.frame, &plan.bands, &plan.quadrature, view).to_array();
+            let values = transfer(&plan.frame, &plan.bands[0], &plan.quadrature, view).to_array();
             let references = scattered_radiance_bands(&medium, &bands, &ray(scene, elevation, azimuth));
-            let place =
-                move |band: usize| format!("elevation {elevation}, azimuth {azimuth}, {} nm", plan.wavelengths[band]);
-            (0..4).map(move |band| (f64::from(values[band]), references[band], place(band))).collect::<Vec<_>>()
+            let triples = values.into_iter().zip(references).zip(&plan.wavelengths);
+            triples.map(move |((value, reference), nm)| {
+                (f64::from(value), reference, format!("elevation {elevation}, azimuth {azimuth}, {nm} nm"))
+            })
         })
         .collect();
     let brightest = pairs.iter().map(|pair| pair.1).fold(0.0, f64::max);

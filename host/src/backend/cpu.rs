@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use sorairo_shared::frame::{Pixel, radiance_pixel, sky_folded_pixel, sky_solve_pixel, store_radiance, store_rgb};
+use sorairo_shared::frame::{Pixel, radiance_pixel, sky_learnt_pixel, sky_linear_pixel, sky_solve_pixel};
 
 use super::{Backend, Device, Kernel, Run};
 use crate::error::{Error, Result};
@@ -36,8 +36,8 @@ impl Backend for Cpu {
 /// Words that a pixel of a kernel takes.
 pub(super) fn words_per_pixel(plan: &Plan, kernel: Kernel) -> usize {
     match kernel {
-        Kernel::Radiance => 4,
-        Kernel::SkySolve | Kernel::SkyFolded => Pixel::from_u32(plan.frame.pixel).words() as usize,
+        Kernel::Radiance => 4 * plan.bands.len(),
+        _ => Pixel::from_u32(plan.frame.pixel).words() as usize,
     }
 }
 
@@ -52,15 +52,13 @@ pub(super) fn allocate(row_words: usize, rows: usize) -> Result<Vec<u32>> {
     Ok(words)
 }
 
-fn store_pixel(plan: &Plan, kernel: Kernel, row_words: &mut [u32], column: u32, row: u32) {
-    let Plan { frame, bands, quadrature, observer, .. } = plan;
+fn store_pixel(plan: &Plan, kernel: Kernel, words: &mut [u32], column: u32, row: u32) {
+    let Plan { frame, bands, quadrature, colour, .. } = plan;
     match kernel {
-        Kernel::Radiance => store_radiance(row_words, column, radiance_pixel(frame, bands, quadrature, column, row)),
-        Kernel::SkySolve => {
-            store_rgb(frame, row_words, column, sky_solve_pixel(frame, bands, quadrature, observer, column, row));
-        }
-        Kernel::SkyFolded => {
-            store_rgb(frame, row_words, column, sky_folded_pixel(frame, bands, quadrature, column, row));
-        }
+        Kernel::Radiance => radiance_pixel(frame, bands, quadrature, words, column, row, column),
+        Kernel::SkyLinear => sky_linear_pixel(frame, bands, quadrature, colour, words, column, row, column),
+        Kernel::SkySolve => sky_solve_pixel(frame, bands, quadrature, colour, words, column, row, column),
+        Kernel::SkyLearnt => sky_learnt_pixel(frame, bands, quadrature, colour, words, column, row, column, false),
+        Kernel::SkyLearntSolve => sky_learnt_pixel(frame, bands, quadrature, colour, words, column, row, column, true),
     }
 }

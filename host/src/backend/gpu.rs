@@ -146,7 +146,7 @@ impl Gpu {
             label: Some("kernel"),
             entries: &[
                 binding(0, wgpu::BufferBindingType::Uniform),
-                binding(1, wgpu::BufferBindingType::Uniform),
+                binding(1, wgpu::BufferBindingType::Storage { read_only: true }),
                 binding(2, wgpu::BufferBindingType::Storage { read_only: true }),
                 binding(3, wgpu::BufferBindingType::Storage { read_only: true }),
                 binding(4, wgpu::BufferBindingType::Storage { read_only: false }),
@@ -266,14 +266,14 @@ impl Backend for Gpu {
         let mut words = allocate(words_per_row, plan.height() as usize)?;
 
         let frame = self.uniform("frame", bytemuck::bytes_of(&plan.frame));
-        let bands = self.uniform("bands", bytemuck::bytes_of(&plan.bands));
+        let bands = self.storage("bands", bytemuck::cast_slice(&plan.bands));
         let quadrature = self.storage("quadrature", bytemuck::cast_slice(&plan.quadrature));
-        let observer = self.storage("observer", bytemuck::cast_slice(&plan.observer));
+        let colour = self.storage("colour", bytemuck::cast_slice(&plan.colour));
         let tile_bytes = row_bytes * u64::from(rows_per_tile);
         let output = self.buffer("pixels", tile_bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
         let staging = self.buffer("read-back", tile_bytes, wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ);
         let clock = self.has_timestamps.then(|| Clock::new(self));
-        let buffers = [&frame, &bands, &quadrature, &observer, &output];
+        let buffers = [&frame, &bands, &quadrature, &colour, &output];
         let entries: Vec<_> = buffers
             .iter()
             .enumerate()

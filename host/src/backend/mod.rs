@@ -11,24 +11,30 @@ use crate::plan::Plan;
 /// A kernel of `sorairo-shared`, by the name of its GPU entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kernel {
-    /// Radiance at the four bands.
+    /// Radiance at every band.
     Radiance,
-    /// Linear RGB or a picture, by explicit solve and observer sum.
+    /// The sky by a fit that is linear in the transfer.
+    SkyLinear,
+    /// The sky by explicit solve and observer sum.
     SkySolve,
-    /// Linear RGB or a picture, by the folded matrix.
-    SkyFolded,
+    /// The sky by the learnt fit.
+    SkyLearnt,
+    /// The sky by the learnt fit, its 4×4 system solved at every pixel.
+    SkyLearntSolve,
 }
 
 impl Kernel {
     /// Every kernel that a backend runs.
-    pub const ALL: [Self; 3] = [Self::Radiance, Self::SkySolve, Self::SkyFolded];
+    pub const ALL: [Self; 5] = [Self::Radiance, Self::SkyLinear, Self::SkySolve, Self::SkyLearnt, Self::SkyLearntSolve];
 
     /// The name of the kernel's GPU entry point.
     pub fn entry_point(self) -> &'static str {
         match self {
             Self::Radiance => "radiance",
+            Self::SkyLinear => "sky_linear",
             Self::SkySolve => "sky_solve",
-            Self::SkyFolded => "sky_folded",
+            Self::SkyLearnt => "sky_learnt",
+            Self::SkyLearntSolve => "sky_learnt_solve",
         }
     }
 }

@@ -1,7 +1,6 @@
 //! Automatic exposure.
 
-use sorairo_shared::color::{REC709_LUMINANCE, into_gamut};
-use sorairo_shared::frame::{folded_rgb, transfer};
+use sorairo_shared::color::REC709_LUMINANCE;
 
 use super::{Plan, direction};
 
@@ -29,8 +28,7 @@ fn mean_log_luminance(plan: &Plan, hemisphere: f64) -> Option<f64> {
         for j in 0..AZIMUTHS {
             let azimuth = (f64::from(j) + 0.5) * 360.0 / f64::from(AZIMUTHS);
             let view = direction(elevation, azimuth).as_vec3();
-            let transfer = transfer(&plan.frame, &plan.bands, &plan.quadrature, view);
-            let luminance = f64::from(REC709_LUMINANCE.dot(into_gamut(folded_rgb(&plan.frame, transfer))));
+            let luminance = f64::from(REC709_LUMINANCE.dot(plan.sky(view)));
             if luminance > 0.0 {
                 sum += luminance.ln();
                 lit += 1;

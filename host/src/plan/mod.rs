@@ -1,25 +1,26 @@
 //! What to compute and what to skip, decided once per scene in double precision.
 
 pub mod exposure;
-pub mod fit;
+pub mod learnt;
+pub mod linear;
+pub mod observer;
 pub mod optics;
 pub mod quadrature;
 
 use sorairo_shared::atmosphere::{Atmosphere, Exponential};
 use sorairo_shared::camera::{self, Camera};
 use sorairo_shared::column::{CHAPMAN_COEFFICIENTS, CHAPMAN_CURVATURE_COEFFICIENTS, CHAPMAN_SPREAD};
-use sorairo_shared::frame::{Frame, Pixel};
-use sorairo_shared::glam::{DVec3, Vec2, Vec4};
+use sorairo_shared::frame::{Frame, Pixel, learnt_sky, linear_sky, solved_sky};
+use sorairo_shared::glam::{DVec3, Vec2, Vec3, Vec4};
 use sorairo_shared::scattering::Bands;
+use sorairo_shared::spectrum::ROWS_PER_NODE;
 
 use crate::backend::Kernel;
 use crate::error::Result;
-use crate::scene::{ColorPath, Exposure, Projection, Scene};
-use fit::CubicFit;
+use crate::scene::{ColorPath, Exposure, Fit, Projection, Scene};
+use learnt::{Constituent, Training};
+use linear::{Interpolant, LinearFit};
 use optics::Optics;
-
-/// The wavelengths of the four bands of the paper (nm).
-pub const PAPER_WAVELENGTHS: [f64; 4] = [430.0, 520.0, 610.0, 700.0];
 
 /// The optical depth that may lie above the top of the atmosphere before columns to the sun take it off. It changes
 /// radiance by less than this part, a tenth of what the integral's own sampling leaves.
@@ -30,20 +31,31 @@ const NEGLIGIBLE_DEPTH_ABOVE_TOP: f64 = 1e-4;
 pub struct Plan {
     /// What every pixel shares.
     pub frame: Frame,
-    /// Optical properties at the bands.
-    pub bands: Bands,
+    /// Optical properties at the bands, four to a group.
+    pub bands: Vec<Bands>,
     /// Nodes and weights of the ray integral on [0, 1].
     pub quadrature: Vec<Vec2>,
-    /// Rows of the observer sum: (x̄, ȳ, z̄) times step, and the normalised wavelength.
-    pub observer: Vec<Vec4>,
-    /// Wavelengths of the bands (nm).
-    pub wavelengths: [f64; 4],
+    /// The table of the fit: matrix rows, observer samples or nodes, as the kernel takes them.
+    pub colour: Vec<Vec4>,
+    /// Wavelengths of the bands (nm), increasing.
+    pub wavelengths: Vec<f64>,
+    /// The fit.
+    pub fit: SpectralFit,
     /// How the fit becomes a colour.
     pub color: ColorPath,
-    /// The fit, for spectra.
-    pub fit: CubicFit,
     /// The atmosphere's optical properties at any wavelength.
     pub optics: Optics,
+    /// Azimuth of the sun (degrees).
+    pub sun_azimuth: f64,
+}
+
+/// The fit through the bands, for spectra.
+#[derive(Clone, Debug)]
+pub enum SpectralFit {
+    /// Linear in the values at the bands.
+    Linear(LinearFit),
+    /// Learnt from the scene's own rays; see [`learnt`].
+    Learnt,
 }
 
 impl Plan {
@@ -55,39 +67,35 @@ impl Plan {
     pub fn new(scene: &Scene, pixel: Pixel) -> Result<Self> {
         scene.validate()?;
         let optics = Optics::new(scene);
-        let wavelengths = PAPER_WAVELENGTHS;
-        let fit = CubicFit::new(wavelengths);
-        let observer = fit::observer_rows();
-        let solar = wavelengths.map(|wavelength| optics.solar_irradiance(wavelength));
-        let [red, green, blue] = fit.folded(&observer, solar);
+        let wavelengths = wavelengths(scene);
         let frame = Frame {
             atmosphere: atmosphere(scene, &optics),
             camera: camera(scene),
             sun: direction(scene.sun.elevation, scene.sun.azimuth).as_vec3().extend(0.0),
-            nodes: fit.nodes().as_vec4(),
-            solar_irradiance: vec4(solar),
-            red,
-            green,
-            blue,
+            nodes: Vec4::from_array(std::array::from_fn(|i| {
+                observer::normalised(wavelengths[i.min(wavelengths.len() - 1)]) as f32
+            })),
             altitude: scene.observer.altitude as f32,
             exposure: 1.0,
             first_row: 0,
             rows: scene.camera.size.height,
             pixel: pixel as u32,
-            padding0: 0,
-            padding1: 0,
-            padding2: 0,
+            air_nodes: 0,
+            aerosol_nodes: 0,
+            padding: 0,
         };
         let mut plan = Self {
             frame,
-            bands: optics.bands(wavelengths),
+            bands: bands(&optics, &wavelengths),
             quadrature: quadrature::gauss_legendre(steps(scene)),
-            observer: observer.iter().map(|row| row.as_vec4()).collect(),
+            colour: Vec::new(),
+            fit: spectral_fit(scene, &wavelengths),
             wavelengths,
             color: scene.render.color,
-            fit,
             optics,
+            sun_azimuth: scene.sun.azimuth,
         };
+        plan.fill_colour(scene);
         plan.frame.exposure = match scene.render.exposure {
             Exposure::Stops(stops) => stops.exp2() as f32,
             Exposure::Auto => exposure::automatic(&plan),
@@ -95,11 +103,59 @@ impl Plan {
         Ok(plan)
     }
 
+    /// The sky that the learnt fit is learnt from.
+    pub fn training(&self) -> Training<'_> {
+        Training {
+            frame: &self.frame,
+            optics: &self.optics,
+            quadrature: &self.quadrature,
+            wavelengths: &self.wavelengths,
+            sun_azimuth: self.sun_azimuth,
+        }
+    }
+
+    fn fill_colour(&mut self, scene: &Scene) {
+        let solve = self.color == ColorPath::Solve;
+        match &self.fit {
+            SpectralFit::Linear(fit) => {
+                self.colour = if solve { fit.observer_rows(&self.optics) } else { fit.folded(&self.optics) };
+                if !fit.of_radiance {
+                    self.bands.iter_mut().for_each(|group| group.fit_irradiance = Vec4::ONE);
+                }
+            }
+            SpectralFit::Learnt => {
+                let air = self.training().nodes(Constituent::Air, solve);
+                let aerosol = if scene.atmosphere.aerosol.optical_depth > 0.0 {
+                    self.training().nodes(Constituent::Aerosol, solve)
+                } else {
+                    Vec::new()
+                };
+                self.frame.air_nodes = air.len() as u32 / ROWS_PER_NODE;
+                self.frame.aerosol_nodes = aerosol.len() as u32 / ROWS_PER_NODE;
+                self.colour = air;
+                self.colour.extend(aerosol);
+            }
+        }
+    }
+
+    /// Linear RGB in a direction, as the plan's kernel computes it.
+    pub fn sky(&self, view: Vec3) -> Vec3 {
+        let Self { frame, bands, quadrature, colour, .. } = self;
+        match self.kernel() {
+            Kernel::SkySolve => solved_sky(frame, bands, quadrature, colour, view),
+            Kernel::SkyLearnt => learnt_sky(frame, bands, quadrature, colour, view, false),
+            Kernel::SkyLearntSolve => learnt_sky(frame, bands, quadrature, colour, view, true),
+            Kernel::SkyLinear | Kernel::Radiance => linear_sky(frame, bands, quadrature, colour, view),
+        }
+    }
+
     /// The kernel that computes the plan's sky.
     pub fn kernel(&self) -> Kernel {
-        match self.color {
-            ColorPath::Solve => Kernel::SkySolve,
-            ColorPath::Folded => Kernel::SkyFolded,
+        match (&self.fit, self.color) {
+            (SpectralFit::Linear(_), ColorPath::Folded) => Kernel::SkyLinear,
+            (SpectralFit::Linear(_), ColorPath::Solve) => Kernel::SkySolve,
+            (SpectralFit::Learnt, ColorPath::Folded) => Kernel::SkyLearnt,
+            (SpectralFit::Learnt, ColorPath::Solve) => Kernel::SkyLearntSolve,
         }
     }
 
@@ -132,6 +188,39 @@ pub fn direction(elevation: f64, azimuth: f64) -> DVec3 {
     let (sin_elevation, cos_elevation) = elevation.to_radians().sin_cos();
     let (sin_azimuth, cos_azimuth) = azimuth.to_radians().sin_cos();
     DVec3::new(cos_elevation * cos_azimuth, -cos_elevation * sin_azimuth, sin_elevation)
+}
+
+/// Wavelengths of the bands (nm), increasing: those of the scene, or the best found for its fit.
+fn wavelengths(scene: &Scene) -> Vec<f64> {
+    let mut wavelengths = match (&scene.render.bands, scene.render.fit) {
+        (Some(given), _) => given.clone(),
+        // Takahashi and Dobashi.
+        (None, Fit::Cubic) => vec![430.0, 520.0, 610.0, 700.0],
+        // Best found over suns from -4° to 90°, with and without ozone and aerosol, by the colour error of the whole sky.
+        (None, Fit::Transfer) => vec![443.0, 510.0, 568.0, 632.0],
+        (None, Fit::Extinction) => vec![444.0, 530.0, 585.0, 650.0],
+        (None, Fit::Dense) => observer::wavelengths(),
+    };
+    wavelengths.sort_by(f64::total_cmp);
+    wavelengths
+}
+
+fn spectral_fit(scene: &Scene, wavelengths: &[f64]) -> SpectralFit {
+    let linear = |interpolant, of_radiance| {
+        SpectralFit::Linear(LinearFit { wavelengths: wavelengths.to_vec(), interpolant, of_radiance })
+    };
+    match scene.render.fit {
+        Fit::Cubic => linear(Interpolant::Polynomial, true),
+        Fit::Transfer => linear(Interpolant::Polynomial, false),
+        Fit::Extinction => SpectralFit::Learnt,
+        Fit::Dense => linear(Interpolant::Segments, false),
+    }
+}
+
+/// The optical properties at wavelengths (nm), four to a group; the last one fills its group.
+pub fn bands(optics: &Optics, wavelengths: &[f64]) -> Vec<Bands> {
+    let four = |group: &[f64]| std::array::from_fn(|i| group[i.min(group.len() - 1)]);
+    wavelengths.chunks(4).map(|group| optics.bands(four(group))).collect()
 }
 
 fn vec4(values: [f64; 4]) -> Vec4 {

@@ -75,7 +75,7 @@ impl Optics {
     /// hold above the top of the atmosphere.
     pub fn depth_above_top(&self, scene: &Scene) -> f64 {
         let a = &scene.atmosphere;
-        let coefficients = self.at(super::fit::OBSERVER_START);
+        let coefficients = self.at(super::observer::START);
         let level = |scale_height: f64, extinction: f64| {
             let column = (std::f64::consts::FRAC_PI_2 * a.top_radius * scale_height).sqrt();
             extinction * column * (-(a.top_radius - a.ground_radius) / scale_height).exp()
@@ -87,11 +87,14 @@ impl Optics {
     /// The coefficients at four wavelengths (nm), as the kernels take them.
     pub fn bands(&self, wavelengths: [f64; 4]) -> Bands {
         let at = wavelengths.map(|wavelength| self.at(wavelength));
+        let solar_irradiance = vec4(wavelengths.map(|wavelength| self.solar_irradiance(wavelength)));
         Bands {
             air_scattering: vec4(at.map(|c| c.air_scattering)),
             aerosol_scattering: vec4(at.map(|c| c.aerosol_scattering)),
             aerosol_extinction: vec4(at.map(|c| c.aerosol_extinction)),
             ozone_absorption: vec4(at.map(|c| c.ozone_absorption)),
+            solar_irradiance,
+            fit_irradiance: solar_irradiance,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use sorairo::Result;
 use sorairo::render::Report;
-use sorairo::scene::{ColorPath, Exposure, Fit, Preset, Projection, Scene, Size};
+use sorairo::scene::{ColorPath, Exposure, Fit, PathChoice, Preset, Projection, Scene, Size};
 use sorairo::spectrum::parse_wavelengths;
 
 /// Renders the clear sky in full spectrum on the GPU.
@@ -123,6 +123,9 @@ pub struct SceneArguments {
     /// Samples on each piece of a ray [default: what the height of the sun needs].
     #[arg(long, value_name = "N")]
     steps: Option<u32>,
+    /// Whether pixels are integrated or looked up in a sky table [default: auto, what is faster within the error bound].
+    #[arg(long)]
+    path: Option<PathChoice>,
     /// Exposure of pictures in stops, or "auto" for the mean luminance of the sky [default: auto].
     #[arg(long, value_name = "EV", allow_negative_numbers = true)]
     exposure: Option<Exposure>,
@@ -152,6 +155,7 @@ impl SceneArguments {
         }
         set(&mut scene.render.color, self.color);
         scene.render.steps = self.steps.or(scene.render.steps);
+        set(&mut scene.render.path, self.path);
         set(&mut scene.render.exposure, self.exposure);
         Ok(scene)
     }

@@ -10,6 +10,7 @@ use crate::backend::{Device, Run};
 use crate::error::{Error, Result};
 use crate::output::{self, Format, LinearImage};
 use crate::plan::Plan;
+use crate::plan::path::Path;
 use crate::scene::{ColorPath, Fit, Scene};
 
 /// What a rendering did, as `--json` prints it.
@@ -29,6 +30,8 @@ pub struct Report {
     pub color: ColorPath,
     /// Samples on each piece of a ray.
     pub steps: u32,
+    /// Whether pixels were integrated or looked up, and why.
+    pub path: Path,
     /// Factor from linear RGB to the picture's linear value, as a power of two.
     pub exposure_ev: f32,
     /// Time to decide what to compute (ms).
@@ -86,6 +89,7 @@ pub fn render(
         fit: scene.render.fit,
         color: scene.render.color,
         steps: plan.steps(),
+        path: plan.path.clone(),
         exposure_ev: plan.frame.exposure.log2(),
         plan_ms: ms(planned),
         kernel_ms: ms(kernel),

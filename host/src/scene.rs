@@ -177,8 +177,23 @@ pub struct Render {
     pub color: ColorPath,
     /// Samples of the integral on each piece of a ray (1 to 1024); by default, what the height of the sun needs.
     pub steps: Option<u32>,
+    /// Whether pixels are integrated or looked up in a table of directions.
+    pub path: PathChoice,
     /// Exposure of pictures.
     pub exposure: Exposure,
+}
+
+/// Whether pixels are integrated or looked up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum PathChoice {
+    /// What is faster within the error bound.
+    #[default]
+    Auto,
+    /// Every pixel is integrated.
+    Direct,
+    /// Pixels are looked up in a sky table.
+    Table,
 }
 
 /// The fit through the bands.
@@ -291,7 +306,14 @@ impl Default for CameraScene {
 
 impl Default for Render {
     fn default() -> Self {
-        Self { fit: Fit::Extinction, bands: None, color: ColorPath::Folded, steps: None, exposure: Exposure::Auto }
+        Self {
+            fit: Fit::Extinction,
+            bands: None,
+            color: ColorPath::Folded,
+            steps: None,
+            path: PathChoice::Auto,
+            exposure: Exposure::Auto,
+        }
     }
 }
 

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 use sorairo_shared::atmosphere::{cornette_shanks_phase, rayleigh_phase};
-use sorairo_shared::frame::{transfer, view_ray};
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::scattering::{SingleScattering, single_scattering};
+use sorairo_shared::sky::{transfer, view_ray};
+use sorairo_shared::variant;
 
 use crate::error::{Error, Result};
 use crate::plan::learnt::{Constituent, DARKEST};
@@ -47,11 +48,9 @@ pub fn spectrum(plan: &Plan, elevation: f64, azimuth: f64, wavelengths: &[f64]) 
     let view = direction(elevation, azimuth).as_vec3();
     let fitted = fitted_spectrum(plan, view, wavelengths);
     let quadrature = gauss_legendre(DENSE_STEPS);
-    let mut frame = plan.frame;
-    frame.atmosphere.open_top = 1;
-    let dense = bands(&plan.optics, wavelengths)
-        .into_iter()
-        .flat_map(|group| transfer(&frame, &group, &quadrature, view).to_array().map(f64::from));
+    let dense = bands(&plan.optics, wavelengths).into_iter().flat_map(|group| {
+        transfer(&plan.frame, &group, &quadrature, view, variant::WHOLE_INTEGRAL).to_array().map(f64::from)
+    });
     let samples = wavelengths.iter().zip(fitted).zip(dense).map(|((&wavelength, radiance), dense)| Sample {
         wavelength_nm: wavelength,
         radiance,
@@ -66,7 +65,7 @@ fn fitted_spectrum(plan: &Plan, view: Vec3, wavelengths: &[f64]) -> Vec<f64> {
     let at_bands: Vec<f64> = plan
         .bands
         .iter()
-        .flat_map(|group| transfer(&plan.frame, group, &plan.quadrature, view).to_array().map(f64::from))
+        .flat_map(|group| transfer(&plan.frame, group, &plan.quadrature, view, plan.variant).to_array().map(f64::from))
         .take(plan.wavelengths.len())
         .collect();
     wavelengths.iter().map(|&wavelength| fit.radiance(&plan.optics, &at_bands, wavelength)).collect()
@@ -78,7 +77,7 @@ fn learnt_spectrum(plan: &Plan, view: Vec3, wavelengths: &[f64]) -> Vec<f64> {
     let scattered: Vec<SingleScattering> = plan
         .bands
         .iter()
-        .map(|group| single_scattering(&plan.frame.atmosphere, group, &plan.quadrature, ray))
+        .map(|group| single_scattering(&plan.frame.atmosphere, group, &plan.quadrature, ray, plan.variant))
         .collect();
     let phases = [
         (Constituent::Air, rayleigh_phase(ray.nu)),

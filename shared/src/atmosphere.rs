@@ -26,10 +26,10 @@ pub struct Atmosphere {
     pub ozone_peak: f32,
     /// Altitude at which the ozone layer ends (km).
     pub ozone_top: f32,
-    /// 1 if what an exponential profile would hold above the top is to be taken off columns to the sun, else 0.
-    pub open_top: u32,
     /// Unused; fills the last 16 bytes.
-    pub padding: u32,
+    pub padding0: u32,
+    /// Unused.
+    pub padding1: u32,
 }
 
 /// A constituent whose density falls exponentially with altitude, and its column densities in closed form; see

@@ -21,14 +21,14 @@ pub struct Camera {
     pub up: Vec4,
     /// Unit vector into the image; `w` unused.
     pub forward: Vec4,
-    /// [`EQUIRECTANGULAR`], [`FISHEYE`] or [`PERSPECTIVE`].
-    pub projection: u32,
     /// Width of the whole image (pixels).
     pub width: u32,
     /// Height of the whole image (pixels).
     pub height: u32,
     /// Fisheye: half the angle across the circle (radians). Perspective: tangent of half the horizontal field of view.
     pub half_field: f32,
+    /// Unused; fills the last 16 bytes.
+    pub padding: u32,
 }
 
 /// The direction of a pixel, and whether the projection covers the pixel at all.
@@ -40,16 +40,17 @@ pub struct PixelView {
     pub covered: bool,
 }
 
-/// The view through the centre of the pixel at (`column`, `row`), counted from the top left.
+/// The view through the centre of the pixel at (`column`, `row`), counted from the top left, in the projection
+/// [`EQUIRECTANGULAR`], [`FISHEYE`] or [`PERSPECTIVE`].
 #[inline]
-pub fn pixel_view(camera: &Camera, column: u32, row: u32) -> PixelView {
+pub fn pixel_view(camera: &Camera, projection: u32, column: u32, row: u32) -> PixelView {
     let size = Vec2::new(camera.width as f32, camera.height as f32);
     let position = Vec2::new(column as f32 + 0.5, row as f32 + 0.5);
-    if camera.projection == EQUIRECTANGULAR {
+    if projection == EQUIRECTANGULAR {
         PixelView { direction: equirectangular(camera, position / size), covered: true }
     } else {
         let from_centre = Vec2::new(position.x - 0.5 * size.x, 0.5 * size.y - position.y);
-        if camera.projection == FISHEYE {
+        if projection == FISHEYE {
             let diameter = if size.x < size.y { size.x } else { size.y };
             fisheye(camera, from_centre * (2.0 / diameter))
         } else {
@@ -95,26 +96,26 @@ mod tests {
     use super::*;
 
     /// Looks north and level.
-    fn camera(projection: u32, width: u32, height: u32, half_field: f32) -> Camera {
+    fn camera(width: u32, height: u32, half_field: f32) -> Camera {
         Camera {
             right: Vec4::new(0.0, -1.0, 0.0, 0.0),
             up: Vec4::new(0.0, 0.0, 1.0, 0.0),
             forward: Vec4::new(1.0, 0.0, 0.0, 0.0),
-            projection,
             width,
             height,
             half_field,
+            padding: 0,
         }
     }
 
     #[test]
     fn every_covered_pixel_has_a_unit_direction() {
         for (projection, half_field) in [(EQUIRECTANGULAR, 0.0), (FISHEYE, PI / 2.0), (PERSPECTIVE, 1.0)] {
-            let camera = camera(projection, 64, 48, half_field);
+            let camera = camera(64, 48, half_field);
             let mut covered = 0;
             for row in 0..48 {
                 for column in 0..64 {
-                    let view = pixel_view(&camera, column, row);
+                    let view = pixel_view(&camera, projection, column, row);
                     covered += u32::from(view.covered);
                     // Six products and two polynomials, each rounded once.
                     assert!((view.direction.length() - 1.0).abs() < 1e-6);
@@ -126,25 +127,25 @@ mod tests {
 
     #[test]
     fn an_equirectangular_image_has_north_in_the_centre_and_east_to_its_right() {
-        let camera = camera(EQUIRECTANGULAR, 360, 180, 0.0);
-        let east = pixel_view(&camera, 269, 89).direction;
+        let camera = camera(360, 180, 0.0);
+        let east = pixel_view(&camera, EQUIRECTANGULAR, 269, 89).direction;
         assert!(east.y < -0.99, "{east}");
-        assert!(pixel_view(&camera, 180, 90).direction.x > 0.99);
-        assert!(pixel_view(&camera, 0, 0).direction.z > 0.99);
+        assert!(pixel_view(&camera, EQUIRECTANGULAR, 180, 90).direction.x > 0.99);
+        assert!(pixel_view(&camera, EQUIRECTANGULAR, 0, 0).direction.z > 0.99);
     }
 
     #[test]
     fn a_fisheye_covers_its_inscribed_circle_only() {
-        let camera = camera(FISHEYE, 100, 60, PI / 2.0);
-        assert!(!pixel_view(&camera, 0, 0).covered);
-        assert!(!pixel_view(&camera, 10, 30).covered);
-        assert!(pixel_view(&camera, 21, 30).covered);
+        let camera = camera(100, 60, PI / 2.0);
+        assert!(!pixel_view(&camera, FISHEYE, 0, 0).covered);
+        assert!(!pixel_view(&camera, FISHEYE, 10, 30).covered);
+        assert!(pixel_view(&camera, FISHEYE, 21, 30).covered);
     }
 
     #[test]
     fn a_perspective_image_spans_its_horizontal_field() {
-        let camera = camera(PERSPECTIVE, 1000, 500, 30f32.to_radians().tan());
-        let edge = pixel_view(&camera, 999, 250).direction;
+        let camera = camera(1000, 500, 30f32.to_radians().tan());
+        let edge = pixel_view(&camera, PERSPECTIVE, 999, 250).direction;
         let azimuth = (-edge.y).atan2(edge.x).to_degrees();
         // The centre of the last pixel lies half a pixel inside the 30° edge.
         assert!((azimuth - 30.0).abs() < 0.05, "{azimuth}");

@@ -26,6 +26,7 @@ use crate::atmosphere::{Atmosphere, Exponential};
 use crate::geometry::{perigee_altitude, zenith_cosine_at_top};
 use crate::glam::{Vec2, Vec3};
 use crate::math::{max, sqrt};
+use crate::variant;
 
 /// `κ` of the [module's](self) closed form.
 pub const CHAPMAN_SPREAD: f64 = 0.45;
@@ -94,33 +95,42 @@ fn ozone_column(atmosphere: &Atmosphere, altitude: f32, mu: f32) -> f32 {
 }
 
 /// Column densities (air, aerosol, ozone) in km, from `altitude` (km) outwards along a ray with `mu >= 0`, of an atmosphere
-/// without a top. `density` holds the local densities of (air, aerosol).
+/// without a top. `density` holds the local densities of (air, aerosol); what `variant` leaves out is 0.
 #[inline]
-pub fn column_outwards(atmosphere: &Atmosphere, altitude: f32, density: Vec2, mu: f32) -> Vec3 {
+pub fn column_outwards(atmosphere: &Atmosphere, altitude: f32, density: Vec2, mu: f32, variant: u32) -> Vec3 {
     let g = sqrt(1.0 + altitude / atmosphere.ground_radius);
-    Vec3::new(
-        density.x * column_per_density(&atmosphere.air, g, mu),
-        density.y * column_per_density(&atmosphere.aerosol, g, mu),
-        ozone_column(atmosphere, altitude, mu),
-    )
+    let mut column = Vec3::new(density.x * column_per_density(&atmosphere.air, g, mu), 0.0, 0.0);
+    if variant & variant::AEROSOL != 0 {
+        column.y = density.y * column_per_density(&atmosphere.aerosol, g, mu);
+    }
+    if variant & variant::OZONE != 0 {
+        column.z = ozone_column(atmosphere, altitude, mu);
+    }
+    column
 }
 
 /// Densities of (air, aerosol) at an altitude (km), relative to the ground.
 #[inline]
-pub fn densities(atmosphere: &Atmosphere, altitude: f32) -> Vec2 {
-    Vec2::new(atmosphere.air.density(altitude), atmosphere.aerosol.density(altitude))
+pub fn densities(atmosphere: &Atmosphere, altitude: f32, variant: u32) -> Vec2 {
+    let mut density = Vec2::new(atmosphere.air.density(altitude), 0.0);
+    if variant & variant::AEROSOL != 0 {
+        density.y = atmosphere.aerosol.density(altitude);
+    }
+    density
 }
 
 /// [`column_outwards`] for the level ray at an altitude (km), the lowest point of a ray that comes down and goes up again.
 #[inline]
-pub fn level_column(atmosphere: &Atmosphere, altitude: f32) -> Vec3 {
-    let density = densities(atmosphere, altitude);
+pub fn level_column(atmosphere: &Atmosphere, altitude: f32, variant: u32) -> Vec3 {
+    let density = densities(atmosphere, altitude, variant);
     let g = sqrt(1.0 + altitude / atmosphere.ground_radius);
-    Vec3::new(
-        density.x * g * atmosphere.air.level_column,
-        density.y * g * atmosphere.aerosol.level_column,
-        ozone_column(atmosphere, altitude, 0.0),
-    )
+    let air = density.x * g * atmosphere.air.level_column;
+    let aerosol = density.y * g * atmosphere.aerosol.level_column;
+    let mut column = Vec3::new(air, aerosol, 0.0);
+    if variant & variant::OZONE != 0 {
+        column.z = ozone_column(atmosphere, altitude, 0.0);
+    }
+    column
 }
 
 /// Column densities (air, aerosol, ozone) in km from a lit point to the sun, on either side of the point's horizon.
@@ -128,17 +138,17 @@ pub fn level_column(atmosphere: &Atmosphere, altitude: f32) -> Vec3 {
 /// Below it the ray first descends to its perigee: twice the column that rises from there, less the one behind the point. What the
 /// exponential profiles hold above the top of the atmosphere is taken off where it matters.
 #[inline]
-pub fn sun_column(atmosphere: &Atmosphere, altitude: f32, density: Vec2, mu_s: f32) -> Vec3 {
-    let mut column = if mu_s >= 0.0 {
-        column_outwards(atmosphere, altitude, density, mu_s)
-    } else {
+pub fn sun_column(atmosphere: &Atmosphere, altitude: f32, density: Vec2, mu_s: f32, variant: u32) -> Vec3 {
+    let above_horizon = if mu_s < 0.0 { -mu_s } else { mu_s };
+    let mut column = column_outwards(atmosphere, altitude, density, above_horizon, variant);
+    if (variant & variant::LOW_SUN != 0) & (mu_s < 0.0) {
         let lowest = max(perigee_altitude(atmosphere.shell(), altitude, mu_s), 0.0);
-        level_column(atmosphere, lowest) * 2.0 - column_outwards(atmosphere, altitude, density, -mu_s)
-    };
-    if atmosphere.open_top != 0 {
+        column = level_column(atmosphere, lowest, variant) * 2.0 - column;
+    }
+    if variant & variant::ABOVE_TOP != 0 {
         let top = atmosphere.depth;
         let mu = zenith_cosine_at_top(atmosphere.shell(), altitude, mu_s);
-        column -= column_outwards(atmosphere, top, densities(atmosphere, top), mu);
+        column -= column_outwards(atmosphere, top, densities(atmosphere, top, variant), mu, variant);
     }
     column.max(Vec3::ZERO)
 }

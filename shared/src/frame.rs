@@ -5,16 +5,20 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::atmosphere::{Atmosphere, cornette_shanks_phase, rayleigh_phase};
+use crate::atmosphere::Atmosphere;
 use crate::camera::{Camera, PixelView, pixel_view};
-use crate::color::{into_gamut, observe_cubic, srgb8, xyz_to_rec709};
-use crate::geometry::Ray;
+use crate::color::srgb8;
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::scattering::{Bands, SingleScattering, single_scattering};
-use crate::spectrum::{Octet, learnt_rgb};
+use crate::math::{fetch, half_bits, store};
+use crate::scattering::Bands;
+use crate::sky::{Constituents, constituents, sky, transfer, view_ray};
+use crate::{sky_table, variant};
 
 /// Pixels along each side of a GPU workgroup. The entry points repeat it as a literal, which a test compares.
-pub const WORKGROUP_SIDE: u32 = 8;
+pub const WORKGROUP_SIDE: u32 = 16;
+
+/// Entries of the sky table in a workgroup; likewise.
+pub const TABLE_WORKGROUP: u32 = 64;
 
 /// Everything about a frame that every pixel shares. The layout is that of a GPU uniform buffer.
 #[repr(C, align(16))]
@@ -26,6 +30,8 @@ pub struct Frame {
     pub camera: Camera,
     /// Unit vector to the sun; `w` unused.
     pub sun: Vec4,
+    /// Unit vector along the ground to the sun's bearing; `z` and `w` are 0.
+    pub bearing: Vec4,
     /// Wavelengths of the first four bands, mapped to [-1, 1] over the observer's range.
     pub nodes: Vec4,
     /// Altitude of the observer (km).
@@ -36,14 +42,22 @@ pub struct Frame {
     pub rows: u32,
     /// Factor from linear RGB to the picture's linear value.
     pub exposure: f32,
-    /// How a pixel is stored: a [`Pixel`].
-    pub pixel: u32,
     /// Nodes of the learnt fit of air.
     pub air_nodes: u32,
     /// Nodes of the learnt fit of aerosol, which follow those of air in the table; 0 without aerosol.
     pub aerosol_nodes: u32,
+    /// Rows of the sky table above the horizon; 0 without a table.
+    pub table_above: u32,
+    /// Rows of the sky table below the horizon; 0 from the ground itself, where nothing is seen there.
+    pub table_below: u32,
+    /// Columns of the sky table.
+    pub table_azimuths: u32,
+    /// Elevation of the horizon (radians): 0 on the ground, negative above it.
+    pub horizon: f32,
     /// Unused; fills the last 16 bytes.
-    pub padding: u32,
+    pub padding0: u32,
+    /// Unused.
+    pub padding1: u32,
 }
 
 /// How a pixel of the sky is stored.
@@ -54,19 +68,17 @@ pub enum Pixel {
     LinearRgb = 0,
     /// One word: 8 bit sRGB, exposed, red in the lowest byte.
     Picture = 1,
+    /// Two words: linear RGB as half floats, red and green, then blue and 1.
+    HalfRgb = 2,
 }
 
 impl Pixel {
-    /// The kind with this number, as [`Frame::pixel`] holds it.
-    pub const fn from_u32(number: u32) -> Self {
-        if number == Self::Picture as u32 { Self::Picture } else { Self::LinearRgb }
-    }
-
     /// Words that a pixel takes.
     pub const fn words(self) -> u32 {
         match self {
             Self::LinearRgb => 3,
             Self::Picture => 1,
+            Self::HalfRgb => 2,
         }
     }
 }
@@ -74,86 +86,21 @@ impl Pixel {
 /// A bit pattern that no kernel stores, a NaN and a picture of alpha 0: what the output holds before a kernel runs.
 pub const SENTINEL: u32 = 0x7fff_ffff;
 
-/// The view ray of a frame in a direction.
+/// Stores a pixel's linear RGB as the variant's [`Pixel`] says; `index` counts pixels from the output's start.
 #[inline]
-pub fn view_ray(frame: &Frame, direction: Vec3) -> Ray {
-    Ray::new(frame.altitude, direction, Vec3::new(frame.sun.x, frame.sun.y, frame.sun.z))
-}
-
-/// Transfer (sr⁻¹) at four bands in a direction: single scattering with its phase functions (Eq. 1).
-#[inline]
-pub fn transfer(frame: &Frame, bands: &Bands, quadrature: &[Vec2], direction: Vec3) -> Vec4 {
-    let ray = view_ray(frame, direction);
-    let scattered = single_scattering(&frame.atmosphere, bands, quadrature, ray);
-    scattered.air * rayleigh_phase(ray.nu)
-        + scattered.aerosol * cornette_shanks_phase(ray.nu, frame.atmosphere.aerosol_asymmetry)
-}
-
-/// Linear RGB in a direction by a fit that is linear in the transfer: solve, observer sum and XYZ→RGB (Eqs. 4-8) are one
-/// matrix, whose rows for red, green and blue stand in `colour` for each group of four bands.
-#[inline]
-pub fn linear_sky(frame: &Frame, bands: &[Bands], quadrature: &[Vec2], colour: &[Vec4], direction: Vec3) -> Vec3 {
-    let mut rgb = Vec3::ZERO;
-    let mut group = 0;
-    while group < bands.len() {
-        let transfer = transfer(frame, &bands[group], quadrature, direction);
-        let row = 3 * group;
-        rgb += Vec3::new(colour[row].dot(transfer), colour[row + 1].dot(transfer), colour[row + 2].dot(transfer));
-        group += 1;
-    }
-    into_gamut(rgb)
-}
-
-/// Linear RGB in a direction by the paper's mathematics, step by step (Eqs. 1-8): the cubic through four bands, its sum over
-/// the observer's samples in `colour`, XYZ→RGB.
-#[inline]
-pub fn solved_sky(frame: &Frame, bands: &[Bands], quadrature: &[Vec2], colour: &[Vec4], direction: Vec3) -> Vec3 {
-    let radiance = transfer(frame, &bands[0], quadrature, direction) * bands[0].fit_irradiance;
-    into_gamut(xyz_to_rec709(observe_cubic(frame.nodes, radiance, colour)))
-}
-
-/// Linear RGB in a direction by the learnt fit, separately for air and aerosol; see [`learnt_rgb`].
-#[inline]
-pub fn learnt_sky(
-    frame: &Frame,
-    bands: &[Bands],
-    quadrature: &[Vec2],
-    colour: &[Vec4],
-    direction: Vec3,
-    solve: bool,
-) -> Vec3 {
-    let ray = view_ray(frame, direction);
-    let mut second = SingleScattering { air: Vec4::ZERO, aerosol: Vec4::ZERO };
-    if bands.len() > 1 {
-        second = single_scattering(&frame.atmosphere, &bands[1], quadrature, ray);
-    }
-    let first = single_scattering(&frame.atmosphere, &bands[0], quadrature, ray);
-    let air = Octet { first: first.air, second: second.air };
-    let mut rgb = learnt_rgb(colour, 0, frame.air_nodes, air, frame.nodes, solve) * rayleigh_phase(ray.nu);
-    if frame.aerosol_nodes > 0 {
-        let aerosol = Octet { first: first.aerosol, second: second.aerosol };
-        rgb += learnt_rgb(colour, frame.air_nodes, frame.aerosol_nodes, aerosol, frame.nodes, solve)
-            * cornette_shanks_phase(ray.nu, frame.atmosphere.aerosol_asymmetry);
-    }
-    into_gamut(rgb)
-}
-
-/// The view through a pixel; `row` counts from the dispatch's first row.
-#[inline]
-pub fn view(frame: &Frame, column: u32, row: u32) -> PixelView {
-    pixel_view(&frame.camera, column, frame.first_row + row)
-}
-
-/// Stores a pixel's linear RGB as the frame's [`Pixel`] says; `index` counts pixels from the output's start.
-#[inline]
-pub fn store_rgb(frame: &Frame, output: &mut [u32], index: u32, rgb: Vec3) {
-    if frame.pixel == Pixel::Picture as u32 {
-        output[index as usize] = srgb8(rgb, frame.exposure);
+pub fn store_rgb(frame: &Frame, output: &mut [u32], index: u32, rgb: Vec3, variant: u32) {
+    let pixel = variant::pixel(variant);
+    if pixel == Pixel::Picture as u32 {
+        store(output, index as usize, srgb8(rgb, frame.exposure));
+    } else if pixel == Pixel::HalfRgb as u32 {
+        let at = 2 * index as usize;
+        store(output, at, half_bits(rgb.x) | (half_bits(rgb.y) << 16));
+        store(output, at + 1, half_bits(rgb.z) | (half_bits(1.0) << 16));
     } else {
         let at = 3 * index as usize;
-        output[at] = rgb.x.to_bits();
-        output[at + 1] = rgb.y.to_bits();
-        output[at + 2] = rgb.z.to_bits();
+        store(output, at, rgb.x.to_bits());
+        store(output, at + 1, rgb.y.to_bits());
+        store(output, at + 2, rgb.z.to_bits());
     }
 }
 
@@ -161,10 +108,16 @@ pub fn store_rgb(frame: &Frame, output: &mut [u32], index: u32, rgb: Vec3) {
 #[inline]
 pub fn store_radiance(output: &mut [u32], index: u32, groups: u32, group: u32, radiance: Vec4) {
     let at = 4 * (index * groups + group) as usize;
-    output[at] = radiance.x.to_bits();
-    output[at + 1] = radiance.y.to_bits();
-    output[at + 2] = radiance.z.to_bits();
-    output[at + 3] = radiance.w.to_bits();
+    store(output, at, radiance.x.to_bits());
+    store(output, at + 1, radiance.y.to_bits());
+    store(output, at + 2, radiance.z.to_bits());
+    store(output, at + 3, radiance.w.to_bits());
+}
+
+/// The view through a pixel; `row` counts from the dispatch's first row.
+#[inline]
+pub fn view(frame: &Frame, column: u32, row: u32, variant: u32) -> PixelView {
+    pixel_view(&frame.camera, variant::projection(variant), column, frame.first_row + row)
 }
 
 /// Kernel `radiance`: a pixel's radiance at every band, nothing more. This is where the paper's own GPU part ends.
@@ -176,23 +129,25 @@ pub fn radiance_pixel(
     output: &mut [u32],
     column: u32,
     row: u32,
-    index: u32,
+    variant: u32,
 ) {
-    let view = view(frame, column, row);
+    let view = view(frame, column, row, variant);
     let mut group = 0;
     while group < bands.len() {
         let mut radiance = Vec4::ZERO;
         if view.covered {
-            radiance = transfer(frame, &bands[group], quadrature, view.direction) * bands[group].solar_irradiance;
+            let four = fetch(bands, group);
+            radiance = transfer(frame, &four, quadrature, view.direction, variant) * four.solar_irradiance;
         }
-        store_radiance(output, index, bands.len() as u32, group as u32, radiance);
+        store_radiance(output, index(frame, column, row), bands.len() as u32, group as u32, radiance);
         group += 1;
     }
 }
 
-/// Kernel `sky_linear`: a pixel of [`linear_sky`], stored.
+/// Kernels `sky_linear`, `sky_solve`, `sky_learnt` and `sky_learnt_solve`: the sky's colour at a pixel by a fit of the
+/// kind [`crate::sky`] names, integrated at the pixel itself, and stored.
 #[inline]
-pub fn sky_linear_pixel(
+pub fn sky_pixel(
     frame: &Frame,
     bands: &[Bands],
     quadrature: &[Vec2],
@@ -200,53 +155,45 @@ pub fn sky_linear_pixel(
     output: &mut [u32],
     column: u32,
     row: u32,
-    index: u32,
+    fit: u32,
+    variant: u32,
 ) {
-    let view = view(frame, column, row);
+    let view = view(frame, column, row, variant);
     let mut rgb = Vec3::ZERO;
     if view.covered {
-        rgb = linear_sky(frame, bands, quadrature, colour, view.direction);
+        rgb = sky(frame, bands, quadrature, colour, view.direction, fit, variant);
     }
-    store_rgb(frame, output, index, rgb);
+    store_rgb(frame, output, index(frame, column, row), rgb, variant);
 }
 
-/// Kernel `sky_solve`: a pixel of [`solved_sky`], stored.
+/// Kernels `table_linear` and `table_learnt`: the colours of an entry of the sky table.
 #[inline]
-pub fn sky_solve_pixel(
+pub fn table_colours(
     frame: &Frame,
     bands: &[Bands],
     quadrature: &[Vec2],
     colour: &[Vec4],
-    output: &mut [u32],
-    column: u32,
-    row: u32,
-    index: u32,
-) {
-    let view = view(frame, column, row);
-    let mut rgb = Vec3::ZERO;
-    if view.covered {
-        rgb = solved_sky(frame, bands, quadrature, colour, view.direction);
-    }
-    store_rgb(frame, output, index, rgb);
+    entry: u32,
+    fit: u32,
+    variant: u32,
+) -> Constituents {
+    let ray = view_ray(frame, sky_table::entry_view(frame, entry));
+    constituents(frame, bands, quadrature, colour, ray, fit, variant)
 }
 
-/// Kernels `sky_learnt` and, with `solve`, `sky_learnt_solve`: a pixel of [`learnt_sky`], stored.
+/// Kernel `sky_table`: the sky's colour at a pixel from the sky table, stored.
 #[inline]
-pub fn sky_learnt_pixel(
-    frame: &Frame,
-    bands: &[Bands],
-    quadrature: &[Vec2],
-    colour: &[Vec4],
-    output: &mut [u32],
-    column: u32,
-    row: u32,
-    index: u32,
-    solve: bool,
-) {
-    let view = view(frame, column, row);
+pub fn table_pixel(frame: &Frame, table: &[Vec4], output: &mut [u32], column: u32, row: u32, variant: u32) {
+    let view = view(frame, column, row, variant);
     let mut rgb = Vec3::ZERO;
     if view.covered {
-        rgb = learnt_sky(frame, bands, quadrature, colour, view.direction, solve);
+        rgb = sky_table::sky_from_table(frame, table, view.direction, variant);
     }
-    store_rgb(frame, output, index, rgb);
+    store_rgb(frame, output, index(frame, column, row), rgb, variant);
+}
+
+/// Where a pixel stands in the output of its dispatch, in pixels.
+#[inline]
+fn index(frame: &Frame, column: u32, row: u32) -> u32 {
+    row * frame.camera.width + column
 }

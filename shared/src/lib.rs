@@ -24,4 +24,7 @@ pub mod frame;
 pub mod geometry;
 pub mod math;
 pub mod scattering;
+pub mod sky;
+pub mod sky_table;
 pub mod spectrum;
+pub mod variant;

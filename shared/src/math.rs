@@ -5,6 +5,37 @@
 
 use crate::glam::Vec4;
 
+/// Element `index` of a table; `index` must lie inside it.
+///
+/// On the GPU the access is not checked by a branch, which would cost more than the kernel: drivers that wgpu accepts bound
+/// buffer accesses themselves. On the CPU, where every kernel's indices are tested, it panics.
+#[inline]
+pub fn fetch<T: Copy>(table: &[T], index: usize) -> T {
+    #[cfg(target_arch = "spirv")]
+    // SAFETY: callers derive `index` from the table's own length or size, and the device bounds buffer accesses.
+    #[expect(unsafe_code, reason = "a bounds check is a branch around every load")]
+    unsafe {
+        *spirv_std::arch::IndexUnchecked::index_unchecked(table, index)
+    }
+    #[cfg(not(target_arch = "spirv"))]
+    table[index]
+}
+
+/// Stores `value` as element `index` of a table; see [`fetch`].
+#[inline]
+pub fn store<T: Copy>(table: &mut [T], index: usize, value: T) {
+    #[cfg(target_arch = "spirv")]
+    // SAFETY: as in `fetch`.
+    #[expect(unsafe_code, reason = "a bounds check is a branch around every store")]
+    unsafe {
+        *spirv_std::arch::IndexUnchecked::index_unchecked_mut(table, index) = value;
+    }
+    #[cfg(not(target_arch = "spirv"))]
+    {
+        table[index] = value;
+    }
+}
+
 /// `π` in single precision.
 pub const PI: f32 = core::f32::consts::PI;
 
@@ -63,15 +94,6 @@ pub fn ln(x: f32) -> f32 {
     return libm::logf(x);
     #[cfg(not(target_arch = "spirv"))]
     return x.ln();
-}
-
-/// `x` to the power `y`, for `x > 0`.
-#[inline]
-pub fn pow(x: f32, y: f32) -> f32 {
-    #[cfg(target_arch = "spirv")]
-    return libm::powf(x, y);
-    #[cfg(not(target_arch = "spirv"))]
-    return x.powf(y);
 }
 
 /// Arguments of [`exp`] below this give 0 to within 2e-38.
@@ -147,6 +169,35 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
     }
 }
 
+/// The angle in `[0, π]` whose cosine is `x`, to 4.5e-7 radians on every device.
+///
+/// Hastings' polynomial (Abramowitz and Stegun 1964, 4.4.46). The GPU's own instruction is only good to 4096 ULP.
+#[inline]
+pub fn acos(x: f32) -> f32 {
+    let y = min(if x < 0.0 { -x } else { x }, 1.0);
+    let high = ((-1.262_491_1e-3 * y + 6.670_09e-3) * y - 1.708_812_6e-2) * y + 3.089_188_1e-2;
+    let polynomial = (((high * y - 5.017_430_5e-2) * y + 8.897_899e-2) * y - 2.145_988e-1) * y + 1.570_796_3;
+    let angle = sqrt(1.0 - y) * polynomial;
+    if x < 0.0 { PI - angle } else { angle }
+}
+
+/// The bits of the half float nearest to `x >= 0` (IEEE 754 binary16, ties to even); beyond its largest number, 65504, that.
+#[inline]
+pub fn half_bits(x: f32) -> u32 {
+    const LARGEST: f32 = 65504.0;
+    /// 2⁻¹⁴: below this the exponent stays and the step is 2⁻²⁴.
+    const SMALLEST_NORMAL: f32 = 6.103_515_6e-5;
+    let x = clamp(x, 0.0, LARGEST);
+    if x < SMALLEST_NORMAL {
+        // The sum has its last digit at 2⁻²⁴, so the addition itself rounds.
+        (x + 0.5).to_bits() - 0.5f32.to_bits()
+    } else {
+        let bits = x.to_bits();
+        let rounded = bits + 0xfff + ((bits >> 13) & 1);
+        (rounded >> 13) - ((127 - 15) << 10)
+    }
+}
+
 /// `a + (b - a) t`.
 #[inline]
 pub fn mix(a: Vec4, b: Vec4, t: f32) -> Vec4 {
@@ -173,6 +224,33 @@ mod tests {
     fn exponential_saturates_instead_of_overflowing() {
         assert!(exp(-1e30) < 2e-38 && exp(-1e30) > 0.0);
         assert!(exp(1e30) > 1e38 && exp(1e30).is_finite());
+    }
+
+    #[test]
+    fn half_floats_are_the_nearest() {
+        let value = |bits: u32| {
+            let (exponent, fraction) = ((bits >> 10) as i32, f64::from(bits & 0x3ff));
+            if exponent == 0 { fraction * 2f64.powi(-24) } else { (1.0 + fraction / 1024.0) * 2f64.powi(exponent - 15) }
+        };
+        for bits in 0..0x7bff {
+            let (low, high) = (value(bits), value(bits + 1));
+            for part in [0.0, 0.2, 0.49, 0.51, 0.8] {
+                let x = low + part * (high - low);
+                let expected = if part < 0.5 { bits } else { bits + 1 };
+                assert_eq!(half_bits(x as f32), expected, "{x:e}");
+            }
+        }
+        assert_eq!(half_bits(1e9), 0x7bff);
+    }
+
+    #[test]
+    fn arccosine_is_accurate_over_its_whole_range() {
+        for i in -100_000..=100_000 {
+            let x = i as f32 * 1e-5;
+            // Two roundings near π, half a ULP of 2.4e-7 each, and the polynomial.
+            assert!((f64::from(acos(x)) - f64::from(x).acos()).abs() < 4.5e-7, "{x}");
+        }
+        assert_eq!(acos(1.1), 0.0);
     }
 
     #[test]

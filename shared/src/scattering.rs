@@ -18,9 +18,10 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::atmosphere::Atmosphere;
 use crate::column::{column_outwards, column_per_density, densities, level_column, sun_column};
-use crate::geometry::{Interval, Ray, altitude_along, inside_atmosphere, perigee_altitude, shadow};
+use crate::geometry::{self, Interval, Ray, altitude_along, distance_to_top, inside_atmosphere, perigee_altitude};
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::math::{exp4, max, min, sqrt};
+use crate::math::{exp4, fetch, max, min, sqrt};
+use crate::variant;
 
 /// Optical properties of the atmosphere and the sun at four bands. The layout is that of a GPU buffer.
 #[repr(C, align(16))]
@@ -39,6 +40,9 @@ pub struct Bands {
     /// What the fit of an explicit solve multiplies the transfer with: the solar irradiance, or 1.
     pub fit_irradiance: Vec4,
 }
+
+/// Nothing.
+pub const DARK: SingleScattering = SingleScattering { air: Vec4::ZERO, aerosol: Vec4::ZERO };
 
 /// What one ray's single scattering amounts to at four bands, before the phase functions.
 #[derive(Clone, Copy)]
@@ -59,18 +63,37 @@ pub fn optical_depth(bands: &Bands, column: Vec3) -> Vec4 {
 ///
 /// The lit part of the ray is cut at its perigee and at the planet's shadow, and each piece is integrated by the same
 /// `quadrature`: (node, weight) on [0, 1], Gauss-Legendre in a variable that crowds towards the piece's lowest, densest end (see
-/// [`crowded`]). Twelve samples leave 5e-4 of the radiance, sixteen 2e-5, as long as the sun stands above the
+/// [`crowded`]). `variant` says what the scene has; see [`variant`]. Twelve samples leave 5e-4 of the radiance, sixteen 2e-5, as long as the sun stands above the
 /// horizon; below it, sunlight that grazes the kinks of the ozone tent slows the convergence.
 #[inline]
-pub fn single_scattering(atmosphere: &Atmosphere, bands: &Bands, quadrature: &[Vec2], ray: Ray) -> SingleScattering {
+pub fn single_scattering(
+    atmosphere: &Atmosphere,
+    bands: &Bands,
+    quadrature: &[Vec2],
+    ray: Ray,
+    variant: u32,
+) -> SingleScattering {
     let shell = atmosphere.shell();
-    let (ray, length) = inside_atmosphere(shell, ray);
-    let shadow = shadow(shell, ray);
-    let perigee = max(-(shell.ground_radius + ray.altitude) * ray.mu, 0.0);
-    let mut sum = SingleScattering { air: Vec4::ZERO, aerosol: Vec4::ZERO };
+    let mut ray = ray;
+    let length;
+    let mut perigee = 0.0;
+    if variant & variant::DESCENT != 0 {
+        (ray, length) = inside_atmosphere(shell, ray);
+        perigee = max(-(shell.ground_radius + ray.altitude) * ray.mu, 0.0);
+    } else {
+        // From the ground itself every falling ray ends where it begins.
+        length = if ray.mu < 0.0 { 0.0 } else { distance_to_top(shell, ray.altitude, ray.mu) };
+    }
+    let mut shadow = Interval { start: length, end: length };
+    if variant & variant::SHADOW != 0 {
+        shadow = geometry::shadow(shell, ray);
+    }
+    let mut sum = DARK;
     // Before or behind the shadow, falling or rising: at most three of the four pieces are not empty.
-    let mut piece = 0;
-    while piece < 4 {
+    let mut piece = if variant & variant::DESCENT != 0 { 0 } else { 1 };
+    let step = if variant & variant::DESCENT != 0 { 1 } else { 2 };
+    let pieces = if variant & variant::SHADOW != 0 { 4 } else { 2 };
+    while piece < pieces {
         let rising = piece & 1 == 1;
         let behind_shadow = piece & 2 == 2;
         let lit = if behind_shadow {
@@ -84,11 +107,11 @@ pub fn single_scattering(atmosphere: &Atmosphere, bands: &Bands, quadrature: &[V
             Interval { start: lit.start, end: min(lit.end, perigee) }
         };
         if interval.end > interval.start {
-            let part = integrate_piece(atmosphere, bands, quadrature, ray, interval, rising);
+            let part = integrate_piece(atmosphere, bands, quadrature, ray, interval, rising, variant);
             sum.air += part.air;
             sum.aerosol += part.aerosol;
         }
-        piece += 1;
+        piece += step;
     }
     SingleScattering { air: sum.air * bands.air_scattering, aerosol: sum.aerosol * bands.aerosol_scattering }
 }
@@ -96,14 +119,15 @@ pub fn single_scattering(atmosphere: &Atmosphere, bands: &Bands, quadrature: &[V
 /// What a sample's own outward column is taken from (rising ray) or added to (falling ray) to give the column between the
 /// observer and the sample (km).
 #[inline]
-fn column_offset(atmosphere: &Atmosphere, ray: Ray, rising: bool) -> Vec3 {
-    let density = densities(atmosphere, ray.altitude);
-    let outwards = column_outwards(atmosphere, ray.altitude, density, if ray.mu < 0.0 { -ray.mu } else { ray.mu });
-    if ray.mu >= 0.0 {
+fn column_offset(atmosphere: &Atmosphere, ray: Ray, rising: bool, variant: u32) -> Vec3 {
+    let density = densities(atmosphere, ray.altitude, variant);
+    let mu = if ray.mu < 0.0 { -ray.mu } else { ray.mu };
+    let outwards = column_outwards(atmosphere, ray.altitude, density, mu, variant);
+    if (variant & variant::DESCENT == 0) | (ray.mu >= 0.0) {
         outwards
     } else if rising {
         let lowest = max(perigee_altitude(atmosphere.shell(), ray.altitude, ray.mu), 0.0);
-        level_column(atmosphere, lowest) * 2.0 - outwards
+        level_column(atmosphere, lowest, variant) * 2.0 - outwards
     } else {
         -outwards
     }
@@ -115,13 +139,13 @@ fn column_offset(atmosphere: &Atmosphere, ray: Ray, rising: bool) -> Vec3 {
 /// The integrand falls off over the distance `D` in which the density does, or over a few mean free paths of light, whichever is shorter;
 /// `k` makes the sampled variable as long as three of those. `low` is the distance of the low end along the ray.
 #[inline]
-fn crowded(atmosphere: &Atmosphere, bands: &Bands, ray: Ray, low: f32, length: f32) -> f32 {
+fn crowded(atmosphere: &Atmosphere, bands: &Bands, ray: Ray, low: f32, length: f32, variant: u32) -> f32 {
     let shell = atmosphere.shell();
     let altitude = altitude_along(shell, ray, low);
     let mu = ((shell.ground_radius + ray.altitude) * ray.mu + low) / (shell.ground_radius + altitude);
     let g = sqrt(1.0 + altitude / shell.ground_radius);
     let fall_off = column_per_density(&atmosphere.air, g, if mu < 0.0 { -mu } else { mu });
-    let density = densities(atmosphere, altitude);
+    let density = densities(atmosphere, altitude, variant);
     let extinction = bands.air_scattering * density.x + bands.aerosol_extinction * density.y;
     let strongest = max(max(extinction.x, extinction.y), max(extinction.z, extinction.w));
     max(0.35 * length * (1.0 / fall_off + 0.05 * strongest) - 1.0, 0.0)
@@ -135,18 +159,19 @@ fn integrate_piece(
     ray: Ray,
     interval: Interval,
     rising: bool,
+    variant: u32,
 ) -> SingleScattering {
     let shell = atmosphere.shell();
     let r = shell.ground_radius + ray.altitude;
-    let offset = column_offset(atmosphere, ray, rising);
+    let offset = column_offset(atmosphere, ray, rising, variant);
     let (low, outwards) = if rising { (interval.start, 1.0) } else { (interval.end, -1.0) };
     let length = interval.end - interval.start;
-    let k = crowded(atmosphere, bands, ray, low, length);
+    let k = crowded(atmosphere, bands, ray, low, length, variant);
     let mut air = Vec4::ZERO;
     let mut aerosol = Vec4::ZERO;
     let mut i = 0;
     while i < quadrature.len() {
-        let node = quadrature[i];
+        let node = fetch(quadrature, i);
         let stretch = 1.0 / (1.0 + k * (1.0 - node.x));
         let s = low + outwards * length * node.x * stretch;
         let weight = node.y * length * (1.0 + k) * stretch * stretch;
@@ -155,13 +180,15 @@ fn integrate_piece(
         let inverse_r = 1.0 / (shell.ground_radius + altitude);
         let mu = max((r * ray.mu + s) * inverse_r * outwards, 0.0);
         let mu_s = (r * ray.mu_s + s * ray.nu) * inverse_r;
-        let density = densities(atmosphere, altitude);
-        let to_observer = offset - column_outwards(atmosphere, altitude, density, mu) * outwards;
-        let to_sun = sun_column(atmosphere, altitude, density, mu_s);
+        let density = densities(atmosphere, altitude, variant);
+        let to_observer = offset - column_outwards(atmosphere, altitude, density, mu, variant) * outwards;
+        let to_sun = sun_column(atmosphere, altitude, density, mu_s, variant);
         let column = to_observer.max(Vec3::ZERO) + to_sun;
         let transmittance = exp4(-optical_depth(bands, column)) * weight;
         air += transmittance * density.x;
-        aerosol += transmittance * density.y;
+        if variant & variant::AEROSOL != 0 {
+            aerosol += transmittance * density.y;
+        }
         i += 1;
     }
     SingleScattering { air, aerosol }

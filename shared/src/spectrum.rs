@@ -1,7 +1,7 @@
 //! The spectrum between the bands: a fit through the integrated values, by one small linear solve per pixel.
 
 use crate::glam::{Vec3, Vec4};
-use crate::math::{exp, ln, ln4, max, max4, min};
+use crate::math::{exp, fetch, ln, ln4, max, max4, min};
 
 /// The coefficients of the cubic through four points, in Newton's form: the Vandermonde system
 /// `Σₖ aₖ xᵢᵏ = yᵢ`, solved by divided differences.
@@ -74,8 +74,8 @@ pub fn learnt_rgb(table: &[Vec4], first_node: u32, nodes: u32, bands: Octet, ban
     let mut q = 0;
     while q < nodes {
         let row = ((first_node + q) * ROWS_PER_NODE) as usize;
-        let colour = table[row + 2];
-        let exponent = colour.x + table[row].dot(first) + table[row + 1].dot(logarithm.second);
+        let colour = fetch(table, row + 2);
+        let exponent = colour.x + fetch(table, row).dot(first) + fetch(table, row + 1).dot(logarithm.second);
         rgb += Vec3::new(colour.y, colour.z, colour.w) * exp(min(exponent, ceiling));
         q += 1;
     }

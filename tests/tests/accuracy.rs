@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use sorairo::PixelFormat;
 use sorairo::plan::{Plan, direction};
 use sorairo::scene::{Preset, Scene};
-use sorairo_shared::frame::transfer;
+use sorairo_shared::sky::transfer;
 use sorairo_tests::compare::{Worst, worst_relative};
 use sorairo_tests::oracle::scattered_radiance_bands;
 use sorairo_tests::sky::{SUNS, coefficients, medium, ray, scene};
@@ -24,7 +24,7 @@ fn compare_sky(scene: &Scene, above: f64) -> Worst {
         .into_par_iter()
         .flat_map_iter(|(elevation, azimuth)| {
             let view = direction(elevation, azimuth).as_vec3();
-            let values = transfer(&plan.frame, &plan.bands[0], &plan.quadrature, view).to_array();
+            let values = transfer(&plan.frame, &plan.bands[0], &plan.quadrature, view, plan.variant).to_array();
             let references = scattered_radiance_bands(&medium, &bands, &ray(scene, elevation, azimuth));
             let triples = values.into_iter().zip(references).zip(&plan.wavelengths);
             triples.map(move |((value, reference), nm)| {

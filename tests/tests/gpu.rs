@@ -6,7 +6,8 @@ use std::sync::LazyLock;
 use sorairo::PixelFormat;
 use sorairo::backend::{self, Backend, Device, Kernel};
 use sorairo::plan::Plan;
-use sorairo::scene::{ColorPath, Fit, Preset, Projection, Scene};
+use sorairo::scene::{ColorPath, Fit, PathChoice, Preset, Projection, Scene};
+use sorairo_shared::math::half_bits;
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::sky::{SUNS, scene};
 
@@ -46,17 +47,21 @@ fn ways() -> Vec<(Fit, ColorPath, Option<Vec<f64>>)> {
 
 #[test]
 fn every_kernel_agrees_with_the_cpu_over_whole_images() {
-    let mut seen = HashSet::new();
+    let mut seen = HashSet::from([Kernel::TableLinear, Kernel::TableLearnt]);
     for preset in [Preset::Earth, Preset::Paper] {
         for sun in SUNS {
             for (fit, color, bands) in ways() {
                 let mut scene = scene(preset, sun, "128x64");
                 (scene.render.fit, scene.render.color, scene.render.bands) = (fit, color, bands);
-                let plan = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
-                for (kernel, channels) in [(Kernel::Radiance, 4), (plan.kernel(), 3)] {
+                scene.render.path = PathChoice::Direct;
+                let direct = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+                scene.render.path = PathChoice::Table;
+                let table = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+                let runs = [(&direct, Kernel::Radiance, 4), (&direct, direct.kernel(), 3), (&table, table.kernel(), 3)];
+                for (plan, kernel, channels) in runs {
                     seen.insert(kernel);
-                    let reference = floats(&plan, &backend::cpu::Cpu, kernel);
-                    let image = floats(&plan, gpu(), kernel);
+                    let reference = floats(plan, &backend::cpu::Cpu, kernel);
+                    let image = floats(plan, gpu(), kernel);
                     let worst = worst_in_images(&image, &reference, 128, channels, 1e-6);
                     println!("{preset:?}, {sun}°, {fit:?}, {kernel:?}: {:.1e} at {}", worst.relative, worst.place);
                     assert!(worst.relative <= SAME_FUNCTION, "{preset:?}, {sun}°, {fit:?}, {kernel:?}: {worst:?}");
@@ -65,6 +70,48 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
         }
     }
     assert_eq!(seen.len(), Kernel::ALL.len());
+}
+
+#[test]
+fn every_kind_of_pixel_holds_the_same_colours() {
+    let scene = scene(Preset::Earth, 20.0, "64x32");
+    let of = |pixel| {
+        let plan = Plan::new(&scene, pixel).unwrap();
+        gpu().run(&plan, plan.kernel()).unwrap().words
+    };
+    let linear: Vec<f32> = of(PixelFormat::LinearRgb).into_iter().map(f32::from_bits).collect();
+    let half = of(PixelFormat::HalfRgb);
+    let mut compared = 0;
+    for (rgb, words) in linear.chunks(3).zip(half.chunks(2)) {
+        let halves = [words[0] & 0xffff, words[0] >> 16, words[1] & 0xffff];
+        for (value, bits) in rgb.iter().zip(halves) {
+            // Half floats keep eleven digits; rounding may differ from the CPU's by one.
+            assert!(bits.abs_diff(half_bits(*value)) <= 1, "{value} {bits:x}");
+            compared += 1;
+        }
+    }
+    assert_eq!(compared, 64 * 32 * 3);
+}
+
+#[test]
+fn the_table_agrees_with_the_integral_at_every_pixel() {
+    for (sun, altitude) in [(-4.0, 0.0), (0.0, 0.0), (5.0, 0.0), (30.0, 0.0), (90.0, 0.0), (30.0, 3.0), (3.0, 12.0)] {
+        let mut scene = scene(Preset::Earth, sun, "192x96");
+        scene.observer.altitude = altitude;
+        let of = |path| {
+            let mut scene = scene.clone();
+            scene.render.path = path;
+            let plan = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+            floats(&plan, &backend::cpu::Cpu, plan.kernel())
+        };
+        let (table, direct) = (of(PathChoice::Table), of(PathChoice::Direct));
+        let mean = direct.iter().map(|&x| f64::from(x)).sum::<f64>() / direct.len() as f64;
+        let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
+        let rmse = (table.iter().zip(&direct).map(square).sum::<f64>() / direct.len() as f64).sqrt();
+        println!("sun {sun}, altitude {altitude}: {:.1e} of the mean", rmse / mean);
+        // The goal; the size of the table is chosen for 1e-3 at the worst place.
+        assert!(mean > 0.0 && rmse <= 1e-3 * mean, "sun {sun}, altitude {altitude}: {rmse:e} of {mean:e}");
+    }
 }
 
 #[test]

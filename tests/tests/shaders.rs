@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use sorairo::backend::{Kernel, gpu};
-use sorairo_shared::frame::WORKGROUP_SIDE;
+use sorairo_shared::frame::{TABLE_WORKGROUP, WORKGROUP_SIDE};
+use sorairo_shared::variant;
 
 #[path = "../../xtask/src/manifest.rs"]
 mod manifest;
@@ -38,6 +39,20 @@ fn the_source_hash_notices_a_changed_source() {
 }
 
 #[test]
+fn a_specialised_module_is_valid_and_holds_its_constant() {
+    let words: Vec<u32> = gpu::SPIRV.chunks(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect();
+    for value in [0, variant::WHOLE_INTEGRAL, variant::of(variant::AEROSOL, 2, 1)] {
+        let specialised = gpu::specialised(&words, value);
+        assert!(specialised.len() < words.len(), "no decoration was left out");
+        let bytes: Vec<u8> = specialised.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let module = naga::front::spv::parse_u8_slice(&bytes, &naga::front::spv::Options::default()).unwrap();
+        assert!(module.overrides.is_empty(), "the specialisation constant is left");
+        Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module).unwrap();
+    }
+    assert_ne!(gpu::specialised(&words, 0), gpu::specialised(&words, 1));
+}
+
+#[test]
 fn naga_validates_the_committed_module_and_finds_every_kernel() {
     let module = naga::front::spv::parse_u8_slice(gpu::SPIRV, &naga::front::spv::Options::default()).unwrap();
     Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module).unwrap();
@@ -48,6 +63,11 @@ fn naga_validates_the_committed_module_and_finds_every_kernel() {
     assert_eq!(found, expected);
     assert_eq!(kept_manifest()["entry_points"], serde_json::json!(expected));
     for entry in &module.entry_points {
-        assert_eq!(entry.workgroup_size, [WORKGROUP_SIDE, WORKGROUP_SIDE, 1], "{}", entry.name);
+        let expected = if entry.name.starts_with("table_") {
+            [TABLE_WORKGROUP, 1, 1]
+        } else {
+            [WORKGROUP_SIDE, WORKGROUP_SIDE, 1]
+        };
+        assert_eq!(entry.workgroup_size, expected, "{}", entry.name);
     }
 }

@@ -3,7 +3,10 @@
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use sorairo_shared::frame::{Pixel, radiance_pixel, sky_learnt_pixel, sky_linear_pixel, sky_solve_pixel};
+use sorairo_shared::color::srgb8;
+use sorairo_shared::frame::{Frame, Pixel, radiance_pixel, sky_pixel, table_colours, table_pixel};
+use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::sky_table::entries;
 
 use super::{Backend, Device, Kernel, Run};
 use crate::error::{Error, Result};
@@ -20,15 +23,20 @@ pub fn device() -> Device {
 
 impl Backend for Cpu {
     fn run(&self, plan: &Plan, kernel: Kernel) -> Result<Run> {
-        let words_per_pixel = words_per_pixel(plan, kernel);
-        let row_words = plan.width() as usize * words_per_pixel;
-        let mut words = allocate(row_words, plan.height() as usize)?;
+        let row_words = plan.width() as usize * words_per_pixel(plan, kernel);
+        let mut words = black_image(plan, kernel)?;
         let start = Instant::now();
-        words.par_chunks_mut(row_words).enumerate().for_each(|(row, words)| {
-            for column in 0..plan.width() {
-                store_pixel(plan, kernel, words, column, row as u32);
-            }
-        });
+        let table = if kernel == Kernel::SkyTable { sky_table(plan) } else { Vec::new() };
+        let lit = plan.lit_rows.start as usize..plan.lit_rows.end as usize;
+        words[lit.start * row_words..lit.end * row_words].par_chunks_mut(row_words).zip(lit).for_each(
+            |(words, row)| {
+                // Each chunk is the output of a dispatch of one row.
+                let frame = Frame { first_row: row as u32, rows: 1, ..plan.frame };
+                for column in 0..plan.width() {
+                    store_pixel(&frame, plan, kernel, &table, words, column);
+                }
+            },
+        );
         Ok(Run { words, kernel: start.elapsed(), readback: Duration::ZERO })
     }
 }
@@ -37,28 +45,41 @@ impl Backend for Cpu {
 pub(super) fn words_per_pixel(plan: &Plan, kernel: Kernel) -> usize {
     match kernel {
         Kernel::Radiance => 4 * plan.bands.len(),
-        _ => Pixel::from_u32(plan.frame.pixel).words() as usize,
+        _ => plan.pixel.words() as usize,
     }
 }
 
-/// Room for an image, or an error where there is none.
-pub(super) fn allocate(row_words: usize, rows: usize) -> Result<Vec<u32>> {
-    let mut words = Vec::new();
+/// An image without light, or an error where there is no room for it.
+pub(super) fn black_image(plan: &Plan, kernel: Kernel) -> Result<Vec<u32>> {
+    let row_words = plan.width() as usize * words_per_pixel(plan, kernel);
+    let rows = plan.height() as usize;
     let out_of_memory =
         || Error::failure(format!("an image of {rows} rows of {} bytes does not fit into memory", row_words * 4));
     let total = row_words.checked_mul(rows).ok_or_else(out_of_memory)?;
+    let picture = kernel != Kernel::Radiance && plan.pixel == Pixel::Picture;
+    let black = if picture { srgb8(Vec3::ZERO, 1.0) } else { 0 };
+    let mut words = Vec::new();
     words.try_reserve_exact(total).map_err(|_| out_of_memory())?;
-    words.resize(total, 0);
+    words.resize(total, black);
     Ok(words)
 }
 
-fn store_pixel(plan: &Plan, kernel: Kernel, words: &mut [u32], column: u32, row: u32) {
+/// The sky table of a plan.
+fn sky_table(plan: &Plan) -> Vec<Vec4> {
     let Plan { frame, bands, quadrature, colour, .. } = plan;
+    let mut table = vec![Vec4::ZERO; 2 * entries(frame) as usize];
+    table.par_chunks_mut(2).enumerate().for_each(|(entry, colours)| {
+        let rgb = table_colours(frame, bands, quadrature, colour, entry as u32, plan.fit_kind(), plan.variant);
+        colours.copy_from_slice(&[rgb.air.extend(0.0), rgb.aerosol.extend(0.0)]);
+    });
+    table
+}
+
+fn store_pixel(frame: &Frame, plan: &Plan, kernel: Kernel, table: &[Vec4], words: &mut [u32], column: u32) {
+    let Plan { bands, quadrature, colour, variant, .. } = plan;
     match kernel {
-        Kernel::Radiance => radiance_pixel(frame, bands, quadrature, words, column, row, column),
-        Kernel::SkyLinear => sky_linear_pixel(frame, bands, quadrature, colour, words, column, row, column),
-        Kernel::SkySolve => sky_solve_pixel(frame, bands, quadrature, colour, words, column, row, column),
-        Kernel::SkyLearnt => sky_learnt_pixel(frame, bands, quadrature, colour, words, column, row, column, false),
-        Kernel::SkyLearntSolve => sky_learnt_pixel(frame, bands, quadrature, colour, words, column, row, column, true),
+        Kernel::Radiance => radiance_pixel(frame, bands, quadrature, words, column, 0, *variant),
+        Kernel::SkyTable => table_pixel(frame, table, words, column, 0, *variant),
+        _ => sky_pixel(frame, bands, quadrature, colour, words, column, 0, plan.fit_kind(), *variant),
     }
 }

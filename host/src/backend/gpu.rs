@@ -1,14 +1,16 @@
 //! The kernels on a Vulkan device, from the SPIR-V that travels with the program.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use sorairo_shared::frame::{Frame, WORKGROUP_SIDE};
+use sorairo_shared::frame::{Frame, TABLE_WORKGROUP, WORKGROUP_SIDE};
+use sorairo_shared::glam::Vec4;
+use sorairo_shared::sky_table::entries;
 use wgpu::util::DeviceExt;
 
-use super::cpu::{allocate, words_per_pixel};
+use super::cpu::{black_image, words_per_pixel};
 use super::{Backend, Device, Kernel, Run};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
@@ -29,10 +31,16 @@ const PIXELS_PER_DISPATCH: u64 = 1 << 22;
 pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    module: wgpu::ShaderModule,
-    bindings: wgpu::BindGroupLayout,
-    layout: wgpu::PipelineLayout,
-    pipelines: Mutex<HashMap<&'static str, wgpu::ComputePipeline>>,
+    passthrough: bool,
+    /// One for each value of the specialisation constant.
+    modules: Mutex<HashMap<u32, wgpu::ShaderModule>>,
+    pipelines: Mutex<HashMap<(&'static str, u32), wgpu::ComputePipeline>>,
+    table_layouts: Layouts,
+    pixel_layouts: Layouts,
+    /// Those of the last frame, for the next of its size.
+    targets: Mutex<Option<Targets>>,
+    /// Kernels and sizes whose output was seen to be whole.
+    verified: Mutex<HashSet<(Kernel, u32, u32, u32)>>,
     fault: Arc<Mutex<Option<String>>>,
     limits: wgpu::Limits,
     has_timestamps: bool,
@@ -141,48 +149,66 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             record.lock().expect("no holder of this lock panics").get_or_insert_with(|| error.to_string());
         }));
-        let module = load(&device, features.contains(wgpu::Features::PASSTHROUGH_SHADERS));
-        let bindings = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("kernel"),
-            entries: &[
-                binding(0, wgpu::BufferBindingType::Uniform),
-                binding(1, wgpu::BufferBindingType::Storage { read_only: true }),
-                binding(2, wgpu::BufferBindingType::Storage { read_only: true }),
-                binding(3, wgpu::BufferBindingType::Storage { read_only: true }),
-                binding(4, wgpu::BufferBindingType::Storage { read_only: false }),
-            ],
-        });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("kernel"),
-            bind_group_layouts: &[Some(&bindings)],
-            immediate_size: 0,
-        });
         Ok(Self {
+            table_layouts: Layouts::new(&device, &[0, 1, 2, 3, 4], 4),
+            pixel_layouts: Layouts::new(&device, &[0, 1, 2, 3, 4, 5], 5),
             device,
             queue,
-            module,
-            bindings,
-            layout,
+            passthrough: features.contains(wgpu::Features::PASSTHROUGH_SHADERS),
+            modules: Mutex::default(),
             pipelines: Mutex::default(),
+            targets: Mutex::default(),
+            verified: Mutex::default(),
             fault,
             limits,
             has_timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
         })
     }
 
-    fn pipeline(&self, entry_point: &'static str) -> wgpu::ComputePipeline {
+    fn pipeline(&self, entry_point: &'static str, variant: u32, layouts: &Layouts) -> wgpu::ComputePipeline {
+        let mut modules = self.modules.lock().expect("no holder of this lock panics");
+        let module = modules.entry(variant).or_insert_with(|| load(&self.device, self.passthrough, variant));
         let mut pipelines = self.pipelines.lock().expect("no holder of this lock panics");
         let build = || {
             self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry_point),
-                layout: Some(&self.layout),
-                module: &self.module,
+                layout: Some(&layouts.pipeline),
+                module,
                 entry_point: Some(entry_point),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             })
         };
-        pipelines.entry(entry_point).or_insert_with(build).clone()
+        pipelines.entry((entry_point, variant)).or_insert_with(build).clone()
+    }
+
+    fn group(&self, layouts: &Layouts, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+        let entry =
+            |&binding: &u32| wgpu::BindGroupEntry { binding, resource: buffers[binding as usize].as_entire_binding() };
+        let entries: Vec<_> = layouts.used.iter().map(entry).collect();
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("kernel"),
+            layout: &layouts.bindings,
+            entries: &entries,
+        })
+    }
+
+    /// Buffers for a tile of this size: those of the last frame if they fit.
+    fn targets(&self, bytes: u64) -> Targets {
+        let last = self.targets.lock().expect("no holder of this lock panics").take();
+        last.filter(|targets| targets.bytes == bytes).unwrap_or_else(|| Targets {
+            output: self.buffer("pixels", bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC),
+            staging: self.buffer("read-back", bytes, wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ),
+            clock: self.has_timestamps.then(|| Clock::new(self)),
+            bytes,
+        })
+    }
+
+    /// Whether this kernel has not yet written an image of this size here. A panic in a kernel is silent, and would recur
+    /// for every image of the size: the first one shows it.
+    fn is_new(&self, plan: &Plan, kernel: Kernel) -> bool {
+        let key = (kernel, plan.variant, plan.width(), plan.height());
+        self.verified.lock().expect("no holder of this lock panics").insert(key)
     }
 
     /// Rows that one dispatch computes, so that its output fits the device's largest buffer.
@@ -200,7 +226,7 @@ impl Gpu {
                 plan.height()
             )));
         }
-        Ok(rows.min(u64::from(plan.height())) as u32)
+        Ok(rows.min(u64::from(plan.lit_rows.end - plan.lit_rows.start)).max(1) as u32)
     }
 
     /// The first error that the device reported, as a failure.
@@ -263,72 +289,133 @@ impl Backend for Gpu {
         let words_per_row = plan.width() as usize * words_per_pixel(plan, kernel);
         let row_bytes = words_per_row as u64 * 4;
         let rows_per_tile = self.rows_per_tile(plan, row_bytes)?;
-        let mut words = allocate(words_per_row, plan.height() as usize)?;
+        let mut words = black_image(plan, kernel)?;
+        let lit = plan.lit_rows.start as usize * words_per_row..plan.lit_rows.end as usize * words_per_row;
+        let verify = self.is_new(plan, kernel);
 
+        let table_bytes = 2 * size_of::<Vec4>() as u64 * u64::from(entries(&plan.frame)).max(1);
+        let table = self.buffer("sky table", table_bytes, wgpu::BufferUsages::STORAGE);
         let frame = self.uniform("frame", bytemuck::bytes_of(&plan.frame));
-        let bands = self.storage("bands", bytemuck::cast_slice(&plan.bands));
-        let quadrature = self.storage("quadrature", bytemuck::cast_slice(&plan.quadrature));
-        let colour = self.storage("colour", bytemuck::cast_slice(&plan.colour));
-        let tile_bytes = row_bytes * u64::from(rows_per_tile);
-        let output = self.buffer("pixels", tile_bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
-        let staging = self.buffer("read-back", tile_bytes, wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ);
-        let clock = self.has_timestamps.then(|| Clock::new(self));
-        let buffers = [&frame, &bands, &quadrature, &colour, &output];
-        let entries: Vec<_> = buffers
-            .iter()
-            .enumerate()
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding: binding as u32,
-                resource: buffer.as_entire_binding(),
-            })
-            .collect();
-        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("kernel"),
-            layout: &self.bindings,
-            entries: &entries,
-        });
-        let fill = self.pipeline(FILL);
-        let pipeline = self.pipeline(kernel.entry_point());
+        let targets = self.targets(row_bytes * u64::from(rows_per_tile));
+        let shared = [
+            self.storage("bands", bytemuck::cast_slice(&plan.bands)),
+            self.storage("quadrature", bytemuck::cast_slice(&plan.quadrature)),
+            self.storage("colour", bytemuck::cast_slice(&plan.colour)),
+        ];
+        let buffers = [&frame, &shared[0], &shared[1], &shared[2], &table, &targets.output];
+        let groups = Groups {
+            table: self.group(&self.table_layouts, &buffers),
+            pixels: self.group(&self.pixel_layouts, &buffers),
+        };
+        let fill_table = (kernel == Kernel::SkyTable)
+            .then(|| self.pipeline(plan.table_kernel().entry_point(), plan.variant, &self.table_layouts));
+        let pixels = self.pipeline(kernel.entry_point(), plan.variant, &self.pixel_layouts);
+        let sentinel = verify.then(|| self.pipeline(FILL, plan.variant, &self.pixel_layouts));
         self.check()?;
 
-        let mut kernel_time = Duration::ZERO;
-        let mut readback = Duration::ZERO;
-        for (tile, words) in words.chunks_mut(words_per_row * rows_per_tile as usize).enumerate() {
+        let mut run = Run { words: Vec::new(), kernel: Duration::ZERO, readback: Duration::ZERO };
+        for (tile, words) in words[lit].chunks_mut(words_per_row * rows_per_tile as usize).enumerate() {
             let tile_frame = Frame {
-                first_row: tile as u32 * rows_per_tile,
+                first_row: plan.lit_rows.start + tile as u32 * rows_per_tile,
                 rows: (words.len() / words_per_row) as u32,
                 ..plan.frame
             };
             self.queue.write_buffer(&frame, 0, bytemuck::bytes_of(&tile_frame));
-            let bytes = words.len() as u64 * 4;
-            let groups = (plan.width().div_ceil(WORKGROUP_SIDE), tile_frame.rows.div_ceil(WORKGROUP_SIDE));
+            let size = (plan.width().div_ceil(WORKGROUP_SIDE), tile_frame.rows.div_ceil(WORKGROUP_SIDE));
             let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            dispatch(&mut encoder, &fill, &group, groups, None);
-            dispatch(&mut encoder, &pipeline, &group, groups, clock.as_ref());
+            if let Some(sentinel) = &sentinel {
+                dispatch(&mut encoder, sentinel, &groups.pixels, size, None);
+            }
+            let clock = targets.clock.as_ref();
+            let table_first = fill_table.as_ref().filter(|_| tile == 0);
+            if let Some(fill_table) = table_first {
+                let size = (entries(&plan.frame).div_ceil(TABLE_WORKGROUP), 1);
+                dispatch(&mut encoder, fill_table, &groups.table, size, clock.map(|clock| clock.writes(true, false)));
+            }
+            let writes = clock.map(|clock| clock.writes(table_first.is_none(), true));
+            dispatch(&mut encoder, &pixels, &groups.pixels, size, writes);
+            if let Some(clock) = clock {
+                clock.resolve(&mut encoder);
+            }
             let start = Instant::now();
             self.queue.submit([encoder.finish()]);
             self.wait()?;
             let computed = Instant::now();
+            let bytes = words.len() as u64 * 4;
             let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.copy_buffer_to_buffer(&output, 0, &staging, 0, bytes);
+            encoder.copy_buffer_to_buffer(&targets.output, 0, &targets.staging, 0, bytes);
             self.queue.submit([encoder.finish()]);
-            self.read(&staging, bytes, words)?;
-            readback += computed.elapsed();
-            kernel_time += match &clock {
+            self.read(&targets.staging, bytes, words)?;
+            run.readback += computed.elapsed();
+            run.kernel += match clock {
                 Some(clock) => clock.elapsed(self)?,
                 None => computed - start,
             };
+            if verify && words.contains(&SENTINEL) {
+                return Err(Error::failure(format!("kernel {} left pixels unwritten", kernel.entry_point())));
+            }
         }
-        if words.contains(&SENTINEL) {
-            return Err(Error::failure(format!("kernel {} left pixels unwritten", kernel.entry_point())));
-        }
-        Ok(Run { words, kernel: kernel_time, readback })
+        *self.targets.lock().expect("no holder of this lock panics") = Some(targets);
+        run.words = words;
+        Ok(run)
     }
 }
 
-/// The shader module, handed to the driver as it is where wgpu allows that, through naga elsewhere.
-fn load(device: &wgpu::Device, passthrough: bool) -> wgpu::ShaderModule {
-    let words = wgpu::util::make_spirv_raw(SPIRV);
+/// The bindings of the kernels that fill the table, and of those that write pixels.
+struct Groups {
+    table: wgpu::BindGroup,
+    pixels: wgpu::BindGroup,
+}
+
+/// A bind group layout and the pipeline layout on it.
+struct Layouts {
+    bindings: wgpu::BindGroupLayout,
+    pipeline: wgpu::PipelineLayout,
+    /// The bindings that it has.
+    used: &'static [u32],
+}
+
+impl Layouts {
+    /// A layout of some bindings; `written` is the one that the kernels write.
+    fn new(device: &wgpu::Device, used: &'static [u32], written: u32) -> Self {
+        let entry = |&binding: &u32| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: if binding == 0 {
+                    wgpu::BufferBindingType::Uniform
+                } else {
+                    wgpu::BufferBindingType::Storage { read_only: binding != written }
+                },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let entries: Vec<_> = used.iter().map(entry).collect();
+        let bindings = device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("kernel"), entries: &entries });
+        let pipeline = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("kernel"),
+            bind_group_layouts: &[Some(&bindings)],
+            immediate_size: 0,
+        });
+        Self { bindings, pipeline, used }
+    }
+}
+
+/// Buffers that frames of one size share.
+struct Targets {
+    output: wgpu::Buffer,
+    staging: wgpu::Buffer,
+    clock: Option<Clock>,
+    bytes: u64,
+}
+
+/// The shader module with its specialisation constant set, handed to the driver as it is where wgpu allows that, through
+/// naga elsewhere.
+fn load(device: &wgpu::Device, passthrough: bool, variant: u32) -> wgpu::ShaderModule {
+    let words = specialised(&wgpu::util::make_spirv_raw(SPIRV), variant);
     if passthrough {
         let names = Kernel::ALL.into_iter().map(Kernel::entry_point).chain([FILL]);
         let entry_points: Vec<_> = names
@@ -340,14 +427,14 @@ fn load(device: &wgpu::Device, passthrough: bool) -> wgpu::ShaderModule {
         unsafe {
             device.create_shader_module_passthrough(wgpu::ShaderModuleDescriptorPassthrough {
                 label: Some("sorairo"),
-                spirv: Some(words),
+                spirv: Some(words.into()),
                 entry_points: Cow::Owned(entry_points),
                 ..Default::default()
             })
         }
     } else {
         let descriptor =
-            wgpu::ShaderModuleDescriptor { label: Some("sorairo"), source: wgpu::ShaderSource::SpirV(words) };
+            wgpu::ShaderModuleDescriptor { label: Some("sorairo"), source: wgpu::ShaderSource::SpirV(words.into()) };
         // SAFETY: the kernels check their indices against the sizes of their buffers, and their loops are bounded.
         #[expect(unsafe_code, reason = "wgpu would add the checks that the kernels already have")]
         unsafe {
@@ -356,13 +443,32 @@ fn load(device: &wgpu::Device, passthrough: bool) -> wgpu::ShaderModule {
     }
 }
 
-fn binding(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
-    wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-        count: None,
+/// The module with its one specialisation constant turned into the constant `value`.
+///
+/// Done on the words themselves because that works alike for both ways into a driver: `OpSpecConstant` becomes
+/// `OpConstant`, which has the same layout (SPIR-V 1.3, 3.32.7), and its `SpecId` decoration is left out.
+pub fn specialised(words: &[u32], value: u32) -> Vec<u32> {
+    const HEADER: usize = 5;
+    const OP_CONSTANT: u32 = 43;
+    const OP_SPEC_CONSTANT: u32 = 50;
+    const OP_DECORATE: u32 = 71;
+    const SPEC_ID: u32 = 1;
+    let mut specialised = words[..HEADER].to_vec();
+    let mut at = HEADER;
+    while at < words.len() {
+        let (length, opcode) = ((words[at] >> 16) as usize, words[at] & 0xffff);
+        let instruction = &words[at..at + length.max(1)];
+        match opcode {
+            OP_SPEC_CONSTANT => {
+                let head = (words[at] & 0xffff_0000) | OP_CONSTANT;
+                specialised.extend([head, instruction[1], instruction[2], value]);
+            }
+            OP_DECORATE if instruction[2] == SPEC_ID => {}
+            _ => specialised.extend_from_slice(instruction),
+        }
+        at += instruction.len();
     }
+    specialised
 }
 
 fn dispatch(
@@ -370,27 +476,15 @@ fn dispatch(
     pipeline: &wgpu::ComputePipeline,
     group: &wgpu::BindGroup,
     (columns, rows): (u32, u32),
-    clock: Option<&Clock>,
+    timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
 ) {
-    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-        label: None,
-        timestamp_writes: clock.map(|clock| wgpu::ComputePassTimestampWrites {
-            query_set: &clock.queries,
-            beginning_of_pass_write_index: Some(0),
-            end_of_pass_write_index: Some(1),
-        }),
-    });
+    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: None, timestamp_writes });
     pass.set_pipeline(pipeline);
     pass.set_bind_group(0, group, &[]);
     pass.dispatch_workgroups(columns, rows, 1);
-    drop(pass);
-    if let Some(clock) = clock {
-        encoder.resolve_query_set(&clock.queries, 0..2, &clock.resolved, 0);
-        encoder.copy_buffer_to_buffer(&clock.resolved, 0, &clock.staging, 0, 16);
-    }
 }
 
-/// The device's own clock around one pass.
+/// The device's own clock around the passes of a frame.
 struct Clock {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
@@ -408,6 +502,20 @@ impl Clock {
             resolved: gpu.buffer("clock", 16, wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
             staging: gpu.buffer("clock", 16, wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ),
         }
+    }
+
+    /// What a pass writes: the time at the frame's beginning, at its end.
+    fn writes(&self, beginning: bool, end: bool) -> wgpu::ComputePassTimestampWrites<'_> {
+        wgpu::ComputePassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: beginning.then_some(0),
+            end_of_pass_write_index: end.then_some(1),
+        }
+    }
+
+    fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.staging, 0, 16);
     }
 
     fn elapsed(&self, gpu: &Gpu) -> Result<Duration> {

@@ -21,11 +21,26 @@ pub enum Kernel {
     SkyLearnt,
     /// The sky by the learnt fit, its 4×4 system solved at every pixel.
     SkyLearntSolve,
+    /// The sky from the sky table.
+    SkyTable,
+    /// The sky table by a fit that is linear in the transfer.
+    TableLinear,
+    /// The sky table by the learnt fit.
+    TableLearnt,
 }
 
 impl Kernel {
     /// Every kernel that a backend runs.
-    pub const ALL: [Self; 5] = [Self::Radiance, Self::SkyLinear, Self::SkySolve, Self::SkyLearnt, Self::SkyLearntSolve];
+    pub const ALL: [Self; 8] = [
+        Self::Radiance,
+        Self::SkyLinear,
+        Self::SkySolve,
+        Self::SkyLearnt,
+        Self::SkyLearntSolve,
+        Self::SkyTable,
+        Self::TableLinear,
+        Self::TableLearnt,
+    ];
 
     /// The name of the kernel's GPU entry point.
     pub fn entry_point(self) -> &'static str {
@@ -35,6 +50,9 @@ impl Kernel {
             Self::SkySolve => "sky_solve",
             Self::SkyLearnt => "sky_learnt",
             Self::SkyLearntSolve => "sky_learnt_solve",
+            Self::SkyTable => "sky_table",
+            Self::TableLinear => "table_linear",
+            Self::TableLearnt => "table_learnt",
         }
     }
 }
@@ -52,7 +70,7 @@ pub struct Run {
 
 /// A device.
 pub trait Backend: Send + Sync {
-    /// Runs one kernel of a plan over the whole image.
+    /// Runs one kernel of a plan over the whole image, and before it, for [`Kernel::SkyTable`], the one that fills its table.
     ///
     /// # Errors
     ///

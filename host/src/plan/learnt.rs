@@ -91,6 +91,8 @@ pub struct Training<'a> {
     pub wavelengths: &'a [f64],
     /// Azimuth of the sun (degrees).
     pub sun_azimuth: f64,
+    /// What the scene has.
+    pub variant: u32,
 }
 
 impl Training<'_> {
@@ -220,7 +222,7 @@ impl Training<'_> {
         let sun = Vec3::new(self.frame.sun.x, self.frame.sun.y, self.frame.sun.z);
         let ray = Ray::new(self.frame.altitude, view, sun);
         let integral = |group: &Bands| {
-            let scattered = single_scattering(&self.frame.atmosphere, group, self.quadrature, ray);
+            let scattered = single_scattering(&self.frame.atmosphere, group, self.quadrature, ray, self.variant);
             constituent.of(&scattered)
         };
         groups.iter().flat_map(|group| integral(group).to_array().map(f64::from)).collect()

@@ -5,15 +5,20 @@ pub mod learnt;
 pub mod linear;
 pub mod observer;
 pub mod optics;
+pub mod path;
 pub mod quadrature;
+
+use std::ops::Range;
 
 use sorairo_shared::atmosphere::{Atmosphere, Exponential};
 use sorairo_shared::camera::{self, Camera};
 use sorairo_shared::column::{CHAPMAN_COEFFICIENTS, CHAPMAN_CURVATURE_COEFFICIENTS, CHAPMAN_SPREAD};
-use sorairo_shared::frame::{Frame, Pixel, learnt_sky, linear_sky, solved_sky};
+use sorairo_shared::frame::{Frame, Pixel};
 use sorairo_shared::glam::{DVec3, Vec2, Vec3, Vec4};
 use sorairo_shared::scattering::Bands;
+use sorairo_shared::sky::{LEARNT, LEARNT_SOLVED, LINEAR, SOLVED, sky};
 use sorairo_shared::spectrum::ROWS_PER_NODE;
+use sorairo_shared::variant;
 
 use crate::backend::Kernel;
 use crate::error::Result;
@@ -21,6 +26,7 @@ use crate::scene::{ColorPath, Exposure, Fit, Projection, Scene};
 use learnt::{Constituent, Training};
 use linear::{Interpolant, LinearFit};
 use optics::Optics;
+use path::Path;
 
 /// The optical depth that may lie above the top of the atmosphere before columns to the sun take it off. It changes
 /// radiance by less than this part, a tenth of what the integral's own sampling leaves.
@@ -47,6 +53,14 @@ pub struct Plan {
     pub optics: Optics,
     /// Azimuth of the sun (degrees).
     pub sun_azimuth: f64,
+    /// What the kernels are specialised for; see [`variant`].
+    pub variant: u32,
+    /// How a pixel is stored.
+    pub pixel: Pixel,
+    /// Rows of the image that can be lit; the rest is black and never computed.
+    pub lit_rows: Range<u32>,
+    /// Whether pixels are integrated or looked up, and why.
+    pub path: Path,
 }
 
 /// The fit through the bands, for spectra.
@@ -69,9 +83,10 @@ impl Plan {
         let optics = Optics::new(scene);
         let wavelengths = wavelengths(scene);
         let frame = Frame {
-            atmosphere: atmosphere(scene, &optics),
+            atmosphere: atmosphere(scene),
             camera: camera(scene),
             sun: direction(scene.sun.elevation, scene.sun.azimuth).as_vec3().extend(0.0),
+            bearing: direction(0.0, scene.sun.azimuth).as_vec3().extend(0.0),
             nodes: Vec4::from_array(std::array::from_fn(|i| {
                 observer::normalised(wavelengths[i.min(wavelengths.len() - 1)]) as f32
             })),
@@ -79,10 +94,14 @@ impl Plan {
             exposure: 1.0,
             first_row: 0,
             rows: scene.camera.size.height,
-            pixel: pixel as u32,
             air_nodes: 0,
             aerosol_nodes: 0,
-            padding: 0,
+            table_above: 0,
+            table_below: 0,
+            table_azimuths: 0,
+            horizon: path::horizon(scene.atmosphere.ground_radius, scene.observer.altitude) as f32,
+            padding0: 0,
+            padding1: 0,
         };
         let mut plan = Self {
             frame,
@@ -92,10 +111,20 @@ impl Plan {
             fit: spectral_fit(scene, &wavelengths),
             wavelengths,
             color: scene.render.color,
-            optics,
             sun_azimuth: scene.sun.azimuth,
+            variant: variant::of(integral(scene, &optics), projection(scene), pixel as u32),
+            pixel,
+            lit_rows: lit_rows(scene),
+            path: Path { table: None, reason: String::new() },
+            optics,
         };
         plan.fill_colour(scene);
+        plan.path = path::choose(scene, &plan, plan.lit_pixels());
+        if let Some(size) = plan.path.table {
+            plan.frame.table_above = size.above;
+            plan.frame.table_below = size.below;
+            plan.frame.table_azimuths = size.azimuths;
+        }
         plan.frame.exposure = match scene.render.exposure {
             Exposure::Stops(stops) => stops.exp2() as f32,
             Exposure::Auto => exposure::automatic(&plan),
@@ -111,6 +140,7 @@ impl Plan {
             quadrature: &self.quadrature,
             wavelengths: &self.wavelengths,
             sun_azimuth: self.sun_azimuth,
+            variant: self.variant,
         }
     }
 
@@ -138,24 +168,44 @@ impl Plan {
         }
     }
 
-    /// Linear RGB in a direction, as the plan's kernel computes it.
+    /// Linear RGB in a direction, integrated at that direction.
     pub fn sky(&self, view: Vec3) -> Vec3 {
-        let Self { frame, bands, quadrature, colour, .. } = self;
-        match self.kernel() {
-            Kernel::SkySolve => solved_sky(frame, bands, quadrature, colour, view),
-            Kernel::SkyLearnt => learnt_sky(frame, bands, quadrature, colour, view, false),
-            Kernel::SkyLearntSolve => learnt_sky(frame, bands, quadrature, colour, view, true),
-            Kernel::SkyLinear | Kernel::Radiance => linear_sky(frame, bands, quadrature, colour, view),
+        sky(&self.frame, &self.bands, &self.quadrature, &self.colour, view, self.fit_kind(), self.variant)
+    }
+
+    /// The kind of the fit, as the kernels name it; see [`sorairo_shared::sky`].
+    pub fn fit_kind(&self) -> u32 {
+        match (&self.fit, self.color) {
+            (SpectralFit::Linear(_), ColorPath::Folded) => LINEAR,
+            (SpectralFit::Linear(_), ColorPath::Solve) => SOLVED,
+            (SpectralFit::Learnt, ColorPath::Folded) => LEARNT,
+            (SpectralFit::Learnt, ColorPath::Solve) => LEARNT_SOLVED,
         }
     }
 
-    /// The kernel that computes the plan's sky.
+    /// Pixels of the rows that can be lit.
+    pub fn lit_pixels(&self) -> u64 {
+        u64::from(self.width()) * u64::from(self.lit_rows.end - self.lit_rows.start)
+    }
+
+    /// The kernel that computes the plan's pixels.
     pub fn kernel(&self) -> Kernel {
+        if self.path.table.is_some() {
+            return Kernel::SkyTable;
+        }
         match (&self.fit, self.color) {
             (SpectralFit::Linear(_), ColorPath::Folded) => Kernel::SkyLinear,
             (SpectralFit::Linear(_), ColorPath::Solve) => Kernel::SkySolve,
             (SpectralFit::Learnt, ColorPath::Folded) => Kernel::SkyLearnt,
             (SpectralFit::Learnt, ColorPath::Solve) => Kernel::SkyLearntSolve,
+        }
+    }
+
+    /// The kernel that fills the sky table.
+    pub fn table_kernel(&self) -> Kernel {
+        match self.fit {
+            SpectralFit::Linear(_) => Kernel::TableLinear,
+            SpectralFit::Learnt => Kernel::TableLearnt,
         }
     }
 
@@ -172,6 +222,36 @@ impl Plan {
     /// Height of the image (pixels).
     pub fn height(&self) -> u32 {
         self.frame.camera.height
+    }
+}
+
+/// What a scene has that the integral must not skip.
+fn integral(scene: &Scene, optics: &Optics) -> u32 {
+    let a = &scene.atmosphere;
+    // The farthest point of the atmosphere that a ray can reach lies behind the horizon, by the angle that the altitude of the
+    // observer and the depth of the atmosphere each can look behind it.
+    let farthest = -path::horizon(a.ground_radius, scene.observer.altitude)
+        - path::horizon(a.ground_radius, a.top_radius - a.ground_radius);
+    let from_above = scene.observer.altitude > 0.0;
+    let low_sun = scene.sun.elevation <= farthest.to_degrees();
+    // By day no ray from the ground itself meets the shadow.
+    let shadow = if from_above { low_sun } else { scene.sun.elevation <= 0.0 };
+    let bit = |present: bool, bit: u32| if present { bit } else { 0 };
+    bit(a.aerosol.optical_depth > 0.0, variant::AEROSOL)
+        | bit(a.ozone.column > 0.0, variant::OZONE)
+        | bit(optics.depth_above_top(scene) > NEGLIGIBLE_DEPTH_ABOVE_TOP, variant::ABOVE_TOP)
+        | bit(shadow, variant::SHADOW)
+        | bit(from_above, variant::DESCENT)
+        | bit(low_sun, variant::LOW_SUN)
+}
+
+/// Rows of the image that can be lit: from the ground an equirectangular image is black below its middle.
+fn lit_rows(scene: &Scene) -> Range<u32> {
+    let height = scene.camera.size.height;
+    if scene.camera.projection == Projection::Equirectangular && scene.observer.altitude == 0.0 {
+        0..height.div_ceil(2)
+    } else {
+        0..height
     }
 }
 
@@ -227,7 +307,7 @@ fn vec4(values: [f64; 4]) -> Vec4 {
     Vec4::from_array(values.map(|value| value as f32))
 }
 
-fn atmosphere(scene: &Scene, optics: &Optics) -> Atmosphere {
+fn atmosphere(scene: &Scene) -> Atmosphere {
     let a = &scene.atmosphere;
     let depth = a.top_radius - a.ground_radius;
     let constituent = |scale_height: f64| exponential(a.ground_radius, scale_height);
@@ -240,8 +320,8 @@ fn atmosphere(scene: &Scene, optics: &Optics) -> Atmosphere {
         ozone_bottom: a.ozone.bottom as f32,
         ozone_peak: a.ozone.peak as f32,
         ozone_top: a.ozone.top as f32,
-        open_top: u32::from(optics.depth_above_top(scene) > NEGLIGIBLE_DEPTH_ABOVE_TOP),
-        padding: 0,
+        padding0: 0,
+        padding1: 0,
     }
 }
 
@@ -262,15 +342,22 @@ fn exponential(ground_radius: f64, scale_height: f64) -> Exponential {
     }
 }
 
+/// The number of the scene's projection in the kernels.
+fn projection(scene: &Scene) -> u32 {
+    match scene.camera.projection {
+        Projection::Equirectangular => camera::EQUIRECTANGULAR,
+        Projection::Fisheye => camera::FISHEYE,
+        Projection::Perspective => camera::PERSPECTIVE,
+    }
+}
+
 /// The camera's frame and field. Right lies level, a quarter turn clockwise from the view's azimuth.
 fn camera(scene: &Scene) -> Camera {
     let c = &scene.camera;
-    let (projection, azimuth, elevation, half_field) = match c.projection {
-        Projection::Equirectangular => (camera::EQUIRECTANGULAR, 0.0, None, 0.0),
-        Projection::Fisheye => (camera::FISHEYE, 180.0, Some(90.0), c.fov.unwrap_or(180.0).to_radians() / 2.0),
-        Projection::Perspective => {
-            (camera::PERSPECTIVE, 0.0, Some(15.0), (c.fov.unwrap_or(60.0).to_radians() / 2.0).tan())
-        }
+    let (azimuth, elevation, half_field) = match c.projection {
+        Projection::Equirectangular => (0.0, None, 0.0),
+        Projection::Fisheye => (180.0, Some(90.0), c.fov.unwrap_or(180.0).to_radians() / 2.0),
+        Projection::Perspective => (0.0, Some(15.0), (c.fov.unwrap_or(60.0).to_radians() / 2.0).tan()),
     };
     let azimuth = c.look_azimuth.unwrap_or(azimuth);
     let elevation = elevation.map_or(0.0, |default| c.look_elevation.unwrap_or(default));
@@ -281,9 +368,9 @@ fn camera(scene: &Scene) -> Camera {
         right: right.as_vec3().extend(0.0),
         up: up.as_vec3().extend(0.0),
         forward: forward.as_vec3().extend(0.0),
-        projection,
         width: c.size.width,
         height: c.size.height,
         half_field: half_field as f32,
+        padding: 0,
     }
 }

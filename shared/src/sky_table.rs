@@ -1,0 +1,95 @@
+//! The sky table: the colours of air and aerosol, integrated for a few directions and looked up for every pixel.
+//!
+//! Without its phase functions the sky is smooth, and it is symmetric about the vertical plane through the sun. Rows are
+//! elevations, crowded towards the horizon on either side of it; columns are equidistant in the cosine of the azimuth from
+//! the sun, in which a function that is even in the azimuth is smooth at both ends. The phase functions are exact at
+//! every pixel, and so is the horizon.
+
+use crate::frame::Frame;
+use crate::glam::{Vec3, Vec4};
+use crate::math::{PI, acos, clamp, fetch, floor, max, min, mix, safe_sqrt, sin_cos, sqrt};
+use crate::sky::{Constituents, with_phases};
+use crate::variant;
+
+/// Rays this close to the horizon (radians) stand for the horizon itself, seen from above the ground: one side is sky, the
+/// other ground.
+const HORIZON_MARGIN: f32 = 1e-5;
+
+/// Entries of the table of a frame.
+#[inline]
+pub fn entries(frame: &Frame) -> u32 {
+    (frame.table_above + frame.table_below) * frame.table_azimuths
+}
+
+/// The direction of an entry, for position `x` in [0, 1] from the horizon to the zenith (`above`) or the nadir, and cosine
+/// `c` of the azimuth from the sun.
+#[inline]
+pub fn grid_view(frame: &Frame, above: bool, x: f32, c: f32) -> Vec3 {
+    let from_horizon = max(x * x, 0.0);
+    let elevation = if above {
+        frame.horizon + max(from_horizon * (0.5 * PI - frame.horizon), margin(frame))
+    } else {
+        frame.horizon - max(from_horizon * (0.5 * PI + frame.horizon), margin(frame))
+    };
+    let (sine, cosine) = sin_cos(elevation);
+    let s = safe_sqrt(1.0 - c * c);
+    let (to_sun, across) = (frame.bearing, Vec3::new(-frame.bearing.y, frame.bearing.x, 0.0));
+    Vec3::new(cosine * (c * to_sun.x + s * across.x), cosine * (c * to_sun.y + s * across.y), sine)
+}
+
+#[inline]
+fn margin(frame: &Frame) -> f32 {
+    if frame.altitude > 0.0 { HORIZON_MARGIN } else { 0.0 }
+}
+
+/// The direction of the entry with this index.
+#[inline]
+pub fn entry_view(frame: &Frame, entry: u32) -> Vec3 {
+    let row = entry / frame.table_azimuths;
+    let column = entry - row * frame.table_azimuths;
+    let above = row < frame.table_above;
+    let (place, rows) = if above { (row, frame.table_above) } else { (row - frame.table_above, frame.table_below) };
+    let x = place as f32 / (rows - 1) as f32;
+    let c = 1.0 - 2.0 * column as f32 / (frame.table_azimuths - 1) as f32;
+    grid_view(frame, above, x, c)
+}
+
+/// Linear RGB of the sky in a direction, from the table: bilinear colours of air and aerosol, exact phase functions.
+#[inline]
+pub fn sky_from_table(frame: &Frame, table: &[Vec4], view: Vec3, variant: u32) -> Vec3 {
+    let elevation = 0.5 * PI - acos(view.z);
+    let above = elevation >= frame.horizon;
+    if (variant & variant::DESCENT == 0) & !above {
+        return Vec3::ZERO;
+    }
+    let (from_horizon, first_row, rows) = if above {
+        ((elevation - frame.horizon) / (0.5 * PI - frame.horizon), 0, frame.table_above)
+    } else {
+        ((frame.horizon - elevation) / (0.5 * PI + frame.horizon), frame.table_above, frame.table_below)
+    };
+    let along = view.x * frame.bearing.x + view.y * frame.bearing.y;
+    let c = clamp(along / max(sqrt(view.x * view.x + view.y * view.y), 1e-10), -1.0, 1.0);
+    let y = safe_sqrt(from_horizon) * (rows - 1) as f32;
+    let x = 0.5 * (1.0 - c) * (frame.table_azimuths - 1) as f32;
+    let row = min(floor(y), (rows - 2) as f32);
+    let column = min(floor(x), (frame.table_azimuths - 2) as f32);
+    let entry = 2 * ((first_row + row as u32) * frame.table_azimuths + column as u32) as usize;
+    let below = entry + 2 * frame.table_azimuths as usize;
+    let (fx, fy) = (x - column, y - row);
+    let air = bilinear(table, entry, below, fx, fy);
+    let mut aerosol = Vec3::ZERO;
+    if variant & variant::AEROSOL != 0 {
+        aerosol = bilinear(table, entry + 1, below + 1, fx, fy);
+    }
+    let nu = view.x * frame.sun.x + view.y * frame.sun.y + view.z * frame.sun.z;
+    with_phases(frame, Constituents { air, aerosol }, nu, variant)
+}
+
+/// The colour between four entries, given the first of each of their two rows.
+#[inline]
+fn bilinear(table: &[Vec4], upper: usize, lower: usize, fx: f32, fy: f32) -> Vec3 {
+    let left = mix(fetch(table, upper), fetch(table, lower), fy);
+    let right = mix(fetch(table, upper + 2), fetch(table, lower + 2), fy);
+    let colour = mix(left, right, fx);
+    Vec3::new(colour.x, colour.y, colour.z)
+}

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::PixelFormat;
 use crate::backend::{Device, Run};
 use crate::error::{Error, Result};
-use crate::output::{self, Format, LinearImage};
+use crate::output::{self, Format, LinearImage, Staged};
 use crate::plan::Plan;
 use crate::scene::{ColorPath, Fit, Scene};
 
@@ -96,24 +96,24 @@ pub fn render(
     })
 }
 
+/// Encodes every file before the first takes its place, so that a failure leaves all of them as they were.
 fn write(plan: &Plan, run: Run, pixel: PixelFormat, formats: &[Format], outputs: &[PathBuf]) -> Result<()> {
     let (width, height) = (plan.width(), plan.height());
-    if pixel == PixelFormat::Picture {
+    let picture = |path: &PathBuf, rgb: &[u8]| output::png::write(path, width, height, rgb);
+    let staged: Vec<Staged> = if pixel == PixelFormat::Picture {
         let rgb = output::png::unpack(&run.words);
-        return outputs.iter().try_for_each(|path| output::png::write(path, width, height, &rgb));
-    }
-    let image =
-        LinearImage { width: width as usize, height: height as usize, rgb: bytemuck::allocation::cast_vec(run.words) };
-    if let Some(value) = image.rgb.iter().find(|value| !(value.is_finite() && **value >= 0.0)) {
-        return Err(Error::failure(format!("the device computed a pixel of {value}; nothing was written")));
-    }
-    for (path, format) in outputs.iter().zip(formats) {
-        match format {
-            Format::Exr => output::exr::write(path, &image)?,
-            Format::Png => {
-                output::png::write(path, width, height, &output::png::expose(&image, plan.frame.exposure))?;
-            }
+        outputs.iter().map(|path| picture(path, &rgb)).collect::<Result<_>>()?
+    } else {
+        let rgb = bytemuck::allocation::cast_vec(run.words);
+        let image = LinearImage { width: width as usize, height: height as usize, rgb };
+        if let Some(value) = image.rgb.iter().find(|value| !(value.is_finite() && **value >= 0.0)) {
+            return Err(Error::failure(format!("the device computed a pixel of {value}; nothing was written")));
         }
-    }
-    Ok(())
+        let encode = |(path, format): (&PathBuf, &Format)| match format {
+            Format::Exr => output::exr::write(path, &image),
+            Format::Png => picture(path, &output::png::expose(&image, plan.frame.exposure)),
+        };
+        outputs.iter().zip(formats).map(encode).collect::<Result<_>>()?
+    };
+    staged.into_iter().try_for_each(Staged::commit)
 }

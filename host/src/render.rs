@@ -42,7 +42,13 @@ pub struct Report {
     /// All of it (ms).
     pub total_ms: f64,
     /// The files written.
+    #[serde(serialize_with = "as_text")]
     pub outputs: Vec<PathBuf>,
+}
+
+/// Paths as text, whatever bytes their names hold.
+fn as_text<S: serde::Serializer>(paths: &[PathBuf], serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_seq(paths.iter().map(|path| path.to_string_lossy()))
 }
 
 /// Milliseconds of a duration.

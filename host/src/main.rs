@@ -51,6 +51,10 @@ fn render_command(arguments: &RenderArguments) -> Result<()> {
 
 fn spectrum_command(arguments: &SpectrumArguments) -> Result<()> {
     let plan = Plan::new(&arguments.scene.scene()?, PixelFormat::LinearRgb)?;
+    if !arguments.scene.device.eq_ignore_ascii_case("auto") {
+        // One ray needs no device, but a wrong name is as wrong here as anywhere.
+        backend::open(&arguments.scene.device)?;
+    }
     let samples = spectrum(&plan, arguments.view_elevation, arguments.view_azimuth, &arguments.wavelengths)?;
     match arguments.format {
         SpectrumFormat::Csv => {

@@ -10,7 +10,7 @@ use crate::backend::{Device, Run};
 use crate::error::{Error, Result};
 use crate::output::{self, Format, LinearImage, Staged};
 use crate::plan::Plan;
-use crate::scene::{ColorPath, Fit, Scene};
+use crate::scene::{ColorPath, Fit, Scene, Size};
 
 /// What a rendering did, as `--json` prints it.
 #[derive(Clone, Debug, Serialize)]
@@ -75,6 +75,8 @@ pub fn render(
     for path in outputs {
         output::check_writable(path)?;
     }
+    output::check_distinct(outputs)?;
+    check_memory(scene.camera.size, pixel)?;
     let planned = start.elapsed();
     stage("opening the device");
     let device = open()?;
@@ -100,6 +102,25 @@ pub fn render(
         total_ms: ms(start.elapsed()),
         outputs: outputs.to_vec(),
     })
+}
+
+/// Checks, before any work, that the image and its encoding fit into memory.
+fn check_memory(size: Size, pixel: PixelFormat) -> Result<()> {
+    // A pixel as the device left it, its three bytes of a picture, and about as much for the encoder.
+    let bytes_per_pixel = 4 * u64::from(pixel.words()) + 8;
+    let bytes = u64::from(size.width) * u64::from(size.height) * bytes_per_pixel;
+    let room = usize::try_from(bytes).is_ok_and(|bytes| {
+        let mut trial = Vec::<u8>::new();
+        let room = trial.try_reserve_exact(bytes).is_ok();
+        // Or else the compiler may leave out the allocation, and the answer with it.
+        std::hint::black_box(&trial);
+        room
+    });
+    if room {
+        return Ok(());
+    }
+    let gib = bytes as f64 / f64::from(1 << 30);
+    Err(Error::request(format!("--size {size} (camera.size) takes {gib:.1} GiB of memory, more than there is")))
 }
 
 /// Encodes every file before the first takes its place, so that a failure leaves all of them as they were.

@@ -62,6 +62,22 @@ pub fn check_writable(path: &Path) -> Result<()> {
     }
 }
 
+/// Checks that no two paths name one file.
+///
+/// # Errors
+///
+/// [`Error::Request`] that names the path given twice.
+pub fn check_distinct(paths: &[PathBuf]) -> Result<()> {
+    let places: Vec<_> = paths.iter().map(|path| (folder(path).canonicalize().ok(), path.file_name())).collect();
+    match (1..places.len()).find(|&i| places[..i].contains(&places[i])) {
+        Some(i) => {
+            let path = paths[i].display();
+            Err(Error::request(format!("-o {path} is given twice; every output needs a name of its own")))
+        }
+        None => Ok(()),
+    }
+}
+
 /// A whole file beside its place. It disappears if it is dropped before [`Staged::commit`].
 #[must_use = "a file that is not committed is removed"]
 pub struct Staged {

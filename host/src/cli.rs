@@ -43,10 +43,10 @@ pub struct SpectrumArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
     /// Elevation of the direction (degrees).
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
     pub view_elevation: f64,
     /// Azimuth of the direction, clockwise from north (degrees).
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
     pub view_azimuth: f64,
     /// Wavelengths in nm: START:END:STEP, or a list with commas.
     #[arg(long, value_name = "LIST", default_value = "380:780:5", value_parser = wavelengths)]
@@ -88,13 +88,13 @@ pub struct SceneArguments {
     #[arg(long)]
     preset: Option<Preset>,
     /// Elevation of the sun (degrees) [default: 30].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
     sun_elevation: Option<f64>,
     /// Azimuth of the sun, clockwise from north (degrees) [default: 0].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
     sun_azimuth: Option<f64>,
     /// Altitude of the observer (km) [default: 0].
-    #[arg(long, value_name = "KM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "KM", allow_negative_numbers = true, value_parser = number)]
     altitude: Option<f64>,
     /// Projection of the sphere onto the image [default: equirectangular].
     #[arg(long)]
@@ -103,13 +103,13 @@ pub struct SceneArguments {
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
     /// Field of view (degrees): across a fisheye's circle, or a perspective's width [default: 180, 60].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
     fov: Option<f64>,
     /// Azimuth of the view, clockwise from north (degrees) [default: north; fisheye: 180, north on top].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
     look_azimuth: Option<f64>,
     /// Elevation of the view (degrees) [default: fisheye 90, perspective 15].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
     look_elevation: Option<f64>,
     /// Fit through the bands [default: extinction].
     #[arg(long)]
@@ -121,7 +121,7 @@ pub struct SceneArguments {
     #[arg(long)]
     color: Option<ColorPath>,
     /// Samples on each piece of a ray [default: what the height of the sun needs].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = steps)]
     steps: Option<u32>,
     /// Whether pixels are integrated or looked up in a sky table [default: auto, what is faster within the error bound].
     #[arg(long)]
@@ -129,9 +129,24 @@ pub struct SceneArguments {
     /// Exposure of pictures in stops, or "auto" for the mean luminance of the sky [default: auto].
     #[arg(long, value_name = "EV", allow_negative_numbers = true)]
     exposure: Option<Exposure>,
-    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
-    #[arg(long, default_value = "auto", value_name = "NAME")]
+    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device. One spectrum is always computed on the CPU.
+    #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,
+}
+
+fn number(text: &str) -> std::result::Result<f64, String> {
+    text.parse().map_err(|_| "a number is wanted, such as 12.5".into())
+}
+
+fn steps(text: &str) -> std::result::Result<u32, String> {
+    text.parse().map_err(|_| "a whole number from 1 to 1024 is wanted".into())
+}
+
+fn device(text: &str) -> std::result::Result<String, String> {
+    if text.trim().is_empty() {
+        return Err("auto, cpu, gpu, or part of the name of a Vulkan device is wanted".into());
+    }
+    Ok(text.into())
 }
 
 impl SceneArguments {

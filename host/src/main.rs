@@ -25,7 +25,7 @@ fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("sorairo: {error}");
+            print_note(&format!("sorairo: {error}"));
             ExitCode::from(error.exit_code())
         }
     }
@@ -42,7 +42,7 @@ fn render_command(arguments: &RenderArguments) -> Result<()> {
     );
     drop(progress);
     let report = report?;
-    eprintln!("{}", cli::summary(&report));
+    print_note(&cli::summary(&report));
     if arguments.json {
         print_line(&serde_json::to_string(&report).expect("a report is plain data"))?;
     }
@@ -51,6 +51,10 @@ fn render_command(arguments: &RenderArguments) -> Result<()> {
 
 fn spectrum_command(arguments: &SpectrumArguments) -> Result<()> {
     let plan = Plan::new(&arguments.scene.scene()?, PixelFormat::LinearRgb)?;
+    if !arguments.scene.device.eq_ignore_ascii_case("auto") {
+        // One ray needs no device, but a wrong name is as wrong here as anywhere.
+        backend::open(&arguments.scene.device)?;
+    }
     let samples = spectrum(&plan, arguments.view_elevation, arguments.view_azimuth, &arguments.wavelengths)?;
     match arguments.format {
         SpectrumFormat::Csv => {
@@ -77,6 +81,11 @@ fn devices_command(arguments: &DevicesArguments) -> Result<()> {
         print_line(&format!("{} ({}, {})", device.name, device.kind, device.driver))?;
     }
     print_line(&cpu.name)
+}
+
+/// Prints to standard error; where nobody can be told, the work still counts.
+fn print_note(text: &str) {
+    let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
 /// Prints to standard output; a reader that has seen enough and closed the pipe is no failure.

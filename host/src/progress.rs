@@ -1,5 +1,6 @@
 //! A sign of life on standard error for anything that takes longer than a second.
 
+use std::io::Write;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -34,7 +35,8 @@ impl Progress {
                 if start.elapsed() >= PATIENCE {
                     let bar = shown.get_or_insert_with(ProgressBar::new_spinner);
                     if bar.is_hidden() && bar.message() != stage {
-                        eprintln!("sorairo: {stage} ...");
+                        // A closed standard error is no reason to stop.
+                        let _ = writeln!(std::io::stderr().lock(), "sorairo: {stage} ...");
                     }
                     bar.set_message(stage.clone());
                     bar.tick();

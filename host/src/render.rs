@@ -8,10 +8,10 @@ use serde::Serialize;
 use crate::PixelFormat;
 use crate::backend::{Device, Run};
 use crate::error::{Error, Result};
-use crate::output::{self, Format, LinearImage};
+use crate::output::{self, Format, LinearImage, Staged};
 use crate::plan::Plan;
 use crate::plan::path::Path;
-use crate::scene::{ColorPath, Fit, Scene};
+use crate::scene::{ColorPath, Fit, Scene, Size};
 
 /// What a rendering did, as `--json` prints it.
 #[derive(Clone, Debug, Serialize)]
@@ -45,7 +45,13 @@ pub struct Report {
     /// All of it (ms).
     pub total_ms: f64,
     /// The files written.
+    #[serde(serialize_with = "as_text")]
     pub outputs: Vec<PathBuf>,
+}
+
+/// Paths as text, whatever bytes their names hold.
+fn as_text<S: serde::Serializer>(paths: &[PathBuf], serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_seq(paths.iter().map(|path| path.to_string_lossy()))
 }
 
 /// Milliseconds of a duration.
@@ -72,6 +78,8 @@ pub fn render(
     for path in outputs {
         output::check_writable(path)?;
     }
+    output::check_distinct(outputs)?;
+    check_memory(scene.camera.size, pixel)?;
     let planned = start.elapsed();
     stage("opening the device");
     let device = open()?;
@@ -100,24 +108,43 @@ pub fn render(
     })
 }
 
+/// Checks, before any work, that the image and its encoding fit into memory.
+fn check_memory(size: Size, pixel: PixelFormat) -> Result<()> {
+    // A pixel as the device left it, its three bytes of a picture, and about as much for the encoder.
+    let bytes_per_pixel = 4 * u64::from(pixel.words()) + 8;
+    let bytes = u64::from(size.width) * u64::from(size.height) * bytes_per_pixel;
+    let room = usize::try_from(bytes).is_ok_and(|bytes| {
+        let mut trial = Vec::<u8>::new();
+        let room = trial.try_reserve_exact(bytes).is_ok();
+        // Or else the compiler may leave out the allocation, and the answer with it.
+        std::hint::black_box(&trial);
+        room
+    });
+    if room {
+        return Ok(());
+    }
+    let gib = bytes as f64 / f64::from(1 << 30);
+    Err(Error::request(format!("--size {size} (camera.size) takes {gib:.1} GiB of memory, more than there is")))
+}
+
+/// Encodes every file before the first takes its place, so that a failure leaves all of them as they were.
 fn write(plan: &Plan, run: Run, pixel: PixelFormat, formats: &[Format], outputs: &[PathBuf]) -> Result<()> {
     let (width, height) = (plan.width(), plan.height());
-    if pixel == PixelFormat::Picture {
+    let picture = |path: &PathBuf, rgb: &[u8]| output::png::write(path, width, height, rgb);
+    let staged: Vec<Staged> = if pixel == PixelFormat::Picture {
         let rgb = output::png::unpack(&run.words);
-        return outputs.iter().try_for_each(|path| output::png::write(path, width, height, &rgb));
-    }
-    let image =
-        LinearImage { width: width as usize, height: height as usize, rgb: bytemuck::allocation::cast_vec(run.words) };
-    if let Some(value) = image.rgb.iter().find(|value| !(value.is_finite() && **value >= 0.0)) {
-        return Err(Error::failure(format!("the device computed a pixel of {value}; nothing was written")));
-    }
-    for (path, format) in outputs.iter().zip(formats) {
-        match format {
-            Format::Exr => output::exr::write(path, &image)?,
-            Format::Png => {
-                output::png::write(path, width, height, &output::png::expose(&image, plan.frame.exposure))?;
-            }
+        outputs.iter().map(|path| picture(path, &rgb)).collect::<Result<_>>()?
+    } else {
+        let rgb = bytemuck::allocation::cast_vec(run.words);
+        let image = LinearImage { width: width as usize, height: height as usize, rgb };
+        if let Some(value) = image.rgb.iter().find(|value| !(value.is_finite() && **value >= 0.0)) {
+            return Err(Error::failure(format!("the device computed a pixel of {value}; nothing was written")));
         }
-    }
-    Ok(())
+        let encode = |(path, format): (&PathBuf, &Format)| match format {
+            Format::Exr => output::exr::write(path, &image),
+            Format::Png => picture(path, &output::png::expose(&image, plan.frame.exposure)),
+        };
+        outputs.iter().zip(formats).map(encode).collect::<Result<_>>()?
+    };
+    staged.into_iter().try_for_each(Staged::commit)
 }

@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::tables::MEASURED_RANGE;
 
+/// Most pixels along a side of an image: the centres of more are not exact in single precision.
+pub const LONGEST_SIDE: u32 = 1 << 23;
+
 /// A complete description of one sky. Read from TOML; every key has a default, that of the preset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -129,7 +132,7 @@ pub struct Ozone {
 pub struct CameraScene {
     /// Projection of the sphere onto the image.
     pub projection: Projection,
-    /// Width and height (pixels, 1 or more), as `"1024x512"`.
+    /// Width and height (pixels, each 1 to [`LONGEST_SIDE`]), as `"1024x512"`.
     pub size: Size,
     /// Field of view (degrees). Fisheye: across the circle, up to 360, 180 by default. Perspective: across the width,
     /// up to 170, 60 by default. Not used by equirectangular images.
@@ -232,7 +235,7 @@ pub enum Exposure {
 
 /// An exposure as it stands in a scene file.
 #[derive(Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "an exposure is a number of stops or \"auto\"")]
 enum ExposureText {
     Number(f64),
     Text(String),
@@ -331,6 +334,12 @@ impl From<Size> for String {
     }
 }
 
+impl Size {
+    fn is_allowed(&self) -> bool {
+        [self.width, self.height].iter().all(|side| (1..=LONGEST_SIDE).contains(side))
+    }
+}
+
 impl fmt::Display for Size {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}x{}", self.width, self.height)
@@ -344,8 +353,8 @@ impl std::str::FromStr for Size {
         let size = text
             .split_once('x')
             .and_then(|(width, height)| Some(Self { width: width.parse().ok()?, height: height.parse().ok()? }));
-        size.filter(|size| size.width > 0 && size.height > 0)
-            .ok_or_else(|| format!("a size is WIDTHxHEIGHT in pixels, both at least 1, not {text:?}"))
+        size.filter(Self::is_allowed)
+            .ok_or_else(|| format!("a size is WIDTHxHEIGHT in pixels, each from 1 to {LONGEST_SIDE}, not {text:?}"))
     }
 }
 
@@ -408,8 +417,14 @@ impl Scene {
     /// [`Error::Request`] with the place in `source` for an unknown key or a value of the wrong kind.
     pub fn parse(text: &str, source: &str, preset: Option<Preset>) -> Result<Self> {
         let complaint = |error: toml::de::Error| {
-            let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
-            Error::request(format!("{source}, line {line}: {}", error.message().replace('\n', " ")))
+            let start = error.span().map_or(0, |span| span.start);
+            let number = 1 + text[..start].matches('\n').count();
+            let line = text.lines().nth(number - 1).unwrap_or_default().trim();
+            Error::request(format!(
+                "{source}, line {number} ({}): {}",
+                shortened(line),
+                in_plain_words(error.message())
+            ))
         };
         // Once as it stands, for errors with a line; then laid over the preset, whose keys it may leave out.
         let as_it_stands: Self = toml::from_str(text).map_err(complaint)?;
@@ -460,6 +475,9 @@ impl Scene {
         range("atmosphere.ozone.bottom", a.ozone.bottom, 0.0, depth, "km")?;
         range("atmosphere.ozone.peak", a.ozone.peak, a.ozone.bottom + 0.1, depth, "km")?;
         range("atmosphere.ozone.top", a.ozone.top, a.ozone.peak + 0.1, depth, "km")?;
+        let Size { width, height } = self.camera.size;
+        range("--size (camera.size), width,", f64::from(width), 1.0, f64::from(LONGEST_SIDE), "pixels")?;
+        range("--size (camera.size), height,", f64::from(height), 1.0, f64::from(LONGEST_SIDE), "pixels")?;
         if let Some(fov) = self.camera.fov {
             let widest = if self.camera.projection == Projection::Perspective { 170.0 } else { 360.0 };
             range("--fov (camera.fov)", fov, 0.01, widest, "degrees")?;
@@ -518,6 +536,22 @@ impl Scene {
 
 /// Bands closer than this (nm) make the fit's matrix singular in practice.
 const CLOSEST_BANDS: f64 = 0.5;
+
+/// The first part of a line that is too long to be quoted.
+fn shortened(line: &str) -> String {
+    const MOST: usize = 60;
+    if line.chars().count() <= MOST { line.to_owned() } else { line.chars().take(MOST).chain("...".chars()).collect() }
+}
+
+/// A message of the TOML reader in one line, for people who do not know Rust's types.
+fn in_plain_words(message: &str) -> String {
+    let words = message.replace('\n', " ").replace("expected f64", "expected a number");
+    let mut words = words.replace("expected u32", "expected a whole number, 0 or more");
+    if let Some(at) = words.find("expected struct ") {
+        words.replace_range(at.., "expected a table of keys");
+    }
+    words
+}
 
 /// Checks one value against its range; NaN is out of every range.
 fn range(name: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {

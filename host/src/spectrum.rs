@@ -109,7 +109,12 @@ fn learnt_spectrum(plan: &Plan, view: Vec3, wavelengths: &[f64]) -> Vec<f64> {
 /// A sentence that says what is allowed.
 pub fn parse_wavelengths(text: &str) -> std::result::Result<Vec<f64>, String> {
     const MOST: f64 = 100_000.0;
-    let allowed = || format!("wavelengths are START:END:STEP or a list such as 450,550,650 in nm, not {text:?}");
+    let allowed = || {
+        format!(
+            "wavelengths are START:END:STEP (START <= END, STEP > 0, at most {MOST} steps) or a list such as 450,550,650 \
+             in nm, not {text:?}"
+        )
+    };
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite()).ok_or_else(allowed);
     if text.contains(':') {
         let parts: Vec<f64> = text.split(':').map(number).collect::<std::result::Result<_, _>>()?;
@@ -119,7 +124,7 @@ pub fn parse_wavelengths(text: &str) -> std::result::Result<Vec<f64>, String> {
         }
         // Half a thousandth of a step lets the end be reached in spite of rounding.
         let count = ((end - start) / step + 5e-4).floor() as u32;
-        return Ok((0..=count).map(|i| start + step * f64::from(i)).collect());
+        return Ok((0..=count).map(|i| (start + step * f64::from(i)).min(end)).collect());
     }
     text.split(',').map(number).collect()
 }
@@ -133,6 +138,9 @@ mod tests {
         assert_eq!(parse_wavelengths("380:780:5").unwrap().len(), 81);
         assert_eq!(parse_wavelengths("380:780:0.1").unwrap().len(), 4001);
         assert_eq!(parse_wavelengths("450, 550").unwrap(), [450.0, 550.0]);
+        // The last sum rounds to more than the end.
+        let range = parse_wavelengths("360.1:830:0.1").unwrap();
+        assert_eq!((range.len(), range[range.len() - 1]), (4700, 830.0));
         for bad in ["", "a", "1:2", "400:300:5", "400:500:0", "400:500:-1", "0:1e9:1e-9", "NaN"] {
             assert!(parse_wavelengths(bad).is_err(), "{bad}");
         }

@@ -49,7 +49,7 @@ pub fn worst_in_images(image: &[f32], reference: &[f32], width: usize, channels:
     let pairs = image.chunks(channels).zip(reference.chunks(channels)).enumerate().map(|(i, (pixel, expected))| {
         let scale = f64::from(brightest(expected));
         // A NaN or a negative channel must not hide behind the maximum.
-        let channel = pixel.iter().copied().find(|value| !(*value >= 0.0)).map(f64::from);
+        let channel = pixel.iter().copied().find(|value| value.is_nan() || *value < 0.0).map(f64::from);
         let difference = pixel.iter().zip(expected).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
         (channel.unwrap_or(scale + difference), scale, format!("column {}, row {}", i % width, i / width))
     });

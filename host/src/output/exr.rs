@@ -4,7 +4,7 @@ use std::path::Path;
 
 use exr::prelude::*;
 
-use super::{LinearImage, write_atomically};
+use super::{LinearImage, Staged, stage};
 
 /// The chromaticities of Rec. 709 and D65 (ITU-R BT.709-6, items 1.3 and 1.4).
 fn rec709() -> attribute::Chromaticities {
@@ -16,12 +16,13 @@ fn rec709() -> attribute::Chromaticities {
     }
 }
 
-/// Writes linear Rec. 709 RGB as 32 bit floats, losslessly compressed, with its chromaticities.
+/// Writes linear Rec. 709 RGB as 32 bit floats, losslessly compressed, with its chromaticities, beside its
+/// place.
 ///
 /// # Errors
 ///
 /// [`crate::Error::Failure`] if the file cannot be written.
-pub fn write(path: &Path, image: &LinearImage) -> crate::error::Result<()> {
+pub fn write(path: &Path, image: &LinearImage) -> crate::error::Result<Staged> {
     let pixel = |position: Vec2<usize>| {
         let at = 3 * (position.y() * image.width + position.x());
         (image.rgb[at], image.rgb[at + 1], image.rgb[at + 2])
@@ -33,10 +34,10 @@ pub fn write(path: &Path, image: &LinearImage) -> crate::error::Result<()> {
         Layer::new((image.width, image.height), attributes, Encoding::FAST_LOSSLESS, SpecificChannels::rgb(pixel));
     let mut file = Image::from_layer(layer);
     file.attributes.chromaticities = Some(rec709());
-    write_atomically(path, |writer| {
-        // The encoder seeks back to fill in its table of offsets.
-        let mut buffered = std::io::Cursor::new(Vec::new());
-        file.write().to_buffered(&mut buffered).map_err(std::io::Error::other)?;
-        std::io::Write::write_all(writer, buffered.get_ref())
+    stage(path, |writer| {
+        file.write().to_buffered(writer).map_err(|error| match error {
+            Error::Io(error) => error,
+            other => std::io::Error::other(other),
+        })
     })
 }

@@ -1,10 +1,13 @@
-//! Files: written beside their place and renamed into it, so that no reader ever sees half of one.
+//! Files: written beside their place and renamed into it when all are whole, so that no reader ever sees half of one.
 
 pub mod exr;
 pub mod png;
 
+use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
 
@@ -59,16 +62,49 @@ pub fn check_writable(path: &Path) -> Result<()> {
     }
 }
 
-/// Writes a file by `write`, beside its place, and moves it there when it is whole; an existing file stays until then.
+/// Checks that no two paths name one file.
+///
+/// # Errors
+///
+/// [`Error::Request`] that names the path given twice.
+pub fn check_distinct(paths: &[PathBuf]) -> Result<()> {
+    let places: Vec<_> = paths.iter().map(|path| (folder(path).canonicalize().ok(), path.file_name())).collect();
+    match (1..places.len()).find(|&i| places[..i].contains(&places[i])) {
+        Some(i) => {
+            let path = paths[i].display();
+            Err(Error::request(format!("-o {path} is given twice; every output needs a name of its own")))
+        }
+        None => Ok(()),
+    }
+}
+
+/// A whole file beside its place. It disappears if it is dropped before [`Staged::commit`].
+#[must_use = "a file that is not committed is removed"]
+pub struct Staged {
+    file: NamedTempFile,
+    path: PathBuf,
+}
+
+impl Staged {
+    /// Moves the file to its place, where an existing one stays until this moment.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Failure`] if it cannot be moved; nothing is left behind.
+    pub fn commit(self) -> Result<()> {
+        let Self { file, path } = self;
+        file.persist(&path).map_err(|error| unwritable(&path, &error.error))?;
+        Ok(())
+    }
+}
+
+/// Writes a file by `write`, beside the place that `path` names.
 ///
 /// # Errors
 ///
 /// [`Error::Failure`] if anything fails; nothing is left behind.
-pub fn write_atomically(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&std::fs::File>) -> std::io::Result<()>,
-) -> Result<()> {
-    let attempt = || -> std::io::Result<()> {
+pub fn stage(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> std::io::Result<()>) -> Result<Staged> {
+    let attempt = || -> std::io::Result<NamedTempFile> {
         let mut builder = tempfile::Builder::new();
         builder.prefix(".sorairo-");
         #[cfg(unix)]
@@ -82,10 +118,16 @@ pub fn write_atomically(
         write(&mut writer)?;
         writer.flush()?;
         drop(writer);
-        file.persist(path)?;
-        Ok(())
+        Ok(file)
     };
-    attempt().map_err(|error| Error::failure(format!("{} cannot be written: {}", path.display(), plain(&error))))
+    match attempt() {
+        Ok(file) => Ok(Staged { file, path: path.to_owned() }),
+        Err(error) => Err(unwritable(path, &error)),
+    }
+}
+
+fn unwritable(path: &Path, error: &std::io::Error) -> Error {
+    Error::failure(format!("-o {} cannot be written: {}", path.display(), plain(error)))
 }
 
 fn folder(path: &Path) -> PathBuf {

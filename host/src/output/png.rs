@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
+use image::{ExtendedColorType, ImageEncoder, ImageError};
 use rayon::prelude::*;
 use sorairo_shared::color::srgb8;
 use sorairo_shared::glam::Vec3;
 
-use super::{LinearImage, write_atomically};
+use super::{LinearImage, Staged, stage};
 use crate::error::Result;
 
 /// The bytes (red, green, blue) of packed pixels.
@@ -25,15 +25,18 @@ pub fn expose(image: &LinearImage, exposure: f32) -> Vec<u8> {
     bytes
 }
 
-/// Writes a picture.
+/// Writes a picture beside its place.
 ///
 /// # Errors
 ///
 /// [`crate::Error::Failure`] if the file cannot be written.
-pub fn write(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<()> {
-    write_atomically(path, |writer| {
+pub fn write(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<Staged> {
+    stage(path, |writer| {
         PngEncoder::new_with_quality(writer, CompressionType::Fast, FilterType::Adaptive)
             .write_image(rgb, width, height, ExtendedColorType::Rgb8)
-            .map_err(std::io::Error::other)
+            .map_err(|error| match error {
+                ImageError::IoError(error) => error,
+                other => std::io::Error::other(other),
+            })
     })
 }

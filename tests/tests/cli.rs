@@ -1,0 +1,533 @@
+//! The command line: what it promises, how it refuses, and what a failure leaves behind.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::Stdio;
+
+use serde_json::Value;
+use sorairo_tests::program::{Ended, command, contents, read_exr, read_png, run, succeed};
+use tempfile::{TempDir, tempdir};
+
+fn folder() -> TempDir {
+    tempdir().expect("a folder for temporary files")
+}
+
+/// The names of the files in a folder.
+fn names(folder: &Path) -> Vec<String> {
+    contents(folder).into_keys().collect()
+}
+
+/// The JSON value that a run printed as its only line.
+fn json(ended: &Ended) -> Value {
+    assert_eq!(ended.stdout.lines().count(), 1, "{}", ended.stdout);
+    serde_json::from_str(&ended.stdout).expect("JSON")
+}
+
+#[test]
+fn render_without_outputs_writes_sky_png_and_sky_exr() {
+    let folder = folder();
+    let ended = succeed(folder.path(), &["render", "--device", "cpu"]);
+    assert_eq!(names(folder.path()), ["sky.exr", "sky.png"]);
+    let png = read_png(&folder.path().join("sky.png"));
+    let (exr, _) = read_exr(&folder.path().join("sky.exr"));
+    assert_eq!([png.width, png.height, exr.width, exr.height], [1024, 512, 1024, 512]);
+    assert_eq!(ended.stdout, "");
+    for part in ["sky.png", "sky.exr", "CPU", "kernels", "read-back", "encoding"] {
+        assert!(ended.stderr.contains(part), "no {part} in the summary: {}", ended.stderr);
+    }
+}
+
+#[test]
+fn json_has_the_promised_keys() {
+    let folder = folder();
+    let out = ["render", "--size", "32x16", "-o", "a.png", "-o", "b.exr", "--json"];
+    for (device, backend) in [("cpu", "cpu"), ("gpu", "gpu")] {
+        let report = json(&succeed(folder.path(), &[&out[..], &["--device", device]].concat()));
+        let known = [
+            ("backend", Value::from(backend)),
+            ("width", 32.into()),
+            ("height", 16.into()),
+            ("color", "folded".into()),
+            ("outputs", vec!["a.png", "b.exr"].into()),
+        ];
+        for (key, value) in known {
+            assert_eq!(report[key], value, "{key} in {report}");
+        }
+        for key in ["device", "fit"] {
+            assert!(!report[key].as_str().unwrap().is_empty(), "{key} in {report}");
+        }
+        assert!(report["steps"].as_u64().unwrap() > 0, "{report}");
+        let time =
+            |key: &str| report[key].as_f64().filter(|time| *time >= 0.0).unwrap_or_else(|| panic!("{key}: {report}"));
+        let parts: f64 = ["plan_ms", "kernel_ms", "readback_ms", "encode_ms"].map(time).iter().sum();
+        assert!(time("kernel_ms") > 0.0 && parts <= time("total_ms"), "{report}");
+    }
+}
+
+#[test]
+fn every_flag_of_the_contract_is_accepted() {
+    let folder = folder();
+    std::fs::write(folder.path().join("scene.toml"), "[sun]\nelevation = 10\n").unwrap();
+    let everything: [&[&str]; 24] = [
+        &["--scene", "scene.toml"],
+        &["-o", "x.png"],
+        &["--preset", "earth"],
+        &["--preset", "paper"],
+        &["--sun-elevation", "-4"],
+        &["--sun-azimuth", "-90"],
+        &["--altitude", "2.5"],
+        &["--projection", "equirectangular"],
+        &["--projection", "fisheye", "--fov", "150"],
+        &["--projection", "perspective", "--fov", "40", "--look-azimuth", "-20", "--look-elevation", "-5"],
+        &["--size", "5x3"],
+        &["--fit", "cubic"],
+        &["--fit", "transfer"],
+        &["--fit", "extinction"],
+        &["--fit", "dense"],
+        &["--bands", "440,500,550,600,660"],
+        &["--color", "solve"],
+        &["--color", "folded"],
+        &["--steps", "3"],
+        &["--exposure", "-2.5"],
+        &["--exposure", "auto"],
+        &["--device", "auto"],
+        &["--device", "gpu"],
+        &["--json"],
+    ];
+    for flags in everything {
+        let most: &[&str] = if flags[0] == "--size" { &[] } else { &["--size", "4x2"] };
+        let device: &[&str] = if flags[0] == "--device" { &[] } else { &["--device", "cpu"] };
+        succeed(folder.path(), &[&["render"], flags, most, device].concat());
+        if !matches!(flags[0], "-o" | "--json") {
+            let view = ["--view-elevation", "20", "--view-azimuth", "-30", "--wavelengths", "550"];
+            let ended = succeed(folder.path(), &[&["spectrum"], flags, most, device, &view].concat());
+            assert_eq!(ended.stdout.lines().count(), 2, "{flags:?}: {}", ended.stdout);
+        }
+    }
+}
+
+#[test]
+fn a_flag_takes_the_place_of_its_key_and_a_key_that_of_the_preset() {
+    let folder = folder();
+    let spectrum = |scene: &str, flags: &[&str]| {
+        std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        let view = ["spectrum", "--view-elevation", "20", "--view-azimuth", "40", "--wavelengths", "450,600"];
+        succeed(folder.path(), &[&view, flags].concat()).stdout
+    };
+    let from_file = &["--scene", "scene.toml"][..];
+    let earth = spectrum("", &["--sun-elevation", "10"]);
+    let paper = spectrum("", &["--sun-elevation", "10", "--preset", "paper"]);
+    assert_ne!(earth, paper);
+    assert_eq!(spectrum("[sun]\nelevation = 10", from_file), earth);
+    assert_eq!(spectrum("preset = 'paper'\n[sun]\nelevation = 10", from_file), paper);
+    assert_eq!(spectrum("[sun]\nelevation = 50", &[from_file, &["--sun-elevation", "10"]].concat()), earth);
+    assert_eq!(
+        spectrum("preset = 'paper'\n[sun]\nelevation = 10", &[from_file, &["--preset", "earth"]].concat()),
+        earth
+    );
+}
+
+#[test]
+fn devices_lists_the_cpu_last() {
+    let folder = folder();
+    let list = json(&succeed(folder.path(), &["devices", "--json"]));
+    let devices = list.as_array().unwrap();
+    assert_eq!(devices.last().unwrap()["kind"], "cpu");
+    let lines = succeed(folder.path(), &["devices"]).stdout;
+    assert_eq!(lines.lines().count(), devices.len());
+    for (line, device) in lines.lines().zip(devices) {
+        assert!(line.starts_with(device["name"].as_str().unwrap()), "{line}");
+    }
+}
+
+#[test]
+fn part_of_a_name_chooses_the_device() {
+    let folder = folder();
+    let list = json(&succeed(folder.path(), &["devices", "--json"]));
+    let name = list[0]["name"].as_str().unwrap();
+    assert_ne!(list[0]["kind"], "cpu", "this test needs a Vulkan device");
+    let part = &name[1..].to_uppercase();
+    let report = json(&succeed(folder.path(), &["render", "--size", "4x2", "--json", "--device", part]));
+    assert_eq!((&report["device"], &report["backend"]), (&name.into(), &"gpu".into()));
+}
+
+/// The program where no Vulkan driver is found.
+fn run_without_vulkan(folder: &Path, arguments: &[&str]) -> Ended {
+    let mut command = command(folder, arguments);
+    for variable in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"] {
+        command.env(variable, folder.join("no-driver.json"));
+    }
+    command.output().expect("the program starts").into()
+}
+
+#[test]
+fn without_vulkan_the_cpu_renders_and_says_so() {
+    let folder = folder();
+    let ended = run_without_vulkan(folder.path(), &["render", "--size", "4x2", "--json"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    assert_eq!(json(&ended)["backend"], "cpu");
+    let said: Vec<_> = ended.stderr.lines().filter(|line| line.starts_with("sorairo: ")).collect();
+    assert!(said.len() == 1 && said[0].contains("no Vulkan device"), "{}", ended.stderr);
+
+    let ended = run_without_vulkan(folder.path(), &["render", "--size", "4x2", "--device", "gpu"]);
+    assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+    assert!(ended.stderr.contains("--device \"gpu\"") && ended.stderr.contains("cpu"), "{}", ended.stderr);
+}
+
+/// Checks that a request is refused: exit code 2, one sentence with all of `named` in it, and no trace in the folder.
+fn refuses(scene: Option<&str>, arguments: &[&str], named: &[&str]) {
+    let folder = folder();
+    let path = folder.path();
+    std::fs::create_dir(path.join("folder.png")).unwrap();
+    for name in ["sky.png", "sky.exr", "a.png"] {
+        std::fs::write(path.join(name), "was here before").unwrap();
+    }
+    let mut arguments = arguments.to_vec();
+    if let Some(scene) = scene {
+        std::fs::write(path.join("scene.toml"), scene).unwrap();
+        arguments.extend(["--scene", "scene.toml"]);
+    }
+    let before = contents(path);
+    let Ended { code, stdout, stderr } = run(path, &arguments);
+    let request = format!("{arguments:?} {}", scene.unwrap_or_default());
+    assert_eq!(code, Some(2), "{request}: {stderr}");
+    assert_eq!(stdout, "", "{request}");
+    assert!(!stderr.contains("panicked"), "{request}: {stderr}");
+    match stderr.strip_prefix("sorairo: ") {
+        Some(sentence) => assert_eq!(sentence.trim_end().lines().count(), 1, "{request}: {stderr}"),
+        // The parser of the flags adds where to find help.
+        None => assert!(stderr.starts_with("error: ") && stderr.contains("--help"), "{request}: {stderr}"),
+    }
+    for part in named {
+        assert!(stderr.contains(part), "{request}: no {part:?} in {stderr}");
+    }
+    assert!(contents(path) == before, "{request} changed the folder: {:?}", names(path));
+}
+
+const SPECTRUM: [&str; 5] = ["spectrum", "--view-elevation", "20", "--view-azimuth", "30"];
+
+#[test]
+fn a_wrong_flag_exits_with_2_and_one_sentence() {
+    let table: &[(&str, &[&str])] = &[
+        ("--sun-elevation 90.5", &["--sun-elevation", "90.5", "between -90 and 90"]),
+        ("--sun-elevation -91", &["--sun-elevation", "-91", "between -90 and 90"]),
+        ("--sun-elevation nan", &["--sun-elevation", "NaN", "between -90 and 90"]),
+        ("--sun-elevation inf", &["--sun-elevation", "inf", "between -90 and 90"]),
+        ("--sun-elevation=-inf", &["--sun-elevation", "-inf", "between -90 and 90"]),
+        ("--sun-elevation high", &["--sun-elevation", "high", "a number"]),
+        ("--sun-elevation", &["--sun-elevation", "value is required"]),
+        ("--sun-azimuth 361", &["--sun-azimuth", "361", "between -360 and 360"]),
+        ("--sun-azimuth nan", &["--sun-azimuth", "NaN", "between -360 and 360"]),
+        ("--altitude -1", &["--altitude", "-1", "between 0 and 100000 km"]),
+        ("--altitude 1e9", &["--altitude", "1000000000", "between 0 and 100000 km"]),
+        ("--altitude nan", &["--altitude", "NaN", "between 0 and 100000 km"]),
+        ("--projection fisheye --fov 361", &["--fov", "361", "between 0.01 and 360"]),
+        ("--projection perspective --fov 171", &["--fov", "171", "between 0.01 and 170"]),
+        ("--projection perspective --fov 0", &["--fov", "0", "between 0.01 and 170"]),
+        ("--fov nan", &["--fov", "NaN", "between"]),
+        ("--look-azimuth 1e3", &["--look-azimuth", "1000", "between -360 and 360"]),
+        ("--look-elevation -90.1", &["--look-elevation", "-90.1", "between -90 and 90"]),
+        ("--steps 0", &["--steps", "0", "between 1 and 1024"]),
+        ("--steps 1025", &["--steps", "1025", "between 1 and 1024"]),
+        ("--steps -1", &["--steps", "-1", "from 1 to 1024"]),
+        ("--steps 1.5", &["--steps", "1.5", "from 1 to 1024"]),
+        ("--exposure 51", &["--exposure", "51", "between -50 and 50"]),
+        ("--exposure nan", &["--exposure", "NaN", "between -50 and 50"]),
+        ("--exposure bright", &["--exposure", "bright", "auto"]),
+        ("--size 0x4", &["--size", "0x4", "each from 1 to 8388608"]),
+        ("--size 4x0", &["--size", "4x0", "each from 1 to 8388608"]),
+        ("--size=-4x4", &["--size", "-4x4", "each from 1 to 8388608"]),
+        ("--size 8", &["--size", "\"8\"", "WIDTHxHEIGHT"]),
+        ("--size 4x4x4", &["--size", "4x4x4", "WIDTHxHEIGHT"]),
+        ("--size wide", &["--size", "wide", "WIDTHxHEIGHT"]),
+        ("--size 4.5x4", &["--size", "4.5x4", "WIDTHxHEIGHT"]),
+        ("--size 4000000000x4000000000", &["--size", "4000000000x4000000000", "each from 1 to 8388608"]),
+        ("--size 99999999999999999999x1", &["--size", "99999999999999999999x1", "each from 1 to 8388608"]),
+        ("--size 8388608x8388608", &["--size", "8388608x8388608", "GiB of memory"]),
+        ("--preset mars", &["--preset", "mars", "earth", "paper"]),
+        ("--projection mercator", &["--projection", "mercator", "equirectangular", "fisheye", "perspective"]),
+        ("--fit linear", &["--fit", "linear", "cubic", "transfer", "extinction", "dense"]),
+        ("--fit dense --color solve", &["--fit dense", "--color solve"]),
+        ("--bands 450,500", &["--bands", "2", "3 to 8"]),
+        ("--fit cubic --color solve --bands 450,500,600,650,700", &["--bands", "5", "4 to 4"]),
+        ("--bands 450,500,500.1,600", &["--bands", "500", "500.1", "0.5 nm apart"]),
+        ("--bands 300,450,500,600", &["--bands", "300", "between 360 and 830 nm"]),
+        ("--bands blue", &["--bands", "blue", "a list"]),
+        ("--color fast", &["--color", "fast", "solve", "folded"]),
+        ("--device abacus", &["--device", "abacus", "auto", "cpu"]),
+        ("--device=", &["--device", "auto", "cpu", "gpu"]),
+        ("--scene missing.toml", &["--scene", "missing.toml", "No such file"]),
+        ("--scene folder.png", &["--scene", "folder.png", "directory"]),
+        ("-o sky.jpg", &["-o", "sky.jpg", ".png or .exr"]),
+        ("-o sky", &["-o", "sky", ".png or .exr"]),
+        ("-o a.png -o nowhere/b.png", &["-o", "nowhere/b.png", "folder does not exist"]),
+        ("-o a.png/b.png", &["-o", "a.png/b.png", "cannot be written"]),
+        ("-o folder.png", &["-o", "folder.png", "is a folder"]),
+        ("-o a.png -o b.exr -o a.png", &["-o", "a.png", "twice"]),
+        ("-o a.png -o ./folder.png/../a.png", &["-o", "a.png", "twice"]),
+        ("--sky blue", &["--sky"]),
+    ];
+    for (flags, named) in table {
+        let flags: Vec<&str> = flags.split(' ').collect();
+        let device: &[&str] = if flags[0].starts_with("--device") { &[] } else { &["--device", "cpu"] };
+        refuses(None, &[&["render"], device, &flags].concat(), named);
+        if !matches!(flags[0], "-o") && !named.contains(&"GiB of memory") {
+            refuses(None, &[&SPECTRUM, device, &flags].concat(), named);
+        }
+    }
+}
+
+#[test]
+fn a_wrong_spectrum_exits_with_2_and_one_sentence() {
+    let view: &[(&[&str], &[&str])] = &[
+        (&["--view-elevation", "91", "--view-azimuth", "0"], &["--view-elevation", "91", "between -90 and 90"]),
+        (&["--view-elevation", "nan", "--view-azimuth", "0"], &["--view-elevation", "NaN", "between -90 and 90"]),
+        (&["--view-elevation", "0", "--view-azimuth", "-361"], &["--view-azimuth", "-361", "between -360 and 360"]),
+        (&["--view-elevation", "0", "--view-azimuth", "north"], &["--view-azimuth", "north", "a number"]),
+        (&["--view-elevation", "0"], &["--view-azimuth", "required"]),
+    ];
+    for (flags, named) in view {
+        refuses(None, &[&["spectrum"], *flags].concat(), named);
+    }
+    for list in
+        ["", ",", "blue", "450,", "450:550", "500:400:5", "400:500:0", "400:500:-5", "360:830:1e-9", "400:nan:5"]
+    {
+        refuses(None, &[&SPECTRUM[..], &["--wavelengths", list]].concat(), &["--wavelengths", list, "START:END:STEP"]);
+    }
+    for (list, outside) in [("450,359.9", "359.9"), ("380:900:5", "835"), ("-450", "-450")] {
+        let list = format!("--wavelengths={list}");
+        refuses(None, &[&SPECTRUM[..], &[&list]].concat(), &["--wavelengths", outside, "between 360 and 830 nm"]);
+    }
+    refuses(None, &[&SPECTRUM[..], &["--format", "xml"]].concat(), &["--format", "xml", "csv", "json"]);
+}
+
+#[test]
+fn a_wrong_scene_exits_with_2_and_one_sentence() {
+    let out_of_range = [
+        ("sun.elevation", "100", "between -90 and 90"),
+        ("sun.elevation", "nan", "between -90 and 90"),
+        ("sun.azimuth", "-400", "between -360 and 360"),
+        ("observer.altitude", "-0.1", "between 0 and 100000 km"),
+        ("atmosphere.ground_radius", "9", "between 10 and 1000000 km"),
+        ("atmosphere.ground_radius", "inf", "between 10 and 1000000 km"),
+        ("atmosphere.top_radius", "6360", "between 6361 and 16360 km"),
+        ("atmosphere.air.scattering", "-0.001", "between 0 and 100"),
+        ("atmosphere.air.scale_height", "0", "between 0.05 and 63.6 km"),
+        ("atmosphere.air.scale_height", "64", "between 0.05 and 63.6 km"),
+        ("atmosphere.aerosol.optical_depth", "-1", "between 0 and 1000"),
+        ("atmosphere.aerosol.angstrom_exponent", "6", "between -5 and 5"),
+        ("atmosphere.aerosol.scale_height", "nan", "between 0.05 and 63.6 km"),
+        ("atmosphere.aerosol.single_scattering_albedo", "1.01", "between 0 and 1"),
+        ("atmosphere.aerosol.asymmetry", "1", "between -0.99 and 0.99"),
+        ("atmosphere.ozone.column", "-1", "between 0 and 100000 Dobson units"),
+        ("atmosphere.ozone.bottom", "-1", "between 0 and 100 km"),
+        ("atmosphere.ozone.peak", "10", "between 10.1 and 100 km"),
+        ("atmosphere.ozone.top", "101", "between 25.1 and 100 km"),
+        ("camera.fov", "0", "between 0.01 and 360"),
+        ("camera.look_azimuth", "361", "between -360 and 360"),
+        ("camera.look_elevation", "91", "between -90 and 90"),
+        ("render.steps", "0", "between 1 and 1024"),
+        ("render.exposure", "-51", "between -50 and 50"),
+    ];
+    for (key, value, allowed) in out_of_range {
+        let shown = if value == "nan" { "NaN" } else { value };
+        refuses(Some(&format!("{key} = {value}\n")), &["render", "--device", "cpu"], &[key, shown, allowed]);
+    }
+    let table: [(&str, &[&str]); 15] = [
+        ("[sun]\nelevation = 3\nelevatoin = 4", &["scene.toml, line 3", "elevatoin", "`elevation`"]),
+        ("[moon]\nelevation = 3", &["line 1", "moon", "`sun`"]),
+        ("\n\n[sun]\nelevation = \"high\"", &["line 4", "elevation", "high", "a number"]),
+        ("[sun]\nspectrum = \"red\"", &["line 2", "spectrum", "red", "astm-g173", "flat"]),
+        ("sun = 3", &["line 1", "sun = 3", "a table"]),
+        ("preset = \"mars\"", &["line 1", "preset", "mars", "earth", "paper"]),
+        ("camera.size = \"0x3\"", &["line 1", "camera.size", "0x3", "each from 1 to 8388608"]),
+        ("camera.size = 5", &["line 1", "camera.size", "5", "string"]),
+        ("camera.projection = \"cube\"", &["line 1", "camera.projection", "cube", "fisheye"]),
+        ("render.steps = -1", &["line 1", "render.steps", "-1", "a whole number"]),
+        ("render.steps = 2.5", &["line 1", "render.steps", "2.5", "a whole number"]),
+        ("render.exposure = true", &["line 1", "render.exposure", "true", "stops or \"auto\""]),
+        ("render.exposure = \"bright\"", &["line 1", "render.exposure", "bright", "stops or \"auto\""]),
+        ("sun.elevation = 3\nsun.elevation = 4", &["line 2", "sun.elevation = 4", "duplicate"]),
+        ("[sun", &["line 1", "[sun", "`]`"]),
+    ];
+    for (scene, named) in table {
+        refuses(Some(scene), &["render", "--device", "cpu"], named);
+        refuses(Some(scene), &SPECTRUM, named);
+    }
+}
+
+/// Runs the program where no file may grow beyond some KiB, which ends a write as a full disk does.
+#[cfg(unix)]
+fn run_with_small_files(folder: &Path, arguments: &[&str]) -> Ended {
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", "trap '' XFSZ; ulimit -f 16; exec \"$@\"", "sh"]).arg(sorairo_tests::program::binary());
+    shell.args(arguments).current_dir(folder).output().expect("the shell starts").into()
+}
+
+#[cfg(unix)]
+#[test]
+fn an_existing_file_survives_a_failure() {
+    let folder = folder();
+    for name in ["small.png", "large.exr", "large.png"] {
+        std::fs::write(folder.path().join(name), "was here before").unwrap();
+    }
+    let first = contents(folder.path());
+    // So little exposed, the picture is black and small; the floats are not.
+    let small_then_large =
+        ["render", "--device", "cpu", "--size", "100x60", "--exposure", "-30", "-o", "small.png", "-o", "large.exr"];
+    let large_picture = ["render", "--device", "cpu", "--size", "400x200", "-o", "large.png"];
+    for (arguments, name) in [(&small_then_large[..], "large.exr"), (&large_picture, "large.png")] {
+        let before = contents(folder.path());
+        let ended = run_with_small_files(folder.path(), arguments);
+        assert_eq!(ended.code, Some(1), "{}", ended.stderr);
+        assert!(ended.stderr.starts_with(&format!("sorairo: -o {name} cannot be written")), "{}", ended.stderr);
+        assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
+        assert!(contents(folder.path()) == before, "{:?}", names(folder.path()));
+        // The same request with room replaces the files.
+        succeed(folder.path(), arguments);
+    }
+    let after = contents(folder.path());
+    assert!(after.iter().all(|(name, bytes)| *bytes != first[name]), "a file was not replaced");
+    assert!(after["small.png"].len() < 8 * 1024, "the small file must fit under the limit");
+}
+
+#[cfg(unix)]
+#[test]
+fn no_partial_file_is_left() {
+    let folder = folder();
+    let ended = run_with_small_files(folder.path(), &["render", "--device", "cpu", "--size", "400x200"]);
+    assert_eq!(ended.code, Some(1), "{}", ended.stderr);
+    assert_eq!(names(folder.path()), [""; 0]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_takes_no_files_is_refused_before_any_work() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    let closed = folder.path().join("closed");
+    std::fs::create_dir(&closed).unwrap();
+    std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0o555)).unwrap();
+    let ended = run(folder.path(), &["render", "--device", "cpu", "--size", "4x2", "-o", "closed/sky.png"]);
+    if std::fs::write(closed.join("probe"), "").is_ok() {
+        // Permissions do not bind the superuser: for such a user the folder is open, and the file must be there.
+        assert_eq!((ended.code, names(&closed)), (Some(0), vec!["probe".into(), "sky.png".into()]), "{}", ended.stderr);
+    } else {
+        assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+        assert!(ended.stderr.contains("-o closed/sky.png") && ended.stderr.contains("denied"), "{}", ended.stderr);
+        assert_eq!(names(&closed), [""; 0]);
+    }
+    if cfg!(target_os = "linux") {
+        // A folder that takes no files from anyone.
+        let ended = run(folder.path(), &["render", "--device", "cpu", "--size", "4x2", "-o", "/proc/sky.png"]);
+        assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+        assert!(ended.stderr.contains("-o /proc/sky.png cannot be written"), "{}", ended.stderr);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_a_failure_and_a_full_standard_error_is_not() {
+    let folder = folder();
+    let full = || std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let arguments = ["render", "--device", "cpu", "--size", "4x2", "--json"];
+    let ended: Ended = command(folder.path(), &arguments).stdout(full()).output().unwrap().into();
+    assert_eq!(ended.code, Some(1), "{}", ended.stderr);
+    assert!(ended.stderr.contains("standard output cannot be written"), "{}", ended.stderr);
+    let ended: Ended = command(folder.path(), &arguments).stderr(full()).output().unwrap().into();
+    assert_eq!(ended.code, Some(0));
+    assert_eq!(json(&ended)["width"], 4);
+    let refused = command(folder.path(), &["render", "--steps", "0"]).stderr(full()).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_name_may_hold_any_bytes() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = folder();
+    let name = std::ffi::OsStr::from_bytes(b"sky \xff.png");
+    let mut command = command(folder.path(), &["render", "--device", "cpu", "--size", "4x2", "--json", "-o"]);
+    let ended: Ended = command.arg(name).output().unwrap().into();
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    assert_eq!(json(&ended)["outputs"][0], "sky \u{fffd}.png");
+    assert!(folder.path().join(name).is_file());
+}
+
+#[test]
+fn a_closed_pipe_is_no_error() {
+    let folder = folder();
+    // Some 200 KB: more than a pipe holds.
+    let mut spectrum = command(folder.path(), &[&SPECTRUM[..], &["--wavelengths", "380:780:0.1"]].concat());
+    let mut child = spectrum.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut line = String::new();
+    BufReader::with_capacity(16, child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    assert_eq!(line, "wavelength_nm,radiance,dense\n");
+    let ended: Ended = child.wait_with_output().unwrap().into();
+    assert_eq!((ended.code, ended.stderr.as_str()), (Some(0), ""));
+}
+
+#[test]
+fn a_spectrum_is_the_same_in_csv_and_json() {
+    let folder = folder();
+    let of = |flags: &[&str]| succeed(folder.path(), &[&SPECTRUM[..], flags].concat());
+    let csv = of(&[]).stdout;
+    assert_eq!(csv, of(&["--format", "csv", "--wavelengths", "380:780:5"]).stdout);
+    let (header, rows) = csv.split_once('\n').unwrap();
+    assert_eq!(header, "wavelength_nm,radiance,dense");
+    let rows: Vec<Vec<f64>> =
+        rows.lines().map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    let samples = json(&of(&["--format", "json"]));
+    let samples = samples.as_array().unwrap();
+    assert_eq!((rows.len(), samples.len()), (81, 81));
+    for (i, (row, sample)) in rows.iter().zip(samples).enumerate() {
+        let expected = ["wavelength_nm", "radiance", "dense"].map(|key| sample[key].as_f64().unwrap());
+        // The reader of JSON may round the last digit the other way.
+        assert!(row.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-15 * b.abs()), "{row:?} {expected:?}");
+        assert_eq!(row[0], 380.0 + 5.0 * i as f64);
+    }
+}
+
+#[test]
+fn wavelengths_are_a_range_or_a_list_in_any_order() {
+    let folder = folder();
+    let of = |list: &str| -> Vec<Vec<f64>> {
+        let csv = succeed(folder.path(), &[&SPECTRUM[..], &["--wavelengths", list]].concat()).stdout;
+        csv.lines().skip(1).map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect()).collect()
+    };
+    let list = of("650,450,550.5,360,830");
+    assert_eq!(list.iter().map(|row| row[0]).collect::<Vec<_>>(), [650.0, 450.0, 550.5, 360.0, 830.0]);
+    let range = of("450:650:200");
+    assert_eq!(range.len(), 2);
+    assert_eq!(of("450:450:1").len(), 1);
+    for (a, b) in range.iter().zip([&list[1], &list[0]]) {
+        // Wavelengths that are computed together share their sample positions, within what the dense spectrum promises.
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-4 * b), "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn more_than_a_second_shows_progress() {
+    let folder = folder();
+    let render = |height: u32| {
+        let size = format!("128x{height}");
+        let arguments = ["render", "--device", "cpu", "--steps", "1024", "--json", "-o", "a.png", "--size", &size];
+        let ended: Ended = command(folder.path(), &arguments).env("RAYON_NUM_THREADS", "1").output().unwrap().into();
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        (json(&ended)["total_ms"].as_f64().unwrap(), ended.stderr.contains("computing the sky"))
+    };
+    let mut height = 1;
+    loop {
+        let (milliseconds, shown) = render(height);
+        if milliseconds < 900.0 {
+            assert!(!shown, "progress after {milliseconds} ms");
+        }
+        // The sign comes from a thread that wakes up every tenth of a second.
+        if milliseconds > 1300.0 {
+            assert!(shown, "no progress in {milliseconds} ms");
+            break;
+        }
+        let growth = (1600.0 / milliseconds).clamp(1.5, 30.0);
+        height = (f64::from(height) * growth).ceil() as u32;
+    }
+}

@@ -1,0 +1,297 @@
+//! The files that the program writes: where things are in them, and what their numbers are.
+
+use std::path::Path;
+
+use sorairo_tests::compare::worst_in_images;
+use sorairo_tests::oracle::direction;
+use sorairo_tests::program::{Image, read_exr, read_png, succeed};
+use tempfile::tempdir;
+
+/// Renders on the CPU into a picture and a linear image.
+fn render(flags: &[&str]) -> (Image<u8>, Image<f32>) {
+    render_scene("", "cpu", flags)
+}
+
+fn render_scene(scene: &str, device: &str, flags: &[&str]) -> (Image<u8>, Image<f32>) {
+    let folder = tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("scene.toml"), scene).unwrap();
+    let outputs = ["render", "--scene", "scene.toml", "--device", device, "-o", "a.png", "-o", "a.exr"];
+    succeed(folder.path(), &[&outputs, flags].concat());
+    (read_png(&at("a.png")), read_exr(&at("a.exr")).0)
+}
+
+/// Haze that throws light forwards. Its glow has a width of 6°, and the rest of the sky moves its peak by less than 1°.
+const HAZE: &str = "[atmosphere.aerosol]\noptical_depth = 0.3\nasymmetry = 0.9\n";
+
+/// The pixel of the sun, 30° high at an azimuth, in a hazy sky.
+fn sun_pixel(azimuth: f64, flags: &[&str]) -> [f64; 2] {
+    let azimuth = format!("--sun-azimuth={azimuth}");
+    let (_, image) = render_scene(HAZE, "cpu", &[&[azimuth.as_str()], flags].concat());
+    let (column, row) = image.brightest();
+    [column as f64 + 0.5, row as f64 + 0.5]
+}
+
+/// Checks a pixel against where it should be, to a pixel and a half: half the pixel's own size, and 1° of the glow's peak.
+fn assert_near(found: [f64; 2], expected: [f64; 2], what: &str) {
+    let off = (0..2).map(|i| (found[i] - expected[i]).abs()).fold(0.0, f64::max);
+    assert!(off <= 1.5, "{what}: the sun is at {found:?} instead of {expected:?}");
+}
+
+#[test]
+fn the_sun_is_where_its_azimuth_says_in_an_equirectangular_image() {
+    for azimuth in [-90.0, 0.0, 60.0, 135.0, 250.0, 340.0] {
+        let column = 256.0 * (azimuth / 360.0f64 + 0.5).rem_euclid(1.0);
+        // 30° above the horizon lies a third of the way from the zenith row to the nadir row.
+        assert_near(sun_pixel(azimuth, &["--size", "256x128"]), [column, 128.0 / 3.0], &format!("azimuth {azimuth}"));
+    }
+}
+
+#[test]
+fn a_fisheye_has_north_on_top_and_east_on_the_left() {
+    // 60° from the zenith on a circle whose radius of 64 pixels spans 90°.
+    let r = 64.0 * 60.0 / 90.0;
+    let suns =
+        [(0.0, [64.0, 64.0 - r]), (90.0, [64.0 - r, 64.0]), (180.0, [64.0, 64.0 + r]), (-90.0, [64.0 + r, 64.0])];
+    for (azimuth, expected) in suns {
+        let found = sun_pixel(azimuth, &["--projection", "fisheye", "--size", "128x128"]);
+        assert_near(found, expected, &format!("azimuth {azimuth}"));
+    }
+}
+
+#[test]
+fn the_sun_is_where_its_azimuth_says_in_a_perspective() {
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    for (azimuth, look) in [(100.0, 90.0), (80.0, 90.0), (-170.0, 175.0), (0.0, 0.0)] {
+        let flags = ["--projection", "perspective", "--fov", "60", "--size", "96x72", "--look-elevation", "20"];
+        let found = sun_pixel(azimuth, &[&flags[..], &[&format!("--look-azimuth={look}")]].concat());
+        let sun = direction(30.0, azimuth);
+        let along = |axis: [f64; 3]| dot(sun, axis) / dot(sun, direction(20.0, look));
+        // A field of 60° is 96 pixels wide.
+        let scale = 48.0 / 30f64.to_radians().tan();
+        let right = scale * along(direction(0.0, look + 90.0));
+        let up = scale * along(direction(110.0, look));
+        assert_near(found, [48.0 + right, 36.0 - up], &format!("azimuth {azimuth}, looking to {look}"));
+    }
+}
+
+#[test]
+fn pixels_outside_a_fisheye_are_black() {
+    let (picture, image) = render(&["--projection", "fisheye", "--size", "90x60"]);
+    let (mut outside, mut inside) = (0, 0);
+    for row in 0..60 {
+        for column in 0..90 {
+            let radius = (column as f64 + 0.5 - 45.0).hypot(row as f64 + 0.5 - 30.0);
+            let place = format!("column {column}, row {row}");
+            if radius > 30.0 {
+                assert_eq!((picture.at(column, row), image.at(column, row)), ([0; 3], [0.0; 3]), "{place}");
+                outside += 1;
+            } else {
+                assert!(image.at(column, row).iter().all(|value| *value > 0.0), "{place}");
+                inside += 1;
+            }
+        }
+    }
+    assert!(outside > 2000 && inside > 2000);
+}
+
+/// The sRGB byte of a linear value (IEC 61966-2-1:1999).
+fn srgb(linear: f64) -> f64 {
+    255.0 * if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+#[test]
+fn a_picture_is_the_srgb_of_the_linear_image_times_its_exposure() {
+    for (stops, shoulder_expected) in [(-6.0, false), (-3.0, true)] {
+        let (picture, image) = render(&["--size", "128x64", "--sun-elevation", "12", &format!("--exposure={stops}")]);
+        let (mut straight, mut above) = (0, 0);
+        for (bytes, linear) in picture.rgb.chunks(3).zip(image.rgb.chunks(3)) {
+            let shown: Vec<f64> = linear.iter().map(|value| f64::from(*value) * f64::exp2(stops)).collect();
+            if shown.iter().any(|value| *value >= 0.8) {
+                // The shoulder keeps what is brighter than its start brighter.
+                assert!(bytes.iter().any(|byte| f64::from(*byte) >= srgb(0.8) - 1.0), "{bytes:?} for {shown:?}");
+                above += 1;
+                continue;
+            }
+            straight += 1;
+            for (byte, value) in bytes.iter().zip(&shown) {
+                // Half a step of rounding, and the other half for single precision beside a border.
+                assert!((f64::from(*byte) - srgb(*value)).abs() <= 1.0, "{byte} for {value}");
+            }
+        }
+        assert!(straight > 1000 && (above > 10) == shoulder_expected, "{straight} {above}");
+    }
+}
+
+#[test]
+fn a_picture_alone_is_the_picture_beside_a_linear_image() {
+    let folder = tempdir().unwrap();
+    let png = |outputs: &[&str]| {
+        succeed(folder.path(), &[&["render", "--device", "cpu", "--size", "60x40"], outputs].concat());
+        read_png(&folder.path().join("a.png"))
+    };
+    assert_eq!(png(&["-o", "a.png"]), png(&["-o", "b.exr", "-o", "a.png"]));
+}
+
+#[test]
+fn an_exposure_belongs_to_the_sky_and_not_to_the_camera() {
+    let folder = tempdir().unwrap();
+    let stops = |flags: &[&str]| {
+        let ended =
+            succeed(folder.path(), &[&["render", "--device", "cpu", "--size", "8x4", "--json"], flags].concat());
+        let report: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+        report["exposure_ev"].as_f64().unwrap()
+    };
+    let auto = stops(&[]);
+    assert_eq!(auto, stops(&["--projection", "fisheye", "--exposure", "auto"]));
+    assert_eq!(auto, stops(&["--projection", "perspective", "--look-azimuth", "90"]));
+    // Stops are powers of two, and come back through a logarithm in single precision.
+    assert!((stops(&["--exposure", "-2.5"]) + 2.5).abs() < 1e-6);
+    assert!(stops(&["--sun-elevation", "-4"]) > auto + 3.0, "twilight needs a longer exposure");
+}
+
+#[test]
+fn an_exr_says_that_it_is_rec_709() {
+    let folder = tempdir().unwrap();
+    succeed(folder.path(), &["render", "--device", "cpu", "--size", "9x7", "-o", "a.exr"]);
+    let (image, chromaticities) = read_exr(&folder.path().join("a.exr"));
+    assert_eq!((image.width, image.height, image.rgb.len()), (9, 7, 9 * 7 * 3));
+    // ITU-R BT.709-6, items 1.3 and 1.4.
+    assert_eq!(chromaticities, [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]]);
+}
+
+#[test]
+fn a_linear_image_does_not_depend_on_the_exposure() {
+    let flags = ["--size", "32x16", "--exposure"];
+    let of = |stops: &'static str| render(&[&flags[..], &[stops]].concat());
+    let ((dark_picture, dark), (bright_picture, bright)) = (of("-6"), of("2"));
+    assert_eq!(dark, bright);
+    assert_ne!(dark_picture, bright_picture);
+}
+
+fn brightest(image: &Image<f32>) -> f32 {
+    assert!(image.rgb.iter().all(|value| value.is_finite() && *value >= 0.0), "a pixel is not finite or negative");
+    image.rgb.iter().copied().fold(0.0, f32::max)
+}
+
+#[test]
+fn twilight_is_dark_and_night_is_black_and_both_are_finite() {
+    for device in ["cpu", "gpu"] {
+        for preset in ["earth", "paper"] {
+            for color in ["solve", "folded"] {
+                let of = |sun: &'static str| {
+                    let flags = ["--preset", preset, "--color", color, "--size", "48x24", "--sun-elevation", sun];
+                    render_scene("", device, &flags)
+                };
+                let place = format!("{device}, {preset}, {color}");
+                let day = brightest(&of("30").1);
+                let (picture, twilight) = of("-4");
+                let twilight = brightest(&twilight);
+                assert!(twilight > 0.0 && twilight < 0.2 * day, "{place}: {twilight:e} of {day:e}");
+                assert!(picture.rgb.iter().any(|byte| *byte > 60), "{place}: the exposure shows no twilight");
+                // 100 km above ground is in the shadow overhead below -10°, and as far as one sees below -20.2°.
+                let (picture, night) = of("-30");
+                assert_eq!(brightest(&night), 0.0, "{place}");
+                assert!(picture.rgb.iter().all(|byte| *byte == 0), "{place}");
+            }
+        }
+    }
+}
+
+/// The absolute differences of two pixels' channels, the largest.
+fn step(a: [f32; 3], b: [f32; 3]) -> f32 {
+    (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f32::max)
+}
+
+/// Single precision leaves this much of the brightest pixel between neighbours.
+const NOISE: f32 = 1e-5;
+
+#[test]
+fn the_seam_of_an_equirectangular_image_is_continuous() {
+    for (sun, azimuth) in [("30", "170"), ("30", "180"), ("2", "90"), ("-4", "175")] {
+        let (_, image) = render(&["--size", "128x64", "--sun-elevation", sun, "--sun-azimuth", azimuth]);
+        let (w, noise) = (image.width, NOISE * brightest(&image));
+        assert!(noise > 0.0);
+        for row in 0..32 {
+            let p = |column: usize| image.at(column % w, row);
+            // The difference between columns of a smooth sky is like that of their neighbours.
+            let beside = step(p(w - 2), p(w - 1)).max(step(p(0), p(1)));
+            let across = step(p(w - 1), p(0));
+            assert!(
+                across <= 1.5 * beside + noise,
+                "sun at {sun}, {azimuth}, row {row}: {across:e}, beside {beside:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_zenith_is_continuous() {
+    for sun in ["90", "80", "30", "-4"] {
+        let (_, image) = render(&["--size", "128x64", "--sun-elevation", sun]);
+        let noise = NOISE * brightest(&image);
+        assert!(noise > 0.0);
+        let columns = || 0..image.width;
+        // Across the zenith two pixels of the top row lie as far apart as a pixel of the second row lies from the first.
+        let beside = columns().map(|column| step(image.at(column, 0), image.at(column, 1))).fold(0.0, f32::max);
+        for column in columns() {
+            let across = step(image.at(column, 0), image.at((column + 64) % 128, 0));
+            assert!(across <= 1.5 * beside + noise, "sun at {sun}, column {column}: {across:e}, beside {beside:e}");
+        }
+    }
+}
+
+#[test]
+fn the_sky_is_its_own_mirror_image_about_the_sun() {
+    for sun in ["60", "10", "-4"] {
+        let (_, image) = render(&["--size", "128x64", "--sun-elevation", sun, "--sun-azimuth", "45"]);
+        // The sun stands on the border between columns 79 and 80.
+        let mirrored: Vec<f32> =
+            (0..image.width * image.height).flat_map(|i| image.at((159 + 128 - i % 128) % 128, i / 128)).collect();
+        let worst = worst_in_images(&mirrored, &image.rgb, image.width, 3, 1e-6);
+        assert!(worst.relative <= MIRROR, "sun at {sun}: {worst:?}");
+        let shifted: Vec<f32> =
+            (0..image.width * image.height).flat_map(|i| image.at((i + 1) % 128, i / 128)).collect();
+        assert!(worst_in_images(&shifted, &image.rgb, image.width, 3, 1e-6).relative > 10.0 * MIRROR);
+    }
+}
+
+/// The two directions differ by the rounding of a sine, 1e-7. Beside the horizon at twilight radiance grows a hundred times
+/// as fast as the cosine of the zenith angle.
+const MIRROR: f64 = 5e-5;
+
+#[test]
+fn a_taller_image_shows_the_same_sky() {
+    let (_, coarse) = render(&["--size", "64x33"]);
+    let (_, fine) = render(&["--size", "192x99"]);
+    // The centre of every pixel is the centre of the middle one of nine.
+    let picked: Vec<f32> = (0..64 * 33).flat_map(|i| fine.at(3 * (i % 64) + 1, 3 * (i / 64) + 1)).collect();
+    let worst = worst_in_images(&picked, &coarse.rgb, 64, 3, 1e-6);
+    assert!(worst.relative <= MIRROR, "{worst:?}");
+}
+
+#[test]
+fn an_image_of_any_size_is_written() {
+    for size in ["1x1", "1x7", "7x1", "3x2"] {
+        for projection in ["equirectangular", "fisheye", "perspective"] {
+            let (picture, image) = render(&["--size", size, "--projection", projection]);
+            assert_eq!(format!("{}x{}", image.width, image.height), size);
+            assert_eq!((picture.width, picture.height), (image.width, image.height));
+            assert!(brightest(&image) > 0.0, "{size} {projection}");
+        }
+    }
+}
+
+#[test]
+fn outputs_of_one_run_go_to_their_own_folders() {
+    let folder = tempdir().unwrap();
+    let there = |name: &str| folder.path().join(name).is_file();
+    for name in ["one", "two"] {
+        std::fs::create_dir(folder.path().join(name)).unwrap();
+    }
+    let absolute = folder.path().join("two/SKY.EXR");
+    let outputs = ["-o", "one/a.png", "-o", "two/a.png", "-o", &absolute.to_string_lossy()];
+    succeed(folder.path(), &[&["render", "--device", "cpu", "--size", "4x2"], &outputs[..]].concat());
+    assert!(there("one/a.png") && there("two/a.png") && absolute.is_file() && !there("sky.png"));
+    assert_eq!(read_png(Path::new(&folder.path().join("one/a.png"))), read_png(&folder.path().join("two/a.png")));
+}

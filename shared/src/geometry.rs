@@ -175,8 +175,10 @@ mod tests {
     const EARTH: Shell = Shell { ground_radius: 6360.0, depth: 100.0 };
 
     fn direction(elevation: f32, azimuth: f32) -> Vec3 {
-        let (e, a) = (elevation.to_radians(), azimuth.to_radians());
-        Vec3::new(e.cos() * a.cos(), -e.cos() * a.sin(), e.sin())
+        let (sin_elevation, cos_elevation) = f64::from(elevation).to_radians().sin_cos();
+        let (sin_azimuth, cos_azimuth) = f64::from(azimuth).to_radians().sin_cos();
+        let level = [cos_elevation * cos_azimuth, -cos_elevation * sin_azimuth];
+        Vec3::new(level[0] as f32, level[1] as f32, sin_elevation as f32)
     }
 
     #[test]

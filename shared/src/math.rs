@@ -93,6 +93,7 @@ pub fn ln(x: f32) -> f32 {
     #[cfg(target_arch = "spirv")]
     return libm::logf(x);
     #[cfg(not(target_arch = "spirv"))]
+    #[expect(clippy::disallowed_methods, reason = "this is the function to use instead")]
     return x.ln();
 }
 
@@ -176,7 +177,7 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
 pub fn acos(x: f32) -> f32 {
     let y = min(if x < 0.0 { -x } else { x }, 1.0);
     let high = ((-1.262_491_1e-3 * y + 6.670_09e-3) * y - 1.708_812_6e-2) * y + 3.089_188_1e-2;
-    let polynomial = (((high * y - 5.017_430_5e-2) * y + 8.897_899e-2) * y - 2.145_988e-1) * y + 1.570_796_3;
+    let polynomial = (((high * y - 5.017_430_5e-2) * y + 8.897_899e-2) * y - 2.145_988e-1) * y + 0.5 * PI;
     let angle = sqrt(1.0 - y) * polynomial;
     if x < 0.0 { PI - angle } else { angle }
 }

@@ -45,7 +45,7 @@ pub fn worst_relative(pairs: impl IntoIterator<Item = (f64, f64, String)>, floor
 /// As [`worst_relative`], and if the images differ in size.
 pub fn worst_in_images(image: &[f32], reference: &[f32], width: usize, channels: usize, above: f64) -> Worst {
     assert_eq!(image.len(), reference.len());
-    let brightest = |values: &[f32]| values.iter().copied().fold(0.0, f32::max);
+    let brightest = |values: &[f32]| values.iter().copied().fold(0.0, sorairo_shared::math::max);
     let pairs = image.chunks(channels).zip(reference.chunks(channels)).enumerate().map(|(i, (pixel, expected))| {
         let scale = f64::from(brightest(expected));
         // A NaN or a negative channel must not hide behind the maximum.

@@ -155,9 +155,9 @@ fn solve_and_folded_give_the_same_colour() {
                     floats(&plan, backend, plan.kernel())
                 };
                 let (solve, folded) = (of(ColorPath::Solve), of(ColorPath::Folded));
-                let brightest = folded.iter().copied().fold(0.0, f32::max);
+                let brightest = folded.iter().copied().fold(0.0, sorairo_shared::math::max);
                 assert!(brightest > 0.0);
-                let worst = solve.iter().zip(&folded).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                let worst = solve.iter().zip(&folded).map(|(a, b)| (a - b).abs()).fold(0.0, sorairo_shared::math::max);
                 // The sum of 81 terms of both signs loses two digits of single precision against the matrix.
                 assert!(worst <= 1e-4 * brightest, "{fit:?}, sun at {sun}: {worst:e} of {brightest:e}");
             }

@@ -171,7 +171,7 @@ fn a_linear_image_does_not_depend_on_the_exposure() {
 
 fn brightest(image: &Image<f32>) -> f32 {
     assert!(image.rgb.iter().all(|value| value.is_finite() && *value >= 0.0), "a pixel is not finite or negative");
-    image.rgb.iter().copied().fold(0.0, f32::max)
+    image.rgb.iter().copied().fold(0.0, sorairo_shared::math::max)
 }
 
 #[test]
@@ -200,7 +200,7 @@ fn twilight_is_dark_and_night_is_black_and_both_are_finite() {
 
 /// The absolute differences of two pixels' channels, the largest.
 fn step(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f32::max)
+    (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, sorairo_shared::math::max)
 }
 
 /// Single precision leaves this much of the brightest pixel between neighbours.
@@ -215,7 +215,7 @@ fn the_seam_of_an_equirectangular_image_is_continuous() {
         for row in 0..32 {
             let p = |column: usize| image.at(column % w, row);
             // The difference between columns of a smooth sky is like that of their neighbours.
-            let beside = step(p(w - 2), p(w - 1)).max(step(p(0), p(1)));
+            let beside = sorairo_shared::math::max(step(p(w - 2), p(w - 1)), step(p(0), p(1)));
             let across = step(p(w - 1), p(0));
             assert!(
                 across <= 1.5 * beside + noise,
@@ -233,7 +233,7 @@ fn the_zenith_is_continuous() {
         assert!(noise > 0.0);
         let columns = || 0..image.width;
         // Across the zenith two pixels of the top row lie as far apart as a pixel of the second row lies from the first.
-        let beside = columns().map(|column| step(image.at(column, 0), image.at(column, 1))).fold(0.0, f32::max);
+        let beside = columns().map(|column| step(image.at(column, 0), image.at(column, 1))).fold(0.0, sorairo_shared::math::max);
         for column in columns() {
             let across = step(image.at(column, 0), image.at((column + 64) % 128, 0));
             assert!(across <= 1.5 * beside + noise, "sun at {sun}, column {column}: {across:e}, beside {beside:e}");

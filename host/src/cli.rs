@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use sorairo::Result;
 use sorairo::render::Report;
-use sorairo::scene::{ColorPath, Exposure, Fit, PathChoice, Preset, Projection, Scene, Size};
+use sorairo::scene::{ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Scene, Size};
 use sorairo::spectrum::parse_wavelengths;
 
 /// Renders the clear sky in full spectrum on the GPU.
@@ -33,6 +33,9 @@ pub struct RenderArguments {
     /// File to write, .png or .exr; may be given more than once [default: sky.png and sky.exr].
     #[arg(short = 'o', long = "output", value_name = "OUT")]
     output: Vec<PathBuf>,
+    /// Print what the plan skips, and what that saves (with --json, as its `explain`).
+    #[arg(long)]
+    pub explain: bool,
     /// Print one JSON object about the rendering to standard output.
     #[arg(long)]
     pub json: bool,
@@ -123,6 +126,9 @@ pub struct SceneArguments {
     /// Samples on each piece of a ray [default: what the height of the sun needs].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = steps)]
     steps: Option<u32>,
+    /// Depth of EXR files [default: f32].
+    #[arg(long)]
+    exr: Option<ExrDepth>,
     /// Whether pixels are integrated or looked up in a sky table [default: auto, what is faster within the error bound].
     #[arg(long)]
     path: Option<PathChoice>,
@@ -172,6 +178,7 @@ impl SceneArguments {
         scene.render.steps = self.steps.or(scene.render.steps);
         set(&mut scene.render.path, self.path);
         set(&mut scene.render.exposure, self.exposure);
+        set(&mut scene.render.exr, self.exr);
         Ok(scene)
     }
 }

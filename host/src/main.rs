@@ -43,6 +43,9 @@ fn render_command(arguments: &RenderArguments) -> Result<()> {
     drop(progress);
     let report = report?;
     print_note(&cli::summary(&report));
+    if arguments.explain && !arguments.json {
+        print_line(&report.explain.join("\n"))?;
+    }
     if arguments.json {
         print_line(&serde_json::to_string(&report).expect("a report is plain data"))?;
     }

@@ -10,8 +10,9 @@ use crate::backend::{Device, Run};
 use crate::error::{Error, Result};
 use crate::output::{self, Format, LinearImage, Staged};
 use crate::plan::Plan;
+use crate::plan::explain::explain;
 use crate::plan::path::Path;
-use crate::scene::{ColorPath, Fit, Scene, Size};
+use crate::scene::{ColorPath, ExrDepth, Fit, Scene, Size};
 
 /// What a rendering did, as `--json` prints it.
 #[derive(Clone, Debug, Serialize)]
@@ -32,6 +33,8 @@ pub struct Report {
     pub steps: u32,
     /// Whether pixels were integrated or looked up, and why.
     pub path: Path,
+    /// What the plan skips, and what that saves.
+    pub explain: Vec<String>,
     /// Factor from linear RGB to the picture's linear value, as a power of two.
     pub exposure_ev: f32,
     /// Time to decide what to compute (ms).
@@ -73,7 +76,11 @@ pub fn render(
     let start = Instant::now();
     let formats: Vec<Format> = outputs.iter().map(|path| Format::of(path)).collect::<Result<_>>()?;
     // A picture alone is packed on the device, 4 bytes a pixel; a linear image serves for both.
-    let pixel = if formats.contains(&Format::Exr) { PixelFormat::LinearRgb } else { PixelFormat::Picture };
+    let pixel = match (formats.as_slice(), scene.render.exr) {
+        (formats, _) if !formats.contains(&Format::Exr) => PixelFormat::Picture,
+        (formats, ExrDepth::Half) if !formats.contains(&Format::Png) => PixelFormat::HalfRgb,
+        _ => PixelFormat::LinearRgb,
+    };
     let plan = Plan::new(scene, pixel)?;
     for path in outputs {
         output::check_writable(path)?;
@@ -88,7 +95,7 @@ pub fn render(
     stage("writing files");
     let encoding = Instant::now();
     let (kernel, readback) = (run.kernel, run.readback);
-    write(&plan, run, pixel, &formats, outputs)?;
+    write(&plan, run, &formats, outputs, scene.render.exr)?;
     Ok(Report {
         device: device.name,
         backend: device.kind,
@@ -98,6 +105,7 @@ pub fn render(
         color: scene.render.color,
         steps: plan.steps(),
         path: plan.path.clone(),
+        explain: explain(&plan, scene.camera.projection),
         exposure_ev: plan.frame.exposure.log2(),
         plan_ms: ms(planned),
         kernel_ms: ms(kernel),
@@ -128,23 +136,30 @@ fn check_memory(size: Size, pixel: PixelFormat) -> Result<()> {
 }
 
 /// Encodes every file before the first takes its place, so that a failure leaves all of them as they were.
-fn write(plan: &Plan, run: Run, pixel: PixelFormat, formats: &[Format], outputs: &[PathBuf]) -> Result<()> {
+fn write(plan: &Plan, run: Run, formats: &[Format], outputs: &[PathBuf], depth: ExrDepth) -> Result<()> {
     let (width, height) = (plan.width(), plan.height());
     let picture = |path: &PathBuf, rgb: &[u8]| output::png::write(path, width, height, rgb);
-    let staged: Vec<Staged> = if pixel == PixelFormat::Picture {
-        let rgb = output::png::unpack(&run.words);
-        outputs.iter().map(|path| picture(path, &rgb)).collect::<Result<_>>()?
-    } else {
-        let rgb = bytemuck::allocation::cast_vec(run.words);
-        let image = LinearImage { width: width as usize, height: height as usize, rgb };
-        if let Some(value) = image.rgb.iter().find(|value| !(value.is_finite() && **value >= 0.0)) {
-            return Err(Error::failure(format!("the device computed a pixel of {value}; nothing was written")));
+    let staged: Vec<Staged> = match plan.pixel {
+        PixelFormat::Picture => {
+            let rgb = output::png::unpack(&run.words);
+            outputs.iter().map(|path| picture(path, &rgb)).collect::<Result<_>>()?
         }
-        let encode = |(path, format): (&PathBuf, &Format)| match format {
-            Format::Exr => output::exr::write(path, &image),
-            Format::Png => picture(path, &output::png::expose(&image, plan.frame.exposure)),
-        };
-        outputs.iter().zip(formats).map(encode).collect::<Result<_>>()?
+        PixelFormat::HalfRgb => outputs
+            .iter()
+            .map(|path| output::exr::write_half(path, width as usize, height as usize, &run.words))
+            .collect::<Result<_>>()?,
+        PixelFormat::LinearRgb => {
+            let rgb = bytemuck::allocation::cast_vec(run.words);
+            let image = LinearImage { width: width as usize, height: height as usize, rgb };
+            if let Some(value) = image.rgb.iter().find(|value| !(value.is_finite() && **value >= 0.0)) {
+                return Err(Error::failure(format!("the device computed a pixel of {value}; nothing was written")));
+            }
+            let encode = |(path, format): (&PathBuf, &Format)| match format {
+                Format::Exr => output::exr::write(path, &image, depth),
+                Format::Png => picture(path, &output::png::expose(&image, plan.frame.exposure)),
+            };
+            outputs.iter().zip(formats).map(encode).collect::<Result<_>>()?
+        }
     };
     staged.into_iter().try_for_each(Staged::commit)
 }

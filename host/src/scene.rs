@@ -184,6 +184,22 @@ pub struct Render {
     pub path: PathChoice,
     /// Exposure of pictures.
     pub exposure: Exposure,
+    /// Depth of EXR files.
+    pub exr: ExrDepth,
+}
+
+/// Depth of EXR files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+pub enum ExrDepth {
+    /// 16 bit floats: three digits, up to 65504.
+    #[serde(rename = "f16")]
+    #[value(name = "f16")]
+    Half,
+    /// 32 bit floats.
+    #[default]
+    #[serde(rename = "f32")]
+    #[value(name = "f32")]
+    Full,
 }
 
 /// Whether pixels are integrated or looked up.
@@ -316,6 +332,7 @@ impl Default for Render {
             steps: None,
             path: PathChoice::Auto,
             exposure: Exposure::Auto,
+            exr: ExrDepth::Full,
         }
     }
 }

@@ -233,7 +233,8 @@ fn the_zenith_is_continuous() {
         assert!(noise > 0.0);
         let columns = || 0..image.width;
         // Across the zenith two pixels of the top row lie as far apart as a pixel of the second row lies from the first.
-        let beside = columns().map(|column| step(image.at(column, 0), image.at(column, 1))).fold(0.0, sorairo_shared::math::max);
+        let beside =
+            columns().map(|column| step(image.at(column, 0), image.at(column, 1))).fold(0.0, sorairo_shared::math::max);
         for column in columns() {
             let across = step(image.at(column, 0), image.at((column + 64) % 128, 0));
             assert!(across <= 1.5 * beside + noise, "sun at {sun}, column {column}: {across:e}, beside {beside:e}");

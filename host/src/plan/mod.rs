@@ -1,5 +1,6 @@
 //! What to compute and what to skip, decided once per scene in double precision.
 
+pub mod explain;
 pub mod exposure;
 pub mod learnt;
 pub mod linear;
@@ -118,6 +119,10 @@ impl Plan {
             path: Path { table: None, reason: String::new() },
             optics,
         };
+        if plan.lit_rows.is_empty() {
+            plan.path.reason = "nothing is lit".into();
+            return Ok(plan);
+        }
         plan.fill_colour(scene);
         plan.path = path::choose(scene, &plan, plan.lit_pixels());
         if let Some(size) = plan.path.table {
@@ -228,12 +233,8 @@ impl Plan {
 /// What a scene has that the integral must not skip.
 fn integral(scene: &Scene, optics: &Optics) -> u32 {
     let a = &scene.atmosphere;
-    // The farthest point of the atmosphere that a ray can reach lies behind the horizon, by the angle that the altitude of the
-    // observer and the depth of the atmosphere each can look behind it.
-    let farthest = -path::horizon(a.ground_radius, scene.observer.altitude)
-        - path::horizon(a.ground_radius, a.top_radius - a.ground_radius);
     let from_above = scene.observer.altitude > 0.0;
-    let low_sun = scene.sun.elevation <= farthest.to_degrees();
+    let low_sun = scene.sun.elevation <= farthest_air(scene).to_degrees();
     // By day no ray from the ground itself meets the shadow.
     let shadow = if from_above { low_sun } else { scene.sun.elevation <= 0.0 };
     let bit = |present: bool, bit: u32| if present { bit } else { 0 };
@@ -245,10 +246,24 @@ fn integral(scene: &Scene, optics: &Optics) -> u32 {
         | bit(low_sun, variant::LOW_SUN)
 }
 
-/// Rows of the image that can be lit: from the ground an equirectangular image is black below its middle.
+/// The angle (radians, at the planet's centre) to the farthest point of the atmosphere that can be seen: what the altitude of the
+/// observer and the depth of the atmosphere each let a ray see behind the horizon.
+fn farthest_air(scene: &Scene) -> f64 {
+    let a = &scene.atmosphere;
+    let beyond_horizon = |altitude: f64| -path::horizon(a.ground_radius, altitude);
+    beyond_horizon(scene.observer.altitude) + beyond_horizon(a.top_radius - a.ground_radius)
+}
+
+/// Rows of the image that can be lit: none if the farthest air that can be seen stands in the planet's shadow, which is as deep
+/// as the atmosphere where the sun stands as far below the horizon as its top can see; and from the ground an
+/// equirectangular image is black below its middle.
 fn lit_rows(scene: &Scene) -> Range<u32> {
     let height = scene.camera.size.height;
-    if scene.camera.projection == Projection::Equirectangular && scene.observer.altitude == 0.0 {
+    let a = &scene.atmosphere;
+    let night = -farthest_air(scene) + path::horizon(a.ground_radius, a.top_radius - a.ground_radius);
+    if scene.sun.elevation < night.to_degrees() {
+        0..0
+    } else if scene.camera.projection == Projection::Equirectangular && scene.observer.altitude == 0.0 {
         0..height.div_ceil(2)
     } else {
         0..height

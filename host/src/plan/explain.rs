@@ -1,0 +1,135 @@
+//! A plan in words: what it skips, and what that saves.
+
+use sorairo_shared::variant;
+
+use super::Plan;
+use crate::PixelFormat;
+use crate::scene::Projection;
+
+/// What a plan does and leaves out, a sentence each.
+pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
+    let mut lines = vec![terms(plan)];
+    lines.extend(black_pixels(plan, projection));
+    lines.push(path(plan));
+    lines.push(bytes(plan));
+    lines
+}
+
+/// Which parts of the integral the kernels are compiled with.
+fn terms(plan: &Plan) -> String {
+    const NAMES: [(u32, &str); 6] = [
+        (variant::AEROSOL, "aerosol"),
+        (variant::OZONE, "ozone"),
+        (variant::ABOVE_TOP, "air above the top of the atmosphere"),
+        (variant::SHADOW, "the planet's shadow"),
+        (variant::DESCENT, "descending rays"),
+        (variant::LOW_SUN, "sunlight from below a sample's horizon"),
+    ];
+    let of = |present: bool| {
+        let names: Vec<&str> =
+            NAMES.iter().filter(|(bit, _)| (plan.variant & bit != 0) == present).map(|(_, name)| *name).collect();
+        if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
+    };
+    format!("integral: compiled with {}; skipped: {}", of(true), of(false))
+}
+
+fn black_pixels(plan: &Plan, projection: Projection) -> Option<String> {
+    let (width, height) = (u64::from(plan.width()), u64::from(plan.height()));
+    let skipped = width * height - plan.lit_pixels();
+    if plan.lit_rows.is_empty() {
+        return Some(format!("night: no air that can be seen is lit; none of {skipped} pixels is computed"));
+    }
+    if skipped > 0 {
+        let bytes = skipped * 4 * u64::from(plan.pixel.words());
+        return Some(format!(
+            "black ground: rows {}..{height} are not computed, which saves {skipped} pixels and {bytes} bytes of read-back",
+            plan.lit_rows.end
+        ));
+    }
+    (projection == Projection::Fisheye).then(|| {
+        let radius = 0.5 * width.min(height) as f64;
+        let outside = (width * height) as f64 - std::f64::consts::PI * radius * radius;
+        format!("fisheye: about {outside:.0} pixels outside the circle are not integrated")
+    })
+}
+
+fn path(plan: &Plan) -> String {
+    let samples = u64::from(plan.steps()) * plan.bands.len() as u64;
+    let pixels = plan.lit_pixels();
+    match plan.path.table {
+        Some(size) => {
+            let entries = u64::from(size.entries());
+            format!(
+                "path: table of {}x{} entries ({}), {} samples instead of {}, {} bytes",
+                size.above + size.below,
+                size.azimuths,
+                plan.path.reason,
+                entries * samples,
+                pixels * samples,
+                entries * 32
+            )
+        }
+        None => format!("path: direct ({}), {} samples", plan.path.reason, pixels * samples),
+    }
+}
+
+fn bytes(plan: &Plan) -> String {
+    let read_back = plan.lit_pixels() * 4 * u64::from(plan.pixel.words());
+    let kind = match plan.pixel {
+        PixelFormat::Picture => "8 bit sRGB packed on the device",
+        PixelFormat::HalfRgb => "half floats packed on the device",
+        PixelFormat::LinearRgb => "linear floats",
+    };
+    let uploaded = size_of_val(&plan.frame)
+        + size_of_val(plan.bands.as_slice())
+        + size_of_val(plan.quadrature.as_slice())
+        + size_of_val(plan.colour.as_slice());
+    format!("bytes: {uploaded} up, {read_back} back ({kind}, {} bytes a pixel)", 4 * plan.pixel.words())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    fn explained(change: impl FnOnce(&mut Scene), pixel: PixelFormat) -> String {
+        let mut scene = Scene::default();
+        change(&mut scene);
+        explain(&Plan::new(&scene, pixel).unwrap(), scene.camera.projection).join("\n")
+    }
+
+    #[test]
+    fn what_a_scene_lacks_is_skipped() {
+        let text = explained(|_| {}, PixelFormat::LinearRgb);
+        assert!(text.contains("compiled with aerosol, ozone;") && text.contains("shadow"), "{text}");
+        let text = explained(
+            |scene| {
+                scene.atmosphere.aerosol.optical_depth = 0.0;
+                scene.atmosphere.ozone.column = 0.0;
+            },
+            PixelFormat::LinearRgb,
+        );
+        assert!(text.contains("compiled with nothing; skipped: aerosol, ozone"), "{text}");
+    }
+
+    #[test]
+    fn black_ground_is_neither_computed_nor_read_back() {
+        let text = explained(|_| {}, PixelFormat::Picture);
+        assert!(text.contains("rows 256..512 are not computed") && text.contains("1048576 back"), "{text}");
+        let text = explained(|scene| scene.observer.altitude = 1.0, PixelFormat::Picture);
+        assert!(!text.contains("not computed") && text.contains("2097152 back"), "{text}");
+    }
+
+    #[test]
+    fn a_night_computes_nothing() {
+        let text = explained(|scene| scene.sun.elevation = -25.0, PixelFormat::LinearRgb);
+        assert!(text.contains("night") && text.contains(" 0 back"), "{text}");
+    }
+
+    #[test]
+    fn uploads_stay_small() {
+        let text = explained(|scene| scene.render.fit = crate::scene::Fit::Dense, PixelFormat::LinearRgb);
+        let up: u64 = text.split("bytes: ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!(up < 1 << 20, "{text}");
+    }
+}

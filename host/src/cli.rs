@@ -200,13 +200,14 @@ impl RenderArguments {
 pub fn summary(report: &Report) -> String {
     let outputs: Vec<_> = report.outputs.iter().map(|path| path.display().to_string()).collect();
     format!(
-        "{}: {}x{} pixels, exposure {:+.2} EV, {} samples a ray\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
+        "{}: {}x{} pixels, exposure {:+.2} EV, {} samples a ray, {}\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
          encoding {:.1} ms, total {:.1} ms",
         outputs.join(", "),
         report.width,
         report.height,
         report.exposure_ev,
         report.steps,
+        report.path,
         report.device,
         report.plan_ms,
         report.kernel_ms,

@@ -173,8 +173,8 @@ pub struct Size {
 pub struct Render {
     /// The fit through the bands.
     pub fit: Fit,
-    /// Wavelengths that are integrated (nm, 360 to 830, at least 0.5 apart); by default the best found for the fit. Four, or
-    /// up to eight; `dense` takes any number from two to 512.
+    /// Wavelengths that are integrated (nm, 360 to 830, at least 0.5 apart); by default the best found for the fit.
+    /// Four; from three to eight with `extinction`, to twelve with `cubic` and `transfer`, from two to 512 with `dense`.
     pub bands: Option<Vec<f64>>,
     /// How the fit becomes a colour.
     pub color: ColorPath,
@@ -233,9 +233,9 @@ pub enum Fit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum ColorPath {
-    /// The paper's mathematics at every pixel: 4×4 solve, sum over the observer's 81 samples, XYZ to RGB.
+    /// Step by step at every pixel: the 4×4 solve, the sum over the observer's samples, XYZ to RGB.
     Solve,
-    /// The same linear map as one 3×4 matrix, made once per frame.
+    /// The same map, with its linear steps made into one matrix once per frame.
     Folded,
 }
 
@@ -489,9 +489,11 @@ impl Scene {
         range("atmosphere.aerosol.asymmetry", a.aerosol.asymmetry, -0.99, 0.99, "")?;
         range("atmosphere.ozone.column", a.ozone.column, 0.0, 1e5, "Dobson units")?;
         let depth = a.top_radius - a.ground_radius;
-        range("atmosphere.ozone.bottom", a.ozone.bottom, 0.0, depth, "km")?;
-        range("atmosphere.ozone.peak", a.ozone.peak, a.ozone.bottom + 0.1, depth, "km")?;
-        range("atmosphere.ozone.top", a.ozone.top, a.ozone.peak + 0.1, depth, "km")?;
+        if a.ozone.column > 0.0 {
+            range("atmosphere.ozone.bottom", a.ozone.bottom, 0.0, depth, "km")?;
+            range("atmosphere.ozone.peak", a.ozone.peak, a.ozone.bottom + 0.1, depth, "km")?;
+            range("atmosphere.ozone.top", a.ozone.top, a.ozone.peak + 0.1, depth, "km")?;
+        }
         let Size { width, height } = self.camera.size;
         range("--size (camera.size), width,", f64::from(width), 1.0, f64::from(LONGEST_SIDE), "pixels")?;
         range("--size (camera.size), height,", f64::from(height), 1.0, f64::from(LONGEST_SIDE), "pixels")?;

@@ -78,7 +78,7 @@ impl Ray {
 /// Altitude (km) at distance `s` (km) along the ray.
 ///
 /// `h(s) = (s² + 2 r μ s + h₀ (2R + h₀)) / (r(s) + R)`: an identity of `r(s)² - R²` without its cancellation.
-#[inline]
+#[inline(always)]
 pub fn altitude_along(shell: Shell, ray: Ray, s: f32) -> f32 {
     let ground = shell.ground_radius;
     let r = ground + ray.altitude;

@@ -9,7 +9,7 @@ use crate::glam::Vec4;
 ///
 /// On the GPU the access is not checked by a branch, which would cost more than the kernel: drivers that wgpu accepts bound
 /// buffer accesses themselves. On the CPU, where every kernel's indices are tested, it panics.
-#[inline]
+#[inline(always)]
 pub fn fetch<T: Copy>(table: &[T], index: usize) -> T {
     #[cfg(target_arch = "spirv")]
     // SAFETY: callers derive `index` from the table's own length or size, and the device bounds buffer accesses.
@@ -40,7 +40,7 @@ pub fn store<T: Copy>(table: &mut [T], index: usize, value: T) {
 pub const PI: f32 = core::f32::consts::PI;
 
 /// The larger of two numbers; with a NaN the result is unspecified.
-#[inline]
+#[inline(always)]
 pub fn max(a: f32, b: f32) -> f32 {
     #[cfg(target_arch = "spirv")]
     return libm::fmaxf(a, b);
@@ -49,7 +49,7 @@ pub fn max(a: f32, b: f32) -> f32 {
 }
 
 /// The smaller of two numbers; with a NaN the result is unspecified.
-#[inline]
+#[inline(always)]
 pub fn min(a: f32, b: f32) -> f32 {
     #[cfg(target_arch = "spirv")]
     return libm::fminf(a, b);
@@ -58,19 +58,19 @@ pub fn min(a: f32, b: f32) -> f32 {
 }
 
 /// `x` limited to `[low, high]`.
-#[inline]
+#[inline(always)]
 pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
     min(max(x, low), high)
 }
 
 /// The square root of `x`, and 0 for the slightly negative `x` that rounding leaves.
-#[inline]
+#[inline(always)]
 pub fn safe_sqrt(x: f32) -> f32 {
     sqrt(max(x, 0.0))
 }
 
 /// The square root of `x >= 0`.
-#[inline]
+#[inline(always)]
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(target_arch = "spirv")]
     return libm::sqrtf(x);
@@ -106,7 +106,7 @@ const EXP_MAX: f32 = 88.0;
 ///
 /// On the CPU: Cody-Waite reduction to `|r| <= ln 2 / 2` and the polynomial of Cephes' `expf` (Moshier 1992), relative
 /// error below 2e-7. On the GPU: the `Exp` instruction, (3 + 2|x|) ULP by the Vulkan specification.
-#[inline]
+#[inline(always)]
 pub fn exp(x: f32) -> f32 {
     let x = clamp(x, EXP_MIN, EXP_MAX);
     #[cfg(target_arch = "spirv")]
@@ -129,7 +129,7 @@ pub fn exp(x: f32) -> f32 {
 }
 
 /// `e^x` for each band; see [`exp`].
-#[inline]
+#[inline(always)]
 pub fn exp4(x: Vec4) -> Vec4 {
     Vec4::new(exp(x.x), exp(x.y), exp(x.z), exp(x.w))
 }
@@ -140,8 +140,14 @@ pub fn ln4(x: Vec4) -> Vec4 {
     Vec4::new(ln(x.x), ln(x.y), ln(x.z), ln(x.w))
 }
 
-/// The larger of `x` and `low` for each band.
-#[inline]
+/// The square root of `x >= 0` in each lane.
+#[inline(always)]
+pub fn sqrt4(x: Vec4) -> Vec4 {
+    Vec4::new(sqrt(x.x), sqrt(x.y), sqrt(x.z), sqrt(x.w))
+}
+
+/// The larger of `x` and `low` in each lane.
+#[inline(always)]
 pub fn max4(x: Vec4, low: f32) -> Vec4 {
     Vec4::new(max(x.x, low), max(x.y, low), max(x.z, low), max(x.w, low))
 }

@@ -54,7 +54,7 @@ pub struct SingleScattering {
 }
 
 /// Optical depth at each band of a column of (air, aerosol, ozone) densities in km (Eq. 2).
-#[inline]
+#[inline(always)]
 pub fn optical_depth(bands: &Bands, column: Vec3) -> Vec4 {
     bands.air_scattering * column.x + bands.aerosol_extinction * column.y + bands.ozone_absorption * column.z
 }
@@ -63,8 +63,9 @@ pub fn optical_depth(bands: &Bands, column: Vec3) -> Vec4 {
 ///
 /// The lit part of the ray is cut at its perigee and at the planet's shadow, and each piece is integrated by the same
 /// `quadrature`: (node, weight) on [0, 1], Gauss-Legendre in a variable that crowds towards the piece's lowest, densest end (see
-/// [`crowded`]). `variant` says what the scene has; see [`variant`]. Twelve samples leave 5e-4 of the radiance, sixteen 2e-5, as long as the sun stands above the
-/// horizon; below it, sunlight that grazes the kinks of the ozone tent slows the convergence.
+/// [`crowded`]). `variant` says what the scene has; see [`variant`]. Without ozone twelve samples
+/// leave 5e-4 of the radiance and sixteen 2e-5. With it, sunlight that grazes the kinks of the ozone tent slows the
+/// convergence when the sun is low: sixteen then leave 7e-3, forty-eight 4e-4.
 #[inline]
 pub fn single_scattering(
     atmosphere: &Atmosphere,

@@ -54,7 +54,9 @@ fn write_channels<T: IntoSample + Sync + Send>(
     pixel: impl Fn(Vec2<usize>) -> (T, T, T) + Sync,
 ) -> Result<Staged> {
     let mut attributes = LayerAttributes::named("sky");
-    attributes.comments = Some("single scattering; radiance weighted by the CIE 1931 observer, W.m^-2.sr^-1".into());
+    attributes.comments = Some(
+        "single scattering; radiance weighted by the CIE 1931 observer, W.m^-2.sr^-1, within the Rec. 709 gamut".into(),
+    );
     attributes.software_name = Some(concat!("sorairo ", env!("CARGO_PKG_VERSION")).into());
     let layer = Layer::new((width, height), attributes, Encoding::FAST_LOSSLESS, SpecificChannels::rgb(pixel));
     let mut file = Image::from_layer(layer);

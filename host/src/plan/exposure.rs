@@ -26,7 +26,7 @@ fn mean_log_luminance(plan: &Plan, hemisphere: f64) -> Option<f64> {
         // Equal steps of the sine are equal solid angles.
         let elevation = ((f64::from(i) + 0.5) / f64::from(ELEVATIONS)).asin().to_degrees() * hemisphere;
         for j in 0..AZIMUTHS {
-            let azimuth = (f64::from(j) + 0.5) * 360.0 / f64::from(AZIMUTHS);
+            let azimuth = plan.sun_azimuth + (f64::from(j) + 0.5) * 360.0 / f64::from(AZIMUTHS);
             let view = direction(elevation, azimuth).as_vec3();
             let luminance = f64::from(REC709_LUMINANCE.dot(plan.sky(view)));
             if luminance > 0.0 {

@@ -1,6 +1,7 @@
 //! Whether a frame integrates every pixel, or a table of directions that its pixels look up.
 
 use std::f64::consts::FRAC_PI_2;
+use std::fmt;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -36,6 +37,13 @@ pub struct Path {
     pub table: Option<TableSize>,
     /// Why.
     pub reason: String,
+}
+
+impl fmt::Display for Path {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let way = if self.table.is_some() { "sky table" } else { "direct" };
+        write!(f, "{way} ({})", self.reason)
+    }
 }
 
 /// Size of a sky table.

@@ -49,7 +49,7 @@ pub fn spectrum(plan: &Plan, elevation: f64, azimuth: f64, wavelengths: &[f64]) 
     let fitted = fitted_spectrum(plan, view, wavelengths);
     let quadrature = gauss_legendre(DENSE_STEPS);
     let dense = bands(&plan.optics, wavelengths).into_iter().flat_map(|group| {
-        transfer(&plan.frame, &group, &quadrature, view, variant::WHOLE_INTEGRAL).to_array().map(f64::from)
+        transfer(&plan.frame, &group, &quadrature, view, plan.variant | variant::ABOVE_TOP).to_array().map(f64::from)
     });
     let samples = wavelengths.iter().zip(fitted).zip(dense).map(|((&wavelength, radiance), dense)| Sample {
         wavelength_nm: wavelength,

@@ -2,19 +2,19 @@
 
 use serde::Serialize;
 use sorairo_shared::atmosphere::{cornette_shanks_phase, rayleigh_phase};
-use sorairo_shared::frame::{transfer, view_ray};
-use sorairo_shared::glam::Vec3;
-use sorairo_shared::scattering::{SingleScattering, single_scattering};
+use sorairo_shared::frame::{Frame, transfer, view_ray};
+use sorairo_shared::glam::{Vec2, Vec3};
+use sorairo_shared::scattering::{Bands, SingleScattering, single_scattering};
 
 use crate::error::{Error, Result};
-use crate::plan::learnt::{Constituent, DARKEST};
+use crate::plan::learnt::{Constituent, DARKEST, Regression};
 use crate::plan::quadrature::gauss_legendre;
 use crate::plan::{Plan, SpectralFit, bands, direction};
 use crate::tables::MEASURED_RANGE;
 
 /// Samples on each piece of a ray for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
 /// the convergence.
-const DENSE_STEPS: u32 = 512;
+pub const DENSE_STEPS: u32 = 512;
 
 /// Radiance at one wavelength.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -45,62 +45,99 @@ pub fn spectrum(plan: &Plan, elevation: f64, azimuth: f64, wavelengths: &[f64]) 
         )));
     }
     let view = direction(elevation, azimuth).as_vec3();
-    let fitted = fitted_spectrum(plan, view, wavelengths);
-    let quadrature = gauss_legendre(DENSE_STEPS);
-    let mut frame = plan.frame;
-    frame.atmosphere.open_top = 1;
-    let dense = bands(&plan.optics, wavelengths)
-        .into_iter()
-        .flat_map(|group| transfer(&frame, &group, &quadrature, view).to_array().map(f64::from));
-    let samples = wavelengths.iter().zip(fitted).zip(dense).map(|((&wavelength, radiance), dense)| Sample {
-        wavelength_nm: wavelength,
-        radiance,
-        dense: dense * plan.optics.solar_irradiance(wavelength),
-    });
-    Ok(samples.collect())
+    let fitted = FittedSpectrum::new(plan, wavelengths).radiance(view);
+    let dense = DenseSpectrum::new(plan, wavelengths).radiance(view);
+    let samples = wavelengths.iter().zip(fitted).zip(dense);
+    Ok(samples.map(|((&wavelength_nm, radiance), dense)| Sample { wavelength_nm, radiance, dense }).collect())
 }
 
-/// Radiance at wavelengths (nm) in a direction, by the plan's bands and fit.
-fn fitted_spectrum(plan: &Plan, view: Vec3, wavelengths: &[f64]) -> Vec<f64> {
-    let SpectralFit::Linear(fit) = &plan.fit else { return learnt_spectrum(plan, view, wavelengths) };
-    let at_bands: Vec<f64> = plan
-        .bands
-        .iter()
-        .flat_map(|group| transfer(&plan.frame, group, &plan.quadrature, view).to_array().map(f64::from))
-        .take(plan.wavelengths.len())
-        .collect();
-    wavelengths.iter().map(|&wavelength| fit.radiance(&plan.optics, &at_bands, wavelength)).collect()
+/// The spectrum that a plan's bands and fit give, at fixed wavelengths.
+pub struct FittedSpectrum<'a> {
+    plan: &'a Plan,
+    wavelengths: &'a [f64],
+    /// Those of air and of aerosol, made for these very wavelengths; empty for a linear fit.
+    regressions: Vec<(Constituent, Vec<Regression>)>,
 }
 
-/// [`fitted_spectrum`] by the learnt fit, whose regression is made for these very wavelengths.
-fn learnt_spectrum(plan: &Plan, view: Vec3, wavelengths: &[f64]) -> Vec<f64> {
-    let ray = view_ray(&plan.frame, view);
-    let scattered: Vec<SingleScattering> = plan
-        .bands
-        .iter()
-        .map(|group| single_scattering(&plan.frame.atmosphere, group, &plan.quadrature, ray))
-        .collect();
-    let phases = [
-        (Constituent::Air, rayleigh_phase(ray.nu)),
-        (Constituent::Aerosol, cornette_shanks_phase(ray.nu, plan.frame.atmosphere.aerosol_asymmetry)),
-    ];
-    let mut transfer = vec![0.0; wavelengths.len()];
-    for (constituent, phase) in phases {
-        let at_bands: Vec<f64> = scattered
+impl<'a> FittedSpectrum<'a> {
+    /// Prepares the spectrum at wavelengths in nm.
+    pub fn new(plan: &'a Plan, wavelengths: &'a [f64]) -> Self {
+        let regressions = match plan.fit {
+            SpectralFit::Linear(_) => Vec::new(),
+            SpectralFit::Learnt => [Constituent::Air, Constituent::Aerosol]
+                .map(|constituent| (constituent, plan.training().regressions(constituent, wavelengths)))
+                .into(),
+        };
+        Self { plan, wavelengths, regressions }
+    }
+
+    /// Radiance at each wavelength in a direction (W·m⁻²·sr⁻¹·nm⁻¹).
+    pub fn radiance(&self, view: Vec3) -> Vec<f64> {
+        let SpectralFit::Linear(fit) = &self.plan.fit else { return self.learnt(view) };
+        let Plan { frame, bands, quadrature, optics, .. } = self.plan;
+        let at_bands: Vec<f64> = bands
             .iter()
-            .flat_map(|group| constituent.of(group).to_array().map(f64::from))
-            .take(plan.wavelengths.len())
+            .flat_map(|group| transfer(frame, group, quadrature, view).to_array().map(f64::from))
+            .take(self.plan.wavelengths.len())
             .collect();
-        if at_bands.iter().all(|&value| value == 0.0) {
-            continue;
+        self.wavelengths.iter().map(|&wavelength| fit.radiance(optics, &at_bands, wavelength)).collect()
+    }
+
+    fn learnt(&self, view: Vec3) -> Vec<f64> {
+        let Plan { frame, bands, quadrature, optics, .. } = self.plan;
+        let ray = view_ray(frame, view);
+        let scattered: Vec<SingleScattering> =
+            bands.iter().map(|group| single_scattering(&frame.atmosphere, group, quadrature, ray)).collect();
+        let mut transfer = vec![0.0; self.wavelengths.len()];
+        for (constituent, regressions) in &self.regressions {
+            let at_bands: Vec<f64> = scattered
+                .iter()
+                .flat_map(|group| constituent.of(group).to_array().map(f64::from))
+                .take(self.plan.wavelengths.len())
+                .collect();
+            if at_bands.iter().all(|&value| value == 0.0) {
+                continue;
+            }
+            let logarithms: Vec<f64> = at_bands.iter().map(|value| value.max(DARKEST).ln()).collect();
+            let phase = f64::from(match constituent {
+                Constituent::Air => rayleigh_phase(ray.nu),
+                Constituent::Aerosol => cornette_shanks_phase(ray.nu, frame.atmosphere.aerosol_asymmetry),
+            });
+            for (sum, regression) in transfer.iter_mut().zip(regressions) {
+                *sum += phase * regression.value(&logarithms);
+            }
         }
-        let logarithms: Vec<f64> = at_bands.iter().map(|value| value.max(DARKEST).ln()).collect();
-        let regressions = plan.training().regressions(constituent, wavelengths);
-        for (sum, regression) in transfer.iter_mut().zip(regressions) {
-            *sum += f64::from(phase) * regression.value(&logarithms);
+        let lit = transfer.iter().zip(self.wavelengths);
+        lit.map(|(transfer, &wavelength)| transfer * optics.solar_irradiance(wavelength)).collect()
+    }
+}
+
+/// The spectrum integrated at every one of its wavelengths with [`DENSE_STEPS`] samples: the reference of every fit.
+pub struct DenseSpectrum {
+    frame: Frame,
+    groups: Vec<Bands>,
+    quadrature: Vec<Vec2>,
+    irradiance: Vec<f64>,
+}
+
+impl DenseSpectrum {
+    /// Prepares the spectrum at wavelengths in nm.
+    pub fn new(plan: &Plan, wavelengths: &[f64]) -> Self {
+        let mut frame = plan.frame;
+        frame.atmosphere.open_top = 1;
+        Self {
+            frame,
+            groups: bands(&plan.optics, wavelengths),
+            quadrature: gauss_legendre(DENSE_STEPS),
+            irradiance: wavelengths.iter().map(|&wavelength| plan.optics.solar_irradiance(wavelength)).collect(),
         }
     }
-    transfer.iter().zip(wavelengths).map(|(t, &wavelength)| t * plan.optics.solar_irradiance(wavelength)).collect()
+
+    /// Radiance at each wavelength in a direction (W·m⁻²·sr⁻¹·nm⁻¹).
+    pub fn radiance(&self, view: Vec3) -> Vec<f64> {
+        let transfer = |group: &Bands| transfer(&self.frame, group, &self.quadrature, view).to_array().map(f64::from);
+        self.groups.iter().flat_map(transfer).zip(&self.irradiance).map(|(t, irradiance)| t * irradiance).collect()
+    }
 }
 
 /// Wavelengths (nm) written as `START:END:STEP` or as a list with commas.

@@ -1,0 +1,4 @@
+//! What sorairo says about itself: the error of its fits, the paper's experiment, run time against error.
+
+pub mod error;
+pub mod metrics;

@@ -22,6 +22,8 @@ pub enum Command {
     Render(RenderArguments),
     /// Prints the spectrum of the sky in one direction.
     Spectrum(SpectrumArguments),
+    /// Finds the best wavelengths of the learnt fit for a scene, and states their error.
+    Bands(BandsArguments),
     /// Lists the devices of this machine, best first.
     Devices(DevicesArguments),
 }
@@ -69,6 +71,27 @@ pub enum SpectrumFormat {
     Csv,
     /// An array of objects with the same names.
     Json,
+}
+
+#[derive(Args)]
+pub struct BandsArguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// How many wavelengths (3 to 8).
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    pub count: u32,
+    /// Elevations of the sun to be good at (degrees): a list with commas.
+    #[arg(
+        long,
+        value_name = "LIST",
+        default_value = "-4,0,5,30,90",
+        value_delimiter = ',',
+        allow_negative_numbers = true
+    )]
+    pub sun_elevations: Vec<f64>,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Args)]

@@ -248,12 +248,17 @@ pub fn regress(examples: &Examples, i: usize) -> Regression {
     let count = examples.bands.first().map_or(0, Vec::len);
     let total: f64 = examples.weights.iter().sum();
     let share = 1.0 / count as f64;
-    let residual = |ray: usize| examples.values[ray][i].ln() - examples.bands[ray].iter().sum::<f64>() * share;
+    let residuals: Vec<f64> = examples
+        .values
+        .iter()
+        .zip(&examples.bands)
+        .map(|(values, bands)| values[i].ln() - bands.iter().sum::<f64>() * share)
+        .collect();
     let rays = 0..examples.weights.len();
     let mean =
         |value: &dyn Fn(usize) -> f64| rays.clone().map(|ray| examples.weights[ray] * value(ray)).sum::<f64>() / total;
     let band_means: Vec<f64> = (0..count).map(|b| mean(&|ray| examples.bands[ray][b])).collect();
-    let residual_mean = mean(&residual);
+    let residual_mean = mean(&|ray| residuals[ray]);
     let mut matrix = vec![vec![0.0; count]; count];
     let mut right = vec![0.0; count];
     for a in 0..count {
@@ -261,7 +266,7 @@ pub fn regress(examples: &Examples, i: usize) -> Regression {
             matrix[a][b] =
                 mean(&|ray| (examples.bands[ray][a] - band_means[a]) * (examples.bands[ray][b] - band_means[b]));
         }
-        right[a] = mean(&|ray| (examples.bands[ray][a] - band_means[a]) * (residual(ray) - residual_mean));
+        right[a] = mean(&|ray| (examples.bands[ray][a] - band_means[a]) * (residuals[ray] - residual_mean));
     }
     let trace: f64 = (0..count).map(|b| matrix[b][b]).sum();
     for (b, row) in matrix.iter_mut().enumerate() {
@@ -282,11 +287,12 @@ fn least_squares(rows: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
     let mut matrix = vec![vec![0.0; columns]; columns];
     let mut target = vec![0.0; columns];
     for (row, value) in rows.iter().zip(right) {
+        let scaled: Vec<f64> = row.iter().zip(&size).map(|(x, size)| x / size).collect();
         for a in 0..columns {
             for b in 0..columns {
-                matrix[a][b] += row[a] / size[a] * row[b] / size[b] / count;
+                matrix[a][b] += scaled[a] * scaled[b] / count;
             }
-            target[a] += row[a] / size[a] * value / count;
+            target[a] += scaled[a] * value / count;
         }
     }
     for (c, row) in matrix.iter_mut().enumerate() {

@@ -1,0 +1,46 @@
+//! The commands that measure: `bands`, `reproduce`, `bench`.
+
+use sorairo::Result;
+use sorairo::report::bands::{Found, best};
+use sorairo::report::metrics::Errors;
+
+use crate::cli::BandsArguments;
+use crate::print_line;
+use crate::progress::Progress;
+
+/// `sorairo bands`.
+pub fn bands(arguments: &BandsArguments) -> Result<()> {
+    let scene = arguments.scene.scene()?;
+    let progress = Progress::start();
+    progress.stage("searching the best wavelengths");
+    let found = best(&scene, arguments.count, &arguments.sun_elevations);
+    drop(progress);
+    let found = found?;
+    if arguments.json {
+        return print_line(&serde_json::to_string(&found).expect("a search is plain data"));
+    }
+    print_line(&table(&found))
+}
+
+/// The outcome of a search as a table.
+fn table(found: &Found) -> String {
+    let list = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+    let width = list(&found.bands).len().max(list(&found.default_bands).len() + " (default)".len());
+    let row = |bands: String, errors: &Errors| {
+        format!(
+            "{bands:width$}  {:>8.4}  {:>9.4}  {:>9.3} %  {:>8.5}",
+            errors.delta_e_max,
+            errors.delta_e_mean,
+            100.0 * errors.luminance_max,
+            errors.chromaticity_max
+        )
+    };
+    format!(
+        "{:width$}  dE00 max  dE00 mean  luminance max  u'v' max\n{}\n{}\nlearnt fit, whole sky, sun at {} degrees; {} choices compared",
+        "bands (nm)",
+        row(list(&found.bands), &found.errors),
+        row(list(&found.default_bands) + " (default)", &found.default_errors),
+        list(&found.sun_elevations),
+        found.candidates
+    )
+}

@@ -24,6 +24,10 @@ pub enum Command {
     Spectrum(SpectrumArguments),
     /// Finds the best wavelengths of the learnt fit for a scene, and states their error.
     Bands(BandsArguments),
+    /// Runs the experiment of Takahashi and Dobashi on this machine, and writes a report.
+    Reproduce(ReproduceArguments),
+    /// Measures run time against error on a device, and writes a report.
+    Bench(BenchArguments),
     /// Lists the devices of this machine, best first.
     Devices(DevicesArguments),
 }
@@ -92,6 +96,29 @@ pub struct BandsArguments {
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args)]
+pub struct ReproduceArguments {
+    /// Folder to write report.md, report.json and the pictures to.
+    #[arg(long, value_name = "DIR", default_value = "report")]
+    pub out: PathBuf,
+    /// Device that is timed: auto, cpu, gpu, or part of the name of a Vulkan device.
+    #[arg(long, default_value = "auto", value_name = "NAME")]
+    pub device: String,
+}
+
+#[derive(Args)]
+pub struct BenchArguments {
+    /// Folder to write report.md, bench.csv, bench.json and the pictures to.
+    #[arg(long, value_name = "DIR", default_value = "bench")]
+    pub out: PathBuf,
+    /// Fewer suns and smaller images: under a minute.
+    #[arg(long)]
+    pub quick: bool,
+    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
+    #[arg(long, default_value = "auto", value_name = "NAME")]
+    pub device: String,
 }
 
 #[derive(Args)]

@@ -22,6 +22,8 @@ fn main() -> ExitCode {
         Command::Render(arguments) => render_command(&arguments),
         Command::Spectrum(arguments) => spectrum_command(&arguments),
         Command::Bands(arguments) => reports::bands(&arguments),
+        Command::Reproduce(arguments) => reports::reproduce(&arguments),
+        Command::Bench(arguments) => reports::bench(&arguments),
         Command::Devices(arguments) => devices_command(&arguments),
     };
     match result {

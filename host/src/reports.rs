@@ -3,8 +3,9 @@
 use sorairo::Result;
 use sorairo::report::bands::{Found, best};
 use sorairo::report::metrics::Errors;
+use sorairo::{backend, report};
 
-use crate::cli::BandsArguments;
+use crate::cli::{BandsArguments, BenchArguments, ReproduceArguments};
 use crate::print_line;
 use crate::progress::Progress;
 
@@ -20,6 +21,26 @@ pub fn bands(arguments: &BandsArguments) -> Result<()> {
         return print_line(&serde_json::to_string(&found).expect("a search is plain data"));
     }
     print_line(&table(&found))
+}
+
+/// `sorairo reproduce`.
+pub fn reproduce(arguments: &ReproduceArguments) -> Result<()> {
+    let device = backend::open(&arguments.device)?;
+    let progress = Progress::start();
+    let experiment = report::reproduce::reproduce(&arguments.out, &device, &|stage| progress.stage(stage));
+    drop(progress);
+    experiment?;
+    print_line(&arguments.out.join("report.md").display().to_string())
+}
+
+/// `sorairo bench`.
+pub fn bench(arguments: &BenchArguments) -> Result<()> {
+    let device = backend::open(&arguments.device)?;
+    let progress = Progress::start();
+    let bench = report::bench::bench(&arguments.out, &device, arguments.quick, &|stage| progress.stage(stage));
+    drop(progress);
+    bench?;
+    print_line(&arguments.out.join("report.md").display().to_string())
 }
 
 /// The outcome of a search as a table.

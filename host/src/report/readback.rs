@@ -66,8 +66,9 @@ fn divided_differences(nodes: Vec4, values: &[Lane; 4]) -> [Lane; 4] {
     for order in 1..4 {
         for i in (order..4).rev() {
             let inverse = 1.0 / (x[i] - x[i - order]);
-            for l in 0..LANES {
-                d[i][l] = (d[i][l] - d[i - 1][l]) * inverse;
+            let (before, from) = d.split_at_mut(i);
+            for (value, below) in from[0].iter_mut().zip(&before[i - 1]) {
+                *value = (*value - below) * inverse;
             }
         }
     }

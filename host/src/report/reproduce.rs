@@ -235,7 +235,7 @@ fn figure_2(folder: &Path) -> Result<()> {
         }
     }
     for (j, sun) in SUNS.into_iter().enumerate() {
-        sheet.row_title(j as u32, &format!("{sun}°"))?;
+        sheet.row_title(j as u32, &format!("sun {sun}°"))?;
     }
     sheet.scale(heat, &["0.001", "0.01", "0.1", "ΔE₀₀ 1", "10"])?;
     sheet.write(&folder.join("figure2.png"))

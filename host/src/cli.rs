@@ -90,7 +90,7 @@ pub struct BandsArguments {
         value_name = "LIST",
         default_value = "-4,0,5,30,90",
         value_delimiter = ',',
-        allow_negative_numbers = true
+        allow_hyphen_values = true
     )]
     pub sun_elevations: Vec<f64>,
     /// Print one JSON object.

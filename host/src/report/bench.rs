@@ -108,7 +108,7 @@ pub fn bench(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     make_folder(folder)?;
     let suns = if quick { vec![-4.0, 0.0, 10.0, 45.0] } else { SUNS.to_vec() };
     let ways = ways(device, quick, stage)?;
-    let budget = Duration::from_micros(if quick { 2_000 } else { 40_000 });
+    let budget = Duration::from_micros(if quick { 2_000 } else { 10_000 });
     let size = fitting_size(device, &Scene::default(), budget)?;
     let configurations = configurations();
     stage("measuring errors");

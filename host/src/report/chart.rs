@@ -139,15 +139,16 @@ impl Chart {
 
     fn draw_panel<B: DrawingBackend>(&self, panel: &Panel, area: &DrawingArea<B, Shift>, scale: f64) -> Drawn<B> {
         let px = |size: f64| (size * scale) as i32;
-        area.draw(&Text::new(panel.title.clone(), (px(92.0), px(4.0)), font(16.0 * scale, FontStyle::Bold)))?;
-        area.draw(&Text::new(panel.finding.clone(), (px(92.0), px(27.0)), font(15.0 * scale, FontStyle::Normal)))?;
+        area.draw(&Text::new(panel.title.clone(), (px(96.0), px(4.0)), font(16.0 * scale, FontStyle::Bold)))?;
+        area.draw(&Text::new(panel.finding.clone(), (px(96.0), px(27.0)), font(15.0 * scale, FontStyle::Normal)))?;
         let (x, y) = self.ranges();
         let mut chart = ChartBuilder::on(area)
+            .margin_left(px(14.0))
             .margin_right(px(22.0))
             .margin_top(px(54.0))
             .margin_bottom(px(6.0))
             .x_label_area_size(px(46.0))
-            .y_label_area_size(px(86.0))
+            .y_label_area_size(px(76.0))
             .build_cartesian_2d((x.0..x.1).log_scale(), (y.0..y.1).log_scale())?;
         chart
             .configure_mesh()

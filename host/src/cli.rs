@@ -22,6 +22,12 @@ pub enum Command {
     Render(RenderArguments),
     /// Prints the spectrum of the sky in one direction.
     Spectrum(SpectrumArguments),
+    /// Finds the best wavelengths of the learnt fit for a scene, and states their error.
+    Bands(BandsArguments),
+    /// Runs the experiment of Takahashi and Dobashi on this machine, and writes a report.
+    Reproduce(ReproduceArguments),
+    /// Measures run time against error on a device, and writes a report.
+    Bench(BenchArguments),
     /// Lists the devices of this machine, best first.
     Devices(DevicesArguments),
 }
@@ -72,6 +78,53 @@ pub enum SpectrumFormat {
     Csv,
     /// An array of objects with the same names.
     Json,
+}
+
+#[derive(Args)]
+pub struct BandsArguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// How many wavelengths (3 to 8).
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    pub count: u32,
+    /// Elevations of the sun to be good at (degrees): a list with commas.
+    #[arg(
+        long,
+        value_name = "LIST",
+        default_value = "-4,0,5,30,90",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    pub sun_elevations: Vec<f64>,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub struct ReproduceArguments {
+    /// Folder to write report.md, report.json and the pictures to.
+    #[arg(long, value_name = "DIR", default_value = "report")]
+    pub out: PathBuf,
+    /// Device that is timed: auto, cpu, gpu, or part of the name of a Vulkan device.
+    #[arg(long, default_value = "auto", value_name = "NAME")]
+    pub device: String,
+}
+
+#[derive(Args)]
+pub struct BenchArguments {
+    /// Folder to write report.md, bench.csv, bench.json and the pictures to.
+    #[arg(long, value_name = "DIR", default_value = "bench")]
+    pub out: PathBuf,
+    /// Fewer suns and smaller images: under a minute.
+    #[arg(long)]
+    pub quick: bool,
+    /// Measure speed instead: kernels against writing their pixels, sizes, tables, samples, a cold start.
+    #[arg(long)]
+    pub speed: bool,
+    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
+    #[arg(long, default_value = "auto", value_name = "NAME")]
+    pub device: String,
 }
 
 #[derive(Args)]

@@ -21,6 +21,7 @@ pub mod error;
 pub mod output;
 pub mod plan;
 pub mod render;
+pub mod report;
 pub mod scene;
 pub mod spectrum;
 pub mod tables;

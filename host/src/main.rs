@@ -2,6 +2,7 @@
 
 mod cli;
 mod progress;
+mod reports;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -20,6 +21,9 @@ fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Render(arguments) => render_command(&arguments),
         Command::Spectrum(arguments) => spectrum_command(&arguments),
+        Command::Bands(arguments) => reports::bands(&arguments),
+        Command::Reproduce(arguments) => reports::reproduce(&arguments),
+        Command::Bench(arguments) => reports::bench(&arguments),
         Command::Devices(arguments) => devices_command(&arguments),
     };
     match result {

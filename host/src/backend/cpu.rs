@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use sorairo_shared::color::srgb8;
-use sorairo_shared::frame::{Frame, Pixel, radiance_pixel, sky_pixel, table_colours, table_pixel};
+use sorairo_shared::frame::{Frame, Pixel, SENTINEL, radiance_pixel, sky_pixel, table_colours, table_pixel};
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::sky_table::entries;
 
@@ -79,6 +79,10 @@ fn store_pixel(frame: &Frame, plan: &Plan, kernel: Kernel, table: &[Vec4], words
     let Plan { bands, quadrature, colour, variant, .. } = plan;
     match kernel {
         Kernel::Radiance => radiance_pixel(frame, bands, quadrature, words, column, 0, *variant),
+        Kernel::Fill => {
+            let size = words_per_pixel(plan, kernel);
+            words[column as usize * size..][..size].fill(SENTINEL);
+        }
         Kernel::SkyTable => table_pixel(frame, table, words, column, 0, *variant),
         _ => sky_pixel(frame, bands, quadrature, colour, words, column, 0, plan.fit_kind(), *variant),
     }

@@ -18,9 +18,6 @@ use crate::plan::Plan;
 /// The kernels, compiled by rust-gpu; `cargo xtask shaders` rebuilds them.
 pub const SPIRV: &[u8] = include_bytes!("../../../shader-crate/compiled/sorairo.spv");
 
-/// The kernel that fills the output with [`SENTINEL`] before any other runs.
-const FILL: &str = "fill";
-
 /// A bit pattern that no kernel stores (a NaN), so that a pixel which a kernel failed to write can be told.
 pub const SENTINEL: u32 = sorairo_shared::frame::SENTINEL;
 
@@ -294,7 +291,7 @@ impl Backend for Gpu {
             return Ok(Run { words, kernel: Duration::ZERO, readback: Duration::ZERO });
         }
         let lit = plan.lit_rows.start as usize * words_per_row..plan.lit_rows.end as usize * words_per_row;
-        let verify = self.is_new(plan, kernel);
+        let verify = kernel != Kernel::Fill && self.is_new(plan, kernel);
 
         let table_bytes = 2 * size_of::<Vec4>() as u64 * u64::from(entries(&plan.frame)).max(1);
         let table = self.buffer("sky table", table_bytes, wgpu::BufferUsages::STORAGE);
@@ -313,7 +310,7 @@ impl Backend for Gpu {
         let fill_table = (kernel == Kernel::SkyTable)
             .then(|| self.pipeline(plan.table_kernel().entry_point(), plan.variant, &self.table_layouts));
         let pixels = self.pipeline(kernel.entry_point(), plan.variant, &self.pixel_layouts);
-        let sentinel = verify.then(|| self.pipeline(FILL, plan.variant, &self.pixel_layouts));
+        let sentinel = verify.then(|| self.pipeline(Kernel::Fill.entry_point(), plan.variant, &self.pixel_layouts));
         self.check()?;
 
         let mut run = Run { words: Vec::new(), kernel: Duration::ZERO, readback: Duration::ZERO };
@@ -420,7 +417,7 @@ struct Targets {
 fn load(device: &wgpu::Device, passthrough: bool, variant: u32) -> wgpu::ShaderModule {
     let words = specialised(&wgpu::util::make_spirv_raw(SPIRV), variant);
     if passthrough {
-        let names = Kernel::ALL.into_iter().map(Kernel::entry_point).chain([FILL]);
+        let names = Kernel::ALL.into_iter().map(Kernel::entry_point);
         let entry_points: Vec<_> = names
             .map(|name| wgpu::PassthroughShaderEntryPoint { name: name.into(), workgroup_size: (0, 0, 0) })
             .collect();

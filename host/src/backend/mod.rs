@@ -27,11 +27,13 @@ pub enum Kernel {
     TableLinear,
     /// The sky table by the learnt fit.
     TableLearnt,
+    /// Writes every word of the output once: the limit for any kernel, and the pattern by which an unwritten pixel is told.
+    Fill,
 }
 
 impl Kernel {
     /// Every kernel that a backend runs.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Radiance,
         Self::SkyLinear,
         Self::SkySolve,
@@ -40,6 +42,7 @@ impl Kernel {
         Self::SkyTable,
         Self::TableLinear,
         Self::TableLearnt,
+        Self::Fill,
     ];
 
     /// The name of the kernel's GPU entry point.
@@ -53,6 +56,7 @@ impl Kernel {
             Self::SkyTable => "sky_table",
             Self::TableLinear => "table_linear",
             Self::TableLearnt => "table_learnt",
+            Self::Fill => "fill",
         }
     }
 }

@@ -21,7 +21,7 @@ const RIDGE: f64 = 1e-8;
 pub const DARKEST: f64 = sorairo_shared::spectrum::DARKEST as f64;
 
 /// A ray counts as lit if it is at least this part of the brightest one.
-const LIT: f64 = 1e-11;
+pub const LIT: f64 = 1e-11;
 
 /// With fewer lit rays than this the regression leans on synthetic spectra.
 const FEW_RAYS: usize = 10;
@@ -54,13 +54,13 @@ impl Constituent {
 }
 
 /// Spectra of one constituent's integral to learn from.
-struct Examples {
+pub struct Examples {
     /// ln X at the bands, for each ray.
-    bands: Vec<Vec<f64>>,
+    pub bands: Vec<Vec<f64>>,
     /// X at the other wavelengths, for each ray.
-    values: Vec<Vec<f64>>,
+    pub values: Vec<Vec<f64>>,
     /// How much each ray counts.
-    weights: Vec<f64>,
+    pub weights: Vec<f64>,
 }
 
 /// `ln X(λ) = intercept + slopes · ln X(bands)`.
@@ -140,7 +140,7 @@ impl Training<'_> {
     /// The colour of each node (linear RGB): least squares of the observer's own sum over the examples.
     ///
     /// Each example counts by its relative error; a component that is a thousandth of the others counts as that.
-    fn node_weights(&self, examples: &Examples, regressions: &[Regression], samples: &[f64]) -> Vec<DVec3> {
+    pub fn node_weights(&self, examples: &Examples, regressions: &[Regression], samples: &[f64]) -> Vec<DVec3> {
         let observer: Vec<DVec3> = samples
             .iter()
             .map(|&wavelength| observer::weights(wavelength) * self.optics.solar_irradiance(wavelength))
@@ -176,9 +176,7 @@ impl Training<'_> {
     /// Integrates the training rays at the bands and at the wavelengths `at` (nm).
     fn examples(&self, constituent: Constituent, at: &[f64]) -> Examples {
         let all: Vec<f64> = self.wavelengths.iter().chain(at).copied().collect();
-        let groups = bands(self.optics, &all);
-        let spectra: Vec<Vec<f64>> =
-            self.views().into_par_iter().map(|view| self.spectrum(constituent, &groups, view)).collect();
+        let spectra = self.spectra(constituent, &self.views(), &all);
         let reference = self.wavelengths.len() / 2;
         let brightest = spectra.iter().map(|spectrum| spectrum[reference]).fold(0.0, f64::max);
         let mut examples = Examples { bands: Vec::new(), values: Vec::new(), weights: Vec::new() };
@@ -193,6 +191,12 @@ impl Training<'_> {
         examples
     }
 
+    /// The integrals of a constituent along rays, at wavelengths in nm. The last group of four is filled up.
+    pub fn spectra(&self, constituent: Constituent, views: &[Vec3], at: &[f64]) -> Vec<Vec<f64>> {
+        let groups = bands(self.optics, at);
+        views.par_iter().map(|&view| self.spectrum(constituent, &groups, view)).collect()
+    }
+
     fn add(&self, examples: &mut Examples, spectrum: &[f64], values: usize, weight: f64) {
         let count = self.wavelengths.len();
         examples.bands.push(spectrum[..count].iter().map(|value| value.max(DARKEST).ln()).collect());
@@ -202,7 +206,7 @@ impl Training<'_> {
 
     /// Directions of the training rays: crowded towards the horizon, over half of the azimuths, which mirror the other half.
     /// From above the ground the sky below the horizon is seen too. Twilight varies more and needs more rays.
-    fn views(&self) -> Vec<Vec3> {
+    pub fn views(&self) -> Vec<Vec3> {
         let (elevations, azimuths) = if self.frame.sun.z < 0.0 { (24, 13) } else { (12, 7) };
         let mut views = Vec::new();
         for i in 0..elevations {
@@ -240,18 +244,23 @@ impl Training<'_> {
     }
 }
 
-/// Regression of ln X at the wavelength `i` on ln X at the bands, by ridge regression around the mean. Every slope is
+/// Regression of ln X at the other wavelength `i` on ln X at the bands, by ridge regression around the mean. Every slope is
 /// taken relative to 1/n, so that what the ridge pulls towards is a grey change of all bands.
-fn regress(examples: &Examples, i: usize) -> Regression {
+pub fn regress(examples: &Examples, i: usize) -> Regression {
     let count = examples.bands.first().map_or(0, Vec::len);
     let total: f64 = examples.weights.iter().sum();
     let share = 1.0 / count as f64;
-    let residual = |ray: usize| examples.values[ray][i].ln() - examples.bands[ray].iter().sum::<f64>() * share;
+    let residuals: Vec<f64> = examples
+        .values
+        .iter()
+        .zip(&examples.bands)
+        .map(|(values, bands)| values[i].ln() - bands.iter().sum::<f64>() * share)
+        .collect();
     let rays = 0..examples.weights.len();
     let mean =
         |value: &dyn Fn(usize) -> f64| rays.clone().map(|ray| examples.weights[ray] * value(ray)).sum::<f64>() / total;
     let band_means: Vec<f64> = (0..count).map(|b| mean(&|ray| examples.bands[ray][b])).collect();
-    let residual_mean = mean(&residual);
+    let residual_mean = mean(&|ray| residuals[ray]);
     let mut matrix = vec![vec![0.0; count]; count];
     let mut right = vec![0.0; count];
     for a in 0..count {
@@ -259,7 +268,7 @@ fn regress(examples: &Examples, i: usize) -> Regression {
             matrix[a][b] =
                 mean(&|ray| (examples.bands[ray][a] - band_means[a]) * (examples.bands[ray][b] - band_means[b]));
         }
-        right[a] = mean(&|ray| (examples.bands[ray][a] - band_means[a]) * (residual(ray) - residual_mean));
+        right[a] = mean(&|ray| (examples.bands[ray][a] - band_means[a]) * (residuals[ray] - residual_mean));
     }
     let trace: f64 = (0..count).map(|b| matrix[b][b]).sum();
     for (b, row) in matrix.iter_mut().enumerate() {
@@ -280,11 +289,12 @@ fn least_squares(rows: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
     let mut matrix = vec![vec![0.0; columns]; columns];
     let mut target = vec![0.0; columns];
     for (row, value) in rows.iter().zip(right) {
+        let scaled: Vec<f64> = row.iter().zip(&size).map(|(x, size)| x / size).collect();
         for a in 0..columns {
             for b in 0..columns {
-                matrix[a][b] += row[a] / size[a] * row[b] / size[b] / count;
+                matrix[a][b] += scaled[a] * scaled[b] / count;
             }
-            target[a] += row[a] / size[a] * value / count;
+            target[a] += scaled[a] * value / count;
         }
     }
     for (c, row) in matrix.iter_mut().enumerate() {

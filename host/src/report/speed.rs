@@ -1,0 +1,360 @@
+//! `sorairo bench --speed`: what a frame costs, against writing its pixels once.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use super::bench::with_table;
+use super::chart::{Chart, Panel, Point};
+use super::document::{Machine, make_folder, table, write};
+use super::error::plan;
+use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job};
+use crate::backend::{Device, Kernel, cpu};
+use crate::error::{Error, Result};
+use crate::plan::Plan;
+use crate::plan::path::TableSize;
+use crate::scene::{Scene, Size};
+
+/// The image on which paths and kernels are compared.
+const COMMON: Size = Size { width: 1920, height: 960 };
+
+/// A path that would take longer than this for a frame is not timed at larger sizes.
+const PATIENCE: Duration = Duration::from_millis(1500);
+
+/// Time against the number of pixels.
+#[derive(Clone, Debug, Serialize)]
+struct Scaling {
+    way: &'static str,
+    pixels: u64,
+    times: Times,
+    megapixels_per_second: f64,
+}
+
+/// A kernel's time as a multiple of writing the same pixels once.
+#[derive(Clone, Debug, Serialize)]
+struct Multiple {
+    kernel: &'static str,
+    kernel_ms: Spread,
+    times_fill: f64,
+}
+
+/// Time and error of a table of some size.
+#[derive(Clone, Debug, Serialize)]
+struct TableRow {
+    table: TableSize,
+    kernel_ms: Spread,
+    rmse_over_mean: f64,
+}
+
+/// Time of every pixel's integral with some samples.
+#[derive(Clone, Debug, Serialize)]
+struct StepRow {
+    steps: u32,
+    kernel_ms: Spread,
+}
+
+/// Everything that was measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Speed {
+    machine: Machine,
+    scaling: Vec<Scaling>,
+    /// Exponent of time against pixels above 2^20, for the sky table.
+    exponent: f64,
+    multiples: Vec<Multiple>,
+    tables: Vec<TableRow>,
+    steps: Vec<StepRow>,
+    /// Pixels per second of the table path over those of the direct path.
+    table_over_direct: f64,
+    /// Time of the CPU backend over that of the device, by the table and by the integral.
+    cpu_over_device: [f64; 2],
+    /// Wall time of a cold process that renders 1024x512 to PNG (ms).
+    first_picture_ms: Spread,
+    /// Largest memory that the process held (MiB), where the system tells.
+    peak_memory_mib: Option<f64>,
+}
+
+/// Measures and writes `speed.json`, `speed.md`, `speed.svg` and `speed.png` into a folder.
+///
+/// # Errors
+///
+/// [`Error::Request`] for a folder that cannot be made; [`Error::Failure`] for a device or a file that fails.
+pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) -> Result<Speed> {
+    make_folder(folder)?;
+    stage("timing a cold process");
+    let first_picture_ms = cold_process(folder, &device.name, device.kind)?;
+    stage("timing sizes");
+    let scaling = scaling(device, if quick { 21 } else { 25 })?;
+    stage("timing kernels");
+    let multiples = multiples(device)?;
+    stage("timing tables");
+    let tables = tables(device)?;
+    stage("timing samples");
+    let steps = steps(device)?;
+    stage("timing paths");
+    let (table_over_direct, cpu_over_device) = paths(device)?;
+    let speed = Speed {
+        machine: Machine::new(device),
+        exponent: exponent(&scaling),
+        scaling,
+        multiples,
+        tables,
+        steps,
+        table_over_direct,
+        cpu_over_device,
+        first_picture_ms,
+        peak_memory_mib: peak_memory(),
+    };
+    write(&folder.join("speed.json"), &serde_json::to_string_pretty(&speed).expect("measurements are plain data"))?;
+    write(&folder.join("speed.md"), &speed.markdown())?;
+    speed.chart().write(folder, "speed")?;
+    Ok(speed)
+}
+
+/// Starts this program anew and renders a picture, several times.
+fn cold_process(folder: &Path, device: &str, kind: &str) -> Result<Spread> {
+    let failed = |error: std::io::Error| Error::failure(format!("the program cannot be started anew: {error}"));
+    let program = std::env::current_exe().map_err(failed)?;
+    let picture = folder.join(".first-picture.png");
+    let mut durations = Vec::new();
+    for _ in 0..ROUNDS {
+        let start = Instant::now();
+        let status = Command::new(&program)
+            .args(["render", "--size", "1024x512", "--device", if kind == "cpu" { "cpu" } else { device }, "-o"])
+            .arg(&picture)
+            .stderr(Stdio::null())
+            .status()
+            .map_err(failed)?;
+        durations.push(start.elapsed());
+        if !status.success() {
+            return Err(Error::failure("a cold process did not render its picture"));
+        }
+    }
+    // What is left of it is no part of the report.
+    let _ = std::fs::remove_file(&picture);
+    Ok(Spread::of(durations))
+}
+
+/// The default plan of an image, every pixel integrated.
+fn integrated(size: Size) -> Result<Plan> {
+    let mut scene = Scene::default();
+    scene.camera.size = size;
+    plan(&scene)
+}
+
+/// Images of 2^16 to 2^`largest` pixels, by the table and by the integral.
+fn scaling(device: &Device, largest: u32) -> Result<Vec<Scaling>> {
+    let mut rows = Vec::new();
+    let mut direct_is_bearable = true;
+    for power in (16..=largest).filter(|power| power % 2 == 1 || *power == 16) {
+        let size = Size { width: 1 << power.div_ceil(2), height: 1 << (power / 2) };
+        let with_table = with_table(size)?;
+        let direct = integrated(size)?;
+        let mut ways = vec![("sky table", job(device, &with_table, with_table.kernel()))];
+        if direct_is_bearable {
+            ways.push(("every pixel integrated", job(device, &direct, direct.kernel())));
+        }
+        let (names, mut jobs): (Vec<&'static str>, Vec<Job>) = ways.into_iter().unzip();
+        for (way, times) in names.into_iter().zip(interleaved(&mut jobs)?) {
+            let pixels = 1 << power;
+            let seconds = times.kernel.median / 1e3;
+            direct_is_bearable &= times.kernel.median < PATIENCE.as_secs_f64() * 1e3 / 4.0;
+            rows.push(Scaling { way, pixels, times, megapixels_per_second: pixels as f64 / seconds / 1e6 });
+        }
+    }
+    Ok(rows)
+}
+
+/// The slope of ln time against ln pixels of the sky table above 2^20 pixels, by least squares.
+fn exponent(rows: &[Scaling]) -> f64 {
+    let points: Vec<(f64, f64)> = rows
+        .iter()
+        .filter(|row| row.way == "sky table" && row.pixels >= 1 << 20)
+        .map(|row| ((row.pixels as f64).ln(), row.times.kernel.median.ln()))
+        .collect();
+    let count = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
+    let (x, y) = (mean(|point| point.0), mean(|point| point.1));
+    let covariance: f64 = points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum();
+    covariance / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
+}
+
+fn multiples(device: &Device) -> Result<Vec<Multiple>> {
+    let with_table = with_table(COMMON)?;
+    let direct = integrated(COMMON)?;
+    let plans =
+        [("writing every pixel once", &direct, Kernel::Fill), ("sky table, all kernels", &with_table, with_table.kernel()), (
+            "every pixel integrated",
+            &direct,
+            direct.kernel(),
+        )];
+    let mut jobs: Vec<Job> = plans.iter().map(|(_, plan, kernel)| job(device, plan, *kernel)).collect();
+    let times = interleaved(&mut jobs)?;
+    let fill = times[0].kernel.median;
+    let row = |((kernel, ..), times): (&(&'static str, &Plan, Kernel), Times)| Multiple {
+        kernel,
+        kernel_ms: times.kernel,
+        times_fill: times.kernel.median / fill,
+    };
+    Ok(plans.iter().zip(times).map(row).collect())
+}
+
+/// Tables from coarse to fine, timed and compared with the integral at every pixel.
+fn tables(device: &Device) -> Result<Vec<TableRow>> {
+    let chosen = with_table(COMMON)?;
+    let sizes = [(32, 8), (64, 16), (128, 16), (256, 32), (512, 64)];
+    let sized = |(above, azimuths)| {
+        let mut plan = chosen.clone();
+        let size = TableSize { above, below: 0, azimuths };
+        plan.path.table = Some(size);
+        (plan.frame.table_above, plan.frame.table_azimuths) = (above, azimuths);
+        (size, plan)
+    };
+    let plans: Vec<(TableSize, Plan)> = sizes.into_iter().map(sized).collect();
+    let mut jobs: Vec<Job> = plans.iter().map(|(_, plan)| job(device, plan, plan.kernel())).collect();
+    let times = interleaved(&mut jobs)?;
+    let floats = |plan: &Plan, kernel| -> Result<Vec<f64>> {
+        Ok(device.backend.run(plan, kernel)?.words.into_iter().map(|word| f64::from(f32::from_bits(word))).collect())
+    };
+    let direct = integrated(COMMON)?;
+    let truth = floats(&direct, direct.kernel())?;
+    let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+    plans
+        .iter()
+        .zip(times)
+        .map(|((table, plan), times)| {
+            let image = floats(plan, plan.kernel())?;
+            let square: f64 = image.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
+            let rmse_over_mean = (square / truth.len() as f64).sqrt() / mean;
+            Ok(TableRow { table: *table, kernel_ms: times.kernel, rmse_over_mean })
+        })
+        .collect()
+}
+
+fn steps(device: &Device) -> Result<Vec<StepRow>> {
+    let counts = [4, 8, 12, 16, 32, 64];
+    let sized = |steps| {
+        let mut scene = Scene::default();
+        scene.camera.size = Size { width: 512, height: 256 };
+        scene.render.steps = Some(steps);
+        plan(&scene)
+    };
+    let plans: Vec<Plan> = counts.into_iter().map(sized).collect::<Result<_>>()?;
+    let mut jobs: Vec<Job> = plans.iter().map(|plan| job(device, plan, plan.kernel())).collect();
+    let times = interleaved(&mut jobs)?;
+    Ok(counts.into_iter().zip(times).map(|(steps, times)| StepRow { steps, kernel_ms: times.kernel }).collect())
+}
+
+/// The table against the integral at every pixel, and the CPU backend against the device, in one run.
+fn paths(device: &Device) -> Result<(f64, [f64; 2])> {
+    let cpu = cpu::device();
+    let with_table = with_table(COMMON)?;
+    let direct = integrated(COMMON)?;
+    let mut jobs = vec![
+        job(device, &with_table, with_table.kernel()),
+        job(device, &direct, direct.kernel()),
+        job(&cpu, &with_table, with_table.kernel()),
+        job(&cpu, &direct, direct.kernel()),
+    ];
+    let t: Vec<f64> = interleaved(&mut jobs)?.iter().map(|times| times.kernel.median).collect();
+    Ok((t[1] / t[0], [t[2] / t[0], t[3] / t[1]]))
+}
+
+/// The largest resident memory of this process (MiB), as Linux tells it.
+fn peak_memory() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix(" kB")?.trim().parse::<f64>().ok().map(|kib| kib / 1024.0)
+}
+
+impl Speed {
+    fn markdown(&self) -> String {
+        let scaling = self.scaling.iter().map(|row| {
+            vec![
+                row.way.into(),
+                row.pixels.to_string(),
+                row.times.kernel.to_string(),
+                row.times.wall.to_string(),
+                format!("{:.1}", row.megapixels_per_second),
+            ]
+        });
+        let multiples = self
+            .multiples
+            .iter()
+            .map(|row| vec![row.kernel.into(), row.kernel_ms.to_string(), format!("{:.2}", row.times_fill)]);
+        let tables = self.tables.iter().map(|row| {
+            vec![
+                format!("{}x{}", row.table.above, row.table.azimuths),
+                row.kernel_ms.to_string(),
+                format!("{:.1e}", row.rmse_over_mean),
+            ]
+        });
+        let steps = self.steps.iter().map(|row| vec![row.steps.to_string(), row.kernel_ms.to_string()]);
+        let [cpu_table, cpu_direct] = self.cpu_over_device;
+        let memory = self.peak_memory_mib.map_or("not told by this system".into(), |mib| format!("{mib:.0} MiB"));
+        format!(
+            "# Speed\n\nOn {}. Medians (shortest–longest) of {ROUNDS} runs in ms, after one to warm up, in turn with their rivals. \
+             The default scene: earth preset, sun at 30°, learnt fit, equirectangular, linear floats.\n\n\
+             * Sky table over the integral at every pixel, {COMMON}: **{:.1}** times the pixels per second.\n\
+             * Time against pixels above 2²⁰, sky table: exponent **{:.3}**.\n\
+             * CPU backend over this device, time: **{cpu_table:.2}** by the table, **{cpu_direct:.2}** by the integral.\n\
+             * A cold process, 1024x512 to PNG: **{} ms**.\n\
+             * Peak memory of this run: {memory}.\n\n\
+             ![Time against pixels](speed.png)\n\n{}\n\
+             ## Kernels against writing the pixels once\n\n{COMMON}, 12 bytes a pixel, the rows that can be lit.\n\n{}\n\
+             ## Tables\n\n{COMMON}; RMSE against the integral at every pixel, divided by the image's mean.\n\n{}\n\
+             ## Samples on a ray\n\n512x256, every pixel integrated.\n\n{}",
+            self.machine,
+            self.table_over_direct,
+            self.exponent,
+            self.first_picture_ms,
+            table(&["way", "pixels", "kernels (ms)", "wall (ms)", "Mpx/s"], scaling),
+            table(&["kernel", "kernels (ms)", "multiple"], multiples),
+            table(&["table", "kernels (ms)", "RMSE ÷ mean"], tables),
+            table(&["samples", "kernels (ms)"], steps),
+        )
+    }
+
+    fn chart(&self) -> Chart {
+        let series = ["sky table", "every pixel integrated"];
+        let point = |row: &Scaling| Point {
+            series: series.iter().position(|way| *way == row.way).unwrap_or_default(),
+            radius: 5.0,
+            x: row.pixels as f64 / 1e6,
+            y: row.times.kernel.median,
+            label: String::new(),
+            default: false,
+        };
+        let found = format!("sky table: time grows as pixels^{:.2} above a million", self.exponent);
+        Chart {
+            title: "Time of a frame against its pixels".into(),
+            source: self.machine.to_string(),
+            x: "megapixels".into(),
+            y: "kernels (ms)".into(),
+            series: series.into(),
+            levels: vec![(1000.0 / 60.0, "60 frames a second")],
+            panels: vec![Panel {
+                title: "Default scene".into(),
+                finding: found,
+                points: self.scaling.iter().map(point).collect(),
+            }],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_exponent_of_a_power_law_is_found() {
+        let row = |pixels: u64| {
+            let median = (pixels as f64).powf(0.9);
+            let spread = Spread { median, min: median, max: median };
+            Scaling { way: "sky table", pixels, times: Times { kernel: spread, wall: spread }, megapixels_per_second: 0.0 }
+        };
+        let rows: Vec<Scaling> = [1 << 18, 1 << 20, 1 << 22, 1 << 24].map(row).into();
+        assert!((exponent(&rows) - 0.9).abs() < 1e-9);
+    }
+}

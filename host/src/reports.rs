@@ -1,0 +1,72 @@
+//! The commands that measure: `bands`, `reproduce`, `bench`.
+
+use sorairo::Result;
+use sorairo::report::bands::{Found, best};
+use sorairo::report::metrics::Errors;
+use sorairo::{backend, report};
+
+use crate::cli::{BandsArguments, BenchArguments, ReproduceArguments};
+use crate::print_line;
+use crate::progress::Progress;
+
+/// `sorairo bands`.
+pub fn bands(arguments: &BandsArguments) -> Result<()> {
+    let scene = arguments.scene.scene()?;
+    let progress = Progress::start();
+    progress.stage("searching the best wavelengths");
+    let found = best(&scene, arguments.count, &arguments.sun_elevations);
+    drop(progress);
+    let found = found?;
+    if arguments.json {
+        return print_line(&serde_json::to_string(&found).expect("a search is plain data"));
+    }
+    print_line(&table(&found))
+}
+
+/// `sorairo reproduce`.
+pub fn reproduce(arguments: &ReproduceArguments) -> Result<()> {
+    let device = backend::open(&arguments.device)?;
+    let progress = Progress::start();
+    let experiment = report::reproduce::reproduce(&arguments.out, &device, &|stage| progress.stage(stage));
+    drop(progress);
+    experiment?;
+    print_line(&arguments.out.join("report.md").display().to_string())
+}
+
+/// `sorairo bench`.
+pub fn bench(arguments: &BenchArguments) -> Result<()> {
+    let device = backend::open(&arguments.device)?;
+    let progress = Progress::start();
+    let stage = |stage: &str| progress.stage(stage);
+    let (done, name) = if arguments.speed {
+        (report::speed::speed(&arguments.out, &device, arguments.quick, &stage).map(drop), "speed.md")
+    } else {
+        (report::bench::bench(&arguments.out, &device, arguments.quick, &stage).map(drop), "report.md")
+    };
+    drop(progress);
+    done?;
+    print_line(&arguments.out.join(name).display().to_string())
+}
+
+/// The outcome of a search as a table.
+fn table(found: &Found) -> String {
+    let list = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+    let width = list(&found.bands).len().max(list(&found.default_bands).len() + " (default)".len());
+    let row = |bands: String, errors: &Errors| {
+        format!(
+            "{bands:width$}  {:>8.4}  {:>9.4}  {:>9.3} %  {:>8.5}",
+            errors.delta_e_max,
+            errors.delta_e_mean,
+            100.0 * errors.luminance_max,
+            errors.chromaticity_max
+        )
+    };
+    format!(
+        "{:width$}  dE00 max  dE00 mean  luminance max  u'v' max\n{}\n{}\nlearnt fit, whole sky, sun at {} degrees; {} choices compared",
+        "bands (nm)",
+        row(list(&found.bands), &found.errors),
+        row(list(&found.default_bands) + " (default)", &found.default_errors),
+        list(&found.sun_elevations),
+        found.candidates
+    )
+}

@@ -204,18 +204,15 @@ impl Chart {
     }
 }
 
-/// The points of a front that are far enough below the one labelled before to take a label; the default always has one.
+/// The points of a front that are far enough below the one labelled before to take a label. The default has its ring instead.
 fn labelled<'a>(front: &[&'a Point], range: (f64, f64)) -> Vec<&'a Point> {
     const APART: f64 = 0.045;
     let height = |point: &Point| (point.y / range.0).ln() / (range.1 / range.0).ln();
-    let default = front.iter().find(|point| point.default).map(|point| height(point));
     let mut last = f64::INFINITY;
     let mut chosen = Vec::new();
     for point in front {
-        let y = height(point);
-        let hides_default = !point.default && default.is_some_and(|default| (y - default).abs() < APART);
-        if point.default || (last - y >= APART && !hides_default) {
-            last = y;
+        if !point.default && last - height(point) >= APART {
+            last = height(point);
             chosen.push(*point);
         }
     }

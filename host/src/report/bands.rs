@@ -7,8 +7,8 @@
 use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_shared::atmosphere::{cornette_shanks_phase, rayleigh_phase};
-use sorairo_shared::sky::view_ray;
 use sorairo_shared::glam::DVec3;
+use sorairo_shared::sky::view_ray;
 
 use super::error::{Reference, plan};
 use super::metrics::Errors;

@@ -180,18 +180,18 @@ fn draw(folder: &Path, sun: f64) -> Result<Vec<Errors>> {
             .flat_map(|&xyz| srgb8(into_gamut((to_rgb * xyz).as_vec3()), exposure).to_le_bytes().into_iter().take(3));
         png::write(&folder.join(file(sun, name)), SIDE, SIDE, &bytes.collect::<Vec<u8>>())
     };
-    picture("dense", &reference)?;
+    picture("dense", &reference)?.commit()?;
     let mut errors = Vec::new();
     for (fit, _) in FITS {
         let image = image(&plan(&paper(fit, sun))?);
-        picture(name(fit), &image)?;
+        picture(name(fit), &image)?.commit()?;
         let pairs = || image.iter().copied().zip(reference.iter().copied());
         errors.push(Errors::of(pairs()));
         let shade = |(xyz, reference): (DVec3, DVec3)| {
             if reference.y > 0.0 { heat(ColourError::new(xyz, reference).delta_e) } else { [255; 3] }
         };
         let difference: Vec<u8> = pairs().flat_map(shade).collect();
-        png::write(&folder.join(file(sun, &format!("{}_difference", name(fit)))), SIDE, SIDE, &difference)?;
+        png::write(&folder.join(file(sun, &format!("{}_difference", name(fit)))), SIDE, SIDE, &difference)?.commit()?;
     }
     Ok(errors)
 }

@@ -183,12 +183,11 @@ fn exponent(rows: &[Scaling]) -> f64 {
 fn multiples(device: &Device) -> Result<Vec<Multiple>> {
     let with_table = with_table(COMMON)?;
     let direct = integrated(COMMON)?;
-    let plans =
-        [("writing every pixel once", &direct, Kernel::Fill), ("sky table, all kernels", &with_table, with_table.kernel()), (
-            "every pixel integrated",
-            &direct,
-            direct.kernel(),
-        )];
+    let plans = [
+        ("writing every pixel once", &direct, Kernel::Fill),
+        ("sky table, all kernels", &with_table, with_table.kernel()),
+        ("every pixel integrated", &direct, direct.kernel()),
+    ];
     let mut jobs: Vec<Job> = plans.iter().map(|(_, plan, kernel)| job(device, plan, *kernel)).collect();
     let times = interleaved(&mut jobs)?;
     let fill = times[0].kernel.median;
@@ -352,7 +351,12 @@ mod tests {
         let row = |pixels: u64| {
             let median = (pixels as f64).powf(0.9);
             let spread = Spread { median, min: median, max: median };
-            Scaling { way: "sky table", pixels, times: Times { kernel: spread, wall: spread }, megapixels_per_second: 0.0 }
+            Scaling {
+                way: "sky table",
+                pixels,
+                times: Times { kernel: spread, wall: spread },
+                megapixels_per_second: 0.0,
+            }
         };
         let rows: Vec<Scaling> = [1 << 18, 1 << 20, 1 << 22, 1 << 24].map(row).into();
         assert!((exponent(&rows) - 0.9).abs() < 1e-9);

@@ -23,7 +23,7 @@ pub const DENSE_STEPS: u32 = 512;
 pub struct Sample {
     /// Wavelength (nm).
     pub wavelength_nm: f64,
-    /// What the four bands and the fit give (W·m⁻²·sr⁻¹·nm⁻¹).
+    /// What the bands and the fit give, and at least 0 (W·m⁻²·sr⁻¹·nm⁻¹).
     pub radiance: f64,
     /// The integral at this very wavelength, at high accuracy (W·m⁻²·sr⁻¹·nm⁻¹).
     pub dense: f64,
@@ -50,7 +50,11 @@ pub fn spectrum(plan: &Plan, elevation: f64, azimuth: f64, wavelengths: &[f64]) 
     let fitted = FittedSpectrum::new(plan, wavelengths).radiance(view);
     let dense = DenseSpectrum::new(plan, wavelengths).radiance(view);
     let samples = wavelengths.iter().zip(fitted).zip(dense);
-    Ok(samples.map(|((&wavelength_nm, radiance), dense)| Sample { wavelength_nm, radiance, dense }).collect())
+    let sample = |((&wavelength_nm, radiance), dense): ((&f64, f64), f64)| {
+        // A polynomial can pass below zero between its bands; light cannot.
+        Sample { wavelength_nm, radiance: radiance.max(0.0), dense }
+    };
+    Ok(samples.map(sample).collect())
 }
 
 /// The spectrum that a plan's bands and fit give, at fixed wavelengths.

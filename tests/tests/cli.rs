@@ -531,3 +531,30 @@ fn more_than_a_second_shows_progress() {
         height = (f64::from(height) * growth).ceil() as u32;
     }
 }
+
+#[test]
+fn reproduce_writes_the_papers_experiment() {
+    let folder = folder();
+    succeed(folder.path(), &["reproduce", "--device", "cpu", "--out", "r"]);
+    let report = std::fs::read_to_string(folder.path().join("r/report.md")).expect("a report");
+    for part in ["Table 1", "Fig. 2", "2.19×", "RMSE ÷ mean", "12 wavelengths ÷ this"] {
+        assert!(report.contains(part), "no {part} in the report");
+    }
+    let json = std::fs::read_to_string(folder.path().join("r/report.json")).expect("the same as JSON");
+    let _: Value = serde_json::from_str(&json).expect("JSON");
+    assert!(read_png(&folder.path().join("r/figure2.png")).width > 1000);
+}
+
+#[test]
+fn bench_writes_time_against_error_and_speed() {
+    let folder = folder();
+    succeed(folder.path(), &["bench", "--quick", "--out", "b"]);
+    for name in ["report.md", "bench.csv", "bench.json", "pareto.svg", "pareto.png"] {
+        assert!(folder.path().join("b").join(name).metadata().expect(name).len() > 100, "{name} is empty");
+    }
+    succeed(folder.path(), &["bench", "--speed", "--quick", "--out", "s"]);
+    let json = std::fs::read_to_string(folder.path().join("s/speed.json")).expect("figures");
+    let speed: Value = serde_json::from_str(&json).expect("JSON");
+    // The table has to pay even on a machine that other tests keep busy.
+    assert!(speed["table_over_direct"].as_f64().expect("a ratio") > 2.0, "{speed}");
+}

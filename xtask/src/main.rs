@@ -1,9 +1,10 @@
 //! Developer commands of sorairo.
 //!
 //! `cargo xtask shaders` compiles the shaders into `shader-crate/compiled`; `cargo xtask shaders --check` compiles them
-//! and compares the bytes with those that are there.
+//! and compares the bytes with those that are there. `cargo xtask readme DIR` fills the README's figures from reports.
 
 mod manifest;
+mod readme;
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -24,8 +25,9 @@ fn main() -> ExitCode {
     let result = match arguments.as_slice() {
         ["shaders"] => shaders(false),
         ["shaders", "--check"] => shaders(true),
+        ["readme", reports] => root().and_then(|root| readme::fill(root, Path::new(reports))),
         _ => {
-            eprintln!("usage: cargo xtask shaders [--check]");
+            eprintln!("usage: cargo xtask shaders [--check] | readme DIR");
             return ExitCode::from(2);
         }
     };
@@ -41,8 +43,12 @@ fn main() -> ExitCode {
     }
 }
 
+fn root() -> Result<&'static Path, Box<dyn Error>> {
+    Ok(Path::new(env!("CARGO_MANIFEST_DIR")).parent().ok_or("xtask has no parent folder")?)
+}
+
 fn shaders(check: bool) -> Result<String, Box<dyn Error>> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().ok_or("xtask has no parent folder")?;
+    let root = root()?;
     let (module, mut entry_points) = compile(&root.join("shader-crate"))?;
     entry_points.sort();
     let manifest = serde_json::json!({

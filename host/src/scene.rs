@@ -229,6 +229,18 @@ pub enum Fit {
     Dense,
 }
 
+impl Fit {
+    /// The name by which files, flags and reports call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cubic => "cubic",
+            Self::Transfer => "transfer",
+            Self::Extinction => "extinction",
+            Self::Dense => "dense",
+        }
+    }
+}
+
 /// How the fit becomes a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]

@@ -314,7 +314,7 @@ impl Bench {
                 csv.push_str(&format!(
                     "{},{},{},{},{},{},{},{},{:e},{:e},{:e},{:e},{:e},{},{},{},{},{},{}\n",
                     m.light,
-                    name(m.configuration.fit),
+                    m.configuration.fit.name(),
                     bands.len(),
                     bands.join(" "),
                     m.steps,
@@ -417,7 +417,7 @@ fn row(m: &Measured) -> Vec<String> {
     let mark = if m.default { " (default)" } else { "" };
     vec![
         m.light.into(),
-        format!("{}{mark}", name(m.configuration.fit)),
+        format!("{}{mark}", m.configuration.fit.name()),
         m.configuration.bands.len().to_string(),
         m.steps.to_string(),
         format!("{:.4}", m.all.delta_e_max),
@@ -428,15 +428,6 @@ fn row(m: &Measured) -> Vec<String> {
         m.times.kernel.to_string(),
         m.times.wall.to_string(),
     ]
-}
-
-fn name(fit: Fit) -> &'static str {
-    match fit {
-        Fit::Cubic => "cubic",
-        Fit::Transfer => "transfer",
-        Fit::Extinction => "extinction",
-        Fit::Dense => "dense",
-    }
 }
 
 fn point(m: &Measured) -> Point {

@@ -184,25 +184,17 @@ fn draw(folder: &Path, sun: f64) -> Result<Vec<Errors>> {
     let mut errors = Vec::new();
     for (fit, _) in FITS {
         let image = image(&plan(&paper(fit, sun))?);
-        picture(name(fit), &image)?.commit()?;
+        picture(fit.name(), &image)?.commit()?;
         let pairs = || image.iter().copied().zip(reference.iter().copied());
         errors.push(Errors::of(pairs()));
         let shade = |(xyz, reference): (DVec3, DVec3)| {
             if reference.y > 0.0 { heat(ColourError::new(xyz, reference).delta_e) } else { [255; 3] }
         };
         let difference: Vec<u8> = pairs().flat_map(shade).collect();
-        png::write(&folder.join(file(sun, &format!("{}_difference", name(fit)))), SIDE, SIDE, &difference)?.commit()?;
+        png::write(&folder.join(file(sun, &format!("{}_difference", fit.name()))), SIDE, SIDE, &difference)?
+            .commit()?;
     }
     Ok(errors)
-}
-
-fn name(fit: Fit) -> &'static str {
-    match fit {
-        Fit::Cubic => "cubic",
-        Fit::Transfer => "transfer",
-        Fit::Extinction => "extinction",
-        Fit::Dense => "dense",
-    }
 }
 
 fn file(sun: f64, name: &str) -> String {
@@ -226,8 +218,8 @@ fn heat(delta_e: f64) -> [u8; 3] {
 /// All pictures on one sheet, as in Fig. 2, with a scale for the differences.
 fn figure_2(folder: &Path) -> Result<()> {
     let mut columns: Vec<(String, String)> = vec![("dense".into(), "every 5 nm, no fit".into())];
-    columns.extend(FITS.map(|(fit, title)| (name(fit).to_owned(), title.to_owned())));
-    columns.extend(FITS.map(|(fit, _)| (format!("{}_difference", name(fit)), format!("ΔE₀₀ of {}", name(fit)))));
+    columns.extend(FITS.map(|(fit, title)| (fit.name().to_owned(), title.to_owned())));
+    columns.extend(FITS.map(|(fit, _)| (format!("{}_difference", fit.name()), format!("ΔE₀₀ of {}", fit.name()))));
     let mut sheet = Sheet::new(SIDE, columns.len() as u32, SUNS.len() as u32);
     for (i, (name, title)) in columns.iter().enumerate() {
         sheet.column_title(i as u32, title)?;
@@ -303,7 +295,7 @@ impl Experiment {
             let RadianceError { rmse, over_mean, over_max } = row.radiance;
             let sun = row.sun.map_or("all".into(), |sun| format!("{sun}°"));
             let figures = [rmse, over_mean, over_max].map(|figure| format!("{figure:.6}"));
-            [vec![name(row.fit).into(), sun], figures.to_vec(), vec![paper.into()]].concat()
+            [vec![row.fit.name().into(), sun], figures.to_vec(), vec![paper.into()]].concat()
         });
         table(&["fit", "sun", "RMSE (sr⁻¹)", "RMSE ÷ mean", "RMSE ÷ max", "the paper"], rows)
     }
@@ -311,7 +303,7 @@ impl Experiment {
     fn colour_table(&self) -> String {
         let rows = self.table.iter().filter(|row| row.sun.is_none()).map(|row| {
             vec![
-                name(row.fit).into(),
+                row.fit.name().into(),
                 format!("{:.4}", row.colour.delta_e_max),
                 format!("{:.4}", row.colour.delta_e_mean),
                 format!("{:.3} %", 100.0 * row.colour.luminance_max),

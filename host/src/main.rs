@@ -11,13 +11,24 @@ use clap::Parser;
 use sorairo::backend::{self, gpu};
 use sorairo::plan::Plan;
 use sorairo::spectrum::{Sample, spectrum};
-use sorairo::{Error, PixelFormat, Result, render};
+use sorairo::{Error, PixelFormat, Result, output, render};
 
 use cli::{Command, DevicesArguments, RenderArguments, SpectrumArguments, SpectrumFormat};
 use progress::Progress;
 
+/// The exit code of a process that was asked to stop, as shells give it for SIGINT.
+const INTERRUPTED: i32 = 130;
+
 fn main() -> ExitCode {
     let arguments = cli::Arguments::parse();
+    log::set_logger(&Warnings).expect("this is the only logger");
+    log::set_max_level(log::LevelFilter::Warn);
+    let interrupted = || {
+        print_note("sorairo: interrupted; files that were not finished are removed");
+        output::abandon(INTERRUPTED)
+    };
+    // Without it an interruption still ends the process, and the next run removes what it leaves.
+    let _ = ctrlc::set_handler(interrupted);
     let result = match arguments.command {
         Command::Render(arguments) => render_command(&arguments),
         Command::Spectrum(arguments) => spectrum_command(&arguments),
@@ -88,6 +99,23 @@ fn devices_command(arguments: &DevicesArguments) -> Result<()> {
         print_line(&format!("{} ({}, {})", device.name, device.kind, device.driver))?;
     }
     print_line(&cpu.name)
+}
+
+/// Prints the library's warnings to standard error.
+struct Warnings;
+
+impl log::Log for Warnings {
+    fn enabled(&self, metadata: &log::Metadata<'_>) -> bool {
+        metadata.target().starts_with("sorairo")
+    }
+
+    fn log(&self, record: &log::Record<'_>) {
+        if self.enabled(record.metadata()) {
+            print_note(&format!("sorairo: {}", record.args()));
+        }
+    }
+
+    fn flush(&self) {}
 }
 
 /// Prints to standard error; where nobody can be told, the work still counts.

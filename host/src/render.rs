@@ -1,18 +1,19 @@
 //! From a scene to files.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
 use crate::PixelFormat;
-use crate::backend::{Device, Run};
+use crate::backend::Device;
 use crate::error::{Error, Result};
-use crate::output::{self, Format, LinearImage, Staged};
+use crate::output::{self, Format, Image, Staged, Writer};
 use crate::plan::Plan;
 use crate::plan::explain::explain;
 use crate::plan::path::Path;
-use crate::scene::{ColorPath, ExrDepth, Fit, Scene, Size};
+use crate::scene::{ColorPath, ExrDepth, Fit, Scene};
 
 /// What a rendering did, as `--json` prints it.
 #[derive(Clone, Debug, Serialize)]
@@ -43,7 +44,7 @@ pub struct Report {
     pub kernel_ms: f64,
     /// Time to bring the pixels back (ms).
     pub readback_ms: f64,
-    /// Time to encode and write the files (ms).
+    /// Time until the files were written once the last pixel was back (ms); until then encoding runs beside the kernels.
     pub encode_ms: f64,
     /// All of it (ms).
     pub total_ms: f64,
@@ -86,16 +87,41 @@ pub fn render(
         output::check_writable(path)?;
     }
     output::check_distinct(outputs)?;
-    check_memory(scene.camera.size, pixel)?;
+    for (path, &format) in outputs.iter().zip(&formats) {
+        output::check_room(path, format, scene.camera.size, scene.render.exr)?;
+    }
     let planned = start.elapsed();
     stage("opening the device");
-    let device = open()?;
+    let mut device = open()?;
     stage("computing the sky");
-    let run = device.backend.run(&plan, plan.kernel())?;
-    stage("writing files");
-    let encoding = Instant::now();
-    let (kernel, readback) = (run.kernel, run.readback);
-    write(&plan, run, &formats, outputs, scene.render.exr)?;
+    let image = Image {
+        width: plan.width(),
+        height: plan.height(),
+        pixel,
+        exposure: plan.frame.exposure,
+        depth: scene.render.exr,
+    };
+    let mut computed = Instant::now();
+    // Every file is encoded before the first takes its place, so that a failure leaves all of them as they were.
+    let (times, staged) = std::thread::scope(|scope| {
+        let begin = |(path, &format): (&PathBuf, &Format)| Writer::start(scope, path.clone(), format, image);
+        let writers: Vec<_> = outputs.iter().zip(&formats).map(begin).collect();
+        let computing = device.rows(&plan, plan.kernel(), &mut |_, rows| {
+            check_rows(pixel, rows)?;
+            let rows: Arc<[u32]> = rows.into();
+            writers.iter().try_for_each(|writer| writer.take(Arc::clone(&rows)))
+        });
+        computed = Instant::now();
+        stage("writing files");
+        let written: Result<Vec<Staged>> = writers.into_iter().map(Writer::finish).collect();
+        match (computing, written) {
+            // Without all of its rows no file is whole.
+            (Err(error @ (Error::Device(_) | Error::Request(_))), _) => Err(error),
+            (_, Err(error)) => Err(error),
+            (computing, Ok(staged)) => Ok((computing?, staged)),
+        }
+    })?;
+    staged.into_iter().try_for_each(Staged::commit)?;
     Ok(Report {
         device: device.name,
         backend: device.kind,
@@ -108,58 +134,29 @@ pub fn render(
         explain: explain(&plan, scene.camera.projection),
         exposure_ev: plan.frame.exposure.log2(),
         plan_ms: ms(planned),
-        kernel_ms: ms(kernel),
-        readback_ms: ms(readback),
-        encode_ms: ms(encoding.elapsed()),
+        kernel_ms: ms(times.kernel),
+        readback_ms: ms(times.readback),
+        encode_ms: ms(computed.elapsed()),
         total_ms: ms(start.elapsed()),
         outputs: outputs.to_vec(),
     })
 }
 
-/// Checks, before any work, that the image and its encoding fit into memory.
-fn check_memory(size: Size, pixel: PixelFormat) -> Result<()> {
-    // A pixel as the device left it, its three bytes of a picture, and about as much for the encoder.
-    let bytes_per_pixel = 4 * u64::from(pixel.words()) + 8;
-    let bytes = u64::from(size.width) * u64::from(size.height) * bytes_per_pixel;
-    let room = usize::try_from(bytes).is_ok_and(|bytes| {
-        let mut trial = Vec::<u8>::new();
-        let room = trial.try_reserve_exact(bytes).is_ok();
-        // Or else the compiler may leave out the allocation, and the answer with it.
-        std::hint::black_box(&trial);
-        room
-    });
-    if room {
-        return Ok(());
-    }
-    let gib = bytes as f64 / f64::from(1 << 30);
-    Err(Error::request(format!("--size {size} (camera.size) takes {gib:.1} GiB of memory, more than there is")))
-}
-
-/// Encodes every file before the first takes its place, so that a failure leaves all of them as they were.
-fn write(plan: &Plan, run: Run, formats: &[Format], outputs: &[PathBuf], depth: ExrDepth) -> Result<()> {
-    let (width, height) = (plan.width(), plan.height());
-    let picture = |path: &PathBuf, rgb: &[u8]| output::png::write(path, width, height, rgb);
-    let staged: Vec<Staged> = match plan.pixel {
-        PixelFormat::Picture => {
-            let rgb = output::png::unpack(&run.words);
-            outputs.iter().map(|path| picture(path, &rgb)).collect::<Result<_>>()?
-        }
-        PixelFormat::HalfRgb => outputs
-            .iter()
-            .map(|path| output::exr::write_half(path, width as usize, height as usize, &run.words))
-            .collect::<Result<_>>()?,
+/// Refuses rows that hold what no radiance is.
+fn check_rows(pixel: PixelFormat, rows: &[u32]) -> Result<()> {
+    const HALF_EXPONENT: u32 = 0x7c00;
+    let wrong = match pixel {
+        PixelFormat::Picture => None,
         PixelFormat::LinearRgb => {
-            let rgb = bytemuck::allocation::cast_vec(run.words);
-            let image = LinearImage { width: width as usize, height: height as usize, rgb };
-            if let Some(value) = image.rgb.iter().find(|value| !(value.is_finite() && **value >= 0.0)) {
-                return Err(Error::failure(format!("the device computed a pixel of {value}; nothing was written")));
-            }
-            let encode = |(path, format): (&PathBuf, &Format)| match format {
-                Format::Exr => output::exr::write(path, &image, depth),
-                Format::Png => picture(path, &output::png::expose(&image, plan.frame.exposure)),
-            };
-            outputs.iter().zip(formats).map(encode).collect::<Result<_>>()?
+            rows.iter().map(|&word| f32::from_bits(word)).find(|value| !(value.is_finite() && *value >= 0.0))
+        }
+        PixelFormat::HalfRgb => {
+            let endless = |bits: u32| bits & HALF_EXPONENT == HALF_EXPONENT;
+            rows.iter().any(|&word| endless(word) || endless(word >> 16)).then_some(f32::INFINITY)
         }
     };
-    staged.into_iter().try_for_each(Staged::commit)
+    match wrong {
+        Some(value) => Err(Error::Device(format!("it computed a pixel of {value}; nothing was written"))),
+        None => Ok(()),
+    }
 }

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::thread::Scope;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
 use crate::PixelFormat;
-use crate::backend::Device;
+use crate::backend::{Device, Times};
 use crate::error::{Error, Result};
 use crate::output::{self, Format, Image, Staged, Writer};
 use crate::plan::Plan;
@@ -63,11 +64,103 @@ fn ms(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
+/// A scene that is planned, and the files that it is to fill: all that can be wrong with them was checked.
+pub struct Job {
+    /// What to compute.
+    pub plan: Plan,
+    outputs: Vec<PathBuf>,
+    formats: Vec<Format>,
+    depth: ExrDepth,
+}
+
+impl Job {
+    /// Plans a scene for files.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Request`] for a wrong scene or file name.
+    pub fn new(scene: &Scene, outputs: &[PathBuf]) -> Result<Self> {
+        let formats: Vec<Format> = outputs.iter().map(|path| Format::of(path)).collect::<Result<_>>()?;
+        // A picture alone is packed on the device, 4 bytes a pixel; a linear image serves for both.
+        let pixel = match (formats.as_slice(), scene.render.exr) {
+            (formats, _) if !formats.contains(&Format::Exr) => PixelFormat::Picture,
+            (formats, ExrDepth::Half) if !formats.contains(&Format::Png) => PixelFormat::HalfRgb,
+            _ => PixelFormat::LinearRgb,
+        };
+        let plan = Plan::new(scene, pixel)?;
+        for path in outputs {
+            output::check_writable(path)?;
+        }
+        output::check_distinct(outputs)?;
+        for (path, &format) in outputs.iter().zip(&formats) {
+            output::check_room(path, format, scene.camera.size, scene.render.exr)?;
+        }
+        Ok(Self { plan, outputs: outputs.to_vec(), formats, depth: scene.render.exr })
+    }
+
+    /// Computes the pixels; each file is encoded meanwhile, on a thread of its own.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Device`] if every device failed, [`Error::Request`] if the image is too wide for the device,
+    /// [`Error::Failure`] if a file cannot be written.
+    pub fn compute<'scope>(
+        &self,
+        scope: &'scope Scope<'scope, '_>,
+        device: &mut Device,
+    ) -> Result<(Times, Files<'scope>)> {
+        let plan = &self.plan;
+        let image = Image {
+            width: plan.width(),
+            height: plan.height(),
+            pixel: plan.pixel,
+            exposure: plan.frame.exposure,
+            depth: self.depth,
+        };
+        let begin = |(path, &format): (&PathBuf, &Format)| Writer::start(scope, path.clone(), format, image);
+        let files = Files { writers: self.outputs.iter().zip(&self.formats).map(begin).collect() };
+        let computing = device.rows(plan, plan.kernel(), &mut |_, rows| {
+            check_rows(plan.pixel, rows)?;
+            let rows: Arc<[u32]> = rows.into();
+            files.writers.iter().try_for_each(|writer| writer.take(Arc::clone(&rows)))
+        });
+        match computing {
+            Ok(times) => Ok((times, files)),
+            // An encoder that failed knows why.
+            Err(Error::Failure(reason)) => Err(files.staged().err().unwrap_or(Error::Failure(reason))),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// The files of a job whose pixels are computed.
+#[must_use = "files that are not finished are removed"]
+pub struct Files<'scope> {
+    writers: Vec<Writer<'scope>>,
+}
+
+impl Files<'_> {
+    /// Waits for the encoders. Every file is whole before the first takes its place, so that a failure leaves all of them as
+    /// they were.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Failure`] if a file cannot be written.
+    pub fn finish(self) -> Result<()> {
+        self.staged()?.into_iter().try_for_each(Staged::commit)
+    }
+
+    fn staged(self) -> Result<Vec<Staged>> {
+        self.writers.into_iter().map(Writer::finish).collect()
+    }
+}
+
 /// Renders a scene into files; the device is opened once the request is known to be right.
 ///
 /// # Errors
 ///
-/// [`Error::Request`] for a wrong scene, device or file name, before any work; [`Error::Failure`] for a failed device or file.
+/// [`Error::Request`] for a wrong scene, device or file name, before any work; [`Error::Device`] or [`Error::Failure`] for
+/// a failed device or file.
 pub fn render(
     scene: &Scene,
     outputs: &[PathBuf],
@@ -75,53 +168,18 @@ pub fn render(
     stage: impl Fn(&str),
 ) -> Result<Report> {
     let start = Instant::now();
-    let formats: Vec<Format> = outputs.iter().map(|path| Format::of(path)).collect::<Result<_>>()?;
-    // A picture alone is packed on the device, 4 bytes a pixel; a linear image serves for both.
-    let pixel = match (formats.as_slice(), scene.render.exr) {
-        (formats, _) if !formats.contains(&Format::Exr) => PixelFormat::Picture,
-        (formats, ExrDepth::Half) if !formats.contains(&Format::Png) => PixelFormat::HalfRgb,
-        _ => PixelFormat::LinearRgb,
-    };
-    let plan = Plan::new(scene, pixel)?;
-    for path in outputs {
-        output::check_writable(path)?;
-    }
-    output::check_distinct(outputs)?;
-    for (path, &format) in outputs.iter().zip(&formats) {
-        output::check_room(path, format, scene.camera.size, scene.render.exr)?;
-    }
+    let job = Job::new(scene, outputs)?;
     let planned = start.elapsed();
     stage("opening the device");
     let mut device = open()?;
     stage("computing the sky");
-    let image = Image {
-        width: plan.width(),
-        height: plan.height(),
-        pixel,
-        exposure: plan.frame.exposure,
-        depth: scene.render.exr,
-    };
-    let mut computed = Instant::now();
-    // Every file is encoded before the first takes its place, so that a failure leaves all of them as they were.
-    let (times, staged) = std::thread::scope(|scope| {
-        let begin = |(path, &format): (&PathBuf, &Format)| Writer::start(scope, path.clone(), format, image);
-        let writers: Vec<_> = outputs.iter().zip(&formats).map(begin).collect();
-        let computing = device.rows(&plan, plan.kernel(), &mut |_, rows| {
-            check_rows(pixel, rows)?;
-            let rows: Arc<[u32]> = rows.into();
-            writers.iter().try_for_each(|writer| writer.take(Arc::clone(&rows)))
-        });
-        computed = Instant::now();
+    let (times, encoding) = std::thread::scope(|scope| {
+        let (times, files) = job.compute(scope, &mut device)?;
         stage("writing files");
-        let written: Result<Vec<Staged>> = writers.into_iter().map(Writer::finish).collect();
-        match (computing, written) {
-            // Without all of its rows no file is whole.
-            (Err(error @ (Error::Device(_) | Error::Request(_))), _) => Err(error),
-            (_, Err(error)) => Err(error),
-            (computing, Ok(staged)) => Ok((computing?, staged)),
-        }
+        let computed = Instant::now();
+        files.finish().map(|()| (times, computed.elapsed()))
     })?;
-    staged.into_iter().try_for_each(Staged::commit)?;
+    let plan = &job.plan;
     Ok(Report {
         device: device.name,
         backend: device.kind,
@@ -131,32 +189,28 @@ pub fn render(
         color: scene.render.color,
         steps: plan.steps(),
         path: plan.path.clone(),
-        explain: explain(&plan, scene.camera.projection),
+        explain: explain(plan, scene.camera.projection),
         exposure_ev: plan.frame.exposure.log2(),
         plan_ms: ms(planned),
         kernel_ms: ms(times.kernel),
         readback_ms: ms(times.readback),
-        encode_ms: ms(computed.elapsed()),
+        encode_ms: ms(encoding),
         total_ms: ms(start.elapsed()),
         outputs: outputs.to_vec(),
     })
 }
 
-/// Refuses rows that hold what no radiance is.
+/// Refuses rows that hold what no kernel stores: the sentinel of a pixel that was never written, or what no radiance is.
 fn check_rows(pixel: PixelFormat, rows: &[u32]) -> Result<()> {
-    const HALF_EXPONENT: u32 = 0x7c00;
+    const OPAQUE: u32 = 0xff00_0000;
+    const HALF_INFINITY: u32 = 0x7c00;
     let wrong = match pixel {
-        PixelFormat::Picture => None,
-        PixelFormat::LinearRgb => {
-            rows.iter().map(|&word| f32::from_bits(word)).find(|value| !(value.is_finite() && *value >= 0.0))
-        }
-        PixelFormat::HalfRgb => {
-            let endless = |bits: u32| bits & HALF_EXPONENT == HALF_EXPONENT;
-            rows.iter().any(|&word| endless(word) || endless(word >> 16)).then_some(f32::INFINITY)
-        }
+        PixelFormat::Picture => rows.iter().any(|&word| word & OPAQUE != OPAQUE),
+        PixelFormat::LinearRgb => rows.iter().any(|&word| {
+            let value = f32::from_bits(word);
+            !(value.is_finite() && value >= 0.0)
+        }),
+        PixelFormat::HalfRgb => rows.iter().any(|&word| word & 0xffff >= HALF_INFINITY || word >> 16 >= HALF_INFINITY),
     };
-    match wrong {
-        Some(value) => Err(Error::Device(format!("it computed a pixel of {value}; nothing was written"))),
-        None => Ok(()),
-    }
+    if wrong { Err(Error::Device("it left pixels that hold no radiance".into())) } else { Ok(()) }
 }

@@ -26,6 +26,7 @@ const STRIPS_UNDER_WAY: usize = 2;
 
 /// A Vulkan device with the kernels loaded.
 pub struct Gpu {
+    name: String,
     device: wgpu::Device,
     queue: wgpu::Queue,
     passthrough: bool,
@@ -119,27 +120,32 @@ pub(super) fn no_such_device(choice: &str) -> Error {
 ///
 /// [`Error::Device`] if the device is there and cannot be opened.
 pub fn open(wanted: &str) -> Result<Option<Device>> {
-    open_with_buffers_up_to(u64::MAX, wanted)
-}
-
-/// [`open`] of a device that is treated as if it took no buffer larger than `bytes`.
-///
-/// # Errors
-///
-/// Those of [`open`].
-pub fn open_with_buffers_up_to(bytes: u64, wanted: &str) -> Result<Option<Device>> {
-    let wanted = wanted.to_lowercase();
-    let instance = instance();
-    let adapter =
-        adapters(&instance).into_iter().find(|adapter| adapter.get_info().name.to_lowercase().contains(&wanted));
-    let Some(adapter) = adapter else { return Ok(None) };
-    let name = adapter.get_info().name;
-    let gpu = Gpu::new(&adapter, bytes)
-        .map_err(|error| Error::Device(format!("device {name:?} cannot be opened: {error}")))?;
-    Ok(Some(Device { name, kind: "gpu", backend: Box::new(gpu), spares: VecDeque::new() }))
+    Ok(Gpu::open(wanted, u64::MAX)?.map(Gpu::into_device))
 }
 
 impl Gpu {
+    /// [`open`] of a device that is treated as if it took no buffer larger than `largest_buffer` (bytes).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Device`] if the device is there and cannot be opened.
+    pub fn open(wanted: &str, largest_buffer: u64) -> Result<Option<Self>> {
+        let wanted = wanted.to_lowercase();
+        let instance = instance();
+        let adapter =
+            adapters(&instance).into_iter().find(|adapter| adapter.get_info().name.to_lowercase().contains(&wanted));
+        let Some(adapter) = adapter else { return Ok(None) };
+        let name = adapter.get_info().name;
+        let gpu = Self::new(&adapter, largest_buffer)
+            .map_err(|error| Error::Device(format!("device {name:?} cannot be opened: {error}")))?;
+        Ok(Some(gpu))
+    }
+
+    /// This device, without spares.
+    pub fn into_device(self) -> Device {
+        Device { name: self.name.clone(), kind: "gpu", backend: Box::new(self), spares: VecDeque::new() }
+    }
+
     fn new(adapter: &wgpu::Adapter, largest_buffer: u64) -> std::result::Result<Self, wgpu::RequestDeviceError> {
         let wanted = wgpu::Features::TIMESTAMP_QUERY
             | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
@@ -168,6 +174,7 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| failed(error.to_string())));
         device.set_device_lost_callback(move |reason, message| lost(format!("it was lost ({reason:?}) {message}")));
         Ok(Self {
+            name: adapter.get_info().name,
             table_layouts: Layouts::new(&device, &[0, 1, 2, 3, 4], 4),
             pixel_layouts: Layouts::new(&device, &[0, 1, 2, 3, 4, 5], 5),
             device,

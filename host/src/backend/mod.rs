@@ -129,21 +129,26 @@ pub trait Backend: Send + Sync {
     ///
     /// Those of [`Backend::lit_rows`], and [`Error::Failure`] if the image does not fit into memory.
     fn run(&self, plan: &Plan, kernel: Kernel) -> Result<Run> {
-        let mut words = Vec::new();
-        let total = words_per_row(plan, kernel).checked_mul(plan.height() as usize);
-        if total.is_none_or(|total| words.try_reserve_exact(total).is_err()) {
-            return Err(Error::failure(format!(
-                "an image of {}x{} pixels does not fit into memory",
-                plan.width(),
-                plan.height()
-            )));
-        }
-        let Times { kernel, readback } = self.rows(plan, kernel, 0, &mut |_, rows| {
-            words.extend_from_slice(rows);
-            Ok(())
-        })?;
-        Ok(Run { words, kernel, readback })
+        whole(plan, kernel, |take| self.rows(plan, kernel, 0, take))
     }
+}
+
+/// The whole image of a run that hands out its rows.
+fn whole(plan: &Plan, kernel: Kernel, run: impl FnOnce(&mut TakeRows<'_>) -> Result<Times>) -> Result<Run> {
+    let mut words = Vec::new();
+    let total = words_per_row(plan, kernel).checked_mul(plan.height() as usize);
+    if total.is_none_or(|total| words.try_reserve_exact(total).is_err()) {
+        return Err(Error::failure(format!(
+            "an image of {}x{} pixels does not fit into memory",
+            plan.width(),
+            plan.height()
+        )));
+    }
+    let Times { kernel, readback } = run(&mut |_, rows| {
+        words.extend_from_slice(rows);
+        Ok(())
+    })?;
+    Ok(Run { words, kernel, readback })
 }
 
 /// Words that a row of a kernel's output takes.
@@ -187,7 +192,7 @@ pub struct Device {
 }
 
 /// Opens a device that takes the place of one that failed.
-pub type Spare = Box<dyn FnOnce() -> Result<Device> + Send>;
+pub type Spare = Box<dyn FnOnce() -> Result<Device> + Send + Sync>;
 
 impl Device {
     /// [`Backend::rows`] for the whole image. If the device fails, its spares go on from the first row that it did not deliver,
@@ -210,6 +215,15 @@ impl Device {
                 ended => return ended,
             }
         }
+    }
+
+    /// [`Device::rows`], as a whole image.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Device::rows`], and [`Error::Failure`] if the image does not fit into memory.
+    pub fn run(&mut self, plan: &Plan, kernel: Kernel) -> Result<Run> {
+        whole(plan, kernel, |take| self.rows(plan, kernel, take))
     }
 
     /// Puts the next spare in the place of a device that failed.

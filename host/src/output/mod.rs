@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result};
 use crate::scene::{ExrDepth, Size};
 pub use staged::{Staged, abandon, stage};
-pub use writer::{Image, Writer};
+pub use writer::{Image, Writer, write};
 
 /// The format of an output file, by its extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

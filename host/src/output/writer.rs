@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::{Scope, ScopedJoinHandle};
 
 use sorairo_shared::frame::Pixel;
@@ -40,7 +40,7 @@ impl<'scope> Writer<'scope> {
     /// Begins a file.
     pub fn start(scope: &'scope Scope<'scope, '_>, path: PathBuf, format: Format, image: Image) -> Self {
         let (rows, received) = sync_channel(WAITING);
-        let thread = scope.spawn(move || encode(&path, format, image, &received));
+        let thread = scope.spawn(move || encode(&path, format, image, received));
         Self { rows, thread }
     }
 
@@ -64,19 +64,35 @@ impl<'scope> Writer<'scope> {
     }
 }
 
-fn encode(path: &Path, format: Format, image: Image, received: &Receiver<Arc<[u32]>>) -> Result<Staged> {
+/// Writes a whole image beside the place that `path` names.
+///
+/// # Errors
+///
+/// [`Error::Failure`] if it cannot be written.
+pub fn write(path: &Path, format: Format, image: Image, words: &[u32]) -> Result<Staged> {
+    encode(path, format, image, std::iter::once(words))
+}
+
+fn encode(
+    path: &Path,
+    format: Format,
+    image: Image,
+    strips: impl IntoIterator<Item: AsRef<[u32]> + Sync>,
+) -> Result<Staged> {
     let Image { width, height, pixel, exposure, depth } = image;
+    let mut strips = strips.into_iter();
     stage(path, |output| match format {
         Format::Png => png::encode(output, width, height, |picture| {
-            received.iter().try_for_each(|rows| match pixel {
-                Pixel::Picture => picture.write_all(&png::unpack(&rows)),
-                Pixel::LinearRgb => picture.write_all(&png::expose(bytemuck::cast_slice(&rows), exposure)),
+            strips.try_for_each(|rows| match pixel {
+                Pixel::Picture => picture.write_all(&png::unpack(rows.as_ref())),
+                Pixel::LinearRgb => picture.write_all(&png::expose(bytemuck::cast_slice(rows.as_ref()), exposure)),
                 Pixel::HalfRgb => Err(io::Error::other("half floats are no picture")),
             })
         }),
         Format::Exr => exr::encode(output, exr::header(width, height, depth), |lines| {
             let line_words = (width * pixel.words()) as usize;
-            received.iter().try_for_each(|rows| {
+            strips.try_for_each(|rows| {
+                let rows = rows.as_ref();
                 lines.write(rows.len() / line_words, |line| {
                     let words = &rows[line * line_words..][..line_words];
                     match pixel {

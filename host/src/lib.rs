@@ -24,6 +24,7 @@ pub mod render;
 pub mod renderer;
 pub mod report;
 pub mod scene;
+pub mod sequence;
 pub mod spectrum;
 pub mod tables;
 

@@ -70,7 +70,7 @@ pub struct Job {
     pub plan: Plan,
     outputs: Vec<PathBuf>,
     formats: Vec<Format>,
-    depth: ExrDepth,
+    scene: Scene,
 }
 
 impl Job {
@@ -95,7 +95,7 @@ impl Job {
         for (path, &format) in outputs.iter().zip(&formats) {
             output::check_room(path, format, scene.camera.size, scene.render.exr)?;
         }
-        Ok(Self { plan, outputs: outputs.to_vec(), formats, depth: scene.render.exr })
+        Ok(Self { plan, outputs: outputs.to_vec(), formats, scene: scene.clone() })
     }
 
     /// Computes the pixels; each file is encoded meanwhile, on a thread of its own.
@@ -115,9 +115,9 @@ impl Job {
             height: plan.height(),
             pixel: plan.pixel,
             exposure: plan.frame.exposure,
-            depth: self.depth,
+            scene: self.scene.clone(),
         };
-        let begin = |(path, &format): (&PathBuf, &Format)| Writer::start(scope, path.clone(), format, image);
+        let begin = |(path, &format): (&PathBuf, &Format)| Writer::start(scope, path.clone(), format, image.clone());
         let files = Files { writers: self.outputs.iter().zip(&self.formats).map(begin).collect() };
         let computing = device.rows(plan, plan.kernel(), &mut |_, rows| {
             check_rows(plan.pixel, rows)?;

@@ -90,7 +90,7 @@ impl Image {
             height: self.height,
             pixel: Pixel::LinearRgb,
             exposure: self.exposure,
-            depth: self.scene.render.exr,
+            scene: self.scene.clone(),
         };
         output::write(path, format, image, bytemuck::cast_slice(&self.rgb))?.commit()
     }

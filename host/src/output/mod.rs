@@ -2,6 +2,7 @@
 
 pub mod exr;
 pub mod png;
+mod signature;
 mod staged;
 mod writer;
 
@@ -9,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::scene::{ExrDepth, Size};
+pub use signature::is_finished;
 pub use staged::{Staged, abandon, stage};
 pub use writer::{Image, Writer, write};
 

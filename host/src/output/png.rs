@@ -8,8 +8,10 @@ use rayon::prelude::*;
 use sorairo_shared::color::srgb8;
 use sorairo_shared::glam::Vec3;
 
+use super::signature::{SCENE, SOFTWARE, scene_text};
 use super::{Staged, stage};
 use crate::error::Result;
+use crate::scene::Scene;
 
 /// The bytes (red, green, blue) of packed pixels.
 pub fn unpack(pixels: &[u32]) -> Vec<u8> {
@@ -31,10 +33,10 @@ pub fn expose(rgb: &[f32], exposure: f32) -> Vec<u8> {
 ///
 /// [`crate::Error::Failure`] if the file cannot be written.
 pub fn write(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<Staged> {
-    stage(path, |writer| encode(writer, width, height, |rows| rows.write_all(rgb)))
+    stage(path, |writer| encode(writer, width, height, None, |rows| rows.write_all(rgb)))
 }
 
-/// Encodes a picture whose bytes `fill` writes, from the top.
+/// Encodes a picture whose bytes `fill` writes, from the top, and what scene it shows.
 ///
 /// The difference from the pixel to the left and the fastest deflate are both the fastest choice and the smallest fast one for
 /// the smooth gradients of a sky: 6.6 ms for 1920×960 pixels against 9 to 11 ms for other filters and 49 ms upwards for
@@ -43,6 +45,7 @@ pub(super) fn encode(
     output: &mut impl Write,
     width: u32,
     height: u32,
+    scene: Option<&Scene>,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
     let plain = |error: EncodingError| match error {
@@ -54,6 +57,10 @@ pub(super) fn encode(
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(Compression::Fast);
     encoder.set_filter(Filter::Sub);
+    encoder.add_itxt_chunk("Software".into(), SOFTWARE.into()).map_err(plain)?;
+    if let Some(scene) = scene {
+        encoder.add_itxt_chunk(SCENE.into(), scene_text(scene)).map_err(plain)?;
+    }
     let mut writer = encoder.write_header().map_err(plain)?;
     let mut rows = writer.stream_writer().map_err(plain)?;
     fill(&mut rows)?;

@@ -10,13 +10,13 @@ use sorairo_shared::frame::Pixel;
 
 use super::{Format, Staged, exr, png, stage};
 use crate::error::{Error, Result};
-use crate::scene::ExrDepth;
+use crate::scene::Scene;
 
 /// Strips that may wait for an encoder before the device does.
 const WAITING: usize = 2;
 
 /// The image that a file holds.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Image {
     /// Width (pixels).
     pub width: u32,
@@ -26,8 +26,8 @@ pub struct Image {
     pub pixel: Pixel,
     /// Factor from linear RGB to a picture's linear value, where the pixels arrive linear.
     pub exposure: f32,
-    /// Depth of an EXR.
-    pub depth: ExrDepth,
+    /// What it shows.
+    pub scene: Scene,
 }
 
 /// A file that is encoded on a thread of its own while its rows arrive.
@@ -79,17 +79,17 @@ fn encode(
     image: Image,
     strips: impl IntoIterator<Item: AsRef<[u32]> + Sync>,
 ) -> Result<Staged> {
-    let Image { width, height, pixel, exposure, depth } = image;
+    let Image { width, height, pixel, exposure, scene } = image;
     let mut strips = strips.into_iter();
     stage(path, |output| match format {
-        Format::Png => png::encode(output, width, height, |picture| {
+        Format::Png => png::encode(output, width, height, Some(&scene), |picture| {
             strips.try_for_each(|rows| match pixel {
                 Pixel::Picture => picture.write_all(&png::unpack(rows.as_ref())),
                 Pixel::LinearRgb => picture.write_all(&png::expose(bytemuck::cast_slice(rows.as_ref()), exposure)),
                 Pixel::HalfRgb => Err(io::Error::other("half floats are no picture")),
             })
         }),
-        Format::Exr => exr::encode(output, exr::header(width, height, depth), |lines| {
+        Format::Exr => exr::encode(output, exr::header(width, height, &scene), |lines| {
             let line_words = (width * pixel.words()) as usize;
             strips.try_for_each(|rows| {
                 let rows = rows.as_ref();
@@ -97,7 +97,7 @@ fn encode(
                     let words = &rows[line * line_words..][..line_words];
                     match pixel {
                         Pixel::HalfRgb => exr::line_of_halves(words),
-                        _ => exr::line_of_floats(bytemuck::cast_slice(words), depth),
+                        _ => exr::line_of_floats(bytemuck::cast_slice(words), scene.render.exr),
                     }
                 })
             })

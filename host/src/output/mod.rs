@@ -2,6 +2,7 @@
 
 pub mod exr;
 pub mod png;
+pub mod text;
 
 use std::fs::File;
 use std::io::{BufWriter, Write};

@@ -68,7 +68,7 @@ pub struct Sun {
     pub azimuth: f64,
     /// Spectrum of the sun at the top of the atmosphere, at a distance of 1 au; a file holds W·m⁻²·nm⁻¹.
     pub spectrum: SunSpectrum,
-    /// Distance of the sun (astronomical units), by whose square its light falls off.
+    /// Distance of the sun (astronomical units, au), by whose square its light falls off.
     pub distance: f64,
 }
 

@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use sorairo::output::text;
-use sorairo::scene::file::SceneFile;
+use sorairo::scene::file::{self, SceneFile};
 use sorairo::scene::reference;
 use sorairo::{Error, Result};
 
@@ -26,9 +26,9 @@ pub fn run(command: &SceneCommand) -> Result<()> {
             others.iter().for_each(|problem| print_note(&format!("sorairo: {problem}")));
             Err(Error::request(last))
         }
-        SceneCommand::Show { file, flags } => {
-            let scene = flags.over(file.as_deref())?;
-            print_line(toml::to_string(&scene).expect("a scene is TOML").trim_end())
+        SceneCommand::Show { file: path, flags } => {
+            let scene = flags.over(path.as_deref())?;
+            print_line(file::text(&scene).trim_end())
         }
         SceneCommand::Reference => print_line(reference::markdown().trim_end()),
     }

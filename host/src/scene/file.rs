@@ -56,6 +56,11 @@ impl Scene {
     }
 }
 
+/// A whole scene as TOML, from which it is read again as it is.
+pub fn text(scene: &Scene) -> String {
+    toml::to_string(scene).expect("a scene is TOML")
+}
+
 /// The first problem as an error.
 fn first(problems: Vec<String>) -> Error {
     Error::request(problems.into_iter().next().unwrap_or_default())

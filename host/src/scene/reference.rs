@@ -39,7 +39,7 @@ What each preset changes; every other key is as above.
 
 const TABLES: &str = "
 Light is scattered once. In `hazy` and `mars` the real sky is brighter, and whiter towards the horizon, by light scattered more than once.
-The sky of `mars` is butterscotch by day, because the dust absorbs blue. The blue glow around the low sun is missing: it needs a forward
+The sky of `mars` is a pale butterscotch, because the dust absorbs blue; each further scattering would deepen it. The blue glow around the low sun is missing: it needs a forward
 peak that is narrower in blue than in red, and the asymmetry here is the same at all wavelengths.
 
 ## Tables of a person's own
@@ -58,12 +58,11 @@ renderer's rays are straight, so refraction, which lifts the real sun by 0.5° a
 
 fn entry(key: &Key) -> String {
     let flag = key.flag.map(|flag| format!("; flag `{flag}`")).unwrap_or_default();
-    let unit = if key.unit.is_empty() { String::new() } else { format!("{}, ", key.unit) };
     let mut text = format!(
-        "### `{}`\n\n{}\n\n*{unit}{}; default: {}{flag}*\n\n",
+        "### `{}`\n\n{}\n\n*{}; default: {}{flag}*\n\n",
         key.name,
         key.sentence(),
-        key.range(),
+        allowed(key),
         key.default_words()
     );
     for Word { name, sentence } in words(key) {
@@ -73,6 +72,14 @@ fn entry(key: &Key) -> String {
         text.push('\n');
     }
     text
+}
+
+/// What a key may be, with its unit unless its sentence has it.
+fn allowed(key: &Key) -> String {
+    if key.unit.is_empty() || key.sentence().contains(key.unit) {
+        return key.range();
+    }
+    format!("{}, {}", key.unit, key.range())
 }
 
 fn words(key: &Key) -> Vec<Word> {
@@ -111,8 +118,7 @@ pub fn commented(preset: Preset) -> String {
             write!(text, "\n[{here}]").expect("a text can be written");
             table = here;
         }
-        let unit = if key.unit.is_empty() { String::new() } else { format!("{}, ", key.unit) };
-        let allowed = format!("{unit}{}", key.range()).replace('`', "");
+        let allowed = allowed(key).replace('`', "");
         let sentence = key.sentence().replace('`', "");
         write!(text, "\n# {sentence}\n# {allowed}\n").expect("a text can be written");
         match key.value(&scene) {

@@ -1,11 +1,11 @@
-//! Text that a person gives: read up to a bound, so that a wrong file name costs neither time nor memory.
+//! What a person gives, read up to a bound, so that a wrong file name costs neither time nor memory; and shown again.
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Largest scene file (bytes).
-pub const LARGEST_SCENE: u64 = 1 << 20;
+/// Largest scene file (bytes); the reader of TOML takes up to 90 times as much memory.
+pub const LARGEST_SCENE: u64 = 256 << 10;
 
 /// Largest table of a spectrum (bytes): some 200 000 rows.
 pub const LARGEST_TABLE: u64 = 4 << 20;
@@ -18,7 +18,7 @@ pub const LARGEST_TABLE: u64 = 4 << 20;
 pub fn read_text(path: &Path, largest: u64) -> Result<String, String> {
     let unreadable = |error: std::io::Error| format!("cannot be read: {error}");
     let file = File::open(path).map_err(unreadable)?;
-    let too_large = || format!("is larger than {} MiB, the most that is read", largest >> 20);
+    let too_large = || format!("is larger than {} KiB, the most that is read", largest >> 10);
     if file.metadata().is_ok_and(|metadata| metadata.is_file() && metadata.len() > largest) {
         return Err(too_large());
     }
@@ -39,4 +39,9 @@ pub fn read_text(path: &Path, largest: u64) -> Result<String, String> {
 /// The text without a byte order mark at its start.
 pub fn without_mark(text: &str) -> &str {
     text.strip_prefix('\u{feff}').unwrap_or(text)
+}
+
+/// A number as a person writes it, with an exponent where it would be long.
+pub fn shown(number: f64) -> String {
+    if number == 0.0 || (1e-9..1e12).contains(&number.abs()) { number.to_string() } else { format!("{number:e}") }
 }

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use crate::input::{self, LARGEST_TABLE};
+use crate::input::{self, LARGEST_TABLE, shown};
 use crate::plan::observer;
 
 /// A spectrum as samples at increasing wavelengths, linear between them.
@@ -96,14 +96,14 @@ fn row<const N: usize>(line: &str) -> Result<(f64, [f64; N]), String> {
 }
 
 fn number(field: &str) -> Result<f64, String> {
-    let shown: String = field.chars().take(20).collect();
+    let quoted: String = field.chars().take(20).collect();
     if field.is_empty() {
         return Err("is empty".into());
     }
     match field.parse::<f64>() {
         Ok(number) if number.is_finite() && number >= 0.0 => Ok(number),
-        Ok(number) if number < 0.0 => Err(format!("is {shown}; it must be 0 or more")),
-        _ => Err(format!("is {shown:?}, not a finite number")),
+        Ok(number) if number < 0.0 => Err(format!("is {quoted}; it must be 0 or more")),
+        _ => Err(format!("is {quoted:?}, not a finite number")),
     }
 }
 
@@ -112,8 +112,9 @@ fn check_order(before: &[f64], lines: &[usize], wavelength: f64) -> Result<(), S
     let Some(&last) = before.last().filter(|&&last| last >= wavelength) else { return Ok(()) };
     let at = before.partition_point(|&earlier| earlier < wavelength);
     if before[at] == wavelength {
-        return Err(format!("{wavelength} nm stands twice, here and in line {}", lines[at]));
+        return Err(format!("{} nm stands twice, here and in line {}", shown(wavelength), lines[at]));
     }
+    let (wavelength, last) = (shown(wavelength), shown(last));
     Err(format!("{wavelength} nm follows {last} nm; wavelengths must increase from row to row"))
 }
 
@@ -138,11 +139,13 @@ impl TableFile {
         let missing: Vec<String> = [(shortest, first), (last, longest)]
             .iter()
             .filter(|(from, to)| from < to)
-            .map(|(from, to)| format!("{} to {} nm", from.max(shortest), to.min(longest)))
+            .map(|(from, to)| format!("{} to {} nm", shown(from.max(shortest)), shown(to.min(longest))))
             .collect();
         if !missing.is_empty() {
             return Err(format!(
-                "{name} holds {first} to {last} nm; {} are missing of {shortest} to {longest} nm, which colours need",
+                "{name} holds {} to {} nm; {} are missing of {shortest} to {longest} nm, which colours need",
+                shown(first),
+                shown(last),
                 missing.join(" and ")
             ));
         }

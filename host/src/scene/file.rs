@@ -231,7 +231,7 @@ impl SourceText {
         let start = before.rfind('\n').map_or(0, |newline| newline + 1);
         let column = 1 + before[start..].chars().count();
         let quoted = self.text[start..].lines().next().unwrap_or_default().trim();
-        format!("{}, line {line}, column {column} ({}): {complaint}", self.name, shortened(quoted))
+        format!("{}, line {line}, column {column} ({}): {}", self.name, shortened(quoted), without_middle(complaint))
     }
 }
 
@@ -357,6 +357,16 @@ fn refuse_two_suns(given: &[Given<'_>], problems: &mut Problems<'_>) {
 fn shortened(text: &str) -> String {
     const MOST: usize = 60;
     if text.chars().count() <= MOST { text.to_owned() } else { text.chars().take(MOST).chain("...".chars()).collect() }
+}
+
+/// A sentence without its middle if it quotes a value that is too long to be read.
+fn without_middle(sentence: &str) -> String {
+    const MOST: usize = 500;
+    if sentence.len() <= MOST {
+        return sentence.to_owned();
+    }
+    let end = sentence.ceil_char_boundary(sentence.len() - MOST / 2);
+    format!("{} ... {}", &sentence[..sentence.floor_char_boundary(MOST / 2)], &sentence[end..])
 }
 
 /// A message of the TOML reader in one line, for people who do not know Rust's types.

@@ -6,6 +6,8 @@ use std::sync::OnceLock;
 use clap::ValueEnum;
 use documented::DocumentedFields;
 
+use crate::input::shown;
+
 use super::place::PlaceAndTime;
 use super::{
     Aerosol, Air, AlbedoSpectrum, AtmosphereScene, CameraScene, ColorPath, Exposure, ExrDepth, Fit, LONGEST_SIDE,
@@ -395,6 +397,7 @@ fn listed(words: &[Word]) -> String {
 fn out_of_range(value: f64, low: f64, high: f64, unit: &str) -> Option<String> {
     let space = if unit.is_empty() { "" } else { " " };
     let allowed = (low..=high).contains(&value);
+    let [value, low, high] = [value, low, high].map(shown);
     (!allowed).then(|| format!("is {value}; it must lie between {low} and {high}{space}{unit}"))
 }
 
@@ -407,7 +410,9 @@ fn albedo_above_1(scene: &Scene) -> Option<String> {
     let file = scene.atmosphere.aerosol.single_scattering_albedo_spectrum.file()?;
     let (albedo, wavelength) = file.table().largest(0);
     let name = file.path().display();
-    (albedo > 1.0).then(|| format!("is {name}, which holds {albedo} at {wavelength} nm; an albedo is at most 1"))
+    (albedo > 1.0).then(|| {
+        format!("is {name}, which holds {} at {} nm; an albedo is at most 1", shown(albedo), shown(wavelength))
+    })
 }
 
 fn nothing_to_solve(scene: &Scene) -> Option<String> {

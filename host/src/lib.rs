@@ -18,6 +18,7 @@
 
 pub mod backend;
 pub mod error;
+mod input;
 pub mod output;
 pub mod plan;
 pub mod render;

@@ -3,11 +3,12 @@
 mod cli;
 mod progress;
 mod reports;
+mod scenes;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use sorairo::backend::{self, gpu};
 use sorairo::plan::Plan;
 use sorairo::spectrum::{Sample, spectrum};
@@ -36,6 +37,12 @@ fn main() -> ExitCode {
         Command::Reproduce(arguments) => reports::reproduce(&arguments),
         Command::Bench(arguments) => reports::bench(&arguments),
         Command::Devices(arguments) => devices_command(&arguments),
+        Command::Scene(command) => scenes::run(&command),
+        Command::Completions { shell } => print_bytes(|out| {
+            clap_complete::generate(shell, &mut cli::Arguments::command(), "sorairo", out);
+            Ok(())
+        }),
+        Command::Man { command } => man_command(command.as_deref()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -116,6 +123,26 @@ impl log::Log for Warnings {
     }
 
     fn flush(&self) {}
+}
+
+/// The manual page of the program, or of a command.
+fn man_command(name: Option<&str>) -> Result<()> {
+    let mut command = cli::Arguments::command().disable_help_subcommand(true);
+    command.build();
+    if let Some(name) = name {
+        command = command.find_subcommand(name).cloned().ok_or_else(|| {
+            let names: Vec<_> = command.get_subcommands().map(clap::Command::get_name).collect();
+            Error::request(format!("there is no command {name:?}; there are {}", names.join(", ")))
+        })?;
+    }
+    print_bytes(|out| clap_mangen::Man::new(command.clone()).render(out))
+}
+
+/// Prints to standard output what is written first to memory.
+fn print_bytes(write: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Result<()> {
+    let mut bytes = Vec::new();
+    write(&mut bytes).expect("memory can be written");
+    print_line(String::from_utf8_lossy(&bytes).trim_end())
 }
 
 /// Prints to standard error; where nobody can be told, the work still counts.

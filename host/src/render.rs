@@ -27,6 +27,10 @@ pub struct Report {
     pub width: u32,
     /// Height (pixels).
     pub height: u32,
+    /// Elevation of the sun (degrees).
+    pub sun_elevation: f64,
+    /// Azimuth of the sun, clockwise from north (degrees).
+    pub sun_azimuth: f64,
     /// The fit through the bands.
     pub fit: Fit,
     /// How the fit became a colour.
@@ -185,6 +189,8 @@ pub fn render(
         backend: device.kind,
         width: plan.width(),
         height: plan.height(),
+        sun_elevation: scene.sun.elevation,
+        sun_azimuth: scene.sun.azimuth,
         fit: scene.render.fit,
         color: scene.render.color,
         steps: plan.steps(),

@@ -4,6 +4,7 @@ pub mod exr;
 pub mod png;
 mod signature;
 mod staged;
+pub mod text;
 mod writer;
 
 use std::path::{Path, PathBuf};

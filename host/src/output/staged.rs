@@ -38,7 +38,7 @@ impl Staged {
     ///
     /// [`crate::Error::Failure`] if it cannot be moved; nothing is left behind.
     pub fn commit(mut self) -> Result<()> {
-        let file = self.file.file.take().expect("a staged file has its file");
+        let file = self.file.take();
         file.persist(&self.path).map_err(|error| unwritable(&self.path, &error.error))?;
         Ok(())
     }
@@ -97,8 +97,17 @@ pub(super) struct Unfinished {
 }
 
 impl Unfinished {
-    fn as_file(&self) -> &File {
+    pub(super) fn as_file(&self) -> &File {
         self.file.as_ref().expect("an unfinished file has its file").as_file()
+    }
+
+    /// Moves the file to a place where there is none.
+    pub(super) fn persist_new(mut self, path: &Path) -> io::Result<()> {
+        self.take().persist_noclobber(path).map(drop).map_err(|error| error.error)
+    }
+
+    fn take(&mut self) -> NamedTempFile {
+        self.file.take().expect("an unfinished file has its file")
     }
 }
 

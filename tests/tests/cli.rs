@@ -243,7 +243,7 @@ fn a_wrong_flag_exits_with_2_and_one_sentence() {
         ("--size 4.5x4", &["--size", "4.5x4", "WIDTHxHEIGHT"]),
         ("--size 4000000000x4000000000", &["--size", "4000000000x4000000000", "each from 1 to 8388608"]),
         ("--size 99999999999999999999x1", &["--size", "99999999999999999999x1", "each from 1 to 8388608"]),
-        ("--size 8388608x8388608", &["--size", "8388608x8388608", "GiB of memory"]),
+        ("--size 8388608x8388608", &["--size", "8388608x8388608", "GiB are free"]),
         ("--preset moon", &["--preset", "moon", "earth", "paper"]),
         ("--projection mercator", &["--projection", "mercator", "equirectangular", "fisheye", "perspective"]),
         ("--fit linear", &["--fit", "linear", "cubic", "transfer", "extinction", "dense"]),
@@ -271,7 +271,7 @@ fn a_wrong_flag_exits_with_2_and_one_sentence() {
         let flags: Vec<&str> = flags.split(' ').collect();
         let device: &[&str] = if flags[0].starts_with("--device") { &[] } else { &["--device", "cpu"] };
         refuses(None, &[&["render"], device, &flags].concat(), named);
-        if !matches!(flags[0], "-o") && !named.contains(&"GiB of memory") {
+        if !matches!(flags[0], "-o") && !named.contains(&"GiB are free") {
             refuses(None, &[&SPECTRUM, device, &flags].concat(), named);
         }
     }

@@ -11,8 +11,8 @@ use exr::prelude::{Compression, Error, LayerAttributes, SmallVec, Vec2, attribut
 use rayon::prelude::*;
 use sorairo_shared::math::half_bits;
 
-use super::signature::{SCENE, SOFTWARE, scene_text};
-use crate::scene::{ExrDepth, Scene};
+use super::signature::{SCENE, SOFTWARE};
+use crate::scene::{self, ExrDepth, Scene};
 
 /// The chromaticities of Rec. 709 and D65 (ITU-R BT.709-6, items 1.3 and 1.4).
 fn rec709() -> attribute::Chromaticities {
@@ -45,7 +45,7 @@ pub(super) fn header(width: u32, height: u32, scene: &Scene) -> Header {
     let size = (width as usize, height as usize);
     let mut shared = ImageAttributes::with_size(size);
     shared.chromaticities = Some(rec709());
-    shared.other.insert(SCENE.into(), AttributeValue::Text(scene_text(scene).as_str().into()));
+    shared.other.insert(SCENE.into(), AttributeValue::Text(scene::file::text(scene).as_str().into()));
     Header::new(Text::from("sky"), size, channels)
         .with_encoding(Compression::RLE, BlockDescription::ScanLines, LineOrder::Increasing)
         .with_attributes(attributes)

@@ -6,21 +6,16 @@ use std::io::BufReader;
 use std::path::Path;
 
 use ::exr::block::reader::ChunksReader;
-use ::exr::meta::attribute::AttributeValue;
+use ::exr::meta::attribute::{AttributeValue, Text};
 
 use super::Format;
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 
 /// The program, as files name it.
 pub(super) const SOFTWARE: &str = concat!("sorairo ", env!("CARGO_PKG_VERSION"));
 
 /// The name of the attribute of an EXR, and the keyword of the text of a PNG, that hold the scene in TOML.
 pub(super) const SCENE: &str = "sorairoScene";
-
-/// The complete scene as a scene file.
-pub(super) fn scene_text(scene: &Scene) -> String {
-    toml::to_string(scene).expect("a scene is a table")
-}
 
 /// Whether a file is whole, and was written by this version of the program for this scene.
 ///
@@ -33,7 +28,7 @@ pub fn is_finished(path: &Path, scene: &Scene) -> bool {
         Ok(Format::Exr) => decode_exr(file),
         Err(_) => None,
     };
-    decoded.is_some_and(|(software, text)| software == SOFTWARE && text == scene_text(scene))
+    decoded.is_some_and(|(software, text)| software == SOFTWARE && text == scene::file::text(scene))
 }
 
 /// Program and scene of a PNG that decodes to its end.
@@ -51,8 +46,7 @@ fn decode_exr(file: BufReader<File>) -> Option<(String, String)> {
     let reader = ::exr::block::read(file, true).ok()?;
     let header = reader.headers().first()?;
     let software = header.own_attributes.software_name.as_ref()?.to_string();
-    let scene = header.shared_attributes.other.iter().find(|(name, _)| name.to_string() == SCENE)?;
-    let AttributeValue::Text(scene) = scene.1 else { return None };
+    let AttributeValue::Text(scene) = header.shared_attributes.other.get(&Text::from(SCENE))? else { return None };
     let scene = scene.to_string();
     let mut blocks = reader.all_chunks(true).ok()?.sequential_decompressor(true);
     blocks.all(|block| block.is_ok()).then_some((software, scene))

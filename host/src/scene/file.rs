@@ -414,7 +414,7 @@ mod tests {
                 "line 2, column 13 (elevation = 'high'): invalid type: string \"high\", expected a number",
             ),
             ("render.steps = -1", "line 1, column 16"),
-            ("å = 1", "line 1, column 1 (å = 1): unknown"),
+            ("'å' = 1", "line 1, column 1 ('å' = 1): unknown"),
             ("sun.azimuth = \"é\"", "line 1, column 15"),
             ("[[sun]]\nelevation = 3", "must be a table of keys"),
         ];

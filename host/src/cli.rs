@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use sorairo::Result;
-use sorairo::render::Report;
-use sorairo::scene::{ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Scene, Size};
+use sorairo::render::{Report, Request};
+use sorairo::scene::{
+    ColorObserver, ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Rgb, Scene, Size, WhiteBalance,
+};
 use sorairo::spectrum::parse_wavelengths;
 
 /// Renders the clear sky in full spectrum on the GPU.
@@ -36,9 +38,15 @@ pub enum Command {
 pub struct RenderArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// File to write, .png or .exr; may be given more than once [default: sky.png and sky.exr].
+    /// File to write, .png, .exr or .spectral.exr; may be given more than once [default: sky.png and sky.exr].
     #[arg(short = 'o', long = "output", value_name = "OUT")]
     output: Vec<PathBuf>,
+    /// Make every EXR file a spectral one, whatever its name.
+    #[arg(long)]
+    spectral: bool,
+    /// Wavelengths of spectral files in nm: START:END:STEP, or a list with commas [default: 380:780:10].
+    #[arg(long, value_name = "LIST", value_parser = wavelengths)]
+    wavelengths: Option<Wavelengths>,
     /// Print what the plan skips, and what that saves (with --json, as its `explain`).
     #[arg(long)]
     pub explain: bool,
@@ -182,6 +190,15 @@ pub struct SceneArguments {
     /// Depth of EXR files [default: f32].
     #[arg(long)]
     exr: Option<ExrDepth>,
+    /// Space of the linear RGB in EXR files [default: srgb].
+    #[arg(long)]
+    rgb: Option<Rgb>,
+    /// Colour observer [default: cie1931].
+    #[arg(long)]
+    observer: Option<ColorObserver>,
+    /// Light that becomes the white of the RGB space [default: none].
+    #[arg(long)]
+    white_balance: Option<WhiteBalance>,
     /// Whether pixels are integrated or looked up in a sky table [default: auto, what is faster within the error bound].
     #[arg(long)]
     path: Option<PathChoice>,
@@ -232,6 +249,9 @@ impl SceneArguments {
         set(&mut scene.render.path, self.path);
         set(&mut scene.render.exposure, self.exposure);
         set(&mut scene.render.exr, self.exr);
+        set(&mut scene.render.rgb, self.rgb);
+        set(&mut scene.render.observer, self.observer);
+        set(&mut scene.render.white_balance, self.white_balance);
         Ok(scene)
     }
 }
@@ -243,9 +263,15 @@ fn set<T>(value: &mut T, given: Option<T>) {
 }
 
 impl RenderArguments {
-    /// The files to write.
-    pub fn outputs(&self) -> Vec<PathBuf> {
-        if self.output.is_empty() { vec!["sky.png".into(), "sky.exr".into()] } else { self.output.clone() }
+    /// What to write and to measure.
+    pub fn request(&self) -> Request {
+        let usual = || vec!["sky.png".into(), "sky.exr".into()];
+        Request {
+            outputs: if self.output.is_empty() { usual() } else { self.output.clone() },
+            spectral: self.spectral,
+            wavelengths: self.wavelengths.as_ref().map(|wavelengths| wavelengths.to_vec()),
+            sky_light: self.json,
+        }
     }
 }
 

@@ -18,6 +18,7 @@
 
 pub mod backend;
 pub mod error;
+pub mod irradiance;
 pub mod output;
 pub mod plan;
 pub mod render;

@@ -45,6 +45,11 @@ impl<const N: usize> Table<N> {
         Ok(table)
     }
 
+    /// Whether the table holds a wavelength (nm).
+    pub fn covers(&self, wavelength: f64) -> bool {
+        (self.wavelengths[0]..=self.wavelengths[self.wavelengths.len() - 1]).contains(&wavelength)
+    }
+
     /// The value at a wavelength (nm), linear between rows; beyond the ends, the value of the end row.
     pub fn at(&self, wavelength: f64) -> [f64; N] {
         let above = self.wavelengths.partition_point(|&w| w <= wavelength);
@@ -60,7 +65,7 @@ impl<const N: usize> Table<N> {
     }
 }
 
-/// The wavelengths (nm) that the tables of ozone and of the observer cover.
+/// The wavelengths (nm) that the tables of ozone and of the CIE 1931 observer cover.
 pub const MEASURED_RANGE: (f64, f64) = (360.0, 830.0);
 
 fn embedded<const N: usize>(cell: &'static OnceLock<Table<N>>, csv: &str) -> &'static Table<N> {
@@ -71,6 +76,12 @@ fn embedded<const N: usize>(cell: &'static OnceLock<Table<N>>, csv: &str) -> &'s
 pub fn cie1931() -> &'static Table<3> {
     static TABLE: OnceLock<Table<3>> = OnceLock::new();
     embedded(&TABLE, include_str!("../data/cie1931_2deg_xyz.csv"))
+}
+
+/// Colour-matching functions x̄, ȳ, z̄ of the CIE 2015 2° cone-fundamental-based observer, 390-830 nm.
+pub fn cie2015() -> &'static Table<3> {
+    static TABLE: OnceLock<Table<3>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../data/cie2015_2deg_xyz.csv"))
 }
 
 /// Solar irradiance at the top of the atmosphere, ASTM G173-03 (W·m⁻²·nm⁻¹).

@@ -4,7 +4,9 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use sorairo_shared::color::srgb8;
-use sorairo_shared::frame::{Frame, Pixel, SENTINEL, radiance_pixel, sky_pixel, table_colours, table_pixel};
+use sorairo_shared::frame::{
+    Frame, Pixel, SENTINEL, radiance_pixel, sky_pixel, spectrum_pixel, table_colours, table_pixel,
+};
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::sky_table::entries;
 
@@ -45,7 +47,7 @@ impl Backend for Cpu {
 pub(super) fn words_per_pixel(plan: &Plan, kernel: Kernel) -> usize {
     match kernel {
         Kernel::Radiance => 4 * plan.bands.len(),
-        _ => plan.pixel.words() as usize,
+        _ => plan.pixel_words() as usize,
     }
 }
 
@@ -82,6 +84,9 @@ fn store_pixel(frame: &Frame, plan: &Plan, kernel: Kernel, table: &[Vec4], words
         Kernel::Fill => {
             let size = words_per_pixel(plan, kernel);
             words[column as usize * size..][..size].fill(SENTINEL);
+        }
+        Kernel::SpectrumLinear | Kernel::SpectrumLearnt => {
+            spectrum_pixel(frame, bands, quadrature, colour, words, column, 0, plan.fit_kind(), *variant);
         }
         Kernel::SkyTable => table_pixel(frame, table, words, column, 0, *variant),
         _ => sky_pixel(frame, bands, quadrature, colour, words, column, 0, plan.fit_kind(), *variant),

@@ -27,13 +27,17 @@ pub enum Kernel {
     TableLinear,
     /// The sky table by the learnt fit.
     TableLearnt,
+    /// Colour and spectrum by a fit that is linear in the transfer.
+    SpectrumLinear,
+    /// Colour and spectrum by the learnt fit.
+    SpectrumLearnt,
     /// Writes every word of the output once: the limit for any kernel, and the pattern by which an unwritten pixel is told.
     Fill,
 }
 
 impl Kernel {
     /// Every kernel that a backend runs.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Radiance,
         Self::SkyLinear,
         Self::SkySolve,
@@ -42,6 +46,8 @@ impl Kernel {
         Self::SkyTable,
         Self::TableLinear,
         Self::TableLearnt,
+        Self::SpectrumLinear,
+        Self::SpectrumLearnt,
         Self::Fill,
     ];
 
@@ -56,6 +62,8 @@ impl Kernel {
             Self::SkyTable => "sky_table",
             Self::TableLinear => "table_linear",
             Self::TableLearnt => "table_learnt",
+            Self::SpectrumLinear => "spectrum_linear",
+            Self::SpectrumLearnt => "spectrum_learnt",
             Self::Fill => "fill",
         }
     }
@@ -64,7 +72,8 @@ impl Kernel {
 /// What a kernel left behind, and how long it took.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// The pixels row by row from the top, in the layout of the plan's [`sorairo_shared::frame::Pixel`].
+    /// The pixels row by row from the top, in the layout of the plan's [`sorairo_shared::frame::Pixel`]; of a spectral image, in
+    /// that of [`sorairo_shared::sky_spectrum`].
     pub words: Vec<u32>,
     /// Time of the kernels: on the GPU's own clock where it has one.
     pub kernel: Duration,

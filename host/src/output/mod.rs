@@ -2,6 +2,7 @@
 
 pub mod exr;
 pub mod png;
+pub mod spectral;
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -11,25 +12,31 @@ use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
 
-/// The format of an output file, by its extension.
+/// The format of an output file, by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// 8 bit sRGB picture, exposed.
     Png,
-    /// Linear Rec. 709 radiance, unexposed.
+    /// Linear RGB, unexposed.
     Exr,
+    /// Radiance at many wavelengths, and the linear RGB.
+    SpectralExr,
 }
 
 impl Format {
-    /// The format that a file name asks for.
+    /// The format that a file name asks for: its extension, and whether `.spectral` stands before it. With `spectral` every EXR
+    /// file is a spectral one.
     ///
     /// # Errors
     ///
     /// [`Error::Request`] for an extension other than `png` and `exr`.
-    pub fn of(path: &Path) -> Result<Self> {
+    pub fn of(path: &Path, spectral: bool) -> Result<Self> {
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        let stem = path.file_stem().map(|stem| stem.to_string_lossy().to_lowercase());
+        let named_spectral = stem.is_some_and(|stem| stem.ends_with(".spectral"));
         match extension.as_deref() {
             Some("png") => Ok(Self::Png),
+            Some("exr") if spectral || named_spectral => Ok(Self::SpectralExr),
             Some("exr") => Ok(Self::Exr),
             _ => Err(Error::request(format!("-o {}: the file name must end in .png or .exr", path.display()))),
         }

@@ -55,6 +55,10 @@ pub const DARKEST: f32 = 1e-30;
 /// observer's range, where the transfer of a clear sky is at most 40 % brighter than at the outermost band.
 const BRIGHTEST_RISE: f32 = 1.0;
 
+/// How far, in natural logarithms, a value of a spectral image may rise above the brightest band. At 830 nm, far beyond the bands,
+/// light that has crossed the most air has lost some ten logarithms fewer than at 650 nm.
+pub const SPECTRUM_RISE: f32 = 10.0;
+
 /// One constituent's integral at the bands, ready for the nodes of the learnt fit.
 #[derive(Clone, Copy)]
 pub struct Logarithms {
@@ -62,8 +66,8 @@ pub struct Logarithms {
     first: Vec4,
     /// ln X at the next four bands.
     second: Vec4,
-    /// What the logarithm of a fitted value may not exceed.
-    ceiling: f32,
+    /// The logarithm of the brightest band.
+    highest: f32,
     /// Whether any band is above zero.
     lit: bool,
 }
@@ -79,17 +83,17 @@ impl Logarithms {
         Self {
             first: if solve { newton_coefficients(band_nodes, first) } else { first },
             second: ln4(max4(bands.second, DARKEST)),
-            ceiling: ln(max(highest, DARKEST)) + BRIGHTEST_RISE,
+            highest: ln(max(highest, DARKEST)),
             lit: highest > 0.0,
         }
     }
 
-    /// X at a node's wavelength: `exp(c + b · ln X)`, whose `b` stands in the rows `row` and `row + 1` of the table. Without
-    /// light it is what follows from [`DARKEST`].
+    /// X at a node's wavelength: `exp(c + b · ln X)`, whose `b` stands in the rows `row` and `row + 1` of the table, at most `rise`
+    /// logarithms above the brightest band. Without light it is what follows from [`DARKEST`].
     #[inline]
-    fn value(&self, table: &[Vec4], row: usize, c: f32) -> f32 {
+    fn value(&self, table: &[Vec4], row: usize, c: f32, rise: f32) -> f32 {
         let exponent = c + fetch(table, row).dot(self.first) + fetch(table, row + 1).dot(self.second);
-        exp(min(exponent, self.ceiling))
+        exp(min(exponent, self.highest + rise))
     }
 }
 
@@ -108,7 +112,7 @@ pub fn learnt_rgb(table: &[Vec4], first_node: u32, nodes: u32, logarithms: &Loga
     while q < nodes {
         let row = ((first_node + q) * ROWS_PER_NODE) as usize;
         let colour = fetch(table, row + 2);
-        rgb += Vec3::new(colour.y, colour.z, colour.w) * logarithms.value(table, row, colour.x);
+        rgb += Vec3::new(colour.y, colour.z, colour.w) * logarithms.value(table, row, colour.x, BRIGHTEST_RISE);
         q += 1;
     }
     if logarithms.lit { rgb } else { Vec3::ZERO }
@@ -121,7 +125,7 @@ pub fn learnt_rgb(table: &[Vec4], first_node: u32, nodes: u32, logarithms: &Loga
 #[inline]
 pub fn learnt_value(table: &[Vec4], row: usize, logarithms: &Logarithms) -> f32 {
     let last = fetch(table, row + 2);
-    let value = last.y * logarithms.value(table, row, last.x);
+    let value = last.y * logarithms.value(table, row, last.x, SPECTRUM_RISE);
     if logarithms.lit { value } else { 0.0 }
 }
 

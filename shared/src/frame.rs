@@ -7,12 +7,12 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::atmosphere::Atmosphere;
 use crate::camera::{Camera, PixelView, pixel_view};
-use crate::color::srgb8;
+use crate::color::{RgbSpace, srgb8};
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::math::{fetch, half_bits, store};
 use crate::scattering::Bands;
 use crate::sky::{Constituents, constituents, sky, transfer, view_ray};
-use crate::{sky_table, variant};
+use crate::{sky_spectrum, sky_table, variant};
 
 /// Pixels along each side of a GPU workgroup. The entry points repeat it as a literal, which a test compares.
 pub const WORKGROUP_SIDE: u32 = 16;
@@ -34,13 +34,15 @@ pub struct Frame {
     pub bearing: Vec4,
     /// Wavelengths of the first four bands, mapped to [-1, 1] over the observer's range.
     pub nodes: Vec4,
+    /// The space of linear RGB that pixels are stored in.
+    pub rgb: RgbSpace,
     /// Altitude of the observer (km).
     pub altitude: f32,
     /// First row of the image that this dispatch computes.
     pub first_row: u32,
     /// Rows that this dispatch computes.
     pub rows: u32,
-    /// Factor from linear RGB to the picture's linear value.
+    /// Factor from linear RGB to a picture's linear value.
     pub exposure: f32,
     /// Nodes of the learnt fit of air.
     pub air_nodes: u32,
@@ -54,10 +56,10 @@ pub struct Frame {
     pub table_azimuths: u32,
     /// Elevation of the horizon (radians): 0 on the ground, negative above it.
     pub horizon: f32,
+    /// Wavelengths of a spectral image, whose rows stand last in the colour table; 0 for other images.
+    pub wavelengths: u32,
     /// Unused; fills the last 16 bytes.
-    pub padding0: u32,
-    /// Unused.
-    pub padding1: u32,
+    pub padding: u32,
 }
 
 /// How a pixel of the sky is stored.
@@ -164,6 +166,29 @@ pub fn sky_pixel(
         rgb = sky(frame, bands, quadrature, colour, view.direction, fit, variant);
     }
     store_rgb(frame, output, index(frame, column, row), rgb, variant);
+}
+
+/// Kernels `spectrum_linear` and `spectrum_learnt`: linear RGB and the radiance at every wavelength of a spectral image, see
+/// [`sky_spectrum`], integrated at the pixel itself, and stored.
+#[inline]
+pub fn spectrum_pixel(
+    frame: &Frame,
+    bands: &[Bands],
+    quadrature: &[Vec2],
+    colour: &[Vec4],
+    output: &mut [u32],
+    column: u32,
+    row: u32,
+    fit: u32,
+    variant: u32,
+) {
+    let view = view(frame, column, row, variant);
+    let at = (index(frame, column, row) * sky_spectrum::words(frame)) as usize;
+    if view.covered {
+        sky_spectrum::store_spectrum(frame, bands, quadrature, colour, output, at, view.direction, fit, variant);
+    } else {
+        sky_spectrum::store_black(frame, output, at);
+    }
 }
 
 /// Kernels `table_linear` and `table_learnt`: the colours of an entry of the sky table.

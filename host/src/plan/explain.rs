@@ -40,7 +40,7 @@ fn black_pixels(plan: &Plan, projection: Projection) -> Option<String> {
         return Some(format!("night: no air that can be seen is lit; none of {skipped} pixels is computed"));
     }
     if skipped > 0 {
-        let bytes = skipped * 4 * u64::from(plan.pixel.words());
+        let bytes = skipped * 4 * u64::from(plan.pixel_words());
         return Some(format!(
             "black ground: rows {}..{height} are not computed, which saves {skipped} pixels and {bytes} bytes of read-back",
             plan.lit_rows.end
@@ -74,17 +74,18 @@ fn path(plan: &Plan) -> String {
 }
 
 fn bytes(plan: &Plan) -> String {
-    let read_back = plan.lit_pixels() * 4 * u64::from(plan.pixel.words());
+    let read_back = plan.lit_pixels() * 4 * u64::from(plan.pixel_words());
     let kind = match plan.pixel {
         PixelFormat::Picture => "8 bit sRGB packed on the device",
         PixelFormat::HalfRgb => "half floats packed on the device",
-        PixelFormat::LinearRgb => "linear floats",
+        PixelFormat::LinearRgb if plan.spectral.is_empty() => "linear floats",
+        PixelFormat::LinearRgb => "linear floats and a spectrum",
     };
     let uploaded = size_of_val(&plan.frame)
         + size_of_val(plan.bands.as_slice())
         + size_of_val(plan.quadrature.as_slice())
         + size_of_val(plan.colour.as_slice());
-    format!("bytes: {uploaded} up, {read_back} back ({kind}, {} bytes a pixel)", 4 * plan.pixel.words())
+    format!("bytes: {uploaded} up, {read_back} back ({kind}, {} bytes a pixel)", 4 * plan.pixel_words())
 }
 
 #[cfg(test)]

@@ -10,8 +10,9 @@ use crate::input::shown;
 
 use super::place::PlaceAndTime;
 use super::{
-    Aerosol, Air, AlbedoSpectrum, AtmosphereScene, CameraScene, ColorPath, Exposure, ExrDepth, Fit, LONGEST_SIDE,
-    Observer, Ozone, OzoneCrossSection, PathChoice, Preset, Projection, Render, Scene, Sun, SunSpectrum,
+    Aerosol, Air, AlbedoSpectrum, AtmosphereScene, CameraScene, ColorObserver, ColorPath, Exposure, ExrDepth, Fit,
+    LONGEST_SIDE, Observer, Ozone, OzoneCrossSection, PathChoice, Preset, Projection, Render, Rgb, Scene, Sun,
+    SunSpectrum, WhiteBalance,
 };
 
 /// One key of a scene file.
@@ -217,6 +218,9 @@ pub static KEYS: &[Key] = &[
     .flag("--exposure")
     .otherwise("\"auto\", from the mean luminance of the sky"),
     Key::other("render.exr", Allowed::Words(words::<ExrDepth>)).flag("--exr"),
+    Key::other("render.rgb", Allowed::Words(words::<Rgb>)).flag("--rgb"),
+    Key::other("render.observer", Allowed::Words(words::<ColorObserver>)).flag("--observer"),
+    Key::other("render.white_balance", Allowed::Words(words::<WhiteBalance>)).flag("--white-balance"),
 ];
 
 impl Key {

@@ -215,6 +215,8 @@ pub struct SceneFlags {
     time: Option<Time>,
     #[arg(long, value_name = "KM", allow_negative_numbers = true, value_parser = number, help = help("observer.altitude"))]
     altitude: Option<f64>,
+    #[arg(long, help = help("sun.disc"))]
+    sun_disc: bool,
     #[arg(long, help = help("camera.projection"))]
     projection: Option<Projection>,
     #[arg(long, value_name = "WxH", help = help("camera.size"))]
@@ -300,6 +302,7 @@ impl SceneFlags {
     fn lay_over(&self, scene: &mut Scene) {
         set(&mut scene.sun.elevation, self.sun_elevation);
         set(&mut scene.sun.azimuth, self.sun_azimuth);
+        scene.sun.disc |= self.sun_disc;
         set(&mut scene.observer.altitude, self.altitude);
         set(&mut scene.camera.projection, self.projection);
         set(&mut scene.camera.size, self.size);

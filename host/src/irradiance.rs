@@ -7,6 +7,7 @@ use serde::Serialize;
 use sorairo_shared::glam::DVec3;
 
 use crate::plan::quadrature::gauss_legendre;
+use crate::plan::sun_disc::Sun;
 use crate::plan::{Plan, direction, observer};
 use crate::spectrum::FittedSpectrum;
 
@@ -30,6 +31,10 @@ pub struct SkyLight {
     pub irradiance_rgb: [f64; 3],
     /// Illuminance (lx): the irradiance weighted by the observer's ȳ, times [`LUMENS_PER_WATT`].
     pub illuminance_lux: f64,
+    /// Irradiance of the sun itself on a surface that faces it, between 380 and 780 nm, through the air (W·m⁻²).
+    pub sun_irradiance_w_m2: f64,
+    /// The same as linear RGB of an EXR file (W·m⁻², weighted by the observer).
+    pub sun_irradiance_rgb: [f64; 3],
     /// Luminance of the zenith (cd·m⁻²).
     pub luminance_zenith_cd_m2: f64,
 }
@@ -43,6 +48,8 @@ impl SkyLight {
                 irradiance_w_m2: 0.0,
                 irradiance_rgb: [0.0; 3],
                 illuminance_lux: 0.0,
+                sun_irradiance_w_m2: 0.0,
+                sun_irradiance_rgb: [0.0; 3],
                 luminance_zenith_cd_m2: 0.0,
             };
         }
@@ -59,10 +66,13 @@ impl SkyLight {
                 (rgb * weight, measures * weight)
             })
             .reduce(|| (DVec3::ZERO, DVec3::ZERO), |a, b| (a.0 + b.0, a.1 + b.1));
+        let (sun_power, sun_rgb) = Sun::new(plan).irradiance();
         Self {
             irradiance_w_m2: sum.1.x,
             irradiance_rgb: sum.0.to_array(),
             illuminance_lux: LUMENS_PER_WATT * sum.1.y,
+            sun_irradiance_w_m2: sun_power,
+            sun_irradiance_rgb: sun_rgb.to_array(),
             luminance_zenith_cd_m2: LUMENS_PER_WATT * radiance(90.0, 0.0).1.y,
         }
     }

@@ -144,6 +144,11 @@ impl Job {
             (formats, ExrDepth::Half) if !formats.contains(&Format::Png) => PixelFormat::HalfRgb,
             _ => PixelFormat::LinearRgb,
         };
+        if scene.sun.disc && scene.render.exr == ExrDepth::Half && formats.contains(&Format::Exr) {
+            return Err(Error::request(
+                "--sun-disc (sun.disc) needs --exr f32 (render.exr): the disc is brighter than half floats reach",
+            ));
+        }
         let mut plan = Plan::new(scene, pixel)?;
         if !spectral.is_empty() {
             plan = plan.with_spectrum(&spectral)?;

@@ -70,6 +70,8 @@ pub struct Sun {
     pub spectrum: SunSpectrum,
     /// Distance of the sun (astronomical units, au), by whose square its light falls off.
     pub distance: f64,
+    /// Whether images show the sun's disc, darker towards its limb, with the light that it sends through the air.
+    pub disc: bool,
 }
 
 /// The sun's spectrum at the top of the atmosphere.
@@ -383,7 +385,7 @@ impl Default for Scene {
 
 impl Default for Sun {
     fn default() -> Self {
-        Self { elevation: 30.0, azimuth: 0.0, spectrum: SunSpectrum::AstmG173, distance: 1.0 }
+        Self { elevation: 30.0, azimuth: 0.0, spectrum: SunSpectrum::AstmG173, distance: 1.0, disc: false }
     }
 }
 

@@ -182,10 +182,11 @@ pub fn sky_table(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
     #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] table: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
 ) {
     if (id.x < frame.camera.width) & (id.y < frame.rows) {
-        table_pixel(frame, table, output, id.x, id.y, variant);
+        table_pixel(frame, colour, table, output, id.x, id.y, variant);
     }
 }

@@ -36,9 +36,12 @@ impl RgbSpace {
     }
 }
 
+/// Samples of the observer sum.
+pub const OBSERVER_SAMPLES: u32 = 81;
+
 /// XYZ of the fitted spectrum: the cubic through four bands, summed over the observer's samples (Eqs. 4-7).
 ///
-/// `radiance` at the bands; `nodes` the normalised wavelengths of the bands; each row of `observer` holds
+/// `radiance` at the bands; `nodes` the normalised wavelengths of the bands; each of the first [`OBSERVER_SAMPLES`] rows of `observer` holds
 /// (`x̄ Δλ`, `ȳ Δλ`, `z̄ Δλ`, normalised wavelength), times the solar irradiance if the fit is of the transfer.
 /// Returns radiance weighted by the colour-matching functions (W·m⁻²·sr⁻¹).
 #[inline]
@@ -46,8 +49,8 @@ pub fn observe_cubic(nodes: Vec4, radiance: Vec4, observer: &[Vec4]) -> Vec3 {
     let coefficients = newton_coefficients(nodes, radiance);
     let mut xyz = Vec3::ZERO;
     let mut i = 0;
-    while i < observer.len() {
-        let row = fetch(observer, i);
+    while i < OBSERVER_SAMPLES {
+        let row = fetch(observer, i as usize);
         xyz += Vec3::new(row.x, row.y, row.z) * newton_value(nodes, coefficients, row.w);
         i += 1;
     }

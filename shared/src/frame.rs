@@ -12,6 +12,7 @@ use crate::glam::{Vec2, Vec3, Vec4};
 use crate::math::{fetch, half_bits, store};
 use crate::scattering::Bands;
 use crate::sky::{Constituents, constituents, sky, transfer, view_ray};
+use crate::sun_disc::{SunDisc, disc_in_pixel};
 use crate::{sky_spectrum, sky_table, variant};
 
 /// Pixels along each side of a GPU workgroup. The entry points repeat it as a literal, which a test compares.
@@ -36,6 +37,8 @@ pub struct Frame {
     pub nodes: Vec4,
     /// The space of linear RGB that pixels are stored in.
     pub rgb: RgbSpace,
+    /// The sun's disc, where the variant has it.
+    pub disc: SunDisc,
     /// Altitude of the observer (km).
     pub altitude: f32,
     /// First row of the image that this dispatch computes.
@@ -164,6 +167,9 @@ pub fn sky_pixel(
     let mut rgb = Vec3::ZERO;
     if view.covered {
         rgb = sky(frame, bands, quadrature, colour, view.direction, fit, variant);
+        if variant & variant::SUN_DISC != 0 {
+            rgb += disc_in_pixel(frame, colour, column, frame.first_row + row, variant);
+        }
     }
     store_rgb(frame, output, index(frame, column, row), rgb, variant);
 }
@@ -208,11 +214,22 @@ pub fn table_colours(
 
 /// Kernel `sky_table`: the sky's colour at a pixel from the sky table, stored.
 #[inline]
-pub fn table_pixel(frame: &Frame, table: &[Vec4], output: &mut [u32], column: u32, row: u32, variant: u32) {
+pub fn table_pixel(
+    frame: &Frame,
+    colour: &[Vec4],
+    table: &[Vec4],
+    output: &mut [u32],
+    column: u32,
+    row: u32,
+    variant: u32,
+) {
     let view = view(frame, column, row, variant);
     let mut rgb = Vec3::ZERO;
     if view.covered {
         rgb = sky_table::sky_from_table(frame, table, view.direction, variant);
+        if variant & variant::SUN_DISC != 0 {
+            rgb += disc_in_pixel(frame, colour, column, frame.first_row + row, variant);
+        }
     }
     store_rgb(frame, output, index(frame, column, row), rgb, variant);
 }

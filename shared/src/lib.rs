@@ -28,4 +28,5 @@ pub mod sky;
 pub mod sky_spectrum;
 pub mod sky_table;
 pub mod spectrum;
+pub mod sun_disc;
 pub mod variant;

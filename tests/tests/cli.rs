@@ -75,7 +75,7 @@ fn json_has_the_promised_keys() {
 fn every_flag_of_the_contract_is_accepted() {
     let folder = folder();
     std::fs::write(folder.path().join("scene.toml"), "[sun]\nelevation = 10\n").unwrap();
-    let everything: [&[&str]; 31] = [
+    let everything: [&[&str]; 32] = [
         &["--scene", "scene.toml"],
         &["-o", "x.png"],
         &["--preset", "earth"],
@@ -104,6 +104,7 @@ fn every_flag_of_the_contract_is_accepted() {
         &["--white-balance", "sun"],
         &["--observer", "cie1931"],
         &["--observer", "cie2015"],
+        &["--sun-disc"],
         &["--device", "auto"],
         &["--device", "gpu"],
         &["--json"],

@@ -69,7 +69,7 @@ fn store_pixel(frame: &Frame, plan: &Plan, kernel: Kernel, table: &[Vec4], words
         Kernel::SpectrumLinear | Kernel::SpectrumLearnt => {
             spectrum_pixel(frame, bands, quadrature, colour, words, column, 0, plan.fit_kind(), *variant);
         }
-        Kernel::SkyTable => table_pixel(frame, table, words, column, 0, *variant),
+        Kernel::SkyTable => table_pixel(frame, colour, table, words, column, 0, *variant),
         _ => sky_pixel(frame, bands, quadrature, colour, words, column, 0, plan.fit_kind(), *variant),
     }
 }

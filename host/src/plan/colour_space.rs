@@ -102,6 +102,16 @@ impl ColourSpace {
         Self { rgb, balance, from_xyz: to_xyz.inverse() * balanced, luminance: to_xyz.row(1) }
     }
 
+    /// A colour brought into the gamut; see [`sorairo_shared::color::into_gamut`].
+    pub fn into_gamut(&self, rgb: DVec3) -> DVec3 {
+        let lowest = rgb.min_element();
+        if lowest >= 0.0 {
+            return rgb;
+        }
+        let grey = self.luminance.dot(rgb).max(0.0);
+        (DVec3::splat(grey) + (rgb - grey) * (grey / (grey - lowest))).max(DVec3::ZERO)
+    }
+
     /// The space as the kernels take it.
     pub fn for_kernels(&self) -> RgbSpace {
         let primary = |i: usize| self.from_xyz.row(i).extend(self.luminance[i]).as_vec4();

@@ -17,13 +17,14 @@ pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
 
 /// Which parts of the integral the kernels are compiled with.
 fn terms(plan: &Plan) -> String {
-    const NAMES: [(u32, &str); 6] = [
+    const NAMES: [(u32, &str); 7] = [
         (variant::AEROSOL, "aerosol"),
         (variant::OZONE, "ozone"),
         (variant::ABOVE_TOP, "air above the top of the atmosphere"),
         (variant::SHADOW, "the planet's shadow"),
         (variant::DESCENT, "descending rays"),
         (variant::LOW_SUN, "sunlight from below a sample's horizon"),
+        (variant::SUN_DISC, "the sun's disc"),
     ];
     let of = |present: bool| {
         let names: Vec<&str> =

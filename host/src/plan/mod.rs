@@ -9,6 +9,7 @@ pub mod observer;
 pub mod optics;
 pub mod path;
 pub mod quadrature;
+pub mod sun_disc;
 
 use std::ops::Range;
 
@@ -20,6 +21,7 @@ use sorairo_shared::glam::{DVec3, Vec2, Vec3, Vec4};
 use sorairo_shared::scattering::Bands;
 use sorairo_shared::sky::{LEARNT, LEARNT_SOLVED, LINEAR, SOLVED, sky};
 use sorairo_shared::spectrum::ROWS_PER_NODE;
+use sorairo_shared::sun_disc::SunDisc;
 use sorairo_shared::{sky_spectrum, variant};
 
 use crate::backend::Kernel;
@@ -30,6 +32,7 @@ use learnt::{Constituent, Training};
 use linear::{Interpolant, LinearFit};
 use optics::Optics;
 use path::Path;
+use sun_disc::Sun;
 
 /// The optical depth that may lie above the top of the atmosphere before columns to the sun take it off. It changes
 /// radiance by less than this part, a tenth of what the integral's own sampling leaves.
@@ -101,6 +104,7 @@ impl Plan {
                 observer::normalised(wavelengths[i.min(wavelengths.len() - 1)]) as f32
             })),
             rgb: space.for_kernels(),
+            disc: SunDisc::default(),
             altitude: scene.observer.altitude as f32,
             exposure: 1.0,
             first_row: 0,
@@ -143,6 +147,9 @@ impl Plan {
             plan.frame.table_below = size.below;
             plan.frame.table_azimuths = size.azimuths;
         }
+        if scene.sun.disc {
+            plan.show_sun(scene.camera.projection);
+        }
         plan.frame.exposure = match scene.render.exposure {
             Exposure::Stops(stops) => stops.exp2() as f32,
             Exposure::Auto => exposure::automatic(&plan),
@@ -162,6 +169,14 @@ impl Plan {
             observer: self.observer,
             rgb_from_xyz: self.space.from_xyz,
         }
+    }
+
+    /// Shows the sun's disc: its table follows that of the fit.
+    fn show_sun(&mut self, projection: Projection) {
+        let (disc, table) = Sun::new(self).for_kernels(projection);
+        self.frame.disc = SunDisc { first_entry: self.colour.len() as u32, ..disc };
+        self.colour.extend(table);
+        self.variant |= variant::SUN_DISC;
     }
 
     fn fill_colour(&mut self) {
@@ -194,8 +209,13 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`Error::Request`] for [`ColorPath::Solve`], which is a way to a colour.
+    /// [`Error::Request`] for [`ColorPath::Solve`], which is a way to a colour, and with the sun's disc.
     pub fn with_spectrum(mut self, wavelengths: &[f64]) -> Result<Self> {
+        if self.variant & variant::SUN_DISC != 0 {
+            return Err(Error::request(
+                "--sun-disc (sun.disc) shows the sun in RGB; a spectral file is of the sky alone",
+            ));
+        }
         if self.color == ColorPath::Solve {
             return Err(Error::request("--color solve is a way to a colour; a spectral file takes --color folded"));
         }

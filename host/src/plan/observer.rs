@@ -1,5 +1,6 @@
 //! The colour observer: samples of the colour-matching functions over the visible range.
 
+use sorairo_shared::color::OBSERVER_SAMPLES;
 use sorairo_shared::glam::DVec3;
 
 use crate::scene::ColorObserver;
@@ -9,13 +10,12 @@ use crate::tables;
 pub const START: f64 = 380.0;
 /// Last wavelength of the observer sum (nm).
 pub const END: f64 = 780.0;
-/// Step of the observer sum (nm): 81 samples.
-pub const STEP: f64 = 5.0;
+/// Step of the observer sum (nm).
+pub const STEP: f64 = (END - START) / (OBSERVER_SAMPLES - 1) as f64;
 
 /// Wavelengths of the observer's samples (nm).
 pub fn wavelengths() -> Vec<f64> {
-    let last = ((END - START) / STEP).round() as u32;
-    (0..=last).map(|i| START + STEP * f64::from(i)).collect()
+    (0..OBSERVER_SAMPLES).map(|i| START + STEP * f64::from(i)).collect()
 }
 
 /// The weights (x̄ Δλ, ȳ Δλ, z̄ Δλ) of the sample at a wavelength (nm), in nm; zero where the observer's table does not reach.

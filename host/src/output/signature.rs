@@ -38,6 +38,7 @@ fn decode_png(file: BufReader<File>) -> Option<(String, String)> {
     let text = |keyword: &str| texts.iter().find(|chunk| chunk.keyword == keyword)?.get_text().ok();
     let named = (text("Software")?, text(SCENE)?);
     while reader.next_row().ok()?.is_some() {}
+    reader.finish().ok()?;
     Some(named)
 }
 

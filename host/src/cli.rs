@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use sorairo::render::Report;
 use sorairo::scene::file::{SceneFile, place_sun};
@@ -101,17 +101,11 @@ pub struct RenderArguments {
 }
 
 #[derive(Args)]
+#[command(group(ArgGroup::new("suns").required(true).args(["sun_elevation", "from"])))]
 pub struct SequenceArguments {
     /// Elevations of the sun (degrees), one a frame: from A by STEP to B, which is included if it falls on a step. The sun sinks
     /// if B is below A.
-    #[arg(
-        long,
-        value_name = "A:B:STEP",
-        allow_hyphen_values = true,
-        value_parser = elevations,
-        required_unless_present = "from",
-        conflicts_with_all = ["from", "to"]
-    )]
+    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = elevations)]
     sun_elevation: Option<Elevations>,
     /// Time of the first frame, with an offset from UTC, such as 2026-06-21T04:30:00+09:00; needs --to, --frames N and a place.
     #[arg(long, value_name = "TIME", requires = "to", conflicts_with = "sun_azimuth")]

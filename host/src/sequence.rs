@@ -101,7 +101,8 @@ pub fn parse_elevations(text: &str) -> std::result::Result<Vec<f64>, String> {
     // Half a thousandth of a step lets the end be reached in spite of rounding.
     let steps = (steps + 5e-4).floor() as u32;
     // Steps of 0.1 reach 0.3 and not 0.30000000000000004, which would be another scene than a person's 0.3.
-    let decimal = |elevation: f64| (elevation * 1e9).round() / 1e9;
+    // Nor -0, which is written otherwise than 0.
+    let decimal = |elevation: f64| (elevation * 1e9).round() / 1e9 + 0.0;
     Ok((0..=steps).map(|i| decimal(first + step * f64::from(i))).collect())
 }
 

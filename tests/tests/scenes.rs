@@ -322,7 +322,7 @@ fn completions_and_manual_name_every_command_and_flag() {
     let folder = folder();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = succeed(folder.path(), &["completions", shell]).stdout;
-        for word in ["render", "spectrum", "sun-elevation", "place"] {
+        for word in ["render", "sequence", "spectrum", "sun-elevation", "place", "frames"] {
             assert!(script.contains(word), "{shell}: no {word}");
         }
     }

@@ -2,17 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use sorairo::Result;
 use sorairo::render::{Report, Request};
 use sorairo::scene::file::{SceneFile, place_sun};
 use sorairo::scene::keys::help;
-use sorairo::scene::place::{Place, PlaceAndTime, Time};
+use sorairo::scene::place::{Place, PlaceAndTime, Time, evenly};
 use sorairo::scene::{
     ColorObserver, ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Rgb, Scene, Size, WhiteBalance,
 };
+use sorairo::sequence::{self, Frame, FrameChoice, MOST_FRAMES, parse_elevations};
 use sorairo::spectrum::parse_wavelengths;
+use sorairo::{Error, Result};
 
 /// Renders the clear sky in full spectrum on the GPU.
 #[derive(Parser)]
@@ -26,6 +27,13 @@ pub struct Arguments {
 pub enum Command {
     /// Renders the sky into PNG and EXR files.
     Render(RenderArguments),
+    /// Renders numbered frames while the sun moves; those that are there already are skipped.
+    ///
+    /// The sun moves through elevations (--sun-elevation) or through time at a place (--from, --to, --frames N, --place). A
+    /// frame is skipped if each of its files is whole and was written by this version of the program for the same scene; any
+    /// other is rendered again. --frames A-B renders a part, so that several processes or machines can share the work. Once
+    /// every frame is there, contact.png beside the frames shows them small, up to 64, evenly spread.
+    Sequence(SequenceArguments),
     /// Prints the spectrum of the sky in one direction.
     Spectrum(SpectrumArguments),
     /// Finds the best wavelengths of the learnt fit for a scene, and states their error.
@@ -98,6 +106,50 @@ pub struct RenderArguments {
     /// Print one JSON object about the rendering to standard output.
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args)]
+#[command(group(ArgGroup::new("suns").required(true).args(["sun_elevation", "from"])))]
+pub struct SequenceArguments {
+    /// Elevations of the sun (degrees), one a frame: from A by STEP to B, which is included if it falls on a step. The sun sinks
+    /// if B is below A.
+    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = elevations)]
+    sun_elevation: Option<Elevations>,
+    /// Time of the first frame, with an offset from UTC, such as 2026-06-21T04:30:00+09:00; needs --to, --frames N and a place.
+    #[arg(long, value_name = "TIME", requires = "to", conflicts_with = "sun_azimuth")]
+    from: Option<Time>,
+    /// Time of the last frame, written as that of the first.
+    #[arg(long, value_name = "TIME", requires = "from")]
+    to: Option<Time>,
+    /// N: how many frames there are between --from and --to, evenly spaced in time, both ends included. A-B: render only the
+    /// frames with the numbers A to B, counted from 0; may be given more than once [default: all].
+    #[arg(long = "frames", value_name = "N|A-B")]
+    frames: Vec<FrameChoice>,
+    /// Scene file (TOML).
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    #[command(flatten)]
+    sky: SkyFlags,
+    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
+    #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
+    pub device: String,
+    /// Files to write, .png or .exr; a run of # in the file name becomes the number of the frame with as many digits or more. The
+    /// folder is made. May be given more than once.
+    #[arg(short = 'o', long = "output", value_name = "OUT", default_value = "frames/sky.####.png")]
+    output: Vec<PathBuf>,
+    /// Print one JSON object about the sequence to standard output.
+    #[arg(long)]
+    pub json: bool,
+    /// Print no progress and no summary; errors and warnings remain.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Elevations of the sun as one value of a flag.
+type Elevations = std::sync::Arc<[f64]>;
+
+fn elevations(text: &str) -> std::result::Result<Elevations, String> {
+    parse_elevations(text).map(Into::into)
 }
 
 #[derive(Args)]
@@ -203,16 +255,30 @@ pub struct SceneArguments {
 /// Flags that describe a scene. Each takes the place of a key in the scene file, and has its help from there.
 #[derive(Args)]
 pub struct SceneFlags {
-    #[arg(long, help = help("preset"))]
-    preset: Option<Preset>,
+    #[command(flatten)]
+    sun: SunFlags,
+    #[command(flatten)]
+    sky: SkyFlags,
+}
+
+/// The flags of a scene that its sun moves by.
+#[derive(Args, Clone, Copy, Default)]
+pub struct SunFlags {
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("sun.elevation"))]
     sun_elevation: Option<f64>,
+    #[arg(long, value_name = "TIME", conflicts_with_all = ["sun_elevation", "sun_azimuth"], help = help("sun.time"))]
+    time: Option<Time>,
+}
+
+/// The flags of a scene that all frames of a sequence share.
+#[derive(Args)]
+pub struct SkyFlags {
+    #[arg(long, help = help("preset"))]
+    preset: Option<Preset>,
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("sun.azimuth"))]
     sun_azimuth: Option<f64>,
     #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true, conflicts_with_all = ["sun_elevation", "sun_azimuth"], help = help("sun.place"))]
     place: Option<Place>,
-    #[arg(long, value_name = "TIME", conflicts_with_all = ["sun_elevation", "sun_azimuth"], help = help("sun.time"))]
-    time: Option<Time>,
     #[arg(long, value_name = "KM", allow_negative_numbers = true, value_parser = number, help = help("observer.altitude"))]
     altitude: Option<f64>,
     #[arg(long, help = help("sun.disc"))]
@@ -274,33 +340,38 @@ impl SceneArguments {
 impl SceneFlags {
     /// The preset, under a scene file, under the flags.
     pub fn over(&self, file: Option<&Path>) -> Result<Scene> {
-        let Some(path) = file else {
-            let mut scene = Scene::preset(self.preset.unwrap_or_default());
-            self.lay_over(&mut scene);
-            scene.validate()?;
-            self.place_sun(&mut scene, PlaceAndTime::default())?;
-            return Ok(scene);
-        };
-        let file = SceneFile::read(path, self.preset)?;
-        let mut scene = file.scene.clone();
+        self.sky.over(self.sky.read(file)?.as_ref(), self.sun)
+    }
+}
+
+impl SkyFlags {
+    /// The scene file that the flags lie over, if there is one.
+    fn read(&self, file: Option<&Path>) -> Result<Option<SceneFile>> {
+        file.map(|path| SceneFile::read(path, self.preset)).transpose()
+    }
+
+    /// The preset, under a scene file, under the flags.
+    fn over(&self, file: Option<&SceneFile>, sun: SunFlags) -> Result<Scene> {
+        let preset = || Scene::preset(self.preset.unwrap_or_default());
+        let mut scene = file.map_or_else(preset, |file| file.scene.clone());
         self.lay_over(&mut scene);
-        file.validate(&scene)?;
-        self.place_sun(&mut scene, file.sun_from)?;
+        set(&mut scene.sun.elevation, sun.sun_elevation);
+        file.map_or_else(|| scene.validate(), |file| file.validate(&scene))?;
+        self.place_sun(&mut scene, file.map(|file| file.sun_from).unwrap_or_default(), sun)?;
         Ok(scene)
     }
 
     /// The sun at the place and the time of the flags, or else of the file; its own flags take the place of either.
-    fn place_sun(&self, scene: &mut Scene, from_file: PlaceAndTime) -> Result<()> {
+    fn place_sun(&self, scene: &mut Scene, from_file: PlaceAndTime, sun: SunFlags) -> Result<()> {
         let place = self.place.or(from_file.place);
-        let time = self.time.or(from_file.time);
+        let time = sun.time.or(from_file.time);
         place_sun(scene, PlaceAndTime { place, time })?;
-        set(&mut scene.sun.elevation, self.sun_elevation);
+        set(&mut scene.sun.elevation, sun.sun_elevation);
         set(&mut scene.sun.azimuth, self.sun_azimuth);
         Ok(())
     }
 
     fn lay_over(&self, scene: &mut Scene) {
-        set(&mut scene.sun.elevation, self.sun_elevation);
         set(&mut scene.sun.azimuth, self.sun_azimuth);
         scene.sun.disc |= self.sun_disc;
         set(&mut scene.observer.altitude, self.altitude);
@@ -339,6 +410,67 @@ impl RenderArguments {
             spectral: self.spectral,
             wavelengths: self.wavelengths.as_ref().map(|wavelengths| wavelengths.to_vec()),
             sky_light: self.json,
+        }
+    }
+}
+
+impl SequenceArguments {
+    /// Every frame of the sequence, whichever of them are to be rendered.
+    pub fn frames(&self) -> Result<Vec<Frame>> {
+        let file = self.sky.read(self.scene.as_deref())?;
+        let suns = self.suns(file.as_ref().and_then(|file| file.sun_from.place))?;
+        let scenes: Vec<_> = suns.into_iter().map(|sun| self.sky.over(file.as_ref(), sun)).collect::<Result<_>>()?;
+        sequence::frames(scenes, &self.output)
+    }
+
+    /// The frames that are to be rendered, in the order of their numbers.
+    pub fn chosen(&self, frames: &[Frame]) -> Result<Vec<Frame>> {
+        let parts: Vec<_> = self.frames.iter().filter_map(FrameChoice::part).collect();
+        if let Some((first, last)) = parts.iter().find(|(_, last)| *last as usize >= frames.len()) {
+            let count = frames.len();
+            return Err(Error::request(format!(
+                "--frames {first}-{last}: the sequence has {count} frames, with the numbers 0 to {}",
+                count - 1
+            )));
+        }
+        let is_chosen =
+            |frame: &&Frame| parts.is_empty() || parts.iter().any(|(a, b)| (*a..=*b).contains(&frame.number));
+        Ok(frames.iter().filter(is_chosen).cloned().collect())
+    }
+
+    /// The sun of each frame; `place` is that of the scene file.
+    fn suns(&self, place: Option<Place>) -> Result<Vec<SunFlags>> {
+        let counts: Vec<u32> = self.frames.iter().filter_map(FrameChoice::count).collect();
+        if let Some(elevations) = &self.sun_elevation {
+            return match counts[..] {
+                [] => Ok(elevations.iter().map(|&e| SunFlags { sun_elevation: Some(e), time: None }).collect()),
+                [count, ..] => Err(Error::request(format!(
+                    "--frames {count}: the steps of --sun-elevation say how many frames there are; only parts such as --frames 0-9 \
+                     are allowed with it"
+                ))),
+            };
+        }
+        let (from, to) = self.from.zip(self.to).expect("without elevations the two times are required");
+        if from >= to {
+            return Err(Error::request(format!("--to {to} must be later than --from {from}")));
+        }
+        if self.sky.place.or(place).is_none() {
+            return Err(Error::request("--from and --to need a place: give --place (sun.place) too"));
+        }
+        match counts[..] {
+            [count @ 2..=MOST_FRAMES] => {
+                let at = |time| SunFlags { sun_elevation: None, time: Some(time) };
+                Ok(evenly(from, to, count).map(at).collect())
+            }
+            [count] => Err(Error::request(format!(
+                "--frames {count}: from --from to --to there must be 2 to {MOST_FRAMES} frames"
+            ))),
+            [] => {
+                Err(Error::request("--from and --to need --frames N, such as --frames 48: how many frames there are"))
+            }
+            [first, second, ..] => Err(Error::request(format!(
+                "--frames {first} and --frames {second}: how many frames there are is said once"
+            ))),
         }
     }
 }

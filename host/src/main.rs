@@ -4,6 +4,7 @@ mod cli;
 mod progress;
 mod reports;
 mod scenes;
+mod sequences;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
     let _ = ctrlc::set_handler(interrupted);
     let result = match arguments.command {
         Command::Render(arguments) => render_command(&arguments),
+        Command::Sequence(arguments) => sequences::run(&arguments),
         Command::Spectrum(arguments) => spectrum_command(&arguments),
         Command::Bands(arguments) => reports::bands(&arguments),
         Command::Reproduce(arguments) => reports::reproduce(&arguments),

@@ -5,7 +5,8 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use indicatif::ProgressBar;
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
+use sorairo::sequence::Ended;
 
 /// Silence before the first sign.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -64,5 +65,75 @@ impl Drop for Progress {
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
+    }
+}
+
+/// Shows on standard error how far a sequence is, how fast, and how long it will take, until dropped: as a bar on a terminal,
+/// in lines elsewhere.
+pub struct FrameProgress {
+    /// Its length is the frames that are not known to be there already.
+    bar: ProgressBar,
+    skipped: u64,
+    start: Instant,
+    last_line: Instant,
+}
+
+impl FrameProgress {
+    /// Least time between two lines.
+    const BETWEEN_LINES: Duration = Duration::from_secs(2);
+
+    /// Starts to count this many frames.
+    pub fn start(frames: usize) -> Self {
+        let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} frames, {rate}, {eta} left{msg}")
+            .expect("the template is well formed")
+            .with_key("rate", |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+                // A number that cannot be shown is no reason to stop.
+                let _ = write!(text, "{:.1} frames/s", state.per_sec());
+            });
+        let bar = ProgressBar::new(frames as u64).with_style(style);
+        bar.enable_steady_tick(Duration::from_millis(500));
+        let start = Instant::now();
+        Self { bar, skipped: 0, start, last_line: start }
+    }
+
+    /// Counts a frame.
+    pub fn ended(&mut self, how: Ended) {
+        match how {
+            Ended::Rendered => self.bar.inc(1),
+            Ended::Found => {
+                self.skipped += 1;
+                self.bar.set_length(self.bar.length().unwrap_or(0).saturating_sub(1));
+                self.bar.set_message(format!(", {} skipped", self.skipped));
+            }
+        }
+        // Few lines, of however long a sequence: the next after a tenth of the time so far.
+        if self.bar.is_hidden() && self.last_line.elapsed() >= Self::BETWEEN_LINES.max(self.start.elapsed() / 10) {
+            self.last_line = Instant::now();
+            self.line();
+        }
+    }
+
+    fn line(&self) {
+        let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
+        let rate = done as f64 / self.start.elapsed().as_secs_f64();
+        let left = match done {
+            0 => String::new(),
+            _ => {
+                let seconds = (all.saturating_sub(done) as f64 / rate).ceil();
+                format!(", {} left", HumanDuration(Duration::from_secs(seconds as u64)))
+            }
+        };
+        // A closed standard error is no reason to stop.
+        let _ = writeln!(
+            std::io::stderr().lock(),
+            "sorairo: {done} of {all} frames, {rate:.1} frames/s{left}; {} skipped",
+            self.skipped
+        );
+    }
+}
+
+impl Drop for FrameProgress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
     }
 }

@@ -163,6 +163,15 @@ impl TableFile {
         &self.path
     }
 
+    /// The CRC-32 of what it holds, by which a file that has changed is told from before.
+    pub fn checksum(&self) -> u32 {
+        let Table { wavelengths, values } = &*self.table;
+        let mut hasher = crc32fast::Hasher::new();
+        let numbers = wavelengths.iter().zip(values).flat_map(|(wavelength, [value])| [wavelength, value]);
+        numbers.for_each(|number| hasher.update(&number.to_le_bytes()));
+        hasher.finalize()
+    }
+
     /// What it holds.
     pub fn table(&self) -> &Table<1> {
         &self.table

@@ -84,7 +84,7 @@ pub fn disc_in_pixel(frame: &Frame, colour: &[Vec4], column: u32, row: u32, vari
             sum += radiance * solid_angle_density(&frame.camera, projection, position);
             i += 1;
         }
-        sum = sum * (step.x * step.y / of_pixel(frame, projection, corner + Vec2::splat(0.5)));
+        sum *= step.x * step.y / of_pixel(frame, projection, corner + Vec2::splat(0.5));
     }
     sum
 }

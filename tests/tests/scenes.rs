@@ -322,7 +322,7 @@ fn completions_and_manual_name_every_command_and_flag() {
     let folder = folder();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = succeed(folder.path(), &["completions", shell]).stdout;
-        for word in ["render", "spectrum", "sun-elevation", "place"] {
+        for word in ["render", "sequence", "spectrum", "sun-elevation", "place", "frames"] {
             assert!(script.contains(word), "{shell}: no {word}");
         }
     }
@@ -334,6 +334,6 @@ fn completions_and_manual_name_every_command_and_flag() {
     for word in ["sorairo\\-render", "\\-\\-sun\\-elevation", "Elevation of the sun above the horizon (degrees)"] {
         assert!(render.contains(word), "no {word} in {render}");
     }
-    assert!(refusal(folder.path(), &["man", "moon"])[0].contains("render, spectrum"));
+    assert!(refusal(folder.path(), &["man", "moon"])[0].contains("render, sequence, spectrum"));
     assert_eq!(run(folder.path(), &["completions", "moon"]).code, Some(2));
 }

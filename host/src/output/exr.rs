@@ -1,6 +1,9 @@
 //! Linear images in OpenEXR, written line by line.
 
-use std::io::{self, BufWriter, Seek, Write};
+use std::collections::HashMap;
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+
+use crc32fast::Hasher;
 
 use exr::block::writer::{ChunkWriter, ChunksWriter};
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -11,11 +14,11 @@ use exr::prelude::{Compression, Error, LayerAttributes, SmallVec, Vec2, attribut
 use rayon::prelude::*;
 use sorairo_shared::math::half_bits;
 
-use super::signature::{SCENE, SOFTWARE};
+use super::signature::{CHECKSUM, SCENE, SOFTWARE, scene_text};
 use super::spectral::{self, channel_name};
 use crate::irradiance::LUMENS_PER_WATT;
 use crate::plan::colour_space::chromaticities;
-use crate::scene::{self, ColorObserver, ExrDepth, Render, Rgb, Scene, SunSpectrum, WhiteBalance};
+use crate::scene::{ColorObserver, ExrDepth, Render, Rgb, Scene, SunSpectrum, WhiteBalance};
 
 /// What a file says about its colours.
 struct Labels<'a> {
@@ -89,29 +92,59 @@ pub(super) fn header(width: u32, height: u32, scene: &Scene, wavelengths: &[f64]
         names.iter().map(|name| ChannelDescription::named(name.as_str(), sample_type)).collect();
     let labels = Labels { render: &scene.render, sun: &scene.sun.spectrum };
     let mut attributes = labels.layer();
+    let mut others = vec![(CHECKSUM, AttributeValue::I32(0))];
     if !wavelengths.is_empty() {
-        spectral::describe(&mut attributes);
+        others.extend(spectral::attributes());
     }
+    attributes.other = in_order(&others);
     let size = (width as usize, height as usize);
     let mut shared = ImageAttributes::with_size(size);
     shared.chromaticities = Some(labels.chromaticities());
-    shared.other.insert(SCENE.into(), AttributeValue::Text(scene::file::text(scene).as_str().into()));
+    shared.other.insert(SCENE.into(), AttributeValue::Text(scene_text(scene).as_str().into()));
     Header::new(Text::from("sky"), size, channels)
         .with_encoding(Compression::RLE, BlockDescription::ScanLines, LineOrder::Increasing)
         .with_attributes(attributes)
         .with_shared_attributes(shared)
 }
 
+/// Attributes as a map that hands them out in this order. A header's attributes are written in the order of their map, which is another
+/// for every map: so that equal images are equal files, maps are made until one has the right order.
+fn in_order(attributes: &[(&str, AttributeValue)]) -> HashMap<Text, AttributeValue> {
+    let named = || attributes.iter().map(|(name, value)| (Text::from(*name), value.clone()));
+    loop {
+        let map: HashMap<_, _> = named().collect();
+        if map.keys().cloned().eq(named().map(|(name, _)| name)) {
+            return map;
+        }
+    }
+}
+
 /// Writes a file of one line a block; `fill` gets a place that takes lines from the top.
-pub(super) fn encode<W: Write + Seek>(
+pub(super) fn encode<W: Read + Write + Seek>(
     output: &mut BufWriter<W>,
     header: Header,
     fill: impl FnOnce(&mut Lines<'_, '_, W>) -> io::Result<()>,
 ) -> io::Result<()> {
-    let written = exr::block::write(output, [header].into_iter().collect(), true, |meta, writer| {
-        fill(&mut Lines { meta: &meta, writer, next: 0 }).map_err(Error::Io)
+    let mut checksum = Hasher::new();
+    let written = exr::block::write(&mut *output, [header].into_iter().collect(), true, |meta, writer| {
+        fill(&mut Lines { meta: &meta, writer, checksum: &mut checksum, next: 0 }).map_err(Error::Io)
     });
-    written.map_err(plain)
+    written.map_err(plain)?;
+    write_checksum(output, checksum.finalize())
+}
+
+/// Puts the checksum, which is known once the lines are written, into its attribute in the header.
+fn write_checksum<W: Read + Write + Seek>(output: &mut BufWriter<W>, checksum: u32) -> io::Result<()> {
+    // Longer than any header of this program, whose longest parts are 512 bands and the names of three files.
+    const HEADER: u64 = 1 << 16;
+    let attribute = [CHECKSUM.as_bytes(), b"\0int\0\x04\0\0\0"].concat();
+    output.rewind()?;
+    let mut start = Vec::new();
+    Read::take(output.get_mut(), HEADER).read_to_end(&mut start)?;
+    let at = start.windows(attribute.len()).position(|bytes| bytes == attribute);
+    let at = at.ok_or_else(|| io::Error::other("the header has no checksum"))?;
+    output.seek(SeekFrom::Start((at + attribute.len()) as u64))?;
+    output.write_all(&checksum.to_le_bytes())
 }
 
 fn plain(error: Error) -> io::Error {
@@ -125,6 +158,7 @@ fn plain(error: Error) -> io::Error {
 pub(super) struct Lines<'a, 'w, W: Write + Seek> {
     meta: &'a MetaData,
     writer: &'a mut ChunkWriter<&'w mut BufWriter<W>>,
+    checksum: &'a mut Hasher,
     next: usize,
 }
 
@@ -140,10 +174,14 @@ impl<W: Write + Seek> Lines<'_, '_, W> {
                 pixel_size: Vec2(width, 1),
                 level: Vec2(0, 0),
             };
-            UncompressedBlock { index, data: bytes(line) }.compress_to_chunk(&self.meta.headers)
+            let data = bytes(line);
+            let mut checksum = Hasher::new();
+            checksum.update(&data);
+            (checksum, UncompressedBlock { index, data }.compress_to_chunk(&self.meta.headers))
         };
         let chunks: Vec<_> = (0..lines).into_par_iter().map(compress).collect();
-        for (line, chunk) in chunks.into_iter().enumerate() {
+        for (line, (checksum, chunk)) in chunks.into_iter().enumerate() {
+            self.checksum.combine(&checksum);
             self.writer.write_chunk(next + line, chunk.map_err(plain)?).map_err(plain)?;
         }
         self.next += lines;

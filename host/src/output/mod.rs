@@ -66,6 +66,19 @@ pub fn check_writable(path: &Path) -> Result<()> {
     }
 }
 
+/// Makes the folder of a file where it is missing.
+///
+/// # Errors
+///
+/// [`Error::Request`] if it cannot be made.
+pub fn make_folder(path: &Path) -> Result<()> {
+    let folder = folder(path);
+    std::fs::create_dir_all(&folder).map_err(|error| {
+        let (path, folder, reason) = (path.display(), folder.display(), plain(&error));
+        Error::request(format!("-o {path}: the folder {folder} cannot be made: {reason}"))
+    })
+}
+
 /// Checks, before any work, that a file is not certain to fill its disk: that the disk has room for the least that the file's
 /// compression can leave. A spectral file holds radiance at so many wavelengths.
 ///

@@ -8,11 +8,11 @@ use rayon::prelude::*;
 use sorairo_shared::color::{into_gamut, srgb8};
 use sorairo_shared::glam::Vec3;
 
-use super::signature::{SCENE, SOFTWARE};
+use super::signature::{SCENE, SOFTWARE, scene_text};
 use super::{Staged, stage};
 use crate::error::Result;
 use crate::plan::colour_space::ColourSpace;
-use crate::scene::{self, Scene};
+use crate::scene::Scene;
 
 /// The bytes (red, green, blue) of packed pixels.
 pub fn unpack(pixels: &[u32]) -> Vec<u8> {
@@ -70,7 +70,7 @@ pub(super) fn encode(
     encoder.set_filter(Filter::Sub);
     encoder.add_itxt_chunk("Software".into(), SOFTWARE.into()).map_err(plain)?;
     if let Some(scene) = scene {
-        encoder.add_itxt_chunk(SCENE.into(), scene::file::text(scene)).map_err(plain)?;
+        encoder.add_itxt_chunk(SCENE.into(), scene_text(scene)).map_err(plain)?;
     }
     let mut writer = encoder.write_header().map_err(plain)?;
     let mut rows = writer.stream_writer().map_err(plain)?;

@@ -2,7 +2,6 @@
 //! Images* (JCGT 10(3), 2021, <http://jcgt.org/published/0010/03/01/>).
 
 use exr::meta::attribute::AttributeValue;
-use exr::prelude::LayerAttributes;
 
 /// The layout's only unit of emission, and why values per nanometre fit it.
 const UNIT_NOTE: &str = "each S0 channel holds the radiance of the band 1 nm wide around its wavelength: \
@@ -13,13 +12,10 @@ pub fn channel_name(wavelength: f64) -> String {
     format!("S0.{}nm", format!("{wavelength:.6}").replace('.', ","))
 }
 
-/// Says in a header that the file is a spectral image, and what its values are.
-pub(super) fn describe(attributes: &mut LayerAttributes) {
-    for (name, text) in
-        [("spectralLayoutVersion", "1.0"), ("emissiveUnits", "W.m^-2.sr^-1"), ("emissiveUnitsNote", UNIT_NOTE)]
-    {
-        attributes.other.insert(name.into(), AttributeValue::Text(text.into()));
-    }
+/// What says in a header that the file is a spectral image, and what its values are.
+pub(super) fn attributes() -> [(&'static str, AttributeValue); 3] {
+    [("spectralLayoutVersion", "1.0"), ("emissiveUnits", "W.m^-2.sr^-1"), ("emissiveUnitsNote", UNIT_NOTE)]
+        .map(|(name, text)| (name, AttributeValue::Text(text.into())))
 }
 
 #[cfg(test)]

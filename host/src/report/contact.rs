@@ -14,7 +14,7 @@ use crate::plan::Plan;
 use crate::scene::Size;
 use crate::sequence::Frame;
 
-/// Most frames on a sheet; of a longer sequence it shows as many, evenly spread.
+/// Most frames on a sheet; of a longer sequence it shows as many, evenly spread from the first to the last.
 const MOST: usize = 64;
 /// The longer side of a frame on the sheet (pixels).
 const SIDE: u32 = 192;
@@ -31,7 +31,8 @@ const GAP: u32 = 6;
 pub fn contact_sheet(path: &Path, frames: &[Frame], device: &mut Device) -> Result<()> {
     register_fonts();
     let shown = frames.len().min(MOST);
-    let frames: Vec<&Frame> = (0..shown).map(|i| &frames[i * frames.len() / shown]).collect();
+    let spread = |i: usize| i * (frames.len() - 1) / (shown - 1).max(1);
+    let frames: Vec<&Frame> = (0..shown).map(|i| &frames[spread(i)]).collect();
     let Some(first) = frames.first() else { return Ok(()) };
     let cell = small(first.scene.camera.size);
     let columns = (frames.len() as f64).sqrt().ceil() as u32;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use chrono::{DateTime, Datelike, FixedOffset};
+use chrono::{DateTime, Datelike, FixedOffset, TimeDelta};
 use documented::DocumentedFields;
 use solar_positioning::{Location, SolarPositions, delta_t};
 
@@ -26,7 +26,7 @@ pub struct Place {
 }
 
 /// A moment, with its offset from UTC.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Time(DateTime<FixedOffset>);
 
 impl FromStr for Place {
@@ -64,6 +64,19 @@ impl fmt::Display for Time {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0.to_rfc3339())
     }
+}
+
+/// Moments from one to another, both included, evenly spaced to the nanosecond; at least two.
+pub fn evenly(from: Time, to: Time, count: u32) -> impl Iterator<Item = Time> {
+    const SECOND: i128 = 1_000_000_000;
+    let span = to.0 - from.0;
+    let span = i128::from(span.num_seconds()) * SECOND + i128::from(span.subsec_nanos());
+    let last = i128::from(count.max(2) - 1);
+    (0..=last).map(move |i| {
+        let after = span * i / last;
+        let (seconds, nanoseconds) = (after.div_euclid(SECOND) as i64, after.rem_euclid(SECOND) as u32);
+        Time(from.0 + TimeDelta::new(seconds, nanoseconds).expect("less than a second of nanoseconds"))
+    })
 }
 
 /// Elevation and azimuth of the sun's centre (degrees; azimuth clockwise from north, 0 to 360), by the Solar Position Algorithm
@@ -131,6 +144,16 @@ mod tests {
     fn a_moment_is_the_same_in_every_time_zone() {
         let there = sun("43.06,141.35", "2026-06-21T04:30:00+09:00", 0.0);
         assert_eq!(there, sun("43.06,141.35", "2026-06-20T19:30:00Z", 0.0));
+    }
+
+    #[test]
+    fn moments_are_evenly_spaced_and_include_both_ends() {
+        let time = |text: &str| text.parse::<Time>().unwrap();
+        let moments: Vec<_> = evenly(time("2026-06-21T23:00:00+09:00"), time("2026-06-21T15:00:01Z"), 4).collect();
+        let expected =
+            ["23:00:00", "23:20:00.333333333", "23:40:00.666666666"].map(|of_day| format!("2026-06-21T{of_day}+09:00"));
+        assert_eq!(moments[..3], expected.map(|text| time(&text)));
+        assert_eq!(moments[3..], [time("2026-06-22T00:00:01+09:00")]);
     }
 
     #[test]

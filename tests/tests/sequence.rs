@@ -1,0 +1,365 @@
+//! Sequences: what their frames show, which of them are rendered again, and what a part, a failure and an interruption leave.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant, SystemTime};
+
+use serde_json::Value;
+use sorairo::output::{Format, is_finished};
+use sorairo::scene::Scene;
+use sorairo_tests::program::{Ended, command, contents, read_png, run, succeed};
+use tempfile::{TempDir, tempdir};
+
+/// Ten frames, each a picture and a linear image.
+const TEN: &str = "sequence --device cpu --size 48x24 --sun-elevation -6:12:2 -o f/sky.####.png -o f/sky.####.exr";
+
+fn folder() -> TempDir {
+    tempdir().expect("a folder for temporary files")
+}
+
+fn words(line: &str) -> Vec<&str> {
+    line.split(' ').collect()
+}
+
+/// Runs a sequence successfully, and gives its summary.
+fn sequence(folder: &Path, line: &str) -> Value {
+    let ended = succeed(folder, &[&words(line)[..], &["--json"]].concat());
+    assert_eq!(ended.stdout.lines().count(), 1, "{}", ended.stdout);
+    serde_json::from_str(&ended.stdout).expect("JSON")
+}
+
+/// Frames that a run rendered and skipped.
+fn counts(summary: &Value) -> (u64, u64) {
+    let count = |key: &str| summary[key].as_u64().unwrap_or_else(|| panic!("{key}: {summary}"));
+    (count("rendered"), count("skipped"))
+}
+
+/// When each file of a folder took its place.
+fn times(folder: &Path) -> BTreeMap<String, SystemTime> {
+    let name = |name: &String| (name.clone(), std::fs::metadata(folder.join(name)).unwrap().modified().unwrap());
+    contents(folder).keys().map(name).collect()
+}
+
+/// The frames that have a file with another time than before, and those that had none.
+fn touched(folder: &Path, before: &BTreeMap<String, SystemTime>) -> Vec<String> {
+    let mut frames: Vec<_> = times(folder)
+        .iter()
+        .filter(|(name, time)| before.get(*name) != Some(time))
+        .filter_map(|(name, _)| Some(name.strip_prefix("sky.")?.split('.').next()?.to_owned()))
+        .collect();
+    frames.dedup();
+    frames
+}
+
+#[test]
+fn every_frame_is_byte_for_byte_the_rendering_of_its_scene() {
+    for device in ["cpu", "gpu"] {
+        let folder = folder();
+        let common = ["--size", "64x32", "--altitude", "1", "--sun-azimuth", "30", "--device", device];
+        let elevations = ["sequence", "--sun-elevation", "0.3:-0.3:0.1", "-o", "frames/sky.##.png", "-o", "e/#.exr"];
+        let ended = succeed(folder.path(), &[&elevations[..], &common].concat());
+        assert!(ended.stdout.is_empty() && ended.stderr.contains("7 frames rendered, 0 skipped, of 7"), "{ended:?}");
+        let frames = contents(&folder.path().join("frames"));
+        let linear = contents(&folder.path().join("e"));
+        assert_eq!(
+            frames.keys().collect::<Vec<_>>(),
+            [
+                "contact.png",
+                "sky.00.png",
+                "sky.01.png",
+                "sky.02.png",
+                "sky.03.png",
+                "sky.04.png",
+                "sky.05.png",
+                "sky.06.png"
+            ]
+        );
+        for (number, elevation) in ["0.3", "0.2", "0.1", "0", "-0.1", "-0.2", "-0.3"].iter().enumerate() {
+            let one = ["render", "--sun-elevation", elevation, "-o", "one.png", "-o", "one.exr"];
+            succeed(folder.path(), &[&one[..], &common].concat());
+            let one = contents(folder.path());
+            assert!(frames[&format!("sky.{number:02}.png")] == one["one.png"], "{device}: picture of {elevation}");
+            assert!(linear[&format!("{number}.exr")] == one["one.exr"], "{device}: linear image of {elevation}");
+        }
+    }
+}
+
+#[test]
+fn through_time_each_frame_is_the_rendering_at_its_place_and_moment() {
+    let folder = folder();
+    let common = ["--place", "43.06,141.35", "--size", "32x16", "--device", "cpu"];
+    let line = "sequence --from 2026-06-21T03:30:00+09:00 --to 2026-06-20T20:00:00Z --frames 4 -o t/#.exr";
+    succeed(folder.path(), &[&words(line)[..], &common].concat());
+    let frames = contents(&folder.path().join("t"));
+    assert_eq!(frames.keys().collect::<Vec<_>>(), ["0.exr", "1.exr", "2.exr", "3.exr", "contact.png"]);
+    // Every half hour, whatever the offset from UTC is written as.
+    for (number, time) in ["03:30:00+09:00", "04:00:00+09:00", "04:30:00+09:00", "05:00:00+09:00"].iter().enumerate() {
+        let time = format!("2026-06-21T{time}");
+        succeed(folder.path(), &[&["render", "--time", &time, "-o", "one.exr"], &common[..]].concat());
+        assert!(frames[&format!("{number}.exr")] == contents(folder.path())["one.exr"], "{time}");
+    }
+    // A scene file may name the place.
+    std::fs::write(folder.path().join("scene.toml"), "[sun]\nplace = '43.06,141.35'").unwrap();
+    let summary = sequence(folder.path(), &format!("{line} --scene scene.toml --size 32x16 --device cpu"));
+    assert_eq!(counts(&summary), (0, 4), "{summary}");
+}
+
+#[test]
+fn only_frames_that_are_missing_damaged_or_of_another_scene_are_rendered_again() {
+    let folder = folder();
+    let frames = folder.path().join("f");
+    let first = sequence(folder.path(), TEN);
+    assert_eq!((counts(&first), first["contact_sheet"].as_str()), ((10, 0), Some("f/contact.png")));
+    let whole = contents(&frames);
+
+    let before = times(&frames);
+    assert_eq!(counts(&sequence(folder.path(), TEN)), (0, 10));
+    assert_eq!(touched(&frames, &before), [""; 0]);
+
+    let spoil = |name: &str, change: &dyn Fn(&mut Vec<u8>)| {
+        let mut bytes = whole[name].clone();
+        change(&mut bytes);
+        std::fs::write(frames.join(name), bytes).unwrap();
+    };
+    std::fs::remove_file(frames.join("sky.0001.png")).unwrap();
+    spoil("sky.0003.exr", &|bytes| bytes.truncate(bytes.len() - 1));
+    spoil("sky.0004.png", &|bytes| bytes.truncate(bytes.len() - 1));
+    spoil("sky.0006.png", &|bytes| bytes.clear());
+    spoil("sky.0007.exr", &|bytes| *bytes.last_mut().unwrap() ^= 1);
+    // A picture of another moment.
+    spoil("sky.0008.png", &|bytes| bytes.clone_from(&whole["sky.0009.png"]));
+    let before = times(&frames);
+    assert_eq!(counts(&sequence(folder.path(), TEN)), (6, 4));
+    assert_eq!(touched(&frames, &before), ["0001", "0003", "0004", "0006", "0007", "0008"]);
+    assert!(contents(&frames) == whole);
+
+    let before = times(&frames);
+    let hazier = format!("{TEN} --preset hazy --frames 2-3 --frames 5-5");
+    assert_eq!(counts(&sequence(folder.path(), &hazier)), (3, 0));
+    assert_eq!(touched(&frames, &before), ["0002", "0003", "0005"]);
+    assert_eq!(counts(&sequence(folder.path(), TEN)), (3, 7));
+    assert!(contents(&frames) == whole);
+}
+
+#[test]
+fn a_file_with_any_byte_missing_or_any_byte_of_its_pixels_changed_is_not_finished() {
+    let folder = folder();
+    let line = "sequence --device cpu --size 12x6 --sun-elevation 5:5:1 -o #.png -o #.exr";
+    succeed(folder.path(), &words(line));
+    let mut scene = Scene::default();
+    (scene.sun.elevation, scene.camera.size) = (5.0, "12x6".parse().unwrap());
+    let whole = contents(folder.path());
+    let spoilt = folder.path().join("spoilt");
+    std::fs::create_dir(&spoilt).unwrap();
+    for name in ["0.png", "0.exr"] {
+        let (bytes, path) = (&whole[name], spoilt.join(name));
+        let is_finished = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).unwrap();
+            is_finished(&path, Format::of(&path, false).unwrap(), &scene, &[])
+        };
+        assert!(is_finished(bytes), "{name}");
+        for length in 0..bytes.len() {
+            assert!(!is_finished(&bytes[..length]), "{name}, the first {length} of {} bytes", bytes.len());
+        }
+        // Of an EXR's header only what names the program and the scene is compared. The lines stand at its end, each with number
+        // and length: three lit ones of 12 bytes a pixel, which so few do not compress, and three black ones of 6 bytes.
+        let lines = 3 * (8 + 12 * 12) + 3 * (8 + 6);
+        let first = if name == "0.png" { 0 } else { bytes.len() - lines };
+        for at in first..bytes.len() {
+            let mut changed = bytes.clone();
+            changed[at] ^= 0x10;
+            assert!(!is_finished(&changed), "{name}, byte {at} of {} changed", bytes.len());
+        }
+    }
+}
+
+#[test]
+fn frames_are_rendered_again_when_a_table_of_ones_own_holds_something_else() {
+    let folder = folder();
+    std::fs::write(folder.path().join("scene.toml"), "[sun]\nspectrum = 'sun.csv'").unwrap();
+    let line = "sequence --device cpu --scene scene.toml --size 16x8 --sun-elevation 0:2:1 -o #.exr";
+    for (table, expected) in [("300,1\n900,1", (3, 0)), ("300,1\n900,1\n", (0, 3)), ("300,1\n900,2", (3, 0))] {
+        std::fs::write(folder.path().join("sun.csv"), table).unwrap();
+        assert_eq!(counts(&sequence(folder.path(), line)), expected, "{table:?}");
+    }
+}
+
+#[test]
+fn parts_by_two_processes_are_the_whole_and_the_last_leaves_the_contact_sheet() {
+    let (whole, parts) = (folder(), folder());
+    sequence(whole.path(), TEN);
+    // While a frame is missing there is no sheet.
+    let first = sequence(parts.path(), &format!("{TEN} --frames 5-9"));
+    assert_eq!((counts(&first), &first["contact_sheet"]), ((5, 0), &Value::Null));
+    assert!(!parts.path().join("f/contact.png").exists());
+    let start = |part: &str| {
+        command(parts.path(), &words(&format!("{TEN} --frames {part}")))
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts")
+    };
+    for child in [start("0-4"), start("5-9")] {
+        let ended: Ended = child.wait_with_output().unwrap().into();
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    }
+    assert!(contents(&parts.path().join("f")) == contents(&whole.path().join("f")));
+}
+
+#[test]
+fn the_contact_sheet_shows_at_most_64_frames_and_the_sky() {
+    let folder = folder();
+    let summary = sequence(folder.path(), "sequence --device cpu --size 8x4 --sun-elevation 0:70:1 -o #.png");
+    assert_eq!((counts(&summary), summary["contact_sheet"].as_str()), ((71, 0), Some("contact.png")));
+    let sheet = read_png(&folder.path().join("contact.png"));
+    // Eight by eight cells of 192 by 96 pixels, 20 for a label below each, gaps of 6.
+    assert_eq!((sheet.width, sheet.height), (6 + 8 * 198, 6 + 8 * 122));
+    let blue = |column: usize, row: usize| sheet.at(6 + 198 * column + 96, 6 + 122 * row + 5);
+    for (column, row) in [(0, 1), (7, 1), (3, 4), (0, 7), (7, 7)] {
+        let [red, _, blue] = blue(column, row);
+        assert!(red > 0 && blue > red, "the zenith of frame {column}, {row} is blue: {red} {blue}");
+    }
+    let dark = |pixels: &[u8]| pixels.iter().filter(|&&value| value < 128).count();
+    let labels: Vec<u8> = (102..122)
+        .flat_map(|row| (0..sheet.width).flat_map(move |x| [(x, row)]))
+        .flat_map(|(x, y)| sheet.at(x, y))
+        .collect();
+    assert!(dark(&labels) > 100, "no labels");
+}
+
+#[test]
+fn a_wrong_sequence_exits_with_2_and_one_sentence() {
+    let there = folder();
+    std::fs::write(there.path().join("taken"), "").unwrap();
+    let range = "--from 2026-06-21T04:00:00Z --to 2026-06-21T05:00:00Z";
+    let from_to = |rest: &str| format!("{range} {rest}");
+    let table: &[(&str, &[&str])] = &[
+        ("", &["--sun-elevation", "--from", "--help"]),
+        ("--sun-elevation 5", &["--sun-elevation", "\"5\"", "A:B:STEP"]),
+        ("--sun-elevation 0:5:0", &["--sun-elevation", "0:5:0", "A:B:STEP"]),
+        ("--sun-elevation 0:5:-1", &["--sun-elevation", "0:5:-1", "A:B:STEP"]),
+        ("--sun-elevation 0:90:1e-9", &["--sun-elevation", "at most 100000"]),
+        ("--sun-elevation 80:100:5", &["--sun-elevation", "95", "between -90 and 90"]),
+        ("--sun-elevation 0:5:1 --place 43,141", &["--sun-elevation", "--place", "cannot be used"]),
+        ("--sun-elevation 0:5:1 --frames 6", &["--frames 6", "--sun-elevation"]),
+        ("--sun-elevation 0:5:1 --frames 3-6", &["--frames 3-6", "6 frames", "0 to 5"]),
+        ("--sun-elevation 0:5:1 --frames 5-3", &["--frames", "5-3", "0-9"]),
+        ("--sun-elevation 0:5:1 --frames some", &["--frames", "some", "48"]),
+        ("--sun-elevation 0:5:1 -o sky.png", &["-o sky.png", "#", "sky.####.exr"]),
+        ("--sun-elevation 0:5:1 -o a#b#.png", &["-o a#b#.png", "one run of #"]),
+        ("--sun-elevation 0:5:1 -o sky.#.jpg", &["-o sky.#.jpg", ".png or .exr"]),
+        ("--sun-elevation 0:5:1 -o #.png -o #.png", &["-o 0.png", "a name of its own"]),
+        ("--sun-elevation 0:5:1 -o taken/#.png", &["-o taken/0.png", "folder taken cannot be made"]),
+        ("--sun-elevation 0:5:1 --altitude -1", &["--altitude", "-1", "between 0 and 100000 km"]),
+        ("--sun-elevation 0:5:1 --device abacus", &["--device", "abacus", "auto", "cpu"]),
+        ("--from noon", &["--from", "noon", "offset from UTC"]),
+        ("--from 2026-06-21T04:00:00Z", &["--to", "required"]),
+        (&from_to("--frames 3"), &["--from and --to", "--place"]),
+        (&from_to("--place 43,141"), &["--from and --to", "--frames N"]),
+        (&from_to("--place 43,141 --frames 0-9"), &["--from and --to", "--frames N"]),
+        (&from_to("--place 43,141 --frames 1"), &["--frames 1", "2 to 100000"]),
+        (&from_to("--place 43,141 --frames 100001"), &["--frames 100001", "2 to 100000"]),
+        (&from_to("--place 43,141 --frames 3 --frames 4"), &["--frames 3", "--frames 4", "once"]),
+        (&from_to("--place 43,141 --frames 3 --sun-elevation 0:5:1"), &["--sun-elevation", "--from", "cannot be used"]),
+        (&from_to("--place 43,141 --frames 3 --sun-azimuth 5"), &["--sun-azimuth", "cannot be used"]),
+        (
+            "--from 2026-06-21T05:00:00Z --to 2026-06-21T13:59:00+09:00 --place 43,141 --frames 3",
+            &["--to 2026-06-21T13:59:00+09:00", "later", "--from 2026-06-21T05:00:00"],
+        ),
+    ];
+    for (flags, named) in table {
+        let device = if flags.contains("--device") { "" } else { " --device cpu" };
+        let line = format!("sequence {flags}{device}");
+        let ended = run(there.path(), &line.split_whitespace().collect::<Vec<_>>());
+        assert_eq!((ended.code, &ended.stdout[..]), (Some(2), ""), "{flags}: {}", ended.stderr);
+        match ended.stderr.strip_prefix("sorairo: ") {
+            Some(sentence) => assert_eq!(sentence.trim_end().lines().count(), 1, "{flags}: {sentence}"),
+            // The parser of the flags adds where to find help.
+            None => assert!(ended.stderr.starts_with("error: ") && ended.stderr.contains("--help"), "{}", ended.stderr),
+        }
+        for part in *named {
+            assert!(ended.stderr.contains(part), "{flags}: no {part:?} in {}", ended.stderr);
+        }
+        assert_eq!(contents(there.path()).keys().collect::<Vec<_>>(), ["taken"], "{flags}");
+    }
+}
+
+#[test]
+fn a_failure_names_its_frame_and_leaves_the_frames_before_it() {
+    let folder = folder();
+    let frames = folder.path().join("f");
+    std::fs::create_dir_all(frames.join("sky.0003.png")).unwrap();
+    let ended = run(folder.path(), &words(TEN));
+    assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+    assert_eq!(ended.stderr, "sorairo: frame 3: -o f/sky.0003.png cannot be written: it is a folder\n");
+    let left: Vec<_> = contents(&frames).into_keys().collect();
+    let expected = [0, 1, 2].map(|n| [format!("sky.000{n}.exr"), format!("sky.000{n}.png")]).concat();
+    assert_eq!(left, [&expected[..], &["sky.0003.png".into()]].concat());
+    std::fs::remove_dir(frames.join("sky.0003.png")).unwrap();
+    assert_eq!(counts(&sequence(folder.path(), TEN)), (7, 3));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interruption_leaves_whole_frames_from_which_the_next_run_goes_on() {
+    let folder = folder();
+    let frames = folder.path().join("f");
+    let long = "sequence --device cpu --size 640x320 --sun-elevation 0:90:0.1 -o f/####.png -o f/####.exr";
+    let child = command(folder.path(), &words(long)).stderr(Stdio::piped()).spawn().expect("the program starts");
+    let began = Instant::now();
+    while !frames.join("0002.png").exists() {
+        assert!(began.elapsed() < Duration::from_secs(60), "no third frame");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let sent = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    let ended: Ended = child.wait_with_output().unwrap().into();
+    assert_eq!(ended.code, Some(130), "{}", ended.stderr);
+    assert!(
+        ended.stderr.ends_with("sorairo: interrupted; files that were not finished are removed\n"),
+        "{}",
+        ended.stderr
+    );
+    let left = contents(&frames);
+    assert!(
+        left.len() >= 5 && left.len() < 1800 && left.keys().all(|name| !name.starts_with('.')),
+        "{:?}",
+        left.keys()
+    );
+    let summary = sequence(folder.path(), &format!("{long} --frames 0-2"));
+    // The third picture may have taken its place without its linear image.
+    assert!([(0, 3), (1, 2)].contains(&counts(&summary)), "{summary}");
+}
+
+#[test]
+fn progress_is_a_line_now_and_then_with_rate_and_time_left_or_nothing() {
+    let folder = folder();
+    // Slow for its few pixels, so that frames take longer than the contact sheet.
+    let slow = "sequence --device cpu --path direct --steps 1024 --size 64x32 -o #.png";
+    let run = |frames: u32, quiet: &[&str]| {
+        let flags = format!("{slow} --sun-elevation 0:{frames}:1 --frames 0-{}", frames - 1);
+        let mut command = command(folder.path(), &[&words(&flags)[..], quiet].concat());
+        let ended: Ended = command.env("RAYON_NUM_THREADS", "1").output().unwrap().into();
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        std::fs::read_dir(folder.path()).unwrap().for_each(|file| std::fs::remove_file(file.unwrap().path()).unwrap());
+        ended
+    };
+    let mut frames = 1;
+    loop {
+        let ended = run(frames, &["--json"]);
+        let seconds = serde_json::from_str::<Value>(&ended.stdout).unwrap()["seconds"].as_f64().unwrap();
+        let lines: Vec<_> = ended.stderr.lines().collect();
+        let (summary, progress) = lines.split_last().expect("a summary");
+        assert!(summary.contains(&format!("{frames} frames rendered")), "{summary}");
+        let is_progress = |line: &&str| line.contains("frames/s") && line.contains(" left");
+        assert!(progress.iter().all(is_progress) && progress.len() as f64 <= seconds / 2.0, "{seconds} s: {lines:?}");
+        // A line comes with the first frame after two seconds.
+        if frames > 8 && seconds > 4.0 {
+            assert!(!progress.is_empty(), "nothing in {seconds} s");
+            break;
+        }
+        frames = (f64::from(frames) * (5.0 / seconds).clamp(1.5, 9.0)).ceil().min(90.0) as u32;
+    }
+    let quiet = run(1, &["--quiet"]);
+    assert_eq!((quiet.stdout, quiet.stderr), (String::new(), String::new()));
+}

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::{Value, json};
-use sorairo_tests::program::succeed;
+use sorairo_tests::program::{read_png, succeed};
 use tempfile::tempdir;
 
 /// Python: the one that `SORAIRO_PYTHON` names, or the one that test.sh makes.
@@ -66,6 +66,29 @@ fn a_spectral_file_is_what_other_readers_expect_and_holds_the_spectrum() {
             check(folder, "spectral_layout.py", &["sky.spectral.exr", "expected.json"]);
         }
     }
+}
+
+#[test]
+fn the_tutorials_scene_is_lit_by_sky_and_sun() {
+    let folder = tempdir().unwrap();
+    let folder = folder.path();
+    let image =
+        ["render", "--size", "256x128", "--sun-elevation", "25", "--sun-azimuth", "110", "-o", "sky.exr", "--json"];
+    std::fs::write(folder.join("sky.json"), succeed(folder, &image).stdout).unwrap();
+    check(folder, "../../docs/lit_scene.py", &["sky.exr", "sky.json", "lit.png"]);
+    let lit = read_png(&folder.join("lit.png"));
+    let mean = |columns: std::ops::Range<usize>, rows: std::ops::Range<usize>| {
+        let pixels: Vec<[u8; 3]> =
+            rows.flat_map(|row| columns.clone().map(move |column| (column, row))).map(|(c, r)| lit.at(c, r)).collect();
+        [0, 1, 2].map(|channel| pixels.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>() / pixels.len() as f64)
+    };
+    // In the shadow of the orange sphere, and on the open ground beside it.
+    let (shade, open) = (mean(50..100, 240..250), mean(350..400, 240..250));
+    assert!(open[1] > 1.5 * shade[1], "{open:?} {shade:?}");
+    assert!(shade[2] / shade[0] > 1.1 * open[2] / open[0], "shadows are not bluer than the ground: {shade:?} {open:?}");
+    // Mitsuba's sky is the one above the ground.
+    let sky = mean(0..480, 0..20);
+    assert!(sky[1] > 50.0, "{sky:?}");
 }
 
 /// Haze whose glow shows where the sun is.

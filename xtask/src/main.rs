@@ -2,7 +2,9 @@
 //!
 //! `cargo xtask shaders` compiles the shaders into `shader-crate/compiled`; `cargo xtask shaders --check` compiles them
 //! and compares the bytes with those that are there. `cargo xtask readme DIR` fills the README's figures from reports.
+//! `cargo xtask gallery` makes the pictures of docs/gallery.md.
 
+mod gallery;
 mod manifest;
 mod readme;
 
@@ -25,9 +27,10 @@ fn main() -> ExitCode {
     let result = match arguments.as_slice() {
         ["shaders"] => shaders(false),
         ["shaders", "--check"] => shaders(true),
+        ["gallery"] => root().and_then(gallery::make),
         ["readme", reports] => root().and_then(|root| readme::fill(root, Path::new(reports))),
         _ => {
-            eprintln!("usage: cargo xtask shaders [--check] | readme DIR");
+            eprintln!("usage: cargo xtask shaders [--check] | readme DIR | gallery");
             return ExitCode::from(2);
         }
     };

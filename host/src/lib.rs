@@ -24,6 +24,7 @@ pub mod render;
 pub mod report;
 pub mod scene;
 pub mod spectrum;
+pub mod stress;
 pub mod tables;
 
 pub use error::{Error, Result};

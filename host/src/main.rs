@@ -24,6 +24,7 @@ fn main() -> ExitCode {
         Command::Bands(arguments) => reports::bands(&arguments),
         Command::Reproduce(arguments) => reports::reproduce(&arguments),
         Command::Bench(arguments) => reports::bench(&arguments),
+        Command::Stress(arguments) => reports::stress(&arguments),
         Command::Devices(arguments) => devices_command(&arguments),
     };
     match result {

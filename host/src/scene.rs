@@ -566,7 +566,7 @@ impl Scene {
 }
 
 /// Bands closer than this (nm) make the fit's matrix singular in practice.
-const CLOSEST_BANDS: f64 = 0.5;
+pub const CLOSEST_BANDS: f64 = 0.5;
 
 /// The first part of a line that is too long to be quoted.
 fn shortened(line: &str) -> String {

@@ -1,0 +1,433 @@
+//! Random scenes over everything that a person may ask for, and what must hold in every pixel of them.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use sorairo_shared::frame::Pixel;
+use sorairo_shared::variant;
+
+use super::{Outcome, generator};
+use crate::Error;
+use crate::backend::cpu::Cpu;
+use crate::backend::{Backend, Device, Kernel};
+use crate::plan::Plan;
+use crate::scene::{
+    CLOSEST_BANDS, ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Scene, Size, SunSpectrum,
+};
+use crate::tables::MEASURED_RANGE;
+
+/// Radiance that no device takes for nothing: far above the smallest normal number.
+const SURELY_LIT: f32 = 1e-30;
+
+/// Samples on all bands of a piece of a ray that a random scene may ask for, but for a few scenes that may ask for all there are.
+const MOST_SAMPLES: usize = 2048;
+
+/// A key of a scene that holds a number, and the range in which the scene allows it.
+pub struct Key {
+    /// Its name in a scene file.
+    pub name: &'static str,
+    /// The key of a scene.
+    field: fn(&mut Scene) -> &mut f64,
+    /// Its range, given the keys before it.
+    range: fn(&Scene) -> (f64, f64),
+    /// Where the range is wide, so that a logarithm is what varies: the least height above [`Key::zero`] worth trying.
+    least: Option<f64>,
+    /// What the logarithm is of: the value's height above this.
+    zero: fn(&Scene) -> f64,
+}
+
+/// The keys, each after those that its range depends on.
+pub const KEYS: [Key; 18] = [
+    Key::new("sun.elevation", |s| &mut s.sun.elevation, |_| (-90.0, 90.0), None),
+    Key::new("sun.azimuth", |s| &mut s.sun.azimuth, |_| (-360.0, 360.0), None),
+    Key::new("observer.altitude", |s| &mut s.observer.altitude, |_| (0.0, 1e5), Some(1e-4)),
+    Key::new("atmosphere.ground_radius", |s| &mut s.atmosphere.ground_radius, |_| (10.0, 1e6), Some(10.0)),
+    Key::new(
+        "atmosphere.top_radius",
+        |s| &mut s.atmosphere.top_radius,
+        |s| (ground(s) + 1.0, ground(s) + 1e4),
+        Some(1.0),
+    )
+    .above(ground),
+    Key::new("atmosphere.air.scattering", |s| &mut s.atmosphere.air.scattering, |_| (0.0, 100.0), Some(1e-9)),
+    Key::new("atmosphere.air.scale_height", |s| &mut s.atmosphere.air.scale_height, thickness, Some(0.05)),
+    Key::new(
+        "atmosphere.aerosol.optical_depth",
+        |s| &mut s.atmosphere.aerosol.optical_depth,
+        |_| (0.0, 1000.0),
+        Some(1e-8),
+    ),
+    Key::new(
+        "atmosphere.aerosol.angstrom_exponent",
+        |s| &mut s.atmosphere.aerosol.angstrom_exponent,
+        |_| (-5.0, 5.0),
+        None,
+    ),
+    Key::new("atmosphere.aerosol.scale_height", |s| &mut s.atmosphere.aerosol.scale_height, thickness, Some(0.05)),
+    Key::new(
+        "atmosphere.aerosol.single_scattering_albedo",
+        |s| &mut s.atmosphere.aerosol.single_scattering_albedo,
+        |_| (0.0, 1.0),
+        None,
+    ),
+    Key::new("atmosphere.aerosol.asymmetry", |s| &mut s.atmosphere.aerosol.asymmetry, |_| (-0.99, 0.99), None),
+    Key::new("atmosphere.ozone.column", |s| &mut s.atmosphere.ozone.column, |_| (0.0, 1e5), Some(1e-3)),
+    Key::new("atmosphere.ozone.bottom", |s| &mut s.atmosphere.ozone.bottom, |s| (0.0, depth(s) - 0.3), None),
+    Key::new(
+        "atmosphere.ozone.peak",
+        |s| &mut s.atmosphere.ozone.peak,
+        |s| (s.atmosphere.ozone.bottom + 0.1, depth(s) - 0.15),
+        None,
+    ),
+    Key::new(
+        "atmosphere.ozone.top",
+        |s| &mut s.atmosphere.ozone.top,
+        |s| (s.atmosphere.ozone.peak + 0.1, depth(s)),
+        None,
+    ),
+    Key::new("camera.look_azimuth", |s| s.camera.look_azimuth.get_or_insert(0.0), |_| (-360.0, 360.0), None),
+    Key::new("camera.look_elevation", |s| s.camera.look_elevation.get_or_insert(0.0), |_| (-90.0, 90.0), None),
+];
+
+fn ground(scene: &Scene) -> f64 {
+    scene.atmosphere.ground_radius
+}
+
+fn depth(scene: &Scene) -> f64 {
+    scene.atmosphere.top_radius - scene.atmosphere.ground_radius
+}
+
+fn thickness(scene: &Scene) -> (f64, f64) {
+    (0.05, scene.atmosphere.ground_radius / 100.0)
+}
+
+/// How far from the preset a scene strays.
+#[derive(Clone, Copy)]
+struct Boldness {
+    /// How likely a key keeps its value.
+    keeps: f64,
+    /// How likely it takes an end of its range.
+    at_an_end: f64,
+}
+
+impl Key {
+    const fn new(
+        name: &'static str,
+        field: fn(&mut Scene) -> &mut f64,
+        range: fn(&Scene) -> (f64, f64),
+        least: Option<f64>,
+    ) -> Self {
+        Self { name, field, range, least, zero: |_| 0.0 }
+    }
+
+    /// The same key, whose height above something else varies.
+    const fn above(self, zero: fn(&Scene) -> f64) -> Self {
+        Self { zero, ..self }
+    }
+
+    fn set(&self, scene: &mut Scene, rng: &mut ChaCha8Rng, boldness: Boldness) {
+        let (low, high) = (self.range)(scene);
+        let zero = (self.zero)(scene);
+        let value = (self.field)(scene);
+        let chance = rng.random_range(0.0..1.0);
+        if chance > boldness.keeps {
+            let end = chance < boldness.keeps + boldness.at_an_end;
+            *value = match (end, self.least) {
+                (true, _) => one_of(rng, &[low, high]),
+                (false, Some(least)) => zero + least * ((high - zero) / least).powf(rng.random_range(0.0..1.0)),
+                (false, None) => low + (high - low) * rng.random_range(0.0..1.0),
+            };
+        }
+        *value = value.clamp(low, high);
+    }
+}
+
+/// A scene, and how its pixels are stored.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The scene.
+    pub scene: Scene,
+    /// How its pixels are stored.
+    pub pixel: Pixel,
+    /// Whether the radiance at the bands is asked for, and not its colour.
+    pub radiance: bool,
+}
+
+impl Case {
+    /// The case with this number. Its scene is valid.
+    pub fn random(seed: u64, number: u64) -> Self {
+        let rng = &mut generator(seed, number);
+        let mut scene = Scene::preset(one_of(rng, &[Preset::Earth, Preset::Paper]));
+        let (keeps, at_an_end) = one_of(rng, &[(0.8, 0.05), (0.3, 0.1), (0.0, 0.05), (0.3, 0.6)]);
+        let boldness = Boldness { keeps, at_an_end };
+        for key in &KEYS {
+            key.set(&mut scene, rng, boldness);
+        }
+        scene.sun.spectrum = one_of(rng, &[SunSpectrum::AstmG173, SunSpectrum::Flat]);
+        camera(&mut scene, rng);
+        render(&mut scene, rng);
+        let pixel = one_of(rng, &[Pixel::LinearRgb, Pixel::Picture, Pixel::Picture, Pixel::HalfRgb]);
+        Self { scene, pixel, radiance: rng.random_bool(0.1) }
+    }
+
+    /// What is wrong with the scene on some devices: how many words of its pixels, and what.
+    pub fn faults(&self, devices: &[&dyn Backend]) -> Faults {
+        let mut faults = Faults::default();
+        let plan = match catch_unwind(AssertUnwindSafe(|| Plan::new(&self.scene, self.pixel))) {
+            Ok(Ok(plan)) => plan,
+            Ok(Err(error)) => return faults.with(1, format!("a valid scene is refused: {error}")),
+            Err(_) => return faults.with(1, "the plan panics".into()),
+        };
+        if !(plan.frame.exposure.is_finite() && plan.frame.exposure > 0.0) {
+            faults.add(1, || format!("the exposure is {}", plan.frame.exposure));
+        }
+        let linear = catch_unwind(AssertUnwindSafe(|| colours(&plan)));
+        let Ok(linear) = linear else { return faults.with(1, "the kernel panics on the CPU".into()) };
+        for &device in devices {
+            let kernel = if self.radiance { Kernel::Radiance } else { plan.kernel() };
+            match catch_unwind(AssertUnwindSafe(|| device.run(&plan, kernel))) {
+                Ok(Ok(run)) if self.radiance => judge_floats(&run.words, &[], &mut faults),
+                Ok(Ok(run)) => judge(&plan, &run.words, &linear, &mut faults),
+                Ok(Err(error)) => faults.add(1, || format!("the device fails: {error}")),
+                Err(_) => faults.add(1, || "the device panics".into()),
+            }
+        }
+        let whole_sphere = self.scene.camera.projection == Projection::Equirectangular && plan.width() >= 16;
+        let inside = self.scene.observer.altitude <= depth(&self.scene);
+        if self.scene.render.exposure == Exposure::Auto && whole_sphere && inside && plan.height() >= 8 {
+            judge_exposure(&linear, plan.frame.exposure, &mut faults);
+        }
+        faults
+    }
+}
+
+/// What is wrong with a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Faults {
+    /// How many words.
+    pub count: u64,
+    /// What was found first.
+    pub first: String,
+}
+
+impl Faults {
+    fn add(&mut self, count: u64, what: impl FnOnce() -> String) {
+        if count > 0 {
+            if self.count == 0 {
+                self.first = what();
+            }
+            self.count += count;
+        }
+    }
+
+    fn with(mut self, count: u64, what: String) -> Self {
+        self.add(count, || what);
+        self
+    }
+}
+
+fn one_of<T: Copy>(rng: &mut ChaCha8Rng, choices: &[T]) -> T {
+    choices[rng.random_range(0..choices.len())]
+}
+
+fn camera(scene: &mut Scene, rng: &mut ChaCha8Rng) {
+    let camera = &mut scene.camera;
+    camera.projection = one_of(rng, &[Projection::Equirectangular, Projection::Fisheye, Projection::Perspective]);
+    let (width, height) = one_of(rng, &[(16, 8), (24, 12), (33, 17), (48, 24), (1, 1), (1, 48), (48, 1)]);
+    camera.size = Size { width, height };
+    let widest = if camera.projection == Projection::Perspective { 170.0 } else { 360.0f64 };
+    camera.fov = match rng.random_range(0..5) {
+        0 => None,
+        1 => Some(0.01),
+        2 => Some(widest),
+        _ => Some(0.01 * (widest / 0.01).powf(rng.random_range(0.0..1.0))),
+    };
+    if rng.random_bool(0.3) {
+        (camera.look_azimuth, camera.look_elevation) = (None, None);
+    }
+}
+
+fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
+    let render = &mut scene.render;
+    render.fit = one_of(rng, &[Fit::Cubic, Fit::Transfer, Fit::Extinction, Fit::Extinction, Fit::Dense]);
+    render.color = if render.fit == Fit::Dense { ColorPath::Folded } else { one_of(rng, &COLOR_PATHS) };
+    if rng.random_bool(0.5) {
+        render.bands = Some(bands(render.fit, render.color, rng));
+    }
+    let bands = render.bands.as_ref().map_or(if render.fit == Fit::Dense { 81 } else { 4 }, Vec::len);
+    render.steps = match rng.random_range(0..8) {
+        0..4 => None,
+        4 => Some(1),
+        _ => Some(1024f64.powf(rng.random_range(0.0..1.0)).round() as u32),
+    };
+    if let Some(steps) = render.steps.filter(|_| rng.random_bool(0.99)) {
+        render.steps = Some(steps.min((MOST_SAMPLES / bands) as u32).max(1));
+    }
+    render.path = one_of(rng, &[PathChoice::Auto, PathChoice::Direct]);
+    if bands <= 8 && render.steps.is_none_or(|steps| steps <= 48) && rng.random_bool(0.05) {
+        render.path = PathChoice::Table;
+    }
+    render.exposure = match rng.random_range(0..10) {
+        0..6 => Exposure::Auto,
+        6 => Exposure::Stops(-50.0),
+        7 => Exposure::Stops(50.0),
+        _ => Exposure::Stops(rng.random_range(-50.0..50.0)),
+    };
+    render.exr = one_of(rng, &[ExrDepth::Half, ExrDepth::Full]);
+}
+
+const COLOR_PATHS: [ColorPath; 2] = [ColorPath::Solve, ColorPath::Folded];
+
+/// As many wavelengths as the fit takes, in any order, spread out or as close as they may be.
+fn bands(fit: Fit, color: ColorPath, rng: &mut ChaCha8Rng) -> Vec<f64> {
+    let (fewest, most) = match (fit, color) {
+        (Fit::Dense, _) => (2, 512),
+        (_, ColorPath::Solve) => (4, 4),
+        (Fit::Extinction, ColorPath::Folded) => (3, 8),
+        (Fit::Cubic | Fit::Transfer, ColorPath::Folded) => (3, 12),
+    };
+    let count = (f64::from(fewest) * f64::from(most as f32 / fewest as f32).powf(rng.random_range(0.0..1.0))) as usize;
+    let (shortest, longest) = MEASURED_RANGE;
+    let room = longest - shortest - 1e-6 - CLOSEST_BANDS * (count - 1) as f64;
+    let spread = room * one_of(rng, &[0.0, 0.01, 0.5, 1.0]);
+    let first = shortest + (room - spread) * rng.random_range(0.0..1.0);
+    let mut places: Vec<f64> = (0..count).map(|_| spread * rng.random_range(0.0..1.0)).collect();
+    places.sort_by(f64::total_cmp);
+    // A hair more than the closest distance, which the sums would round away.
+    let step = CLOSEST_BANDS * (1.0 + 1e-9);
+    let mut bands: Vec<f64> = (0..count).map(|i| (first + places[i] + step * i as f64).min(longest)).collect();
+    for i in (1..count).rev() {
+        bands.swap(i, rng.random_range(0..=i));
+    }
+    bands
+}
+
+/// Linear RGB of a plan's pixels on the CPU, whatever the plan stores.
+fn colours(plan: &Plan) -> Vec<f32> {
+    let integral = plan.variant & variant::WHOLE_INTEGRAL;
+    let variant = variant::of(integral, variant::projection(plan.variant), Pixel::LinearRgb as u32);
+    let plan = Plan { pixel: Pixel::LinearRgb, variant, ..plan.clone() };
+    let run = Cpu.run(&plan, plan.kernel()).expect("a small image fits into memory");
+    run.words.into_iter().map(f32::from_bits).collect()
+}
+
+/// Judges the pixels of a device by the colours that the CPU has for them.
+fn judge(plan: &Plan, words: &[u32], linear: &[f32], faults: &mut Faults) {
+    match plan.pixel {
+        Pixel::LinearRgb => judge_floats(words, linear, faults),
+        Pixel::HalfRgb => {
+            let halves = words.iter().flat_map(|word| [word & 0xffff, word >> 16]);
+            let bad = halves.filter(|half| half & 0x8000 != 0 || half & 0x7c00 == 0x7c00).count() as u64;
+            faults.add(bad, || format!("{bad} halves are negative, infinite or NaN"));
+        }
+        Pixel::Picture => judge_picture(words, linear, plan.frame.exposure, faults),
+    }
+}
+
+fn judge_floats(words: &[u32], linear: &[f32], faults: &mut Faults) {
+    let values = || words.iter().copied().map(f32::from_bits);
+    let wrong = |value: &f32| !(value.is_finite() && *value >= 0.0);
+    let bad = values().filter(wrong).count() as u64;
+    faults.add(bad, || format!("{bad} values such as {}", values().find(wrong).expect("one of them")));
+    let dark = values().all(|value| value == 0.0) && linear.iter().any(|&value| value > SURELY_LIT);
+    faults.add(u64::from(dark), || "an image without light, where the CPU has some".into());
+}
+
+/// A picture is as bright as double precision makes it: none is black or white that should not be.
+fn judge_picture(words: &[u32], linear: &[f32], exposure: f32, faults: &mut Faults) {
+    let transparent = words.iter().filter(|word| **word >> 24 != 255).count() as u64;
+    faults.add(transparent, || format!("{transparent} pixels were not written"));
+    let expected: Vec<f64> = linear.chunks(3).flat_map(|rgb| shown(rgb, exposure)).collect();
+    let bytes: Vec<f64> = words.iter().flat_map(|word| word.to_le_bytes().into_iter().take(3).map(f64::from)).collect();
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (mean_of_picture, mean_expected) = (mean(&bytes), mean(&expected));
+    let black = mean_of_picture == 0.0 && mean_expected > 1.0;
+    let white = mean_of_picture == 255.0 && mean_expected < 254.0;
+    faults.add(u64::from(black || white), || {
+        format!("a picture of mean {mean_of_picture} that should be {mean_expected:.2}, exposure {exposure:e}")
+    });
+}
+
+/// An automatic exposure shows a sky that is lit: neither all black nor all white.
+fn judge_exposure(linear: &[f32], exposure: f32, faults: &mut Faults) {
+    let lit = linear.iter().any(|&value| f64::from(value) * LARGEST_EXPOSURE > 1.0);
+    let bytes: Vec<f64> = linear.chunks(3).flat_map(|rgb| shown(rgb, exposure)).map(f64::round).collect();
+    let black = bytes.iter().all(|&byte| byte == 0.0);
+    let white = bytes.iter().all(|&byte| byte == 255.0);
+    faults.add(u64::from(lit && (black || white)), || {
+        format!(
+            "an automatic exposure of {exposure:e} gives a picture that is all {}",
+            if black { "black" } else { "white" }
+        )
+    });
+}
+
+/// The largest exposure, 50 stops.
+const LARGEST_EXPOSURE: f64 = (1u64 << 50) as f64;
+
+/// The bytes of a pixel, not yet rounded, in double precision; see [`sorairo_shared::color::srgb8`].
+fn shown(rgb: &[f32], exposure: f32) -> [f64; 3] {
+    let exposed: [f64; 3] = std::array::from_fn(|i| f64::from(rgb[i]) * f64::from(exposure));
+    let peak = exposed.into_iter().fold(0.0, f64::max);
+    let compressed = if peak < 0.8 {
+        exposed
+    } else {
+        let new_peak = 1.0 - 0.04 / (peak - 0.6);
+        let whiteness = 1.0 - 1.0 / (0.15 * (peak - new_peak) + 1.0);
+        exposed.map(|x| x * new_peak / peak * (1.0 - whiteness) + new_peak * whiteness)
+    };
+    compressed.map(|x| 255.0 * if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 })
+}
+
+/// Renders random scenes on the CPU and on a device, and looks at every pixel.
+pub fn scenes(seed: u64, cases: u64, device: &Device) -> Outcome {
+    let mut devices: Vec<&dyn Backend> = vec![&Cpu];
+    if device.kind != "cpu" {
+        devices.push(&*device.backend);
+    }
+    sweep("random scenes: values NaN, infinite, negative; pictures lost", seed, cases, |number| {
+        let case = Case::random(seed, number);
+        let faults = case.faults(&devices);
+        (faults.count, format!("{}: {}", faults.first, describe(&case)))
+    })
+}
+
+/// Gives scenes one value that is out of its range, and counts those that are not refused as they should be.
+pub fn refusals(seed: u64, cases: u64) -> Outcome {
+    sweep("scenes with one value out of range: not refused", seed, cases, |number| {
+        let rng = &mut generator(seed, number);
+        let mut scene = Case::random(seed, number).scene;
+        // Without ozone nothing asks where it is.
+        scene.atmosphere.ozone.column = scene.atmosphere.ozone.column.max(1.0);
+        let key = &KEYS[rng.random_range(0..KEYS.len())];
+        let (low, high) = (key.range)(&scene);
+        let beyond = (high - low).max(1.0) * 1e-3;
+        let wrong = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, low - beyond, high + beyond, -1e300, 1e300];
+        *(key.field)(&mut scene) = one_of(rng, &wrong);
+        let value = *(key.field)(&mut scene);
+        let refused = catch_unwind(AssertUnwindSafe(|| Plan::new(&scene, Pixel::LinearRgb)));
+        let right = matches!(&refused, Ok(Err(Error::Request(sentence))) if !sentence.contains('\n'));
+        (u64::from(!right), format!("{} = {value}", key.name))
+    })
+}
+
+/// Tries cases one after the other; a case fails if its count is not 0.
+fn sweep(subject: &'static str, seed: u64, cases: u64, case: impl Fn(u64) -> (u64, String)) -> Outcome {
+    let mut outcome = Outcome { subject, seed, cases, failures: 0, worst: 0.0, bound: 0.0, worst_case: "none".into() };
+    for number in 0..cases {
+        let (count, words) = case(number);
+        outcome.failures += u64::from(count > 0);
+        if count as f64 > outcome.worst {
+            outcome.worst = count as f64;
+            outcome.worst_case = format!("case {number} of seed {seed}: {words}");
+        }
+    }
+    outcome
+}
+
+/// A case as a scene file in one line, with how its pixels are stored.
+fn describe(case: &Case) -> String {
+    let scene = serde_json::to_string(&case.scene).expect("a scene is plain data");
+    format!("{scene}, {:?}{}", case.pixel, if case.radiance { ", radiance" } else { "" })
+}

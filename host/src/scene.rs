@@ -524,7 +524,7 @@ impl Scene {
             range("--steps (render.steps)", f64::from(steps), 1.0, 1024.0, "samples")?;
         }
         if let Exposure::Stops(stops) = self.render.exposure {
-            range("--exposure (render.exposure)", stops, -50.0, 50.0, "stops")?;
+            range("--exposure (render.exposure)", stops, -MOST_STOPS, MOST_STOPS, "stops")?;
         }
         Ok(())
     }
@@ -567,6 +567,9 @@ impl Scene {
 
 /// Bands closer than this (nm) make the fit's matrix singular in practice.
 pub const CLOSEST_BANDS: f64 = 0.5;
+
+/// Exposures, by hand and automatic, lie within so many stops of 1.
+pub const MOST_STOPS: f64 = 50.0;
 
 /// The first part of a line that is too long to be quoted.
 fn shortened(line: &str) -> String {

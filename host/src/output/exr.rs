@@ -58,7 +58,9 @@ fn write_channels<T: IntoSample + Sync + Send>(
         "single scattering; radiance weighted by the CIE 1931 observer, W.m^-2.sr^-1, within the Rec. 709 gamut".into(),
     );
     attributes.software_name = Some(concat!("sorairo ", env!("CARGO_PKG_VERSION")).into());
-    let layer = Layer::new((width, height), attributes, Encoding::FAST_LOSSLESS, SpecificChannels::rgb(pixel));
+    // Blocks are compressed by several threads; in any other order they would stand as they happened to be ready.
+    let encoding = Encoding { line_order: LineOrder::Increasing, ..Encoding::FAST_LOSSLESS };
+    let layer = Layer::new((width, height), attributes, encoding, SpecificChannels::rgb(pixel));
     let mut file = Image::from_layer(layer);
     file.attributes.chromaticities = Some(rec709());
     stage(path, |writer| {

@@ -46,7 +46,8 @@ impl Optics {
             aerosol_extinction: a.aerosol.optical_depth / a.aerosol.scale_height,
             angstrom_exponent: a.aerosol.angstrom_exponent,
             single_scattering_albedo: a.aerosol.single_scattering_albedo,
-            ozone_peak_density: a.ozone.column * DOBSON_UNIT / half_base,
+            // Without ozone its layer may be anywhere, and as thin as nothing.
+            ozone_peak_density: if a.ozone.column > 0.0 { a.ozone.column * DOBSON_UNIT / half_base } else { 0.0 },
             sun: scene.sun.spectrum,
         }
     }

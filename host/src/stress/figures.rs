@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::output::png;
 use crate::plan::{Plan, direction, observer};
 use crate::report::chart::{Drawn, font, register_fonts, short};
-use crate::scene::{CLOSEST_BANDS, Fit, Scene};
+use crate::scene::{CLOSEST_BANDS, Fit, Preset, Scene};
 use crate::{PixelFormat, tables};
 
 /// Size of the picture (pixels).
@@ -29,19 +29,19 @@ const COLOURS: [RGBColor; 3] = [RGBColor(213, 94, 0), RGBColor(230, 159, 0), RGB
 /// Sets of bands in the first panel.
 const SETS: u64 = 900;
 
-/// Bands (nm) of the sky in the other two: those of the paper, and four that lie close together.
-pub const SHOWN: [[f64; 4]; 2] = [[430.0, 520.0, 610.0, 700.0], [540.0, 548.0, 556.0, 564.0]];
+/// Bands (nm) of the sky in the other two panels.
+pub const SHOWN: [[f64; 4]; 2] = [[535.0, 545.0, 555.0, 565.0], [544.0, 548.0, 552.0, 556.0]];
 
 /// Where the sky is looked at: elevation and azimuth from the sun (degrees).
 const VIEW: (f64, f64) = (40.0, 90.0);
 
-/// The transfer (sr⁻¹) of the default scene's sky at four bands (nm), as the kernels have it.
+/// The transfer (sr⁻¹) of the paper preset's sky at four bands (nm), as the kernels have it.
 ///
 /// # Errors
 ///
 /// None for bands that a scene allows.
 pub fn sky_at(bands: [f64; 4]) -> Result<[f32; 4]> {
-    let mut scene = Scene::default();
+    let mut scene = Scene::preset(Preset::Paper);
     scene.render.fit = Fit::Transfer;
     scene.render.bands = Some(bands.to_vec());
     let plan = Plan::new(&scene, PixelFormat::LinearRgb)?;

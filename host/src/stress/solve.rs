@@ -284,7 +284,7 @@ pub fn solve(seed: u64, cases: u64) -> Outcome {
     let (failures, worst, number) = tried.reduce(|| (0, f64::NEG_INFINITY, u64::MAX), worse);
     let Case { bands, values, .. } = Case::random(seed, number);
     Outcome {
-        subject: "cubic through four bands, error ÷ (2⁻²⁴ Λ max|y|)",
+        subject: "cubic through four bands: error ÷ (2⁻²⁴ Λ Y)",
         seed,
         cases,
         failures,
@@ -294,7 +294,7 @@ pub fn solve(seed: u64, cases: u64) -> Outcome {
     }
 }
 
-/// The largest error of a form over the observer's range, against the exact cubic through the form's own nodes, relative to the
+/// The largest error of a form in single precision over the observer's range, against the exact cubic through the form's own nodes, relative to the
 /// largest value.
 pub fn error_of(form: Form, bands: [f64; 4], values: [f32; 4]) -> f64 {
     let at = crate::plan::observer::wavelengths();

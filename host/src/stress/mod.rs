@@ -47,6 +47,8 @@ impl Outcome {
 
 /// A sweep that `sorairo stress` takes its turns with.
 struct Sweep<'a> {
+    /// What it tries, in a word.
+    name: &'static str,
     /// Cases of a turn: some seconds of work.
     cases: u64,
     /// Tries that many cases of a seed.
@@ -56,9 +58,9 @@ struct Sweep<'a> {
 /// Every sweep, on the CPU and, where a device is one, on the GPU.
 fn sweeps(device: &Device) -> Vec<Sweep<'_>> {
     vec![
-        Sweep { cases: 250_000, run: Box::new(solve::solve) },
-        Sweep { cases: 100, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },
-        Sweep { cases: 1000, run: Box::new(scenes::refusals) },
+        Sweep { name: "solves", cases: 250_000, run: Box::new(solve::solve) },
+        Sweep { name: "scenes", cases: 100, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },
+        Sweep { name: "refusals", cases: 1000, run: Box::new(scenes::refusals) },
     ]
 }
 

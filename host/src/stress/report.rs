@@ -66,8 +66,8 @@ pub fn stress(folder: &Path, device: &Device, minutes: f64, seed: u64, stage: &d
             if turn > 0 && Instant::now() >= end {
                 break;
             }
+            stage(&format!("turn {}: {} {}", turn + 1, sweep.cases, sweep.name));
             let outcome = (sweep.run)(seed.wrapping_add(turn), sweep.cases);
-            stage(&format!("turn {}: {}", turn + 1, outcome.subject));
             match outcomes.get_mut(i) {
                 Some(sum) => *sum = sum.clone().and(outcome),
                 None => outcomes.push(outcome),

@@ -1,10 +1,14 @@
 //! Flags, and the scene that they amount to.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use sorairo::Result;
 use sorairo::render::Report;
+use sorairo::scene::file::{SceneFile, place_sun};
+use sorairo::scene::keys::help;
+use sorairo::scene::place::{Place, PlaceAndTime, Time};
 use sorairo::scene::{ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Scene, Size};
 use sorairo::spectrum::parse_wavelengths;
 
@@ -32,6 +36,47 @@ pub enum Command {
     Stress(StressArguments),
     /// Lists the devices of this machine, best first.
     Devices(DevicesArguments),
+    /// Writes, checks and shows scene files.
+    #[command(subcommand)]
+    Scene(SceneCommand),
+    /// Prints completions of commands and flags for a shell.
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
+    /// Prints the manual page of the program, or of one of its commands.
+    Man {
+        /// The command.
+        #[arg(value_name = "COMMAND")]
+        command: Option<String>,
+    },
+}
+
+#[derive(Subcommand)]
+pub enum SceneCommand {
+    /// Writes a scene file with every key at its default and a comment above each; never over an existing file.
+    New {
+        /// File to write.
+        #[arg(default_value = "scene.toml")]
+        file: PathBuf,
+        /// Named atmosphere whose values are written.
+        #[arg(long, default_value = "earth")]
+        preset: Preset,
+    },
+    /// Says whether a file is a scene, and names everything that is wrong with it.
+    Check {
+        /// Scene file (TOML).
+        file: PathBuf,
+    },
+    /// Prints a whole scene as TOML: the preset, under the file, under the flags.
+    Show {
+        /// Scene file (TOML) [default: none, the preset alone].
+        file: Option<PathBuf>,
+        #[command(flatten)]
+        flags: SceneFlags,
+    },
+    /// Prints the reference of every key, in Markdown.
+    Reference,
 }
 
 #[derive(Args)]
@@ -152,63 +197,58 @@ pub struct DevicesArguments {
     pub json: bool,
 }
 
-/// Flags that describe a scene. Each takes the place of a key in the scene file.
+/// A scene and the device that computes it.
 #[derive(Args)]
 pub struct SceneArguments {
     /// Scene file (TOML).
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
-    /// Named atmosphere [default: earth].
-    #[arg(long)]
-    preset: Option<Preset>,
-    /// Elevation of the sun (degrees) [default: 30].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
-    sun_elevation: Option<f64>,
-    /// Azimuth of the sun, clockwise from north (degrees) [default: 0].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
-    sun_azimuth: Option<f64>,
-    /// Altitude of the observer (km) [default: 0].
-    #[arg(long, value_name = "KM", allow_negative_numbers = true, value_parser = number)]
-    altitude: Option<f64>,
-    /// Projection of the sphere onto the image [default: equirectangular].
-    #[arg(long)]
-    projection: Option<Projection>,
-    /// Width and height in pixels [default: 1024x512].
-    #[arg(long, value_name = "WxH")]
-    size: Option<Size>,
-    /// Field of view (degrees): across a fisheye's circle, or a perspective's width [default: 180, 60].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
-    fov: Option<f64>,
-    /// Azimuth of the view, clockwise from north (degrees) [default: north; fisheye: 180, north on top].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
-    look_azimuth: Option<f64>,
-    /// Elevation of the view (degrees) [default: fisheye 90, perspective 15].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
-    look_elevation: Option<f64>,
-    /// Fit through the bands [default: extinction].
-    #[arg(long)]
-    fit: Option<Fit>,
-    /// Wavelengths that are integrated, in nm: a list with commas [default: the best found for the fit].
-    #[arg(long, value_name = "LIST", value_parser = wavelengths)]
-    bands: Option<Wavelengths>,
-    /// How the fit becomes a colour [default: folded].
-    #[arg(long)]
-    color: Option<ColorPath>,
-    /// Samples on each piece of a ray [default: what the height of the sun needs].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = steps)]
-    steps: Option<u32>,
-    /// Depth of EXR files [default: f32].
-    #[arg(long)]
-    exr: Option<ExrDepth>,
-    /// Whether pixels are integrated or looked up in a sky table [default: auto, what is faster within the error bound].
-    #[arg(long)]
-    path: Option<PathChoice>,
-    /// Exposure of pictures in stops, or "auto" for the mean luminance of the sky [default: auto].
-    #[arg(long, value_name = "EV", allow_negative_numbers = true)]
-    exposure: Option<Exposure>,
+    #[command(flatten)]
+    flags: SceneFlags,
     /// Device: auto, cpu, gpu, or part of the name of a Vulkan device. One spectrum is always computed on the CPU.
     #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,
+}
+
+/// Flags that describe a scene. Each takes the place of a key in the scene file, and has its help from there.
+#[derive(Args)]
+pub struct SceneFlags {
+    #[arg(long, help = help("preset"))]
+    preset: Option<Preset>,
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("sun.elevation"))]
+    sun_elevation: Option<f64>,
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("sun.azimuth"))]
+    sun_azimuth: Option<f64>,
+    #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true, conflicts_with_all = ["sun_elevation", "sun_azimuth"], help = help("sun.place"))]
+    place: Option<Place>,
+    #[arg(long, value_name = "TIME", conflicts_with_all = ["sun_elevation", "sun_azimuth"], help = help("sun.time"))]
+    time: Option<Time>,
+    #[arg(long, value_name = "KM", allow_negative_numbers = true, value_parser = number, help = help("observer.altitude"))]
+    altitude: Option<f64>,
+    #[arg(long, help = help("camera.projection"))]
+    projection: Option<Projection>,
+    #[arg(long, value_name = "WxH", help = help("camera.size"))]
+    size: Option<Size>,
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("camera.fov"))]
+    fov: Option<f64>,
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("camera.look_azimuth"))]
+    look_azimuth: Option<f64>,
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("camera.look_elevation"))]
+    look_elevation: Option<f64>,
+    #[arg(long, help = help("render.fit"))]
+    fit: Option<Fit>,
+    #[arg(long, value_name = "LIST", value_parser = wavelengths, help = help("render.bands"))]
+    bands: Option<Wavelengths>,
+    #[arg(long, help = help("render.color"))]
+    color: Option<ColorPath>,
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = steps, help = help("render.steps"))]
+    steps: Option<u32>,
+    #[arg(long, help = help("render.exr"))]
+    exr: Option<ExrDepth>,
+    #[arg(long, help = help("render.path"))]
+    path: Option<PathChoice>,
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, help = help("render.exposure"))]
+    exposure: Option<Exposure>,
 }
 
 fn number(text: &str) -> std::result::Result<f64, String> {
@@ -234,10 +274,39 @@ fn device(text: &str) -> std::result::Result<String, String> {
 impl SceneArguments {
     /// The preset, under the scene file, under the flags.
     pub fn scene(&self) -> Result<Scene> {
-        let mut scene = match &self.scene {
-            Some(path) => Scene::read(path, self.preset)?,
-            None => Scene::preset(self.preset.unwrap_or_default()),
+        self.flags.over(self.scene.as_deref())
+    }
+}
+
+impl SceneFlags {
+    /// The preset, under a scene file, under the flags.
+    pub fn over(&self, file: Option<&Path>) -> Result<Scene> {
+        let Some(path) = file else {
+            let mut scene = Scene::preset(self.preset.unwrap_or_default());
+            self.lay_over(&mut scene);
+            scene.validate()?;
+            self.place_sun(&mut scene, PlaceAndTime::default())?;
+            return Ok(scene);
         };
+        let file = SceneFile::read(path, self.preset)?;
+        let mut scene = file.scene.clone();
+        self.lay_over(&mut scene);
+        file.validate(&scene)?;
+        self.place_sun(&mut scene, file.sun_from)?;
+        Ok(scene)
+    }
+
+    /// The sun at the place and the time of the flags, or else of the file; its own flags take the place of either.
+    fn place_sun(&self, scene: &mut Scene, from_file: PlaceAndTime) -> Result<()> {
+        let place = self.place.or(from_file.place);
+        let time = self.time.or(from_file.time);
+        place_sun(scene, PlaceAndTime { place, time })?;
+        set(&mut scene.sun.elevation, self.sun_elevation);
+        set(&mut scene.sun.azimuth, self.sun_azimuth);
+        Ok(())
+    }
+
+    fn lay_over(&self, scene: &mut Scene) {
         set(&mut scene.sun.elevation, self.sun_elevation);
         set(&mut scene.sun.azimuth, self.sun_azimuth);
         set(&mut scene.observer.altitude, self.altitude);
@@ -255,7 +324,6 @@ impl SceneArguments {
         set(&mut scene.render.path, self.path);
         set(&mut scene.render.exposure, self.exposure);
         set(&mut scene.render.exr, self.exr);
-        Ok(scene)
     }
 }
 
@@ -276,11 +344,13 @@ impl RenderArguments {
 pub fn summary(report: &Report) -> String {
     let outputs: Vec<_> = report.outputs.iter().map(|path| path.display().to_string()).collect();
     format!(
-        "{}: {}x{} pixels, exposure {:+.2} EV, {} samples a ray, {}\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
+        "{}: {}x{} pixels, sun at elevation {:.2}°, azimuth {:.2}°, exposure {:+.2} EV, {} samples a ray, {}\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
          encoding {:.1} ms, total {:.1} ms",
         outputs.join(", "),
         report.width,
         report.height,
+        report.sun_elevation,
+        report.sun_azimuth,
         report.exposure_ev,
         report.steps,
         report.path,

@@ -1,31 +1,36 @@
 //! sorairo (空色) renders the clear sky in full spectrum on the GPU.
 //!
-//! A [`scene::Scene`] is what a person asks for; a [`plan::Plan`] decides once, in double precision, what to compute; a
-//! [`backend::Device`] runs the kernels of `sorairo-shared`, on a Vulkan device or on the CPU; [`output`] writes files.
-//!
 //! ```
-//! use sorairo::{backend, plan::Plan, scene::Scene, PixelFormat};
+//! use sorairo::{Renderer, Scene};
 //!
 //! let mut scene = Scene::default();
 //! scene.sun.elevation = 10.0;
 //! scene.camera.size = "64x32".parse().unwrap();
-//! let plan = Plan::new(&scene, PixelFormat::LinearRgb)?;
-//! let device = backend::open("cpu")?;
-//! let sky = device.backend.run(&plan, plan.kernel())?;
-//! assert_eq!(sky.words.len(), 64 * 32 * 3);
+//! let mut renderer = Renderer::open("cpu")?;
+//! let sky = renderer.render(&scene)?;
+//! assert!(sky.pixel(32, 0)[2] > sky.pixel(32, 0)[0], "the zenith is blue");
 //! # Ok::<(), sorairo::Error>(())
 //! ```
+//!
+//! A [`Scene`] is what a person asks for; a [`plan::Plan`] decides once, in double precision, what to compute; a
+//! [`backend::Device`] runs the kernels of `sorairo-shared`, on a Vulkan device or on the CPU; [`output`] writes files.
+//! [`Renderer`] does these in one call, [`render::render`] from a scene to files without ever holding the image whole.
 
 pub mod backend;
 pub mod error;
+mod input;
 pub mod output;
 pub mod plan;
 pub mod render;
+pub mod renderer;
 pub mod report;
 pub mod scene;
+pub mod sequence;
 pub mod spectrum;
 pub mod stress;
 pub mod tables;
 
 pub use error::{Error, Result};
+pub use renderer::{Image, Renderer};
+pub use scene::Scene;
 pub use sorairo_shared::frame::Pixel as PixelFormat;

@@ -3,21 +3,33 @@
 mod cli;
 mod progress;
 mod reports;
+mod scenes;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use sorairo::backend::{self, gpu};
 use sorairo::plan::Plan;
 use sorairo::spectrum::{Sample, spectrum};
-use sorairo::{Error, PixelFormat, Result, render};
+use sorairo::{Error, PixelFormat, Result, output, render};
 
 use cli::{Command, DevicesArguments, RenderArguments, SpectrumArguments, SpectrumFormat};
 use progress::Progress;
 
+/// The exit code of a process that was asked to stop, as shells give it for SIGINT.
+const INTERRUPTED: i32 = 130;
+
 fn main() -> ExitCode {
     let arguments = cli::Arguments::parse();
+    log::set_logger(&Warnings).expect("this is the only logger");
+    log::set_max_level(log::LevelFilter::Warn);
+    let interrupted = || {
+        print_note("sorairo: interrupted; files that were not finished are removed");
+        output::abandon(INTERRUPTED)
+    };
+    // Without it an interruption still ends the process, and the next run removes what it leaves.
+    let _ = ctrlc::set_handler(interrupted);
     let result = match arguments.command {
         Command::Render(arguments) => render_command(&arguments),
         Command::Spectrum(arguments) => spectrum_command(&arguments),
@@ -26,6 +38,12 @@ fn main() -> ExitCode {
         Command::Bench(arguments) => reports::bench(&arguments),
         Command::Stress(arguments) => reports::stress(&arguments),
         Command::Devices(arguments) => devices_command(&arguments),
+        Command::Scene(command) => scenes::run(&command),
+        Command::Completions { shell } => print_bytes(|out| {
+            clap_complete::generate(shell, &mut cli::Arguments::command(), "sorairo", out);
+            Ok(())
+        }),
+        Command::Man { command } => man_command(command.as_deref()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -89,6 +107,43 @@ fn devices_command(arguments: &DevicesArguments) -> Result<()> {
         print_line(&format!("{} ({}, {})", device.name, device.kind, device.driver))?;
     }
     print_line(&cpu.name)
+}
+
+/// Prints the library's warnings to standard error.
+struct Warnings;
+
+impl log::Log for Warnings {
+    fn enabled(&self, metadata: &log::Metadata<'_>) -> bool {
+        metadata.target().starts_with("sorairo")
+    }
+
+    fn log(&self, record: &log::Record<'_>) {
+        if self.enabled(record.metadata()) {
+            print_note(&format!("sorairo: {}", record.args()));
+        }
+    }
+
+    fn flush(&self) {}
+}
+
+/// The manual page of the program, or of a command.
+fn man_command(name: Option<&str>) -> Result<()> {
+    let mut command = cli::Arguments::command().disable_help_subcommand(true);
+    command.build();
+    if let Some(name) = name {
+        command = command.find_subcommand(name).cloned().ok_or_else(|| {
+            let names: Vec<_> = command.get_subcommands().map(clap::Command::get_name).collect();
+            Error::request(format!("there is no command {name:?}; there are {}", names.join(", ")))
+        })?;
+    }
+    print_bytes(|out| clap_mangen::Man::new(command.clone()).render(out))
+}
+
+/// Prints to standard output what is written first to memory.
+fn print_bytes(write: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Result<()> {
+    let mut bytes = Vec::new();
+    write(&mut bytes).expect("memory can be written");
+    print_line(String::from_utf8_lossy(&bytes).trim_end())
 }
 
 /// Prints to standard error; where nobody can be told, the work still counts.

@@ -1,18 +1,20 @@
 //! From a scene to files.
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread::Scope;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
 use crate::PixelFormat;
-use crate::backend::{Device, Run};
+use crate::backend::{Device, Times};
 use crate::error::{Error, Result};
-use crate::output::{self, Format, LinearImage, Staged};
+use crate::output::{self, Format, Image, Staged, Writer};
 use crate::plan::Plan;
 use crate::plan::explain::explain;
 use crate::plan::path::Path;
-use crate::scene::{ColorPath, ExrDepth, Fit, Scene, Size};
+use crate::scene::{ColorPath, ExrDepth, Fit, Scene};
 
 /// What a rendering did, as `--json` prints it.
 #[derive(Clone, Debug, Serialize)]
@@ -25,6 +27,10 @@ pub struct Report {
     pub width: u32,
     /// Height (pixels).
     pub height: u32,
+    /// Elevation of the sun (degrees).
+    pub sun_elevation: f64,
+    /// Azimuth of the sun, clockwise from north (degrees).
+    pub sun_azimuth: f64,
     /// The fit through the bands.
     pub fit: Fit,
     /// How the fit became a colour.
@@ -43,7 +49,7 @@ pub struct Report {
     pub kernel_ms: f64,
     /// Time to bring the pixels back (ms).
     pub readback_ms: f64,
-    /// Time to encode and write the files (ms).
+    /// Time until the files were written once the last pixel was back (ms); until then encoding runs beside the kernels.
     pub encode_ms: f64,
     /// All of it (ms).
     pub total_ms: f64,
@@ -62,11 +68,103 @@ fn ms(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
+/// A scene that is planned, and the files that it is to fill: all that can be wrong with them was checked.
+pub struct Job {
+    /// What to compute.
+    pub plan: Plan,
+    outputs: Vec<PathBuf>,
+    formats: Vec<Format>,
+    scene: Scene,
+}
+
+impl Job {
+    /// Plans a scene for files.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Request`] for a wrong scene or file name.
+    pub fn new(scene: &Scene, outputs: &[PathBuf]) -> Result<Self> {
+        let formats: Vec<Format> = outputs.iter().map(|path| Format::of(path)).collect::<Result<_>>()?;
+        // A picture alone is packed on the device, 4 bytes a pixel; a linear image serves for both.
+        let pixel = match (formats.as_slice(), scene.render.exr) {
+            (formats, _) if !formats.contains(&Format::Exr) => PixelFormat::Picture,
+            (formats, ExrDepth::Half) if !formats.contains(&Format::Png) => PixelFormat::HalfRgb,
+            _ => PixelFormat::LinearRgb,
+        };
+        let plan = Plan::new(scene, pixel)?;
+        for path in outputs {
+            output::check_writable(path)?;
+        }
+        output::check_distinct(outputs)?;
+        for (path, &format) in outputs.iter().zip(&formats) {
+            output::check_room(path, format, scene.camera.size, scene.render.exr)?;
+        }
+        Ok(Self { plan, outputs: outputs.to_vec(), formats, scene: scene.clone() })
+    }
+
+    /// Computes the pixels; each file is encoded meanwhile, on a thread of its own.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Device`] if every device failed, [`Error::Request`] if the image is too wide for the device,
+    /// [`Error::Failure`] if a file cannot be written.
+    pub fn compute<'scope>(
+        &self,
+        scope: &'scope Scope<'scope, '_>,
+        device: &mut Device,
+    ) -> Result<(Times, Files<'scope>)> {
+        let plan = &self.plan;
+        let image = Image {
+            width: plan.width(),
+            height: plan.height(),
+            pixel: plan.pixel,
+            exposure: plan.frame.exposure,
+            scene: self.scene.clone(),
+        };
+        let begin = |(path, &format): (&PathBuf, &Format)| Writer::start(scope, path.clone(), format, image.clone());
+        let files = Files { writers: self.outputs.iter().zip(&self.formats).map(begin).collect() };
+        let computing = device.rows(plan, plan.kernel(), &mut |_, rows| {
+            check_rows(plan.pixel, rows)?;
+            let rows: Arc<[u32]> = rows.into();
+            files.writers.iter().try_for_each(|writer| writer.take(Arc::clone(&rows)))
+        });
+        match computing {
+            Ok(times) => Ok((times, files)),
+            // An encoder that failed knows why.
+            Err(Error::Failure(reason)) => Err(files.staged().err().unwrap_or(Error::Failure(reason))),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// The files of a job whose pixels are computed.
+#[must_use = "files that are not finished are removed"]
+pub struct Files<'scope> {
+    writers: Vec<Writer<'scope>>,
+}
+
+impl Files<'_> {
+    /// Waits for the encoders. Every file is whole before the first takes its place, so that a failure leaves all of them as
+    /// they were.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Failure`] if a file cannot be written.
+    pub fn finish(self) -> Result<()> {
+        self.staged()?.into_iter().try_for_each(Staged::commit)
+    }
+
+    fn staged(self) -> Result<Vec<Staged>> {
+        self.writers.into_iter().map(Writer::finish).collect()
+    }
+}
+
 /// Renders a scene into files; the device is opened once the request is known to be right.
 ///
 /// # Errors
 ///
-/// [`Error::Request`] for a wrong scene, device or file name, before any work; [`Error::Failure`] for a failed device or file.
+/// [`Error::Request`] for a wrong scene, device or file name, before any work; [`Error::Device`] or [`Error::Failure`] for
+/// a failed device or file.
 pub fn render(
     scene: &Scene,
     outputs: &[PathBuf],
@@ -74,92 +172,51 @@ pub fn render(
     stage: impl Fn(&str),
 ) -> Result<Report> {
     let start = Instant::now();
-    let formats: Vec<Format> = outputs.iter().map(|path| Format::of(path)).collect::<Result<_>>()?;
-    // A picture alone is packed on the device, 4 bytes a pixel; a linear image serves for both.
-    let pixel = match (formats.as_slice(), scene.render.exr) {
-        (formats, _) if !formats.contains(&Format::Exr) => PixelFormat::Picture,
-        (formats, ExrDepth::Half) if !formats.contains(&Format::Png) => PixelFormat::HalfRgb,
-        _ => PixelFormat::LinearRgb,
-    };
-    let plan = Plan::new(scene, pixel)?;
-    for path in outputs {
-        output::check_writable(path)?;
-    }
-    output::check_distinct(outputs)?;
-    check_memory(scene.camera.size, pixel)?;
+    let job = Job::new(scene, outputs)?;
     let planned = start.elapsed();
     stage("opening the device");
-    let device = open()?;
+    let mut device = open()?;
     stage("computing the sky");
-    let run = device.backend.run(&plan, plan.kernel())?;
-    stage("writing files");
-    let encoding = Instant::now();
-    let (kernel, readback) = (run.kernel, run.readback);
-    write(&plan, run, &formats, outputs, scene.render.exr)?;
+    let (times, encoding) = std::thread::scope(|scope| {
+        let (times, files) = job.compute(scope, &mut device)?;
+        stage("writing files");
+        let computed = Instant::now();
+        files.finish().map(|()| (times, computed.elapsed()))
+    })?;
+    let plan = &job.plan;
     Ok(Report {
         device: device.name,
         backend: device.kind,
         width: plan.width(),
         height: plan.height(),
+        sun_elevation: scene.sun.elevation,
+        sun_azimuth: scene.sun.azimuth,
         fit: scene.render.fit,
         color: scene.render.color,
         steps: plan.steps(),
         path: plan.path.clone(),
-        explain: explain(&plan, scene.camera.projection),
+        explain: explain(plan, scene.camera.projection),
         exposure_ev: plan.frame.exposure.log2(),
         plan_ms: ms(planned),
-        kernel_ms: ms(kernel),
-        readback_ms: ms(readback),
-        encode_ms: ms(encoding.elapsed()),
+        kernel_ms: ms(times.kernel),
+        readback_ms: ms(times.readback),
+        encode_ms: ms(encoding),
         total_ms: ms(start.elapsed()),
         outputs: outputs.to_vec(),
     })
 }
 
-/// Checks, before any work, that the image and its encoding fit into memory.
-fn check_memory(size: Size, pixel: PixelFormat) -> Result<()> {
-    // A pixel as the device left it, its three bytes of a picture, and about as much for the encoder.
-    let bytes_per_pixel = 4 * u64::from(pixel.words()) + 8;
-    let bytes = u64::from(size.width) * u64::from(size.height) * bytes_per_pixel;
-    let room = usize::try_from(bytes).is_ok_and(|bytes| {
-        let mut trial = Vec::<u8>::new();
-        let room = trial.try_reserve_exact(bytes).is_ok();
-        // Or else the compiler may leave out the allocation, and the answer with it.
-        std::hint::black_box(&trial);
-        room
-    });
-    if room {
-        return Ok(());
-    }
-    let gib = bytes as f64 / f64::from(1 << 30);
-    Err(Error::request(format!("--size {size} (camera.size) takes {gib:.1} GiB of memory, more than there is")))
-}
-
-/// Encodes every file before the first takes its place, so that a failure leaves all of them as they were.
-fn write(plan: &Plan, run: Run, formats: &[Format], outputs: &[PathBuf], depth: ExrDepth) -> Result<()> {
-    let (width, height) = (plan.width(), plan.height());
-    let picture = |path: &PathBuf, rgb: &[u8]| output::png::write(path, width, height, rgb);
-    let staged: Vec<Staged> = match plan.pixel {
-        PixelFormat::Picture => {
-            let rgb = output::png::unpack(&run.words);
-            outputs.iter().map(|path| picture(path, &rgb)).collect::<Result<_>>()?
-        }
-        PixelFormat::HalfRgb => outputs
-            .iter()
-            .map(|path| output::exr::write_half(path, width as usize, height as usize, &run.words))
-            .collect::<Result<_>>()?,
-        PixelFormat::LinearRgb => {
-            let rgb = bytemuck::allocation::cast_vec(run.words);
-            let image = LinearImage { width: width as usize, height: height as usize, rgb };
-            if let Some(value) = image.rgb.iter().find(|value| !(value.is_finite() && **value >= 0.0)) {
-                return Err(Error::failure(format!("the device computed a pixel of {value}; nothing was written")));
-            }
-            let encode = |(path, format): (&PathBuf, &Format)| match format {
-                Format::Exr => output::exr::write(path, &image, depth),
-                Format::Png => picture(path, &output::png::expose(&image, plan.frame.exposure)),
-            };
-            outputs.iter().zip(formats).map(encode).collect::<Result<_>>()?
-        }
+/// Refuses rows that hold what no kernel stores: the sentinel of a pixel that was never written, or what no radiance is.
+fn check_rows(pixel: PixelFormat, rows: &[u32]) -> Result<()> {
+    const OPAQUE: u32 = 0xff00_0000;
+    const HALF_INFINITY: u32 = 0x7c00;
+    let wrong = match pixel {
+        PixelFormat::Picture => rows.iter().any(|&word| word & OPAQUE != OPAQUE),
+        PixelFormat::LinearRgb => rows.iter().any(|&word| {
+            let value = f32::from_bits(word);
+            !(value.is_finite() && value >= 0.0)
+        }),
+        PixelFormat::HalfRgb => rows.iter().any(|&word| word & 0xffff >= HALF_INFINITY || word >> 16 >= HALF_INFINITY),
     };
-    staged.into_iter().try_for_each(Staged::commit)
+    if wrong { Err(Error::Device("it left pixels that hold no radiance".into())) } else { Ok(()) }
 }

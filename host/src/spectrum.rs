@@ -12,7 +12,6 @@ use crate::error::{Error, Result};
 use crate::plan::learnt::{Constituent, DARKEST, Regression};
 use crate::plan::quadrature::gauss_legendre;
 use crate::plan::{Plan, SpectralFit, bands, direction};
-use crate::tables::MEASURED_RANGE;
 
 /// Samples on each piece of a ray for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
 /// the convergence.
@@ -40,7 +39,7 @@ pub fn spectrum(plan: &Plan, elevation: f64, azimuth: f64, wavelengths: &[f64]) 
             return Err(Error::request(format!("{flag} is {value}; it must lie between -{limit} and {limit} degrees")));
         }
     }
-    let (shortest, longest) = MEASURED_RANGE;
+    let (shortest, longest) = plan.optics.known_wavelengths;
     if let Some(outside) = wavelengths.iter().find(|&&wavelength| !(shortest..=longest).contains(&wavelength)) {
         return Err(Error::request(format!(
             "--wavelengths holds {outside}; wavelengths must lie between {shortest} and {longest} nm"

@@ -243,8 +243,8 @@ fn a_wrong_flag_exits_with_2_and_one_sentence() {
         ("--size 4.5x4", &["--size", "4.5x4", "WIDTHxHEIGHT"]),
         ("--size 4000000000x4000000000", &["--size", "4000000000x4000000000", "each from 1 to 8388608"]),
         ("--size 99999999999999999999x1", &["--size", "99999999999999999999x1", "each from 1 to 8388608"]),
-        ("--size 8388608x8388608", &["--size", "8388608x8388608", "GiB of memory"]),
-        ("--preset mars", &["--preset", "mars", "earth", "paper"]),
+        ("--size 8388608x8388608", &["--size", "8388608x8388608", "GiB are free"]),
+        ("--preset moon", &["--preset", "moon", "earth", "paper"]),
         ("--projection mercator", &["--projection", "mercator", "equirectangular", "fisheye", "perspective"]),
         ("--fit linear", &["--fit", "linear", "cubic", "transfer", "extinction", "dense"]),
         ("--fit dense --color solve", &["--fit dense", "--color solve"]),
@@ -256,8 +256,8 @@ fn a_wrong_flag_exits_with_2_and_one_sentence() {
         ("--color fast", &["--color", "fast", "solve", "folded"]),
         ("--device abacus", &["--device", "abacus", "auto", "cpu"]),
         ("--device=", &["--device", "auto", "cpu", "gpu"]),
-        ("--scene missing.toml", &["--scene", "missing.toml", "No such file"]),
-        ("--scene folder.png", &["--scene", "folder.png", "directory"]),
+        ("--scene missing.toml", &["scene file missing.toml", "No such file"]),
+        ("--scene folder.png", &["scene file folder.png", "directory"]),
         ("-o sky.jpg", &["-o", "sky.jpg", ".png or .exr"]),
         ("-o sky", &["-o", "sky", ".png or .exr"]),
         ("-o a.png -o nowhere/b.png", &["-o", "nowhere/b.png", "folder does not exist"]),
@@ -271,7 +271,7 @@ fn a_wrong_flag_exits_with_2_and_one_sentence() {
         let flags: Vec<&str> = flags.split(' ').collect();
         let device: &[&str] = if flags[0].starts_with("--device") { &[] } else { &["--device", "cpu"] };
         refuses(None, &[&["render"], device, &flags].concat(), named);
-        if !matches!(flags[0], "-o") && !named.contains(&"GiB of memory") {
+        if !matches!(flags[0], "-o") && !named.contains(&"GiB are free") {
             refuses(None, &[&SPECTRUM, device, &flags].concat(), named);
         }
     }
@@ -334,12 +334,12 @@ fn a_wrong_scene_exits_with_2_and_one_sentence() {
         refuses(Some(&format!("{key} = {value}\n")), &["render", "--device", "cpu"], &[key, shown, allowed]);
     }
     let table: [(&str, &[&str]); 15] = [
-        ("[sun]\nelevation = 3\nelevatoin = 4", &["scene.toml, line 3", "elevatoin", "`elevation`"]),
+        ("[sun]\nelevation = 3\nelevatoin = 4", &["scene.toml, line 3", "column 1", "elevatoin", "`elevation`"]),
         ("[moon]\nelevation = 3", &["line 1", "moon", "`sun`"]),
         ("\n\n[sun]\nelevation = \"high\"", &["line 4", "elevation", "high", "a number"]),
         ("[sun]\nspectrum = \"red\"", &["line 2", "spectrum", "red", "astm-g173", "flat"]),
         ("sun = 3", &["line 1", "sun = 3", "a table"]),
-        ("preset = \"mars\"", &["line 1", "preset", "mars", "earth", "paper"]),
+        ("preset = \"moon\"", &["line 1", "preset", "moon", "earth", "paper"]),
         ("camera.size = \"0x3\"", &["line 1", "camera.size", "0x3", "each from 1 to 8388608"]),
         ("camera.size = 5", &["line 1", "camera.size", "5", "string"]),
         ("camera.projection = \"cube\"", &["line 1", "camera.projection", "cube", "fisheye"]),

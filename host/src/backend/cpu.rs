@@ -1,15 +1,16 @@
 //! The kernels on the CPU's cores.
 
+use std::collections::VecDeque;
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use sorairo_shared::color::srgb8;
-use sorairo_shared::frame::{Frame, Pixel, SENTINEL, radiance_pixel, sky_pixel, table_colours, table_pixel};
-use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::frame::{Frame, SENTINEL, radiance_pixel, sky_pixel, table_colours, table_pixel};
+use sorairo_shared::glam::Vec4;
 use sorairo_shared::sky_table::entries;
 
-use super::{Backend, Device, Kernel, Run};
-use crate::error::{Error, Result};
+use super::{Backend, Device, Kernel, TakeRows, Times, rows_at_once, words_per_row};
+use crate::error::Result;
 use crate::plan::Plan;
 
 /// All cores, one row of the image at a time.
@@ -18,50 +19,32 @@ pub struct Cpu;
 /// The CPU as a device.
 pub fn device() -> Device {
     let cores = rayon::current_num_threads();
-    Device { name: format!("CPU ({cores} threads)"), kind: "cpu", backend: Box::new(Cpu) }
+    Device { name: format!("CPU ({cores} threads)"), kind: "cpu", backend: Box::new(Cpu), spares: VecDeque::new() }
 }
 
 impl Backend for Cpu {
-    fn run(&self, plan: &Plan, kernel: Kernel) -> Result<Run> {
-        let row_words = plan.width() as usize * words_per_pixel(plan, kernel);
-        let mut words = black_image(plan, kernel)?;
+    fn lit_rows(&self, plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<Times> {
+        let row_words = words_per_row(plan, kernel);
+        let at_once = rows_at_once(plan).min(rows.len() as u32);
+        let mut words = vec![0; row_words * at_once as usize];
         let start = Instant::now();
         let table = if kernel == Kernel::SkyTable { sky_table(plan) } else { Vec::new() };
-        let lit = plan.lit_rows.start as usize..plan.lit_rows.end as usize;
-        words[lit.start * row_words..lit.end * row_words].par_chunks_mut(row_words).zip(lit).for_each(
-            |(words, row)| {
+        let mut computing = start.elapsed();
+        for first in rows.clone().step_by(at_once as usize) {
+            let start = Instant::now();
+            let words = &mut words[..row_words * at_once.min(rows.end - first) as usize];
+            words.par_chunks_mut(row_words).zip(first as usize..rows.end as usize).for_each(|(words, row)| {
                 // Each chunk is the output of a dispatch of one row.
                 let frame = Frame { first_row: row as u32, rows: 1, ..plan.frame };
                 for column in 0..plan.width() {
                     store_pixel(&frame, plan, kernel, &table, words, column);
                 }
-            },
-        );
-        Ok(Run { words, kernel: start.elapsed(), readback: Duration::ZERO })
+            });
+            computing += start.elapsed();
+            take(first, words)?;
+        }
+        Ok(Times { kernel: computing, readback: Duration::ZERO })
     }
-}
-
-/// Words that a pixel of a kernel takes.
-pub(super) fn words_per_pixel(plan: &Plan, kernel: Kernel) -> usize {
-    match kernel {
-        Kernel::Radiance => 4 * plan.bands.len(),
-        _ => plan.pixel.words() as usize,
-    }
-}
-
-/// An image without light, or an error where there is no room for it.
-pub(super) fn black_image(plan: &Plan, kernel: Kernel) -> Result<Vec<u32>> {
-    let row_words = plan.width() as usize * words_per_pixel(plan, kernel);
-    let rows = plan.height() as usize;
-    let out_of_memory =
-        || Error::failure(format!("an image of {rows} rows of {} bytes does not fit into memory", row_words * 4));
-    let total = row_words.checked_mul(rows).ok_or_else(out_of_memory)?;
-    let picture = kernel != Kernel::Radiance && plan.pixel == Pixel::Picture;
-    let black = if picture { srgb8(Vec3::ZERO, 1.0) } else { 0 };
-    let mut words = Vec::new();
-    words.try_reserve_exact(total).map_err(|_| out_of_memory())?;
-    words.resize(total, black);
-    Ok(words)
 }
 
 /// The sky table of a plan.
@@ -80,7 +63,7 @@ fn store_pixel(frame: &Frame, plan: &Plan, kernel: Kernel, table: &[Vec4], words
     match kernel {
         Kernel::Radiance => radiance_pixel(frame, bands, quadrature, words, column, 0, *variant),
         Kernel::Fill => {
-            let size = words_per_pixel(plan, kernel);
+            let size = plan.pixel.words() as usize;
             words[column as usize * size..][..size].fill(SENTINEL);
         }
         Kernel::SkyTable => table_pixel(frame, table, words, column, 0, *variant),

@@ -1,17 +1,17 @@
 //! The kernels on a Vulkan device, from the SPIR-V that travels with the program.
 
 use std::borrow::Cow;
-use std::collections::{HashMap, HashSet};
+use std::collections::{HashMap, HashSet, VecDeque};
+use std::num::NonZero;
+use std::ops::Range;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use sorairo_shared::frame::{Frame, TABLE_WORKGROUP, WORKGROUP_SIDE};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::sky_table::entries;
-use wgpu::util::DeviceExt;
 
-use super::cpu::{black_image, words_per_pixel};
-use super::{Backend, Device, Kernel, Run};
+use super::{Backend, Device, Kernel, TakeRows, Times, rows_at_once, words_per_row};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
 
@@ -21,11 +21,12 @@ pub const SPIRV: &[u8] = include_bytes!("../../../shader-crate/compiled/sorairo.
 /// A bit pattern that no kernel stores (a NaN), so that a pixel which a kernel failed to write can be told.
 pub const SENTINEL: u32 = sorairo_shared::frame::SENTINEL;
 
-/// Pixels in one dispatch: enough to fill any device, short enough for a driver's watchdog.
-const PIXELS_PER_DISPATCH: u64 = 1 << 22;
+/// Strips of an image that are under way at once: one is computed while the other is brought back.
+const STRIPS_UNDER_WAY: usize = 2;
 
 /// A Vulkan device with the kernels loaded.
 pub struct Gpu {
+    name: String,
     device: wgpu::Device,
     queue: wgpu::Queue,
     passthrough: bool,
@@ -34,13 +35,18 @@ pub struct Gpu {
     pipelines: Mutex<HashMap<(&'static str, u32), wgpu::ComputePipeline>>,
     table_layouts: Layouts,
     pixel_layouts: Layouts,
-    /// Those of the last frame, for the next of its size.
-    targets: Mutex<Option<Targets>>,
+    /// What one frame leaves to the next.
+    buffers: Mutex<Buffers>,
     /// Kernels and sizes whose output was seen to be whole.
     verified: Mutex<HashSet<(Kernel, u32, u32, u32)>>,
     fault: Arc<Mutex<Option<String>>>,
-    limits: wgpu::Limits,
+    /// The largest buffer that a kernel can write (bytes).
+    largest_buffer: u64,
+    /// The most workgroups along a side of a dispatch.
+    most_groups: u32,
     has_timestamps: bool,
+    /// Whether the copy of pixels is timed too.
+    times_copies: bool,
 }
 
 /// A Vulkan device as `sorairo devices` lists it.
@@ -112,22 +118,38 @@ pub(super) fn no_such_device(choice: &str) -> Error {
 ///
 /// # Errors
 ///
-/// [`Error::Failure`] if the device is there and cannot be opened.
+/// [`Error::Device`] if the device is there and cannot be opened.
 pub fn open(wanted: &str) -> Result<Option<Device>> {
-    let wanted = wanted.to_lowercase();
-    let instance = instance();
-    let adapter =
-        adapters(&instance).into_iter().find(|adapter| adapter.get_info().name.to_lowercase().contains(&wanted));
-    let Some(adapter) = adapter else { return Ok(None) };
-    let name = adapter.get_info().name;
-    let gpu =
-        Gpu::new(&adapter).map_err(|error| Error::failure(format!("device {name:?} cannot be opened: {error}")))?;
-    Ok(Some(Device { name, kind: "gpu", backend: Box::new(gpu) }))
+    Ok(Gpu::open(wanted, u64::MAX)?.map(Gpu::into_device))
 }
 
 impl Gpu {
-    fn new(adapter: &wgpu::Adapter) -> std::result::Result<Self, wgpu::RequestDeviceError> {
-        let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::PASSTHROUGH_SHADERS;
+    /// [`open`] of a device that is treated as if it took no buffer larger than `largest_buffer` (bytes).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Device`] if the device is there and cannot be opened.
+    pub fn open(wanted: &str, largest_buffer: u64) -> Result<Option<Self>> {
+        let wanted = wanted.to_lowercase();
+        let instance = instance();
+        let adapter =
+            adapters(&instance).into_iter().find(|adapter| adapter.get_info().name.to_lowercase().contains(&wanted));
+        let Some(adapter) = adapter else { return Ok(None) };
+        let name = adapter.get_info().name;
+        let gpu = Self::new(&adapter, largest_buffer)
+            .map_err(|error| Error::Device(format!("device {name:?} cannot be opened: {error}")))?;
+        Ok(Some(gpu))
+    }
+
+    /// This device, without spares.
+    pub fn into_device(self) -> Device {
+        Device { name: self.name.clone(), kind: "gpu", backend: Box::new(self), spares: VecDeque::new() }
+    }
+
+    fn new(adapter: &wgpu::Adapter, largest_buffer: u64) -> std::result::Result<Self, wgpu::RequestDeviceError> {
+        let wanted = wgpu::Features::TIMESTAMP_QUERY
+            | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
+            | wgpu::Features::PASSTHROUGH_SHADERS;
         let features = adapter.features() & wanted;
         let limits = adapter.limits();
         // SAFETY: the one experimental feature used is the shader passthrough, see `load`.
@@ -142,11 +164,17 @@ impl Gpu {
             trace: wgpu::Trace::Off,
         }))?;
         let fault = Arc::new(Mutex::new(None));
-        let record = Arc::clone(&fault);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            record.lock().expect("no holder of this lock panics").get_or_insert_with(|| error.to_string());
-        }));
+        let record = |fault: &Arc<Mutex<Option<String>>>| {
+            let fault = Arc::clone(fault);
+            move |text: String| {
+                fault.lock().expect("no holder of this lock panics").get_or_insert(text);
+            }
+        };
+        let (failed, lost) = (record(&fault), record(&fault));
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| failed(error.to_string())));
+        device.set_device_lost_callback(move |reason, message| lost(format!("it was lost ({reason:?}) {message}")));
         Ok(Self {
+            name: adapter.get_info().name,
             table_layouts: Layouts::new(&device, &[0, 1, 2, 3, 4], 4),
             pixel_layouts: Layouts::new(&device, &[0, 1, 2, 3, 4, 5], 5),
             device,
@@ -154,11 +182,13 @@ impl Gpu {
             passthrough: features.contains(wgpu::Features::PASSTHROUGH_SHADERS),
             modules: Mutex::default(),
             pipelines: Mutex::default(),
-            targets: Mutex::default(),
+            buffers: Mutex::default(),
             verified: Mutex::default(),
             fault,
-            limits,
+            largest_buffer: limits.max_buffer_size.min(limits.max_storage_buffer_binding_size).min(largest_buffer),
+            most_groups: limits.max_compute_workgroups_per_dimension,
             has_timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
+            times_copies: features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS),
         })
     }
 
@@ -179,25 +209,19 @@ impl Gpu {
         pipelines.entry((entry_point, variant)).or_insert_with(build).clone()
     }
 
-    fn group(&self, layouts: &Layouts, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
-        let entry =
-            |&binding: &u32| wgpu::BindGroupEntry { binding, resource: buffers[binding as usize].as_entire_binding() };
+    /// Buffers of a frame with the bytes that it uses of each, as a pipeline takes them.
+    fn group(&self, layouts: &Layouts, buffers: &[(&wgpu::Buffer, u64)]) -> wgpu::BindGroup {
+        let entry = |&binding: &u32| {
+            let (buffer, bytes) = buffers[binding as usize];
+            let resource =
+                wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size: NonZero::new(bytes) });
+            wgpu::BindGroupEntry { binding, resource }
+        };
         let entries: Vec<_> = layouts.used.iter().map(entry).collect();
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("kernel"),
             layout: &layouts.bindings,
             entries: &entries,
-        })
-    }
-
-    /// Buffers for a tile of this size: those of the last frame if they fit.
-    fn targets(&self, bytes: u64) -> Targets {
-        let last = self.targets.lock().expect("no holder of this lock panics").take();
-        last.filter(|targets| targets.bytes == bytes).unwrap_or_else(|| Targets {
-            output: self.buffer("pixels", bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC),
-            staging: self.buffer("read-back", bytes, wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ),
-            clock: self.has_timestamps.then(|| Clock::new(self)),
-            bytes,
         })
     }
 
@@ -209,155 +233,246 @@ impl Gpu {
     }
 
     /// Rows that one dispatch computes, so that its output fits the device's largest buffer.
-    fn rows_per_tile(&self, plan: &Plan, row_bytes: u64) -> Result<u32> {
-        let largest = self.limits.max_buffer_size.min(self.limits.max_storage_buffer_binding_size);
-        let most_groups = u64::from(self.limits.max_compute_workgroups_per_dimension);
-        let side = u64::from(WORKGROUP_SIDE);
-        let rows =
-            (largest / row_bytes).min(PIXELS_PER_DISPATCH / u64::from(plan.width())).max(1).min(most_groups * side);
-        if row_bytes > largest || u64::from(plan.width()).div_ceil(side) > most_groups {
-            let widest = (largest / (row_bytes / u64::from(plan.width()))).min(most_groups * side);
+    fn rows_per_strip(&self, plan: &Plan, row_bytes: u64) -> Result<u32> {
+        let most = u64::from(self.most_groups) * u64::from(WORKGROUP_SIDE);
+        let widest = (self.largest_buffer / (row_bytes / u64::from(plan.width()))).min(most);
+        if u64::from(plan.width()) > widest {
             return Err(Error::request(format!(
                 "--size {}x{} is wider than this device takes; at most {widest} pixels",
                 plan.width(),
                 plan.height()
             )));
         }
-        Ok(rows.min(u64::from(plan.lit_rows.end - plan.lit_rows.start)).max(1) as u32)
+        let rows = (self.largest_buffer / row_bytes).min(most).min(u64::from(rows_at_once(plan)));
+        Ok(rows.min(plan.lit_rows.len() as u64).max(1) as u32)
     }
 
-    /// The first error that the device reported, as a failure.
+    /// The first error that the device reported.
     fn check(&self) -> Result<()> {
         match self.fault.lock().expect("no holder of this lock panics").take() {
-            Some(fault) => Err(Error::failure(format!("the device failed: {}", fault.replace('\n', " ")))),
+            Some(fault) => Err(Error::Device(fault.replace('\n', " "))),
             None => Ok(()),
         }
     }
 
-    fn storage(&self, label: &str, contents: &[u8]) -> wgpu::Buffer {
-        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some(label),
-            contents,
-            usage: wgpu::BufferUsages::STORAGE,
-        })
+    /// Makes every later use of the device fail, as the loss of its driver does.
+    pub fn lose(&self) {
+        self.device.destroy();
     }
 
-    fn uniform(&self, label: &str, contents: &[u8]) -> wgpu::Buffer {
-        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some(label),
-            contents,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        })
-    }
-
-    fn buffer(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
-        self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size,
-            usage,
-            mapped_at_creation: false,
-        })
-    }
-
-    /// Waits for the device and copies the first `size` bytes of a mappable buffer out.
-    fn read(&self, buffer: &wgpu::Buffer, size: u64, into: &mut [u32]) -> Result<()> {
-        let slice = buffer.slice(..size);
-        slice.map_async(wgpu::MapMode::Read, |_| {});
-        self.wait()?;
-        let mapped = slice
-            .get_mapped_range()
-            .map_err(|error| Error::failure(format!("the device's output cannot be read: {error}")))?;
-        bytemuck::cast_slice_mut::<u32, u8>(into).copy_from_slice(&mapped);
-        drop(mapped);
-        buffer.unmap();
+    /// Waits until a submission is done, and what it maps is mapped.
+    fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
+        let polled = self.device.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None });
+        self.check()?;
+        polled.map_err(|error| Error::Device(format!("it does not answer: {error}")))?;
         Ok(())
     }
 
-    fn wait(&self) -> Result<()> {
-        self.device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|error| Error::failure(format!("the device was lost: {error}")))?;
-        self.check()
+    /// Brings a strip back and hands it out.
+    fn collect(&self, strip: Strip, verify: bool, kernel: Kernel, take: &mut TakeRows<'_>) -> Result<Times> {
+        let Strip { first_row, bytes, slot, submission, submitted } = strip;
+        self.wait(submission)?;
+        let waited = submitted.elapsed();
+        let mut times = match &slot.clock {
+            Some(clock) => clock.times(self)?,
+            None => Times { kernel: waited, readback: Duration::ZERO },
+        };
+        let start = Instant::now();
+        let mapped = mapped(&slot.staging, bytes)?;
+        times.readback += start.elapsed();
+        let words: &[u32] = bytemuck::cast_slice(&mapped);
+        if verify && words.contains(&SENTINEL) {
+            return Err(Error::Device(format!("kernel {} left pixels unwritten", kernel.entry_point())));
+        }
+        let taken = take(first_row, words);
+        drop(mapped);
+        slot.staging.unmap();
+        taken.map(|()| times)
     }
 }
 
+/// The bytes of a buffer that is mapped.
+fn mapped(buffer: &wgpu::Buffer, bytes: u64) -> Result<wgpu::BufferView> {
+    buffer
+        .slice(..bytes)
+        .get_mapped_range()
+        .map_err(|error| Error::Device(format!("its output cannot be read: {error}")))
+}
+
 impl Backend for Gpu {
-    fn run(&self, plan: &Plan, kernel: Kernel) -> Result<Run> {
-        let words_per_row = plan.width() as usize * words_per_pixel(plan, kernel);
-        let row_bytes = words_per_row as u64 * 4;
-        let rows_per_tile = self.rows_per_tile(plan, row_bytes)?;
-        let mut words = black_image(plan, kernel)?;
-        if plan.lit_rows.is_empty() {
-            return Ok(Run { words, kernel: Duration::ZERO, readback: Duration::ZERO });
-        }
-        let lit = plan.lit_rows.start as usize * words_per_row..plan.lit_rows.end as usize * words_per_row;
+    fn lit_rows(&self, plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<Times> {
+        let row_bytes = 4 * words_per_row(plan, kernel) as u64;
+        let rows_per_strip = self.rows_per_strip(plan, row_bytes)?;
         let verify = kernel != Kernel::Fill && self.is_new(plan, kernel);
 
-        let table_bytes = 2 * size_of::<Vec4>() as u64 * u64::from(entries(&plan.frame)).max(1);
-        let table = self.buffer("sky table", table_bytes, wgpu::BufferUsages::STORAGE);
-        let frame = self.uniform("frame", bytemuck::bytes_of(&plan.frame));
-        let targets = self.targets(row_bytes * u64::from(rows_per_tile));
-        let shared = [
-            self.storage("bands", bytemuck::cast_slice(&plan.bands)),
-            self.storage("quadrature", bytemuck::cast_slice(&plan.quadrature)),
-            self.storage("colour", bytemuck::cast_slice(&plan.colour)),
-        ];
-        let buffers = [&frame, &shared[0], &shared[1], &shared[2], &table, &targets.output];
-        let groups = Groups {
-            table: self.group(&self.table_layouts, &buffers),
-            pixels: self.group(&self.pixel_layouts, &buffers),
-        };
+        let mut kept = self.buffers.lock().expect("no holder of this lock panics");
+        // A frame that fails leaves no buffer that is still in use.
+        let mut buffers = std::mem::take(&mut *kept);
+        let groups = buffers.fill(self, plan, row_bytes * u64::from(rows_per_strip));
         let fill_table = (kernel == Kernel::SkyTable)
             .then(|| self.pipeline(plan.table_kernel().entry_point(), plan.variant, &self.table_layouts));
         let pixels = self.pipeline(kernel.entry_point(), plan.variant, &self.pixel_layouts);
         let sentinel = verify.then(|| self.pipeline(Kernel::Fill.entry_point(), plan.variant, &self.pixel_layouts));
         self.check()?;
 
-        let mut run = Run { words: Vec::new(), kernel: Duration::ZERO, readback: Duration::ZERO };
-        for (tile, words) in words[lit].chunks_mut(words_per_row * rows_per_tile as usize).enumerate() {
-            let tile_frame = Frame {
-                first_row: plan.lit_rows.start + tile as u32 * rows_per_tile,
-                rows: (words.len() / words_per_row) as u32,
-                ..plan.frame
-            };
-            self.queue.write_buffer(&frame, 0, bytemuck::bytes_of(&tile_frame));
-            let size = (plan.width().div_ceil(WORKGROUP_SIDE), tile_frame.rows.div_ceil(WORKGROUP_SIDE));
+        let mut times = Times::default();
+        let mut under_way = VecDeque::new();
+        for (strip, first_row) in rows.clone().step_by(rows_per_strip as usize).enumerate() {
+            if under_way.len() == STRIPS_UNDER_WAY {
+                let oldest = under_way.pop_front().expect("two strips are under way");
+                times += self.collect(oldest, verify, kernel, take)?;
+            }
+            let frame = Frame { first_row, rows: rows_per_strip.min(rows.end - first_row), ..plan.frame };
+            self.queue.write_buffer(buffers.frame.get(), 0, bytemuck::bytes_of(&frame));
+            let size = (plan.width().div_ceil(WORKGROUP_SIDE), frame.rows.div_ceil(WORKGROUP_SIDE));
             let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             if let Some(sentinel) = &sentinel {
                 dispatch(&mut encoder, sentinel, &groups.pixels, size, None);
             }
-            let clock = targets.clock.as_ref();
-            let table_first = fill_table.as_ref().filter(|_| tile == 0);
+            let slot = buffers.slot(self, strip % STRIPS_UNDER_WAY, row_bytes * u64::from(rows_per_strip));
+            let clock = slot.clock.as_ref();
+            let table_first = fill_table.as_ref().filter(|_| strip == 0);
             if let Some(fill_table) = table_first {
                 let size = (entries(&plan.frame).div_ceil(TABLE_WORKGROUP), 1);
                 dispatch(&mut encoder, fill_table, &groups.table, size, clock.map(|clock| clock.writes(true, false)));
             }
             let writes = clock.map(|clock| clock.writes(table_first.is_none(), true));
             dispatch(&mut encoder, &pixels, &groups.pixels, size, writes);
+            let bytes = row_bytes * u64::from(frame.rows);
+            encoder.copy_buffer_to_buffer(buffers.pixels.get(), 0, &slot.staging, 0, bytes);
             if let Some(clock) = clock {
-                clock.resolve(&mut encoder);
+                clock.resolve(&mut encoder, self.times_copies);
             }
-            let start = Instant::now();
-            self.queue.submit([encoder.finish()]);
-            self.wait()?;
-            let computed = Instant::now();
-            let bytes = words.len() as u64 * 4;
-            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.copy_buffer_to_buffer(&targets.output, 0, &targets.staging, 0, bytes);
-            self.queue.submit([encoder.finish()]);
-            self.read(&targets.staging, bytes, words)?;
-            run.readback += computed.elapsed();
-            run.kernel += match clock {
-                Some(clock) => clock.elapsed(self)?,
-                None => computed - start,
-            };
-            if verify && words.contains(&SENTINEL) {
-                return Err(Error::failure(format!("kernel {} left pixels unwritten", kernel.entry_point())));
+            let submitted = Instant::now();
+            let submission = self.queue.submit([encoder.finish()]);
+            slot.staging.slice(..bytes).map_async(wgpu::MapMode::Read, |_| {});
+            if let Some(clock) = clock {
+                clock.staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
             }
+            under_way.push_back(Strip { first_row, bytes, slot, submission, submitted });
         }
-        *self.targets.lock().expect("no holder of this lock panics") = Some(targets);
-        run.words = words;
-        Ok(run)
+        for strip in under_way {
+            times += self.collect(strip, verify, kernel, take)?;
+        }
+        *kept = buffers;
+        Ok(times)
+    }
+}
+
+/// Rows that are on their way.
+struct Strip {
+    first_row: u32,
+    bytes: u64,
+    slot: Slot,
+    submission: wgpu::SubmissionIndex,
+    submitted: Instant,
+}
+
+/// Where a strip comes back to.
+#[derive(Clone)]
+struct Slot {
+    staging: wgpu::Buffer,
+    bytes: u64,
+    clock: Option<Clock>,
+}
+
+/// A buffer that is kept from frame to frame, and made anew for a frame that needs more.
+struct Kept {
+    label: &'static str,
+    usage: wgpu::BufferUsages,
+    buffer: Option<wgpu::Buffer>,
+}
+
+impl Kept {
+    fn new(label: &'static str, usage: wgpu::BufferUsages) -> Self {
+        Self { label, usage, buffer: None }
+    }
+
+    fn reserve(&mut self, device: &wgpu::Device, bytes: u64) {
+        if self.buffer.as_ref().is_none_or(|buffer| buffer.size() < bytes) {
+            self.buffer = Some(device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(self.label),
+                size: bytes,
+                usage: self.usage,
+                mapped_at_creation: false,
+            }));
+        }
+    }
+
+    /// Uploads the contents; returns how many bytes they are.
+    fn upload(&mut self, gpu: &Gpu, contents: &[u8]) -> u64 {
+        self.reserve(&gpu.device, contents.len() as u64);
+        gpu.queue.write_buffer(self.get(), 0, contents);
+        contents.len() as u64
+    }
+
+    fn get(&self) -> &wgpu::Buffer {
+        self.buffer.as_ref().expect("a frame reserves its buffers first")
+    }
+}
+
+/// The buffers of a frame, kept for the next.
+struct Buffers {
+    frame: Kept,
+    bands: Kept,
+    quadrature: Kept,
+    colour: Kept,
+    table: Kept,
+    pixels: Kept,
+    slots: [Option<Slot>; STRIPS_UNDER_WAY],
+}
+
+impl Default for Buffers {
+    fn default() -> Self {
+        let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        Self {
+            frame: Kept::new("frame", wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST),
+            bands: Kept::new("bands", storage),
+            quadrature: Kept::new("quadrature", storage),
+            colour: Kept::new("colour", storage),
+            table: Kept::new("sky table", wgpu::BufferUsages::STORAGE),
+            pixels: Kept::new("pixels", wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC),
+            slots: Default::default(),
+        }
+    }
+}
+
+impl Buffers {
+    /// Uploads a plan, and binds its tables and `pixel_bytes` of output.
+    fn fill(&mut self, gpu: &Gpu, plan: &Plan, pixel_bytes: u64) -> Groups {
+        let table_bytes = 2 * size_of::<Vec4>() as u64 * u64::from(entries(&plan.frame)).max(1);
+        self.table.reserve(&gpu.device, table_bytes);
+        self.pixels.reserve(&gpu.device, pixel_bytes);
+        let frame_bytes = self.frame.upload(gpu, bytemuck::bytes_of(&plan.frame));
+        let bands_bytes = self.bands.upload(gpu, bytemuck::cast_slice(&plan.bands));
+        let quadrature_bytes = self.quadrature.upload(gpu, bytemuck::cast_slice(&plan.quadrature));
+        let colour_bytes = self.colour.upload(gpu, bytemuck::cast_slice(&plan.colour));
+        let bound = [
+            (self.frame.get(), frame_bytes),
+            (self.bands.get(), bands_bytes),
+            (self.quadrature.get(), quadrature_bytes),
+            (self.colour.get(), colour_bytes),
+            (self.table.get(), table_bytes),
+            (self.pixels.get(), pixel_bytes),
+        ];
+        Groups { table: gpu.group(&gpu.table_layouts, &bound), pixels: gpu.group(&gpu.pixel_layouts, &bound) }
+    }
+
+    /// A place of at least `bytes` for a strip to come back to.
+    fn slot(&mut self, gpu: &Gpu, index: usize, bytes: u64) -> Slot {
+        let slot = &mut self.slots[index];
+        if slot.as_ref().is_none_or(|slot| slot.bytes < bytes) {
+            let staging = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("read-back"),
+                size: bytes,
+                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            });
+            let clock = slot.take().and_then(|slot| slot.clock);
+            let clock = clock.or_else(|| gpu.has_timestamps.then(|| Clock::new(&gpu.device)));
+            *slot = Some(Slot { staging, bytes, clock });
+        }
+        slot.clone().expect("the slot was filled")
     }
 }
 
@@ -402,14 +517,6 @@ impl Layouts {
         });
         Self { bindings, pipeline, used }
     }
-}
-
-/// Buffers that frames of one size share.
-struct Targets {
-    output: wgpu::Buffer,
-    staging: wgpu::Buffer,
-    clock: Option<Clock>,
-    bytes: u64,
 }
 
 /// The shader module with its specialisation constant set, handed to the driver as it is where wgpu allows that, through
@@ -484,7 +591,8 @@ fn dispatch(
     pass.dispatch_workgroups(columns, rows, 1);
 }
 
-/// The device's own clock around the passes of a frame.
+/// The device's own clock around the passes of a strip.
+#[derive(Clone)]
 struct Clock {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
@@ -492,19 +600,31 @@ struct Clock {
 }
 
 impl Clock {
-    fn new(gpu: &Gpu) -> Self {
+    /// Before the first pass, after the last, after the copy.
+    const QUERIES: u32 = 3;
+    const BYTES: u64 = 8 * Self::QUERIES as u64;
+
+    fn new(device: &wgpu::Device) -> Self {
+        let buffer = |usage| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("clock"),
+                size: Self::BYTES,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
         Self {
-            queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+            queries: device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: None,
                 ty: wgpu::QueryType::Timestamp,
-                count: 2,
+                count: Self::QUERIES,
             }),
-            resolved: gpu.buffer("clock", 16, wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
-            staging: gpu.buffer("clock", 16, wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ),
+            resolved: buffer(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
+            staging: buffer(wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ),
         }
     }
 
-    /// What a pass writes: the time at the frame's beginning, at its end.
+    /// What a pass writes: the time at the strip's beginning, at its end.
     fn writes(&self, beginning: bool, end: bool) -> wgpu::ComputePassTimestampWrites<'_> {
         wgpu::ComputePassTimestampWrites {
             query_set: &self.queries,
@@ -513,17 +633,25 @@ impl Clock {
         }
     }
 
-    fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
-        encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
-        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.staging, 0, 16);
+    fn resolve(&self, encoder: &mut wgpu::CommandEncoder, times_copies: bool) {
+        let mut queries = Self::QUERIES - 1;
+        if times_copies {
+            encoder.write_timestamp(&self.queries, queries);
+            queries += 1;
+        }
+        encoder.resolve_query_set(&self.queries, 0..queries, &self.resolved, 0);
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.staging, 0, Self::BYTES);
     }
 
-    fn elapsed(&self, gpu: &Gpu) -> Result<Duration> {
-        let mut words = [0u32; 4];
-        gpu.read(&self.staging, 16, &mut words)?;
-        let [start, end] =
-            [[words[0], words[1]], [words[2], words[3]]].map(|[low, high]| u64::from(low) | (u64::from(high) << 32));
-        let nanoseconds = end.saturating_sub(start) as f64 * f64::from(gpu.queue.get_timestamp_period());
-        Ok(Duration::from_nanos(nanoseconds as u64))
+    /// The times of a strip that is done.
+    fn times(&self, gpu: &Gpu) -> Result<Times> {
+        let mapped = mapped(&self.staging, Self::BYTES)?;
+        let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&mapped[..]);
+        drop(mapped);
+        self.staging.unmap();
+        let period = f64::from(gpu.queue.get_timestamp_period());
+        let elapsed = |from: u64, to: u64| Duration::from_nanos((to.saturating_sub(from) as f64 * period) as u64);
+        let readback = if gpu.times_copies { elapsed(ticks[1], ticks[2]) } else { Duration::ZERO };
+        Ok(Times { kernel: elapsed(ticks[0], ticks[1]), readback })
     }
 }

@@ -3,9 +3,16 @@
 pub mod cpu;
 pub mod gpu;
 
+use std::cell::Cell;
+use std::collections::VecDeque;
+use std::ops::Range;
 use std::time::Duration;
 
-use crate::error::Result;
+use sorairo_shared::color::srgb8;
+use sorairo_shared::frame::Pixel;
+use sorairo_shared::glam::Vec3;
+
+use crate::error::{Error, Result};
 use crate::plan::Plan;
 
 /// A kernel of `sorairo-shared`, by the name of its GPU entry point.
@@ -61,6 +68,25 @@ impl Kernel {
     }
 }
 
+/// Where rows of an image go: the number of the first, and the words of one or more whole rows. An error ends the run.
+pub type TakeRows<'a> = dyn FnMut(u32, &[u32]) -> Result<()> + 'a;
+
+/// How long a kernel took.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Times {
+    /// Time of the kernels: on the GPU's own clock where it has one.
+    pub kernel: Duration,
+    /// Time to bring the pixels back, as far as it did not pass while kernels ran.
+    pub readback: Duration,
+}
+
+impl std::ops::AddAssign for Times {
+    fn add_assign(&mut self, other: Self) {
+        self.kernel += other.kernel;
+        self.readback += other.readback;
+    }
+}
+
 /// What a kernel left behind, and how long it took.
 #[derive(Clone, Debug)]
 pub struct Run {
@@ -74,15 +100,86 @@ pub struct Run {
 
 /// A device.
 pub trait Backend: Send + Sync {
-    /// Runs one kernel of a plan over the whole image, and before it, for [`Kernel::SkyTable`], the one that fills its table.
+    /// Runs one kernel of a plan over rows that can be lit, and before it, for [`Kernel::SkyTable`], the one that fills its
+    /// table. The rows go to `take` from the top, some at a time, while the device computes the next ones.
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Request`] for an image beyond the device's limits, [`crate::Error::Failure`] if the device fails.
-    fn run(&self, plan: &Plan, kernel: Kernel) -> Result<Run>;
+    /// [`Error::Request`] for an image beyond the device's limits, [`Error::Device`] if the device fails, and any error of
+    /// `take`.
+    fn lit_rows(&self, plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<Times>;
+
+    /// [`Backend::lit_rows`] for every row from `first` on: those that cannot be lit are black, and not computed.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Backend::lit_rows`].
+    fn rows(&self, plan: &Plan, kernel: Kernel, first: u32, take: &mut TakeRows<'_>) -> Result<Times> {
+        let Range { start, end } = plan.lit_rows;
+        black_rows(plan, kernel, first..start, take)?;
+        let lit = start.max(first)..end;
+        let times = if lit.is_empty() { Times::default() } else { self.lit_rows(plan, kernel, lit, take)? };
+        black_rows(plan, kernel, end.max(first)..plan.height(), take)?;
+        Ok(times)
+    }
+
+    /// The whole image at once.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Backend::lit_rows`], and [`Error::Failure`] if the image does not fit into memory.
+    fn run(&self, plan: &Plan, kernel: Kernel) -> Result<Run> {
+        whole(plan, kernel, |take| self.rows(plan, kernel, 0, take))
+    }
 }
 
-/// A device that was chosen.
+/// The whole image of a run that hands out its rows.
+fn whole(plan: &Plan, kernel: Kernel, run: impl FnOnce(&mut TakeRows<'_>) -> Result<Times>) -> Result<Run> {
+    let mut words = Vec::new();
+    let total = words_per_row(plan, kernel).checked_mul(plan.height() as usize);
+    if total.is_none_or(|total| words.try_reserve_exact(total).is_err()) {
+        return Err(Error::failure(format!(
+            "an image of {}x{} pixels does not fit into memory",
+            plan.width(),
+            plan.height()
+        )));
+    }
+    let Times { kernel, readback } = run(&mut |_, rows| {
+        words.extend_from_slice(rows);
+        Ok(())
+    })?;
+    Ok(Run { words, kernel, readback })
+}
+
+/// Words that a row of a kernel's output takes.
+fn words_per_row(plan: &Plan, kernel: Kernel) -> usize {
+    let words_per_pixel = match kernel {
+        Kernel::Radiance => 4 * plan.bands.len(),
+        _ => plan.pixel.words() as usize,
+    };
+    plan.width() as usize * words_per_pixel
+}
+
+/// Hands out rows without light.
+fn black_rows(plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<()> {
+    let picture = kernel != Kernel::Radiance && plan.pixel == Pixel::Picture;
+    let black = if picture { srgb8(Vec3::ZERO, 1.0) } else { 0 };
+    let at_once = rows_at_once(plan);
+    let words = vec![black; words_per_row(plan, kernel) * at_once.min(rows.len() as u32) as usize];
+    for first in rows.clone().step_by(at_once as usize) {
+        let count = at_once.min(rows.end - first) as usize;
+        take(first, &words[..words_per_row(plan, kernel) * count])?;
+    }
+    Ok(())
+}
+
+/// Rows that are computed at once: enough pixels to fill any device, few enough for a driver's watchdog and for memory.
+fn rows_at_once(plan: &Plan) -> u32 {
+    const PIXELS: u32 = 1 << 21;
+    (PIXELS / plan.width()).max(1)
+}
+
+/// A device that was chosen, and what takes its place if it fails.
 pub struct Device {
     /// The device's name.
     pub name: String,
@@ -90,27 +187,93 @@ pub struct Device {
     pub kind: &'static str,
     /// What runs the kernels.
     pub backend: Box<dyn Backend>,
+    /// What takes over after a failure, in this order.
+    pub spares: VecDeque<Spare>,
+}
+
+/// Opens a device that takes the place of one that failed.
+pub type Spare = Box<dyn FnOnce() -> Result<Device> + Send + Sync>;
+
+impl Device {
+    /// [`Backend::rows`] for the whole image. If the device fails, its spares go on from the first row that it did not deliver,
+    /// with a warning to the log; this device is then the one that finished.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Backend::rows`]; [`Error::Device`] once no spare is left.
+    pub fn rows(&mut self, plan: &Plan, kernel: Kernel, take: &mut TakeRows<'_>) -> Result<Times> {
+        let row_words = words_per_row(plan, kernel);
+        let next = Cell::new(0);
+        let mut counted = |first: u32, rows: &[u32]| {
+            take(first, rows)?;
+            next.set(first + (rows.len() / row_words) as u32);
+            Ok(())
+        };
+        loop {
+            match self.backend.rows(plan, kernel, next.get(), &mut counted) {
+                Err(Error::Device(fault)) => self.replace(fault)?,
+                ended => return ended,
+            }
+        }
+    }
+
+    /// [`Device::rows`], as a whole image.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Device::rows`], and [`Error::Failure`] if the image does not fit into memory.
+    pub fn run(&mut self, plan: &Plan, kernel: Kernel) -> Result<Run> {
+        whole(plan, kernel, |take| self.rows(plan, kernel, take))
+    }
+
+    /// Puts the next spare in the place of a device that failed.
+    fn replace(&mut self, mut fault: String) -> Result<()> {
+        while let Some(spare) = self.spares.pop_front() {
+            match spare() {
+                Ok(device) => {
+                    log::warn!("device {:?} failed ({fault}); going on with {:?}", self.name, device.name);
+                    (self.name, self.kind, self.backend) = (device.name, device.kind, device.backend);
+                    return Ok(());
+                }
+                Err(error) => fault = error.to_string(),
+            }
+        }
+        Err(Error::Device(format!("device {:?} failed: {fault}", self.name)))
+    }
 }
 
 /// Opens the device that `choice` names: `auto`, `cpu`, `gpu`, or part of the name of a Vulkan device.
 ///
-/// `auto` takes the best Vulkan device, and the CPU where there is none, saying so on standard error.
+/// `auto` takes the best Vulkan device, and the CPU where there is none, with a warning to the log. If a Vulkan device fails
+/// later, it is opened once more; after that `auto` goes on with the CPU.
 ///
 /// # Errors
 ///
-/// [`crate::Error::Request`] if there is no such device, naming those that there are; [`crate::Error::Failure`] if it cannot be opened.
+/// [`Error::Request`] if there is no such device, naming those that there are; [`Error::Device`] if it cannot be opened.
 pub fn open(choice: &str) -> Result<Device> {
     if choice.eq_ignore_ascii_case("cpu") {
         return Ok(cpu::device());
     }
     let auto = choice.eq_ignore_ascii_case("auto");
-    let wanted = if auto || choice.eq_ignore_ascii_case("gpu") { "" } else { choice };
-    match gpu::open(wanted)? {
-        Some(device) => Ok(device),
-        None if auto => {
-            eprintln!("sorairo: no Vulkan device found, rendering on the CPU");
+    let wanted = if auto || choice.eq_ignore_ascii_case("gpu") { String::new() } else { choice.to_owned() };
+    match gpu::open(&wanted) {
+        Ok(Some(mut device)) => {
+            let again = move || gpu::open(&wanted)?.ok_or_else(|| Error::Device("the device is gone".into()));
+            device.spares.push_back(Box::new(again));
+            if auto {
+                device.spares.push_back(Box::new(|| Ok(cpu::device())));
+            }
+            Ok(device)
+        }
+        Ok(None) if auto => {
+            log::warn!("no Vulkan device found, rendering on the CPU");
             Ok(cpu::device())
         }
-        None => Err(gpu::no_such_device(choice)),
+        Ok(None) => Err(gpu::no_such_device(choice)),
+        Err(Error::Device(fault)) if auto => {
+            log::warn!("{fault}; rendering on the CPU");
+            Ok(cpu::device())
+        }
+        Err(error) => Err(error),
     }
 }

@@ -2,14 +2,18 @@
 
 pub mod exr;
 pub mod png;
+mod signature;
+mod staged;
+pub mod text;
+mod writer;
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use tempfile::NamedTempFile;
-
 use crate::error::{Error, Result};
+use crate::scene::{ExrDepth, Size};
+pub use signature::is_finished;
+pub use staged::{Staged, abandon, stage};
+pub use writer::{Image, Writer, write};
 
 /// The format of an output file, by its extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,16 +40,6 @@ impl Format {
     }
 }
 
-/// Linear RGB of an image, row by row from the top (radiance weighted by the observer, W·m⁻²·sr⁻¹).
-pub struct LinearImage {
-    /// Width (pixels).
-    pub width: usize,
-    /// Height (pixels).
-    pub height: usize,
-    /// Three values a pixel.
-    pub rgb: Vec<f32>,
-}
-
 /// Checks, before any work, that a file can be written where `path` says.
 ///
 /// # Errors
@@ -56,9 +50,41 @@ pub fn check_writable(path: &Path) -> Result<()> {
     if path.is_dir() {
         return refuse("it is a folder".into());
     }
-    match tempfile::Builder::new().prefix(".sorairo-").tempfile_in(folder(path)) {
-        Ok(_) => Ok(()),
+    match staged::create(&folder(path)) {
+        Ok(_) => {
+            staged::remove_abandoned(&folder(path));
+            Ok(())
+        }
         Err(error) => refuse(plain(&error)),
+    }
+}
+
+/// Checks, before any work, that a file is not certain to fill its disk: that the disk has room for the least that the file's
+/// compression can leave.
+///
+/// # Errors
+///
+/// [`Error::Request`] that names the least, and what is free.
+pub fn check_room(path: &Path, format: Format, size: Size, depth: ExrDepth) -> Result<()> {
+    // Deflate leaves at least a part in 1032; a run of at most 128 equal bytes in EXR leaves two.
+    let (bytes_per_pixel, strongest) = match (format, depth) {
+        (Format::Png, _) => (3, 1032),
+        (Format::Exr, ExrDepth::Full) => (12, 64),
+        (Format::Exr, ExrDepth::Half) => (6, 64),
+    };
+    let least = u64::from(size.width) * u64::from(size.height) * bytes_per_pixel / strongest;
+    match fs4::available_space(folder(path)) {
+        Ok(free) if free < least => {
+            let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
+            Err(Error::request(format!(
+                "-o {}: an image of {size} pixels (--size, camera.size) takes at least {:.1} GiB, and {:.1} GiB are free there",
+                path.display(),
+                gib(least),
+                gib(free)
+            )))
+        }
+        // Where the free space is not known the disk has the last word.
+        _ => Ok(()),
     }
 }
 
@@ -75,54 +101,6 @@ pub fn check_distinct(paths: &[PathBuf]) -> Result<()> {
             Err(Error::request(format!("-o {path} is given twice; every output needs a name of its own")))
         }
         None => Ok(()),
-    }
-}
-
-/// A whole file beside its place. It disappears if it is dropped before [`Staged::commit`].
-#[must_use = "a file that is not committed is removed"]
-pub struct Staged {
-    file: NamedTempFile,
-    path: PathBuf,
-}
-
-impl Staged {
-    /// Moves the file to its place, where an existing one stays until this moment.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Failure`] if it cannot be moved; nothing is left behind.
-    pub fn commit(self) -> Result<()> {
-        let Self { file, path } = self;
-        file.persist(&path).map_err(|error| unwritable(&path, &error.error))?;
-        Ok(())
-    }
-}
-
-/// Writes a file by `write`, beside the place that `path` names.
-///
-/// # Errors
-///
-/// [`Error::Failure`] if anything fails; nothing is left behind.
-pub fn stage(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> std::io::Result<()>) -> Result<Staged> {
-    let attempt = || -> std::io::Result<NamedTempFile> {
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".sorairo-");
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            // A temporary file is private by default; this one becomes an ordinary file, subject to the umask.
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let file = builder.tempfile_in(folder(path))?;
-        let mut writer = BufWriter::new(file.as_file());
-        write(&mut writer)?;
-        writer.flush()?;
-        drop(writer);
-        Ok(file)
-    };
-    match attempt() {
-        Ok(file) => Ok(Staged { file, path: path.to_owned() }),
-        Err(error) => Err(unwritable(path, &error)),
     }
 }
 

@@ -1,25 +1,27 @@
 //! Pictures: 8 bit sRGB in PNG.
 
+use std::io::{self, Write};
 use std::path::Path;
 
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder, ImageError};
+use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
 use rayon::prelude::*;
 use sorairo_shared::color::srgb8;
 use sorairo_shared::glam::Vec3;
 
-use super::{LinearImage, Staged, stage};
+use super::signature::{SCENE, SOFTWARE};
+use super::{Staged, stage};
 use crate::error::Result;
+use crate::scene::{self, Scene};
 
 /// The bytes (red, green, blue) of packed pixels.
 pub fn unpack(pixels: &[u32]) -> Vec<u8> {
     pixels.iter().flat_map(|pixel| pixel.to_le_bytes().into_iter().take(3)).collect()
 }
 
-/// The bytes (red, green, blue) of a linear image, exposed as the kernels would.
-pub fn expose(image: &LinearImage, exposure: f32) -> Vec<u8> {
-    let mut bytes = vec![0; image.rgb.len()];
-    bytes.par_chunks_mut(3).zip(image.rgb.par_chunks(3)).for_each(|(bytes, rgb)| {
+/// The bytes (red, green, blue) of linear RGB, exposed as the kernels would.
+pub fn expose(rgb: &[f32], exposure: f32) -> Vec<u8> {
+    let mut bytes = vec![0; rgb.len()];
+    bytes.par_chunks_mut(3).zip(rgb.par_chunks(3)).for_each(|(bytes, rgb)| {
         bytes.copy_from_slice(&srgb8(Vec3::from_slice(rgb), exposure).to_le_bytes()[..3]);
     });
     bytes
@@ -31,12 +33,36 @@ pub fn expose(image: &LinearImage, exposure: f32) -> Vec<u8> {
 ///
 /// [`crate::Error::Failure`] if the file cannot be written.
 pub fn write(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<Staged> {
-    stage(path, |writer| {
-        PngEncoder::new_with_quality(writer, CompressionType::Fast, FilterType::Adaptive)
-            .write_image(rgb, width, height, ExtendedColorType::Rgb8)
-            .map_err(|error| match error {
-                ImageError::IoError(error) => error,
-                other => std::io::Error::other(other),
-            })
-    })
+    stage(path, |writer| encode(writer, width, height, None, |rows| rows.write_all(rgb)))
+}
+
+/// Encodes a picture whose bytes `fill` writes, from the top, and what scene it shows.
+///
+/// The difference from the pixel to the left and the fastest deflate are both the fastest choice and the smallest fast one for
+/// the smooth gradients of a sky: 6.6 ms for 1920×960 pixels against 9 to 11 ms for other filters and 49 ms upwards for
+/// other deflates, in 0.29 MB against 0.33 to 4.1 MB and 0.16 MB upwards (one core of a Xeon at 2.5 GHz).
+pub(super) fn encode(
+    output: &mut impl Write,
+    width: u32,
+    height: u32,
+    scene: Option<&Scene>,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let plain = |error: EncodingError| match error {
+        EncodingError::IoError(error) => error,
+        other => io::Error::other(other),
+    };
+    let mut encoder = Encoder::new(output, width, height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(Compression::Fast);
+    encoder.set_filter(Filter::Sub);
+    encoder.add_itxt_chunk("Software".into(), SOFTWARE.into()).map_err(plain)?;
+    if let Some(scene) = scene {
+        encoder.add_itxt_chunk(SCENE.into(), scene::file::text(scene)).map_err(plain)?;
+    }
+    let mut writer = encoder.write_header().map_err(plain)?;
+    let mut rows = writer.stream_writer().map_err(plain)?;
+    fill(&mut rows)?;
+    rows.finish().map_err(plain)
 }

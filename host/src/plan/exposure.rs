@@ -3,7 +3,7 @@
 use sorairo_shared::color::REC709_LUMINANCE;
 
 use super::{Plan, direction};
-use crate::scene::MOST_STOPS;
+use crate::scene::keys::MOST_STOPS;
 
 /// The linear value of a picture (of 1) at which the sky's mean luminance is shown.
 const MIDDLE: f64 = 0.25;

@@ -3,7 +3,7 @@
 use sorairo_shared::scattering::Bands;
 
 use super::vec4;
-use crate::scene::{Scene, SunSpectrum};
+use crate::scene::{AlbedoSpectrum, OzoneCrossSection, Scene, SunSpectrum};
 use crate::tables;
 
 /// One Dobson unit: molecules per m².
@@ -16,10 +16,17 @@ pub struct Optics {
     air_scattering: f64,
     aerosol_extinction: f64,
     angstrom_exponent: f64,
+    /// Of aerosol whose albedo is the same at every wavelength.
     single_scattering_albedo: f64,
+    albedo_spectrum: AlbedoSpectrum,
     /// Molecules per m³ where ozone is densest.
     ozone_peak_density: f64,
+    cross_section: OzoneCrossSection,
     sun: SunSpectrum,
+    /// Astronomical units.
+    sun_distance: f64,
+    /// The wavelengths (nm) at which all of this is known.
+    pub known_wavelengths: (f64, f64),
 }
 
 /// Coefficients at one wavelength (km⁻¹, at the ground, ozone at its peak).
@@ -46,9 +53,13 @@ impl Optics {
             aerosol_extinction: a.aerosol.optical_depth / a.aerosol.scale_height,
             angstrom_exponent: a.aerosol.angstrom_exponent,
             single_scattering_albedo: a.aerosol.single_scattering_albedo,
+            albedo_spectrum: a.aerosol.single_scattering_albedo_spectrum.clone(),
             // Without ozone its layer may be anywhere, and as thin as nothing.
             ozone_peak_density: if a.ozone.column > 0.0 { a.ozone.column * DOBSON_UNIT / half_base } else { 0.0 },
-            sun: scene.sun.spectrum,
+            cross_section: a.ozone.cross_section.clone(),
+            sun: scene.sun.spectrum.clone(),
+            sun_distance: scene.sun.distance,
+            known_wavelengths: scene.known_wavelengths(),
         }
     }
 
@@ -58,18 +69,37 @@ impl Optics {
         let aerosol_extinction = self.aerosol_extinction * micrometres.powf(-self.angstrom_exponent);
         Coefficients {
             air_scattering: self.air_scattering / micrometres.powi(4),
-            aerosol_scattering: self.single_scattering_albedo * aerosol_extinction,
+            aerosol_scattering: self.aerosol_albedo(wavelength) * aerosol_extinction,
             aerosol_extinction,
-            ozone_absorption: self.ozone_peak_density * tables::ozone_cross_section().at(wavelength)[0] * METRES_PER_KM,
+            ozone_absorption: self.ozone_peak_density * self.ozone_cross_section(wavelength) * METRES_PER_KM,
         }
     }
 
-    /// Solar irradiance at the top of the atmosphere (W·m⁻²·nm⁻¹; 1 for the flat sun).
+    /// Single-scattering albedo of aerosol.
+    fn aerosol_albedo(&self, wavelength: f64) -> f64 {
+        match &self.albedo_spectrum {
+            AlbedoSpectrum::Grey => self.single_scattering_albedo,
+            AlbedoSpectrum::MarsDust => tables::mars_dust_albedo().at(wavelength)[0],
+            AlbedoSpectrum::File(file) => file.table().at(wavelength)[0],
+        }
+    }
+
+    /// Absorption cross-section of ozone (m²).
+    fn ozone_cross_section(&self, wavelength: f64) -> f64 {
+        match &self.cross_section {
+            OzoneCrossSection::At233K => tables::ozone_cross_section().at(wavelength)[0],
+            OzoneCrossSection::File(file) => file.table().at(wavelength)[0],
+        }
+    }
+
+    /// Solar irradiance at the top of the atmosphere (W·m⁻²·nm⁻¹; for the flat sun 1 at 1 au).
     pub fn solar_irradiance(&self, wavelength: f64) -> f64 {
-        match self.sun {
+        let at_1_au = match &self.sun {
             SunSpectrum::AstmG173 => tables::solar_irradiance().at(wavelength)[0],
             SunSpectrum::Flat => 1.0,
-        }
+            SunSpectrum::File(file) => file.table().at(wavelength)[0],
+        };
+        at_1_au / self.sun_distance.powi(2)
     }
 
     /// Optical depth, at the observer's shortest wavelength and on a level ray, of what the exponential profiles of the scene

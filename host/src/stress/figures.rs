@@ -14,7 +14,8 @@ use crate::error::{Error, Result};
 use crate::output::png;
 use crate::plan::{Plan, direction, observer};
 use crate::report::chart::{Drawn, font, register_fonts, short};
-use crate::scene::{CLOSEST_BANDS, Fit, Preset, Scene};
+use crate::scene::keys::CLOSEST_BANDS;
+use crate::scene::{Fit, Preset, Scene};
 use crate::{PixelFormat, tables};
 
 /// Size of the picture (pixels).

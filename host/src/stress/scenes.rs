@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use clap::ValueEnum;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -15,9 +16,9 @@ use crate::Error;
 use crate::backend::cpu::Cpu;
 use crate::backend::{Backend, Device, Kernel};
 use crate::plan::Plan;
+use crate::scene::keys::{self, CLOSEST_BANDS, MOST_STOPS, band_counts};
 use crate::scene::{
-    CLOSEST_BANDS, ColorPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Preset, Projection, Scene, Size,
-    SunSpectrum,
+    AlbedoSpectrum, ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Scene, Size, SunSpectrum,
 };
 use crate::tables::MEASURED_RANGE;
 
@@ -27,83 +28,50 @@ const SURELY_LIT: f32 = 1e-30;
 /// Samples on all bands of a piece of a ray that a random scene may ask for, but for a few scenes that may ask for all there are.
 const MOST_SAMPLES: usize = 768;
 
-/// A key of a scene that holds a number, and the range in which the scene allows it.
-pub struct Key {
+/// How a key that holds a number varies; its range is that of [`keys::KEYS`].
+struct Number {
     /// Its name in a scene file.
-    pub name: &'static str,
+    name: &'static str,
     /// The key of a scene.
     field: fn(&mut Scene) -> &mut f64,
-    /// Its range, given the keys before it.
-    range: fn(&Scene) -> (f64, f64),
-    /// Where the range is wide, so that a logarithm is what varies: the least height above [`Key::zero`] worth trying.
+    /// Where the range is wide, so that a logarithm is what varies: the least height above [`Number::zero`] worth trying.
     least: Option<f64>,
     /// What the logarithm is of: the value's height above this.
     zero: fn(&Scene) -> f64,
+    /// How far below the end of its range it stays, for the keys that have to lie above it.
+    room: f64,
 }
 
-/// The keys, each after those that its range depends on.
-pub const KEYS: [Key; 18] = [
-    Key::new("sun.elevation", |s| &mut s.sun.elevation, |_| (-90.0, 90.0), None),
-    Key::new("sun.azimuth", |s| &mut s.sun.azimuth, |_| (-360.0, 360.0), None),
-    Key::new("observer.altitude", |s| &mut s.observer.altitude, |_| (0.0, 1e5), Some(1e-4)),
-    Key::new("atmosphere.ground_radius", |s| &mut s.atmosphere.ground_radius, |_| (10.0, 1e6), Some(10.0)),
-    Key::new(
-        "atmosphere.top_radius",
-        |s| &mut s.atmosphere.top_radius,
-        |s| (ground(s) + 1.0, ground(s) + 1e4),
-        Some(1.0),
-    )
-    .above(ground),
-    Key::new("atmosphere.air.scattering", |s| &mut s.atmosphere.air.scattering, |_| (0.0, 100.0), Some(1e-9)),
-    Key::new("atmosphere.air.scale_height", |s| &mut s.atmosphere.air.scale_height, thickness, Some(0.05)),
-    Key::new(
-        "atmosphere.aerosol.optical_depth",
-        |s| &mut s.atmosphere.aerosol.optical_depth,
-        |_| (0.0, 1000.0),
-        Some(1e-8),
-    ),
-    Key::new(
-        "atmosphere.aerosol.angstrom_exponent",
-        |s| &mut s.atmosphere.aerosol.angstrom_exponent,
-        |_| (-5.0, 5.0),
-        None,
-    ),
-    Key::new("atmosphere.aerosol.scale_height", |s| &mut s.atmosphere.aerosol.scale_height, thickness, Some(0.05)),
-    Key::new(
-        "atmosphere.aerosol.single_scattering_albedo",
-        |s| &mut s.atmosphere.aerosol.single_scattering_albedo,
-        |_| (0.0, 1.0),
-        None,
-    ),
-    Key::new("atmosphere.aerosol.asymmetry", |s| &mut s.atmosphere.aerosol.asymmetry, |_| (-0.99, 0.99), None),
-    Key::new("atmosphere.ozone.column", |s| &mut s.atmosphere.ozone.column, |_| (0.0, 1e5), Some(1e-3)),
-    Key::new("atmosphere.ozone.bottom", |s| &mut s.atmosphere.ozone.bottom, |s| (0.0, depth(s) - 0.3), None),
-    Key::new(
-        "atmosphere.ozone.peak",
-        |s| &mut s.atmosphere.ozone.peak,
-        |s| (s.atmosphere.ozone.bottom + 0.1, depth(s) - 0.15),
-        None,
-    ),
-    Key::new(
-        "atmosphere.ozone.top",
-        |s| &mut s.atmosphere.ozone.top,
-        |s| (s.atmosphere.ozone.peak + 0.1, depth(s)),
-        None,
-    ),
-    Key::new("camera.look_azimuth", |s| s.camera.look_azimuth.get_or_insert(0.0), |_| (-360.0, 360.0), None),
-    Key::new("camera.look_elevation", |s| s.camera.look_elevation.get_or_insert(0.0), |_| (-90.0, 90.0), None),
+/// The numbers, each after those that its range depends on.
+static NUMBERS: [Number; 19] = [
+    Number::even("sun.elevation", |s| &mut s.sun.elevation),
+    Number::even("sun.azimuth", |s| &mut s.sun.azimuth),
+    Number::wide("sun.distance", |s| &mut s.sun.distance, 0.01),
+    Number::wide("observer.altitude", |s| &mut s.observer.altitude, 1e-4),
+    Number::wide("atmosphere.ground_radius", |s| &mut s.atmosphere.ground_radius, 10.0),
+    Number::wide("atmosphere.top_radius", |s| &mut s.atmosphere.top_radius, 1.0).above(|s| s.atmosphere.ground_radius),
+    Number::wide("atmosphere.air.scattering", |s| &mut s.atmosphere.air.scattering, 1e-9),
+    Number::wide("atmosphere.air.scale_height", |s| &mut s.atmosphere.air.scale_height, 0.05),
+    Number::wide("atmosphere.aerosol.optical_depth", |s| &mut s.atmosphere.aerosol.optical_depth, 1e-8),
+    Number::even("atmosphere.aerosol.angstrom_exponent", |s| &mut s.atmosphere.aerosol.angstrom_exponent),
+    Number::wide("atmosphere.aerosol.scale_height", |s| &mut s.atmosphere.aerosol.scale_height, 0.05),
+    Number::even("atmosphere.aerosol.single_scattering_albedo", |s| &mut s.atmosphere.aerosol.single_scattering_albedo),
+    Number::even("atmosphere.aerosol.asymmetry", |s| &mut s.atmosphere.aerosol.asymmetry),
+    Number::wide("atmosphere.ozone.column", |s| &mut s.atmosphere.ozone.column, 1e-3),
+    Number::even("atmosphere.ozone.bottom", |s| &mut s.atmosphere.ozone.bottom).leaving(0.3),
+    Number::even("atmosphere.ozone.peak", |s| &mut s.atmosphere.ozone.peak).leaving(0.15),
+    Number::even("atmosphere.ozone.top", |s| &mut s.atmosphere.ozone.top),
+    Number::even("camera.look_azimuth", |s| s.camera.look_azimuth.get_or_insert(0.0)),
+    Number::even("camera.look_elevation", |s| s.camera.look_elevation.get_or_insert(0.0)),
 ];
 
-fn ground(scene: &Scene) -> f64 {
-    scene.atmosphere.ground_radius
+/// The range of a number in a scene.
+fn bounds(name: &str, scene: &Scene) -> (f64, f64) {
+    keys::find(name).and_then(|key| key.bounds(scene)).expect("the key of a number")
 }
 
 fn depth(scene: &Scene) -> f64 {
     scene.atmosphere.top_radius - scene.atmosphere.ground_radius
-}
-
-fn thickness(scene: &Scene) -> (f64, f64) {
-    (0.05, scene.atmosphere.ground_radius / 100.0)
 }
 
 /// How far from the preset a scene strays.
@@ -115,29 +83,34 @@ struct Boldness {
     at_an_end: f64,
 }
 
-impl Key {
-    const fn new(
-        name: &'static str,
-        field: fn(&mut Scene) -> &mut f64,
-        range: fn(&Scene) -> (f64, f64),
-        least: Option<f64>,
-    ) -> Self {
-        Self { name, field, range, least, zero: |_| 0.0 }
+impl Number {
+    const fn even(name: &'static str, field: fn(&mut Scene) -> &mut f64) -> Self {
+        Self { name, field, least: None, zero: |_| 0.0, room: 0.0 }
     }
 
-    /// The same key, whose height above something else varies.
+    const fn wide(name: &'static str, field: fn(&mut Scene) -> &mut f64, least: f64) -> Self {
+        Self { least: Some(least), ..Self::even(name, field) }
+    }
+
+    /// The same number, whose height above something else varies.
     const fn above(self, zero: fn(&Scene) -> f64) -> Self {
         Self { zero, ..self }
     }
 
+    /// The same number, with room for others above it.
+    const fn leaving(self, room: f64) -> Self {
+        Self { room, ..self }
+    }
+
     fn set(&self, scene: &mut Scene, rng: &mut ChaCha8Rng, boldness: Boldness) {
-        let (low, high) = (self.range)(scene);
+        let (low, end) = bounds(self.name, scene);
+        let high = end - self.room;
         let zero = (self.zero)(scene);
         let value = (self.field)(scene);
         let chance = rng.random_range(0.0..1.0);
         if chance > boldness.keeps {
-            let end = chance < boldness.keeps + boldness.at_an_end;
-            *value = match (end, self.least) {
+            let at_an_end = chance < boldness.keeps + boldness.at_an_end;
+            *value = match (at_an_end, self.least) {
                 (true, _) => one_of(rng, &[low, high]),
                 (false, Some(least)) => zero + least * ((high - zero) / least).powf(rng.random_range(0.0..1.0)),
                 (false, None) => low + (high - low) * rng.random_range(0.0..1.0),
@@ -162,18 +135,19 @@ impl Case {
     /// The case with this number. Its scene is valid.
     pub fn random(seed: u64, number: u64) -> Self {
         let rng = &mut generator(seed, number);
-        let mut scene = Scene::preset(one_of(rng, &[Preset::Earth, Preset::Paper]));
+        let mut scene = Scene::preset(one_of(rng, Preset::value_variants()));
         let (keeps, at_an_end) = one_of(rng, &[(0.8, 0.05), (0.3, 0.1), (0.0, 0.05), (0.3, 0.6)]);
         let boldness = Boldness { keeps, at_an_end };
-        for key in &KEYS {
-            key.set(&mut scene, rng, boldness);
+        for number in &NUMBERS {
+            number.set(&mut scene, rng, boldness);
         }
         if scene.atmosphere.ozone.column == 0.0 && rng.random_bool(0.3) {
             // Nobody asks where the ozone is that is not there.
             let ozone = &mut scene.atmosphere.ozone;
             (ozone.bottom, ozone.peak, ozone.top) = one_of(rng, &[(5.0, 5.0, 5.0), (f64::NAN, -1.0, 1e300)]);
         }
-        scene.sun.spectrum = one_of(rng, &[SunSpectrum::AstmG173, SunSpectrum::Flat]);
+        scene.sun.spectrum = one_of(rng, SunSpectrum::value_variants());
+        scene.atmosphere.aerosol.single_scattering_albedo_spectrum = one_of(rng, AlbedoSpectrum::value_variants());
         render(&mut scene, rng);
         camera(&mut scene, rng);
         // One kind of pixel for each projection, for the same reason as in `camera`.
@@ -246,8 +220,8 @@ impl Faults {
     }
 }
 
-fn one_of<T: Copy>(rng: &mut ChaCha8Rng, choices: &[T]) -> T {
-    choices[rng.random_range(0..choices.len())]
+fn one_of<T: Clone>(rng: &mut ChaCha8Rng, choices: &[T]) -> T {
+    choices[rng.random_range(0..choices.len())].clone()
 }
 
 fn camera(scene: &mut Scene, rng: &mut ChaCha8Rng) {
@@ -261,12 +235,13 @@ fn camera(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     let sizes = [(16, 8), (16, 8), (16, 8), (24, 12), (24, 12), (33, 17), (48, 24), (1, 1), (1, 48), (48, 1)];
     let (width, height) = one_of(rng, &sizes);
     camera.size = Size { width, height };
-    let widest = if camera.projection == Projection::Perspective { 170.0 } else { 360.0f64 };
+    let (narrowest, widest) = bounds("camera.fov", scene);
+    let camera = &mut scene.camera;
     camera.fov = match rng.random_range(0..5) {
         0 => None,
-        1 => Some(0.01),
+        1 => Some(narrowest),
         2 => Some(widest),
-        _ => Some(0.01 * (widest / 0.01).powf(rng.random_range(0.0..1.0))),
+        _ => Some(narrowest * (widest / narrowest).powf(rng.random_range(0.0..1.0))),
     };
     if rng.random_bool(0.3) {
         (camera.look_azimuth, camera.look_elevation) = (None, None);
@@ -274,6 +249,7 @@ fn camera(scene: &mut Scene, rng: &mut ChaCha8Rng) {
 }
 
 fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
+    let (_, most_steps) = bounds("render.steps", scene);
     let render = &mut scene.render;
     render.fit = one_of(rng, &[Fit::Cubic, Fit::Transfer, Fit::Extinction, Fit::Extinction, Fit::Dense]);
     render.color = if render.fit == Fit::Dense { ColorPath::Folded } else { one_of(rng, &COLOR_PATHS) };
@@ -284,7 +260,7 @@ fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     render.steps = match rng.random_range(0..8) {
         0..4 => None,
         4 => Some(1),
-        _ => Some(1024f64.powf(rng.random_range(0.0..1.0)).round() as u32),
+        _ => Some(most_steps.powf(rng.random_range(0.0..1.0)).round() as u32),
     };
     if let Some(steps) = render.steps.filter(|_| rng.random_bool(0.999)) {
         render.steps = Some(steps.min((MOST_SAMPLES / bands) as u32).max(1));
@@ -295,9 +271,9 @@ fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     }
     render.exposure = match rng.random_range(0..10) {
         0..6 => Exposure::Auto,
-        6 => Exposure::Stops(-50.0),
-        7 => Exposure::Stops(50.0),
-        _ => Exposure::Stops(rng.random_range(-50.0..50.0)),
+        6 => Exposure::Stops(-MOST_STOPS),
+        7 => Exposure::Stops(MOST_STOPS),
+        _ => Exposure::Stops(rng.random_range(-MOST_STOPS..MOST_STOPS)),
     };
     render.exr = one_of(rng, &[ExrDepth::Half, ExrDepth::Full]);
 }
@@ -306,13 +282,8 @@ const COLOR_PATHS: [ColorPath; 2] = [ColorPath::Solve, ColorPath::Folded];
 
 /// As many wavelengths as the fit takes, in any order, spread out or as close as they may be.
 fn bands(fit: Fit, color: ColorPath, rng: &mut ChaCha8Rng) -> Vec<f64> {
-    let (fewest, most) = match (fit, color) {
-        (Fit::Dense, _) => (2, 512),
-        (_, ColorPath::Solve) => (4, 4),
-        (Fit::Extinction, ColorPath::Folded) => (3, 8),
-        (Fit::Cubic | Fit::Transfer, ColorPath::Folded) => (3, 12),
-    };
-    let count = (f64::from(fewest) * f64::from(most as f32 / fewest as f32).powf(rng.random_range(0.0..1.0))) as usize;
+    let (fewest, most) = band_counts(fit, color);
+    let count = (fewest as f64 * (most as f64 / fewest as f64).powf(rng.random_range(0.0..1.0))) as usize;
     let (shortest, longest) = MEASURED_RANGE;
     let room = longest - shortest - 1e-6 - CLOSEST_BANDS * (count - 1) as f64;
     let spread = room * one_of(rng, &[0.0, 0.01, 0.5, 1.0]);
@@ -379,8 +350,8 @@ fn judge_tones(pixel: usize, rgb: &[f32], exposure: f32, faults: &mut Faults) {
     let picture = srgb8(Vec3::from_slice(rgb), exposure).to_le_bytes();
     let expected = shown(rgb, exposure);
     // A byte is off by one where its value lies at a half; the polynomial of sRGB adds a hundredth.
-    let bad =
-        picture.into_iter().zip(expected).filter(|(byte, tone)| !((f64::from(*byte) - tone).abs() <= 1.0)).count();
+    let wrong = |byte: u8, tone: f64| tone.is_nan() || (f64::from(byte) - tone).abs() > 1.0;
+    let bad = picture.into_iter().zip(expected).filter(|&(byte, tone)| wrong(byte, tone)).count();
     faults.add(bad as u64, || {
         format!("pixel {pixel} of {rgb:?}, exposure {exposure:e}, is {picture:?} and not {expected:?}")
     });
@@ -432,18 +403,20 @@ pub fn refusals(seed: u64, cases: u64) -> Outcome {
     sweep("scenes with one value out of range: not refused", seed, cases, |number| {
         let rng = &mut generator(seed, number);
         let mut scene = Case::random(seed, number).scene;
-        // Without ozone nothing asks where it is.
-        scene.atmosphere.ozone.column = scene.atmosphere.ozone.column.max(1.0);
-        let key = &KEYS[rng.random_range(0..KEYS.len())];
-        let (low, high) = (key.range)(&scene);
-        // Random ozone leaves room of up to 0.3 km for the keys that follow.
-        let beyond = (1e-3 * (high - low)).max(0.4);
-        let wrong = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, low - beyond, high + beyond, -1e300, 1e300];
-        *(key.field)(&mut scene) = one_of(rng, &wrong);
-        let value = *(key.field)(&mut scene);
+        let ozone = &mut scene.atmosphere.ozone;
+        if ozone.column == 0.0 {
+            // Without ozone nothing asks where it is.
+            (ozone.column, ozone.bottom, ozone.peak, ozone.top) = (1.0, 0.0, 0.2, 0.5);
+        }
+        let number = &NUMBERS[rng.random_range(0..NUMBERS.len())];
+        let (low, high) = bounds(number.name, &scene);
+        let wrong = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, low.next_down(), high.next_up(), -1e300, 1e300];
+        let value = one_of(rng, &wrong);
+        *(number.field)(&mut scene) = value;
         let refused = catch_unwind(AssertUnwindSafe(|| Plan::new(&scene, Pixel::LinearRgb)));
-        let right = matches!(&refused, Ok(Err(Error::Request(sentence))) if !sentence.contains('\n'));
-        (u64::from(!right), format!("{} = {value}", key.name))
+        let in_one_sentence = |sentence: &str| !sentence.contains('\n') && sentence.contains(number.name);
+        let right = matches!(&refused, Ok(Err(Error::Request(sentence))) if in_one_sentence(sentence));
+        (u64::from(!right), format!("{} = {value}", number.name))
     })
 }
 
@@ -451,7 +424,7 @@ pub fn refusals(seed: u64, cases: u64) -> Outcome {
 fn sweep(subject: &'static str, seed: u64, cases: u64, case: impl Fn(u64) -> (u64, String) + Sync) -> Outcome {
     let failed = |number| {
         let (count, words) = case(number);
-        (count > 0).then(|| (count, number, words))
+        (count > 0).then_some((count, number, words))
     };
     let failed: Vec<_> = (0..cases).into_par_iter().filter_map(failed).collect();
     let worst = failed.iter().max_by_key(|(count, number, _)| (*count, std::cmp::Reverse(*number)));
@@ -470,4 +443,21 @@ fn sweep(subject: &'static str, seed: u64, cases: u64, case: impl Fn(u64) -> (u6
 fn describe(case: &Case) -> String {
     let scene = serde_json::to_string(&case.scene).expect("a scene is plain data");
     format!("{scene}, {:?}{}", case.pixel, if case.radiance { ", radiance" } else { "" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::keys::KEYS;
+
+    #[test]
+    fn every_number_of_a_scene_varies() {
+        let elsewhere = ["camera.fov", "render.steps", "render.exposure"];
+        let scene = Scene::default();
+        let mut names: Vec<_> = NUMBERS.iter().map(|number| number.name).chain(elsewhere).collect();
+        let mut keys: Vec<_> = KEYS.iter().filter(|key| key.bounds(&scene).is_some()).map(|key| key.name).collect();
+        names.sort_unstable();
+        keys.sort_unstable();
+        assert_eq!(names, keys);
+    }
 }

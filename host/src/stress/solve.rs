@@ -10,7 +10,7 @@ use sorairo_shared::spectrum::{newton_coefficients, newton_value};
 
 use super::{Outcome, generator};
 use crate::plan::observer::normalised;
-use crate::scene::CLOSEST_BANDS;
+use crate::scene::keys::CLOSEST_BANDS;
 use crate::tables::MEASURED_RANGE;
 
 /// How many times half a unit in the last place, times [`amplification`], the cubic may be off, relative to the largest value;
@@ -83,11 +83,11 @@ fn eliminated(nodes: [f32; 4], values: [f32; 4]) -> [f32; 4] {
         let size = |row: &usize| rows[*row][column].abs();
         let pivot = (column..4).max_by(|a, b| size(a).total_cmp(&size(b))).expect("a row is left");
         rows.swap(column, pivot);
-        for row in column + 1..4 {
-            let factor = rows[row][column] / rows[column][column];
-            for k in column..5 {
-                rows[row][k] -= factor * rows[column][k];
-            }
+        let (above, below) = rows.split_at_mut(column + 1);
+        let pivot = &above[column];
+        for row in below {
+            let factor = row[column] / pivot[column];
+            row.iter_mut().zip(pivot).skip(column).for_each(|(number, above)| *number -= factor * above);
         }
     }
     let mut coefficients = [0.0; 4];

@@ -1,0 +1,19 @@
+//! Any lines as flags, one to a line: refused, or a scene whose values are checked.
+
+#![no_main]
+
+use clap::Parser;
+use libfuzzer_sys::fuzz_target;
+
+#[allow(dead_code)]
+#[path = "../../host/src/cli.rs"]
+mod cli;
+
+fuzz_target!(|bytes: &[u8]| {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let arguments = ["sorairo", "scene", "show"].into_iter().chain(text.lines());
+    if let Ok(arguments) = cli::Arguments::try_parse_from(arguments) {
+        let cli::Command::Scene(cli::SceneCommand::Show { file: None, flags }) = arguments.command else { return };
+        let _ = flags.over(None);
+    }
+});

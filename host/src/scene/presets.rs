@@ -1,0 +1,86 @@
+//! Named atmospheres.
+
+use super::{AlbedoSpectrum, AtmosphereScene, CameraScene, Observer, Preset, Render, Scene, Sun, SunSpectrum};
+
+impl Scene {
+    /// The scene of a preset.
+    pub fn preset(preset: Preset) -> Self {
+        let mut scene = Self {
+            preset,
+            sun: Sun::default(),
+            observer: Observer::default(),
+            atmosphere: AtmosphereScene::default(),
+            camera: CameraScene::default(),
+            render: Render::default(),
+        };
+        match preset {
+            Preset::Earth => {}
+            Preset::Paper => paper(&mut scene),
+            Preset::Hazy => hazy(&mut scene),
+            Preset::Mountain => mountain(&mut scene),
+            Preset::Mars => mars(&mut scene),
+            Preset::NoOzone => scene.atmosphere.ozone.column = 0.0,
+        }
+        scene
+    }
+}
+
+/// Takahashi and Dobashi, *Full-spectrum rendering of the sky using GPU*: no ozone, a sun of 1 at every wavelength.
+fn paper(scene: &mut Scene) {
+    scene.sun.spectrum = SunSpectrum::Flat;
+    scene.atmosphere.ozone.column = 0.0;
+}
+
+/// The *continental polluted* aerosol of OPAC at a relative humidity of 80 % (Hess, Koepke and Schult 1998,
+/// DOI 10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2): optical depth 0.327, single-scattering albedo 0.892 and asymmetry
+/// 0.698 at 550 nm. The Ångström exponent 1.3 lies between those that OPAC gives below and above 500 nm.
+fn hazy(scene: &mut Scene) {
+    let aerosol = &mut scene.atmosphere.aerosol;
+    aerosol.angstrom_exponent = 1.3;
+    // 0.327 at 550 nm.
+    aerosol.optical_depth = 0.150;
+    aerosol.single_scattering_albedo = 0.892;
+    aerosol.asymmetry = 0.698;
+}
+
+/// From 3 km above the sea. The aerosol below and above the observer is clean: 0.064 of optical depth at 550 nm over the sea,
+/// single-scattering albedo 0.972 and asymmetry 0.709 are those of OPAC's *continental clean* (Hess, Koepke and Schult 1998).
+/// With a scale height of 2 km 0.014 of it lie above the observer, about what is measured at Mauna Loa, at 3.4 km: a yearly
+/// mean of 0.02 at 500 nm (Holben et al. 2001, DOI 10.1029/2001JD900014).
+fn mountain(scene: &mut Scene) {
+    scene.observer.altitude = 3.0;
+    let aerosol = &mut scene.atmosphere.aerosol;
+    aerosol.angstrom_exponent = 1.3;
+    // 0.064 at 550 nm.
+    aerosol.optical_depth = 0.0294;
+    aerosol.scale_height = 2.0;
+    aerosol.single_scattering_albedo = 0.972;
+    aerosol.asymmetry = 0.709;
+}
+
+/// Mars on a clear day.
+///
+/// * Ground radius 3389.5 km, scale height 11.1 km, surface pressure near 610 Pa, mean distance 1.524 au: NASA's Mars fact sheet
+///   (Williams, NSSDCA).
+/// * Air: a column of 610 Pa of carbon dioxide has 1.06 % of the molecules of the Earth's, each of which scatters 2.59 times as
+///   much as one of air (Bodhaine et al. 1999, Eq. 22, DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2): an optical depth of
+///   0.00267 at 550 nm.
+/// * Dust: optical depth 0.5, of a day without a storm (Tomasko et al. 1999, DOI 10.1029/1998JE900016); grey, because its
+///   particles are larger than the wavelength; well mixed, hence 11 km (Vincendon and Langevin 2010 find 6 to 12 km, DOI
+///   10.1016/j.icarus.2009.12.018); asymmetry 0.69 (Chen-Chen et al. 2019, DOI 10.1016/j.icarus.2019.04.004); albedo by
+///   wavelength of Wolff et al. 2009 (DOI 10.1029/2009JE003350).
+fn mars(scene: &mut Scene) {
+    scene.sun.distance = 1.524;
+    let atmosphere = &mut scene.atmosphere;
+    atmosphere.ground_radius = 3389.5;
+    atmosphere.top_radius = 3499.5;
+    // 0.00267 at 550 nm.
+    atmosphere.air.scattering = 2.2e-5;
+    atmosphere.air.scale_height = 11.1;
+    atmosphere.aerosol.optical_depth = 0.5;
+    atmosphere.aerosol.angstrom_exponent = 0.0;
+    atmosphere.aerosol.scale_height = 11.0;
+    atmosphere.aerosol.single_scattering_albedo_spectrum = AlbedoSpectrum::MarsDust;
+    atmosphere.aerosol.asymmetry = 0.69;
+    atmosphere.ozone.column = 0.0;
+}

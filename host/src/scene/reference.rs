@@ -1,0 +1,148 @@
+//! The keys as people read them: the reference page, and a scene file with a comment above every key.
+
+use std::fmt::Write;
+
+use clap::ValueEnum;
+
+use super::keys::{Allowed, KEYS, Key, Word, default_scene, plain};
+use super::{Preset, Scene};
+
+/// The reference of every key, in Markdown: `docs/scene-reference.md`.
+pub fn markdown() -> String {
+    let mut page = String::from(HEAD);
+    let mut table = None;
+    for key in KEYS {
+        let here = key.table_and_name().0;
+        if table != Some(here) {
+            let title = if here.is_empty() { "Above all tables".into() } else { format!("`[{here}]`") };
+            page += &format!("## {title}\n\n");
+            table = Some(here);
+        }
+        page += &entry(key);
+    }
+    page + PRESETS + &presets() + TABLES
+}
+
+const HEAD: &str = "# Scene files
+
+Written by `sorairo scene reference`; do not edit. A scene file is TOML. Every key may be left out: then the value of the preset
+holds. A flag takes the place of its key. `sorairo scene new` writes a file with every key and a comment above each, `sorairo scene check FILE`
+names everything that is wrong with one, `sorairo scene show FILE` prints it with everything filled in.
+
+";
+
+const PRESETS: &str = "## Presets
+
+What each preset changes; every other key is as above.
+
+";
+
+const TABLES: &str = "
+Light is scattered once. In `hazy` and `mars` the real sky is brighter, and whiter towards the horizon, by light scattered more than once.
+The sky of `mars` is a pale butterscotch, because the dust absorbs blue; each further scattering would deepen it. The blue glow around the low sun is missing: it needs a forward
+peak that is narrower in blue than in red, and the asymmetry here is the same at all wavelengths.
+
+## Tables of a person's own
+
+A key that takes the name of a `.csv` file reads it from the folder of the scene file. Each row is `wavelength_nm,value`; values between
+rows are linear. Wavelengths increase from row to row and cover 380 to 780 nm. Lines that begin with `#` are comments, and the first
+other line may name the columns. A row that stands twice, is out of order, negative, or not of two finite numbers is refused by
+its line. Where tables end, `--bands` and `--wavelengths` end too.
+
+## Place and time
+
+`place` and `time` together stand for the sun's elevation and azimuth, from the Solar Position Algorithm (Reda and Andreas 2004, DOI
+10.1016/j.solener.2003.12.003) at the observer's altitude. They hold for the Earth. The direction is geometric: the
+renderer's rays are straight, so refraction, which lifts the real sun by 0.5° at the horizon, is left out.
+";
+
+fn entry(key: &Key) -> String {
+    let flag = key.flag.map(|flag| format!("; flag `{flag}`")).unwrap_or_default();
+    let mut text = format!(
+        "### `{}`\n\n{}\n\n*{}; default: {}{flag}*\n\n",
+        key.name,
+        key.sentence(),
+        allowed(key),
+        key.default_words()
+    );
+    for Word { name, sentence } in words(key) {
+        writeln!(text, "* `{name}`: {sentence}").expect("a text can be written");
+    }
+    if !words(key).is_empty() {
+        text.push('\n');
+    }
+    text
+}
+
+/// What a key may be, with its unit unless its sentence has it.
+fn allowed(key: &Key) -> String {
+    if key.unit.is_empty() || key.sentence().contains(key.unit) {
+        return key.range();
+    }
+    format!("{}, {}", key.unit, key.range())
+}
+
+fn words(key: &Key) -> Vec<Word> {
+    match &key.allowed {
+        Allowed::Words(words) | Allowed::WordsOrTable(words) => words(),
+        _ => Vec::new(),
+    }
+}
+
+fn presets() -> String {
+    let mut text = String::from("| preset | keys |\n| --- | --- |\n");
+    for &preset in Preset::value_variants() {
+        let scene = toml::Table::try_from(Scene::preset(preset)).expect("a scene is a table");
+        let differs = |key: &&Key| key.name != "preset" && key.value(&scene) != key.value(default_scene());
+        let changed: Vec<_> = KEYS
+            .iter()
+            .filter(differs)
+            .filter_map(|key| Some(format!("`{} = {}`", key.name, plain(&key.value(&scene)?))))
+            .collect();
+        let changed = if changed.is_empty() { "the defaults".into() } else { changed.join(", ") };
+        let name = preset.to_possible_value().expect("every preset has a name").get_name().to_owned();
+        writeln!(text, "| `{name}` | {changed} |").expect("a text can be written");
+    }
+    text
+}
+
+/// A scene file with every key of a preset, and a comment above each.
+pub fn commented(preset: Preset) -> String {
+    let scene = toml::Table::try_from(Scene::preset(preset)).expect("a scene is a table");
+    let mut text =
+        String::from("# A scene of sorairo. Every key may be left out: then the value of the preset holds.\n");
+    let mut table = "";
+    for key in KEYS {
+        let (here, name) = key.table_and_name();
+        if table != here {
+            write!(text, "\n[{here}]").expect("a text can be written");
+            table = here;
+        }
+        let allowed = allowed(key).replace('`', "");
+        let sentence = key.sentence().replace('`', "");
+        write!(text, "\n# {sentence}\n# {allowed}\n").expect("a text can be written");
+        match key.value(&scene) {
+            Some(value) => writeln!(text, "{name} = {value}"),
+            None => writeln!(text, "# {name} = # without it: {}", key.otherwise.replace('`', "")),
+        }
+        .expect("a text can be written");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_commented_file_of_a_preset_is_that_preset() {
+        for &preset in Preset::value_variants() {
+            let text = commented(preset);
+            assert_eq!(Scene::parse(&text, "scene.toml", None).unwrap(), Scene::preset(preset), "{text}");
+            for key in KEYS {
+                let name = key.table_and_name().1;
+                assert!(text.contains(&format!("\n{name} = ")) || text.contains(&format!("\n# {name} = ")), "{name}");
+            }
+        }
+    }
+}

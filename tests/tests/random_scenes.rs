@@ -3,22 +3,23 @@
 use sorairo::PixelFormat;
 use sorairo::backend::cpu::Cpu;
 use sorairo::backend::{self, Backend};
-use sorairo::plan::Plan;
-use sorairo::scene::{Preset, Projection};
+use sorairo::plan::{Plan, direction};
+use sorairo::scene::{Fit, Preset, Projection};
 use sorairo::stress::scenes::{refusals, scenes};
 use sorairo_tests::sky::scene;
 
 /// The seed of the random cases; a failure names its case.
 const SEED: u64 = 20_261_121;
 
+/// As many as take two minutes on two cores; `sorairo stress` tries more.
 #[test]
-fn no_pixel_of_ten_thousand_random_scenes_is_wrong_on_either_device() {
+fn no_pixel_of_three_thousand_random_scenes_is_wrong_on_either_device() {
     let device = backend::open("gpu").unwrap_or_else(|error| {
         panic!("{error}. This test needs a Vulkan device; on Debian: apt-get install mesa-vulkan-drivers libvulkan1")
     });
-    let outcome = scenes(SEED, 10_000, &device);
+    let outcome = scenes(SEED, 3000, &device);
     println!("{outcome:?}");
-    assert_eq!((outcome.cases, outcome.failures), (10_000, 0), "{outcome:?}");
+    assert_eq!((outcome.cases, outcome.failures), (3000, 0), "{outcome:?}");
 }
 
 #[test]
@@ -28,18 +29,17 @@ fn a_value_out_of_range_is_refused_in_one_sentence() {
     assert_eq!((outcome.cases, outcome.failures), (20_000, 0), "{outcome:?}");
 }
 
-/// Case 245 of seed 20261121: light that had crossed everything left 1e-38, and the exposure for that was infinite.
+/// Light that has crossed everything leaves 1e-40, and the exposure for that was infinite.
 #[test]
 fn a_nearly_black_sky_has_an_exposure() {
-    let mut scene = scene(Preset::Earth, -90.0, "16x8");
-    scene.atmosphere.ground_radius = 10.0;
-    (scene.atmosphere.air.scattering, scene.atmosphere.air.scale_height) = (100.0, 0.066);
-    scene.atmosphere.aerosol.optical_depth = 0.0;
-    scene.atmosphere.aerosol.scale_height = 0.1;
-    let ozone = &mut scene.atmosphere.ozone;
-    (ozone.column, ozone.bottom, ozone.peak, ozone.top) = (1e5, 0.0, 0.1, 6450.0);
-    let exposure = Plan::new(&scene, PixelFormat::Picture).unwrap().frame.exposure;
-    assert_eq!(exposure, (1u64 << 50) as f32);
+    let mut scene = scene(Preset::Earth, 90.0, "16x8");
+    (scene.sun.distance, scene.atmosphere.aerosol.optical_depth) = (1000.0, 84.0);
+    scene.render.fit = Fit::Transfer;
+    let plan = Plan::new(&scene, PixelFormat::Picture).unwrap();
+    let sky = plan.sky(direction(60.0, 0.0).as_vec3()).y;
+    // A quarter of a picture's white divided by less than this is beyond single precision.
+    assert!(sky > 0.0 && sky < 0.25 / f32::MAX, "{sky:e}");
+    assert_eq!(plan.frame.exposure, (1u64 << 50) as f32);
 }
 
 /// From 36 000 km no direction that the exposure was measured in met the planet, and its picture was as dark as a night's.

@@ -63,11 +63,20 @@ fn reliability(stress: &serde_json::Value) -> Result<String, String> {
     for outcome in outcomes {
         let number = |key: &str| outcome.get(key).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN);
         let [subject, cases, failures, seed] = ["subject", "cases", "failures", "seed"].map(|key| text(outcome, key));
-        let [worst, bound] = ["worst", "bound"].map(|key| format!("{:.3e}", number(key)));
+        let [worst, bound] = ["worst", "bound"].map(|key| figure(number(key)));
         lines.push(format!("| {} | {} | {} | {worst} | {bound} | {} |", subject?, cases?, failures?, seed?));
     }
     lines.push("\n![Error of a cubic through four bands in three forms](docs/images/solve.png)".into());
     Ok(lines.join("\n"))
+}
+
+/// A number as a person writes it: three digits after the point, or a power of ten.
+fn figure(number: f64) -> String {
+    if number == 0.0 || (0.1..1e4).contains(&number) {
+        ((number * 1e3).round() / 1e3).to_string()
+    } else {
+        format!("{number:.1e}")
+    }
 }
 
 /// The text between two marks, trimmed; an empty end mark is the end of the text.

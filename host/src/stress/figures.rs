@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use sorairo_shared::sky::transfer;
 
 use super::generator;
-use super::solve::{Form, error_of};
+use super::solve::{Form, error_of, reference};
 use crate::error::{Error, Result};
 use crate::output::png;
 use crate::plan::{Plan, direction, observer};
@@ -30,8 +30,8 @@ const COLOURS: [RGBColor; 3] = [RGBColor(213, 94, 0), RGBColor(230, 159, 0), RGB
 /// Sets of bands in the first panel.
 const SETS: u64 = 900;
 
-/// Bands (nm) of the sky in the other two panels.
-pub const SHOWN: [[f64; 4]; 2] = [[535.0, 545.0, 555.0, 565.0], [544.0, 548.0, 552.0, 556.0]];
+/// Bands (nm) of the sky in the other two panels: the matrix in nm gives a wrong spectrum for the first, none for the second.
+pub const SHOWN: [[f64; 4]; 2] = [[593.0, 595.5, 598.0, 600.5], [597.0, 599.0, 601.0, 603.0]];
 
 /// Where the sky is looked at: elevation and azimuth from the sun (degrees).
 const VIEW: (f64, f64) = (40.0, 90.0);
@@ -77,7 +77,7 @@ fn errors(seed: u64) -> Vec<(f64, [f64; 3])> {
         let first = shortest + (longest - shortest - span) * rng.random_range(0.0..1.0);
         let bands = [first, first + others[0], first + others[0] + closest, first + span];
         let sky = bands.map(|band| (band / 550.0).powf(-3.5) as f32);
-        (closest, Form::ALL.map(|form| error_of(form, bands, sky)))
+        (closest, Form::ALL.map(|form| error_of(form, bands, sky, reference)))
     };
     (0..SETS).into_par_iter().map(set).collect()
 }
@@ -108,21 +108,21 @@ fn draw<B: DrawingBackend>(
 }
 
 fn draw_errors<B: DrawingBackend>(area: &DrawingArea<B, Shift>, errors: &[(f64, [f64; 3])]) -> Drawn<B> {
-    let all = || errors.iter().flat_map(|(_, errors)| errors).copied().filter(|error| *error > 0.0);
+    let all =
+        || errors.iter().flat_map(|(_, errors)| errors).copied().filter(|error| *error > 0.0 && error.is_finite());
     let decade = |value: f64, round: fn(f64) -> f64| 10f64.powf(round(value.log10()));
-    let (low, high) = (all().fold(f64::MAX, f64::min), all().filter(|error| error.is_finite()).fold(0.0, f64::max));
+    let (low, high) =
+        (decade(all().fold(f64::MAX, f64::min), f64::floor), decade(all().fold(0.0, f64::max), f64::ceil));
     let mut chart = ChartBuilder::on(area)
         .margin(24)
         .caption("Largest error over 380-780 nm ÷ largest value", font(28.0, FontStyle::Normal))
         .x_label_area_size(80)
         .y_label_area_size(120)
-        .build_cartesian_2d(
-            (CLOSEST_BANDS..150.0).log_scale(),
-            (decade(low, f64::floor)..decade(high, f64::ceil)).log_scale(),
-        )?;
+        .build_cartesian_2d((CLOSEST_BANDS..150.0).log_scale(), (low..3.0 * high).log_scale())?;
     mesh(&mut chart, "distance of neighbouring bands (nm)", "", &short)?;
     for (i, colour) in COLOURS.into_iter().enumerate() {
-        let point = |(distance, errors): &(f64, [f64; 3])| (*distance, errors[i].clamp(low, high));
+        // Where a matrix is singular the error is infinite: at the top.
+        let point = |(distance, errors): &(f64, [f64; 3])| (*distance, errors[i].clamp(low, 3.0 * high));
         chart.draw_series(errors.iter().map(|set| Circle::new(point(set), 4, colour.mix(0.7).filled())))?;
     }
     Ok(())
@@ -133,7 +133,7 @@ fn draw_sky<B: DrawingBackend>(area: &DrawingArea<B, Shift>, bands: [f64; 4], sk
     let curve = |form: Form| form.values(bands, sky, &at).into_iter().map(f64::from).collect::<Vec<f64>>();
     // Newton's form in double precision on its own nodes: exact for a picture.
     let nodes = bands.map(|band| Form::Newton.place(band));
-    let truth: Vec<f64> = at.iter().map(|&x| super::solve::reference(nodes, sky, Form::Newton.place(x))).collect();
+    let truth: Vec<f64> = at.iter().map(|&x| reference(nodes, sky, Form::Newton.place(x))).collect();
     let top = 1.6 * truth.iter().copied().fold(0.0, f64::max);
     let bottom = (-0.4 * top).max(1.6 * truth.iter().copied().fold(0.0, f64::min).min(-0.05 * top));
     let list = bands.map(|band| format!("{band}")).join(", ");
@@ -147,7 +147,13 @@ fn draw_sky<B: DrawingBackend>(area: &DrawingArea<B, Shift>, bands: [f64; 4], sk
     let points = |curve: Vec<f64>| at.clone().into_iter().zip(curve).filter(|(_, y)| (bottom..=top).contains(y));
     chart.draw_series(LineSeries::new(points(truth), BLACK.stroke_width(9)))?;
     for (form, colour) in Form::ALL.into_iter().zip(COLOURS) {
-        chart.draw_series(LineSeries::new(points(curve(form)), colour.stroke_width(3)))?;
+        let values = curve(form);
+        if values.iter().any(|value| !value.is_finite()) {
+            let words = format!("{}: singular, no spectrum", form.name());
+            let place = (observer::START + 40.0, bottom + 0.93 * (top - bottom));
+            chart.draw_series([Text::new(words, place, font(25.0, FontStyle::Normal).color(&colour))])?;
+        }
+        chart.draw_series(LineSeries::new(points(values), colour.stroke_width(3)))?;
     }
     chart.draw_series(
         bands

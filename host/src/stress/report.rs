@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use super::figures;
-use super::solve::{Form, condition, error_of};
+use super::solve::{Form, condition, double, error_of, exact};
 use super::{Outcome, sweeps};
 use crate::backend::Device;
 use crate::error::Result;
@@ -36,7 +36,8 @@ pub struct Condition {
     pub raw: f64,
     /// The same on wavelengths normalised to [-1, 1].
     pub normalised: f64,
-    /// Largest error from 380 to 780 nm of each form in single precision, for a clear sky, relative to the largest band.
+    /// Largest error from 380 to 780 nm of each form in single precision, for a clear sky, relative to the largest band;
+    /// infinite, `null` in JSON, where the matrix is singular in single precision.
     pub errors: [f64; 3],
 }
 
@@ -94,7 +95,8 @@ impl Condition {
             bands,
             raw: condition(Form::Raw, bands),
             normalised: condition(Form::Normalised, bands),
-            errors: Form::ALL.map(|form| error_of(form, bands, sky)),
+            errors: Form::ALL
+                .map(|form| error_of(form, bands, sky, |nodes, values, x| double(&exact(nodes, values, x)))),
         })
     }
 }

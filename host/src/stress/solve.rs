@@ -120,7 +120,8 @@ pub fn exact(nodes: [f32; 4], values: [f32; 4], x: f32) -> BigRational {
     (0..4).map(|i| rational(values[i]) * cardinal(i)).sum()
 }
 
-fn double(number: &BigRational) -> f64 {
+/// The double next to an exact number.
+pub(super) fn double(number: &BigRational) -> f64 {
     number.to_f64().unwrap_or(f64::NAN)
 }
 
@@ -294,15 +295,17 @@ pub fn solve(seed: u64, cases: u64) -> Outcome {
     }
 }
 
-/// The largest error of a form in single precision over the observer's range, against the exact cubic through the form's own nodes, relative to the
-/// largest value.
-pub fn error_of(form: Form, bands: [f64; 4], values: [f32; 4]) -> f64 {
+/// What the cubic through four points is at `x`: [`reference`] or [`exact`].
+pub type Truth = fn([f32; 4], [f32; 4], f32) -> f64;
+
+/// The largest error of a form in single precision over the observer's range, against the true cubic through the form's own
+/// nodes, relative to the largest value.
+pub fn error_of(form: Form, bands: [f64; 4], values: [f32; 4], truth: Truth) -> f64 {
     let at = crate::plan::observer::wavelengths();
     let nodes = bands.map(|band| form.place(band));
     let fitted = form.values(bands, values, &at);
     worst(at.iter().zip(fitted).map(|(&wavelength, fitted)| {
-        let truth = double(&exact(nodes, values, form.place(wavelength)));
-        (f64::from(fitted) - truth).abs() / largest(values)
+        (f64::from(fitted) - truth(nodes, values, form.place(wavelength))).abs() / largest(values)
     }))
 }
 

@@ -17,6 +17,20 @@ install() {
         apt-get install -y -qq --no-install-recommends "$@" >/dev/null
 }
 
+# The Python that test.sh made, from the list as it is now.
+has_python() { cmp -s tests/python/requirements.txt target/python/requirements.txt; }
+
+make_python() {
+    rm -rf target/python
+    mkdir -p target
+    if ! python3 -m venv target/python 2>/dev/null; then
+        install python3 python3-venv && python3 -m venv target/python || return 1
+    fi
+    target/python/bin/python -m pip install --quiet --disable-pip-version-check \
+        --requirement tests/python/requirements.txt || return 1
+    cp tests/python/requirements.txt target/python/
+}
+
 if ! command -v cargo >/dev/null; then
     echo "test.sh: cargo is missing; install Rust from https://rustup.rs" >&2
     exit 1
@@ -36,4 +50,12 @@ if ! has_vulkan; then
     fi
 fi
 cargo run --quiet --release --package sorairo -- devices 2>/dev/null
+if [ -z "${SORAIRO_PYTHON:-}" ] && ! has_python; then
+    echo "test.sh: installing Python packages that read the program's files into target/python"
+    if ! make_python; then
+        echo "test.sh: no Python environment; install python3 with venv (Debian: apt-get install python3-venv) and give it" >&2
+        echo "    a network, or set SORAIRO_PYTHON to a Python that has what tests/python/requirements.txt lists" >&2
+        exit 1
+    fi
+fi
 cargo test --release --workspace --exclude xtask

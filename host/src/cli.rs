@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use sorairo::Result;
-use sorairo::render::Report;
+use sorairo::render::{Report, Request};
 use sorairo::scene::file::{SceneFile, place_sun};
 use sorairo::scene::keys::help;
 use sorairo::scene::place::{Place, PlaceAndTime, Time};
-use sorairo::scene::{ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Scene, Size};
+use sorairo::scene::{
+    ColorObserver, ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Rgb, Scene, Size, WhiteBalance,
+};
 use sorairo::spectrum::parse_wavelengths;
 
 /// Renders the clear sky in full spectrum on the GPU.
@@ -83,9 +85,15 @@ pub enum SceneCommand {
 pub struct RenderArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// File to write, .png or .exr; may be given more than once [default: sky.png and sky.exr].
+    /// File to write, .png, .exr or .spectral.exr; may be given more than once [default: sky.png and sky.exr].
     #[arg(short = 'o', long = "output", value_name = "OUT")]
     output: Vec<PathBuf>,
+    /// Make every EXR file a spectral one, whatever its name.
+    #[arg(long)]
+    spectral: bool,
+    /// Wavelengths of spectral files in nm: START:END:STEP, or a list with commas [default: 380:780:10].
+    #[arg(long, value_name = "LIST", value_parser = wavelengths)]
+    wavelengths: Option<Wavelengths>,
     /// Print what the plan skips, and what that saves (with --json, as its `explain`).
     #[arg(long)]
     pub explain: bool,
@@ -225,6 +233,8 @@ pub struct SceneFlags {
     time: Option<Time>,
     #[arg(long, value_name = "KM", allow_negative_numbers = true, value_parser = number, help = help("observer.altitude"))]
     altitude: Option<f64>,
+    #[arg(long, help = help("sun.disc"))]
+    sun_disc: bool,
     #[arg(long, help = help("camera.projection"))]
     projection: Option<Projection>,
     #[arg(long, value_name = "WxH", help = help("camera.size"))]
@@ -245,6 +255,12 @@ pub struct SceneFlags {
     steps: Option<u32>,
     #[arg(long, help = help("render.exr"))]
     exr: Option<ExrDepth>,
+    #[arg(long, help = help("render.rgb"))]
+    rgb: Option<Rgb>,
+    #[arg(long, help = help("render.observer"))]
+    observer: Option<ColorObserver>,
+    #[arg(long, help = help("render.white_balance"))]
+    white_balance: Option<WhiteBalance>,
     #[arg(long, help = help("render.path"))]
     path: Option<PathChoice>,
     #[arg(long, value_name = "EV", allow_negative_numbers = true, help = help("render.exposure"))]
@@ -309,6 +325,7 @@ impl SceneFlags {
     fn lay_over(&self, scene: &mut Scene) {
         set(&mut scene.sun.elevation, self.sun_elevation);
         set(&mut scene.sun.azimuth, self.sun_azimuth);
+        scene.sun.disc |= self.sun_disc;
         set(&mut scene.observer.altitude, self.altitude);
         set(&mut scene.camera.projection, self.projection);
         set(&mut scene.camera.size, self.size);
@@ -324,6 +341,9 @@ impl SceneFlags {
         set(&mut scene.render.path, self.path);
         set(&mut scene.render.exposure, self.exposure);
         set(&mut scene.render.exr, self.exr);
+        set(&mut scene.render.rgb, self.rgb);
+        set(&mut scene.render.observer, self.observer);
+        set(&mut scene.render.white_balance, self.white_balance);
     }
 }
 
@@ -334,9 +354,15 @@ fn set<T>(value: &mut T, given: Option<T>) {
 }
 
 impl RenderArguments {
-    /// The files to write.
-    pub fn outputs(&self) -> Vec<PathBuf> {
-        if self.output.is_empty() { vec!["sky.png".into(), "sky.exr".into()] } else { self.output.clone() }
+    /// What to write and to measure.
+    pub fn request(&self) -> Request {
+        let usual = || vec!["sky.png".into(), "sky.exr".into()];
+        Request {
+            outputs: if self.output.is_empty() { usual() } else { self.output.clone() },
+            spectral: self.spectral,
+            wavelengths: self.wavelengths.as_ref().map(|wavelengths| wavelengths.to_vec()),
+            sky_light: self.json,
+        }
     }
 }
 

@@ -19,6 +19,7 @@
 pub mod backend;
 pub mod error;
 mod input;
+pub mod irradiance;
 pub mod output;
 pub mod plan;
 pub mod render;

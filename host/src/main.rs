@@ -59,7 +59,7 @@ fn render_command(arguments: &RenderArguments) -> Result<()> {
     let progress = Progress::start();
     let report = render::render(
         &scene,
-        &arguments.outputs(),
+        &arguments.request(),
         || backend::open(&arguments.scene.device),
         |stage| progress.stage(stage),
     );

@@ -10,11 +10,52 @@ use serde::Serialize;
 use crate::PixelFormat;
 use crate::backend::{Device, Times};
 use crate::error::{Error, Result};
+use crate::input::shown;
+use crate::irradiance::SkyLight;
 use crate::output::{self, Format, Image, Staged, Writer};
 use crate::plan::Plan;
 use crate::plan::explain::explain;
 use crate::plan::path::Path;
-use crate::scene::{ColorPath, ExrDepth, Fit, Scene};
+use crate::scene::{ColorObserver, ColorPath, ExrDepth, Fit, Rgb, Scene, WhiteBalance};
+
+/// Wavelengths (nm) of a spectral file, if none are asked for: 380 to 780 by 10.
+pub fn default_wavelengths() -> Vec<f64> {
+    (0..=40).map(|i| 380.0 + 10.0 * f64::from(i)).collect()
+}
+
+/// Most wavelengths of a spectral file.
+pub const MOST_WAVELENGTHS: usize = 512;
+
+/// What to make of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Request {
+    /// Files to write.
+    pub outputs: Vec<PathBuf>,
+    /// Whether every EXR file is spectral, whatever its name.
+    pub spectral: bool,
+    /// Wavelengths of spectral files (nm, where the scene is known, no two the same); [`default_wavelengths`] if none are given.
+    pub wavelengths: Option<Vec<f64>>,
+    /// Whether to measure the light that the sky throws on level ground.
+    pub sky_light: bool,
+}
+
+impl Request {
+    /// The files' formats, in their order.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Format::of`].
+    pub fn formats(&self) -> Result<Vec<Format>> {
+        self.outputs.iter().map(|path| Format::of(path, self.spectral)).collect()
+    }
+
+    /// Whether every file is there already, whole, and made of this scene by this version of the program.
+    pub fn is_finished(&self, scene: &Scene) -> bool {
+        let Ok(formats) = self.formats() else { return false };
+        let Ok(wavelengths) = wavelengths(scene, self, &formats) else { return false };
+        self.outputs.iter().zip(formats).all(|(path, format)| output::is_finished(path, format, scene, &wavelengths))
+    }
+}
 
 /// What a rendering did, as `--json` prints it.
 #[derive(Clone, Debug, Serialize)]
@@ -35,6 +76,12 @@ pub struct Report {
     pub fit: Fit,
     /// How the fit became a colour.
     pub color: ColorPath,
+    /// The space of linear RGB.
+    pub rgb: Rgb,
+    /// The colour observer.
+    pub observer: ColorObserver,
+    /// Which light became the white of the RGB space.
+    pub white_balance: WhiteBalance,
     /// Samples on each piece of a ray.
     pub steps: u32,
     /// Whether pixels were integrated or looked up, and why.
@@ -43,6 +90,9 @@ pub struct Report {
     pub explain: Vec<String>,
     /// Factor from linear RGB to the picture's linear value, as a power of two.
     pub exposure_ev: f32,
+    /// The light that the sky throws on level ground, if it was asked for.
+    #[serde(flatten)]
+    pub sky_light: Option<SkyLight>,
     /// Time to decide what to compute (ms).
     pub plan_ms: f64,
     /// Time of the kernels (ms).
@@ -83,23 +133,34 @@ impl Job {
     /// # Errors
     ///
     /// [`Error::Request`] for a wrong scene or file name.
-    pub fn new(scene: &Scene, outputs: &[PathBuf]) -> Result<Self> {
-        let formats: Vec<Format> = outputs.iter().map(|path| Format::of(path)).collect::<Result<_>>()?;
+    pub fn new(scene: &Scene, request: &Request) -> Result<Self> {
+        let outputs = &request.outputs;
+        let formats = request.formats()?;
+        let spectral = wavelengths(scene, request, &formats)?;
         // A picture alone is packed on the device, 4 bytes a pixel; a linear image serves for both.
         let pixel = match (formats.as_slice(), scene.render.exr) {
+            _ if !spectral.is_empty() => PixelFormat::LinearRgb,
             (formats, _) if !formats.contains(&Format::Exr) => PixelFormat::Picture,
             (formats, ExrDepth::Half) if !formats.contains(&Format::Png) => PixelFormat::HalfRgb,
             _ => PixelFormat::LinearRgb,
         };
-        let plan = Plan::new(scene, pixel)?;
+        if scene.sun.disc && scene.render.exr == ExrDepth::Half && formats.contains(&Format::Exr) {
+            return Err(Error::request(
+                "--sun-disc (sun.disc) needs --exr f32 (render.exr): the disc is brighter than half floats reach",
+            ));
+        }
+        let mut plan = Plan::new(scene, pixel)?;
+        if !spectral.is_empty() {
+            plan = plan.with_spectrum(&spectral)?;
+        }
         for path in outputs {
             output::check_writable(path)?;
         }
         output::check_distinct(outputs)?;
         for (path, &format) in outputs.iter().zip(&formats) {
-            output::check_room(path, format, scene.camera.size, scene.render.exr)?;
+            output::check_room(path, format, scene.camera.size, scene.render.exr, plan.spectral.len() as u64)?;
         }
-        Ok(Self { plan, outputs: outputs.to_vec(), formats, scene: scene.clone() })
+        Ok(Self { plan, outputs: outputs.clone(), formats, scene: scene.clone() })
     }
 
     /// Computes the pixels; each file is encoded meanwhile, on a thread of its own.
@@ -114,13 +175,7 @@ impl Job {
         device: &mut Device,
     ) -> Result<(Times, Files<'scope>)> {
         let plan = &self.plan;
-        let image = Image {
-            width: plan.width(),
-            height: plan.height(),
-            pixel: plan.pixel,
-            exposure: plan.frame.exposure,
-            scene: self.scene.clone(),
-        };
+        let image = Image::of(plan, &self.scene);
         let begin = |(path, &format): (&PathBuf, &Format)| Writer::start(scope, path.clone(), format, image.clone());
         let files = Files { writers: self.outputs.iter().zip(&self.formats).map(begin).collect() };
         let computing = device.rows(plan, plan.kernel(), &mut |_, rows| {
@@ -167,12 +222,12 @@ impl Files<'_> {
 /// a failed device or file.
 pub fn render(
     scene: &Scene,
-    outputs: &[PathBuf],
+    request: &Request,
     open: impl FnOnce() -> Result<Device>,
     stage: impl Fn(&str),
 ) -> Result<Report> {
     let start = Instant::now();
-    let job = Job::new(scene, outputs)?;
+    let job = Job::new(scene, request)?;
     let planned = start.elapsed();
     stage("opening the device");
     let mut device = open()?;
@@ -193,18 +248,63 @@ pub fn render(
         sun_azimuth: scene.sun.azimuth,
         fit: scene.render.fit,
         color: scene.render.color,
+        rgb: plan.space.rgb,
+        observer: plan.observer,
+        white_balance: plan.space.balance,
         steps: plan.steps(),
         path: plan.path.clone(),
         explain: explain(plan, scene.camera.projection),
         exposure_ev: plan.frame.exposure.log2(),
+        sky_light: request.sky_light.then(|| SkyLight::new(plan)),
         plan_ms: ms(planned),
         kernel_ms: ms(times.kernel),
         readback_ms: ms(times.readback),
         encode_ms: ms(encoding),
         total_ms: ms(start.elapsed()),
-        outputs: outputs.to_vec(),
+        outputs: request.outputs.clone(),
     })
 }
+
+/// The wavelengths of the spectral files that a request asks for (nm, increasing); none if it asks for no such file.
+fn wavelengths(scene: &Scene, request: &Request, formats: &[Format]) -> Result<Vec<f64>> {
+    if !formats.contains(&Format::SpectralExr) {
+        let refuse = |flag| {
+            Err(Error::request(format!(
+                "{flag} needs a spectral file: -o NAME.spectral.exr, or -o NAME.exr with --spectral"
+            )))
+        };
+        return match request {
+            Request { spectral: true, .. } => refuse("--spectral"),
+            Request { wavelengths: Some(_), .. } => refuse("--wavelengths"),
+            _ => Ok(Vec::new()),
+        };
+    }
+    let mut wavelengths = request.wavelengths.clone().unwrap_or_else(default_wavelengths);
+    let count = wavelengths.len();
+    if !(1..=MOST_WAVELENGTHS).contains(&count) {
+        return Err(Error::request(format!(
+            "--wavelengths holds {count} wavelengths; a spectral file takes 1 to {MOST_WAVELENGTHS} of them"
+        )));
+    }
+    let (shortest, longest) = scene.known_wavelengths();
+    if let Some(outside) = wavelengths.iter().find(|&&nm| !(shortest..=longest).contains(&nm)) {
+        return Err(Error::request(format!(
+            "--wavelengths holds {}; wavelengths must lie between {shortest} and {longest} nm",
+            shown(*outside)
+        )));
+    }
+    wavelengths.sort_by(f64::total_cmp);
+    match wavelengths.windows(2).find(|pair| pair[1] - pair[0] < CLOSEST_WAVELENGTHS) {
+        Some(pair) => Err(Error::request(format!(
+            "--wavelengths holds {} and {}; wavelengths must lie at least {CLOSEST_WAVELENGTHS} nm apart",
+            pair[0], pair[1]
+        ))),
+        None => Ok(wavelengths),
+    }
+}
+
+/// Wavelengths (nm) closer than this have the same name in a spectral file.
+const CLOSEST_WAVELENGTHS: f64 = 1e-5;
 
 /// Refuses rows that hold what no kernel stores: the sentinel of a pixel that was never written, or what no radiance is.
 fn check_rows(pixel: PixelFormat, rows: &[u32]) -> Result<()> {

@@ -5,9 +5,10 @@ use std::path::Path;
 use sorairo_shared::frame::Pixel;
 
 use crate::backend::{self, Device};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::output::{self, Format};
 use crate::plan::Plan;
+use crate::plan::colour_space::ColourSpace;
 use crate::scene::Scene;
 
 /// A device that renders scene after scene. Pipelines and buffers are kept from one to the next.
@@ -45,6 +46,8 @@ impl Renderer {
             rgb: bytemuck::allocation::cast_vec(run.words),
             exposure: plan.frame.exposure,
             scene: scene.clone(),
+            space: plan.space,
+            display: plan.display(),
         })
     }
 }
@@ -56,12 +59,14 @@ pub struct Image {
     pub width: u32,
     /// Height (pixels).
     pub height: u32,
-    /// Three values a pixel, row by row from the top: radiance weighted by the observer (W·m⁻²·sr⁻¹).
+    /// Three values a pixel, row by row from the top: radiance weighted by the observer (W·m⁻²·sr⁻¹), in the scene's space.
     pub rgb: Vec<f32>,
     /// Factor from linear RGB to a picture's linear value.
     pub exposure: f32,
     /// What was rendered.
     pub scene: Scene,
+    space: ColourSpace,
+    display: ColourSpace,
 }
 
 impl Image {
@@ -84,13 +89,19 @@ impl Image {
     /// [`crate::Error::Request`] for another file name, [`crate::Error::Failure`] if the file cannot be written.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
-        let format = Format::of(path)?;
+        let format = Format::of(path, false)?;
+        if format == Format::SpectralExr {
+            return Err(Error::request(format!("{} would be spectral; this image holds RGB alone", path.display())));
+        }
         let image = output::Image {
             width: self.width,
             height: self.height,
             pixel: Pixel::LinearRgb,
             exposure: self.exposure,
             scene: self.scene.clone(),
+            space: self.space,
+            display: self.display,
+            wavelengths: Vec::new(),
         };
         output::write(path, format, image, bytemuck::cast_slice(&self.rgb))?.commit()
     }

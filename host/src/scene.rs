@@ -70,6 +70,8 @@ pub struct Sun {
     pub spectrum: SunSpectrum,
     /// Distance of the sun (astronomical units, au), by whose square its light falls off.
     pub distance: f64,
+    /// Whether images show the sun's disc, darker towards its limb, with the light that it sends through the air.
+    pub disc: bool,
 }
 
 /// The sun's spectrum at the top of the atmosphere.
@@ -234,6 +236,64 @@ pub struct Render {
     pub exposure: Exposure,
     /// Depth of EXR files.
     pub exr: ExrDepth,
+    /// The space of the linear RGB in EXR files. Pictures are always sRGB.
+    pub rgb: Rgb,
+    /// The colour observer.
+    pub observer: ColorObserver,
+    /// Which light becomes the white of the RGB space.
+    pub white_balance: WhiteBalance,
+}
+
+/// A space of linear RGB; see `plan::colour_space`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+#[value(rename_all = "lowercase")]
+pub enum Rgb {
+    /// The primaries of Rec. 709 and sRGB, white D65.
+    #[default]
+    Srgb,
+    /// The primaries of Rec. 2020, white D65.
+    Rec2020,
+    /// The primaries AP1, white that of ACES, near D60.
+    AcesCg,
+    /// X, Y and Z themselves, white that of equal energy.
+    Xyz,
+}
+
+/// A colour observer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+#[value(rename_all = "lowercase")]
+pub enum ColorObserver {
+    /// The CIE 1931 2° standard observer, to which displays are made.
+    #[default]
+    Cie1931,
+    /// The CIE 2015 2° observer, from the measured sensitivities of the cones.
+    Cie2015,
+}
+
+impl ColorObserver {
+    /// The name by which documents call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cie1931 => "CIE 1931 2° observer",
+            Self::Cie2015 => "CIE 2015 2° observer",
+        }
+    }
+}
+
+/// Which light becomes the white of the RGB space, by Bradford's adaptation (Lam 1985).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+#[value(rename_all = "lowercase")]
+pub enum WhiteBalance {
+    /// None is chosen: RGB are the XYZ of the sky in the space's primaries.
+    #[default]
+    None,
+    /// D65: a difference only for spaces with another white.
+    D65,
+    /// The sun above the atmosphere.
+    Sun,
 }
 
 /// Depth of EXR files.
@@ -325,7 +385,7 @@ impl Default for Scene {
 
 impl Default for Sun {
     fn default() -> Self {
-        Self { elevation: 30.0, azimuth: 0.0, spectrum: SunSpectrum::AstmG173, distance: 1.0 }
+        Self { elevation: 30.0, azimuth: 0.0, spectrum: SunSpectrum::AstmG173, distance: 1.0, disc: false }
     }
 }
 
@@ -394,6 +454,9 @@ impl Default for Render {
             path: PathChoice::Auto,
             exposure: Exposure::Auto,
             exr: ExrDepth::Full,
+            rgb: Rgb::Srgb,
+            observer: ColorObserver::Cie1931,
+            white_balance: WhiteBalance::None,
         }
     }
 }

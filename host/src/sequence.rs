@@ -5,8 +5,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use crate::backend::Device;
 use crate::error::{Error, Result};
-use crate::output;
-use crate::render::{Files, Job};
+use crate::render::{Files, Job, Request};
 use crate::scene::Scene;
 
 /// One frame of a sequence.
@@ -17,7 +16,7 @@ pub struct Frame {
     /// What it shows.
     pub scene: Scene,
     /// The files that it fills.
-    pub outputs: Vec<PathBuf>,
+    pub request: Request,
 }
 
 /// How a frame ended.
@@ -62,8 +61,11 @@ pub fn sequence(frames: &[Frame], device: &mut Device, ended: &mut (dyn FnMut(&F
 /// Plans each frame that is not there yet, one ahead of the device.
 fn plan<'a>(frames: &'a [Frame], jobs: &SyncSender<(&'a Frame, Result<Option<Job>>)>) {
     for frame in frames {
-        let found = frame.outputs.iter().all(|path| output::is_finished(path, &frame.scene));
-        let job = if found { Ok(None) } else { Job::new(&frame.scene, &frame.outputs).map(Some) };
+        let job = if frame.request.is_finished(&frame.scene) {
+            Ok(None)
+        } else {
+            Job::new(&frame.scene, &frame.request).map(Some)
+        };
         if jobs.send((frame, job)).is_err() {
             return;
         }

@@ -6,6 +6,7 @@ use sorairo_shared::frame::Frame;
 use sorairo_shared::glam::{Vec2, Vec3};
 use sorairo_shared::scattering::{Bands, SingleScattering, single_scattering};
 use sorairo_shared::sky::{transfer, view_ray};
+use sorairo_shared::spectrum::SPECTRUM_RISE;
 use sorairo_shared::variant::ABOVE_TOP;
 
 use crate::error::{Error, Result};
@@ -108,8 +109,9 @@ impl<'a> FittedSpectrum<'a> {
                 Constituent::Air => rayleigh_phase(ray.nu),
                 Constituent::Aerosol => cornette_shanks_phase(ray.nu, frame.atmosphere.aerosol_asymmetry),
             });
+            let highest = at_bands.iter().copied().fold(DARKEST, f64::max) * f64::from(SPECTRUM_RISE).exp();
             for (sum, regression) in transfer.iter_mut().zip(regressions) {
-                *sum += phase * regression.value(&logarithms);
+                *sum += phase * regression.value(&logarithms).min(highest);
             }
         }
         let lit = transfer.iter().zip(self.wavelengths);

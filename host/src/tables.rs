@@ -56,6 +56,12 @@ impl<const N: usize> Table<N> {
         (self.wavelengths[0], self.wavelengths[self.wavelengths.len() - 1])
     }
 
+    /// Whether the table holds a wavelength (nm).
+    pub fn covers(&self, wavelength: f64) -> bool {
+        let (shortest, longest) = self.range();
+        (shortest..=longest).contains(&wavelength)
+    }
+
     /// The largest value of a column, and its wavelength (nm).
     pub fn largest(&self, column: usize) -> (f64, f64) {
         let rows = self.wavelengths.iter().zip(&self.values).map(|(&wavelength, values)| (values[column], wavelength));
@@ -166,7 +172,7 @@ impl TableFile {
 /// The wavelengths (nm) that a person's table must cover: those of the observer's sum.
 pub const NEEDED_RANGE: (f64, f64) = (observer::START, observer::END);
 
-/// The wavelengths (nm) that the tables of ozone and of the observer cover.
+/// The wavelengths (nm) that the tables of ozone and of the CIE 1931 observer cover.
 pub const MEASURED_RANGE: (f64, f64) = (360.0, 830.0);
 
 fn embedded<const N: usize>(cell: &'static OnceLock<Table<N>>, csv: &str) -> &'static Table<N> {
@@ -177,6 +183,12 @@ fn embedded<const N: usize>(cell: &'static OnceLock<Table<N>>, csv: &str) -> &'s
 pub fn cie1931() -> &'static Table<3> {
     static TABLE: OnceLock<Table<3>> = OnceLock::new();
     embedded(&TABLE, include_str!("../data/cie1931_2deg_xyz.csv"))
+}
+
+/// Colour-matching functions x̄, ȳ, z̄ of the CIE 2015 2° cone-fundamental-based observer, 390-830 nm.
+pub fn cie2015() -> &'static Table<3> {
+    static TABLE: OnceLock<Table<3>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../data/cie2015_2deg_xyz.csv"))
 }
 
 /// Solar irradiance at the top of the atmosphere, ASTM G173-03 (W·m⁻²·nm⁻¹).

@@ -4,7 +4,7 @@
 #![cfg_attr(target_arch = "spirv", no_std)]
 #![deny(warnings)] // a shader build does not show them otherwise
 
-use sorairo_shared::frame::{Frame, SENTINEL, radiance_pixel, sky_pixel, table_colours, table_pixel};
+use sorairo_shared::frame::{Frame, SENTINEL, radiance_pixel, sky_pixel, spectrum_pixel, table_colours, table_pixel};
 use sorairo_shared::math::store;
 use sorairo_shared::scattering::Bands;
 use sorairo_shared::sky::{LEARNT, LEARNT_SOLVED, LINEAR, SOLVED};
@@ -106,6 +106,38 @@ pub fn sky_learnt_solve(
     }
 }
 
+/// Colour and spectrum by a fit that is linear in the transfer.
+#[spirv(compute(threads(16, 16)))]
+pub fn spectrum_linear(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
+) {
+    if (id.x < frame.camera.width) & (id.y < frame.rows) {
+        spectrum_pixel(frame, bands, quadrature, colour, output, id.x, id.y, LINEAR, variant);
+    }
+}
+
+/// Colour and spectrum by the learnt fit.
+#[spirv(compute(threads(16, 16)))]
+pub fn spectrum_learnt(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
+) {
+    if (id.x < frame.camera.width) & (id.y < frame.rows) {
+        spectrum_pixel(frame, bands, quadrature, colour, output, id.x, id.y, LEARNT, variant);
+    }
+}
+
 /// The sky table by a fit that is linear in the transfer.
 #[spirv(compute(threads(64)))]
 pub fn table_linear(
@@ -150,10 +182,11 @@ pub fn sky_table(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
     #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] table: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
 ) {
     if (id.x < frame.camera.width) & (id.y < frame.rows) {
-        table_pixel(frame, table, output, id.x, id.y, variant);
+        table_pixel(frame, colour, table, output, id.x, id.y, variant);
     }
 }

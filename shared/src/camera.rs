@@ -1,7 +1,7 @@
 //! From a pixel to the direction it looks in.
 
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::math::{PI, sin_cos, sqrt};
+use crate::math::{PI, acos, clamp, safe_sqrt, sin_cos, sqrt};
 use bytemuck::{Pod, Zeroable};
 
 /// Whole sphere: columns are azimuths with the camera's azimuth in the centre, rows are elevations from the zenith down.
@@ -44,8 +44,13 @@ pub struct PixelView {
 /// [`EQUIRECTANGULAR`], [`FISHEYE`] or [`PERSPECTIVE`].
 #[inline]
 pub fn pixel_view(camera: &Camera, projection: u32, column: u32, row: u32) -> PixelView {
+    position_view(camera, projection, Vec2::new(column as f32 + 0.5, row as f32 + 0.5))
+}
+
+/// The view through a position of the image, in pixels from its top left corner.
+#[inline]
+pub fn position_view(camera: &Camera, projection: u32, position: Vec2) -> PixelView {
     let size = Vec2::new(camera.width as f32, camera.height as f32);
-    let position = Vec2::new(column as f32 + 0.5, row as f32 + 0.5);
     if projection == EQUIRECTANGULAR {
         PixelView { direction: equirectangular(camera, position / size), covered: true }
     } else {
@@ -56,6 +61,23 @@ pub fn pixel_view(camera: &Camera, projection: u32, column: u32, row: u32) -> Pi
         } else {
             PixelView { direction: perspective(camera, from_centre * (2.0 / size.x)), covered: true }
         }
+    }
+}
+
+/// Solid angle per area of the image at a position (pixels from the top left corner), to a factor that is one for the whole image:
+/// cos(elevation), sin(θ)/θ or cos³(θ), with θ the angle from the forward direction.
+#[inline]
+pub fn solid_angle_density(camera: &Camera, projection: u32, position: Vec2) -> f32 {
+    let direction = position_view(camera, projection, position).direction;
+    let forward = Vec3::new(camera.forward.x, camera.forward.y, camera.forward.z);
+    let cosine = direction.dot(forward);
+    if projection == EQUIRECTANGULAR {
+        sqrt(direction.x * direction.x + direction.y * direction.y)
+    } else if projection == FISHEYE {
+        let angle = acos(clamp(cosine, -1.0, 1.0));
+        if angle > 1e-3 { safe_sqrt(1.0 - cosine * cosine) / angle } else { 1.0 }
+    } else {
+        cosine * cosine * cosine
     }
 }
 

@@ -1,23 +1,47 @@
 //! From a spectrum to a colour: the observer integral, RGB, and the values of a picture.
 
+use bytemuck::{Pod, Zeroable};
+
 use crate::glam::{Vec3, Vec4};
 use crate::math::{clamp, fetch, max, min, sqrt};
 use crate::spectrum::{newton_coefficients, newton_value};
 
-/// XYZ to linear RGB with the primaries of Rec. 709 and the white of D65 (Eq. 8; IEC 61966-2-1:1999, inverse
-/// of its RGB to XYZ matrix), row by row.
-pub const XYZ_TO_REC709: [[f32; 3]; 3] = [
-    [3.240_625_5, -1.537_208, -0.498_628_6],
-    [-0.968_930_7, 1.875_756_1, 0.041_517_5],
-    [0.055_710_1, -0.204_021_1, 1.056_995_9],
-];
+/// A space of linear RGB: one primary in each member. The layout is that of a GPU buffer.
+///
+/// `x`, `y`, `z` are the primary's row of the matrix from XYZ (Eq. 8), chromatic adaptation included; `w` is the part of the
+/// primary in the luminance.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct RgbSpace {
+    /// Red.
+    pub red: Vec4,
+    /// Green.
+    pub green: Vec4,
+    /// Blue.
+    pub blue: Vec4,
+}
 
-/// The part of each Rec. 709 primary in the luminance (ITU-R BT.709-6, item 3.2).
-pub const REC709_LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+impl RgbSpace {
+    /// Linear RGB from XYZ (Eq. 8), in the unit of `xyz`.
+    #[inline]
+    pub fn from_xyz(&self, xyz: Vec3) -> Vec3 {
+        let xyz = xyz.extend(0.0);
+        Vec3::new(self.red.dot(xyz), self.green.dot(xyz), self.blue.dot(xyz))
+    }
+
+    /// Luminance of linear RGB, in the unit of `rgb`.
+    #[inline]
+    pub fn luminance(&self, rgb: Vec3) -> f32 {
+        self.red.w * rgb.x + self.green.w * rgb.y + self.blue.w * rgb.z
+    }
+}
+
+/// Samples of the observer sum.
+pub const OBSERVER_SAMPLES: u32 = 81;
 
 /// XYZ of the fitted spectrum: the cubic through four bands, summed over the observer's samples (Eqs. 4-7).
 ///
-/// `radiance` at the bands; `nodes` the normalised wavelengths of the bands; each row of `observer` holds
+/// `radiance` at the bands; `nodes` the normalised wavelengths of the bands; each of the first [`OBSERVER_SAMPLES`] rows of `observer` holds
 /// (`x̄ Δλ`, `ȳ Δλ`, `z̄ Δλ`, normalised wavelength), times the solar irradiance if the fit is of the transfer.
 /// Returns radiance weighted by the colour-matching functions (W·m⁻²·sr⁻¹).
 #[inline]
@@ -25,36 +49,26 @@ pub fn observe_cubic(nodes: Vec4, radiance: Vec4, observer: &[Vec4]) -> Vec3 {
     let coefficients = newton_coefficients(nodes, radiance);
     let mut xyz = Vec3::ZERO;
     let mut i = 0;
-    while i < observer.len() {
-        let row = fetch(observer, i);
+    while i < OBSERVER_SAMPLES {
+        let row = fetch(observer, i as usize);
         xyz += Vec3::new(row.x, row.y, row.z) * newton_value(nodes, coefficients, row.w);
         i += 1;
     }
     xyz
 }
 
-/// Linear RGB of Rec. 709 from XYZ (Eq. 8), in the unit of `xyz`.
-#[inline]
-pub fn xyz_to_rec709(xyz: Vec3) -> Vec3 {
-    let [r, g, b] = XYZ_TO_REC709;
-    Vec3::new(
-        r[0] * xyz.x + r[1] * xyz.y + r[2] * xyz.z,
-        g[0] * xyz.x + g[1] * xyz.y + g[2] * xyz.z,
-        b[0] * xyz.x + b[1] * xyz.y + b[2] * xyz.z,
-    )
-}
-
-/// The colour of the same luminance and hue that the display's primaries can make.
+/// The colour of the same luminance and hue that the primaries of a space can make.
 ///
 /// A nearly monochromatic twilight horizon lies outside Rec. 709 and has a negative component. It is mixed with the grey
-/// of its own luminance until that component is zero; a colour inside the gamut is returned unchanged.
+/// of its own luminance until that component is zero; a colour inside the gamut is returned unchanged. The primaries of XYZ
+/// make every colour that there is.
 #[inline]
-pub fn into_gamut(rgb: Vec3) -> Vec3 {
+pub fn into_gamut(rgb: Vec3, space: &RgbSpace) -> Vec3 {
     let lowest = min(rgb.x, min(rgb.y, rgb.z));
     if lowest >= 0.0 {
         rgb
     } else {
-        let luminance = max(REC709_LUMINANCE.dot(rgb), 0.0);
+        let luminance = max(space.luminance(rgb), 0.0);
         let mixed = Vec3::splat(luminance) + (rgb - Vec3::splat(luminance)) * (luminance / (luminance - lowest));
         Vec3::new(max(mixed.x, 0.0), max(mixed.y, 0.0), max(mixed.z, 0.0))
     }
@@ -116,28 +130,40 @@ pub fn srgb8(rgb: Vec3, exposure: f32) -> u32 {
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_white_of_d65_is_grey() {
-        let rgb = xyz_to_rec709(Vec3::new(0.950_46, 1.0, 1.089_06));
-        // The matrix is given to seven digits.
-        assert!((rgb - Vec3::ONE).abs().max_element() < 2e-4, "{rgb}");
-    }
+    /// Rows that can be told apart, and the luminance of Rec. 709.
+    const SPACE: RgbSpace = RgbSpace {
+        red: Vec4::new(2.0, 0.0, 0.5, 0.2126),
+        green: Vec4::new(0.0, 3.0, 0.0, 0.7152),
+        blue: Vec4::new(1.0, 0.0, 4.0, 0.0722),
+    };
 
     #[test]
-    fn luminance_weights_are_those_of_the_matrix() {
-        // Green of unit Y: the inverse matrix's Y row is the luminance row.
-        let xyz = Vec3::new(0.3576, 0.7152, 0.1192);
-        assert!((xyz_to_rec709(xyz) - Vec3::Y).abs().max_element() < 1e-3);
+    fn a_space_is_applied_row_by_row() {
+        assert_eq!(SPACE.from_xyz(Vec3::new(1.0, 2.0, 3.0)), Vec3::new(3.5, 6.0, 13.0));
+        assert!((SPACE.luminance(Vec3::ONE) - 1.0).abs() < 1e-6);
     }
 
     #[test]
     fn gamut_mapping_keeps_luminance_and_leaves_inner_colours_alone() {
         let inside = Vec3::new(0.2, 0.5, 0.9);
-        assert_eq!(into_gamut(inside), inside);
+        assert_eq!(into_gamut(inside, &SPACE), inside);
         let outside = Vec3::new(1.0, 0.2, -0.1);
-        let mapped = into_gamut(outside);
+        let mapped = into_gamut(outside, &SPACE);
         assert!(mapped.min_element() >= 0.0);
-        assert!((REC709_LUMINANCE.dot(mapped) - REC709_LUMINANCE.dot(outside)).abs() < 1e-6);
+        assert!((SPACE.luminance(mapped) - SPACE.luminance(outside)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_shoulder_keeps_the_hue() {
+        // The hue of a hexcone: where the middle component stands between the smallest and the largest.
+        let place = |rgb: Vec3| (rgb.y - rgb.x) / (rgb.z - rgb.x);
+        for i in 1..400 {
+            let rgb = Vec3::new(0.2, 0.5, 0.9) * (i as f32 * 0.05);
+            let shown = shoulder(rgb);
+            // Far above 1 the colour fades to white, and what is left of its differences carries the rounding of 1.
+            let rounding = 3e-7 / (shown.z - shown.x);
+            assert!((place(shown) - place(rgb)).abs() < rounding, "{rgb}: {shown}");
+        }
     }
 
     #[test]

@@ -7,12 +7,13 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::atmosphere::Atmosphere;
 use crate::camera::{Camera, PixelView, pixel_view};
-use crate::color::srgb8;
+use crate::color::{RgbSpace, srgb8};
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::math::{fetch, half_bits, store};
 use crate::scattering::Bands;
 use crate::sky::{Constituents, constituents, sky, transfer, view_ray};
-use crate::{sky_table, variant};
+use crate::sun_disc::{SunDisc, disc_in_pixel};
+use crate::{sky_spectrum, sky_table, variant};
 
 /// Pixels along each side of a GPU workgroup. The entry points repeat it as a literal, which a test compares.
 pub const WORKGROUP_SIDE: u32 = 16;
@@ -34,13 +35,17 @@ pub struct Frame {
     pub bearing: Vec4,
     /// Wavelengths of the first four bands, mapped to [-1, 1] over the observer's range.
     pub nodes: Vec4,
+    /// The space of linear RGB that pixels are stored in.
+    pub rgb: RgbSpace,
+    /// The sun's disc, where the variant has it.
+    pub disc: SunDisc,
     /// Altitude of the observer (km).
     pub altitude: f32,
     /// First row of the image that this dispatch computes.
     pub first_row: u32,
     /// Rows that this dispatch computes.
     pub rows: u32,
-    /// Factor from linear RGB to the picture's linear value.
+    /// Factor from linear RGB to a picture's linear value.
     pub exposure: f32,
     /// Nodes of the learnt fit of air.
     pub air_nodes: u32,
@@ -54,10 +59,10 @@ pub struct Frame {
     pub table_azimuths: u32,
     /// Elevation of the horizon (radians): 0 on the ground, negative above it.
     pub horizon: f32,
+    /// Wavelengths of a spectral image, whose rows stand last in the colour table; 0 for other images.
+    pub wavelengths: u32,
     /// Unused; fills the last 16 bytes.
-    pub padding0: u32,
-    /// Unused.
-    pub padding1: u32,
+    pub padding: u32,
 }
 
 /// How a pixel of the sky is stored.
@@ -162,8 +167,34 @@ pub fn sky_pixel(
     let mut rgb = Vec3::ZERO;
     if view.covered {
         rgb = sky(frame, bands, quadrature, colour, view.direction, fit, variant);
+        if variant & variant::SUN_DISC != 0 {
+            rgb += disc_in_pixel(frame, colour, column, frame.first_row + row, variant);
+        }
     }
     store_rgb(frame, output, index(frame, column, row), rgb, variant);
+}
+
+/// Kernels `spectrum_linear` and `spectrum_learnt`: linear RGB and the radiance at every wavelength of a spectral image, see
+/// [`sky_spectrum`], integrated at the pixel itself, and stored.
+#[inline]
+pub fn spectrum_pixel(
+    frame: &Frame,
+    bands: &[Bands],
+    quadrature: &[Vec2],
+    colour: &[Vec4],
+    output: &mut [u32],
+    column: u32,
+    row: u32,
+    fit: u32,
+    variant: u32,
+) {
+    let view = view(frame, column, row, variant);
+    let at = (index(frame, column, row) * sky_spectrum::words(frame)) as usize;
+    if view.covered {
+        sky_spectrum::store_spectrum(frame, bands, quadrature, colour, output, at, view.direction, fit, variant);
+    } else {
+        sky_spectrum::store_black(frame, output, at);
+    }
 }
 
 /// Kernels `table_linear` and `table_learnt`: the colours of an entry of the sky table.
@@ -183,11 +214,22 @@ pub fn table_colours(
 
 /// Kernel `sky_table`: the sky's colour at a pixel from the sky table, stored.
 #[inline]
-pub fn table_pixel(frame: &Frame, table: &[Vec4], output: &mut [u32], column: u32, row: u32, variant: u32) {
+pub fn table_pixel(
+    frame: &Frame,
+    colour: &[Vec4],
+    table: &[Vec4],
+    output: &mut [u32],
+    column: u32,
+    row: u32,
+    variant: u32,
+) {
     let view = view(frame, column, row, variant);
     let mut rgb = Vec3::ZERO;
     if view.covered {
         rgb = sky_table::sky_from_table(frame, table, view.direction, variant);
+        if variant & variant::SUN_DISC != 0 {
+            rgb += disc_in_pixel(frame, colour, column, frame.first_row + row, variant);
+        }
     }
     store_rgb(frame, output, index(frame, column, row), rgb, variant);
 }

@@ -25,6 +25,8 @@ pub mod geometry;
 pub mod math;
 pub mod scattering;
 pub mod sky;
+pub mod sky_spectrum;
 pub mod sky_table;
 pub mod spectrum;
+pub mod sun_disc;
 pub mod variant;

@@ -1,13 +1,13 @@
 //! The sky's colour in a direction: the integral at the bands, its phase functions, and the fit through the bands.
 
 use crate::atmosphere::{cornette_shanks_phase, rayleigh_phase};
-use crate::color::{into_gamut, observe_cubic, xyz_to_rec709};
+use crate::color::{into_gamut, observe_cubic};
 use crate::frame::Frame;
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::math::fetch;
 use crate::scattering::{Bands, DARK, single_scattering};
-use crate::spectrum::{Octet, learnt_rgb};
+use crate::spectrum::{Logarithms, Octet, learnt_rgb};
 use crate::variant;
 
 /// A fit that is linear in the transfer: solve, observer sum and XYZ→RGB (Eqs. 4-8) are one matrix, whose rows for red, green
@@ -55,7 +55,7 @@ pub fn with_phases(frame: &Frame, constituents: Constituents, nu: f32, variant: 
     if variant & variant::AEROSOL != 0 {
         rgb += constituents.aerosol * cornette_shanks_phase(nu, frame.atmosphere.aerosol_asymmetry);
     }
-    into_gamut(rgb)
+    into_gamut(rgb, &frame.rgb)
 }
 
 /// Colour of air and of aerosol along a ray, by a [`LINEAR`] or a learnt fit.
@@ -109,18 +109,37 @@ fn learnt_constituents(
     solve: bool,
     variant: u32,
 ) -> Constituents {
+    let scattered = scattered(frame, bands, quadrature, ray, variant);
+    let air = Logarithms::new(scattered.air, frame.nodes, solve);
+    let mut aerosol_rgb = Vec3::ZERO;
+    if variant & variant::AEROSOL != 0 {
+        let aerosol = Logarithms::new(scattered.aerosol, frame.nodes, solve);
+        aerosol_rgb = learnt_rgb(colour, frame.air_nodes, frame.aerosol_nodes, &aerosol);
+    }
+    Constituents { air: learnt_rgb(colour, 0, frame.air_nodes, &air), aerosol: aerosol_rgb }
+}
+
+/// The integrals of air and of aerosol at up to eight bands, before their phase functions (transfer times sr).
+#[derive(Clone, Copy)]
+pub struct Scattered {
+    /// Air.
+    pub air: Octet,
+    /// Aerosol.
+    pub aerosol: Octet,
+}
+
+/// [`single_scattering`] along a ray at the bands of a learnt fit.
+#[inline]
+pub fn scattered(frame: &Frame, bands: &[Bands], quadrature: &[Vec2], ray: Ray, variant: u32) -> Scattered {
     let mut second = DARK;
     if bands.len() > 1 {
         second = single_scattering(&frame.atmosphere, &fetch(bands, 1), quadrature, ray, variant);
     }
     let first = single_scattering(&frame.atmosphere, &fetch(bands, 0), quadrature, ray, variant);
-    let air = Octet { first: first.air, second: second.air };
-    let mut aerosol_rgb = Vec3::ZERO;
-    if variant & variant::AEROSOL != 0 {
-        let aerosol = Octet { first: first.aerosol, second: second.aerosol };
-        aerosol_rgb = learnt_rgb(colour, frame.air_nodes, frame.aerosol_nodes, aerosol, frame.nodes, solve);
+    Scattered {
+        air: Octet { first: first.air, second: second.air },
+        aerosol: Octet { first: first.aerosol, second: second.aerosol },
     }
-    Constituents { air: learnt_rgb(colour, 0, frame.air_nodes, air, frame.nodes, solve), aerosol: aerosol_rgb }
 }
 
 /// Linear RGB of the sky in a direction (W·m⁻²·sr⁻¹).
@@ -137,7 +156,7 @@ pub fn sky(
     if fit == SOLVED {
         let radiance =
             transfer(frame, &fetch(bands, 0), quadrature, direction, variant) * fetch(bands, 0).fit_irradiance;
-        into_gamut(xyz_to_rec709(observe_cubic(frame.nodes, radiance, colour)))
+        into_gamut(frame.rgb.from_xyz(observe_cubic(frame.nodes, radiance, colour)), &frame.rgb)
     } else {
         let ray = view_ray(frame, direction);
         with_phases(frame, constituents(frame, bands, quadrature, colour, ray, fit, variant), ray.nu, variant)

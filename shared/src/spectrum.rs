@@ -74,31 +74,78 @@ pub const DARKEST: f32 = 1e-30;
 /// observer's range, where the transfer of a clear sky is at most 40 % brighter than at the outermost band.
 const BRIGHTEST_RISE: f32 = 1.0;
 
+/// How far, in natural logarithms, a value of a spectral image may rise above the brightest band. At 830 nm, far beyond the bands,
+/// light that has crossed the most air has lost some ten logarithms fewer than at 650 nm.
+pub const SPECTRUM_RISE: f32 = 10.0;
+
+/// One constituent's integral at the bands, ready for the nodes of the learnt fit.
+#[derive(Clone, Copy)]
+pub struct Logarithms {
+    /// ln X at the first four bands, or the Newton coefficients of its cubic.
+    first: Vec4,
+    /// ln X at the next four bands.
+    second: Vec4,
+    /// The logarithm of the brightest band.
+    highest: f32,
+    /// Whether any band is above zero.
+    lit: bool,
+}
+
+impl Logarithms {
+    /// Those of the integral at the bands. With `solve`, the Newton coefficients of `ln X` at the first four bands
+    /// ([`newton_coefficients`]) take the place of the values themselves, so that the 4×4 system is solved at every pixel;
+    /// `band_nodes` are the bands' normalised wavelengths.
+    #[inline]
+    pub fn new(bands: Octet, band_nodes: Vec4, solve: bool) -> Self {
+        let highest = bands.highest();
+        let first = ln4(max4(bands.first, DARKEST));
+        Self {
+            first: if solve { newton_coefficients(band_nodes, first) } else { first },
+            second: ln4(max4(bands.second, DARKEST)),
+            highest: ln(max(highest, DARKEST)),
+            lit: highest > 0.0,
+        }
+    }
+
+    /// X at a node's wavelength: `exp(c + b · ln X)`, whose `b` stands in the rows `row` and `row + 1` of the table, at most `rise`
+    /// logarithms above the brightest band. Without light it is what follows from [`DARKEST`].
+    #[inline]
+    fn value(&self, table: &[Vec4], row: usize, c: f32, rise: f32) -> f32 {
+        let exponent = c + fetch(table, row).dot(self.first) + fetch(table, row + 1).dot(self.second);
+        exp(min(exponent, self.highest + rise))
+    }
+}
+
 /// Linear RGB of one constituent's integral by the learnt fit: `Σ_q w_q exp(c_q + b_q · ln X)`.
 ///
 /// `ln X(λ_q)` at each node of a quadrature for the observer and the sun is an affine function of `ln X` at the bands,
 /// learnt from the scene's own rays when the plan is made; the weights hold the observer, the sun and XYZ→RGB (Eqs. 4-8).
 /// The logarithm makes the fit of an extinction spectrum linear; the exponentials are as few as the nodes.
 ///
-/// Each node has three rows: `b_q` for the first four bands and for the next four, and (`c_q`, red, green, blue). With
-/// `solve`, `b_q` multiplies the Newton coefficients of `ln X` at the first four bands ([`newton_coefficients`]) instead of the
-/// values themselves, so that the 4×4 system is solved at every pixel. All bands at zero give exactly zero.
+/// Each node has three rows: `b_q` for the first four bands and for the next four, and (`c_q`, red, green, blue). All bands at
+/// zero give exactly zero.
 #[inline]
-pub fn learnt_rgb(table: &[Vec4], first_node: u32, nodes: u32, bands: Octet, band_nodes: Vec4, solve: bool) -> Vec3 {
-    let highest = bands.highest();
-    let logarithm = Octet { first: ln4(max4(bands.first, DARKEST)), second: ln4(max4(bands.second, DARKEST)) };
-    let first = if solve { newton_coefficients(band_nodes, logarithm.first) } else { logarithm.first };
-    let ceiling = ln(max(highest, DARKEST)) + BRIGHTEST_RISE;
+pub fn learnt_rgb(table: &[Vec4], first_node: u32, nodes: u32, logarithms: &Logarithms) -> Vec3 {
     let mut rgb = Vec3::ZERO;
     let mut q = 0;
     while q < nodes {
         let row = ((first_node + q) * ROWS_PER_NODE) as usize;
         let colour = fetch(table, row + 2);
-        let exponent = colour.x + fetch(table, row).dot(first) + fetch(table, row + 1).dot(logarithm.second);
-        rgb += Vec3::new(colour.y, colour.z, colour.w) * exp(min(exponent, ceiling));
+        rgb += Vec3::new(colour.y, colour.z, colour.w) * logarithms.value(table, row, colour.x, BRIGHTEST_RISE);
         q += 1;
     }
-    if highest > 0.0 { rgb } else { Vec3::ZERO }
+    if logarithms.lit { rgb } else { Vec3::ZERO }
+}
+
+/// One constituent's integral times the solar irradiance at one wavelength, by the learnt fit (W·m⁻²·nm⁻¹).
+///
+/// The wavelength's three rows of the table begin at `row`, as those of a node of [`learnt_rgb`] do; its last one holds (`c`,
+/// solar irradiance).
+#[inline]
+pub fn learnt_value(table: &[Vec4], row: usize, logarithms: &Logarithms) -> f32 {
+    let last = fetch(table, row + 2);
+    let value = last.y * logarithms.value(table, row, last.x, SPECTRUM_RISE);
+    if logarithms.lit { value } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -18,6 +18,9 @@ pub const LOW_SUN: u32 = 32;
 /// Everything that concerns the integral; right for every scene.
 pub const WHOLE_INTEGRAL: u32 = 63;
 
+/// The sun's disc is shown.
+pub const SUN_DISC: u32 = 64;
+
 /// Where the projection stands.
 const PROJECTION_SHIFT: u32 = 8;
 /// Where the kind of pixel stands.

@@ -48,6 +48,9 @@ fn json_has_the_promised_keys() {
             ("width", 32.into()),
             ("height", 16.into()),
             ("color", "folded".into()),
+            ("rgb", "srgb".into()),
+            ("observer", "cie1931".into()),
+            ("white_balance", "none".into()),
             ("outputs", vec!["a.png", "b.exr"].into()),
         ];
         for (key, value) in known {
@@ -57,6 +60,10 @@ fn json_has_the_promised_keys() {
             assert!(!report[key].as_str().unwrap().is_empty(), "{key} in {report}");
         }
         assert!(report["steps"].as_u64().unwrap() > 0, "{report}");
+        for key in ["irradiance_w_m2", "illuminance_lux", "luminance_zenith_cd_m2"] {
+            assert!(report[key].as_f64().unwrap() > 0.0, "{key} in {report}");
+        }
+        assert_eq!(report["irradiance_rgb"].as_array().unwrap().len(), 3, "{report}");
         let time =
             |key: &str| report[key].as_f64().filter(|time| *time >= 0.0).unwrap_or_else(|| panic!("{key}: {report}"));
         let parts: f64 = ["plan_ms", "kernel_ms", "readback_ms", "encode_ms"].map(time).iter().sum();
@@ -68,7 +75,7 @@ fn json_has_the_promised_keys() {
 fn every_flag_of_the_contract_is_accepted() {
     let folder = folder();
     std::fs::write(folder.path().join("scene.toml"), "[sun]\nelevation = 10\n").unwrap();
-    let everything: [&[&str]; 24] = [
+    let everything: [&[&str]; 32] = [
         &["--scene", "scene.toml"],
         &["-o", "x.png"],
         &["--preset", "earth"],
@@ -90,6 +97,14 @@ fn every_flag_of_the_contract_is_accepted() {
         &["--steps", "3"],
         &["--exposure", "-2.5"],
         &["--exposure", "auto"],
+        &["--rgb", "srgb"],
+        &["--rgb", "rec2020"],
+        &["--rgb", "acescg", "--white-balance", "d65"],
+        &["--rgb", "xyz", "--white-balance", "none"],
+        &["--white-balance", "sun"],
+        &["--observer", "cie1931"],
+        &["--observer", "cie2015"],
+        &["--sun-disc"],
         &["--device", "auto"],
         &["--device", "gpu"],
         &["--json"],
@@ -254,6 +269,9 @@ fn a_wrong_flag_exits_with_2_and_one_sentence() {
         ("--bands 300,450,500,600", &["--bands", "300", "between 360 and 830 nm"]),
         ("--bands blue", &["--bands", "blue", "a list"]),
         ("--color fast", &["--color", "fast", "solve", "folded"]),
+        ("--rgb adobe", &["--rgb", "adobe", "srgb", "rec2020", "acescg", "xyz"]),
+        ("--observer cie1964", &["--observer", "cie1964", "cie1931", "cie2015"]),
+        ("--white-balance shade", &["--white-balance", "shade", "none", "d65", "sun"]),
         ("--device abacus", &["--device", "abacus", "auto", "cpu"]),
         ("--device=", &["--device", "auto", "cpu", "gpu"]),
         ("--scene missing.toml", &["scene file missing.toml", "No such file"]),
@@ -302,6 +320,47 @@ fn a_wrong_spectrum_exits_with_2_and_one_sentence() {
 }
 
 #[test]
+fn a_wrong_spectral_file_exits_with_2_and_one_sentence() {
+    let table: &[(&str, &[&str])] = &[
+        ("--spectral -o a.png", &["--spectral", ".spectral.exr"]),
+        ("--wavelengths 550 -o a.exr", &["--wavelengths", ".spectral.exr"]),
+        ("--wavelengths 550", &["--wavelengths", "--spectral"]),
+        ("--spectral --wavelengths 300,550", &["--wavelengths", "300", "between 360 and 830 nm"]),
+        ("--spectral --wavelengths 550,450,550", &["--wavelengths", "550", "apart"]),
+        ("--spectral --wavelengths 360:830:0.5", &["--wavelengths", "941", "1 to 512"]),
+        ("--spectral --wavelengths blue", &["--wavelengths", "blue", "START:END:STEP"]),
+        ("--color solve -o a.spectral.exr", &["--color solve", "--color folded"]),
+        ("-o nowhere/a.spectral.exr", &["nowhere/a.spectral.exr", "folder does not exist"]),
+    ];
+    for (flags, named) in table {
+        let flags: Vec<&str> = flags.split(' ').collect();
+        refuses(None, &[&["render", "--device", "cpu"][..], &flags].concat(), named);
+    }
+}
+
+#[test]
+fn a_spectral_file_is_written_beside_any_other() {
+    let folder = folder();
+    let outputs = ["-o", "a.spectral.exr", "-o", "b.exr", "-o", "c.png", "--wavelengths", "450,550.5,650"];
+    for (device, exr) in [("cpu", "f32"), ("gpu", "f32"), ("cpu", "f16")] {
+        for scene in [&["--sun-elevation", "10"][..], &["--projection", "fisheye"], &["--sun-elevation", "-30"]] {
+            let flags = ["render", "--size", "40x20", "--device", device, "--exr", exr];
+            succeed(folder.path(), &[&flags[..], scene, &outputs].concat());
+            assert_eq!(names(folder.path()), ["a.spectral.exr", "b.exr", "c.png"]);
+        }
+    }
+    succeed(folder.path(), &["render", "--size", "40x20", "--device", "cpu", "--spectral"]);
+    let (spectral, plain) = (folder.path().join("sky.exr"), folder.path().join("b.exr"));
+    let channels = |path: &Path| {
+        let file = exr::prelude::read_first_flat_layer_from_file(path).unwrap();
+        file.layer_data.channel_data.list.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(channels(&spectral).len(), 3 + 41);
+    assert!(channels(&spectral).contains(&"S0.390,000000nm".to_owned()));
+    assert_eq!(channels(&plain), ["B", "G", "R"]);
+}
+
+#[test]
 fn a_wrong_scene_exits_with_2_and_one_sentence() {
     let out_of_range = [
         ("sun.elevation", "100", "between -90 and 90"),
@@ -333,7 +392,7 @@ fn a_wrong_scene_exits_with_2_and_one_sentence() {
         let shown = if value == "nan" { "NaN" } else { value };
         refuses(Some(&format!("{key} = {value}\n")), &["render", "--device", "cpu"], &[key, shown, allowed]);
     }
-    let table: [(&str, &[&str]); 15] = [
+    let table: [(&str, &[&str]); 17] = [
         ("[sun]\nelevation = 3\nelevatoin = 4", &["scene.toml, line 3", "column 1", "elevatoin", "`elevation`"]),
         ("[moon]\nelevation = 3", &["line 1", "moon", "`sun`"]),
         ("\n\n[sun]\nelevation = \"high\"", &["line 4", "elevation", "high", "a number"]),
@@ -347,6 +406,8 @@ fn a_wrong_scene_exits_with_2_and_one_sentence() {
         ("render.steps = 2.5", &["line 1", "render.steps", "2.5", "a whole number"]),
         ("render.exposure = true", &["line 1", "render.exposure", "true", "stops or \"auto\""]),
         ("render.exposure = \"bright\"", &["line 1", "render.exposure", "bright", "stops or \"auto\""]),
+        ("render.rgb = \"adobe\"", &["line 1", "render.rgb", "adobe", "acescg"]),
+        ("render.white_balance = 5", &["line 1", "render.white_balance", "5"]),
         ("sun.elevation = 3\nsun.elevation = 4", &["line 2", "sun.elevation = 4", "duplicate"]),
         ("[sun", &["line 1", "[sun", "`]`"]),
     ];

@@ -12,8 +12,9 @@ use sorairo::backend::cpu::Cpu;
 use sorairo::backend::gpu::Gpu;
 use sorairo::backend::{Backend, Device, Kernel, TakeRows, Times};
 use sorairo::plan::Plan;
+use sorairo::render::{self, Request};
 use sorairo::scene::{PathChoice, Preset, Projection, Scene};
-use sorairo::{Error, PixelFormat, Result, render};
+use sorairo::{Error, PixelFormat, Result};
 use sorairo_shared::frame::SENTINEL;
 use sorairo_tests::program::{Ended, command, contents, read_exr, read_png, run, succeed};
 use sorairo_tests::sky::scene;
@@ -107,8 +108,10 @@ fn faulty(fault: Fault, good_rows: u32, spares: u32, opened: &Arc<AtomicU32>) ->
     faulty
 }
 
-fn files(folder: &TempDir) -> [std::path::PathBuf; 2] {
-    ["sky.png", "sky.exr"].map(|name| folder.path().join(name))
+const FILES: [&str; 2] = ["sky.png", "sky.exr"];
+
+fn files(folder: &TempDir, names: &[&str]) -> Request {
+    Request { outputs: names.iter().map(|name| folder.path().join(name)).collect(), ..Request::default() }
 }
 
 #[test]
@@ -116,12 +119,12 @@ fn after_a_lost_device_and_its_spare_the_cpu_finishes_the_image() {
     let folder = tempfile::tempdir().unwrap();
     let expected = tempfile::tempdir().unwrap();
     let scene = scene(Preset::Earth, 10.0, "64x40");
-    render::render(&scene, &files(&expected), || Ok(sorairo::backend::cpu::device()), |_| ()).unwrap();
+    render::render(&scene, &files(&expected, &FILES), || Ok(sorairo::backend::cpu::device()), |_| ()).unwrap();
     for good_rows in [0, 1, 7] {
         let opened = Arc::default();
         let mut first = faulty(Fault::Lost, good_rows, 1, &opened);
         first.spares.push_back(Box::new(|| Ok(sorairo::backend::cpu::device())));
-        let report = render::render(&scene, &files(&folder), || Ok(first), |_| ()).unwrap();
+        let report = render::render(&scene, &files(&folder, &FILES), || Ok(first), |_| ()).unwrap();
         assert_eq!((report.backend, opened.load(Ordering::Relaxed)), ("cpu", 1));
         assert!(contents(folder.path()) == contents(expected.path()), "after {good_rows} rows");
     }
@@ -133,9 +136,9 @@ fn a_device_without_a_working_spare_is_an_error_that_names_it_and_leaves_no_file
         for wanted in [0..1, 1..2, 0..2] {
             let folder = tempfile::tempdir().unwrap();
             let first = faulty(fault, 5, 1, &Arc::default());
-            let outputs = &files(&folder)[wanted];
+            let request = files(&folder, &FILES[wanted]);
             let error =
-                render::render(&scene(Preset::Earth, 10.0, "64x40"), outputs, || Ok(first), |_| ()).unwrap_err();
+                render::render(&scene(Preset::Earth, 10.0, "64x40"), &request, || Ok(first), |_| ()).unwrap_err();
             assert!(matches!(&error, Error::Device(_)), "{fault:?}: {error}");
             assert_eq!(error.exit_code(), 1);
             assert!(contents(folder.path()).is_empty(), "{fault:?}");

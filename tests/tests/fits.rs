@@ -120,7 +120,7 @@ fn the_reference_agrees_with_the_oracle() {
             let lit = transfer
                 .iter()
                 .zip(&wavelengths)
-                .map(|(t, &nm)| observer::weights(nm) * (t * optics.solar_irradiance(nm)));
+                .map(|(t, &nm)| observer::weights(scene.render.observer, nm) * (t * optics.solar_irradiance(nm)));
             let oracle: DVec3 = lit.sum();
             if oracle == DVec3::ZERO {
                 // Opposite a sun below the horizon a level ray lies in the planet's shadow.

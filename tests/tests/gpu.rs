@@ -7,6 +7,8 @@ use sorairo::PixelFormat;
 use sorairo::backend::{self, Backend, Device, Kernel};
 use sorairo::plan::Plan;
 use sorairo::scene::{ColorPath, Fit, PathChoice, Preset, Projection, Scene};
+use sorairo::spectrum::FittedSpectrum;
+use sorairo_shared::camera::{EQUIRECTANGULAR, pixel_view};
 use sorairo_shared::math::half_bits;
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::sky::{SUNS, scene};
@@ -47,7 +49,13 @@ fn ways() -> Vec<(Fit, ColorPath, Option<Vec<f64>>)> {
 
 #[test]
 fn every_kernel_agrees_with_the_cpu_over_whole_images() {
-    let mut seen = HashSet::from([Kernel::TableLinear, Kernel::TableLearnt, Kernel::Fill]);
+    let mut seen = HashSet::from([
+        Kernel::TableLinear,
+        Kernel::TableLearnt,
+        Kernel::SpectrumLinear,
+        Kernel::SpectrumLearnt,
+        Kernel::Fill,
+    ]);
     for preset in [Preset::Earth, Preset::Paper] {
         for sun in SUNS {
             for (fit, color, bands) in ways() {
@@ -70,6 +78,64 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
         }
     }
     assert_eq!(seen.len(), Kernel::ALL.len());
+}
+
+/// The pixels' colours and their spectra.
+fn parts(words: &[f32], wavelengths: usize) -> [Vec<f32>; 2] {
+    let pixels = || words.chunks_exact(3 + wavelengths);
+    [pixels().flat_map(|pixel| pixel[..3].to_vec()).collect(), pixels().flat_map(|pixel| pixel[3..].to_vec()).collect()]
+}
+
+#[test]
+fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
+    let wavelengths = [360.0, 405.5, 550.0, 650.0, 700.0, 830.0];
+    let mut seen = HashSet::new();
+    for (sun, altitude, aerosol) in [(-4.0, 0.0, 0.005), (30.0, 0.0, 0.1), (30.0, 0.0, 0.0), (10.0, 8.0, 0.005)] {
+        for (fit, color, bands) in ways().into_iter().filter(|(_, color, _)| *color == ColorPath::Folded) {
+            let mut scene = scene(Preset::Earth, sun, "64x32");
+            (scene.render.fit, scene.render.color, scene.render.bands) = (fit, color, bands);
+            scene.render.path = PathChoice::Direct;
+            scene.observer.altitude = altitude;
+            scene.atmosphere.aerosol.optical_depth = aerosol;
+            let direct = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+            let plan = direct.clone().with_spectrum(&wavelengths).unwrap();
+            seen.insert(plan.kernel());
+            let reference = floats(&plan, &backend::cpu::Cpu, plan.kernel());
+            let image = floats(&plan, gpu(), plan.kernel());
+            let place = format!("sun at {sun}, altitude {altitude}, {fit:?}");
+            let both = parts(&image, wavelengths.len()).into_iter().zip(parts(&reference, wavelengths.len()));
+            for ((image, reference), channels) in both.zip([3, wavelengths.len()]) {
+                let worst = worst_in_images(&image, &reference, 64, channels, 1e-6);
+                assert!(worst.relative <= SAME_FUNCTION, "{place}: {worst:?}");
+            }
+            let [colours, spectra] = parts(&reference, wavelengths.len());
+            let alone = floats(&direct, &backend::cpu::Cpu, direct.kernel());
+            let worst = worst_in_images(&colours, &alone, 64, 3, 1e-6);
+            // The same sums, in another order for a linear fit.
+            assert!(worst.relative <= 1e-4, "{place}, colour: {worst:?}");
+            let fitted = FittedSpectrum::new(&plan, &wavelengths);
+            for (column, row) in [(3, 2), (20, 9), (45, 14)] {
+                let view = pixel_view(&plan.frame.camera, EQUIRECTANGULAR, column, row).direction;
+                let truth: Vec<f64> = fitted.radiance(view).into_iter().map(|radiance| radiance.max(0.0)).collect();
+                let brightest = truth.iter().copied().fold(0.0, f64::max);
+                let at = (row * 64 + column) as usize * wavelengths.len();
+                for (value, expected) in spectra[at..].iter().zip(&truth) {
+                    // The weights of a cubic far beyond its bands are some ten, of both signs, and rounded to single precision.
+                    let error = (f64::from(*value) - expected).abs();
+                    assert!(error <= 1e-4 * brightest, "{place}, pixel {column}, {row}: {value} instead of {expected}");
+                }
+            }
+        }
+    }
+    assert_eq!(seen.len(), 2);
+}
+
+#[test]
+fn an_explicit_solve_gives_no_spectrum() {
+    let mut scene = scene(Preset::Earth, 20.0, "4x2");
+    scene.render.color = ColorPath::Solve;
+    let refused = Plan::new(&scene, PixelFormat::LinearRgb).unwrap().with_spectrum(&[550.0]);
+    assert!(matches!(refused, Err(sorairo::Error::Request(_))));
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use sorairo_shared::glam::{DMat3, DVec3, Vec3};
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::oracle::direction;
 use sorairo_tests::program::{Image, read_exr, read_png, succeed};
@@ -158,6 +159,94 @@ fn an_exr_says_that_it_is_rec_709() {
     assert_eq!((image.width, image.height, image.rgb.len()), (9, 7, 9 * 7 * 3));
     // ITU-R BT.709-6, items 1.3 and 1.4.
     assert_eq!(chromaticities, [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]]);
+}
+
+/// The matrix from linear RGB to XYZ of an EXR's chromaticities: of red, green, blue and white.
+fn to_xyz(chromaticities: [[f32; 2]; 4]) -> DMat3 {
+    let [red, green, blue, white] = chromaticities.map(|c| {
+        let [x, y] = c.map(f64::from);
+        DVec3::new(x, y, 1.0 - x - y)
+    });
+    let primaries = DMat3::from_cols(red, green, blue);
+    primaries * DMat3::from_diagonal(primaries.inverse() * (white / white.y))
+}
+
+/// A picture, and a linear image with its chromaticities.
+fn with_chromaticities(flags: &[&str]) -> (Image<u8>, Image<f32>, [[f32; 2]; 4]) {
+    let folder = tempdir().unwrap();
+    let outputs = ["render", "--device", "cpu", "--size", "64x32", "-o", "a.png", "-o", "a.exr"];
+    succeed(folder.path(), &[&outputs, flags].concat());
+    let (image, chromaticities) = read_exr(&folder.path().join("a.exr"));
+    (read_png(&folder.path().join("a.png")), image, chromaticities)
+}
+
+#[test]
+fn every_space_holds_the_same_colours_and_shows_the_same_picture() {
+    let of = |rgb| with_chromaticities(&["--sun-elevation", "8", "--rgb", rgb]);
+    let (picture, image, chromaticities) = of("srgb");
+    let xyz = |image: &Image<f32>, c| -> Vec<DVec3> {
+        let matrix = to_xyz(c);
+        image.rgb.chunks(3).map(|rgb| matrix * Vec3::from_slice(rgb).as_dvec3()).collect()
+    };
+    let reference = xyz(&image, chromaticities);
+    for (rgb, expected) in [
+        ("rec2020", [[0.708, 0.292], [0.17, 0.797], [0.131, 0.046], [0.3127, 0.329]]),
+        ("acescg", [[0.713, 0.293], [0.165, 0.83], [0.128, 0.044], [0.321_68, 0.337_67]]),
+        ("xyz", [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0]]),
+    ] {
+        let (shown, other, chromaticities) = of(rgb);
+        assert_eq!(chromaticities, expected, "{rgb}");
+        assert_ne!(other.rgb, image.rgb, "{rgb}");
+        let mut compared = 0;
+        for (i, (a, b)) in xyz(&other, chromaticities).into_iter().zip(&reference).enumerate() {
+            let inside = image.rgb[3 * i..3 * i + 3].iter().all(|value| f64::from(*value) > 1e-3 * b.y);
+            if b.y > 0.0 && inside {
+                // The matrix of sRGB is rounded to four digits by its standard.
+                assert!((a - *b).abs().max_element() <= 5e-4 * b.max_element(), "{rgb}, pixel {i}: {a} {b}");
+                compared += 1;
+            }
+        }
+        assert!(compared > 500, "{rgb}: {compared}");
+        // Rounding may fall on the other side of a step.
+        assert!(shown.rgb.iter().zip(&picture.rgb).all(|(a, b)| a.abs_diff(*b) <= 1), "{rgb}");
+    }
+}
+
+#[test]
+fn a_sky_of_the_suns_own_colour_is_grey_when_balanced_for_the_sun() {
+    // Without air and ozone, aerosol of one coefficient at all wavelengths scatters the sun's spectrum as it is.
+    let grey = "[atmosphere]\nair.scattering = 0.0\nozone.column = 0.0\n[atmosphere.aerosol]\noptical_depth = 0.1\n";
+    for rgb in ["srgb", "rec2020", "acescg", "xyz"] {
+        for observer in ["cie1931", "cie2015"] {
+            let of = |balance: &str| {
+                let flags = ["--size", "16x8", "--rgb", rgb, "--observer", observer, "--white-balance", balance];
+                render_scene(grey, "cpu", &flags).1
+            };
+            let spread = |image: &Image<f32>| {
+                let pixel = image.at(3, 2);
+                step(pixel, [pixel[1]; 3]) / pixel[1]
+            };
+            // The fit of the colour leaves 1e-4.
+            assert!(spread(&of("sun")) < 1e-3, "{rgb}, {observer}: {:?}", of("sun").at(3, 2));
+            assert!(spread(&of("none")) > 1e-2, "{rgb}, {observer}: {:?}", of("none").at(3, 2));
+        }
+    }
+}
+
+#[test]
+fn the_observers_agree_on_what_a_sky_looks_like_but_not_to_the_digit() {
+    let of = |observer| with_chromaticities(&["--observer", observer]).1;
+    let (old, new) = (of("cie1931"), of("cie2015"));
+    let mut compared = 0;
+    for (a, b) in old.rgb.chunks(3).zip(new.rgb.chunks(3)) {
+        let (a, b) = ([a[0], a[1], a[2]], [b[0], b[1], b[2]]);
+        if a[1] > 0.0 {
+            // The observers differ by some per cent where the eye is most sensitive.
+            assert!((1e-3..0.15).contains(&(step(a, b) / a[1])), "{a:?} {b:?}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 500);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use sorairo_shared::frame::{Frame, SENTINEL, radiance_pixel, sky_pixel, table_colours, table_pixel};
+use sorairo_shared::frame::{Frame, SENTINEL, radiance_pixel, sky_pixel, spectrum_pixel, table_colours, table_pixel};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::sky_table::entries;
 
@@ -63,10 +63,13 @@ fn store_pixel(frame: &Frame, plan: &Plan, kernel: Kernel, table: &[Vec4], words
     match kernel {
         Kernel::Radiance => radiance_pixel(frame, bands, quadrature, words, column, 0, *variant),
         Kernel::Fill => {
-            let size = plan.pixel.words() as usize;
+            let size = plan.pixel_words() as usize;
             words[column as usize * size..][..size].fill(SENTINEL);
         }
-        Kernel::SkyTable => table_pixel(frame, table, words, column, 0, *variant),
+        Kernel::SpectrumLinear | Kernel::SpectrumLearnt => {
+            spectrum_pixel(frame, bands, quadrature, colour, words, column, 0, plan.fit_kind(), *variant);
+        }
+        Kernel::SkyTable => table_pixel(frame, colour, table, words, column, 0, *variant),
         _ => sky_pixel(frame, bands, quadrature, colour, words, column, 0, plan.fit_kind(), *variant),
     }
 }

@@ -34,13 +34,17 @@ pub enum Kernel {
     TableLinear,
     /// The sky table by the learnt fit.
     TableLearnt,
+    /// Colour and spectrum by a fit that is linear in the transfer.
+    SpectrumLinear,
+    /// Colour and spectrum by the learnt fit.
+    SpectrumLearnt,
     /// Writes every word of the output once: the limit for any kernel, and the pattern by which an unwritten pixel is told.
     Fill,
 }
 
 impl Kernel {
     /// Every kernel that a backend runs.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Radiance,
         Self::SkyLinear,
         Self::SkySolve,
@@ -49,6 +53,8 @@ impl Kernel {
         Self::SkyTable,
         Self::TableLinear,
         Self::TableLearnt,
+        Self::SpectrumLinear,
+        Self::SpectrumLearnt,
         Self::Fill,
     ];
 
@@ -63,6 +69,8 @@ impl Kernel {
             Self::SkyTable => "sky_table",
             Self::TableLinear => "table_linear",
             Self::TableLearnt => "table_learnt",
+            Self::SpectrumLinear => "spectrum_linear",
+            Self::SpectrumLearnt => "spectrum_learnt",
             Self::Fill => "fill",
         }
     }
@@ -90,7 +98,8 @@ impl std::ops::AddAssign for Times {
 /// What a kernel left behind, and how long it took.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// The pixels row by row from the top, in the layout of the plan's [`sorairo_shared::frame::Pixel`].
+    /// The pixels row by row from the top, in the layout of the plan's [`sorairo_shared::frame::Pixel`]; of a spectral image, in
+    /// that of [`sorairo_shared::sky_spectrum`].
     pub words: Vec<u32>,
     /// Time of the kernels: on the GPU's own clock where it has one.
     pub kernel: Duration,
@@ -155,7 +164,7 @@ fn whole(plan: &Plan, kernel: Kernel, run: impl FnOnce(&mut TakeRows<'_>) -> Res
 fn words_per_row(plan: &Plan, kernel: Kernel) -> usize {
     let words_per_pixel = match kernel {
         Kernel::Radiance => 4 * plan.bands.len(),
-        _ => plan.pixel.words() as usize,
+        _ => plan.pixel_words() as usize,
     };
     plan.width() as usize * words_per_pixel
 }

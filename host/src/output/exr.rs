@@ -12,39 +12,89 @@ use rayon::prelude::*;
 use sorairo_shared::math::half_bits;
 
 use super::signature::{SCENE, SOFTWARE};
-use crate::scene::{self, ExrDepth, Scene};
+use super::spectral::{self, channel_name};
+use crate::irradiance::LUMENS_PER_WATT;
+use crate::plan::colour_space::chromaticities;
+use crate::scene::{self, ColorObserver, ExrDepth, Render, Rgb, Scene, SunSpectrum, WhiteBalance};
 
-/// The chromaticities of Rec. 709 and D65 (ITU-R BT.709-6, items 1.3 and 1.4).
-fn rec709() -> attribute::Chromaticities {
-    attribute::Chromaticities {
-        red: Vec2(0.64, 0.33),
-        green: Vec2(0.3, 0.6),
-        blue: Vec2(0.15, 0.06),
-        white: Vec2(0.3127, 0.3290),
+/// What a file says about its colours.
+struct Labels<'a> {
+    render: &'a Render,
+    sun: &'a SunSpectrum,
+}
+
+impl Labels<'_> {
+    /// The chromaticities of the primaries and of the white.
+    fn chromaticities(&self) -> attribute::Chromaticities {
+        let c = chromaticities(self.render.rgb);
+        let [red, green, blue, white] = [c.red, c.green, c.blue, c.white].map(|c| Vec2(c.x as f32, c.y as f32));
+        attribute::Chromaticities { red, green, blue, white }
+    }
+
+    /// What was rendered, by what, and what white is: its luminance (cd·m⁻²) where the sun is a real one, and what counts as neutral
+    /// where a white balance chose it.
+    fn layer(&self) -> LayerAttributes {
+        let mut attributes = LayerAttributes::named("sky");
+        attributes.comments = Some(self.comments().as_str().into());
+        attributes.software_name = Some(SOFTWARE.into());
+        attributes.white_luminance = (*self.sun != SunSpectrum::Flat).then_some(LUMENS_PER_WATT as f32);
+        attributes.adopted_neutral =
+            (self.render.white_balance != WhiteBalance::None).then(|| self.chromaticities().white);
+        attributes
+    }
+
+    fn comments(&self) -> String {
+        let observer = match self.render.observer {
+            ColorObserver::Cie1931 => "CIE 1931",
+            ColorObserver::Cie2015 => "CIE 2015 2-degree",
+        };
+        let unit = match self.sun {
+            SunSpectrum::AstmG173 | SunSpectrum::File(_) => "W.m^-2.sr^-1",
+            SunSpectrum::Flat => "for a sun of 1 W.m^-2.nm^-1, W.m^-2.sr^-1",
+        };
+        let space = match self.render.rgb {
+            Rgb::Srgb => "within the Rec. 709 gamut",
+            Rgb::Rec2020 => "within the Rec. 2020 gamut",
+            Rgb::AcesCg => "within the AP1 gamut (ACEScg)",
+            Rgb::Xyz => "as X, Y and Z",
+        };
+        let balance = match self.render.white_balance {
+            WhiteBalance::None => "",
+            WhiteBalance::D65 => "; white balanced for D65 (Bradford)",
+            WhiteBalance::Sun => "; white balanced for the sun above the atmosphere (Bradford)",
+        };
+        format!("single scattering; radiance weighted by the {observer} observer, {unit}, {space}{balance}")
     }
 }
 
-/// The header of linear Rec. 709 RGB, losslessly compressed, with its chromaticities and its scene.
+/// The channels of a file, in the order of the alphabet, which is the format's: linear RGB, and radiance at wavelengths (nm,
+/// increasing, all with three digits before the comma).
+pub(super) fn channel_names(wavelengths: &[f64]) -> Vec<String> {
+    ["B", "G", "R"].map(str::to_owned).into_iter().chain(wavelengths.iter().map(|&nm| channel_name(nm))).collect()
+}
+
+/// The header of linear RGB, losslessly compressed, with its chromaticities and its scene; where there are wavelengths (nm), of a
+/// spectral image.
 ///
 /// Runs of equal bytes, line by line, cost the least time by far: 48 ms for 1920×960 pixels of 32 bits against 187 ms for
 /// wavelets and 241 ms for deflate, which are 1.1 to 1.5 times smaller; 39 against 63 and 95 ms for 16 bits, which deflate
 /// makes 4.5 times smaller (two cores of a Xeon at 2.5 GHz).
-pub(super) fn header(width: u32, height: u32, scene: &Scene) -> Header {
+pub(super) fn header(width: u32, height: u32, scene: &Scene, wavelengths: &[f64]) -> Header {
     let sample_type = match scene.render.exr {
         ExrDepth::Full => SampleType::F32,
         ExrDepth::Half => SampleType::F16,
     };
-    // The order of the alphabet is the format's.
+    let names = channel_names(wavelengths);
     let channels: SmallVec<[_; 5]> =
-        ["B", "G", "R"].into_iter().map(|name| ChannelDescription::named(name, sample_type)).collect();
-    let mut attributes = LayerAttributes::named("sky");
-    attributes.comments = Some(
-        "single scattering; radiance weighted by the CIE 1931 observer, W.m^-2.sr^-1, within the Rec. 709 gamut".into(),
-    );
-    attributes.software_name = Some(SOFTWARE.into());
+        names.iter().map(|name| ChannelDescription::named(name.as_str(), sample_type)).collect();
+    let labels = Labels { render: &scene.render, sun: &scene.sun.spectrum };
+    let mut attributes = labels.layer();
+    if !wavelengths.is_empty() {
+        spectral::describe(&mut attributes);
+    }
     let size = (width as usize, height as usize);
     let mut shared = ImageAttributes::with_size(size);
-    shared.chromaticities = Some(rec709());
+    shared.chromaticities = Some(labels.chromaticities());
     shared.other.insert(SCENE.into(), AttributeValue::Text(scene::file::text(scene).as_str().into()));
     Header::new(Text::from("sky"), size, channels)
         .with_encoding(Compression::RLE, BlockDescription::ScanLines, LineOrder::Increasing)
@@ -101,10 +151,11 @@ impl<W: Write + Seek> Lines<'_, '_, W> {
     }
 }
 
-/// The bytes of a line of RGB in the order of [`header`]: blue, green, red.
-pub(super) fn line_of_floats(rgb: &[f32], depth: ExrDepth) -> Vec<u8> {
-    let channel = |channel: usize| rgb.iter().skip(channel).step_by(3).copied();
-    let samples = [2, 1, 0].into_iter().flat_map(channel);
+/// The bytes of a line whose pixels hold red, green and blue, and then what other values there are: blue, green, red, and the
+/// first so many of the others.
+pub(super) fn line_of_floats(pixels: &[f32], pixel_words: usize, others: usize, depth: ExrDepth) -> Vec<u8> {
+    let channel = |channel: usize| pixels.iter().skip(channel).step_by(pixel_words).copied();
+    let samples = [2, 1, 0].into_iter().chain(3..3 + others).flat_map(channel);
     match depth {
         ExrDepth::Full => samples.flat_map(f32::to_ne_bytes).collect(),
         ExrDepth::Half => samples.flat_map(|value| (half_bits(value) as u16).to_ne_bytes()).collect(),
@@ -115,4 +166,19 @@ pub(super) fn line_of_floats(rgb: &[f32], depth: ExrDepth) -> Vec<u8> {
 pub(super) fn line_of_halves(words: &[u32]) -> Vec<u8> {
     let halves = |shift: u32, word: usize| words.iter().skip(word).step_by(2).map(move |word| (word >> shift) as u16);
     halves(0, 1).chain(halves(16, 0)).chain(halves(0, 0)).flat_map(u16::to_ne_bytes).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_stored_channel_by_channel() {
+        // Two pixels with one wavelength.
+        let pixels = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+        let stored =
+            |others| -> Vec<f32> { bytemuck::cast_slice(&line_of_floats(&pixels, 4, others, ExrDepth::Full)).to_vec() };
+        assert_eq!(stored(1), [2.0, 6.0, 1.0, 5.0, 0.0, 4.0, 3.0, 7.0]);
+        assert_eq!(stored(0), [2.0, 6.0, 1.0, 5.0, 0.0, 4.0]);
+    }
 }

@@ -3,6 +3,7 @@
 pub mod exr;
 pub mod png;
 mod signature;
+pub mod spectral;
 mod staged;
 pub mod text;
 mod writer;
@@ -15,25 +16,31 @@ pub use signature::is_finished;
 pub use staged::{Staged, abandon, stage};
 pub use writer::{Image, Writer, write};
 
-/// The format of an output file, by its extension.
+/// The format of an output file, by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// 8 bit sRGB picture, exposed.
     Png,
-    /// Linear Rec. 709 radiance, unexposed.
+    /// Linear RGB, unexposed.
     Exr,
+    /// Radiance at many wavelengths, and the linear RGB.
+    SpectralExr,
 }
 
 impl Format {
-    /// The format that a file name asks for.
+    /// The format that a file name asks for: its extension, and whether `.spectral` stands before it. With `spectral` every EXR
+    /// file is a spectral one.
     ///
     /// # Errors
     ///
     /// [`Error::Request`] for an extension other than `png` and `exr`.
-    pub fn of(path: &Path) -> Result<Self> {
+    pub fn of(path: &Path, spectral: bool) -> Result<Self> {
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        let stem = path.file_stem().map(|stem| stem.to_string_lossy().to_lowercase());
+        let named_spectral = stem.is_some_and(|stem| stem.ends_with(".spectral"));
         match extension.as_deref() {
             Some("png") => Ok(Self::Png),
+            Some("exr") if spectral || named_spectral => Ok(Self::SpectralExr),
             Some("exr") => Ok(Self::Exr),
             _ => Err(Error::request(format!("-o {}: the file name must end in .png or .exr", path.display()))),
         }
@@ -60,17 +67,18 @@ pub fn check_writable(path: &Path) -> Result<()> {
 }
 
 /// Checks, before any work, that a file is not certain to fill its disk: that the disk has room for the least that the file's
-/// compression can leave.
+/// compression can leave. A spectral file holds radiance at so many wavelengths.
 ///
 /// # Errors
 ///
 /// [`Error::Request`] that names the least, and what is free.
-pub fn check_room(path: &Path, format: Format, size: Size, depth: ExrDepth) -> Result<()> {
+pub fn check_room(path: &Path, format: Format, size: Size, depth: ExrDepth, wavelengths: u64) -> Result<()> {
     // Deflate leaves at least a part in 1032; a run of at most 128 equal bytes in EXR leaves two.
-    let (bytes_per_pixel, strongest) = match (format, depth) {
-        (Format::Png, _) => (3, 1032),
-        (Format::Exr, ExrDepth::Full) => (12, 64),
-        (Format::Exr, ExrDepth::Half) => (6, 64),
+    let bytes_per_channel = if depth == ExrDepth::Full { 4 } else { 2 };
+    let (bytes_per_pixel, strongest) = match format {
+        Format::Png => (3, 1032),
+        Format::Exr => (3 * bytes_per_channel, 64),
+        Format::SpectralExr => ((3 + wavelengths) * bytes_per_channel, 64),
     };
     let least = u64::from(size.width) * u64::from(size.height) * bytes_per_pixel / strongest;
     match fs4::available_space(folder(path)) {

@@ -5,12 +5,13 @@ use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
 use rayon::prelude::*;
-use sorairo_shared::color::srgb8;
+use sorairo_shared::color::{into_gamut, srgb8};
 use sorairo_shared::glam::Vec3;
 
 use super::signature::{SCENE, SOFTWARE};
 use super::{Staged, stage};
 use crate::error::Result;
+use crate::plan::colour_space::ColourSpace;
 use crate::scene::{self, Scene};
 
 /// The bytes (red, green, blue) of packed pixels.
@@ -18,11 +19,21 @@ pub fn unpack(pixels: &[u32]) -> Vec<u8> {
     pixels.iter().flat_map(|pixel| pixel.to_le_bytes().into_iter().take(3)).collect()
 }
 
-/// The bytes (red, green, blue) of linear RGB, exposed as the kernels would.
-pub fn expose(rgb: &[f32], exposure: f32) -> Vec<u8> {
-    let mut bytes = vec![0; rgb.len()];
-    bytes.par_chunks_mut(3).zip(rgb.par_chunks(3)).for_each(|(bytes, rgb)| {
-        bytes.copy_from_slice(&srgb8(Vec3::from_slice(rgb), exposure).to_le_bytes()[..3]);
+/// The bytes (red, green, blue) of linear pixels, exposed as the kernels would. A pixel takes `pixel_words` values, of which the
+/// first three are its RGB in `space`; the picture is in `display`, which is sRGB under the same white balance.
+pub fn expose(
+    pixels: &[f32],
+    pixel_words: usize,
+    exposure: f32,
+    space: &ColourSpace,
+    display: &ColourSpace,
+) -> Vec<u8> {
+    let matrix = (display.from_xyz * space.from_xyz.inverse()).as_mat3();
+    let gamut = display.for_kernels();
+    let shown = |rgb: Vec3| if space == display { rgb } else { into_gamut(matrix * rgb, &gamut) };
+    let mut bytes = vec![0; pixels.len() / pixel_words * 3];
+    bytes.par_chunks_mut(3).zip(pixels.par_chunks(pixel_words)).for_each(|(bytes, pixel)| {
+        bytes.copy_from_slice(&srgb8(shown(Vec3::from_slice(pixel)), exposure).to_le_bytes()[..3]);
     });
     bytes
 }

@@ -10,6 +10,8 @@ use sorairo_shared::frame::Pixel;
 
 use super::{Format, Staged, exr, png, stage};
 use crate::error::{Error, Result};
+use crate::plan::Plan;
+use crate::plan::colour_space::ColourSpace;
 use crate::scene::Scene;
 
 /// Strips that may wait for an encoder before the device does.
@@ -28,6 +30,32 @@ pub struct Image {
     pub exposure: f32,
     /// What it shows.
     pub scene: Scene,
+    /// The space of linear pixels.
+    pub space: ColourSpace,
+    /// The space in which a picture shows them.
+    pub display: ColourSpace,
+    /// Wavelengths (nm) whose radiance follows the linear RGB of each pixel; none but for spectral files.
+    pub wavelengths: Vec<f64>,
+}
+
+impl Image {
+    /// That of a plan of a scene.
+    pub fn of(plan: &Plan, scene: &Scene) -> Self {
+        Self {
+            width: plan.width(),
+            height: plan.height(),
+            pixel: plan.pixel,
+            exposure: plan.frame.exposure,
+            scene: scene.clone(),
+            space: plan.space,
+            display: plan.display(),
+            wavelengths: plan.spectral.clone(),
+        }
+    }
+
+    fn pixel_words(&self) -> usize {
+        self.pixel.words() as usize + self.wavelengths.len()
+    }
 }
 
 /// A file that is encoded on a thread of its own while its rows arrive.
@@ -79,25 +107,33 @@ fn encode(
     image: Image,
     strips: impl IntoIterator<Item: AsRef<[u32]> + Sync>,
 ) -> Result<Staged> {
-    let Image { width, height, pixel, exposure, scene } = image;
+    let Image { width, height, pixel, exposure, scene, space, display, wavelengths } = &image;
+    let (width, height, pixel_words) = (*width, *height, image.pixel_words());
     let mut strips = strips.into_iter();
+    let of_file = if format == Format::SpectralExr { wavelengths.as_slice() } else { &[] };
     stage(path, |output| match format {
-        Format::Png => png::encode(output, width, height, Some(&scene), |picture| {
+        Format::Png => png::encode(output, width, height, Some(scene), |picture| {
             strips.try_for_each(|rows| match pixel {
                 Pixel::Picture => picture.write_all(&png::unpack(rows.as_ref())),
-                Pixel::LinearRgb => picture.write_all(&png::expose(bytemuck::cast_slice(rows.as_ref()), exposure)),
+                Pixel::LinearRgb => {
+                    let pixels = bytemuck::cast_slice(rows.as_ref());
+                    picture.write_all(&png::expose(pixels, pixel_words, *exposure, space, display))
+                }
                 Pixel::HalfRgb => Err(io::Error::other("half floats are no picture")),
             })
         }),
-        Format::Exr => exr::encode(output, exr::header(width, height, &scene), |lines| {
-            let line_words = (width * pixel.words()) as usize;
+        Format::Exr | Format::SpectralExr => exr::encode(output, exr::header(width, height, scene, of_file), |lines| {
+            let line_words = width as usize * pixel_words;
             strips.try_for_each(|rows| {
                 let rows = rows.as_ref();
                 lines.write(rows.len() / line_words, |line| {
                     let words = &rows[line * line_words..][..line_words];
                     match pixel {
                         Pixel::HalfRgb => exr::line_of_halves(words),
-                        _ => exr::line_of_floats(bytemuck::cast_slice(words), scene.render.exr),
+                        _ => {
+                            let pixels = bytemuck::cast_slice(words);
+                            exr::line_of_floats(pixels, pixel_words, of_file.len(), scene.render.exr)
+                        }
                     }
                 })
             })

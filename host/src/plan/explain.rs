@@ -17,13 +17,14 @@ pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
 
 /// Which parts of the integral the kernels are compiled with.
 fn terms(plan: &Plan) -> String {
-    const NAMES: [(u32, &str); 6] = [
+    const NAMES: [(u32, &str); 7] = [
         (variant::AEROSOL, "aerosol"),
         (variant::OZONE, "ozone"),
         (variant::ABOVE_TOP, "air above the top of the atmosphere"),
         (variant::SHADOW, "the planet's shadow"),
         (variant::DESCENT, "descending rays"),
         (variant::LOW_SUN, "sunlight from below a sample's horizon"),
+        (variant::SUN_DISC, "the sun's disc"),
     ];
     let of = |present: bool| {
         let names: Vec<&str> =
@@ -40,7 +41,7 @@ fn black_pixels(plan: &Plan, projection: Projection) -> Option<String> {
         return Some(format!("night: no air that can be seen is lit; none of {skipped} pixels is computed"));
     }
     if skipped > 0 {
-        let bytes = skipped * 4 * u64::from(plan.pixel.words());
+        let bytes = skipped * 4 * u64::from(plan.pixel_words());
         return Some(format!(
             "black ground: rows {}..{height} are not computed, which saves {skipped} pixels and {bytes} bytes of read-back",
             plan.lit_rows.end
@@ -74,17 +75,18 @@ fn path(plan: &Plan) -> String {
 }
 
 fn bytes(plan: &Plan) -> String {
-    let read_back = plan.lit_pixels() * 4 * u64::from(plan.pixel.words());
+    let read_back = plan.lit_pixels() * 4 * u64::from(plan.pixel_words());
     let kind = match plan.pixel {
         PixelFormat::Picture => "8 bit sRGB packed on the device",
         PixelFormat::HalfRgb => "half floats packed on the device",
-        PixelFormat::LinearRgb => "linear floats",
+        PixelFormat::LinearRgb if plan.spectral.is_empty() => "linear floats",
+        PixelFormat::LinearRgb => "linear floats and a spectrum",
     };
     let uploaded = size_of_val(&plan.frame)
         + size_of_val(plan.bands.as_slice())
         + size_of_val(plan.quadrature.as_slice())
         + size_of_val(plan.colour.as_slice());
-    format!("bytes: {uploaded} up, {read_back} back ({kind}, {} bytes a pixel)", 4 * plan.pixel.words())
+    format!("bytes: {uploaded} up, {read_back} back ({kind}, {} bytes a pixel)", 4 * plan.pixel_words())
 }
 
 #[cfg(test)]

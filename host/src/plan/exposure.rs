@@ -1,7 +1,5 @@
 //! Automatic exposure.
 
-use sorairo_shared::color::REC709_LUMINANCE;
-
 use super::{Plan, direction};
 use crate::scene::keys::MOST_STOPS;
 
@@ -43,7 +41,7 @@ fn mean_log_luminance(plan: &Plan, (lowest, height): (f64, f64)) -> Option<f64> 
         for j in 0..AZIMUTHS {
             let azimuth = plan.sun_azimuth + (f64::from(j) + 0.5) * 360.0 / f64::from(AZIMUTHS);
             let view = direction(elevation, azimuth).as_vec3();
-            let luminance = f64::from(REC709_LUMINANCE.dot(plan.sky(view)));
+            let luminance = f64::from(plan.frame.rgb.luminance(plan.sky(view)));
             if luminance > 0.0 {
                 sum += luminance.ln();
                 lit += 1;

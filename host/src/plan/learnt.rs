@@ -8,11 +8,12 @@
 use rayon::prelude::*;
 use sorairo_shared::frame::Frame;
 use sorairo_shared::geometry::Ray;
-use sorairo_shared::glam::{DVec3, Vec2, Vec3, Vec4};
+use sorairo_shared::glam::{DMat3, DVec3, Vec2, Vec3, Vec4};
 use sorairo_shared::scattering::{Bands, SingleScattering, single_scattering};
 
 use super::optics::{Coefficients, Optics};
-use super::{bands, direction, observer};
+use super::{bands, direction, observer, vec4};
+use crate::scene::ColorObserver;
 
 /// Regularisation of the regression, relative to the mean variance of the bands' logarithms: they are nearly dependent.
 const RIDGE: f64 = 1e-8;
@@ -77,6 +78,17 @@ impl Regression {
     pub fn value(&self, logarithms: &[f64]) -> f64 {
         (self.intercept + self.slopes.iter().zip(logarithms).map(|(a, b)| a * b).sum::<f64>()).exp()
     }
+
+    /// The slopes, filled up with zeros.
+    fn eight_slopes(&self) -> [f64; 8] {
+        std::array::from_fn(|i| self.slopes.get(i).copied().unwrap_or(0.0))
+    }
+}
+
+/// The three rows of a node in the colour table.
+fn node_rows(slopes: [f64; 8], last: [f64; 4]) -> [Vec4; 3] {
+    let four = |from: usize| vec4(std::array::from_fn(|i| slopes[from + i]));
+    [four(0), four(4), vec4(last)]
 }
 
 /// The sky that a fit is learnt from.
@@ -93,6 +105,10 @@ pub struct Training<'a> {
     pub sun_azimuth: f64,
     /// What the scene has.
     pub variant: u32,
+    /// The colour observer.
+    pub observer: ColorObserver,
+    /// XYZ to linear RGB.
+    pub rgb_from_xyz: DMat3,
 }
 
 impl Training<'_> {
@@ -113,18 +129,30 @@ impl Training<'_> {
         let weights = self.node_weights(&examples, &regressions, &samples);
         let mut rows = Vec::with_capacity(3 * nodes.len());
         for (regression, rgb) in regressions.iter().zip(weights) {
-            let mut slopes = [0.0; 8];
-            slopes[..regression.slopes.len()].copy_from_slice(&regression.slopes);
+            let mut slopes = regression.eight_slopes();
             if solve {
                 let newton = self.for_newton_coefficients([slopes[0], slopes[1], slopes[2], slopes[3]]);
                 slopes[..4].copy_from_slice(&newton);
             }
-            let [first, second] = [0, 4].map(|from| Vec4::from_array(std::array::from_fn(|i| slopes[from + i] as f32)));
-            rows.extend([first, second, DVec3::extend(rgb, 0.0).as_vec4()]);
-            let colour = rows.last_mut().expect("three rows were added");
-            *colour = Vec4::new(regression.intercept as f32, colour.x, colour.y, colour.z);
+            rows.extend(node_rows(slopes, [regression.intercept, rgb.x, rgb.y, rgb.z]));
         }
         rows
+    }
+
+    /// The rows of a spectral image: for each wavelength (nm), the three rows of each of the constituents; see
+    /// [`sorairo_shared::spectrum::learnt_value`].
+    pub fn spectrum_rows(&self, constituents: &[Constituent], wavelengths: &[f64]) -> Vec<Vec4> {
+        let regressions: Vec<Vec<Regression>> =
+            constituents.iter().map(|&constituent| self.regressions(constituent, wavelengths)).collect();
+        let rows = |(i, &wavelength): (usize, &f64)| {
+            let irradiance = self.optics.solar_irradiance(wavelength);
+            let of = |regressions: &Vec<Regression>| {
+                let regression = &regressions[i];
+                node_rows(regression.eight_slopes(), [regression.intercept, irradiance, 0.0, 0.0])
+            };
+            regressions.iter().flat_map(of).collect::<Vec<_>>()
+        };
+        wavelengths.iter().enumerate().flat_map(rows).collect()
     }
 
     /// Slopes on the values at four bands, as slopes on the Newton coefficients through them: their product with Newton's basis
@@ -143,7 +171,7 @@ impl Training<'_> {
     pub fn node_weights(&self, examples: &Examples, regressions: &[Regression], samples: &[f64]) -> Vec<DVec3> {
         let observer: Vec<DVec3> = samples
             .iter()
-            .map(|&wavelength| observer::weights(wavelength) * self.optics.solar_irradiance(wavelength))
+            .map(|&wavelength| observer::weights(self.observer, wavelength) * self.optics.solar_irradiance(wavelength))
             .collect();
         let features: Vec<Vec<f64>> =
             examples.bands.iter().map(|bands| regressions.iter().map(|node| node.value(bands)).collect()).collect();
@@ -170,7 +198,7 @@ impl Training<'_> {
                 weight[channel] = solved;
             }
         }
-        weights.into_iter().map(|xyz| observer::xyz_to_rgb() * xyz).collect()
+        weights.into_iter().map(|xyz| self.rgb_from_xyz * xyz).collect()
     }
 
     /// Integrates the training rays at the bands and at the wavelengths `at` (nm).

@@ -2,8 +2,10 @@
 
 use sorairo_shared::glam::{DVec3, Vec4};
 
+use super::colour_space::ColourSpace;
 use super::observer;
 use super::optics::Optics;
+use crate::scene::ColorObserver;
 
 /// What a linear fit interpolates with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,24 +36,42 @@ impl LinearFit {
         }
     }
 
+    /// The solar irradiance that lights a band's part of the radiance at a wavelength (nm).
+    fn irradiance(&self, optics: &Optics, band: usize, wavelength: f64) -> f64 {
+        optics.solar_irradiance(if self.of_radiance { self.wavelengths[band] } else { wavelength })
+    }
+
+    /// The weight of each band's transfer in the radiance at a wavelength (nm).
+    fn radiance_weights(&self, optics: &Optics, wavelength: f64) -> Vec<f64> {
+        let weight = |(band, cardinal): (usize, f64)| cardinal * self.irradiance(optics, band, wavelength);
+        self.cardinals(wavelength).into_iter().enumerate().map(weight).collect()
+    }
+
     /// Radiance at a wavelength (nm) from the transfer at the bands.
     pub fn radiance(&self, optics: &Optics, transfer: &[f64], wavelength: f64) -> f64 {
-        let irradiance = |at: f64| if self.of_radiance { optics.solar_irradiance(at) } else { 1.0 };
-        let cardinals = self.cardinals(wavelength);
-        let fitted: f64 =
-            cardinals.iter().zip(transfer).zip(&self.wavelengths).map(|((c, t), &at)| c * t * irradiance(at)).sum();
-        if self.of_radiance { fitted } else { fitted * optics.solar_irradiance(wavelength) }
+        self.radiance_weights(optics, wavelength).into_iter().zip(transfer).map(|(weight, t)| weight * t).sum()
+    }
+
+    /// The rows of a spectral image: for each wavelength (nm), the weights of the transfer at each group of four bands in the
+    /// radiance there.
+    pub fn spectrum_rows(&self, optics: &Optics, wavelengths: &[f64]) -> Vec<Vec4> {
+        let rows = |&wavelength: &f64| {
+            let weights = self.radiance_weights(optics, wavelength);
+            let four =
+                |group: &[f64]| Vec4::from_array(std::array::from_fn(|i| group.get(i).copied().unwrap_or(0.0) as f32));
+            weights.chunks(4).map(four).collect::<Vec<_>>()
+        };
+        wavelengths.iter().flat_map(rows).collect()
     }
 
     /// Solve, observer sum and XYZ→RGB as one matrix on the transfer at the bands: for each group of four bands its rows of red,
     /// green and blue. Bands that only fill the last group weigh nothing.
-    pub fn folded(&self, optics: &Optics) -> Vec<Vec4> {
+    pub fn folded(&self, optics: &Optics, observer: ColorObserver, space: &ColourSpace) -> Vec<Vec4> {
         let mut weights = vec![DVec3::ZERO; self.wavelengths.len().next_multiple_of(4)];
         for sample in observer::wavelengths() {
-            let rgb = observer::xyz_to_rgb() * observer::weights(sample);
+            let rgb = space.from_xyz * observer::weights(observer, sample);
             for (band, cardinal) in self.cardinals(sample).into_iter().enumerate() {
-                let lit_at = if self.of_radiance { self.wavelengths[band] } else { sample };
-                weights[band] += rgb * (cardinal * optics.solar_irradiance(lit_at));
+                weights[band] += rgb * (cardinal * self.irradiance(optics, band, sample));
             }
         }
         weights
@@ -64,10 +84,10 @@ impl LinearFit {
 
     /// The rows of the observer sum for the explicit solve: (x̄ Δλ, ȳ Δλ, z̄ Δλ, normalised wavelength), times the solar
     /// irradiance if the transfer is fitted.
-    pub fn observer_rows(&self, optics: &Optics) -> Vec<Vec4> {
+    pub fn observer_rows(&self, optics: &Optics, observer: ColorObserver) -> Vec<Vec4> {
         let row = |wavelength: f64| {
             let irradiance = if self.of_radiance { 1.0 } else { optics.solar_irradiance(wavelength) };
-            (observer::weights(wavelength) * irradiance).extend(observer::normalised(wavelength)).as_vec4()
+            (observer::weights(observer, wavelength) * irradiance).extend(observer::normalised(wavelength)).as_vec4()
         };
         observer::wavelengths().into_iter().map(row).collect()
     }

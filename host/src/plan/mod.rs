@@ -1,5 +1,6 @@
 //! What to compute and what to skip, decided once per scene in double precision.
 
+pub mod colour_space;
 pub mod explain;
 pub mod exposure;
 pub mod learnt;
@@ -8,6 +9,7 @@ pub mod observer;
 pub mod optics;
 pub mod path;
 pub mod quadrature;
+pub mod sun_disc;
 
 use std::ops::Range;
 
@@ -19,15 +21,18 @@ use sorairo_shared::glam::{DVec3, Vec2, Vec3, Vec4};
 use sorairo_shared::scattering::Bands;
 use sorairo_shared::sky::{LEARNT, LEARNT_SOLVED, LINEAR, SOLVED, sky};
 use sorairo_shared::spectrum::ROWS_PER_NODE;
-use sorairo_shared::variant;
+use sorairo_shared::sun_disc::SunDisc;
+use sorairo_shared::{sky_spectrum, variant};
 
 use crate::backend::Kernel;
-use crate::error::Result;
-use crate::scene::{ColorPath, Exposure, Fit, Projection, Scene};
+use crate::error::{Error, Result};
+use crate::scene::{ColorObserver, ColorPath, Exposure, Fit, Projection, Rgb, Scene};
+use colour_space::ColourSpace;
 use learnt::{Constituent, Training};
 use linear::{Interpolant, LinearFit};
 use optics::Optics;
 use path::Path;
+use sun_disc::Sun;
 
 /// The optical depth that may lie above the top of the atmosphere before columns to the sun take it off. It changes
 /// radiance by less than this part, a tenth of what the integral's own sampling leaves.
@@ -50,6 +55,12 @@ pub struct Plan {
     pub fit: SpectralFit,
     /// How the fit becomes a colour.
     pub color: ColorPath,
+    /// The colour observer.
+    pub observer: ColorObserver,
+    /// The space of linear RGB.
+    pub space: ColourSpace,
+    /// Wavelengths (nm) of a spectral image, increasing; empty for other images.
+    pub spectral: Vec<f64>,
     /// The atmosphere's optical properties at any wavelength.
     pub optics: Optics,
     /// Azimuth of the sun (degrees).
@@ -83,6 +94,7 @@ impl Plan {
         scene.validate()?;
         let optics = Optics::new(scene);
         let wavelengths = wavelengths(scene);
+        let space = colour_space(scene, pixel, &optics);
         let frame = Frame {
             atmosphere: atmosphere(scene),
             camera: camera(scene),
@@ -91,6 +103,8 @@ impl Plan {
             nodes: Vec4::from_array(std::array::from_fn(|i| {
                 observer::normalised(wavelengths[i.min(wavelengths.len() - 1)]) as f32
             })),
+            rgb: space.for_kernels(),
+            disc: SunDisc::default(),
             altitude: scene.observer.altitude as f32,
             exposure: 1.0,
             first_row: 0,
@@ -101,8 +115,8 @@ impl Plan {
             table_below: 0,
             table_azimuths: 0,
             horizon: path::horizon(scene.atmosphere.ground_radius, scene.observer.altitude) as f32,
-            padding0: 0,
-            padding1: 0,
+            wavelengths: 0,
+            padding: 0,
         };
         let mut plan = Self {
             frame,
@@ -112,6 +126,9 @@ impl Plan {
             fit: spectral_fit(scene, &wavelengths),
             wavelengths,
             color: scene.render.color,
+            observer: scene.render.observer,
+            space,
+            spectral: Vec::new(),
             sun_azimuth: scene.sun.azimuth,
             variant: variant::of(integral(scene, &optics), projection(scene), pixel as u32),
             pixel,
@@ -123,12 +140,15 @@ impl Plan {
             plan.path.reason = "nothing is lit".into();
             return Ok(plan);
         }
-        plan.fill_colour(scene);
+        plan.fill_colour();
         plan.path = path::choose(scene, &plan, plan.lit_pixels());
         if let Some(size) = plan.path.table {
             plan.frame.table_above = size.above;
             plan.frame.table_below = size.below;
             plan.frame.table_azimuths = size.azimuths;
+        }
+        if scene.sun.disc {
+            plan.show_sun(scene.camera.projection);
         }
         plan.frame.exposure = match scene.render.exposure {
             Exposure::Stops(stops) => stops.exp2() as f32,
@@ -146,31 +166,90 @@ impl Plan {
             wavelengths: &self.wavelengths,
             sun_azimuth: self.sun_azimuth,
             variant: self.variant,
+            observer: self.observer,
+            rgb_from_xyz: self.space.from_xyz,
         }
     }
 
-    fn fill_colour(&mut self, scene: &Scene) {
+    /// Shows the sun's disc: its table follows that of the fit.
+    fn show_sun(&mut self, projection: Projection) {
+        let (disc, table) = Sun::new(self).for_kernels(projection);
+        self.frame.disc = SunDisc { first_entry: self.colour.len() as u32, ..disc };
+        self.colour.extend(table);
+        self.variant |= variant::SUN_DISC;
+    }
+
+    fn fill_colour(&mut self) {
         let solve = self.color == ColorPath::Solve;
         match &self.fit {
             SpectralFit::Linear(fit) => {
-                self.colour = if solve { fit.observer_rows(&self.optics) } else { fit.folded(&self.optics) };
+                self.colour = if solve {
+                    fit.observer_rows(&self.optics, self.observer)
+                } else {
+                    fit.folded(&self.optics, self.observer, &self.space)
+                };
                 if !fit.of_radiance {
                     self.bands.iter_mut().for_each(|group| group.fit_irradiance = Vec4::ONE);
                 }
             }
             SpectralFit::Learnt => {
                 let air = self.training().nodes(Constituent::Air, solve);
-                let aerosol = if scene.atmosphere.aerosol.optical_depth > 0.0 {
-                    self.training().nodes(Constituent::Aerosol, solve)
-                } else {
-                    Vec::new()
-                };
+                let aerosol =
+                    if self.has_aerosol() { self.training().nodes(Constituent::Aerosol, solve) } else { Vec::new() };
                 self.frame.air_nodes = air.len() as u32 / ROWS_PER_NODE;
                 self.frame.aerosol_nodes = aerosol.len() as u32 / ROWS_PER_NODE;
                 self.colour = air;
                 self.colour.extend(aerosol);
             }
         }
+    }
+
+    /// The same plan for a spectral image: beside its linear RGB a pixel holds the radiance at wavelengths in nm, increasing.
+    /// Every pixel is integrated.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Request`] for [`ColorPath::Solve`], which is a way to a colour, and with the sun's disc.
+    pub fn with_spectrum(mut self, wavelengths: &[f64]) -> Result<Self> {
+        if self.variant & variant::SUN_DISC != 0 {
+            return Err(Error::request(
+                "--sun-disc (sun.disc) shows the sun in RGB; a spectral file is of the sky alone",
+            ));
+        }
+        if self.color == ColorPath::Solve {
+            return Err(Error::request("--color solve is a way to a colour; a spectral file takes --color folded"));
+        }
+        self.spectral = wavelengths.to_vec();
+        self.frame.wavelengths = wavelengths.len() as u32;
+        if self.lit_rows.is_empty() {
+            return Ok(self);
+        }
+        let rows = match &self.fit {
+            SpectralFit::Linear(fit) => fit.spectrum_rows(&self.optics, wavelengths),
+            SpectralFit::Learnt => {
+                let present: &[Constituent] =
+                    if self.has_aerosol() { &[Constituent::Air, Constituent::Aerosol] } else { &[Constituent::Air] };
+                self.training().spectrum_rows(present, wavelengths)
+            }
+        };
+        self.colour.extend(rows);
+        self.path = Path { table: None, reason: "a spectrum is integrated at every pixel".into() };
+        Ok(self)
+    }
+
+    /// Whether there is aerosol.
+    fn has_aerosol(&self) -> bool {
+        self.variant & variant::AEROSOL != 0
+    }
+
+    /// The space in which a picture shows the plan's linear RGB: sRGB under the same white balance.
+    pub fn display(&self) -> ColourSpace {
+        ColourSpace::new(Rgb::Srgb, self.space.balance, self.observer, &self.optics)
+    }
+
+    /// Words that a pixel of the plan's image takes.
+    pub fn pixel_words(&self) -> u32 {
+        if self.spectral.is_empty() { self.pixel.words() } else { sky_spectrum::words(&self.frame) }
     }
 
     /// Linear RGB in a direction, integrated at that direction.
@@ -195,6 +274,12 @@ impl Plan {
 
     /// The kernel that computes the plan's pixels.
     pub fn kernel(&self) -> Kernel {
+        if !self.spectral.is_empty() {
+            return match self.fit {
+                SpectralFit::Linear(_) => Kernel::SpectrumLinear,
+                SpectralFit::Learnt => Kernel::SpectrumLearnt,
+            };
+        }
         if self.path.table.is_some() {
             return Kernel::SkyTable;
         }
@@ -228,6 +313,12 @@ impl Plan {
     pub fn height(&self) -> u32 {
         self.frame.camera.height
     }
+}
+
+/// The space of the linear RGB that the kernels make. A picture is packed on the device and is always sRGB.
+fn colour_space(scene: &Scene, pixel: Pixel, optics: &Optics) -> ColourSpace {
+    let rgb = if pixel == Pixel::Picture { Rgb::Srgb } else { scene.render.rgb };
+    ColourSpace::new(rgb, scene.render.white_balance, scene.render.observer, optics)
 }
 
 /// What a scene has that the integral must not skip.

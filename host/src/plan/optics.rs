@@ -23,8 +23,8 @@ pub struct Optics {
     ozone_peak_density: f64,
     cross_section: OzoneCrossSection,
     sun: SunSpectrum,
-    /// Astronomical units.
-    sun_distance: f64,
+    /// Distance of the sun (astronomical units).
+    pub sun_distance: f64,
     /// The wavelengths (nm) at which all of this is known.
     pub known_wavelengths: (f64, f64),
 }

@@ -6,7 +6,6 @@ use std::fmt;
 use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_shared::atmosphere::{cornette_shanks_phase, rayleigh_phase};
-use sorairo_shared::color::REC709_LUMINANCE;
 use sorairo_shared::sky::{constituents, view_ray};
 use sorairo_shared::sky_table::grid_view;
 
@@ -151,7 +150,7 @@ fn measure(plan: &Plan, above: bool, x: f64, c: f64, half_x: f64, half_c: f64) -
         let ray = view_ray(&plan.frame, grid_view(&plan.frame, above, x as f32, c as f32));
         let Plan { frame, bands, quadrature, colour, .. } = plan;
         let rgb = constituents(frame, bands, quadrature, colour, ray, plan.fit_kind(), plan.variant);
-        f64::from(REC709_LUMINANCE.dot(rgb.air * phases.0 + rgb.aerosol * phases.1))
+        f64::from(plan.frame.rgb.luminance(rgb.air * phases.0 + rgb.aerosol * phases.1))
     };
     let middle = luminance(x, c);
     let between = |a: f64, b: f64| (0.5 * (a + b) - middle).abs();

@@ -195,7 +195,7 @@ impl Sun {
         for spectra in &self.constituents {
             spectra.add(&self.plan, self.nodes, bands, &mut rgb);
         }
-        let to_xyz = observer::xyz_to_rgb().inverse();
+        let to_xyz = self.plan.space.from_xyz.inverse();
         Errors::of(rgb.into_iter().map(|rgb| to_xyz * rgb).zip(self.reference.xyz.iter().copied()))
     }
 }

@@ -259,8 +259,8 @@ fn ways_at(device: &Device, size: Size) -> Result<Vec<Way>> {
         job(device, &learnt, learnt.kernel()),
         job(device, &folded, folded.kernel()),
         job(device, &solved, solved.kernel()),
-        Box::new(|| read_back(&|words| readback::solve(words, solved.frame.nodes, &solved.colour))),
-        Box::new(|| read_back(&|words| readback::fold(words, matrix))),
+        Box::new(|| read_back(&|words| readback::solve(words, solved.frame.nodes, &solved.colour, &solved.frame.rgb))),
+        Box::new(|| read_back(&|words| readback::fold(words, matrix, &solved.frame.rgb))),
     ];
     let names = [
         "resident: learnt fit, sky table (default)",

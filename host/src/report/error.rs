@@ -88,7 +88,8 @@ pub fn true_xyz(scene: &Scene, views: &[Vec3]) -> Result<Vec<DVec3>> {
     (cheapest.render.fit, cheapest.render.bands) = (Fit::Transfer, None);
     cheapest.render.color = ColorPath::Folded;
     let dense = DenseSpectrum::new(&plan(&cheapest)?, &observer::wavelengths());
-    let weights: Vec<DVec3> = observer::wavelengths().into_iter().map(observer::weights).collect();
+    let weights: Vec<DVec3> =
+        observer::wavelengths().into_iter().map(|nm| observer::weights(scene.render.observer, nm)).collect();
     let sum = |view: &Vec3| dense.radiance(*view).into_iter().zip(&weights).map(|(radiance, &w)| w * radiance).sum();
     Ok(views.par_iter().map(sum).collect())
 }
@@ -103,7 +104,7 @@ pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
     let ray = view_ray(frame, view);
     let rgb = constituents(frame, bands, quadrature, colour, ray, plan.fit_kind(), *variant);
     let phases = (rayleigh_phase(ray.nu), cornette_shanks_phase(ray.nu, frame.atmosphere.aerosol_asymmetry));
-    observer::xyz_to_rgb().inverse() * (rgb.air * phases.0 + rgb.aerosol * phases.1).as_dvec3()
+    plan.space.from_xyz.inverse() * (rgb.air * phases.0 + rgb.aerosol * phases.1).as_dvec3()
 }
 
 #[cfg(test)]
@@ -126,8 +127,8 @@ mod tests {
             (scene.render.fit, scene.render.color, scene.render.bands) = (fit, color, bands);
             let plan = plan(&scene).unwrap();
             for view in views(&scene) {
-                let rgb = (observer::xyz_to_rgb() * xyz(&plan, view)).as_vec3();
-                let (mapped, drawn) = (into_gamut(rgb), plan.sky(view));
+                let rgb = (plan.space.from_xyz * xyz(&plan, view)).as_vec3();
+                let (mapped, drawn) = (into_gamut(rgb, &plan.frame.rgb), plan.sky(view));
                 // Folding the rows in single precision rounds each of a dozen terms that nearly cancel.
                 assert!(
                     (mapped - drawn).abs().max_element() <= 1e-5 * drawn.max_element(),

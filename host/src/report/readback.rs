@@ -4,7 +4,7 @@
 //! into vector instructions, and rows of groups go to all cores.
 
 use rayon::prelude::*;
-use sorairo_shared::color::{XYZ_TO_REC709, into_gamut};
+use sorairo_shared::color::{RgbSpace, into_gamut};
 use sorairo_shared::glam::{Vec3, Vec4};
 
 /// Pixels that are computed side by side.
@@ -20,8 +20,9 @@ type Lane = [f32; LANES];
 /// over the observer's samples, XYZ→RGB.
 ///
 /// `radiance` as the kernel `radiance` stores it; `nodes` and `observer` as [`sorairo_shared::color::observe_cubic`] takes them.
-pub fn solve(radiance: &[u32], nodes: Vec4, observer: &[Vec4]) -> Vec<f32> {
-    each_group(radiance, |values| {
+pub fn solve(radiance: &[u32], nodes: Vec4, observer: &[Vec4], space: &RgbSpace) -> Vec<f32> {
+    let rows = [space.red, space.green, space.blue].map(|row| [row.x, row.y, row.z]);
+    each_group(radiance, space, |values| {
         let coefficients = divided_differences(nodes, values);
         let mut xyz = [[0.0; LANES]; 3];
         for row in observer {
@@ -34,14 +35,14 @@ pub fn solve(radiance: &[u32], nodes: Vec4, observer: &[Vec4]) -> Vec<f32> {
                 xyz[2][l] += row.z * fitted;
             }
         }
-        combine(&XYZ_TO_REC709, &xyz)
+        combine(&rows, &xyz)
     })
 }
 
 /// Linear RGB of every pixel from its four radiances by one 3×4 matrix, into which solve, observer sum and XYZ→RGB are folded.
-pub fn fold(radiance: &[u32], matrix: [Vec4; 3]) -> Vec<f32> {
+pub fn fold(radiance: &[u32], matrix: [Vec4; 3], space: &RgbSpace) -> Vec<f32> {
     let rows = matrix.map(|row| row.to_array());
-    each_group(radiance, |values| combine(&rows, values))
+    each_group(radiance, space, |values| combine(&rows, values))
 }
 
 /// `rows × values` for each pixel.
@@ -76,7 +77,7 @@ fn divided_differences(nodes: Vec4, values: &[Lane; 4]) -> [Lane; 4] {
 }
 
 /// Computes every pixel, group by group on all cores, and brings it into the gamut.
-fn each_group(radiance: &[u32], compute: impl Fn(&[Lane; 4]) -> [Lane; 3] + Sync) -> Vec<f32> {
+fn each_group(radiance: &[u32], space: &RgbSpace, compute: impl Fn(&[Lane; 4]) -> [Lane; 3] + Sync) -> Vec<f32> {
     let mut rgb = vec![0.0; radiance.len() / 4 * 3];
     rgb.par_chunks_mut(3 * BLOCK).zip(radiance.par_chunks(4 * BLOCK)).for_each(|(rgb, radiance)| {
         for (rgb, radiance) in rgb.chunks_mut(3 * LANES).zip(radiance.chunks(4 * LANES)) {
@@ -88,7 +89,7 @@ fn each_group(radiance: &[u32], compute: impl Fn(&[Lane; 4]) -> [Lane; 3] + Sync
             }
             let [red, green, blue] = compute(&values);
             for (l, pixel) in rgb.chunks_exact_mut(3).enumerate() {
-                pixel.copy_from_slice(&into_gamut(Vec3::new(red[l], green[l], blue[l])).to_array());
+                pixel.copy_from_slice(&into_gamut(Vec3::new(red[l], green[l], blue[l]), space).to_array());
             }
         }
     });
@@ -113,7 +114,8 @@ mod tests {
         let radiance = Cpu.run(&solved, Kernel::Radiance).unwrap().words;
         let irradiance = folded.bands[0].solar_irradiance;
         let matrix = [0, 1, 2].map(|row| folded.colour[row] / irradiance);
-        let images = [solve(&radiance, solved.frame.nodes, &solved.colour), fold(&radiance, matrix)];
+        let space = &solved.frame.rgb;
+        let images = [solve(&radiance, solved.frame.nodes, &solved.colour, space), fold(&radiance, matrix, space)];
         let resident: Vec<f32> =
             Cpu.run(&solved, solved.kernel()).unwrap().words.into_iter().map(f32::from_bits).collect();
         let brightest = resident.iter().copied().fold(0.0, sorairo_shared::math::max);

@@ -19,7 +19,7 @@ use super::timing::{Job, Times, fitting_size, interleaved, job};
 use crate::backend::{Device, Kernel};
 use crate::error::Result;
 use crate::output::png;
-use crate::plan::{Plan, exposure, observer};
+use crate::plan::{Plan, exposure};
 use crate::scene::{ColorPath, Fit, Preset, Projection, Scene, Size};
 use crate::spectrum::{DenseSpectrum, FittedSpectrum};
 
@@ -174,10 +174,10 @@ fn draw(folder: &Path, sun: f64) -> Result<Vec<Errors>> {
     let reference = image(&dense);
     let exposure = exposure::automatic(&plan(&paper(Fit::Transfer, sun))?);
     let picture = |name: &str, xyz: &[DVec3]| {
-        let to_rgb = observer::xyz_to_rgb();
-        let bytes = xyz
-            .iter()
-            .flat_map(|&xyz| srgb8(into_gamut((to_rgb * xyz).as_vec3()), exposure).to_le_bytes().into_iter().take(3));
+        let (to_rgb, space) = (dense.space.from_xyz, &dense.frame.rgb);
+        let bytes = xyz.iter().flat_map(|&xyz| {
+            srgb8(into_gamut((to_rgb * xyz).as_vec3(), space), exposure).to_le_bytes().into_iter().take(3)
+        });
         png::write(&folder.join(file(sun, name)), SIDE, SIDE, &bytes.collect::<Vec<u8>>())
     };
     picture("dense", &reference)?.commit()?;

@@ -10,8 +10,9 @@ use crate::input::shown;
 
 use super::place::PlaceAndTime;
 use super::{
-    Aerosol, Air, AlbedoSpectrum, AtmosphereScene, CameraScene, ColorPath, Exposure, ExrDepth, Fit, LONGEST_SIDE,
-    Observer, Ozone, OzoneCrossSection, PathChoice, Preset, Projection, Render, Scene, Sun, SunSpectrum,
+    Aerosol, Air, AlbedoSpectrum, AtmosphereScene, CameraScene, ColorObserver, ColorPath, Exposure, ExrDepth, Fit,
+    LONGEST_SIDE, Observer, Ozone, OzoneCrossSection, PathChoice, Preset, Projection, Render, Rgb, Scene, Sun,
+    SunSpectrum, WhiteBalance,
 };
 
 /// One key of a scene file.
@@ -104,6 +105,9 @@ pub static KEYS: &[Key] = &[
         .otherwise("`elevation` and `azimuth` hold"),
     Key::other("sun.spectrum", Allowed::WordsOrTable(words::<SunSpectrum>)),
     Key::number("sun.distance", "au", |s| Some(s.sun.distance), At(0.01), At(1000.0)),
+    Key::other("sun.disc", Allowed::Other("true or false; with a disc the distance is at most 50 au"))
+        .flag("--sun-disc")
+        .rule(disc_too_small),
     Key::number("observer.altitude", "km", |s| Some(s.observer.altitude), At(0.0), At(1e5)).flag("--altitude"),
     Key::number("atmosphere.ground_radius", "km", |s| Some(s.atmosphere.ground_radius), At(10.0), At(1e6)),
     Key::number(
@@ -223,6 +227,9 @@ pub static KEYS: &[Key] = &[
     .flag("--exposure")
     .otherwise("\"auto\", from the mean luminance of the sky"),
     Key::other("render.exr", Allowed::Words(words::<ExrDepth>)).flag("--exr"),
+    Key::other("render.rgb", Allowed::Words(words::<Rgb>)).flag("--rgb"),
+    Key::other("render.observer", Allowed::Words(words::<ColorObserver>)).flag("--observer"),
+    Key::other("render.white_balance", Allowed::Words(words::<WhiteBalance>)).flag("--white-balance"),
 ];
 
 impl Key {
@@ -418,6 +425,15 @@ fn out_of_range(value: f64, low: f64, high: f64, unit: &str) -> Option<String> {
 fn size_out_of_range(scene: &Scene) -> Option<String> {
     let size = scene.camera.size;
     (!size.is_allowed()).then(|| format!("is {size}; each side must lie between 1 and {LONGEST_SIDE} pixels"))
+}
+
+/// Farther away (au) the disc is smaller than single precision can place it.
+pub const FARTHEST_DISC: f64 = 50.0;
+
+fn disc_too_small(scene: &Scene) -> Option<String> {
+    let distance = scene.sun.distance;
+    (scene.sun.disc && distance > FARTHEST_DISC)
+        .then(|| format!("is true with sun.distance {}; a disc is shown up to {FARTHEST_DISC} au", shown(distance)))
 }
 
 fn albedo_above_1(scene: &Scene) -> Option<String> {

@@ -1,0 +1,123 @@
+//! The sun's disc: what it adds to the pixels that it reaches.
+//!
+//! A pixel gets the disc's radiance averaged over its solid angle, so that image and disc hold the same energy at any resolution:
+//!
+//! ```text
+//! L = 1/Ω ∫ L_disc dω over the part of the disc inside the pixel, Ω the pixel's solid angle
+//! ```
+//!
+//! The integral is a sum over a grid of samples in the part of the pixel that lies in the disc's bounding box. The disc's radiance
+//! stands in a table over the elevation, along which the air in front of it changes, and over the cosine of the angle to the normal
+//! of the sun's surface, on which limb darkening depends.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::camera::{EQUIRECTANGULAR, position_view, solid_angle_density};
+use crate::frame::Frame;
+use crate::glam::{Vec2, Vec3, Vec4};
+use crate::math::{PI, clamp, fetch, floor, max, min, mix, safe_sqrt, sin_cos, sqrt};
+use crate::variant;
+
+/// Rows of the table, from the lowest elevation to the highest.
+pub const ELEVATIONS: u32 = 16;
+
+/// Columns of the table, from the limb to the disc's centre.
+pub const LIMB_COSINES: u32 = 16;
+
+/// The disc as a frame sees it. The layout is that of a GPU buffer.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct SunDisc {
+    /// Left edge of the bounding box (pixels from the image's left edge; an equirectangular image goes on beyond its sides).
+    pub left: f32,
+    /// Top edge (pixels from the image's top edge).
+    pub top: f32,
+    /// Right edge (pixels).
+    pub right: f32,
+    /// Bottom edge (pixels).
+    pub bottom: f32,
+    /// Sine of the disc's angular radius.
+    pub sine_radius: f32,
+    /// Sine of the elevation of the table's first row.
+    pub lowest: f32,
+    /// Sine of the elevation of the table's last row.
+    pub highest: f32,
+    /// Sine of the horizon's elevation, below which the ground hides the disc.
+    pub horizon: f32,
+    /// Where the table begins in the colour table.
+    pub first_entry: u32,
+    /// Samples along either side of a pixel's part of the box.
+    pub samples: u32,
+    /// Unused; fills the last 16 bytes.
+    pub padding0: u32,
+    /// Unused, too.
+    pub padding1: u32,
+}
+
+/// What the disc adds to the linear RGB of a pixel; `row` counts from the image's top.
+#[inline]
+pub fn disc_in_pixel(frame: &Frame, colour: &[Vec4], column: u32, row: u32, variant: u32) -> Vec3 {
+    let disc = frame.disc;
+    let projection = variant::projection(variant);
+    let width = frame.camera.width as f32;
+    let corner = Vec2::new(column as f32, row as f32);
+    let beside = if corner.x + 1.0 <= disc.left {
+        width
+    } else if corner.x >= disc.right {
+        -width
+    } else {
+        0.0
+    };
+    let x = corner.x + beside;
+    let from = Vec2::new(max(x, disc.left), max(corner.y, disc.top));
+    let part = Vec2::new(min(x + 1.0, disc.right), min(corner.y + 1.0, disc.bottom)) - from;
+    let mut sum = Vec3::ZERO;
+    if (part.x > 0.0) & (part.y > 0.0) {
+        let n = disc.samples;
+        let step = part / n as f32;
+        let mut i = 0;
+        while i < n * n {
+            let (down, across) = (i / n, i % n);
+            let position = from + step * Vec2::new(across as f32 + 0.5, down as f32 + 0.5);
+            let view = position_view(&frame.camera, projection, position);
+            let radiance = disc_radiance(frame, colour, view.direction);
+            sum += radiance * solid_angle_density(&frame.camera, projection, position);
+            i += 1;
+        }
+        sum *= step.x * step.y / of_pixel(frame, projection, corner + Vec2::splat(0.5));
+    }
+    sum
+}
+
+/// The mean of [`solid_angle_density`] over a pixel: of an equirectangular image, whose rows near the zenith are narrow rings, exactly;
+/// else that at its centre.
+#[inline]
+fn of_pixel(frame: &Frame, projection: u32, centre: Vec2) -> f32 {
+    let density = solid_angle_density(&frame.camera, projection, centre);
+    let half_row = 0.5 * PI / frame.camera.height as f32;
+    let (sine, _) = sin_cos(half_row);
+    max(if projection == EQUIRECTANGULAR { density * sine / half_row } else { density }, 1e-6)
+}
+
+/// Linear RGB of the disc in a direction; zero beside it.
+#[inline]
+fn disc_radiance(frame: &Frame, colour: &[Vec4], view: Vec3) -> Vec3 {
+    let disc = frame.disc;
+    let sun = Vec3::new(frame.sun.x, frame.sun.y, frame.sun.z);
+    let across = view.cross(sun);
+    let off = sqrt(across.dot(across)) / disc.sine_radius;
+    let mut radiance = Vec3::ZERO;
+    if (off < 1.0) & (view.dot(sun) > 0.0) & (view.z >= disc.horizon) {
+        let limb = safe_sqrt(1.0 - off * off) * (LIMB_COSINES - 1) as f32;
+        let height = clamp((view.z - disc.lowest) / (disc.highest - disc.lowest), 0.0, 1.0) * (ELEVATIONS - 1) as f32;
+        let column = min(floor(limb), (LIMB_COSINES - 2) as f32);
+        let row = min(floor(height), (ELEVATIONS - 2) as f32);
+        let low = (disc.first_entry + row as u32 * LIMB_COSINES + column as u32) as usize;
+        let high = low + LIMB_COSINES as usize;
+        let below = mix(fetch(colour, low), fetch(colour, low + 1), limb - column);
+        let above = mix(fetch(colour, high), fetch(colour, high + 1), limb - column);
+        let rgb = mix(below, above, height - row);
+        radiance = Vec3::new(rgb.x, rgb.y, rgb.z);
+    }
+    radiance
+}

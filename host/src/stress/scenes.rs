@@ -167,17 +167,18 @@ impl Case {
         scene.sun.disc = scene.sun.distance <= FARTHEST_DISC && rng.random_bool(0.05);
         render(&mut scene, rng);
         camera(&mut scene, rng);
-        // One kind of pixel for each projection, for the same reason as in `camera`.
-        let pixel = match scene.camera.projection {
-            Projection::Equirectangular => Pixel::Picture,
-            Projection::Fisheye => Pixel::LinearRgb,
-            Projection::Perspective => Pixel::HalfRgb,
-        };
         let a_colour_is_a_must = scene.sun.disc || scene.render.color == ColorPath::Solve;
         let looks = match rng.random_range(0..40) {
             0..2 => Looks::Bands,
             2 if !a_colour_is_a_must => Looks::Spectrum,
             _ => Looks::Colour,
+        };
+        // One kind of pixel for each projection, for the same reason as in `camera`; a spectral image has linear RGB.
+        let pixel = match scene.camera.projection {
+            _ if looks == Looks::Spectrum => Pixel::LinearRgb,
+            Projection::Equirectangular => Pixel::Picture,
+            Projection::Fisheye => Pixel::LinearRgb,
+            Projection::Perspective => Pixel::HalfRgb,
         };
         Self { scene, pixel, looks }
     }

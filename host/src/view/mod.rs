@@ -18,7 +18,7 @@ use window::{Shown, Window};
 const WINDOW: [f32; 2] = [1280.0, 720.0];
 
 /// The smallest window in which everything can be read (points).
-const SMALLEST: [f32; 2] = [860.0, 560.0];
+const SMALLEST: [f32; 2] = [1024.0, 560.0];
 
 /// What the window shows as it opens.
 pub struct Options<'a> {
@@ -63,10 +63,17 @@ pub fn open(options: Options<'_>, open_device: impl FnOnce() -> Result<Device>) 
     window::dress(&context);
     let closed = eframe::run_native_ext("sorairo", native, Some(context), creator);
     let outcome = window.close();
-    closed.map_err(|error| {
-        Error::failure(format!("no window can be opened on this display: {}", error.to_string().replace('\n', " ")))
-    })?;
+    closed.map_err(|error| Error::failure(format!("no window can be opened on this display: {}", reason(&error))))?;
     outcome
+}
+
+/// Why there is no window, in one line; winit puts the place in its own sources before its words.
+fn reason(error: &eframe::Error) -> String {
+    let text = error.to_string().replace('\n', " ");
+    match error {
+        eframe::Error::WinitEventLoop(_) => text.rsplit(": ").next().unwrap_or_default().to_owned(),
+        _ => text,
+    }
 }
 
 fn check_picture(path: &Path) -> Result<()> {

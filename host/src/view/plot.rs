@@ -1,13 +1,34 @@
 //! The plot of a spectrum.
 
-use eframe::egui::{Color32, Stroke, Ui};
-use egui_plot::{Bar, BarChart, HoverPosition, Legend, Line, LineStyle, Plot, PlotPoints, VLine};
+use eframe::egui::{Color32, Stroke, Ui, Vec2};
+use egui_plot::{Bar, BarChart, HoverPosition, Line, LineStyle, Plot, PlotPoints, VLine};
 use sorairo::plan::{Plan, observer};
 use sorairo::spectrum::Sample;
 use sorairo_shared::color::{into_gamut, srgb8};
 use sorairo_shared::math;
 
 use super::sky::{PointSpectrum, colour};
+
+/// Room around the curve, as parts of its width and height.
+const MARGIN: Vec2 = Vec2::new(0.01, 0.08);
+
+const DENSE: Color32 = Color32::from_rgb(214, 129, 36);
+const FITTED: Color32 = Color32::WHITE;
+const BANDS: Color32 = Color32::from_gray(170);
+
+/// Says what the lines of the plot are, from the right to the left.
+pub fn legend(ui: &mut Ui, spectrum: &PointSpectrum) {
+    let count = spectrum.plan.wavelengths.len();
+    for (name, mark, colour) in [
+        ("bands".to_owned(), "┆", BANDS),
+        (format!("{count} bands and their fit"), "━", FITTED),
+        ("integrated throughout".to_owned(), "━", DENSE),
+    ] {
+        ui.label(name);
+        ui.colored_label(colour, mark);
+        ui.add_space(8.0);
+    }
+}
 
 /// Plots radiance against wavelength, what the fit gives over what the integral gives, with the bands marked.
 pub fn show(ui: &mut Ui, spectrum: &PointSpectrum) {
@@ -20,16 +41,15 @@ pub fn show(ui: &mut Ui, spectrum: &PointSpectrum) {
         Bar::new(sample.wavelength_nm, sample.dense / unit.size).width(observer::STEP).fill(fill)
     });
     let bars = BarChart::new("", bars.collect()).allow_hover(false);
-    let dense = Line::new("integrated at every wavelength", points(|sample| sample.dense));
-    let dense = dense.stroke(Stroke::new(5.0, Color32::from_rgb(214, 129, 36))).allow_hover(false);
-    let fitted =
-        Line::new(format!("{} bands and the fit", spectrum.plan.wavelengths.len()), points(|sample| sample.radiance));
-    let fitted = fitted.stroke(Stroke::new(1.6, Color32::WHITE));
+    let dense = Line::new("dense", points(|sample| sample.dense));
+    let dense = dense.stroke(Stroke::new(5.0, DENSE)).allow_hover(false);
+    let fitted = Line::new("fitted", points(|sample| sample.radiance));
+    let fitted = fitted.stroke(Stroke::new(1.6, FITTED));
     Plot::new("spectrum")
         .x_axis_label("wavelength (nm)")
         .y_axis_label(format!("radiance ({})", unit.name))
         .include_y(0.0)
-        .legend(Legend::default().follow_insertion_order(true))
+        .set_margin_fraction(MARGIN)
         .label_formatter(move |position| label(position, unit))
         .allow_zoom(false)
         .allow_drag(false)
@@ -40,7 +60,7 @@ pub fn show(ui: &mut Ui, spectrum: &PointSpectrum) {
             plot.line(dense);
             plot.line(fitted);
             for &band in &spectrum.plan.wavelengths {
-                let line = VLine::new("bands", band).color(Color32::from_gray(170)).width(1.0);
+                let line = VLine::new("bands", band).color(BANDS).width(1.0);
                 plot.vline(line.style(LineStyle::dashed_dense()).allow_hover(false));
             }
         });

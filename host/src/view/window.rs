@@ -25,7 +25,7 @@ const WIDEST: f64 = 4096.0;
 /// Widest picture while something is being dragged (pixels), so that it follows the hand.
 const WIDEST_DRAGGED: f64 = 1024.0;
 
-const CONTROLS_WIDTH: f32 = 284.0;
+const CONTROLS_WIDTH: f32 = 300.0;
 const PLOT_HEIGHT: f32 = 252.0;
 
 /// The colours and the font of all windows.
@@ -154,8 +154,8 @@ impl Window {
     }
 
     fn controls(&mut self, ui: &mut Ui) {
-        ui.spacing_mut().slider_width = 172.0;
-        ui.spacing_mut().interact_size.x = 64.0;
+        ui.spacing_mut().slider_width = 188.0;
+        ui.spacing_mut().interact_size.x = 70.0;
         let scene = &mut self.scene;
         section(ui, "Sun");
         control(ui, "Elevation", Slider::new(&mut scene.sun.elevation, -18.0..=90.0).suffix("°").max_decimals(1));
@@ -247,7 +247,10 @@ impl Window {
     fn plot(&self, ui: &mut Ui) {
         match (&self.spectrum, self.point) {
             (Some(spectrum), Some(_)) => {
-                ui.label(format!("Spectrum of the sky towards {}", in_words(spectrum.towards)));
+                ui.horizontal(|ui| {
+                    ui.label(format!("Spectrum towards {}", in_words(spectrum.towards)));
+                    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| plot::legend(ui, spectrum));
+                });
                 plot::show(ui, spectrum);
             }
             (None, Some(_)) => {
@@ -290,7 +293,8 @@ impl Window {
 impl ShownSky {
     fn new(context: &egui::Context, sky: Sky) -> Self {
         let ms = |duration: Duration| duration.as_secs_f64() * 1e3;
-        let times = format!("{:.1} ms: plan {:.1}, kernels {:.1}", ms(sky.total), ms(sky.planning), ms(sky.kernel));
+        let times =
+            format!("frame {:.1} ms: plan {:.1}, kernels {:.1}", ms(sky.total), ms(sky.planning), ms(sky.kernel));
         let texture = context.load_texture("sky", sky.picture, TextureOptions::LINEAR);
         Self { texture, plan: sky.plan, device: sky.device, times }
     }
@@ -315,6 +319,8 @@ fn control(ui: &mut Ui, label: &str, slider: Slider<'_>) {
 
 fn projections(ui: &mut Ui, projection: &mut Projection) {
     ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        ui.spacing_mut().button_padding.x = 6.0;
         for (value, name) in [
             (Projection::Equirectangular, "Equirectangular"),
             (Projection::Fisheye, "Fisheye"),

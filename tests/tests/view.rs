@@ -79,15 +79,16 @@ fn the_window_shows_a_blue_noon_and_the_spectrum_of_a_point_that_is_clicked() {
 
 #[test]
 fn the_window_shows_the_pixels_that_a_rendering_writes() {
-    let scene = ["--projection", "perspective", "--sun-elevation", "8", "--device", "cpu"];
+    let scene = ["--projection", "perspective", "--look-elevation", "40", "--device", "cpu"];
     let window = screenshot(&scene);
-    // The largest part of the window that is sky and nothing else, as all that is grey stands around it.
+    // A perspective fills its part of the window, and only grey stands around it.
     let coloured = |column: usize, row: usize| {
         let [red, _, blue] = window.at(column, row);
         red.abs_diff(blue) > 8
     };
     let left = (0..window.width).find(|&column| coloured(column, 0)).expect("a sky");
-    let height = (0..window.height).find(|&row| !coloured(window.width - 1, row)).expect("an end of the sky");
+    let lit = |row: usize| (left..window.width).any(|column| coloured(column, row));
+    let height = (0..window.height).find(|&row| !lit(row)).expect("an end of the sky");
     let size = format!("{}x{height}", window.width - left);
     let folder = tempdir().unwrap();
     let render = [&["render", "--size", &size, "-o", "sky.png"], &scene[..]].concat();

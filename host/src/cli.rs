@@ -121,7 +121,6 @@ pub struct SpectrumArguments {
 }
 
 #[derive(Args)]
-#[cfg_attr(not(feature = "view"), expect(dead_code, reason = "read by the window alone"))]
 pub struct ViewArguments {
     #[command(flatten)]
     pub scene: SceneArguments,

@@ -4,7 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")"
 
 has_vulkan() {
-    cargo run --quiet --release --package sorairo -- devices 2>/dev/null | grep -vq '^CPU'
+    cargo run --quiet --release --package sorairo --features sorairo/view -- devices 2>/dev/null | grep -vq '^CPU'
 }
 
 has_linker() { command -v cc >/dev/null; }
@@ -16,6 +16,9 @@ install() {
     as_root apt-get update -qq && as_root env DEBIAN_FRONTEND=noninteractive \
         apt-get install -y -qq --no-install-recommends "$@" >/dev/null
 }
+
+# The X server without a screen on which the window opens.
+has_xvfb() { command -v xvfb-run >/dev/null && command -v xauth >/dev/null; }
 
 # The Python that test.sh made, from the list as it is now.
 has_python() { cmp -s tests/python/requirements.txt target/python/requirements.txt; }
@@ -40,7 +43,7 @@ if ! has_linker && ! install build-essential; then
     exit 1
 fi
 echo "test.sh: building"
-cargo build --release --package sorairo
+cargo build --release --package sorairo --features sorairo/view
 if ! has_vulkan; then
     echo "test.sh: no Vulkan device; installing Mesa's software driver"
     if ! install mesa-vulkan-drivers libvulkan1 || ! has_vulkan; then
@@ -49,7 +52,16 @@ if ! has_vulkan; then
         exit 1
     fi
 fi
-cargo run --quiet --release --package sorairo -- devices 2>/dev/null
+cargo run --quiet --release --package sorairo --features sorairo/view -- devices 2>/dev/null
+if ! has_xvfb; then
+    echo "test.sh: installing Xvfb, an X server without a screen"
+    # The libraries are those that a window loads when it opens.
+    if ! install xvfb xauth libxkbcommon-x11-0 libx11-xcb1 libxcursor1 libxi6 libxrandr2 || ! has_xvfb; then
+        echo "test.sh: no Xvfb for the tests of the window. Install it: on Debian and Ubuntu" >&2
+        echo "    apt-get install xvfb xauth libxkbcommon-x11-0 libx11-xcb1 libxcursor1 libxi6 libxrandr2" >&2
+        exit 1
+    fi
+fi
 if [ -z "${SORAIRO_PYTHON:-}" ] && ! has_python; then
     echo "test.sh: installing Python packages that read the program's files into target/python"
     if ! make_python; then
@@ -58,4 +70,4 @@ if [ -z "${SORAIRO_PYTHON:-}" ] && ! has_python; then
         exit 1
     fi
 fi
-cargo test --release --workspace --exclude xtask
+cargo test --release --workspace --exclude xtask --features sorairo/view

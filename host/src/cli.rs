@@ -36,6 +36,8 @@ pub enum Command {
     Sequence(SequenceArguments),
     /// Prints the spectrum of the sky in one direction.
     Spectrum(SpectrumArguments),
+    /// Opens a window on the sky; a click plots the spectrum.
+    View(ViewArguments),
     /// Finds the best wavelengths of the learnt fit for a scene, and states their error.
     Bands(BandsArguments),
     /// Runs the experiment of Takahashi and Dobashi on this machine, and writes a report.
@@ -170,6 +172,24 @@ pub struct SpectrumArguments {
     /// Format of the output.
     #[arg(long, value_enum, default_value_t = SpectrumFormat::Csv)]
     pub format: SpectrumFormat,
+}
+
+#[derive(Args)]
+pub struct ViewArguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// Point whose spectrum is plotted at first: fractions of the sky's width and height, from the top left.
+    #[arg(long, value_name = "X,Y", value_parser = fractions)]
+    pub click: Option<[f64; 2]>,
+    /// Save the window's content as a picture once all of it is shown, and close.
+    #[arg(short = 'o', long, value_name = "FILE.png")]
+    pub screenshot: Option<PathBuf>,
+}
+
+fn fractions(text: &str) -> std::result::Result<[f64; 2], String> {
+    let fraction = |text: &str| text.trim().parse().ok().filter(|fraction| (0.0..=1.0).contains(fraction));
+    let point = text.split_once(',').and_then(|(x, y)| Some([fraction(x)?, fraction(y)?]));
+    point.ok_or_else(|| "two numbers from 0 to 1 are wanted, such as 0.5,0.25".into())
 }
 
 /// A list of wavelengths as one value of a flag.

@@ -5,6 +5,8 @@ mod progress;
 mod reports;
 mod scenes;
 mod sequences;
+#[cfg(feature = "view")]
+mod view;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -15,7 +17,7 @@ use sorairo::plan::Plan;
 use sorairo::spectrum::{Sample, spectrum};
 use sorairo::{Error, PixelFormat, Result, output, render};
 
-use cli::{Command, DevicesArguments, RenderArguments, SpectrumArguments, SpectrumFormat};
+use cli::{Command, DevicesArguments, RenderArguments, SpectrumArguments, SpectrumFormat, ViewArguments};
 use progress::Progress;
 
 /// The exit code of a process that was asked to stop, as shells give it for SIGINT.
@@ -35,6 +37,7 @@ fn main() -> ExitCode {
         Command::Render(arguments) => render_command(&arguments),
         Command::Sequence(arguments) => sequences::run(&arguments),
         Command::Spectrum(arguments) => spectrum_command(&arguments),
+        Command::View(arguments) => view_command(&arguments),
         Command::Bands(arguments) => reports::bands(&arguments),
         Command::Reproduce(arguments) => reports::reproduce(&arguments),
         Command::Bench(arguments) => reports::bench(&arguments),
@@ -94,6 +97,23 @@ fn spectrum_command(arguments: &SpectrumArguments) -> Result<()> {
         }
         SpectrumFormat::Json => print_line(&serde_json::to_string(&samples).expect("samples are plain data")),
     }
+}
+
+#[cfg(feature = "view")]
+fn view_command(arguments: &ViewArguments) -> Result<()> {
+    let device = &arguments.scene.device;
+    let options = view::Options {
+        scene: arguments.scene.scene()?,
+        device,
+        point: arguments.click,
+        screenshot: arguments.screenshot.as_deref(),
+    };
+    view::open(options, || backend::open(device))
+}
+
+#[cfg(not(feature = "view"))]
+fn view_command(_: &ViewArguments) -> Result<()> {
+    Err(Error::request("this build of sorairo has no window; build it with `--features view`"))
 }
 
 fn devices_command(arguments: &DevicesArguments) -> Result<()> {

@@ -42,6 +42,8 @@ pub enum Command {
     Reproduce(ReproduceArguments),
     /// Measures run time against error on a device, and writes a report.
     Bench(BenchArguments),
+    /// Tries random bands, scenes and rays for as long as asked, counts what fails, and writes a report.
+    Stress(StressArguments),
     /// Lists the devices of this machine, best first.
     Devices(DevicesArguments),
     /// Writes, checks and shows scene files.
@@ -233,6 +235,22 @@ pub struct BenchArguments {
 }
 
 #[derive(Args)]
+pub struct StressArguments {
+    /// Folder to write report.md, stress.json and the pictures to.
+    #[arg(long, value_name = "DIR", default_value = "stress")]
+    pub out: PathBuf,
+    /// How long to try (minutes, 0 to 10 000); every sweep has at least one turn.
+    #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true, value_parser = minutes)]
+    pub minutes: f64,
+    /// What the random numbers grow from: the same seed tries the same cases.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Device beside the CPU: auto, cpu, gpu, or part of the name of a Vulkan device.
+    #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
+    pub device: String,
+}
+
+#[derive(Args)]
 pub struct DevicesArguments {
     /// Print a JSON array.
     #[arg(long)]
@@ -321,6 +339,11 @@ fn number(text: &str) -> std::result::Result<f64, String> {
 
 fn steps(text: &str) -> std::result::Result<u32, String> {
     text.parse().map_err(|_| "a whole number from 1 to 1024 is wanted".into())
+}
+
+fn minutes(text: &str) -> std::result::Result<f64, String> {
+    let minutes = text.parse().ok().filter(|minutes| (0.0..=10_000.0).contains(minutes));
+    minutes.ok_or_else(|| "a number of minutes from 0 to 10000 is wanted".into())
 }
 
 fn device(text: &str) -> std::result::Result<String, String> {

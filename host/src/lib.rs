@@ -28,6 +28,7 @@ pub mod report;
 pub mod scene;
 pub mod sequence;
 pub mod spectrum;
+pub mod stress;
 pub mod tables;
 
 pub use error::{Error, Result};

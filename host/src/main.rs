@@ -38,6 +38,7 @@ fn main() -> ExitCode {
         Command::Bands(arguments) => reports::bands(&arguments),
         Command::Reproduce(arguments) => reports::reproduce(&arguments),
         Command::Bench(arguments) => reports::bench(&arguments),
+        Command::Stress(arguments) => reports::stress(&arguments),
         Command::Devices(arguments) => devices_command(&arguments),
         Command::Scene(command) => scenes::run(&command),
         Command::Completions { shell } => print_bytes(|out| {

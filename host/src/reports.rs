@@ -1,11 +1,12 @@
-//! The commands that measure: `bands`, `reproduce`, `bench`.
+//! The commands that measure: `bands`, `reproduce`, `bench`, `stress`.
 
-use sorairo::Result;
 use sorairo::report::bands::{Found, best};
 use sorairo::report::metrics::Errors;
+use sorairo::stress::Outcome;
+use sorairo::{Error, Result};
 use sorairo::{backend, report};
 
-use crate::cli::{BandsArguments, BenchArguments, ReproduceArguments};
+use crate::cli::{BandsArguments, BenchArguments, ReproduceArguments, StressArguments};
 use crate::print_line;
 use crate::progress::Progress;
 
@@ -46,6 +47,31 @@ pub fn bench(arguments: &BenchArguments) -> Result<()> {
     drop(progress);
     done?;
     print_line(&arguments.out.join(name).display().to_string())
+}
+
+/// `sorairo stress`: prints what each sweep found, and fails if a case did.
+pub fn stress(arguments: &StressArguments) -> Result<()> {
+    let device = backend::open(&arguments.device)?;
+    let progress = Progress::start();
+    let stage = |stage: &str| progress.stage(stage);
+    let done = sorairo::stress::stress(&arguments.out, &device, arguments.minutes, arguments.seed, &stage);
+    drop(progress);
+    let done = done?;
+    let line = |outcome: &Outcome| {
+        let Outcome { subject, cases, failures, worst, bound, .. } = outcome;
+        format!("{cases:>10}  {failures:>8}  {worst:>9.3e}  {bound:>9.3e}  {subject}\n")
+    };
+    let lines: String = done.outcomes.iter().map(line).collect();
+    let report = arguments.out.join("report.md");
+    print_line(&format!(
+        "     cases  failures      worst      bound  seed {}\n{lines}{}",
+        done.seed,
+        report.display()
+    ))?;
+    match done.failures() {
+        0 => Ok(()),
+        failures => Err(Error::failure(format!("{failures} cases failed; {} names the worst", report.display()))),
+    }
 }
 
 /// The outcome of a search as a table.

@@ -74,6 +74,9 @@ pub fn into_gamut(rgb: Vec3, space: &RgbSpace) -> Vec3 {
     }
 }
 
+/// A linear value that every picture shows as white: an infinite one would have no hue to keep.
+const BLINDING: f32 = 1e30;
+
 /// Where [`shoulder`] leaves the straight line.
 const SHOULDER_START: f32 = 0.8;
 
@@ -114,10 +117,11 @@ const SRGB_POLYNOMIAL: [f32; 6] = [-0.061629705, 0.164974, 1.2442139, -0.5575556
 
 /// A pixel of an 8 bit sRGB picture from linear RGB: exposed, brought into range, encoded.
 ///
-/// `exposure` multiplies the linear value. Returns red in the lowest byte, then green, blue, and 255.
+/// `exposure` multiplies the linear value, up to 1e30, white in every picture. Returns red in the lowest byte, then green, blue, and 255.
 #[inline]
 pub fn srgb8(rgb: Vec3, exposure: f32) -> u32 {
-    let shown = shoulder(rgb * exposure);
+    let exposed = rgb * exposure;
+    let shown = shoulder(Vec3::new(min(exposed.x, BLINDING), min(exposed.y, BLINDING), min(exposed.z, BLINDING)));
     let byte = |x: f32| (255.0 * srgb_encode(x) + 0.5) as u32;
     byte(shown.x) | (byte(shown.y) << 8) | (byte(shown.z) << 16) | (255 << 24)
 }
@@ -190,5 +194,11 @@ mod tests {
         assert_eq!(srgb8(Vec3::splat(0.5), 1.0) & 0xff, 188);
         assert_eq!(srgb8(Vec3::splat(0.25), 2.0) & 0xff, 188);
         assert_eq!(srgb8(Vec3::splat(1e30), 1.0), 0xffff_ffff);
+    }
+
+    /// An exposure of 50 stops once made an infinity of them, and of that a NaN and a black pixel.
+    #[test]
+    fn a_light_beyond_single_precision_is_white() {
+        assert_eq!(srgb8(Vec3::new(1e30, 2e30, 1e31), 1e15), 0xffff_ffff);
     }
 }

@@ -6,9 +6,28 @@ use crate::math::{exp, fetch, ln, ln4, max, max4, min};
 /// The coefficients of the cubic through four points, in Newton's form: the Vandermonde system
 /// `Σₖ aₖ xᵢᵏ = yᵢ`, solved by divided differences.
 ///
-/// `nodes` are four distinct normalised wavelengths, `values` the ordinates. Newton's form solves the same 4×4 system as
-/// the Vandermonde matrix without ever forming it: 6 divisions, and an error that grows with the spacing of the nodes
-/// only (Björck and Pereyra 1970, <https://doi.org/10.1090/S0025-5718-1970-0290541-1>).
+/// `nodes` are four distinct normalised wavelengths in any order, `values` the ordinates. Newton's form solves the same 4×4
+/// system as the Vandermonde matrix without ever forming it, in 6 divisions (Björck and Pereyra 1970,
+/// <https://doi.org/10.1090/S0025-5718-1970-0290541-1>).
+///
+/// # Error
+///
+/// Let `p` be the exact cubic through the given numbers, `p̂` what [`newton_value`] makes of these coefficients, and `Y` the
+/// largest `|values|`. Then, as long as nothing underflows,
+///
+/// ```text
+/// |p̂(x) - p(x)| <= 18 · 2⁻²⁴ · Λ(x) · Y · (1 + 2⁻¹⁹)
+/// Λ(x) = Σₖ Mₖ Πⱼ<ₖ |x - xⱼ|,    k = 0 ... 3
+/// M₀ = 1,    M₁ = 2 / |x₁ - x₀|,    and so on: divided differences with every difference of values made a sum
+/// ```
+///
+/// A divided difference of order `k` passes `3k` roundings (two differences and a quotient at each level), each relative to a
+/// sum of absolute values; Horner's rule adds `3k` to the term of order `k < 3` and one for its own addition, nine to the
+/// last. The cubic term has most, 9 + 9 (Higham 2002, *Accuracy and Stability of Numerical Algorithms*, 5.3 and lemma 3.1). On
+/// a GPU whose quotients are good to 2.5 ULP, as Vulkan demands, 30 takes the place of 18.
+///
+/// With increasing nodes `Λ` is as small as the problem itself allows but for a constant; other orders lose more. It grows as
+/// the inverse cube of the spacing: rounding a value at one of the bands does the same to the exact cubic.
 #[inline]
 pub fn newton_coefficients(nodes: Vec4, values: Vec4) -> Vec4 {
     let d01 = (values.y - values.x) / (nodes.y - nodes.x);

@@ -54,7 +54,8 @@ impl Optics {
             angstrom_exponent: a.aerosol.angstrom_exponent,
             single_scattering_albedo: a.aerosol.single_scattering_albedo,
             albedo_spectrum: a.aerosol.single_scattering_albedo_spectrum.clone(),
-            ozone_peak_density: a.ozone.column * DOBSON_UNIT / half_base,
+            // Without ozone its layer may be anywhere, and as thin as nothing.
+            ozone_peak_density: if a.ozone.column > 0.0 { a.ozone.column * DOBSON_UNIT / half_base } else { 0.0 },
             cross_section: a.ozone.cross_section.clone(),
             sun: scene.sun.spectrum.clone(),
             sun_distance: scene.sun.distance,

@@ -220,14 +220,14 @@ fn labelled<'a>(front: &[&'a Point], range: (f64, f64)) -> Vec<&'a Point> {
 }
 
 /// What drawing on a backend gives.
-type Drawn<B> = std::result::Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+pub(crate) type Drawn<B> = std::result::Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
-fn font(size: f64, style: FontStyle) -> TextStyle<'static> {
+pub(crate) fn font(size: f64, style: FontStyle) -> TextStyle<'static> {
     FontDesc::new(FontFamily::SansSerif, size, style).color(&BLACK)
 }
 
 /// Makes the font that travels with the program known, once.
-pub(super) fn register_fonts() {
+pub(crate) fn register_fonts() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         for (style, bytes) in [(FontStyle::Normal, dejavu::sans::regular()), (FontStyle::Bold, dejavu::sans::bold())] {
@@ -238,7 +238,7 @@ pub(super) fn register_fonts() {
 }
 
 /// A number on an axis, without needless zeros.
-fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     if (1e-3..1e5).contains(&value) { format!("{}", (value * 1e6).round() / 1e6) } else { format!("{value:.0e}") }
 }
 

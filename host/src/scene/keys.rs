@@ -74,6 +74,12 @@ pub struct Violation {
     pub complaint: String,
 }
 
+/// Bands closer than this (nm) make the fit's matrix singular in practice.
+pub const CLOSEST_BANDS: f64 = 0.5;
+
+/// Exposures, by hand and automatic, lie within so many stops of 1.
+pub const MOST_STOPS: f64 = 50.0;
+
 use Bound::{At, From};
 
 const HUNDREDTH: Bound = From(|s| s.atmosphere.ground_radius / 100.0, "a hundredth of the ground radius");
@@ -215,8 +221,8 @@ pub static KEYS: &[Key] = &[
             Exposure::Auto => None,
             Exposure::Stops(stops) => Some(stops),
         },
-        At(-50.0),
-        At(50.0),
+        At(-MOST_STOPS),
+        At(MOST_STOPS),
     )
     .flag("--exposure")
     .otherwise("\"auto\", from the mean luminance of the sky"),
@@ -289,6 +295,14 @@ impl Key {
         let tables = table.split('.').filter(|part| !part.is_empty());
         let table = tables.into_iter().try_fold(scene, |table, part| table.get(part)?.as_table())?;
         table.get(name).cloned()
+    }
+
+    /// The smallest and the largest number that the key may be in a scene; `None` if it is not a number.
+    pub fn bounds(&self, scene: &Scene) -> Option<(f64, f64)> {
+        match &self.allowed {
+            Allowed::Range { low, high, .. } => Some((low.of(scene), high.of(scene))),
+            _ => None,
+        }
     }
 
     /// What the key may be, in words.
@@ -436,17 +450,19 @@ fn nothing_to_solve(scene: &Scene) -> Option<String> {
         .then(|| "is solve; --color solve needs a fit to solve, and --fit dense has none".into())
 }
 
-/// Bands closer than this (nm) make the fit's matrix singular in practice.
-const CLOSEST_BANDS: f64 = 0.5;
-
-fn unfit_bands(scene: &Scene) -> Option<String> {
-    let bands = scene.render.bands.as_ref()?;
-    let (fewest, most) = match (scene.render.fit, scene.render.color) {
+/// The fewest and the most bands that a fit takes.
+pub fn band_counts(fit: Fit, color: ColorPath) -> (usize, usize) {
+    match (fit, color) {
         (Fit::Dense, _) => (2, 512),
         (_, ColorPath::Solve) => (4, 4),
         (Fit::Extinction, ColorPath::Folded) => (3, 8),
         (Fit::Cubic | Fit::Transfer, ColorPath::Folded) => (3, 12),
-    };
+    }
+}
+
+fn unfit_bands(scene: &Scene) -> Option<String> {
+    let bands = scene.render.bands.as_ref()?;
+    let (fewest, most) = band_counts(scene.render.fit, scene.render.color);
     let count = bands.len();
     if !(fewest..=most).contains(&count) {
         return Some(format!("holds {count} wavelengths; this fit takes {fewest} to {most} of them"));

@@ -3,13 +3,13 @@
 use sorairo::PixelFormat;
 use sorairo::backend::{self, Backend};
 use sorairo::irradiance::SkyLight;
+use sorairo::oracle::{coefficients, column_to_top, medium};
 use sorairo::plan::Plan;
 use sorairo::scene::{ColorPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo_shared::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, solid_angle_density};
 use sorairo_shared::glam::{DVec3, Vec2};
 use sorairo_tests::compare::worst_in_images;
-use sorairo_tests::oracle::column_to_top;
-use sorairo_tests::sky::{coefficients, medium, scene};
+use sorairo_tests::sky::scene;
 
 fn plan(scene: &Scene) -> Plan {
     Plan::new(scene, PixelFormat::LinearRgb).expect("a plan")

@@ -16,6 +16,9 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
+use crate::plan::optics::Optics;
+use crate::scene::Scene;
+
 /// Largest difference that a panel of the view ray may have from its two halves, relative to the
 /// whole radiance.
 ///
@@ -86,6 +89,41 @@ pub struct Ray {
     pub view: [f64; 3],
     /// Unit vector towards the sun.
     pub sun: [f64; 3],
+}
+
+/// The medium of a scene.
+pub fn medium(scene: &Scene) -> Medium {
+    let a = &scene.atmosphere;
+    Medium {
+        ground_radius_km: a.ground_radius,
+        top_radius_km: a.top_radius,
+        air_scale_height_km: a.air.scale_height,
+        aerosol_scale_height_km: a.aerosol.scale_height,
+        aerosol_asymmetry: a.aerosol.asymmetry,
+        ozone_bottom_km: a.ozone.bottom,
+        ozone_peak_km: a.ozone.peak,
+        ozone_top_km: a.ozone.top,
+    }
+}
+
+/// The coefficients of a scene at a wavelength (nm).
+pub fn coefficients(scene: &Scene, wavelength: f64) -> Coefficients {
+    let c = Optics::new(scene).at(wavelength);
+    Coefficients {
+        air_scattering: c.air_scattering,
+        aerosol_extinction: c.aerosol_extinction,
+        aerosol_scattering: c.aerosol_scattering,
+        ozone_absorption: c.ozone_absorption,
+    }
+}
+
+/// The ray of a scene towards an elevation and an azimuth (degrees).
+pub fn ray(scene: &Scene, elevation: f64, azimuth: f64) -> Ray {
+    Ray {
+        observer_altitude_km: scene.observer.altitude,
+        view: direction(elevation, azimuth),
+        sun: direction(scene.sun.elevation, scene.sun.azimuth),
+    }
 }
 
 /// Unit vector (x north, y west, z up) of an elevation above the horizon and an azimuth clockwise

@@ -1,13 +1,12 @@
 //! The same scene gives the same bytes, whatever came before it and however many threads work at it.
 
-use std::path::Path;
 use std::sync::LazyLock;
 
 use sorairo::PixelFormat;
 use sorairo::backend::cpu::Cpu;
 use sorairo::backend::{self, Backend, Device};
 use sorairo::plan::Plan;
-use sorairo::render::render;
+use sorairo::render::{Request, render};
 use sorairo::scene::{ColorPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo_tests::sky::scene;
 use tempfile::tempdir;
@@ -73,10 +72,11 @@ fn a_frame_does_not_depend_on_the_number_of_threads() {
 /// The bytes of the files that a scene is rendered into.
 fn files(scene: &Scene, device: &str, threads: usize) -> Vec<Vec<u8>> {
     let folder = tempdir().unwrap();
-    let outputs = ["sky.png", "sky.exr"].map(|name| folder.path().join(name));
+    let outputs = ["sky.png", "sky.exr"].map(|name| folder.path().join(name)).to_vec();
+    let request = Request { outputs, ..Request::default() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool.install(|| render(scene, &outputs, || backend::open(device), |_| {})).unwrap();
-    outputs.iter().map(|path: &std::path::PathBuf| std::fs::read(Path::new(path)).unwrap()).collect()
+    pool.install(|| render(scene, &request, || backend::open(device), |_| {})).unwrap();
+    request.outputs.iter().map(|path| std::fs::read(path).unwrap()).collect()
 }
 
 #[test]

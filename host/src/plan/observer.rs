@@ -32,8 +32,8 @@ pub fn xyz(observer: ColorObserver, spectrum: impl Fn(f64) -> f64) -> DVec3 {
     wavelengths().into_iter().map(|wavelength| weights(observer, wavelength) * spectrum(wavelength)).sum()
 }
 
-/// Maps the observer's range to [-1, 1]. On wavelengths in nm the Vandermonde matrix has a condition number of 1e10, on
-/// these about 10.
+/// Maps the observer's range to [-1, 1]. At the paper's bands the Vandermonde matrix in nm has a condition number of
+/// 1.1e11 in the maximum norm, on these of 40.
 pub fn normalised(wavelength: f64) -> f64 {
     (wavelength - (START + END) / 2.0) / ((END - START) / 2.0)
 }

@@ -101,7 +101,7 @@ impl<'a> Sun<'a> {
             self.rgb(&self.depths(height), limb_cosine).as_vec3().extend(0.0)
         });
         let [left, top, right, bottom] = self.bounds(projection).map(|edge| edge as f32);
-        let across = f64::from((right - left).min(bottom - top)).max(1e-3);
+        let across = f64::from(right - left).min(f64::from(bottom - top)).max(1e-3);
         let disc = SunDisc {
             left,
             top,

@@ -428,7 +428,7 @@ fn size_out_of_range(scene: &Scene) -> Option<String> {
 }
 
 /// Farther away (au) the disc is smaller than single precision can place it.
-const FARTHEST_DISC: f64 = 50.0;
+pub const FARTHEST_DISC: f64 = 50.0;
 
 fn disc_too_small(scene: &Scene) -> Option<String> {
     let distance = scene.sun.distance;

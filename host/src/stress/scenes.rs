@@ -17,10 +17,10 @@ use crate::backend::cpu::Cpu;
 use crate::backend::{Backend, Device, Kernel};
 use crate::plan::linear::{Interpolant, LinearFit};
 use crate::plan::{Plan, observer};
-use crate::scene::keys::{self, CLOSEST_BANDS, MOST_STOPS, band_counts};
+use crate::scene::keys::{self, CLOSEST_BANDS, FARTHEST_DISC, MOST_STOPS, band_counts};
 use crate::scene::{
-    AlbedoSpectrum, ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Render, Scene, Size,
-    SunSpectrum,
+    AlbedoSpectrum, ColorObserver, ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Render, Rgb,
+    Scene, Size, SunSpectrum, WhiteBalance,
 };
 use crate::tables::MEASURED_RANGE;
 
@@ -122,6 +122,20 @@ impl Number {
     }
 }
 
+/// What is computed of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Looks {
+    /// Its colours.
+    Colour,
+    /// The radiance at its bands.
+    Bands,
+    /// Its colours and the radiance at [`SPECTRUM`].
+    Spectrum,
+}
+
+/// Wavelengths (nm) of spectral images.
+const SPECTRUM: [f64; 5] = [380.0, 430.5, 555.0, 700.0, 780.0];
+
 /// A scene, and how its pixels are stored.
 #[derive(Clone, Debug)]
 pub struct Case {
@@ -129,8 +143,8 @@ pub struct Case {
     pub scene: Scene,
     /// How its pixels are stored.
     pub pixel: Pixel,
-    /// Whether the radiance at the bands is asked for, and not its colour.
-    pub radiance: bool,
+    /// What is computed of it.
+    pub looks: Looks,
 }
 
 impl Case {
@@ -150,6 +164,7 @@ impl Case {
         }
         scene.sun.spectrum = one_of(rng, SunSpectrum::value_variants());
         scene.atmosphere.aerosol.single_scattering_albedo_spectrum = one_of(rng, AlbedoSpectrum::value_variants());
+        scene.sun.disc = scene.sun.distance <= FARTHEST_DISC && rng.random_bool(0.05);
         render(&mut scene, rng);
         camera(&mut scene, rng);
         // One kind of pixel for each projection, for the same reason as in `camera`.
@@ -158,7 +173,13 @@ impl Case {
             Projection::Fisheye => Pixel::LinearRgb,
             Projection::Perspective => Pixel::HalfRgb,
         };
-        Self { scene, pixel, radiance: rng.random_bool(0.05) }
+        let a_colour_is_a_must = scene.sun.disc || scene.render.color == ColorPath::Solve;
+        let looks = match rng.random_range(0..40) {
+            0..2 => Looks::Bands,
+            2 if !a_colour_is_a_must => Looks::Spectrum,
+            _ => Looks::Colour,
+        };
+        Self { scene, pixel, looks }
     }
 
     /// Whether the polynomial through the bands amplifies the last digit of single precision (6e-8) to a thousandth of the
@@ -197,11 +218,18 @@ impl Case {
             judge_tones(i, rgb, exposure, &mut faults);
         }
         let expected = if self.is_decided_by_rounding() { &[][..] } else { &linear };
-        let kernel = if self.radiance { Kernel::Radiance } else { plan.kernel() };
+        let plan = match self.looks {
+            Looks::Spectrum => match plan.with_spectrum(&SPECTRUM) {
+                Ok(plan) => plan,
+                Err(error) => return faults.with(1, format!("a spectrum is refused: {error}")),
+            },
+            _ => plan,
+        };
+        let kernel = if self.looks == Looks::Bands { Kernel::Radiance } else { plan.kernel() };
         for device in devices {
             match catch_unwind(AssertUnwindSafe(|| device.run(&plan, kernel))) {
-                Ok(Ok(run)) if self.radiance => judge_floats(&run.words, &[], &mut faults),
-                Ok(Ok(run)) => judge(&plan, &run.words, expected, &mut faults),
+                Ok(Ok(run)) if self.looks == Looks::Colour => judge(&plan, &run.words, expected, &mut faults),
+                Ok(Ok(run)) => judge_floats(&run.words, &[], &mut faults),
                 Ok(Err(error)) => faults.add(1, || format!("the device fails: {error}")),
                 Err(_) => faults.add(1, || "the device panics".into()),
             }
@@ -296,6 +324,9 @@ fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
         _ => Exposure::Stops(rng.random_range(-MOST_STOPS..MOST_STOPS)),
     };
     render.exr = one_of(rng, &[ExrDepth::Half, ExrDepth::Full]);
+    render.rgb = one_of(rng, Rgb::value_variants());
+    render.observer = one_of(rng, ColorObserver::value_variants());
+    render.white_balance = one_of(rng, WhiteBalance::value_variants());
 }
 
 const COLOR_PATHS: [ColorPath; 2] = [ColorPath::Solve, ColorPath::Folded];
@@ -321,8 +352,8 @@ fn bands(fit: Fit, color: ColorPath, rng: &mut ChaCha8Rng) -> Vec<f64> {
 
 /// Linear RGB of a plan's pixels on the CPU, whatever the plan stores.
 fn colours(plan: &Plan) -> Vec<f32> {
-    let integral = plan.variant & variant::WHOLE_INTEGRAL;
-    let variant = variant::of(integral, variant::projection(plan.variant), Pixel::LinearRgb as u32);
+    let shown = plan.variant & (variant::WHOLE_INTEGRAL | variant::SUN_DISC);
+    let variant = variant::of(shown, variant::projection(plan.variant), Pixel::LinearRgb as u32);
     let plan = Plan { pixel: Pixel::LinearRgb, variant, ..plan.clone() };
     let run = Cpu.run(&plan, plan.kernel()).expect("a small image fits into memory");
     run.words.into_iter().map(f32::from_bits).collect()
@@ -465,7 +496,7 @@ fn sweep(subject: &'static str, seed: u64, cases: u64, case: impl Fn(u64) -> (u6
 /// A case as a scene file in one line, with how its pixels are stored.
 fn describe(case: &Case) -> String {
     let scene = serde_json::to_string(&case.scene).expect("a scene is plain data");
-    format!("{scene}, {:?}{}", case.pixel, if case.radiance { ", radiance" } else { "" })
+    format!("{scene}, {:?}, {:?}", case.pixel, case.looks)
 }
 
 #[cfg(test)]

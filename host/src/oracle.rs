@@ -6,8 +6,9 @@
 //!
 //! * **sun columns** run outwards from the lowest point of a ray, on panels a fixed number of scale
 //!   heights long;
-//! * **the view ray** is cut at its perigee, at the planet's shadow and at the corners of the ozone
-//!   profile, then bisected until a panel agrees with its two halves. Its optical depth comes from
+//! * **the view ray** is cut at its perigee, at the planet's shadow, at the corners of the ozone
+//!   profile and where the other profiles and the light near the eye fade, then bisected until a
+//!   panel agrees with its two halves. Its optical depth comes from
 //!   the same nodes, as the exact integral of the polynomial through them.
 //!
 //! Lengths are in km, coefficients in km⁻¹, z is up, x north, y west. The ground is black, light
@@ -40,6 +41,12 @@ const OZONE_ORDER: usize = 8;
 /// Panel ends of an exponential column, in scale heights above its lowest point; e⁻⁴² is below f64
 /// rounding.
 const COLUMN_PANELS: [f64; 3] = [7.0, 18.0, 42.0];
+
+/// Altitudes, in scale heights of each constituent, and distances from the eye, in mean free paths,
+/// at which the view ray is cut: no corners, but a first panel that were much longer than what is
+/// bright in it could step over it.
+const FADING_SCALE_HEIGHTS: [f64; 3] = [4.0, 12.0, 30.0];
+const FADING_MEAN_FREE_PATHS: [f64; 3] = [3.0, 30.0, 300.0];
 
 static VIEW_RULE: LazyLock<GaussLegendre<VIEW_ORDER>> = LazyLock::new(GaussLegendre::new);
 static COLUMN_RULE: LazyLock<GaussLegendre<COLUMN_ORDER>> = LazyLock::new(GaussLegendre::new);
@@ -402,16 +409,22 @@ impl ViewPath {
     }
 
     /// Distances between which everything along the ray is smooth, from 0 to the ray's length.
-    fn smooth_pieces(&self, medium: &Medium) -> Vec<f64> {
-        // Not a corner, but where aerosol ends: without it a first panel could step over a thin
-        // layer.
-        let haze = 4.0 * medium.aerosol_scale_height_km;
-        let shells = medium.ozone_kinks_km().into_iter().chain([haze]);
-        let grazed = medium.ozone_kinks_km().into_iter().chain([0.0]);
+    fn smooth_pieces(&self, medium: &Medium, bands: &[Coefficients]) -> Vec<f64> {
+        let has = |of: fn(&Coefficients) -> f64| bands.iter().any(|band| of(band) > 0.0);
+        let ozone: &[f64] = if has(|band| band.ozone_absorption) { &medium.ozone_kinks_km() } else { &[] };
+        let mut fading = Vec::new();
+        if has(|band| band.air_scattering) {
+            fading.extend(FADING_SCALE_HEIGHTS.map(|n| n * medium.air_scale_height_km));
+        }
+        if has(|band| band.aerosol_extinction) {
+            fading.extend(FADING_SCALE_HEIGHTS.map(|n| n * medium.aerosol_scale_height_km));
+        }
+        let shells = ozone.iter().chain(&fading).filter_map(|&h| self.line.crossings(h));
+        let grazed = ozone.iter().chain(&[0.0]).filter_map(|&h| self.sun_perigee_crossings(h));
         let mut cuts: Vec<f64> = shells
-            .filter_map(|h| self.line.crossings(h))
-            .chain(grazed.filter_map(|h| self.sun_perigee_crossings(h)))
+            .chain(grazed)
             .flatten()
+            .chain(self.fading_at_the_eye(medium, bands))
             .chain([-self.line.radius * self.line.mu])
             .filter(|&s| s > 0.0 && s < self.length)
             .chain([0.0, self.length])
@@ -419,6 +432,13 @@ impl ViewPath {
         cuts.sort_by(f64::total_cmp);
         cuts.dedup();
         cuts
+    }
+
+    /// Distances at which light fades before the eye, if the density stays what it is there.
+    fn fading_at_the_eye(&self, medium: &Medium, bands: &[Coefficients]) -> [f64; 3] {
+        let densities = medium.densities(self.line.altitude);
+        let thickest = bands.iter().map(|band| band.optical_depth(densities)).fold(f64::MIN_POSITIVE, f64::max);
+        FADING_MEAN_FREE_PATHS.map(|n| n / thickest)
     }
 }
 
@@ -509,19 +529,25 @@ impl<'a> Integral<'a> {
     fn radiance(&self) -> Vec<f64> {
         let panels = self.first_panels();
         let coarse: Vec<Stretch> = panels.iter().map(|panel| self.stretch(*panel)).collect();
-        let scale = coarse.iter().fold(self.nothing(), |sum, next| self.join(&sum, next)).radiance;
-        // A NaN would never agree with its halves, and the bisection would not end in our time.
-        assert!(scale.iter().all(|radiance| radiance.is_finite()), "radiance is not finite");
-        let mut sum = self.nothing();
-        for (panel, whole) in panels.iter().zip(&coarse) {
-            let accuracy = self.accuracy_after(sum.column, &scale);
-            sum = self.join(&sum, &self.refined(*panel, whole, &accuracy, MAX_BISECTIONS));
+        let mut scale = coarse.iter().fold(self.nothing(), |sum, next| self.join(&sum, next)).radiance;
+        loop {
+            // A NaN would never agree with its halves, and the bisection would not end in our time.
+            assert!(scale.iter().all(|radiance| radiance.is_finite()), "radiance is not finite");
+            let mut sum = self.nothing();
+            for (panel, whole) in panels.iter().zip(&coarse) {
+                let accuracy = self.accuracy_after(sum.column, &scale);
+                sum = self.join(&sum, &self.refined(*panel, whole, &accuracy, MAX_BISECTIONS));
+            }
+            // A first guess that was much too bright has asked for too little.
+            if sum.radiance.iter().zip(&scale).all(|(radiance, scale)| *radiance >= 0.5 * scale) {
+                return sum.radiance;
+            }
+            scale = sum.radiance;
         }
-        sum.radiance
     }
 
     fn first_panels(&self) -> Vec<Panel> {
-        let cuts = self.path.smooth_pieces(self.medium);
+        let cuts = self.path.smooth_pieces(self.medium, self.bands);
         cuts.windows(2)
             .map(|ends| {
                 let lit = self.path.is_lit(self.medium, 0.5 * (ends[0] + ends[1]));

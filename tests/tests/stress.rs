@@ -20,7 +20,7 @@ fn a_short_run_tries_every_sweep_and_its_seed_gives_the_same_cases_again() {
     let ended = succeed(folder.path(), &[&SHORT[..], &["--seed", "7"]].concat());
     let out = folder.path().join("stress");
     let files: Vec<String> = contents(&out).into_keys().collect();
-    for file in ["report.md", "solve.png", "stress.json"] {
+    for file in ["integral.png", "report.md", "solve.png", "stress.json"] {
         assert!(files.iter().any(|name| name == file), "{file} in {files:?}");
     }
     let first = report(&out);
@@ -32,7 +32,7 @@ fn a_short_run_tries_every_sweep_and_its_seed_gives_the_same_cases_again() {
         let subject = outcome["subject"].as_str().unwrap();
         assert!(ended.stdout.contains(subject), "{subject} in {}", ended.stdout);
     }
-    for key in ["machine", "minutes", "seed", "conditions"] {
+    for key in ["machine", "minutes", "seed", "conditions", "worst_cells"] {
         assert!(!first[key].is_null(), "{key}");
     }
     succeed(folder.path(), &[&SHORT[..], &["--seed", "7", "--out", "again"]].concat());

@@ -48,6 +48,9 @@ const COLUMN_PANELS: [f64; 3] = [7.0, 18.0, 42.0];
 const FADING_SCALE_HEIGHTS: [f64; 3] = [4.0, 12.0, 30.0];
 const FADING_MEAN_FREE_PATHS: [f64; 3] = [3.0, 30.0, 300.0];
 
+/// Light that passes the ground within rounding grazes it.
+const GRAZING: f64 = 1.0 - 1e-12;
+
 static VIEW_RULE: LazyLock<GaussLegendre<VIEW_ORDER>> = LazyLock::new(GaussLegendre::new);
 static COLUMN_RULE: LazyLock<GaussLegendre<COLUMN_ORDER>> = LazyLock::new(GaussLegendre::new);
 static OZONE_RULE: LazyLock<GaussLegendre<OZONE_ORDER>> = LazyLock::new(GaussLegendre::new);
@@ -392,11 +395,12 @@ impl ViewPath {
     /// Whether the sun is seen from the point at distance `s`.
     ///
     /// The shadow is half a cylinder: behind the planet's centre and nearer to its axis than the
-    /// ground radius, r² − (p·sun)² < R², here with r² − R² = h (h + 2R).
+    /// ground radius, r² − (p·sun)² < R², here with r² − R² = h (h + 2R). What grazes the ground is lit: along a ray
+    /// that points away from a sun on the horizon every point does, and rounding must not darken some of them.
     fn is_lit(&self, medium: &Medium, s: f64) -> bool {
         let altitude = self.altitude(s);
         let sunward = self.sunward + s * self.nu;
-        sunward >= 0.0 || altitude * (altitude + 2.0 * medium.ground_radius_km) >= sunward * sunward
+        sunward >= 0.0 || altitude * (altitude + 2.0 * medium.ground_radius_km) >= GRAZING * sunward * sunward
     }
 
     /// Distances at which the ray through the sun has its perigee at `altitude`; for altitude 0,

@@ -10,7 +10,7 @@ use sorairo_shared::sky::transfer;
 use sorairo_tests::sky::scene;
 
 /// Rays of random scenes in a run of the tests; `sorairo stress` tries more.
-const RAYS: u64 = 192_000;
+const RAYS: u64 = 128_000;
 
 /// Seed of those rays.
 const SEED: u64 = 20_261_121;
@@ -66,7 +66,7 @@ fn radiance_of_random_scenes_agrees_with_the_oracle() {
 #[test]
 fn radiance_is_continuous_across_the_level_direction() {
     for altitude in [0.5, 2.0, 12.0, 35.0, 90.0] {
-        for sun in [-3.0, 2.0, 40.0] {
+        for sun in [0.5, 2.0, 40.0] {
             let mut scene = scene(Preset::Earth, sun, "8x4");
             scene.observer.altitude = altitude;
             let plan = plan(&scene);

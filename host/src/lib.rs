@@ -20,6 +20,7 @@ pub mod backend;
 pub mod error;
 mod input;
 pub mod irradiance;
+pub mod oracle;
 pub mod output;
 pub mod plan;
 pub mod render;

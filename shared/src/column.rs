@@ -24,7 +24,7 @@
 //! `a`, is taken by the quintic Hermite rule on its value and first two derivatives at both ends (error 1e-6 of an optical depth of 1).
 
 use crate::atmosphere::{Atmosphere, Exponential};
-use crate::geometry::{perigee_altitude, zenith_cosine_at_top};
+use crate::geometry::{altitude_from, distance_to_top, perigee_altitude, zenith_cosine_at_top};
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::math::{max, max4, sqrt, sqrt4};
 use crate::variant;
@@ -133,6 +133,46 @@ pub fn level_column(atmosphere: &Atmosphere, altitude: f32, variant: u32) -> Vec
     column
 }
 
+/// The lowest point of a stretch of a ray.
+#[derive(Clone, Copy)]
+pub struct Lowest {
+    /// Its altitude (km).
+    pub altitude: f32,
+    /// Cosine of the angle between the ray and the vertical there, 0 or more.
+    pub mu: f32,
+}
+
+/// The columns of air and aerosol (km) over the first `length` km of a ray, where that is shorter than the distance over which
+/// they fall off at the ray's lowest point; elsewhere `column`, which is the difference of two columns to infinity.
+///
+/// Two such columns in an opaque atmosphere have no digits left for a stretch much shorter than themselves. There three nodes of
+/// Gauss-Legendre leave 5e-7 of the stretch's own column.
+#[inline]
+pub fn short_column(
+    atmosphere: &Atmosphere,
+    altitude: f32,
+    mu: f32,
+    lowest: Lowest,
+    length: f32,
+    column: Vec3,
+    variant: u32,
+) -> Vec3 {
+    const OUTER_NODE: f32 = 0.112_701_665;
+    let g = sqrt(1.0 + lowest.altitude / atmosphere.ground_radius);
+    let shell = atmosphere.shell();
+    let density = |s: f32| densities(atmosphere, altitude_from(shell, altitude, mu, s), variant);
+    let ends = density(OUTER_NODE * length) + density((1.0 - OUTER_NODE) * length);
+    let stretch = (ends * (5.0 / 18.0) + density(0.5 * length) * (8.0 / 18.0)) * length;
+    let mut result = column;
+    if length < column_per_density(&atmosphere.air, g, lowest.mu) {
+        result.x = stretch.x;
+    }
+    if (variant & variant::AEROSOL != 0) & (length < column_per_density(&atmosphere.aerosol, g, lowest.mu)) {
+        result.y = stretch.y;
+    }
+    result
+}
+
 /// Column densities (air, aerosol, ozone) in km from a lit point to the sun, on either side of the point's horizon.
 ///
 /// Below it the ray first descends to its perigee: twice the column that rises from there, less the one behind the point. What the
@@ -141,14 +181,19 @@ pub fn level_column(atmosphere: &Atmosphere, altitude: f32, variant: u32) -> Vec
 pub fn sun_column(atmosphere: &Atmosphere, altitude: f32, density: Vec2, mu_s: f32, variant: u32) -> Vec3 {
     let above_horizon = if mu_s < 0.0 { -mu_s } else { mu_s };
     let mut column = column_outwards(atmosphere, altitude, density, above_horizon, variant);
+    let mut lowest = Lowest { altitude, mu: above_horizon };
     if (variant & variant::LOW_SUN != 0) & (mu_s < 0.0) {
-        let lowest = max(perigee_altitude(atmosphere.shell(), altitude, mu_s), 0.0);
-        column = level_column(atmosphere, lowest, variant) * 2.0 - column;
+        lowest = Lowest { altitude: max(perigee_altitude(atmosphere.shell(), altitude, mu_s), 0.0), mu: 0.0 };
+        column = level_column(atmosphere, lowest.altitude, variant) * 2.0 - column;
     }
     if variant & variant::ABOVE_TOP != 0 {
         let top = atmosphere.depth;
         let mu = zenith_cosine_at_top(atmosphere.shell(), altitude, mu_s);
         column -= column_outwards(atmosphere, top, densities(atmosphere, top, variant), mu, variant);
+        if variant & variant::OPAQUE != 0 {
+            let length = distance_to_top(atmosphere.shell(), altitude, mu_s);
+            column = short_column(atmosphere, altitude, mu_s, lowest, length, column, variant);
+        }
     }
     column.max(Vec3::ZERO)
 }

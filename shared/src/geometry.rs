@@ -4,7 +4,7 @@
 //! with the altitude `h` and with products such as `h (2R + h) = r² - R²`, which do not cancel.
 
 use crate::glam::Vec3;
-use crate::math::{max, min, safe_sqrt};
+use crate::math::{max, safe_sqrt, sqrt};
 
 /// The two spheres between which the atmosphere lies.
 #[derive(Clone, Copy)]
@@ -30,6 +30,10 @@ pub struct Ray {
     pub one_minus_nu_squared: f32,
     /// `mu - mu_s nu`, the part of the zenith direction along the ray and across the sun.
     pub mu_across_sun: f32,
+    /// `1 - mu²`, computed from the components so that it is exact near the zenith and the nadir.
+    pub one_minus_mu_squared: f32,
+    /// `mu_s - mu nu`, the part of the zenith direction along the sun and across the ray.
+    pub mu_s_across_view: f32,
 }
 
 /// An interval of distances along a ray (km); empty if `end <= start`.
@@ -55,34 +59,60 @@ impl Ray {
             one_minus_nu_squared: cross.dot(cross),
             // z·(v - s ν) = z·(s × (v × s)), by components and without cancellation.
             mu_across_sun: sun.x * cross.y - sun.y * cross.x,
+            one_minus_mu_squared: view.x * view.x + view.y * view.y,
+            mu_s_across_view: view.y * cross.x - view.x * cross.y,
         }
     }
 
-    /// The same ray with its origin moved to the point at distance `s` (km), whose altitude is given (km).
+    /// The square of half of the chord that the ray's line cuts from the top of the atmosphere, seen from outside of it; negative if
+    /// it misses.
+    ///
+    /// `(r μ)² - (r² - top²)` keeps its digits near the atmosphere, `top² - r² (1 - μ²)` far from it.
     #[inline]
-    fn moved(self, shell: Shell, s: f32, altitude: f32) -> Self {
+    fn half_chord_squared(self, shell: Shell) -> f32 {
+        let top = shell.ground_radius + shell.depth;
         let r = shell.ground_radius + self.altitude;
-        let inverse = 1.0 / (shell.ground_radius + altitude);
-        let mu = (r * self.mu + s) * inverse;
-        let mu_s = (r * self.mu_s + s * self.nu) * inverse;
+        let r_mu = r * self.mu;
+        let nearest = r * sqrt(self.one_minus_mu_squared);
+        let above_top_squared = (self.altitude - shell.depth) * (r + top);
+        if r_mu * r_mu < top * top { r_mu * r_mu - above_top_squared } else { (top - nearest) * (top + nearest) }
+    }
+
+    /// The same ray, seen from where it enters the atmosphere, given half of the chord that it cuts from the top of it (km).
+    ///
+    /// With `b` the distance of the line from the planet's centre and `q` half of the chord, the point of entry is
+    /// `b w - q v`: `v` the ray's direction, `w` the unit vector from the centre to the line. Nothing of the distance
+    /// to the observer is left in it, which in single precision would take the digits with it.
+    #[inline]
+    fn entered(self, shell: Shell, q: f32) -> Self {
+        let top = shell.ground_radius + shell.depth;
+        let sine = sqrt(self.one_minus_mu_squared);
+        let b = (shell.ground_radius + self.altitude) * sine;
+        let sun_along_w = self.mu_s_across_view / max(sine, 1e-30);
         Self {
-            altitude,
-            mu,
-            mu_s,
-            mu_across_sun: r * self.mu_across_sun * inverse + s * self.one_minus_nu_squared * inverse,
+            altitude: shell.depth,
+            mu: -q / top,
+            mu_s: (b * sun_along_w - q * self.nu) / top,
+            mu_across_sun: -(q * self.one_minus_nu_squared + b * self.nu * sun_along_w) / top,
             ..self
         }
     }
 }
 
 /// Altitude (km) at distance `s` (km) along the ray.
+#[inline(always)]
+pub fn altitude_along(shell: Shell, ray: Ray, s: f32) -> f32 {
+    altitude_from(shell, ray.altitude, ray.mu, s)
+}
+
+/// Altitude (km) at distance `s` (km) from a point at `altitude` (km), along a ray with zenith cosine `mu` there.
 ///
 /// `h(s) = (s² + 2 r μ s + h₀ (2R + h₀)) / (r(s) + R)`: an identity of `r(s)² - R²` without its cancellation.
 #[inline(always)]
-pub fn altitude_along(shell: Shell, ray: Ray, s: f32) -> f32 {
+pub fn altitude_from(shell: Shell, altitude: f32, mu: f32, s: f32) -> f32 {
     let ground = shell.ground_radius;
-    let r = ground + ray.altitude;
-    let above_ground_squared = s * (s + 2.0 * r * ray.mu) + ray.altitude * (ground + r);
+    let r = ground + altitude;
+    let above_ground_squared = s * (s + 2.0 * r * mu) + altitude * (ground + r);
     let r_at_s = safe_sqrt(ground * ground + above_ground_squared);
     max(above_ground_squared / (r_at_s + ground), 0.0)
 }
@@ -120,13 +150,10 @@ pub fn inside_atmosphere(shell: Shell, ray: Ray) -> (Ray, f32) {
     let mut inside = ray;
     let mut missed = false;
     if ray.altitude > shell.depth {
-        let r = shell.ground_radius + ray.altitude;
-        let above_top_squared = (ray.altitude - shell.depth) * (2.0 * shell.ground_radius + shell.depth + ray.altitude);
-        let discriminant = r * r * ray.mu * ray.mu - above_top_squared;
-        missed = (ray.mu >= 0.0) | (discriminant <= 0.0);
-        let s = above_top_squared / (safe_sqrt(discriminant) - r * min(ray.mu, 0.0));
+        let half_chord_squared = ray.half_chord_squared(shell);
+        missed = (ray.mu >= 0.0) | (half_chord_squared <= 0.0);
         if !missed {
-            inside = ray.moved(shell, s, shell.depth);
+            inside = ray.entered(shell, sqrt(half_chord_squared));
         }
     }
     let mut length = distance_to_top(shell, inside.altitude, inside.mu);

@@ -17,7 +17,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::atmosphere::Atmosphere;
-use crate::column::{column_outwards, column_per_density, densities, level_column, sun_column};
+use crate::column::{Lowest, column_outwards, column_per_density, densities, level_column, short_column, sun_column};
 use crate::geometry::{self, Interval, Ray, altitude_along, distance_to_top, inside_atmosphere, perigee_altitude};
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::math::{exp4, fetch, max, min, sqrt};
@@ -138,9 +138,10 @@ fn column_offset(atmosphere: &Atmosphere, ray: Ray, rising: bool, variant: u32) 
 /// `s = length · u / (1 + k (1 - u))`.
 ///
 /// The integrand falls off over the distance `D` in which the density does, or over a few mean free paths of light, whichever is shorter;
-/// `k` makes the sampled variable as long as three of those. `low` is the distance of the low end along the ray.
+/// `k` makes the sampled variable as long as three of those. `low` is the distance of the low end along the ray. A falling ray
+/// reaches its low end last: in opaque air nothing is seen of it, and the density alone counts.
 #[inline]
-fn crowded(atmosphere: &Atmosphere, bands: &Bands, ray: Ray, low: f32, length: f32, variant: u32) -> f32 {
+fn crowded(atmosphere: &Atmosphere, bands: &Bands, ray: Ray, low: f32, length: f32, rising: bool, variant: u32) -> f32 {
     let shell = atmosphere.shell();
     let altitude = altitude_along(shell, ray, low);
     let mu = ((shell.ground_radius + ray.altitude) * ray.mu + low) / (shell.ground_radius + altitude);
@@ -148,7 +149,7 @@ fn crowded(atmosphere: &Atmosphere, bands: &Bands, ray: Ray, low: f32, length: f
     let fall_off = column_per_density(&atmosphere.air, g, if mu < 0.0 { -mu } else { mu });
     let density = densities(atmosphere, altitude, variant);
     let extinction = bands.air_scattering * density.x + bands.aerosol_extinction * density.y;
-    let strongest = max(max(extinction.x, extinction.y), max(extinction.z, extinction.w));
+    let strongest = if rising { max(max(extinction.x, extinction.y), max(extinction.z, extinction.w)) } else { 0.0 };
     max(0.35 * length * (1.0 / fall_off + 0.05 * strongest) - 1.0, 0.0)
 }
 
@@ -167,7 +168,11 @@ fn integrate_piece(
     let offset = column_offset(atmosphere, ray, rising, variant);
     let (low, outwards) = if rising { (interval.start, 1.0) } else { (interval.end, -1.0) };
     let length = interval.end - interval.start;
-    let k = crowded(atmosphere, bands, ray, low, length, variant);
+    let k = crowded(atmosphere, bands, ray, low, length, rising, variant);
+    let mut behind_perigee = Lowest { altitude: ray.altitude, mu: max(ray.mu, 0.0) };
+    if (variant & variant::OPAQUE != 0) & (ray.mu < 0.0) {
+        behind_perigee.altitude = max(perigee_altitude(shell, ray.altitude, ray.mu), 0.0);
+    }
     let mut air = Vec4::ZERO;
     let mut aerosol = Vec4::ZERO;
     let mut i = 0;
@@ -182,7 +187,11 @@ fn integrate_piece(
         let mu = max((r * ray.mu + s) * inverse_r * outwards, 0.0);
         let mu_s = (r * ray.mu_s + s * ray.nu) * inverse_r;
         let density = densities(atmosphere, altitude, variant);
-        let to_observer = offset - column_outwards(atmosphere, altitude, density, mu, variant) * outwards;
+        let mut to_observer = offset - column_outwards(atmosphere, altitude, density, mu, variant) * outwards;
+        if variant & variant::OPAQUE != 0 {
+            let lowest = if rising { behind_perigee } else { Lowest { altitude, mu } };
+            to_observer = short_column(atmosphere, ray.altitude, ray.mu, lowest, s, to_observer, variant);
+        }
         let to_sun = sun_column(atmosphere, altitude, density, mu_s, variant);
         let column = to_observer.max(Vec3::ZERO) + to_sun;
         let transmittance = exp4(-optical_depth(bands, column)) * weight;

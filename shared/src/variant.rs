@@ -15,11 +15,14 @@ pub const SHADOW: u32 = 8;
 pub const DESCENT: u32 = 16;
 /// The sun can stand below the horizon of a point on a ray.
 pub const LOW_SUN: u32 = 32;
-/// Everything that concerns the integral; right for every scene.
-pub const WHOLE_INTEGRAL: u32 = 63;
 
 /// The sun's disc is shown.
 pub const SUN_DISC: u32 = 64;
+
+/// The air is opaque along some rays: the columns of short stretches are sums of their own.
+pub const OPAQUE: u32 = 128;
+/// Everything that concerns the integral; right for every scene.
+pub const WHOLE_INTEGRAL: u32 = 63 | OPAQUE;
 
 /// Where the projection stands.
 const PROJECTION_SHIFT: u32 = 8;

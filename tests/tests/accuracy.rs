@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 use sorairo::PixelFormat;
+use sorairo::oracle::{coefficients, medium, ray, scattered_radiance_bands};
 use sorairo::plan::{Plan, direction};
 use sorairo::scene::{Preset, Scene};
 use sorairo_shared::sky::transfer;
 use sorairo_tests::compare::{Worst, worst_relative};
-use sorairo_tests::oracle::scattered_radiance_bands;
-use sorairo_tests::sky::{SUNS, coefficients, medium, ray, scene};
+use sorairo_tests::sky::{SUNS, scene};
 
 /// Elevations (degrees) that resolve the horizon.
 const ELEVATIONS: [f64; 16] = [0.0, 0.1, 0.3, 0.7, 1.5, 3.0, 5.0, 8.0, 12.0, 18.0, 26.0, 36.0, 48.0, 62.0, 77.0, 90.0];

@@ -2,6 +2,7 @@
 //! that another rounding or a few other training rays pass, and a worse fit does not.
 
 use sorairo::Error;
+use sorairo::oracle::{coefficients, medium, ray, scattered_radiance_bands};
 use sorairo::plan::{direction, observer};
 use sorairo::report::bands::best;
 use sorairo::report::error::{Reference, SUNS, plan, true_xyz, xyz};
@@ -9,8 +10,7 @@ use sorairo::report::metrics::Errors;
 use sorairo::report::reproduce::{Row, table_1};
 use sorairo::scene::{Fit, Preset, Scene};
 use sorairo_shared::glam::DVec3;
-use sorairo_tests::oracle::scattered_radiance_bands;
-use sorairo_tests::sky::{coefficients, medium, ray, scene};
+use sorairo_tests::sky::scene;
 
 /// Directions in the sky of one sun.
 const DIRECTIONS: usize = 145;

@@ -2,13 +2,13 @@
 
 use rayon::prelude::*;
 use sorairo::PixelFormat;
+use sorairo::oracle::{coefficients, medium, ray, scattered_radiance_bands};
 use sorairo::plan::Plan;
 use sorairo::scene::{Preset, Scene};
 use sorairo::tables::solar_irradiance;
 use sorairo_tests::compare::worst_relative;
-use sorairo_tests::oracle::scattered_radiance_bands;
 use sorairo_tests::program::succeed;
-use sorairo_tests::sky::{coefficients, medium, ray, scene};
+use sorairo_tests::sky::scene;
 use tempfile::tempdir;
 
 /// Rows of wavelength, radiance and dense that the program prints.

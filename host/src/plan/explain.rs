@@ -17,7 +17,7 @@ pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
 
 /// Which parts of the integral the kernels are compiled with.
 fn terms(plan: &Plan) -> String {
-    const NAMES: [(u32, &str); 7] = [
+    const NAMES: [(u32, &str); 8] = [
         (variant::AEROSOL, "aerosol"),
         (variant::OZONE, "ozone"),
         (variant::ABOVE_TOP, "air above the top of the atmosphere"),
@@ -25,6 +25,7 @@ fn terms(plan: &Plan) -> String {
         (variant::DESCENT, "descending rays"),
         (variant::LOW_SUN, "sunlight from below a sample's horizon"),
         (variant::SUN_DISC, "the sun's disc"),
+        (variant::OPAQUE, "columns of short stretches of opaque air"),
     ];
     let of = |present: bool| {
         let names: Vec<&str> =

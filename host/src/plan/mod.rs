@@ -9,6 +9,7 @@ pub mod observer;
 pub mod optics;
 pub mod path;
 pub mod quadrature;
+pub mod sampling;
 pub mod sun_disc;
 
 use std::ops::Range;
@@ -37,6 +38,10 @@ use sun_disc::Sun;
 /// The optical depth that may lie above the top of the atmosphere before columns to the sun take it off. It changes
 /// radiance by less than this part, a tenth of what the integral's own sampling leaves.
 const NEGLIGIBLE_DEPTH_ABOVE_TOP: f64 = 1e-4;
+
+/// The optical depth of a level ray at the ground up to which the columns of short stretches may be differences of columns to
+/// infinity: single precision keeps 1e-5 of it.
+const OPAQUE_DEPTH: f64 = 50.0;
 
 /// Everything that the kernels of one frame need, and nothing that they do not.
 #[derive(Clone, Debug)]
@@ -118,10 +123,12 @@ impl Plan {
             wavelengths: 0,
             padding: 0,
         };
+        let integral = integral(scene, &optics);
+        let steps = scene.render.steps.unwrap_or_else(|| sampling::steps(scene, &frame, &optics, integral));
         let mut plan = Self {
             frame,
             bands: bands(&optics, &wavelengths),
-            quadrature: quadrature::gauss_legendre(steps(scene)),
+            quadrature: quadrature::gauss_legendre(steps),
             colour: Vec::new(),
             fit: spectral_fit(scene, &wavelengths),
             wavelengths,
@@ -130,7 +137,7 @@ impl Plan {
             space,
             spectral: Vec::new(),
             sun_azimuth: scene.sun.azimuth,
-            variant: variant::of(integral(scene, &optics), projection(scene), pixel as u32),
+            variant: variant::of(integral, projection(scene), pixel as u32),
             pixel,
             lit_rows: lit_rows(scene),
             path: Path { table: None, reason: String::new() },
@@ -335,6 +342,7 @@ fn integral(scene: &Scene, optics: &Optics) -> u32 {
         | bit(shadow, variant::SHADOW)
         | bit(from_above, variant::DESCENT)
         | bit(low_sun, variant::LOW_SUN)
+        | bit(optics.level_depth(scene) > OPAQUE_DEPTH, variant::OPAQUE)
 }
 
 /// The angle (radians, at the planet's centre) to the farthest point of the atmosphere that can be seen: what the altitude of the
@@ -359,14 +367,6 @@ fn lit_rows(scene: &Scene) -> Range<u32> {
     } else {
         0..height
     }
-}
-
-/// Samples on each piece of a ray, if the scene does not say: what keeps the radiance within 1e-3.
-///
-/// By day the integrand is smooth. With a low sun, rays of sunlight graze the edges of the ozone tent, where its column
-/// has a singularity of the power 3/2, and more samples are needed.
-fn steps(scene: &Scene) -> u32 {
-    scene.render.steps.unwrap_or(if scene.sun.elevation >= 5.0 { 12 } else { 48 })
 }
 
 /// The unit vector to an elevation and an azimuth (degrees), azimuth clockwise from north; x north, y west, z up.

@@ -105,11 +105,21 @@ impl Optics {
     /// Optical depth, at the observer's shortest wavelength and on a level ray, of what the exponential profiles of the scene
     /// hold above the top of the atmosphere.
     pub fn depth_above_top(&self, scene: &Scene) -> f64 {
+        self.depth_above(scene, scene.atmosphere.top_radius)
+    }
+
+    /// Optical depth, at the observer's shortest wavelength, of the exponential profiles on a level ray from the ground.
+    pub fn level_depth(&self, scene: &Scene) -> f64 {
+        self.depth_above(scene, scene.atmosphere.ground_radius)
+    }
+
+    /// Optical depth of the exponential profiles on a level ray from a distance from the planet's centre (km).
+    fn depth_above(&self, scene: &Scene, radius: f64) -> f64 {
         let a = &scene.atmosphere;
         let coefficients = self.at(super::observer::START);
         let level = |scale_height: f64, extinction: f64| {
-            let column = (std::f64::consts::FRAC_PI_2 * a.top_radius * scale_height).sqrt();
-            extinction * column * (-(a.top_radius - a.ground_radius) / scale_height).exp()
+            let column = (std::f64::consts::FRAC_PI_2 * radius * scale_height).sqrt();
+            extinction * column * (-(radius - a.ground_radius) / scale_height).exp()
         };
         level(a.air.scale_height, coefficients.air_scattering)
             + level(a.aerosol.scale_height, coefficients.aerosol_extinction)

@@ -82,7 +82,12 @@ pub const MOST_STOPS: f64 = 50.0;
 
 use Bound::{At, From};
 
-const HUNDREDTH: Bound = From(|s| s.atmosphere.ground_radius / 100.0, "a hundredth of the ground radius");
+// Column densities are closed forms for scale heights up to a hundredth of the radius; where the atmosphere ends within one scale
+// height, a column to its top is the small difference of two of them.
+const THICKEST: Bound = From(
+    |s| (s.atmosphere.ground_radius / 100.0).min(s.atmosphere.top_radius - s.atmosphere.ground_radius),
+    "a hundredth of the ground radius and the depth of the atmosphere",
+);
 const DEPTH: Bound = From(|s| s.atmosphere.top_radius - s.atmosphere.ground_radius, "the depth of the atmosphere");
 
 /// A number of the ozone layer, which matters where there is ozone.
@@ -109,17 +114,21 @@ pub static KEYS: &[Key] = &[
         .flag("--sun-disc")
         .rule(disc_too_small),
     Key::number("observer.altitude", "km", |s| Some(s.observer.altitude), At(0.0), At(1e5)).flag("--altitude"),
-    Key::number("atmosphere.ground_radius", "km", |s| Some(s.atmosphere.ground_radius), At(10.0), At(1e6)),
+    // In single precision a horizon is as sharp as 6e-8 of the radius, which must lie far below the scale heights.
+    Key::number("atmosphere.ground_radius", "km", |s| Some(s.atmosphere.ground_radius), At(10.0), At(1e5)),
     Key::number(
         "atmosphere.top_radius",
         "km",
         |s| Some(s.atmosphere.top_radius),
         From(|s| s.atmosphere.ground_radius + 1.0, "1 above the ground"),
-        From(|s| s.atmosphere.ground_radius + 1e4, "10000 above the ground"),
+        // The column of a layer of ozone is a closed form for heights well below the radius; of the thickest profile, e⁻²⁰ is left there.
+        From(
+            |s| s.atmosphere.ground_radius + (0.2 * s.atmosphere.ground_radius).min(1e4),
+            "10000 km or a fifth of the ground radius above the ground",
+        ),
     ),
     Key::number("atmosphere.air.scattering", "km⁻¹", |s| Some(s.atmosphere.air.scattering), At(0.0), At(100.0)),
-    // Column densities are closed forms for scale heights up to a hundredth of the radius.
-    Key::number("atmosphere.air.scale_height", "km", |s| Some(s.atmosphere.air.scale_height), At(0.05), HUNDREDTH),
+    Key::number("atmosphere.air.scale_height", "km", |s| Some(s.atmosphere.air.scale_height), At(0.05), THICKEST),
     Key::number(
         "atmosphere.aerosol.optical_depth",
         "",
@@ -139,7 +148,7 @@ pub static KEYS: &[Key] = &[
         "km",
         |s| Some(s.atmosphere.aerosol.scale_height),
         At(0.05),
-        HUNDREDTH,
+        THICKEST,
     ),
     Key::number(
         "atmosphere.aerosol.single_scattering_albedo",
@@ -160,7 +169,8 @@ pub static KEYS: &[Key] = &[
         At(-0.99),
         At(0.99),
     ),
-    Key::number("atmosphere.ozone.column", "Dobson units", |s| Some(s.atmosphere.ozone.column), At(0.0), At(1e5)),
+    // Behind a layer that is opaque itself, the samples of a ray would have to follow every edge of its tent.
+    Key::number("atmosphere.ozone.column", "Dobson units", |s| Some(s.atmosphere.ozone.column), At(0.0), At(1e4)),
     Key::number("atmosphere.ozone.bottom", "km", |s| of_ozone(s, |ozone| ozone.bottom), At(0.0), DEPTH),
     Key::number(
         "atmosphere.ozone.peak",
@@ -212,7 +222,7 @@ pub static KEYS: &[Key] = &[
     Key::other("render.color", Allowed::Words(words::<ColorPath>)).flag("--color").rule(nothing_to_solve),
     Key::number("render.steps", "samples", |s| s.render.steps.map(f64::from), At(1.0), At(1024.0))
         .flag("--steps")
-        .otherwise("what the height of the sun needs: 12, below 5° 48"),
+        .otherwise("what the scene's rays need: from the Earth's ground 12, with the sun below 5° 48"),
     Key::other("render.path", Allowed::Words(words::<PathChoice>)).flag("--path"),
     Key::number(
         "render.exposure",

@@ -2,9 +2,11 @@
 //!
 //! A case follows from a seed and its number alone, whatever else is tried and on however many threads.
 
+pub mod integral;
 pub mod scenes;
 pub mod solve;
 
+mod error_map;
 mod figures;
 mod report;
 
@@ -58,6 +60,7 @@ struct Sweep<'a> {
 /// Every sweep, on the CPU and, where a device is one, on the GPU.
 fn sweeps(device: &Device) -> Vec<Sweep<'_>> {
     vec![
+        Sweep { name: "rays", cases: 6400, run: Box::new(integral::integral) },
         Sweep { name: "solves", cases: 250_000, run: Box::new(solve::solve) },
         Sweep { name: "scenes", cases: 100, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },
         Sweep { name: "refusals", cases: 1000, run: Box::new(scenes::refusals) },

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::figures;
+use super::integral::{self, Cell};
 use super::solve::{Form, condition, double, error_of, exact};
-use super::{Outcome, sweeps};
+use super::{Outcome, error_map, figures, sweeps};
 use crate::backend::Device;
 use crate::error::Result;
 use crate::report::document::{Machine, make_folder, table, write};
@@ -23,6 +23,8 @@ pub struct Stress {
     pub seed: u64,
     /// What each sweep found.
     pub outcomes: Vec<Outcome>,
+    /// The largest errors of the earth preset over altitude, view and sun, worst first.
+    pub worst_cells: Vec<Cell>,
     /// Condition numbers of the matrices through bands that are in use, and through close ones.
     pub conditions: Vec<Condition>,
 }
@@ -80,12 +82,26 @@ pub fn stress(folder: &Path, device: &Device, minutes: f64, seed: u64, stage: &d
     }
     stage("drawing");
     figures::solve(folder, seed)?;
+    let cells = integral::error_map();
+    error_map::draw(folder, &cells)?;
     let conditions = REPORTED.into_iter().map(Condition::of).collect::<Result<_>>()?;
-    let stress = Stress { machine: Machine::new(device), minutes, seed, outcomes, conditions };
+    let stress =
+        Stress { machine: Machine::new(device), minutes, seed, outcomes, worst_cells: worst(cells), conditions };
     write(&folder.join("report.md"), &stress.markdown())?;
     let json = serde_json::to_string_pretty(&stress).expect("a report is plain data");
     write(&folder.join("stress.json"), &json)?;
     Ok(stress)
+}
+
+/// Cells of the map of errors that the report names.
+const WORST_CELLS: usize = 8;
+
+/// The lit cells with the largest errors, worst first.
+fn worst(mut cells: Vec<Cell>) -> Vec<Cell> {
+    cells.retain(|cell| cell.error.is_some());
+    cells.sort_by(|a, b| b.error.unwrap_or(0.0).total_cmp(&a.error.unwrap_or(0.0)));
+    cells.truncate(WORST_CELLS);
+    cells
 }
 
 impl Condition {
@@ -119,6 +135,11 @@ impl Stress {
             let numbers = [condition.raw, condition.normalised].into_iter().chain(condition.errors);
             [bands].into_iter().chain(numbers.map(|number| format!("{number:.1e}"))).collect()
         });
+        let cells = self.worst_cells.iter().map(|cell| {
+            let Cell { altitude, view, sun, error } = cell;
+            let error = error.map_or(String::new(), |error| format!("{error:.2e}"));
+            vec![altitude.to_string(), view.to_string(), sun.to_string(), error]
+        });
         let head = [
             "bands (nm)",
             "condition in nm",
@@ -129,12 +150,15 @@ impl Stress {
         ];
         format!(
             "# Random cases\n\nOn {}. Turn n of a sweep has the seed of the first turn plus n.\n\n{}\nWorst cases:\n\n{}\n\
+             # The ray integral\n\nThe largest errors of the earth preset, of the cells in the picture:\n\n{}\n\
+             ![Error of the ray integral over altitude, view and sun](integral.png)\n\n\
              # The solve\n\nCondition number of the 4×4 Vandermonde matrix in the maximum norm, and the largest error from 380 to \
              780 nm of a clear sky's transfer in single precision, relative to its largest band, against the exact cubic:\n\n{}\n\
              ![Error of three forms of the solve](solve.png)\n",
             self.machine,
             table(&["what was tried", "cases", "failures", "worst", "bound", "seed"], outcomes),
             worst.collect::<String>(),
+            table(&["altitude (km)", "view above the horizon (degrees)", "sun (degrees)", "error"], cells),
             table(&head, conditions),
         )
     }

@@ -68,7 +68,7 @@ static NUMBERS: [Number; 19] = [
 ];
 
 /// The range of a number in a scene.
-fn bounds(name: &str, scene: &Scene) -> (f64, f64) {
+pub(super) fn bounds(name: &str, scene: &Scene) -> (f64, f64) {
     keys::find(name).and_then(|key| key.bounds(scene)).expect("the key of a number")
 }
 

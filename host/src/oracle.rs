@@ -6,8 +6,9 @@
 //!
 //! * **sun columns** run outwards from the lowest point of a ray, on panels a fixed number of scale
 //!   heights long;
-//! * **the view ray** is cut at its perigee, at the planet's shadow and at the corners of the ozone
-//!   profile, then bisected until a panel agrees with its two halves. Its optical depth comes from
+//! * **the view ray** is cut at its perigee, at the planet's shadow, at the corners of the ozone
+//!   profile and where the other profiles and the light near the eye fade, then bisected until a
+//!   panel agrees with its two halves. Its optical depth comes from
 //!   the same nodes, as the exact integral of the polynomial through them.
 //!
 //! Lengths are in km, coefficients in km⁻¹, z is up, x north, y west. The ground is black, light
@@ -15,6 +16,9 @@
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
+
+use crate::plan::optics::Optics;
+use crate::scene::Scene;
 
 /// Largest difference that a panel of the view ray may have from its two halves, relative to the
 /// whole radiance.
@@ -37,6 +41,15 @@ const OZONE_ORDER: usize = 8;
 /// Panel ends of an exponential column, in scale heights above its lowest point; e⁻⁴² is below f64
 /// rounding.
 const COLUMN_PANELS: [f64; 3] = [7.0, 18.0, 42.0];
+
+/// Altitudes, in scale heights of each constituent, and distances from the eye, in mean free paths,
+/// at which the view ray is cut: no corners, but a first panel that were much longer than what is
+/// bright in it could step over it.
+const FADING_SCALE_HEIGHTS: [f64; 3] = [4.0, 12.0, 30.0];
+const FADING_MEAN_FREE_PATHS: [f64; 3] = [3.0, 30.0, 300.0];
+
+/// Light that passes the ground within rounding grazes it.
+const GRAZING: f64 = 1.0 - 1e-12;
 
 static VIEW_RULE: LazyLock<GaussLegendre<VIEW_ORDER>> = LazyLock::new(GaussLegendre::new);
 static COLUMN_RULE: LazyLock<GaussLegendre<COLUMN_ORDER>> = LazyLock::new(GaussLegendre::new);
@@ -86,6 +99,41 @@ pub struct Ray {
     pub view: [f64; 3],
     /// Unit vector towards the sun.
     pub sun: [f64; 3],
+}
+
+/// The medium of a scene.
+pub fn medium(scene: &Scene) -> Medium {
+    let a = &scene.atmosphere;
+    Medium {
+        ground_radius_km: a.ground_radius,
+        top_radius_km: a.top_radius,
+        air_scale_height_km: a.air.scale_height,
+        aerosol_scale_height_km: a.aerosol.scale_height,
+        aerosol_asymmetry: a.aerosol.asymmetry,
+        ozone_bottom_km: a.ozone.bottom,
+        ozone_peak_km: a.ozone.peak,
+        ozone_top_km: a.ozone.top,
+    }
+}
+
+/// The coefficients of a scene at a wavelength (nm).
+pub fn coefficients(scene: &Scene, wavelength: f64) -> Coefficients {
+    let c = Optics::new(scene).at(wavelength);
+    Coefficients {
+        air_scattering: c.air_scattering,
+        aerosol_extinction: c.aerosol_extinction,
+        aerosol_scattering: c.aerosol_scattering,
+        ozone_absorption: c.ozone_absorption,
+    }
+}
+
+/// The ray of a scene towards an elevation and an azimuth (degrees).
+pub fn ray(scene: &Scene, elevation: f64, azimuth: f64) -> Ray {
+    Ray {
+        observer_altitude_km: scene.observer.altitude,
+        view: direction(elevation, azimuth),
+        sun: direction(scene.sun.elevation, scene.sun.azimuth),
+    }
 }
 
 /// Unit vector (x north, y west, z up) of an elevation above the horizon and an azimuth clockwise
@@ -347,11 +395,12 @@ impl ViewPath {
     /// Whether the sun is seen from the point at distance `s`.
     ///
     /// The shadow is half a cylinder: behind the planet's centre and nearer to its axis than the
-    /// ground radius, r² − (p·sun)² < R², here with r² − R² = h (h + 2R).
+    /// ground radius, r² − (p·sun)² < R², here with r² − R² = h (h + 2R). What grazes the ground is lit: along a ray
+    /// that points away from a sun on the horizon every point does, and rounding must not darken some of them.
     fn is_lit(&self, medium: &Medium, s: f64) -> bool {
         let altitude = self.altitude(s);
         let sunward = self.sunward + s * self.nu;
-        sunward >= 0.0 || altitude * (altitude + 2.0 * medium.ground_radius_km) >= sunward * sunward
+        sunward >= 0.0 || altitude * (altitude + 2.0 * medium.ground_radius_km) >= GRAZING * sunward * sunward
     }
 
     /// Distances at which the ray through the sun has its perigee at `altitude`; for altitude 0,
@@ -364,16 +413,22 @@ impl ViewPath {
     }
 
     /// Distances between which everything along the ray is smooth, from 0 to the ray's length.
-    fn smooth_pieces(&self, medium: &Medium) -> Vec<f64> {
-        // Not a corner, but where aerosol ends: without it a first panel could step over a thin
-        // layer.
-        let haze = 4.0 * medium.aerosol_scale_height_km;
-        let shells = medium.ozone_kinks_km().into_iter().chain([haze]);
-        let grazed = medium.ozone_kinks_km().into_iter().chain([0.0]);
+    fn smooth_pieces(&self, medium: &Medium, bands: &[Coefficients]) -> Vec<f64> {
+        let has = |of: fn(&Coefficients) -> f64| bands.iter().any(|band| of(band) > 0.0);
+        let ozone: &[f64] = if has(|band| band.ozone_absorption) { &medium.ozone_kinks_km() } else { &[] };
+        let mut fading = Vec::new();
+        if has(|band| band.air_scattering) {
+            fading.extend(FADING_SCALE_HEIGHTS.map(|n| n * medium.air_scale_height_km));
+        }
+        if has(|band| band.aerosol_extinction) {
+            fading.extend(FADING_SCALE_HEIGHTS.map(|n| n * medium.aerosol_scale_height_km));
+        }
+        let shells = ozone.iter().chain(&fading).filter_map(|&h| self.line.crossings(h));
+        let grazed = ozone.iter().chain(&[0.0]).filter_map(|&h| self.sun_perigee_crossings(h));
         let mut cuts: Vec<f64> = shells
-            .filter_map(|h| self.line.crossings(h))
-            .chain(grazed.filter_map(|h| self.sun_perigee_crossings(h)))
+            .chain(grazed)
             .flatten()
+            .chain(self.fading_at_the_eye(medium, bands))
             .chain([-self.line.radius * self.line.mu])
             .filter(|&s| s > 0.0 && s < self.length)
             .chain([0.0, self.length])
@@ -381,6 +436,13 @@ impl ViewPath {
         cuts.sort_by(f64::total_cmp);
         cuts.dedup();
         cuts
+    }
+
+    /// Distances at which light fades before the eye, if the density stays what it is there.
+    fn fading_at_the_eye(&self, medium: &Medium, bands: &[Coefficients]) -> [f64; 3] {
+        let densities = medium.densities(self.line.altitude);
+        let thickest = bands.iter().map(|band| band.optical_depth(densities)).fold(f64::MIN_POSITIVE, f64::max);
+        FADING_MEAN_FREE_PATHS.map(|n| n / thickest)
     }
 }
 
@@ -471,19 +533,25 @@ impl<'a> Integral<'a> {
     fn radiance(&self) -> Vec<f64> {
         let panels = self.first_panels();
         let coarse: Vec<Stretch> = panels.iter().map(|panel| self.stretch(*panel)).collect();
-        let scale = coarse.iter().fold(self.nothing(), |sum, next| self.join(&sum, next)).radiance;
-        // A NaN would never agree with its halves, and the bisection would not end in our time.
-        assert!(scale.iter().all(|radiance| radiance.is_finite()), "radiance is not finite");
-        let mut sum = self.nothing();
-        for (panel, whole) in panels.iter().zip(&coarse) {
-            let accuracy = self.accuracy_after(sum.column, &scale);
-            sum = self.join(&sum, &self.refined(*panel, whole, &accuracy, MAX_BISECTIONS));
+        let mut scale = coarse.iter().fold(self.nothing(), |sum, next| self.join(&sum, next)).radiance;
+        loop {
+            // A NaN would never agree with its halves, and the bisection would not end in our time.
+            assert!(scale.iter().all(|radiance| radiance.is_finite()), "radiance is not finite");
+            let mut sum = self.nothing();
+            for (panel, whole) in panels.iter().zip(&coarse) {
+                let accuracy = self.accuracy_after(sum.column, &scale);
+                sum = self.join(&sum, &self.refined(*panel, whole, &accuracy, MAX_BISECTIONS));
+            }
+            // A first guess that was much too bright has asked for too little.
+            if sum.radiance.iter().zip(&scale).all(|(radiance, scale)| *radiance >= 0.5 * scale) {
+                return sum.radiance;
+            }
+            scale = sum.radiance;
         }
-        sum.radiance
     }
 
     fn first_panels(&self) -> Vec<Panel> {
-        let cuts = self.path.smooth_pieces(self.medium);
+        let cuts = self.path.smooth_pieces(self.medium, self.bands);
         cuts.windows(2)
             .map(|ends| {
                 let lit = self.path.is_lit(self.medium, 0.5 * (ends[0] + ends[1]));

@@ -1,0 +1,165 @@
+//! The ray integral over its whole domain: against the oracle, and where it must not jump.
+
+use sorairo::PixelFormat;
+use sorairo::oracle::{coefficients, medium, ray, scattered_radiance_bands};
+use sorairo::plan::{Plan, direction};
+use sorairo::scene::{Preset, Scene};
+use sorairo::stress::integral::{compare, integral};
+use sorairo_shared::glam::Vec3;
+use sorairo_shared::sky::transfer;
+use sorairo_tests::sky::scene;
+
+/// Rays of random scenes in a run of the tests; `sorairo stress` tries more.
+const RAYS: u64 = 128_000;
+
+/// Seed of those rays.
+const SEED: u64 = 20_261_121;
+
+/// Rays that may exceed the bound; see the test.
+const MOST_FAILURES: u64 = RAYS / 1000;
+
+/// Single precision keeps 1e-5 of an optical depth of some ten; a difference has two such values.
+const ROUNDING: f64 = 3e-5;
+
+fn plan(scene: &Scene) -> Plan {
+    Plan::new(scene, PixelFormat::LinearRgb).expect("a valid scene")
+}
+
+/// The transfer at the plan's bands towards an elevation and an azimuth (degrees).
+fn seen(plan: &Plan, elevation: f64, azimuth: f64) -> [f64; 4] {
+    let view = direction(elevation, azimuth).as_vec3();
+    transfer(&plan.frame, &plan.bands[0], &plan.quadrature, view, plan.variant).to_array().map(f64::from)
+}
+
+/// What changes over twice an angle (degrees) about a place is no more than twice what changes beside it.
+fn assert_continuous(what: &str, at: f64, angle: f64, value: impl Fn(f64) -> [f64; 4]) {
+    let [far_below, below, above, far_above] = [-3.0, -1.0, 1.0, 3.0].map(|part| value(at + part * angle));
+    for band in 0..4 {
+        let jump = (above[band] - below[band]).abs();
+        let slope = (far_above[band] - above[band]).abs().max((below[band] - far_below[band]).abs());
+        let allowed = 2.0 * slope + ROUNDING * above[band].max(below[band]);
+        assert!(above[band] > 0.0 && below[band] > 0.0, "{what}, band {band}: nothing is lit");
+        assert!(jump <= allowed, "{what}, band {band}: a jump of {jump:e} beside a slope of {slope:e}");
+    }
+}
+
+/// The errors along views of a scene, the largest of them no larger than the bound of 1e-3.
+fn assert_accurate(scene: &Scene, elevations: impl IntoIterator<Item = f64>) {
+    let toward = |elevation| [1.0, 70.0, 179.0].map(|azimuth| direction(elevation, azimuth).as_vec3());
+    let views: Vec<Vec3> = elevations.into_iter().flat_map(toward).collect();
+    let cases = compare(scene, &views);
+    assert!(cases.iter().any(|case| case.reference > 0.0), "nothing is lit");
+    let worst = cases.into_iter().max_by(|a, b| a.error.total_cmp(&b.error)).expect("a view");
+    println!("{worst}");
+    assert!(worst.error <= 1e-3, "{worst}");
+}
+
+/// Random scenes over all that a scene allows. Of a thousand rays one may exceed 1e-3: see `MOST_FAILURES`.
+#[test]
+fn radiance_of_random_scenes_agrees_with_the_oracle() {
+    let outcome = integral(SEED, RAYS);
+    println!("{outcome:?}");
+    assert_eq!(outcome.cases, RAYS);
+    assert!(outcome.failures <= MOST_FAILURES, "{outcome:?}");
+}
+
+#[test]
+fn radiance_is_continuous_across_the_level_direction() {
+    for altitude in [0.5, 2.0, 12.0, 35.0, 90.0] {
+        for sun in [0.5, 2.0, 40.0] {
+            let mut scene = scene(Preset::Earth, sun, "8x4");
+            scene.observer.altitude = altitude;
+            let plan = plan(&scene);
+            for azimuth in [5.0, 90.0, 175.0] {
+                assert_continuous(&format!("{altitude} km, sun at {sun}, azimuth {azimuth}"), 0.0, 0.01, |elevation| {
+                    seen(&plan, elevation, azimuth)
+                });
+            }
+        }
+    }
+}
+
+/// There the ray's end leaps from the ground to the far side of the air, and its radiance with it: by as much as the oracle's.
+#[test]
+fn the_step_at_the_edge_of_the_ground_is_that_of_the_oracle() {
+    for altitude in [0.5, 12.0, 35.0] {
+        for sun in [2.0, 40.0] {
+            let mut scene = scene(Preset::Earth, sun, "8x4");
+            scene.observer.altitude = altitude;
+            let plan = plan(&scene);
+            let bands: Vec<_> = plan.wavelengths.iter().map(|&nm| coefficients(&scene, nm)).collect();
+            let ground = scene.atmosphere.ground_radius;
+            let horizon = -(ground / (ground + altitude)).acos().to_degrees();
+            for elevation in [horizon - 0.01, horizon + 0.01] {
+                let values = seen(&plan, elevation, 60.0);
+                let references = scattered_radiance_bands(&medium(&scene), &bands, &ray(&scene, elevation, 60.0));
+                for (value, reference) in values.into_iter().zip(references) {
+                    // The bound of the integral.
+                    assert!((value / reference - 1.0).abs() <= 1e-3, "{altitude} km, {elevation}: {value} {reference}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn radiance_is_continuous_as_the_sun_sets() {
+    for elevation in [1.0, 20.0, 60.0, 90.0] {
+        for azimuth in [5.0, 90.0, 175.0] {
+            for altitude in [0.0, 12.0] {
+                let at_sun = |sun: f64| {
+                    let mut scene = scene(Preset::Earth, sun, "8x4");
+                    scene.observer.altitude = altitude;
+                    seen(&plan(&scene), elevation, azimuth)
+                };
+                assert_continuous(&format!("{altitude} km, view {elevation}, {azimuth}"), 0.0, 0.02, at_sun);
+            }
+        }
+    }
+}
+
+#[test]
+fn radiance_is_continuous_through_the_zenith_and_round_the_horizon() {
+    for sun in [-3.0, 2.0, 40.0, 89.0] {
+        let plan = plan(&scene(Preset::Earth, sun, "8x4"));
+        for azimuth in [5.0, 90.0] {
+            let over = |elevation: f64| seen(&plan, elevation, azimuth);
+            assert_continuous(&format!("zenith, sun at {sun}, azimuth {azimuth}"), 90.0, 0.05, over);
+        }
+        for elevation in [0.5, 10.0, 60.0] {
+            let around = |azimuth: f64| seen(&plan, elevation, azimuth.rem_euclid(360.0));
+            assert_continuous(&format!("seam, sun at {sun}, elevation {elevation}"), 360.0, 0.05, around);
+        }
+    }
+}
+
+/// From 3000 radii away a planet was dark: the distance took the digits of the place where a ray enters the atmosphere.
+#[test]
+fn a_small_planet_is_lit_from_afar() {
+    let mut scene = scene(Preset::Paper, 10.0, "8x4");
+    let a = &mut scene.atmosphere;
+    (a.ground_radius, a.top_radius, a.air.scale_height) = (31.75, 34.5, 0.25);
+    (a.aerosol.scale_height, scene.observer.altitude) = (0.25, 95_000.0);
+    let disc = (a.top_radius / (a.ground_radius + scene.observer.altitude)).asin().to_degrees();
+    assert_accurate(&scene, [0.0, 0.2, 0.5, 0.8].map(|part| -90.0 + part * disc));
+}
+
+/// In air a thousand times as dense, a column of a kilometre was the difference of two numbers 10 000 times as large.
+#[test]
+fn opaque_air_is_as_bright_as_it_should_be() {
+    for altitude in [12.0, 50.0, 150.0] {
+        let mut scene = scene(Preset::Earth, 30.0, "8x4");
+        scene.observer.altitude = altitude;
+        scene.atmosphere.air.scattering *= 1000.0;
+        assert_accurate(&scene, [-90.0, -50.0, -30.0, -13.0, -6.0, -3.0, 0.0, 3.0, 20.0, 90.0]);
+    }
+}
+
+/// The horizon of a planet of a million kilometres lies within single precision's rounding of its scale heights.
+#[test]
+fn a_planet_too_large_for_single_precision_is_refused() {
+    let mut scene = Scene::default();
+    (scene.atmosphere.ground_radius, scene.atmosphere.top_radius) = (1e6, 1e6 + 100.0);
+    let refusal = Plan::new(&scene, PixelFormat::LinearRgb).expect_err("refused").to_string();
+    assert!(refusal.contains("atmosphere.ground_radius") && refusal.contains("100000"), "{refusal}");
+}

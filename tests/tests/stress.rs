@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use serde_json::Value;
-use sorairo_tests::program::{contents, run, succeed};
+use sorairo_tests::program::{contents, run};
 use tempfile::tempdir;
 
 /// One turn of every sweep.
 const SHORT: [&str; 5] = ["stress", "--minutes", "0", "--device", "cpu"];
 
-/// A seed whose first 6400 rays all keep the bound: of other rays of extreme scenes some do not, see `integral.rs`.
-const SEED: &str = "2";
+/// The sweep of rays: of those of extreme scenes some exceed their bound, see `integral.rs`.
+const RAYS: &str = "rays in single precision against the oracle";
 
 fn report(folder: &Path) -> Value {
     let json = std::fs::read_to_string(folder.join("stress.json")).expect("a report");
@@ -20,7 +20,7 @@ fn report(folder: &Path) -> Value {
 #[test]
 fn a_short_run_tries_every_sweep_and_its_seed_gives_the_same_cases_again() {
     let folder = tempdir().unwrap();
-    let ended = succeed(folder.path(), &[&SHORT[..], &["--seed", SEED]].concat());
+    let ended = run(folder.path(), &SHORT);
     let out = folder.path().join("stress");
     let files: Vec<String> = contents(&out).into_keys().collect();
     for file in ["integral.png", "report.md", "solve.png", "stress.json"] {
@@ -30,15 +30,19 @@ fn a_short_run_tries_every_sweep_and_its_seed_gives_the_same_cases_again() {
     let outcomes = first["outcomes"].as_array().unwrap();
     assert!(outcomes.len() >= 3);
     for outcome in outcomes {
-        assert!(outcome["cases"].as_u64().unwrap() > 0 && outcome["failures"] == 0, "{outcome}");
-        assert!(outcome["worst"].as_f64().unwrap() <= outcome["bound"].as_f64().unwrap(), "{outcome}");
+        let [cases, failures] = ["cases", "failures"].map(|key| outcome[key].as_u64().unwrap());
+        let is_within = outcome["worst"].as_f64().unwrap() <= outcome["bound"].as_f64().unwrap();
+        assert!(cases > 0 && is_within == (failures == 0), "{outcome}");
+        assert!(failures == 0 || outcome["subject"] == RAYS && failures * 100 < cases, "{outcome}");
         let subject = outcome["subject"].as_str().unwrap();
         assert!(ended.stdout.contains(subject), "{subject} in {}", ended.stdout);
     }
+    let all_kept = outcomes.iter().all(|outcome| outcome["failures"] == 0);
+    assert_eq!(ended.code, Some(if all_kept { 0 } else { 1 }), "{}", ended.stderr);
     for key in ["machine", "minutes", "seed", "conditions", "worst_cells"] {
         assert!(!first[key].is_null(), "{key}");
     }
-    succeed(folder.path(), &[&SHORT[..], &["--seed", SEED, "--out", "again"]].concat());
+    assert_eq!(run(folder.path(), &[&SHORT[..], &["--out", "again"]].concat()).code, ended.code);
     assert_eq!(report(&folder.path().join("again"))["outcomes"], first["outcomes"]);
 }
 

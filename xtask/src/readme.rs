@@ -18,7 +18,7 @@ pub fn fill(root: &Path, reports: &Path) -> Result<String, Box<dyn Error>> {
     let speed = fs::read_to_string(reports.join("speed/speed.md"))?;
     let paper = fs::read_to_string(reports.join("reproduce/report.md"))?;
     let stress = fs::read_to_string(reports.join("stress/stress.json"))?;
-    for picture in ["bench/pareto.png", "reproduce/figure2.png", "stress/solve.png"] {
+    for picture in ["bench/pareto.png", "reproduce/figure2.png", "stress/solve.png", "stress/integral.png"] {
         let name = Path::new(picture).file_name().ok_or("a picture has a name")?;
         fs::copy(reports.join(picture), root.join("docs/images").join(name))?;
     }
@@ -66,6 +66,7 @@ fn reliability(stress: &serde_json::Value) -> Result<String, String> {
         let [worst, bound] = ["worst", "bound"].map(|key| figure(number(key)));
         lines.push(format!("| {} | {} | {} | {worst} | {bound} | {} |", subject?, cases?, failures?, seed?));
     }
+    lines.push("\n![Error of the ray integral over altitude, view and sun](docs/images/integral.png)".into());
     lines.push("\n![Error of a cubic through four bands in three forms](docs/images/solve.png)".into());
     Ok(lines.join("\n"))
 }

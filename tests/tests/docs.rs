@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sorairo_tests::program::{read_png, succeed};
+use sorairo_tests::program::{read_exr, read_png, succeed};
 
 fn repository() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
@@ -50,4 +50,34 @@ fn every_command_of_the_tutorial_runs() {
     {
         assert!(folder.path().join(made).is_file(), "{made}");
     }
+}
+
+/// The example of the README, line by line.
+fn example() -> sorairo::Result<()> {
+    use sorairo::{Renderer, Scene};
+
+    let mut scene = Scene::default();
+    scene.sun.elevation = 10.0;
+    let mut renderer = Renderer::open("auto")?;
+    let sky = renderer.render(&scene)?;
+    sky.save("sky.exr")?;
+    Ok(())
+}
+
+#[test]
+fn the_readmes_example_compiles_and_writes_its_file() {
+    let trimmed = |text: &str| text.lines().map(str::trim).collect::<Vec<_>>().join("\n");
+    let readme = std::fs::read_to_string(repository().join("README.md")).unwrap();
+    let shown = readme.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).expect("an example");
+    assert!(
+        trimmed(include_str!("docs.rs")).contains(trimmed(shown).trim()),
+        "the README shows another example:\n{shown}"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    // No other test here has a relative path.
+    std::env::set_current_dir(folder.path()).unwrap();
+    example().unwrap();
+    let (image, _) = read_exr(&folder.path().join("sky.exr"));
+    assert_eq!((image.width, image.height), (1024, 512));
+    assert!(image.at(512, 10)[2] > image.at(512, 10)[0], "the sky is not blue");
 }

@@ -67,11 +67,13 @@ fn radiance_of_random_scenes_agrees_with_the_oracle() {
 #[test]
 fn radiance_is_continuous_across_the_level_direction() {
     for altitude in [0.5, 2.0, 12.0, 35.0, 90.0] {
-        for sun in [0.5, 2.0, 40.0] {
+        for sun in [-3.0, 0.5, 2.0, 40.0] {
             let mut scene = scene(Preset::Earth, sun, "8x4");
             scene.observer.altitude = altitude;
             let plan = plan(&scene);
-            for azimuth in [5.0, 90.0, 175.0] {
+            // With the sun below the horizon the sky opposite to it lies in the planet's shadow.
+            let farthest = if sun < 0.0 { 90.0 } else { 175.0 };
+            for azimuth in [5.0, 90.0, farthest] {
                 assert_continuous(&format!("{altitude} km, sun at {sun}, azimuth {azimuth}"), 0.0, 0.01, |elevation| {
                     seen(&plan, elevation, azimuth)
                 });

@@ -63,7 +63,7 @@ pub fn optical_depth(bands: &Bands, column: Vec3) -> Vec4 {
 ///
 /// The lit part of the ray is cut at its perigee and at the planet's shadow, and each piece is integrated by the same
 /// `quadrature`: (node, weight) on [0, 1], Gauss-Legendre in a variable that crowds towards the piece's lowest, densest end (see
-/// [`crowded`]). `variant` says what the scene has; see [`variant`]. Without ozone twelve samples
+/// `crowded`). `variant` says what the scene has; see [`variant`]. Without ozone twelve samples
 /// leave 5e-4 of the radiance and sixteen 2e-5. With it, sunlight that grazes the kinks of the ozone tent slows the
 /// convergence when the sun is low: sixteen then leave 7e-3, forty-eight 4e-4.
 #[inline]

@@ -6,7 +6,7 @@ use crate::scene::keys::MOST_STOPS;
 /// The linear value of a picture (of 1) at which the sky's mean luminance is shown.
 const MIDDLE: f64 = 0.25;
 
-/// The exposure factor that shows the sky's mean luminance at [`MIDDLE`].
+/// The exposure factor that shows the sky's mean luminance at `MIDDLE`.
 ///
 /// The mean is geometric, so that the glow around the sun does not darken the rest, over directions spread evenly on the
 /// upper hemisphere; if all of that is black, over the lower hemisphere, or what the atmosphere fills of it (an observer in

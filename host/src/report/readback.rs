@@ -1,6 +1,6 @@
 //! The design of the paper: four radiances leave the GPU, and the CPU solves and sums.
 //!
-//! Written to give that design its best: pixels go through in groups of [`LANES`] as plain arrays, which the compiler turns
+//! Written to give that design its best: pixels go through in groups of `LANES` as plain arrays, which the compiler turns
 //! into vector instructions, and rows of groups go to all cores.
 
 use rayon::prelude::*;

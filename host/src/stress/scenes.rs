@@ -129,7 +129,7 @@ pub enum Looks {
     Colour,
     /// The radiance at its bands.
     Bands,
-    /// Its colours and the radiance at [`SPECTRUM`].
+    /// Its colours and the radiance at `SPECTRUM`.
     Spectrum,
 }
 

@@ -226,7 +226,7 @@ impl Case {
         HALF_ULP * amplification(self.nodes(), x) * largest(self.values)
     }
 
-    /// The largest error of [`reference`] against [`exact`] arithmetic, in the unit of [`Self::error`].
+    /// The largest error of [`reference()`] against [`exact`] arithmetic, in the unit of [`Self::error`].
     pub fn error_of_reference(&self) -> f64 {
         let nodes = self.nodes();
         let errors = self.at.iter().map(|&wavelength| {
@@ -295,7 +295,7 @@ pub fn solve(seed: u64, cases: u64) -> Outcome {
     }
 }
 
-/// What the cubic through four points is at `x`: [`reference`] or [`exact`].
+/// What the cubic through four points is at `x`: [`reference()`] or [`exact`].
 pub type Truth = fn([f32; 4], [f32; 4], f32) -> f64;
 
 /// The largest error of a form in single precision over the observer's range, against the true cubic through the form's own

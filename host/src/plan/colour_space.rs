@@ -1,6 +1,6 @@
 //! Spaces of linear RGB: their primaries, their white, and the matrix from XYZ to them, chromatic adaptation included.
 
-use sorairo_shared::color::RgbSpace;
+use sorairo_shared::color::{RgbSpace, into_gamut};
 use sorairo_shared::glam::{DMat3, DVec2, DVec3};
 
 use super::observer;
@@ -102,14 +102,9 @@ impl ColourSpace {
         Self { rgb, balance, from_xyz: to_xyz.inverse() * balanced, luminance: to_xyz.row(1) }
     }
 
-    /// A colour brought into the gamut; see [`sorairo_shared::color::into_gamut`].
+    /// A colour brought into the gamut as the kernels do it; see [`into_gamut`].
     pub fn into_gamut(&self, rgb: DVec3) -> DVec3 {
-        let lowest = rgb.min_element();
-        if lowest >= 0.0 {
-            return rgb;
-        }
-        let grey = self.luminance.dot(rgb).max(0.0);
-        (DVec3::splat(grey) + (rgb - grey) * (grey / (grey - lowest))).max(DVec3::ZERO)
+        into_gamut(rgb.as_vec3(), &self.for_kernels()).as_dvec3()
     }
 
     /// The space as the kernels take it.

@@ -424,7 +424,8 @@ impl ViewPath {
             fading.extend(FADING_SCALE_HEIGHTS.map(|n| n * medium.aerosol_scale_height_km));
         }
         let shells = ozone.iter().chain(&fading).filter_map(|&h| self.line.crossings(h));
-        let grazed = ozone.iter().chain(&[0.0]).filter_map(|&h| self.sun_perigee_crossings(h));
+        // Sunlight that has grazed a layer as thin as that fades within a few of its scale heights, too.
+        let grazed = ozone.iter().chain(&[0.0]).chain(&fading).filter_map(|&h| self.sun_perigee_crossings(h));
         let mut cuts: Vec<f64> = shells
             .chain(grazed)
             .flatten()

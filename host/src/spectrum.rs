@@ -107,7 +107,9 @@ impl<'a> FittedSpectrum<'a> {
             let logarithms: Vec<f64> = at_bands.iter().map(|value| value.max(DARKEST).ln()).collect();
             let phase = f64::from(match constituent {
                 Constituent::Air => rayleigh_phase(ray.nu),
-                Constituent::Aerosol => cornette_shanks_phase(ray.nu, frame.atmosphere.aerosol_asymmetry),
+                Constituent::Aerosol => {
+                    cornette_shanks_phase(ray.scattering_angle(), frame.atmosphere.aerosol_asymmetry)
+                }
             });
             let highest = at_bands.iter().copied().fold(DARKEST, f64::max) * f64::from(SPECTRUM_RISE).exp();
             for (sum, regression) in transfer.iter_mut().zip(regressions) {

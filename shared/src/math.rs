@@ -140,6 +140,12 @@ pub fn ln4(x: Vec4) -> Vec4 {
     Vec4::new(ln(x.x), ln(x.y), ln(x.z), ln(x.w))
 }
 
+/// `|x|`.
+#[inline(always)]
+pub fn abs(x: f32) -> f32 {
+    if x < 0.0 { -x } else { x }
+}
+
 /// The square root of `x >= 0` in each lane.
 #[inline(always)]
 pub fn sqrt4(x: Vec4) -> Vec4 {

@@ -17,10 +17,14 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::atmosphere::Atmosphere;
-use crate::column::{Lowest, column_outwards, column_per_density, densities, level_column, short_column, sun_column};
-use crate::geometry::{self, Interval, Ray, altitude_along, distance_to_top, inside_atmosphere, perigee_altitude};
+use crate::column::{
+    Lowest, column_outwards, columns_outwards, columns_per_density, densities, level_column, short_column, sun_column,
+};
+use crate::geometry::{
+    self, Interval, Ray, altitude_along, altitude_from, distance_to_top, inside_atmosphere, perigee_altitude,
+};
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::math::{exp4, fetch, max, min, sqrt};
+use crate::math::{abs, exp4, fetch, max, min, sqrt};
 use crate::variant;
 
 /// Optical properties of the atmosphere and the sun at four bands. The layout is that of a GPU buffer.
@@ -78,9 +82,11 @@ pub fn single_scattering(
     let mut ray = ray;
     let length;
     let mut perigee = 0.0;
+    let mut lowest = ray.altitude;
     if variant & variant::DESCENT != 0 {
         (ray, length) = inside_atmosphere(shell, ray);
         perigee = max(-(shell.ground_radius + ray.altitude) * ray.mu, 0.0);
+        lowest = if ray.mu < 0.0 { max(perigee_altitude(shell, ray.altitude, ray.mu), 0.0) } else { ray.altitude };
     } else {
         // From the ground itself every falling ray ends where it begins.
         length = if ray.mu < 0.0 { 0.0 } else { distance_to_top(shell, ray.altitude, ray.mu) };
@@ -108,7 +114,12 @@ pub fn single_scattering(
             Interval { start: lit.start, end: min(lit.end, perigee) }
         };
         if interval.end > interval.start {
-            let part = integrate_piece(atmosphere, bands, quadrature, ray, interval, rising, variant);
+            let low = if rising { interval.start } else { interval.end };
+            // The ends that are known better than by their distance: the ground, the ray's lowest point, the observer.
+            let at_lowest = (low == perigee) | (!rising & (low == length));
+            let altitude = if at_lowest { lowest } else { altitude_along(shell, ray, low) };
+            let piece = Piece { low, altitude, length: interval.end - interval.start, rising };
+            let part = integrate_piece(atmosphere, bands, quadrature, ray, lowest, piece, variant);
             sum.air += part.air;
             sum.aerosol += part.aerosol;
         }
@@ -117,17 +128,28 @@ pub fn single_scattering(
     SingleScattering { air: sum.air * bands.air_scattering, aerosol: sum.aerosol * bands.aerosol_scattering }
 }
 
+/// A lit stretch of a ray on which its altitude only rises or only falls.
+#[derive(Clone, Copy)]
+struct Piece {
+    /// Distance of its low end along the ray (km).
+    low: f32,
+    /// Altitude of its low end (km).
+    altitude: f32,
+    /// Its length (km).
+    length: f32,
+    /// Whether the ray rises from the low end on, and does not fall to it.
+    rising: bool,
+}
+
 /// What a sample's own outward column is taken from (rising ray) or added to (falling ray) to give the column between the
-/// observer and the sample (km).
+/// observer and the sample (km). `lowest` is the altitude of the ray's lowest point (km).
 #[inline]
-fn column_offset(atmosphere: &Atmosphere, ray: Ray, rising: bool, variant: u32) -> Vec3 {
+fn column_offset(atmosphere: &Atmosphere, ray: Ray, lowest: f32, rising: bool, variant: u32) -> Vec3 {
     let density = densities(atmosphere, ray.altitude, variant);
-    let mu = if ray.mu < 0.0 { -ray.mu } else { ray.mu };
-    let outwards = column_outwards(atmosphere, ray.altitude, density, mu, variant);
+    let outwards = column_outwards(atmosphere, ray.altitude, density, abs(ray.mu), variant);
     if (variant & variant::DESCENT == 0) | (ray.mu >= 0.0) {
         outwards
     } else if rising {
-        let lowest = max(perigee_altitude(atmosphere.shell(), ray.altitude, ray.mu), 0.0);
         level_column(atmosphere, lowest, variant) * 2.0 - outwards
     } else {
         -outwards
@@ -139,60 +161,66 @@ fn column_offset(atmosphere: &Atmosphere, ray: Ray, rising: bool, variant: u32) 
 ///
 /// The integrand falls off over the distance `D` in which the density does, or over a few mean free paths of light, whichever is shorter;
 /// `k` makes the sampled variable as long as three of those. `low` is the distance of the low end along the ray. A falling ray
-/// reaches its low end last: in opaque air nothing is seen of it, and the density alone counts.
+/// reaches its low end last: in opaque air nothing is seen of it, and the density alone counts. `mu` is the cosine of the angle between
+/// the vertical and the piece at its low end.
 #[inline]
-fn crowded(atmosphere: &Atmosphere, bands: &Bands, ray: Ray, low: f32, length: f32, rising: bool, variant: u32) -> f32 {
-    let shell = atmosphere.shell();
-    let altitude = altitude_along(shell, ray, low);
-    let mu = ((shell.ground_radius + ray.altitude) * ray.mu + low) / (shell.ground_radius + altitude);
-    let g = sqrt(1.0 + altitude / shell.ground_radius);
-    let fall_off = column_per_density(&atmosphere.air, g, if mu < 0.0 { -mu } else { mu });
+fn crowded(atmosphere: &Atmosphere, bands: &Bands, piece: Piece, mu: f32, variant: u32) -> f32 {
+    let Piece { altitude, length, rising, .. } = piece;
+    let g = sqrt(1.0 + altitude / atmosphere.ground_radius);
+    let fall_off = columns_per_density(atmosphere, g, Vec2::splat(mu), variant).x;
     let density = densities(atmosphere, altitude, variant);
     let extinction = bands.air_scattering * density.x + bands.aerosol_extinction * density.y;
     let strongest = if rising { max(max(extinction.x, extinction.y), max(extinction.z, extinction.w)) } else { 0.0 };
     max(0.35 * length * (1.0 / fall_off + 0.05 * strongest) - 1.0, 0.0)
 }
 
+/// The integral over a piece.
+///
+/// Samples are placed by their distance from the low end: altitudes there are sums of positive terms, and near the ground keep the digits
+/// that they would lose as distances from an observer far above.
 #[inline]
 fn integrate_piece(
     atmosphere: &Atmosphere,
     bands: &Bands,
     quadrature: &[Vec2],
     ray: Ray,
-    interval: Interval,
-    rising: bool,
+    lowest: f32,
+    piece: Piece,
     variant: u32,
 ) -> SingleScattering {
     let shell = atmosphere.shell();
+    let Piece { low, altitude: low_altitude, length, rising } = piece;
+    let outwards = if rising { 1.0 } else { -1.0 };
     let r = shell.ground_radius + ray.altitude;
-    let offset = column_offset(atmosphere, ray, rising, variant);
-    let (low, outwards) = if rising { (interval.start, 1.0) } else { (interval.end, -1.0) };
-    let length = interval.end - interval.start;
-    let k = crowded(atmosphere, bands, ray, low, length, rising, variant);
-    let mut behind_perigee = Lowest { altitude: ray.altitude, mu: max(ray.mu, 0.0) };
-    if (variant & variant::OPAQUE != 0) & (ray.mu < 0.0) {
-        behind_perigee.altitude = max(perigee_altitude(shell, ray.altitude, ray.mu), 0.0);
-    }
+    let low_r = shell.ground_radius + low_altitude;
+    let low_mu = max((r * ray.mu + low) * outwards, 0.0) / low_r;
+    let low_r_mu_s = r * ray.mu_s + low * ray.nu;
+    let nu = ray.nu * outwards;
+    let offset = column_offset(atmosphere, ray, lowest, rising, variant);
+    let k = crowded(atmosphere, bands, piece, low_mu, variant);
+    let lowest_ahead = Lowest { altitude: lowest, mu: max(ray.mu, 0.0) };
     let mut air = Vec4::ZERO;
     let mut aerosol = Vec4::ZERO;
     let mut i = 0;
     while i < quadrature.len() {
         let node = fetch(quadrature, i);
         let stretch = 1.0 / (1.0 + k * (1.0 - node.x));
-        let s = low + outwards * length * node.x * stretch;
+        let s = length * node.x * stretch;
         let weight = node.y * length * (1.0 + k) * stretch * stretch;
 
-        let altitude = altitude_along(shell, ray, s);
+        let altitude = altitude_from(shell, low_altitude, low_mu, s);
         let inverse_r = 1.0 / (shell.ground_radius + altitude);
-        let mu = max((r * ray.mu + s) * inverse_r * outwards, 0.0);
-        let mu_s = (r * ray.mu_s + s * ray.nu) * inverse_r;
+        let mu = (low_r * low_mu + s) * inverse_r;
+        let mu_s = (low_r_mu_s + s * nu) * inverse_r;
         let density = densities(atmosphere, altitude, variant);
-        let mut to_observer = offset - column_outwards(atmosphere, altitude, density, mu, variant) * outwards;
+        let columns = columns_outwards(atmosphere, altitude, density, Vec2::new(mu, abs(mu_s)), variant);
+        let mut to_observer = offset - columns.first * outwards;
         if variant & variant::OPAQUE != 0 {
-            let lowest = if rising { behind_perigee } else { Lowest { altitude, mu } };
-            to_observer = short_column(atmosphere, ray.altitude, ray.mu, lowest, s, to_observer, variant);
+            let lowest = if rising { lowest_ahead } else { Lowest { altitude, mu } };
+            let distance = low + outwards * s;
+            to_observer = short_column(atmosphere, ray.altitude, ray.mu, lowest, distance, to_observer, variant);
         }
-        let to_sun = sun_column(atmosphere, altitude, density, mu_s, variant);
+        let to_sun = sun_column(atmosphere, altitude, columns.second, mu_s, variant);
         let column = to_observer.max(Vec3::ZERO) + to_sun;
         let transmittance = exp4(-optical_depth(bands, column)) * weight;
         air += transmittance * density.x;

@@ -1,6 +1,6 @@
 //! The sky's colour in a direction: the integral at the bands, its phase functions, and the fit through the bands.
 
-use crate::atmosphere::{cornette_shanks_phase, rayleigh_phase};
+use crate::atmosphere::{ScatteringAngle, cornette_shanks_phase, rayleigh_phase};
 use crate::color::{into_gamut, observe_cubic};
 use crate::frame::Frame;
 use crate::geometry::Ray;
@@ -34,7 +34,8 @@ pub fn transfer(frame: &Frame, bands: &Bands, quadrature: &[Vec2], direction: Ve
     let scattered = single_scattering(&frame.atmosphere, bands, quadrature, ray, variant);
     let mut transfer = scattered.air * rayleigh_phase(ray.nu);
     if variant & variant::AEROSOL != 0 {
-        transfer += scattered.aerosol * cornette_shanks_phase(ray.nu, frame.atmosphere.aerosol_asymmetry);
+        transfer +=
+            scattered.aerosol * cornette_shanks_phase(ray.scattering_angle(), frame.atmosphere.aerosol_asymmetry);
     }
     transfer
 }
@@ -50,10 +51,10 @@ pub struct Constituents {
 
 /// The sky of a ray from its constituents: phase functions, and the gamut of the display's primaries (W·m⁻²·sr⁻¹).
 #[inline]
-pub fn with_phases(frame: &Frame, constituents: Constituents, nu: f32, variant: u32) -> Vec3 {
-    let mut rgb = constituents.air * rayleigh_phase(nu);
+pub fn with_phases(frame: &Frame, constituents: Constituents, angle: ScatteringAngle, variant: u32) -> Vec3 {
+    let mut rgb = constituents.air * rayleigh_phase(angle.cosine);
     if variant & variant::AEROSOL != 0 {
-        rgb += constituents.aerosol * cornette_shanks_phase(nu, frame.atmosphere.aerosol_asymmetry);
+        rgb += constituents.aerosol * cornette_shanks_phase(angle, frame.atmosphere.aerosol_asymmetry);
     }
     into_gamut(rgb, &frame.rgb)
 }
@@ -159,6 +160,7 @@ pub fn sky(
         into_gamut(frame.rgb.from_xyz(observe_cubic(frame.nodes, radiance, colour)), &frame.rgb)
     } else {
         let ray = view_ray(frame, direction);
-        with_phases(frame, constituents(frame, bands, quadrature, colour, ray, fit, variant), ray.nu, variant)
+        let constituents = constituents(frame, bands, quadrature, colour, ray, fit, variant);
+        with_phases(frame, constituents, ray.scattering_angle(), variant)
     }
 }

@@ -107,7 +107,7 @@ fn store_learnt(
     let air = Logarithms::new(scattered.air, Vec4::ZERO, false);
     let aerosol = Logarithms::new(scattered.aerosol, Vec4::ZERO, false);
     let air_phase = rayleigh_phase(ray.nu);
-    let aerosol_phase = cornette_shanks_phase(ray.nu, frame.atmosphere.aerosol_asymmetry);
+    let aerosol_phase = cornette_shanks_phase(ray.scattering_angle(), frame.atmosphere.aerosol_asymmetry);
     let nodes = frame.air_nodes + frame.aerosol_nodes;
     let has_aerosol = variant & variant::AEROSOL != 0;
     let mut row = (nodes * ROWS_PER_NODE) as usize;
@@ -126,7 +126,7 @@ fn store_learnt(
         air: learnt_rgb(colour, 0, frame.air_nodes, &air),
         aerosol: learnt_rgb(colour, frame.air_nodes, frame.aerosol_nodes, &aerosol),
     };
-    store_colour(output, at, with_phases(frame, constituents, ray.nu, variant));
+    store_colour(output, at, with_phases(frame, constituents, ray.scattering_angle(), variant));
 }
 
 #[inline]

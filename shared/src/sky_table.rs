@@ -5,6 +5,7 @@
 //! the sun, in which a function that is even in the azimuth is smooth at both ends. The phase functions are exact at
 //! every pixel, and so is the horizon.
 
+use crate::atmosphere::ScatteringAngle;
 use crate::frame::Frame;
 use crate::glam::{Vec3, Vec4};
 use crate::math::{PI, acos, clamp, fetch, floor, max, min, mix, safe_sqrt, sin_cos, sqrt};
@@ -81,8 +82,8 @@ pub fn sky_from_table(frame: &Frame, table: &[Vec4], view: Vec3, variant: u32) -
     if variant & variant::AEROSOL != 0 {
         aerosol = bilinear(table, entry + 1, below + 1, fx, fy);
     }
-    let nu = view.x * frame.sun.x + view.y * frame.sun.y + view.z * frame.sun.z;
-    with_phases(frame, Constituents { air, aerosol }, nu, variant)
+    let angle = ScatteringAngle::between(view, frame.sun.truncate());
+    with_phases(frame, Constituents { air, aerosol }, angle, variant)
 }
 
 /// The colour between four entries, given the first of each of their two rows.

@@ -392,7 +392,7 @@ fn a_wrong_scene_exits_with_2_and_one_sentence() {
         let shown = if value == "nan" { "NaN" } else { value };
         refuses(Some(&format!("{key} = {value}\n")), &["render", "--device", "cpu"], &[key, shown, allowed]);
     }
-    let table: [(&str, &[&str]); 17] = [
+    let table: [(&str, &[&str]); 18] = [
         ("[sun]\nelevation = 3\nelevatoin = 4", &["scene.toml, line 3", "column 1", "elevatoin", "`elevation`"]),
         ("[moon]\nelevation = 3", &["line 1", "moon", "`sun`"]),
         ("\n\n[sun]\nelevation = \"high\"", &["line 4", "elevation", "high", "a number"]),
@@ -409,6 +409,10 @@ fn a_wrong_scene_exits_with_2_and_one_sentence() {
         ("render.rgb = \"adobe\"", &["line 1", "render.rgb", "adobe", "acescg"]),
         ("render.white_balance = 5", &["line 1", "render.white_balance", "5"]),
         ("sun.elevation = 3\nsun.elevation = 4", &["line 2", "sun.elevation = 4", "duplicate"]),
+        (
+            "atmosphere.air.scattering = 1\natmosphere.top_radius = 6370",
+            &["atmosphere.top_radius", "6370", "optical depth of", "at most 20"],
+        ),
         ("[sun", &["line 1", "[sun", "`]`"]),
     ];
     for (scene, named) in table {

@@ -15,9 +15,9 @@ const RAYS: u64 = 128_000;
 /// Seed of those rays.
 const SEED: u64 = 20_261_121;
 
-/// Rays that may exceed the bound of 1e-3. The goal is none, and it is missed: 161 of these 128 000 rays did when this was written, the worst
-/// of them by its own size. One in 500 guards against more.
-const MOST_FAILURES: u64 = RAYS / 500;
+/// Rays that may exceed the bound of 1e-3. The goal is none, and it is missed by little: 3 of these 128 000 rays did when this was written, by
+/// 2.3 times at most, because the plan's test rays found its samples enough and these rays did not. One in 10 000 guards against more.
+const MOST_FAILURES: u64 = RAYS / 10_000;
 
 /// Single precision keeps 1e-5 of an optical depth of some ten; a difference has two such values.
 const ROUNDING: f64 = 3e-5;
@@ -155,6 +155,48 @@ fn opaque_air_is_as_bright_as_it_should_be() {
         scene.observer.altitude = altitude;
         scene.atmosphere.air.scattering *= 1000.0;
         assert_accurate(&scene, [-90.0, -50.0, -30.0, -13.0, -6.0, -3.0, 0.0, 3.0, 20.0, 90.0]);
+    }
+}
+
+/// Air of 50 m seen from 2663 km up: as a distance from the observer the place of a sample lost the digits of its altitude.
+#[test]
+fn thin_air_on_the_ground_keeps_its_radiance_seen_from_high_inside_the_atmosphere() {
+    let mut scene = scene(Preset::Paper, 39.0, "8x4");
+    let a = &mut scene.atmosphere;
+    (a.ground_radius, a.top_radius, a.air.scale_height) = (39_546.4, 39_546.4 + 2_663.34, 0.05);
+    (a.air.scattering, a.aerosol.optical_depth, scene.observer.altitude) = (1.5e-5, 0.0, 2_663.3);
+    assert_accurate(&scene, [-90.0, -75.0, -61.9, -45.7, -30.0]);
+}
+
+/// The column of ozone was a small difference of columns through three ramps, which began at the observer.
+#[test]
+fn ozone_far_above_keeps_its_column_on_level_rays() {
+    let mut scene = scene(Preset::Earth, 88.0, "8x4");
+    let a = &mut scene.atmosphere;
+    (a.ground_radius, a.top_radius, a.air.scale_height) = (39_574.5, 39_574.5 + 139.4, 0.7);
+    (a.air.scattering, a.aerosol.optical_depth, scene.observer.altitude) = (1.2e-5, 0.0, 0.134);
+    (a.ozone.column, a.ozone.bottom, a.ozone.peak, a.ozone.top) = (1e4, 106.2, 115.6, 124.8);
+    assert_accurate(&scene, [-0.12, -0.077, -0.057, 0.05, 0.5]);
+}
+
+/// The closed form of a column took its curvature from the ground: at some scale heights 2e-4 of an optical depth of tens was missing.
+#[test]
+fn opaque_air_on_a_small_planet_is_as_bright_as_it_should_be() {
+    let mut scene = scene(Preset::Earth, 1.2, "8x4");
+    let a = &mut scene.atmosphere;
+    (a.ground_radius, a.top_radius) = (629.0, 690.0);
+    (a.air.scattering, a.air.scale_height, scene.observer.altitude) = (0.466, 4.876, 17.4);
+    assert_accurate(&scene, [-1.2, 0.0, 2.0, 6.0, 12.7, 40.0]);
+}
+
+/// From orbit the ground is seen where the sun sets; the samples were chosen for a sun that is high where the observer is.
+#[test]
+fn the_terminator_seen_from_orbit_is_as_bright_as_it_should_be() {
+    for (altitude, sun) in [(646.0, 8.5), (36_144.0, 9.3)] {
+        let mut scene = scene(Preset::Earth, sun, "8x4");
+        scene.observer.altitude = altitude;
+        let horizon = -(6360.0_f64 / (6360.0 + altitude)).acos().to_degrees();
+        assert_accurate(&scene, [0.02, 0.1, 0.3, 0.6].map(|part| horizon + part * (-90.0 - horizon)));
     }
 }
 

@@ -144,8 +144,8 @@ struct Cell {
 
 fn measure(plan: &Plan, above: bool, x: f64, c: f64, half_x: f64, half_c: f64) -> Cell {
     let centre = grid_view(&plan.frame, above, x as f32, c as f32);
-    let nu = view_ray(&plan.frame, centre).nu;
-    let phases = (rayleigh_phase(nu), cornette_shanks_phase(nu, plan.frame.atmosphere.aerosol_asymmetry));
+    let angle = view_ray(&plan.frame, centre).scattering_angle();
+    let phases = (rayleigh_phase(angle.cosine), cornette_shanks_phase(angle, plan.frame.atmosphere.aerosol_asymmetry));
     let luminance = |x: f64, c: f64| {
         let ray = view_ray(&plan.frame, grid_view(&plan.frame, above, x as f32, c as f32));
         let Plan { frame, bands, quadrature, colour, .. } = plan;

@@ -2,9 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use sorairo_shared::column::{densities, sun_column};
+use sorairo_shared::column::{column_outwards, densities, sun_column};
 use sorairo_shared::geometry::{Ray, inside_atmosphere};
 use sorairo_shared::glam::{DVec2, DVec3, Vec4};
+use sorairo_shared::math::abs;
 use sorairo_shared::sky::view_ray;
 use sorairo_shared::sun_disc::{ELEVATIONS, LIMB_COSINES, SunDisc};
 use sorairo_shared::variant;
@@ -162,7 +163,8 @@ impl<'a> Sun<'a> {
         if length > 0.0 {
             let variant = variant | variant::LOW_SUN | variant::ABOVE_TOP;
             let density = densities(&frame.atmosphere, altitude, variant);
-            column = sun_column(&frame.atmosphere, altitude, density, mu, variant).as_dvec3();
+            let outwards = column_outwards(&frame.atmosphere, altitude, density, abs(mu), variant);
+            column = sun_column(&frame.atmosphere, altitude, outwards, mu, variant).as_dvec3();
         }
         let depth = |nm: f64| {
             let c = optics.at(nm);

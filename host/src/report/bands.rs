@@ -214,10 +214,10 @@ impl Spectra {
         let judged = training.spectra(constituent, &reference.views, &searched);
         let asymmetry = plan.frame.atmosphere.aerosol_asymmetry;
         let judged = judged.iter().zip(&reference.views).map(|(ray, &view)| {
-            let nu = view_ray(&plan.frame, view).nu;
+            let angle = view_ray(&plan.frame, view).scattering_angle();
             let phase = match constituent {
-                Constituent::Air => rayleigh_phase(nu),
-                Constituent::Aerosol => cornette_shanks_phase(nu, asymmetry),
+                Constituent::Air => rayleigh_phase(angle.cosine),
+                Constituent::Aerosol => cornette_shanks_phase(angle, asymmetry),
             };
             ray.iter().any(|&value| value > 0.0).then(|| (ln(&ray[..searched.len()]), f64::from(phase)))
         });

@@ -103,7 +103,8 @@ pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
     }
     let ray = view_ray(frame, view);
     let rgb = constituents(frame, bands, quadrature, colour, ray, plan.fit_kind(), *variant);
-    let phases = (rayleigh_phase(ray.nu), cornette_shanks_phase(ray.nu, frame.atmosphere.aerosol_asymmetry));
+    let phases =
+        (rayleigh_phase(ray.nu), cornette_shanks_phase(ray.scattering_angle(), frame.atmosphere.aerosol_asymmetry));
     plan.space.from_xyz.inverse() * (rgb.air * phases.0 + rgb.aerosol * phases.1).as_dvec3()
 }
 

@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use documented::DocumentedFields;
 
 use crate::input::shown;
+use crate::plan::optics::Optics;
 
 use super::place::PlaceAndTime;
 use super::{
@@ -126,7 +127,8 @@ pub static KEYS: &[Key] = &[
             |s| s.atmosphere.ground_radius + (0.2 * s.atmosphere.ground_radius).min(1e4),
             "10000 km or a fifth of the ground radius above the ground",
         ),
-    ),
+    )
+    .rule(opaque_at_its_top),
     Key::number("atmosphere.air.scattering", "km⁻¹", |s| Some(s.atmosphere.air.scattering), At(0.0), At(100.0)),
     Key::number("atmosphere.air.scale_height", "km", |s| Some(s.atmosphere.air.scale_height), At(0.05), THICKEST),
     Key::number(
@@ -222,7 +224,7 @@ pub static KEYS: &[Key] = &[
     Key::other("render.color", Allowed::Words(words::<ColorPath>)).flag("--color").rule(nothing_to_solve),
     Key::number("render.steps", "samples", |s| s.render.steps.map(f64::from), At(1.0), At(1024.0))
         .flag("--steps")
-        .otherwise("what the scene's rays need: from the Earth's ground 12, with the sun below 5° 48"),
+        .otherwise("what the scene's rays need: from the Earth's ground 12, with the sun below 5° 48 to 64"),
     Key::other("render.path", Allowed::Words(words::<PathChoice>)).flag("--path"),
     Key::number(
         "render.exposure",
@@ -337,14 +339,17 @@ impl Key {
         }
     }
 
-    fn violation(&'static self, scene: &Scene) -> Option<Violation> {
-        let out_of_range = match &self.allowed {
+    fn out_of_range(&self, scene: &Scene) -> Option<String> {
+        match &self.allowed {
             Allowed::Range { value, low, high } => {
                 value(scene).and_then(|value| out_of_range(value, low.of(scene), high.of(scene), self.unit))
             }
             _ => None,
-        };
-        let complaint = out_of_range.or_else(|| self.rule.and_then(|rule| rule(scene)))?;
+        }
+    }
+
+    fn violation(&'static self, scene: &Scene) -> Option<Violation> {
+        let complaint = self.out_of_range(scene).or_else(|| self.rule.and_then(|rule| rule(scene)))?;
         Some(Violation { key: self, complaint })
     }
 }
@@ -435,6 +440,36 @@ fn out_of_range(value: f64, low: f64, high: f64, unit: &str) -> Option<String> {
 fn size_out_of_range(scene: &Scene) -> Option<String> {
     let size = scene.camera.size;
     (!size.is_allowed()).then(|| format!("is {size}; each side must lie between 1 and {LONGEST_SIDE} pixels"))
+}
+
+/// The largest optical depth, on a level ray and at the shortest wavelength, of what the atmosphere's top cuts off.
+///
+/// A denser top is an edge: the level sun lights the air within metres of it, and an altitude in single precision has no digits for them.
+pub const DENSEST_TOP: f64 = 20.0;
+
+/// What the optical depth above the top follows from.
+const OF_THE_TOP: [&str; 6] = [
+    "atmosphere.ground_radius",
+    "atmosphere.air.scattering",
+    "atmosphere.air.scale_height",
+    "atmosphere.aerosol.optical_depth",
+    "atmosphere.aerosol.angstrom_exponent",
+    "atmosphere.aerosol.scale_height",
+];
+
+fn opaque_at_its_top(scene: &Scene) -> Option<String> {
+    // Where one of them is out of its range, that is what is wrong.
+    if OF_THE_TOP.iter().any(|name| find(name).expect("a key").out_of_range(scene).is_some()) {
+        return None;
+    }
+    let depth = Optics::new(scene).depth_above_top(scene);
+    (depth > DENSEST_TOP).then(|| {
+        format!(
+            "is {}, where the air is opaque still: what would lie above has an optical depth of {depth:.0} on a level ray, and at most \
+             {DENSEST_TOP} may be cut off",
+            shown(scene.atmosphere.top_radius)
+        )
+    })
 }
 
 /// Farther away (au) the disc is smaller than single precision can place it.

@@ -13,7 +13,7 @@ use serde::Serialize;
 use sorairo_shared::glam::{DVec3, Vec3};
 use sorairo_shared::sky::transfer;
 
-use super::scenes::bounds;
+use super::scenes::{bounds, thin_the_top};
 use super::{Outcome, generator};
 use crate::PixelFormat;
 use crate::oracle::{Coefficients, Medium, Ray, medium, scattered_radiance_bands_within};
@@ -30,6 +30,9 @@ const REFERENCE_TOLERANCE: f64 = 1e-6;
 /// A direction that differs by this (radians) is the same direction: three units in the last place of a component in single
 /// precision, a seventeenth of a pixel's width in the largest image.
 const SAME_DIRECTION: f64 = 2e-7;
+
+/// An angle (radians) that is nothing beside [`SAME_DIRECTION`], and that double precision can tell.
+const HAIR: f64 = 1e-12;
 
 /// One ray of one scene at four wavelengths, and how far the integral is from the oracle there.
 #[derive(Clone, Debug)]
@@ -192,6 +195,11 @@ impl<'a> Judge<'a> {
         std::array::from_fn(|i| (f64::from(values[i]), references[i]))
     }
 
+    /// Elevation of the horizon (radians).
+    fn horizon(&self) -> f64 {
+        path::horizon(self.scene.atmosphere.ground_radius, f64::from(self.plan.frame.altitude))
+    }
+
     fn reference(&self, view: [f64; 3], sun: [f64; 3]) -> Vec<f64> {
         let ray = Ray { observer_altitude_km: f64::from(self.plan.frame.altitude), view, sun };
         scattered_radiance_bands_within(REFERENCE_TOLERANCE, &self.medium, &self.bands, &ray)
@@ -224,8 +232,13 @@ impl<'a> Judge<'a> {
     /// from the view and from the sun's.
     fn error_of_same_directions(&self, view: Vec3, pair: [(f64, f64); 4], brightest: [f64; 4]) -> f64 {
         let (view, sun) = (unit(view), self.sun);
+        // Ever closer: beside the horizon's jump the radiance changes with its distance from the jump.
         let parts = [-1.0, -0.5, -0.25, 0.25, 0.5, 1.0].map(|part| part * SAME_DIRECTION);
-        let of_views = parts.into_iter().map(|angle| self.reference(tilted(view, angle), sun));
+        // The radiance jumps at the horizon, and beside it depends on the distance from the jump: that is one of the directions to try.
+        let to_horizon = self.horizon() - view[2].clamp(-1.0, 1.0).asin();
+        let beside_horizon =
+            [to_horizon - HAIR, to_horizon + HAIR].into_iter().filter(|angle| angle.abs() < SAME_DIRECTION);
+        let of_views = parts.into_iter().chain(beside_horizon).map(|angle| self.reference(tilted(view, angle), sun));
         let of_suns = parts.into_iter().map(|angle| self.reference(view, tilted(sun, angle)));
         let near: Vec<Vec<f64>> = of_views.chain(of_suns).collect();
         (0..4)
@@ -312,6 +325,7 @@ fn random_scene(rng: &mut ChaCha8Rng) -> Scene {
     clamp(&mut scene, "atmosphere.air.scattering", |s| &mut s.atmosphere.air.scattering);
     clamp(&mut scene, "atmosphere.aerosol.optical_depth", |s| &mut s.atmosphere.aerosol.optical_depth);
     clamp(&mut scene, "atmosphere.ozone.column", |s| &mut s.atmosphere.ozone.column);
+    thin_the_top(&mut scene);
     scene.sun.elevation = random_sun(rng, &scene);
     scene.sun.azimuth = rng.random_range(-360.0..=360.0);
     scene.observer.altitude = random_altitude(rng, &scene);

@@ -16,8 +16,9 @@ use crate::Error;
 use crate::backend::cpu::Cpu;
 use crate::backend::{Backend, Device, Kernel};
 use crate::plan::linear::{Interpolant, LinearFit};
+use crate::plan::optics::Optics;
 use crate::plan::{Plan, observer};
-use crate::scene::keys::{self, CLOSEST_BANDS, FARTHEST_DISC, MOST_STOPS, band_counts};
+use crate::scene::keys::{self, CLOSEST_BANDS, DENSEST_TOP, FARTHEST_DISC, MOST_STOPS, band_counts};
 use crate::scene::{
     AlbedoSpectrum, ColorObserver, ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Render, Rgb,
     Scene, Size, SunSpectrum, WhiteBalance,
@@ -70,6 +71,17 @@ static NUMBERS: [Number; 19] = [
 /// The range of a number in a scene.
 pub(super) fn bounds(name: &str, scene: &Scene) -> (f64, f64) {
     keys::find(name).and_then(|key| key.bounds(scene)).expect("the key of a number")
+}
+
+/// Takes as much air and aerosol from a scene as its top may not cut off.
+pub(super) fn thin_the_top(scene: &mut Scene) {
+    let depth = Optics::new(scene).depth_above_top(scene);
+    if depth > DENSEST_TOP {
+        // A hair less, which rounding may add again.
+        let part = 0.999 * DENSEST_TOP / depth;
+        scene.atmosphere.air.scattering *= part;
+        scene.atmosphere.aerosol.optical_depth *= part;
+    }
 }
 
 fn depth(scene: &Scene) -> f64 {
@@ -157,6 +169,7 @@ impl Case {
         for number in &NUMBERS {
             number.set(&mut scene, rng, boldness);
         }
+        thin_the_top(&mut scene);
         if scene.atmosphere.ozone.column == 0.0 && rng.random_bool(0.3) {
             // Nobody asks where the ozone is that is not there.
             let ozone = &mut scene.atmosphere.ozone;

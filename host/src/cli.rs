@@ -98,18 +98,24 @@ pub struct RenderArguments {
     /// File to write, .png, .exr or .spectral.exr; may be given more than once [default: sky.png and sky.exr].
     #[arg(short = 'o', long = "output", value_name = "OUT")]
     output: Vec<PathBuf>,
-    /// Make every EXR file a spectral one, whatever its name.
-    #[arg(long)]
-    spectral: bool,
-    /// Wavelengths of spectral files in nm: START:END:STEP, or a list with commas [default: 380:780:10].
-    #[arg(long, value_name = "LIST", value_parser = wavelengths)]
-    wavelengths: Option<Wavelengths>,
+    #[command(flatten)]
+    spectral: SpectralFlags,
     /// Print what the plan skips, and what that saves (with --json, as its `explain`).
     #[arg(long)]
     pub explain: bool,
     /// Print one JSON object about the rendering to standard output.
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args)]
+struct SpectralFlags {
+    /// Make every EXR file a spectral one, whatever its name.
+    #[arg(long)]
+    spectral: bool,
+    /// Wavelengths of spectral files in nm: START:END:STEP, or a list with commas [default: 380:780:10].
+    #[arg(long, value_name = "LIST", value_parser = wavelengths)]
+    wavelengths: Option<Wavelengths>,
 }
 
 #[derive(Args)]
@@ -137,10 +143,12 @@ pub struct SequenceArguments {
     /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
     #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,
-    /// Files to write, .png or .exr; a run of # in the file name becomes the number of the frame with as many digits or more. The
+    /// Files to write, .png, .exr or .spectral.exr; a run of # in the file name becomes the number of the frame with as many digits or more. The
     /// folder is made. May be given more than once.
     #[arg(short = 'o', long = "output", value_name = "OUT", default_value = "frames/sky.####.png")]
     output: Vec<PathBuf>,
+    #[command(flatten)]
+    spectral: SpectralFlags,
     /// Print one JSON object about the sequence to standard output.
     #[arg(long)]
     pub json: bool,
@@ -448,12 +456,16 @@ impl RenderArguments {
     /// What to write and to measure.
     pub fn request(&self) -> Request {
         let usual = || vec!["sky.png".into(), "sky.exr".into()];
-        Request {
-            outputs: if self.output.is_empty() { usual() } else { self.output.clone() },
-            spectral: self.spectral,
-            wavelengths: self.wavelengths.as_ref().map(|wavelengths| wavelengths.to_vec()),
-            sky_light: self.json,
-        }
+        let outputs = if self.output.is_empty() { usual() } else { self.output.clone() };
+        Request { sky_light: self.json, ..self.spectral.request(outputs) }
+    }
+}
+
+impl SpectralFlags {
+    /// What is asked of files.
+    fn request(&self, outputs: Vec<PathBuf>) -> Request {
+        let wavelengths = self.wavelengths.as_ref().map(|wavelengths| wavelengths.to_vec());
+        Request { outputs, spectral: self.spectral, wavelengths, sky_light: false }
     }
 }
 
@@ -463,7 +475,7 @@ impl SequenceArguments {
         let file = self.sky.read(self.scene.as_deref())?;
         let suns = self.suns(file.as_ref().and_then(|file| file.sun_from.place))?;
         let scenes: Vec<_> = suns.into_iter().map(|sun| self.sky.over(file.as_ref(), sun)).collect::<Result<_>>()?;
-        sequence::frames(scenes, &self.output)
+        sequence::frames(scenes, &self.spectral.request(self.output.clone()))
     }
 
     /// The frames that are to be rendered, in the order of their numbers.

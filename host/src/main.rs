@@ -8,7 +8,7 @@ mod sequences;
 #[cfg(feature = "view")]
 mod view;
 
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
@@ -28,6 +28,10 @@ fn main() -> ExitCode {
     log::set_logger(&Warnings).expect("this is the only logger");
     log::set_max_level(log::LevelFilter::Warn);
     let interrupted = || {
+        if io::stderr().is_terminal() {
+            // The line of the progress is left as it is.
+            print_note("");
+        }
         print_note("sorairo: interrupted; files that were not finished are removed");
         output::abandon(INTERRUPTED)
     };

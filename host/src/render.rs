@@ -239,6 +239,10 @@ pub fn render(
         files.finish().map(|()| (times, computed.elapsed()))
     })?;
     let plan = &job.plan;
+    let sky_light = request.sky_light.then(|| {
+        stage("measuring the sky's light");
+        SkyLight::new(plan)
+    });
     Ok(Report {
         device: device.name,
         backend: device.kind,
@@ -255,7 +259,7 @@ pub fn render(
         path: plan.path.clone(),
         explain: explain(plan, scene.camera.projection),
         exposure_ev: plan.frame.exposure.log2(),
-        sky_light: request.sky_light.then(|| SkyLight::new(plan)),
+        sky_light,
         plan_ms: ms(planned),
         kernel_ms: ms(times.kernel),
         readback_ms: ms(times.readback),

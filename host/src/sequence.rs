@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use crate::backend::Device;
 use crate::error::{Error, Result};
-use crate::output::{self, Format};
+use crate::output;
 use crate::render::{Files, Job, Request};
 use crate::scene::Scene;
 
@@ -106,24 +106,24 @@ pub fn parse_elevations(text: &str) -> std::result::Result<Vec<f64>, String> {
     Ok((0..=steps).map(|i| decimal(first + step * f64::from(i))).collect())
 }
 
-/// The frames that show scenes, numbered from 0. The files of each have the names of `patterns` with its number, see
+/// The frames that show scenes, numbered from 0. Each is asked for as `request` says, whose outputs are the patterns of its file names; see
 /// [`numbered`].
 ///
 /// # Errors
 ///
 /// [`Error::Request`] for a pattern without a place for the number or of another format, and for a file that two frames or
 /// patterns share.
-pub fn frames(scenes: Vec<Scene>, patterns: &[PathBuf]) -> Result<Vec<Frame>> {
-    patterns.iter().try_for_each(|pattern| Format::of(pattern, false).map(drop))?;
+pub fn frames(scenes: Vec<Scene>, request: &Request) -> Result<Vec<Frame>> {
+    request.formats()?;
     let mut names = HashSet::new();
     let frame = |(number, scene)| {
-        let outputs: Vec<_> = patterns.iter().map(|pattern| numbered(pattern, number)).collect::<Result<_>>()?;
+        let outputs: Vec<_> = request.outputs.iter().map(|pattern| numbered(pattern, number)).collect::<Result<_>>()?;
         match outputs.iter().find(|&path| !names.insert(path.clone())) {
             Some(path) => {
                 let path = path.display();
                 Err(Error::request(format!("-o {path} is a file of two frames; every output needs a name of its own")))
             }
-            None => Ok(Frame { number, scene, request: Request { outputs, ..Request::default() } }),
+            None => Ok(Frame { number, scene, request: Request { outputs, ..request.clone() } }),
         }
     };
     (0..).zip(scenes).map(frame).collect()
@@ -270,8 +270,8 @@ mod tests {
     #[test]
     fn no_two_frames_share_a_file() {
         let frames = |patterns: &[&str]| {
-            let patterns: Vec<_> = patterns.iter().map(PathBuf::from).collect();
-            super::frames(vec![Scene::default(); 12], &patterns)
+            let outputs = patterns.iter().map(PathBuf::from).collect();
+            super::frames(vec![Scene::default(); 12], &Request { outputs, ..Request::default() })
         };
         assert_eq!(
             frames(&["a/#.png", "b/#.png"]).unwrap()[11].request.outputs,

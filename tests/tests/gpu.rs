@@ -138,6 +138,15 @@ fn an_explicit_solve_gives_no_spectrum() {
     assert!(matches!(refused, Err(sorairo::Error::Request(_))));
 }
 
+/// The rows without light of such a plan were opaque black in its pixels' format, which is a NaN in a spectral image.
+#[test]
+fn a_plan_of_a_picture_takes_no_spectrum() {
+    for pixel in [PixelFormat::Picture, PixelFormat::HalfRgb] {
+        let refused = Plan::new(&scene(Preset::Earth, 20.0, "4x2"), pixel).unwrap().with_spectrum(&[550.0]);
+        assert!(matches!(refused, Err(sorairo::Error::Request(_))), "{pixel:?}");
+    }
+}
+
 #[test]
 fn every_kind_of_pixel_holds_the_same_colours() {
     let scene = scene(Preset::Earth, 20.0, "64x32");

@@ -186,6 +186,19 @@ fn frames_are_rendered_again_when_a_table_of_ones_own_holds_something_else() {
 }
 
 #[test]
+fn spectral_frames_hold_the_wavelengths_that_were_asked_for() {
+    let folder = folder();
+    let line = "sequence --device cpu --size 16x8 --sun-elevation 0:2:1 -o #.exr --spectral";
+    for (wavelengths, expected) in [("450,550", (3, 0)), ("450,550", (0, 3)), ("450,560", (3, 0))] {
+        let summary = sequence(folder.path(), &format!("{line} --wavelengths {wavelengths}"));
+        assert_eq!(counts(&summary), expected, "{wavelengths}");
+    }
+    let mut scene = Scene::default();
+    (scene.sun.elevation, scene.camera.size) = (0.0, "16x8".parse().unwrap());
+    assert!(is_finished(&folder.path().join("0.exr"), Format::SpectralExr, &scene, &[450.0, 560.0]));
+}
+
+#[test]
 fn parts_by_two_processes_are_the_whole_and_the_last_leaves_the_contact_sheet() {
     let (whole, parts) = (folder(), folder());
     sequence(whole.path(), TEN);

@@ -216,8 +216,12 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`Error::Request`] for [`ColorPath::Solve`], which is a way to a colour, and with the sun's disc.
+    /// [`Error::Request`] for a plan of a picture, which has no place for radiance, for [`ColorPath::Solve`], which is a way to a colour,
+    /// and with the sun's disc.
     pub fn with_spectrum(mut self, wavelengths: &[f64]) -> Result<Self> {
+        if self.pixel != Pixel::LinearRgb {
+            return Err(Error::request("a spectral image holds linear RGB in 32 bits; its plan is made for that"));
+        }
         if self.variant & variant::SUN_DISC != 0 {
             return Err(Error::request(
                 "--sun-disc (sun.disc) shows the sun in RGB; a spectral file is of the sky alone",

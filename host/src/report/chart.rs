@@ -127,6 +127,9 @@ impl Chart {
             area.draw(&Text::new(*name, (px(left + 12.0), middle), style.clone()))?;
             left += 34.0 + 8.2 * name.chars().count() as f64;
         }
+        if !self.has_default() {
+            return Ok(());
+        }
         area.draw(&PathElement::new(
             vec![(px(left), middle), (px(left + 28.0), middle)],
             BLACK.stroke_width(px(2.0) as u32),
@@ -173,6 +176,9 @@ impl Chart {
         chart.draw_series(panel.points.iter().map(|point| {
             Circle::new((point.x, point.y), (point.radius * scale) as i32, COLOURS[point.series].mix(0.8).filled())
         }))?;
+        if !self.has_default() {
+            return Ok(());
+        }
         let front = front(&panel.points);
         let line = front.windows(2).flat_map(|pair| [(pair[0].x, pair[0].y), (pair[1].x, pair[0].y)]);
         let line = line.chain(front.last().map(|point| (point.x, point.y)));
@@ -189,6 +195,11 @@ impl Chart {
             EmptyElement::at((point.x, point.y)) + Text::new(point.label.clone(), (px(-13.0), px(5.0)), label.clone())
         }))?;
         Ok(())
+    }
+
+    /// Whether a default stands among its points: only then the chart shows what is worth choosing.
+    fn has_default(&self) -> bool {
+        self.panels.iter().flat_map(|panel| &panel.points).any(|point| point.default)
     }
 
     /// The same ranges for all panels: whole decades upwards, and room for labels on the left.

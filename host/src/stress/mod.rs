@@ -60,10 +60,10 @@ struct Sweep<'a> {
 /// Every sweep, on the CPU and, where a device is one, on the GPU.
 fn sweeps(device: &Device) -> Vec<Sweep<'_>> {
     vec![
-        Sweep { name: "rays", cases: 6400, run: Box::new(integral::integral) },
-        Sweep { name: "solves", cases: 250_000, run: Box::new(solve::solve) },
-        Sweep { name: "scenes", cases: 100, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },
-        Sweep { name: "refusals", cases: 1000, run: Box::new(scenes::refusals) },
+        Sweep { name: "rays", cases: 12_800, run: Box::new(integral::integral) },
+        Sweep { name: "solves", cases: 50_000, run: Box::new(solve::solve) },
+        Sweep { name: "scenes", cases: 120, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },
+        Sweep { name: "refusals", cases: 500, run: Box::new(scenes::refusals) },
     ]
 }
 

@@ -143,7 +143,7 @@ mod tests {
         for g in [-0.99f32, 0.99] {
             for degrees in [0.0, 0.01, 0.1, 0.3, 1.0, 90.0] {
                 let (sine, cosine) = f64::to_radians(degrees).sin_cos();
-                let side = f64::from(g.signum());
+                let side = if g < 0.0 { -1.0 } else { 1.0 };
                 let wide = f64::from(g);
                 let spread = 1.0 + wide * wide - 2.0 * wide.abs() * cosine;
                 let truth = 3.0 / (8.0 * std::f64::consts::PI) * (1.0 - wide * wide) * (1.0 + cosine * cosine)

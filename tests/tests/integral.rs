@@ -189,6 +189,16 @@ fn opaque_air_on_a_small_planet_is_as_bright_as_it_should_be() {
     assert_accurate(&scene, [-1.2, 0.0, 2.0, 6.0, 12.7, 40.0]);
 }
 
+/// The oracle stepped over the few kilometres of a ray whose sunlight grazes a layer of 55 m, and was 5e-3 too bright.
+#[test]
+fn sunlight_that_grazes_a_thin_layer_is_dimmed_in_the_oracle_too() {
+    let mut scene = scene(Preset::Earth, -9.26, "8x4");
+    let a = &mut scene.atmosphere;
+    (a.top_radius, a.ozone.column, scene.observer.altitude) = (a.ground_radius + 532.95, 0.0, 532.96);
+    (a.air.scattering, a.air.scale_height, a.aerosol.scale_height) = (3.65e-6, 42.6, 0.055);
+    assert_accurate(&scene, [-60.0, -45.3, -30.0, -22.7, -18.4, -15.2]);
+}
+
 /// From orbit the ground is seen where the sun sets; the samples were chosen for a sun that is high where the observer is.
 #[test]
 fn the_terminator_seen_from_orbit_is_as_bright_as_it_should_be() {

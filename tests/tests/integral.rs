@@ -176,7 +176,8 @@ fn ozone_far_above_keeps_its_column_on_level_rays() {
     (a.ground_radius, a.top_radius, a.air.scale_height) = (39_574.5, 39_574.5 + 139.4, 0.7);
     (a.air.scattering, a.aerosol.optical_depth, scene.observer.altitude) = (1.2e-5, 0.0, 0.134);
     (a.ozone.column, a.ozone.bottom, a.ozone.peak, a.ozone.top) = (1e4, 106.2, 115.6, 124.8);
-    assert_accurate(&scene, [-0.12, -0.077, -0.057, 0.05, 0.5]);
+    scene.render.bands = Some(vec![565.0, 580.0, 597.0, 606.0]);
+    assert_accurate(&scene, (-32..8).map(|i| 0.004 * f64::from(i)));
 }
 
 /// The closed form of a column took its curvature from the ground: at some scale heights 2e-4 of an optical depth of tens was missing.
@@ -206,7 +207,7 @@ fn the_terminator_seen_from_orbit_is_as_bright_as_it_should_be() {
         let mut scene = scene(Preset::Earth, sun, "8x4");
         scene.observer.altitude = altitude;
         let horizon = -(6360.0_f64 / (6360.0 + altitude)).acos().to_degrees();
-        assert_accurate(&scene, [0.02, 0.1, 0.3, 0.6].map(|part| horizon + part * (-90.0 - horizon)));
+        assert_accurate(&scene, (0..46).map(|i| horizon + 0.02 * f64::from(i) * (-90.0 - horizon)));
     }
 }
 

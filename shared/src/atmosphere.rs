@@ -54,7 +54,7 @@ pub struct Exponential {
 
 impl Atmosphere {
     /// The two spheres between which the atmosphere lies.
-    #[inline]
+    #[inline(always)]
     pub fn shell(&self) -> Shell {
         Shell { ground_radius: self.ground_radius, depth: self.depth }
     }
@@ -62,7 +62,7 @@ impl Atmosphere {
 
 impl Exponential {
     /// `H/R`, from the spread.
-    #[inline]
+    #[inline(always)]
     pub fn curvature(&self) -> f32 {
         const SPREAD: f32 = CHAPMAN_SPREAD as f32;
         let ratio = SPREAD / self.spread;

@@ -84,10 +84,10 @@ pub fn columns_per_density(atmosphere: &Atmosphere, g: f32, mu: Vec2, variant: u
     if variant & variant::OPAQUE != 0 { column * altitude_correction(atmosphere, g, t) } else { column }
 }
 
-/// A value of air and one of aerosol for each of two rays.
+/// Two values, of air and of aerosol or of the two slopes of ozone, for each of two rays.
 #[inline(always)]
-fn lanes(air: f32, aerosol: f32) -> Vec4 {
-    Vec4::new(air, aerosol, air, aerosol)
+fn lanes(first: f32, second: f32) -> Vec4 {
+    Vec4::new(first, second, first, second)
 }
 
 /// The factors of the [module's](self) correction for altitude: `1 - (H/R) (1 - 1/g²) Σᵢ eᵢ tⁱ`.
@@ -101,34 +101,32 @@ fn altitude_correction(atmosphere: &Atmosphere, g: f32, t: Vec4) -> Vec4 {
 /// Columns of ozone (km at its peak density) on two rising rays from one point: the two slopes of the tent, each from where the ray
 /// enters it.
 ///
-/// Each is integrated along the ray by the quintic Hermite rule. The lanes of the vectors are the lower ends of both slopes, then the
-/// upper ones.
+/// Each is integrated along the ray by the quintic Hermite rule. The lanes of the vectors are the rising and the falling slope along
+/// the first ray, then along the second.
 #[inline(always)]
 fn ozone_columns(atmosphere: &Atmosphere, altitude: f32, mu: Vec2) -> Vec2 {
     let (bottom, peak, top) = (atmosphere.ozone_bottom, atmosphere.ozone_peak, atmosphere.ozone_top);
     let rise = 1.0 / (peak - bottom);
     let fall = 1.0 / (top - peak);
-    let entry = Vec2::new(min(max(altitude, bottom), peak), min(max(altitude, peak), top));
-    let ends = Vec4::new(entry.x, entry.y, peak, top);
-    let r_end = ends + Vec4::splat(atmosphere.ground_radius);
-    let inverse_end = Vec4::ONE / r_end;
     let r = atmosphere.ground_radius + altitude;
-    let height_squared = (ends - Vec4::splat(altitude)) * (r_end + Vec4::splat(r));
-    let depth_squared = (Vec2::new(peak, top) - entry) * (Vec2::new(r_end.x + r_end.z, r_end.y + r_end.w));
-    let mean_density = Vec2::new(0.5 + 0.5 * (entry.x - bottom) * rise, 0.5 * (top - entry.y) * fall);
-    let gradient = Vec2::new(rise, -fall);
-    let along = |mu: f32| {
-        let r_mu = r * mu;
-        let root = sqrt4(max4(height_squared + Vec4::splat(r_mu * r_mu), 0.0));
-        let mu_end = root * inverse_end;
-        let curvature = (Vec4::ONE - mu_end * mu_end) * inverse_end;
-        let length = depth_squared / Vec2::new(root.x + root.z + 1e-30, root.y + root.w + 1e-30);
-        let bend = Vec2::new(mu_end.x - mu_end.z, mu_end.y - mu_end.w) * 0.1
-            + length * Vec2::new(curvature.x + curvature.z, curvature.y + curvature.w) * (1.0 / 120.0);
-        let column = length * (mean_density + gradient * length * bend);
-        max(column.x + column.y, 0.0)
+    let exit = lanes(peak, top);
+    let entry = lanes(min(max(altitude, bottom), peak), min(max(altitude, peak), top));
+    let (r_entry, r_exit) =
+        (entry + Vec4::splat(atmosphere.ground_radius), exit + Vec4::splat(atmosphere.ground_radius));
+    let (inverse_entry, inverse_exit) = (Vec4::ONE / r_entry, Vec4::ONE / r_exit);
+    let r_mu = Vec4::new(mu.x, mu.x, mu.y, mu.y) * r;
+    let root_at = |end: Vec4, r_end: Vec4| {
+        let height_squared = (end - Vec4::splat(altitude)) * (r_end + Vec4::splat(r));
+        sqrt4(max4(height_squared + r_mu * r_mu, 0.0))
     };
-    Vec2::new(along(mu.x), along(mu.y))
+    let (root_entry, root_exit) = (root_at(entry, r_entry), root_at(exit, r_exit));
+    let (mu_entry, mu_exit) = (root_entry * inverse_entry, root_exit * inverse_exit);
+    let curvature = (Vec4::ONE - mu_entry * mu_entry) * inverse_entry + (Vec4::ONE - mu_exit * mu_exit) * inverse_exit;
+    let length = (exit - entry) * (r_entry + r_exit) / (root_entry + root_exit + Vec4::splat(1e-30));
+    let bend = (mu_entry - mu_exit) * 0.1 + length * curvature * (1.0 / 120.0);
+    let mean_density = lanes(0.5 + 0.5 * (entry.x - bottom) * rise, 0.5 * (top - entry.y) * fall);
+    let column = length * (mean_density + lanes(rise, -fall) * length * bend);
+    Vec2::new(max(column.x + column.y, 0.0), max(column.z + column.w, 0.0))
 }
 
 /// Column densities (air, aerosol, ozone) in km along two rays from one point.
@@ -144,7 +142,7 @@ pub struct TwoColumns {
 /// `density` holds the local densities of (air, aerosol); what `variant` leaves out is 0.
 #[inline(always)]
 pub fn columns_outwards(atmosphere: &Atmosphere, altitude: f32, density: Vec2, mu: Vec2, variant: u32) -> TwoColumns {
-    let g = sqrt(1.0 + altitude / atmosphere.ground_radius);
+    let g = sqrt(1.0 + altitude * (1.0 / atmosphere.ground_radius));
     let column = lanes(density.x, density.y) * columns_per_density(atmosphere, g, mu, variant);
     let mut columns = TwoColumns { first: Vec3::new(column.x, 0.0, 0.0), second: Vec3::new(column.z, 0.0, 0.0) };
     if variant & variant::AEROSOL != 0 {
@@ -166,16 +164,17 @@ pub fn column_outwards(atmosphere: &Atmosphere, altitude: f32, density: Vec2, mu
 /// Densities of (air, aerosol) at an altitude (km), relative to the ground.
 #[inline(always)]
 pub fn densities(atmosphere: &Atmosphere, altitude: f32, variant: u32) -> Vec2 {
-    let scale_heights = lanes(atmosphere.air.scale_height, atmosphere.aerosol.scale_height);
-    let density = exp4(Vec4::splat(-altitude) / scale_heights);
+    // Divisions of what a ray's samples share: the compiler makes them once.
+    let fall_off = Vec4::NEG_ONE / lanes(atmosphere.air.scale_height, atmosphere.aerosol.scale_height);
+    let density = exp4(fall_off * altitude);
     Vec2::new(density.x, if variant & variant::AEROSOL != 0 { density.y } else { 0.0 })
 }
 
 /// [`column_outwards`] for the level ray at an altitude (km), the lowest point of a ray that comes down and goes up again.
-#[inline]
+#[inline(always)]
 pub fn level_column(atmosphere: &Atmosphere, altitude: f32, variant: u32) -> Vec3 {
     let density = densities(atmosphere, altitude, variant);
-    let g = sqrt(1.0 + altitude / atmosphere.ground_radius);
+    let g = sqrt(1.0 + altitude * (1.0 / atmosphere.ground_radius));
     let mut column =
         Vec3::new(density.x * g * atmosphere.air.level_column, density.y * g * atmosphere.aerosol.level_column, 0.0);
     if variant & variant::OPAQUE != 0 {
@@ -202,7 +201,7 @@ pub struct Lowest {
 ///
 /// Two such columns in an opaque atmosphere have no digits left for a stretch much shorter than themselves. There three nodes of
 /// Gauss-Legendre leave 5e-7 of the stretch's own column.
-#[inline]
+#[inline(always)]
 pub fn short_column(
     atmosphere: &Atmosphere,
     altitude: f32,

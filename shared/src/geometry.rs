@@ -75,7 +75,7 @@ impl Ray {
     /// it misses.
     ///
     /// `(r μ)² - (r² - top²)` keeps its digits near the atmosphere, `top² - r² (1 - μ²)` far from it.
-    #[inline]
+    #[inline(always)]
     fn half_chord_squared(self, shell: Shell) -> f32 {
         let top = shell.ground_radius + shell.depth;
         let r = shell.ground_radius + self.altitude;
@@ -90,7 +90,7 @@ impl Ray {
     /// With `b` the distance of the line from the planet's centre and `q` half of the chord, the point of entry is
     /// `b w - q v`: `v` the ray's direction, `w` the unit vector from the centre to the line. Nothing of the distance
     /// to the observer is left in it, which in single precision would take the digits with it.
-    #[inline]
+    #[inline(always)]
     fn entered(self, shell: Shell, q: f32) -> Self {
         let top = shell.ground_radius + shell.depth;
         let sine = sqrt(self.one_minus_mu_squared);
@@ -127,14 +127,14 @@ pub fn altitude_from(shell: Shell, altitude: f32, mu: f32, s: f32) -> f32 {
 /// Altitude (km) of the lowest point of the straight line through a point at `altitude` (km) with zenith cosine `mu`.
 ///
 /// `h - r μ² / (1 + √(1 - μ²))`, equal to `r √(1 - μ²) - R`; negative if the line meets the ground.
-#[inline]
+#[inline(always)]
 pub fn perigee_altitude(shell: Shell, altitude: f32, mu: f32) -> f32 {
     let r = shell.ground_radius + altitude;
     altitude - r * mu * mu / (1.0 + safe_sqrt(1.0 - mu * mu))
 }
 
 /// Distance (km) to the top of the atmosphere from a point inside it.
-#[inline]
+#[inline(always)]
 pub fn distance_to_top(shell: Shell, altitude: f32, mu: f32) -> f32 {
     let r = shell.ground_radius + altitude;
     let below_top_squared = (shell.depth - altitude) * (2.0 * shell.ground_radius + shell.depth + altitude);
@@ -143,7 +143,7 @@ pub fn distance_to_top(shell: Shell, altitude: f32, mu: f32) -> f32 {
 }
 
 /// Zenith cosine of the straight line through a point inside the atmosphere where it leaves through the top.
-#[inline]
+#[inline(always)]
 pub fn zenith_cosine_at_top(shell: Shell, altitude: f32, mu: f32) -> f32 {
     let r = shell.ground_radius + altitude;
     let below_top_squared = (shell.depth - altitude) * (2.0 * shell.ground_radius + shell.depth + altitude);
@@ -152,7 +152,7 @@ pub fn zenith_cosine_at_top(shell: Shell, altitude: f32, mu: f32) -> f32 {
 
 /// The ray, seen from where it enters the atmosphere, and the distance (km) that it has left inside it, up to the
 /// ground or the top. A ray that misses the atmosphere has nothing left.
-#[inline]
+#[inline(always)]
 pub fn inside_atmosphere(shell: Shell, ray: Ray) -> (Ray, f32) {
     let mut inside = ray;
     let mut missed = false;
@@ -182,7 +182,7 @@ pub fn inside_atmosphere(shell: Shell, ray: Ray) -> (Ray, f32) {
 /// `B = r (μ - μ_s ν)` and `C = r² (1 - μ_s²) - R² = h (2R + h) - (r μ_s)²`. The roots are the ends of the
 /// interval. A straight line that misses the planet cannot pass from its lit side to its shadow inside the cylinder,
 /// so one look at the side on which the interval begins decides.
-#[inline]
+#[inline(always)]
 pub fn shadow(shell: Shell, ray: Ray) -> Interval {
     let r = shell.ground_radius + ray.altitude;
     let a = max(ray.one_minus_nu_squared, 1e-12);

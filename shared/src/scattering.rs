@@ -70,7 +70,8 @@ pub fn optical_depth(bands: &Bands, column: Vec3) -> Vec4 {
 /// `crowded`). `variant` says what the scene has; see [`variant`]. Without ozone twelve samples
 /// leave 5e-4 of the radiance and sixteen 2e-5. With it, sunlight that grazes the kinks of the ozone tent slows the
 /// convergence when the sun is low: sixteen then leave 7e-3, forty-eight 4e-4.
-#[inline]
+#[cfg_attr(target_arch = "spirv", inline)]
+#[cfg_attr(not(target_arch = "spirv"), multiversion::multiversion(targets("x86_64+avx+avx2")))]
 pub fn single_scattering(
     atmosphere: &Atmosphere,
     bands: &Bands,
@@ -143,7 +144,7 @@ struct Piece {
 
 /// What a sample's own outward column is taken from (rising ray) or added to (falling ray) to give the column between the
 /// observer and the sample (km). `lowest` is the altitude of the ray's lowest point (km).
-#[inline]
+#[inline(always)]
 fn column_offset(atmosphere: &Atmosphere, ray: Ray, lowest: f32, rising: bool, variant: u32) -> Vec3 {
     let density = densities(atmosphere, ray.altitude, variant);
     let outwards = column_outwards(atmosphere, ray.altitude, density, abs(ray.mu), variant);
@@ -163,7 +164,7 @@ fn column_offset(atmosphere: &Atmosphere, ray: Ray, lowest: f32, rising: bool, v
 /// `k` makes the sampled variable as long as three of those. `low` is the distance of the low end along the ray. A falling ray
 /// reaches its low end last: in opaque air nothing is seen of it, and the density alone counts. `mu` is the cosine of the angle between
 /// the vertical and the piece at its low end.
-#[inline]
+#[inline(always)]
 fn crowded(atmosphere: &Atmosphere, bands: &Bands, piece: Piece, mu: f32, variant: u32) -> f32 {
     let Piece { altitude, length, rising, .. } = piece;
     let g = sqrt(1.0 + altitude / atmosphere.ground_radius);
@@ -178,7 +179,7 @@ fn crowded(atmosphere: &Atmosphere, bands: &Bands, piece: Piece, mu: f32, varian
 ///
 /// Samples are placed by their distance from the low end: altitudes there are sums of positive terms, and near the ground keep the digits
 /// that they would lose as distances from an observer far above.
-#[inline]
+#[inline(always)]
 fn integrate_piece(
     atmosphere: &Atmosphere,
     bands: &Bands,

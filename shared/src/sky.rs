@@ -111,10 +111,10 @@ fn learnt_constituents(
     variant: u32,
 ) -> Constituents {
     let scattered = scattered(frame, bands, quadrature, ray, variant);
-    let air = Logarithms::new(scattered.air, frame.nodes, solve);
+    let air = Logarithms::new(scattered.air, bands.len() > 1, frame.nodes, solve);
     let mut aerosol_rgb = Vec3::ZERO;
     if variant & variant::AEROSOL != 0 {
-        let aerosol = Logarithms::new(scattered.aerosol, frame.nodes, solve);
+        let aerosol = Logarithms::new(scattered.aerosol, bands.len() > 1, frame.nodes, solve);
         aerosol_rgb = learnt_rgb(colour, frame.air_nodes, frame.aerosol_nodes, &aerosol);
     }
     Constituents { air: learnt_rgb(colour, 0, frame.air_nodes, &air), aerosol: aerosol_rgb }

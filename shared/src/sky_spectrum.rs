@@ -104,8 +104,8 @@ fn store_learnt(
 ) {
     let ray = view_ray(frame, direction);
     let scattered = scattered(frame, bands, quadrature, ray, variant);
-    let air = Logarithms::new(scattered.air, Vec4::ZERO, false);
-    let aerosol = Logarithms::new(scattered.aerosol, Vec4::ZERO, false);
+    let air = Logarithms::new(scattered.air, bands.len() > 1, Vec4::ZERO, false);
+    let aerosol = Logarithms::new(scattered.aerosol, bands.len() > 1, Vec4::ZERO, false);
     let air_phase = rayleigh_phase(ray.nu);
     let aerosol_phase = cornette_shanks_phase(ray.scattering_angle(), frame.atmosphere.aerosol_asymmetry);
     let nodes = frame.air_nodes + frame.aerosol_nodes;

@@ -1,7 +1,7 @@
 //! The spectrum between the bands: a fit through the integrated values, by one small linear solve per pixel.
 
 use crate::glam::{Vec3, Vec4};
-use crate::math::{exp, fetch, ln, ln4, max, max4, min};
+use crate::math::{exp, fetch, ln4, max, max4, min};
 
 /// The coefficients of the cubic through four points, in Newton's form: the Vandermonde system
 /// `Σₖ aₖ xᵢᵏ = yᵢ`, solved by divided differences.
@@ -55,13 +55,10 @@ pub struct Octet {
     pub second: Vec4,
 }
 
-impl Octet {
-    /// The largest value.
-    #[inline]
-    pub fn highest(&self) -> f32 {
-        let (a, b) = (self.first, self.second);
-        max(max(max(a.x, a.y), max(a.z, a.w)), max(max(b.x, b.y), max(b.z, b.w)))
-    }
+/// The largest of four values.
+#[inline(always)]
+fn highest(x: Vec4) -> f32 {
+    max(max(x.x, x.y), max(x.z, x.w))
 }
 
 /// Rows of the table of nodes that one node takes.
@@ -92,18 +89,23 @@ pub struct Logarithms {
 }
 
 impl Logarithms {
-    /// Those of the integral at the bands. With `solve`, the Newton coefficients of `ln X` at the first four bands
+    /// Those of the integral at the bands, of which those past the fourth are looked at if there are `more_than_four`. With `solve`, the Newton coefficients of `ln X` at the first four bands
     /// ([`newton_coefficients`]) take the place of the values themselves, so that the 4×4 system is solved at every pixel;
     /// `band_nodes` are the bands' normalised wavelengths.
     #[inline]
-    pub fn new(bands: Octet, band_nodes: Vec4, solve: bool) -> Self {
-        let highest = bands.highest();
+    pub fn new(bands: Octet, more_than_four: bool, band_nodes: Vec4, solve: bool) -> Self {
         let first = ln4(max4(bands.first, DARKEST));
+        let mut second = Vec4::ZERO;
+        let mut highest = highest(first);
+        if more_than_four {
+            second = ln4(max4(bands.second, DARKEST));
+            highest = max(highest, self::highest(second));
+        }
         Self {
             first: if solve { newton_coefficients(band_nodes, first) } else { first },
-            second: ln4(max4(bands.second, DARKEST)),
-            highest: ln(max(highest, DARKEST)),
-            lit: highest > 0.0,
+            second,
+            highest,
+            lit: max(self::highest(bands.first), self::highest(bands.second)) > 0.0,
         }
     }
 

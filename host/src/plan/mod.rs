@@ -124,10 +124,11 @@ impl Plan {
             padding: 0,
         };
         let integral = integral(scene, &optics);
-        let steps = scene.render.steps.unwrap_or_else(|| sampling::steps(scene, &frame, &optics, integral));
+        let bands = bands(&optics, &wavelengths);
+        let steps = scene.render.steps.unwrap_or_else(|| sampling::steps(scene, &frame, &optics, &bands, integral));
         let mut plan = Self {
             frame,
-            bands: bands(&optics, &wavelengths),
+            bands,
             quadrature: quadrature::gauss_legendre(steps),
             colour: Vec::new(),
             fit: spectral_fit(scene, &wavelengths),

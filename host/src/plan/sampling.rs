@@ -5,6 +5,7 @@ use sorairo_shared::frame::Frame;
 use sorairo_shared::glam::{Vec2, Vec3};
 use sorairo_shared::scattering::Bands;
 use sorairo_shared::sky::transfer;
+use sorairo_shared::variant;
 
 use super::optics::Optics;
 use super::quadrature::gauss_legendre;
@@ -42,20 +43,25 @@ pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
 ///
 /// By day and from the ground of a planet like the Earth the integrand is smooth, and 12 samples do. With a low sun, rays of sunlight graze
 /// the edges of the ozone tent, where its column has a singularity of the power 3/2, and 48 are needed. These are the first guess;
-/// more are taken until a rule of twice as many, and of 96 at least, agrees.
-pub fn steps(scene: &Scene, frame: &Frame, optics: &Optics, integral: u32) -> u32 {
-    let sky = Sky { frame, bands: optics.bands(TEST_WAVELENGTHS), integral };
+/// more are taken until a rule of twice as many, and of 96 at least, agrees. From above the ground, where that is more than the guess,
+/// the next number is taken: between the test rays on the limb there are worse ones.
+///
+/// `bands` are the plan's own.
+pub fn steps(scene: &Scene, frame: &Frame, optics: &Optics, bands: &[Bands], integral: u32) -> u32 {
+    let sky = Sky { frame, bands: test_bands(scene, optics, bands, integral), integral };
     let mut views = test_views(scene);
-    let mut steps = if scene.sun.elevation >= 5.0 { 12 } else { 48 };
+    let guess = if scene.sun.elevation >= 5.0 { 12 } else { 48 };
+    let mut steps = guess;
     let mut brightest = None;
     while steps < MOST {
         let values = sky.transfer(&views, steps);
         let references = sky.transfer(&views, (2 * steps).max(FEWEST_OF_REFERENCE));
-        let brightest = *brightest.get_or_insert_with(|| largest(&references));
-        let errors = values.iter().zip(&references).map(|(value, reference)| worst(value, reference, &brightest));
+        let brightest = brightest.get_or_insert_with(|| largest(&references));
+        let errors = values.iter().zip(&references).map(|(value, reference)| worst(value, reference, brightest));
         let errors: Vec<f64> = errors.collect();
         if errors.iter().all(|&error| error <= TOLERANCE) {
-            return steps;
+            let sees_limb = scene.observer.altitude > 0.0;
+            return if sees_limb && steps > guess { more_steps(steps) } else { steps };
         }
         // What is far within the bound will not leave it with more samples.
         let mut of_views = errors.into_iter();
@@ -73,33 +79,51 @@ fn more_steps(steps: u32) -> u32 {
 /// The scene's sky at the test wavelengths.
 struct Sky<'a> {
     frame: &'a Frame,
-    bands: Bands,
+    bands: Vec<Bands>,
     integral: u32,
 }
 
 impl Sky<'_> {
-    /// The transfer at four wavelengths along each view.
-    fn transfer(&self, views: &[Vec3], steps: u32) -> Vec<[f64; 4]> {
+    /// The transfer at the test wavelengths along each view.
+    fn transfer(&self, views: &[Vec3], steps: u32) -> Vec<Vec<f64>> {
         let rule: Vec<Vec2> = gauss_legendre(steps);
-        let along =
-            |&view: &Vec3| transfer(self.frame, &self.bands, &rule, view, self.integral).to_array().map(f64::from);
-        views.par_iter().map(along).collect()
+        let four = |bands, view| transfer(self.frame, bands, &rule, view, self.integral).to_array().map(f64::from);
+        views.par_iter().map(|&view| self.bands.iter().flat_map(|bands| four(bands, view)).collect()).collect()
     }
 }
 
 /// The largest value of all rays at each wavelength.
-fn largest(rays: &[[f64; 4]]) -> [f64; 4] {
-    std::array::from_fn(|band| rays.iter().map(|ray| ray[band]).fold(0.0, f64::max))
+fn largest(rays: &[Vec<f64>]) -> Vec<f64> {
+    let count = rays.first().map_or(0, Vec::len);
+    (0..count).map(|band| rays.iter().map(|ray| ray[band]).fold(0.0, f64::max)).collect()
 }
 
 /// The largest [`error`] of a ray at any wavelength. Other rays and other wavelengths may be fainter here and not there: what counts as
 /// faint is fainter still.
-fn worst(value: &[f64; 4], reference: &[f64; 4], brightest: &[f64; 4]) -> f64 {
-    (0..4).map(|band| error(value[band], reference[band], 0.01 * brightest[band])).fold(0.0, f64::max)
+fn worst(value: &[f64], reference: &[f64], brightest: &[f64]) -> f64 {
+    (0..value.len()).map(|band| error(value[band], reference[band], 0.01 * brightest[band])).fold(0.0, f64::max)
 }
 
 /// The ends of the range of bands, and where air and ozone weigh differently between them (nm).
 const TEST_WAVELENGTHS: [f64; 4] = [360.0, 440.0, 590.0, 830.0];
+
+/// Wavelengths between those (nm), for scenes that are black at some of them: where they just are not, the error is largest.
+const BETWEEN: [f64; 4] = [480.0, 530.0, 650.0, 700.0];
+
+/// A column of ozone (DU) that can make the sky black in the middle of its band: three times the Earth's.
+const MUCH_OZONE: f64 = 1000.0;
+
+/// The wavelengths at which a scene's error is measured. A scene that is black somewhere is tried with the plan's own bands too: samples
+/// are placed for the most opaque of four, and not all of the others need be at their best.
+fn test_bands(scene: &Scene, optics: &Optics, bands: &[Bands], integral: u32) -> Vec<Bands> {
+    let mut tested = vec![optics.bands(TEST_WAVELENGTHS)];
+    if integral & variant::OPAQUE != 0 || scene.atmosphere.ozone.column > MUCH_OZONE {
+        tested.push(optics.bands(BETWEEN));
+        tested.extend(bands.first());
+        tested.extend(bands.get(1..).and_then(<[Bands]>::last));
+    }
+    tested
+}
 
 /// Directions that meet every kind of ray: towards the sun, across and away from it; the zenith, the horizon and close above it; from
 /// above the ground also level, down, through the air behind the limb at several heights, and to the ground where the sun is low.
@@ -107,16 +131,18 @@ fn test_views(scene: &Scene) -> Vec<Vec3> {
     let a = &scene.atmosphere;
     let (ground, altitude) = (a.ground_radius, scene.observer.altitude);
     let horizon = path::horizon(ground, altitude).to_degrees();
-    let mut elevations: Vec<f64> = [0.0, 0.1, 0.5, 2.0, 8.0, 20.0, 45.0].map(|above| horizon + above).into();
+    let mut elevations: Vec<f64> = [BESIDE, 0.1, 0.5, 2.0, 8.0, 20.0, 45.0].map(|above| horizon + above).into();
     elevations.push(90.0);
     if altitude > 0.0 {
-        elevations.extend([0.1, 1.0, 5.0, 30.0].map(|below| horizon - below));
+        elevations.extend([BESIDE, 0.1, 1.0, 5.0, 30.0].map(|below| horizon - below));
         elevations.extend([0.0, -90.0]);
         let highest = altitude.min(a.top_radius - ground);
         let limb = |lowest: f64| path::horizon(ground + lowest, altitude - lowest).to_degrees();
         let thinner = a.air.scale_height.min(a.aerosol.scale_height);
         elevations.extend([0.5 * thinner, 1.5 * thinner, 4.0 * a.air.scale_height].map(|h| limb(h.min(highest))));
-        elevations.extend([0.1, 0.3, 0.7].map(|part| limb(part * highest)));
+        elevations.extend([0.1, 0.3, 0.5, 0.7, 0.9].map(|part| limb(part * highest)));
+        let ozone = [a.ozone.bottom, 0.5 * (a.ozone.bottom + a.ozone.peak), a.ozone.peak, a.ozone.top];
+        elevations.extend(ozone.map(|h| limb((0.97 * h).min(highest))));
     }
     let views = |from_sun: f64| {
         let low_sun = LOW_SUNS.into_iter().flat_map(move |low| views_of_low_sun(scene, from_sun, low));
@@ -126,11 +152,16 @@ fn test_views(scene: &Scene) -> Vec<Vec3> {
             .chain(low_sun)
             .map(move |elevation| direction(elevation.clamp(-90.0, 90.0), scene.sun.azimuth + from_sun).as_vec3())
     };
-    [2.0, 25.0, 50.0, 75.0, 100.0, 125.0, 150.0, 178.0].into_iter().flat_map(views).collect()
+    let to_sun = direction(scene.sun.elevation, scene.sun.azimuth).as_vec3();
+    let all = [2.0, 25.0, 50.0, 75.0, 100.0, 125.0, 150.0, 178.0].into_iter().flat_map(views);
+    all.chain([to_sun, -to_sun]).collect()
 }
 
+/// An angle (degrees) that parts a ray from the horizon, where rounding would choose whether it meets the ground.
+const BESIDE: f64 = 1e-4;
+
 /// Elevations of the sun (degrees) about the terminator, on the ground.
-const LOW_SUNS: [f64; 5] = [-2.0, 0.0, 1.0, 3.0, 8.0];
+const LOW_SUNS: [f64; 9] = [-4.0, -2.0, -1.0, -0.3, 0.0, 1.0, 3.0, 5.0, 8.0];
 
 /// The elevations (degrees) at which an observer above the ground sees the ground where the sun stands at an elevation (degrees), in the
 /// direction of an azimuth (degrees) from the sun: none, one or two.

@@ -172,7 +172,7 @@ pub static KEYS: &[Key] = &[
         At(0.99),
     ),
     // Behind a layer that is opaque itself, the samples of a ray would have to follow every edge of its tent.
-    Key::number("atmosphere.ozone.column", "Dobson units", |s| Some(s.atmosphere.ozone.column), At(0.0), At(1e4)),
+    Key::number("atmosphere.ozone.column", "Dobson units", |s| Some(s.atmosphere.ozone.column), At(0.0), At(2e3)),
     Key::number("atmosphere.ozone.bottom", "km", |s| of_ozone(s, |ozone| ozone.bottom), At(0.0), DEPTH),
     Key::number(
         "atmosphere.ozone.peak",

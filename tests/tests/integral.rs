@@ -15,10 +15,6 @@ const RAYS: u64 = 128_000;
 /// Seed of those rays.
 const SEED: u64 = 20_261_121;
 
-/// Rays that may exceed the bound of 1e-3. The goal is none, and it is missed by little: 3 of these 128 000 rays did when this was written, by
-/// 2.3 times at most, because the plan's test rays found its samples enough and these rays did not. One in 10 000 guards against more.
-const MOST_FAILURES: u64 = RAYS / 10_000;
-
 /// Single precision keeps 1e-5 of an optical depth of some ten; a difference has two such values.
 const ROUNDING: f64 = 3e-5;
 
@@ -44,9 +40,13 @@ fn assert_continuous(what: &str, at: f64, angle: f64, value: impl Fn(f64) -> [f6
     }
 }
 
-/// The errors along views of a scene, the largest of them no larger than the bound of 1e-3.
+/// The errors along views of a scene towards and across the sun and away from it, the largest of them no larger than the bound of 1e-3.
 fn assert_accurate(scene: &Scene, elevations: impl IntoIterator<Item = f64>) {
-    let toward = |elevation| [1.0, 70.0, 179.0].map(|azimuth| direction(elevation, azimuth).as_vec3());
+    assert_accurate_towards(scene, elevations, &[1.0, 70.0, 179.0]);
+}
+
+fn assert_accurate_towards(scene: &Scene, elevations: impl IntoIterator<Item = f64>, azimuths: &[f64]) {
+    let toward = |elevation| azimuths.iter().map(move |&azimuth| direction(elevation, azimuth).as_vec3());
     let views: Vec<Vec3> = elevations.into_iter().flat_map(toward).collect();
     let cases = compare(scene, &views);
     assert!(cases.iter().any(|case| case.reference > 0.0), "nothing is lit");
@@ -55,13 +55,13 @@ fn assert_accurate(scene: &Scene, elevations: impl IntoIterator<Item = f64>) {
     assert!(worst.error <= 1e-3, "{worst}");
 }
 
-/// Random scenes over all that a scene allows. Not every ray keeps 1e-3: see `MOST_FAILURES`.
+/// Random scenes over all that a scene allows.
 #[test]
 fn radiance_of_random_scenes_agrees_with_the_oracle() {
     let outcome = integral(SEED, RAYS);
     println!("{outcome:?}");
     assert_eq!(outcome.cases, RAYS);
-    assert!(outcome.failures <= MOST_FAILURES, "{outcome:?}");
+    assert_eq!(outcome.failures, 0, "{outcome:?}");
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn ozone_far_above_keeps_its_column_on_level_rays() {
     let a = &mut scene.atmosphere;
     (a.ground_radius, a.top_radius, a.air.scale_height) = (39_574.5, 39_574.5 + 139.4, 0.7);
     (a.air.scattering, a.aerosol.optical_depth, scene.observer.altitude) = (1.2e-5, 0.0, 0.134);
-    (a.ozone.column, a.ozone.bottom, a.ozone.peak, a.ozone.top) = (1e4, 106.2, 115.6, 124.8);
+    (a.ozone.column, a.ozone.bottom, a.ozone.peak, a.ozone.top) = (2e3, 114.4, 115.6, 116.8);
     scene.render.bands = Some(vec![565.0, 580.0, 597.0, 606.0]);
     assert_accurate(&scene, (-32..8).map(|i| 0.004 * f64::from(i)));
 }
@@ -209,6 +209,54 @@ fn the_terminator_seen_from_orbit_is_as_bright_as_it_should_be() {
         let horizon = -(6360.0_f64 / (6360.0 + altitude)).acos().to_degrees();
         assert_accurate(&scene, (0..46).map(|i| horizon + 0.02 * f64::from(i) * (-90.0 - horizon)));
     }
+}
+
+/// Haze of 100 m under 770 km of air shines where the sun is, and no test ray of the plan looked there.
+#[test]
+fn low_haze_is_as_bright_as_it_should_be_around_the_sun() {
+    let mut scene = scene(Preset::Earth, 74.9, "8x4");
+    let a = &mut scene.atmosphere;
+    (a.ground_radius, a.top_radius, a.ozone.column) = (27_524.6, 28_296.06, 0.0);
+    (a.air.scattering, a.air.scale_height) = (1.3167e-2, 61.7165);
+    (a.aerosol.optical_depth, a.aerosol.scale_height, a.aerosol.asymmetry) = (5.328e-3, 0.111713, 0.98738);
+    (a.aerosol.angstrom_exponent, a.aerosol.single_scattering_albedo) = (2.939, 0.628);
+    scene.render.bands = Some(vec![432.0, 564.0, 704.0, 781.0]);
+    assert_accurate(&scene, [70.0, 73.4, 74.6, 74.9, 75.2]);
+}
+
+/// Rounding chose on which side of the horizon the plan's test ray was, and the samples did for that side only.
+#[test]
+fn opaque_air_is_as_bright_as_it_should_be_on_either_side_of_the_horizon() {
+    let mut scene = scene(Preset::Earth, 78.6, "8x4");
+    let a = &mut scene.atmosphere;
+    (a.air.scattering, a.aerosol.optical_depth, a.ozone.column) = (1.2134, 4.45e-3, 0.0);
+    scene.observer.altitude = 8.594_831_5;
+    scene.render.bands = Some(vec![429.0, 495.0, 698.0, 797.0]);
+    assert_accurate(&scene, [-3.2, -2.978, -2.97703, -2.97, -2.7]);
+}
+
+/// At the wavelengths tried the sky was black or bright; between them, and with samples placed for a blacker band, it was 1.2e-3 off.
+#[test]
+fn opaque_air_is_as_bright_as_it_should_be_at_the_plans_own_bands() {
+    let mut scene = scene(Preset::Earth, 90.0, "8x4");
+    scene.atmosphere.air.scattering = 0.877_074_3;
+    scene.atmosphere.aerosol.optical_depth = 0.0904;
+    scene.render.bands = Some(vec![400.87, 493.88, 647.5, 784.24]);
+    assert_accurate(&scene, [20.0, 45.0, 90.0]);
+}
+
+/// Between the heights at which the plan's test rays passed through the limb lay the edge of the ozone.
+#[test]
+fn ozone_on_the_limb_is_as_dark_as_it_should_be_at_the_terminator() {
+    let mut scene = scene(Preset::Earth, -0.0014, "8x4");
+    let a = &mut scene.atmosphere;
+    (a.ground_radius, a.top_radius) = (13_541.438, 13_549.265);
+    (a.air.scattering, a.air.scale_height, a.aerosol.optical_depth) = (2.234_52e-5, 0.626_136_5, 0.0);
+    (a.ozone.column, a.ozone.bottom, a.ozone.peak, a.ozone.top) = (300.0, 3.127_853, 3.936_414, 4.584_877);
+    scene.observer.altitude = 851.457_5;
+    scene.render.bands = Some(vec![374.0, 563.0, 627.0, 812.0]);
+    let horizon = -(13_541.438_f64 / (13_541.438 + 851.457_5)).acos().to_degrees();
+    assert_accurate_towards(&scene, (1..40).map(|i| horizon + 0.002 * f64::from(i)), &[85.0, 90.0, 95.0]);
 }
 
 /// The horizon of a planet of a million kilometres lies within single precision's rounding of its scale heights.

@@ -18,14 +18,18 @@ pub const FAINT: f64 = 1e-9;
 /// The largest relative error that a radiance may have.
 pub const BOUND: f64 = 1e-3;
 
-/// A scene whose brightest transfer (sr⁻¹) is below this is black: [`FAINT`] of it is where single precision ends.
-pub const BLACK: f64 = 1e-23;
+/// A scene whose brightest transfer (sr⁻¹) is below this is black: [`FAINT`] of it is where single precision ends, the smallest
+/// exponential (1.6e-38) along the longest paths.
+pub const BLACK: f64 = 1e-21;
 
 /// The difference from twice as many samples at which more are taken: other rays are a little worse than the scene's test rays.
 const TOLERANCE: f64 = 0.25 * BOUND;
 
 /// Samples that a guess is compared with, at least: two coarse rules can miss the same.
 const FEWEST_OF_REFERENCE: u32 = 96;
+
+/// What twilight takes on the Earth's ground.
+const TWILIGHT: u32 = 64;
 
 /// Most samples on a piece that are taken unasked.
 const MOST: u32 = 1536;
@@ -43,8 +47,9 @@ pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
 ///
 /// By day and from the ground of a planet like the Earth the integrand is smooth, and 12 samples do. With a low sun, rays of sunlight graze
 /// the edges of the ozone tent, where its column has a singularity of the power 3/2, and 48 are needed. These are the first guess;
-/// more are taken until a rule of twice as many, and of 96 at least, agrees. From above the ground, where that is more than the guess,
-/// the next number is taken: between the test rays on the limb there are worse ones.
+/// more are taken until a rule of twice as many, and of 96 at least, agrees. Between the test rays of a hard scene there are worse ones, so
+/// that the next number is taken: where the guess does not do for the limb, seen from above the ground, or more than [`TWILIGHT`] are needed
+/// anywhere.
 ///
 /// `bands` are the plan's own.
 pub fn steps(scene: &Scene, frame: &Frame, optics: &Optics, bands: &[Bands], integral: u32) -> u32 {
@@ -60,8 +65,8 @@ pub fn steps(scene: &Scene, frame: &Frame, optics: &Optics, bands: &[Bands], int
         let errors = values.iter().zip(&references).map(|(value, reference)| worst(value, reference, brightest));
         let errors: Vec<f64> = errors.collect();
         if errors.iter().all(|&error| error <= TOLERANCE) {
-            let sees_limb = scene.observer.altitude > 0.0;
-            return if sees_limb && steps > guess { more_steps(steps) } else { steps };
+            let easy = if scene.observer.altitude > 0.0 { guess } else { TWILIGHT };
+            return if steps > easy { more_steps(steps) } else { steps };
         }
         // What is far within the bound will not leave it with more samples.
         let mut of_views = errors.into_iter();

@@ -67,6 +67,8 @@ pub struct Speed {
     steps: Vec<StepRow>,
     /// Pixels per second of the table path over those of the direct path.
     table_over_direct: f64,
+    /// Pixels per second of the table path (millions).
+    megapixels_per_second: f64,
     /// Time of the CPU backend over that of the device, by the table and by the integral.
     cpu_over_device: [f64; 2],
     /// Wall time of a cold process that renders 1024x512 to PNG (ms).
@@ -93,16 +95,17 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     stage("timing samples");
     let steps = steps(device)?;
     stage("timing paths");
-    let (table_over_direct, cpu_over_device) = paths(device)?;
+    let paths = paths(device)?;
     let speed = Speed {
         machine: Machine::new(device),
         exponent: exponent(&scaling),
+        megapixels_per_second: f64::from(COMMON.width * COMMON.height) / 1e3 / paths.table_ms,
         scaling,
         multiples,
         tables,
         steps,
-        table_over_direct,
-        cpu_over_device,
+        table_over_direct: paths.direct_ms / paths.table_ms,
+        cpu_over_device: [paths.cpu_table_ms / paths.table_ms, paths.cpu_direct_ms / paths.direct_ms],
         first_picture_ms,
         peak_memory_mib: peak_memory(),
     };
@@ -158,7 +161,7 @@ fn scaling(device: &Device, largest: u32) -> Result<Vec<Scaling>> {
         let (names, mut jobs): (Vec<&'static str>, Vec<Job>) = ways.into_iter().unzip();
         for (way, times) in names.into_iter().zip(interleaved(&mut jobs)?) {
             let pixels = 1 << power;
-            let seconds = times.kernel.median / 1e3;
+            let seconds = times.kernel.min / 1e3;
             direct_is_bearable &= times.kernel.median < PATIENCE.as_secs_f64() * 1e3 / 4.0;
             rows.push(Scaling { way, pixels, times, megapixels_per_second: pixels as f64 / seconds / 1e6 });
         }
@@ -166,12 +169,12 @@ fn scaling(device: &Device, largest: u32) -> Result<Vec<Scaling>> {
     Ok(rows)
 }
 
-/// The slope of ln time against ln pixels of the sky table above 2^20 pixels, by least squares.
+/// The slope of ln shortest time against ln pixels of the sky table above 2^20 pixels, by least squares.
 fn exponent(rows: &[Scaling]) -> f64 {
     let points: Vec<(f64, f64)> = rows
         .iter()
         .filter(|row| row.way == "sky table" && row.pixels >= 1 << 20)
-        .map(|row| ((row.pixels as f64).ln(), row.times.kernel.median.ln()))
+        .map(|row| ((row.pixels as f64).ln(), row.times.kernel.min.ln()))
         .collect();
     let count = points.len() as f64;
     let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
@@ -190,11 +193,11 @@ fn multiples(device: &Device) -> Result<Vec<Multiple>> {
     ];
     let mut jobs: Vec<Job> = plans.iter().map(|(_, plan, kernel)| job(device, plan, *kernel)).collect();
     let times = interleaved(&mut jobs)?;
-    let fill = times[0].kernel.median;
+    let fill = times[0].kernel.min;
     let row = |((kernel, ..), times): (&(&'static str, &Plan, Kernel), Times)| Multiple {
         kernel,
         kernel_ms: times.kernel,
-        times_fill: times.kernel.median / fill,
+        times_fill: times.kernel.min / fill,
     };
     Ok(plans.iter().zip(times).map(row).collect())
 }
@@ -245,8 +248,16 @@ fn steps(device: &Device) -> Result<Vec<StepRow>> {
     Ok(counts.into_iter().zip(times).map(|(steps, times)| StepRow { steps, kernel_ms: times.kernel }).collect())
 }
 
+/// Shortest times of an image's kernels (ms).
+struct Paths {
+    table_ms: f64,
+    direct_ms: f64,
+    cpu_table_ms: f64,
+    cpu_direct_ms: f64,
+}
+
 /// The table against the integral at every pixel, and the CPU backend against the device, in one run.
-fn paths(device: &Device) -> Result<(f64, [f64; 2])> {
+fn paths(device: &Device) -> Result<Paths> {
     let cpu = cpu::device();
     let with_table = with_table(COMMON)?;
     let direct = integrated(COMMON)?;
@@ -256,8 +267,8 @@ fn paths(device: &Device) -> Result<(f64, [f64; 2])> {
         job(&cpu, &with_table, with_table.kernel()),
         job(&cpu, &direct, direct.kernel()),
     ];
-    let t: Vec<f64> = interleaved(&mut jobs)?.iter().map(|times| times.kernel.median).collect();
-    Ok((t[1] / t[0], [t[2] / t[0], t[3] / t[1]]))
+    let ms: Vec<f64> = interleaved(&mut jobs)?.iter().map(|times| times.kernel.min).collect();
+    Ok(Paths { table_ms: ms[0], direct_ms: ms[1], cpu_table_ms: ms[2], cpu_direct_ms: ms[3] })
 }
 
 /// The largest resident memory of this process (MiB), as Linux tells it.
@@ -293,9 +304,11 @@ impl Speed {
         let [cpu_table, cpu_direct] = self.cpu_over_device;
         let memory = self.peak_memory_mib.map_or("not told by this system".into(), |mib| format!("{mib:.0} MiB"));
         format!(
-            "# Speed\n\nOn {}. Medians (shortest–longest) of {ROUNDS} runs in ms, after one to warm up, in turn with their rivals. \
+            "# Speed\n\nOn {}. Medians (shortest–longest) of {ROUNDS} runs in ms, after one to warm up, in turn with their rivals. Ratios, \
+             rates and the exponent are those of the shortest, to which other work of the machine adds least. \
              The default scene: earth preset, sun at 30°, learnt fit, equirectangular, linear floats.\n\n\
              * Sky table over the integral at every pixel, {COMMON}: **{:.1}** times the pixels per second.\n\
+             * Sky table, {COMMON}, of which the upper half can be lit: **{:.0}** million pixels per second.\n\
              * Time against pixels above 2²⁰, sky table: exponent **{:.3}**.\n\
              * CPU backend over this device, time: **{cpu_table:.2}** by the table, **{cpu_direct:.2}** by the integral.\n\
              * A cold process, 1024x512 to PNG: **{} ms**.\n\
@@ -306,6 +319,7 @@ impl Speed {
              ## Samples on a ray\n\n512x256, every pixel integrated.\n\n{}",
             self.machine,
             self.table_over_direct,
+            self.megapixels_per_second,
             self.exponent,
             self.first_picture_ms,
             table(&["way", "pixels", "kernels (ms)", "wall (ms)", "Mpx/s"], scaling),

@@ -238,8 +238,13 @@ impl<'a> Judge<'a> {
         let to_horizon = self.horizon() - view[2].clamp(-1.0, 1.0).asin();
         let beside_horizon =
             [to_horizon - HAIR, to_horizon + HAIR].into_iter().filter(|angle| angle.abs() < SAME_DIRECTION);
-        let of_views = parts.into_iter().chain(beside_horizon).map(|angle| self.reference(tilted(view, angle), sun));
-        let of_suns = parts.into_iter().map(|angle| self.reference(view, tilted(sun, angle)));
+        let beside_horizon: Vec<f64> = beside_horizon.collect();
+        let of_views =
+            parts.into_iter().chain(beside_horizon.clone()).map(|angle| self.reference(tilted(view, angle), sun));
+        // At the horizon the sun's tilt may light or darken the other side of the jump alone.
+        let at_horizon = beside_horizon.iter().map(|&angle| tilted(view, angle));
+        let views: Vec<[f64; 3]> = at_horizon.chain([view]).collect();
+        let of_suns = views.iter().flat_map(|&view| parts.map(|angle| self.reference(view, tilted(sun, angle))));
         let near: Vec<Vec<f64>> = of_views.chain(of_suns).collect();
         (0..4)
             .map(|i| {

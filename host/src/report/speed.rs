@@ -10,7 +10,7 @@ use super::bench::with_table;
 use super::chart::{Chart, Panel, Point};
 use super::document::{Machine, make_folder, table, write};
 use super::error::plan;
-use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job};
+use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated};
 use crate::backend::{Device, Kernel, cpu};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
@@ -28,7 +28,7 @@ const PATIENCE: Duration = Duration::from_millis(1500);
 struct Scaling {
     way: &'static str,
     pixels: u64,
-    times: Times,
+    kernel: Spread,
     megapixels_per_second: f64,
 }
 
@@ -67,8 +67,8 @@ pub struct Speed {
     steps: Vec<StepRow>,
     /// Pixels per second of the table path over those of the direct path.
     table_over_direct: f64,
-    /// Pixels per second of the table path (millions).
-    megapixels_per_second: f64,
+    /// Time of the table path's kernels for 1920x960 (ms).
+    table_ms: Spread,
     /// Time of the CPU backend over that of the device, by the table and by the integral.
     cpu_over_device: [f64; 2],
     /// Wall time of a cold process that renders 1024x512 to PNG (ms).
@@ -99,13 +99,13 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     let speed = Speed {
         machine: Machine::new(device),
         exponent: exponent(&scaling),
-        megapixels_per_second: f64::from(COMMON.width * COMMON.height) / 1e3 / paths.table_ms,
+        table_ms: paths.table,
         scaling,
         multiples,
         tables,
         steps,
-        table_over_direct: paths.direct_ms / paths.table_ms,
-        cpu_over_device: [paths.cpu_table_ms / paths.table_ms, paths.cpu_direct_ms / paths.direct_ms],
+        table_over_direct: paths.direct.median / paths.table.median,
+        cpu_over_device: [paths.cpu_table.median / paths.table.median, paths.cpu_direct.median / paths.direct.median],
         first_picture_ms,
         peak_memory_mib: peak_memory(),
     };
@@ -146,35 +146,41 @@ fn integrated(size: Size) -> Result<Plan> {
     plan(&scene)
 }
 
-/// Images of 2^16 to 2^`largest` pixels, by the table and by the integral.
+/// Images of 2^16 to 2^`largest` pixels, by the table and by the integral. All sizes take turns, and the table's large ones compute as
+/// many pixels in each: a machine whose speed changes meanwhile changes it for all of them.
 fn scaling(device: &Device, largest: u32) -> Result<Vec<Scaling>> {
-    let mut rows = Vec::new();
+    let mut plans = Vec::new();
     let mut direct_is_bearable = true;
     for power in (16..=largest).filter(|power| power % 2 == 1 || *power == 16) {
         let size = Size { width: 1 << power.div_ceil(2), height: 1 << (power / 2) };
-        let with_table = with_table(size)?;
-        let direct = integrated(size)?;
-        let mut ways = vec![("sky table", job(device, &with_table, with_table.kernel()))];
+        let images = if power >= FITTED_FROM { 1 << (largest - power) } else { 1 };
+        plans.push(("sky table", power, images, with_table(size)?));
         if direct_is_bearable {
-            ways.push(("every pixel integrated", job(device, &direct, direct.kernel())));
-        }
-        let (names, mut jobs): (Vec<&'static str>, Vec<Job>) = ways.into_iter().unzip();
-        for (way, times) in names.into_iter().zip(interleaved(&mut jobs)?) {
-            let pixels = 1 << power;
-            let seconds = times.kernel.min / 1e3;
-            direct_is_bearable &= times.kernel.median < PATIENCE.as_secs_f64() * 1e3 / 4.0;
-            rows.push(Scaling { way, pixels, times, megapixels_per_second: pixels as f64 / seconds / 1e6 });
+            let direct = integrated(size)?;
+            let time = device.backend.run(&direct, direct.kernel())?.kernel;
+            direct_is_bearable = time < PATIENCE / 4;
+            plans.push(("every pixel integrated", power, 1, direct));
         }
     }
-    Ok(rows)
+    let mut jobs: Vec<Job> =
+        plans.iter().map(|(_, _, images, plan)| repeated(job(device, plan, plan.kernel()), *images)).collect();
+    let times = interleaved(&mut jobs)?;
+    let row = |(&(way, power, _, _), kernel): (&(&'static str, u32, u32, Plan), Spread)| {
+        let pixels = 1 << power;
+        Scaling { way, pixels, kernel, megapixels_per_second: pixels as f64 / kernel.median / 1e3 }
+    };
+    Ok(plans.iter().zip(times.into_iter().map(|times| times.kernel)).map(row).collect())
 }
 
-/// The slope of ln shortest time against ln pixels of the sky table above 2^20 pixels, by least squares.
+/// Images of 2 to this power of pixels and more give the exponent.
+const FITTED_FROM: u32 = 20;
+
+/// The slope of ln time against ln pixels of the sky table above 2^20 pixels, by least squares.
 fn exponent(rows: &[Scaling]) -> f64 {
     let points: Vec<(f64, f64)> = rows
         .iter()
-        .filter(|row| row.way == "sky table" && row.pixels >= 1 << 20)
-        .map(|row| ((row.pixels as f64).ln(), row.times.kernel.min.ln()))
+        .filter(|row| row.way == "sky table" && row.pixels >= 1 << FITTED_FROM)
+        .map(|row| ((row.pixels as f64).ln(), row.kernel.median.ln()))
         .collect();
     let count = points.len() as f64;
     let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
@@ -187,17 +193,18 @@ fn multiples(device: &Device) -> Result<Vec<Multiple>> {
     let with_table = with_table(COMMON)?;
     let direct = integrated(COMMON)?;
     let plans = [
-        ("writing every pixel once", &direct, Kernel::Fill),
-        ("sky table, all kernels", &with_table, with_table.kernel()),
-        ("every pixel integrated", &direct, direct.kernel()),
+        ("writing every pixel once", &direct, Kernel::Fill, 32),
+        ("sky table, all kernels", &with_table, with_table.kernel(), 8),
+        ("every pixel integrated", &direct, direct.kernel(), 1),
     ];
-    let mut jobs: Vec<Job> = plans.iter().map(|(_, plan, kernel)| job(device, plan, *kernel)).collect();
+    let mut jobs: Vec<Job> =
+        plans.iter().map(|(_, plan, kernel, images)| repeated(job(device, plan, *kernel), *images)).collect();
     let times = interleaved(&mut jobs)?;
-    let fill = times[0].kernel.min;
-    let row = |((kernel, ..), times): (&(&'static str, &Plan, Kernel), Times)| Multiple {
+    let fill = times[0].kernel.median;
+    let row = |(&(kernel, ..), times): (&(&'static str, &Plan, Kernel, u32), Times)| Multiple {
         kernel,
         kernel_ms: times.kernel,
-        times_fill: times.kernel.min / fill,
+        times_fill: times.kernel.median / fill,
     };
     Ok(plans.iter().zip(times).map(row).collect())
 }
@@ -248,12 +255,12 @@ fn steps(device: &Device) -> Result<Vec<StepRow>> {
     Ok(counts.into_iter().zip(times).map(|(steps, times)| StepRow { steps, kernel_ms: times.kernel }).collect())
 }
 
-/// Shortest times of an image's kernels (ms).
+/// Times of an image's kernels (ms).
 struct Paths {
-    table_ms: f64,
-    direct_ms: f64,
-    cpu_table_ms: f64,
-    cpu_direct_ms: f64,
+    table: Spread,
+    direct: Spread,
+    cpu_table: Spread,
+    cpu_direct: Spread,
 }
 
 /// The table against the integral at every pixel, and the CPU backend against the device, in one run.
@@ -262,13 +269,13 @@ fn paths(device: &Device) -> Result<Paths> {
     let with_table = with_table(COMMON)?;
     let direct = integrated(COMMON)?;
     let mut jobs = vec![
-        job(device, &with_table, with_table.kernel()),
+        repeated(job(device, &with_table, with_table.kernel()), 8),
         job(device, &direct, direct.kernel()),
-        job(&cpu, &with_table, with_table.kernel()),
+        repeated(job(&cpu, &with_table, with_table.kernel()), 8),
         job(&cpu, &direct, direct.kernel()),
     ];
-    let ms: Vec<f64> = interleaved(&mut jobs)?.iter().map(|times| times.kernel.min).collect();
-    Ok(Paths { table_ms: ms[0], direct_ms: ms[1], cpu_table_ms: ms[2], cpu_direct_ms: ms[3] })
+    let times: Vec<Spread> = interleaved(&mut jobs)?.into_iter().map(|times| times.kernel).collect();
+    Ok(Paths { table: times[0], direct: times[1], cpu_table: times[2], cpu_direct: times[3] })
 }
 
 /// The largest resident memory of this process (MiB), as Linux tells it.
@@ -284,8 +291,7 @@ impl Speed {
             vec![
                 row.way.into(),
                 row.pixels.to_string(),
-                row.times.kernel.to_string(),
-                row.times.wall.to_string(),
+                row.kernel.to_string(),
                 format!("{:.1}", row.megapixels_per_second),
             ]
         });
@@ -302,13 +308,15 @@ impl Speed {
         });
         let steps = self.steps.iter().map(|row| vec![row.steps.to_string(), row.kernel_ms.to_string()]);
         let [cpu_table, cpu_direct] = self.cpu_over_device;
+        let megapixels = |ms: f64| f64::from(COMMON.width * COMMON.height) / ms / 1e3;
         let memory = self.peak_memory_mib.map_or("not told by this system".into(), |mib| format!("{mib:.0} MiB"));
         format!(
-            "# Speed\n\nOn {}. Medians (shortest–longest) of {ROUNDS} runs in ms, after one to warm up, in turn with their rivals. Ratios, \
-             rates and the exponent are those of the shortest, to which other work of the machine adds least. \
+            "# Speed\n\nOn {}. Medians (shortest–longest) of {ROUNDS} runs in ms, after one to warm up, in turn with their rivals, and as \
+             many images in each as last as long. \
              The default scene: earth preset, sun at 30°, learnt fit, equirectangular, linear floats.\n\n\
              * Sky table over the integral at every pixel, {COMMON}: **{:.1}** times the pixels per second.\n\
-             * Sky table, {COMMON}, of which the upper half can be lit: **{:.0}** million pixels per second.\n\
+             * Sky table, {COMMON}, of which the upper half can be lit: **{:.0}** million pixels per second in the median, {:.0} in the \
+             shortest ({} ms).\n\
              * Time against pixels above 2²⁰, sky table: exponent **{:.3}**.\n\
              * CPU backend over this device, time: **{cpu_table:.2}** by the table, **{cpu_direct:.2}** by the integral.\n\
              * A cold process, 1024x512 to PNG: **{} ms**.\n\
@@ -319,10 +327,12 @@ impl Speed {
              ## Samples on a ray\n\n512x256, every pixel integrated.\n\n{}",
             self.machine,
             self.table_over_direct,
-            self.megapixels_per_second,
+            megapixels(self.table_ms.median),
+            megapixels(self.table_ms.min),
+            self.table_ms,
             self.exponent,
             self.first_picture_ms,
-            table(&["way", "pixels", "kernels (ms)", "wall (ms)", "Mpx/s"], scaling),
+            table(&["way", "pixels", "kernels (ms)", "Mpx/s"], scaling),
             table(&["kernel", "kernels (ms)", "multiple"], multiples),
             table(&["table", "kernels (ms)", "RMSE ÷ mean"], tables),
             table(&["samples", "kernels (ms)"], steps),
@@ -335,7 +345,7 @@ impl Speed {
             series: series.iter().position(|way| *way == row.way).unwrap_or_default(),
             radius: 5.0,
             x: row.pixels as f64 / 1e6,
-            y: row.times.kernel.median,
+            y: row.kernel.median,
             label: String::new(),
             default: false,
         };
@@ -365,12 +375,7 @@ mod tests {
         let row = |pixels: u64| {
             let median = (pixels as f64).powf(0.9);
             let spread = Spread { median, min: median, max: median };
-            Scaling {
-                way: "sky table",
-                pixels,
-                times: Times { kernel: spread, wall: spread },
-                megapixels_per_second: 0.0,
-            }
+            Scaling { way: "sky table", pixels, kernel: spread, megapixels_per_second: 0.0 }
         };
         let rows: Vec<Scaling> = [1 << 18, 1 << 20, 1 << 22, 1 << 24].map(row).into();
         assert!((exponent(&rows) - 0.9).abs() < 1e-9);

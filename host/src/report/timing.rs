@@ -58,6 +58,12 @@ pub fn job<'a>(device: &'a Device, plan: &'a Plan, kernel: Kernel) -> Job<'a> {
     Box::new(move || device.backend.run(plan, kernel).map(|run| std::hint::black_box(run).kernel))
 }
 
+/// The job done several times in a turn, so that it lasts as long as its rivals and meets as much of what else the machine does; returns
+/// the mean of the times of its kernels.
+pub fn repeated<'a>(mut job: Job<'a>, times: u32) -> Job<'a> {
+    Box::new(move || Ok((0..times).map(|_| job()).sum::<Result<Duration>>()? / times))
+}
+
 /// Times jobs in turn, so that whatever else the machine does meets them all alike: once to warm up, then [`ROUNDS`] times.
 ///
 /// # Errors
@@ -109,6 +115,21 @@ pub fn fitting_size(device: &Device, scene: &Scene, budget: Duration) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_repeated_job_takes_its_mean() {
+        let mut runs = 0;
+        let mut job = repeated(
+            Box::new(|| {
+                runs += 1;
+                Ok(Duration::from_millis(runs))
+            }),
+            5,
+        );
+        assert_eq!(job().unwrap(), Duration::from_millis(3));
+        let mut failing = repeated(Box::new(|| Err(crate::Error::failure("broken"))), 5);
+        assert!(failing().is_err());
+    }
 
     #[test]
     fn jobs_take_turns_and_the_first_round_does_not_count() {

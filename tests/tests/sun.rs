@@ -166,7 +166,7 @@ fn more_air_never_makes_the_sun_brighter() {
     };
     falls(over(&|scene, factor| scene.atmosphere.air.scattering *= factor), "air");
     falls(over(&|scene, factor| scene.atmosphere.aerosol.optical_depth = 0.1 * factor), "aerosol");
-    falls(over(&|scene, factor| scene.atmosphere.ozone.column = 10.0 * factor), "ozone");
+    falls(over(&|scene, factor| scene.atmosphere.ozone.column = 1.9 * factor), "ozone");
     let lower: Vec<f64> = (0..=90).map(|i| brightness(&|scene| scene.sun.elevation = 90.0 - f64::from(i))).collect();
     falls(lower, "a lower sun");
 }

@@ -48,7 +48,7 @@ pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
 /// By day and from the ground of a planet like the Earth the integrand is smooth, and 12 samples do. With a low sun, rays of sunlight graze
 /// the edges of the ozone tent, where its column has a singularity of the power 3/2, and 48 are needed. These are the first guess;
 /// more are taken until a rule of twice as many, and of 96 at least, agrees. Between the test rays of a hard scene there are worse ones, so
-/// that the next number is taken: where the guess does not do for the limb, seen from above the ground, or more than [`TWILIGHT`] are needed
+/// that the next number is taken: where the guess does not do for the limb, seen from above the ground, or more than twilight takes on the Earth are needed
 /// anywhere.
 ///
 /// `bands` are the plan's own.

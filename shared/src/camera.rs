@@ -85,10 +85,22 @@ pub fn solid_angle_density(camera: &Camera, projection: u32, position: Vec2) -> 
 #[inline]
 fn equirectangular(camera: &Camera, position: Vec2) -> Vec3 {
     let (sin_azimuth, cos_azimuth) = sin_cos((position.x - 0.5) * 2.0 * PI);
-    let (sin_elevation, cos_elevation) = sin_cos((0.5 - position.y) * PI);
+    let (sin_elevation, cos_elevation) = sin_cos(elevation(position.y));
     let level = camera.forward * (cos_elevation * cos_azimuth) + camera.right * (cos_elevation * sin_azimuth);
     let up = camera.up * sin_elevation;
     Vec3::new(level.x + up.x, level.y + up.y, level.z + up.z)
+}
+
+/// The elevation (radians) at a height of the image, in [0, 1] from its top.
+#[inline]
+fn elevation(y: f32) -> f32 {
+    (0.5 - y) * PI
+}
+
+/// The elevation (radians) that an equirectangular image has at a height (pixels from its top).
+#[inline]
+pub fn equirectangular_elevation(camera: &Camera, y: f32) -> f32 {
+    elevation(y / camera.height as f32)
 }
 
 /// `position` in units of the circle's radius.

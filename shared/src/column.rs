@@ -230,8 +230,9 @@ pub fn short_column(
 
 /// Column densities (air, aerosol, ozone) in km from a lit point to the sun, on either side of the point's horizon.
 ///
-/// `outwards` are the columns from the point outwards at the cosine `|mu_s|`. Below the horizon the ray first descends to its perigee: twice the column that rises from there, less the one behind the point. What the
-/// exponential profiles hold above the top of the atmosphere is taken off where it matters.
+/// `outwards` are the columns from the point outwards at the cosine `|mu_s|`. Below the horizon the ray first descends to its perigee: twice
+/// the column that rises from there, less the one behind the point. What the exponential profiles hold above the top of the atmosphere is
+/// taken off where it matters.
 #[inline(always)]
 pub fn sun_column(atmosphere: &Atmosphere, altitude: f32, outwards: Vec3, mu_s: f32, variant: u32) -> Vec3 {
     let mut column = outwards;

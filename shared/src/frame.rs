@@ -51,9 +51,9 @@ pub struct Frame {
     pub air_nodes: u32,
     /// Nodes of the learnt fit of aerosol, which follow those of air in the table; 0 without aerosol.
     pub aerosol_nodes: u32,
-    /// Rows of the sky table above the horizon; 0 without a table.
+    /// Rows of the sky table above the horizon; 0 without a table. For an equirectangular image they are its own.
     pub table_above: u32,
-    /// Rows of the sky table below the horizon; 0 from the ground itself, where nothing is seen there.
+    /// Rows of the sky table below the horizon, likewise; 0 from the ground itself, where nothing is seen there.
     pub table_below: u32,
     /// Columns of the sky table.
     pub table_azimuths: u32,
@@ -208,7 +208,7 @@ pub fn table_colours(
     fit: u32,
     variant: u32,
 ) -> Constituents {
-    let ray = view_ray(frame, sky_table::entry_view(frame, entry));
+    let ray = view_ray(frame, sky_table::entry_view(frame, entry, variant));
     constituents(frame, bands, quadrature, colour, ray, fit, variant)
 }
 
@@ -226,7 +226,7 @@ pub fn table_pixel(
     let view = view(frame, column, row, variant);
     let mut rgb = Vec3::ZERO;
     if view.covered {
-        rgb = sky_table::sky_from_table(frame, table, view.direction, variant);
+        rgb = sky_table::sky_from_table(frame, table, view.direction, frame.first_row + row, variant);
         if variant & variant::SUN_DISC != 0 {
             rgb += disc_in_pixel(frame, colour, column, frame.first_row + row, variant);
         }

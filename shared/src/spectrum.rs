@@ -89,9 +89,9 @@ pub struct Logarithms {
 }
 
 impl Logarithms {
-    /// Those of the integral at the bands, of which those past the fourth are looked at if there are `more_than_four`. With `solve`, the Newton coefficients of `ln X` at the first four bands
-    /// ([`newton_coefficients`]) take the place of the values themselves, so that the 4×4 system is solved at every pixel;
-    /// `band_nodes` are the bands' normalised wavelengths.
+    /// Those of the integral at the bands, of which those past the fourth are looked at if there are `more_than_four`. With `solve`, the
+    /// Newton coefficients of `ln X` at the first four bands ([`newton_coefficients`]) take the place of the values themselves, so that the
+    /// 4×4 system is solved at every pixel; `band_nodes` are the bands' normalised wavelengths.
     #[inline]
     pub fn new(bands: Octet, more_than_four: bool, band_nodes: Vec4, solve: bool) -> Self {
         let first = ln4(max4(bands.first, DARKEST));

@@ -259,6 +259,19 @@ fn ozone_on_the_limb_is_as_dark_as_it_should_be_at_the_terminator() {
     assert_accurate_towards(&scene, (1..40).map(|i| horizon + 0.002 * f64::from(i)), &[85.0, 90.0, 95.0]);
 }
 
+/// The largest number of samples left 1.3e-3 where sunlight grazes ozone denser than the Earth's on a planet five times as large.
+#[test]
+fn sunlight_that_grazes_dense_ozone_is_as_bright_as_it_should_be() {
+    let mut scene = scene(Preset::Earth, -6e-5, "8x4");
+    let a = &mut scene.atmosphere;
+    (a.ground_radius, a.top_radius) = (34_542.242, 34_567.682);
+    (a.air.scattering, a.air.scale_height) = (1.206_348e-6, 0.065_442);
+    (a.aerosol.optical_depth, a.aerosol.scale_height, a.aerosol.asymmetry) = (5.328e-3, 9.218_186, -0.451_63);
+    (a.ozone.column, a.ozone.bottom, a.ozone.peak, a.ozone.top) = (1058.06, 19.545_29, 21.395_42, 22.940_65);
+    scene.render.bands = Some(vec![377.0, 574.0, 671.0, 740.0]);
+    assert_accurate(&scene, (0..30).map(|i| 5.0 + 2.5 * f64::from(i)));
+}
+
 /// The horizon of a planet of a million kilometres lies within single precision's rounding of its scale heights.
 #[test]
 fn a_planet_too_large_for_single_precision_is_refused() {

@@ -60,7 +60,7 @@ fn path(plan: &Plan) -> String {
     let pixels = plan.lit_pixels();
     match plan.path.table {
         Some(size) => {
-            let entries = u64::from(size.entries());
+            let entries = size.entries();
             format!(
                 "path: table of {}x{} entries ({}), {} samples instead of {}, {} bytes",
                 size.above + size.below,

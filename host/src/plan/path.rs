@@ -1,6 +1,6 @@
 //! Whether a frame integrates every pixel, or a table of directions that its pixels look up.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
 
 use rayon::prelude::*;
@@ -10,7 +10,7 @@ use sorairo_shared::sky::{constituents, view_ray};
 use sorairo_shared::sky_table::grid_view;
 
 use super::Plan;
-use crate::scene::{ColorPath, PathChoice, Scene};
+use crate::scene::{ColorPath, PathChoice, Projection, Scene};
 
 /// How far the table's colours may lie from the integral's, relative to the luminance of the direction or a tenth of the
 /// sky's mean, whichever is larger: about a third of what the fit leaves.
@@ -23,8 +23,14 @@ const TOLERANCE_OF_BRIGHTEST: f64 = 1e-4;
 /// The table may not be finer than this; a sky that needs more is integrated at every pixel.
 const LARGEST: (u32, u32) = (512, 256);
 
+/// Most entries of a table that has the rows of its image: 128 MiB, which every device takes as one buffer.
+const MOST_ENTRIES: u64 = 1 << 22;
+
 /// The coarsest table, with which its error is measured.
 const COARSEST: (u32, u32) = (48, 16);
+
+/// The table may not have fewer columns than this: farther apart the error is no longer that of a second difference.
+const FEWEST_AZIMUTHS: u32 = 8;
 
 /// The table pays from this many pixels per entry: an entry costs one integral, and a pixel's lookup a small part of one.
 const PIXELS_PER_ENTRY: u64 = 2;
@@ -58,8 +64,8 @@ pub struct TableSize {
 
 impl TableSize {
     /// Entries of the table.
-    pub fn entries(self) -> u32 {
-        (self.above + self.below) * self.azimuths
+    pub fn entries(self) -> u64 {
+        u64::from(self.above + self.below) * u64::from(self.azimuths)
     }
 }
 
@@ -72,14 +78,17 @@ pub fn choose(scene: &Scene, plan: &Plan, pixels: u64) -> Path {
         _ if scene.observer.altitude > scene.atmosphere.top_radius - scene.atmosphere.ground_radius => {
             return direct("from outside, the atmosphere is a thin ring that a table does not resolve".into());
         }
-        PathChoice::Auto if pixels < PIXELS_PER_ENTRY * u64::from(coarsest(scene).entries()) => {
+        _ if sized(scene, plan, COARSEST).azimuths < COARSEST.1 => {
+            return direct("a table with as many rows as the image would be too large".into());
+        }
+        PathChoice::Auto if pixels < PIXELS_PER_ENTRY * grid(scene, COARSEST).entries() => {
             return direct(format!("{pixels} lit pixels are fewer than a table would need"));
         }
         PathChoice::Auto | PathChoice::Table => {}
     }
     let asked = scene.render.path == PathChoice::Table;
     match size_for(scene, plan) {
-        Some(size) if asked || pixels >= PIXELS_PER_ENTRY * u64::from(size.entries()) => Path {
+        Some(size) if asked || pixels >= PIXELS_PER_ENTRY * size.entries() => Path {
             table: Some(size),
             reason: format!("{} entries keep the table within {TOLERANCE:e} of the integral", size.entries()),
         },
@@ -87,19 +96,27 @@ pub fn choose(scene: &Scene, plan: &Plan, pixels: u64) -> Path {
             direct(format!("{pixels} lit pixels are fewer than a table of {} entries pays for", size.entries()))
         }
         None if asked => Path {
-            table: Some(limited(scene, LARGEST.0, LARGEST.1)),
+            table: Some(sized(scene, plan, LARGEST)),
             reason: "asked for; the largest table, which does not reach the error bound here".into(),
         },
         None => direct("no table up to the largest resolves this sky within its error bound".into()),
     }
 }
 
-fn limited(scene: &Scene, rows: u32, azimuths: u32) -> TableSize {
+/// A table of some rows on each side of the horizon, and columns.
+fn grid(scene: &Scene, (rows, azimuths): (u32, u32)) -> TableSize {
     TableSize { above: rows, below: if scene.observer.altitude > 0.0 { rows } else { 0 }, azimuths }
 }
 
-fn coarsest(scene: &Scene) -> TableSize {
-    limited(scene, COARSEST.0, COARSEST.1)
+/// The table that stands for such a grid: an equirectangular image has its own rows, and as many columns as fit.
+fn sized(scene: &Scene, plan: &Plan, (rows, azimuths): (u32, u32)) -> TableSize {
+    if scene.camera.projection != Projection::Equirectangular {
+        return grid(scene, (rows, azimuths));
+    }
+    let lit = plan.lit_rows.end - plan.lit_rows.start;
+    let from_top = (0.5 - f64::from(plan.frame.horizon) / PI) * f64::from(plan.height());
+    let above = ((from_top + 0.5) as u32).min(lit);
+    TableSize { above, below: lit - above, azimuths: azimuths.min((MOST_ENTRIES / u64::from(lit)) as u32) }
 }
 
 /// The size that keeps linear interpolation within the tolerance, from its error on the coarsest grid.
@@ -123,16 +140,19 @@ fn size_for(scene: &Scene, plan: &Plan) -> Option<TableSize> {
         cells.into_par_iter().map(|(above, x, c)| measure(plan, above, x, c, 0.5 / rows, 1.0 / columns)).collect();
     let mean = measured.iter().map(|cell| cell.luminance).sum::<f64>() / measured.len() as f64;
     if mean <= 0.0 {
-        return Some(coarsest(scene));
+        return Some(sized(scene, plan, COARSEST));
     }
     let brightest = measured.iter().map(|cell| cell.luminance).fold(0.0, f64::max);
     let allowed = |cell: &Cell| (TOLERANCE * cell.luminance.max(0.1 * mean)).min(TOLERANCE_OF_BRIGHTEST * brightest);
     let worst = |error: fn(&Cell) -> f64| measured.iter().map(|cell| error(cell) / allowed(cell)).fold(0.0, f64::max);
-    // Each direction may take half of the tolerance.
-    let finer = |error: f64| (2.0 * error).sqrt().max(1.0);
-    let above = 1 + (rows * finer(worst(|cell| cell.error_along_elevation))).ceil() as u32;
-    let azimuths = 1 + (columns * finer(worst(|cell| cell.error_along_azimuth))).ceil() as u32;
-    (above <= LARGEST.0 && azimuths <= LARGEST.1).then(|| limited(scene, above, azimuths))
+    let has_its_rows = scene.camera.projection == Projection::Equirectangular;
+    // Each direction that is interpolated may take its part of the tolerance.
+    let parts = if has_its_rows { 1.0 } else { 2.0 };
+    let entries = |cells: f64, error: f64| 1 + (cells * (parts * error).sqrt()).ceil() as u32;
+    let above = entries(rows, worst(|cell| cell.error_along_elevation)).max(COARSEST.0);
+    let azimuths = entries(columns, worst(|cell| cell.error_along_azimuth)).max(FEWEST_AZIMUTHS);
+    let size = sized(scene, plan, (above, azimuths));
+    ((has_its_rows || above <= LARGEST.0) && azimuths <= LARGEST.1 && size.azimuths == azimuths).then_some(size)
 }
 
 /// What linear interpolation does to one cell.
@@ -165,4 +185,41 @@ fn measure(plan: &Plan, above: bool, x: f64, c: f64, half_x: f64, half_c: f64) -
 pub fn horizon(ground_radius: f64, altitude: f64) -> f64 {
     let tangent = (altitude * (2.0 * ground_radius + altitude)).sqrt();
     -(tangent / ground_radius).atan().min(FRAC_PI_2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::PixelFormat;
+    use crate::scene::Size;
+
+    fn path(change: impl FnOnce(&mut Scene)) -> Path {
+        let mut scene = Scene::default();
+        change(&mut scene);
+        Plan::new(&scene, PixelFormat::LinearRgb).unwrap().path
+    }
+
+    #[test]
+    fn an_equirectangular_image_shares_its_rows_with_its_table() {
+        let size = path(|_| {}).table.expect("a table");
+        assert_eq!((size.above, size.below), (256, 0));
+        let from_12_km = path(|scene| scene.observer.altitude = 12.0).table.expect("a table");
+        // 3.5° of 180° lie between level and the horizon.
+        assert_eq!((from_12_km.above, from_12_km.below), (266, 246));
+    }
+
+    #[test]
+    fn other_images_have_a_table_of_their_own() {
+        let size = path(|scene| scene.camera.projection = Projection::Fisheye).table.expect("a table");
+        assert!((COARSEST.0..=LARGEST.0).contains(&size.above), "{size:?}");
+    }
+
+    #[test]
+    fn a_table_fits_into_a_buffer() {
+        let tall = |height, choice| {
+            path(|scene| (scene.camera.size, scene.render.path) = (Size { width: 1, height }, choice)).table
+        };
+        assert!(tall(400_000, PathChoice::Table).is_some_and(|size| size.entries() <= MOST_ENTRIES));
+        assert!(tall(8_388_608, PathChoice::Table).is_none());
+    }
 }

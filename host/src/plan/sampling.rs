@@ -32,7 +32,7 @@ const FEWEST_OF_REFERENCE: u32 = 96;
 const TWILIGHT: u32 = 64;
 
 /// Most samples on a piece that are taken unasked.
-const MOST: u32 = 1536;
+const MOST: u32 = 3072;
 
 /// The error of a radiance relative to itself or, where it is fainter than 1e-9 of the scene's maximum, to a millionth of that: so that
 /// [`BOUND`] stands for 1e-3 of the one and 1e-9 of the other. Infinite for what is not a number.
@@ -48,8 +48,8 @@ pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
 /// By day and from the ground of a planet like the Earth the integrand is smooth, and 12 samples do. With a low sun, rays of sunlight graze
 /// the edges of the ozone tent, where its column has a singularity of the power 3/2, and 48 are needed. These are the first guess;
 /// more are taken until a rule of twice as many, and of 96 at least, agrees. Between the test rays of a hard scene there are worse ones, so
-/// that the next number is taken: where the guess does not do for the limb, seen from above the ground, or more than twilight takes on the Earth are needed
-/// anywhere.
+/// that the next number is taken: where the guess does not do for the limb, seen from above the ground, or more than twilight takes on the
+/// Earth are needed anywhere.
 ///
 /// `bands` are the plan's own.
 pub fn steps(scene: &Scene, frame: &Frame, optics: &Optics, bands: &[Bands], integral: u32) -> u32 {

@@ -6,16 +6,16 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::bench::with_table;
+use super::bench::{looked_up, with_table};
 use super::chart::{Chart, Panel, Point};
 use super::document::{Machine, make_folder, table, write};
 use super::error::plan;
-use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated};
+use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated, streamed};
 use crate::backend::{Device, Kernel, cpu};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
 use crate::plan::path::TableSize;
-use crate::scene::{Scene, Size};
+use crate::scene::{Projection, Scene, Size};
 
 /// The image on which paths and kernels are compared.
 const COMMON: Size = Size { width: 1920, height: 960 };
@@ -43,6 +43,7 @@ struct Multiple {
 /// Time and error of a table of some size.
 #[derive(Clone, Debug, Serialize)]
 struct TableRow {
+    projection: Projection,
     table: TableSize,
     kernel_ms: Spread,
     rmse_over_mean: f64,
@@ -163,7 +164,7 @@ fn scaling(device: &Device, largest: u32) -> Result<Vec<Scaling>> {
         }
     }
     let mut jobs: Vec<Job> =
-        plans.iter().map(|(_, _, images, plan)| repeated(job(device, plan, plan.kernel()), *images)).collect();
+        plans.iter().map(|(_, _, images, plan)| repeated(streamed(device, plan, plan.kernel()), *images)).collect();
     let times = interleaved(&mut jobs)?;
     let row = |(&(way, power, _, _), kernel): (&(&'static str, u32, u32, Plan), Spread)| {
         let pixels = 1 << power;
@@ -209,36 +210,51 @@ fn multiples(device: &Device) -> Result<Vec<Multiple>> {
     Ok(plans.iter().zip(times).map(row).collect())
 }
 
-/// Tables from coarse to fine, timed and compared with the integral at every pixel.
+/// Tables from coarse to fine, timed and compared with the integral at every pixel: of an image that has the rows of its table, and of one
+/// that does not.
 fn tables(device: &Device) -> Result<Vec<TableRow>> {
-    let chosen = with_table(COMMON)?;
-    let sizes = [(32, 8), (64, 16), (128, 16), (256, 32), (512, 64)];
-    let sized = |(above, azimuths)| {
+    let mut rows =
+        tables_of(device, common(Projection::Equirectangular), &[4, 8, 16, 32, 64].map(|columns| (0, columns)))?;
+    let grids = [(32, 8), (64, 16), (128, 16), (256, 32), (512, 64)];
+    rows.extend(tables_of(device, common(Projection::Fisheye), &grids)?);
+    Ok(rows)
+}
+
+/// The default scene in [`COMMON`] pixels.
+fn common(projection: Projection) -> Scene {
+    let mut scene = Scene::default();
+    (scene.camera.size, scene.camera.projection) = (COMMON, projection);
+    scene
+}
+
+/// Tables of some rows (0: those that the plan chose) and columns.
+fn tables_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec<TableRow>> {
+    let projection = scene.camera.projection;
+    let integrated = plan(&scene)?;
+    let chosen = looked_up(scene)?;
+    let planned = chosen.path.table.ok_or_else(|| Error::failure("the default scene has no sky table"))?;
+    let sized = |&(above, azimuths): &(u32, u32)| {
         let mut plan = chosen.clone();
-        let size = TableSize { above, below: 0, azimuths };
+        let size = TableSize { above: if above > 0 { above } else { planned.above }, below: 0, azimuths };
         plan.path.table = Some(size);
-        (plan.frame.table_above, plan.frame.table_azimuths) = (above, azimuths);
+        (plan.frame.table_above, plan.frame.table_azimuths) = (size.above, azimuths);
         (size, plan)
     };
-    let plans: Vec<(TableSize, Plan)> = sizes.into_iter().map(sized).collect();
+    let plans: Vec<(TableSize, Plan)> = sizes.iter().map(sized).collect();
     let mut jobs: Vec<Job> = plans.iter().map(|(_, plan)| job(device, plan, plan.kernel())).collect();
     let times = interleaved(&mut jobs)?;
-    let floats = |plan: &Plan, kernel| -> Result<Vec<f64>> {
-        Ok(device.backend.run(plan, kernel)?.words.into_iter().map(|word| f64::from(f32::from_bits(word))).collect())
+    let floats = |plan: &Plan| -> Result<Vec<f64>> {
+        let words = device.backend.run(plan, plan.kernel())?.words;
+        Ok(words.into_iter().map(|word| f64::from(f32::from_bits(word))).collect())
     };
-    let direct = integrated(COMMON)?;
-    let truth = floats(&direct, direct.kernel())?;
+    let truth = floats(&integrated)?;
     let mean = truth.iter().sum::<f64>() / truth.len() as f64;
-    plans
-        .iter()
-        .zip(times)
-        .map(|((table, plan), times)| {
-            let image = floats(plan, plan.kernel())?;
-            let square: f64 = image.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
-            let rmse_over_mean = (square / truth.len() as f64).sqrt() / mean;
-            Ok(TableRow { table: *table, kernel_ms: times.kernel, rmse_over_mean })
-        })
-        .collect()
+    let row = |((table, plan), times): (&(TableSize, Plan), Times)| {
+        let square: f64 = floats(plan)?.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
+        let rmse_over_mean = (square / truth.len() as f64).sqrt() / mean;
+        Ok(TableRow { projection, table: *table, kernel_ms: times.kernel, rmse_over_mean })
+    };
+    plans.iter().zip(times).map(row).collect()
 }
 
 fn steps(device: &Device) -> Result<Vec<StepRow>> {
@@ -301,6 +317,7 @@ impl Speed {
             .map(|row| vec![row.kernel.into(), row.kernel_ms.to_string(), format!("{:.2}", row.times_fill)]);
         let tables = self.tables.iter().map(|row| {
             vec![
+                format!("{:?}", row.projection).to_lowercase(),
                 format!("{}x{}", row.table.above, row.table.azimuths),
                 row.kernel_ms.to_string(),
                 format!("{:.1e}", row.rmse_over_mean),
@@ -334,7 +351,7 @@ impl Speed {
             self.first_picture_ms,
             table(&["way", "pixels", "kernels (ms)", "Mpx/s"], scaling),
             table(&["kernel", "kernels (ms)", "multiple"], multiples),
-            table(&["table", "kernels (ms)", "RMSE ÷ mean"], tables),
+            table(&["projection", "table", "kernels (ms)", "RMSE ÷ mean"], tables),
             table(&["samples", "kernels (ms)"], steps),
         )
     }

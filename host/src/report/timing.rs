@@ -58,6 +58,16 @@ pub fn job<'a>(device: &'a Device, plan: &'a Plan, kernel: Kernel) -> Job<'a> {
     Box::new(move || device.backend.run(plan, kernel).map(|run| std::hint::black_box(run).kernel))
 }
 
+/// The job of running a plan's kernel on a device and letting go of the pixels as they come back, as an encoder that is never late: to
+/// gather a large image in memory would take time from a device that computes on the same cores.
+pub fn streamed<'a>(device: &'a Device, plan: &'a Plan, kernel: Kernel) -> Job<'a> {
+    let let_go = |_, rows: &[u32]| {
+        std::hint::black_box(rows);
+        Ok(())
+    };
+    Box::new(move || device.backend.rows(plan, kernel, 0, &mut { let_go }).map(|times| times.kernel))
+}
+
 /// The job done several times in a turn, so that it lasts as long as its rivals and meets as much of what else the machine does; returns
 /// the mean of the times of its kernels.
 pub fn repeated<'a>(mut job: Job<'a>, times: u32) -> Job<'a> {

@@ -4,7 +4,9 @@
 #![cfg_attr(target_arch = "spirv", no_std)]
 #![deny(warnings)] // a shader build does not show them otherwise
 
-use sorairo_shared::frame::{Frame, SENTINEL, radiance_pixel, sky_pixel, spectrum_pixel, table_colours, table_pixel};
+use sorairo_shared::frame::{
+    Frame, SENTINEL, radiance_pixel, sky_pixel, spectrum_pixel, table_colours, table_columns, table_pixel,
+};
 use sorairo_shared::math::store;
 use sorairo_shared::scattering::Bands;
 use sorairo_shared::sky::{LEARNT, LEARNT_SOLVED, LINEAR, SOLVED};
@@ -186,7 +188,7 @@ pub fn sky_table(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] table: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
 ) {
-    if (id.x < frame.camera.width) & (id.y < frame.rows) {
+    if (id.x < table_columns(frame, variant)) & (id.y < frame.rows) {
         table_pixel(frame, colour, table, output, id.x, id.y, variant);
     }
 }

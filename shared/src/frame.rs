@@ -6,12 +6,13 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::atmosphere::Atmosphere;
-use crate::camera::{Camera, PixelView, pixel_view};
+use crate::camera::{Camera, EQUIRECTANGULAR, PixelView, pixel_view, position_view};
 use crate::color::{RgbSpace, srgb8};
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::math::{fetch, half_bits, store};
 use crate::scattering::Bands;
 use crate::sky::{Constituents, constituents, sky, transfer, view_ray};
+use crate::sky_table::RUN;
 use crate::sun_disc::{SunDisc, disc_in_pixel};
 use crate::{sky_spectrum, sky_table, variant};
 
@@ -212,7 +213,14 @@ pub fn table_colours(
     constituents(frame, bands, quadrature, colour, ray, fit, variant)
 }
 
-/// Kernel `sky_table`: the sky's colour at a pixel from the sky table, stored.
+/// Invocations of the kernel `sky_table` for a row: one for a pixel, or for a run of them.
+#[inline]
+pub fn table_columns(frame: &Frame, variant: u32) -> u32 {
+    if variant & variant::RUNS != 0 { frame.camera.width / RUN } else { frame.camera.width }
+}
+
+/// Kernel `sky_table`: the sky's colour from the sky table at a pixel, or at a run of pixels in a row, stored. `column` counts what an
+/// invocation does.
 #[inline]
 pub fn table_pixel(
     frame: &Frame,
@@ -223,13 +231,36 @@ pub fn table_pixel(
     row: u32,
     variant: u32,
 ) {
-    let view = view(frame, column, row, variant);
-    let mut rgb = Vec3::ZERO;
-    if view.covered {
-        rgb = sky_table::sky_from_table(frame, table, view.direction, frame.first_row + row, variant);
-        if variant & variant::SUN_DISC != 0 {
-            rgb += disc_in_pixel(frame, colour, column, frame.first_row + row, variant);
+    if variant & variant::RUNS != 0 {
+        let first = RUN * column;
+        let whole_row = frame.first_row + row;
+        let middle = Vec2::new((first + RUN / 2) as f32, whole_row as f32 + 0.5);
+        let direction = position_view(&frame.camera, EQUIRECTANGULAR, middle).direction;
+        let between = sky_table::neighbours(frame, table, direction, whole_row, variant);
+        let mut pixel = first;
+        while pixel < first + RUN {
+            let direction = view(frame, pixel, row, variant).direction;
+            let rgb = sky_table::sky_between(frame, between, direction, variant);
+            store_looked_up(frame, colour, output, pixel, row, rgb, variant);
+            pixel += 1;
         }
+    } else {
+        let view = view(frame, column, row, variant);
+        if view.covered {
+            let rgb = sky_table::sky_from_table(frame, table, view.direction, frame.first_row + row, variant);
+            store_looked_up(frame, colour, output, column, row, rgb, variant);
+        } else {
+            store_rgb(frame, output, index(frame, column, row), Vec3::ZERO, variant);
+        }
+    }
+}
+
+/// Stores a colour of the sky, with the sun's disc before it.
+#[inline]
+fn store_looked_up(frame: &Frame, colour: &[Vec4], output: &mut [u32], column: u32, row: u32, sky: Vec3, variant: u32) {
+    let mut rgb = sky;
+    if variant & variant::SUN_DISC != 0 {
+        rgb += disc_in_pixel(frame, colour, column, frame.first_row + row, variant);
     }
     store_rgb(frame, output, index(frame, column, row), rgb, variant);
 }

@@ -6,6 +6,7 @@
 //! every pixel, and so is the horizon.
 //!
 //! The rows of an equirectangular image are elevations too. Its table has the same rows, and nothing is interpolated between them.
+//! Where the columns lie far enough apart, [`RUN`] neighbouring pixels share the two entries about their middle.
 
 use crate::atmosphere::ScatteringAngle;
 use crate::camera::{EQUIRECTANGULAR, equirectangular_elevation};
@@ -67,6 +68,9 @@ pub fn entry_view(frame: &Frame, entry: u32, variant: u32) -> Vec3 {
     grid_view(frame, above, x, c)
 }
 
+/// Pixels of an equirectangular image that share their entries; see [`variant::RUNS`].
+pub const RUN: u32 = 4;
+
 /// Linear RGB of the sky in a direction, from the table: colours of air and aerosol between its entries, exact phase functions.
 /// `row` is that of the whole image.
 #[inline]
@@ -74,44 +78,52 @@ pub fn sky_from_table(frame: &Frame, table: &[Vec4], view: Vec3, row: u32, varia
     if (variant & variant::DESCENT == 0) & (view.z < 0.0) {
         return Vec3::ZERO;
     }
-    let cell = if variant::projection(variant) == EQUIRECTANGULAR {
-        cell_of_row(frame, view, row)
+    if variant::projection(variant) == EQUIRECTANGULAR {
+        sky_between(frame, neighbours(frame, table, view, row, variant), view, variant)
     } else {
-        cell(frame, view, variant)
-    };
-    let air = colour(table, cell, 0, variant);
+        sky_in_grid(frame, table, view, variant)
+    }
+}
+
+/// Two entries of a row, and the column of the first: colours of air and of aerosol.
+#[derive(Clone, Copy)]
+pub struct Neighbours {
+    column: f32,
+    first_air: Vec4,
+    second_air: Vec4,
+    first_aerosol: Vec4,
+    second_aerosol: Vec4,
+}
+
+/// The two entries of an image's row between whose azimuths a direction lies.
+#[inline]
+pub fn neighbours(frame: &Frame, table: &[Vec4], view: Vec3, row: u32, variant: u32) -> Neighbours {
+    let column = min(floor(columns_from_sun(frame, view)), (frame.table_azimuths - 2) as f32);
+    let at = 2 * (row * frame.table_azimuths + column as u32) as usize;
+    let (first_air, second_air) = (fetch(table, at), fetch(table, at + 2));
+    let (mut first_aerosol, mut second_aerosol) = (Vec4::ZERO, Vec4::ZERO);
+    if variant & variant::AEROSOL != 0 {
+        (first_aerosol, second_aerosol) = (fetch(table, at + 1), fetch(table, at + 3));
+    }
+    Neighbours { column, first_air, second_air, first_aerosol, second_aerosol }
+}
+
+/// Linear RGB of the sky in a direction between two entries, or just beside them.
+#[inline]
+pub fn sky_between(frame: &Frame, between: Neighbours, view: Vec3, variant: u32) -> Vec3 {
+    let across = columns_from_sun(frame, view) - between.column;
+    let air = rgb(mix(between.first_air, between.second_air, across));
     let mut aerosol = Vec3::ZERO;
     if variant & variant::AEROSOL != 0 {
-        aerosol = colour(table, cell, 1, variant);
+        aerosol = rgb(mix(between.first_aerosol, between.second_aerosol, across));
     }
     let angle = ScatteringAngle::between(view, frame.sun.truncate());
     with_phases(frame, Constituents { air, aerosol }, angle, variant)
 }
 
-/// Where a direction lies between the entries of the table.
-#[derive(Clone, Copy)]
-struct Cell {
-    /// The entry above it and towards the sun.
-    first: u32,
-    /// Entries from there to the one below.
-    to_next_row: u32,
-    /// How far it lies from the first column to the next.
-    across: f32,
-    /// How far it lies from the first row to the next.
-    down: f32,
-}
-
-/// The cell of a direction in the row of its pixel.
+/// Linear RGB of the sky in a direction, between four entries of a table that does not have the rows of its image.
 #[inline]
-fn cell_of_row(frame: &Frame, view: Vec3, row: u32) -> Cell {
-    let x = columns_from_sun(frame, view);
-    let column = min(floor(x), (frame.table_azimuths - 2) as f32);
-    Cell { first: row * frame.table_azimuths + column as u32, to_next_row: 0, across: x - column, down: 0.0 }
-}
-
-/// The cell of a direction.
-#[inline]
-fn cell(frame: &Frame, view: Vec3, variant: u32) -> Cell {
+fn sky_in_grid(frame: &Frame, table: &[Vec4], view: Vec3, variant: u32) -> Vec3 {
     let elevation = 0.5 * PI - acos(view.z);
     let above = (variant & variant::DESCENT == 0) | (elevation >= frame.horizon);
     let (from_horizon, first_row, rows) = if above {
@@ -123,8 +135,16 @@ fn cell(frame: &Frame, view: Vec3, variant: u32) -> Cell {
     let x = columns_from_sun(frame, view);
     let row = min(floor(y), (rows - 2) as f32);
     let column = min(floor(x), (frame.table_azimuths - 2) as f32);
-    let first = (first_row + row as u32) * frame.table_azimuths + column as u32;
-    Cell { first, to_next_row: frame.table_azimuths, across: x - column, down: y - row }
+    let entry = 2 * ((first_row + row as u32) * frame.table_azimuths + column as u32) as usize;
+    let below = entry + 2 * frame.table_azimuths as usize;
+    let (fx, fy) = (x - column, y - row);
+    let air = bilinear(table, entry, below, fx, fy);
+    let mut aerosol = Vec3::ZERO;
+    if variant & variant::AEROSOL != 0 {
+        aerosol = bilinear(table, entry + 1, below + 1, fx, fy);
+    }
+    let angle = ScatteringAngle::between(view, frame.sun.truncate());
+    with_phases(frame, Constituents { air, aerosol }, angle, variant)
 }
 
 /// Columns of the table between the sun's azimuth and a direction's.
@@ -135,17 +155,15 @@ fn columns_from_sun(frame: &Frame, view: Vec3) -> f32 {
     0.5 * (1.0 - c) * (frame.table_azimuths - 1) as f32
 }
 
-/// The colour of a constituent (0: air, 1: aerosol) in a cell.
+/// The colour between four entries, given the first of each of their two rows.
 #[inline]
-fn colour(table: &[Vec4], cell: Cell, constituent: u32, variant: u32) -> Vec3 {
-    let at = (2 * cell.first + constituent) as usize;
-    let mut left = fetch(table, at);
-    let mut right = fetch(table, at + 2);
-    if variant::projection(variant) != EQUIRECTANGULAR {
-        let below = at + 2 * cell.to_next_row as usize;
-        left = mix(left, fetch(table, below), cell.down);
-        right = mix(right, fetch(table, below + 2), cell.down);
-    }
-    let colour = mix(left, right, cell.across);
+fn bilinear(table: &[Vec4], upper: usize, lower: usize, fx: f32, fy: f32) -> Vec3 {
+    let left = mix(fetch(table, upper), fetch(table, lower), fy);
+    let right = mix(fetch(table, upper + 2), fetch(table, lower + 2), fy);
+    rgb(mix(left, right, fx))
+}
+
+#[inline]
+fn rgb(colour: Vec4) -> Vec3 {
     Vec3::new(colour.x, colour.y, colour.z)
 }

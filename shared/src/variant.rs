@@ -24,6 +24,10 @@ pub const OPAQUE: u32 = 128;
 /// Everything that concerns the integral; right for every scene.
 pub const WHOLE_INTEGRAL: u32 = 63 | OPAQUE;
 
+/// Pixels are looked up in runs of [`crate::sky_table::RUN`], which share their entries: only in an equirectangular image whose width is a
+/// multiple of that, and where the entries lie so much farther apart that a run reaches hardly beyond them.
+pub const RUNS: u32 = 1 << 12;
+
 /// Where the projection stands.
 const PROJECTION_SHIFT: u32 = 8;
 /// Where the kind of pixel stands.

@@ -10,6 +10,7 @@ use sorairo::scene::{ColorPath, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo::spectrum::FittedSpectrum;
 use sorairo_shared::camera::{EQUIRECTANGULAR, pixel_view};
 use sorairo_shared::math::half_bits;
+use sorairo_shared::variant;
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::sky::{SUNS, scene};
 
@@ -193,6 +194,29 @@ fn the_table_agrees_with_the_integral_at_every_pixel() {
             // The goal; the size of the table is chosen for 1e-3 at the worst place.
             assert!(mean > 0.0 && rmse <= 1e-3 * mean, "{projection:?}, {sun}°, {altitude} km: {rmse:e} of {mean:e}");
         }
+    }
+}
+
+/// Pixels that share two entries of the table reach hardly beyond them: where they do, the colour is as good as anywhere.
+#[test]
+fn pixels_in_runs_agree_with_pixels_alone() {
+    for (sun, altitude, disc) in
+        [(0.0, 0.0, false), (5.0, 0.0, true), (30.0, 0.0, false), (60.0, 0.0, false), (3.0, 12.0, false)]
+    {
+        // Wide enough for tables of 33 columns.
+        let mut scene = scene(Preset::Earth, sun, "1608x45");
+        (scene.observer.altitude, scene.render.path) = (altitude, PathChoice::Table);
+        (scene.sun.azimuth, scene.sun.disc) = (77.7, disc);
+        let runs = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+        assert!(runs.variant & variant::RUNS != 0, "{sun}°: {}", runs.path);
+        let alone = Plan { variant: runs.variant & !variant::RUNS, ..runs.clone() };
+        let images = [&runs, &alone].map(|plan| floats(plan, &backend::cpu::Cpu, plan.kernel()));
+        // Half of what the table itself may be off by.
+        let worst = worst_in_images(&images[0], &images[1], 1608, 3, 1e-6);
+        println!("sun {sun}, altitude {altitude}: {:.1e} at {}", worst.relative, worst.place);
+        assert!(worst.relative > 0.0 && worst.relative <= 5e-4, "{sun}°, {altitude} km: {worst:?}");
+        let worst = worst_in_images(&floats(&runs, gpu(), runs.kernel()), &images[0], 1608, 3, 1e-6);
+        assert!(worst.relative <= SAME_FUNCTION, "{sun}°, {altitude} km: {worst:?}");
     }
 }
 

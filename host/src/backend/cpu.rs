@@ -9,7 +9,7 @@ use sorairo_shared::frame::{Frame, SENTINEL, radiance_pixel, sky_pixel, spectrum
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::sky_table::entries;
 
-use super::{Backend, Device, Kernel, TakeRows, Times, rows_at_once, words_per_row};
+use super::{Backend, Device, Kernel, TakeRows, Times, invocations_per_row, rows_at_once, words_per_row};
 use crate::error::Result;
 use crate::plan::Plan;
 
@@ -30,13 +30,14 @@ impl Backend for Cpu {
         let start = Instant::now();
         let table = if kernel == Kernel::SkyTable { sky_table(plan) } else { Vec::new() };
         let mut computing = start.elapsed();
+        let columns = invocations_per_row(plan, kernel);
         for first in rows.clone().step_by(at_once as usize) {
             let start = Instant::now();
             let words = &mut words[..row_words * at_once.min(rows.end - first) as usize];
             words.par_chunks_mut(row_words).zip(first as usize..rows.end as usize).for_each(|(words, row)| {
                 // Each chunk is the output of a dispatch of one row.
                 let frame = Frame { first_row: row as u32, rows: 1, ..plan.frame };
-                for column in 0..plan.width() {
+                for column in 0..columns {
                     store_pixel(&frame, plan, kernel, &table, words, column);
                 }
             });

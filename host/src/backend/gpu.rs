@@ -11,7 +11,7 @@ use sorairo_shared::frame::{Frame, TABLE_WORKGROUP, WORKGROUP_SIDE};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::sky_table::entries;
 
-use super::{Backend, Device, Kernel, TakeRows, Times, rows_at_once, words_per_row};
+use super::{Backend, Device, Kernel, TakeRows, Times, invocations_per_row, rows_at_once, words_per_row};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
 
@@ -324,7 +324,8 @@ impl Backend for Gpu {
             }
             let frame = Frame { first_row, rows: rows_per_strip.min(rows.end - first_row), ..plan.frame };
             self.queue.write_buffer(buffers.frame.get(), 0, bytemuck::bytes_of(&frame));
-            let size = (plan.width().div_ceil(WORKGROUP_SIDE), frame.rows.div_ceil(WORKGROUP_SIDE));
+            let columns = invocations_per_row(plan, kernel);
+            let size = (columns.div_ceil(WORKGROUP_SIDE), frame.rows.div_ceil(WORKGROUP_SIDE));
             let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             if let Some(sentinel) = &sentinel {
                 dispatch(&mut encoder, sentinel, &groups.pixels, size, None);

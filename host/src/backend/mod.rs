@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use sorairo_shared::color::srgb8;
-use sorairo_shared::frame::Pixel;
+use sorairo_shared::frame::{Pixel, table_columns};
 use sorairo_shared::glam::Vec3;
 
 use crate::error::{Error, Result};
@@ -167,6 +167,11 @@ fn words_per_row(plan: &Plan, kernel: Kernel) -> usize {
         _ => plan.pixel_words() as usize,
     };
     plan.width() as usize * words_per_pixel
+}
+
+/// Invocations of a kernel for a row.
+fn invocations_per_row(plan: &Plan, kernel: Kernel) -> u32 {
+    if kernel == Kernel::SkyTable { table_columns(&plan.frame, plan.variant) } else { plan.width() }
 }
 
 /// Hands out rows without light.

@@ -1,5 +1,6 @@
 //! A plan in words: what it skips, and what that saves.
 
+use sorairo_shared::sky_table::RUN;
 use sorairo_shared::variant;
 
 use super::Plan;
@@ -61,8 +62,13 @@ fn path(plan: &Plan) -> String {
     match plan.path.table {
         Some(size) => {
             let entries = size.entries();
+            let runs = if plan.variant & variant::RUNS != 0 {
+                format!("; {RUN} pixels share two of them")
+            } else {
+                String::new()
+            };
             format!(
-                "path: table of {}x{} entries ({}), {} samples instead of {}, {} bytes",
+                "path: table of {}x{} entries ({}), {} samples instead of {}, {} bytes{runs}",
                 size.above + size.below,
                 size.azimuths,
                 plan.path.reason,

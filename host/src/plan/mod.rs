@@ -32,7 +32,7 @@ use colour_space::ColourSpace;
 use learnt::{Constituent, Training};
 use linear::{Interpolant, LinearFit};
 use optics::Optics;
-use path::Path;
+use path::{Path, TableSize};
 use sun_disc::Sun;
 
 /// The optical depth that may lie above the top of the atmosphere before columns to the sun take it off. It changes
@@ -151,9 +151,7 @@ impl Plan {
         plan.fill_colour();
         plan.path = path::choose(scene, &plan, plan.lit_pixels());
         if let Some(size) = plan.path.table {
-            plan.frame.table_above = size.above;
-            plan.frame.table_below = size.below;
-            plan.frame.table_azimuths = size.azimuths;
+            plan.look_up(size);
         }
         if scene.sun.disc {
             plan.show_sun(scene.camera.projection);
@@ -163,6 +161,17 @@ impl Plan {
             Exposure::Auto => exposure::automatic(&plan),
         };
         Ok(plan)
+    }
+
+    /// Looks the pixels up in a table of this size.
+    pub(crate) fn look_up(&mut self, size: TableSize) {
+        self.path.table = Some(size);
+        (self.frame.table_above, self.frame.table_below) = (size.above, size.below);
+        self.frame.table_azimuths = size.azimuths;
+        self.variant &= !variant::RUNS;
+        if path::pixels_run(&self.frame, self.variant) {
+            self.variant |= variant::RUNS;
+        }
     }
 
     /// The sky that the learnt fit is learnt from.

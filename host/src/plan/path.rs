@@ -6,8 +6,11 @@ use std::fmt;
 use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_shared::atmosphere::{cornette_shanks_phase, rayleigh_phase};
+use sorairo_shared::camera::EQUIRECTANGULAR;
+use sorairo_shared::frame::Frame;
 use sorairo_shared::sky::{constituents, view_ray};
-use sorairo_shared::sky_table::grid_view;
+use sorairo_shared::sky_table::{RUN, grid_view};
+use sorairo_shared::variant;
 
 use super::Plan;
 use crate::scene::{ColorPath, PathChoice, Projection, Scene};
@@ -153,6 +156,19 @@ fn size_for(scene: &Scene, plan: &Plan) -> Option<TableSize> {
     let azimuths = entries(columns, worst(|cell| cell.error_along_azimuth)).max(FEWEST_AZIMUTHS);
     let size = sized(scene, plan, (above, azimuths));
     ((has_its_rows || above <= LARGEST.0) && azimuths <= LARGEST.1 && size.azimuths == azimuths).then_some(size)
+}
+
+/// Pixels between two entries of a row, from which runs share them: a run then reaches a tenth of the way beyond an entry at most, where
+/// the error of a straight line, d (1 + d) / 2 of a second difference, is still less than the eighth midway between two.
+const PIXELS_BETWEEN_ENTRIES: f64 = 16.0;
+
+/// Whether the pixels of a frame's image can be looked up in [`variant::RUNS`].
+///
+/// Entries are equidistant in the cosine of the azimuth, and closest together across the sun's direction.
+pub fn pixels_run(frame: &Frame, variant: u32) -> bool {
+    let width = frame.camera.width;
+    let closest = f64::from(width) / (PI * f64::from(frame.table_azimuths - 1));
+    variant::projection(variant) == EQUIRECTANGULAR && width.is_multiple_of(RUN) && closest >= PIXELS_BETWEEN_ENTRIES
 }
 
 /// What linear interpolation does to one cell.

@@ -236,8 +236,7 @@ fn tables_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec<
     let sized = |&(above, azimuths): &(u32, u32)| {
         let mut plan = chosen.clone();
         let size = TableSize { above: if above > 0 { above } else { planned.above }, below: 0, azimuths };
-        plan.path.table = Some(size);
-        (plan.frame.table_above, plan.frame.table_azimuths) = (size.above, azimuths);
+        plan.look_up(size);
         (size, plan)
     };
     let plans: Vec<(TableSize, Plan)> = sizes.iter().map(sized).collect();

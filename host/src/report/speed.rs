@@ -152,7 +152,7 @@ fn integrated(size: Size) -> Result<Plan> {
 fn scaling(device: &Device, largest: u32) -> Result<Vec<Scaling>> {
     let mut plans = Vec::new();
     let mut direct_is_bearable = true;
-    for power in (16..=largest).filter(|power| power % 2 == 1 || *power == 16) {
+    for power in (16..=largest).filter(|power| power % 2 == 1 || *power == 16 || *power >= FITTED_FROM) {
         let size = Size { width: 1 << power.div_ceil(2), height: 1 << (power / 2) };
         let images = if power >= FITTED_FROM { 1 << (largest - power) } else { 1 };
         plans.push(("sky table", power, images, with_table(size)?));

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_shared::atmosphere::{cornette_shanks_phase, rayleigh_phase};
 use sorairo_shared::camera::EQUIRECTANGULAR;
-use sorairo_shared::frame::Frame;
+use sorairo_shared::frame::{Frame, TABLE_WORKGROUP};
 use sorairo_shared::sky::{constituents, view_ray};
 use sorairo_shared::sky_table::{RUN, grid_view};
 use sorairo_shared::variant;
@@ -26,8 +26,9 @@ const TOLERANCE_OF_BRIGHTEST: f64 = 1e-4;
 /// The table may not be finer than this; a sky that needs more is integrated at every pixel.
 const LARGEST: (u32, u32) = (512, 256);
 
-/// Most entries of a table that has the rows of its image: 128 MiB, which every device takes as one buffer.
-const MOST_ENTRIES: u64 = 1 << 22;
+/// Most entries of a table that has the rows of its image: those that every device fills in one dispatch, 65 535 workgroups. They take
+/// 128 MiB, which every device takes as one buffer.
+const MOST_ENTRIES: u64 = 65_535 * TABLE_WORKGROUP as u64;
 
 /// The coarsest table, with which its error is measured.
 const COARSEST: (u32, u32) = (48, 16);

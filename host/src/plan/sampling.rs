@@ -217,4 +217,10 @@ mod tests {
         // 1e-9 of the maximum counts as much as 1e-3 of what is brighter.
         assert!((error(1e-9, 0.0, 1.0) - BOUND).abs() < 1e-12);
     }
+
+    #[test]
+    fn a_sky_below_what_single_precision_holds_is_black() {
+        assert!(error(0.0, 1e-3 * FAINT * BLACK, 1e-3 * BLACK) < BOUND);
+        assert!(error(0.0, 10.0 * FAINT * BLACK, BLACK) > BOUND);
+    }
 }

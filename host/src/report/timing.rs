@@ -37,8 +37,15 @@ impl Spread {
 
 impl std::fmt::Display for Spread {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{:.3} ({:.3}–{:.3})", self.median, self.min, self.max)
+        let [median, min, max] = [self.median, self.min, self.max].map(three_digits);
+        write!(f, "{median} ({min}–{max})")
     }
+}
+
+/// A number with the digits that a measurement has: three, or all before its point.
+fn three_digits(number: f64) -> String {
+    let before_point = number.abs().max(1e-3).log10().floor() as i32 + 1;
+    format!("{number:.*}", (3 - before_point).max(0) as usize)
 }
 
 /// The time of a job.
@@ -125,6 +132,12 @@ pub fn fitting_size(device: &Device, scene: &Scene, budget: Duration) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_spread_is_written_with_three_digits() {
+        let spread = Spread { median: 1234.5, min: 0.012_34, max: 99.94 };
+        assert_eq!(spread.to_string(), "1234 (0.0123–99.9)");
+    }
 
     #[test]
     fn a_repeated_job_takes_its_mean() {

@@ -272,6 +272,18 @@ fn sunlight_that_grazes_dense_ozone_is_as_bright_as_it_should_be() {
     assert_accurate(&scene, (0..30).map(|i| 5.0 + 2.5 * f64::from(i)));
 }
 
+/// Away from a low sun the last light on a ray comes from where the sun sets at the top of the air, and no test ray of the plan ended there.
+#[test]
+fn opaque_air_is_as_bright_as_it_should_be_away_from_a_low_sun() {
+    let mut scene = scene(Preset::Earth, 0.544_17, "8x4");
+    let a = &mut scene.atmosphere;
+    (a.ground_radius, a.top_radius) = (10_278.384, 10_289.348);
+    (a.air.scattering, a.air.scale_height) = (2.690_221e-3, 10.963_892);
+    (a.aerosol.optical_depth, a.ozone.column) = (0.0, 0.0);
+    scene.render.bands = Some(vec![361.578, 516.0, 620.0, 750.0]);
+    assert_accurate_towards(&scene, (0..20).map(|i| 1.0 + 0.4 * f64::from(i)), &[125.0, 150.0, 160.0, 178.0]);
+}
+
 /// The horizon of a planet of a million kilometres lies within single precision's rounding of its scale heights.
 #[test]
 fn a_planet_too_large_for_single_precision_is_refused() {

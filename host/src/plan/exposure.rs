@@ -1,5 +1,7 @@
 //! Automatic exposure.
 
+use rayon::prelude::*;
+
 use super::{Plan, direction};
 use crate::scene::keys::MOST_STOPS;
 
@@ -10,11 +12,14 @@ const MIDDLE: f64 = 0.25;
 ///
 /// The mean is geometric, so that the glow around the sun does not darken the rest, over directions spread evenly on the
 /// upper hemisphere; if all of that is black, over the lower hemisphere, or what the atmosphere fills of it (an observer in
-/// space). It depends on the sky alone, not on the camera, so that the pictures of one scene match. A night without any light
-/// gets 1. Skies that are darker or brighter than the exposures that may be asked for, [`MOST_STOPS`], are shown at the last of them.
+/// space). It depends on the sky alone, not on the camera, so that the pictures of one scene match. Where few directions alone are lit, more
+/// are looked at. A night without any light gets 1. Skies that are darker or brighter than the exposures that may be asked for,
+/// [`MOST_STOPS`], are shown at the last of them.
 pub fn automatic(plan: &Plan) -> f32 {
     let upper = (0.0, 1.0);
-    let mean = mean_log_luminance(plan, upper).or_else(|| mean_log_luminance(plan, below(plan)));
+    let mean = [1, 8].into_iter().find_map(|finer| {
+        mean_log_luminance(plan, upper, finer).or_else(|| mean_log_luminance(plan, below(plan), finer))
+    });
     mean.map_or(1.0, |mean| (MIDDLE / mean.exp()).clamp((-MOST_STOPS).exp2(), MOST_STOPS.exp2()) as f32)
 }
 
@@ -27,26 +32,48 @@ fn below(plan: &Plan) -> (f64, f64) {
     (-1.0, sine * sine / (1.0 + (1.0 - sine * sine).sqrt()))
 }
 
-/// Mean logarithm of the luminance over the directions whose sine of the elevation lies within `height` above `lowest`; `None`
-/// if they are black.
-fn mean_log_luminance(plan: &Plan, (lowest, height): (f64, f64)) -> Option<f64> {
-    const ELEVATIONS: u32 = 8;
-    const AZIMUTHS: u32 = 12;
-    let mut sum = 0.0;
-    let mut lit = 0;
-    for i in 0..ELEVATIONS {
+/// Mean logarithm of the luminance over the directions whose sine of the elevation lies within `height` above `lowest`, `finer` times as
+/// many in elevation and azimuth as will do for most skies; `None` if they are black.
+fn mean_log_luminance(plan: &Plan, (lowest, height): (f64, f64), finer: u32) -> Option<f64> {
+    let (elevations, azimuths) = (8 * finer, 12 * finer);
+    let view = |place: u32| {
+        let (i, j) = (place / azimuths, place % azimuths);
         // Equal steps of the sine are equal solid angles.
-        let sine: f64 = lowest + height * (f64::from(i) + 0.5) / f64::from(ELEVATIONS);
-        let elevation = sine.asin().to_degrees();
-        for j in 0..AZIMUTHS {
-            let azimuth = plan.sun_azimuth + (f64::from(j) + 0.5) * 360.0 / f64::from(AZIMUTHS);
-            let view = direction(elevation, azimuth).as_vec3();
-            let luminance = f64::from(plan.frame.rgb.luminance(plan.sky(view)));
-            if luminance > 0.0 {
-                sum += luminance.ln();
-                lit += 1;
-            }
-        }
+        let sine: f64 = lowest + height * (f64::from(i) + 0.5) / f64::from(elevations);
+        let azimuth = plan.sun_azimuth + (f64::from(j) + 0.5) * 360.0 / f64::from(azimuths);
+        direction(sine.asin().to_degrees(), azimuth).as_vec3()
+    };
+    let luminance = |place| f64::from(plan.frame.rgb.luminance(plan.sky(view(place))));
+    let luminances: Vec<f64> = (0..elevations * azimuths).into_par_iter().map(luminance).collect();
+    let lit: Vec<f64> = luminances.into_iter().filter(|&luminance| luminance > 0.0).map(f64::ln).collect();
+    (!lit.is_empty()).then(|| lit.iter().sum::<f64>() / lit.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::PixelFormat;
+    use crate::plan::Plan;
+    use crate::scene::Scene;
+
+    /// A case of the random scenes.
+    const SPOT: &str = r#"{"preset": "paper", "sun": {"elevation": -5.354264364480926, "azimuth": -338.7779749287318, "spectrum":
+        "astm-g173", "distance": 749.8829037034282, "disc": false}, "observer": {"altitude": 0.3758598398378933},
+        "atmosphere": {"ground_radius": 6360.0, "top_radius": 6460.0, "air": {"scattering": 0.00124062,
+        "scale_height": 15.992244638719209}, "aerosol": {"optical_depth": 0.005328, "angstrom_exponent":
+        -4.708961064794607, "scale_height": 1.2, "single_scattering_albedo": 0.9417993150638095,
+        "single_scattering_albedo_spectrum": "mars-dust", "asymmetry": 0.8516056677798365}, "ozone": {"column":
+        1.8543082112841622, "bottom": 48.3593974209002, "peak": 78.22972330445756, "top": 79.2345361812681,
+        "cross_section": "233k"}}, "camera": {"projection": "equirectangular", "size": "33x17", "fov":
+        18.130440850552084, "look_azimuth": 0.0, "look_elevation": -90.0}, "render": {"fit": "cubic", "bands":
+        [555.2190765158207, 553.2064932090339, 560.5704240441789, 664.38256683192], "color": "solve", "steps": null,
+        "path": "direct", "exposure": "auto", "exr": "f32", "rgb": "rec2020", "observer": "cie1931", "white_balance":
+        "none"}}"#;
+
+    /// Bands that lie close together leave a colour to a spot of this twilight, between the directions that the exposure was taken from.
+    #[test]
+    fn a_sky_that_is_lit_in_few_directions_is_exposed_for_them() {
+        let scene: Scene = serde_json::from_str(SPOT).unwrap();
+        let exposure = Plan::new(&scene, PixelFormat::LinearRgb).unwrap().frame.exposure;
+        assert!(exposure > 1e6, "{exposure:e}");
     }
-    (lit > 0).then(|| sum / f64::from(lit))
 }

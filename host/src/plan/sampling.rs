@@ -18,9 +18,9 @@ pub const FAINT: f64 = 1e-9;
 /// The largest relative error that a radiance may have.
 pub const BOUND: f64 = 1e-3;
 
-/// A scene whose brightest transfer (sr⁻¹) is below this is black: [`FAINT`] of it is where single precision ends, the smallest
-/// exponential (1.6e-38) along the longest paths.
-pub const BLACK: f64 = 1e-21;
+/// A scene whose brightest transfer (sr⁻¹) is below this is black, and [`FAINT`] of this is nothing: it is where single precision ends, the
+/// smallest exponential (1.6e-38) along the longest paths.
+const BLACK: f64 = 1e-21;
 
 /// The difference from twice as many samples at which more are taken: other rays are a little worse than the scene's test rays.
 const TOLERANCE: f64 = 0.25 * BOUND;
@@ -35,10 +35,17 @@ const TWILIGHT: u32 = 64;
 const MOST: u32 = 3072;
 
 /// The error of a radiance relative to itself or, where it is fainter than 1e-9 of the scene's maximum, to a millionth of that: so that
-/// [`BOUND`] stands for 1e-3 of the one and 1e-9 of the other. Infinite for what is not a number.
+/// [`BOUND`] stands for 1e-3 of the one and 1e-9 of the other. In a black scene the larger of both counts. Infinite for what is not a
+/// number.
 pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
-    let brightest = brightest.max(BLACK);
-    let scale = if reference > FAINT * brightest { reference } else { FAINT / BOUND * brightest };
+    let faint = FAINT / BOUND * brightest.max(BLACK);
+    let scale = if brightest < BLACK {
+        reference.max(faint)
+    } else if reference > FAINT * brightest {
+        reference
+    } else {
+        faint
+    };
     let error = (value - reference).abs() / scale;
     if error.is_nan() { f64::INFINITY } else { error }
 }
@@ -130,8 +137,9 @@ fn test_bands(scene: &Scene, optics: &Optics, bands: &[Bands], integral: u32) ->
     tested
 }
 
-/// Directions that meet every kind of ray: towards the sun, across and away from it; the zenith, the horizon and close above it; from
-/// above the ground also level, down, through the air behind the limb at several heights, and to the ground where the sun is low.
+/// Directions that meet every kind of ray: towards the sun, across and away from it; the zenith, the horizon and close above it; to where
+/// the sun sets at the top of the atmosphere; from above the ground also level, down, through the air behind the limb at several heights,
+/// and to the ground where the sun is low.
 fn test_views(scene: &Scene) -> Vec<Vec3> {
     let a = &scene.atmosphere;
     let (ground, altitude) = (a.ground_radius, scene.observer.altitude);
@@ -149,8 +157,10 @@ fn test_views(scene: &Scene) -> Vec<Vec3> {
         let ozone = [a.ozone.bottom, 0.5 * (a.ozone.bottom + a.ozone.peak), a.ozone.peak, a.ozone.top];
         elevations.extend(ozone.map(|h| limb((0.97 * h).min(highest))));
     }
+    let top = a.top_radius - ground;
     let views = |from_sun: f64| {
-        let low_sun = LOW_SUNS.into_iter().flat_map(move |low| views_of_low_sun(scene, from_sun, low));
+        let on_ground = LOW_SUNS.into_iter().flat_map(move |low| views_of_low_sun(scene, from_sun, low, 0.0));
+        let low_sun = on_ground.chain(views_of_low_sun(scene, from_sun, 0.0, top));
         elevations
             .clone()
             .into_iter()
@@ -168,21 +178,21 @@ const BESIDE: f64 = 1e-4;
 /// Elevations of the sun (degrees) about the terminator, on the ground.
 const LOW_SUNS: [f64; 9] = [-4.0, -2.0, -1.0, -0.3, 0.0, 1.0, 3.0, 5.0, 8.0];
 
-/// The elevations (degrees) at which an observer above the ground sees the ground where the sun stands at an elevation (degrees), in the
+/// The elevations (degrees) at which an observer sees places of a height (km) where the sun stands at an elevation (degrees), in the
 /// direction of an azimuth (degrees) from the sun: none, one or two.
 ///
 /// At the angle `θ` from the observer, at the planet's centre, the sun's elevation `e` has
 /// `sin e = sin ε cos θ + cos ε cos φ sin θ`, with `ε` the sun's elevation at the observer.
-fn views_of_low_sun(scene: &Scene, from_sun: f64, low: f64) -> impl Iterator<Item = f64> {
+fn views_of_low_sun(scene: &Scene, from_sun: f64, low: f64, height: f64) -> impl Iterator<Item = f64> {
     let (ground, altitude) = (scene.atmosphere.ground_radius, scene.observer.altitude);
     let (up, across) = scene.sun.elevation.to_radians().sin_cos();
     let across = across * from_sun.to_radians().cos();
     let middle = across.atan2(up);
     let half = (low.to_radians().sin() / up.hypot(across)).acos();
-    let farthest = -path::horizon(ground, altitude);
+    let farthest = -path::horizon(ground, altitude) - path::horizon(ground, height);
     [middle - half, middle + half].into_iter().filter(move |&angle| angle > 0.0 && angle < farthest).map(move |angle| {
         let (sine, cosine) = angle.sin_cos();
-        (ground * cosine - ground - altitude).atan2(ground * sine).to_degrees()
+        ((ground + height) * cosine - ground - altitude).atan2((ground + height) * sine).to_degrees()
     })
 }
 
@@ -221,6 +231,8 @@ mod tests {
     #[test]
     fn a_sky_below_what_single_precision_holds_is_black() {
         assert!(error(0.0, 1e-3 * FAINT * BLACK, 1e-3 * BLACK) < BOUND);
+        assert!(error(2.99 * FAINT * BLACK, 3.0 * FAINT * BLACK, 1e-6 * BLACK) < BOUND);
+        assert!(error(1.002 * BLACK, BLACK, BLACK) > BOUND && error(0.0, 1e-6 * BLACK, 1e-6 * BLACK) > BOUND);
         assert!(error(0.0, 10.0 * FAINT * BLACK, BLACK) > BOUND);
     }
 }

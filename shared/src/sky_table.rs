@@ -117,8 +117,7 @@ pub fn sky_between(frame: &Frame, between: Neighbours, view: Vec3, variant: u32)
     if variant & variant::AEROSOL != 0 {
         aerosol = rgb(mix(between.first_aerosol, between.second_aerosol, across));
     }
-    let angle = ScatteringAngle::between(view, frame.sun.truncate());
-    with_phases(frame, Constituents { air, aerosol }, angle, variant)
+    coloured(frame, Constituents { air, aerosol }, view, variant)
 }
 
 /// Linear RGB of the sky in a direction, between four entries of a table that does not have the rows of its image.
@@ -143,8 +142,13 @@ fn sky_in_grid(frame: &Frame, table: &[Vec4], view: Vec3, variant: u32) -> Vec3 
     if variant & variant::AEROSOL != 0 {
         aerosol = bilinear(table, entry + 1, below + 1, fx, fy);
     }
-    let angle = ScatteringAngle::between(view, frame.sun.truncate());
-    with_phases(frame, Constituents { air, aerosol }, angle, variant)
+    coloured(frame, Constituents { air, aerosol }, view, variant)
+}
+
+/// Linear RGB of the sky in a direction from what was looked up for it.
+#[inline]
+fn coloured(frame: &Frame, constituents: Constituents, view: Vec3, variant: u32) -> Vec3 {
+    with_phases(frame, constituents, ScatteringAngle::between(view, frame.sun.truncate()), variant)
 }
 
 /// Columns of the table between the sun's azimuth and a direction's.

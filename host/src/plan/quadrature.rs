@@ -7,20 +7,30 @@ use sorairo_shared::glam::Vec2;
 /// Newton's method on the Legendre polynomial from Tricomi's estimate of its roots (Press et al. 2007, *Numerical
 /// Recipes*, 4.6.1); the rule is exact for polynomials of degree `2n - 1`.
 pub fn gauss_legendre(n: u32) -> Vec<Vec2> {
-    let order = f64::from(n);
-    (0..n)
-        .map(|i| {
-            let mut x = (std::f64::consts::PI * (order - f64::from(i) - 0.25) / (order + 0.5)).cos();
-            let mut slope = 1.0;
-            for _ in 0..10 {
-                let (value, derivative) = legendre(n, x);
-                slope = derivative;
-                x -= value / derivative;
-            }
-            let weight = 1.0 / ((1.0 - x * x) * slope * slope);
-            Vec2::new((0.5 * (1.0 + x)) as f32, weight as f32)
-        })
-        .collect()
+    let mut rule = vec![Vec2::ZERO; n as usize];
+    for i in 0..n.div_ceil(2) {
+        let (from_end, weight) = node_and_weight(n, i);
+        let (low, high) = (i as usize, (n - 1 - i) as usize);
+        rule[high] = Vec2::new((1.0 - from_end) as f32, weight as f32);
+        rule[low] = Vec2::new(from_end as f32, weight as f32);
+    }
+    rule
+}
+
+/// The node `i` from an end of [0, 1], as its distance from that end, and its weight.
+fn node_and_weight(n: u32, i: u32) -> (f64, f64) {
+    /// Newton's method squares the error: a step as small as this leaves none.
+    const LAST_STEP: f64 = 1e-9;
+    let mut x = (std::f64::consts::PI * (f64::from(i) + 0.75) / (f64::from(n) + 0.5)).cos();
+    loop {
+        let (value, slope) = legendre(n, x);
+        x -= value / slope;
+        if (value / slope).abs() < LAST_STEP {
+            break;
+        }
+    }
+    let (_, slope) = legendre(n, x);
+    (0.5 * (1.0 - x), 1.0 / ((1.0 - x * x) * slope * slope))
 }
 
 /// The Legendre polynomial of degree `n` at `x`, and its derivative.

@@ -28,8 +28,8 @@ const TOLERANCE: f64 = 0.25 * BOUND;
 /// Samples that a guess is compared with, at least: two coarse rules can miss the same.
 const FEWEST_OF_REFERENCE: u32 = 96;
 
-/// What twilight takes on the Earth's ground.
-const TWILIGHT: u32 = 64;
+/// What a smooth integrand takes.
+const SMOOTH: u32 = 12;
 
 /// Most samples on a piece that are taken unasked.
 const MOST: u32 = 3072;
@@ -54,33 +54,19 @@ pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
 ///
 /// By day and from the ground of a planet like the Earth the integrand is smooth, and 12 samples do. With a low sun, rays of sunlight graze
 /// the edges of the ozone tent, where its column has a singularity of the power 3/2, and 48 are needed. These are the first guess;
-/// more are taken until a rule of twice as many, and of 96 at least, agrees. Between the test rays of a hard scene there are worse ones, so
-/// that the next number is taken: where the guess does not do for the limb, seen from above the ground, or more than twilight takes on the
-/// Earth are needed anywhere.
+/// more are taken until a rule of twice as many, and of 96 at least, agrees on the test rays. What takes more than a smooth day is seldom
+/// worst on these: there a second set of rays, between them, has to agree too.
 ///
 /// `bands` are the plan's own.
 pub fn steps(scene: &Scene, frame: &Frame, optics: &Optics, bands: &[Bands], integral: u32) -> u32 {
     let sky = Sky { frame, bands: test_bands(scene, optics, bands, integral), integral };
-    let mut views = test_views(scene);
-    let guess = if scene.sun.elevation >= 5.0 { 12 } else { 48 };
-    let mut steps = guess;
-    let mut brightest = None;
-    while steps < MOST {
-        let values = sky.transfer(&views, steps);
-        let references = sky.transfer(&views, (2 * steps).max(FEWEST_OF_REFERENCE));
-        let brightest = brightest.get_or_insert_with(|| largest(&references));
-        let errors = values.iter().zip(&references).map(|(value, reference)| worst(value, reference, brightest));
-        let errors: Vec<f64> = errors.collect();
-        if errors.iter().all(|&error| error <= TOLERANCE) {
-            let easy = if scene.observer.altitude > 0.0 { guess } else { TWILIGHT };
-            return if steps > easy { more_steps(steps) } else { steps };
-        }
-        // What is far within the bound will not leave it with more samples.
-        let mut of_views = errors.into_iter();
-        views.retain(|_| of_views.next().is_some_and(|error| error > TOLERANCE / 16.0));
-        steps = more_steps(steps);
+    let guess = if scene.sun.elevation >= 5.0 { SMOOTH } else { 48 };
+    let mut brightest = Vec::new();
+    let first = sky.enough(test_views(scene, &FIRST), &mut brightest, guess);
+    if first == SMOOTH {
+        return SMOOTH;
     }
-    MOST
+    sky.enough(test_views(scene, &SECOND), &mut brightest, first)
 }
 
 /// The next number of samples to try: 12, 16, 24, 32, 48, 64 and so on.
@@ -102,12 +88,36 @@ impl Sky<'_> {
         let four = |bands, view| transfer(self.frame, bands, &rule, view, self.integral).to_array().map(f64::from);
         views.par_iter().map(|&view| self.bands.iter().flat_map(|bands| four(bands, view)).collect()).collect()
     }
+
+    /// The fewest samples, from a guess on, that keep the radiance along each view within [`TOLERANCE`]. `brightest` is the largest value of
+    /// the views before at each wavelength.
+    fn enough(&self, mut views: Vec<Vec3>, brightest: &mut Vec<f64>, guess: u32) -> u32 {
+        let mut steps = guess;
+        while steps < MOST {
+            let values = self.transfer(&views, steps);
+            let references = self.transfer(&views, (2 * steps).max(FEWEST_OF_REFERENCE));
+            *brightest = largest(brightest, &references);
+            let errors = values.iter().zip(&references).map(|(value, reference)| worst(value, reference, brightest));
+            let errors: Vec<f64> = errors.collect();
+            let largest = errors.iter().copied().fold(0.0, f64::max);
+            if largest <= TOLERANCE {
+                return steps;
+            }
+            // What is far within the bound will not leave it with more samples.
+            let mut of_views = errors.into_iter();
+            views.retain(|_| of_views.next().is_some_and(|error| error > TOLERANCE / 16.0));
+            // At a kink the error falls by the square of the samples or faster.
+            steps = if largest > 8.0 * TOLERANCE { 2 * steps } else { more_steps(steps) };
+        }
+        MOST
+    }
 }
 
-/// The largest value of all rays at each wavelength.
-fn largest(rays: &[Vec<f64>]) -> Vec<f64> {
+/// The largest value of rays at each wavelength, and of those `before`.
+fn largest(before: &[f64], rays: &[Vec<f64>]) -> Vec<f64> {
     let count = rays.first().map_or(0, Vec::len);
-    (0..count).map(|band| rays.iter().map(|ray| ray[band]).fold(0.0, f64::max)).collect()
+    let before = |band| before.get(band).copied().unwrap_or(0.0);
+    (0..count).map(|band| rays.iter().map(|ray| ray[band]).fold(before(band), f64::max)).collect()
 }
 
 /// The largest [`error`] of a ray at any wavelength. Other rays and other wavelengths may be fainter here and not there: what counts as
@@ -137,46 +147,109 @@ fn test_bands(scene: &Scene, optics: &Optics, bands: &[Bands], integral: u32) ->
     tested
 }
 
+/// Where test rays go.
+struct TestRays {
+    /// Azimuths from the sun (degrees).
+    azimuths: &'static [f64],
+    /// Elevations above the horizon (degrees).
+    above_horizon: &'static [f64],
+    /// Elevations below the horizon (degrees), of an observer above the ground.
+    below_horizon: &'static [f64],
+    /// Lowest points of rays behind the limb, as parts of the observer's altitude or of the atmosphere's depth if that is less.
+    limb: &'static [f64],
+    /// Lowest points of rays behind the limb, as parts of the heights of the ozone tent's corners.
+    below_ozone: f64,
+    /// Elevations of the sun (degrees) at places on the ground.
+    low_suns: &'static [f64],
+    /// Elevations of the sun at the lowest points behind the limb, as parts of the angle by which the horizon lies lower at the top of the
+    /// atmosphere than on the ground.
+    suns_of_limb: &'static [f64],
+}
+
+/// The test rays of every scene.
+const FIRST: TestRays = TestRays {
+    azimuths: &[2.0, 25.0, 50.0, 75.0, 100.0, 125.0, 150.0, 178.0],
+    above_horizon: &[BESIDE, 0.1, 0.5, 2.0, 8.0, 20.0, 45.0],
+    below_horizon: &[BESIDE, 0.1, 1.0, 5.0, 30.0],
+    limb: &[0.1, 0.3, 0.5, 0.7, 0.9],
+    below_ozone: 0.97,
+    low_suns: &[-4.0, -2.0, -1.0, -0.3, 0.0, 1.0, 3.0, 5.0, 8.0],
+    suns_of_limb: &[-0.1, -0.5],
+};
+
+/// Test rays between the [`FIRST`].
+const SECOND: TestRays = TestRays {
+    azimuths: &[13.0, 38.0, 62.0, 90.0, 112.0, 138.0, 165.0],
+    above_horizon: &[0.02, 0.25, 1.0, 4.0, 13.0, 31.0, 66.0],
+    below_horizon: &[0.02, 0.4, 2.0, 12.0, 60.0],
+    limb: &[0.05, 0.15, 0.2, 0.25, 0.35, 0.4, 0.45, 0.55, 0.6, 0.65, 0.75, 0.8, 0.85, 0.95],
+    below_ozone: 0.9,
+    low_suns: &[-3.0, -1.5, -0.6, -0.15, 0.1, 0.5, 2.0, 4.0, 6.5],
+    suns_of_limb: &[0.04, -0.02, -0.06, -0.15, -0.22, -0.3, -0.4, -0.7],
+};
+
 /// Directions that meet every kind of ray: towards the sun, across and away from it; the zenith, the horizon and close above it; to where
 /// the sun sets at the top of the atmosphere; from above the ground also level, down, through the air behind the limb at several heights,
-/// and to the ground where the sun is low.
-fn test_views(scene: &Scene) -> Vec<Vec3> {
+/// to the ground where the sun is low, and behind the limb where it is.
+fn test_views(scene: &Scene, rays: &TestRays) -> Vec<Vec3> {
     let a = &scene.atmosphere;
     let (ground, altitude) = (a.ground_radius, scene.observer.altitude);
     let horizon = path::horizon(ground, altitude).to_degrees();
-    let mut elevations: Vec<f64> = [BESIDE, 0.1, 0.5, 2.0, 8.0, 20.0, 45.0].map(|above| horizon + above).into();
+    let mut elevations: Vec<f64> = rays.above_horizon.iter().map(|above| horizon + above).collect();
     elevations.push(90.0);
+    let lowest_points = if altitude > 0.0 { lowest_points(scene, rays) } else { Vec::new() };
     if altitude > 0.0 {
-        elevations.extend([BESIDE, 0.1, 1.0, 5.0, 30.0].map(|below| horizon - below));
+        elevations.extend(rays.below_horizon.iter().map(|below| horizon - below));
         elevations.extend([0.0, -90.0]);
-        let highest = altitude.min(a.top_radius - ground);
-        let limb = |lowest: f64| path::horizon(ground + lowest, altitude - lowest).to_degrees();
-        let thinner = a.air.scale_height.min(a.aerosol.scale_height);
-        elevations.extend([0.5 * thinner, 1.5 * thinner, 4.0 * a.air.scale_height].map(|h| limb(h.min(highest))));
-        elevations.extend([0.1, 0.3, 0.5, 0.7, 0.9].map(|part| limb(part * highest)));
-        let ozone = [a.ozone.bottom, 0.5 * (a.ozone.bottom + a.ozone.peak), a.ozone.peak, a.ozone.top];
-        elevations.extend(ozone.map(|h| limb((0.97 * h).min(highest))));
+        elevations.extend(lowest_points.iter().map(|&lowest| limb(scene, lowest).to_degrees()));
     }
     let top = a.top_radius - ground;
-    let views = |from_sun: f64| {
-        let on_ground = LOW_SUNS.into_iter().flat_map(move |low| views_of_low_sun(scene, from_sun, low, 0.0));
+    let views = |&from_sun: &f64| {
+        let on_ground = rays.low_suns.iter().flat_map(move |&low| views_of_low_sun(scene, from_sun, low, 0.0));
         let low_sun = on_ground.chain(views_of_low_sun(scene, from_sun, 0.0, top));
-        elevations
-            .clone()
-            .into_iter()
-            .chain(low_sun)
-            .map(move |elevation| direction(elevation.clamp(-90.0, 90.0), scene.sun.azimuth + from_sun).as_vec3())
+        let all = elevations.clone().into_iter().chain(low_sun);
+        all.map(move |elevation| toward(scene, elevation, from_sun))
     };
-    let to_sun = direction(scene.sun.elevation, scene.sun.azimuth).as_vec3();
-    let all = [2.0, 25.0, 50.0, 75.0, 100.0, 125.0, 150.0, 178.0].into_iter().flat_map(views);
-    all.chain([to_sun, -to_sun]).collect()
+    let low_sun_of_limb = lowest_points.iter().flat_map(|&lowest| {
+        let dip = path::horizon(ground, top).to_degrees();
+        rays.suns_of_limb.iter().filter_map(move |&part| limb_of_low_sun(scene, lowest, -part * dip))
+    });
+    let sun = toward(scene, scene.sun.elevation, 0.0);
+    rays.azimuths.iter().flat_map(views).chain(low_sun_of_limb).chain([sun, -sun]).collect()
+}
+
+/// A direction by its elevation and its azimuth from the sun (degrees).
+fn toward(scene: &Scene, elevation: f64, from_sun: f64) -> Vec3 {
+    direction(elevation.clamp(-90.0, 90.0), scene.sun.azimuth + from_sun).as_vec3()
+}
+
+/// Lowest points (km) of the rays behind the limb.
+fn lowest_points(scene: &Scene, rays: &TestRays) -> Vec<f64> {
+    let a = &scene.atmosphere;
+    let highest = scene.observer.altitude.min(a.top_radius - a.ground_radius);
+    let thinner = a.air.scale_height.min(a.aerosol.scale_height);
+    let ozone = [a.ozone.bottom, 0.5 * (a.ozone.bottom + a.ozone.peak), a.ozone.peak, a.ozone.top];
+    let of_air = [0.5 * thinner, 1.5 * thinner, 4.0 * a.air.scale_height].into_iter();
+    let all = of_air.chain(rays.limb.iter().map(|part| part * highest)).chain(ozone.map(|h| rays.below_ozone * h));
+    all.map(|h| h.min(highest)).collect()
+}
+
+/// Elevation (radians) of the ray that comes down to a lowest point (km).
+fn limb(scene: &Scene, lowest: f64) -> f64 {
+    path::horizon(scene.atmosphere.ground_radius + lowest, scene.observer.altitude - lowest)
+}
+
+/// The direction to the lowest point (km) of a ray behind the limb where the sun stands at an elevation (degrees), if there is one; see
+/// [`views_of_low_sun`].
+fn limb_of_low_sun(scene: &Scene, lowest: f64, low: f64) -> Option<Vec3> {
+    let elevation = limb(scene, lowest);
+    let (up, level) = scene.sun.elevation.to_radians().sin_cos();
+    let across = (low.to_radians().sin() - up * elevation.cos()) / (level * -elevation.sin());
+    (across.abs() <= 1.0).then(|| toward(scene, elevation.to_degrees(), across.acos().to_degrees()))
 }
 
 /// An angle (degrees) that parts a ray from the horizon, where rounding would choose whether it meets the ground.
 const BESIDE: f64 = 1e-4;
-
-/// Elevations of the sun (degrees) about the terminator, on the ground.
-const LOW_SUNS: [f64; 9] = [-4.0, -2.0, -1.0, -0.3, 0.0, 1.0, 3.0, 5.0, 8.0];
 
 /// The elevations (degrees) at which an observer sees places of a height (km) where the sun stands at an elevation (degrees), in the
 /// direction of an azimuth (degrees) from the sun: none, one or two.

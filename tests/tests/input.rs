@@ -234,3 +234,28 @@ fn any_flags_are_a_scene_or_refused() {
         }
     });
 }
+
+/// A line break was written as in Rust, and libFuzzer refused the whole dictionary: no target ran.
+#[test]
+fn the_dictionary_of_the_fuzz_targets_is_one_that_libfuzzer_reads() {
+    let lines = include_str!("../../fuzz/keys.dict").lines();
+    let lines: Vec<&str> = lines.filter(|line| !line.is_empty() && !line.starts_with('#')).collect();
+    assert!(lines.len() > 50, "{} words", lines.len());
+    for line in lines {
+        assert!(is_word(line), "{line}");
+    }
+    assert!(!is_word(r#""\n""#) && is_word(r#""\x0a""#) && !is_word("air"));
+}
+
+/// Whether libFuzzer reads a line as a word: within quotes, where a backslash stands before itself, a quote or `x` and two digits.
+fn is_word(line: &str) -> bool {
+    let Some(word) = line.strip_prefix('"').and_then(|line| line.strip_suffix('"')) else { return false };
+    let mut escapes = word.replace(r"\\", "").replace(r#"\""#, "");
+    while let Some(at) = escapes.find(r"\x") {
+        if !escapes.get(at + 2..at + 4).is_some_and(|digits| digits.chars().all(|digit| digit.is_ascii_hexdigit())) {
+            return false;
+        }
+        escapes.replace_range(at..at + 4, "");
+    }
+    !escapes.contains('\\') && !escapes.contains('"')
+}

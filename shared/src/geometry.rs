@@ -5,7 +5,7 @@
 
 use crate::atmosphere::ScatteringAngle;
 use crate::glam::Vec3;
-use crate::math::{max, safe_sqrt, sqrt};
+use crate::math::{abs, max, safe_sqrt, sqrt};
 
 /// The two spheres between which the atmosphere lies.
 #[derive(Clone, Copy)]
@@ -200,6 +200,23 @@ pub fn shadow(shell: Shell, ray: Ray) -> Interval {
     } else {
         Interval { start: 0.0, end: 0.0 }
     }
+}
+
+/// Altitude (km) of the end of a lit stretch on the planet's shadow or on the ground, at distance `s` (km) along the ray; `by_distance` is
+/// what that distance has for it.
+///
+/// Behind the terminator the shadow's edge is as far from its axis as the ground: `r_s √(1 - m²) = R`, with `m` the cosine of the zenith
+/// angle of the sun there, so that `h = R (1 / √(1 - m²) - 1) = R m² / (c (1 + c))` with `c = √(1 - m²)`. Near the terminator that keeps
+/// the metres that the distance of an observer far above has lost, with which the edge may also be rounded to the ground. The error of
+/// the distance weighs `s |μ|`, that of `m` at most `(r_s |m| + s) |m|`; what weighs less is taken.
+#[inline(always)]
+pub fn altitude_of_lit_end(shell: Shell, ray: Ray, s: f32, by_distance: f32) -> f32 {
+    let r_at_s = shell.ground_radius + by_distance;
+    let m = ((shell.ground_radius + ray.altitude) * ray.mu_s + s * ray.nu) / r_at_s;
+    let cosine = safe_sqrt(1.0 - m * m);
+    let edge = shell.ground_radius * m * m / (cosine * (1.0 + cosine));
+    let edge_weighs_less = (r_at_s * abs(m) + s) * abs(m) < s * abs(ray.mu);
+    if (m < 0.0) & edge_weighs_less { edge } else { by_distance }
 }
 
 #[cfg(test)]

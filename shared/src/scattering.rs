@@ -21,7 +21,8 @@ use crate::column::{
     Lowest, column_outwards, columns_outwards, columns_per_density, densities, level_column, short_column, sun_column,
 };
 use crate::geometry::{
-    self, Interval, Ray, altitude_along, altitude_from, distance_to_top, inside_atmosphere, perigee_altitude,
+    self, Interval, Ray, altitude_along, altitude_from, altitude_of_lit_end, distance_to_top, inside_atmosphere,
+    perigee_altitude,
 };
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::math::{abs, exp4, fetch, max, min, sqrt};
@@ -116,9 +117,12 @@ pub fn single_scattering(
         };
         if interval.end > interval.start {
             let low = if rising { interval.start } else { interval.end };
-            // The ends that are known better than by their distance: the ground, the ray's lowest point, the observer.
+            // The ends that are known better than by their distance: the ground, the ray's lowest point, the observer, the shadow.
             let at_lowest = (low == perigee) | (!rising & (low == length));
-            let altitude = if at_lowest { lowest } else { altitude_along(shell, ray, low) };
+            let mut altitude = if at_lowest { lowest } else { altitude_along(shell, ray, low) };
+            if (variant & variant::SHADOW != 0) & (low != perigee) {
+                altitude = altitude_of_lit_end(shell, ray, low, altitude);
+            }
             let piece = Piece { low, altitude, length: interval.end - interval.start, rising };
             let part = integrate_piece(atmosphere, bands, quadrature, ray, lowest, piece, variant);
             sum.air += part.air;

@@ -213,6 +213,14 @@ impl Case {
         observer::wavelengths().into_iter().any(|at| amplified(at) > 1e4)
     }
 
+    /// The plan of the same picture with eight times as many pixels in each direction.
+    fn finer(&self) -> Result<Plan, Error> {
+        let mut scene = self.scene.clone();
+        let Size { width, height } = scene.camera.size;
+        scene.camera.size = Size { width: 8 * width, height: 8 * height };
+        Plan::new(&scene, self.pixel)
+    }
+
     /// What is wrong with the scene on some devices: how many words of its pixels, and what.
     pub fn faults(&self, devices: &[&dyn Backend]) -> Faults {
         let mut faults = Faults::default();
@@ -250,8 +258,13 @@ impl Case {
         }
         let whole_sphere = self.scene.camera.projection == Projection::Equirectangular && plan.width() >= 16;
         let inside = self.scene.observer.altitude <= depth(&self.scene);
-        if self.scene.render.exposure == Exposure::Auto && whole_sphere && inside && plan.height() >= 8 {
-            judge_exposure(&linear, plan.frame.exposure, &mut faults);
+        let automatic = self.scene.render.exposure == Exposure::Auto;
+        if automatic && whole_sphere && inside && plan.height() >= 8 && lost(&linear, exposure).is_some() {
+            // A spot of light that lies between the pixels is shown where there are more of them.
+            match self.finer() {
+                Ok(finer) => judge_exposure(&colours(&finer), exposure, &mut faults),
+                Err(error) => faults.add(1, || format!("more pixels are refused: {error}")),
+            }
         }
         faults
     }
@@ -427,16 +440,18 @@ fn judge_tones(pixel: usize, rgb: &[f32], exposure: f32, faults: &mut Faults) {
 
 /// An automatic exposure shows a sky that is lit: neither all black nor all white.
 fn judge_exposure(linear: &[f32], exposure: f32, faults: &mut Faults) {
-    let lit = linear.iter().any(|&value| f64::from(value) * MOST_STOPS.exp2() > 1.0);
-    let bytes: Vec<f64> = linear.chunks(3).flat_map(|rgb| shown(rgb, exposure)).map(f64::round).collect();
-    let black = bytes.iter().all(|&byte| byte == 0.0);
-    let white = bytes.iter().all(|&byte| byte == 255.0);
-    faults.add(u64::from(lit && (black || white)), || {
-        format!(
-            "an automatic exposure of {exposure:e} gives a picture that is all {}",
-            if black { "black" } else { "white" }
-        )
+    let lost = lost(linear, exposure);
+    faults.add(u64::from(lost.is_some()), || {
+        format!("an automatic exposure of {exposure:e} gives a picture that is all {}", lost.unwrap_or_default())
     });
+}
+
+/// The one tone that a picture of some light is, black or white; `None` if it shows what is lit, or if nothing is.
+fn lost(linear: &[f32], exposure: f32) -> Option<&'static str> {
+    let lit = linear.iter().any(|&value| f64::from(value) * MOST_STOPS.exp2() > 1.0);
+    let all = |tone| linear.chunks(3).flat_map(|rgb| shown(rgb, exposure)).all(|byte| byte.round() == tone);
+    let tones = [(0.0, "black"), (255.0, "white")];
+    tones.into_iter().find(|&(tone, _)| lit && all(tone)).map(|(_, name)| name)
 }
 
 /// The bytes of a pixel, not yet rounded, in double precision; see [`sorairo_shared::color::srgb8`].
@@ -545,5 +560,39 @@ mod tests {
         for (picture, faults_found) in [(right, 0), (0xff00_0000, 1), (0xffff_ffff, 1), (right & 0x00ff_ffff, 1)] {
             assert_eq!(count(&|faults| judge_picture(&[picture], &grey, 1.0, faults)), faults_found, "{picture:x}");
         }
+    }
+
+    /// A case of the random scenes: the crescent of a small planet's night, lit over 14 decades, of whose brightest part a picture of 16x8
+    /// pixels sees nothing.
+    const CRESCENT: &str = r#"{"preset": "no-ozone", "sun": {"elevation": -53.16261463478146, "azimuth": 285.9856235075864, "spectrum": "astm-g173",
+        "distance": 0.39622315244509987, "disc": false}, "observer": {"altitude": 10.10037000482568}, "atmosphere":
+        {"ground_radius": 72.8571913965799, "top_radius": 83.91262367915138, "air": {"scattering": 2.765508376832197e-9,
+        "scale_height": 0.15637774310501673}, "aerosol": {"optical_depth": 0.00012156632868653037, "angstrom_exponent":
+        0.7339983319479959, "scale_height": 0.37892127565477873, "single_scattering_albedo": 0.09880327217208129,
+        "single_scattering_albedo_spectrum": "mars-dust", "asymmetry": -0.36215862897664863}, "ozone": {"column": 429.1461616341109,
+        "bottom": 9.293784621987909, "peak": 10.708699047018422, "top": 10.940857691921753, "cross_section": "233k"}}, "camera":
+        {"projection": "equirectangular", "size": "16x8", "fov": 0.01, "look_azimuth": 131.09066712013572, "look_elevation":
+        -33.254278181812374}, "render": {"fit": "extinction", "bands":
+        [752.7663257895779,738.3369453004821,698.452862041224,692.7467319445279], "color": "folded", "steps": 7, "path": "direct",
+        "exposure": "auto", "exr": "f16", "rgb": "acescg", "observer": "cie1931", "white_balance": "d65"}}"#;
+
+    #[test]
+    fn light_between_the_pixels_is_not_a_lost_picture() {
+        let case = Case { scene: serde_json::from_str(CRESCENT).unwrap(), pixel: Pixel::Picture, looks: Looks::Colour };
+        let plan = Plan::new(&case.scene, case.pixel).unwrap();
+        assert_eq!(lost(&colours(&plan), plan.frame.exposure), Some("black"));
+        let faults = case.faults(&[&Cpu]);
+        assert_eq!(faults.count, 0, "{}", faults.first);
+    }
+
+    #[test]
+    fn a_picture_of_light_that_is_all_black_or_all_white_is_a_fault() {
+        for (light, exposure, what) in [(1.0, 1e-9, "black"), (1.0, 1e9, "white")] {
+            let mut faults = Faults::default();
+            judge_exposure(&[light; 6], exposure, &mut faults);
+            assert!(faults.count == 1 && faults.first.ends_with(what), "{}", faults.first);
+        }
+        assert_eq!(lost(&[0.0; 6], 1e9), None);
+        assert_eq!(lost(&[0.2, 0.2, 0.2, 0.0, 0.0, 0.0], 1.0), None);
     }
 }

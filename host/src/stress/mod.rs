@@ -62,7 +62,7 @@ fn sweeps(device: &Device) -> Vec<Sweep<'_>> {
     vec![
         Sweep { name: "rays", cases: 12_800, run: Box::new(integral::integral) },
         Sweep { name: "solves", cases: 50_000, run: Box::new(solve::solve) },
-        Sweep { name: "scenes", cases: 120, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },
+        Sweep { name: "scenes", cases: 140, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },
         Sweep { name: "refusals", cases: 500, run: Box::new(scenes::refusals) },
     ]
 }

@@ -13,7 +13,7 @@ use sorairo::backend::gpu::Gpu;
 use sorairo::backend::{Backend, Device, Kernel, TakeRows, Times};
 use sorairo::plan::Plan;
 use sorairo::render::{self, Request};
-use sorairo::scene::{PathChoice, Preset, Projection, Scene};
+use sorairo::scene::{Fit, PathChoice, Preset, Projection, Scene};
 use sorairo::{Error, PixelFormat, Result};
 use sorairo_shared::frame::SENTINEL;
 use sorairo_tests::program::{Ended, command, contents, read_exr, read_png, run, succeed};
@@ -160,6 +160,39 @@ fn a_vulkan_device_that_is_lost_is_an_error_and_its_replacement_works() {
     let mut device = lost.into_device();
     device.spares.push_back(Box::new(|| Ok(gpu(u64::MAX).into_device())));
     assert!(device.run(&plan, plan.kernel()).unwrap().words == expected);
+}
+
+/// Mesa's llvmpipe ends the loops of a kernel after 65535 rounds, all together, in silence: a sum over many bands lacked its last.
+#[test]
+fn a_pixel_of_more_rounds_than_the_driver_makes_is_left_to_the_cpu() {
+    // Just below the limit and far beyond it.
+    for (steps, bands, is_beyond) in [(770, 81, false), (1024, 81, true), (400, 400, true)] {
+        let mut scene = scene(Preset::Earth, -3.0, "16x8");
+        scene.observer.altitude = 300.0;
+        (scene.render.fit, scene.render.steps, scene.render.path) = (Fit::Dense, Some(steps), PathChoice::Direct);
+        scene.render.bands = Some((0..bands).map(|i| 380.0 + 400.0 / f64::from(bands) * f64::from(i)).collect());
+        let plan = plan(&scene, PixelFormat::LinearRgb);
+        let expected = Cpu.run(&plan, plan.kernel()).unwrap().words;
+        let mut device = gpu(u64::MAX).into_device();
+        let is_llvmpipe = device.name.contains("llvmpipe");
+        assert_eq!(device.backend.refusal(&plan).is_some(), is_beyond && is_llvmpipe, "{steps} samples, {bands} bands");
+        if is_beyond && is_llvmpipe {
+            let error = device.run(&plan, plan.kernel()).unwrap_err();
+            assert!(matches!(&error, Error::Device(words) if words.contains("rounds")), "{error}");
+        }
+        // A fresh device of the same driver is passed over.
+        device.spares.push_back(Box::new(|| Ok(gpu(u64::MAX).into_device())));
+        device.spares.push_back(Box::new(|| Ok(sorairo::backend::cpu::device())));
+        let words = device.run(&plan, plan.kernel()).unwrap().words;
+        let floats = |words: &[u32]| words.iter().map(|&word| f64::from(f32::from_bits(word))).collect::<Vec<_>>();
+        let (image, expected) = (floats(&words), floats(&expected));
+        let brightest = expected.iter().copied().fold(0.0, f64::max);
+        assert!(brightest > 0.0);
+        for (value, expected) in image.into_iter().zip(expected) {
+            // The devices round differently; a group of bands that is missing is a twentieth.
+            assert!((value - expected).abs() <= 1e-4 * brightest, "{steps} samples: {value:e}, {expected:e}");
+        }
+    }
 }
 
 /// Starts the program in a folder, without a voice.

@@ -66,6 +66,10 @@ fn reliability(stress: &serde_json::Value) -> Result<String, String> {
         let [worst, bound] = ["worst", "bound"].map(|key| figure(number(key)));
         lines.push(format!("| {} | {} | {} | {worst} | {bound} | {} |", subject?, cases?, failures?, seed?));
     }
+    for outcome in outcomes.iter().filter(|outcome| outcome.get("judged_apart").is_some_and(|count| *count != 0)) {
+        let [subject, count, how] = ["subject", "judged_apart", "apart"].map(|key| text(outcome, key));
+        lines.push(format!("\nOf the {}, {} were {}.", subject?, count?, how?));
+    }
     lines.push("\n![Error of the ray integral over altitude, view and sun](docs/images/integral.png)".into());
     lines.push("\n![Error of a cubic through four bands in three forms](docs/images/solve.png)".into());
     Ok(lines.join("\n"))

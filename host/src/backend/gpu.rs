@@ -11,7 +11,7 @@ use sorairo_shared::frame::{Frame, TABLE_WORKGROUP, WORKGROUP_SIDE};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::sky_table::entries;
 
-use super::{Backend, Device, Kernel, TakeRows, Times, invocations_per_row, rows_at_once, words_per_row};
+use super::{Backend, Device, Kernel, TakeRows, Times, invocations_per_row, rounds, rows_at_once, words_per_row};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
 
@@ -20,6 +20,10 @@ pub const SPIRV: &[u8] = include_bytes!("../../../shader-crate/compiled/sorairo.
 
 /// A bit pattern that no kernel stores (a NaN), so that a pixel which a kernel failed to write can be told.
 pub const SENTINEL: u32 = sorairo_shared::frame::SENTINEL;
+
+/// Rounds after which llvmpipe ends the loops of an invocation, all of them together, and says nothing (`LP_MAX_TGSI_LOOP_ITERATIONS` of
+/// Mesa's `lp_bld_limits.h`). A sum would lack its last terms.
+const ROUNDS_OF_LLVMPIPE: u64 = 65_535;
 
 /// Strips of an image that are under way at once: one is computed while the other is brought back.
 const STRIPS_UNDER_WAY: usize = 2;
@@ -44,6 +48,8 @@ pub struct Gpu {
     largest_buffer: u64,
     /// The most workgroups along a side of a dispatch.
     most_groups: u32,
+    /// The most rounds that the loops of an invocation may make together.
+    most_rounds: u64,
     has_timestamps: bool,
     /// Whether the copy of pixels is timed too.
     times_copies: bool,
@@ -187,6 +193,7 @@ impl Gpu {
             fault,
             largest_buffer: limits.max_buffer_size.min(limits.max_storage_buffer_binding_size).min(largest_buffer),
             most_groups: limits.max_compute_workgroups_per_dimension,
+            most_rounds: if adapter.get_info().driver == "llvmpipe" { ROUNDS_OF_LLVMPIPE } else { u64::MAX },
             has_timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
             times_copies: features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS),
         })
@@ -300,7 +307,20 @@ fn mapped(buffer: &wgpu::Buffer, bytes: u64) -> Result<wgpu::BufferView> {
 }
 
 impl Backend for Gpu {
+    fn refusal(&self, plan: &Plan) -> Option<String> {
+        let rounds = rounds(plan);
+        (rounds >= self.most_rounds).then(|| {
+            format!(
+                "its driver ends loops after {} rounds, and a pixel may take {rounds} here: fewer samples, bands or wavelengths would do",
+                self.most_rounds
+            )
+        })
+    }
+
     fn lit_rows(&self, plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<Times> {
+        if let Some(refusal) = self.refusal(plan) {
+            return Err(Error::Device(refusal));
+        }
         let row_bytes = 4 * words_per_row(plan, kernel) as u64;
         let rows_per_strip = self.rows_per_strip(plan, row_bytes)?;
         let verify = kernel != Kernel::Fill && self.is_new(plan, kernel);

@@ -8,9 +8,11 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::Duration;
 
-use sorairo_shared::color::srgb8;
+use sorairo_shared::color::{OBSERVER_SAMPLES, srgb8};
 use sorairo_shared::frame::{Pixel, table_columns};
 use sorairo_shared::glam::Vec3;
+use sorairo_shared::sky_table::RUN;
+use sorairo_shared::variant;
 
 use crate::error::{Error, Result};
 use crate::plan::Plan;
@@ -132,6 +134,12 @@ pub trait Backend: Send + Sync {
         Ok(times)
     }
 
+    /// Why this device would not compute a plan's kernels to their end; `None` if it would. [`Backend::lit_rows`] then is an
+    /// [`Error::Device`] with these words.
+    fn refusal(&self, _plan: &Plan) -> Option<String> {
+        None
+    }
+
     /// The whole image at once.
     ///
     /// # Errors
@@ -172,6 +180,20 @@ fn words_per_row(plan: &Plan, kernel: Kernel) -> usize {
 /// Invocations of a kernel for a row.
 fn invocations_per_row(plan: &Plan, kernel: Kernel) -> u32 {
     if kernel == Kernel::SkyTable { table_columns(&plan.frame, plan.variant) } else { plan.width() }
+}
+
+/// The most rounds that all loops of an invocation of a plan's kernels make together, the last look at each loop's end among them.
+///
+/// Invocations in lockstep make the rounds of all of their rays, so that a ray counts every piece that one can have.
+fn rounds(plan: &Plan) -> u64 {
+    let has = |bit: u32| u64::from(plan.variant & bit != 0);
+    let pieces = (1 + has(variant::DESCENT)) * (1 + has(variant::SHADOW));
+    let ray = 2 + pieces * (2 + u64::from(plan.steps()));
+    let frame = &plan.frame;
+    let wavelengths = 1 + u64::from(frame.wavelengths);
+    let disc = 1 + has(variant::SUN_DISC) * u64::from(frame.disc.samples).pow(2);
+    let fit = u64::from(frame.air_nodes + frame.aerosol_nodes + OBSERVER_SAMPLES);
+    plan.bands.len() as u64 * (ray + wavelengths) + fit + u64::from(RUN) * disc
 }
 
 /// Hands out rows without light.
@@ -225,7 +247,7 @@ impl Device {
         };
         loop {
             match self.backend.rows(plan, kernel, next.get(), &mut counted) {
-                Err(Error::Device(fault)) => self.replace(fault)?,
+                Err(Error::Device(fault)) => self.replace(fault, plan)?,
                 ended => return ended,
             }
         }
@@ -240,10 +262,11 @@ impl Device {
         whole(plan, kernel, |take| self.rows(plan, kernel, take))
     }
 
-    /// Puts the next spare in the place of a device that failed.
-    fn replace(&mut self, mut fault: String) -> Result<()> {
+    /// Puts the next spare that takes the plan in the place of a device that failed.
+    fn replace(&mut self, mut fault: String, plan: &Plan) -> Result<()> {
         while let Some(spare) = self.spares.pop_front() {
             match spare() {
+                Ok(device) if device.backend.refusal(plan).is_some() => {}
                 Ok(device) => {
                     log::warn!("device {:?} failed ({fault}); going on with {:?}", self.name, device.name);
                     (self.name, self.kind, self.backend) = (device.name, device.kind, device.backend);

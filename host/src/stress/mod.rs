@@ -35,15 +35,20 @@ pub struct Outcome {
     pub bound: f64,
     /// The case with the largest error, in words.
     pub worst_case: String,
+    /// How many cases were not judged as the others.
+    pub judged_apart: u64,
+    /// How those were judged.
+    pub apart: &'static str,
 }
 
 impl Outcome {
     /// This outcome and a later one of the same sweep as one, with the seed of the first.
     fn and(self, later: Self) -> Self {
-        let Self { subject, seed, bound, .. } = self;
+        let Self { subject, seed, bound, apart, .. } = self;
         let (cases, failures) = (self.cases + later.cases, self.failures + later.failures);
-        let worse = if later.worst > self.worst { later } else { self };
-        Self { subject, seed, cases, failures, bound, worst: worse.worst, worst_case: worse.worst_case }
+        let judged_apart = self.judged_apart + later.judged_apart;
+        let Self { worst, worst_case, .. } = if later.worst > self.worst { later } else { self };
+        Self { subject, seed, cases, failures, worst, bound, worst_case, judged_apart, apart }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Random scenes over everything that a person may ask for, and what must hold in every pixel of them.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::ValueEnum;
 use rand::RngExt;
@@ -249,6 +250,10 @@ impl Case {
         };
         let kernel = if self.looks == Looks::Bands { Kernel::Radiance } else { plan.kernel() };
         for device in devices {
+            if device.refusal(&plan).is_some() {
+                faults.refused = true;
+                continue;
+            }
             match catch_unwind(AssertUnwindSafe(|| device.run(&plan, kernel))) {
                 Ok(Ok(run)) if self.looks == Looks::Colour => judge(&plan, &run.words, expected, &mut faults),
                 Ok(Ok(run)) => judge_floats(&run.words, &[], &mut faults),
@@ -277,6 +282,8 @@ pub struct Faults {
     pub count: u64,
     /// What was found first.
     pub first: String,
+    /// Whether a device refused the scene, so that it was judged by the others alone.
+    pub refused: bool,
 }
 
 impl Faults {
@@ -474,11 +481,18 @@ pub fn scenes(seed: u64, cases: u64, device: &Device) -> Outcome {
     if device.kind != "cpu" {
         devices.push(&*device.backend);
     }
-    sweep("random scenes: values NaN, infinite, negative; pictures lost", seed, cases, |number| {
+    let refused = AtomicU64::new(0);
+    let outcome = sweep("random scenes: values NaN, infinite, negative; pictures lost", seed, cases, |number| {
         let case = Case::random(seed, number);
         let faults = case.faults(&devices);
+        refused.fetch_add(u64::from(faults.refused), Ordering::Relaxed);
         (faults.count, format!("{}: {}", faults.first, describe(&case)))
-    })
+    });
+    Outcome {
+        judged_apart: refused.into_inner(),
+        apart: "left to the CPU, since the device's driver would end their loops before their time",
+        ..outcome
+    }
 }
 
 /// Gives scenes one value that is out of its range, and counts those that are not refused as they should be.
@@ -519,6 +533,8 @@ fn sweep(subject: &'static str, seed: u64, cases: u64, case: impl Fn(u64) -> (u6
         worst: worst.map_or(0.0, |(count, ..)| *count as f64),
         bound: 0.0,
         worst_case: worst.map_or("none".into(), |(_, number, words)| format!("case {number}: {words}")),
+        judged_apart: 0,
+        apart: "",
     }
 }
 

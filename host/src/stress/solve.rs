@@ -292,6 +292,8 @@ pub fn solve(seed: u64, cases: u64) -> Outcome {
         worst,
         bound: BOUND,
         worst_case: format!("case {number}: bands {bands:?} nm, values {values:?}"),
+        judged_apart: 0,
+        apart: "",
     }
 }
 

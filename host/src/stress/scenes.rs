@@ -214,11 +214,12 @@ impl Case {
         observer::wavelengths().into_iter().any(|at| amplified(at) > 1e4)
     }
 
-    /// The plan of the same picture with eight times as many pixels in each direction.
+    /// The plan of the same picture without the sun's disc, with eight times as many pixels in each direction.
     fn finer(&self) -> Result<Plan, Error> {
         let mut scene = self.scene.clone();
         let Size { width, height } = scene.camera.size;
         scene.camera.size = Size { width: 8 * width, height: 8 * height };
+        scene.sun.disc = false;
         Plan::new(&scene, self.pixel)
     }
 
@@ -265,7 +266,7 @@ impl Case {
         let inside = self.scene.observer.altitude <= depth(&self.scene);
         let automatic = self.scene.render.exposure == Exposure::Auto;
         if automatic && whole_sphere && inside && plan.height() >= 8 && lost(&linear, exposure).is_some() {
-            // A spot of light that lies between the pixels is shown where there are more of them.
+            // A spot of light that lies between the pixels is shown where there are more of them. The sun's disc is none of the sky's light.
             match self.finer() {
                 Ok(finer) => judge_exposure(&colours(&finer), exposure, &mut faults),
                 Err(error) => faults.add(1, || format!("more pixels are refused: {error}")),
@@ -595,6 +596,26 @@ mod tests {
     #[test]
     fn light_between_the_pixels_is_not_a_lost_picture() {
         let case = Case { scene: serde_json::from_str(CRESCENT).unwrap(), pixel: Pixel::Picture, looks: Looks::Colour };
+        let plan = Plan::new(&case.scene, case.pixel).unwrap();
+        assert_eq!(lost(&colours(&plan), plan.frame.exposure), Some("black"));
+        let faults = case.faults(&[&Cpu]);
+        assert_eq!(faults.count, 0, "{}", faults.first);
+    }
+
+    /// Another: of opaque air under the densest ozone the sun's disc alone is left, 5e-13 of it.
+    #[test]
+    fn the_suns_disc_in_a_black_sky_is_not_a_lost_picture() {
+        let mut scene = Scene { preset: Preset::Paper, ..Scene::default() };
+        scene.sun.disc = true;
+        let a = &mut scene.atmosphere;
+        (a.air.scattering, a.air.scale_height) = (100.0, 0.05);
+        (a.aerosol.optical_depth, a.aerosol.angstrom_exponent, a.aerosol.asymmetry) = (0.005_328, -4.787, 0.99);
+        (a.ozone.column, a.ozone.bottom, a.ozone.peak, a.ozone.top) = (2000.0, 97.543, 99.85, 99.95);
+        (scene.sun.elevation, scene.observer.altitude) = (30.0, 3.785_906e-4);
+        (scene.render.fit, scene.render.color, scene.render.path) = (Fit::Cubic, ColorPath::Solve, PathChoice::Direct);
+        (scene.render.rgb, scene.render.observer) = (Rgb::AcesCg, ColorObserver::Cie2015);
+        scene.camera.size = Size { width: 16, height: 8 };
+        let case = Case { scene, pixel: Pixel::Picture, looks: Looks::Colour };
         let plan = Plan::new(&case.scene, case.pixel).unwrap();
         assert_eq!(lost(&colours(&plan), plan.frame.exposure), Some("black"));
         let faults = case.faults(&[&Cpu]);

@@ -129,9 +129,11 @@ impl Stress {
             let [cases, failures, seed] = [cases, failures, seed].map(u64::to_string);
             vec![(*subject).into(), cases, failures, format!("{worst:.3e}"), format!("{bound:.3e}"), seed]
         });
-        let worst = self.outcomes.iter().map(|outcome| format!("* {}: {}\n", outcome.subject, outcome.worst_case));
-        let apart = self.outcomes.iter().filter(|outcome| outcome.judged_apart > 0);
-        let apart = apart.map(|outcome| format!("* {}: {} {}\n", outcome.subject, outcome.judged_apart, outcome.apart));
+        let worst = self.outcomes.iter().map(|outcome| {
+            let Outcome { subject, worst_case, judged_apart, apart, .. } = outcome;
+            let apart = if *judged_apart > 0 { format!("; {judged_apart} cases were {apart}") } else { String::new() };
+            format!("* {subject}: {worst_case}{apart}\n")
+        });
         let conditions = self.conditions.iter().map(|condition| {
             let bands = condition.bands.map(|band| band.to_string()).join(", ");
             let numbers = [condition.raw, condition.normalised].into_iter().chain(condition.errors);
@@ -151,7 +153,7 @@ impl Stress {
             "error, Newton",
         ];
         format!(
-            "# Random cases\n\nOn {}. Turn n of a sweep has the seed of the first turn plus n.\n\n{}\nWorst cases:\n\n{}\nOf the cases were\n\n{}\n\
+            "# Random cases\n\nOn {}. Turn n of a sweep has the seed of the first turn plus n.\n\n{}\nWorst cases:\n\n{}\n\
              # The ray integral\n\nThe largest errors of the earth preset, of the cells in the picture:\n\n{}\n\
              ![Error of the ray integral over altitude, view and sun](integral.png)\n\n\
              # The solve\n\nCondition number of the 4×4 Vandermonde matrix in the maximum norm, and the largest error from 380 to \
@@ -160,7 +162,6 @@ impl Stress {
             self.machine,
             table(&["what was tried", "cases", "failures", "worst", "bound", "seed"], outcomes),
             worst.collect::<String>(),
-            apart.collect::<String>(),
             table(&["altitude (km)", "view above the horizon (degrees)", "sun (degrees)", "error"], cells),
             table(&head, conditions),
         )

@@ -6,7 +6,7 @@ cd "$(dirname "$0")"
 quick=(--config tests/quick-window.toml)
 
 has_vulkan() {
-    cargo "${quick[@]}" run --quiet --release --package sorairo --features sorairo/view -- devices 2>/dev/null | grep -vq '^CPU'
+    cargo "${quick[@]}" run --quiet --release --package sorairo-cli --features sorairo-cli/view -- devices 2>/dev/null | grep -vq '^CPU'
 }
 
 has_linker() { command -v cc >/dev/null; }
@@ -45,7 +45,7 @@ if ! has_linker && ! install build-essential; then
     exit 1
 fi
 echo "test.sh: building"
-cargo "${quick[@]}" build --release --package sorairo --features sorairo/view
+cargo "${quick[@]}" build --release --package sorairo-cli --features sorairo-cli/view
 if ! has_vulkan; then
     echo "test.sh: no Vulkan device; installing Mesa's software driver"
     if ! install mesa-vulkan-drivers libvulkan1 || ! has_vulkan; then
@@ -54,7 +54,7 @@ if ! has_vulkan; then
         exit 1
     fi
 fi
-cargo "${quick[@]}" run --quiet --release --package sorairo --features sorairo/view -- devices 2>/dev/null
+cargo "${quick[@]}" run --quiet --release --package sorairo-cli --features sorairo-cli/view -- devices 2>/dev/null
 if ! has_xvfb; then
     echo "test.sh: installing Xvfb, an X server without a screen"
     # The libraries are those that a window loads when it opens.
@@ -72,4 +72,4 @@ if [ -z "${SORAIRO_PYTHON:-}" ] && ! has_python; then
         exit 1
     fi
 fi
-cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo/view
+cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view

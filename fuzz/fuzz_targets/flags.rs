@@ -4,16 +4,13 @@
 
 use clap::Parser;
 use libfuzzer_sys::fuzz_target;
-
-#[allow(dead_code)]
-#[path = "../../host/src/cli.rs"]
-mod cli;
+use sorairo_cli::arguments::{Arguments, Command, SceneCommand};
 
 fuzz_target!(|bytes: &[u8]| {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     let arguments = ["sorairo", "scene", "show"].into_iter().chain(text.lines());
-    if let Ok(arguments) = cli::Arguments::try_parse_from(arguments) {
-        let cli::Command::Scene(cli::SceneCommand::Show { file: None, flags }) = arguments.command else { return };
+    if let Ok(arguments) = Arguments::try_parse_from(arguments) {
+        let Command::Scene(SceneCommand::Show { file: None, flags }) = arguments.command else { return };
         let _ = flags.over(None);
     }
 });

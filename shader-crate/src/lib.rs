@@ -14,6 +14,10 @@ use sorairo_shared::sky_table::entries;
 use spirv_std::glam::{UVec3, Vec2, Vec4};
 use spirv_std::spirv;
 
+/// The module of all entry points in SPIR-V, as `cargo xtask shaders` compiled it.
+#[cfg(not(target_arch = "spirv"))]
+pub const SPIRV: &[u8] = include_bytes!("../compiled/sorairo.spv");
+
 /// Fills the output with the sentinel.
 #[spirv(compute(threads(16, 16)))]
 pub fn fill(

@@ -35,7 +35,7 @@ pub fn binary() -> PathBuf {
     let program = profile.join(format!("sorairo{}", std::env::consts::EXE_SUFFIX));
     assert!(
         program.is_file(),
-        "{} is not built: run `cargo build --package sorairo` in the profile of this test first, as test.sh does",
+        "{} is not built: run `cargo build --package sorairo-cli` in the profile of this test first, as test.sh does",
         program.display()
     );
     program

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 use sorairo::PixelFormat;
-use sorairo::oracle::{coefficients, medium, ray, scattered_radiance_bands};
 use sorairo::plan::{Plan, direction};
 use sorairo::scene::{Preset, Scene};
+use sorairo_evaluation::oracle::{coefficients, medium, ray, scattered_radiance_bands};
 use sorairo_shared::sky::transfer;
 use sorairo_tests::compare::{Worst, worst_relative};
 use sorairo_tests::sky::{SUNS, scene};

@@ -8,9 +8,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use sorairo::backend::cpu::Cpu;
-use sorairo::backend::gpu::Gpu;
-use sorairo::backend::{Backend, Device, Kernel, TakeRows, Times};
+use sorairo::device::cpu::Cpu;
+use sorairo::device::gpu::Gpu;
+use sorairo::device::{Backend, Device, Kernel, TakeRows, Times};
 use sorairo::plan::Plan;
 use sorairo::render::{self, Request};
 use sorairo::scene::{Fit, PathChoice, Preset, Projection, Scene};
@@ -121,11 +121,11 @@ fn after_a_lost_device_and_its_spare_the_cpu_finishes_the_image() {
     let folder = tempfile::tempdir().unwrap();
     let expected = tempfile::tempdir().unwrap();
     let scene = scene(Preset::Earth, 10.0, "64x40");
-    render::render(&scene, &files(&expected, &FILES), || Ok(sorairo::backend::cpu::device()), |_| ()).unwrap();
+    render::render(&scene, &files(&expected, &FILES), || Ok(sorairo::device::cpu::device()), |_| ()).unwrap();
     for good_rows in [0, 1, 7] {
         let opened = Arc::default();
         let mut first = faulty(Fault::Lost, good_rows, 1, &opened);
-        first.spares.push_back(Box::new(|| Ok(sorairo::backend::cpu::device())));
+        first.spares.push_back(Box::new(|| Ok(sorairo::device::cpu::device())));
         let report = render::render(&scene, &files(&folder, &FILES), || Ok(first), |_| ()).unwrap();
         assert_eq!((report.backend, opened.load(Ordering::Relaxed)), ("cpu", 1));
         assert!(contents(folder.path()) == contents(expected.path()), "after {good_rows} rows");
@@ -182,7 +182,7 @@ fn a_pixel_of_more_rounds_than_the_driver_makes_is_left_to_the_cpu() {
         }
         // A fresh device of the same driver is passed over.
         device.spares.push_back(Box::new(|| Ok(gpu(u64::MAX).into_device())));
-        device.spares.push_back(Box::new(|| Ok(sorairo::backend::cpu::device())));
+        device.spares.push_back(Box::new(|| Ok(sorairo::device::cpu::device())));
         let words = device.run(&plan, plan.kernel()).unwrap().words;
         let floats = |words: &[u32]| words.iter().map(|&word| f64::from(f32::from_bits(word))).collect::<Vec<_>>();
         let (image, expected) = (floats(&words), floats(&expected));

@@ -2,13 +2,14 @@
 //! that another rounding or a few other training rays pass, and a worse fit does not.
 
 use sorairo::Error;
-use sorairo::oracle::{coefficients, medium, ray, scattered_radiance_bands};
-use sorairo::plan::{direction, observer};
-use sorairo::report::bands::best;
-use sorairo::report::error::{Reference, SUNS, plan, true_xyz, xyz};
-use sorairo::report::metrics::Errors;
-use sorairo::report::reproduce::{Row, table_1};
+use sorairo::plan::direction;
 use sorairo::scene::{Fit, Preset, Scene};
+use sorairo::spectra::observer;
+use sorairo_evaluation::bands::best;
+use sorairo_evaluation::error::{Reference, SUNS, plan, true_xyz, xyz};
+use sorairo_evaluation::metrics::Errors;
+use sorairo_evaluation::oracle::{coefficients, medium, ray, scattered_radiance_bands};
+use sorairo_evaluation::reproduce::{Row, table_1};
 use sorairo_shared::glam::DVec3;
 use sorairo_tests::sky::scene;
 
@@ -112,7 +113,7 @@ fn the_reference_agrees_with_the_oracle() {
     for sun in [-4.0, 0.0, 20.0, 90.0] {
         let scene = scene(Preset::Earth, sun, "8x4");
         let bands: Vec<_> = wavelengths.iter().map(|&wavelength| coefficients(&scene, wavelength)).collect();
-        let optics = sorairo::plan::optics::Optics::new(&scene);
+        let optics = sorairo::spectra::optics::Optics::new(&scene);
         let places = [(0.0, 0.0), (0.5, 180.0), (5.0, 45.0), (30.0, 90.0), (90.0, 0.0)];
         let views = places.map(|(elevation, azimuth)| direction(elevation, azimuth).as_vec3());
         for ((elevation, azimuth), xyz) in places.into_iter().zip(true_xyz(&scene, &views).unwrap()) {

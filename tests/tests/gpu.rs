@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::sync::LazyLock;
 
 use sorairo::PixelFormat;
-use sorairo::backend::{self, Backend, Device, Kernel};
+use sorairo::device::{self, Backend, Device, Kernel};
 use sorairo::plan::Plan;
 use sorairo::scene::{ColorPath, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo::spectrum::FittedSpectrum;
@@ -16,7 +16,7 @@ use sorairo_tests::sky::{SUNS, scene};
 
 /// The GPU, or a failure that says what to install.
 static GPU: LazyLock<Device> = LazyLock::new(|| {
-    backend::open("gpu").unwrap_or_else(|error| {
+    device::open("gpu").unwrap_or_else(|error| {
         panic!("{error}. These tests need a Vulkan device; on Debian: apt-get install mesa-vulkan-drivers libvulkan1")
     })
 });
@@ -69,7 +69,7 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
                 let runs = [(&direct, Kernel::Radiance, 4), (&direct, direct.kernel(), 3), (&table, table.kernel(), 3)];
                 for (plan, kernel, channels) in runs {
                     seen.insert(kernel);
-                    let reference = floats(plan, &backend::cpu::Cpu, kernel);
+                    let reference = floats(plan, &device::cpu::Cpu, kernel);
                     let image = floats(plan, gpu(), kernel);
                     let worst = worst_in_images(&image, &reference, 128, channels, 1e-6);
                     println!("{preset:?}, {sun}°, {fit:?}, {kernel:?}: {:.1e} at {}", worst.relative, worst.place);
@@ -101,7 +101,7 @@ fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
             let direct = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
             let plan = direct.clone().with_spectrum(&wavelengths).unwrap();
             seen.insert(plan.kernel());
-            let reference = floats(&plan, &backend::cpu::Cpu, plan.kernel());
+            let reference = floats(&plan, &device::cpu::Cpu, plan.kernel());
             let image = floats(&plan, gpu(), plan.kernel());
             let place = format!("sun at {sun}, altitude {altitude}, {fit:?}");
             let both = parts(&image, wavelengths.len()).into_iter().zip(parts(&reference, wavelengths.len()));
@@ -110,7 +110,7 @@ fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
                 assert!(worst.relative <= SAME_FUNCTION, "{place}: {worst:?}");
             }
             let [colours, spectra] = parts(&reference, wavelengths.len());
-            let alone = floats(&direct, &backend::cpu::Cpu, direct.kernel());
+            let alone = floats(&direct, &device::cpu::Cpu, direct.kernel());
             let worst = worst_in_images(&colours, &alone, 64, 3, 1e-6);
             // The same sums, in another order for a linear fit.
             assert!(worst.relative <= 1e-4, "{place}, colour: {worst:?}");
@@ -184,7 +184,7 @@ fn the_table_agrees_with_the_integral_at_every_pixel() {
                 let mut scene = scene.clone();
                 scene.render.path = path;
                 let plan = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
-                floats(&plan, &backend::cpu::Cpu, plan.kernel())
+                floats(&plan, &device::cpu::Cpu, plan.kernel())
             };
             let (table, direct) = (of(PathChoice::Table), of(PathChoice::Direct));
             let mean = direct.iter().map(|&x| f64::from(x)).sum::<f64>() / direct.len() as f64;
@@ -210,7 +210,7 @@ fn pixels_in_runs_agree_with_pixels_alone() {
         let runs = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
         assert!(runs.variant & variant::RUNS != 0, "{sun}°: {}", runs.path);
         let alone = Plan { variant: runs.variant & !variant::RUNS, ..runs.clone() };
-        let images = [&runs, &alone].map(|plan| floats(plan, &backend::cpu::Cpu, plan.kernel()));
+        let images = [&runs, &alone].map(|plan| floats(plan, &device::cpu::Cpu, plan.kernel()));
         // Half of what the table itself may be off by.
         let worst = worst_in_images(&images[0], &images[1], 1608, 3, 1e-6);
         println!("sun {sun}, altitude {altitude}: {:.1e} at {}", worst.relative, worst.place);
@@ -229,7 +229,7 @@ fn every_projection_agrees_with_the_cpu() {
             let mut scene = scene(Preset::Earth, 20.0, "101x67");
             (scene.camera.projection, scene.render.path, scene.observer.altitude) = (projection, path, altitude);
             let plan = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
-            let reference = floats(&plan, &backend::cpu::Cpu, plan.kernel());
+            let reference = floats(&plan, &device::cpu::Cpu, plan.kernel());
             let worst = worst_in_images(&floats(&plan, gpu(), plan.kernel()), &reference, 101, 3, 1e-6);
             assert!(worst.relative <= SAME_FUNCTION, "{projection:?}, {path:?}, {altitude} km: {worst:?}");
         }
@@ -239,7 +239,7 @@ fn every_projection_agrees_with_the_cpu() {
 #[test]
 fn pictures_differ_by_one_step_at_most() {
     let plan = Plan::new(&scene(Preset::Earth, 10.0, "128x64"), PixelFormat::Picture).unwrap();
-    let reference = backend::cpu::Cpu.run(&plan, plan.kernel()).unwrap().words;
+    let reference = device::cpu::Cpu.run(&plan, plan.kernel()).unwrap().words;
     let image = gpu().run(&plan, plan.kernel()).unwrap().words;
     assert_eq!(image.len(), 128 * 64);
     for (pixel, expected) in image.iter().zip(&reference) {
@@ -252,7 +252,7 @@ fn pictures_differ_by_one_step_at_most() {
 
 #[test]
 fn solve_and_folded_give_the_same_colour() {
-    for backend in [gpu(), &backend::cpu::Cpu] {
+    for backend in [gpu(), &device::cpu::Cpu] {
         for sun in SUNS {
             for fit in [Fit::Cubic, Fit::Transfer, Fit::Extinction] {
                 let mut scene = scene(Preset::Earth, sun, "128x64");

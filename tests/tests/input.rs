@@ -11,11 +11,8 @@ use proptest::test_runner::TestRunner;
 use sorairo::scene::file::text;
 use sorairo::scene::keys::{Allowed, KEYS};
 use sorairo::scene::{Preset, Scene, reference};
-use sorairo::tables::Table;
-
-#[allow(dead_code, missing_docs)]
-#[path = "../../host/src/cli.rs"]
-mod cli;
+use sorairo::spectra::tables::Table;
+use sorairo_cli::arguments as cli;
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;

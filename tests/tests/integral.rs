@@ -1,10 +1,10 @@
 //! The ray integral over its whole domain: against the oracle, and where it must not jump.
 
 use sorairo::PixelFormat;
-use sorairo::oracle::{coefficients, medium, ray, scattered_radiance_bands};
 use sorairo::plan::{Plan, direction};
 use sorairo::scene::{Preset, Scene};
-use sorairo::stress::integral::{compare, integral};
+use sorairo_evaluation::oracle::{coefficients, medium, ray, scattered_radiance_bands};
+use sorairo_evaluation::stress::integral::{compare, integral};
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::sky::transfer;
 use sorairo_tests::sky::scene;

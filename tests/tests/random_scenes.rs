@@ -1,11 +1,11 @@
 //! Random scenes over everything that may be asked for: every pixel is a finite light, and no picture is lost.
 
 use sorairo::PixelFormat;
-use sorairo::backend::cpu::Cpu;
-use sorairo::backend::{self, Backend};
+use sorairo::device::cpu::Cpu;
+use sorairo::device::{self, Backend};
 use sorairo::plan::{Plan, direction};
 use sorairo::scene::{Fit, Preset, Projection};
-use sorairo::stress::scenes::{refusals, scenes};
+use sorairo_evaluation::stress::scenes::{refusals, scenes};
 use sorairo_tests::sky::scene;
 
 /// The seed of the random cases; a failure names its case.
@@ -16,7 +16,7 @@ const SCENES: u64 = 1200;
 
 #[test]
 fn no_pixel_of_random_scenes_is_wrong_on_either_device() {
-    let device = backend::open("gpu").unwrap_or_else(|error| {
+    let device = device::open("gpu").unwrap_or_else(|error| {
         panic!("{error}. This test needs a Vulkan device; on Debian: apt-get install mesa-vulkan-drivers libvulkan1")
     });
     let outcome = scenes(SEED, SCENES, &device);

@@ -3,8 +3,8 @@
 use std::sync::LazyLock;
 
 use sorairo::PixelFormat;
-use sorairo::backend::cpu::Cpu;
-use sorairo::backend::{self, Backend, Device};
+use sorairo::device::cpu::Cpu;
+use sorairo::device::{self, Backend, Device};
 use sorairo::plan::Plan;
 use sorairo::render::{Request, render};
 use sorairo::scene::{ColorPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
@@ -13,7 +13,7 @@ use tempfile::tempdir;
 
 /// The GPU, or a failure that says what to install.
 static GPU: LazyLock<Device> = LazyLock::new(|| {
-    backend::open("gpu").unwrap_or_else(|error| {
+    device::open("gpu").unwrap_or_else(|error| {
         panic!("{error}. These tests need a Vulkan device; on Debian: apt-get install mesa-vulkan-drivers libvulkan1")
     })
 });
@@ -75,7 +75,7 @@ fn files(scene: &Scene, device: &str, threads: usize) -> Vec<Vec<u8>> {
     let outputs = ["sky.png", "sky.exr"].map(|name| folder.path().join(name)).to_vec();
     let request = Request { outputs, ..Request::default() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool.install(|| render(scene, &request, || backend::open(device), |_| {})).unwrap();
+    pool.install(|| render(scene, &request, || device::open(device), |_| {})).unwrap();
     request.outputs.iter().map(|path| std::fs::read(path).unwrap()).collect()
 }
 

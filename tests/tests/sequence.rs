@@ -6,7 +6,7 @@ use std::process::Stdio;
 use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::Value;
-use sorairo::output::{Format, is_finished};
+use sorairo::files::{Format, is_finished};
 use sorairo::scene::Scene;
 use sorairo_tests::program::{Ended, command, contents, read_png, run, succeed};
 use tempfile::{TempDir, tempdir};

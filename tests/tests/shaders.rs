@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use sorairo::backend::{Kernel, gpu};
+use sorairo::device::{Kernel, gpu};
 use sorairo_shared::frame::{TABLE_WORKGROUP, WORKGROUP_SIDE};
 use sorairo_shared::variant;
 

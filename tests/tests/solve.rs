@@ -1,6 +1,6 @@
 //! The solve: a cubic through any four bands.
 
-use sorairo::stress::solve::{Form, condition, error_of, reference, solve};
+use sorairo_evaluation::stress::solve::{Form, condition, error_of, reference, solve};
 
 /// The seed of the random cases; a failure names its case.
 const SEED: u64 = 20_261_121;

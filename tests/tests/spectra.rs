@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 use sorairo::PixelFormat;
-use sorairo::oracle::{coefficients, medium, ray, scattered_radiance_bands};
 use sorairo::plan::Plan;
 use sorairo::scene::{Preset, Scene};
-use sorairo::tables::solar_irradiance;
+use sorairo::spectra::tables::solar_irradiance;
+use sorairo_evaluation::oracle::{coefficients, medium, ray, scattered_radiance_bands};
 use sorairo_tests::compare::worst_relative;
 use sorairo_tests::program::succeed;
 use sorairo_tests::sky::scene;

@@ -1,11 +1,11 @@
 //! The sun's disc, and its light through the air.
 
 use sorairo::PixelFormat;
-use sorairo::backend::{self, Backend};
+use sorairo::device::{self, Backend};
 use sorairo::irradiance::SkyLight;
-use sorairo::oracle::{coefficients, column_to_top, medium};
 use sorairo::plan::Plan;
 use sorairo::scene::{ColorPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
+use sorairo_evaluation::oracle::{coefficients, column_to_top, medium};
 use sorairo_shared::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, solid_angle_density};
 use sorairo_shared::glam::{DVec3, Vec2};
 use sorairo_tests::compare::worst_in_images;
@@ -32,7 +32,7 @@ fn energy(scene: &Scene) -> DVec3 {
         Projection::Fisheye => (FISHEYE, (2.0 * f64::from(camera.half_field) / width.min(height)).powi(2)),
         Projection::Perspective => (PERSPECTIVE, (2.0 * f64::from(camera.half_field) / width).powi(2)),
     };
-    let [with, without] = [scene, &without].map(|scene| image(scene, &backend::cpu::Cpu));
+    let [with, without] = [scene, &without].map(|scene| image(scene, &device::cpu::Cpu));
     let pixels = with.chunks(3).zip(without.chunks(3)).enumerate();
     pixels
         .map(|(i, (a, b))| {
@@ -87,7 +87,7 @@ fn an_image_holds_the_energy_of_the_disc_at_any_resolution() {
 
 #[test]
 fn the_disc_is_the_same_on_the_gpu_and_by_every_way_to_a_colour() {
-    let gpu = backend::open("gpu").expect("a Vulkan device: install a driver (Debian: mesa-vulkan-drivers)");
+    let gpu = device::open("gpu").expect("a Vulkan device: install a driver (Debian: mesa-vulkan-drivers)");
     for (fit, color, path) in [
         (Fit::Extinction, ColorPath::Folded, PathChoice::Table),
         (Fit::Extinction, ColorPath::Folded, PathChoice::Direct),
@@ -99,7 +99,7 @@ fn the_disc_is_the_same_on_the_gpu_and_by_every_way_to_a_colour() {
         scene.camera.projection = Projection::Perspective;
         (scene.camera.fov, scene.camera.look_elevation) = (Some(3.0), Some(20.0));
         (scene.render.fit, scene.render.color, scene.render.path) = (fit, color, path);
-        let [on_gpu, on_cpu] = [gpu.backend.as_ref(), &backend::cpu::Cpu].map(|backend| image(&scene, backend));
+        let [on_gpu, on_cpu] = [gpu.backend.as_ref(), &device::cpu::Cpu].map(|backend| image(&scene, backend));
         let brightest = on_cpu.iter().copied().fold(0.0, sorairo_shared::math::max);
         assert!(brightest > 1e4, "{brightest}");
         let mut differing = 0;
@@ -137,8 +137,9 @@ fn sunlight_is_weakened_by_the_optical_depth_of_the_oracle() {
                     c.air_scattering * column[0] + c.aerosol_extinction * column[1] + c.ozone_absorption * column[2];
                 (-depth).exp()
             };
-            let xyz =
-                sorairo::plan::observer::xyz(plan.observer, |nm| plan.optics.solar_irradiance(nm) * transmittance(nm));
+            let xyz = sorairo::spectra::observer::xyz(plan.observer, |nm| {
+                plan.optics.solar_irradiance(nm) * transmittance(nm)
+            });
             plan.space.into_gamut(plan.space.from_xyz * xyz)
         };
         let error = ((weakened - expected) / expected.max_element()).abs().max_element();
@@ -176,13 +177,13 @@ fn the_ground_hides_the_sun_and_the_limb_is_darker_than_the_centre() {
     let mut scene = with_disc(0.0, "100x100");
     scene.camera.projection = Projection::Perspective;
     (scene.camera.fov, scene.camera.look_elevation) = (Some(1.0), Some(0.0));
-    let half = image(&scene, &backend::cpu::Cpu);
+    let half = image(&scene, &device::cpu::Cpu);
     let bright = |row: usize| half[3 * (100 * row + 50)] > 1.0;
     assert!((30..49).all(bright) && !(50..100).any(bright));
 
     scene.sun.elevation = 60.0;
     scene.camera.look_elevation = Some(60.0);
-    let disc = image(&scene, &backend::cpu::Cpu);
+    let disc = image(&scene, &device::cpu::Cpu);
     let at = |column: usize| &disc[3 * (50 * 100 + column)..][..3];
     // 0.2666 degrees are 26.7 pixels.
     let (centre, limb) = (at(50), at(75));

@@ -24,7 +24,7 @@ fn view(folder: &Path, arguments: &[&str]) -> Ended {
     ended
 }
 
-const NO_WINDOW: &str = "this program was built without its window: run `cargo build --package sorairo --features view` \
+const NO_WINDOW: &str = "this program was built without its window: run `cargo build --package sorairo-cli --features view` \
                          in the profile of this test first, as test.sh does";
 
 /// What the window shows.

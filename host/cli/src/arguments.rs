@@ -1,0 +1,556 @@
+//! Flags, and the scene that they amount to.
+
+#![expect(missing_docs, reason = "a doc comment here is the text of a help page")]
+
+use std::path::{Path, PathBuf};
+
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+use sorairo::render::{Report, Request};
+use sorairo::scene::file::{SceneFile, place_sun};
+use sorairo::scene::keys::help;
+use sorairo::scene::place::{Place, PlaceAndTime, Time, evenly};
+use sorairo::scene::{
+    ColorObserver, ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Rgb, Scene, Size, WhiteBalance,
+};
+use sorairo::sequence::{self, Frame, FrameChoice, MOST_FRAMES, parse_elevations};
+use sorairo::spectrum::parse_wavelengths;
+use sorairo::{Error, Result};
+
+/// Renders the clear sky in full spectrum on the GPU.
+#[derive(Parser)]
+#[command(name = "sorairo", version)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    /// Renders the sky into PNG and EXR files.
+    Render(RenderArguments),
+    /// Renders numbered frames while the sun moves; those that are there already are skipped.
+    ///
+    /// The sun moves through elevations (--sun-elevation) or through time at a place (--from, --to, --frames N, --place). A
+    /// frame is skipped if each of its files is whole and was written by this version of the program for the same scene; any
+    /// other is rendered again. --frames A-B renders a part, so that several processes or machines can share the work. Once
+    /// every frame is there, contact.png beside the frames shows them small, up to 64, evenly spread.
+    Sequence(SequenceArguments),
+    /// Prints the spectrum of the sky in one direction.
+    Spectrum(SpectrumArguments),
+    /// Opens a window on the sky; a click plots the spectrum.
+    View(ViewArguments),
+    /// Finds the best wavelengths of the learnt fit for a scene, and states their error.
+    Bands(BandsArguments),
+    /// Runs the experiment of Takahashi and Dobashi on this machine, and writes a report.
+    Reproduce(ReproduceArguments),
+    /// Measures run time against error on a device, and writes a report.
+    Bench(BenchArguments),
+    /// Tries random bands, scenes and rays for as long as asked, counts what fails, and writes a report.
+    Stress(StressArguments),
+    /// Lists the devices of this machine, best first.
+    Devices(DevicesArguments),
+    /// Writes, checks and shows scene files.
+    #[command(subcommand)]
+    Scene(SceneCommand),
+    /// Prints completions of commands and flags for a shell.
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
+    /// Prints the manual page of the program, or of one of its commands.
+    Man {
+        /// The command.
+        #[arg(value_name = "COMMAND")]
+        command: Option<String>,
+    },
+}
+
+#[derive(Subcommand)]
+pub enum SceneCommand {
+    /// Writes a scene file with every key at its default and a comment above each; never over an existing file.
+    New {
+        /// File to write.
+        #[arg(default_value = "scene.toml")]
+        file: PathBuf,
+        /// Named atmosphere whose values are written.
+        #[arg(long, default_value = "earth")]
+        preset: Preset,
+    },
+    /// Says whether a file is a scene, and names everything that is wrong with it.
+    Check {
+        /// Scene file (TOML).
+        file: PathBuf,
+    },
+    /// Prints a whole scene as TOML: the preset, under the file, under the flags.
+    Show {
+        /// Scene file (TOML) [default: none, the preset alone].
+        file: Option<PathBuf>,
+        #[command(flatten)]
+        flags: SceneFlags,
+    },
+    /// Prints the reference of every key, in Markdown.
+    Reference,
+}
+
+#[derive(Args)]
+pub struct RenderArguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// File to write, .png, .exr or .spectral.exr; may be given more than once [default: sky.png and sky.exr].
+    #[arg(short = 'o', long = "output", value_name = "OUT")]
+    output: Vec<PathBuf>,
+    #[command(flatten)]
+    spectral: SpectralFlags,
+    /// Print what the plan skips, and what that saves (with --json, as its `explain`).
+    #[arg(long)]
+    pub explain: bool,
+    /// Print one JSON object about the rendering to standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+struct SpectralFlags {
+    /// Make every EXR file a spectral one, whatever its name.
+    #[arg(long)]
+    spectral: bool,
+    /// Wavelengths of spectral files in nm: START:END:STEP, or a list with commas [default: 380:780:10].
+    #[arg(long, value_name = "LIST", value_parser = wavelengths)]
+    wavelengths: Option<Wavelengths>,
+}
+
+#[derive(Args)]
+#[command(group(ArgGroup::new("suns").required(true).args(["sun_elevation", "from"])))]
+pub struct SequenceArguments {
+    /// Elevations of the sun (degrees), one a frame: from A by STEP to B, which is included if it falls on a step. The sun sinks
+    /// if B is below A.
+    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = elevations)]
+    sun_elevation: Option<Elevations>,
+    /// Time of the first frame, with an offset from UTC, such as 2026-06-21T04:30:00+09:00; needs --to, --frames N and a place.
+    #[arg(long, value_name = "TIME", requires = "to", conflicts_with = "sun_azimuth")]
+    from: Option<Time>,
+    /// Time of the last frame, written as that of the first.
+    #[arg(long, value_name = "TIME", requires = "from")]
+    to: Option<Time>,
+    /// N: how many frames there are between --from and --to, evenly spaced in time, both ends included. A-B: render only the
+    /// frames with the numbers A to B, counted from 0; may be given more than once [default: all].
+    #[arg(long = "frames", value_name = "N|A-B")]
+    frames: Vec<FrameChoice>,
+    /// Scene file (TOML).
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    #[command(flatten)]
+    sky: SkyFlags,
+    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
+    #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
+    pub device: String,
+    /// Files to write, .png, .exr or .spectral.exr; a run of # in the file name becomes the number of the frame with as many digits or more. The
+    /// folder is made. May be given more than once.
+    #[arg(short = 'o', long = "output", value_name = "OUT", default_value = "frames/sky.####.png")]
+    output: Vec<PathBuf>,
+    #[command(flatten)]
+    spectral: SpectralFlags,
+    /// Print one JSON object about the sequence to standard output.
+    #[arg(long)]
+    pub json: bool,
+    /// Print no progress and no summary; errors and warnings remain.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Elevations of the sun as one value of a flag.
+type Elevations = std::sync::Arc<[f64]>;
+
+fn elevations(text: &str) -> std::result::Result<Elevations, String> {
+    parse_elevations(text).map(Into::into)
+}
+
+#[derive(Args)]
+pub struct SpectrumArguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// Elevation of the direction (degrees).
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
+    pub view_elevation: f64,
+    /// Azimuth of the direction, clockwise from north (degrees).
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
+    pub view_azimuth: f64,
+    /// Wavelengths in nm: START:END:STEP, or a list with commas.
+    #[arg(long, value_name = "LIST", default_value = "380:780:5", value_parser = wavelengths)]
+    pub wavelengths: Wavelengths,
+    /// Format of the output.
+    #[arg(long, value_enum, default_value_t = SpectrumFormat::Csv)]
+    pub format: SpectrumFormat,
+}
+
+#[derive(Args)]
+pub struct ViewArguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// Point whose spectrum is plotted at first: fractions of the sky's width and height, from the top left.
+    #[arg(long, value_name = "X,Y", value_parser = fractions)]
+    pub click: Option<[f64; 2]>,
+    /// Save the window's content as a picture once all of it is shown, and close.
+    #[arg(short = 'o', long, value_name = "FILE.png")]
+    pub screenshot: Option<PathBuf>,
+}
+
+fn fractions(text: &str) -> std::result::Result<[f64; 2], String> {
+    let fraction = |text: &str| text.trim().parse().ok().filter(|fraction| (0.0..=1.0).contains(fraction));
+    let point = text.split_once(',').and_then(|(x, y)| Some([fraction(x)?, fraction(y)?]));
+    point.ok_or_else(|| "two numbers from 0 to 1 are wanted, such as 0.5,0.25".into())
+}
+
+/// A list of wavelengths as one value of a flag.
+type Wavelengths = std::sync::Arc<[f64]>;
+
+fn wavelengths(text: &str) -> std::result::Result<Wavelengths, String> {
+    parse_wavelengths(text).map(Into::into)
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum SpectrumFormat {
+    /// Rows of wavelength_nm,radiance,dense.
+    Csv,
+    /// An array of objects with the same names.
+    Json,
+}
+
+#[derive(Args)]
+pub struct BandsArguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// How many wavelengths (3 to 8).
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    pub count: u32,
+    /// Elevations of the sun to be good at (degrees): a list with commas.
+    #[arg(
+        long,
+        value_name = "LIST",
+        default_value = "-4,0,5,30,90",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    pub sun_elevations: Vec<f64>,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub struct ReproduceArguments {
+    /// Folder to write report.md, report.json and the pictures to.
+    #[arg(long, value_name = "DIR", default_value = "report")]
+    pub out: PathBuf,
+    /// Device that is timed: auto, cpu, gpu, or part of the name of a Vulkan device.
+    #[arg(long, default_value = "auto", value_name = "NAME")]
+    pub device: String,
+}
+
+#[derive(Args)]
+pub struct BenchArguments {
+    /// Folder to write report.md, bench.csv, bench.json and the pictures to.
+    #[arg(long, value_name = "DIR", default_value = "bench")]
+    pub out: PathBuf,
+    /// Fewer suns and smaller images: under a minute.
+    #[arg(long)]
+    pub quick: bool,
+    /// Measure speed instead: kernels against writing their pixels, sizes, tables, samples, a cold start.
+    #[arg(long)]
+    pub speed: bool,
+    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
+    #[arg(long, default_value = "auto", value_name = "NAME")]
+    pub device: String,
+}
+
+#[derive(Args)]
+pub struct StressArguments {
+    /// Folder to write report.md, stress.json and the pictures to.
+    #[arg(long, value_name = "DIR", default_value = "stress")]
+    pub out: PathBuf,
+    /// How long to try (minutes, 0 to 10 000); every sweep has at least one turn.
+    #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true, value_parser = minutes)]
+    pub minutes: f64,
+    /// What the random numbers grow from: the same seed tries the same cases.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Device beside the CPU: auto, cpu, gpu, or part of the name of a Vulkan device.
+    #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
+    pub device: String,
+}
+
+#[derive(Args)]
+pub struct DevicesArguments {
+    /// Print a JSON array.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A scene and the device that computes it.
+#[derive(Args)]
+pub struct SceneArguments {
+    /// Scene file (TOML).
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    #[command(flatten)]
+    flags: SceneFlags,
+    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device. One spectrum is always computed on the CPU.
+    #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
+    pub device: String,
+}
+
+/// Flags that describe a scene. Each takes the place of a key in the scene file, and has its help from there.
+#[derive(Args)]
+pub struct SceneFlags {
+    #[command(flatten)]
+    sun: SunFlags,
+    #[command(flatten)]
+    sky: SkyFlags,
+}
+
+/// The flags of a scene that its sun moves by.
+#[derive(Args, Clone, Copy, Default)]
+pub struct SunFlags {
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("sun.elevation"))]
+    sun_elevation: Option<f64>,
+    #[arg(long, value_name = "TIME", conflicts_with_all = ["sun_elevation", "sun_azimuth"], help = help("sun.time"))]
+    time: Option<Time>,
+}
+
+/// The flags of a scene that all frames of a sequence share.
+#[derive(Args)]
+pub struct SkyFlags {
+    #[arg(long, help = help("preset"))]
+    preset: Option<Preset>,
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("sun.azimuth"))]
+    sun_azimuth: Option<f64>,
+    #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true, conflicts_with_all = ["sun_elevation", "sun_azimuth"], help = help("sun.place"))]
+    place: Option<Place>,
+    #[arg(long, value_name = "KM", allow_negative_numbers = true, value_parser = number, help = help("observer.altitude"))]
+    altitude: Option<f64>,
+    #[arg(long, help = help("sun.disc"))]
+    sun_disc: bool,
+    #[arg(long, help = help("camera.projection"))]
+    projection: Option<Projection>,
+    #[arg(long, value_name = "WxH", help = help("camera.size"))]
+    size: Option<Size>,
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("camera.fov"))]
+    fov: Option<f64>,
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("camera.look_azimuth"))]
+    look_azimuth: Option<f64>,
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("camera.look_elevation"))]
+    look_elevation: Option<f64>,
+    #[arg(long, help = help("render.fit"))]
+    fit: Option<Fit>,
+    #[arg(long, value_name = "LIST", value_parser = wavelengths, help = help("render.bands"))]
+    bands: Option<Wavelengths>,
+    #[arg(long, help = help("render.color"))]
+    color: Option<ColorPath>,
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = steps, help = help("render.steps"))]
+    steps: Option<u32>,
+    #[arg(long, help = help("render.exr"))]
+    exr: Option<ExrDepth>,
+    #[arg(long, help = help("render.rgb"))]
+    rgb: Option<Rgb>,
+    #[arg(long, help = help("render.observer"))]
+    observer: Option<ColorObserver>,
+    #[arg(long, help = help("render.white_balance"))]
+    white_balance: Option<WhiteBalance>,
+    #[arg(long, help = help("render.path"))]
+    path: Option<PathChoice>,
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, help = help("render.exposure"))]
+    exposure: Option<Exposure>,
+}
+
+fn number(text: &str) -> std::result::Result<f64, String> {
+    text.parse().map_err(|_| "a number is wanted, such as 12.5".into())
+}
+
+fn steps(text: &str) -> std::result::Result<u32, String> {
+    text.parse().map_err(|_| "a whole number from 1 to 1024 is wanted".into())
+}
+
+fn minutes(text: &str) -> std::result::Result<f64, String> {
+    let minutes = text.parse().ok().filter(|minutes| (0.0..=10_000.0).contains(minutes));
+    minutes.ok_or_else(|| "a number of minutes from 0 to 10000 is wanted".into())
+}
+
+fn device(text: &str) -> std::result::Result<String, String> {
+    if text.trim().is_empty() {
+        return Err("auto, cpu, gpu, or part of the name of a Vulkan device is wanted".into());
+    }
+    Ok(text.into())
+}
+
+impl SceneArguments {
+    /// The preset, under the scene file, under the flags.
+    pub fn scene(&self) -> Result<Scene> {
+        self.flags.over(self.scene.as_deref())
+    }
+}
+
+impl SceneFlags {
+    /// The preset, under a scene file, under the flags.
+    pub fn over(&self, file: Option<&Path>) -> Result<Scene> {
+        self.sky.over(self.sky.read(file)?.as_ref(), self.sun)
+    }
+}
+
+impl SkyFlags {
+    /// The scene file that the flags lie over, if there is one.
+    fn read(&self, file: Option<&Path>) -> Result<Option<SceneFile>> {
+        file.map(|path| SceneFile::read(path, self.preset)).transpose()
+    }
+
+    /// The preset, under a scene file, under the flags.
+    fn over(&self, file: Option<&SceneFile>, sun: SunFlags) -> Result<Scene> {
+        let preset = || Scene::preset(self.preset.unwrap_or_default());
+        let mut scene = file.map_or_else(preset, |file| file.scene.clone());
+        self.lay_over(&mut scene);
+        set(&mut scene.sun.elevation, sun.sun_elevation);
+        file.map_or_else(|| scene.validate(), |file| file.validate(&scene))?;
+        self.place_sun(&mut scene, file.map(|file| file.sun_from).unwrap_or_default(), sun)?;
+        Ok(scene)
+    }
+
+    /// The sun at the place and the time of the flags, or else of the file; its own flags take the place of either.
+    fn place_sun(&self, scene: &mut Scene, from_file: PlaceAndTime, sun: SunFlags) -> Result<()> {
+        let place = self.place.or(from_file.place);
+        let time = sun.time.or(from_file.time);
+        place_sun(scene, PlaceAndTime { place, time })?;
+        set(&mut scene.sun.elevation, sun.sun_elevation);
+        set(&mut scene.sun.azimuth, self.sun_azimuth);
+        Ok(())
+    }
+
+    fn lay_over(&self, scene: &mut Scene) {
+        set(&mut scene.sun.azimuth, self.sun_azimuth);
+        scene.sun.disc |= self.sun_disc;
+        set(&mut scene.observer.altitude, self.altitude);
+        set(&mut scene.camera.projection, self.projection);
+        set(&mut scene.camera.size, self.size);
+        scene.camera.fov = self.fov.or(scene.camera.fov);
+        scene.camera.look_azimuth = self.look_azimuth.or(scene.camera.look_azimuth);
+        scene.camera.look_elevation = self.look_elevation.or(scene.camera.look_elevation);
+        set(&mut scene.render.fit, self.fit);
+        if let Some(bands) = &self.bands {
+            scene.render.bands = Some(bands.to_vec());
+        }
+        set(&mut scene.render.color, self.color);
+        scene.render.steps = self.steps.or(scene.render.steps);
+        set(&mut scene.render.path, self.path);
+        set(&mut scene.render.exposure, self.exposure);
+        set(&mut scene.render.exr, self.exr);
+        set(&mut scene.render.rgb, self.rgb);
+        set(&mut scene.render.observer, self.observer);
+        set(&mut scene.render.white_balance, self.white_balance);
+    }
+}
+
+fn set<T>(value: &mut T, given: Option<T>) {
+    if let Some(given) = given {
+        *value = given;
+    }
+}
+
+impl RenderArguments {
+    /// What to write and to measure.
+    pub fn request(&self) -> Request {
+        let usual = || vec!["sky.png".into(), "sky.exr".into()];
+        let outputs = if self.output.is_empty() { usual() } else { self.output.clone() };
+        Request { sky_light: self.json, ..self.spectral.request(outputs) }
+    }
+}
+
+impl SpectralFlags {
+    /// What is asked of files.
+    fn request(&self, outputs: Vec<PathBuf>) -> Request {
+        let wavelengths = self.wavelengths.as_ref().map(|wavelengths| wavelengths.to_vec());
+        Request { outputs, spectral: self.spectral, wavelengths, sky_light: false }
+    }
+}
+
+impl SequenceArguments {
+    /// Every frame of the sequence, whichever of them are to be rendered.
+    pub fn frames(&self) -> Result<Vec<Frame>> {
+        let file = self.sky.read(self.scene.as_deref())?;
+        let suns = self.suns(file.as_ref().and_then(|file| file.sun_from.place))?;
+        let scenes: Vec<_> = suns.into_iter().map(|sun| self.sky.over(file.as_ref(), sun)).collect::<Result<_>>()?;
+        sequence::frames(scenes, &self.spectral.request(self.output.clone()))
+    }
+
+    /// The frames that are to be rendered, in the order of their numbers.
+    pub fn chosen(&self, frames: &[Frame]) -> Result<Vec<Frame>> {
+        let parts: Vec<_> = self.frames.iter().filter_map(FrameChoice::part).collect();
+        if let Some((first, last)) = parts.iter().find(|(_, last)| *last as usize >= frames.len()) {
+            let count = frames.len();
+            return Err(Error::request(format!(
+                "--frames {first}-{last}: the sequence has {count} frames, with the numbers 0 to {}",
+                count - 1
+            )));
+        }
+        let is_chosen =
+            |frame: &&Frame| parts.is_empty() || parts.iter().any(|(a, b)| (*a..=*b).contains(&frame.number));
+        Ok(frames.iter().filter(is_chosen).cloned().collect())
+    }
+
+    /// The sun of each frame; `place` is that of the scene file.
+    fn suns(&self, place: Option<Place>) -> Result<Vec<SunFlags>> {
+        let counts: Vec<u32> = self.frames.iter().filter_map(FrameChoice::count).collect();
+        if let Some(elevations) = &self.sun_elevation {
+            return match counts[..] {
+                [] => Ok(elevations.iter().map(|&e| SunFlags { sun_elevation: Some(e), time: None }).collect()),
+                [count, ..] => Err(Error::request(format!(
+                    "--frames {count}: the steps of --sun-elevation say how many frames there are; only parts such as --frames 0-9 \
+                     are allowed with it"
+                ))),
+            };
+        }
+        let (from, to) = self.from.zip(self.to).expect("without elevations the two times are required");
+        if from >= to {
+            return Err(Error::request(format!("--to {to} must be later than --from {from}")));
+        }
+        if self.sky.place.or(place).is_none() {
+            return Err(Error::request("--from and --to need a place: give --place (sun.place) too"));
+        }
+        match counts[..] {
+            [count @ 2..=MOST_FRAMES] => {
+                let at = |time| SunFlags { sun_elevation: None, time: Some(time) };
+                Ok(evenly(from, to, count).map(at).collect())
+            }
+            [count] => Err(Error::request(format!(
+                "--frames {count}: from --from to --to there must be 2 to {MOST_FRAMES} frames"
+            ))),
+            [] => {
+                Err(Error::request("--from and --to need --frames N, such as --frames 48: how many frames there are"))
+            }
+            [first, second, ..] => Err(Error::request(format!(
+                "--frames {first} and --frames {second}: how many frames there are is said once"
+            ))),
+        }
+    }
+}
+
+/// A rendering in two lines.
+pub fn summary(report: &Report) -> String {
+    let outputs: Vec<_> = report.outputs.iter().map(|path| path.display().to_string()).collect();
+    format!(
+        "{}: {}x{} pixels, sun at elevation {:.2}°, azimuth {:.2}°, exposure {:+.2} EV, {} samples a ray, {}\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
+         encoding {:.1} ms, total {:.1} ms",
+        outputs.join(", "),
+        report.width,
+        report.height,
+        report.sun_elevation,
+        report.sun_azimuth,
+        report.exposure_ev,
+        report.steps,
+        report.path,
+        report.device,
+        report.plan_ms,
+        report.kernel_ms,
+        report.readback_ms,
+        report.encode_ms,
+        report.total_ms
+    )
+}

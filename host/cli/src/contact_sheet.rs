@@ -1,0 +1,116 @@
+//! A contact sheet: the frames of a sequence, small, on one picture.
+
+use std::convert::Infallible;
+use std::path::Path;
+
+use embedded_graphics::mono_font::MonoTextStyle;
+use embedded_graphics::mono_font::iso_8859_1::FONT_7X13;
+use embedded_graphics::pixelcolor::Rgb888;
+use embedded_graphics::prelude::*;
+use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
+use sorairo::device::Device;
+use sorairo::files::png;
+use sorairo::plan::Plan;
+use sorairo::scene;
+use sorairo::sequence::Frame;
+use sorairo::{PixelFormat, Result};
+
+/// Most frames on a sheet; of a longer sequence it shows as many, evenly spread from the first to the last.
+const MOST: usize = 64;
+/// The longer side of a frame on the sheet (pixels).
+const SIDE: u32 = 192;
+/// Room below each frame for its number and sun, and around it (pixels).
+const LABEL: u32 = 20;
+const GAP: u32 = 6;
+
+/// Renders the frames of a sequence small, and writes them as one picture with number and elevation of the sun below each.
+///
+/// # Errors
+///
+/// [`sorairo::Error::Request`] for a wrong scene, [`sorairo::Error::Device`] if the device fails, [`sorairo::Error::Failure`] if the picture cannot be
+/// written.
+pub fn contact_sheet(path: &Path, frames: &[Frame], device: &mut Device) -> Result<()> {
+    let shown = frames.len().min(MOST);
+    let spread = |i: usize| i * (frames.len() - 1) / (shown - 1).max(1);
+    let frames: Vec<&Frame> = (0..shown).map(|i| &frames[spread(i)]).collect();
+    let Some(first) = frames.first() else { return Ok(()) };
+    let cell = small(first.scene.camera.size);
+    let columns = (frames.len() as f64).sqrt().ceil() as u32;
+    let rows = (frames.len() as u32).div_ceil(columns);
+    let (width, height) = (GAP + columns * (cell.width + GAP), GAP + rows * (cell.height + LABEL + GAP));
+    let mut sheet = Sheet::white(width, height);
+    for (i, frame) in (0..).zip(&frames) {
+        let (left, top) = (GAP + i % columns * (cell.width + GAP), GAP + i / columns * (cell.height + LABEL + GAP));
+        let mut scene = frame.scene.clone();
+        scene.camera.size = cell;
+        let plan = Plan::new(&scene, PixelFormat::Picture)?;
+        let bytes = png::unpack(&device.run(&plan, plan.kernel())?.words);
+        sheet.paste(left, top, cell.width, &bytes);
+        let label = format!("{}   sun {:.1}°", frame.number, scene.sun.elevation);
+        sheet.write(left + cell.width / 2, top + cell.height + LABEL / 2, &label);
+    }
+    png::write(path, width, height, &sheet.rgb)?.commit()
+}
+
+/// The picture: three bytes a pixel, row by row from the top.
+struct Sheet {
+    width: u32,
+    height: u32,
+    rgb: Vec<u8>,
+}
+
+impl Sheet {
+    fn white(width: u32, height: u32) -> Self {
+        Self { width, height, rgb: vec![255; 3 * width as usize * height as usize] }
+    }
+
+    fn at(&self, column: u32, row: u32) -> usize {
+        3 * (row as usize * self.width as usize + column as usize)
+    }
+
+    /// Copies a frame of so many columns to a place.
+    fn paste(&mut self, left: u32, top: u32, columns: u32, bytes: &[u8]) {
+        for (row, line) in (top..).zip(bytes.chunks(3 * columns as usize)) {
+            let at = self.at(left, row);
+            self.rgb[at..at + line.len()].copy_from_slice(line);
+        }
+    }
+
+    /// Writes a label centred about a pixel.
+    fn write(&mut self, column: u32, row: u32, label: &str) {
+        let font = MonoTextStyle::new(&FONT_7X13, Rgb888::BLACK);
+        let centred = TextStyleBuilder::new().alignment(Alignment::Center).baseline(Baseline::Middle).build();
+        let text = Text::with_text_style(label, Point::new(column as i32, row as i32), font, centred);
+        match text.draw(self) {
+            Ok(_) => {}
+            Err(never) => match never {},
+        }
+    }
+}
+
+impl OriginDimensions for Sheet {
+    fn size(&self) -> Size {
+        Size::new(self.width, self.height)
+    }
+}
+
+impl DrawTarget for Sheet {
+    type Color = Rgb888;
+    type Error = Infallible;
+
+    fn draw_iter<I: IntoIterator<Item = Pixel<Rgb888>>>(&mut self, pixels: I) -> std::result::Result<(), Infallible> {
+        let inside = self.bounding_box();
+        for Pixel(point, colour) in pixels.into_iter().filter(|Pixel(point, _)| inside.contains(*point)) {
+            let at = self.at(point.x as u32, point.y as u32);
+            self.rgb[at..at + 3].copy_from_slice(&[colour.r(), colour.g(), colour.b()]);
+        }
+        Ok(())
+    }
+}
+
+/// The size of a frame on the sheet.
+fn small(size: scene::Size) -> scene::Size {
+    let longest = size.width.max(size.height);
+    let side = |pixels: u32| ((f64::from(pixels) * f64::from(SIDE) / f64::from(longest)).round() as u32).max(1);
+    scene::Size { width: side(size.width), height: side(size.height) }
+}

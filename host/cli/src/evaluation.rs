@@ -1,0 +1,98 @@
+//! The commands that measure: `bands`, `reproduce`, `bench`, `stress`.
+
+use sorairo::device;
+use sorairo::{Error, Result};
+use sorairo_evaluation::bands::{Found, best};
+use sorairo_evaluation::metrics::Errors;
+use sorairo_evaluation::stress::Outcome;
+
+use crate::arguments::{BandsArguments, BenchArguments, ReproduceArguments, StressArguments};
+use crate::print_line;
+use crate::progress::Progress;
+
+/// `sorairo bands`.
+pub fn bands(arguments: &BandsArguments) -> Result<()> {
+    let scene = arguments.scene.scene()?;
+    let progress = Progress::start();
+    progress.stage("searching the best wavelengths");
+    let found = best(&scene, arguments.count, &arguments.sun_elevations);
+    drop(progress);
+    let found = found?;
+    if arguments.json {
+        return print_line(&serde_json::to_string(&found).expect("a search is plain data"));
+    }
+    print_line(&table(&found))
+}
+
+/// `sorairo reproduce`.
+pub fn reproduce(arguments: &ReproduceArguments) -> Result<()> {
+    let device = device::open(&arguments.device)?;
+    let progress = Progress::start();
+    let experiment = sorairo_evaluation::reproduce::reproduce(&arguments.out, &device, &|stage| progress.stage(stage));
+    drop(progress);
+    experiment?;
+    print_line(&arguments.out.join("report.md").display().to_string())
+}
+
+/// `sorairo bench`.
+pub fn bench(arguments: &BenchArguments) -> Result<()> {
+    let device = device::open(&arguments.device)?;
+    let progress = Progress::start();
+    let stage = |stage: &str| progress.stage(stage);
+    let (done, name) = if arguments.speed {
+        (sorairo_evaluation::speed::speed(&arguments.out, &device, arguments.quick, &stage).map(drop), "speed.md")
+    } else {
+        (sorairo_evaluation::bench::bench(&arguments.out, &device, arguments.quick, &stage).map(drop), "report.md")
+    };
+    drop(progress);
+    done?;
+    print_line(&arguments.out.join(name).display().to_string())
+}
+
+/// `sorairo stress`: prints what each sweep found, and fails if a case did.
+pub fn stress(arguments: &StressArguments) -> Result<()> {
+    let device = device::open(&arguments.device)?;
+    let progress = Progress::start();
+    let stage = |stage: &str| progress.stage(stage);
+    let done = sorairo_evaluation::stress::stress(&arguments.out, &device, arguments.minutes, arguments.seed, &stage);
+    drop(progress);
+    let done = done?;
+    let line = |outcome: &Outcome| {
+        let Outcome { subject, cases, failures, worst, bound, .. } = outcome;
+        format!("{cases:>10}  {failures:>8}  {worst:>9.3e}  {bound:>9.3e}  {subject}\n")
+    };
+    let lines: String = done.outcomes.iter().map(line).collect();
+    let report = arguments.out.join("report.md");
+    print_line(&format!(
+        "     cases  failures      worst      bound  seed {}\n{lines}{}",
+        done.seed,
+        report.display()
+    ))?;
+    match done.failures() {
+        0 => Ok(()),
+        failures => Err(Error::failure(format!("{failures} cases failed; {} names the worst", report.display()))),
+    }
+}
+
+/// The outcome of a search as a table.
+fn table(found: &Found) -> String {
+    let list = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+    let width = list(&found.bands).len().max(list(&found.default_bands).len() + " (default)".len());
+    let row = |bands: String, errors: &Errors| {
+        format!(
+            "{bands:width$}  {:>8.4}  {:>9.4}  {:>9.3} %  {:>8.5}",
+            errors.delta_e_max,
+            errors.delta_e_mean,
+            100.0 * errors.luminance_max,
+            errors.chromaticity_max
+        )
+    };
+    format!(
+        "{:width$}  dE00 max  dE00 mean  luminance max  u'v' max\n{}\n{}\nlearnt fit, whole sky, sun at {} degrees; {} choices compared",
+        "bands (nm)",
+        row(list(&found.bands), &found.errors),
+        row(list(&found.default_bands) + " (default)", &found.default_errors),
+        list(&found.sun_elevations),
+        found.candidates
+    )
+}

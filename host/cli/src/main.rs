@@ -1,0 +1,7 @@
+//! The command `sorairo`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    sorairo_cli::run()
+}

@@ -1,0 +1,142 @@
+//! The error of a plan's colours over the whole sky.
+//!
+//! Colours are compared as XYZ before they are brought into the gamut of the display, which would hide part of an error. A
+//! plan's XYZ comes from the kernels' own functions in single precision, up to and without that last step. The reference is the
+//! observer's 81-sample sum of [`DenseSpectrum`]: every sample integrated, and summed in double precision.
+
+use rayon::prelude::*;
+use sorairo_shared::atmosphere::{cornette_shanks_phase, rayleigh_phase};
+use sorairo_shared::color::observe_cubic;
+use sorairo_shared::glam::{DVec3, Vec3};
+use sorairo_shared::sky::{SOLVED, constituents, transfer, view_ray};
+
+use super::metrics::Errors;
+use sorairo::PixelFormat;
+use sorairo::Result;
+use sorairo::plan::{Plan, direction};
+use sorairo::scene::{ColorPath, Exposure, Fit, PathChoice, Scene};
+use sorairo::spectra::observer;
+use sorairo::spectrum::DenseSpectrum;
+
+/// Elevations (degrees) at which the sky is compared: they resolve the horizon.
+const ELEVATIONS: [f64; 17] =
+    [0.0, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 90.0];
+
+/// Azimuths from the sun (degrees), over the half of the sky that the other half mirrors.
+const AZIMUTHS: [f64; 9] = [0.0, 22.5, 45.0, 67.5, 90.0, 112.5, 135.0, 157.5, 180.0];
+
+/// The sun's elevations (degrees) over which an error is stated.
+pub const SUNS: [f64; 11] = [-4.0, -2.0, 0.0, 2.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 90.0];
+
+/// The directions of a scene's sky that are compared: 145 above the horizon, and as many below it for an observer above the
+/// ground.
+pub fn views(scene: &Scene) -> Vec<Vec3> {
+    let view = |elevation: f64, azimuth: f64| direction(elevation, scene.sun.azimuth + azimuth).as_vec3();
+    let half = |sign: f64| {
+        let level = ELEVATIONS[..16].iter().flat_map(move |&e| AZIMUTHS.map(|azimuth| view(sign * e, azimuth)));
+        level.chain([view(sign * 90.0, 0.0)])
+    };
+    let below = scene.observer.altitude > 0.0;
+    half(1.0).chain(half(-1.0).filter(|_| below)).collect()
+}
+
+/// A scene's plan for its error: as it stands, except that every pixel is integrated and no time is spent on an exposure.
+///
+/// # Errors
+///
+/// [`sorairo::Error::Request`] if a value of the scene is out of range.
+pub fn plan(scene: &Scene) -> Result<Plan> {
+    let mut scene = scene.clone();
+    scene.render.exposure = Exposure::Stops(0.0);
+    scene.render.path = PathChoice::Direct;
+    Plan::new(&scene, PixelFormat::LinearRgb)
+}
+
+/// The true colours of a scene's sky.
+pub struct Reference {
+    /// The directions.
+    pub views: Vec<Vec3>,
+    /// XYZ in each direction (radiance weighted by the observer, W·m⁻²·sr⁻¹).
+    pub xyz: Vec<DVec3>,
+}
+
+impl Reference {
+    /// Those of a scene, whatever its fit.
+    ///
+    /// # Errors
+    ///
+    /// [`sorairo::Error::Request`] if a value of the scene is out of range.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let views = views(scene);
+        let xyz = true_xyz(scene, &views)?;
+        Ok(Self { views, xyz })
+    }
+
+    /// The error of a plan's colours.
+    pub fn errors(&self, plan: &Plan) -> Errors {
+        let xyz: Vec<DVec3> = self.views.par_iter().map(|&view| xyz(plan, view)).collect();
+        Errors::of(xyz.into_iter().zip(self.xyz.iter().copied()))
+    }
+}
+
+/// The true XYZ of a scene in some directions (W·m⁻²·sr⁻¹).
+///
+/// # Errors
+///
+/// [`sorairo::Error::Request`] if a value of the scene is out of range.
+pub fn true_xyz(scene: &Scene, views: &[Vec3]) -> Result<Vec<DVec3>> {
+    let mut cheapest = scene.clone();
+    (cheapest.render.fit, cheapest.render.bands) = (Fit::Transfer, None);
+    cheapest.render.color = ColorPath::Folded;
+    let dense = DenseSpectrum::new(&plan(&cheapest)?, &observer::wavelengths());
+    let weights: Vec<DVec3> =
+        observer::wavelengths().into_iter().map(|nm| observer::weights(scene.render.observer, nm)).collect();
+    let sum = |view: &Vec3| dense.radiance(*view).into_iter().zip(&weights).map(|(radiance, &w)| w * radiance).sum();
+    Ok(views.par_iter().map(sum).collect())
+}
+
+/// A plan's XYZ in a direction, integrated there, before it is brought into the gamut of the display (W·m⁻²·sr⁻¹).
+pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
+    let Plan { frame, bands, quadrature, colour, variant, .. } = plan;
+    if plan.fit_kind() == SOLVED {
+        let radiance = transfer(frame, &bands[0], quadrature, view, *variant) * bands[0].fit_irradiance;
+        return observe_cubic(frame.nodes, radiance, colour).as_dvec3();
+    }
+    let ray = view_ray(frame, view);
+    let rgb = constituents(frame, bands, quadrature, colour, ray, plan.fit_kind(), *variant);
+    let phases =
+        (rayleigh_phase(ray.nu), cornette_shanks_phase(ray.scattering_angle(), frame.atmosphere.aerosol_asymmetry));
+    plan.space.from_xyz.inverse() * (rgb.air * phases.0 + rgb.aerosol * phases.1).as_dvec3()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sorairo_shared::color::into_gamut;
+
+    /// What is compared is what the kernels draw, but for the gamut.
+    #[test]
+    fn a_plan_is_judged_by_the_colours_that_its_kernel_draws() {
+        for (fit, color, bands) in [
+            (Fit::Cubic, ColorPath::Folded, None),
+            (Fit::Cubic, ColorPath::Solve, None),
+            (Fit::Transfer, ColorPath::Folded, Some(vec![430.0, 480.0, 530.0, 580.0, 620.0, 660.0])),
+            (Fit::Extinction, ColorPath::Folded, None),
+            (Fit::Extinction, ColorPath::Solve, None),
+            (Fit::Dense, ColorPath::Folded, None),
+        ] {
+            let mut scene = Scene::default();
+            (scene.render.fit, scene.render.color, scene.render.bands) = (fit, color, bands);
+            let plan = plan(&scene).unwrap();
+            for view in views(&scene) {
+                let rgb = (plan.space.from_xyz * xyz(&plan, view)).as_vec3();
+                let (mapped, drawn) = (into_gamut(rgb, &plan.frame.rgb), plan.sky(view));
+                // Folding the rows in single precision rounds each of a dozen terms that nearly cancel.
+                assert!(
+                    (mapped - drawn).abs().max_element() <= 1e-5 * drawn.max_element(),
+                    "{fit:?}: {mapped} {drawn}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! What sorairo says about itself: the error of its fits, the paper's experiment, run time against error.
+
+pub mod bands;
+pub mod bench;
+pub mod chart;
+pub mod document;
+pub mod error;
+pub mod metrics;
+pub mod oracle;
+pub mod picture;
+pub mod readback;
+pub mod reproduce;
+pub mod speed;
+pub mod stress;
+pub mod timing;

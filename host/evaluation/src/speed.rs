@@ -1,0 +1,399 @@
+//! `sorairo bench --speed`: what a frame costs, against writing its pixels once.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use super::bench::{looked_up, with_table};
+use super::chart::{Chart, Panel, Point};
+use super::document::{Machine, make_folder, table, write};
+use super::error::plan;
+use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated, streamed};
+use sorairo::device::{Device, Kernel, cpu};
+use sorairo::plan::Plan;
+use sorairo::plan::path::TableSize;
+use sorairo::scene::{Projection, Scene, Size};
+use sorairo::{Error, Result};
+
+/// The image on which paths and kernels are compared.
+const COMMON: Size = Size { width: 1920, height: 960 };
+
+/// A path that would take longer than this for a frame is not timed at larger sizes.
+const PATIENCE: Duration = Duration::from_millis(1500);
+
+/// Time against the number of pixels.
+#[derive(Clone, Debug, Serialize)]
+struct Scaling {
+    way: &'static str,
+    pixels: u64,
+    kernel: Spread,
+    megapixels_per_second: f64,
+}
+
+/// A kernel's time as a multiple of writing the same pixels once.
+#[derive(Clone, Debug, Serialize)]
+struct Multiple {
+    kernel: &'static str,
+    kernel_ms: Spread,
+    times_fill: f64,
+}
+
+/// Time and error of a table of some size.
+#[derive(Clone, Debug, Serialize)]
+struct TableRow {
+    projection: Projection,
+    table: TableSize,
+    kernel_ms: Spread,
+    rmse_over_mean: f64,
+}
+
+/// Time of every pixel's integral with some samples.
+#[derive(Clone, Debug, Serialize)]
+struct StepRow {
+    steps: u32,
+    kernel_ms: Spread,
+}
+
+/// Everything that was measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Speed {
+    machine: Machine,
+    scaling: Vec<Scaling>,
+    /// Exponent of time against pixels above 2^20, for the sky table.
+    exponent: f64,
+    multiples: Vec<Multiple>,
+    tables: Vec<TableRow>,
+    steps: Vec<StepRow>,
+    /// Pixels per second of the table path over those of the direct path.
+    table_over_direct: f64,
+    /// Time of the table path's kernels for 1920x960 (ms).
+    table_ms: Spread,
+    /// Time of the CPU backend over that of the device, by the table and by the integral.
+    cpu_over_device: [f64; 2],
+    /// Wall time of a cold process that renders 1024x512 to PNG (ms).
+    first_picture_ms: Spread,
+    /// Largest memory that the process held (MiB), where the system tells.
+    peak_memory_mib: Option<f64>,
+}
+
+/// Measures and writes `speed.json`, `speed.md`, `speed.svg` and `speed.png` into a folder.
+///
+/// # Errors
+///
+/// [`Error::Request`] for a folder that cannot be made; [`Error::Failure`] for a device or a file that fails.
+pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) -> Result<Speed> {
+    make_folder(folder)?;
+    stage("timing a cold process");
+    let first_picture_ms = cold_process(folder, &device.name, device.kind)?;
+    stage("timing sizes");
+    let scaling = scaling(device, if quick { 21 } else { 25 })?;
+    stage("timing kernels");
+    let multiples = multiples(device)?;
+    stage("timing tables");
+    let tables = tables(device)?;
+    stage("timing samples");
+    let steps = steps(device)?;
+    stage("timing paths");
+    let paths = paths(device)?;
+    let speed = Speed {
+        machine: Machine::new(device),
+        exponent: exponent(&scaling),
+        table_ms: paths.table,
+        scaling,
+        multiples,
+        tables,
+        steps,
+        table_over_direct: paths.direct.median / paths.table.median,
+        cpu_over_device: [paths.cpu_table.median / paths.table.median, paths.cpu_direct.median / paths.direct.median],
+        first_picture_ms,
+        peak_memory_mib: peak_memory(),
+    };
+    write(&folder.join("speed.json"), &serde_json::to_string_pretty(&speed).expect("measurements are plain data"))?;
+    write(&folder.join("speed.md"), &speed.markdown())?;
+    speed.chart().write(folder, "speed")?;
+    Ok(speed)
+}
+
+/// Starts this program anew and renders a picture, several times.
+fn cold_process(folder: &Path, device: &str, kind: &str) -> Result<Spread> {
+    let failed = |error: std::io::Error| Error::failure(format!("the program cannot be started anew: {error}"));
+    let program = std::env::current_exe().map_err(failed)?;
+    let picture = folder.join(".first-picture.png");
+    let mut durations = Vec::new();
+    for _ in 0..ROUNDS {
+        let start = Instant::now();
+        let status = Command::new(&program)
+            .args(["render", "--size", "1024x512", "--device", if kind == "cpu" { "cpu" } else { device }, "-o"])
+            .arg(&picture)
+            .stderr(Stdio::null())
+            .status()
+            .map_err(failed)?;
+        durations.push(start.elapsed());
+        if !status.success() {
+            return Err(Error::failure("a cold process did not render its picture"));
+        }
+    }
+    // What is left of it is no part of the report.
+    let _ = std::fs::remove_file(&picture);
+    Ok(Spread::of(durations))
+}
+
+/// The default plan of an image, every pixel integrated.
+fn integrated(size: Size) -> Result<Plan> {
+    let mut scene = Scene::default();
+    scene.camera.size = size;
+    plan(&scene)
+}
+
+/// Images of 2^16 to 2^`largest` pixels, by the table and by the integral. All sizes take turns, and the table's large ones compute as
+/// many pixels in each: a machine whose speed changes meanwhile changes it for all of them.
+fn scaling(device: &Device, largest: u32) -> Result<Vec<Scaling>> {
+    let mut plans = Vec::new();
+    let mut direct_is_bearable = true;
+    for power in (16..=largest).filter(|power| power % 2 == 1 || *power == 16 || *power >= FITTED_FROM) {
+        let size = Size { width: 1 << power.div_ceil(2), height: 1 << (power / 2) };
+        let images = if power >= FITTED_FROM { 1 << (largest - power) } else { 1 };
+        plans.push(("sky table", power, images, with_table(size)?));
+        if direct_is_bearable {
+            let direct = integrated(size)?;
+            let time = device.backend.run(&direct, direct.kernel())?.kernel;
+            direct_is_bearable = time < PATIENCE / 4;
+            plans.push(("every pixel integrated", power, 1, direct));
+        }
+    }
+    let mut jobs: Vec<Job> =
+        plans.iter().map(|(_, _, images, plan)| repeated(streamed(device, plan, plan.kernel()), *images)).collect();
+    let times = interleaved(&mut jobs)?;
+    let row = |(&(way, power, _, _), kernel): (&(&'static str, u32, u32, Plan), Spread)| {
+        let pixels = 1 << power;
+        Scaling { way, pixels, kernel, megapixels_per_second: pixels as f64 / kernel.median / 1e3 }
+    };
+    Ok(plans.iter().zip(times.into_iter().map(|times| times.kernel)).map(row).collect())
+}
+
+/// Images of 2 to this power of pixels and more give the exponent.
+const FITTED_FROM: u32 = 20;
+
+/// The slope of ln time against ln pixels of the sky table above 2^20 pixels, by least squares.
+fn exponent(rows: &[Scaling]) -> f64 {
+    let points: Vec<(f64, f64)> = rows
+        .iter()
+        .filter(|row| row.way == "sky table" && row.pixels >= 1 << FITTED_FROM)
+        .map(|row| ((row.pixels as f64).ln(), row.kernel.median.ln()))
+        .collect();
+    let count = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
+    let (x, y) = (mean(|point| point.0), mean(|point| point.1));
+    let covariance: f64 = points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum();
+    covariance / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
+}
+
+fn multiples(device: &Device) -> Result<Vec<Multiple>> {
+    let with_table = with_table(COMMON)?;
+    let direct = integrated(COMMON)?;
+    let plans = [
+        ("writing every pixel once", &direct, Kernel::Fill, 32),
+        ("sky table, all kernels", &with_table, with_table.kernel(), 8),
+        ("every pixel integrated", &direct, direct.kernel(), 1),
+    ];
+    let mut jobs: Vec<Job> =
+        plans.iter().map(|(_, plan, kernel, images)| repeated(job(device, plan, *kernel), *images)).collect();
+    let times = interleaved(&mut jobs)?;
+    let fill = times[0].kernel.median;
+    let row = |(&(kernel, ..), times): (&(&'static str, &Plan, Kernel, u32), Times)| Multiple {
+        kernel,
+        kernel_ms: times.kernel,
+        times_fill: times.kernel.median / fill,
+    };
+    Ok(plans.iter().zip(times).map(row).collect())
+}
+
+/// Tables from coarse to fine, timed and compared with the integral at every pixel: of an image that has the rows of its table, and of one
+/// that does not.
+fn tables(device: &Device) -> Result<Vec<TableRow>> {
+    let mut rows =
+        tables_of(device, common(Projection::Equirectangular), &[4, 8, 16, 32, 64].map(|columns| (0, columns)))?;
+    let grids = [(32, 8), (64, 16), (128, 16), (256, 32), (512, 64)];
+    rows.extend(tables_of(device, common(Projection::Fisheye), &grids)?);
+    Ok(rows)
+}
+
+/// The default scene in [`COMMON`] pixels.
+fn common(projection: Projection) -> Scene {
+    let mut scene = Scene::default();
+    (scene.camera.size, scene.camera.projection) = (COMMON, projection);
+    scene
+}
+
+/// Tables of some rows (0: those that the plan chose) and columns.
+fn tables_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec<TableRow>> {
+    let projection = scene.camera.projection;
+    let integrated = plan(&scene)?;
+    let chosen = looked_up(scene)?;
+    let planned = chosen.path.table.ok_or_else(|| Error::failure("the default scene has no sky table"))?;
+    let sized = |&(above, azimuths): &(u32, u32)| {
+        let mut plan = chosen.clone();
+        let size = TableSize { above: if above > 0 { above } else { planned.above }, below: 0, azimuths };
+        plan.look_up(size);
+        (size, plan)
+    };
+    let plans: Vec<(TableSize, Plan)> = sizes.iter().map(sized).collect();
+    let mut jobs: Vec<Job> = plans.iter().map(|(_, plan)| job(device, plan, plan.kernel())).collect();
+    let times = interleaved(&mut jobs)?;
+    let floats = |plan: &Plan| -> Result<Vec<f64>> {
+        let words = device.backend.run(plan, plan.kernel())?.words;
+        Ok(words.into_iter().map(|word| f64::from(f32::from_bits(word))).collect())
+    };
+    let truth = floats(&integrated)?;
+    let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+    let row = |((table, plan), times): (&(TableSize, Plan), Times)| {
+        let square: f64 = floats(plan)?.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
+        let rmse_over_mean = (square / truth.len() as f64).sqrt() / mean;
+        Ok(TableRow { projection, table: *table, kernel_ms: times.kernel, rmse_over_mean })
+    };
+    plans.iter().zip(times).map(row).collect()
+}
+
+fn steps(device: &Device) -> Result<Vec<StepRow>> {
+    let counts = [4, 8, 12, 16, 32, 64];
+    let sized = |steps| {
+        let mut scene = Scene::default();
+        scene.camera.size = Size { width: 512, height: 256 };
+        scene.render.steps = Some(steps);
+        plan(&scene)
+    };
+    let plans: Vec<Plan> = counts.into_iter().map(sized).collect::<Result<_>>()?;
+    let mut jobs: Vec<Job> = plans.iter().map(|plan| job(device, plan, plan.kernel())).collect();
+    let times = interleaved(&mut jobs)?;
+    Ok(counts.into_iter().zip(times).map(|(steps, times)| StepRow { steps, kernel_ms: times.kernel }).collect())
+}
+
+/// Times of an image's kernels (ms).
+struct Paths {
+    table: Spread,
+    direct: Spread,
+    cpu_table: Spread,
+    cpu_direct: Spread,
+}
+
+/// The table against the integral at every pixel, and the CPU backend against the device, in one run.
+fn paths(device: &Device) -> Result<Paths> {
+    let cpu = cpu::device();
+    let with_table = with_table(COMMON)?;
+    let direct = integrated(COMMON)?;
+    let mut jobs = vec![
+        repeated(job(device, &with_table, with_table.kernel()), 8),
+        job(device, &direct, direct.kernel()),
+        repeated(job(&cpu, &with_table, with_table.kernel()), 8),
+        job(&cpu, &direct, direct.kernel()),
+    ];
+    let times: Vec<Spread> = interleaved(&mut jobs)?.into_iter().map(|times| times.kernel).collect();
+    Ok(Paths { table: times[0], direct: times[1], cpu_table: times[2], cpu_direct: times[3] })
+}
+
+/// The largest resident memory of this process (MiB), as Linux tells it.
+fn peak_memory() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix(" kB")?.trim().parse::<f64>().ok().map(|kib| kib / 1024.0)
+}
+
+impl Speed {
+    fn markdown(&self) -> String {
+        let scaling = self.scaling.iter().map(|row| {
+            vec![
+                row.way.into(),
+                row.pixels.to_string(),
+                row.kernel.to_string(),
+                format!("{:.1}", row.megapixels_per_second),
+            ]
+        });
+        let multiples = self
+            .multiples
+            .iter()
+            .map(|row| vec![row.kernel.into(), row.kernel_ms.to_string(), format!("{:.2}", row.times_fill)]);
+        let tables = self.tables.iter().map(|row| {
+            vec![
+                format!("{:?}", row.projection).to_lowercase(),
+                format!("{}x{}", row.table.above, row.table.azimuths),
+                row.kernel_ms.to_string(),
+                format!("{:.1e}", row.rmse_over_mean),
+            ]
+        });
+        let steps = self.steps.iter().map(|row| vec![row.steps.to_string(), row.kernel_ms.to_string()]);
+        let [cpu_table, cpu_direct] = self.cpu_over_device;
+        let megapixels = |ms: f64| f64::from(COMMON.width * COMMON.height) / ms / 1e3;
+        let memory = self.peak_memory_mib.map_or("not told by this system".into(), |mib| format!("{mib:.0} MiB"));
+        format!(
+            "# Speed\n\nOn {}. Medians (shortest–longest) of {ROUNDS} runs in ms, after one to warm up, in turn with their rivals, and as \
+             many images in each as last as long. \
+             The default scene: earth preset, sun at 30°, learnt fit, equirectangular, linear floats.\n\n\
+             * Sky table over the integral at every pixel, {COMMON}: **{:.1}** times the pixels per second.\n\
+             * Sky table, {COMMON}, of which the upper half can be lit: **{:.0}** million pixels per second in the median, {:.0} in the \
+             shortest ({} ms).\n\
+             * Time against pixels above 2²⁰, sky table: exponent **{:.3}**.\n\
+             * CPU backend over this device, time: **{cpu_table:.2}** by the table, **{cpu_direct:.2}** by the integral.\n\
+             * A cold process, 1024x512 to PNG: **{} ms**.\n\
+             * Peak memory of this run: {memory}.\n\n\
+             ![Time against pixels](speed.png)\n\n{}\n\
+             ## Kernels against writing the pixels once\n\n{COMMON}, 12 bytes a pixel, the rows that can be lit.\n\n{}\n\
+             ## Tables\n\n{COMMON}; RMSE against the integral at every pixel, divided by the image's mean.\n\n{}\n\
+             ## Samples on a ray\n\n512x256, every pixel integrated.\n\n{}",
+            self.machine,
+            self.table_over_direct,
+            megapixels(self.table_ms.median),
+            megapixels(self.table_ms.min),
+            self.table_ms,
+            self.exponent,
+            self.first_picture_ms,
+            table(&["way", "pixels", "kernels (ms)", "Mpx/s"], scaling),
+            table(&["kernel", "kernels (ms)", "multiple"], multiples),
+            table(&["projection", "table", "kernels (ms)", "RMSE ÷ mean"], tables),
+            table(&["samples", "kernels (ms)"], steps),
+        )
+    }
+
+    fn chart(&self) -> Chart {
+        let series = ["sky table", "every pixel integrated"];
+        let point = |row: &Scaling| Point {
+            series: series.iter().position(|way| *way == row.way).unwrap_or_default(),
+            radius: 5.0,
+            x: row.pixels as f64 / 1e6,
+            y: row.kernel.median,
+            label: String::new(),
+            default: false,
+        };
+        let found = format!("sky table: time grows as pixels^{:.2} above a million", self.exponent);
+        Chart {
+            title: "Time of a frame against its pixels".into(),
+            source: self.machine.to_string(),
+            x: "megapixels".into(),
+            y: "kernels (ms)".into(),
+            series: series.into(),
+            levels: vec![(1000.0 / 60.0, "60 frames a second")],
+            panels: vec![Panel {
+                title: "Default scene".into(),
+                finding: found,
+                points: self.scaling.iter().map(point).collect(),
+            }],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_exponent_of_a_power_law_is_found() {
+        let row = |pixels: u64| {
+            let median = (pixels as f64).powf(0.9);
+            let spread = Spread { median, min: median, max: median };
+            Scaling { way: "sky table", pixels, kernel: spread, megapixels_per_second: 0.0 }
+        };
+        let rows: Vec<Scaling> = [1 << 18, 1 << 20, 1 << 22, 1 << 24].map(row).into();
+        assert!((exponent(&rows) - 0.9).abs() < 1e-9);
+    }
+}

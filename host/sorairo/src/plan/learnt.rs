@@ -1,0 +1,377 @@
+//! The learnt fit: the spectrum between the bands, regressed on the scene's own rays.
+//!
+//! Light that has crossed an atmosphere is a product of exponentials of extinction spectra, so the logarithm of a constituent's
+//! integral `X(λ)` is nearly an affine function of its logarithms at a few bands. For one sun and one atmosphere the rays of a sky form
+//! a family of two parameters, and the affine function that is best for that family is far better than any that is fixed beforehand. It is learnt from some
+//! hundred rays, integrated at every wavelength, each time a plan is made.
+
+use rayon::prelude::*;
+use sorairo_shared::frame::Frame;
+use sorairo_shared::geometry::Ray;
+use sorairo_shared::glam::{DMat3, DVec3, Vec2, Vec3, Vec4};
+use sorairo_shared::scattering::{Bands, SingleScattering, single_scattering};
+
+use super::{bands, direction};
+use crate::scene::ColorObserver;
+use crate::spectra::optics::{Coefficients, Optics};
+use crate::spectra::{observer, vec4};
+
+/// Regularisation of the regression, relative to the mean variance of the bands' logarithms: they are nearly dependent.
+const RIDGE: f64 = 1e-8;
+
+/// The smallest integral whose logarithm is taken, as in the kernels.
+pub const DARKEST: f64 = sorairo_shared::spectrum::DARKEST as f64;
+
+/// A ray counts as lit if it is at least this part of the brightest one.
+pub const LIT: f64 = 1e-11;
+
+/// With fewer lit rays than this the regression leans on synthetic spectra.
+const FEW_RAYS: usize = 10;
+
+/// Wavelengths (nm) at which the fitted spectrum is weighed for the observer and the sun: best found for the bands.
+pub fn quadrature_wavelengths(bands: usize) -> Vec<f64> {
+    match bands {
+        0..=5 => vec![429.0, 464.0, 499.0, 551.0, 593.0, 650.0],
+        _ => (0..16).map(|i| 395.0 + 20.0 * f64::from(i)).collect(),
+    }
+}
+
+/// Air or aerosol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Constituent {
+    /// Air.
+    Air,
+    /// Aerosol.
+    Aerosol,
+}
+
+impl Constituent {
+    /// The constituent's integral.
+    pub fn of(self, scattered: &SingleScattering) -> Vec4 {
+        match self {
+            Self::Air => scattered.air,
+            Self::Aerosol => scattered.aerosol,
+        }
+    }
+}
+
+/// Spectra of one constituent's integral to learn from.
+pub struct Examples {
+    /// ln X at the bands, for each ray.
+    pub bands: Vec<Vec<f64>>,
+    /// X at the other wavelengths, for each ray.
+    pub values: Vec<Vec<f64>>,
+    /// How much each ray counts.
+    pub weights: Vec<f64>,
+}
+
+/// `ln X(λ) = intercept + slopes · ln X(bands)`.
+#[derive(Clone, Debug)]
+pub struct Regression {
+    /// The value where every band's logarithm is zero.
+    pub intercept: f64,
+    /// The share of each band.
+    pub slopes: Vec<f64>,
+}
+
+impl Regression {
+    /// X at the regression's wavelength from ln X at the bands.
+    pub fn value(&self, logarithms: &[f64]) -> f64 {
+        (self.intercept + self.slopes.iter().zip(logarithms).map(|(a, b)| a * b).sum::<f64>()).exp()
+    }
+
+    /// The slopes, filled up with zeros.
+    fn eight_slopes(&self) -> [f64; 8] {
+        std::array::from_fn(|i| self.slopes.get(i).copied().unwrap_or(0.0))
+    }
+}
+
+/// The three rows of a node in the colour table.
+fn node_rows(slopes: [f64; 8], last: [f64; 4]) -> [Vec4; 3] {
+    let four = |from: usize| vec4(std::array::from_fn(|i| slopes[from + i]));
+    [four(0), four(4), vec4(last)]
+}
+
+/// The sky that a fit is learnt from.
+pub struct Training<'a> {
+    /// Planet, sun and observer.
+    pub frame: &'a Frame,
+    /// Optical properties.
+    pub optics: &'a Optics,
+    /// Rule of the ray integral.
+    pub quadrature: &'a [Vec2],
+    /// Wavelengths of the bands (nm).
+    pub wavelengths: &'a [f64],
+    /// Azimuth of the sun (degrees).
+    pub sun_azimuth: f64,
+    /// What the scene has.
+    pub variant: u32,
+    /// The colour observer.
+    pub observer: ColorObserver,
+    /// XYZ to linear RGB.
+    pub rgb_from_xyz: DMat3,
+}
+
+impl Training<'_> {
+    /// The regressions of a constituent at some wavelengths (nm).
+    pub fn regressions(&self, constituent: Constituent, at: &[f64]) -> Vec<Regression> {
+        let examples = self.examples(constituent, at);
+        (0..at.len()).map(|i| regress(&examples, i)).collect()
+    }
+
+    /// The nodes of a constituent's learnt fit as the kernels take them; see [`sorairo_shared::spectrum::learnt_rgb`].
+    /// With `solve` the rows are for the Newton coefficients of four bands.
+    pub fn nodes(&self, constituent: Constituent, solve: bool) -> Vec<Vec4> {
+        let nodes = quadrature_wavelengths(self.wavelengths.len());
+        let samples = observer::wavelengths();
+        let at: Vec<f64> = nodes.iter().chain(&samples).copied().collect();
+        let examples = self.examples(constituent, &at);
+        let regressions: Vec<Regression> = (0..nodes.len()).map(|i| regress(&examples, i)).collect();
+        let weights = self.node_weights(&examples, &regressions, &samples);
+        let mut rows = Vec::with_capacity(3 * nodes.len());
+        for (regression, rgb) in regressions.iter().zip(weights) {
+            let mut slopes = regression.eight_slopes();
+            if solve {
+                let newton = self.for_newton_coefficients([slopes[0], slopes[1], slopes[2], slopes[3]]);
+                slopes[..4].copy_from_slice(&newton);
+            }
+            rows.extend(node_rows(slopes, [regression.intercept, rgb.x, rgb.y, rgb.z]));
+        }
+        rows
+    }
+
+    /// The rows of a spectral image: for each wavelength (nm), the three rows of each of the constituents; see
+    /// [`sorairo_shared::spectrum::learnt_value`].
+    pub fn spectrum_rows(&self, constituents: &[Constituent], wavelengths: &[f64]) -> Vec<Vec4> {
+        let regressions: Vec<Vec<Regression>> =
+            constituents.iter().map(|&constituent| self.regressions(constituent, wavelengths)).collect();
+        let rows = |(i, &wavelength): (usize, &f64)| {
+            let irradiance = self.optics.solar_irradiance(wavelength);
+            let of = |regressions: &Vec<Regression>| {
+                let regression = &regressions[i];
+                node_rows(regression.eight_slopes(), [regression.intercept, irradiance, 0.0, 0.0])
+            };
+            regressions.iter().flat_map(of).collect::<Vec<_>>()
+        };
+        wavelengths.iter().enumerate().flat_map(rows).collect()
+    }
+
+    /// Slopes on the values at four bands, as slopes on the Newton coefficients through them: their product with Newton's basis
+    /// at the bands, a lower triangular matrix.
+    fn for_newton_coefficients(&self, slopes: [f64; 4]) -> [f64; 4] {
+        let x: Vec<f64> = self.wavelengths.iter().map(|&wavelength| observer::normalised(wavelength)).collect();
+        std::array::from_fn(|k| {
+            let basis = |i: usize| (0..k).map(|j| x[i] - x[j]).product::<f64>();
+            (k..4).map(|i| slopes[i] * basis(i)).sum()
+        })
+    }
+
+    /// The colour of each node (linear RGB): least squares of the observer's own sum over the examples.
+    ///
+    /// Each example counts by its relative error; a component that is a thousandth of the others counts as that.
+    pub fn node_weights(&self, examples: &Examples, regressions: &[Regression], samples: &[f64]) -> Vec<DVec3> {
+        let observer: Vec<DVec3> = samples
+            .iter()
+            .map(|&wavelength| observer::weights(self.observer, wavelength) * self.optics.solar_irradiance(wavelength))
+            .collect();
+        let features: Vec<Vec<f64>> =
+            examples.bands.iter().map(|bands| regressions.iter().map(|node| node.value(bands)).collect()).collect();
+        let targets: Vec<DVec3> = examples
+            .values
+            .iter()
+            .map(|values| values[regressions.len()..].iter().zip(&observer).map(|(&value, &xyz)| xyz * value).sum())
+            .collect();
+        let mut weights = vec![DVec3::ZERO; regressions.len()];
+        for channel in 0..3 {
+            let scale = |target: &DVec3| target[channel].max(1e-3 * target.element_sum()).recip();
+            let rows: Vec<Vec<f64>> = features
+                .iter()
+                .zip(&targets)
+                .zip(&examples.weights)
+                .map(|((row, target), weight)| row.iter().map(|x| x * scale(target) * weight.sqrt()).collect())
+                .collect();
+            let right: Vec<f64> = targets
+                .iter()
+                .zip(&examples.weights)
+                .map(|(target, weight)| target[channel] * scale(target) * weight.sqrt())
+                .collect();
+            for (weight, solved) in weights.iter_mut().zip(least_squares(&rows, &right)) {
+                weight[channel] = solved;
+            }
+        }
+        weights.into_iter().map(|xyz| self.rgb_from_xyz * xyz).collect()
+    }
+
+    /// Integrates the training rays at the bands and at the wavelengths `at` (nm).
+    fn examples(&self, constituent: Constituent, at: &[f64]) -> Examples {
+        let all: Vec<f64> = self.wavelengths.iter().chain(at).copied().collect();
+        let spectra = self.spectra(constituent, &self.views(), &all);
+        let reference = self.wavelengths.len() / 2;
+        let brightest = spectra.iter().map(|spectrum| spectrum[reference]).fold(0.0, f64::max);
+        let mut examples = Examples { bands: Vec::new(), values: Vec::new(), weights: Vec::new() };
+        for spectrum in spectra.iter().filter(|spectrum| spectrum[reference] > LIT * brightest) {
+            self.add(&mut examples, spectrum, at.len(), 1.0);
+        }
+        if examples.weights.len() < FEW_RAYS {
+            for spectrum in self.synthetic(constituent, &all) {
+                self.add(&mut examples, &spectrum, at.len(), 1e-4);
+            }
+        }
+        examples
+    }
+
+    /// The integrals of a constituent along rays, at wavelengths in nm. The last group of four is filled up.
+    pub fn spectra(&self, constituent: Constituent, views: &[Vec3], at: &[f64]) -> Vec<Vec<f64>> {
+        let groups = bands(self.optics, at);
+        views.par_iter().map(|&view| self.spectrum(constituent, &groups, view)).collect()
+    }
+
+    fn add(&self, examples: &mut Examples, spectrum: &[f64], values: usize, weight: f64) {
+        let count = self.wavelengths.len();
+        examples.bands.push(spectrum[..count].iter().map(|value| value.max(DARKEST).ln()).collect());
+        examples.values.push(spectrum[count..count + values].iter().map(|value| value.max(DARKEST)).collect());
+        examples.weights.push(weight);
+    }
+
+    /// Directions of the training rays: crowded towards the horizon, over half of the azimuths, which mirror the other half.
+    /// From above the ground the sky below the horizon is seen too. Twilight varies more and needs more rays.
+    pub fn views(&self) -> Vec<Vec3> {
+        let (elevations, azimuths) = if self.frame.sun.z < 0.0 { (24, 13) } else { (12, 7) };
+        let mut views = Vec::new();
+        for i in 0..elevations {
+            let elevation = 90.0 * (f64::from(i) / f64::from(elevations - 1)).powi(2);
+            for j in 0..azimuths {
+                let azimuth = self.sun_azimuth + 180.0 * f64::from(j) / f64::from(azimuths - 1);
+                views.push(direction(elevation, azimuth).as_vec3());
+                if self.frame.altitude > 0.0 && i > 0 {
+                    views.push(direction(-elevation, azimuth).as_vec3());
+                }
+            }
+        }
+        views
+    }
+
+    fn spectrum(&self, constituent: Constituent, groups: &[Bands], view: Vec3) -> Vec<f64> {
+        let sun = Vec3::new(self.frame.sun.x, self.frame.sun.y, self.frame.sun.z);
+        let ray = Ray::new(self.frame.altitude, view, sun);
+        let integral = |group: &Bands| {
+            let scattered = single_scattering(&self.frame.atmosphere, group, self.quadrature, ray, self.variant);
+            constituent.of(&scattered)
+        };
+        groups.iter().flat_map(|group| integral(group).to_array().map(f64::from)).collect()
+    }
+
+    /// Spectra `β e^(-β n - κ m)` for columns of air up to 400 km and of ozone up to 450 km: what light through any
+    /// atmosphere of these constituents is made of.
+    fn synthetic(&self, constituent: Constituent, wavelengths: &[f64]) -> Vec<Vec<f64>> {
+        let of = |c: Coefficients, n: f64, m: f64| {
+            let scattering = if constituent == Constituent::Air { c.air_scattering } else { c.aerosol_scattering };
+            scattering * (-c.air_scattering * n - c.ozone_absorption * m).exp()
+        };
+        let columns = (0..9).flat_map(|i| (0..5).map(move |j| (50.0 * f64::from(i), 112.5 * f64::from(j))));
+        columns.map(|(n, m)| wavelengths.iter().map(|&w| of(self.optics.at(w), n, m)).collect()).collect()
+    }
+}
+
+/// Regression of ln X at the other wavelength `i` on ln X at the bands, by ridge regression around the mean. Every slope is
+/// taken relative to 1/n, so that what the ridge pulls towards is a grey change of all bands.
+pub fn regress(examples: &Examples, i: usize) -> Regression {
+    let count = examples.bands.first().map_or(0, Vec::len);
+    let total: f64 = examples.weights.iter().sum();
+    let share = 1.0 / count as f64;
+    let residuals: Vec<f64> = examples
+        .values
+        .iter()
+        .zip(&examples.bands)
+        .map(|(values, bands)| values[i].ln() - bands.iter().sum::<f64>() * share)
+        .collect();
+    let rays = 0..examples.weights.len();
+    let mean =
+        |value: &dyn Fn(usize) -> f64| rays.clone().map(|ray| examples.weights[ray] * value(ray)).sum::<f64>() / total;
+    let band_means: Vec<f64> = (0..count).map(|b| mean(&|ray| examples.bands[ray][b])).collect();
+    let residual_mean = mean(&|ray| residuals[ray]);
+    let mut matrix = vec![vec![0.0; count]; count];
+    let mut right = vec![0.0; count];
+    for a in 0..count {
+        for b in 0..count {
+            matrix[a][b] =
+                mean(&|ray| (examples.bands[ray][a] - band_means[a]) * (examples.bands[ray][b] - band_means[b]));
+        }
+        right[a] = mean(&|ray| (examples.bands[ray][a] - band_means[a]) * (residuals[ray] - residual_mean));
+    }
+    let trace: f64 = (0..count).map(|b| matrix[b][b]).sum();
+    for (b, row) in matrix.iter_mut().enumerate() {
+        row[b] += RIDGE * share * trace + f64::MIN_POSITIVE.sqrt();
+    }
+    let slopes = solve_symmetric(matrix, right);
+    let intercept = residual_mean - slopes.iter().zip(&band_means).map(|(a, b)| a * b).sum::<f64>();
+    Regression { intercept, slopes: slopes.into_iter().map(|slope| slope + share).collect() }
+}
+
+/// Least squares with columns scaled to unit size and a small ridge.
+fn least_squares(rows: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
+    let columns = rows.first().map_or(0, Vec::len);
+    let count = rows.len() as f64;
+    let size: Vec<f64> = (0..columns)
+        .map(|c| (rows.iter().map(|row| row[c] * row[c]).sum::<f64>() / count).sqrt().max(f64::MIN_POSITIVE.sqrt()))
+        .collect();
+    let mut matrix = vec![vec![0.0; columns]; columns];
+    let mut target = vec![0.0; columns];
+    for (row, value) in rows.iter().zip(right) {
+        let scaled: Vec<f64> = row.iter().zip(&size).map(|(x, size)| x / size).collect();
+        for a in 0..columns {
+            for b in 0..columns {
+                matrix[a][b] += scaled[a] * scaled[b] / count;
+            }
+            target[a] += scaled[a] * value / count;
+        }
+    }
+    for (c, row) in matrix.iter_mut().enumerate() {
+        row[c] += RIDGE;
+    }
+    solve_symmetric(matrix, target).into_iter().zip(size).map(|(value, size)| value / size).collect()
+}
+
+/// Solves a symmetric, positive definite system by Cholesky's decomposition.
+fn solve_symmetric(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
+    let n = right.len();
+    for i in 0..n {
+        for j in 0..=i {
+            let sum: f64 = matrix[i][j] - (0..j).map(|k| matrix[i][k] * matrix[j][k]).sum::<f64>();
+            matrix[i][j] = if i == j { sum.max(f64::MIN_POSITIVE).sqrt() } else { sum / matrix[j][j] };
+        }
+    }
+    for i in 0..n {
+        right[i] = (right[i] - (0..i).map(|k| matrix[i][k] * right[k]).sum::<f64>()) / matrix[i][i];
+    }
+    for i in (0..n).rev() {
+        right[i] = (right[i] - (i + 1..n).map(|k| matrix[k][i] * right[k]).sum::<f64>()) / matrix[i][i];
+    }
+    right
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_symmetric_system_is_solved() {
+        let matrix = vec![vec![4.0, 1.0, 0.5], vec![1.0, 3.0, 0.2], vec![0.5, 0.2, 2.0]];
+        let truth = [1.0, -2.0, 0.25];
+        let right = matrix.iter().map(|row| row.iter().zip(truth).map(|(a, b)| a * b).sum()).collect();
+        for (value, expected) in solve_symmetric(matrix, right).iter().zip(truth) {
+            assert!((value - expected).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn an_affine_law_is_learnt_exactly() {
+        let law = |bands: &[f64]| 0.3 + 0.6 * bands[0] + 0.5 * bands[1];
+        let bands: Vec<Vec<f64>> = (0..30).map(|i| vec![-f64::from(i) * 0.1, (f64::from(i) * 0.7).sin()]).collect();
+        let values = bands.iter().map(|bands| vec![law(bands).exp()]).collect();
+        let regression = regress(&Examples { weights: vec![1.0; 30], bands, values }, 0);
+        let bands = [-0.7, 0.2];
+        // The ridge leaves a part of 1e-8.
+        assert!((regression.value(&bands) / law(&bands).exp() - 1.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,279 @@
+//! The sun's disc: its size, its limb, its light at the observer, and where it lies in the image.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use sorairo_shared::column::{column_outwards, densities, sun_column};
+use sorairo_shared::geometry::{Ray, inside_atmosphere};
+use sorairo_shared::glam::{DVec2, DVec3, Vec4};
+use sorairo_shared::math::abs;
+use sorairo_shared::sky::view_ray;
+use sorairo_shared::sun_disc::{ELEVATIONS, LIMB_COSINES, SunDisc};
+use sorairo_shared::variant;
+
+use super::Plan;
+use super::quadrature::gauss_legendre;
+use crate::scene::Projection;
+use crate::spectra::observer;
+
+/// Nominal radius of the sun (km; IAU 2015 resolution B3).
+const SOLAR_RADIUS: f64 = 695_700.0;
+
+/// One astronomical unit (km; IAU 2012 resolution B2).
+const ASTRONOMICAL_UNIT: f64 = 149_597_870.7;
+
+/// Samples across the disc, at least, of the sum over a pixel's part of it.
+const SAMPLES_ACROSS: f64 = 48.0;
+
+/// Most samples along a side of a pixel.
+const MOST_SAMPLES: f64 = 64.0;
+
+/// Radiance of the disc at a place on it, divided by that at its centre (1 at `limb_cosine` 1), for a wavelength in nm.
+///
+/// `limb_cosine` is the cosine of the angle to the normal of the sun's surface. Neckel 2005, *Analytical reference functions F(λ) for the
+/// sun's limb darkening and its absolute continuum intensities*, Solar Physics 229, 13 (doi:10.1007/s11207-005-4081-z), for 385 to
+/// 1100 nm; below, as at 385 nm.
+pub fn limb_darkening(wavelength: f64, limb_cosine: f64) -> f64 {
+    let powers = limb_coefficients(wavelength);
+    powers.iter().rev().fold(0.0, |sum, power| sum * limb_cosine + power)
+}
+
+fn limb_coefficients(wavelength: f64) -> [f64; 6] {
+    let inverse = 1000.0 / wavelength.max(385.0);
+    let fifth = inverse.powi(5);
+    if wavelength < 422.57 {
+        [
+            0.09900 + 0.010643 * inverse,
+            1.96884 - 0.010643 * inverse - 0.009166 * fifth,
+            -2.80511 + 0.024873 * fifth,
+            3.32780 - 0.029317 * fifth,
+            -2.17878 + 0.018273 * fifth,
+            0.58825 - 0.004663 * fifth,
+        ]
+    } else {
+        [
+            0.75267 - 0.265577 * inverse,
+            0.93874 + 0.265577 * inverse - 0.004095 * fifth,
+            -1.89287 + 0.012582 * fifth,
+            2.42234 - 0.017117 * fifth,
+            -1.71150 + 0.011977 * fifth,
+            0.49062 - 0.003347 * fifth,
+        ]
+    }
+}
+
+/// The mean of [`limb_darkening`] over the disc: `∫ 2 μ F(μ) dμ`.
+fn mean_darkening(wavelength: f64) -> f64 {
+    limb_coefficients(wavelength).iter().zip(2..).map(|(power, degree)| 2.0 * power / f64::from(degree)).sum()
+}
+
+/// The sun as a plan's observer sees it.
+pub struct Sun<'a> {
+    plan: &'a Plan,
+    /// Angular radius (radians).
+    radius: f64,
+    /// Elevation of the centre (radians).
+    elevation: f64,
+    /// Elevation of the horizon (radians).
+    horizon: f64,
+    /// Per sample of the observer (nm): wavelength, irradiance over the disc's projected solid angle (W·m⁻²·sr⁻¹·nm⁻¹).
+    spectrum: Vec<(f64, f64)>,
+}
+
+impl<'a> Sun<'a> {
+    /// That of a plan.
+    pub fn new(plan: &'a Plan) -> Self {
+        let sine = (SOLAR_RADIUS / (plan.optics.sun_distance * ASTRONOMICAL_UNIT)).min(1.0);
+        let mean = |nm: f64| plan.optics.solar_irradiance(nm) / (PI * sine * sine) / mean_darkening(nm);
+        Self {
+            plan,
+            radius: sine.asin(),
+            elevation: f64::from(plan.frame.sun.z).asin(),
+            horizon: f64::from(plan.frame.horizon),
+            spectrum: observer::wavelengths().into_iter().map(|nm| (nm, mean(nm))).collect(),
+        }
+    }
+
+    /// The disc for the kernels, and its table of linear RGB; the table's place is not known yet.
+    pub fn for_kernels(&self, projection: Projection) -> (SunDisc, Vec<Vec4>) {
+        let (lowest, highest) = self.heights();
+        let table = (0..ELEVATIONS * LIMB_COSINES).map(|entry| {
+            let part = |index: u32, count: u32| f64::from(index) / f64::from(count - 1);
+            let height = lowest + (highest - lowest) * part(entry / LIMB_COSINES, ELEVATIONS);
+            let limb_cosine = part(entry % LIMB_COSINES, LIMB_COSINES);
+            self.rgb(&self.depths(height), limb_cosine).as_vec3().extend(0.0)
+        });
+        let [left, top, right, bottom] = self.bounds(projection).map(|edge| edge as f32);
+        let across = f64::from(right - left).min(f64::from(bottom - top)).max(1e-3);
+        let disc = SunDisc {
+            left,
+            top,
+            right,
+            bottom,
+            sine_radius: self.radius.sin() as f32,
+            lowest: lowest as f32,
+            highest: highest as f32,
+            horizon: self.horizon.sin() as f32,
+            first_entry: 0,
+            samples: (SAMPLES_ACROSS / across).ceil().clamp(2.0, MOST_SAMPLES) as u32,
+            padding0: 0,
+            padding1: 0,
+        };
+        (disc, table.collect())
+    }
+
+    /// What falls from the disc, as far as the ground does not hide it, on a surface that faces it: power between 380 and 780 nm, and
+    /// linear RGB (W·m⁻²).
+    pub fn irradiance(&self) -> (f64, DVec3) {
+        const RINGS: u32 = 16;
+        const PLACES: u32 = 32;
+        let (mut power, mut rgb) = (0.0, DVec3::ZERO);
+        for ring in gauss_legendre(RINGS) {
+            // Rings of equal weight in the square of the sine from the centre.
+            let off = f64::from(ring.x).sqrt();
+            let weight = f64::from(ring.y) * PI * self.radius.sin().powi(2) / f64::from(PLACES);
+            for place in 0..PLACES {
+                let turn = (f64::from(place) + 0.5) * 2.0 * PI / f64::from(PLACES);
+                let height = (self.elevation + self.radius * off * turn.cos()).min(FRAC_PI_2);
+                if height >= self.horizon {
+                    let depths = self.depths(height.sin());
+                    let limb_cosine = (1.0 - off * off).sqrt();
+                    rgb += self.rgb(&depths, limb_cosine) * weight;
+                    power += self.radiance(&depths, limb_cosine).sum::<f64>() * observer::STEP * weight;
+                }
+            }
+        }
+        (power, rgb)
+    }
+
+    /// Sines of the elevations between which the disc can be seen.
+    fn heights(&self) -> (f64, f64) {
+        let low = (self.elevation - self.radius).max(self.horizon);
+        let high = (self.elevation + self.radius).min(FRAC_PI_2);
+        (low.sin(), high.sin().max(low.sin() + 1e-6))
+    }
+
+    /// Optical depth between the observer and the sun, for a place of the disc at the sine of an elevation, at the observer's samples.
+    fn depths(&self, height: f64) -> Vec<f64> {
+        let Plan { frame, optics, variant, .. } = self.plan;
+        // Towards the sun itself, tilted to the elevation asked for.
+        let azimuth = f64::from(frame.sun.y).atan2(f64::from(frame.sun.x));
+        let level = (1.0 - height * height).max(0.0).sqrt();
+        let view = DVec3::new(level * azimuth.cos(), level * azimuth.sin(), height).as_vec3();
+        let (Ray { altitude, mu, .. }, length) = inside_atmosphere(frame.atmosphere.shell(), view_ray(frame, view));
+        let mut column = DVec3::ZERO;
+        if length > 0.0 {
+            let variant = variant | variant::LOW_SUN | variant::ABOVE_TOP;
+            let density = densities(&frame.atmosphere, altitude, variant);
+            let outwards = column_outwards(&frame.atmosphere, altitude, density, abs(mu), variant);
+            column = sun_column(&frame.atmosphere, altitude, outwards, mu, variant).as_dvec3();
+        }
+        let depth = |nm: f64| {
+            let c = optics.at(nm);
+            c.air_scattering * column.x + c.aerosol_extinction * column.y + c.ozone_absorption * column.z
+        };
+        self.spectrum.iter().map(|&(nm, _)| depth(nm)).collect()
+    }
+
+    /// Radiance at the observer's samples (W·m⁻²·sr⁻¹·nm⁻¹).
+    fn radiance(&self, depths: &[f64], limb_cosine: f64) -> impl Iterator<Item = f64> {
+        self.spectrum
+            .iter()
+            .zip(depths)
+            .map(move |(&(nm, mean), depth)| mean * limb_darkening(nm, limb_cosine).max(0.0) * (-depth).exp())
+    }
+
+    fn rgb(&self, depths: &[f64], limb_cosine: f64) -> DVec3 {
+        let radiance = self.radiance(depths, limb_cosine).zip(&self.spectrum);
+        let xyz: DVec3 = radiance.map(|(value, &(nm, _))| observer::weights(self.plan.observer, nm) * value).sum();
+        self.plan.space.into_gamut(self.plan.space.from_xyz * xyz)
+    }
+
+    /// Left, top, right and bottom of the disc in the image (pixels from its top left corner); an empty box where it is not seen.
+    fn bounds(&self, projection: Projection) -> [f64; 4] {
+        let [width, height] = [self.plan.width(), self.plan.height()].map(f64::from);
+        if projection == Projection::Equirectangular {
+            return self.equirectangular_bounds(width, height);
+        }
+        let rim: Vec<_> = self.rim().map(|view| self.project(projection, view)).collect();
+        if rim.iter().all(Option::is_none) {
+            return [0.0; 4];
+        }
+        let Some(rim) = rim.into_iter().collect::<Option<Vec<_>>>() else { return [0.0, 0.0, width, height] };
+        let low = rim.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+        let high = rim.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
+        // The rim is a polygon here.
+        let margin = (high - low) * 0.01;
+        let (low, high) = (low - margin, high + margin);
+        [low.x, low.y, high.x, high.y]
+    }
+
+    fn equirectangular_bounds(&self, width: f64, height: f64) -> [f64; 4] {
+        let row = |elevation: f64| (0.5 - elevation / PI) * height;
+        let (top, bottom) = (row(self.elevation + self.radius).max(0.0), row(self.elevation - self.radius).min(height));
+        let over_zenith = self.elevation.abs() + self.radius >= FRAC_PI_2;
+        let half = if over_zenith { PI } else { (self.radius.sin() / self.elevation.cos()).asin() };
+        let half = half / (2.0 * PI) * width;
+        if half > (0.5 * width - 1.0).max(0.25 * width) {
+            return [0.0, top, width, bottom];
+        }
+        let camera = &self.plan.frame.camera;
+        let bearing = self.plan.frame.bearing.dot(camera.right).atan2(self.plan.frame.bearing.dot(camera.forward));
+        let centre = (0.5 + f64::from(bearing) / (2.0 * PI)) * width;
+        [centre - half, top, centre + half, bottom]
+    }
+
+    /// Directions around the disc's edge.
+    fn rim(&self) -> impl Iterator<Item = DVec3> {
+        const PLACES: u32 = 64;
+        let sun = self.plan.frame.sun.as_dvec4().truncate();
+        let (side, other) = sun.any_orthonormal_pair();
+        let (sine, cosine) = self.radius.sin_cos();
+        (0..PLACES).map(move |place| {
+            let (s, c) = (f64::from(place) * 2.0 * PI / f64::from(PLACES)).sin_cos();
+            sun * cosine + (side * c + other * s) * sine
+        })
+    }
+
+    /// Where a fisheye or a perspective shows a direction (pixels from the image's top left corner), if it can.
+    fn project(&self, projection: Projection, view: DVec3) -> Option<DVec2> {
+        let camera = &self.plan.frame.camera;
+        let [right, up, forward] =
+            [camera.right, camera.up, camera.forward].map(|axis| view.dot(axis.as_dvec4().truncate()));
+        let [width, height, half_field] = [camera.width as f32, camera.height as f32, camera.half_field].map(f64::from);
+        let (across, from_centre) = if projection == Projection::Fisheye {
+            let angle = forward.clamp(-1.0, 1.0).acos();
+            // Beside the direction behind the camera the edge may go around it.
+            if angle > PI - 2.0 * self.radius {
+                return None;
+            }
+            let outwards = DVec2::new(right, up).normalize_or_zero();
+            (width.min(height), outwards * (angle / half_field))
+        } else if forward > 1e-3 {
+            (width, DVec2::new(right, up) / (forward * half_field))
+        } else {
+            return None;
+        };
+        Some(DVec2::new(0.5 * width + 0.5 * across * from_centre.x, 0.5 * height - 0.5 * across * from_centre.y))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sun_is_as_bright_as_itself_in_its_centre_and_darker_and_redder_at_its_limb() {
+        for nm in [380.0, 400.0, 422.0, 423.0, 550.0, 700.0, 830.0] {
+            // The coefficients are rounded to five digits.
+            assert!((limb_darkening(nm, 1.0) - 1.0).abs() < 1e-4, "{nm}");
+            let mean: f64 = gauss_legendre(16)
+                .into_iter()
+                .map(|p| 2.0 * f64::from(p.x) * f64::from(p.y) * limb_darkening(nm, f64::from(p.x)))
+                .sum();
+            assert!((mean - mean_darkening(nm)).abs() < 1e-6, "{nm}");
+        }
+        assert!(limb_darkening(450.0, 0.2) < limb_darkening(650.0, 0.2));
+        // Allen's Astrophysical Quantities (4th ed., 14.7): 0.80 of the centre at 550 nm and 0.6 of its cosine.
+        assert!((limb_darkening(550.0, 0.6) - 0.76).abs() < 0.03, "{}", limb_darkening(550.0, 0.6));
+    }
+}

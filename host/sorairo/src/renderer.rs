@@ -1,0 +1,108 @@
+//! The library's short way: a scene in, an image out.
+
+use std::path::Path;
+
+use sorairo_shared::frame::Pixel;
+
+use crate::device::{self, Device};
+use crate::error::{Error, Result};
+use crate::files::{self, Format};
+use crate::plan::Plan;
+use crate::plan::colour_space::ColourSpace;
+use crate::scene::Scene;
+
+/// A device that renders scene after scene. Pipelines and buffers are kept from one to the next.
+pub struct Renderer {
+    device: Device,
+}
+
+impl Renderer {
+    /// A renderer on the device that `choice` names; see [`device::open`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`device::open`].
+    pub fn open(choice: &str) -> Result<Self> {
+        device::open(choice).map(|device| Self { device })
+    }
+
+    /// The device that renders.
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// Renders a scene.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Request`] for a wrong scene, [`crate::Error::Device`] if every device failed,
+    /// [`crate::Error::Failure`] if the image does not fit into memory.
+    pub fn render(&mut self, scene: &Scene) -> Result<Image> {
+        let plan = Plan::new(scene, Pixel::LinearRgb)?;
+        let run = self.device.run(&plan, plan.kernel())?;
+        Ok(Image {
+            width: plan.width(),
+            height: plan.height(),
+            rgb: bytemuck::allocation::cast_vec(run.words),
+            exposure: plan.frame.exposure,
+            scene: scene.clone(),
+            space: plan.space,
+            display: plan.display(),
+        })
+    }
+}
+
+/// A rendered sky in linear RGB.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Width (pixels).
+    pub width: u32,
+    /// Height (pixels).
+    pub height: u32,
+    /// Three values a pixel, row by row from the top: radiance weighted by the observer (W·m⁻²·sr⁻¹), in the scene's space.
+    pub rgb: Vec<f32>,
+    /// Factor from linear RGB to a picture's linear value.
+    pub exposure: f32,
+    /// What was rendered.
+    pub scene: Scene,
+    space: ColourSpace,
+    display: ColourSpace,
+}
+
+impl Image {
+    /// Linear RGB of a pixel (W·m⁻²·sr⁻¹); columns count from the left, rows from the top.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such pixel.
+    pub fn pixel(&self, column: u32, row: u32) -> [f32; 3] {
+        assert!(column < self.width && row < self.height, "pixel ({column}, {row}) of {}x{}", self.width, self.height);
+        let at = 3 * (row as usize * self.width as usize + column as usize);
+        [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
+    }
+
+    /// Writes the image as what the file name says: a picture (`.png`) or linear RGB (`.exr`). The file takes its place when it
+    /// is whole.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Request`] for another file name, [`crate::Error::Failure`] if the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
+        let path = path.as_ref();
+        let format = Format::of(path, false)?;
+        if format == Format::SpectralExr {
+            return Err(Error::request(format!("{} would be spectral; this image holds RGB alone", path.display())));
+        }
+        let image = files::Image {
+            width: self.width,
+            height: self.height,
+            pixel: Pixel::LinearRgb,
+            exposure: self.exposure,
+            scene: self.scene.clone(),
+            space: self.space,
+            display: self.display,
+            wavelengths: Vec::new(),
+        };
+        files::write(path, format, image, bytemuck::cast_slice(&self.rgb))?.commit()
+    }
+}

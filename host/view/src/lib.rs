@@ -1,0 +1,116 @@
+//! `sorairo view`: a window that shows the sky, and the spectrum of the point that is clicked.
+
+mod command;
+mod plot;
+mod sky;
+mod window;
+
+use std::path::Path;
+
+use eframe::egui;
+use sorairo::device::Device;
+use sorairo::{Error, Result, Scene, files};
+
+use sky::Worker;
+use window::{Shown, Window};
+
+/// Size of the window as it opens (points).
+const WINDOW: [f32; 2] = [1280.0, 720.0];
+
+/// The smallest window in which everything can be read (points).
+const SMALLEST: [f32; 2] = [1024.0, 560.0];
+
+/// What the window shows as it opens.
+pub struct Options<'a> {
+    /// The scene; the window decides the size of its image.
+    pub scene: Scene,
+    /// The device, as it was asked for.
+    pub device: &'a str,
+    /// The point whose spectrum is plotted: fractions of the sky's width and height from the top left.
+    pub point: Option<[f64; 2]>,
+    /// The file that takes the window's content once all of it is shown; then the window closes.
+    pub screenshot: Option<&'a Path>,
+}
+
+/// Opens the window on a device that `open_device` opens, and returns when it is closed.
+///
+/// # Errors
+///
+/// [`Error::Request`] for a wrong scene, device or file name; [`Error::Failure`] if there is no display, no window can be opened or
+/// the file cannot be written; for a screenshot, also what keeps the sky from being shown.
+pub fn open(options: Options<'_>, open_device: impl FnOnce() -> Result<Device>) -> Result<()> {
+    options.scene.validate()?;
+    if let Some(path) = options.screenshot {
+        check_picture(path)?;
+    }
+    check_display()?;
+    let device = open_device()?;
+    let context = egui::Context::default();
+    let wake = context.clone();
+    let worker = Worker::start(device, move || wake.request_repaint());
+    let mut window = Window::new(options, worker);
+    let shown = Shown(&mut window);
+    let creator: eframe::AppCreator<'_> = Box::new(move |_| Ok(Box::new(shown)));
+    let native = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("sorairo")
+            .with_app_id("sorairo")
+            .with_icon(egui::IconData::default())
+            .with_inner_size(WINDOW)
+            .with_min_inner_size(SMALLEST),
+        ..Default::default()
+    };
+    window::dress(&context);
+    let closed = eframe::run_native_ext("sorairo", native, Some(context), creator);
+    let outcome = window.close();
+    closed.map_err(|error| Error::failure(format!("no window can be opened on this display: {}", reason(&error))))?;
+    outcome
+}
+
+/// Why there is no window, in one line; winit puts the place in its own sources before its words.
+fn reason(error: &eframe::Error) -> String {
+    let text = error.to_string().replace('\n', " ");
+    match error {
+        eframe::Error::WinitEventLoop(_) => text.rsplit(": ").next().unwrap_or_default().to_owned(),
+        eframe::Error::Wgpu(_) => format!("no Vulkan device draws on it ({text})"),
+        _ => text,
+    }
+}
+
+fn check_picture(path: &Path) -> Result<()> {
+    let picture = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+    if !picture {
+        return Err(Error::request(format!(
+            "-o {}: the window is saved as a picture, so the file name must end in .png",
+            path.display()
+        )));
+    }
+    files::check_writable(path)
+}
+
+/// Where windows belong to a display server: whether one is named, and what its windows need is there.
+#[cfg(all(unix, not(target_os = "macos")))]
+fn check_display() -> Result<()> {
+    let named = |variable: &str| std::env::var_os(variable).is_some_and(|value| !value.is_empty());
+    let wayland = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET"].into_iter().any(named);
+    if !wayland && !named("DISPLAY") {
+        return Err(Error::failure(
+            "there is no display to open a window on: neither DISPLAY nor WAYLAND_DISPLAY is set; `sorairo render` needs none",
+        ));
+    }
+    let missing = |library: &str, package: &str| {
+        Err(Error::failure(format!("a window needs {library}; install it (Debian: apt-get install {package})")))
+    };
+    if xkbcommon_dl::xkbcommon_option().is_none() {
+        return missing("libxkbcommon", "libxkbcommon0");
+    }
+    if !wayland && xkbcommon_dl::x11::xkbcommon_x11_option().is_none() {
+        return missing("libxkbcommon-x11", "libxkbcommon-x11-0");
+    }
+    Ok(())
+}
+
+#[cfg(not(all(unix, not(target_os = "macos"))))]
+fn check_display() -> Result<()> {
+    Ok(())
+}

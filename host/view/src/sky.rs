@@ -1,0 +1,215 @@
+//! The skies and spectra of the window, computed on a thread of their own.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use eframe::egui::{Color32, ColorImage};
+use sorairo::device::Device;
+use sorairo::plan::Plan;
+use sorairo::spectra::observer;
+use sorairo::spectrum::{Sample, spectrum};
+use sorairo::{PixelFormat, Result, Scene};
+use sorairo_shared::camera::pixel_view;
+use sorairo_shared::variant;
+
+/// What the window wants to show.
+#[derive(Clone, PartialEq)]
+pub struct Request {
+    /// The scene.
+    pub scene: Scene,
+    /// The point whose spectrum is plotted: fractions of the sky's width and height from the top left.
+    pub point: Option<[f64; 2]>,
+}
+
+/// What was computed for a request.
+pub struct Answer {
+    /// The request.
+    pub request: Request,
+    /// What it came to.
+    pub result: Result<Computed>,
+}
+
+/// A sky and a spectrum.
+pub struct Computed {
+    /// The sky, unless it is that of the answer before.
+    pub sky: Option<Sky>,
+    /// The spectrum of the point, if there is one and the projection covers it.
+    pub spectrum: Option<PointSpectrum>,
+}
+
+/// A sky that was rendered.
+pub struct Sky {
+    /// Its pixels.
+    pub picture: ColorImage,
+    /// What was computed.
+    pub plan: Arc<Plan>,
+    /// Name of the device.
+    pub device: String,
+    /// Time to decide what to compute.
+    pub planning: Duration,
+    /// Time of the kernels.
+    pub kernel: Duration,
+    /// From the request to the pixels in memory.
+    pub total: Duration,
+}
+
+/// The spectrum in the direction of a point.
+pub struct PointSpectrum {
+    /// The direction.
+    pub towards: Direction,
+    /// Radiance over the observer's range.
+    pub samples: Vec<Sample>,
+    /// The plan whose bands and observer it has.
+    pub plan: Arc<Plan>,
+}
+
+/// A direction.
+#[derive(Clone, Copy)]
+pub struct Direction {
+    /// Elevation above the horizon (degrees).
+    pub elevation: f64,
+    /// Azimuth clockwise from north (degrees, 0 to 360).
+    pub azimuth: f64,
+}
+
+/// The direction that a point of a plan's image shows: fractions of its width and height from the top left. None where the
+/// projection covers nothing.
+pub fn direction_at(plan: &Plan, point: [f64; 2]) -> Option<Direction> {
+    let pixel = |fraction: f64, side: u32| ((fraction * f64::from(side)) as u32).min(side - 1);
+    let [column, row] = [pixel(point[0], plan.width()), pixel(point[1], plan.height())];
+    let view = pixel_view(&plan.frame.camera, variant::projection(plan.variant), column, row);
+    let [north, west, up] = view.direction.to_array().map(f64::from);
+    let elevation = up.clamp(-1.0, 1.0).asin().to_degrees();
+    let azimuth = (-west).atan2(north).to_degrees().rem_euclid(360.0);
+    view.covered.then_some(Direction { elevation, azimuth })
+}
+
+/// The thread that computes.
+pub struct Worker {
+    requests: Sender<Request>,
+    answers: Receiver<Answer>,
+    thread: JoinHandle<()>,
+}
+
+impl Worker {
+    /// Starts the thread on a device; it calls `wake` after each answer.
+    pub fn start(device: Device, wake: impl Fn() + Send + 'static) -> Self {
+        let (requests, received) = channel();
+        let (sender, answers) = channel();
+        let answer = move |answer| {
+            // A window that was closed meanwhile needs no answer.
+            let _ = sender.send(answer);
+            wake();
+        };
+        let thread = std::thread::spawn(move || work(device, &received, answer));
+        Self { requests, answers, thread }
+    }
+
+    /// Asks for what is computed next; it takes the place of all that was asked for and not begun.
+    pub fn ask(&self, request: Request) {
+        self.requests.send(request).expect("the worker waits for requests");
+    }
+
+    /// The answers that have come, oldest first.
+    pub fn answers(&self) -> impl Iterator<Item = Answer> {
+        self.answers.try_iter()
+    }
+
+    /// Waits for the thread to end its work, so that no device is in use when the process ends.
+    pub fn stop(self) {
+        drop(self.requests);
+        self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+    }
+}
+
+fn work(mut device: Device, requests: &Receiver<Request>, answer: impl Fn(Answer)) {
+    let mut latest: Option<(Scene, Arc<Plan>)> = None;
+    while let Ok(request) = requests.recv() {
+        let request = requests.try_iter().last().unwrap_or(request);
+        let result = compute(&mut device, &mut latest, &request);
+        answer(Answer { request, result });
+    }
+}
+
+/// Computes what a request needs beyond the latest sky.
+fn compute(device: &mut Device, latest: &mut Option<(Scene, Arc<Plan>)>, request: &Request) -> Result<Computed> {
+    let known = latest.take().filter(|(scene, _)| *scene == request.scene);
+    let (plan, sky) = match known {
+        Some((_, plan)) => (plan, None),
+        None => {
+            let sky = render(device, &request.scene)?;
+            (Arc::clone(&sky.plan), Some(sky))
+        }
+    };
+    *latest = Some((request.scene.clone(), Arc::clone(&plan)));
+    let spectrum = request.point.map(|point| point_spectrum(&plan, point)).transpose()?.flatten();
+    Ok(Computed { sky, spectrum })
+}
+
+fn render(device: &mut Device, scene: &Scene) -> Result<Sky> {
+    let start = Instant::now();
+    let plan = Plan::new(scene, PixelFormat::Picture)?;
+    let planning = start.elapsed();
+    let run = device.run(&plan, plan.kernel())?;
+    let total = start.elapsed();
+    let size = [plan.width(), plan.height()].map(|side| side as usize);
+    let picture = ColorImage::new(size, run.words.into_iter().map(colour).collect());
+    Ok(Sky { picture, plan: Arc::new(plan), device: device.name.clone(), planning, kernel: run.kernel, total })
+}
+
+/// The colour of a packed pixel.
+pub fn colour(pixel: u32) -> Color32 {
+    let [red, green, blue, _] = pixel.to_le_bytes();
+    Color32::from_rgb(red, green, blue)
+}
+
+fn point_spectrum(plan: &Arc<Plan>, point: [f64; 2]) -> Result<Option<PointSpectrum>> {
+    let Some(towards) = direction_at(plan, point) else { return Ok(None) };
+    let samples = spectrum(plan, towards.elevation, towards.azimuth, &observer::wavelengths())?;
+    Ok(Some(PointSpectrum { towards, samples, plan: Arc::clone(plan) }))
+}
+
+#[cfg(test)]
+mod tests {
+    use sorairo::device::cpu;
+
+    use super::*;
+
+    #[test]
+    fn the_newest_request_takes_the_place_of_those_that_wait() {
+        const REQUESTS: u32 = 200;
+        let worker = Worker::start(cpu::device(), || {});
+        let mut scene = Scene::default();
+        for i in 1..=REQUESTS {
+            scene.sun.elevation = 0.1 * f64::from(i);
+            worker.ask(Request { scene: scene.clone(), point: None });
+        }
+        let mut answers = 0;
+        loop {
+            let answer = worker.answers.recv_timeout(Duration::from_secs(60)).expect("an answer");
+            answers += 1;
+            if answer.request.scene == scene {
+                break;
+            }
+        }
+        worker.stop();
+        // A sky takes milliseconds, a request microseconds.
+        assert!(answers < REQUESTS / 4, "{answers} answers");
+    }
+
+    #[test]
+    fn a_new_point_leaves_the_sky_as_it_is() {
+        let worker = Worker::start(cpu::device(), || {});
+        let answer = |point| {
+            worker.ask(Request { scene: Scene::default(), point });
+            worker.answers.recv_timeout(Duration::from_secs(60)).expect("an answer").result.unwrap()
+        };
+        let first = answer(None);
+        assert!(first.sky.is_some() && first.spectrum.is_none());
+        let second = answer(Some([0.5, 0.25]));
+        assert!(second.sky.is_none() && second.spectrum.is_some());
+        worker.stop();
+    }
+}

@@ -1,0 +1,503 @@
+//! The window: controls on the left, the sky, and below it the spectrum.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Duration;
+
+use eframe::egui::{
+    self, Align2, Button, CentralPanel, Color32, ColorImage, CursorIcon, Event, FontData, FontDefinitions, FontFamily,
+    FontId, Frame, Margin, Panel, Pos2, Rect, RichText, Sense, Slider, SliderClamping, Stroke, TextStyle,
+    TextureHandle, TextureOptions, Ui, Vec2, ViewportCommand,
+};
+use sorairo::files::png;
+use sorairo::plan::Plan;
+use sorairo::scene::{Exposure, Projection, Size};
+use sorairo::{Error, Result, Scene};
+
+use super::command::command;
+use super::sky::{Answer, Direction, PointSpectrum, Request, Sky, Worker, direction_at};
+use super::{Options, plot};
+
+/// Widest picture of the sky (pixels): what any device takes as a texture.
+const WIDEST: f64 = 4096.0;
+
+/// Widest picture while something is being dragged (pixels), so that it follows the hand.
+const WIDEST_DRAGGED: f64 = 1024.0;
+
+const CONTROLS_WIDTH: f32 = 300.0;
+const PLOT_HEIGHT: f32 = 252.0;
+
+/// The colours and the font of all windows.
+pub fn dress(context: &egui::Context) {
+    let mut fonts = FontDefinitions::empty();
+    for (name, bytes) in [("sans", dejavu::sans::regular()), ("mono", dejavu::sans_mono::regular())] {
+        fonts.font_data.insert(name.into(), Arc::new(FontData::from_static(bytes)));
+    }
+    fonts.families.insert(FontFamily::Proportional, vec!["sans".into()]);
+    fonts.families.insert(FontFamily::Monospace, vec!["mono".into()]);
+    context.set_fonts(fonts);
+    context.set_theme(egui::Theme::Dark);
+    context.all_styles_mut(|style| {
+        let sizes =
+            [(TextStyle::Heading, 15.0), (TextStyle::Body, 12.5), (TextStyle::Button, 12.5), (TextStyle::Small, 11.0)];
+        for (text, size) in sizes {
+            style.text_styles.insert(text, FontId::proportional(size));
+        }
+    });
+}
+
+/// The window's state.
+pub struct Window {
+    /// What is shown; the window decides the size of its image.
+    scene: Scene,
+    device: String,
+    point: Option<[f64; 2]>,
+    worker: Worker,
+    asked: Option<Request>,
+    answered: Option<Request>,
+    shown: Option<ShownSky>,
+    spectrum: Option<PointSpectrum>,
+    fault: Option<Error>,
+    screenshot: Option<Screenshot>,
+    outcome: Result<()>,
+}
+
+/// A sky on the screen.
+struct ShownSky {
+    texture: TextureHandle,
+    plan: Arc<Plan>,
+    device: String,
+    times: String,
+}
+
+/// A picture of the window that is to be taken.
+struct Screenshot {
+    path: PathBuf,
+    /// Frames that have shown all that was asked for.
+    frames: u32,
+    sender: Sender<Arc<ColorImage>>,
+    taken: Receiver<Arc<ColorImage>>,
+}
+
+/// A window on the screen.
+pub struct Shown<'a>(pub &'a mut Window);
+
+impl eframe::App for Shown<'_> {
+    fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
+        self.0.show(ui);
+    }
+}
+
+impl Window {
+    /// A window that is about to open.
+    pub fn new(options: Options<'_>, worker: Worker) -> Self {
+        let (sender, taken) = channel();
+        let screenshot = options.screenshot.map(|path| Screenshot { path: path.to_owned(), frames: 0, sender, taken });
+        Self {
+            scene: options.scene,
+            device: options.device.to_owned(),
+            point: options.point,
+            worker,
+            asked: None,
+            answered: None,
+            shown: None,
+            spectrum: None,
+            fault: None,
+            screenshot,
+            outcome: Ok(()),
+        }
+    }
+
+    /// Ends the work behind a window that was closed.
+    ///
+    /// # Errors
+    ///
+    /// What kept a screenshot from being taken.
+    pub fn close(self) -> Result<()> {
+        self.worker.stop();
+        self.outcome
+    }
+
+    /// Shows one frame.
+    fn show(&mut self, ui: &mut Ui) {
+        self.take_answers(ui.ctx());
+        let style = Arc::clone(ui.style());
+        let frame = Frame::side_top_panel(&style).inner_margin(Margin::same(14));
+        Panel::left("controls")
+            .resizable(false)
+            .exact_size(CONTROLS_WIDTH)
+            .frame(frame)
+            .show(ui, |ui| self.controls(ui));
+        let frame = Frame::side_top_panel(&style).inner_margin(Margin::symmetric(14, 8));
+        Panel::bottom("spectrum").resizable(false).exact_size(PLOT_HEIGHT).frame(frame).show(ui, |ui| self.plot(ui));
+        let frame = Frame::new().fill(Color32::from_gray(12));
+        CentralPanel::no_frame().frame(frame).show(ui, |ui| self.sky(ui));
+        self.take_screenshot(ui.ctx());
+    }
+
+    fn take_answers(&mut self, context: &egui::Context) {
+        let answers: Vec<Answer> = self.worker.answers().collect();
+        for Answer { request, result } in answers {
+            self.answered = Some(request);
+            match result {
+                Ok(computed) => {
+                    self.fault = None;
+                    self.spectrum = computed.spectrum;
+                    if let Some(sky) = computed.sky {
+                        self.shown = Some(ShownSky::new(context, sky));
+                    }
+                }
+                Err(error) => self.fault = Some(error),
+            }
+        }
+    }
+
+    fn controls(&mut self, ui: &mut Ui) {
+        ui.spacing_mut().slider_width = 188.0;
+        ui.spacing_mut().interact_size.x = 70.0;
+        let scene = &mut self.scene;
+        section(ui, "Sun");
+        control(ui, "Elevation", Slider::new(&mut scene.sun.elevation, -18.0..=90.0).suffix("°").max_decimals(1));
+        control(
+            ui,
+            "Azimuth, from north",
+            Slider::new(&mut scene.sun.azimuth, 0.0..=360.0).suffix("°").max_decimals(1),
+        );
+        section(ui, "Observer");
+        let altitude =
+            Slider::new(&mut scene.observer.altitude, 0.0..=1000.0).logarithmic(true).smallest_positive(0.01);
+        control(ui, "Altitude", altitude.suffix(" km").max_decimals(3));
+        section(ui, "Atmosphere");
+        let haze = Slider::new(&mut scene.atmosphere.aerosol.optical_depth, 0.0..=2.0);
+        control(
+            ui,
+            "Haze: aerosol optical depth at 1 µm",
+            haze.logarithmic(true).smallest_positive(1e-4).max_decimals(4),
+        );
+        let ozone = Slider::new(&mut scene.atmosphere.ozone.column, 0.0..=600.0);
+        control(ui, "Ozone", ozone.suffix(" DU").max_decimals(0));
+        section(ui, "Picture");
+        projections(ui, &mut scene.camera.projection);
+        let automatic = self.shown.as_ref().map_or(0.0, |shown| shown.plan.frame.exposure.log2());
+        exposure(ui, &mut scene.render.exposure, f64::from(automatic));
+        ui.with_layout(egui::Layout::bottom_up(egui::Align::Min), |ui| self.readout(ui));
+    }
+
+    /// From the bottom up: the button, and what was computed how fast.
+    fn readout(&mut self, ui: &mut Ui) {
+        let copy = ui.add_sized([ui.available_width(), 26.0], Button::new("Copy as command"));
+        let copy = copy.on_hover_text("Copies the `sorairo render` command that renders this picture");
+        // A field in which a number is being written copies its own text.
+        let shortcut = !ui.ctx().egui_wants_keyboard_input() && ui.input(|input| input.events.contains(&Event::Copy));
+        if copy.clicked() || shortcut {
+            ui.ctx().copy_text(command(&self.scene, &self.device));
+        }
+        ui.add_space(4.0);
+        if let Some(fault) = &self.fault {
+            ui.colored_label(ui.visuals().error_fg_color, fault.to_string());
+        }
+        match &self.shown {
+            Some(shown) => {
+                ui.label(RichText::new(shown.way()).small());
+                ui.label(RichText::new(&shown.times).small());
+                ui.label(RichText::new(&shown.device).small());
+            }
+            None => {
+                ui.label(RichText::new("computing the first sky").small());
+            }
+        }
+        ui.separator();
+    }
+
+    fn sky(&mut self, ui: &mut Ui) {
+        let rect = picture_rect(ui.max_rect(), self.scene.camera.projection);
+        let dragging = ui.input(|input| input.pointer.any_down());
+        self.ask_for(rect.size() * ui.ctx().pixels_per_point(), if dragging { WIDEST_DRAGGED } else { WIDEST });
+        let Some(shown) = &self.shown else { return };
+        let response = ui.allocate_rect(rect, Sense::click()).on_hover_cursor(CursorIcon::Crosshair);
+        let painter = ui.painter_at(rect);
+        painter.image(shown.texture.id(), rect, Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0)), Color32::WHITE);
+        let hovered = response.hover_pos().map(|at| fractions(rect, at));
+        if let Some(direction) = hovered.and_then(|point| direction_at(&shown.plan, point)) {
+            note(&painter, rect.left_bottom() + Vec2::new(10.0, -10.0), &in_words(direction));
+        }
+        let clicked = response.interact_pointer_pos().filter(|_| response.clicked()).map(|at| fractions(rect, at));
+        if let Some(point) = clicked.filter(|&point| direction_at(&shown.plan, point).is_some()) {
+            self.point = Some(point);
+        }
+        if let Some([across, down]) = self.point {
+            mark(&painter, rect.lerp_inside(Vec2::new(across as f32, down as f32)));
+        }
+    }
+
+    /// Asks for the sky at a size (pixels), if it is not what was asked for last.
+    fn ask_for(&mut self, size: Vec2, widest: f64) {
+        let [width, height] = [size.x, size.y].map(f64::from);
+        let scale = (widest / width.max(height)).min(1.0);
+        let side = |length: f64| ((length * scale) as u32).max(1);
+        self.scene.camera.size = Size { width: side(width), height: side(height) };
+        let request = Request { scene: self.scene.clone(), point: self.point };
+        if self.asked.as_ref() != Some(&request) {
+            self.worker.ask(request.clone());
+            self.asked = Some(request);
+        }
+    }
+
+    fn plot(&self, ui: &mut Ui) {
+        match (&self.spectrum, self.point) {
+            (Some(spectrum), Some(_)) => {
+                ui.horizontal(|ui| {
+                    ui.label(format!("Spectrum towards {}", in_words(spectrum.towards)));
+                    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| plot::legend(ui, spectrum));
+                });
+                plot::show(ui, spectrum);
+            }
+            (None, Some(_)) => {
+                ui.weak("The projection covers nothing at this point.");
+            }
+            (_, None) => {
+                ui.centered_and_justified(|ui| ui.weak("Click on the sky to plot its spectrum there."));
+            }
+        }
+    }
+
+    /// Takes the picture of the window once it shows all that was asked for, saves it, and closes the window.
+    fn take_screenshot(&mut self, context: &egui::Context) {
+        let settled = self.asked == self.answered;
+        let Some(screenshot) = &mut self.screenshot else { return };
+        if let Some(fault) = self.fault.take() {
+            self.outcome = Err(fault);
+        } else if let Ok(image) = screenshot.taken.try_recv() {
+            self.outcome = save(&screenshot.path, &image);
+        } else {
+            screenshot.frames = if settled { screenshot.frames + 1 } else { 0 };
+            // The first frame may still be laid out for what was shown before.
+            if screenshot.frames == 2 {
+                let (sender, waker) = (screenshot.sender.clone(), context.clone());
+                context.request_screenshot(move |image| {
+                    // A window that was closed meanwhile needs no picture.
+                    let _ = sender.send(image);
+                    waker.request_repaint();
+                });
+            } else if settled {
+                context.request_repaint();
+            }
+            return;
+        }
+        self.screenshot = None;
+        context.send_viewport_cmd(ViewportCommand::Close);
+    }
+}
+
+impl ShownSky {
+    fn new(context: &egui::Context, sky: Sky) -> Self {
+        let ms = |duration: Duration| duration.as_secs_f64() * 1e3;
+        let times =
+            format!("frame {:.1} ms: plan {:.1}, kernels {:.1}", ms(sky.total), ms(sky.planning), ms(sky.kernel));
+        let texture = context.load_texture("sky", sky.picture, TextureOptions::LINEAR);
+        Self { texture, plan: sky.plan, device: sky.device, times }
+    }
+
+    /// The size of the picture, and the way that its pixels took.
+    fn way(&self) -> String {
+        format!("{}×{} pixels, {}", self.plan.width(), self.plan.height(), self.plan.path)
+    }
+}
+
+fn section(ui: &mut Ui, title: &str) {
+    ui.add_space(6.0);
+    ui.heading(RichText::new(title).strong());
+    ui.add_space(1.0);
+}
+
+/// A slider under its label. What stands in the scene stays there, even out of the slider's range, until it is moved.
+fn control(ui: &mut Ui, label: &str, slider: Slider<'_>) {
+    ui.label(label);
+    ui.add(slider.clamping(SliderClamping::Edits));
+}
+
+fn projections(ui: &mut Ui, projection: &mut Projection) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        ui.spacing_mut().button_padding.x = 6.0;
+        for (value, name) in [
+            (Projection::Equirectangular, "Equirectangular"),
+            (Projection::Fisheye, "Fisheye"),
+            (Projection::Perspective, "Perspective"),
+        ] {
+            ui.selectable_value(projection, value, name);
+        }
+    });
+}
+
+/// Exposure, automatic or by hand; `current` is what a hand takes over (stops).
+fn exposure(ui: &mut Ui, exposure: &mut Exposure, current: f64) {
+    let mut automatic = *exposure == Exposure::Auto;
+    let text = if automatic { format!("Automatic exposure: {current:+.1} EV") } else { "Automatic exposure".into() };
+    if ui.checkbox(&mut automatic, text).changed() {
+        *exposure = if automatic { Exposure::Auto } else { Exposure::Stops((10.0 * current).round() / 10.0) };
+    }
+    if let Exposure::Stops(stops) = exposure {
+        let slider = Slider::new(stops, -10.0..=20.0).suffix(" EV").max_decimals(1);
+        ui.add(slider.clamping(SliderClamping::Edits));
+    }
+}
+
+/// Where the picture of a projection stands in the room that there is: at its own proportions, in the middle.
+fn picture_rect(room: Rect, projection: Projection) -> Rect {
+    let (width, height) = (f64::from(room.width()), f64::from(room.height()));
+    let (width, height) = match projection {
+        Projection::Equirectangular => (width.min(2.0 * height), height.min(width / 2.0)),
+        Projection::Fisheye => (width.min(height), width.min(height)),
+        Projection::Perspective => (width, height),
+    };
+    Rect::from_center_size(room.center(), Vec2::new(width as f32, height as f32))
+}
+
+/// A position as fractions of a rectangle's width and height.
+fn fractions(rect: Rect, position: Pos2) -> [f64; 2] {
+    let from_corner = (position - rect.min) / rect.size();
+    [from_corner.x, from_corner.y].map(|fraction| f64::from(fraction).clamp(0.0, 1.0))
+}
+
+fn in_words(direction: Direction) -> String {
+    format!("elevation {:.1}°, azimuth {:.1}°", direction.elevation, direction.azimuth)
+}
+
+/// Writes a line of text over the sky, from its lower left corner.
+fn note(painter: &egui::Painter, corner: Pos2, text: &str) {
+    let galley = painter.layout_no_wrap(text.into(), FontId::proportional(12.5), Color32::WHITE);
+    let rect = Align2::LEFT_BOTTOM.anchor_size(corner, galley.size());
+    painter.rect_filled(rect.expand(4.0), 3.0, Color32::from_black_alpha(150));
+    painter.galley(rect.min, galley, Color32::WHITE);
+}
+
+/// Marks a point of the sky so that it is seen on bright and on dark.
+fn mark(painter: &egui::Painter, at: Pos2) {
+    for (width, colour) in [(4.0, Color32::from_black_alpha(140)), (1.6, Color32::WHITE)] {
+        let stroke = Stroke::new(width, colour);
+        painter.circle_stroke(at, 7.0, stroke);
+        for direction in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
+            painter.line_segment([at + 7.0 * direction, at + 13.0 * direction], stroke);
+        }
+    }
+}
+
+fn save(path: &std::path::Path, image: &ColorImage) -> Result<()> {
+    let [width, height] = image.size.map(|side| side as u32);
+    let rgb: Vec<u8> = image.pixels.iter().flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()]).collect();
+    png::write(path, width, height, &rgb)?.commit()
+}
+
+#[cfg(test)]
+mod tests {
+    use eframe::egui::{Event, Modifiers, OutputCommand, PointerButton, RawInput, pos2};
+    use sorairo::device::cpu;
+
+    use super::*;
+
+    const SIZE: Vec2 = Vec2::new(1280.0, 720.0);
+
+    /// A window without a display, and the hand that uses it.
+    struct Hand {
+        context: egui::Context,
+        window: Window,
+        woken: Receiver<()>,
+    }
+
+    impl Hand {
+        fn open(scene: Scene) -> Self {
+            let (wake, woken) = channel();
+            let worker = Worker::start(cpu::device(), move || wake.send(()).unwrap());
+            let options = Options { scene, device: "cpu", point: None, screenshot: None };
+            let context = egui::Context::default();
+            dress(&context);
+            let mut hand = Self { context, window: Window::new(options, worker), woken };
+            hand.settle();
+            hand
+        }
+
+        /// Shows a frame after events, and returns what was copied.
+        fn frame(&mut self, events: Vec<Event>) -> Vec<String> {
+            let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, SIZE));
+            let input = RawInput { screen_rect, events, ..Default::default() };
+            let output = self.context.run_ui(input, |ui| self.window.show(ui));
+            let copied = |command| match command {
+                OutputCommand::CopyText(text) => Some(text),
+                _ => None,
+            };
+            output.platform_output.commands.into_iter().filter_map(copied).collect()
+        }
+
+        /// Shows frames until all is shown that was asked for.
+        fn settle(&mut self) {
+            self.frame(Vec::new());
+            while self.window.asked != self.window.answered {
+                self.woken.recv_timeout(Duration::from_secs(60)).expect("an answer");
+                self.frame(Vec::new());
+            }
+        }
+
+        fn click(&mut self, pos: Pos2) {
+            let button = |pressed| Event::PointerButton {
+                pos,
+                button: PointerButton::Primary,
+                pressed,
+                modifiers: Modifiers::NONE,
+            };
+            self.frame(vec![Event::PointerMoved(pos)]);
+            self.frame(vec![button(true)]);
+            self.frame(vec![button(false)]);
+            self.settle();
+        }
+    }
+
+    #[test]
+    fn a_click_on_the_sky_plots_the_spectrum_of_its_direction() {
+        let mut hand = Hand::open(Scene::default());
+        assert!(hand.window.spectrum.is_none());
+        let room = Rect::from_min_max(pos2(CONTROLS_WIDTH, 0.0), pos2(SIZE.x, SIZE.y - PLOT_HEIGHT));
+        // North in the centre, 90° to a quarter of the width, the zenith in the top row.
+        let picture = picture_rect(room, Projection::Equirectangular);
+        hand.click(picture.lerp_inside(Vec2::new(0.75, 0.25)));
+        let spectrum = hand.window.spectrum.as_ref().unwrap();
+        let Direction { elevation, azimuth } = spectrum.towards;
+        // A pixel is 0.4° wide and high.
+        assert!((elevation - 45.0).abs() < 0.4 && (azimuth - 90.0).abs() < 0.4, "{}", in_words(spectrum.towards));
+        let expected = sorairo::spectrum::spectrum(&spectrum.plan, 45.0, 90.0, &[550.0]).unwrap()[0];
+        let found = spectrum.samples.iter().find(|sample| sample.wavelength_nm == 550.0).unwrap();
+        // The sky changes by less over half a pixel.
+        assert!((found.radiance / expected.radiance - 1.0).abs() < 0.02, "{found:?} {expected:?}");
+    }
+
+    #[test]
+    fn a_click_beside_a_fisheye_plots_nothing() {
+        let mut scene = Scene::default();
+        scene.camera.projection = Projection::Fisheye;
+        let mut hand = Hand::open(scene);
+        hand.click(pos2(CONTROLS_WIDTH + 20.0, 20.0));
+        assert!(hand.window.point.is_none() && hand.window.spectrum.is_none());
+    }
+
+    #[test]
+    fn the_copied_command_renders_what_is_shown() {
+        let mut scene = Scene::default();
+        scene.sun.elevation = 3.0;
+        let mut hand = Hand::open(scene);
+        let copied = hand.frame(vec![Event::Copy]);
+        assert_eq!(copied, [command(&hand.window.scene, "cpu")]);
+        assert!(copied[0].contains("elevation = 3.0"), "{copied:?}");
+    }
+
+    #[test]
+    fn a_wrong_scene_is_told_and_the_next_right_one_is_shown() {
+        let mut hand = Hand::open(Scene::default());
+        hand.window.scene.observer.altitude = -1.0;
+        hand.settle();
+        assert!(matches!(&hand.window.fault, Some(Error::Request(reason)) if reason.contains("--altitude")));
+        hand.window.scene.observer.altitude = 1.0;
+        hand.settle();
+        assert!(hand.window.fault.is_none());
+    }
+}

@@ -2,8 +2,9 @@
 //!
 //! `cargo xtask shaders` compiles the shaders into `shader-crate/compiled`; `cargo xtask shaders --check` compiles them
 //! and compares the bytes with those that are there. `cargo xtask readme DIR` fills the README's figures from reports.
-//! `cargo xtask gallery` makes the pictures of docs/gallery.md.
+//! `cargo xtask gallery` makes the pictures of docs/gallery.md. `cargo xtask circles` fails if files need each other in a circle.
 
+mod circles;
 mod gallery;
 mod manifest;
 mod readme;
@@ -27,10 +28,11 @@ fn main() -> ExitCode {
     let result = match arguments.as_slice() {
         ["shaders"] => shaders(false),
         ["shaders", "--check"] => shaders(true),
+        ["circles"] => root().and_then(circles::check),
         ["gallery"] => root().and_then(gallery::make),
         ["readme", reports] => root().and_then(|root| readme::fill(root, Path::new(reports))),
         _ => {
-            eprintln!("usage: cargo xtask shaders [--check] | readme DIR | gallery");
+            eprintln!("usage: cargo xtask shaders [--check] | readme DIR | gallery | circles");
             return ExitCode::from(2);
         }
     };

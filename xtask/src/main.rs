@@ -3,10 +3,14 @@
 //! `cargo xtask shaders` compiles the shaders into `shader-crate/compiled`; `cargo xtask shaders --check` compiles them
 //! and compares the bytes with those that are there. `cargo xtask readme DIR` fills the README's figures from reports.
 //! `cargo xtask gallery` makes the pictures of docs/gallery.md. `cargo xtask circles` fails if files need each other in a circle.
+//! `cargo xtask pixels --program PATH --out FILE` keeps the hashes of a program's pixels, and `--against FILE` compares another
+//! program's with them.
 
 mod circles;
 mod gallery;
 mod manifest;
+#[cfg(feature = "pixels")]
+mod pixels;
 mod readme;
 
 use std::error::Error;
@@ -25,14 +29,28 @@ const MANIFEST: &str = "manifest.json";
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
     let arguments: Vec<_> = arguments.iter().map(String::as_str).collect();
+    #[cfg(not(feature = "pixels"))]
+    if arguments.first() == Some(&"pixels") {
+        return with_pixels(&arguments);
+    }
     let result = match arguments.as_slice() {
         ["shaders"] => shaders(false),
         ["shaders", "--check"] => shaders(true),
         ["circles"] => root().and_then(circles::check),
         ["gallery"] => root().and_then(gallery::make),
         ["readme", reports] => root().and_then(|root| readme::fill(root, Path::new(reports))),
+        #[cfg(feature = "pixels")]
+        ["pixels", "--program", program, "--out", file] => {
+            root().and_then(|root| pixels::keep(root, Path::new(program), Path::new(file)))
+        }
+        #[cfg(feature = "pixels")]
+        ["pixels", "--program", program, "--against", file] => {
+            root().and_then(|root| pixels::check(root, Path::new(program), Path::new(file)))
+        }
         _ => {
-            eprintln!("usage: cargo xtask shaders [--check] | readme DIR | gallery | circles");
+            eprintln!(
+                "usage: cargo xtask shaders [--check] | readme DIR | gallery | circles | pixels --program PATH (--out | --against) FILE"
+            );
             return ExitCode::from(2);
         }
     };
@@ -43,6 +61,20 @@ fn main() -> ExitCode {
         }
         Err(error) => {
             eprintln!("xtask: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Runs this program with the feature `pixels`.
+#[cfg(not(feature = "pixels"))]
+fn with_pixels(arguments: &[&str]) -> ExitCode {
+    let run = ["run", "--quiet", "--release", "--package", "xtask", "--features", "pixels", "--"];
+    match std::process::Command::new("cargo").args(run).args(arguments).status() {
+        Ok(status) if status.success() => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("xtask: cargo: {error}");
             ExitCode::FAILURE
         }
     }

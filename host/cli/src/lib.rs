@@ -35,7 +35,8 @@ pub fn run() -> ExitCode {
             print_note("");
         }
         print_note("sorairo: interrupted; files that were not finished are removed");
-        files::abandon(INTERRUPTED)
+        files::remove_unfinished();
+        std::process::exit(INTERRUPTED)
     };
     // Without it an interruption still ends the process, and the next run removes what it leaves.
     let _ = ctrlc::set_handler(interrupted);

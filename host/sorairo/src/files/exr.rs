@@ -14,8 +14,8 @@ use exr::prelude::{Compression, Error, LayerAttributes, SmallVec, Vec2, attribut
 use rayon::prelude::*;
 use sorairo_shared::math::half_bits;
 
-use super::signature::{CHECKSUM, SCENE, SOFTWARE, scene_text};
-use super::spectral::{self, channel_name};
+use super::label::{CHECKSUM, SCENE, SOFTWARE, channel_names, scene_text};
+use super::spectral;
 use crate::irradiance::LUMENS_PER_WATT;
 use crate::plan::colour_space::chromaticities;
 use crate::scene::{ColorObserver, ExrDepth, Render, Rgb, Scene, SunSpectrum, WhiteBalance};
@@ -68,12 +68,6 @@ impl Labels<'_> {
         };
         format!("single scattering; radiance weighted by the {observer} observer, {unit}, {space}{balance}")
     }
-}
-
-/// The channels of a file, in the order of the alphabet, which is the format's: linear RGB, and radiance at wavelengths (nm,
-/// increasing, all with three digits before the comma).
-pub(super) fn channel_names(wavelengths: &[f64]) -> Vec<String> {
-    ["B", "G", "R"].map(str::to_owned).into_iter().chain(wavelengths.iter().map(|&nm| channel_name(nm))).collect()
 }
 
 /// The header of linear RGB, losslessly compressed, with its chromaticities and its scene; where there are wavelengths (nm), of a

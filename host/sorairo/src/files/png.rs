@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use sorairo_shared::color::{into_gamut, srgb8};
 use sorairo_shared::glam::Vec3;
 
-use super::signature::{SCENE, SOFTWARE, scene_text};
-use super::{Staged, stage};
+use super::label::{SCENE, SOFTWARE, scene_text};
+use super::staged::{Staged, stage};
 use crate::error::Result;
 use crate::plan::colour_space::ColourSpace;
 use crate::scene::Scene;

@@ -1,7 +1,5 @@
-//! What a file says of itself: the program that wrote it and the scene that it shows, so that it can be rendered again, and told
-//! from another.
+//! Whether a file is there already: whole, by this version of the program, and of the same scene.
 
-use std::fmt::Write;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -11,46 +9,9 @@ use ::exr::math::Vec2;
 use ::exr::meta::attribute::{AttributeValue, Text};
 use crc32fast::Hasher;
 
-use super::{Format, exr};
-use crate::scene::{self, AlbedoSpectrum, OzoneCrossSection, Scene, SunSpectrum};
-use crate::spectra::tables::TableFile;
-
-/// The program, as files name it.
-pub(super) const SOFTWARE: &str = concat!("sorairo ", env!("CARGO_PKG_VERSION"));
-
-/// The name of the attribute of an EXR, and the keyword of the text of a PNG, that hold the scene in TOML.
-pub(super) const SCENE: &str = "sorairoScene";
-
-/// The name of the attribute of an EXR that holds the CRC-32 of its lines before their compression, from the top: the format
-/// itself has nothing that tells damaged pixels. PNG has a CRC-32 in every chunk.
-pub(super) const CHECKSUM: &str = "sorairoChecksum";
-
-/// The scene as files hold it: in TOML, and in comments the checksums of the tables that it only names.
-pub(super) fn scene_text(scene: &Scene) -> String {
-    let mut text = scene::file::text(scene);
-    for (key, table) in tables(scene) {
-        // A text takes whatever is written to it.
-        let _ = writeln!(text, "# CRC-32 of {key}: {:08x}", table.checksum());
-    }
-    text
-}
-
-/// The tables of a person's own in a scene, by the names of their keys.
-fn tables(scene: &Scene) -> impl Iterator<Item = (&'static str, &TableFile)> {
-    let sun = match &scene.sun.spectrum {
-        SunSpectrum::File(table) => Some(("sun.spectrum", table)),
-        _ => None,
-    };
-    let albedo = match &scene.atmosphere.aerosol.single_scattering_albedo_spectrum {
-        AlbedoSpectrum::File(table) => Some(("atmosphere.aerosol.single_scattering_albedo_spectrum", table)),
-        _ => None,
-    };
-    let ozone = match &scene.atmosphere.ozone.cross_section {
-        OzoneCrossSection::File(table) => Some(("atmosphere.ozone.cross_section", table)),
-        _ => None,
-    };
-    sun.into_iter().chain(albedo).chain(ozone)
-}
+use super::format::Format;
+use super::label::{CHECKSUM, SCENE, SOFTWARE, channel_names, scene_text};
+use crate::scene::Scene;
 
 /// Whether a file is whole, and was written by this version of the program for this scene; a spectral file, for these wavelengths
 /// (nm).
@@ -61,8 +22,8 @@ pub fn is_finished(path: &Path, format: Format, scene: &Scene, wavelengths: &[f6
     let file = BufReader::new(file);
     let decoded = match format {
         Format::Png => decode_png(file),
-        Format::Exr => decode_exr(file, &exr::channel_names(&[])),
-        Format::SpectralExr => decode_exr(file, &exr::channel_names(wavelengths)),
+        Format::Exr => decode_exr(file, &channel_names(&[])),
+        Format::SpectralExr => decode_exr(file, &channel_names(wavelengths)),
     };
     decoded.is_some_and(|(software, text)| software == SOFTWARE && text == scene_text(scene))
 }

@@ -11,7 +11,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
-use super::{folder, unwritable};
+use super::place::{folder, unwritable};
 use crate::error::Result;
 
 const PREFIX: &str = ".sorairo-";
@@ -64,15 +64,16 @@ pub fn stage(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Resul
     }
 }
 
-/// Ends the process, and removes every file that it has begun and not finished.
-pub fn abandon(exit_code: i32) -> ! {
-    // Held until the end, so that no file is begun meanwhile.
+/// Removes every file that this process has begun and not finished, and lets it begin none after: what a process does that is told to end.
+///
+/// A thread that would begin a file waits from now on.
+pub fn remove_unfinished() {
     let unfinished = unfinished();
     for path in unfinished.iter() {
         // What cannot be removed is removed by the next run.
         let _ = std::fs::remove_file(path);
     }
-    std::process::exit(exit_code)
+    std::mem::forget(unfinished);
 }
 
 /// Removes what processes that were killed have left in a folder.

@@ -3,7 +3,8 @@
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-use super::{folder, plain, staged};
+use super::place::{folder, plain};
+use super::staged;
 use crate::error::{Error, Result};
 
 /// Writes a new file.

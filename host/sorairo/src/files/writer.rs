@@ -8,7 +8,9 @@ use std::thread::{Scope, ScopedJoinHandle};
 
 use sorairo_shared::frame::Pixel;
 
-use super::{Format, Staged, exr, png, stage};
+use super::format::Format;
+use super::staged::{Staged, stage};
+use super::{exr, png};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
 use crate::plan::colour_space::ColourSpace;

@@ -1,0 +1,87 @@
+//! What is refused before any work: files that could not be written.
+
+use std::path::{Path, PathBuf};
+
+use super::format::Format;
+use super::place::{folder, plain};
+use super::staged;
+use crate::error::{Error, Result};
+use crate::scene::{ExrDepth, Size};
+
+/// Checks, before any work, that a file can be written where `path` says.
+///
+/// # Errors
+///
+/// [`Error::Request`] if the folder does not exist or does not take new files, or the path is a folder.
+pub fn check_writable(path: &Path) -> Result<()> {
+    let refuse = |reason: String| Err(Error::request(format!("-o {} cannot be written: {reason}", path.display())));
+    if path.is_dir() {
+        return refuse("it is a folder".into());
+    }
+    match staged::create(&folder(path)) {
+        Ok(_) => {
+            staged::remove_abandoned(&folder(path));
+            Ok(())
+        }
+        Err(error) => refuse(plain(&error)),
+    }
+}
+
+/// Makes the folder of a file where it is missing.
+///
+/// # Errors
+///
+/// [`Error::Request`] if it cannot be made.
+pub fn make_folder(path: &Path) -> Result<()> {
+    let folder = folder(path);
+    std::fs::create_dir_all(&folder).map_err(|error| {
+        let (path, folder, reason) = (path.display(), folder.display(), plain(&error));
+        Error::request(format!("-o {path}: the folder {folder} cannot be made: {reason}"))
+    })
+}
+
+/// Checks, before any work, that a file is not certain to fill its disk: that the disk has room for the least that the file's
+/// compression can leave. A spectral file holds radiance at so many wavelengths.
+///
+/// # Errors
+///
+/// [`Error::Request`] that names the least, and what is free.
+pub fn check_room(path: &Path, format: Format, size: Size, depth: ExrDepth, wavelengths: u64) -> Result<()> {
+    // Deflate leaves at least a part in 1032; a run of at most 128 equal bytes in EXR leaves two.
+    let bytes_per_channel = if depth == ExrDepth::Full { 4 } else { 2 };
+    let (bytes_per_pixel, strongest) = match format {
+        Format::Png => (3, 1032),
+        Format::Exr => (3 * bytes_per_channel, 64),
+        Format::SpectralExr => ((3 + wavelengths) * bytes_per_channel, 64),
+    };
+    let least = u64::from(size.width) * u64::from(size.height) * bytes_per_pixel / strongest;
+    match fs4::available_space(folder(path)) {
+        Ok(free) if free < least => {
+            let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
+            Err(Error::request(format!(
+                "-o {}: an image of {size} pixels (--size, camera.size) takes at least {:.1} GiB, and {:.1} GiB are free there",
+                path.display(),
+                gib(least),
+                gib(free)
+            )))
+        }
+        // Where the free space is not known the disk has the last word.
+        _ => Ok(()),
+    }
+}
+
+/// Checks that no two paths name one file.
+///
+/// # Errors
+///
+/// [`Error::Request`] that names the path given twice.
+pub fn check_distinct(paths: &[PathBuf]) -> Result<()> {
+    let places: Vec<_> = paths.iter().map(|path| (folder(path).canonicalize().ok(), path.file_name())).collect();
+    match (1..places.len()).find(|&i| places[..i].contains(&places[i])) {
+        Some(i) => {
+            let path = paths[i].display();
+            Err(Error::request(format!("-o {path} is given twice; every output needs a name of its own")))
+        }
+        None => Ok(()),
+    }
+}

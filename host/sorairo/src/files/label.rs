@@ -1,0 +1,51 @@
+//! What a file says of itself: the program that wrote it and the scene that it shows, so that it can be rendered again, and told
+//! from another; and the names of its channels.
+
+use std::fmt::Write;
+
+use super::spectral::channel_name;
+use crate::scene::{self, AlbedoSpectrum, OzoneCrossSection, Scene, SunSpectrum};
+use crate::spectra::tables::TableFile;
+
+/// The program, as files name it.
+pub(super) const SOFTWARE: &str = concat!("sorairo ", env!("CARGO_PKG_VERSION"));
+
+/// The name of the attribute of an EXR, and the keyword of the text of a PNG, that hold the scene in TOML.
+pub(super) const SCENE: &str = "sorairoScene";
+
+/// The name of the attribute of an EXR that holds the CRC-32 of its lines before their compression, from the top: the format
+/// itself has nothing that tells damaged pixels. PNG has a CRC-32 in every chunk.
+pub(super) const CHECKSUM: &str = "sorairoChecksum";
+
+/// The scene as files hold it: in TOML, and in comments the checksums of the tables that it only names.
+pub(super) fn scene_text(scene: &Scene) -> String {
+    let mut text = scene::file::text(scene);
+    for (key, table) in tables(scene) {
+        // A text takes whatever is written to it.
+        let _ = writeln!(text, "# CRC-32 of {key}: {:08x}", table.checksum());
+    }
+    text
+}
+
+/// The tables of a person's own in a scene, by the names of their keys.
+fn tables(scene: &Scene) -> impl Iterator<Item = (&'static str, &TableFile)> {
+    let sun = match &scene.sun.spectrum {
+        SunSpectrum::File(table) => Some(("sun.spectrum", table)),
+        _ => None,
+    };
+    let albedo = match &scene.atmosphere.aerosol.single_scattering_albedo_spectrum {
+        AlbedoSpectrum::File(table) => Some(("atmosphere.aerosol.single_scattering_albedo_spectrum", table)),
+        _ => None,
+    };
+    let ozone = match &scene.atmosphere.ozone.cross_section {
+        OzoneCrossSection::File(table) => Some(("atmosphere.ozone.cross_section", table)),
+        _ => None,
+    };
+    sun.into_iter().chain(albedo).chain(ozone)
+}
+
+/// The channels of a file, in the order of the alphabet, which is the format's: linear RGB, and radiance at wavelengths (nm,
+/// increasing, all with three digits before the comma).
+pub(super) fn channel_names(wavelengths: &[f64]) -> Vec<String> {
+    ["B", "G", "R"].map(str::to_owned).into_iter().chain(wavelengths.iter().map(|&nm| channel_name(nm))).collect()
+}

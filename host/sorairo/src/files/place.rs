@@ -1,0 +1,28 @@
+//! Where files lie, and why they cannot.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+
+/// The failure to write a file.
+pub(super) fn unwritable(path: &Path, error: &std::io::Error) -> Error {
+    Error::failure(format!("-o {} cannot be written: {}", path.display(), plain(error)))
+}
+
+/// The folder of a file.
+pub(super) fn folder(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// The operating system's own words, without the temporary file's name.
+pub(super) fn plain(error: &std::io::Error) -> String {
+    match (error.raw_os_error(), error.kind()) {
+        (Some(code), _) => std::io::Error::from_raw_os_error(code).to_string(),
+        (None, std::io::ErrorKind::NotFound) => "the folder does not exist".into(),
+        (None, std::io::ErrorKind::PermissionDenied) => "permission denied".into(),
+        _ => error.to_string(),
+    }
+}

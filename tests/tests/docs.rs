@@ -1,11 +1,150 @@
 //! What the documents promise.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Parser;
+use sorairo_cli::arguments::Arguments;
 use sorairo_tests::program::{read_exr, read_png, succeed};
+
+#[path = "../../xtask/src/pages.rs"]
+mod pages;
 
 fn repository() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// Every page of the repository, with its place and its text.
+fn pages_for_people() -> Vec<(PathBuf, String)> {
+    let mut pages = Vec::new();
+    let mut folders = vec![repository().to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            if path.is_dir() && !name.starts_with('.') && name != "target" {
+                folders.push(path);
+            } else if name.ends_with(".md") {
+                let text = std::fs::read_to_string(&path).unwrap();
+                pages.push((path, text));
+            }
+        }
+    }
+    assert!(pages.len() >= 20, "{} pages", pages.len());
+    pages
+}
+
+/// The anchors of a page's headings, as GitHub makes them.
+fn anchors(page: &str) -> Vec<String> {
+    let anchor = |heading: &str| {
+        let kept = heading.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+        kept.collect::<String>().to_lowercase().replace(' ', "-")
+    };
+    page.lines().filter(|line| line.starts_with('#')).map(|line| anchor(line.trim_start_matches('#').trim())).collect()
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let mut followed = 0;
+    for (page, text) in pages_for_people() {
+        let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+        for link in links.filter(|link| !link.contains("://")) {
+            let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+            let target = if file.is_empty() { page.clone() } else { page.parent().unwrap().join(file) };
+            assert!(target.exists(), "{}: {link} leads nowhere", page.display());
+            let found =
+                anchor.is_empty() || anchors(&std::fs::read_to_string(&target).unwrap()).contains(&anchor.into());
+            assert!(found, "{}: {link} names no heading", page.display());
+            followed += 1;
+        }
+    }
+    assert!(followed >= 50, "{followed} links");
+}
+
+/// What a text names in backticks that looks like a file or a folder of the repository.
+fn paths_named(text: &str) -> impl Iterator<Item = &str> {
+    let prose = text.split("```").step_by(2);
+    let quoted = prose.flat_map(|part| part.split('`').skip(1).step_by(2));
+    let roots = ["docs/", "fuzz/", "host/", "shader-crate/", "shared/", "tests/", "xtask/"];
+    quoted.filter(move |quoted| roots.iter().any(|root| quoted.starts_with(root)) && !quoted.contains(' '))
+}
+
+#[test]
+fn every_file_that_a_page_names_exists() {
+    let mut named = 0;
+    for (page, text) in pages_for_people() {
+        for path in paths_named(&text) {
+            assert!(repository().join(path).exists(), "{}: there is no {path}", page.display());
+            named += 1;
+        }
+    }
+    assert!(named >= 20, "{named} files");
+}
+
+#[test]
+fn every_line_of_the_map_names_what_exists() {
+    let page = std::fs::read_to_string(repository().join("ARCHITECTURE.md")).unwrap();
+    let map = page.split("## The map\n\n```\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a map");
+    let mut folder = "";
+    for line in map.lines() {
+        let name = line.split_whitespace().next().expect("a name");
+        let path = if line.starts_with(' ') { repository().join(folder).join(name) } else { repository().join(name) };
+        assert!(path.exists(), "the map of ARCHITECTURE.md has {}, which is not there", path.display());
+        if !line.starts_with(' ') {
+            folder = name;
+        }
+    }
+    assert!(map.lines().count() >= 30, "{map}");
+    let shared = std::fs::read_dir(repository().join("shared/src")).unwrap();
+    for file in shared.map(|entry| entry.unwrap().file_name().into_string().unwrap()) {
+        assert!(file == "lib.rs" || map.contains(&format!("  {file} ")), "the map lacks shared/src/{file}");
+    }
+}
+
+/// The lines of a page's blocks of commands: those fenced without a language.
+fn code(page: &str) -> impl Iterator<Item = &str> {
+    let mut fence = None;
+    page.lines().filter(move |line| {
+        match (fence, line.strip_prefix("```")) {
+            (None, Some(language)) => fence = Some(language),
+            (Some(_), Some(_)) => fence = None,
+            _ => {}
+        }
+        fence == Some("") && *line != "```"
+    })
+}
+
+#[test]
+fn every_command_of_a_page_is_one_of_the_program() {
+    let mut parsed = 0;
+    for (page, text) in pages_for_people() {
+        let commands = code(&text).filter_map(|line| {
+            let line = line.strip_prefix("$ ").unwrap_or(line);
+            line.strip_prefix("cargo run --release -- ").or_else(|| line.strip_prefix("sorairo "))
+        });
+        for command in commands.filter(|command| !command.starts_with('-')) {
+            let command = command.split(" > ").next().unwrap().split(" # ").next().unwrap();
+            let arguments = std::iter::once("sorairo").chain(command.split_whitespace());
+            if let Err(error) = Arguments::try_parse_from(arguments) {
+                panic!("{}: {command}: {error}", page.display());
+            }
+            parsed += 1;
+        }
+    }
+    assert!(parsed >= 40, "{parsed} commands");
+}
+
+#[test]
+fn pages_of_figures_are_what_their_templates_give() {
+    let written = pages::pages(repository()).unwrap();
+    assert_eq!(written.len(), 3);
+    for (path, text) in written {
+        let kept = std::fs::read_to_string(repository().join(&path)).unwrap();
+        assert!(
+            kept == text,
+            "{} differs from docs/figures and docs/templates: run `cargo xtask docs`",
+            path.display()
+        );
+    }
 }
 
 #[test]

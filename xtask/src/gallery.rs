@@ -12,7 +12,7 @@ const PICTURES: &str = "docs/images/gallery";
 /// Runs every command of the gallery with the program as it is built now.
 pub fn make(root: &Path) -> Result<String, Box<dyn Error>> {
     let build =
-        Command::new("cargo").args(["build", "--release", "--package", "sorairo"]).current_dir(root).status()?;
+        Command::new("cargo").args(["build", "--release", "--package", "sorairo-cli"]).current_dir(root).status()?;
     if !build.success() {
         return Err("sorairo does not build".into());
     }

@@ -1,17 +1,18 @@
 //! Developer commands of sorairo.
 //!
 //! `cargo xtask shaders` compiles the shaders into `shader-crate/compiled`; `cargo xtask shaders --check` compiles them
-//! and compares the bytes with those that are there. `cargo xtask readme DIR` fills the README's figures from reports.
-//! `cargo xtask gallery` makes the pictures of docs/gallery.md. `cargo xtask circles` fails if files need each other in a circle.
-//! `cargo xtask pixels --program PATH --out FILE` keeps the hashes of a program's pixels, and `--against FILE` compares another
-//! program's with them.
+//! and compares the bytes with those that are there. `cargo xtask docs` writes the pages of figures from docs/figures; `cargo
+//! xtask docs DIR` first takes the figures of a folder of reports. `cargo xtask gallery` makes the pictures of docs/gallery.md.
+//! `cargo xtask circles` fails if files need each other in a circle. `cargo xtask pixels --program PATH --out FILE` keeps the
+//! hashes of a program's pixels, and `--against FILE` compares another program's with them.
 
 mod circles;
+mod docs;
 mod gallery;
 mod manifest;
+mod pages;
 #[cfg(feature = "pixels")]
 mod pixels;
-mod readme;
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -38,7 +39,8 @@ fn main() -> ExitCode {
         ["shaders", "--check"] => shaders(true),
         ["circles"] => root().and_then(circles::check),
         ["gallery"] => root().and_then(gallery::make),
-        ["readme", reports] => root().and_then(|root| readme::fill(root, Path::new(reports))),
+        ["docs"] => root().and_then(docs::write),
+        ["docs", reports] => root().and_then(|root| docs::take(root, Path::new(reports))),
         #[cfg(feature = "pixels")]
         ["pixels", "--program", program, "--out", file] => {
             root().and_then(|root| pixels::keep(root, Path::new(program), Path::new(file)))
@@ -49,7 +51,7 @@ fn main() -> ExitCode {
         }
         _ => {
             eprintln!(
-                "usage: cargo xtask shaders [--check] | readme DIR | gallery | circles | pixels --program PATH (--out | --against) FILE"
+                "usage: cargo xtask shaders [--check] | docs [DIR] | gallery | circles | pixels --program PATH (--out | --against) FILE"
             );
             return ExitCode::from(2);
         }

@@ -33,7 +33,7 @@ const TIMED_AT: [f64; 2] = [30.0, -2.0];
 const FITS: [(Fit, &str); 4] = [
     (Fit::Cubic, "polynomial, radiance (paper)"),
     (Fit::Transfer, "polynomial, transfer"),
-    (Fit::Extinction, "learnt extinction"),
+    (Fit::Extinction, "regression"),
     (Fit::Dense, "no fit"),
 ];
 
@@ -44,7 +44,7 @@ pub struct Configuration {
     pub fit: Fit,
     /// Wavelengths (nm).
     pub bands: Vec<f64>,
-    /// Samples on each piece of a ray; `None` for the program's choice by the height of the sun.
+    /// Samples per piece; `None` for the program's choice by the height of the sun.
     pub steps: Option<u32>,
 }
 
@@ -66,6 +66,8 @@ pub struct Measured {
     pub steps: u32,
     /// Whether the program would choose it by itself.
     pub default: bool,
+    /// Whether no other configuration beats both its time and its error in this light.
+    pub unbeaten: bool,
     /// The error in each atmosphere over the suns of this light.
     errors: Vec<(Air, Errors)>,
     /// The error over all of them.
@@ -90,6 +92,10 @@ pub struct Way {
 pub struct Bench {
     /// Where and when.
     pub machine: Machine,
+    /// How often each time was measured.
+    pub rounds: usize,
+    /// Elevations of the sun (degrees) at which run time was measured, by day and in twilight.
+    pub timed_at: [f64; 2],
     /// Size of the images of the comparison of fits.
     pub size: String,
     /// The sun's elevations (degrees).
@@ -123,7 +129,18 @@ pub fn bench(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
             measured.push(gather(configuration, light, times, errors)?);
         }
     }
-    let bench = Bench { machine: Machine::new(device), size: size.to_string(), suns, ways, configurations: measured };
+    for light in ["day", "twilight"] {
+        mark_unbeaten(measured.iter_mut().filter(|measured| measured.light == light).collect());
+    }
+    let bench = Bench {
+        machine: Machine::new(device),
+        rounds: super::timing::ROUNDS,
+        timed_at: TIMED_AT,
+        size: size.to_string(),
+        suns,
+        ways,
+        configurations: measured,
+    };
     bench.write(folder)?;
     Ok(bench)
 }
@@ -224,7 +241,17 @@ fn gather(configuration: &Configuration, light: &'static str, times: Times, skie
     }
     let all = errors.iter().fold(Errors::default(), |sum, (_, errors)| sum.and(errors));
     let default = configuration.steps.is_none();
-    Ok(Measured { configuration: configuration.clone(), light, steps, default, errors, all, times })
+    let unbeaten = false;
+    Ok(Measured { configuration: configuration.clone(), light, steps, default, unbeaten, errors, all, times })
+}
+
+/// Marks the configurations of one light that lie on the front of time and error.
+fn mark_unbeaten(measured: Vec<&mut Measured>) {
+    let points: Vec<Point> = measured.iter().map(|measured| point(measured)).collect();
+    let front = super::chart::front(&points);
+    for (measured, at) in measured.into_iter().zip(&points) {
+        measured.unbeaten = front.iter().any(|other| std::ptr::eq(*other, at));
+    }
 }
 
 /// The resident paths and the paper's design, at several sizes.
@@ -246,7 +273,7 @@ fn ways_at(device: &Device, size: Size) -> Result<Vec<Way>> {
         plan(&scene)
     };
     let learnt = of(Fit::Extinction, ColorPath::Folded)?;
-    let table = with_table(size)?;
+    let table = with_lookup(size)?;
     let (solved, folded) = (of(Fit::Cubic, ColorPath::Solve)?, of(Fit::Cubic, ColorPath::Folded)?);
     let irradiance = folded.bands[0].solar_irradiance;
     let matrix: [Vec4; 3] = [0, 1, 2].map(|row| folded.colour[row] / irradiance);
@@ -264,8 +291,8 @@ fn ways_at(device: &Device, size: Size) -> Result<Vec<Way>> {
         Box::new(|| read_back(&|words| readback::fold(words, matrix, &solved.frame.rgb))),
     ];
     let names = [
-        "resident: learnt fit, sky table (default)",
-        "resident: learnt fit, every pixel integrated",
+        "resident: regression fit, sky lookup (default)",
+        "resident: regression fit, every pixel integrated",
         "resident: cubic, folded matrix",
         "resident: cubic, solve and 81 samples",
         "read back, then solve and 81 samples on the CPU (the paper's design)",
@@ -276,14 +303,14 @@ fn ways_at(device: &Device, size: Size) -> Result<Vec<Way>> {
     Ok(names.into_iter().zip(times).map(|(way, times)| Way { size: size.clone(), way, times }).collect())
 }
 
-/// The plan of the default sky, of this size, looked up in a sky table.
-pub(super) fn with_table(size: Size) -> Result<Plan> {
+/// The plan of the default sky, of this size, interpolated from a sky lookup.
+pub(super) fn with_lookup(size: Size) -> Result<Plan> {
     let mut scene = Scene::default();
     scene.camera.size = size;
     looked_up(scene)
 }
 
-/// A scene's plan, looked up in a sky table.
+/// A scene's plan, interpolated from a sky lookup.
 ///
 /// # Errors
 ///
@@ -367,11 +394,11 @@ impl Bench {
         format!(
             "# Run time against error\n\n{}. Times are medians (shortest–longest) of {} runs, after one to warm up, in turn \
              with their rivals.\n\n![Run time against error](pareto.png)\n\nEvery point is a fit, its wavelengths (the larger the mark, \
-             the more) and its samples on a ray; time for an image of {} with ozone and aerosol, the sun at {}° by day and {}° in \
+             the more) and its samples per piece; time for an image of {} with ozone and aerosol, the sun at {}° by day and {}° in \
              twilight. Errors are the largest over the whole sky, suns at {}°, with and without ozone and aerosol, against \
              the sum of 81 wavelengths integrated with 512 samples each and summed in double precision; each colour scaled so that the reference has Y = 50, before the \
              gamut of the display. Every figure is in `bench.csv`.\n\n## The default, and what nothing beats\n\n{}\n## GPU-resident against \
-             read back, then fit\n\nThe sun at 30°, 12 samples on a ray. Reading back goes through the same code; the CPU side uses all cores and \
+             read back, then fit\n\nThe sun at 30°, 12 samples per piece. Reading back goes through the same code; the CPU side uses all cores and \
              vector instructions.\n\n{ways}",
             self.machine,
             super::timing::ROUNDS,
@@ -385,23 +412,14 @@ impl Bench {
 
     /// The configurations on the front, and the default.
     fn fronts(&self) -> String {
-        let mut rows = Vec::new();
-        for light in ["day", "twilight"] {
-            let measured: Vec<&Measured> = self.configurations.iter().filter(|m| m.light == light).collect();
-            let points: Vec<Point> = measured.iter().map(|m| point(m)).collect();
-            let front = super::chart::front(&points);
-            for (m, at) in measured.iter().zip(&points) {
-                if m.default || front.iter().any(|other| std::ptr::eq(*other, at)) {
-                    rows.push((light, at.x, row(m)));
-                }
-            }
-        }
-        rows.sort_by(|a, b| a.0.cmp(b.0).then(a.1.total_cmp(&b.1)));
+        let shown = self.configurations.iter().filter(|m| m.default || m.unbeaten);
+        let mut shown: Vec<&Measured> = shown.collect();
+        shown.sort_by(|a, b| a.light.cmp(b.light).then(a.times.kernel.median.total_cmp(&b.times.kernel.median)));
         let head = [
             "light",
             "fit",
             "bands",
-            "steps",
+            "samples per piece",
             "ΔE₀₀ max",
             "ΔE₀₀ mean",
             "luminance max",
@@ -410,7 +428,7 @@ impl Bench {
             "kernel (ms)",
             "wall (ms)",
         ];
-        table(&head, rows.into_iter().map(|row| row.2))
+        table(&head, shown.into_iter().map(row))
     }
 }
 

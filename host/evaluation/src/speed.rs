@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::bench::{looked_up, with_table};
+use super::bench::{looked_up, with_lookup};
 use super::chart::{Chart, Panel, Point};
 use super::document::{Machine, make_folder, table, write};
 use super::error::plan;
@@ -40,11 +40,12 @@ struct Multiple {
     times_fill: f64,
 }
 
-/// Time and error of a table of some size.
+/// Time and error of a sky lookup of some size.
 #[derive(Clone, Debug, Serialize)]
-struct TableRow {
+struct LookupRow {
     projection: Projection,
-    table: TableSize,
+    #[serde(rename = "table")]
+    lookup: TableSize,
     kernel_ms: Spread,
     rmse_over_mean: f64,
 }
@@ -56,21 +57,30 @@ struct StepRow {
     kernel_ms: Spread,
 }
 
-/// Everything that was measured.
+/// Everything that was measured. The JSON keeps the keys that it always had.
 #[derive(Clone, Debug, Serialize)]
 pub struct Speed {
     machine: Machine,
+    /// How often each time was measured.
+    rounds: usize,
+    /// The image on which paths and kernels are compared.
+    size: String,
     scaling: Vec<Scaling>,
-    /// Exponent of time against pixels above 2^20, for the sky table.
+    /// Exponent of time against pixels above 2^20, for the sky lookup.
     exponent: f64,
     multiples: Vec<Multiple>,
-    tables: Vec<TableRow>,
+    #[serde(rename = "tables")]
+    lookups: Vec<LookupRow>,
     steps: Vec<StepRow>,
-    /// Pixels per second of the table path over those of the direct path.
-    table_over_direct: f64,
-    /// Time of the table path's kernels for 1920x960 (ms).
-    table_ms: Spread,
-    /// Time of the CPU backend over that of the device, by the table and by the integral.
+    /// Pixels per second by the sky lookup over those by the integral at every pixel.
+    #[serde(rename = "table_over_direct")]
+    lookup_over_direct: f64,
+    /// Time of the kernels by the sky lookup (ms).
+    #[serde(rename = "table_ms")]
+    lookup_ms: Spread,
+    /// Million pixels per second by the sky lookup, by the median time.
+    lookup_megapixels_per_second: f64,
+    /// Time of the CPU backend over that of the device, by the sky lookup and by the integral.
     cpu_over_device: [f64; 2],
     /// Wall time of a cold process that renders 1024x512 to PNG (ms).
     first_picture_ms: Spread,
@@ -91,22 +101,25 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     let scaling = scaling(device, if quick { 21 } else { 25 })?;
     stage("timing kernels");
     let multiples = multiples(device)?;
-    stage("timing tables");
-    let tables = tables(device)?;
+    stage("timing sizes of the sky lookup");
+    let lookups = lookups(device)?;
     stage("timing samples");
     let steps = steps(device)?;
     stage("timing paths");
     let paths = paths(device)?;
     let speed = Speed {
         machine: Machine::new(device),
+        rounds: ROUNDS,
+        size: COMMON.to_string(),
         exponent: exponent(&scaling),
-        table_ms: paths.table,
+        lookup_ms: paths.lookup,
+        lookup_megapixels_per_second: f64::from(COMMON.width * COMMON.height) / paths.lookup.median / 1e3,
         scaling,
         multiples,
-        tables,
+        lookups,
         steps,
-        table_over_direct: paths.direct.median / paths.table.median,
-        cpu_over_device: [paths.cpu_table.median / paths.table.median, paths.cpu_direct.median / paths.direct.median],
+        lookup_over_direct: paths.direct.median / paths.lookup.median,
+        cpu_over_device: [paths.cpu_lookup.median / paths.lookup.median, paths.cpu_direct.median / paths.direct.median],
         first_picture_ms,
         peak_memory_mib: peak_memory(),
     };
@@ -147,7 +160,7 @@ fn integrated(size: Size) -> Result<Plan> {
     plan(&scene)
 }
 
-/// Images of 2^16 to 2^`largest` pixels, by the table and by the integral. All sizes take turns, and the table's large ones compute as
+/// Images of 2^16 to 2^`largest` pixels, by the sky lookup and by the integral. All sizes take turns, and the lookup's large ones compute as
 /// many pixels in each: a machine whose speed changes meanwhile changes it for all of them.
 fn scaling(device: &Device, largest: u32) -> Result<Vec<Scaling>> {
     let mut plans = Vec::new();
@@ -155,7 +168,7 @@ fn scaling(device: &Device, largest: u32) -> Result<Vec<Scaling>> {
     for power in (16..=largest).filter(|power| power % 2 == 1 || *power == 16 || *power >= FITTED_FROM) {
         let size = Size { width: 1 << power.div_ceil(2), height: 1 << (power / 2) };
         let images = if power >= FITTED_FROM { 1 << (largest - power) } else { 1 };
-        plans.push(("sky table", power, images, with_table(size)?));
+        plans.push(("sky lookup", power, images, with_lookup(size)?));
         if direct_is_bearable {
             let direct = integrated(size)?;
             let time = device.backend.run(&direct, direct.kernel())?.kernel;
@@ -176,11 +189,11 @@ fn scaling(device: &Device, largest: u32) -> Result<Vec<Scaling>> {
 /// Images of 2 to this power of pixels and more give the exponent.
 const FITTED_FROM: u32 = 20;
 
-/// The slope of ln time against ln pixels of the sky table above 2^20 pixels, by least squares.
+/// The slope of ln time against ln pixels of the sky lookup above 2^20 pixels, by least squares.
 fn exponent(rows: &[Scaling]) -> f64 {
     let points: Vec<(f64, f64)> = rows
         .iter()
-        .filter(|row| row.way == "sky table" && row.pixels >= 1 << FITTED_FROM)
+        .filter(|row| row.way == "sky lookup" && row.pixels >= 1 << FITTED_FROM)
         .map(|row| ((row.pixels as f64).ln(), row.kernel.median.ln()))
         .collect();
     let count = points.len() as f64;
@@ -191,11 +204,11 @@ fn exponent(rows: &[Scaling]) -> f64 {
 }
 
 fn multiples(device: &Device) -> Result<Vec<Multiple>> {
-    let with_table = with_table(COMMON)?;
+    let with_lookup = with_lookup(COMMON)?;
     let direct = integrated(COMMON)?;
     let plans = [
         ("writing every pixel once", &direct, Kernel::Fill, 32),
-        ("sky table, all kernels", &with_table, with_table.kernel(), 8),
+        ("sky lookup, all kernels", &with_lookup, with_lookup.kernel(), 8),
         ("every pixel integrated", &direct, direct.kernel(), 1),
     ];
     let mut jobs: Vec<Job> =
@@ -210,13 +223,13 @@ fn multiples(device: &Device) -> Result<Vec<Multiple>> {
     Ok(plans.iter().zip(times).map(row).collect())
 }
 
-/// Tables from coarse to fine, timed and compared with the integral at every pixel: of an image that has the rows of its table, and of one
+/// Sky lookups from coarse to fine, timed and compared with the integral at every pixel: of an image that has the rows of its lookup, and of one
 /// that does not.
-fn tables(device: &Device) -> Result<Vec<TableRow>> {
+fn lookups(device: &Device) -> Result<Vec<LookupRow>> {
     let mut rows =
-        tables_of(device, common(Projection::Equirectangular), &[4, 8, 16, 32, 64].map(|columns| (0, columns)))?;
+        lookups_of(device, common(Projection::Equirectangular), &[4, 8, 16, 32, 64].map(|columns| (0, columns)))?;
     let grids = [(32, 8), (64, 16), (128, 16), (256, 32), (512, 64)];
-    rows.extend(tables_of(device, common(Projection::Fisheye), &grids)?);
+    rows.extend(lookups_of(device, common(Projection::Fisheye), &grids)?);
     Ok(rows)
 }
 
@@ -227,12 +240,12 @@ fn common(projection: Projection) -> Scene {
     scene
 }
 
-/// Tables of some rows (0: those that the plan chose) and columns.
-fn tables_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec<TableRow>> {
+/// Sky lookups of some rows (0: those that the plan chose) and azimuths.
+fn lookups_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec<LookupRow>> {
     let projection = scene.camera.projection;
     let integrated = plan(&scene)?;
     let chosen = looked_up(scene)?;
-    let planned = chosen.path.table.ok_or_else(|| Error::failure("the default scene has no sky table"))?;
+    let planned = chosen.path.table.ok_or_else(|| Error::failure("the default scene has no sky lookup"))?;
     let sized = |&(above, azimuths): &(u32, u32)| {
         let mut plan = chosen.clone();
         let size = TableSize { above: if above > 0 { above } else { planned.above }, below: 0, azimuths };
@@ -248,10 +261,10 @@ fn tables_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec<
     };
     let truth = floats(&integrated)?;
     let mean = truth.iter().sum::<f64>() / truth.len() as f64;
-    let row = |((table, plan), times): (&(TableSize, Plan), Times)| {
+    let row = |((lookup, plan), times): (&(TableSize, Plan), Times)| {
         let square: f64 = floats(plan)?.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
         let rmse_over_mean = (square / truth.len() as f64).sqrt() / mean;
-        Ok(TableRow { projection, table: *table, kernel_ms: times.kernel, rmse_over_mean })
+        Ok(LookupRow { projection, lookup: *lookup, kernel_ms: times.kernel, rmse_over_mean })
     };
     plans.iter().zip(times).map(row).collect()
 }
@@ -272,25 +285,25 @@ fn steps(device: &Device) -> Result<Vec<StepRow>> {
 
 /// Times of an image's kernels (ms).
 struct Paths {
-    table: Spread,
+    lookup: Spread,
     direct: Spread,
-    cpu_table: Spread,
+    cpu_lookup: Spread,
     cpu_direct: Spread,
 }
 
-/// The table against the integral at every pixel, and the CPU backend against the device, in one run.
+/// The sky lookup against the integral at every pixel, and the CPU backend against the device, in one run.
 fn paths(device: &Device) -> Result<Paths> {
     let cpu = cpu::device();
-    let with_table = with_table(COMMON)?;
+    let with_lookup = with_lookup(COMMON)?;
     let direct = integrated(COMMON)?;
     let mut jobs = vec![
-        repeated(job(device, &with_table, with_table.kernel()), 8),
+        repeated(job(device, &with_lookup, with_lookup.kernel()), 8),
         job(device, &direct, direct.kernel()),
-        repeated(job(&cpu, &with_table, with_table.kernel()), 8),
+        repeated(job(&cpu, &with_lookup, with_lookup.kernel()), 8),
         job(&cpu, &direct, direct.kernel()),
     ];
     let times: Vec<Spread> = interleaved(&mut jobs)?.into_iter().map(|times| times.kernel).collect();
-    Ok(Paths { table: times[0], direct: times[1], cpu_table: times[2], cpu_direct: times[3] })
+    Ok(Paths { lookup: times[0], direct: times[1], cpu_lookup: times[2], cpu_direct: times[3] })
 }
 
 /// The largest resident memory of this process (MiB), as Linux tells it.
@@ -314,49 +327,46 @@ impl Speed {
             .multiples
             .iter()
             .map(|row| vec![row.kernel.into(), row.kernel_ms.to_string(), format!("{:.2}", row.times_fill)]);
-        let tables = self.tables.iter().map(|row| {
+        let lookups = self.lookups.iter().map(|row| {
             vec![
                 format!("{:?}", row.projection).to_lowercase(),
-                format!("{}x{}", row.table.above, row.table.azimuths),
+                format!("{}x{}", row.lookup.above, row.lookup.azimuths),
                 row.kernel_ms.to_string(),
                 format!("{:.1e}", row.rmse_over_mean),
             ]
         });
         let steps = self.steps.iter().map(|row| vec![row.steps.to_string(), row.kernel_ms.to_string()]);
-        let [cpu_table, cpu_direct] = self.cpu_over_device;
-        let megapixels = |ms: f64| f64::from(COMMON.width * COMMON.height) / ms / 1e3;
+        let [cpu_lookup, cpu_direct] = self.cpu_over_device;
         let memory = self.peak_memory_mib.map_or("not told by this system".into(), |mib| format!("{mib:.0} MiB"));
         format!(
             "# Speed\n\nOn {}. Medians (shortest–longest) of {ROUNDS} runs in ms, after one to warm up, in turn with their rivals, and as \
              many images in each as last as long. \
-             The default scene: earth preset, sun at 30°, learnt fit, equirectangular, linear floats.\n\n\
-             * Sky table over the integral at every pixel, {COMMON}: **{:.1}** times the pixels per second.\n\
-             * Sky table, {COMMON}, of which the upper half can be lit: **{:.0}** million pixels per second in the median, {:.0} in the \
-             shortest ({} ms).\n\
-             * Time against pixels above 2²⁰, sky table: exponent **{:.3}**.\n\
-             * CPU backend over this device, time: **{cpu_table:.2}** by the table, **{cpu_direct:.2}** by the integral.\n\
+             The default scene: earth preset, sun at 30°, regression fit, equirectangular, linear floats.\n\n\
+             * Sky lookup over the integral at every pixel, {COMMON}: **{:.1}** times the pixels per second.\n\
+             * Sky lookup, {COMMON}, of which the upper half can be lit: **{:.0}** million pixels per second ({} ms).\n\
+             * Time against pixels above 2²⁰, sky lookup: exponent **{:.3}**.\n\
+             * CPU backend over this device, time: **{cpu_lookup:.2}** by the lookup, **{cpu_direct:.2}** by the integral.\n\
              * A cold process, 1024x512 to PNG: **{} ms**.\n\
              * Peak memory of this run: {memory}.\n\n\
              ![Time against pixels](speed.png)\n\n{}\n\
              ## Kernels against writing the pixels once\n\n{COMMON}, 12 bytes a pixel, the rows that can be lit.\n\n{}\n\
-             ## Tables\n\n{COMMON}; RMSE against the integral at every pixel, divided by the image's mean.\n\n{}\n\
-             ## Samples on a ray\n\n512x256, every pixel integrated.\n\n{}",
+             ## Size of the sky lookup\n\n{COMMON}; RMSE against the integral at every pixel, divided by the image's mean.\n\n{}\n\
+             ## Samples per piece\n\n512x256, every pixel integrated.\n\n{}",
             self.machine,
-            self.table_over_direct,
-            megapixels(self.table_ms.median),
-            megapixels(self.table_ms.min),
-            self.table_ms,
+            self.lookup_over_direct,
+            self.lookup_megapixels_per_second,
+            self.lookup_ms,
             self.exponent,
             self.first_picture_ms,
             table(&["way", "pixels", "kernels (ms)", "Mpx/s"], scaling),
             table(&["kernel", "kernels (ms)", "multiple"], multiples),
-            table(&["projection", "table", "kernels (ms)", "RMSE ÷ mean"], tables),
-            table(&["samples", "kernels (ms)"], steps),
+            table(&["projection", "lookup", "kernels (ms)", "RMSE ÷ mean"], lookups),
+            table(&["samples per piece", "kernels (ms)"], steps),
         )
     }
 
     fn chart(&self) -> Chart {
-        let series = ["sky table", "every pixel integrated"];
+        let series = ["sky lookup", "every pixel integrated"];
         let point = |row: &Scaling| Point {
             series: series.iter().position(|way| *way == row.way).unwrap_or_default(),
             radius: 5.0,
@@ -365,7 +375,7 @@ impl Speed {
             label: String::new(),
             default: false,
         };
-        let found = format!("sky table: time grows as pixels^{:.2} above a million", self.exponent);
+        let found = format!("sky lookup: time grows as pixels^{:.2} above a million", self.exponent);
         Chart {
             title: "Time of a frame against its pixels".into(),
             source: self.machine.to_string(),
@@ -391,7 +401,7 @@ mod tests {
         let row = |pixels: u64| {
             let median = (pixels as f64).powf(0.9);
             let spread = Spread { median, min: median, max: median };
-            Scaling { way: "sky table", pixels, kernel: spread, megapixels_per_second: 0.0 }
+            Scaling { way: "sky lookup", pixels, kernel: spread, megapixels_per_second: 0.0 }
         };
         let rows: Vec<Scaling> = [1 << 18, 1 << 20, 1 << 22, 1 << 24].map(row).into();
         assert!((exponent(&rows) - 0.9).abs() < 1e-9);

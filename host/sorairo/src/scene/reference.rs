@@ -26,8 +26,11 @@ pub fn markdown() -> String {
 const HEAD: &str = "# Scene files
 
 Written by `sorairo scene reference`; do not edit. A scene file is TOML. Every key may be left out: then the value of the preset
-holds. A flag takes the place of its key. `sorairo scene new` writes a file with every key and a comment above each, `sorairo scene check FILE`
-names everything that is wrong with one, `sorairo scene show FILE` prints it with everything filled in.
+holds. A flag takes the place of its key.
+
+* `sorairo scene new` writes a file with every key and a comment above each.
+* `sorairo scene check FILE` names everything that is wrong with a file.
+* `sorairo scene show FILE` prints a file with everything filled in.
 
 ";
 
@@ -51,8 +54,8 @@ its line. Where tables end, `--bands` and `--wavelengths` end too.
 
 ## Place and time
 
-`place` and `time` together stand for the sun's elevation and azimuth, from the Solar Position Algorithm (Reda and Andreas 2004, DOI
-10.1016/j.solener.2003.12.003) at the observer's altitude. They hold for the Earth. The direction is geometric: the
+`place` and `time` together stand for the sun's elevation and azimuth at the observer's altitude. They come from the Solar Position
+Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003) and hold for the Earth. The direction is geometric: the
 renderer's rays are straight, so refraction, which lifts the real sun by 0.5° at the horizon, is left out.
 ";
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use sorairo_cli::arguments::Arguments;
-use sorairo_tests::program::{read_exr, read_png, succeed};
+use sorairo_tests::program::{read_exr, read_png, run, succeed};
 
 #[path = "../../xtask/src/pages.rs"]
 mod pages;
@@ -131,6 +131,19 @@ fn every_command_of_a_page_is_one_of_the_program() {
         }
     }
     assert!(parsed >= 40, "{parsed} commands");
+}
+
+#[test]
+fn the_readmes_refusal_is_what_the_program_says() {
+    let readme = std::fs::read_to_string(repository().join("README.md")).unwrap();
+    let lines: Vec<&str> = code(&readme).collect();
+    let shown: Vec<_> = lines.windows(2).filter(|pair| pair[0].starts_with("$ sorairo ")).collect();
+    assert!(!shown.is_empty(), "the README shows no refusal");
+    let folder = tempfile::tempdir().unwrap();
+    for pair in shown {
+        let ended = run(folder.path(), &pair[0].split(' ').skip(2).collect::<Vec<_>>());
+        assert_eq!((ended.code, ended.stderr.trim()), (Some(2), pair[1]), "{}", pair[0]);
+    }
 }
 
 #[test]

@@ -1,5 +1,7 @@
 #!/usr/bin/env bash
-# Runs every test of sorairo, on the GPU too. Finds a Vulkan device, or installs Mesa's software driver where it may.
+# Runs every test of sorairo, on the GPU too: all of them, whichever fail; the last lines name those that did.
+# What the tests need and this machine lacks (a linker, a Vulkan driver, an X server without a screen, Python with venv) is installed
+# with apt-get if root runs this on Debian or a relative, and is otherwise asked for. Nobody else's password or rights are used.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -11,12 +13,14 @@ has_vulkan() {
 
 has_linker() { command -v cc >/dev/null; }
 
-as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo -n "$@"; fi; }
-
+# Installs Debian packages where that is allowed; says what it does, or what there is to do.
 install() {
-    command -v apt-get >/dev/null || return 1
-    as_root apt-get update -qq && as_root env DEBIAN_FRONTEND=noninteractive \
-        apt-get install -y -qq --no-install-recommends "$@" >/dev/null
+    if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
+        echo "test.sh: not root on Debian, so nothing is installed here. On Debian and Ubuntu: apt-get install $*" >&2
+        return 1
+    fi
+    echo "test.sh: apt-get install $*"
+    apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >/dev/null
 }
 
 # The X server without a screen on which the window opens.
@@ -41,35 +45,31 @@ if ! command -v cargo >/dev/null; then
     exit 1
 fi
 if ! has_linker && ! install build-essential; then
-    echo "test.sh: a C linker is missing; install gcc or clang" >&2
+    echo "test.sh: a C linker is missing" >&2
     exit 1
 fi
 echo "test.sh: building"
 cargo "${quick[@]}" build --release --package sorairo-cli --features sorairo-cli/view
 if ! has_vulkan; then
-    echo "test.sh: no Vulkan device; installing Mesa's software driver"
     if ! install mesa-vulkan-drivers libvulkan1 || ! has_vulkan; then
-        echo "test.sh: no Vulkan device. Install a Vulkan driver: on Debian and Ubuntu" >&2
-        echo "    apt-get install mesa-vulkan-drivers libvulkan1" >&2
+        echo "test.sh: no Vulkan device; the tests need one, and Mesa's software driver will do" >&2
         exit 1
     fi
 fi
 cargo "${quick[@]}" run --quiet --release --package sorairo-cli --features sorairo-cli/view -- devices 2>/dev/null
 if ! has_xvfb; then
-    echo "test.sh: installing Xvfb, an X server without a screen"
     # The libraries are those that a window loads when it opens.
     if ! install xvfb xauth libxkbcommon-x11-0 libx11-xcb1 libxcursor1 libxi6 libxrandr2 || ! has_xvfb; then
-        echo "test.sh: no Xvfb for the tests of the window. Install it: on Debian and Ubuntu" >&2
-        echo "    apt-get install xvfb xauth libxkbcommon-x11-0 libx11-xcb1 libxcursor1 libxi6 libxrandr2" >&2
+        echo "test.sh: no Xvfb, the X server without a screen on which the tests open the window" >&2
         exit 1
     fi
 fi
 if [ -z "${SORAIRO_PYTHON:-}" ] && ! has_python; then
     echo "test.sh: installing Python packages that read the program's files into target/python"
     if ! make_python; then
-        echo "test.sh: no Python environment; install python3 with venv (Debian: apt-get install python3-venv) and give it" >&2
-        echo "    a network, or set SORAIRO_PYTHON to a Python that has what tests/python/requirements.txt lists" >&2
+        echo "test.sh: no Python environment: it takes python3 with venv and a network; or set SORAIRO_PYTHON to a Python" >&2
+        echo "    that has what tests/python/requirements.txt lists" >&2
         exit 1
     fi
 fi
-cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view
+cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --no-fail-fast

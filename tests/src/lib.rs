@@ -1,6 +1,7 @@
-//! What the tests of sorairo share: comparators that can fail, and the program
-//! as a person runs it.
+//! What the tests of sorairo share: comparators that can fail, the GPU, and the program as a person runs it.
 
 pub mod compare;
+pub mod gpu;
 pub mod program;
 pub mod sky;
+pub mod wait;

@@ -83,6 +83,19 @@ pub fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     std::fs::read_dir(folder).expect("a folder").map(entry).collect()
 }
 
+/// The names of what a folder holds, in their order.
+///
+/// # Panics
+///
+/// If the folder cannot be read.
+pub fn names(folder: &Path) -> Vec<String> {
+    let name = |entry: std::io::Result<std::fs::DirEntry>| entry.expect("an entry of the folder").file_name();
+    let entries = std::fs::read_dir(folder).expect("a folder").map(name);
+    let mut names: Vec<String> = entries.map(|name| name.to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
 /// An image in RGB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image<T> {

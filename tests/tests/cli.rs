@@ -3,18 +3,15 @@
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::Stdio;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
-use sorairo_tests::program::{Ended, command, contents, read_exr, read_png, run, succeed};
+use sorairo_tests::program::{Ended, command, contents, names, read_exr, read_png, run, succeed};
+use sorairo_tests::wait;
 use tempfile::{TempDir, tempdir};
 
 fn folder() -> TempDir {
     tempdir().expect("a folder for temporary files")
-}
-
-/// The names of the files in a folder.
-fn names(folder: &Path) -> Vec<String> {
-    contents(folder).into_keys().collect()
 }
 
 /// The JSON value that a run printed as its only line.
@@ -571,33 +568,47 @@ fn wavelengths_are_a_range_or_a_list_in_any_order() {
     }
 }
 
+/// So many samples that their work takes many minutes.
+const ENDLESS: [&str; 11] =
+    ["render", "--device", "cpu", "--path", "direct", "--steps", "1024", "--size", "16384x8192", "-o", "a.png"];
+
 #[test]
-fn more_than_a_second_shows_progress() {
+fn after_a_second_the_work_has_a_name() {
     let folder = folder();
-    let render = |height: u32| {
-        let size = format!("128x{height}");
-        let arguments = ["render", "--device", "cpu", "--steps", "1024", "--json", "-o", "a.png", "--size", &size];
-        let ended: Ended = command(folder.path(), &arguments).env("RAYON_NUM_THREADS", "1").output().unwrap().into();
-        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
-        let report = json(&ended);
-        let time = |key: &str| report[key].as_f64().unwrap();
-        // What follows the pixels, files and the measure of the light, is not under this sign.
-        (time("total_ms"), time("plan_ms") + time("kernel_ms"), ended.stderr.contains("computing the sky"))
-    };
-    let mut height = 1;
-    loop {
-        let (total, milliseconds, shown) = render(height);
-        if total < 900.0 {
-            assert!(!shown, "progress after {total} ms");
+    let mut child = command(folder.path(), &ENDLESS).stderr(Stdio::piped()).spawn().unwrap();
+    let named = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap).next();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    // Without a name the first line would be the summary, or none at all.
+    assert_eq!(named.as_deref(), Some("sorairo: computing the sky ..."));
+}
+
+#[test]
+fn work_of_less_than_a_second_is_silent() {
+    let folder = folder();
+    let mut silent = 0;
+    wait::until("five runs of less than a second", || {
+        let began = Instant::now();
+        let ended = succeed(folder.path(), &["render", "--device", "cpu", "--size", "64x32"]);
+        // Of a run that other work has held up longer, nothing was promised.
+        if began.elapsed() < Duration::from_secs(1) {
+            assert!(!ended.stderr.contains("..."), "{}", ended.stderr);
+            silent += 1;
         }
-        // The sign comes from a thread that wakes up every tenth of a second.
-        if milliseconds > 1300.0 {
-            assert!(shown, "no progress in {milliseconds} ms");
-            break;
-        }
-        let growth = (1600.0 / milliseconds).clamp(1.5, 30.0);
-        height = (f64::from(height) * growth).ceil() as u32;
-    }
+        silent == 5
+    });
+}
+
+/// What a table saves is counted, since time depends on what else the machine does: an entry is an integral, as a pixel is without
+/// a table.
+#[test]
+fn a_large_image_takes_few_integrals() {
+    let folder = folder();
+    let report = json(&succeed(folder.path(), &["render", "--size", "1920x960", "-o", "a.png", "--json"]));
+    let side = |key: &str| report["path"]["table"][key].as_u64().unwrap_or_else(|| panic!("{key} in {report}"));
+    let entries = (side("above") + side("below")) * side("azimuths");
+    // Half of the pixels lie below the horizon, and are black.
+    assert!((1..1920 * 480 / 100).contains(&entries), "{report}");
 }
 
 #[test]
@@ -623,6 +634,5 @@ fn bench_writes_time_against_error_and_speed() {
     succeed(folder.path(), &["bench", "--speed", "--quick", "--out", "s"]);
     let json = std::fs::read_to_string(folder.path().join("s/speed.json")).expect("figures");
     let speed: Value = serde_json::from_str(&json).expect("JSON");
-    // The table has to pay even on a machine that other tests keep busy.
-    assert!(speed["table_over_direct"].as_f64().expect("a ratio") > 2.0, "{speed}");
+    assert!(speed["table_over_direct"].as_f64().is_some_and(|ratio| ratio.is_finite() && ratio > 0.0), "{speed}");
 }

@@ -1,11 +1,12 @@
 //! Random scenes over everything that may be asked for: every pixel is a finite light, and no picture is lost.
 
 use sorairo::PixelFormat;
+use sorairo::device::Backend;
 use sorairo::device::cpu::Cpu;
-use sorairo::device::{self, Backend};
 use sorairo::plan::{Plan, direction};
 use sorairo::scene::{Fit, Preset, Projection};
 use sorairo_evaluation::stress::scenes::{refusals, scenes};
+use sorairo_tests::gpu;
 use sorairo_tests::sky::scene;
 
 /// The seed of the random cases; a failure names its case.
@@ -16,10 +17,7 @@ const SCENES: u64 = 1200;
 
 #[test]
 fn no_pixel_of_random_scenes_is_wrong_on_either_device() {
-    let device = device::open("gpu").unwrap_or_else(|error| {
-        panic!("{error}. This test needs a Vulkan device; on Debian: apt-get install mesa-vulkan-drivers libvulkan1")
-    });
-    let outcome = scenes(SEED, SCENES, &device);
+    let outcome = scenes(SEED, SCENES, gpu::device());
     println!("{outcome:?}");
     assert_eq!((outcome.cases, outcome.failures), (SCENES, 0), "{outcome:?}");
 }

@@ -1,22 +1,14 @@
 //! The same scene gives the same bytes, whatever came before it and however many threads work at it.
 
-use std::sync::LazyLock;
-
 use sorairo::PixelFormat;
 use sorairo::device::cpu::Cpu;
-use sorairo::device::{self, Backend, Device};
+use sorairo::device::{self, Backend};
 use sorairo::plan::Plan;
 use sorairo::render::{Request, render};
 use sorairo::scene::{ColorPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
+use sorairo_tests::gpu;
 use sorairo_tests::sky::scene;
 use tempfile::tempdir;
-
-/// The GPU, or a failure that says what to install.
-static GPU: LazyLock<Device> = LazyLock::new(|| {
-    device::open("gpu").unwrap_or_else(|error| {
-        panic!("{error}. These tests need a Vulkan device; on Debian: apt-get install mesa-vulkan-drivers libvulkan1")
-    })
-});
 
 /// Scenes that take every way to a pixel.
 fn scenes() -> Vec<Scene> {
@@ -40,7 +32,7 @@ fn words(scene: &Scene, pixel: PixelFormat, backend: &dyn Backend) -> Vec<u32> {
 
 #[test]
 fn a_frame_does_not_depend_on_the_frames_before_it() {
-    for backend in [&*GPU.backend, &Cpu] {
+    for backend in [gpu::backend(), &Cpu] {
         let frame = |scene: &Scene| words(scene, PixelFormat::LinearRgb, backend);
         let scenes = scenes();
         let forwards: Vec<_> = scenes.iter().map(frame).collect();

@@ -9,6 +9,7 @@ use sorairo_evaluation::oracle::{coefficients, column_to_top, medium};
 use sorairo_shared::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, solid_angle_density};
 use sorairo_shared::glam::{DVec3, Vec2};
 use sorairo_tests::compare::worst_in_images;
+use sorairo_tests::gpu;
 use sorairo_tests::sky::scene;
 
 fn plan(scene: &Scene) -> Plan {
@@ -87,7 +88,6 @@ fn an_image_holds_the_energy_of_the_disc_at_any_resolution() {
 
 #[test]
 fn the_disc_is_the_same_on_the_gpu_and_by_every_way_to_a_colour() {
-    let gpu = device::open("gpu").expect("a Vulkan device: install a driver (Debian: mesa-vulkan-drivers)");
     for (fit, color, path) in [
         (Fit::Extinction, ColorPath::Folded, PathChoice::Table),
         (Fit::Extinction, ColorPath::Folded, PathChoice::Direct),
@@ -99,7 +99,7 @@ fn the_disc_is_the_same_on_the_gpu_and_by_every_way_to_a_colour() {
         scene.camera.projection = Projection::Perspective;
         (scene.camera.fov, scene.camera.look_elevation) = (Some(3.0), Some(20.0));
         (scene.render.fit, scene.render.color, scene.render.path) = (fit, color, path);
-        let [on_gpu, on_cpu] = [gpu.backend.as_ref(), &device::cpu::Cpu].map(|backend| image(&scene, backend));
+        let [on_gpu, on_cpu] = [gpu::backend(), &device::cpu::Cpu].map(|backend| image(&scene, backend));
         let brightest = on_cpu.iter().copied().fold(0.0, sorairo_shared::math::max);
         assert!(brightest > 1e4, "{brightest}");
         let mut differing = 0;

@@ -434,7 +434,7 @@ mod tests {
         fn settle(&mut self) {
             self.frame(Vec::new());
             while self.window.asked != self.window.answered {
-                self.woken.recv_timeout(Duration::from_secs(60)).expect("an answer");
+                self.woken.recv_timeout(Duration::from_secs(600)).expect("an answer");
                 self.frame(Vec::new());
             }
         }

@@ -7,11 +7,12 @@ use sorairo::scene::{Fit, Preset, Scene};
 use sorairo::spectra::observer;
 use sorairo_evaluation::bands::best;
 use sorairo_evaluation::error::{Reference, SUNS, plan, true_xyz, xyz};
+use sorairo_evaluation::judge::{coefficients, medium, ray};
 use sorairo_evaluation::metrics::Errors;
-use sorairo_evaluation::oracle::{coefficients, medium, ray, scattered_radiance_bands};
 use sorairo_evaluation::reproduce::{Row, table_1};
+use sorairo_oracle::scattered_radiance_bands;
 use sorairo_shared::glam::DVec3;
-use sorairo_tests::sky::scene;
+use sorairo_tests::sky::{scene, sun as measured_sun};
 
 /// Directions in the sky of one sun.
 const DIRECTIONS: usize = 145;
@@ -113,7 +114,7 @@ fn the_reference_agrees_with_the_oracle() {
     for sun in [-4.0, 0.0, 20.0, 90.0] {
         let scene = scene(Preset::Earth, sun, "8x4");
         let bands: Vec<_> = wavelengths.iter().map(|&wavelength| coefficients(&scene, wavelength)).collect();
-        let optics = sorairo::spectra::optics::Optics::new(&scene);
+        let sun_spectrum = measured_sun();
         let places = [(0.0, 0.0), (0.5, 180.0), (5.0, 45.0), (30.0, 90.0), (90.0, 0.0)];
         let views = places.map(|(elevation, azimuth)| direction(elevation, azimuth).as_vec3());
         for ((elevation, azimuth), xyz) in places.into_iter().zip(true_xyz(&scene, &views).unwrap()) {
@@ -121,7 +122,7 @@ fn the_reference_agrees_with_the_oracle() {
             let lit = transfer
                 .iter()
                 .zip(&wavelengths)
-                .map(|(t, &nm)| observer::weights(scene.render.observer, nm) * (t * optics.solar_irradiance(nm)));
+                .map(|(t, &nm)| observer::weights(scene.render.observer, nm) * (t * sun_spectrum.at(nm)));
             let oracle: DVec3 = lit.sum();
             if oracle == DVec3::ZERO {
                 // Opposite a sun below the horizon a level ray lies in the planet's shadow.

@@ -3,8 +3,9 @@
 use sorairo::PixelFormat;
 use sorairo::plan::{Plan, direction};
 use sorairo::scene::{Preset, Scene};
-use sorairo_evaluation::oracle::{coefficients, medium, ray, scattered_radiance_bands};
+use sorairo_evaluation::judge::{coefficients, medium, ray};
 use sorairo_evaluation::stress::integral::{compare, integral};
+use sorairo_oracle::scattered_radiance_bands;
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::sky::transfer;
 use sorairo_tests::sky::scene;

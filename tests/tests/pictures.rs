@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sorairo_evaluation::oracle::direction;
+use sorairo_oracle::direction;
 use sorairo_shared::glam::{DMat3, DVec3, Vec3};
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::program::{Image, read_exr, read_png, succeed};

@@ -4,11 +4,11 @@ use rayon::prelude::*;
 use sorairo::PixelFormat;
 use sorairo::plan::Plan;
 use sorairo::scene::{Preset, Scene};
-use sorairo::spectra::tables::solar_irradiance;
-use sorairo_evaluation::oracle::{coefficients, medium, ray, scattered_radiance_bands};
+use sorairo_evaluation::judge::{coefficients, medium, ray};
+use sorairo_oracle::scattered_radiance_bands;
 use sorairo_tests::compare::worst_relative;
 use sorairo_tests::program::succeed;
-use sorairo_tests::sky::scene;
+use sorairo_tests::sky::{scene, sun as measured_sun};
 use tempfile::tempdir;
 
 /// Rows of wavelength, radiance and dense that the program prints.
@@ -59,6 +59,7 @@ const DENSE: f64 = 1e-4;
 
 #[test]
 fn dense_spectrum_agrees_with_the_oracle() {
+    let measured_sun = &measured_sun();
     let wavelengths = [360.0, 380.0, 433.3, 500.0, 550.0, 602.0, 680.0, 780.0, 830.0];
     let list = wavelengths.map(|wavelength| wavelength.to_string()).join(",");
     for preset in [Preset::Earth, Preset::Paper] {
@@ -79,7 +80,7 @@ fn dense_spectrum_agrees_with_the_oracle() {
                     assert_eq!(rows.len(), wavelengths.len());
                     let reference = scattered_radiance_bands(&medium, &bands, &ray(&scene, view.0, view.1));
                     rows.into_iter().zip(reference).map(move |([wavelength, _, dense], reference)| {
-                        let sun = if preset == Preset::Earth { solar_irradiance().at(wavelength)[0] } else { 1.0 };
+                        let sun = if preset == Preset::Earth { measured_sun.at(wavelength) } else { 1.0 };
                         (dense, reference * sun, format!("{wavelength} nm, view {view:?}"))
                     })
                 })
@@ -93,6 +94,7 @@ fn dense_spectrum_agrees_with_the_oracle() {
 
 #[test]
 fn dense_spectrum_agrees_with_the_oracle_in_other_atmospheres() {
+    let measured_sun = &measured_sun();
     let wavelengths = [380.0, 450.0, 550.0, 700.0];
     let list = wavelengths.map(|wavelength| wavelength.to_string()).join(",");
     let folder = tempdir().unwrap();
@@ -120,7 +122,7 @@ fn dense_spectrum_agrees_with_the_oracle_in_other_atmospheres() {
                 flags.extend([format!("--scene={}", file.display()), ANY_FIT.into()]);
                 let reference = scattered_radiance_bands(&medium, &bands, &ray(&scene, view.0, view.1));
                 spectrum(&flags).into_iter().zip(reference).map(move |([wavelength, _, dense], reference)| {
-                    (dense / solar_irradiance().at(wavelength)[0], reference, format!("{wavelength} nm, view {view:?}"))
+                    (dense / measured_sun.at(wavelength), reference, format!("{wavelength} nm, view {view:?}"))
                 })
             });
             // Light that a part of 1e-30 is left of is at the end of single precision.

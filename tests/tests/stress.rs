@@ -9,9 +9,6 @@ use tempfile::tempdir;
 /// One turn of every sweep.
 const SHORT: [&str; 5] = ["stress", "--minutes", "0", "--device", "cpu"];
 
-/// The sweep of rays: of those of extreme scenes some exceed their bound, see `integral.rs`.
-const RAYS: &str = "rays in single precision against the oracle";
-
 fn report(folder: &Path) -> Value {
     let json = std::fs::read_to_string(folder.join("stress.json")).expect("a report");
     serde_json::from_str(&json).expect("JSON")
@@ -32,17 +29,15 @@ fn a_short_run_tries_every_sweep_and_its_seed_gives_the_same_cases_again() {
     for outcome in outcomes {
         let [cases, failures] = ["cases", "failures"].map(|key| outcome[key].as_u64().unwrap());
         let is_within = outcome["worst"].as_f64().unwrap() <= outcome["bound"].as_f64().unwrap();
-        assert!(cases > 0 && is_within == (failures == 0), "{outcome}");
-        assert!(failures == 0 || outcome["subject"] == RAYS && failures * 100 < cases, "{outcome}");
+        assert!(cases > 0 && failures == 0 && is_within, "{outcome}");
         let subject = outcome["subject"].as_str().unwrap();
         assert!(ended.stdout.contains(subject), "{subject} in {}", ended.stdout);
     }
-    let all_kept = outcomes.iter().all(|outcome| outcome["failures"] == 0);
-    assert_eq!(ended.code, Some(if all_kept { 0 } else { 1 }), "{}", ended.stderr);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     for key in ["machine", "minutes", "seed", "conditions", "worst_cells"] {
         assert!(!first[key].is_null(), "{key}");
     }
-    assert_eq!(run(folder.path(), &[&SHORT[..], &["--out", "again"]].concat()).code, ended.code);
+    assert_eq!(run(folder.path(), &[&SHORT[..], &["--out", "again"]].concat()).code, Some(0));
     assert_eq!(report(&folder.path().join("again"))["outcomes"], first["outcomes"]);
 }
 

@@ -10,12 +10,13 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
+use sorairo_oracle::{Coefficients, Medium, Ray, scattered_radiance_bands_within};
 use sorairo_shared::glam::{DVec3, Vec3};
 use sorairo_shared::sky::transfer;
 
 use super::scenes::{bounds, thin_the_top};
 use super::{Outcome, generator};
-use crate::oracle::{Coefficients, Medium, Ray, medium, scattered_radiance_bands_within};
+use crate::judge;
 use sorairo::PixelFormat;
 use sorairo::plan::sampling::{BOUND, error};
 use sorairo::plan::{Plan, direction, path};
@@ -183,9 +184,9 @@ struct Judge<'a> {
 
 impl<'a> Judge<'a> {
     fn new(scene: &'a Scene, plan: &'a Plan) -> Self {
-        let bands = plan.wavelengths.iter().map(|&nm| crate::oracle::coefficients(scene, nm)).collect();
+        let bands = plan.wavelengths.iter().map(|&nm| judge::coefficients(scene, nm)).collect();
         let sun = unit(plan.frame.sun.truncate());
-        Self { scene, plan, medium: medium(scene), bands, sun }
+        Self { scene, plan, medium: judge::medium(scene), bands, sun }
     }
 
     /// The integral and the oracle at the four bands.

@@ -1,0 +1,32 @@
+//! The judge: the light of the clear sky in double precision, written from the equations and for trust, not for speed.
+//!
+//! It depends on no crate of ours, and shares no code, no table, no constant and no quadrature with what it judges:
+//!
+//! * [`Atmosphere`] says what a sky is made of, in the numbers that people publish; its coefficients at a wavelength are
+//!   computed here, from the judge's own constants.
+//! * [`scattered_radiance`] is light that was scattered once, by quadrature to 1e-8.
+//!
+//! Lengths are in km, coefficients in km⁻¹, z is up, x north, y west. Light does not bend, and the atmosphere ends at its top
+//! radius.
+
+mod atmosphere;
+mod column;
+mod line;
+mod medium;
+mod phase;
+mod published;
+mod quadrature;
+mod ray;
+mod single;
+mod spectrum;
+#[cfg(test)]
+mod tests;
+
+pub use atmosphere::Atmosphere;
+pub use column::column_to_top;
+pub use medium::{Coefficients, Medium};
+pub use phase::{aerosol_phase, air_phase};
+pub use published::{DOBSON_UNIT, MARS_DUST_ALBEDO, OZONE_CROSS_SECTION_233K};
+pub use ray::{Ray, direction};
+pub use single::{TOLERANCE, scattered_radiance, scattered_radiance_bands, scattered_radiance_bands_within};
+pub use spectrum::Spectrum;

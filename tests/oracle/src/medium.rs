@@ -1,0 +1,79 @@
+//! What light passes through: the shapes of the constituents, and what they do to light of one wavelength.
+
+/// The planet and the shapes of its three constituents, the same at every wavelength.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medium {
+    /// Radius of the ground, km.
+    pub ground_radius_km: f64,
+    /// Radius at which the atmosphere ends, km.
+    pub top_radius_km: f64,
+    /// Scale height of the air's density, km.
+    pub air_scale_height_km: f64,
+    /// Scale height of the aerosol's density, km.
+    pub aerosol_scale_height_km: f64,
+    /// Asymmetry g of the aerosol's phase function, in (-1, 1).
+    pub aerosol_asymmetry: f64,
+    /// Altitude under which there is no ozone, km.
+    pub ozone_bottom_km: f64,
+    /// Altitude at which the ozone's density is 1, km.
+    pub ozone_peak_km: f64,
+    /// Altitude above which there is no ozone, km.
+    pub ozone_top_km: f64,
+}
+
+/// What the constituents do to light of one wavelength where their density is 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coefficients {
+    /// Scattering by air, which does not absorb, km⁻¹.
+    pub air_scattering: f64,
+    /// Depolarisation ρ of light that air scatters; see [`crate::air_phase`].
+    pub air_depolarisation: f64,
+    /// Extinction (scattering and absorption) by aerosol, km⁻¹.
+    pub aerosol_extinction: f64,
+    /// Scattering by aerosol, km⁻¹.
+    pub aerosol_scattering: f64,
+    /// Absorption by ozone, which does not scatter, km⁻¹.
+    pub ozone_absorption: f64,
+    /// Lambertian albedo of the ground.
+    pub ground_albedo: f64,
+}
+
+impl Medium {
+    /// Altitude of the top of the atmosphere, km.
+    pub fn top_altitude_km(&self) -> f64 {
+        self.top_radius_km - self.ground_radius_km
+    }
+
+    /// Relative densities of air, aerosol and ozone at an altitude, each 1 at its reference: the
+    /// ground, the ground and the ozone peak.
+    pub fn densities(&self, altitude_km: f64) -> [f64; 3] {
+        [
+            (-altitude_km / self.air_scale_height_km).exp(),
+            (-altitude_km / self.aerosol_scale_height_km).exp(),
+            self.ozone_density(altitude_km),
+        ]
+    }
+
+    /// The tent: 0 at the bottom and at the top, 1 at the peak.
+    pub(crate) fn ozone_density(&self, altitude_km: f64) -> f64 {
+        if altitude_km <= self.ozone_bottom_km || altitude_km >= self.ozone_top_km {
+            0.0
+        } else if altitude_km < self.ozone_peak_km {
+            (altitude_km - self.ozone_bottom_km) / (self.ozone_peak_km - self.ozone_bottom_km)
+        } else {
+            (self.ozone_top_km - altitude_km) / (self.ozone_top_km - self.ozone_peak_km)
+        }
+    }
+
+    /// Altitudes where the ozone profile has a corner, km.
+    pub(crate) fn ozone_kinks_km(&self) -> [f64; 3] {
+        [self.ozone_bottom_km, self.ozone_peak_km, self.ozone_top_km]
+    }
+}
+
+impl Coefficients {
+    /// Optical depth of a column (air, aerosol, ozone) in km.
+    pub(crate) fn optical_depth(&self, column: [f64; 3]) -> f64 {
+        self.air_scattering * column[0] + self.aerosol_extinction * column[1] + self.ozone_absorption * column[2]
+    }
+}

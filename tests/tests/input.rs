@@ -81,7 +81,7 @@ fn value() -> impl Strategy<Value = String> {
         Allowed::Words(words) | Allowed::WordsOrTable(words) => words(),
         _ => Vec::new(),
     });
-    let mut fixed: Vec<String> = words.map(|word| word.name).collect();
+    let mut fixed: Vec<String> = words.map(|word| word.name.to_owned()).collect();
     let hard = [
         "",
         "nan",

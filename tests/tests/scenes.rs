@@ -2,21 +2,21 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
 use rayon::prelude::*;
 use serde_json::Value;
 use sorairo::PixelFormat;
 use sorairo::plan::{Plan, direction};
 use sorairo::scene::{Fit, Preset, Scene, reference};
 use sorairo_tests::program::{Ended, contents, read_png, run, succeed};
+use strum::IntoEnumIterator;
 use tempfile::{TempDir, tempdir};
 
 fn folder() -> TempDir {
     tempdir().expect("a folder for temporary files")
 }
 
-fn name(preset: Preset) -> String {
-    preset.to_possible_value().expect("every preset has a name").get_name().to_owned()
+fn name(preset: Preset) -> &'static str {
+    preset.into()
 }
 
 /// The lines of a refusal: exit code 2, nothing on standard output, every line from the program itself.
@@ -43,9 +43,9 @@ fn the_reference_page_is_what_the_keys_say() {
 #[test]
 fn a_new_scene_is_its_preset_and_never_replaces_a_file() {
     let folder = folder();
-    for &preset in Preset::value_variants() {
+    for preset in Preset::iter() {
         let file = format!("{}.toml", name(preset));
-        succeed(folder.path(), &["scene", "new", &file, "--preset", &name(preset)]);
+        succeed(folder.path(), &["scene", "new", &file, "--preset", name(preset)]);
         assert_eq!(succeed(folder.path(), &["scene", "check", &file]).stdout, format!("{file}: ok\n"));
         assert_eq!(Scene::read(&folder.path().join(&file), None).unwrap(), Scene::preset(preset));
         assert!(refusal(folder.path(), &["scene", "new", &file])[0].contains("exists"));
@@ -117,15 +117,15 @@ fn show_prints_the_scene_that_it_reads() {
     assert_eq!((scene.preset, scene.camera.fov, scene.camera.size.width), (Preset::Hazy, Some(100.0), 64));
     assert_eq!(scene.render.bands, Some(vec![430.0, 500.0, 600.0, 700.0]));
     assert!((4.0..5.0).contains(&scene.sun.elevation) && (61.0..63.0).contains(&scene.sun.azimuth), "{:?}", scene.sun);
-    for &preset in Preset::value_variants() {
-        let shown = succeed(folder.path(), &["scene", "show", "--preset", &name(preset)]).stdout;
+    for preset in Preset::iter() {
+        let shown = succeed(folder.path(), &["scene", "show", "--preset", name(preset)]).stdout;
         assert_eq!(Scene::parse(&shown, "shown", None).unwrap(), Scene::preset(preset));
     }
 }
 
 #[test]
 fn the_learnt_fit_holds_for_every_preset() {
-    for &preset in Preset::value_variants() {
+    for preset in Preset::iter() {
         for sun in [2.0, 30.0] {
             let plan = |fit: Fit| {
                 let mut scene = Scene::preset(preset);

@@ -4,12 +4,14 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use sorairo::render::{Report, Request};
 use sorairo::scene::file::{SceneFile, place_sun};
 use sorairo::scene::keys::help;
 use sorairo::scene::place::{Place, PlaceAndTime, Time, evenly};
+use sorairo::scene::words::{Words, words};
 use sorairo::scene::{
     ColorObserver, ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Rgb, Scene, Size, WhiteBalance,
 };
@@ -74,7 +76,7 @@ pub enum SceneCommand {
         #[arg(default_value = "scene.toml")]
         file: PathBuf,
         /// Named atmosphere whose values are written.
-        #[arg(long, default_value = "earth")]
+        #[arg(long, default_value = "earth", value_parser = word::<Preset>())]
         preset: Preset,
     },
     /// Says whether a file is a scene, and names everything that is wrong with it.
@@ -321,7 +323,7 @@ pub struct SunFlags {
 /// The flags of a scene that all frames of a sequence share.
 #[derive(Args)]
 pub struct SkyFlags {
-    #[arg(long, help = help("preset"))]
+    #[arg(long, value_parser = word::<Preset>(), help = help("preset"))]
     preset: Option<Preset>,
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("sun.azimuth"))]
     sun_azimuth: Option<f64>,
@@ -331,7 +333,7 @@ pub struct SkyFlags {
     altitude: Option<f64>,
     #[arg(long, help = help("sun.disc"))]
     sun_disc: bool,
-    #[arg(long, help = help("camera.projection"))]
+    #[arg(long, value_parser = word::<Projection>(), help = help("camera.projection"))]
     projection: Option<Projection>,
     #[arg(long, value_name = "WxH", help = help("camera.size"))]
     size: Option<Size>,
@@ -341,26 +343,33 @@ pub struct SkyFlags {
     look_azimuth: Option<f64>,
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("camera.look_elevation"))]
     look_elevation: Option<f64>,
-    #[arg(long, help = help("render.fit"))]
+    #[arg(long, value_parser = word::<Fit>(), help = help("render.fit"))]
     fit: Option<Fit>,
     #[arg(long, value_name = "LIST", value_parser = wavelengths, help = help("render.bands"))]
     bands: Option<Wavelengths>,
-    #[arg(long, help = help("render.color"))]
+    #[arg(long, value_parser = word::<ColorPath>(), help = help("render.color"))]
     color: Option<ColorPath>,
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = steps, help = help("render.steps"))]
     steps: Option<u32>,
-    #[arg(long, help = help("render.exr"))]
+    #[arg(long, value_parser = word::<ExrDepth>(), help = help("render.exr"))]
     exr: Option<ExrDepth>,
-    #[arg(long, help = help("render.rgb"))]
+    #[arg(long, value_parser = word::<Rgb>(), help = help("render.rgb"))]
     rgb: Option<Rgb>,
-    #[arg(long, help = help("render.observer"))]
+    #[arg(long, value_parser = word::<ColorObserver>(), help = help("render.observer"))]
     observer: Option<ColorObserver>,
-    #[arg(long, help = help("render.white_balance"))]
+    #[arg(long, value_parser = word::<WhiteBalance>(), help = help("render.white_balance"))]
     white_balance: Option<WhiteBalance>,
-    #[arg(long, help = help("render.path"))]
+    #[arg(long, value_parser = word::<PathChoice>(), help = help("render.path"))]
     path: Option<PathChoice>,
     #[arg(long, value_name = "EV", allow_negative_numbers = true, help = help("render.exposure"))]
     exposure: Option<Exposure>,
+}
+
+/// Reads one of the words of a type; the help lists them with their sentences.
+fn word<T: Words + Clone + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
+    let allowed = words::<T>().into_iter().map(|word| PossibleValue::new(word.name).help(word.sentence));
+    let known = |text: String| text.parse().ok().expect("every word of a type is one of its values");
+    PossibleValuesParser::new(allowed).map(known)
 }
 
 fn number(text: &str) -> std::result::Result<f64, String> {

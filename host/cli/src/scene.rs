@@ -1,9 +1,9 @@
 //! The commands about scene files.
 
-use clap::ValueEnum;
 use sorairo::files::text;
 use sorairo::scene::file::{self, SceneFile};
 use sorairo::scene::reference;
+use sorairo::scene::words::word;
 use sorairo::{Error, Result};
 
 use crate::arguments::SceneCommand;
@@ -14,8 +14,7 @@ pub fn run(command: &SceneCommand) -> Result<()> {
     match command {
         SceneCommand::New { file, preset } => {
             text::create(file, &reference::commented(*preset))?;
-            let preset = preset.to_possible_value().expect("every preset has a name");
-            print_note(&format!("{}: every key of the preset {}", file.display(), preset.get_name()));
+            print_note(&format!("{}: every key of the preset {}", file.display(), word(*preset)));
             Ok(())
         }
         SceneCommand::Check { file } => {

@@ -3,7 +3,6 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use clap::ValueEnum;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -11,6 +10,7 @@ use sorairo_shared::color::srgb8;
 use sorairo_shared::frame::Pixel;
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::variant;
+use strum::IntoEnumIterator;
 
 use super::{Outcome, generator};
 use sorairo::Error;
@@ -165,7 +165,7 @@ impl Case {
     /// The case with this number. Its scene is valid.
     pub fn random(seed: u64, number: u64) -> Self {
         let rng = &mut generator(seed, number);
-        let mut scene = Scene::preset(one_of(rng, Preset::value_variants()));
+        let mut scene = Scene::preset(any(rng, Preset::iter()));
         let (keeps, at_an_end) = one_of(rng, &[(0.8, 0.05), (0.3, 0.1), (0.0, 0.05), (0.3, 0.6)]);
         let boldness = Boldness { keeps, at_an_end };
         for number in &NUMBERS {
@@ -177,8 +177,8 @@ impl Case {
             let ozone = &mut scene.atmosphere.ozone;
             (ozone.bottom, ozone.peak, ozone.top) = one_of(rng, &[(5.0, 5.0, 5.0), (f64::NAN, -1.0, 1e300)]);
         }
-        scene.sun.spectrum = one_of(rng, SunSpectrum::value_variants());
-        scene.atmosphere.aerosol.single_scattering_albedo_spectrum = one_of(rng, AlbedoSpectrum::value_variants());
+        scene.sun.spectrum = any(rng, SunSpectrum::iter());
+        scene.atmosphere.aerosol.single_scattering_albedo_spectrum = any(rng, AlbedoSpectrum::iter());
         scene.sun.disc = scene.sun.distance <= FARTHEST_DISC && rng.random_bool(0.05);
         render(&mut scene, rng);
         camera(&mut scene, rng);
@@ -308,6 +308,11 @@ fn one_of<T: Clone>(rng: &mut ChaCha8Rng, choices: &[T]) -> T {
     choices[rng.random_range(0..choices.len())].clone()
 }
 
+fn any<T>(rng: &mut ChaCha8Rng, values: impl Iterator<Item = T>) -> T {
+    let mut values: Vec<T> = values.collect();
+    values.swap_remove(rng.random_range(0..values.len()))
+}
+
 fn camera(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     // Each projection meets each part of the integral, but not each set of them: a device compiles a kernel for every
     // combination, which takes longer than the image.
@@ -360,9 +365,9 @@ fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
         _ => Exposure::Stops(rng.random_range(-MOST_STOPS..MOST_STOPS)),
     };
     render.exr = one_of(rng, &[ExrDepth::Half, ExrDepth::Full]);
-    render.rgb = one_of(rng, Rgb::value_variants());
-    render.observer = one_of(rng, ColorObserver::value_variants());
-    render.white_balance = one_of(rng, WhiteBalance::value_variants());
+    render.rgb = any(rng, Rgb::iter());
+    render.observer = any(rng, ColorObserver::iter());
+    render.white_balance = any(rng, WhiteBalance::iter());
 }
 
 const COLOR_PATHS: [ColorPath; 2] = [ColorPath::Solve, ColorPath::Folded];

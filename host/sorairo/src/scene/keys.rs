@@ -3,13 +3,13 @@
 
 use std::sync::OnceLock;
 
-use clap::ValueEnum;
 use documented::DocumentedFields;
 
 use crate::input::shown;
 use crate::spectra::optics::Optics;
 
 use super::place::PlaceAndTime;
+use super::words::{Word, words};
 use super::{
     Aerosol, Air, AlbedoSpectrum, AtmosphereScene, CameraScene, ColorObserver, ColorPath, Exposure, ExrDepth, Fit,
     LONGEST_SIDE, Observer, Ozone, OzoneCrossSection, PathChoice, Preset, Projection, Render, Rgb, Scene, Sun,
@@ -57,14 +57,6 @@ pub enum Bound {
     At(f64),
     /// What follows from other keys, and how to say it.
     From(fn(&Scene) -> f64, &'static str),
-}
-
-/// A word that a key may be.
-pub struct Word {
-    /// The word.
-    pub name: String,
-    /// What it means.
-    pub sentence: String,
 }
 
 /// A key whose value is not allowed.
@@ -415,16 +407,6 @@ pub fn default_scene() -> &'static toml::Table {
     SCENE.get_or_init(|| toml::Table::try_from(Scene::default()).expect("a scene is a table"))
 }
 
-fn words<T: ValueEnum>() -> Vec<Word> {
-    let values = T::value_variants().iter().filter_map(T::to_possible_value);
-    values
-        .map(|value| Word {
-            name: value.get_name().into(),
-            sentence: value.get_help().map(|help| help.to_string()).unwrap_or_default(),
-        })
-        .collect()
-}
-
 fn listed(words: &[Word]) -> String {
     words.iter().map(|word| format!("`{}`", word.name)).collect::<Vec<_>>().join(", ")
 }
@@ -524,6 +506,8 @@ fn unfit_bands(scene: &Scene) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use strum::IntoEnumIterator;
+
     use super::*;
 
     #[test]
@@ -563,7 +547,7 @@ mod tests {
 
     #[test]
     fn every_preset_is_allowed() {
-        for &preset in Preset::value_variants() {
+        for preset in Preset::iter() {
             assert!(Scene::preset(preset).validate().is_ok(), "{preset:?}");
         }
     }

@@ -7,16 +7,18 @@ pub mod keys;
 pub mod place;
 mod presets;
 pub mod reference;
+pub mod words;
 
 use std::fmt;
 use std::path::Path;
 
-use clap::ValueEnum;
 use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
+use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use crate::error::{Error, Result};
 use crate::spectra::tables::{MEASURED_RANGE, TableFile};
+use words::{Words, word, words};
 
 /// Most pixels along a side of an image: the centres of more are not exact in single precision.
 pub const LONGEST_SIDE: u32 = 1 << 23;
@@ -40,8 +42,11 @@ pub struct Scene {
 }
 
 /// A named atmosphere.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
 #[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
 pub enum Preset {
     /// The Earth's atmosphere with ozone under the measured sun.
     #[default]
@@ -75,40 +80,43 @@ pub struct Sun {
 }
 
 /// The sun's spectrum at the top of the atmosphere.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr)]
 #[serde(try_from = "String", into = "String")]
+#[strum(serialize_all = "kebab-case")]
 pub enum SunSpectrum {
     /// Measured: ASTM G173-03 extraterrestrial (W·m⁻²·nm⁻¹).
     AstmG173,
     /// 1 at every wavelength, so that radiance is in sr⁻¹.
     Flat,
     /// A person's table (W·m⁻²·nm⁻¹).
-    #[value(skip)]
+    #[strum(disabled)]
     File(TableFile),
 }
 
 /// The single-scattering albedo of aerosol as a spectrum.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr)]
 #[serde(try_from = "String", into = "String")]
+#[strum(serialize_all = "kebab-case")]
 pub enum AlbedoSpectrum {
     /// The same at every wavelength: `single_scattering_albedo`.
     Grey,
     /// Martian dust, which absorbs blue light (Wolff et al. 2009).
     MarsDust,
     /// A person's table (0 to 1).
-    #[value(skip)]
+    #[strum(disabled)]
     File(TableFile),
 }
 
 /// The absorption cross-section of ozone.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr)]
 #[serde(try_from = "String", into = "String")]
+#[strum(serialize_all = "kebab-case")]
 pub enum OzoneCrossSection {
     /// Measured at 233 K (Serdyuchenko et al. 2014).
-    #[value(name = "233k")]
+    #[strum(serialize = "233k")]
     At233K,
     /// A person's table (m²).
-    #[value(skip)]
+    #[strum(disabled)]
     File(TableFile),
 }
 
@@ -197,8 +205,11 @@ pub struct CameraScene {
 }
 
 /// The projection of the sphere of directions onto the image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum Projection {
     /// The whole sphere: north in the centre column, the zenith in the top row, azimuth growing to the right.
     Equirectangular,
@@ -245,9 +256,11 @@ pub struct Render {
 }
 
 /// A space of linear RGB; see `plan::colour_space`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
 #[serde(rename_all = "lowercase")]
-#[value(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum Rgb {
     /// The primaries of Rec. 709 and sRGB, white D65.
     #[default]
@@ -261,9 +274,11 @@ pub enum Rgb {
 }
 
 /// A colour observer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
 #[serde(rename_all = "lowercase")]
-#[value(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum ColorObserver {
     /// The CIE 1931 2° standard observer, to which displays are made.
     #[default]
@@ -283,9 +298,11 @@ impl ColorObserver {
 }
 
 /// Which light becomes the white of the RGB space, by Bradford's adaptation (Lam 1985).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
 #[serde(rename_all = "lowercase")]
-#[value(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum WhiteBalance {
     /// None is chosen: RGB are the XYZ of the sky in the space's primaries.
     #[default]
@@ -297,22 +314,27 @@ pub enum WhiteBalance {
 }
 
 /// Depth of EXR files.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
 pub enum ExrDepth {
     /// 16 bit floats: three digits, up to 65504.
     #[serde(rename = "f16")]
-    #[value(name = "f16")]
+    #[strum(serialize = "f16")]
     Half,
     /// 32 bit floats.
     #[default]
     #[serde(rename = "f32")]
-    #[value(name = "f32")]
+    #[strum(serialize = "f32")]
     Full,
 }
 
 /// Whether pixels are integrated or looked up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum PathChoice {
     /// What is faster within the error bound.
     #[default]
@@ -324,8 +346,11 @@ pub enum PathChoice {
 }
 
 /// The fit through the bands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum Fit {
     /// The paper's: a cubic in the wavelength through the radiance, at 430, 520, 610 and 700 nm.
     Cubic,
@@ -340,18 +365,16 @@ pub enum Fit {
 impl Fit {
     /// The name by which files, flags and reports call it.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Cubic => "cubic",
-            Self::Transfer => "transfer",
-            Self::Extinction => "extinction",
-            Self::Dense => "dense",
-        }
+        self.into()
     }
 }
 
 /// How the fit becomes a colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum ColorPath {
     /// Step by step at every pixel: the 4×4 solve, the sum over the observer's samples, XYZ to RGB.
     Solve,
@@ -462,13 +485,12 @@ impl Default for Render {
 }
 
 /// A spectrum by the name of one that travels with the program, or of a CSV file.
-fn named_or_file<T: ValueEnum>(text: &str, file: fn(TableFile) -> T) -> std::result::Result<T, String> {
+fn named_or_file<T: Words>(text: &str, file: fn(TableFile) -> T) -> std::result::Result<T, String> {
     if is_table_file(text) {
         return TableFile::read(Path::new(text)).map(file);
     }
-    T::from_str(text, false).map_err(|_| {
-        let named = T::value_variants().iter().filter_map(T::to_possible_value);
-        let names: Vec<_> = named.map(|value| value.get_name().to_owned()).collect();
+    text.parse().map_err(|_| {
+        let names: Vec<_> = words::<T>().into_iter().map(|word| word.name).collect();
         format!("{text:?} is neither {} nor the name of a .csv file", names.join(" nor "))
     })
 }
@@ -476,11 +498,6 @@ fn named_or_file<T: ValueEnum>(text: &str, file: fn(TableFile) -> T) -> std::res
 /// Whether a value is the name of a CSV file.
 fn is_table_file(text: &str) -> bool {
     Path::new(text).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
-}
-
-/// The name in a scene file of a spectrum that is not a file.
-fn name_of<T: ValueEnum>(spectrum: &T) -> String {
-    spectrum.to_possible_value().expect("every spectrum but a file has a name").get_name().to_owned()
 }
 
 /// Gives spectra their text form in scene files, and says which table a person gave.
@@ -498,7 +515,7 @@ macro_rules! spectrum_in_files {
             fn from(spectrum: $name) -> Self {
                 match spectrum {
                     $name::File(file) => file.path().to_string_lossy().into_owned(),
-                    named => name_of(&named),
+                    named => word(named).into(),
                 }
             }
         }
@@ -618,6 +635,8 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
+    use strum::IntoEnumIterator;
+
     use super::*;
 
     #[test]
@@ -642,7 +661,7 @@ mod tests {
 
     #[test]
     fn every_scene_survives_a_round_trip_through_its_file() {
-        for &preset in Preset::value_variants() {
+        for preset in Preset::iter() {
             let mut scene = Scene::preset(preset);
             scene.camera.fov = Some(100.0);
             scene.render.exposure = Exposure::Stops(-3.5);

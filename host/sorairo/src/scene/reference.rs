@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
-use clap::ValueEnum;
+use strum::IntoEnumIterator;
 
-use super::keys::{Allowed, KEYS, Key, Word, default_scene, plain};
+use super::keys::{Allowed, KEYS, Key, default_scene, plain};
+use super::words::{Word, word};
 use super::{Preset, Scene};
 
 /// The reference of every key, in Markdown: `docs/scene-reference.md`.
@@ -94,7 +95,7 @@ fn words(key: &Key) -> Vec<Word> {
 
 fn presets() -> String {
     let mut text = String::from("| preset | keys |\n| --- | --- |\n");
-    for &preset in Preset::value_variants() {
+    for preset in Preset::iter() {
         let scene = toml::Table::try_from(Scene::preset(preset)).expect("a scene is a table");
         let differs = |key: &&Key| key.name != "preset" && key.value(&scene) != key.value(default_scene());
         let changed: Vec<_> = KEYS
@@ -103,8 +104,7 @@ fn presets() -> String {
             .filter_map(|key| Some(format!("`{} = {}`", key.name, plain(&key.value(&scene)?))))
             .collect();
         let changed = if changed.is_empty() { "the defaults".into() } else { changed.join(", ") };
-        let name = preset.to_possible_value().expect("every preset has a name").get_name().to_owned();
-        writeln!(text, "| `{name}` | {changed} |").expect("a text can be written");
+        writeln!(text, "| `{}` | {changed} |", word(preset)).expect("a text can be written");
     }
     text
 }
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn the_commented_file_of_a_preset_is_that_preset() {
-        for &preset in Preset::value_variants() {
+        for preset in Preset::iter() {
             let text = commented(preset);
             assert_eq!(Scene::parse(&text, "scene.toml", None).unwrap(), Scene::preset(preset), "{text}");
             for key in KEYS {

@@ -11,12 +11,12 @@ use sorairo::render::{Report, Request};
 use sorairo::scene::file::{SceneFile, place_sun};
 use sorairo::scene::keys::help;
 use sorairo::scene::place::{Place, PlaceAndTime, Time, evenly};
-use sorairo::scene::words::{Words, words};
 use sorairo::scene::{
     ColorObserver, ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Rgb, Scene, Size, WhiteBalance,
 };
 use sorairo::sequence::{self, Frame, FrameChoice, MOST_FRAMES, parse_elevations};
 use sorairo::spectrum::parse_wavelengths;
+use sorairo::words::{Words, words};
 use sorairo::{Error, Result};
 
 /// Renders the clear sky in full spectrum on the GPU.

@@ -3,7 +3,7 @@
 use sorairo::files::text;
 use sorairo::scene::file::{self, SceneFile};
 use sorairo::scene::reference;
-use sorairo::scene::words::word;
+use sorairo::words::word;
 use sorairo::{Error, Result};
 
 use crate::arguments::SceneCommand;

@@ -2,7 +2,7 @@
 
 use sorairo::Scene;
 use sorairo::scene::{AlbedoSpectrum, OzoneCrossSection};
-use sorairo::spectra::tables::TableFile;
+use sorairo::spectra::table_file::TableFile;
 use sorairo_oracle::{
     Atmosphere, Coefficients, MARS_DUST_ALBEDO, Medium, OZONE_CROSS_SECTION_233K, Ray, Spectrum, direction,
 };

@@ -28,6 +28,7 @@ pub mod scene;
 pub mod sequence;
 pub mod spectra;
 pub mod spectrum;
+pub mod words;
 
 pub use error::{Error, Result};
 pub use renderer::{Image, Renderer};

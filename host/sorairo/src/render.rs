@@ -290,7 +290,7 @@ fn wavelengths(scene: &Scene, request: &Request, formats: &[Format]) -> Result<V
             "--wavelengths holds {count} wavelengths; a spectral file takes 1 to {MOST_WAVELENGTHS} of them"
         )));
     }
-    let (shortest, longest) = scene.known_wavelengths();
+    let (shortest, longest) = scene.optics().known_wavelengths();
     if let Some(outside) = wavelengths.iter().find(|&&nm| !(shortest..=longest).contains(&nm)) {
         return Err(Error::request(format!(
             "--wavelengths holds {}; wavelengths must lie between {shortest} and {longest} nm",

@@ -40,7 +40,7 @@ pub fn spectrum(plan: &Plan, elevation: f64, azimuth: f64, wavelengths: &[f64]) 
             return Err(Error::request(format!("{flag} is {value}; it must lie between -{limit} and {limit} degrees")));
         }
     }
-    let (shortest, longest) = plan.optics.known_wavelengths;
+    let (shortest, longest) = plan.optics.known_wavelengths();
     if let Some(outside) = wavelengths.iter().find(|&&wavelength| !(shortest..=longest).contains(&wavelength)) {
         return Err(Error::request(format!(
             "--wavelengths holds {outside}; wavelengths must lie between {shortest} and {longest} nm"

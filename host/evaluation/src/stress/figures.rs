@@ -72,7 +72,7 @@ fn errors(seed: u64) -> Vec<(f64, [f64; 3])> {
     let set = |number: u64| {
         let mut rng = generator(seed, number);
         let closest = CLOSEST_BANDS * 260f64.powf(number as f64 / SETS as f64);
-        let (shortest, longest) = sorairo::spectra::tables::MEASURED_RANGE;
+        let (shortest, longest) = sorairo::spectra::measured::MEASURED_RANGE;
         let others: [f64; 2] = std::array::from_fn(|_| closest * rng.random_range(1.0..1.2));
         let span = closest + others[0] + others[1];
         let first = shortest + (longest - shortest - span) * rng.random_range(0.0..1.0);

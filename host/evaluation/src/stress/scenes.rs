@@ -18,14 +18,13 @@ use sorairo::device::cpu::Cpu;
 use sorairo::device::{Backend, Device, Kernel};
 use sorairo::plan::Plan;
 use sorairo::plan::linear::{Interpolant, LinearFit};
-use sorairo::scene::keys::{self, CLOSEST_BANDS, DENSEST_TOP, FARTHEST_DISC, MOST_STOPS, band_counts};
+use sorairo::scene::keys::{self, CLOSEST_BANDS, DENSEST_TOP, FARTHEST_DISC, band_counts};
 use sorairo::scene::{
-    AlbedoSpectrum, ColorObserver, ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Render, Rgb,
-    Scene, Size, SunSpectrum, WhiteBalance,
+    AlbedoSpectrum, ColorObserver, ColorPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Preset, Projection,
+    Render, Rgb, Scene, Size, SunSpectrum, WhiteBalance,
 };
+use sorairo::spectra::measured::MEASURED_RANGE;
 use sorairo::spectra::observer;
-use sorairo::spectra::optics::Optics;
-use sorairo::spectra::tables::MEASURED_RANGE;
 
 /// Radiance that no device takes for nothing: far above the smallest normal number.
 const SURELY_LIT: f32 = 1e-30;
@@ -77,7 +76,7 @@ pub(super) fn bounds(name: &str, scene: &Scene) -> (f64, f64) {
 
 /// Takes as much air and aerosol from a scene as its top may not cut off.
 pub(super) fn thin_the_top(scene: &mut Scene) {
-    let depth = Optics::new(scene).depth_above_top(scene);
+    let depth = scene.optics().depth_above_top();
     if depth > DENSEST_TOP {
         // A hair less, which rounding may add again.
         let part = 0.999 * DENSEST_TOP / depth;

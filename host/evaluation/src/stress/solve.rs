@@ -10,8 +10,8 @@ use sorairo_shared::spectrum::{newton_coefficients, newton_value};
 
 use super::{Outcome, generator};
 use sorairo::scene::keys::CLOSEST_BANDS;
+use sorairo::spectra::measured::MEASURED_RANGE;
 use sorairo::spectra::observer::normalised;
-use sorairo::spectra::tables::MEASURED_RANGE;
 
 /// How many times half a unit in the last place, times [`amplification`], the cubic may be off, relative to the largest value;
 /// see [`newton_coefficients`].

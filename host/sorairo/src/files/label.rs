@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::spectral::channel_name;
 use crate::scene::{self, AlbedoSpectrum, OzoneCrossSection, Scene, SunSpectrum};
-use crate::spectra::tables::TableFile;
+use crate::spectra::table_file::TableFile;
 
 /// The program, as files name it.
 pub(super) const SOFTWARE: &str = concat!("sorairo ", env!("CARGO_PKG_VERSION"));

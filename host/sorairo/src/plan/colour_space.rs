@@ -128,7 +128,7 @@ mod tests {
     }
 
     fn space(rgb: Rgb, balance: WhiteBalance, observer: ColorObserver) -> ColourSpace {
-        ColourSpace::new(rgb, balance, observer, &Optics::new(&Scene::default()))
+        ColourSpace::new(rgb, balance, observer, &Scene::default().optics())
     }
 
     #[test]
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn a_white_balance_makes_its_white_grey() {
-        let optics = Optics::new(&Scene::default());
+        let optics = Scene::default().optics();
         for rgb in [Rgb::Srgb, Rgb::Rec2020, Rgb::AcesCg, Rgb::Xyz] {
             for observer in [ColorObserver::Cie1931, ColorObserver::Cie2015] {
                 let sun = observer::xyz(observer, |nm| optics.solar_irradiance(nm));

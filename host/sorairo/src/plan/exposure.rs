@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{Plan, direction};
-use crate::scene::keys::MOST_STOPS;
+use crate::scene::MOST_STOPS;
 
 /// The linear value of a picture (of 1) at which the sky's mean luminance is shown.
 const MIDDLE: f64 = 0.25;

@@ -13,8 +13,9 @@ use sorairo_shared::scattering::{Bands, SingleScattering, single_scattering};
 
 use super::{bands, direction};
 use crate::scene::ColorObserver;
+use crate::spectra::observer;
+use crate::spectra::optics::vec4;
 use crate::spectra::optics::{Coefficients, Optics};
-use crate::spectra::{observer, vec4};
 
 /// Regularisation of the regression, relative to the mean variance of the bands' logarithms: they are nearly dependent.
 const RIDGE: f64 = 1e-8;

@@ -26,8 +26,9 @@ use sorairo_shared::{sky_spectrum, variant};
 use crate::device::Kernel;
 use crate::error::{Error, Result};
 use crate::scene::{ColorObserver, ColorPath, Exposure, Fit, Projection, Rgb, Scene};
+use crate::spectra::observer;
 use crate::spectra::optics::Optics;
-use crate::spectra::{observer, vec4};
+use crate::spectra::optics::vec4;
 use colour_space::ColourSpace;
 use learnt::{Constituent, Training};
 use linear::{Interpolant, LinearFit};
@@ -96,7 +97,7 @@ impl Plan {
     /// [`crate::Error::Request`] if a value of the scene is out of range.
     pub fn new(scene: &Scene, pixel: Pixel) -> Result<Self> {
         scene.validate()?;
-        let optics = Optics::new(scene);
+        let optics = scene.optics();
         let wavelengths = wavelengths(scene);
         let space = colour_space(scene, pixel, &optics);
         let frame = Frame {
@@ -351,11 +352,11 @@ fn integral(scene: &Scene, optics: &Optics) -> u32 {
     let bit = |present: bool, bit: u32| if present { bit } else { 0 };
     bit(a.aerosol.optical_depth > 0.0, variant::AEROSOL)
         | bit(a.ozone.column > 0.0, variant::OZONE)
-        | bit(optics.depth_above_top(scene) > NEGLIGIBLE_DEPTH_ABOVE_TOP, variant::ABOVE_TOP)
+        | bit(optics.depth_above_top() > NEGLIGIBLE_DEPTH_ABOVE_TOP, variant::ABOVE_TOP)
         | bit(shadow, variant::SHADOW)
         | bit(from_above, variant::DESCENT)
         | bit(low_sun, variant::LOW_SUN)
-        | bit(optics.level_depth(scene) > OPAQUE_DEPTH, variant::OPAQUE)
+        | bit(optics.level_depth() > OPAQUE_DEPTH, variant::OPAQUE)
 }
 
 /// The angle (radians, at the planet's centre) to the farthest point of the atmosphere that can be seen: what the altitude of the

@@ -10,9 +10,10 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::keys::{self, Allowed, KEYS, Key};
 use super::place::{PlaceAndTime, sun_position};
-use super::{Preset, Scene, is_table_file};
+use super::preset::{Preset, Scene};
 use crate::error::{Error, Result};
 use crate::input::{self, LARGEST_SCENE};
+use crate::spectra::choice::is_table_file;
 
 /// Most problems of one file that are told.
 const MOST_PROBLEMS: usize = 20;
@@ -377,7 +378,10 @@ fn in_plain_words(message: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use strum::IntoEnumIterator;
+
     use super::*;
+    use crate::scene::{Exposure, Size, SunSpectrum};
 
     fn refused(text: &str) -> String {
         Scene::parse(text, "a.toml", None).unwrap_err().to_string()
@@ -470,5 +474,25 @@ mod tests {
         flagged.sun.elevation = 200.0;
         let error = file.validate(&flagged).unwrap_err().to_string();
         assert!(error.starts_with("--sun-elevation (sun.elevation) is 200"), "{error}");
+    }
+
+    #[test]
+    fn a_file_overrides_single_keys_of_its_preset() {
+        let text = "preset = \"paper\"\n[atmosphere.aerosol]\nscale_height = 2.0\n[camera]\nsize = \"64x32\"\n";
+        let scene = Scene::parse(text, "scene.toml", None).unwrap();
+        assert_eq!(scene.sun.spectrum, SunSpectrum::Flat);
+        assert_eq!(scene.atmosphere.aerosol.scale_height, 2.0);
+        assert_eq!(scene.atmosphere.aerosol.asymmetry, 0.8);
+        assert_eq!(scene.camera.size, Size { width: 64, height: 32 });
+    }
+
+    #[test]
+    fn every_scene_survives_a_round_trip_through_its_file() {
+        for preset in Preset::iter() {
+            let mut scene = Scene::preset(preset);
+            scene.camera.fov = Some(100.0);
+            scene.render.exposure = Exposure::Stops(-3.5);
+            assert_eq!(Scene::parse(&toml::to_string(&scene).unwrap(), "scene.toml", None).unwrap(), scene);
+        }
     }
 }

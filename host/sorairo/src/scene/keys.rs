@@ -5,16 +5,16 @@ use std::sync::OnceLock;
 
 use documented::DocumentedFields;
 
-use crate::input::shown;
-use crate::spectra::optics::Optics;
-
+use super::camera::{CameraScene, LONGEST_SIDE, Projection};
 use super::place::PlaceAndTime;
-use super::words::{Word, words};
-use super::{
-    Aerosol, Air, AlbedoSpectrum, AtmosphereScene, CameraScene, ColorObserver, ColorPath, Exposure, ExrDepth, Fit,
-    LONGEST_SIDE, Observer, Ozone, OzoneCrossSection, PathChoice, Preset, Projection, Render, Rgb, Scene, Sun,
-    SunSpectrum, WhiteBalance,
-};
+use super::preset::{Preset, Scene};
+use super::settings::{ColorPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Render, Rgb, WhiteBalance};
+use super::sky::{Aerosol, Air, AtmosphereScene, Observer, Ozone, Sun};
+use crate::error::{Error, Result};
+use crate::input::shown;
+use crate::spectra::choice::{AlbedoSpectrum, OzoneCrossSection, SunSpectrum};
+use crate::spectra::observer::ColorObserver;
+use crate::words::{Word, words};
 
 /// One key of a scene file.
 pub struct Key {
@@ -69,9 +69,6 @@ pub struct Violation {
 
 /// Bands closer than this (nm) make the fit's matrix singular in practice.
 pub const CLOSEST_BANDS: f64 = 0.5;
-
-/// Exposures, by hand and automatic, lie within so many stops of 1.
-pub const MOST_STOPS: f64 = 50.0;
 
 use Bound::{At, From};
 
@@ -388,6 +385,20 @@ pub fn help(name: &str) -> String {
     format!("{} [default: {}]", key.sentence().trim_end_matches('.'), key.default_words())
 }
 
+impl Scene {
+    /// Whether every value lies in its range.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Request`] that names the first key (and flag) out of range, its value, and what is allowed.
+    pub fn validate(&self) -> Result<()> {
+        match violations(self).first() {
+            Some(violation) => Err(Error::request(violation.as_request())),
+            None => Ok(()),
+        }
+    }
+}
+
 /// What is wrong with a scene, key by key.
 pub fn violations(scene: &Scene) -> Vec<Violation> {
     KEYS.iter().filter_map(|key| key.violation(scene)).collect()
@@ -444,7 +455,7 @@ fn opaque_at_its_top(scene: &Scene) -> Option<String> {
     if OF_THE_TOP.iter().any(|name| find(name).expect("a key").out_of_range(scene).is_some()) {
         return None;
     }
-    let depth = Optics::new(scene).depth_above_top(scene);
+    let depth = scene.optics().depth_above_top();
     (depth > DENSEST_TOP).then(|| {
         format!(
             "is {}, where the air is opaque still: what would lie above has an optical depth of {depth:.0} on a level ray, and at most \
@@ -494,7 +505,7 @@ fn unfit_bands(scene: &Scene) -> Option<String> {
     if !(fewest..=most).contains(&count) {
         return Some(format!("holds {count} wavelengths; this fit takes {fewest} to {most} of them"));
     }
-    let (shortest, longest) = scene.known_wavelengths();
+    let (shortest, longest) = scene.optics().known_wavelengths();
     if let Some(complaint) = bands.iter().find_map(|&band| out_of_range(band, shortest, longest, "nm")) {
         return Some(complaint);
     }
@@ -550,5 +561,15 @@ mod tests {
         for preset in Preset::iter() {
             assert!(Scene::preset(preset).validate().is_ok(), "{preset:?}");
         }
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_named_with_what_is_allowed() {
+        let mut scene = Scene::default();
+        scene.sun.elevation = 100.0;
+        let error = scene.validate().unwrap_err().to_string();
+        assert!(error.contains("--sun-elevation") && error.contains("100") && error.contains("90"), "{error}");
+        scene.sun.elevation = f64::NAN;
+        assert!(scene.validate().is_err());
     }
 }

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use strum::IntoEnumIterator;
 
 use super::keys::{Allowed, KEYS, Key, default_scene, plain};
-use super::words::{Word, word};
-use super::{Preset, Scene};
+use super::preset::{Preset, Scene};
+use crate::words::{Word, word};
 
 /// The reference of every key, in Markdown: `docs/scene-reference.md`.
 pub fn markdown() -> String {

@@ -1,10 +1,35 @@
 //! The colour observer: samples of the colour-matching functions over the visible range.
 
+use serde::{Deserialize, Serialize};
 use sorairo_shared::color::OBSERVER_SAMPLES;
 use sorairo_shared::glam::DVec3;
+use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
-use crate::scene::ColorObserver;
-use crate::spectra::tables;
+use super::measured;
+
+/// A colour observer.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum ColorObserver {
+    /// The CIE 1931 2° standard observer, to which displays are made.
+    #[default]
+    Cie1931,
+    /// The CIE 2015 2° observer, from the measured sensitivities of the cones.
+    Cie2015,
+}
+
+impl ColorObserver {
+    /// The name by which documents call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cie1931 => "CIE 1931 2° observer",
+            Self::Cie2015 => "CIE 2015 2° observer",
+        }
+    }
+}
 
 /// First wavelength of the observer sum (nm).
 pub const START: f64 = 380.0;
@@ -21,8 +46,8 @@ pub fn wavelengths() -> Vec<f64> {
 /// The weights (x̄ Δλ, ȳ Δλ, z̄ Δλ) of the sample at a wavelength (nm), in nm; zero where the observer's table does not reach.
 pub fn weights(observer: ColorObserver, wavelength: f64) -> DVec3 {
     let table = match observer {
-        ColorObserver::Cie1931 => tables::cie1931(),
-        ColorObserver::Cie2015 => tables::cie2015(),
+        ColorObserver::Cie1931 => measured::cie1931(),
+        ColorObserver::Cie2015 => measured::cie2015(),
     };
     if table.covers(wavelength) { DVec3::from_array(table.at(wavelength)) * STEP } else { DVec3::ZERO }
 }

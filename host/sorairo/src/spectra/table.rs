@@ -1,11 +1,8 @@
-//! Spectra as tables: those that travel with the program (observers, the sun, ozone, dust; their sources are in
-//! `data/README.md`), and those that a person gives as CSV.
+//! A spectral table: values over wavelength, as in a CSV file.
 
-use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use csv::{ReaderBuilder, StringRecord, Terminator};
 
-use crate::input::{self, LARGEST_TABLE, shown};
-use crate::spectra::observer;
+use crate::input::{self, shown};
 
 /// A spectrum as samples at increasing wavelengths, linear between them.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,26 +21,26 @@ impl<const N: usize> Table<N> {
     ///
     /// A sentence with the line number for a row that is not `N + 1` finite numbers, is negative, stands twice or is out
     /// of order.
-    pub fn parse(csv: &str) -> Result<Self, String> {
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let text = input::without_mark(text);
         let mut table = Self { wavelengths: Vec::new(), values: Vec::new() };
         let mut lines_of_rows = Vec::new();
         let mut header_allowed = true;
-        for (number, line) in (1..).zip(input::without_mark(csv).lines()) {
-            let line = line.trim();
-            if line.is_empty() || line.starts_with('#') {
+        for (line, fields) in rows(text) {
+            if trimmed(&fields).eq([""]) || trimmed(&fields).next().is_some_and(|first| first.starts_with('#')) {
                 continue;
             }
-            let is_header = header_allowed && line.split(',').all(|field| field.trim().parse::<f64>().is_err());
+            let is_header = header_allowed && trimmed(&fields).all(|field| field.parse::<f64>().is_err());
             header_allowed = false;
             if is_header {
                 continue;
             }
-            let (wavelength, values) = row(line).map_err(|complaint| format!("line {number}: {complaint}"))?;
+            let (wavelength, values) = row(&fields).map_err(|complaint| format!("line {line}: {complaint}"))?;
             check_order(&table.wavelengths, &lines_of_rows, wavelength)
-                .map_err(|complaint| format!("line {number}: {complaint}"))?;
+                .map_err(|complaint| format!("line {line}: {complaint}"))?;
             table.wavelengths.push(wavelength);
             table.values.push(values);
-            lines_of_rows.push(number);
+            lines_of_rows.push(line);
         }
         if table.wavelengths.len() < 2 {
             return Err(format!("a table needs at least two rows, and this has {}", table.wavelengths.len()));
@@ -60,6 +57,11 @@ impl<const N: usize> Table<N> {
     pub fn covers(&self, wavelength: f64) -> bool {
         let (shortest, longest) = self.range();
         (shortest..=longest).contains(&wavelength)
+    }
+
+    /// The rows: each wavelength (nm) and its values.
+    pub fn rows(&self) -> impl Iterator<Item = (f64, [f64; N])> {
+        self.wavelengths.iter().copied().zip(self.values.iter().copied())
     }
 
     /// The largest value of a column, and its wavelength (nm).
@@ -83,15 +85,38 @@ impl<const N: usize> Table<N> {
     }
 }
 
+/// The lines of a text that are not empty, each with its number (from 1) and its fields.
+fn rows(text: &str) -> impl Iterator<Item = (u64, StringRecord)> {
+    let mut reader = ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .quoting(false)
+        .terminator(Terminator::Any(b'\n'))
+        .from_reader(text.as_bytes());
+    std::iter::from_fn(move || {
+        let mut fields = StringRecord::new();
+        let is_there = reader.read_record(&mut fields).expect("text in memory can be read");
+        let start = fields.position().map_or(0, |position| position.byte()) as usize;
+        // The reader counts from where it stood, which is before the empty lines that it skips.
+        let empty = text[start..].bytes().take_while(|&byte| byte == b'\n').count() as u64;
+        is_there.then(|| (fields.position().map_or(0, |position| position.line()) + empty, fields))
+    })
+}
+
+/// The fields of a line without the spaces around them.
+fn trimmed(fields: &StringRecord) -> impl Iterator<Item = &str> {
+    // The reader's own trimming copies the line, which may be as long as the file.
+    fields.iter().map(str::trim)
+}
+
 /// One row: a wavelength and its values, all finite and none negative.
-fn row<const N: usize>(line: &str) -> Result<(f64, [f64; N]), String> {
-    let count = line.split(',').count();
-    if count != N + 1 {
-        return Err(format!("{count} columns instead of {}", N + 1));
+fn row<const N: usize>(fields: &StringRecord) -> Result<(f64, [f64; N]), String> {
+    if fields.len() != N + 1 {
+        return Err(format!("{} columns instead of {}", fields.len(), N + 1));
     }
     let mut numbers = [0.0; N];
     let mut wavelength = 0.0;
-    for (column, field) in line.split(',').map(str::trim).enumerate() {
+    for (column, field) in trimmed(fields).enumerate() {
         let number = number(field).map_err(|complaint| format!("column {} {complaint}", column + 1))?;
         match column {
             0 => wavelength = number,
@@ -114,7 +139,7 @@ fn number(field: &str) -> Result<f64, String> {
 }
 
 /// Checks that a wavelength follows those before it.
-fn check_order(before: &[f64], lines: &[usize], wavelength: f64) -> Result<(), String> {
+fn check_order(before: &[f64], lines: &[u64], wavelength: f64) -> Result<(), String> {
     let Some(&last) = before.last().filter(|&&last| last >= wavelength) else { return Ok(()) };
     let at = before.partition_point(|&earlier| earlier < wavelength);
     if before[at] == wavelength {
@@ -124,111 +149,9 @@ fn check_order(before: &[f64], lines: &[usize], wavelength: f64) -> Result<(), S
     Err(format!("{wavelength} nm follows {last} nm; wavelengths must increase from row to row"))
 }
 
-/// A spectrum that a person gives: the name of a CSV file, and what it holds.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TableFile {
-    path: PathBuf,
-    table: Arc<Table<1>>,
-}
-
-impl TableFile {
-    /// Reads `wavelength_nm, value` rows; see [`Table::parse`]. They must cover [`NEEDED_RANGE`].
-    ///
-    /// # Errors
-    ///
-    /// One sentence with the file's name, and the line where there is one.
-    pub fn read(path: &Path) -> Result<Self, String> {
-        let name = path.display();
-        let text = input::read_text(path, LARGEST_TABLE).map_err(|complaint| format!("{name} {complaint}"))?;
-        let table = Table::parse(&text).map_err(|complaint| format!("{name}, {complaint}"))?;
-        let ((shortest, longest), (first, last)) = (NEEDED_RANGE, table.range());
-        let missing: Vec<String> = [(shortest, first), (last, longest)]
-            .iter()
-            .filter(|(from, to)| from < to)
-            .map(|(from, to)| format!("{} to {} nm", shown(from.max(shortest)), shown(to.min(longest))))
-            .collect();
-        if !missing.is_empty() {
-            return Err(format!(
-                "{name} holds {} to {} nm; {} are missing of {shortest} to {longest} nm, which colours need",
-                shown(first),
-                shown(last),
-                missing.join(" and ")
-            ));
-        }
-        Ok(Self { path: path.to_owned(), table: Arc::new(table) })
-    }
-
-    /// The name of the file.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// The CRC-32 of what it holds, by which a file that has changed is told from before.
-    pub fn checksum(&self) -> u32 {
-        let Table { wavelengths, values } = &*self.table;
-        let mut hasher = crc32fast::Hasher::new();
-        let numbers = wavelengths.iter().zip(values).flat_map(|(wavelength, [value])| [wavelength, value]);
-        numbers.for_each(|number| hasher.update(&number.to_le_bytes()));
-        hasher.finalize()
-    }
-
-    /// What it holds.
-    pub fn table(&self) -> &Table<1> {
-        &self.table
-    }
-}
-
-/// The wavelengths (nm) that a person's table must cover: those of the observer's sum.
-pub const NEEDED_RANGE: (f64, f64) = (observer::START, observer::END);
-
-/// The wavelengths (nm) that the tables of ozone and of the CIE 1931 observer cover.
-pub const MEASURED_RANGE: (f64, f64) = (360.0, 830.0);
-
-fn embedded<const N: usize>(cell: &'static OnceLock<Table<N>>, csv: &str) -> &'static Table<N> {
-    cell.get_or_init(|| Table::parse(csv).expect("the tables in the program are well formed"))
-}
-
-/// Colour-matching functions x̄, ȳ, z̄ of the CIE 1931 2° observer, 360-830 nm.
-pub fn cie1931() -> &'static Table<3> {
-    static TABLE: OnceLock<Table<3>> = OnceLock::new();
-    embedded(&TABLE, include_str!("../../data/cie1931_2deg_xyz.csv"))
-}
-
-/// Colour-matching functions x̄, ȳ, z̄ of the CIE 2015 2° cone-fundamental-based observer, 390-830 nm.
-pub fn cie2015() -> &'static Table<3> {
-    static TABLE: OnceLock<Table<3>> = OnceLock::new();
-    embedded(&TABLE, include_str!("../../data/cie2015_2deg_xyz.csv"))
-}
-
-/// Solar irradiance at the top of the atmosphere, ASTM G173-03 (W·m⁻²·nm⁻¹).
-pub fn solar_irradiance() -> &'static Table<1> {
-    static TABLE: OnceLock<Table<1>> = OnceLock::new();
-    embedded(&TABLE, include_str!("../../data/astm_g173_extraterrestrial.csv"))
-}
-
-/// Absorption cross-section of ozone at 233 K (m²), 360-830 nm.
-pub fn ozone_cross_section() -> &'static Table<1> {
-    static TABLE: OnceLock<Table<1>> = OnceLock::new();
-    embedded(&TABLE, include_str!("../../data/ozone_cross_section_233K.csv"))
-}
-
-/// Single-scattering albedo of Martian dust.
-pub fn mars_dust_albedo() -> &'static Table<1> {
-    static TABLE: OnceLock<Table<1>> = OnceLock::new();
-    embedded(&TABLE, include_str!("../../data/mars_dust_single_scattering_albedo.csv"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_embedded_tables_cover_the_visible_range() {
-        assert!((cie1931().at(555.0)[1] - 1.0).abs() < 1e-3);
-        assert!((solar_irradiance().at(550.0)[0] - 1.86).abs() < 0.1);
-        assert_eq!(ozone_cross_section().at(600.0)[0], 5.019e-25);
-        assert_eq!(ozone_cross_section().at(605.0)[0], 0.5 * (5.019e-25 + 4.305e-25));
-    }
 
     #[test]
     fn a_bad_row_is_named_by_its_line() {

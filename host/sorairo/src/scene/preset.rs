@@ -1,6 +1,59 @@
-//! Named atmospheres.
+//! A whole scene, and the named atmospheres it may begin as.
 
-use super::{AlbedoSpectrum, AtmosphereScene, CameraScene, Observer, Preset, Render, Scene, Sun, SunSpectrum};
+use documented::DocumentedFields;
+use serde::{Deserialize, Serialize};
+use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
+
+use super::camera::CameraScene;
+use super::settings::Render;
+use super::sky::{AtmosphereScene, Observer, Sun};
+use crate::spectra::choice::{AlbedoSpectrum, SunSpectrum};
+
+/// A complete description of one sky. Read from TOML; every key has a default, that of the preset.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scene {
+    /// The named atmosphere that fills in every key which is not given.
+    pub preset: Preset,
+    /// Where the sun is and how it shines.
+    pub sun: Sun,
+    /// Where the observer is.
+    pub observer: Observer,
+    /// The planet and what surrounds it.
+    pub atmosphere: AtmosphereScene,
+    /// The camera.
+    pub camera: CameraScene,
+    /// How to render.
+    pub render: Render,
+}
+
+/// A named atmosphere.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum Preset {
+    /// The Earth's atmosphere with ozone under the measured sun.
+    #[default]
+    Earth,
+    /// The setting of Takahashi and Dobashi: no ozone, a sun of 1 at every wavelength.
+    Paper,
+    /// A polluted continent in summer: much aerosol, which absorbs a tenth.
+    Hazy,
+    /// From 3 km above the sea, in clean air.
+    Mountain,
+    /// Mars on a clear day, from its ground.
+    Mars,
+    /// The Earth's atmosphere without its ozone.
+    NoOzone,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self::preset(Preset::default())
+    }
+}
 
 impl Scene {
     /// The scene of a preset.
@@ -83,4 +136,19 @@ fn mars(scene: &mut Scene) {
     atmosphere.aerosol.single_scattering_albedo_spectrum = AlbedoSpectrum::MarsDust;
     atmosphere.aerosol.asymmetry = 0.69;
     atmosphere.ozone.column = 0.0;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_are_those_of_the_design() {
+        let earth = Scene::preset(Preset::Earth);
+        assert_eq!(earth.atmosphere.ozone.column, 300.0);
+        assert_eq!(earth.sun.spectrum, SunSpectrum::AstmG173);
+        let paper = Scene::preset(Preset::Paper);
+        assert_eq!(paper.atmosphere.ozone.column, 0.0);
+        assert_eq!(paper.sun.spectrum, SunSpectrum::Flat);
+    }
 }

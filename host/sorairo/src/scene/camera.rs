@@ -1,0 +1,102 @@
+//! The camera: from directions to pixels.
+
+use std::fmt;
+use std::str::FromStr;
+
+use documented::DocumentedFields;
+use serde::{Deserialize, Serialize};
+use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
+
+/// Most pixels along a side of an image: the centres of more are not exact in single precision.
+pub const LONGEST_SIDE: u32 = 1 << 23;
+
+/// The camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
+#[serde(deny_unknown_fields, default)]
+pub struct CameraScene {
+    /// Projection of the sphere of directions onto the image.
+    pub projection: Projection,
+    /// Width and height of the image (pixels).
+    pub size: Size,
+    /// Field of view (degrees): across a fisheye's circle, or a perspective's width.
+    pub fov: Option<f64>,
+    /// Azimuth of the view, clockwise from north (degrees).
+    pub look_azimuth: Option<f64>,
+    /// Elevation of the view (degrees).
+    pub look_elevation: Option<f64>,
+}
+
+impl Default for CameraScene {
+    fn default() -> Self {
+        Self {
+            projection: Projection::Equirectangular,
+            size: Size { width: 1024, height: 512 },
+            fov: None,
+            look_azimuth: None,
+            look_elevation: None,
+        }
+    }
+}
+
+/// The projection of the sphere of directions onto the image.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum Projection {
+    /// The whole sphere: north in the centre column, the zenith in the top row, azimuth growing to the right.
+    Equirectangular,
+    /// A circle in which the distance from the centre is proportional to the angle.
+    Fisheye,
+    /// A pinhole camera.
+    Perspective,
+}
+
+/// Width and height of an image (pixels).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Size {
+    /// Width (pixels).
+    pub width: u32,
+    /// Height (pixels).
+    pub height: u32,
+}
+
+impl TryFrom<String> for Size {
+    type Error = String;
+
+    fn try_from(text: String) -> std::result::Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<Size> for String {
+    fn from(size: Size) -> Self {
+        size.to_string()
+    }
+}
+
+impl Size {
+    pub(super) fn is_allowed(&self) -> bool {
+        [self.width, self.height].iter().all(|side| (1..=LONGEST_SIDE).contains(side))
+    }
+}
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let size = text
+            .split_once('x')
+            .and_then(|(width, height)| Some(Self { width: width.parse().ok()?, height: height.parse().ok()? }));
+        size.filter(Self::is_allowed)
+            .ok_or_else(|| format!("a size is WIDTHxHEIGHT in pixels, each from 1 to {LONGEST_SIDE}, not {text:?}"))
+    }
+}

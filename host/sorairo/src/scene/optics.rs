@@ -1,0 +1,140 @@
+//! The optical properties of a scene.
+
+use super::preset::Scene;
+use crate::spectra::optics::Optics;
+
+/// One Dobson unit: molecules per m².
+const DOBSON_UNIT: f64 = 2.687e20;
+const METRES_PER_KM: f64 = 1000.0;
+
+impl Scene {
+    /// The optical properties of the atmosphere and the sun.
+    pub fn optics(&self) -> Optics {
+        let a = &self.atmosphere;
+        // The tent's column is half its base times its height.
+        let half_base = (a.ozone.top - a.ozone.bottom) / 2.0 * METRES_PER_KM;
+        Optics {
+            ground_radius: a.ground_radius,
+            top_radius: a.top_radius,
+            air_scattering: a.air.scattering,
+            air_scale_height: a.air.scale_height,
+            aerosol_extinction: a.aerosol.optical_depth / a.aerosol.scale_height,
+            angstrom_exponent: a.aerosol.angstrom_exponent,
+            aerosol_scale_height: a.aerosol.scale_height,
+            single_scattering_albedo: a.aerosol.single_scattering_albedo,
+            albedo_spectrum: a.aerosol.single_scattering_albedo_spectrum.clone(),
+            // Without ozone its layer may be anywhere, and as thin as nothing.
+            ozone_peak_density: if a.ozone.column > 0.0 { a.ozone.column * DOBSON_UNIT / half_base } else { 0.0 },
+            cross_section: a.ozone.cross_section.clone(),
+            sun: self.sun.spectrum.clone(),
+            sun_distance: self.sun.distance,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Preset;
+    use crate::spectra::optics::Coefficients;
+
+    fn at(scene: &Scene, wavelength: f64) -> Coefficients {
+        scene.optics().at(wavelength)
+    }
+
+    /// Optical depth of a column of air, as the published ones end nowhere.
+    fn air_depth(scene: &Scene, wavelength: f64) -> f64 {
+        at(scene, wavelength).air_scattering * scene.atmosphere.air.scale_height
+    }
+
+    #[track_caller]
+    fn assert_close(value: f64, published: f64, tolerance: f64) {
+        assert!((value / published - 1.0).abs() <= tolerance, "{value} instead of {published}");
+    }
+
+    #[test]
+    fn the_earths_air_is_that_of_its_source() {
+        // Bruneton and Neyret 2008, Sec. 2.1, in three digits, with a scale height of 8 km (DOI 10.1111/j.1467-8659.2008.01245.x).
+        let scene = Scene::preset(Preset::Earth);
+        for (wavelength, per_km) in [(680.0, 5.8e-3), (550.0, 13.5e-3), (440.0, 33.1e-3)] {
+            assert_close(at(&scene, wavelength).air_scattering, per_km, 5e-3);
+        }
+        assert_eq!(scene.atmosphere.air.scale_height, 8.0);
+    }
+
+    /// Rayleigh optical depth of the standard atmosphere at sea level: Bodhaine, Wood, Dutton and Slusser 1999, Eq. 30, which
+    /// gives their table within 0.01 % (DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2).
+    fn standard_air_depth(wavelength: f64) -> f64 {
+        let square = (wavelength / 1000.0).powi(2);
+        let over = 1.045_599_6 - 341.290_61 / square - 0.902_308_50 * square;
+        0.002_152_0 * over / (1.0 + 0.002_705_988_9 / square - 85.968_563 * square)
+    }
+
+    #[test]
+    fn the_earths_air_is_7_to_14_percent_thicker_than_the_standard_atmosphere() {
+        let scene = Scene::preset(Preset::Earth);
+        // λ⁻⁴ without dispersion grows apart from it with the wavelength.
+        let ratios = [400.0, 500.0, 600.0, 700.0, 780.0].map(|nm| air_depth(&scene, nm) / standard_air_depth(nm));
+        assert!(ratios.windows(2).all(|pair| pair[0] < pair[1]), "{ratios:?}");
+        assert!(ratios.iter().all(|ratio| (1.07..1.145).contains(ratio)), "{ratios:?}");
+        assert_close(standard_air_depth(550.0), 0.0971, 1e-3);
+    }
+
+    #[test]
+    fn air_scatters_as_the_fourth_power_of_the_wavelength() {
+        let scene = Scene::preset(Preset::Earth);
+        assert_close(at(&scene, 400.0).air_scattering / at(&scene, 800.0).air_scattering, 16.0, 1e-14);
+        assert_close(at(&scene, 1000.0).air_scattering, scene.atmosphere.air.scattering, 1e-15);
+    }
+
+    #[test]
+    fn ozone_absorbs_as_published() {
+        let mut scene = Scene::preset(Preset::Earth);
+        let tent = |scene: &Scene| (scene.atmosphere.ozone.top - scene.atmosphere.ozone.bottom) / 2.0;
+        let depth = |scene: &Scene, wavelength| at(scene, wavelength).ozone_absorption * tent(scene);
+        assert_eq!(scene.atmosphere.ozone.column, 300.0);
+        // 3 mm of ozone at 0 °C and 1 atm hold 101325 Pa / (k 273.15 K) molecules per m³, each of 5.019e-25 m² at 600 nm (Serdyuchenko
+        // et al. 2014, DOI 10.5194/amt-7-625-2014). A Dobson unit of four digits is 8e-5 more.
+        let molecules = 3e-3 * 101_325.0 / (1.380_649e-23 * 273.15);
+        assert_close(depth(&scene, 600.0), molecules * 5.019e-25, 1e-4);
+        // Solar models take 0.119 and 0.120 per cm of ozone at 593 and 610 nm (Bird and Riordan 1986, Table 1); such measured
+        // coefficients are uncertain to 10 to 20 % as spectrophotometry of the sun found.
+        assert_close(depth(&scene, 593.0), 0.3 * 0.119, 0.1);
+        assert_close(depth(&scene, 610.0), 0.3 * 0.120, 0.1);
+        // What a column absorbs does not depend on where it is.
+        let before = depth(&scene, 600.0);
+        (scene.atmosphere.ozone.bottom, scene.atmosphere.ozone.peak, scene.atmosphere.ozone.top) = (15.0, 18.0, 35.0);
+        assert_close(depth(&scene, 600.0), before, 1e-14);
+        scene.atmosphere.ozone.column = 0.0;
+        assert_eq!(depth(&scene, 600.0), 0.0);
+    }
+
+    #[test]
+    fn aerosol_follows_angstroms_law() {
+        // Optical depths at 550 nm of OPAC's continental polluted and clean aerosol (Hess, Koepke and Schult 1998, DOI
+        // 10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2), which the presets name in three digits at 1 µm.
+        for (preset, published, albedo) in [(Preset::Hazy, 0.327, 0.892), (Preset::Mountain, 0.064, 0.972)] {
+            let scene = Scene::preset(preset);
+            let c = at(&scene, 550.0);
+            assert_close(c.aerosol_extinction * scene.atmosphere.aerosol.scale_height, published, 3e-3);
+            assert_close(c.aerosol_scattering / c.aerosol_extinction, albedo, 1e-12);
+        }
+        // τ(λ) = β λ^−α with λ in µm (Ångström 1929): of α = 1.3, half the wavelength is 2^1.3 times as thick.
+        let hazy = Scene::preset(Preset::Hazy);
+        assert_close(at(&hazy, 400.0).aerosol_extinction / at(&hazy, 800.0).aerosol_extinction, 2.462_288_8, 1e-7);
+        let grey = Scene::preset(Preset::Earth);
+        assert_close(at(&grey, 380.0).aerosol_extinction, 5.328e-3 / 1.2, 1e-14);
+    }
+
+    #[test]
+    fn martian_air_and_dust_are_those_of_their_sources() {
+        let scene = Scene::preset(Preset::Mars);
+        // 0.00267 at 550 nm, see the preset.
+        assert_close(air_depth(&scene, 550.0), 0.002_67, 5e-3);
+        let albedo = |wavelength| at(&scene, wavelength).aerosol_scattering / at(&scene, wavelength).aerosol_extinction;
+        // Wolff et al. 2009 (DOI 10.1029/2009JE003350).
+        for (wavelength, published) in [(388.0, 0.73), (650.0, 0.967), (700.0, 0.975)] {
+            assert_close(albedo(wavelength), published, 1e-12);
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! How a sky is computed, and how it is shown.
+
+use std::str::FromStr;
+
+use documented::DocumentedFields;
+use serde::{Deserialize, Serialize};
+use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
+
+use crate::spectra::observer::ColorObserver;
+
+/// How the sky is computed and shown.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
+#[serde(deny_unknown_fields, default)]
+pub struct Render {
+    /// Fit through the bands.
+    pub fit: Fit,
+    /// Wavelengths that are integrated (nm).
+    pub bands: Option<Vec<f64>>,
+    /// How the fit becomes a colour.
+    pub color: ColorPath,
+    /// Samples of the integral on each piece of a ray.
+    pub steps: Option<u32>,
+    /// Whether pixels are integrated or looked up in a sky table.
+    pub path: PathChoice,
+    /// Exposure of pictures (stops).
+    pub exposure: Exposure,
+    /// Depth of EXR files.
+    pub exr: ExrDepth,
+    /// The space of the linear RGB in EXR files. Pictures are always sRGB.
+    pub rgb: Rgb,
+    /// The colour observer.
+    pub observer: ColorObserver,
+    /// Which light becomes the white of the RGB space.
+    pub white_balance: WhiteBalance,
+}
+
+impl Default for Render {
+    fn default() -> Self {
+        Self {
+            fit: Fit::Extinction,
+            bands: None,
+            color: ColorPath::Folded,
+            steps: None,
+            path: PathChoice::Auto,
+            exposure: Exposure::Auto,
+            exr: ExrDepth::Full,
+            rgb: Rgb::Srgb,
+            observer: ColorObserver::Cie1931,
+            white_balance: WhiteBalance::None,
+        }
+    }
+}
+
+/// A space of linear RGB; see `plan::colour_space`.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum Rgb {
+    /// The primaries of Rec. 709 and sRGB, white D65.
+    #[default]
+    Srgb,
+    /// The primaries of Rec. 2020, white D65.
+    Rec2020,
+    /// The primaries AP1, white that of ACES, near D60.
+    AcesCg,
+    /// X, Y and Z themselves, white that of equal energy.
+    Xyz,
+}
+
+/// Which light becomes the white of the RGB space, by Bradford's adaptation (Lam 1985).
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum WhiteBalance {
+    /// None is chosen: RGB are the XYZ of the sky in the space's primaries.
+    #[default]
+    None,
+    /// D65: a difference only for spaces with another white.
+    D65,
+    /// The sun above the atmosphere.
+    Sun,
+}
+
+/// Depth of EXR files.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+pub enum ExrDepth {
+    /// 16 bit floats: three digits, up to 65504.
+    #[serde(rename = "f16")]
+    #[strum(serialize = "f16")]
+    Half,
+    /// 32 bit floats.
+    #[default]
+    #[serde(rename = "f32")]
+    #[strum(serialize = "f32")]
+    Full,
+}
+
+/// Whether pixels are integrated or looked up.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum PathChoice {
+    /// What is faster within the error bound.
+    #[default]
+    Auto,
+    /// Every pixel is integrated.
+    Direct,
+    /// Pixels are looked up in a sky table.
+    Table,
+}
+
+/// The fit through the bands.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum Fit {
+    /// The paper's: a cubic in the wavelength through the radiance, at 430, 520, 610 and 700 nm.
+    Cubic,
+    /// A cubic in the wavelength through the radiance divided by the sun's spectrum.
+    Transfer,
+    /// The logarithm of each constituent's scattered light, by a regression learnt from the scene's own rays.
+    Extinction,
+    /// No fit: every 5 nm integrated, straight lines between. Slow; the reference.
+    Dense,
+}
+
+impl Fit {
+    /// The name by which files, flags and reports call it.
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+}
+
+/// How the fit becomes a colour.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum ColorPath {
+    /// Step by step at every pixel: the 4×4 solve, the sum over the observer's samples, XYZ to RGB.
+    Solve,
+    /// The same map, with its linear steps made into one matrix once per frame.
+    Folded,
+}
+
+/// Exposures, by hand and automatic, lie within so many stops of 1.
+pub const MOST_STOPS: f64 = 50.0;
+
+/// Exposure of pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "ExposureText", into = "ExposureText")]
+pub enum Exposure {
+    /// From the mean luminance of the sky above the horizon; see `plan::exposure`.
+    Auto,
+    /// Linear RGB times 2^EV (-50 to 50).
+    Stops(f64),
+}
+
+/// An exposure as it stands in a scene file.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged, expecting = "an exposure is a number of stops or \"auto\"")]
+enum ExposureText {
+    Number(f64),
+    Text(String),
+}
+
+impl TryFrom<ExposureText> for Exposure {
+    type Error = String;
+
+    fn try_from(text: ExposureText) -> std::result::Result<Self, String> {
+        match text {
+            ExposureText::Number(stops) => Ok(Self::Stops(stops)),
+            ExposureText::Text(text) => text.parse(),
+        }
+    }
+}
+
+impl From<Exposure> for ExposureText {
+    fn from(exposure: Exposure) -> Self {
+        match exposure {
+            Exposure::Auto => Self::Text("auto".into()),
+            Exposure::Stops(stops) => Self::Number(stops),
+        }
+    }
+}
+
+impl FromStr for Exposure {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        text.parse().map(Self::Stops).map_err(|_| format!("an exposure is a number of stops or \"auto\", not {text:?}"))
+    }
+}

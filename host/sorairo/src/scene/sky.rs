@@ -1,0 +1,139 @@
+//! The sky: the sun, the observer, the planet and what surrounds it.
+
+use documented::DocumentedFields;
+use serde::{Deserialize, Serialize};
+
+use crate::spectra::choice::{AlbedoSpectrum, OzoneCrossSection, SunSpectrum};
+
+/// The sun.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
+#[serde(deny_unknown_fields, default)]
+pub struct Sun {
+    /// Elevation of the sun above the horizon (degrees).
+    pub elevation: f64,
+    /// Azimuth of the sun, clockwise from north (degrees).
+    pub azimuth: f64,
+    /// Spectrum of the sun at the top of the atmosphere, at a distance of 1 au; a file holds W·m⁻²·nm⁻¹.
+    pub spectrum: SunSpectrum,
+    /// Distance of the sun (astronomical units, au), by whose square its light falls off.
+    pub distance: f64,
+    /// Whether images show the sun's disc, darker towards its limb, with the light that it sends through the air.
+    pub disc: bool,
+}
+
+impl Default for Sun {
+    fn default() -> Self {
+        Self { elevation: 30.0, azimuth: 0.0, spectrum: SunSpectrum::AstmG173, distance: 1.0, disc: false }
+    }
+}
+
+/// The observer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
+#[serde(deny_unknown_fields, default)]
+pub struct Observer {
+    /// Altitude of the observer above the ground (km).
+    pub altitude: f64,
+}
+
+impl Default for Observer {
+    fn default() -> Self {
+        Self { altitude: 0.0 }
+    }
+}
+
+/// The planet and its atmosphere.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
+#[serde(deny_unknown_fields, default)]
+pub struct AtmosphereScene {
+    /// Radius of the ground sphere (km).
+    pub ground_radius: f64,
+    /// Radius of the top of the atmosphere (km).
+    pub top_radius: f64,
+    /// Air.
+    pub air: Air,
+    /// Aerosol.
+    pub aerosol: Aerosol,
+    /// Ozone.
+    pub ozone: Ozone,
+}
+
+impl Default for AtmosphereScene {
+    fn default() -> Self {
+        Self {
+            ground_radius: 6360.0,
+            top_radius: 6460.0,
+            air: Air::default(),
+            aerosol: Aerosol::default(),
+            ozone: Ozone::default(),
+        }
+    }
+}
+
+/// Air: scatters as λ⁻⁴ by Rayleigh's law.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
+#[serde(deny_unknown_fields, default)]
+pub struct Air {
+    /// Scattering coefficient of air at the ground and 1 µm (km⁻¹): `4πk` of the paper's Eq. 3 in µm⁴·km⁻¹.
+    pub scattering: f64,
+    /// Scale height of air (km).
+    pub scale_height: f64,
+}
+
+impl Default for Air {
+    fn default() -> Self {
+        Self { scattering: 1.240_62e-3, scale_height: 8.0 }
+    }
+}
+
+/// Aerosol: scatters and absorbs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
+#[serde(deny_unknown_fields, default)]
+pub struct Aerosol {
+    /// Optical depth of a vertical column of aerosol at 1 µm: extinction at the ground times the scale height.
+    pub optical_depth: f64,
+    /// Ångström exponent α of the extinction by aerosol, which varies as λ^-α.
+    pub angstrom_exponent: f64,
+    /// Scale height of aerosol (km).
+    pub scale_height: f64,
+    /// Single-scattering albedo of aerosol at every wavelength: the part of the extinction that is scattering.
+    pub single_scattering_albedo: f64,
+    /// Single-scattering albedo of aerosol by wavelength, in place of `single_scattering_albedo`.
+    pub single_scattering_albedo_spectrum: AlbedoSpectrum,
+    /// Asymmetry of the Cornette-Shanks phase function of aerosol.
+    pub asymmetry: f64,
+}
+
+impl Default for Aerosol {
+    fn default() -> Self {
+        Self {
+            optical_depth: 5.328e-3,
+            angstrom_exponent: 0.0,
+            scale_height: 1.2,
+            single_scattering_albedo: 0.9,
+            single_scattering_albedo_spectrum: AlbedoSpectrum::Grey,
+            asymmetry: 0.8,
+        }
+    }
+}
+
+/// Ozone: absorbs, in a layer whose density is a tent.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
+#[serde(deny_unknown_fields, default)]
+pub struct Ozone {
+    /// Vertical column of ozone (Dobson units).
+    pub column: f64,
+    /// Altitude at which the layer of ozone begins (km).
+    pub bottom: f64,
+    /// Altitude at which the layer of ozone is densest (km).
+    pub peak: f64,
+    /// Altitude at which the layer of ozone ends (km).
+    pub top: f64,
+    /// Absorption cross-section of ozone.
+    pub cross_section: OzoneCrossSection,
+}
+
+impl Default for Ozone {
+    fn default() -> Self {
+        Self { column: 300.0, bottom: 10.0, peak: 25.0, top: 40.0, cross_section: OzoneCrossSection::At233K }
+    }
+}

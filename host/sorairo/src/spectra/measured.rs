@@ -1,0 +1,55 @@
+//! The measured tables that travel with the program; their sources are in `data/README.md`.
+
+use std::sync::OnceLock;
+
+use super::table::Table;
+
+/// The wavelengths (nm) that the tables of ozone and of the CIE 1931 observer cover.
+pub const MEASURED_RANGE: (f64, f64) = (360.0, 830.0);
+
+fn embedded<const N: usize>(cell: &'static OnceLock<Table<N>>, csv: &str) -> &'static Table<N> {
+    cell.get_or_init(|| Table::parse(csv).expect("the tables in the program are well formed"))
+}
+
+/// Colour-matching functions x̄, ȳ, z̄ of the CIE 1931 2° observer, 360-830 nm.
+pub fn cie1931() -> &'static Table<3> {
+    static TABLE: OnceLock<Table<3>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../../data/cie1931_2deg_xyz.csv"))
+}
+
+/// Colour-matching functions x̄, ȳ, z̄ of the CIE 2015 2° cone-fundamental-based observer, 390-830 nm.
+pub fn cie2015() -> &'static Table<3> {
+    static TABLE: OnceLock<Table<3>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../../data/cie2015_2deg_xyz.csv"))
+}
+
+/// Solar irradiance at the top of the atmosphere, ASTM G173-03 (W·m⁻²·nm⁻¹).
+pub fn solar_irradiance() -> &'static Table<1> {
+    static TABLE: OnceLock<Table<1>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../../data/astm_g173_extraterrestrial.csv"))
+}
+
+/// Absorption cross-section of ozone at 233 K (m²), 360-830 nm.
+pub fn ozone_cross_section() -> &'static Table<1> {
+    static TABLE: OnceLock<Table<1>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../../data/ozone_cross_section_233K.csv"))
+}
+
+/// Single-scattering albedo of Martian dust.
+pub fn mars_dust_albedo() -> &'static Table<1> {
+    static TABLE: OnceLock<Table<1>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../../data/mars_dust_single_scattering_albedo.csv"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_embedded_tables_cover_the_visible_range() {
+        assert!((cie1931().at(555.0)[1] - 1.0).abs() < 1e-3);
+        assert!((solar_irradiance().at(550.0)[0] - 1.86).abs() < 0.1);
+        assert_eq!(ozone_cross_section().at(600.0)[0], 5.019e-25);
+        assert_eq!(ozone_cross_section().at(605.0)[0], 0.5 * (5.019e-25 + 4.305e-25));
+    }
+}

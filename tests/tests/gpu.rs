@@ -133,7 +133,7 @@ fn an_explicit_solve_gives_no_spectrum() {
     let mut scene = scene(Preset::Earth, 20.0, "4x2");
     scene.render.color = ColorPath::Solve;
     let refused = Plan::new(&scene, PixelFormat::LinearRgb).unwrap().with_spectrum(&[550.0]);
-    assert!(matches!(refused, Err(sorairo::Error::Request(_))));
+    assert!(matches!(refused, Err(sorairo::Error::NotAllowed { .. })));
 }
 
 /// The rows without light of such a plan were opaque black in its pixels' format, which is a NaN in a spectral image.
@@ -141,7 +141,7 @@ fn an_explicit_solve_gives_no_spectrum() {
 fn a_plan_of_a_picture_takes_no_spectrum() {
     for pixel in [PixelFormat::Picture, PixelFormat::HalfRgb] {
         let refused = Plan::new(&scene(Preset::Earth, 20.0, "4x2"), pixel).unwrap().with_spectrum(&[550.0]);
-        assert!(matches!(refused, Err(sorairo::Error::Request(_))), "{pixel:?}");
+        assert!(matches!(refused, Err(sorairo::Error::NotAllowed { .. })), "{pixel:?}");
     }
 }
 

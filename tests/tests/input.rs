@@ -14,6 +14,7 @@ use sorairo::scene::keys::{Allowed, KEYS};
 use sorairo::scene::{Preset, Scene, reference};
 use sorairo::spectra::table::Table;
 use sorairo_cli::arguments as cli;
+use sorairo_cli::flags::flag;
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
@@ -211,7 +212,7 @@ fn the_largest_files_are_refused_in_a_moment() {
 
 #[test]
 fn any_flags_are_a_scene_or_refused() {
-    let mut flags: Vec<String> = KEYS.iter().filter_map(|key| key.flag).map(str::to_owned).collect();
+    let mut flags: Vec<String> = KEYS.iter().filter_map(|key| flag(key.name)).map(str::to_owned).collect();
     flags.extend(
         ["--scene", "--device", "-o", "--json", "--help", "--", "-", "--wavelengths", "--shell"].map(str::to_owned),
     );

@@ -34,7 +34,7 @@ fn the_reference_page_is_what_the_keys_say() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/scene-reference.md");
     let kept = std::fs::read_to_string(page).expect("docs/scene-reference.md");
     assert!(
-        kept == reference::markdown(),
+        kept == reference::markdown(sorairo_cli::flags::flag),
         "docs/scene-reference.md is out of date: run `cargo run --release -- scene reference > docs/scene-reference.md`"
     );
     assert_eq!(succeed(folder().path(), &["scene", "reference"]).stdout, kept);

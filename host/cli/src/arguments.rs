@@ -17,7 +17,8 @@ use sorairo::scene::{
 use sorairo::sequence::{self, Frame, FrameChoice, MOST_FRAMES, parse_elevations};
 use sorairo::spectrum::parse_wavelengths;
 use sorairo::words::{Words, words};
-use sorairo::{Error, Result};
+
+use crate::error::{Error, Result};
 
 /// Renders the clear sky in full spectrum on the GPU.
 #[derive(Parser)]
@@ -409,7 +410,7 @@ impl SceneFlags {
 impl SkyFlags {
     /// The scene file that the flags lie over, if there is one.
     fn read(&self, file: Option<&Path>) -> Result<Option<SceneFile>> {
-        file.map(|path| SceneFile::read(path, self.preset)).transpose()
+        Ok(file.map(|path| SceneFile::read(path, self.preset)).transpose()?)
     }
 
     /// The preset, under a scene file, under the flags.
@@ -486,7 +487,7 @@ impl SequenceArguments {
         let file = self.sky.read(self.scene.as_deref())?;
         let suns = self.suns(file.as_ref().and_then(|file| file.sun_from.place))?;
         let scenes: Vec<_> = suns.into_iter().map(|sun| self.sky.over(file.as_ref(), sun)).collect::<Result<_>>()?;
-        sequence::frames(scenes, &self.spectral.request(self.output.clone()))
+        Ok(sequence::frames(scenes, &self.spectral.request(self.output.clone()))?)
     }
 
     /// The frames that are to be rendered, in the order of their numbers.

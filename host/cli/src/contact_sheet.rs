@@ -27,7 +27,7 @@ const GAP: u32 = 6;
 ///
 /// # Errors
 ///
-/// [`sorairo::Error::Request`] for a wrong scene, [`sorairo::Error::Device`] if the device fails, [`sorairo::Error::Failure`] if the picture cannot be
+/// What is wrong with a scene, [`sorairo::Error::Device`] if the device fails, [`sorairo::Error::Write`] if the picture cannot be
 /// written.
 pub fn contact_sheet(path: &Path, frames: &[Frame], device: &mut Device) -> Result<()> {
     let shown = frames.len().min(MOST);

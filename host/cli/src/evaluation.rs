@@ -1,12 +1,12 @@
 //! The commands that measure: `bands`, `reproduce`, `bench`, `stress`.
 
 use sorairo::device;
-use sorairo::{Error, Result};
 use sorairo_evaluation::bands::{Found, best};
 use sorairo_evaluation::metrics::Errors;
 use sorairo_evaluation::stress::Outcome;
 
 use crate::arguments::{BandsArguments, BenchArguments, ReproduceArguments, StressArguments};
+use crate::error::{Error, Result};
 use crate::print_line;
 use crate::progress::Progress;
 
@@ -70,7 +70,7 @@ pub fn stress(arguments: &StressArguments) -> Result<()> {
     ))?;
     match done.failures() {
         0 => Ok(()),
-        failures => Err(Error::failure(format!("{failures} cases failed; {} names the worst", report.display()))),
+        failures => Err(Error::Failure(format!("{failures} cases failed; {} names the worst", report.display()))),
     }
 }
 

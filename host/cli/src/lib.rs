@@ -2,7 +2,9 @@
 
 pub mod arguments;
 mod contact_sheet;
+pub mod error;
 mod evaluation;
+pub mod flags;
 mod progress;
 mod scene;
 mod sequence;
@@ -14,11 +16,12 @@ use clap::{CommandFactory, Parser};
 use sorairo::device::{self, gpu};
 use sorairo::plan::Plan;
 use sorairo::spectrum::{Sample, spectrum};
-use sorairo::{Error, PixelFormat, Result, files, render};
+use sorairo::{PixelFormat, files, render};
 
 use arguments::{
     Arguments, Command, DevicesArguments, RenderArguments, SpectrumArguments, SpectrumFormat, ViewArguments,
 };
+use error::{Error, Result};
 use progress::Progress;
 
 /// The exit code of a process that was asked to stop, as shells give it for SIGINT.
@@ -115,7 +118,7 @@ fn view_command(arguments: &ViewArguments) -> Result<()> {
         point: arguments.click,
         screenshot: arguments.screenshot.as_deref(),
     };
-    sorairo_view::open(options, || device::open(device))
+    Ok(sorairo_view::open(options, || device::open(device))?)
 }
 
 #[cfg(not(feature = "view"))]
@@ -184,7 +187,7 @@ fn print_note(text: &str) {
 fn print_line(text: &str) -> Result<()> {
     match writeln!(io::stdout().lock(), "{text}") {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Error::failure(format!("standard output cannot be written: {error}")))
+            Err(Error::Failure(format!("standard output cannot be written: {error}")))
         }
         _ => Ok(()),
     }

@@ -4,31 +4,38 @@ use sorairo::files::text;
 use sorairo::scene::file::{self, SceneFile};
 use sorairo::scene::reference;
 use sorairo::words::word;
-use sorairo::{Error, Result};
 
 use crate::arguments::SceneCommand;
+use crate::error::{Error, Result};
+use crate::flags::flag;
 use crate::{print_line, print_note};
 
 /// Runs one of them.
 pub fn run(command: &SceneCommand) -> Result<()> {
     match command {
         SceneCommand::New { file, preset } => {
-            text::create(file, &reference::commented(*preset))?;
+            text::create(file, &reference::commented(*preset)).map_err(unnamed)?;
             print_note(&format!("{}: every key of the preset {}", file.display(), word(*preset)));
             Ok(())
         }
         SceneCommand::Check { file } => {
-            let problems = SceneFile::problems(file);
-            let Some((last, others)) = problems.split_last() else {
+            let mut problems = SceneFile::problems(file).into_iter().map(Error::from).collect::<Vec<_>>();
+            let Some(last) = problems.pop() else {
                 return print_line(&format!("{}: ok", file.display()));
             };
-            others.iter().for_each(|problem| print_note(&format!("sorairo: {problem}")));
-            Err(Error::request(last))
+            problems.iter().for_each(|problem| print_note(&format!("sorairo: {problem}")));
+            Err(last)
         }
         SceneCommand::Show { file: path, flags } => {
             let scene = flags.over(path.as_deref())?;
             print_line(file::text(&scene).trim_end())
         }
-        SceneCommand::Reference => print_line(reference::markdown().trim_end()),
+        SceneCommand::Reference => print_line(reference::markdown(flag).trim_end()),
     }
+}
+
+/// What is wrong with a file that no flag names.
+fn unnamed(error: sorairo::Error) -> Error {
+    let text = error.to_string();
+    if error.is_failure() { Error::Failure(text) } else { Error::Request(text) }
 }

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::contact_sheet::contact_sheet;
 use serde::Serialize;
-use sorairo::Result;
 use sorairo::device::{self, Device};
 use sorairo::sequence::{self, Ended, Frame};
 
 use crate::arguments::SequenceArguments;
+use crate::contact_sheet::contact_sheet;
+use crate::error::Result;
 use crate::progress::FrameProgress;
 use crate::{print_line, print_note};
 

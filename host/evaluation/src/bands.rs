@@ -12,11 +12,12 @@ use sorairo_shared::sky::view_ray;
 
 use super::error::{Reference, plan};
 use super::metrics::Errors;
+use crate::problem::Result;
+use sorairo::error::check_range;
 use sorairo::plan::Plan;
 use sorairo::plan::learnt::{Constituent, DARKEST, Examples, LIT, quadrature_wavelengths, regress};
 use sorairo::scene::{ColorPath, Fit, Scene};
 use sorairo::spectra::observer;
-use sorairo::{Error, Result};
 
 /// Where a band may lie (nm).
 const SEARCHED: (u32, u32) = (395, 700);
@@ -54,17 +55,16 @@ pub struct Found {
 ///
 /// # Errors
 ///
-/// [`Error::Request`] if a value of the scene, the count or an elevation is out of range, or no sun lights the sky.
+/// [`crate::Error::Sky`] if a value of the scene, the count or an elevation is out of range, or no sun lights the sky.
 pub fn best(scene: &Scene, count: u32, sun_elevations: &[f64]) -> Result<Found> {
-    if !(3..=8).contains(&count) {
-        return Err(Error::request(format!("--count is {count}; it must lie between 3 and 8 wavelengths")));
-    }
+    check_range("count", f64::from(count), (3.0, 8.0), "wavelengths")?;
     let mut scene = scene.clone();
     (scene.render.fit, scene.render.color, scene.render.bands) = (Fit::Extinction, ColorPath::Folded, None);
     let default_bands = plan(&scene)?.wavelengths;
     let suns: Vec<Sun> = sun_elevations.iter().map(|&sun| Sun::new(&scene, sun, count)).collect::<Result<_>>()?;
     if suns.iter().all(|sun| sun.reference.xyz.iter().all(|xyz| xyz.y <= 0.0)) {
-        return Err(Error::request("--sun-elevations leave the whole sky dark; give at least one above -20 degrees"));
+        let complaint = "leave the whole sky dark; give at least one above -20 degrees";
+        return Err(sorairo::Error::not_allowed("sun_elevations", complaint).into());
     }
     let mut search = Search { suns: &suns, candidates: 0 };
     let mut starts: Vec<Vec<u32>> = (0..STARTS).map(|i| spread(count, i)).collect();

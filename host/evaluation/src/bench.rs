@@ -13,8 +13,8 @@ use super::error::{Reference, SUNS, plan};
 use super::metrics::Errors;
 use super::readback;
 use super::timing::{Job, Times, fitting_size, interleaved, job};
+use crate::problem::Result;
 use sorairo::PixelFormat;
-use sorairo::Result;
 use sorairo::device::{Device, Kernel};
 use sorairo::plan::Plan;
 use sorairo::scene::{ColorPath, Exposure, Fit, PathChoice, Scene, Size};
@@ -111,7 +111,7 @@ pub struct Bench {
 ///
 /// # Errors
 ///
-/// [`sorairo::Error::Request`] for a folder that cannot be made; [`crate::Error::Failure`] for a device or a file that fails.
+/// [`crate::Error::Folder`] for a folder that cannot be made; [`crate::Error::Sky`] for a device or a file that fails.
 pub fn bench(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) -> Result<Bench> {
     make_folder(folder)?;
     let suns = if quick { vec![-4.0, 0.0, 10.0, 45.0] } else { SUNS.to_vec() };
@@ -314,11 +314,11 @@ pub(super) fn with_lookup(size: Size) -> Result<Plan> {
 ///
 /// # Errors
 ///
-/// [`sorairo::Error::Request`] if a value of the scene is out of range.
+/// [`crate::Error::Sky`] if a value of the scene is out of range.
 pub(super) fn looked_up(mut scene: Scene) -> Result<Plan> {
     scene.render.exposure = Exposure::Stops(0.0);
     scene.render.path = PathChoice::Table;
-    Plan::new(&scene, PixelFormat::LinearRgb)
+    Ok(Plan::new(&scene, PixelFormat::LinearRgb)?)
 }
 
 impl Bench {

@@ -9,8 +9,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontFamily, register_font};
 
 use super::document::write;
+use crate::problem::{Error, Result};
 use sorairo::files::png;
-use sorairo::{Error, Result};
 
 /// Size of a chart in the SVG's unit; the PNG has twice as many pixels each way.
 const SIZE: (u32, u32) = (1280, 680);
@@ -87,11 +87,13 @@ impl Chart {
     ///
     /// # Errors
     ///
-    /// [`Error::Failure`] if a file cannot be written.
+    /// [`Error::Drawing`] or [`Error::Sky`] if a file cannot be written.
     pub fn write(&self, folder: &Path, name: &str) -> Result<()> {
         register_fonts();
-        let failed =
-            |error: &dyn std::fmt::Display| Error::failure(format!("the chart {name} cannot be drawn: {error}"));
+        let failed = |error: &dyn std::fmt::Display| Error::Drawing {
+            what: format!("the chart {name}"),
+            reason: error.to_string(),
+        };
         let mut svg = String::new();
         self.draw(&SVGBackend::with_string(&mut svg, SIZE).into_drawing_area(), 1.0).map_err(|error| failed(&error))?;
         write(&folder.join(format!("{name}.svg")), &svg)?;
@@ -100,7 +102,7 @@ impl Chart {
         let area = BitMapBackend::with_buffer(&mut rgb, (width, height)).into_drawing_area();
         self.draw(&area, 2.0).map_err(|error| failed(&error))?;
         drop(area);
-        png::write(&folder.join(format!("{name}.png")), width, height, &rgb)?.commit()
+        Ok(png::write(&folder.join(format!("{name}.png")), width, height, &rgb)?.commit()?)
     }
 
     fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>, scale: f64) -> Drawn<B> {

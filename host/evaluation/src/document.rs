@@ -6,9 +6,9 @@ use std::path::Path;
 use chrono::Utc;
 use serde::Serialize;
 
+use crate::problem::{Error, Result};
 use sorairo::device::Device;
 use sorairo::files::stage;
-use sorairo::{Error, Result};
 
 /// Where and when something was measured.
 #[derive(Clone, Debug, Serialize)]
@@ -66,19 +66,19 @@ pub fn table(head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> Stri
 ///
 /// # Errors
 ///
-/// [`Error::Request`] if it cannot be made.
+/// [`Error::Folder`] if it cannot be made.
 pub fn make_folder(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder)
-        .map_err(|error| Error::request(format!("--out {} cannot be made: {error}", folder.display())))
+        .map_err(|error| Error::Folder { folder: folder.to_owned(), reason: error.to_string() })
 }
 
 /// Writes a text file.
 ///
 /// # Errors
 ///
-/// [`Error::Failure`] if it cannot be written.
+/// [`Error::Sky`] if it cannot be written.
 pub fn write(path: &Path, text: &str) -> Result<()> {
-    stage(path, |writer| writer.write_all(text.as_bytes()))?.commit()
+    Ok(stage(path, |writer| writer.write_all(text.as_bytes()))?.commit()?)
 }
 
 #[cfg(test)]

@@ -11,8 +11,8 @@ use sorairo_shared::glam::{DVec3, Vec3};
 use sorairo_shared::sky::{SOLVED, constituents, transfer, view_ray};
 
 use super::metrics::Errors;
+use crate::problem::Result;
 use sorairo::PixelFormat;
-use sorairo::Result;
 use sorairo::plan::{Plan, direction};
 use sorairo::scene::{ColorPath, Exposure, Fit, PathChoice, Scene};
 use sorairo::spectra::observer;
@@ -44,12 +44,12 @@ pub fn views(scene: &Scene) -> Vec<Vec3> {
 ///
 /// # Errors
 ///
-/// [`sorairo::Error::Request`] if a value of the scene is out of range.
+/// [`crate::Error::Sky`] if a value of the scene is out of range.
 pub fn plan(scene: &Scene) -> Result<Plan> {
     let mut scene = scene.clone();
     scene.render.exposure = Exposure::Stops(0.0);
     scene.render.path = PathChoice::Direct;
-    Plan::new(&scene, PixelFormat::LinearRgb)
+    Ok(Plan::new(&scene, PixelFormat::LinearRgb)?)
 }
 
 /// The true colours of a scene's sky.
@@ -65,7 +65,7 @@ impl Reference {
     ///
     /// # Errors
     ///
-    /// [`sorairo::Error::Request`] if a value of the scene is out of range.
+    /// [`crate::Error::Sky`] if a value of the scene is out of range.
     pub fn new(scene: &Scene) -> Result<Self> {
         let views = views(scene);
         let xyz = true_xyz(scene, &views)?;
@@ -83,7 +83,7 @@ impl Reference {
 ///
 /// # Errors
 ///
-/// [`sorairo::Error::Request`] if a value of the scene is out of range.
+/// [`crate::Error::Sky`] if a value of the scene is out of range.
 pub fn true_xyz(scene: &Scene, views: &[Vec3]) -> Result<Vec<DVec3>> {
     let mut cheapest = scene.clone();
     (cheapest.render.fit, cheapest.render.bands) = (Fit::Transfer, None);

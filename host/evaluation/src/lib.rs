@@ -8,8 +8,11 @@ pub mod error;
 pub mod judge;
 pub mod metrics;
 pub mod picture;
+mod problem;
 pub mod readback;
 pub mod reproduce;
 pub mod speed;
 pub mod stress;
 pub mod timing;
+
+pub use problem::{Error, Result};

@@ -6,8 +6,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::chart::register_fonts;
+use crate::problem::{Error, Result};
 use sorairo::files::png;
-use sorairo::{Error, Result};
 
 /// Room above the columns, left of the rows, between pictures, and below for the scale (pixels).
 const TOP: u32 = 34;
@@ -35,9 +35,9 @@ impl Sheet {
     ///
     /// # Errors
     ///
-    /// [`Error::Failure`] if the file cannot be read or has another size.
+    /// [`Error::Picture`] if the file cannot be read or has another size.
     pub fn place(&mut self, column: u32, row: u32, path: &Path) -> Result<()> {
-        let unreadable = |reason: String| Error::failure(format!("{} cannot be read: {reason}", path.display()));
+        let unreadable = |reason: String| Error::Picture { path: path.to_owned(), reason };
         let picture = image::open(path).map_err(|error| unreadable(error.to_string()))?.into_rgb8();
         if picture.dimensions() != (self.side, self.side) {
             return Err(unreadable(format!("it is not {0} by {0} pixels", self.side)));
@@ -62,7 +62,7 @@ impl Sheet {
     ///
     /// # Errors
     ///
-    /// [`Error::Failure`] if the text cannot be drawn.
+    /// [`Error::Drawing`] if the text cannot be drawn.
     pub fn column_title(&mut self, column: u32, title: &str) -> Result<()> {
         let (left, top) = self.corner(column, 0);
         self.text(title, (left + self.side / 2, top - 16))
@@ -72,7 +72,7 @@ impl Sheet {
     ///
     /// # Errors
     ///
-    /// [`Error::Failure`] if the text cannot be drawn.
+    /// [`Error::Drawing`] if the text cannot be drawn.
     pub fn row_title(&mut self, row: u32, title: &str) -> Result<()> {
         let (left, top) = self.corner(0, row);
         self.text(title, (left - 26, top + self.side / 2))
@@ -82,7 +82,7 @@ impl Sheet {
     ///
     /// # Errors
     ///
-    /// [`Error::Failure`] if the text cannot be drawn.
+    /// [`Error::Drawing`] if the text cannot be drawn.
     pub fn scale(&mut self, heat: impl Fn(f64) -> [u8; 3], labels: &[&str]) -> Result<()> {
         const LENGTH: u32 = 400;
         let (left, top) = (self.width - LENGTH - 40, self.height - BOTTOM + 10);
@@ -104,15 +104,15 @@ impl Sheet {
         let area = BitMapBackend::with_buffer(&mut self.rgb, (self.width, self.height)).into_drawing_area();
         let style = ("sans-serif", 15.0).into_font().color(&BLACK).pos(Pos::new(HPos::Center, VPos::Center));
         area.draw(&Text::new(text, (x as i32, y as i32), style))
-            .map_err(|error| Error::failure(format!("the text {text:?} cannot be drawn: {error}")))
+            .map_err(|error| Error::Drawing { what: format!("the text {text:?}"), reason: error.to_string() })
     }
 
     /// Writes the sheet as PNG.
     ///
     /// # Errors
     ///
-    /// [`Error::Failure`] if the file cannot be written.
+    /// [`Error::Sky`] if the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
-        png::write(path, self.width, self.height, &self.rgb)?.commit()
+        Ok(png::write(path, self.width, self.height, &self.rgb)?.commit()?)
     }
 }

@@ -16,7 +16,7 @@ use super::error::{plan, xyz};
 use super::metrics::{ColourError, Errors, RadianceError};
 use super::picture::Sheet;
 use super::timing::{Job, Times, fitting_size, interleaved, job};
-use sorairo::Result;
+use crate::problem::Result;
 use sorairo::device::{Device, Kernel};
 use sorairo::files::png;
 use sorairo::plan::{Plan, exposure};
@@ -84,7 +84,7 @@ pub struct Experiment {
 ///
 /// # Errors
 ///
-/// [`sorairo::Error::Request`] for a folder that cannot be made; [`crate::Error::Failure`] for a device or a file that fails.
+/// [`crate::Error::Folder`] for a folder that cannot be made; [`crate::Error::Sky`] for a device or a file that fails.
 pub fn reproduce(folder: &Path, device: &Device, stage: &dyn Fn(&str)) -> Result<Experiment> {
     make_folder(folder)?;
     stage("timing 4 bands against 12");

@@ -11,11 +11,11 @@ use super::chart::{Chart, Panel, Point};
 use super::document::{Machine, make_folder, table, write};
 use super::error::plan;
 use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated, streamed};
+use crate::problem::{Error, Result};
 use sorairo::device::{Device, Kernel, cpu};
 use sorairo::plan::Plan;
 use sorairo::plan::path::TableSize;
 use sorairo::scene::{Projection, Scene, Size};
-use sorairo::{Error, Result};
 
 /// The image on which paths and kernels are compared.
 const COMMON: Size = Size { width: 1920, height: 960 };
@@ -92,7 +92,7 @@ pub struct Speed {
 ///
 /// # Errors
 ///
-/// [`Error::Request`] for a folder that cannot be made; [`Error::Failure`] for a device or a file that fails.
+/// [`Error::Folder`] for a folder that cannot be made; [`Error::Sky`] for a device or a file that fails.
 pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) -> Result<Speed> {
     make_folder(folder)?;
     stage("timing a cold process");
@@ -131,7 +131,7 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
 
 /// Starts this program anew and renders a picture, several times.
 fn cold_process(folder: &Path, device: &str, kind: &str) -> Result<Spread> {
-    let failed = |error: std::io::Error| Error::failure(format!("the program cannot be started anew: {error}"));
+    let failed = |error: std::io::Error| Error::Nothing(format!("the program cannot be started anew: {error}"));
     let program = std::env::current_exe().map_err(failed)?;
     let picture = folder.join(".first-picture.png");
     let mut durations = Vec::new();
@@ -145,7 +145,7 @@ fn cold_process(folder: &Path, device: &str, kind: &str) -> Result<Spread> {
             .map_err(failed)?;
         durations.push(start.elapsed());
         if !status.success() {
-            return Err(Error::failure("a cold process did not render its picture"));
+            return Err(Error::Nothing("a cold process did not render its picture".into()));
         }
     }
     // What is left of it is no part of the report.
@@ -245,7 +245,7 @@ fn lookups_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec
     let projection = scene.camera.projection;
     let integrated = plan(&scene)?;
     let chosen = looked_up(scene)?;
-    let planned = chosen.path.table.ok_or_else(|| Error::failure("the default scene has no sky lookup"))?;
+    let planned = chosen.path.table.ok_or_else(|| Error::Nothing("the default scene has no sky lookup".into()))?;
     let sized = |&(above, azimuths): &(u32, u32)| {
         let mut plan = chosen.clone();
         let size = TableSize { above: if above > 0 { above } else { planned.above }, below: 0, azimuths };

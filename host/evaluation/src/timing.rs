@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use super::error::plan;
-use sorairo::Result;
+use crate::problem::Result;
 use sorairo::device::{Device, Kernel};
 use sorairo::plan::Plan;
 use sorairo::scene::{Scene, Size};
@@ -62,7 +62,7 @@ pub type Job<'a> = Box<dyn FnMut() -> Result<Duration> + 'a>;
 
 /// The job of running a plan's kernel on a device and reading the pixels back.
 pub fn job<'a>(device: &'a Device, plan: &'a Plan, kernel: Kernel) -> Job<'a> {
-    Box::new(move || device.backend.run(plan, kernel).map(|run| std::hint::black_box(run).kernel))
+    Box::new(move || Ok(std::hint::black_box(device.backend.run(plan, kernel)?).kernel))
 }
 
 /// The job of running a plan's kernel on a device and letting go of the pixels as they come back, as an encoder that is never late: to
@@ -72,7 +72,7 @@ pub fn streamed<'a>(device: &'a Device, plan: &'a Plan, kernel: Kernel) -> Job<'
         std::hint::black_box(rows);
         Ok(())
     };
-    Box::new(move || device.backend.rows(plan, kernel, 0, &mut { let_go }).map(|times| times.kernel))
+    Box::new(move || Ok(device.backend.rows(plan, kernel, 0, &mut { let_go })?.kernel))
 }
 
 /// The job done several times in a turn, so that it lasts as long as its rivals and meets as much of what else the machine does; returns
@@ -150,7 +150,7 @@ mod tests {
             5,
         );
         assert_eq!(job().unwrap(), Duration::from_millis(3));
-        let mut failing = repeated(Box::new(|| Err(sorairo::Error::failure("broken"))), 5);
+        let mut failing = repeated(Box::new(|| Err(crate::Error::Nothing("broken".into()))), 5);
         assert!(failing().is_err());
     }
 

@@ -132,7 +132,7 @@ impl Job {
     ///
     /// # Errors
     ///
-    /// [`Error::Request`] for a wrong scene or file name.
+    /// Those of [`Scene::validate`], and what is wrong with the files' names.
     pub fn new(scene: &Scene, request: &Request) -> Result<Self> {
         let outputs = &request.outputs;
         let formats = request.formats()?;
@@ -145,20 +145,22 @@ impl Job {
             _ => PixelFormat::LinearRgb,
         };
         if scene.sun.disc && scene.render.exr == ExrDepth::Half && formats.contains(&Format::Exr) {
-            return Err(Error::request(
-                "--sun-disc (sun.disc) needs --exr f32 (render.exr): the disc is brighter than half floats reach",
+            return Err(Error::not_allowed(
+                "sun.disc",
+                "needs render.exr = f32: the disc is brighter than half floats reach",
             ));
         }
-        let mut plan = Plan::new(scene, pixel)?;
-        if !spectral.is_empty() {
-            plan = plan.with_spectrum(&spectral)?;
-        }
+        scene.validate()?;
         for path in outputs {
             files::check_writable(path)?;
         }
         files::check_distinct(outputs)?;
         for (path, &format) in outputs.iter().zip(&formats) {
-            files::check_room(path, format, scene.camera.size, scene.render.exr, plan.spectral.len() as u64)?;
+            files::check_room(path, format, scene.camera.size, scene.render.exr, spectral.len() as u64)?;
+        }
+        let mut plan = Plan::new(scene, pixel)?;
+        if !spectral.is_empty() {
+            plan = plan.with_spectrum(&spectral)?;
         }
         Ok(Self { plan, outputs: outputs.clone(), formats, scene: scene.clone() })
     }
@@ -167,8 +169,8 @@ impl Job {
     ///
     /// # Errors
     ///
-    /// [`Error::Device`] if every device failed, [`Error::Request`] if the image is too wide for the device,
-    /// [`Error::Failure`] if a file cannot be written.
+    /// [`Error::Device`] if every device failed, [`Error::NotAllowed`] if the image is too wide for the device,
+    /// [`Error::Write`] if a file cannot be written.
     pub fn compute<'scope>(
         &self,
         scope: &'scope Scope<'scope, '_>,
@@ -186,7 +188,7 @@ impl Job {
         match computing {
             Ok(times) => Ok((times, files)),
             // An encoder that failed knows why.
-            Err(Error::Failure(reason)) => Err(files.staged().err().unwrap_or(Error::Failure(reason))),
+            Err(error @ Error::Write { .. }) => Err(files.staged().err().unwrap_or(error)),
             Err(error) => Err(error),
         }
     }
@@ -204,7 +206,7 @@ impl Files<'_> {
     ///
     /// # Errors
     ///
-    /// [`Error::Failure`] if a file cannot be written.
+    /// [`Error::Write`] if a file cannot be written.
     pub fn finish(self) -> Result<()> {
         self.staged()?.into_iter().try_for_each(Staged::commit)
     }
@@ -218,8 +220,8 @@ impl Files<'_> {
 ///
 /// # Errors
 ///
-/// [`Error::Request`] for a wrong scene, device or file name, before any work; [`Error::Device`] or [`Error::Failure`] for
-/// a failed device or file.
+/// What is wrong with the scene, the device or the files' names, before any work; [`Error::Device`] or [`Error::Write`] for a
+/// failed device or file.
 pub fn render(
     scene: &Scene,
     request: &Request,
@@ -272,37 +274,29 @@ pub fn render(
 /// The wavelengths of the spectral files that a request asks for (nm, increasing); none if it asks for no such file.
 fn wavelengths(scene: &Scene, request: &Request, formats: &[Format]) -> Result<Vec<f64>> {
     if !formats.contains(&Format::SpectralExr) {
-        let refuse = |flag| {
-            Err(Error::request(format!(
-                "{flag} needs a spectral file: -o NAME.spectral.exr, or -o NAME.exr with --spectral"
-            )))
-        };
+        let refuse = |key| Err(Error::NoSpectralFile { key });
         return match request {
-            Request { spectral: true, .. } => refuse("--spectral"),
-            Request { wavelengths: Some(_), .. } => refuse("--wavelengths"),
+            Request { spectral: true, .. } => refuse("spectral"),
+            Request { wavelengths: Some(_), .. } => refuse("wavelengths"),
             _ => Ok(Vec::new()),
         };
     }
     let mut wavelengths = request.wavelengths.clone().unwrap_or_else(default_wavelengths);
+    let refuse = |complaint| Err(Error::not_allowed("wavelengths", complaint));
     let count = wavelengths.len();
     if !(1..=MOST_WAVELENGTHS).contains(&count) {
-        return Err(Error::request(format!(
-            "--wavelengths holds {count} wavelengths; a spectral file takes 1 to {MOST_WAVELENGTHS} of them"
-        )));
+        return refuse(format!("holds {count} wavelengths; a spectral file takes 1 to {MOST_WAVELENGTHS} of them"));
     }
     let (shortest, longest) = scene.optics().known_wavelengths();
     if let Some(outside) = wavelengths.iter().find(|&&nm| !(shortest..=longest).contains(&nm)) {
-        return Err(Error::request(format!(
-            "--wavelengths holds {}; wavelengths must lie between {shortest} and {longest} nm",
-            shown(*outside)
-        )));
+        return refuse(format!("holds {}; wavelengths must lie between {shortest} and {longest} nm", shown(*outside)));
     }
     wavelengths.sort_by(f64::total_cmp);
     match wavelengths.windows(2).find(|pair| pair[1] - pair[0] < CLOSEST_WAVELENGTHS) {
-        Some(pair) => Err(Error::request(format!(
-            "--wavelengths holds {} and {}; wavelengths must lie at least {CLOSEST_WAVELENGTHS} nm apart",
+        Some(pair) => refuse(format!(
+            "holds {} and {}; wavelengths must lie at least {CLOSEST_WAVELENGTHS} nm apart",
             pair[0], pair[1]
-        ))),
+        )),
         None => Ok(wavelengths),
     }
 }

@@ -35,8 +35,8 @@ impl Renderer {
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Request`] for a wrong scene, [`crate::Error::Device`] if every device failed,
-    /// [`crate::Error::Failure`] if the image does not fit into memory.
+    /// Those of [`Scene::validate`], [`Error::Device`] if every device failed, [`Error::Memory`] if the image does not fit into
+    /// memory.
     pub fn render(&mut self, scene: &Scene) -> Result<Image> {
         let plan = Plan::new(scene, Pixel::LinearRgb)?;
         let run = self.device.run(&plan, plan.kernel())?;
@@ -86,12 +86,13 @@ impl Image {
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Request`] for another file name, [`crate::Error::Failure`] if the file cannot be written.
+    /// [`Error::FileName`] for another file name, [`Error::Write`] if the file cannot be written.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
         let format = Format::of(path, false)?;
         if format == Format::SpectralExr {
-            return Err(Error::request(format!("{} would be spectral; this image holds RGB alone", path.display())));
+            let complaint = "the file would be spectral; this image holds RGB alone".into();
+            return Err(Error::FileName { path: path.to_owned(), complaint });
         }
         let image = files::Image {
             width: self.width,

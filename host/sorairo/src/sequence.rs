@@ -111,18 +111,15 @@ pub fn parse_elevations(text: &str) -> std::result::Result<Vec<f64>, String> {
 ///
 /// # Errors
 ///
-/// [`Error::Request`] for a pattern without a place for the number or of another format, and for a file that two frames or
-/// patterns share.
+/// [`Error::FileName`] for a pattern without a place for the number or of another format, [`Error::SharedFile`] for a file that
+/// two frames or patterns share.
 pub fn frames(scenes: Vec<Scene>, request: &Request) -> Result<Vec<Frame>> {
     request.formats()?;
     let mut names = HashSet::new();
     let frame = |(number, scene)| {
         let outputs: Vec<_> = request.outputs.iter().map(|pattern| numbered(pattern, number)).collect::<Result<_>>()?;
         match outputs.iter().find(|&path| !names.insert(path.clone())) {
-            Some(path) => {
-                let path = path.display();
-                Err(Error::request(format!("-o {path} is a file of two frames; every output needs a name of its own")))
-            }
+            Some(path) => Err(Error::SharedFile { path: path.clone(), how: "a file of two frames" }),
             None => Ok(Frame { number, scene, request: Request { outputs, ..request.clone() } }),
         }
     };
@@ -133,7 +130,7 @@ pub fn frames(scenes: Vec<Scene>, request: &Request) -> Result<Vec<Frame>> {
 ///
 /// # Errors
 ///
-/// [`Error::Request`] if one cannot be made.
+/// [`Error::FileName`] if one cannot be made.
 pub fn make_folders(frames: &[Frame]) -> Result<()> {
     // The number stands in the file name, so that all frames have the folders of any.
     let outputs = frames.first().map_or(&[][..], |frame| &frame.request.outputs);
@@ -167,7 +164,7 @@ pub fn sequence(frames: &[Frame], device: &mut Device, ended: &mut (dyn FnMut(&F
                 None => None,
             };
             // The receiver ends early only with an error of its own, which is the one to tell.
-            computed.send((frame, files)).map_err(|_| Error::failure("a file cannot be written"))
+            computed.send((frame, files)).map_err(|_| writer_ended())
         });
         // Ends the planner, if it has not ended.
         drop(jobs);
@@ -202,26 +199,24 @@ fn finish(files: &Receiver<(&Frame, Option<Files<'_>>)>, ended: &mut (dyn FnMut(
 }
 
 fn of_frame(frame: &Frame, error: Error) -> Error {
-    let named = |text: String| format!("frame {}: {text}", frame.number);
-    match error {
-        Error::Request(text) => Error::Request(named(text)),
-        Error::Failure(text) => Error::Failure(named(text)),
-        Error::Device(text) => Error::Device(named(text)),
-    }
+    Error::InFrame { number: frame.number, error: Box::new(error) }
+}
+
+/// What is told where a file's own error is not known yet.
+fn writer_ended() -> Error {
+    Error::Write { path: PathBuf::from("a file"), reason: "its writer has ended".into() }
 }
 
 /// The file of a frame: a run of `#` in the name becomes the number with at least as many digits.
 ///
 /// # Errors
 ///
-/// [`Error::Request`] if the name holds no `#`, or more than one run.
+/// [`Error::FileName`] if the name holds no `#`, or more than one run.
 pub fn numbered(path: &Path, number: u32) -> Result<PathBuf> {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let wrong = || {
-        Error::request(format!(
-            "-o {}: the file name needs one run of # for the frame's number, such as sky.####.exr",
-            path.display()
-        ))
+    let wrong = || Error::FileName {
+        path: path.to_owned(),
+        complaint: "the file name needs one run of # for the frame's number, such as sky.####.exr".into(),
     };
     let start = name.find('#').ok_or_else(wrong)?;
     let digits = name[start..].chars().take_while(|&c| c == '#').count();

@@ -9,7 +9,7 @@ use sorairo_shared::sky::{transfer, view_ray};
 use sorairo_shared::spectrum::SPECTRUM_RISE;
 use sorairo_shared::variant::ABOVE_TOP;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_range};
 use crate::plan::learnt::{Constituent, DARKEST, Regression};
 use crate::plan::quadrature::gauss_legendre;
 use crate::plan::{Plan, SpectralFit, bands, direction};
@@ -33,18 +33,14 @@ pub struct Sample {
 ///
 /// # Errors
 ///
-/// [`Error::Request`] for a direction or a wavelength out of range.
+/// [`Error::OutOfRange`] for a direction, [`Error::NotAllowed`] for a wavelength out of range.
 pub fn spectrum(plan: &Plan, elevation: f64, azimuth: f64, wavelengths: &[f64]) -> Result<Vec<Sample>> {
-    for (flag, value, limit) in [("--view-elevation", elevation, 90.0), ("--view-azimuth", azimuth, 360.0)] {
-        if !(-limit..=limit).contains(&value) {
-            return Err(Error::request(format!("{flag} is {value}; it must lie between -{limit} and {limit} degrees")));
-        }
-    }
+    check_range("view_elevation", elevation, (-90.0, 90.0), "degrees")?;
+    check_range("view_azimuth", azimuth, (-360.0, 360.0), "degrees")?;
     let (shortest, longest) = plan.optics.known_wavelengths();
     if let Some(outside) = wavelengths.iter().find(|&&wavelength| !(shortest..=longest).contains(&wavelength)) {
-        return Err(Error::request(format!(
-            "--wavelengths holds {outside}; wavelengths must lie between {shortest} and {longest} nm"
-        )));
+        let complaint = format!("holds {outside}; wavelengths must lie between {shortest} and {longest} nm");
+        return Err(Error::not_allowed("wavelengths", complaint));
     }
     let view = direction(elevation, azimuth).as_vec3();
     let fitted = FittedSpectrum::new(plan, wavelengths).radiance(view);

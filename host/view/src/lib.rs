@@ -9,7 +9,7 @@ use std::path::Path;
 
 use eframe::egui;
 use sorairo::device::Device;
-use sorairo::{Error, Result, Scene, files};
+use sorairo::{Scene, files};
 
 use sky::Worker;
 use window::{Shown, Window};
@@ -19,6 +19,21 @@ const WINDOW: [f32; 2] = [1280.0, 720.0];
 
 /// The smallest window in which everything can be read (points).
 const SMALLEST: [f32; 2] = [1024.0, 560.0];
+
+/// Why a window was not shown.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The sky could not be computed, or the picture of the window not written.
+    #[error(transparent)]
+    Sky(#[from] sorairo::Error),
+    /// There is nothing to open a window on, or with.
+    #[error("{0}")]
+    NoWindow(String),
+}
+
+/// The result of anything that can end in an [`enum@Error`].
+pub type Result<T> = std::result::Result<T, Error>;
 
 /// What the window shows as it opens.
 pub struct Options<'a> {
@@ -36,9 +51,9 @@ pub struct Options<'a> {
 ///
 /// # Errors
 ///
-/// [`Error::Request`] for a wrong scene, device or file name; [`Error::Failure`] if there is no display, no window can be opened or
-/// the file cannot be written; for a screenshot, also what keeps the sky from being shown.
-pub fn open(options: Options<'_>, open_device: impl FnOnce() -> Result<Device>) -> Result<()> {
+/// [`Error::Sky`] for a wrong scene, device or file name, or a file that cannot be written; [`Error::NoWindow`] if there is no
+/// display or no window can be opened; for a screenshot, also what keeps the sky from being shown.
+pub fn open(options: Options<'_>, open_device: impl FnOnce() -> sorairo::Result<Device>) -> Result<()> {
     options.scene.validate()?;
     if let Some(path) = options.screenshot {
         check_picture(path)?;
@@ -63,8 +78,8 @@ pub fn open(options: Options<'_>, open_device: impl FnOnce() -> Result<Device>) 
     window::dress(&context);
     let closed = eframe::run_native_ext("sorairo", native, Some(context), creator);
     let outcome = window.close();
-    closed.map_err(|error| Error::failure(format!("no window can be opened on this display: {}", reason(&error))))?;
-    outcome
+    closed.map_err(|error| Error::NoWindow(format!("no window can be opened on this display: {}", reason(&error))))?;
+    Ok(outcome?)
 }
 
 /// Why there is no window, in one line; winit puts the place in its own sources before its words.
@@ -80,12 +95,10 @@ fn reason(error: &eframe::Error) -> String {
 fn check_picture(path: &Path) -> Result<()> {
     let picture = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
     if !picture {
-        return Err(Error::request(format!(
-            "-o {}: the window is saved as a picture, so the file name must end in .png",
-            path.display()
-        )));
+        let complaint = "the window is saved as a picture, so the file name must end in .png".into();
+        return Err(sorairo::Error::FileName { path: path.to_owned(), complaint }.into());
     }
-    files::check_writable(path)
+    Ok(files::check_writable(path)?)
 }
 
 /// Where windows belong to a display server: whether one is named, and what its windows need is there.
@@ -94,12 +107,11 @@ fn check_display() -> Result<()> {
     let named = |variable: &str| std::env::var_os(variable).is_some_and(|value| !value.is_empty());
     let wayland = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET"].into_iter().any(named);
     if !wayland && !named("DISPLAY") {
-        return Err(Error::failure(
-            "there is no display to open a window on: neither DISPLAY nor WAYLAND_DISPLAY is set; `sorairo render` needs none",
-        ));
+        let reason = "there is no display to open a window on: neither DISPLAY nor WAYLAND_DISPLAY is set";
+        return Err(Error::NoWindow(format!("{reason}; `sorairo render` needs none")));
     }
     let missing = |library: &str, package: &str| {
-        Err(Error::failure(format!("a window needs {library}; install it (Debian: apt-get install {package})")))
+        Err(Error::NoWindow(format!("a window needs {library}; install it (Debian: apt-get install {package})")))
     };
     if xkbcommon_dl::xkbcommon_option().is_none() {
         return missing("libxkbcommon", "libxkbcommon0");

@@ -495,7 +495,7 @@ mod tests {
         let mut hand = Hand::open(Scene::default());
         hand.window.scene.observer.altitude = -1.0;
         hand.settle();
-        assert!(matches!(&hand.window.fault, Some(Error::Request(reason)) if reason.contains("--altitude")));
+        assert!(matches!(&hand.window.fault, Some(Error::OutOfRange { key: "observer.altitude", .. })));
         hand.window.scene.observer.altitude = 1.0;
         hand.settle();
         assert!(hand.window.fault.is_none());

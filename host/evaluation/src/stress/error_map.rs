@@ -7,9 +7,9 @@ use plotters::prelude::*;
 
 use super::integral::{Cell, MAP_ALTITUDES, MAP_SUNS, MAP_VIEWS};
 use crate::chart::{Drawn, font, register_fonts};
+use crate::problem::{Error, Result};
 use sorairo::files::png;
 use sorairo::plan::sampling::BOUND;
-use sorairo::{Error, Result};
 
 /// Size of the picture (pixels).
 const SIZE: (u32, u32) = (2700, 1880);
@@ -29,14 +29,14 @@ const UNLIT: RGBColor = RGBColor(200, 200, 200);
 ///
 /// # Errors
 ///
-/// [`Error::Failure`] if it cannot be drawn or written.
+/// [`Error::Drawing`] or [`Error::Sky`] if it cannot be drawn or written.
 pub fn draw(folder: &Path, cells: &[Cell]) -> Result<()> {
     register_fonts();
     let mut rgb = vec![255; (3 * SIZE.0 * SIZE.1) as usize];
     let area = BitMapBackend::with_buffer(&mut rgb, SIZE).into_drawing_area();
-    picture(&area, cells).map_err(|error| Error::failure(format!("integral.png cannot be drawn: {error}")))?;
+    picture(&area, cells).map_err(|error| Error::Drawing { what: "integral.png".into(), reason: error.to_string() })?;
     drop(area);
-    png::write(&folder.join("integral.png"), SIZE.0, SIZE.1, &rgb)?.commit()
+    Ok(png::write(&folder.join("integral.png"), SIZE.0, SIZE.1, &rgb)?.commit()?)
 }
 
 fn picture<B: DrawingBackend>(area: &DrawingArea<B, Shift>, cells: &[Cell]) -> Drawn<B> {

@@ -11,13 +11,13 @@ use sorairo_shared::sky::transfer;
 use super::generator;
 use super::solve::{Form, error_of, reference};
 use crate::chart::{Drawn, font, register_fonts, short};
+use crate::problem::{Error, Result};
 use sorairo::PixelFormat;
 use sorairo::files::png;
 use sorairo::plan::{Plan, direction};
 use sorairo::scene::keys::CLOSEST_BANDS;
 use sorairo::scene::{Fit, Preset, Scene};
 use sorairo::spectra::observer;
-use sorairo::{Error, Result};
 
 /// Size of the picture (pixels).
 const SIZE: (u32, u32) = (2400, 980);
@@ -55,16 +55,16 @@ pub fn sky_at(bands: [f64; 4]) -> Result<[f32; 4]> {
 ///
 /// # Errors
 ///
-/// [`Error::Failure`] if it cannot be drawn or written.
+/// [`Error::Drawing`] or [`Error::Sky`] if it cannot be drawn or written.
 pub fn solve(folder: &Path, seed: u64) -> Result<()> {
     register_fonts();
     let mut rgb = vec![255; (3 * SIZE.0 * SIZE.1) as usize];
     let skies = [(SHOWN[0], sky_at(SHOWN[0])?), (SHOWN[1], sky_at(SHOWN[1])?)];
     let area = BitMapBackend::with_buffer(&mut rgb, SIZE).into_drawing_area();
     draw(&area, &errors(seed), &skies)
-        .map_err(|error| Error::failure(format!("solve.png cannot be drawn: {error}")))?;
+        .map_err(|error| Error::Drawing { what: "solve.png".into(), reason: error.to_string() })?;
     drop(area);
-    png::write(&folder.join("solve.png"), SIZE.0, SIZE.1, &rgb)?.commit()
+    Ok(png::write(&folder.join("solve.png"), SIZE.0, SIZE.1, &rgb)?.commit()?)
 }
 
 /// The closest distance of random bands (nm), and the error of each form there.

@@ -9,7 +9,7 @@ use super::integral::{self, Cell};
 use super::solve::{Form, condition, double, error_of, exact};
 use super::{Outcome, error_map, figures, sweeps};
 use crate::document::{Machine, make_folder, table, write};
-use sorairo::Result;
+use crate::problem::Result;
 use sorairo::device::Device;
 
 /// What was tried, and what came of it.
@@ -57,7 +57,7 @@ const REPORTED: [[f64; 4]; 6] = [
 ///
 /// # Errors
 ///
-/// [`sorairo::Error::Request`] for a folder that cannot be made; [`crate::Error::Failure`] for a device or a file that fails. Failed
+/// [`crate::Error::Folder`] for a folder that cannot be made; [`crate::Error::Sky`] for a device or a file that fails. Failed
 /// cases are no error; see [`Stress::failures`].
 pub fn stress(folder: &Path, device: &Device, minutes: f64, seed: u64, stage: &dyn Fn(&str)) -> Result<Stress> {
     make_folder(folder)?;

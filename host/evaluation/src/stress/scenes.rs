@@ -13,7 +13,7 @@ use sorairo_shared::variant;
 use strum::IntoEnumIterator;
 
 use super::{Outcome, generator};
-use sorairo::Error;
+use crate::problem::Error;
 use sorairo::device::cpu::Cpu;
 use sorairo::device::{Backend, Device, Kernel};
 use sorairo::plan::Plan;
@@ -220,7 +220,7 @@ impl Case {
         let Size { width, height } = scene.camera.size;
         scene.camera.size = Size { width: 8 * width, height: 8 * height };
         scene.sun.disc = false;
-        Plan::new(&scene, self.pixel)
+        Ok(Plan::new(&scene, self.pixel)?)
     }
 
     /// What is wrong with the scene on some devices: how many words of its pixels, and what.
@@ -518,7 +518,7 @@ pub fn refusals(seed: u64, cases: u64) -> Outcome {
         *(number.field)(&mut scene) = value;
         let refused = catch_unwind(AssertUnwindSafe(|| Plan::new(&scene, Pixel::LinearRgb)));
         let in_one_sentence = |sentence: &str| !sentence.contains('\n') && sentence.contains(number.name);
-        let right = matches!(&refused, Ok(Err(Error::Request(sentence))) if in_one_sentence(sentence));
+        let right = matches!(&refused, Ok(Err(error)) if in_one_sentence(&error.to_string()));
         (u64::from(!right), format!("{} = {value}", number.name))
     })
 }

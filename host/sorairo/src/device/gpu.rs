@@ -117,7 +117,7 @@ pub(super) fn no_such_device(choice: &str) -> Error {
         names.push("gpu".into());
     }
     names.extend(found.into_iter().map(|device| format!("{:?}", device.name)));
-    Error::request(format!("--device {choice:?} is not a device of this machine; allowed: {}", names.join(", ")))
+    Error::NoSuchDevice { choice: choice.to_owned(), names }
 }
 
 /// Opens the best Vulkan device whose name contains `wanted`, ignoring case; `None` if there is none.
@@ -244,11 +244,9 @@ impl Gpu {
         let most = u64::from(self.most_groups) * u64::from(WORKGROUP_SIDE);
         let widest = (self.largest_buffer / (row_bytes / u64::from(plan.width()))).min(most);
         if u64::from(plan.width()) > widest {
-            return Err(Error::request(format!(
-                "--size {}x{} is wider than this device takes; at most {widest} pixels",
-                plan.width(),
-                plan.height()
-            )));
+            let (width, height) = (plan.width(), plan.height());
+            let complaint = format!("= {width}x{height} is wider than this device takes; at most {widest} pixels");
+            return Err(Error::not_allowed("camera.size", complaint));
         }
         let rows = (self.largest_buffer / row_bytes).min(most).min(u64::from(rows_at_once(plan)));
         Ok(rows.min(plan.lit_rows.len() as u64).max(1) as u32)

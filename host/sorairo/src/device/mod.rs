@@ -116,7 +116,7 @@ pub trait Backend: Send + Sync {
     ///
     /// # Errors
     ///
-    /// [`Error::Request`] for an image beyond the device's limits, [`Error::Device`] if the device fails, and any error of
+    /// [`Error::NotAllowed`] for an image beyond the device's limits, [`Error::Device`] if the device fails, and any error of
     /// `take`.
     fn lit_rows(&self, plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<Times>;
 
@@ -144,7 +144,7 @@ pub trait Backend: Send + Sync {
     ///
     /// # Errors
     ///
-    /// Those of [`Backend::lit_rows`], and [`Error::Failure`] if the image does not fit into memory.
+    /// Those of [`Backend::lit_rows`], and [`Error::Memory`] if the image does not fit into memory.
     fn run(&self, plan: &Plan, kernel: Kernel) -> Result<Run> {
         whole(plan, kernel, |take| self.rows(plan, kernel, 0, take))
     }
@@ -155,11 +155,8 @@ fn whole(plan: &Plan, kernel: Kernel, run: impl FnOnce(&mut TakeRows<'_>) -> Res
     let mut words = Vec::new();
     let total = words_per_row(plan, kernel).checked_mul(plan.height() as usize);
     if total.is_none_or(|total| words.try_reserve_exact(total).is_err()) {
-        return Err(Error::failure(format!(
-            "an image of {}x{} pixels does not fit into memory",
-            plan.width(),
-            plan.height()
-        )));
+        let (width, height) = (plan.width(), plan.height());
+        return Err(Error::Memory(format!("an image of {width}x{height} pixels does not fit into memory")));
     }
     let Times { kernel, readback } = run(&mut |_, rows| {
         words.extend_from_slice(rows);
@@ -257,7 +254,7 @@ impl Device {
     ///
     /// # Errors
     ///
-    /// Those of [`Device::rows`], and [`Error::Failure`] if the image does not fit into memory.
+    /// Those of [`Device::rows`], and [`Error::Memory`] if the image does not fit into memory.
     pub fn run(&mut self, plan: &Plan, kernel: Kernel) -> Result<Run> {
         whole(plan, kernel, |take| self.rows(plan, kernel, take))
     }
@@ -286,7 +283,7 @@ impl Device {
 ///
 /// # Errors
 ///
-/// [`Error::Request`] if there is no such device, naming those that there are; [`Error::Device`] if it cannot be opened.
+/// [`Error::NoSuchDevice`] if there is no such device, naming those that there are; [`Error::Device`] if it cannot be opened.
 pub fn open(choice: &str) -> Result<Device> {
     if choice.eq_ignore_ascii_case("cpu") {
         return Ok(cpu::device());

@@ -12,9 +12,9 @@ use crate::scene::{ExrDepth, Size};
 ///
 /// # Errors
 ///
-/// [`Error::Request`] if the folder does not exist or does not take new files, or the path is a folder.
+/// [`Error::NotWritable`] if the folder does not exist or does not take new files, or the path is a folder.
 pub fn check_writable(path: &Path) -> Result<()> {
-    let refuse = |reason: String| Err(Error::request(format!("-o {} cannot be written: {reason}", path.display())));
+    let refuse = |reason: String| Err(Error::NotWritable { path: path.to_owned(), reason });
     if path.is_dir() {
         return refuse("it is a folder".into());
     }
@@ -23,7 +23,7 @@ pub fn check_writable(path: &Path) -> Result<()> {
             staged::remove_abandoned(&folder(path));
             Ok(())
         }
-        Err(error) => refuse(plain(&error)),
+        Err(error) => refuse(plain(path, &error)),
     }
 }
 
@@ -31,12 +31,12 @@ pub fn check_writable(path: &Path) -> Result<()> {
 ///
 /// # Errors
 ///
-/// [`Error::Request`] if it cannot be made.
+/// [`Error::FileName`] if it cannot be made.
 pub fn make_folder(path: &Path) -> Result<()> {
     let folder = folder(path);
     std::fs::create_dir_all(&folder).map_err(|error| {
-        let (path, folder, reason) = (path.display(), folder.display(), plain(&error));
-        Error::request(format!("-o {path}: the folder {folder} cannot be made: {reason}"))
+        let complaint = format!("the folder {} cannot be made: {}", folder.display(), plain(path, &error));
+        Error::FileName { path: path.to_owned(), complaint }
     })
 }
 
@@ -45,7 +45,7 @@ pub fn make_folder(path: &Path) -> Result<()> {
 ///
 /// # Errors
 ///
-/// [`Error::Request`] that names the least, and what is free.
+/// [`Error::NoRoom`] that names the least, and what is free.
 pub fn check_room(path: &Path, format: Format, size: Size, depth: ExrDepth, wavelengths: u64) -> Result<()> {
     // Deflate leaves at least a part in 1032; a run of at most 128 equal bytes in EXR leaves two.
     let bytes_per_channel = if depth == ExrDepth::Full { 4 } else { 2 };
@@ -56,15 +56,7 @@ pub fn check_room(path: &Path, format: Format, size: Size, depth: ExrDepth, wave
     };
     let least = u64::from(size.width) * u64::from(size.height) * bytes_per_pixel / strongest;
     match fs4::available_space(folder(path)) {
-        Ok(free) if free < least => {
-            let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
-            Err(Error::request(format!(
-                "-o {}: an image of {size} pixels (--size, camera.size) takes at least {:.1} GiB, and {:.1} GiB are free there",
-                path.display(),
-                gib(least),
-                gib(free)
-            )))
-        }
+        Ok(free) if free < least => Err(Error::NoRoom { path: path.to_owned(), size: size.to_string(), least, free }),
         // Where the free space is not known the disk has the last word.
         _ => Ok(()),
     }
@@ -74,14 +66,11 @@ pub fn check_room(path: &Path, format: Format, size: Size, depth: ExrDepth, wave
 ///
 /// # Errors
 ///
-/// [`Error::Request`] that names the path given twice.
+/// [`Error::SharedFile`] that names the path given twice.
 pub fn check_distinct(paths: &[PathBuf]) -> Result<()> {
     let places: Vec<_> = paths.iter().map(|path| (folder(path).canonicalize().ok(), path.file_name())).collect();
     match (1..places.len()).find(|&i| places[..i].contains(&places[i])) {
-        Some(i) => {
-            let path = paths[i].display();
-            Err(Error::request(format!("-o {path} is given twice; every output needs a name of its own")))
-        }
+        Some(i) => Err(Error::SharedFile { path: paths[i].clone(), how: "given twice" }),
         None => Ok(()),
     }
 }

@@ -21,7 +21,7 @@ impl Format {
     ///
     /// # Errors
     ///
-    /// [`Error::Request`] for an extension other than `png` and `exr`.
+    /// [`Error::FileName`] for an extension other than `png` and `exr`.
     pub fn of(path: &Path, spectral: bool) -> Result<Self> {
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().to_lowercase());
@@ -30,7 +30,10 @@ impl Format {
             Some("png") => Ok(Self::Png),
             Some("exr") if spectral || named_spectral => Ok(Self::SpectralExr),
             Some("exr") => Ok(Self::Exr),
-            _ => Err(Error::request(format!("-o {}: the file name must end in .png or .exr", path.display()))),
+            _ => {
+                let complaint = "the file name must end in .png or .exr".into();
+                Err(Error::FileName { path: path.to_owned(), complaint })
+            }
         }
     }
 }

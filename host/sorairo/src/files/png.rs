@@ -42,7 +42,7 @@ pub fn expose(
 ///
 /// # Errors
 ///
-/// [`crate::Error::Failure`] if the file cannot be written.
+/// [`crate::Error::Write`] if the file cannot be written.
 pub fn write(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<Staged> {
     stage(path, |writer| encode(writer, width, height, None, |rows| rows.write_all(rgb)))
 }

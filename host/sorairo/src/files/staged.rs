@@ -36,7 +36,7 @@ impl Staged {
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Failure`] if it cannot be moved; nothing is left behind.
+    /// [`crate::Error::Write`] if it cannot be moved; nothing is left behind.
     pub fn commit(mut self) -> Result<()> {
         let file = self.file.take();
         file.persist(&self.path).map_err(|error| unwritable(&self.path, &error.error))?;
@@ -48,7 +48,7 @@ impl Staged {
 ///
 /// # Errors
 ///
-/// [`crate::Error::Failure`] if anything fails; nothing is left behind.
+/// [`crate::Error::Write`] if anything fails; nothing is left behind.
 pub fn stage(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<Staged> {
     let attempt = || -> io::Result<Unfinished> {
         let file = create(&folder(path))?;

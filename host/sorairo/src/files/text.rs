@@ -3,7 +3,7 @@
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-use super::place::{folder, plain};
+use super::place::{folder, plain, unwritable};
 use super::staged;
 use crate::error::{Error, Result};
 
@@ -11,20 +11,19 @@ use crate::error::{Error, Result};
 ///
 /// # Errors
 ///
-/// [`Error::Request`] if there is a file or a folder of this name, or its folder does not take files; [`Error::Failure`] if it
-/// cannot be written. Nothing is left behind.
+/// [`Error::FileExists`] if there is a file or a folder of this name, [`Error::NotWritable`] if its folder does not take files,
+/// [`Error::Write`] if it cannot be written. Nothing is left behind.
 pub fn create(path: &Path, text: &str) -> Result<()> {
-    let name = path.display();
-    let exists = || Error::request(format!("{name} exists; choose another name, or move it away"));
+    let exists = || Error::FileExists { path: path.to_owned() };
     if path.symlink_metadata().is_ok() {
         return Err(exists());
     }
-    let unwritable = |error: &std::io::Error| format!("{name} cannot be written: {}", plain(error));
-    let file = staged::create(&folder(path)).map_err(|error| Error::request(unwritable(&error)))?;
-    file.as_file().write_all(text.as_bytes()).map_err(|error| Error::failure(unwritable(&error)))?;
+    let refuse = |error| Error::NotWritable { path: path.to_owned(), reason: plain(path, &error) };
+    let file = staged::create(&folder(path)).map_err(refuse)?;
+    file.as_file().write_all(text.as_bytes()).map_err(|error| unwritable(path, &error))?;
     match file.persist_new(path) {
         Ok(()) => Ok(()),
         Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(exists()),
-        Err(error) => Err(Error::failure(unwritable(&error))),
+        Err(error) => Err(unwritable(path, &error)),
     }
 }

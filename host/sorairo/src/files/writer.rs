@@ -62,6 +62,7 @@ impl Image {
 
 /// A file that is encoded on a thread of its own while its rows arrive.
 pub struct Writer<'scope> {
+    path: PathBuf,
     rows: SyncSender<Arc<[u32]>>,
     thread: ScopedJoinHandle<'scope, Result<Staged>>,
 }
@@ -70,24 +71,27 @@ impl<'scope> Writer<'scope> {
     /// Begins a file.
     pub fn start(scope: &'scope Scope<'scope, '_>, path: PathBuf, format: Format, image: Image) -> Self {
         let (rows, received) = sync_channel(WAITING);
-        let thread = scope.spawn(move || encode(&path, format, image, received));
-        Self { rows, thread }
+        let encoded = path.clone();
+        let thread = scope.spawn(move || encode(&encoded, format, image, received));
+        Self { path, rows, thread }
     }
 
     /// Takes the next rows. An encoder that has failed says so in [`Writer::finish`].
     ///
     /// # Errors
     ///
-    /// [`Error::Failure`] if the encoder has failed.
+    /// [`Error::Write`] if the encoder has failed.
     pub fn take(&self, rows: Arc<[u32]>) -> Result<()> {
-        self.rows.send(rows).map_err(|_| Error::failure("a file cannot be written"))
+        self.rows
+            .send(rows)
+            .map_err(|_| Error::Write { path: self.path.clone(), reason: "its encoder has ended".into() })
     }
 
     /// The whole file, beside its place.
     ///
     /// # Errors
     ///
-    /// [`Error::Failure`] if it could not be written.
+    /// [`Error::Write`] if it could not be written.
     pub fn finish(self) -> Result<Staged> {
         drop(self.rows);
         self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
@@ -98,7 +102,7 @@ impl<'scope> Writer<'scope> {
 ///
 /// # Errors
 ///
-/// [`Error::Failure`] if it cannot be written.
+/// [`Error::Write`] if it cannot be written.
 pub fn write(path: &Path, format: Format, image: Image, words: &[u32]) -> Result<Staged> {
     encode(path, format, image, std::iter::once(words))
 }

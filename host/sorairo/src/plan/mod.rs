@@ -94,7 +94,7 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Request`] if a value of the scene is out of range.
+    /// Those of [`Scene::validate`].
     pub fn new(scene: &Scene, pixel: Pixel) -> Result<Self> {
         scene.validate()?;
         let optics = scene.optics();
@@ -226,19 +226,19 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`Error::Request`] for a plan of a picture, which has no place for radiance, for [`ColorPath::Solve`], which is a way to a colour,
+    /// [`Error::NotAllowed`] for a plan of a picture, which has no place for radiance, for [`ColorPath::Solve`], which is a way to a colour,
     /// and with the sun's disc.
     pub fn with_spectrum(mut self, wavelengths: &[f64]) -> Result<Self> {
         if self.pixel != Pixel::LinearRgb {
-            return Err(Error::request("a spectral image holds linear RGB in 32 bits; its plan is made for that"));
+            let complaint = "of its plan is none that a spectral image can have: that holds linear RGB in 32 bits";
+            return Err(Error::not_allowed("pixel", complaint));
         }
         if self.variant & variant::SUN_DISC != 0 {
-            return Err(Error::request(
-                "--sun-disc (sun.disc) shows the sun in RGB; a spectral file is of the sky alone",
-            ));
+            return Err(Error::not_allowed("sun.disc", "shows the sun in RGB; a spectral file is of the sky alone"));
         }
         if self.color == ColorPath::Solve {
-            return Err(Error::request("--color solve is a way to a colour; a spectral file takes --color folded"));
+            let complaint = "= solve is a way to a colour; a spectral file takes render.color = folded";
+            return Err(Error::not_allowed("render.color", complaint));
         }
         self.spectral = wavelengths.to_vec();
         self.frame.wavelengths = wavelengths.len() as u32;

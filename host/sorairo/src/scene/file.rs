@@ -11,7 +11,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use super::keys::{self, Allowed, KEYS, Key};
 use super::place::{PlaceAndTime, sun_position};
 use super::preset::{Preset, Scene};
-use crate::error::{Error, Result};
+use crate::error::{Error, PlaceInFile, Result};
 use crate::input::{self, LARGEST_SCENE};
 use crate::spectra::choice::is_table_file;
 
@@ -42,7 +42,7 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`Error::Request`] with the place in `source` for an unknown key or a value of the wrong kind.
+    /// [`Error::InFile`] with the place in `source` for an unknown key or a value of the wrong kind.
     pub fn parse(text: &str, source: &str, preset: Option<Preset>) -> Result<Self> {
         SceneFile::parse(text, source, Path::new("."), preset).map_err(first)?.resolved()
     }
@@ -51,7 +51,7 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`Error::Request`] if the file cannot be read or is not a scene.
+    /// [`Error::SceneFile`] if the file cannot be read, [`Error::InFile`] if it is not a scene.
     pub fn read(path: &Path, preset: Option<Preset>) -> Result<Self> {
         SceneFile::read(path, preset)?.resolved()
     }
@@ -63,24 +63,24 @@ pub fn text(scene: &Scene) -> String {
 }
 
 /// The first problem as an error.
-fn first(problems: Vec<String>) -> Error {
-    Error::request(problems.into_iter().next().unwrap_or_default())
+fn first(problems: Vec<Error>) -> Error {
+    problems.into_iter().next().expect("what is refused has a problem")
 }
 
 /// The sun at a place and a time, where a scene has them.
 ///
 /// # Errors
 ///
-/// [`Error::Request`] if only one of the two is given, or the moment is not known to the algorithm.
+/// [`Error::NotAllowed`] if only one of the two is given, or the moment is not known to the algorithm.
 pub fn place_sun(scene: &mut Scene, from: PlaceAndTime) -> Result<()> {
     match (from.place, from.time) {
         (None, None) => {}
         (Some(place), Some(time)) => {
-            let position = sun_position(place, time, scene.observer.altitude).map_err(Error::request)?;
+            let position = sun_position(place, time, scene.observer.altitude)?;
             (scene.sun.elevation, scene.sun.azimuth) = position;
         }
-        (Some(_), None) => return Err(Error::request("--place (sun.place) needs a time: give --time (sun.time) too")),
-        (None, Some(_)) => return Err(Error::request("--time (sun.time) needs a place: give --place (sun.place) too")),
+        (Some(_), None) => return Err(Error::not_allowed("sun.place", "needs a time: give sun.time too")),
+        (None, Some(_)) => return Err(Error::not_allowed("sun.time", "needs a place: give sun.place too")),
     }
     Ok(())
 }
@@ -90,28 +90,28 @@ impl SceneFile {
     ///
     /// # Errors
     ///
-    /// [`Error::Request`] with the first problem.
+    /// The first problem.
     pub fn read(path: &Path, preset: Option<Preset>) -> Result<Self> {
         Self::read_all(path, preset).map_err(first)
     }
 
     /// Every problem of a file by itself, without flags: none if it is a scene.
-    pub fn problems(path: &Path) -> Vec<String> {
+    pub fn problems(path: &Path) -> Vec<Error> {
         match Self::read_all(path, None) {
             Ok(file) => {
-                let mut problems = file.violations(&file.scene);
-                problems.extend(file.resolved().err().filter(|_| problems.is_empty()).map(|error| error.to_string()));
+                let mut problems: Vec<Error> =
+                    keys::problems(&file.scene).into_iter().map(|error| file.placed(error, &file.scene)).collect();
+                problems.extend(file.resolved().err().filter(|_| problems.is_empty()));
                 problems
             }
             Err(problems) => problems,
         }
     }
 
-    fn read_all(path: &Path, preset: Option<Preset>) -> std::result::Result<Self, Vec<String>> {
-        let name = path.display();
+    fn read_all(path: &Path, preset: Option<Preset>) -> std::result::Result<Self, Vec<Error>> {
         let text = input::read_text(path, LARGEST_SCENE)
-            .map_err(|complaint| vec![format!("the scene file {name} {complaint}")])?;
-        Self::parse(&text, &name.to_string(), path.parent().unwrap_or(Path::new("")), preset)
+            .map_err(|reason| vec![Error::SceneFile { path: path.to_owned(), reason }])?;
+        Self::parse(&text, &path.to_string_lossy(), path.parent().unwrap_or(Path::new("")), preset)
     }
 
     /// Reads a TOML text. `preset` takes the place of the one that the text names; names of CSV files are relative to
@@ -119,13 +119,13 @@ impl SceneFile {
     ///
     /// # Errors
     ///
-    /// Every problem as a sentence with the line and the column in `source`.
+    /// Every problem, with its place in `source`.
     pub fn parse(
         text: &str,
         source: &str,
         folder: &Path,
         preset: Option<Preset>,
-    ) -> std::result::Result<Self, Vec<String>> {
+    ) -> std::result::Result<Self, Vec<Error>> {
         let text = SourceText { name: source.into(), text: input::without_mark(text).into() };
         let (scene, sun_from, spans) = text.scene(folder, preset)?;
         Ok(Self { scene, sun_from, spans, text })
@@ -135,7 +135,7 @@ impl SceneFile {
     ///
     /// # Errors
     ///
-    /// [`Error::Request`] if only one of the two is given, or the moment is not known to the algorithm.
+    /// [`Error::NotAllowed`] if only one of the two is given, or the moment is not known to the algorithm.
     pub fn resolved(&self) -> Result<Scene> {
         let mut scene = self.scene.clone();
         place_sun(&mut scene, self.sun_from)?;
@@ -146,43 +146,38 @@ impl SceneFile {
     ///
     /// # Errors
     ///
-    /// [`Error::Request`] for the first that does not, with its place where it stands in this file.
+    /// The first that does not, with its place where it stands in this file.
     pub fn validate(&self, scene: &Scene) -> Result<()> {
-        match self.violations(scene).into_iter().next() {
-            Some(sentence) => Err(Error::request(sentence)),
-            None => Ok(()),
-        }
+        scene.validate().map_err(|error| self.placed(error, scene))
     }
 
-    fn violations(&self, scene: &Scene) -> Vec<String> {
+    /// What is wrong with a key of a scene, with its place if the value is the one that stands in this file.
+    fn placed(&self, error: Error, scene: &Scene) -> Error {
+        let (Error::OutOfRange { key, .. } | Error::NotAllowed { key, .. }) = &error else { return error };
         let [here, now] = [&self.scene, scene].map(|scene| toml::Table::try_from(scene).expect("a scene is a table"));
-        let sentence = |violation: keys::Violation| {
-            let key = violation.key;
-            let shown = |scene| key.value(scene).map(|value| value.to_string());
-            match self.spans.get(key.name).filter(|_| shown(&here) == shown(&now)) {
-                Some(span) => self.text.problem(span.start, &format!("{} {}", key.name, violation.complaint)),
-                None => violation.as_request(),
-            }
-        };
-        keys::violations(scene).into_iter().map(sentence).collect()
+        let shown = |scene| keys::find(key).and_then(|key| key.value(scene)).map(|value| value.to_string());
+        match self.spans.get(key).filter(|_| shown(&here) == shown(&now)) {
+            Some(span) => self.text.problem(span.start, error),
+            None => error,
+        }
     }
 }
 
 /// The problems found so far, no more than anyone reads.
 struct Problems<'a> {
     text: &'a SourceText,
-    sentences: Vec<String>,
+    found: Vec<Error>,
 }
 
 impl Problems<'_> {
-    fn add(&mut self, at: usize, complaint: &str) {
+    fn add(&mut self, at: usize, error: Error) {
         if !self.are_enough() {
-            self.sentences.push(self.text.problem(at, complaint));
+            self.found.push(self.text.problem(at, error));
         }
     }
 
     fn are_enough(&self) -> bool {
-        self.sentences.len() >= MOST_PROBLEMS
+        self.found.len() >= MOST_PROBLEMS
     }
 }
 
@@ -194,11 +189,11 @@ impl SourceText {
         &self,
         folder: &Path,
         preset: Option<Preset>,
-    ) -> std::result::Result<(Scene, PlaceAndTime, Spans), Vec<String>> {
+    ) -> std::result::Result<(Scene, PlaceAndTime, Spans), Vec<Error>> {
         let document = DeTable::parse(&self.text).map_err(|error| {
-            vec![self.problem(error.span().map_or(0, |span| span.start), &in_plain_words(error.message()))]
+            vec![self.problem(error.span().map_or(0, |span| span.start), wrong(in_plain_words(error.message())))]
         })?;
-        let mut problems = Problems { text: self, sentences: Vec::new() };
+        let mut problems = Problems { text: self, found: Vec::new() };
         let mut given = Vec::new();
         collect(document.get_ref(), "", &mut given, &mut problems);
         let preset = preset.unwrap_or_else(|| named_preset(&given));
@@ -213,27 +208,35 @@ impl SourceText {
                 _ => lay_over(&mut scene, key, value, folder),
             };
             if let Err(complaint) = outcome {
-                problems.add(value.span().start, &complaint);
+                problems.add(value.span().start, wrong(complaint));
             }
         }
         refuse_two_suns(&given, &mut problems);
-        if !problems.sentences.is_empty() {
-            return Err(problems.sentences);
+        if !problems.found.is_empty() {
+            return Err(problems.found);
         }
         let mut scene: Scene = scene.try_into().expect("every value was tried");
         scene.preset = preset;
         Ok((scene, sun_from, spans))
     }
 
-    /// A sentence with the line and the column of a byte of the text, both from 1.
-    fn problem(&self, at: usize, complaint: &str) -> String {
+    /// What is wrong at a byte of the text.
+    fn problem(&self, at: usize, error: Error) -> Error {
         let before = &self.text[..self.text.floor_char_boundary(at)];
-        let line = 1 + before.matches('\n').count();
         let start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        let column = 1 + before[start..].chars().count();
-        let quoted = self.text[start..].lines().next().unwrap_or_default().trim();
-        format!("{}, line {line}, column {column} ({}): {}", self.name, shortened(quoted), without_middle(complaint))
+        let place = PlaceInFile {
+            file: self.name.clone(),
+            line: 1 + before.matches('\n').count(),
+            column: 1 + before[start..].chars().count(),
+            text: shortened(self.text[start..].lines().next().unwrap_or_default().trim()),
+        };
+        Error::InFile { place, error: Box::new(error) }
     }
+}
+
+/// What a reader says is wrong, without the middle of what it quotes.
+fn wrong(complaint: String) -> Error {
+    Error::Text(without_middle(&complaint))
 }
 
 type Given<'a> = (&'static Key, &'a Spanned<DeValue<'a>>);
@@ -250,14 +253,16 @@ fn collect<'a>(table: &'a DeTable<'a>, prefix: &str, given: &mut Vec<Given<'a>>,
         match (keys::find(&name), value.get_ref()) {
             (Some(key), _) => given.push((key, value)),
             (None, DeValue::Table(table)) if is_table => collect(table, &inside, given, problems),
-            (None, _) if is_table => problems.add(value.span().start, &format!("`{name}` must be a table of keys")),
-            (None, _) => problems.add(key.span().start, &unknown(prefix, key.get_ref())),
+            (None, _) if is_table => {
+                problems.add(value.span().start, wrong(format!("`{name}` must be a table of keys")));
+            }
+            (None, _) => problems.add(key.span().start, unknown(prefix, key.get_ref())),
         }
     }
 }
 
-/// A sentence about a key that is none: what it may have been meant to be, or what there is.
-fn unknown(prefix: &str, name: &str) -> String {
+/// A key that is none: what it may have been meant to be, or what there is.
+fn unknown(prefix: &str, name: &str) -> Error {
     let mut siblings: Vec<&str> = KEYS
         .iter()
         .filter_map(|key| key.name.strip_prefix(prefix))
@@ -266,11 +271,11 @@ fn unknown(prefix: &str, name: &str) -> String {
     siblings.dedup();
     let elsewhere = || KEYS.iter().map(|key| (key.table_and_name().1, key.name));
     let candidates = siblings.iter().map(|&sibling| (sibling, sibling)).chain(elsewhere());
-    let shown = shortened(name);
-    match nearest(name, candidates) {
-        Some(meant) => format!("unknown key `{shown}`; did you mean `{meant}`?"),
-        None => format!("unknown key `{shown}`; here may stand `{}`", siblings.join("`, `")),
-    }
+    let hint = match nearest(name, candidates) {
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None => format!("here may stand `{}`", siblings.join("`, `")),
+    };
+    Error::UnknownKey { name: shortened(name), hint }
 }
 
 /// The name of the candidate that is spelt most like `word`, if any is close.
@@ -346,10 +351,9 @@ fn refuse_two_suns(given: &[Given<'_>], problems: &mut Problems<'_>) {
     let Some((from, _)) = find("sun.place").or_else(|| find("sun.time")) else { return };
     for name in ["sun.elevation", "sun.azimuth"] {
         if let Some((_, value)) = find(name) {
-            problems.add(
-                value.span().start,
-                &format!("`{name}` and `{}` cannot both be given: a place and a time say where the sun is", from.name),
-            );
+            let complaint =
+                format!("`{name}` and `{}` cannot both be given: a place and a time say where the sun is", from.name);
+            problems.add(value.span().start, Error::Text(complaint));
         }
     }
 }
@@ -473,7 +477,7 @@ mod tests {
         let mut flagged = file.scene.clone();
         flagged.sun.elevation = 200.0;
         let error = file.validate(&flagged).unwrap_err().to_string();
-        assert!(error.starts_with("--sun-elevation (sun.elevation) is 200"), "{error}");
+        assert!(error.starts_with("sun.elevation is 200"), "{error}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The keys of a scene: one row each, with its flag, its unit, what it may be, and what stands in for it. `validate`, the help of the flags, the
+//! The keys of a scene: one row each, with its unit, what it may be, and what stands in for it. `validate`, the help of the flags, the
 //! reference page and the commented scene file are all made from these rows; a key's sentence is the doc comment of its field.
 
 use std::sync::OnceLock;
@@ -10,7 +10,7 @@ use super::place::PlaceAndTime;
 use super::preset::{Preset, Scene};
 use super::settings::{ColorPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Render, Rgb, WhiteBalance};
 use super::sky::{Aerosol, Air, AtmosphereScene, Observer, Ozone, Sun};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_range};
 use crate::input::shown;
 use crate::spectra::choice::{AlbedoSpectrum, OzoneCrossSection, SunSpectrum};
 use crate::spectra::observer::ColorObserver;
@@ -20,8 +20,6 @@ use crate::words::{Word, words};
 pub struct Key {
     /// Its name with its tables, as in `sun.elevation`.
     pub name: &'static str,
-    /// The flag that takes its place.
-    pub flag: Option<&'static str>,
     /// Its unit; empty where it has none.
     pub unit: &'static str,
     /// What it may be.
@@ -29,7 +27,7 @@ pub struct Key {
     /// What stands in for a key that is not given, where that is not one value.
     pub otherwise: &'static str,
     /// What is wrong with it in a scene, beyond `allowed`.
-    rule: Option<fn(&Scene) -> Option<String>>,
+    rule: Option<fn(&Scene) -> Result<()>>,
 }
 
 /// What a key may be.
@@ -59,14 +57,6 @@ pub enum Bound {
     From(fn(&Scene) -> f64, &'static str),
 }
 
-/// A key whose value is not allowed.
-pub struct Violation {
-    /// The key.
-    pub key: &'static Key,
-    /// What follows its name: the value, and what is allowed.
-    pub complaint: String,
-}
-
 /// Bands closer than this (nm) make the fit's matrix singular in practice.
 pub const CLOSEST_BANDS: f64 = 0.5;
 
@@ -88,22 +78,19 @@ fn of_ozone(scene: &Scene, value: fn(&Ozone) -> f64) -> Option<f64> {
 
 /// Every key, table by table.
 pub static KEYS: &[Key] = &[
-    Key::other("preset", Allowed::Words(words::<Preset>)).flag("--preset"),
-    Key::number("sun.elevation", "degrees", |s| Some(s.sun.elevation), At(-90.0), At(90.0)).flag("--sun-elevation"),
-    Key::number("sun.azimuth", "degrees", |s| Some(s.sun.azimuth), At(-360.0), At(360.0)).flag("--sun-azimuth"),
+    Key::other("preset", Allowed::Words(words::<Preset>)),
+    Key::number("sun.elevation", "degrees", |s| Some(s.sun.elevation), At(-90.0), At(90.0)),
+    Key::number("sun.azimuth", "degrees", |s| Some(s.sun.azimuth), At(-360.0), At(360.0)),
     Key::other("sun.place", Allowed::Other("\"LATITUDE,LONGITUDE\", -90 to 90 north, -180 to 180 east"))
         .unit("degrees")
-        .flag("--place")
         .otherwise("`elevation` and `azimuth` hold"),
     Key::other("sun.time", Allowed::Other("RFC 3339 with an offset, such as \"2026-06-21T04:30:00+09:00\""))
-        .flag("--time")
         .otherwise("`elevation` and `azimuth` hold"),
     Key::other("sun.spectrum", Allowed::WordsOrTable(words::<SunSpectrum>)),
     Key::number("sun.distance", "au", |s| Some(s.sun.distance), At(0.01), At(1000.0)),
     Key::other("sun.disc", Allowed::Other("true or false; with a disc the distance is at most 50 au"))
-        .flag("--sun-disc")
         .rule(disc_too_small),
-    Key::number("observer.altitude", "km", |s| Some(s.observer.altitude), At(0.0), At(1e5)).flag("--altitude"),
+    Key::number("observer.altitude", "km", |s| Some(s.observer.altitude), At(0.0), At(1e5)),
     // In single precision a horizon is as sharp as 6e-8 of the radius, which must lie far below the scale heights.
     Key::number("atmosphere.ground_radius", "km", |s| Some(s.atmosphere.ground_radius), At(10.0), At(1e5)),
     Key::number(
@@ -178,10 +165,9 @@ pub static KEYS: &[Key] = &[
         DEPTH,
     ),
     Key::other("atmosphere.ozone.cross_section", Allowed::WordsOrTable(words::<OzoneCrossSection>)),
-    Key::other("camera.projection", Allowed::Words(words::<Projection>)).flag("--projection"),
+    Key::other("camera.projection", Allowed::Words(words::<Projection>)),
     Key::other("camera.size", Allowed::Other("\"WIDTHxHEIGHT\", each 1 to 8388608"))
         .unit("pixels")
-        .flag("--size")
         .rule(size_out_of_range),
     Key::number(
         "camera.fov",
@@ -190,15 +176,12 @@ pub static KEYS: &[Key] = &[
         At(0.01),
         From(|s| if s.camera.projection == Projection::Perspective { 170.0 } else { 360.0 }, "360 (perspective: 170)"),
     )
-    .flag("--fov")
     .otherwise("fisheye 180, perspective 60"),
     Key::number("camera.look_azimuth", "degrees", |s| s.camera.look_azimuth, At(-360.0), At(360.0))
-        .flag("--look-azimuth")
         .otherwise("0, north; fisheye 180, which puts north on top"),
     Key::number("camera.look_elevation", "degrees", |s| s.camera.look_elevation, At(-90.0), At(90.0))
-        .flag("--look-elevation")
         .otherwise("fisheye 90, perspective 15"),
-    Key::other("render.fit", Allowed::Words(words::<Fit>)).flag("--fit"),
+    Key::other("render.fit", Allowed::Words(words::<Fit>)),
     Key::other(
         "render.bands",
         Allowed::Other(
@@ -207,14 +190,12 @@ pub static KEYS: &[Key] = &[
         ),
     )
     .unit("nm")
-    .flag("--bands")
     .otherwise("the best found for the fit")
     .rule(unfit_bands),
-    Key::other("render.color", Allowed::Words(words::<ColorPath>)).flag("--color").rule(nothing_to_solve),
+    Key::other("render.color", Allowed::Words(words::<ColorPath>)).rule(nothing_to_solve),
     Key::number("render.steps", "samples", |s| s.render.steps.map(f64::from), At(1.0), At(1024.0))
-        .flag("--steps")
         .otherwise("what the scene's rays need: from the Earth's ground 12, with the sun below 5° 48 to 64"),
-    Key::other("render.path", Allowed::Words(words::<PathChoice>)).flag("--path"),
+    Key::other("render.path", Allowed::Words(words::<PathChoice>)),
     Key::number(
         "render.exposure",
         "stops",
@@ -225,17 +206,16 @@ pub static KEYS: &[Key] = &[
         At(-MOST_STOPS),
         At(MOST_STOPS),
     )
-    .flag("--exposure")
     .otherwise("\"auto\", from the mean luminance of the sky"),
-    Key::other("render.exr", Allowed::Words(words::<ExrDepth>)).flag("--exr"),
-    Key::other("render.rgb", Allowed::Words(words::<Rgb>)).flag("--rgb"),
-    Key::other("render.observer", Allowed::Words(words::<ColorObserver>)).flag("--observer"),
-    Key::other("render.white_balance", Allowed::Words(words::<WhiteBalance>)).flag("--white-balance"),
+    Key::other("render.exr", Allowed::Words(words::<ExrDepth>)),
+    Key::other("render.rgb", Allowed::Words(words::<Rgb>)),
+    Key::other("render.observer", Allowed::Words(words::<ColorObserver>)),
+    Key::other("render.white_balance", Allowed::Words(words::<WhiteBalance>)),
 ];
 
 impl Key {
     const fn other(name: &'static str, allowed: Allowed) -> Self {
-        Self { name, flag: None, unit: "", allowed, otherwise: "", rule: None }
+        Self { name, unit: "", allowed, otherwise: "", rule: None }
     }
 
     const fn number(
@@ -245,12 +225,7 @@ impl Key {
         low: Bound,
         high: Bound,
     ) -> Self {
-        Self { name, flag: None, unit, allowed: Allowed::Range { value, low, high }, otherwise: "", rule: None }
-    }
-
-    const fn flag(mut self, flag: &'static str) -> Self {
-        self.flag = Some(flag);
-        self
+        Self { name, unit, allowed: Allowed::Range { value, low, high }, otherwise: "", rule: None }
     }
 
     const fn unit(mut self, unit: &'static str) -> Self {
@@ -263,7 +238,7 @@ impl Key {
         self
     }
 
-    const fn rule(mut self, rule: fn(&Scene) -> Option<String>) -> Self {
+    const fn rule(mut self, rule: fn(&Scene) -> Result<()>) -> Self {
         self.rule = Some(rule);
         self
     }
@@ -328,18 +303,14 @@ impl Key {
         }
     }
 
-    fn out_of_range(&self, scene: &Scene) -> Option<String> {
-        match &self.allowed {
-            Allowed::Range { value, low, high } => {
-                value(scene).and_then(|value| out_of_range(value, low.of(scene), high.of(scene), self.unit))
-            }
-            _ => None,
-        }
+    fn check_range(&self, scene: &Scene) -> Result<()> {
+        let Allowed::Range { value, low, high } = &self.allowed else { return Ok(()) };
+        value(scene).map_or(Ok(()), |value| check_range(self.name, value, (low.of(scene), high.of(scene)), self.unit))
     }
 
-    fn violation(&'static self, scene: &Scene) -> Option<Violation> {
-        let complaint = self.out_of_range(scene).or_else(|| self.rule.and_then(|rule| rule(scene)))?;
-        Some(Violation { key: self, complaint })
+    fn check(&self, scene: &Scene) -> Result<()> {
+        self.check_range(scene)?;
+        self.rule.map_or(Ok(()), |rule| rule(scene))
     }
 }
 
@@ -355,17 +326,6 @@ impl Bound {
         match self {
             At(value) => value.to_string(),
             From(_, words) => (*words).into(),
-        }
-    }
-}
-
-impl Violation {
-    /// One sentence that names the flag and the key.
-    pub fn as_request(&self) -> String {
-        let Self { key, complaint } = self;
-        match key.flag {
-            Some(flag) => format!("{flag} ({}) {complaint}", key.name),
-            None => format!("{} {complaint}", key.name),
         }
     }
 }
@@ -390,18 +350,15 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`Error::Request`] that names the first key (and flag) out of range, its value, and what is allowed.
+    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] that names the first key that does not.
     pub fn validate(&self) -> Result<()> {
-        match violations(self).first() {
-            Some(violation) => Err(Error::request(violation.as_request())),
-            None => Ok(()),
-        }
+        problems(self).into_iter().next().map_or(Ok(()), Err)
     }
 }
 
 /// What is wrong with a scene, key by key.
-pub fn violations(scene: &Scene) -> Vec<Violation> {
-    KEYS.iter().filter_map(|key| key.violation(scene)).collect()
+pub fn problems(scene: &Scene) -> Vec<Error> {
+    KEYS.iter().filter_map(|key| key.check(scene).err()).collect()
 }
 
 /// A number as a person writes it.
@@ -422,17 +379,13 @@ fn listed(words: &[Word]) -> String {
     words.iter().map(|word| format!("`{}`", word.name)).collect::<Vec<_>>().join(", ")
 }
 
-/// Checks one value against its range; NaN is out of every range.
-fn out_of_range(value: f64, low: f64, high: f64, unit: &str) -> Option<String> {
-    let space = if unit.is_empty() { "" } else { " " };
-    let allowed = (low..=high).contains(&value);
-    let [value, low, high] = [value, low, high].map(shown);
-    (!allowed).then(|| format!("is {value}; it must lie between {low} and {high}{space}{unit}"))
-}
-
-fn size_out_of_range(scene: &Scene) -> Option<String> {
+fn size_out_of_range(scene: &Scene) -> Result<()> {
     let size = scene.camera.size;
-    (!size.is_allowed()).then(|| format!("is {size}; each side must lie between 1 and {LONGEST_SIDE} pixels"))
+    if size.is_allowed() {
+        return Ok(());
+    }
+    let complaint = format!("is {size}; each side must lie between 1 and {LONGEST_SIDE} pixels");
+    Err(Error::not_allowed("camera.size", complaint))
 }
 
 /// The largest optical depth, on a level ray and at the shortest wavelength, of what the atmosphere's top cuts off.
@@ -450,42 +403,53 @@ const OF_THE_TOP: [&str; 6] = [
     "atmosphere.aerosol.scale_height",
 ];
 
-fn opaque_at_its_top(scene: &Scene) -> Option<String> {
+fn opaque_at_its_top(scene: &Scene) -> Result<()> {
     // Where one of them is out of its range, that is what is wrong.
-    if OF_THE_TOP.iter().any(|name| find(name).expect("a key").out_of_range(scene).is_some()) {
-        return None;
+    if OF_THE_TOP.iter().any(|name| find(name).expect("a key").check_range(scene).is_err()) {
+        return Ok(());
     }
     let depth = scene.optics().depth_above_top();
-    (depth > DENSEST_TOP).then(|| {
-        format!(
-            "is {}, where the air is opaque still: what would lie above has an optical depth of {depth:.0} on a level ray, and at most \
-             {DENSEST_TOP} may be cut off",
-            shown(scene.atmosphere.top_radius)
-        )
-    })
+    if depth <= DENSEST_TOP {
+        return Ok(());
+    }
+    let complaint = format!(
+        "is {}, where the air is opaque still: what would lie above has an optical depth of {depth:.0} on a level ray, and at most \
+         {DENSEST_TOP} may be cut off",
+        shown(scene.atmosphere.top_radius)
+    );
+    Err(Error::not_allowed("atmosphere.top_radius", complaint))
 }
 
 /// Farther away (au) the disc is smaller than single precision can place it.
 pub const FARTHEST_DISC: f64 = 50.0;
 
-fn disc_too_small(scene: &Scene) -> Option<String> {
+fn disc_too_small(scene: &Scene) -> Result<()> {
     let distance = scene.sun.distance;
-    (scene.sun.disc && distance > FARTHEST_DISC)
-        .then(|| format!("is true with sun.distance {}; a disc is shown up to {FARTHEST_DISC} au", shown(distance)))
+    if !scene.sun.disc || distance <= FARTHEST_DISC {
+        return Ok(());
+    }
+    let complaint = format!("is true with sun.distance {}; a disc is shown up to {FARTHEST_DISC} au", shown(distance));
+    Err(Error::not_allowed("sun.disc", complaint))
 }
 
-fn albedo_above_1(scene: &Scene) -> Option<String> {
-    let file = scene.atmosphere.aerosol.single_scattering_albedo_spectrum.file()?;
+fn albedo_above_1(scene: &Scene) -> Result<()> {
+    let Some(file) = scene.atmosphere.aerosol.single_scattering_albedo_spectrum.file() else { return Ok(()) };
     let (albedo, wavelength) = file.table().largest(0);
+    if albedo <= 1.0 {
+        return Ok(());
+    }
     let name = file.path().display();
-    (albedo > 1.0).then(|| {
-        format!("is {name}, which holds {} at {} nm; an albedo is at most 1", shown(albedo), shown(wavelength))
-    })
+    let complaint =
+        format!("is {name}, which holds {} at {} nm; an albedo is at most 1", shown(albedo), shown(wavelength));
+    Err(Error::not_allowed("atmosphere.aerosol.single_scattering_albedo_spectrum", complaint))
 }
 
-fn nothing_to_solve(scene: &Scene) -> Option<String> {
-    (scene.render.fit == Fit::Dense && scene.render.color == ColorPath::Solve)
-        .then(|| "is solve; --color solve needs a fit to solve, and --fit dense has none".into())
+fn nothing_to_solve(scene: &Scene) -> Result<()> {
+    if scene.render.fit != Fit::Dense || scene.render.color != ColorPath::Solve {
+        return Ok(());
+    }
+    let complaint = "is solve; render.color = solve needs a fit to solve, and render.fit = dense has none";
+    Err(Error::not_allowed("render.color", complaint))
 }
 
 /// The fewest and the most bands that a fit takes.
@@ -498,21 +462,26 @@ pub fn band_counts(fit: Fit, color: ColorPath) -> (usize, usize) {
     }
 }
 
-fn unfit_bands(scene: &Scene) -> Option<String> {
-    let bands = scene.render.bands.as_ref()?;
+fn unfit_bands(scene: &Scene) -> Result<()> {
+    const KEY: &str = "render.bands";
+    let Some(bands) = &scene.render.bands else { return Ok(()) };
     let (fewest, most) = band_counts(scene.render.fit, scene.render.color);
     let count = bands.len();
     if !(fewest..=most).contains(&count) {
-        return Some(format!("holds {count} wavelengths; this fit takes {fewest} to {most} of them"));
+        let complaint = format!("holds {count} wavelengths; this fit takes {fewest} to {most} of them");
+        return Err(Error::not_allowed(KEY, complaint));
     }
-    let (shortest, longest) = scene.optics().known_wavelengths();
-    if let Some(complaint) = bands.iter().find_map(|&band| out_of_range(band, shortest, longest, "nm")) {
-        return Some(complaint);
-    }
+    let known = scene.optics().known_wavelengths();
+    bands.iter().try_for_each(|&band| check_range(KEY, band, known, "nm"))?;
     let mut sorted = bands.clone();
     sorted.sort_by(f64::total_cmp);
-    let pair = sorted.windows(2).find(|pair| pair[1] - pair[0] < CLOSEST_BANDS)?;
-    Some(format!("holds {} and {}; bands must lie at least {CLOSEST_BANDS} nm apart", pair[0], pair[1]))
+    match sorted.windows(2).find(|pair| pair[1] - pair[0] < CLOSEST_BANDS) {
+        Some(pair) => Err(Error::not_allowed(
+            KEY,
+            format!("holds {} and {}; bands must lie at least {CLOSEST_BANDS} nm apart", pair[0], pair[1]),
+        )),
+        None => Ok(()),
+    }
 }
 
 #[cfg(test)]
@@ -567,8 +536,10 @@ mod tests {
     fn a_value_out_of_range_is_named_with_what_is_allowed() {
         let mut scene = Scene::default();
         scene.sun.elevation = 100.0;
-        let error = scene.validate().unwrap_err().to_string();
-        assert!(error.contains("--sun-elevation") && error.contains("100") && error.contains("90"), "{error}");
+        let error = scene.validate().unwrap_err();
+        let expected = "sun.elevation is 100; it must lie between -90 and 90 degrees";
+        assert_eq!(error.to_string(), expected);
+        assert!(matches!(error, Error::OutOfRange { key: "sun.elevation", low: -90.0, high: 90.0, .. }));
         scene.sun.elevation = f64::NAN;
         assert!(scene.validate().is_err());
     }

@@ -1,6 +1,6 @@
 //! What a person asks for: the sun, the observer, the atmosphere, the camera and how to render.
 //!
-//! Everything about a key but its name and its sentence (range, flag, what stands in for it) is in [`keys`].
+//! Everything about a key but its name and its sentence (range, unit, what stands in for it) is in [`keys`].
 
 mod camera;
 pub mod file;

@@ -7,6 +7,8 @@ use chrono::{DateTime, Datelike, FixedOffset, TimeDelta};
 use documented::DocumentedFields;
 use solar_positioning::{Location, SolarPositions, delta_t};
 
+use crate::error::{Error, Result};
+
 /// What a file or the flags say instead of the sun's elevation and azimuth: both are needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, DocumentedFields)]
 pub struct PlaceAndTime {
@@ -32,7 +34,7 @@ pub struct Time(DateTime<FixedOffset>);
 impl FromStr for Place {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
         let degrees =
             |text: &str, limit: f64| text.trim().parse().ok().filter(|value| (-limit..=limit).contains(value));
         let place = text.split_once(',').and_then(|(latitude, longitude)| {
@@ -53,7 +55,7 @@ impl fmt::Display for Place {
 impl FromStr for Time {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
         DateTime::parse_from_rfc3339(text).map(Self).map_err(|_| {
             format!("a time is written as 2026-06-21T04:30:00+09:00, with an offset from UTC or Z, not {text:?}")
         })
@@ -87,13 +89,13 @@ pub fn evenly(from: Time, to: Time, count: u32) -> impl Iterator<Item = Time> {
 ///
 /// # Errors
 ///
-/// A sentence for a moment that the algorithm does not know: a leap second, or a year after 6000.
-pub fn sun_position(place: Place, time: Time, altitude: f64) -> Result<(f64, f64), String> {
+/// [`Error::UnknownMoment`] for a moment that the algorithm does not know: a leap second, or a year after 3000.
+pub fn sun_position(place: Place, time: Time, altitude: f64) -> Result<(f64, f64)> {
     let Place { latitude, longitude } = place;
     let location = Location { latitude, longitude };
     let position = delta_t::estimate_from_date(time.0.year(), time.0.month())
         .and_then(|delta_t| SolarPositions::new().at(&time.0, location, altitude * 1000.0, delta_t, None))
-        .map_err(|error| format!("the sun cannot be placed at {time}: {error}"))?;
+        .map_err(|error| Error::UnknownMoment { time: time.to_string(), reason: error.to_string() })?;
     Ok((position.elevation_angle(), position.azimuth()))
 }
 
@@ -165,6 +167,6 @@ mod tests {
             assert!(time.parse::<Time>().unwrap_err().contains("offset from UTC"), "{time}");
         }
         let far = sun_position("0,0".parse().unwrap(), "9999-01-01T00:00:00Z".parse().unwrap(), 0.0);
-        assert!(far.unwrap_err().contains("9999"));
+        assert!(far.unwrap_err().to_string().contains("9999"));
     }
 }

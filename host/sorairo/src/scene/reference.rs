@@ -8,8 +8,8 @@ use super::keys::{Allowed, KEYS, Key, default_scene, plain};
 use super::preset::{Preset, Scene};
 use crate::words::{Word, word};
 
-/// The reference of every key, in Markdown: `docs/scene-reference.md`.
-pub fn markdown() -> String {
+/// The reference of every key, in Markdown: `docs/scene-reference.md`. `flag` says which flag of the command takes a key's place.
+pub fn markdown(flag: fn(&str) -> Option<&'static str>) -> String {
     let mut page = String::from(HEAD);
     let mut table = None;
     for key in KEYS {
@@ -19,7 +19,7 @@ pub fn markdown() -> String {
             page += &format!("## {title}\n\n");
             table = Some(here);
         }
-        page += &entry(key);
+        page += &entry(key, flag(key.name));
     }
     page + PRESETS + &presets() + TABLES
 }
@@ -51,7 +51,7 @@ peak that is narrower in blue than in red, and the asymmetry here is the same at
 A key that takes the name of a `.csv` file reads it from the folder of the scene file. Each row is `wavelength_nm,value`; values between
 rows are linear. Wavelengths increase from row to row and cover 380 to 780 nm. Lines that begin with `#` are comments, and the first
 other line may name the columns. A row that stands twice, is out of order, negative, or not of two finite numbers is refused by
-its line. Where tables end, `--bands` and `--wavelengths` end too.
+its line. Where tables end, `render.bands` and the wavelengths of spectra end too.
 
 ## Place and time
 
@@ -60,8 +60,8 @@ Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003) and hold fo
 renderer's rays are straight, so refraction, which lifts the real sun by 0.5° at the horizon, is left out.
 ";
 
-fn entry(key: &Key) -> String {
-    let flag = key.flag.map(|flag| format!("; flag `{flag}`")).unwrap_or_default();
+fn entry(key: &Key, flag: Option<&str>) -> String {
+    let flag = flag.map(|flag| format!("; flag `{flag}`")).unwrap_or_default();
     let mut text = format!(
         "### `{}`\n\n{}\n\n*{}; default: {}{flag}*\n\n",
         key.name,

@@ -5,14 +5,17 @@
 //! * [`Atmosphere`] says what a sky is made of, in the numbers that people publish; its coefficients at a wavelength are
 //!   computed here, from the judge's own constants.
 //! * [`scattered_radiance`] is light that was scattered once, by quadrature to 1e-8.
+//! * [`radiance_of_all_orders`] is all the light, by a Monte Carlo that has no bias and states its error.
 //!
 //! Lengths are in km, coefficients in km⁻¹, z is up, x north, y west. Light does not bend, and the atmosphere ends at its top
 //! radius.
 
 mod atmosphere;
 mod column;
+mod directions;
 mod line;
 mod medium;
+mod orders;
 mod phase;
 mod published;
 mod quadrature;
@@ -21,10 +24,12 @@ mod single;
 mod spectrum;
 #[cfg(test)]
 mod tests;
+mod way;
 
 pub use atmosphere::Atmosphere;
 pub use column::column_to_top;
 pub use medium::{Coefficients, Medium};
+pub use orders::{Estimate, Paths, radiance_of_all_orders, radiance_of_orders, sunlit_ground_radiance};
 pub use phase::{aerosol_phase, air_phase};
 pub use published::{DOBSON_UNIT, MARS_DUST_ALBEDO, OZONE_CROSS_SECTION_233K};
 pub use ray::{Ray, direction};

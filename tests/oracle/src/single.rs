@@ -60,6 +60,8 @@ pub fn scattered_radiance_bands_within(tolerance: f64, medium: &Medium, bands: &
 pub(crate) struct ViewPath {
     /// The ray from the observer or, where that is beyond the atmosphere, from where it enters.
     pub(crate) line: Line,
+    /// How far before that the observer is, km.
+    pub(crate) entry: f64,
     /// Its length, km.
     pub(crate) length: f64,
     /// Distance of its origin from the plane through the planet's centre that faces the sun, km
@@ -84,7 +86,7 @@ impl ViewPath {
         let sunward = observer.radius * sun[2] + entry * nu;
         let cross = cross(view, sun);
         let length = length_in_atmosphere(medium, &line);
-        Some(Self { line, length, sunward, nu, sin2: dot(cross, cross) })
+        Some(Self { line, entry, length, sunward, nu, sin2: dot(cross, cross) })
     }
 
     pub(crate) fn altitude(&self, s: f64) -> f64 {

@@ -4,6 +4,7 @@ use super::*;
 use crate::line::{Line, dot, entry_distance, half_chord};
 use crate::quadrature::GaussLegendre;
 use crate::single::ViewPath;
+use crate::way::{Shells, Way};
 
 const EARTH: Medium = Medium {
     ground_radius_km: 6360.0,
@@ -470,4 +471,32 @@ fn entering_from_space_equals_standing_at_the_entry() {
     let there = ray(100.0, direction(-35.0 + turn, 0.0), direction(40.0 + turn, 0.0));
     let from_space = scattered_radiance(&EARTH, &BANDS[1], &ray(500.0, view, sun));
     assert_close(from_space, scattered_radiance(&EARTH, &BANDS[1], &there), 1e-9);
+}
+
+#[test]
+fn a_way_to_the_top_has_the_optical_depth_of_its_column() {
+    let thin_haze = Medium { aerosol_scale_height_km: 0.05, ..EARTH };
+    let mut compared = 0;
+    for (medium, band) in [(EARTH, BANDS[0]), (EARTH, BANDS[1]), (thin_haze, BANDS[0]), (thin_haze, BANDS[2])] {
+        let shells = Shells::new(&medium, &band, [0.0, 0.0, 1.0]);
+        for altitude in [0.0, 0.01, 3.0, 24.0, 39.0, 70.0, 99.0] {
+            for elevation in [-5.0, -0.5, 0.0, 0.1, 3.0, 40.0, 90.0] {
+                let direction = direction(elevation, 30.0);
+                let way = Way::new(&shells, [0.0, 0.0, medium.ground_radius_km + altitude], direction);
+                if way.ground().is_some() {
+                    continue;
+                }
+                let column = column_to_top(&medium, altitude, direction[2]);
+                let expected = band.optical_depth(column);
+                assert!((way.depth() - expected).abs() <= 1e-5 * expected + 1e-6, "{} {expected}", way.depth());
+                let behind = way.place_behind(0.3 * way.depth());
+                let height = dot(behind, behind).sqrt() - medium.ground_radius_km;
+                let up = dot(behind, direction) / dot(behind, behind).sqrt();
+                let rest = band.optical_depth(column_to_top(&medium, height.max(0.0), up));
+                assert!((rest - 0.7 * expected).abs() <= 1e-5 * expected + 1e-6, "{rest} {expected}");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 80, "{compared}");
 }

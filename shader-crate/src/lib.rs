@@ -4,13 +4,14 @@
 #![cfg_attr(target_arch = "spirv", no_std)]
 #![deny(warnings)] // a shader build does not show them otherwise
 
-use sorairo_shared::frame::{
-    Frame, SENTINEL, radiance_pixel, sky_pixel, spectrum_pixel, table_colours, table_columns, table_pixel,
+use sorairo_shared::kernels::{
+    SENTINEL, lookup_colours, lookup_invocations, lookup_pixel, radiance_pixel, sky_pixel, spectrum_pixel,
 };
+use sorairo_shared::lookup::entries;
 use sorairo_shared::math::store;
-use sorairo_shared::scattering::Bands;
-use sorairo_shared::sky::{LEARNT, LEARNT_SOLVED, LINEAR, SOLVED};
-use sorairo_shared::sky_table::entries;
+use sorairo_shared::single::Bands;
+use sorairo_shared::sky::{LINEAR, REGRESSION, REGRESSION_SOLVED, SOLVED};
+use sorairo_shared::uniform::{Buffers, Uniform};
 use spirv_std::glam::{UVec3, Vec2, Vec4};
 use spirv_std::spirv;
 
@@ -38,13 +39,13 @@ pub fn fill(
 pub fn radiance(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
 ) {
-    if (id.x < frame.camera.width) & (id.y < frame.rows) {
-        radiance_pixel(frame, bands, quadrature, output, id.x, id.y, variant);
+    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
+        radiance_pixel(uniform, bands, quadrature, output, id.x, id.y, variant);
     }
 }
 
@@ -53,14 +54,14 @@ pub fn radiance(
 pub fn sky_linear(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
 ) {
-    if (id.x < frame.camera.width) & (id.y < frame.rows) {
-        sky_pixel(frame, bands, quadrature, colour, output, id.x, id.y, LINEAR, variant);
+    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
+        sky_pixel(uniform, Buffers { bands, quadrature, colour }, output, id.x, id.y, LINEAR, variant);
     }
 }
 
@@ -69,46 +70,46 @@ pub fn sky_linear(
 pub fn sky_solve(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
 ) {
-    if (id.x < frame.camera.width) & (id.y < frame.rows) {
-        sky_pixel(frame, bands, quadrature, colour, output, id.x, id.y, SOLVED, variant);
+    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
+        sky_pixel(uniform, Buffers { bands, quadrature, colour }, output, id.x, id.y, SOLVED, variant);
     }
 }
 
-/// The sky by the learnt fit.
+/// The sky by the regression fit.
 #[spirv(compute(threads(16, 16)))]
-pub fn sky_learnt(
+pub fn sky_regression(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
 ) {
-    if (id.x < frame.camera.width) & (id.y < frame.rows) {
-        sky_pixel(frame, bands, quadrature, colour, output, id.x, id.y, LEARNT, variant);
+    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
+        sky_pixel(uniform, Buffers { bands, quadrature, colour }, output, id.x, id.y, REGRESSION, variant);
     }
 }
 
-/// The sky by the learnt fit, its 4×4 system solved at every pixel.
+/// The sky by the regression fit, its 4×4 system solved at every pixel.
 #[spirv(compute(threads(16, 16)))]
-pub fn sky_learnt_solve(
+pub fn sky_regression_solve(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
 ) {
-    if (id.x < frame.camera.width) & (id.y < frame.rows) {
-        sky_pixel(frame, bands, quadrature, colour, output, id.x, id.y, LEARNT_SOLVED, variant);
+    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
+        sky_pixel(uniform, Buffers { bands, quadrature, colour }, output, id.x, id.y, REGRESSION_SOLVED, variant);
     }
 }
 
@@ -117,82 +118,82 @@ pub fn sky_learnt_solve(
 pub fn spectrum_linear(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
 ) {
-    if (id.x < frame.camera.width) & (id.y < frame.rows) {
-        spectrum_pixel(frame, bands, quadrature, colour, output, id.x, id.y, LINEAR, variant);
+    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
+        spectrum_pixel(uniform, Buffers { bands, quadrature, colour }, output, id.x, id.y, LINEAR, variant);
     }
 }
 
-/// Colour and spectrum by the learnt fit.
+/// Colour and spectrum by the regression fit.
 #[spirv(compute(threads(16, 16)))]
-pub fn spectrum_learnt(
+pub fn spectrum_regression(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
 ) {
-    if (id.x < frame.camera.width) & (id.y < frame.rows) {
-        spectrum_pixel(frame, bands, quadrature, colour, output, id.x, id.y, LEARNT, variant);
+    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
+        spectrum_pixel(uniform, Buffers { bands, quadrature, colour }, output, id.x, id.y, REGRESSION, variant);
     }
 }
 
-/// The sky table by a fit that is linear in the transfer.
+/// The sky lookup by a fit that is linear in the transfer.
 #[spirv(compute(threads(64)))]
-pub fn table_linear(
+pub fn lookup_linear(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] table: &mut [Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] lookup: &mut [Vec4],
 ) {
-    if id.x < entries(frame) {
-        let rgb = table_colours(frame, bands, quadrature, colour, id.x, LINEAR, variant);
+    if id.x < entries(uniform) {
+        let rgb = lookup_colours(uniform, Buffers { bands, quadrature, colour }, id.x, LINEAR, variant);
         let at = 2 * id.x as usize;
-        store(table, at, rgb.air.extend(0.0));
-        store(table, at + 1, rgb.aerosol.extend(0.0));
+        store(lookup, at, rgb.air.extend(0.0));
+        store(lookup, at + 1, rgb.aerosol.extend(0.0));
     }
 }
 
-/// The sky table by the learnt fit.
+/// The sky lookup by the regression fit.
 #[spirv(compute(threads(64)))]
-pub fn table_learnt(
+pub fn lookup_regression(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] table: &mut [Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] lookup: &mut [Vec4],
 ) {
-    if id.x < entries(frame) {
-        let rgb = table_colours(frame, bands, quadrature, colour, id.x, LEARNT, variant);
+    if id.x < entries(uniform) {
+        let rgb = lookup_colours(uniform, Buffers { bands, quadrature, colour }, id.x, REGRESSION, variant);
         let at = 2 * id.x as usize;
-        store(table, at, rgb.air.extend(0.0));
-        store(table, at + 1, rgb.aerosol.extend(0.0));
+        store(lookup, at, rgb.air.extend(0.0));
+        store(lookup, at + 1, rgb.aerosol.extend(0.0));
     }
 }
 
-/// The sky from the sky table.
+/// The sky, interpolated from the sky lookup.
 #[spirv(compute(threads(16, 16)))]
-pub fn sky_table(
+pub fn sky_lookup(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] table: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] lookup: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
 ) {
-    if (id.x < table_columns(frame, variant)) & (id.y < frame.rows) {
-        table_pixel(frame, colour, table, output, id.x, id.y, variant);
+    if (id.x < lookup_invocations(uniform, variant)) & (id.y < uniform.rows) {
+        lookup_pixel(uniform, colour, lookup, output, id.x, id.y, variant);
     }
 }

@@ -3,7 +3,6 @@
 //! In single precision `r² - R²` loses every digit of an altitude at planet scale. All functions here therefore work
 //! with the altitude `h` and with products such as `h (2R + h) = r² - R²`, which do not cancel.
 
-use crate::atmosphere::ScatteringAngle;
 use crate::glam::Vec3;
 use crate::math::{abs, max, safe_sqrt, sqrt};
 
@@ -63,12 +62,6 @@ impl Ray {
             one_minus_mu_squared: view.x * view.x + view.y * view.y,
             mu_s_across_view: view.y * cross.x - view.x * cross.y,
         }
-    }
-
-    /// The angle between the ray and the sun.
-    #[inline]
-    pub fn scattering_angle(self) -> ScatteringAngle {
-        ScatteringAngle { cosine: self.nu, sine_squared: self.one_minus_nu_squared }
     }
 
     /// The square of half of the chord that the ray's line cuts from the top of the atmosphere, seen from outside of it; negative if

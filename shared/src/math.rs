@@ -5,34 +5,34 @@
 
 use crate::glam::Vec4;
 
-/// Element `index` of a table; `index` must lie inside it.
+/// Element `index` of a buffer; `index` must lie inside it.
 ///
 /// On the GPU the access is not checked by a branch, which would cost more than the kernel: drivers that wgpu accepts bound
 /// buffer accesses themselves. On the CPU, where every kernel's indices are tested, it panics.
 #[inline(always)]
-pub fn fetch<T: Copy>(table: &[T], index: usize) -> T {
+pub fn fetch<T: Copy>(buffer: &[T], index: usize) -> T {
     #[cfg(target_arch = "spirv")]
-    // SAFETY: callers derive `index` from the table's own length or size, and the device bounds buffer accesses.
+    // SAFETY: callers derive `index` from the buffer's own length or size, and the device bounds buffer accesses.
     #[expect(unsafe_code, reason = "a bounds check is a branch around every load")]
     unsafe {
-        *spirv_std::arch::IndexUnchecked::index_unchecked(table, index)
+        *spirv_std::arch::IndexUnchecked::index_unchecked(buffer, index)
     }
     #[cfg(not(target_arch = "spirv"))]
-    table[index]
+    buffer[index]
 }
 
-/// Stores `value` as element `index` of a table; see [`fetch`].
+/// Stores `value` as element `index` of a buffer; see [`fetch`].
 #[inline]
-pub fn store<T: Copy>(table: &mut [T], index: usize, value: T) {
+pub fn store<T: Copy>(buffer: &mut [T], index: usize, value: T) {
     #[cfg(target_arch = "spirv")]
     // SAFETY: as in `fetch`.
     #[expect(unsafe_code, reason = "a bounds check is a branch around every store")]
     unsafe {
-        *spirv_std::arch::IndexUnchecked::index_unchecked_mut(table, index) = value;
+        *spirv_std::arch::IndexUnchecked::index_unchecked_mut(buffer, index) = value;
     }
     #[cfg(not(target_arch = "spirv"))]
     {
-        table[index] = value;
+        buffer[index] = value;
     }
 }
 

@@ -15,38 +15,59 @@ pub const SHADOW: u32 = 8;
 pub const DESCENT: u32 = 16;
 /// The sun can stand below the horizon of a point on a ray.
 pub const LOW_SUN: u32 = 32;
-
 /// The sun's disc is shown.
 pub const SUN_DISC: u32 = 64;
-
-/// The air is opaque along some rays: the columns of short stretches are sums of their own.
+/// The air is opaque along some rays: column densities of short stretches are sums of their own.
 pub const OPAQUE: u32 = 128;
 /// Everything that concerns the integral; right for every scene.
 pub const WHOLE_INTEGRAL: u32 = 63 | OPAQUE;
 
-/// Pixels are looked up in runs of [`crate::sky_table::RUN`], which share their entries: only in an equirectangular image whose width is a
+/// Pixels are looked up in runs of a few, which share their entries: only in an equirectangular image whose width is a
 /// multiple of that, and where the entries lie so much farther apart that a run reaches hardly beyond them.
 pub const RUNS: u32 = 1 << 12;
 
 /// Where the projection stands.
 const PROJECTION_SHIFT: u32 = 8;
-/// Where the kind of pixel stands.
-const PIXEL_SHIFT: u32 = 10;
+/// Where the format of pixels stands.
+const PIXEL_FORMAT_SHIFT: u32 = 10;
 
-/// The projection of a variant: one of those in [`crate::camera`].
+/// How a pixel of the sky is stored.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PixelFormat {
+    /// Three `f32` words: linear RGB.
+    LinearRgb = 0,
+    /// One word: 8 bit sRGB, exposed, red in the lowest byte.
+    Picture = 1,
+    /// Two words: linear RGB as half floats, red and green, then blue and 1.
+    HalfRgb = 2,
+}
+
+impl PixelFormat {
+    /// Words that a pixel takes.
+    pub const fn words(self) -> u32 {
+        match self {
+            Self::LinearRgb => 3,
+            Self::Picture => 1,
+            Self::HalfRgb => 2,
+        }
+    }
+}
+
+/// The number of a variant's projection, one of the camera's.
 #[inline]
 pub fn projection(variant: u32) -> u32 {
     (variant >> PROJECTION_SHIFT) & 3
 }
 
-/// The kind of pixel of a variant: a [`crate::frame::Pixel`].
+/// The number of a variant's [`PixelFormat`].
 #[inline]
-pub fn pixel(variant: u32) -> u32 {
-    (variant >> PIXEL_SHIFT) & 3
+pub fn pixel_format(variant: u32) -> u32 {
+    (variant >> PIXEL_FORMAT_SHIFT) & 3
 }
 
-/// The variant for an integral, a projection and a kind of pixel.
+/// The variant for an integral, a projection and a [`PixelFormat`].
 #[inline]
-pub fn of(integral: u32, projection: u32, pixel: u32) -> u32 {
-    integral | (projection << PROJECTION_SHIFT) | (pixel << PIXEL_SHIFT)
+pub fn of(integral: u32, projection: u32, pixel_format: u32) -> u32 {
+    integral | (projection << PROJECTION_SHIFT) | (pixel_format << PIXEL_FORMAT_SHIFT)
 }

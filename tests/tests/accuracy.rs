@@ -25,7 +25,7 @@ fn compare_sky(scene: &Scene, above: f64) -> Worst {
         .into_par_iter()
         .flat_map_iter(|(elevation, azimuth)| {
             let view = direction(elevation, azimuth).as_vec3();
-            let values = transfer(&plan.frame, &plan.bands[0], &plan.quadrature, view, plan.variant).to_array();
+            let values = transfer(&plan.uniform, &plan.bands[0], &plan.quadrature, view, plan.variant).to_array();
             let references = scattered_radiance_bands(&medium, &bands, &ray(scene, elevation, azimuth));
             let triples = values.into_iter().zip(references).zip(&plan.wavelengths);
             triples.map(move |((value, reference), nm)| {

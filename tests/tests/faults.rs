@@ -13,7 +13,7 @@ use sorairo::plan::Plan;
 use sorairo::render::{self, Request};
 use sorairo::scene::{Fit, PathChoice, Preset, Projection, Scene};
 use sorairo::{Error, PixelFormat, Result};
-use sorairo_shared::frame::SENTINEL;
+use sorairo_shared::kernels::SENTINEL;
 use sorairo_tests::program::{Ended, command, contents, names, run, succeed};
 use sorairo_tests::sky::scene;
 use sorairo_tests::{gpu, wait};
@@ -28,10 +28,10 @@ fn an_image_in_tiles_is_the_same_byte_for_byte() {
     let whole = gpu::limited(u64::MAX);
     for (path, projection, size) in [
         (PathChoice::Direct, Projection::Fisheye, "75x61"),
-        (PathChoice::Table, Projection::Equirectangular, "75x61"),
+        (PathChoice::Lookup, Projection::Equirectangular, "75x61"),
         // Wide enough that pixels are looked up in runs.
-        (PathChoice::Table, Projection::Equirectangular, "1024x61"),
-        (PathChoice::Table, Projection::Perspective, "75x61"),
+        (PathChoice::Lookup, Projection::Equirectangular, "1024x61"),
+        (PathChoice::Lookup, Projection::Perspective, "75x61"),
     ] {
         for pixel in [PixelFormat::LinearRgb, PixelFormat::Picture, PixelFormat::HalfRgb] {
             let mut scene = scene(Preset::Earth, 10.0, size);

@@ -79,10 +79,10 @@ fn the_fits_keep_their_errors_under_the_measured_sun() {
 #[test]
 fn the_fit_keeps_its_error_in_the_papers_atmosphere() {
     let choices = [(Fit::Extinction, None), (Fit::Cubic, None)];
-    let [learnt, cubic] = errors(Preset::Paper, &choices)[..] else { unreachable!("two choices") };
+    let [regression, cubic] = errors(Preset::Paper, &choices)[..] else { unreachable!("two choices") };
     // Measured 0.0200 / 0.0033, 0.018 %; without ozone the paper's cubic errs by 12.9.
-    assert!(learnt.delta_e_max <= 0.025 && learnt.delta_e_mean <= 0.0041, "{learnt:?}");
-    assert!(learnt.luminance_max <= 0.023e-2, "{learnt:?}");
+    assert!(regression.delta_e_max <= 0.025 && regression.delta_e_mean <= 0.0041, "{regression:?}");
+    assert!(regression.luminance_max <= 0.023e-2, "{regression:?}");
     assert!(cubic.delta_e_max > 5.0, "{cubic:?}");
 }
 

@@ -5,10 +5,10 @@ use std::collections::HashSet;
 use sorairo::PixelFormat;
 use sorairo::device::{self, Backend, Kernel};
 use sorairo::plan::Plan;
-use sorairo::scene::{ColorPath, Fit, PathChoice, Preset, Projection, Scene};
+use sorairo::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo::spectrum::FittedSpectrum;
 use sorairo_shared::camera::{EQUIRECTANGULAR, pixel_view};
-use sorairo_shared::frame::SENTINEL;
+use sorairo_shared::kernels::SENTINEL;
 use sorairo_shared::math::half_bits;
 use sorairo_shared::variant;
 use sorairo_tests::compare::worst_in_images;
@@ -24,17 +24,17 @@ fn floats(plan: &Plan, backend: &dyn Backend, kernel: Kernel) -> Vec<f32> {
 const SAME_FUNCTION: f64 = 2e-4;
 
 /// Every way to a colour: fit, colour path, and the bands if not the fit's own.
-fn ways() -> Vec<(Fit, ColorPath, Option<Vec<f64>>)> {
+fn ways() -> Vec<(Fit, ColourPath, Option<Vec<f64>>)> {
     let six = Some(vec![435.0, 475.0, 506.0, 555.0, 608.0, 659.0]);
     vec![
-        (Fit::Cubic, ColorPath::Folded, None),
-        (Fit::Cubic, ColorPath::Solve, None),
-        (Fit::Transfer, ColorPath::Folded, six.clone()),
-        (Fit::Transfer, ColorPath::Solve, None),
-        (Fit::Extinction, ColorPath::Folded, None),
-        (Fit::Extinction, ColorPath::Solve, None),
-        (Fit::Extinction, ColorPath::Folded, six),
-        (Fit::Dense, ColorPath::Folded, None),
+        (Fit::Cubic, ColourPath::Folded, None),
+        (Fit::Cubic, ColourPath::Solve, None),
+        (Fit::Transfer, ColourPath::Folded, six.clone()),
+        (Fit::Transfer, ColourPath::Solve, None),
+        (Fit::Extinction, ColourPath::Folded, None),
+        (Fit::Extinction, ColourPath::Solve, None),
+        (Fit::Extinction, ColourPath::Folded, six),
+        (Fit::Dense, ColourPath::Folded, None),
     ]
 }
 
@@ -48,11 +48,11 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
                 (scene.render.fit, scene.render.color, scene.render.bands) = (fit, color, bands);
                 scene.render.path = PathChoice::Direct;
                 let direct = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
-                scene.render.path = PathChoice::Table;
-                let table = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+                scene.render.path = PathChoice::Lookup;
+                let lookup = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
                 let mut runs =
-                    vec![(&direct, Kernel::Radiance, 4), (&direct, direct.kernel(), 3), (&table, table.kernel(), 3)];
-                let spectral = (color == ColorPath::Folded).then(|| direct.clone().with_spectrum(&[450.0]).unwrap());
+                    vec![(&direct, Kernel::Radiance, 4), (&direct, direct.kernel(), 3), (&lookup, lookup.kernel(), 3)];
+                let spectral = (color == ColourPath::Folded).then(|| direct.clone().with_spectrum(&[450.0]).unwrap());
                 runs.extend(spectral.iter().map(|plan| (plan, plan.kernel(), 4)));
                 for (plan, kernel, channels) in runs {
                     let reference = floats(plan, &device::cpu::Cpu, kernel);
@@ -61,9 +61,9 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
                     println!("{preset:?}, {sun}°, {fit:?}, {kernel:?}: {:.1e} at {}", worst.relative, worst.place);
                     assert!(worst.relative <= SAME_FUNCTION, "{preset:?}, {sun}°, {fit:?}, {kernel:?}: {worst:?}");
                     seen.insert(kernel);
-                    if kernel == Kernel::SkyTable {
+                    if kernel == Kernel::SkyLookup {
                         // Each device filled the table by this one.
-                        seen.insert(plan.table_kernel());
+                        seen.insert(plan.lookup_kernel());
                     }
                 }
                 let filled =
@@ -89,7 +89,7 @@ fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
     let wavelengths = [360.0, 405.5, 550.0, 650.0, 700.0, 830.0];
     let mut seen = HashSet::new();
     for (sun, altitude, aerosol) in [(-4.0, 0.0, 0.005), (30.0, 0.0, 0.1), (30.0, 0.0, 0.0), (10.0, 8.0, 0.005)] {
-        for (fit, color, bands) in ways().into_iter().filter(|(_, color, _)| *color == ColorPath::Folded) {
+        for (fit, color, bands) in ways().into_iter().filter(|(_, color, _)| *color == ColourPath::Folded) {
             let mut scene = scene(Preset::Earth, sun, "64x32");
             (scene.render.fit, scene.render.color, scene.render.bands) = (fit, color, bands);
             scene.render.path = PathChoice::Direct;
@@ -113,7 +113,7 @@ fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
             assert!(worst.relative <= 1e-4, "{place}, colour: {worst:?}");
             let fitted = FittedSpectrum::new(&plan, &wavelengths);
             for (column, row) in [(3, 2), (20, 9), (45, 14)] {
-                let view = pixel_view(&plan.frame.camera, EQUIRECTANGULAR, column, row).direction;
+                let view = pixel_view(&plan.uniform.camera, EQUIRECTANGULAR, column, row).direction;
                 let truth: Vec<f64> = fitted.radiance(view).into_iter().map(|radiance| radiance.max(0.0)).collect();
                 let brightest = truth.iter().copied().fold(0.0, f64::max);
                 let at = (row * 64 + column) as usize * wavelengths.len();
@@ -131,7 +131,7 @@ fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
 #[test]
 fn an_explicit_solve_gives_no_spectrum() {
     let mut scene = scene(Preset::Earth, 20.0, "4x2");
-    scene.render.color = ColorPath::Solve;
+    scene.render.color = ColourPath::Solve;
     let refused = Plan::new(&scene, PixelFormat::LinearRgb).unwrap().with_spectrum(&[550.0]);
     assert!(matches!(refused, Err(sorairo::Error::NotAllowed { .. })));
 }
@@ -167,7 +167,7 @@ fn every_kind_of_pixel_holds_the_same_colours() {
 }
 
 #[test]
-fn the_table_agrees_with_the_integral_at_every_pixel() {
+fn the_lookup_agrees_with_the_integral_at_every_pixel() {
     let places = [(-4.0, 0.0), (0.0, 0.0), (5.0, 0.0), (30.0, 0.0), (90.0, 0.0), (30.0, 3.0), (3.0, 12.0)];
     for projection in PROJECTIONS {
         for (sun, altitude) in places {
@@ -183,32 +183,32 @@ fn the_table_agrees_with_the_integral_at_every_pixel() {
                 let plan = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
                 floats(&plan, &device::cpu::Cpu, plan.kernel())
             };
-            let (table, direct) = (of(PathChoice::Table), of(PathChoice::Direct));
+            let (lookup, direct) = (of(PathChoice::Lookup), of(PathChoice::Direct));
             let mean = direct.iter().map(|&x| f64::from(x)).sum::<f64>() / direct.len() as f64;
             let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
-            let rmse = (table.iter().zip(&direct).map(square).sum::<f64>() / direct.len() as f64).sqrt();
+            let rmse = (lookup.iter().zip(&direct).map(square).sum::<f64>() / direct.len() as f64).sqrt();
             println!("{projection:?}, sun {sun}, altitude {altitude}: {:.1e} of the mean", rmse / mean);
-            // The goal; the size of the table is chosen for 1e-3 at the worst place.
+            // The goal; the size of the sky lookup is chosen for 1e-3 at the worst place.
             assert!(mean > 0.0 && rmse <= 1e-3 * mean, "{projection:?}, {sun}°, {altitude} km: {rmse:e} of {mean:e}");
         }
     }
 }
 
-/// Pixels that share two entries of the table reach hardly beyond them: where they do, the colour is as good as anywhere.
+/// Pixels that share two entries of the sky lookup reach hardly beyond them: where they do, the colour is as good as anywhere.
 #[test]
 fn pixels_in_runs_agree_with_pixels_alone() {
     for (sun, altitude, disc) in
         [(0.0, 0.0, false), (5.0, 0.0, true), (30.0, 0.0, false), (60.0, 0.0, false), (3.0, 12.0, false)]
     {
-        // Wide enough for tables of 33 columns.
+        // Wide enough for sky lookups of 33 columns.
         let mut scene = scene(Preset::Earth, sun, "1608x45");
-        (scene.observer.altitude, scene.render.path) = (altitude, PathChoice::Table);
+        (scene.observer.altitude, scene.render.path) = (altitude, PathChoice::Lookup);
         (scene.sun.azimuth, scene.sun.disc) = (77.7, disc);
         let runs = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
         assert!(runs.variant & variant::RUNS != 0, "{sun}°: {}", runs.path);
         let alone = Plan { variant: runs.variant & !variant::RUNS, ..runs.clone() };
         let images = [&runs, &alone].map(|plan| floats(plan, &device::cpu::Cpu, plan.kernel()));
-        // Half of what the table itself may be off by.
+        // Half of what the sky lookup itself may be off by.
         let worst = worst_in_images(&images[0], &images[1], 1608, 3, 1e-6);
         println!("sun {sun}, altitude {altitude}: {:.1e} at {}", worst.relative, worst.place);
         assert!(worst.relative > 0.0 && worst.relative <= 5e-4, "{sun}°, {altitude} km: {worst:?}");
@@ -222,7 +222,7 @@ const PROJECTIONS: [Projection; 3] = [Projection::Equirectangular, Projection::F
 #[test]
 fn every_projection_agrees_with_the_cpu() {
     for projection in PROJECTIONS {
-        for (path, altitude) in [(PathChoice::Direct, 12.0), (PathChoice::Table, 12.0), (PathChoice::Table, 0.0)] {
+        for (path, altitude) in [(PathChoice::Direct, 12.0), (PathChoice::Lookup, 12.0), (PathChoice::Lookup, 0.0)] {
             let mut scene = scene(Preset::Earth, 20.0, "101x67");
             (scene.camera.projection, scene.render.path, scene.observer.altitude) = (projection, path, altitude);
             let plan = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
@@ -254,13 +254,13 @@ fn solve_and_folded_give_the_same_colour() {
             for fit in [Fit::Cubic, Fit::Transfer, Fit::Extinction] {
                 let mut scene = scene(Preset::Earth, sun, "128x64");
                 scene.render.fit = fit;
-                let of = |color: ColorPath| {
+                let of = |color: ColourPath| {
                     let mut scene = scene.clone();
                     scene.render.color = color;
                     let plan = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
                     floats(&plan, backend, plan.kernel())
                 };
-                let (solve, folded) = (of(ColorPath::Solve), of(ColorPath::Folded));
+                let (solve, folded) = (of(ColourPath::Solve), of(ColourPath::Folded));
                 let brightest = folded.iter().copied().fold(0.0, sorairo_shared::math::max);
                 assert!(brightest > 0.0);
                 let worst = solve.iter().zip(&folded).map(|(a, b)| (a - b).abs()).fold(0.0, sorairo_shared::math::max);

@@ -26,7 +26,7 @@ fn plan(scene: &Scene) -> Plan {
 /// The transfer at the plan's bands towards an elevation and an azimuth (degrees).
 fn seen(plan: &Plan, elevation: f64, azimuth: f64) -> [f64; 4] {
     let view = direction(elevation, azimuth).as_vec3();
-    transfer(&plan.frame, &plan.bands[0], &plan.quadrature, view, plan.variant).to_array().map(f64::from)
+    transfer(&plan.uniform, &plan.bands[0], &plan.quadrature, view, plan.variant).to_array().map(f64::from)
 }
 
 /// What changes over twice an angle (degrees) about a place is no more than twice what changes beside it.

@@ -39,7 +39,7 @@ fn a_nearly_black_sky_has_an_exposure() {
     let sky = plan.sky(direction(60.0, 0.0).as_vec3()).y;
     // A quarter of a picture's white divided by less than this is beyond single precision.
     assert!(sky > 0.0 && sky < 0.25 / f32::MAX, "{sky:e}");
-    assert_eq!(plan.frame.exposure, (1u64 << 50) as f32);
+    assert_eq!(plan.uniform.exposure, (1u64 << 50) as f32);
 }
 
 /// From 36 000 km no direction that the exposure was measured in met the planet, and its picture was as dark as a night's.
@@ -48,7 +48,7 @@ fn a_planet_far_away_is_exposed_as_one_close_by() {
     let exposure = |altitude: f64| {
         let mut scene = scene(Preset::Earth, 60.0, "64x64");
         scene.observer.altitude = altitude;
-        Plan::new(&scene, PixelFormat::Picture).unwrap().frame.exposure
+        Plan::new(&scene, PixelFormat::Picture).unwrap().uniform.exposure
     };
     let (near, far, farthest) = (exposure(1000.0), exposure(36_000.0), exposure(1e5));
     // The whole disc has a darker rim than its middle.

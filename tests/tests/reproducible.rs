@@ -5,23 +5,23 @@ use sorairo::device::cpu::Cpu;
 use sorairo::device::{self, Backend};
 use sorairo::plan::Plan;
 use sorairo::render::{Request, render};
-use sorairo::scene::{ColorPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
+use sorairo::scene::{ColourPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo_tests::gpu;
 use sorairo_tests::sky::scene;
 use tempfile::tempdir;
 
 /// Scenes that take every way to a pixel.
 fn scenes() -> Vec<Scene> {
-    let mut table = scene(Preset::Earth, 20.0, "160x80");
-    table.render.path = PathChoice::Table;
+    let mut looked_up = scene(Preset::Earth, 20.0, "160x80");
+    looked_up.render.path = PathChoice::Lookup;
     let mut twilight = scene(Preset::Earth, -4.0, "65x33");
     twilight.observer.altitude = 11.0;
     twilight.camera.projection = Projection::Fisheye;
     let mut solve = scene(Preset::Paper, 10.0, "64x48");
-    (solve.render.fit, solve.render.color) = (Fit::Transfer, ColorPath::Solve);
+    (solve.render.fit, solve.render.color) = (Fit::Transfer, ColourPath::Solve);
     let mut dense = scene(Preset::Earth, 60.0, "31x17");
     dense.render.fit = Fit::Dense;
-    vec![table, twilight, solve, dense]
+    vec![looked_up, twilight, solve, dense]
 }
 
 /// The words of a scene's pixels, from a plan of its own.

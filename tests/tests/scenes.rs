@@ -124,7 +124,7 @@ fn show_prints_the_scene_that_it_reads() {
 }
 
 #[test]
-fn the_learnt_fit_holds_for_every_preset() {
+fn the_regression_fit_holds_for_every_preset() {
     for preset in Preset::iter() {
         for sun in [2.0, 30.0] {
             let plan = |fit: Fit| {
@@ -134,14 +134,14 @@ fn the_learnt_fit_holds_for_every_preset() {
                 scene.camera.size = "4x2".parse().unwrap();
                 Plan::new(&scene, PixelFormat::LinearRgb).unwrap()
             };
-            let (learnt, dense) = (plan(Fit::Extinction), plan(Fit::Dense));
+            let (regression, dense) = (plan(Fit::Extinction), plan(Fit::Dense));
             let views: Vec<_> =
                 (0..=9).flat_map(|i| (0..4).map(move |j| (10.0 * f64::from(i), 45.0 * f64::from(j)))).collect();
             let worst = views
                 .par_iter()
                 .map(|&(elevation, azimuth)| {
                     let view = direction(elevation, azimuth).as_vec3();
-                    let (a, b) = (learnt.sky(view), dense.sky(view));
+                    let (a, b) = (regression.sky(view), dense.sky(view));
                     f64::from((a - b).abs().max_element() / b.max_element())
                 })
                 .reduce(|| 0.0, |a, b| if a >= b { a } else { b });

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use sorairo::device::{Kernel, gpu};
-use sorairo_shared::frame::{TABLE_WORKGROUP, WORKGROUP_SIDE};
+use sorairo_shared::kernels::{LOOKUP_WORKGROUP, WORKGROUP_SIDE};
 use sorairo_shared::variant;
 
 #[path = "../../xtask/src/manifest.rs"]
@@ -63,8 +63,8 @@ fn naga_validates_the_committed_module_and_finds_every_kernel() {
     assert_eq!(found, expected);
     assert_eq!(kept_manifest()["entry_points"], serde_json::json!(expected));
     for entry in &module.entry_points {
-        let expected = if entry.name.starts_with("table_") {
-            [TABLE_WORKGROUP, 1, 1]
+        let expected = if entry.name.starts_with("lookup_") {
+            [LOOKUP_WORKGROUP, 1, 1]
         } else {
             [WORKGROUP_SIDE, WORKGROUP_SIDE, 1]
         };

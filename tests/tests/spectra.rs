@@ -23,7 +23,7 @@ fn spectrum(flags: &[String]) -> Vec<[f64; 3]> {
     csv.lines().skip(1).map(row).collect()
 }
 
-/// The fit does not touch the dense spectrum; this one needs nothing learnt.
+/// The fit does not touch the dense spectrum; this one needs no regression.
 const ANY_FIT: &str = "--fit=cubic";
 
 /// The flags that describe one of the tests' scenes and a view.

@@ -4,7 +4,7 @@ use sorairo::PixelFormat;
 use sorairo::device::{self, Backend};
 use sorairo::irradiance::SkyLight;
 use sorairo::plan::Plan;
-use sorairo::scene::{ColorPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
+use sorairo::scene::{ColourPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo_evaluation::judge::{coefficients, medium};
 use sorairo_oracle::column_to_top;
 use sorairo_shared::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, solid_angle_density};
@@ -27,7 +27,7 @@ fn image(scene: &Scene, backend: &dyn Backend) -> Vec<f32> {
 fn energy(scene: &Scene) -> DVec3 {
     let mut without = scene.clone();
     without.sun.disc = false;
-    let camera = plan(scene).frame.camera;
+    let camera = plan(scene).uniform.camera;
     let [width, height] = [camera.width, camera.height].map(f64::from);
     let (projection, scale) = match scene.camera.projection {
         Projection::Equirectangular => (EQUIRECTANGULAR, std::f64::consts::TAU / width * std::f64::consts::PI / height),
@@ -55,7 +55,7 @@ fn with_disc(elevation: f64, size: &str) -> Scene {
 fn assert_holds_the_suns_light(scene: &Scene, place: &str) {
     let expected = DVec3::from_array(SkyLight::new(&plan(scene)).sun_irradiance_rgb);
     let error = ((energy(scene) - expected) / expected.max_element()).abs().max_element();
-    // Some fifty samples across the disc, sixteen places in the table either way; coarse pixels far from where a projection's density is
+    // Some fifty samples across the disc, sixteen places in the disc's grid either way; coarse pixels far from where a projection's density is
     // level add up to half a per cent.
     assert!(error < 0.01, "{place}: {error:.1e}");
     println!("{place}: {error:.1e}");
@@ -90,11 +90,11 @@ fn an_image_holds_the_energy_of_the_disc_at_any_resolution() {
 #[test]
 fn the_disc_is_the_same_on_the_gpu_and_by_every_way_to_a_colour() {
     for (fit, color, path) in [
-        (Fit::Extinction, ColorPath::Folded, PathChoice::Table),
-        (Fit::Extinction, ColorPath::Folded, PathChoice::Direct),
-        (Fit::Extinction, ColorPath::Solve, PathChoice::Direct),
-        (Fit::Cubic, ColorPath::Solve, PathChoice::Direct),
-        (Fit::Transfer, ColorPath::Folded, PathChoice::Direct),
+        (Fit::Extinction, ColourPath::Folded, PathChoice::Lookup),
+        (Fit::Extinction, ColourPath::Folded, PathChoice::Direct),
+        (Fit::Extinction, ColourPath::Solve, PathChoice::Direct),
+        (Fit::Cubic, ColourPath::Solve, PathChoice::Direct),
+        (Fit::Transfer, ColourPath::Folded, PathChoice::Direct),
     ] {
         let mut scene = with_disc(20.0, "256x128");
         scene.camera.projection = Projection::Perspective;

@@ -12,7 +12,7 @@ use sorairo::scene::file::{SceneFile, place_sun};
 use sorairo::scene::keys::help;
 use sorairo::scene::place::{Place, PlaceAndTime, Time, evenly};
 use sorairo::scene::{
-    ColorObserver, ColorPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Rgb, Scene, Size, WhiteBalance,
+    ColourObserver, ColourPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Rgb, Scene, Size, WhiteBalance,
 };
 use sorairo::sequence::{self, Frame, FrameChoice, MOST_FRAMES, parse_elevations};
 use sorairo::spectrum::parse_wavelengths;
@@ -43,7 +43,7 @@ pub enum Command {
     Spectrum(SpectrumArguments),
     /// Opens a window on the sky; a click plots the spectrum.
     View(ViewArguments),
-    /// Finds the best wavelengths of the learnt fit for a scene, and states their error.
+    /// Finds the best wavelengths of the regression fit for a scene, and states their error.
     Bands(BandsArguments),
     /// Runs the experiment of Takahashi and Dobashi on this machine, and writes a report.
     Reproduce(ReproduceArguments),
@@ -259,7 +259,7 @@ pub struct BenchArguments {
     /// Fewer suns and smaller images: under a minute.
     #[arg(long)]
     pub quick: bool,
-    /// Measure speed instead: kernels against writing their pixels, sizes, tables, samples, a cold start.
+    /// Measure speed instead: kernels against writing their pixels, sizes, sky lookups, samples, a cold start.
     #[arg(long)]
     pub speed: bool,
     /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
@@ -348,16 +348,16 @@ pub struct SkyFlags {
     fit: Option<Fit>,
     #[arg(long, value_name = "LIST", value_parser = wavelengths, help = help("render.bands"))]
     bands: Option<Wavelengths>,
-    #[arg(long, value_parser = word::<ColorPath>(), help = help("render.color"))]
-    color: Option<ColorPath>,
+    #[arg(long, value_parser = word::<ColourPath>(), help = help("render.color"))]
+    color: Option<ColourPath>,
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = steps, help = help("render.steps"))]
     steps: Option<u32>,
     #[arg(long, value_parser = word::<ExrDepth>(), help = help("render.exr"))]
     exr: Option<ExrDepth>,
     #[arg(long, value_parser = word::<Rgb>(), help = help("render.rgb"))]
     rgb: Option<Rgb>,
-    #[arg(long, value_parser = word::<ColorObserver>(), help = help("render.observer"))]
-    observer: Option<ColorObserver>,
+    #[arg(long, value_parser = word::<ColourObserver>(), help = help("render.observer"))]
+    observer: Option<ColourObserver>,
     #[arg(long, value_parser = word::<WhiteBalance>(), help = help("render.white_balance"))]
     white_balance: Option<WhiteBalance>,
     #[arg(long, value_parser = word::<PathChoice>(), help = help("render.path"))]

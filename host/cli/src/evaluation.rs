@@ -88,7 +88,7 @@ fn table(found: &Found) -> String {
         )
     };
     format!(
-        "{:width$}  dE00 max  dE00 mean  luminance max  u'v' max\n{}\n{}\nlearnt fit, whole sky, sun at {} degrees; {} choices compared",
+        "{:width$}  dE00 max  dE00 mean  luminance max  u'v' max\n{}\n{}\nregression fit, whole sky, sun at {} degrees; {} choices compared",
         "bands (nm)",
         row(list(&found.bands), &found.errors),
         row(list(&found.default_bands) + " (default)", &found.default_errors),

@@ -1,4 +1,4 @@
-//! `sorairo bands`: the wavelengths for which the learnt fit errs least.
+//! `sorairo bands`: the wavelengths for which the regression fit errs least.
 //!
 //! The spectra of the training rays and of the sky that is judged are integrated once, at every nanometre. A candidate then costs
 //! regressions on tabulated logarithms and a few exponentials, well below a millisecond for each sun, and the search can afford
@@ -6,8 +6,8 @@
 
 use rayon::prelude::*;
 use serde::Serialize;
-use sorairo_shared::atmosphere::{cornette_shanks_phase, rayleigh_phase};
 use sorairo_shared::glam::DVec3;
+use sorairo_shared::phase::{ScatteringAngle, cornette_shanks_phase, rayleigh_phase};
 use sorairo_shared::sky::view_ray;
 
 use super::error::{Reference, plan};
@@ -15,8 +15,8 @@ use super::metrics::Errors;
 use crate::problem::Result;
 use sorairo::error::check_range;
 use sorairo::plan::Plan;
-use sorairo::plan::learnt::{Constituent, DARKEST, Examples, LIT, quadrature_wavelengths, regress};
-use sorairo::scene::{ColorPath, Fit, Scene};
+use sorairo::plan::regression::{Constituent, DARKEST, Examples, LIT, node_wavelengths, regress};
+use sorairo::scene::{ColourPath, Fit, Scene};
 use sorairo::spectra::observer;
 
 /// Where a band may lie (nm).
@@ -48,7 +48,7 @@ pub struct Found {
     pub candidates: usize,
 }
 
-/// The best `count` wavelengths of the learnt fit for a scene's atmosphere and observer, over elevations of the sun (degrees).
+/// The best `count` wavelengths of the regression fit for a scene's atmosphere and observer, over elevations of the sun (degrees).
 ///
 /// Best is the least sum of the largest and the mean CIEDE2000 difference over the sky; see [`super::error`]. The errors returned are those
 /// of plans made with the wavelengths, not the search's own estimates.
@@ -59,7 +59,7 @@ pub struct Found {
 pub fn best(scene: &Scene, count: u32, sun_elevations: &[f64]) -> Result<Found> {
     check_range("count", f64::from(count), (3.0, 8.0), "wavelengths")?;
     let mut scene = scene.clone();
-    (scene.render.fit, scene.render.color, scene.render.bands) = (Fit::Extinction, ColorPath::Folded, None);
+    (scene.render.fit, scene.render.color, scene.render.bands) = (Fit::Extinction, ColourPath::Folded, None);
     let default_bands = plan(&scene)?.wavelengths;
     let suns: Vec<Sun> = sun_elevations.iter().map(|&sun| Sun::new(&scene, sun, count)).collect::<Result<_>>()?;
     if suns.iter().all(|sun| sun.reference.xyz.iter().all(|xyz| xyz.y <= 0.0)) {
@@ -161,7 +161,7 @@ struct Sun {
     elevation: f64,
     plan: Plan,
     reference: Reference,
-    /// Wavelengths of the quadrature's nodes (nm).
+    /// How many observer nodes there are.
     nodes: usize,
     constituents: Vec<Spectra>,
 }
@@ -170,7 +170,7 @@ struct Sun {
 struct Spectra {
     /// ln X of each training ray at every searched nanometre.
     training: Vec<Vec<f64>>,
-    /// X of each training ray at the nodes, then at the observer's samples.
+    /// X of each training ray at the fit's observer nodes, then at those of the whole sum.
     targets: Vec<Vec<f64>>,
     /// ln X of each judged ray at every searched nanometre, and its phase function; `None` for a dark ray.
     judged: Vec<Option<(Vec<f64>, f64)>>,
@@ -182,7 +182,7 @@ impl Sun {
         scene.sun.elevation = elevation;
         let plan = plan(&scene)?;
         let reference = Reference::new(&scene)?;
-        let nodes = quadrature_wavelengths(count as usize);
+        let nodes = node_wavelengths(count as usize);
         let aerosol = scene.atmosphere.aerosol.optical_depth > 0.0;
         let constituents =
             [Constituent::Air, Constituent::Aerosol].into_iter().filter(|c| *c == Constituent::Air || aerosol);
@@ -190,7 +190,7 @@ impl Sun {
         Ok(Self { elevation, plan, reference, nodes: nodes.len(), constituents })
     }
 
-    /// The error of the learnt fit with some bands (nm), in double precision after the integrals.
+    /// The error of the regression fit with some bands (nm), in double precision after the integrals.
     fn errors(&self, bands: &[u32]) -> Errors {
         let mut rgb = vec![DVec3::ZERO; self.reference.xyz.len()];
         for spectra in &self.constituents {
@@ -213,9 +213,9 @@ impl Spectra {
         rays.retain(|ray| ray[middle] > LIT * brightest);
         let ln = |values: &[f64]| values.iter().map(|value| value.max(DARKEST).ln()).collect::<Vec<f64>>();
         let judged = training.spectra(constituent, &reference.views, &searched);
-        let asymmetry = plan.frame.atmosphere.aerosol_asymmetry;
+        let asymmetry = plan.uniform.atmosphere.aerosol_asymmetry;
         let judged = judged.iter().zip(&reference.views).map(|(ray, &view)| {
-            let angle = view_ray(&plan.frame, view).scattering_angle();
+            let angle = ScatteringAngle::of_ray(view_ray(&plan.uniform, view));
             let phase = match constituent {
                 Constituent::Air => rayleigh_phase(angle.cosine),
                 Constituent::Aerosol => cornette_shanks_phase(angle, asymmetry),
@@ -232,7 +232,7 @@ impl Spectra {
         }
     }
 
-    /// Adds the constituent's linear RGB by the learnt fit to each judged ray.
+    /// Adds the constituent's linear RGB by the regression fit to each judged ray.
     fn add(&self, plan: &Plan, nodes: usize, bands: &[u32], rgb: &mut [DVec3]) {
         if self.training.is_empty() {
             return;

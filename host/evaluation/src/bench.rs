@@ -17,7 +17,7 @@ use crate::problem::Result;
 use sorairo::PixelFormat;
 use sorairo::device::{Device, Kernel};
 use sorairo::plan::Plan;
-use sorairo::scene::{ColorPath, Exposure, Fit, PathChoice, Scene, Size};
+use sorairo::scene::{ColourPath, Exposure, Fit, PathChoice, Scene, Size};
 use sorairo::spectra::observer;
 
 /// Integration steps that are compared.
@@ -266,15 +266,15 @@ fn ways(device: &Device, quick: bool, stage: &dyn Fn(&str)) -> Result<Vec<Way>> 
 }
 
 fn ways_at(device: &Device, size: Size) -> Result<Vec<Way>> {
-    let of = |fit: Fit, color: ColorPath| {
+    let of = |fit: Fit, color: ColourPath| {
         let mut scene = Scene::default();
         scene.camera.size = size;
         (scene.render.fit, scene.render.color) = (fit, color);
         plan(&scene)
     };
-    let learnt = of(Fit::Extinction, ColorPath::Folded)?;
-    let table = with_lookup(size)?;
-    let (solved, folded) = (of(Fit::Cubic, ColorPath::Solve)?, of(Fit::Cubic, ColorPath::Folded)?);
+    let regression = of(Fit::Extinction, ColourPath::Folded)?;
+    let lookup = with_lookup(size)?;
+    let (solved, folded) = (of(Fit::Cubic, ColourPath::Solve)?, of(Fit::Cubic, ColourPath::Folded)?);
     let irradiance = folded.bands[0].solar_irradiance;
     let matrix: [Vec4; 3] = [0, 1, 2].map(|row| folded.colour[row] / irradiance);
     let read_back = |finish: &dyn Fn(&[u32]) -> Vec<f32>| {
@@ -283,12 +283,16 @@ fn ways_at(device: &Device, size: Size) -> Result<Vec<Way>> {
         Ok(run.kernel)
     };
     let mut jobs: Vec<Job> = vec![
-        job(device, &table, table.kernel()),
-        job(device, &learnt, learnt.kernel()),
+        job(device, &lookup, lookup.kernel()),
+        job(device, &regression, regression.kernel()),
         job(device, &folded, folded.kernel()),
         job(device, &solved, solved.kernel()),
-        Box::new(|| read_back(&|words| readback::solve(words, solved.frame.nodes, &solved.colour, &solved.frame.rgb))),
-        Box::new(|| read_back(&|words| readback::fold(words, matrix, &solved.frame.rgb))),
+        Box::new(|| {
+            read_back(&|words| {
+                readback::solve(words, solved.uniform.band_wavelengths, &solved.colour, &solved.uniform.rgb)
+            })
+        }),
+        Box::new(|| read_back(&|words| readback::fold(words, matrix, &solved.uniform.rgb))),
     ];
     let names = [
         "resident: regression fit, sky lookup (default)",
@@ -317,7 +321,7 @@ pub(super) fn with_lookup(size: Size) -> Result<Plan> {
 /// [`crate::Error::Sky`] if a value of the scene is out of range.
 pub(super) fn looked_up(mut scene: Scene) -> Result<Plan> {
     scene.render.exposure = Exposure::Stops(0.0);
-    scene.render.path = PathChoice::Table;
+    scene.render.path = PathChoice::Lookup;
     Ok(Plan::new(&scene, PixelFormat::LinearRgb)?)
 }
 

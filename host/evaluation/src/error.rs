@@ -5,16 +5,16 @@
 //! observer's 81-sample sum of [`DenseSpectrum`]: every sample integrated, and summed in double precision.
 
 use rayon::prelude::*;
-use sorairo_shared::atmosphere::{cornette_shanks_phase, rayleigh_phase};
-use sorairo_shared::color::observe_cubic;
 use sorairo_shared::glam::{DVec3, Vec3};
+use sorairo_shared::observer::observe_cubic;
+use sorairo_shared::phase::{ScatteringAngle, cornette_shanks_phase, rayleigh_phase};
 use sorairo_shared::sky::{SOLVED, constituents, transfer, view_ray};
 
 use super::metrics::Errors;
 use crate::problem::Result;
 use sorairo::PixelFormat;
 use sorairo::plan::{Plan, direction};
-use sorairo::scene::{ColorPath, Exposure, Fit, PathChoice, Scene};
+use sorairo::scene::{ColourPath, Exposure, Fit, PathChoice, Scene};
 use sorairo::spectra::observer;
 use sorairo::spectrum::DenseSpectrum;
 
@@ -87,7 +87,7 @@ impl Reference {
 pub fn true_xyz(scene: &Scene, views: &[Vec3]) -> Result<Vec<DVec3>> {
     let mut cheapest = scene.clone();
     (cheapest.render.fit, cheapest.render.bands) = (Fit::Transfer, None);
-    cheapest.render.color = ColorPath::Folded;
+    cheapest.render.color = ColourPath::Folded;
     let dense = DenseSpectrum::new(&plan(&cheapest)?, &observer::wavelengths());
     let weights: Vec<DVec3> =
         observer::wavelengths().into_iter().map(|nm| observer::weights(scene.render.observer, nm)).collect();
@@ -97,40 +97,42 @@ pub fn true_xyz(scene: &Scene, views: &[Vec3]) -> Result<Vec<DVec3>> {
 
 /// A plan's XYZ in a direction, integrated there, before it is brought into the gamut of the display (W·m⁻²·sr⁻¹).
 pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
-    let Plan { frame, bands, quadrature, colour, variant, .. } = plan;
+    let Plan { uniform, bands, quadrature, colour, variant, .. } = plan;
     if plan.fit_kind() == SOLVED {
-        let radiance = transfer(frame, &bands[0], quadrature, view, *variant) * bands[0].fit_irradiance;
-        return observe_cubic(frame.nodes, radiance, colour).as_dvec3();
+        let radiance = transfer(uniform, &bands[0], quadrature, view, *variant) * bands[0].fit_irradiance;
+        return observe_cubic(uniform.band_wavelengths, radiance, colour).as_dvec3();
     }
-    let ray = view_ray(frame, view);
-    let rgb = constituents(frame, bands, quadrature, colour, ray, plan.fit_kind(), *variant);
-    let phases =
-        (rayleigh_phase(ray.nu), cornette_shanks_phase(ray.scattering_angle(), frame.atmosphere.aerosol_asymmetry));
+    let ray = view_ray(uniform, view);
+    let rgb = constituents(uniform, plan.buffers(), ray, plan.fit_kind(), *variant);
+    let phases = (
+        rayleigh_phase(ray.nu),
+        cornette_shanks_phase(ScatteringAngle::of_ray(ray), uniform.atmosphere.aerosol_asymmetry),
+    );
     plan.space.from_xyz.inverse() * (rgb.air * phases.0 + rgb.aerosol * phases.1).as_dvec3()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sorairo_shared::color::into_gamut;
+    use sorairo_shared::rgb::into_gamut;
 
     /// What is compared is what the kernels draw, but for the gamut.
     #[test]
     fn a_plan_is_judged_by_the_colours_that_its_kernel_draws() {
         for (fit, color, bands) in [
-            (Fit::Cubic, ColorPath::Folded, None),
-            (Fit::Cubic, ColorPath::Solve, None),
-            (Fit::Transfer, ColorPath::Folded, Some(vec![430.0, 480.0, 530.0, 580.0, 620.0, 660.0])),
-            (Fit::Extinction, ColorPath::Folded, None),
-            (Fit::Extinction, ColorPath::Solve, None),
-            (Fit::Dense, ColorPath::Folded, None),
+            (Fit::Cubic, ColourPath::Folded, None),
+            (Fit::Cubic, ColourPath::Solve, None),
+            (Fit::Transfer, ColourPath::Folded, Some(vec![430.0, 480.0, 530.0, 580.0, 620.0, 660.0])),
+            (Fit::Extinction, ColourPath::Folded, None),
+            (Fit::Extinction, ColourPath::Solve, None),
+            (Fit::Dense, ColourPath::Folded, None),
         ] {
             let mut scene = Scene::default();
             (scene.render.fit, scene.render.color, scene.render.bands) = (fit, color, bands);
             let plan = plan(&scene).unwrap();
             for view in views(&scene) {
                 let rgb = (plan.space.from_xyz * xyz(&plan, view)).as_vec3();
-                let (mapped, drawn) = (into_gamut(rgb, &plan.frame.rgb), plan.sky(view));
+                let (mapped, drawn) = (into_gamut(rgb, &plan.uniform.rgb), plan.sky(view));
                 // Folding the rows in single precision rounds each of a dozen terms that nearly cancel.
                 assert!(
                     (mapped - drawn).abs().max_element() <= 1e-5 * drawn.max_element(),

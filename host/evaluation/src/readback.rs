@@ -4,8 +4,8 @@
 //! into vector instructions, and rows of groups go to all cores.
 
 use rayon::prelude::*;
-use sorairo_shared::color::{RgbSpace, into_gamut};
 use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::rgb::{RgbSpace, into_gamut};
 
 /// Pixels that are computed side by side.
 const LANES: usize = 16;
@@ -17,16 +17,16 @@ const BLOCK: usize = 256 * LANES;
 type Lane = [f32; LANES];
 
 /// Linear RGB of every pixel from its four radiances by the paper's mathematics (Eqs. 4-8): the cubic through the bands, its sum
-/// over the observer's samples, XYZ→RGB.
+/// over the observer nodes, XYZ→RGB.
 ///
-/// `radiance` as the kernel `radiance` stores it; `nodes` and `observer` as [`sorairo_shared::color::observe_cubic`] takes them.
-pub fn solve(radiance: &[u32], nodes: Vec4, observer: &[Vec4], space: &RgbSpace) -> Vec<f32> {
+/// `radiance` as the kernel `radiance` stores it; `wavelengths` and `observer` as [`sorairo_shared::observer::observe_cubic`] takes them.
+pub fn solve(radiance: &[u32], wavelengths: Vec4, observer: &[Vec4], space: &RgbSpace) -> Vec<f32> {
     let rows = [space.red, space.green, space.blue].map(|row| [row.x, row.y, row.z]);
     each_group(radiance, space, |values| {
-        let coefficients = divided_differences(nodes, values);
+        let coefficients = divided_differences(wavelengths, values);
         let mut xyz = [[0.0; LANES]; 3];
         for row in observer {
-            let (u, v, w) = (row.w - nodes.x, row.w - nodes.y, row.w - nodes.z);
+            let (u, v, w) = (row.w - wavelengths.x, row.w - wavelengths.y, row.w - wavelengths.z);
             for l in 0..LANES {
                 let [a, b, c, d] = [0, 1, 2, 3].map(|k: usize| coefficients[k][l]);
                 let fitted = ((d * w + c) * v + b) * u + a;
@@ -61,8 +61,8 @@ fn combine<const N: usize>(rows: &[[f32; N]; 3], values: &[Lane; N]) -> [Lane; 3
 
 /// Newton's coefficients of the cubic through the bands, for each pixel.
 #[inline]
-fn divided_differences(nodes: Vec4, values: &[Lane; 4]) -> [Lane; 4] {
-    let x = nodes.to_array();
+fn divided_differences(wavelengths: Vec4, values: &[Lane; 4]) -> [Lane; 4] {
+    let x = wavelengths.to_array();
     let mut d = *values;
     for order in 1..4 {
         for i in (order..4).rev() {
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
     use crate::error::plan;
     use sorairo::device::{Backend, Kernel, cpu::Cpu};
-    use sorairo::scene::{ColorPath, Fit, Scene};
+    use sorairo::scene::{ColourPath, Fit, Scene};
 
     #[test]
     fn reading_back_and_fitting_draws_the_same_sky() {
@@ -109,13 +109,14 @@ mod tests {
         scene.camera.size = "37x20".parse().unwrap();
         scene.render.fit = Fit::Cubic;
         let folded = plan(&scene).unwrap();
-        scene.render.color = ColorPath::Solve;
+        scene.render.color = ColourPath::Solve;
         let solved = plan(&scene).unwrap();
         let radiance = Cpu.run(&solved, Kernel::Radiance).unwrap().words;
         let irradiance = folded.bands[0].solar_irradiance;
         let matrix = [0, 1, 2].map(|row| folded.colour[row] / irradiance);
-        let space = &solved.frame.rgb;
-        let images = [solve(&radiance, solved.frame.nodes, &solved.colour, space), fold(&radiance, matrix, space)];
+        let space = &solved.uniform.rgb;
+        let images =
+            [solve(&radiance, solved.uniform.band_wavelengths, &solved.colour, space), fold(&radiance, matrix, space)];
         let resident: Vec<f32> =
             Cpu.run(&solved, solved.kernel()).unwrap().words.into_iter().map(f32::from_bits).collect();
         let brightest = resident.iter().copied().fold(0.0, sorairo_shared::math::max);

@@ -7,8 +7,9 @@ use std::time::Duration;
 use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_shared::camera::{FISHEYE, pixel_view};
-use sorairo_shared::color::{into_gamut, srgb8};
 use sorairo_shared::glam::{DVec3, Vec3};
+use sorairo_shared::rgb::into_gamut;
+use sorairo_shared::tone::srgb8;
 
 use super::bench::looked_up;
 use super::document::{Machine, make_folder, table, write};
@@ -20,7 +21,7 @@ use crate::problem::Result;
 use sorairo::device::{Device, Kernel};
 use sorairo::files::png;
 use sorairo::plan::{Plan, exposure};
-use sorairo::scene::{ColorPath, Fit, Preset, Projection, Scene, Size};
+use sorairo::scene::{ColourPath, Fit, Preset, Projection, Scene, Size};
 use sorairo::spectrum::{DenseSpectrum, FittedSpectrum};
 
 /// Elevations of the sun in the paper's Table 1 and Fig. 2 (degrees).
@@ -123,7 +124,7 @@ fn paper(fit: Fit, sun: f64) -> Scene {
 fn pixels(plan: &Plan, every: u32) -> Vec<Option<Vec3>> {
     let coordinates = (0..SIDE / every).flat_map(|row| (0..SIDE / every).map(move |column| (column, row)));
     let view = |(column, row)| {
-        let view = pixel_view(&plan.frame.camera, FISHEYE, column * every + every / 2, row * every + every / 2);
+        let view = pixel_view(&plan.uniform.camera, FISHEYE, column * every + every / 2, row * every + every / 2);
         view.covered.then_some(view.direction)
     };
     coordinates.map(view).collect()
@@ -176,7 +177,7 @@ fn draw(folder: &Path, sun: f64) -> Result<Vec<Errors>> {
     let reference = image(&dense);
     let exposure = exposure::automatic(&plan(&paper(Fit::Transfer, sun))?);
     let picture = |name: &str, xyz: &[DVec3]| {
-        let (to_rgb, space) = (dense.space.from_xyz, &dense.frame.rgb);
+        let (to_rgb, space) = (dense.space.from_xyz, &dense.uniform.rgb);
         let bytes = xyz.iter().flat_map(|&xyz| {
             srgb8(into_gamut((to_rgb * xyz).as_vec3(), space), exposure).to_le_bytes().into_iter().take(3)
         });
@@ -241,30 +242,30 @@ const STATED: [Option<&str>; 3] = [Some("408.05 s"), None, Some("186.38 s, 2.19�
 
 /// Times the paper's comparison: twelve wavelengths integrated, against four, a fit and a colour.
 fn timing(device: &Device, size: Size) -> Result<Vec<Timing>> {
-    let of = |fit: Fit, color: ColorPath, bands: Option<Vec<f64>>| {
+    let of = |fit: Fit, color: ColourPath, bands: Option<Vec<f64>>| {
         let mut scene = paper(fit, 30.0);
         scene.camera.projection = Projection::Equirectangular;
         scene.camera.size = size;
         (scene.render.color, scene.render.bands) = (color, bands);
         plan(&scene)
     };
-    let twelve = of(Fit::Dense, ColorPath::Folded, Some(wavelengths()))?;
-    let solve = of(Fit::Cubic, ColorPath::Solve, None)?;
-    let folded = of(Fit::Cubic, ColorPath::Folded, None)?;
-    let learnt = of(Fit::Extinction, ColorPath::Folded, None)?;
-    let learnt_solve = of(Fit::Extinction, ColorPath::Solve, None)?;
+    let twelve = of(Fit::Dense, ColourPath::Folded, Some(wavelengths()))?;
+    let solve = of(Fit::Cubic, ColourPath::Solve, None)?;
+    let folded = of(Fit::Cubic, ColourPath::Folded, None)?;
+    let regression = of(Fit::Extinction, ColourPath::Folded, None)?;
+    let regression_solve = of(Fit::Extinction, ColourPath::Solve, None)?;
     let mut looked_up_scene = paper(Fit::Extinction, 30.0);
     looked_up_scene.camera.projection = Projection::Equirectangular;
     looked_up_scene.camera.size = size;
-    let table = looked_up(looked_up_scene)?;
+    let lookup = looked_up(looked_up_scene)?;
     let named: Vec<(&str, Job)> = vec![
         ("12 wavelengths, radiance only", job(device, &twelve, Kernel::Radiance)),
         ("4 bands, radiance only", job(device, &solve, Kernel::Radiance)),
         ("4 bands, cubic solved, 81 samples (the paper's steps)", job(device, &solve, solve.kernel())),
         ("4 bands, cubic or transfer, folded into one matrix", job(device, &folded, folded.kernel())),
-        ("4 bands, regression, 4×4 solved", job(device, &learnt_solve, learnt_solve.kernel())),
-        ("4 bands, regression, every pixel integrated", job(device, &learnt, learnt.kernel())),
-        ("4 bands, regression, sky lookup (default)", job(device, &table, table.kernel())),
+        ("4 bands, regression, 4×4 solved", job(device, &regression_solve, regression_solve.kernel())),
+        ("4 bands, regression, every pixel integrated", job(device, &regression, regression.kernel())),
+        ("4 bands, regression, sky lookup (default)", job(device, &lookup, lookup.kernel())),
     ];
     let (names, mut jobs): (Vec<&str>, Vec<Job>) = named.into_iter().unzip();
     let times = interleaved(&mut jobs)?;

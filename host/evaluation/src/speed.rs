@@ -1,4 +1,4 @@
-//! `sorairo bench --speed`: what a frame costs, against writing its pixels once.
+//! `sorairo bench --speed`: what an image costs, against writing its pixels once.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -14,13 +14,13 @@ use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated, stre
 use crate::problem::{Error, Result};
 use sorairo::device::{Device, Kernel, cpu};
 use sorairo::plan::Plan;
-use sorairo::plan::path::TableSize;
+use sorairo::plan::path::LookupSize;
 use sorairo::scene::{Projection, Scene, Size};
 
 /// The image on which paths and kernels are compared.
 const COMMON: Size = Size { width: 1920, height: 960 };
 
-/// A path that would take longer than this for a frame is not timed at larger sizes.
+/// A path that would take longer than this for an image is not timed at larger sizes.
 const PATIENCE: Duration = Duration::from_millis(1500);
 
 /// Time against the number of pixels.
@@ -45,7 +45,7 @@ struct Multiple {
 struct LookupRow {
     projection: Projection,
     #[serde(rename = "table")]
-    lookup: TableSize,
+    lookup: LookupSize,
     kernel_ms: Spread,
     rmse_over_mean: f64,
 }
@@ -245,14 +245,14 @@ fn lookups_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec
     let projection = scene.camera.projection;
     let integrated = plan(&scene)?;
     let chosen = looked_up(scene)?;
-    let planned = chosen.path.table.ok_or_else(|| Error::Nothing("the default scene has no sky lookup".into()))?;
+    let planned = chosen.path.lookup.ok_or_else(|| Error::Nothing("the default scene has no sky lookup".into()))?;
     let sized = |&(above, azimuths): &(u32, u32)| {
         let mut plan = chosen.clone();
-        let size = TableSize { above: if above > 0 { above } else { planned.above }, below: 0, azimuths };
+        let size = LookupSize { above: if above > 0 { above } else { planned.above }, below: 0, azimuths };
         plan.look_up(size);
         (size, plan)
     };
-    let plans: Vec<(TableSize, Plan)> = sizes.iter().map(sized).collect();
+    let plans: Vec<(LookupSize, Plan)> = sizes.iter().map(sized).collect();
     let mut jobs: Vec<Job> = plans.iter().map(|(_, plan)| job(device, plan, plan.kernel())).collect();
     let times = interleaved(&mut jobs)?;
     let floats = |plan: &Plan| -> Result<Vec<f64>> {
@@ -261,7 +261,7 @@ fn lookups_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec
     };
     let truth = floats(&integrated)?;
     let mean = truth.iter().sum::<f64>() / truth.len() as f64;
-    let row = |((lookup, plan), times): (&(TableSize, Plan), Times)| {
+    let row = |((lookup, plan), times): (&(LookupSize, Plan), Times)| {
         let square: f64 = floats(plan)?.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
         let rmse_over_mean = (square / truth.len() as f64).sqrt() / mean;
         Ok(LookupRow { projection, lookup: *lookup, kernel_ms: times.kernel, rmse_over_mean })
@@ -377,7 +377,7 @@ impl Speed {
         };
         let found = format!("sky lookup: time grows as pixels^{:.2} above a million", self.exponent);
         Chart {
-            title: "Time of a frame against its pixels".into(),
+            title: "Time of an image against its pixels".into(),
             source: self.machine.to_string(),
             x: "megapixels".into(),
             y: "kernels (ms)".into(),

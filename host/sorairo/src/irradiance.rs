@@ -92,7 +92,7 @@ fn power_and_luminance(plan: &Plan, wavelengths: &[f64], spectrum: &[f64]) -> DV
 
 /// Directions (degrees: elevation, azimuth from the sun) and weights (sr, times the cosine from the zenith) of the hemisphere.
 fn nodes(plan: &Plan, elevations: u32, azimuths: u32) -> Vec<(f64, f64, f64)> {
-    let sun = f64::from(plan.frame.sun.z).asin().to_degrees().max(0.0);
+    let sun = f64::from(plan.uniform.sun.z).asin().to_degrees().max(0.0);
     let around_sun = [(sun, 0.0), (sun, 90.0)].map(|(from, to)| crowded(elevations, from, to));
     let azimuths = crowded(azimuths, 0.0, 180.0);
     let row = |(elevation, weight): (f64, f64)| {
@@ -161,7 +161,7 @@ mod tests {
         let plan = plan(30.0, |_| {});
         let light = SkyLight::new(&plan);
         let luminance = LUMENS_PER_WATT * plan.space.luminance.dot(DVec3::from_array(light.irradiance_rgb));
-        // The nodes of the colour are a fit to the 81 samples; a luminance of Rec. 709 is rounded to four digits.
+        // The observer nodes of the fit stand for 81; a luminance of Rec. 709 is rounded to four digits.
         assert!((light.illuminance_lux / luminance - 1.0).abs() < 1e-3, "{} {luminance}", light.illuminance_lux);
         // A sky without its sun: some ten thousand lux by day (single scattering gives the larger part of it).
         assert!((2e3..2e4).contains(&light.illuminance_lux), "{light:?}");

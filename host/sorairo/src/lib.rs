@@ -33,4 +33,4 @@ pub mod words;
 pub use error::{Error, Result};
 pub use renderer::{Image, Renderer};
 pub use scene::Scene;
-pub use sorairo_shared::frame::Pixel as PixelFormat;
+pub use sorairo_shared::variant::PixelFormat;

@@ -16,7 +16,7 @@ use crate::irradiance::SkyLight;
 use crate::plan::Plan;
 use crate::plan::explain::explain;
 use crate::plan::path::Path;
-use crate::scene::{ColorObserver, ColorPath, ExrDepth, Fit, Rgb, Scene, WhiteBalance};
+use crate::scene::{ColourObserver, ColourPath, ExrDepth, Fit, Rgb, Scene, WhiteBalance};
 
 /// Wavelengths (nm) of a spectral file, if none are asked for: 380 to 780 by 10.
 pub fn default_wavelengths() -> Vec<f64> {
@@ -75,11 +75,11 @@ pub struct Report {
     /// The fit through the bands.
     pub fit: Fit,
     /// How the fit became a colour.
-    pub color: ColorPath,
+    pub color: ColourPath,
     /// The space of linear RGB.
     pub rgb: Rgb,
     /// The colour observer.
-    pub observer: ColorObserver,
+    pub observer: ColourObserver,
     /// Which light became the white of the RGB space.
     pub white_balance: WhiteBalance,
     /// Samples on each piece of a ray.
@@ -260,7 +260,7 @@ pub fn render(
         steps: plan.steps(),
         path: plan.path.clone(),
         explain: explain(plan, scene.camera.projection),
-        exposure_ev: plan.frame.exposure.log2(),
+        exposure_ev: plan.uniform.exposure.log2(),
         sky_light,
         plan_ms: ms(planned),
         kernel_ms: ms(times.kernel),

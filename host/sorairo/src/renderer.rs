@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sorairo_shared::frame::Pixel;
+use sorairo_shared::variant::PixelFormat;
 
 use crate::device::{self, Device};
 use crate::error::{Error, Result};
@@ -38,13 +38,13 @@ impl Renderer {
     /// Those of [`Scene::validate`], [`Error::Device`] if every device failed, [`Error::Memory`] if the image does not fit into
     /// memory.
     pub fn render(&mut self, scene: &Scene) -> Result<Image> {
-        let plan = Plan::new(scene, Pixel::LinearRgb)?;
+        let plan = Plan::new(scene, PixelFormat::LinearRgb)?;
         let run = self.device.run(&plan, plan.kernel())?;
         Ok(Image {
             width: plan.width(),
             height: plan.height(),
             rgb: bytemuck::allocation::cast_vec(run.words),
-            exposure: plan.frame.exposure,
+            exposure: plan.uniform.exposure,
             scene: scene.clone(),
             space: plan.space,
             display: plan.display(),
@@ -97,7 +97,7 @@ impl Image {
         let image = files::Image {
             width: self.width,
             height: self.height,
-            pixel: Pixel::LinearRgb,
+            pixel: PixelFormat::LinearRgb,
             exposure: self.exposure,
             scene: self.scene.clone(),
             space: self.space,

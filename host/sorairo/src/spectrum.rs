@@ -1,17 +1,17 @@
 //! The spectrum of the sky in one direction.
 
 use serde::Serialize;
-use sorairo_shared::atmosphere::{cornette_shanks_phase, rayleigh_phase};
-use sorairo_shared::frame::Frame;
+use sorairo_shared::fit::SPECTRUM_RISE;
 use sorairo_shared::glam::{Vec2, Vec3};
-use sorairo_shared::scattering::{Bands, SingleScattering, single_scattering};
+use sorairo_shared::phase::{ScatteringAngle, cornette_shanks_phase, rayleigh_phase};
+use sorairo_shared::single::{Bands, SingleScattering, single_scattering};
 use sorairo_shared::sky::{transfer, view_ray};
-use sorairo_shared::spectrum::SPECTRUM_RISE;
+use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::ABOVE_TOP;
 
 use crate::error::{Error, Result, check_range};
-use crate::plan::learnt::{Constituent, DARKEST, Regression};
 use crate::plan::quadrature::gauss_legendre;
+use crate::plan::regression::{Constituent, DARKEST, Regression};
 use crate::plan::{Plan, SpectralFit, bands, direction};
 
 /// Samples on each piece of a ray for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
@@ -66,7 +66,7 @@ impl<'a> FittedSpectrum<'a> {
     pub fn new(plan: &'a Plan, wavelengths: &'a [f64]) -> Self {
         let regressions = match plan.fit {
             SpectralFit::Linear(_) => Vec::new(),
-            SpectralFit::Learnt => [Constituent::Air, Constituent::Aerosol]
+            SpectralFit::Regression => [Constituent::Air, Constituent::Aerosol]
                 .map(|constituent| (constituent, plan.training().regressions(constituent, wavelengths)))
                 .into(),
         };
@@ -75,21 +75,23 @@ impl<'a> FittedSpectrum<'a> {
 
     /// Radiance at each wavelength in a direction (W·m⁻²·sr⁻¹·nm⁻¹).
     pub fn radiance(&self, view: Vec3) -> Vec<f64> {
-        let SpectralFit::Linear(fit) = &self.plan.fit else { return self.learnt(view) };
-        let Plan { frame, bands, quadrature, optics, variant, .. } = self.plan;
+        let SpectralFit::Linear(fit) = &self.plan.fit else { return self.by_regression(view) };
+        let Plan { uniform, bands, quadrature, optics, variant, .. } = self.plan;
         let at_bands: Vec<f64> = bands
             .iter()
-            .flat_map(|group| transfer(frame, group, quadrature, view, *variant).to_array().map(f64::from))
+            .flat_map(|group| transfer(uniform, group, quadrature, view, *variant).to_array().map(f64::from))
             .take(self.plan.wavelengths.len())
             .collect();
         self.wavelengths.iter().map(|&wavelength| fit.radiance(optics, &at_bands, wavelength)).collect()
     }
 
-    fn learnt(&self, view: Vec3) -> Vec<f64> {
-        let Plan { frame, bands, quadrature, optics, variant, .. } = self.plan;
-        let ray = view_ray(frame, view);
-        let scattered: Vec<SingleScattering> =
-            bands.iter().map(|group| single_scattering(&frame.atmosphere, group, quadrature, ray, *variant)).collect();
+    fn by_regression(&self, view: Vec3) -> Vec<f64> {
+        let Plan { uniform, bands, quadrature, optics, variant, .. } = self.plan;
+        let ray = view_ray(uniform, view);
+        let scattered: Vec<SingleScattering> = bands
+            .iter()
+            .map(|group| single_scattering(&uniform.atmosphere, group, quadrature, ray, *variant))
+            .collect();
         let mut transfer = vec![0.0; self.wavelengths.len()];
         for (constituent, regressions) in &self.regressions {
             let at_bands: Vec<f64> = scattered
@@ -104,7 +106,7 @@ impl<'a> FittedSpectrum<'a> {
             let phase = f64::from(match constituent {
                 Constituent::Air => rayleigh_phase(ray.nu),
                 Constituent::Aerosol => {
-                    cornette_shanks_phase(ray.scattering_angle(), frame.atmosphere.aerosol_asymmetry)
+                    cornette_shanks_phase(ScatteringAngle::of_ray(ray), uniform.atmosphere.aerosol_asymmetry)
                 }
             });
             let highest = at_bands.iter().copied().fold(DARKEST, f64::max) * f64::from(SPECTRUM_RISE).exp();
@@ -119,7 +121,7 @@ impl<'a> FittedSpectrum<'a> {
 
 /// The spectrum integrated at every one of its wavelengths with [`DENSE_STEPS`] samples: the reference of every fit.
 pub struct DenseSpectrum {
-    frame: Frame,
+    uniform: Uniform,
     variant: u32,
     groups: Vec<Bands>,
     quadrature: Vec<Vec2>,
@@ -130,7 +132,7 @@ impl DenseSpectrum {
     /// Prepares the spectrum at wavelengths in nm.
     pub fn new(plan: &Plan, wavelengths: &[f64]) -> Self {
         Self {
-            frame: plan.frame,
+            uniform: plan.uniform,
             variant: plan.variant | ABOVE_TOP,
             groups: bands(&plan.optics, wavelengths),
             quadrature: gauss_legendre(DENSE_STEPS),
@@ -140,8 +142,8 @@ impl DenseSpectrum {
 
     /// Radiance at each wavelength in a direction (W·m⁻²·sr⁻¹·nm⁻¹).
     pub fn radiance(&self, view: Vec3) -> Vec<f64> {
-        let Self { frame, quadrature, variant, .. } = self;
-        let transfer = |group: &Bands| transfer(frame, group, quadrature, view, *variant).to_array().map(f64::from);
+        let Self { uniform, quadrature, variant, .. } = self;
+        let transfer = |group: &Bands| transfer(uniform, group, quadrature, view, *variant).to_array().map(f64::from);
         self.groups.iter().flat_map(transfer).zip(&self.irradiance).map(|(t, irradiance)| t * irradiance).collect()
     }
 }

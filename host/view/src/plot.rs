@@ -5,8 +5,9 @@ use egui_plot::{Bar, BarChart, HoverPosition, Line, LineStyle, Plot, PlotPoints,
 use sorairo::plan::Plan;
 use sorairo::spectra::observer;
 use sorairo::spectrum::Sample;
-use sorairo_shared::color::{into_gamut, srgb8};
 use sorairo_shared::math;
+use sorairo_shared::rgb::into_gamut;
+use sorairo_shared::tone::srgb8;
 
 use super::sky::{PointSpectrum, colour};
 

@@ -79,7 +79,7 @@ pub struct Direction {
 pub fn direction_at(plan: &Plan, point: [f64; 2]) -> Option<Direction> {
     let pixel = |fraction: f64, side: u32| ((fraction * f64::from(side)) as u32).min(side - 1);
     let [column, row] = [pixel(point[0], plan.width()), pixel(point[1], plan.height())];
-    let view = pixel_view(&plan.frame.camera, variant::projection(plan.variant), column, row);
+    let view = pixel_view(&plan.uniform.camera, variant::projection(plan.variant), column, row);
     let [north, west, up] = view.direction.to_array().map(f64::from);
     let elevation = up.clamp(-1.0, 1.0).asin().to_degrees();
     let azimuth = (-west).atan2(north).to_degrees().rem_euclid(360.0);

@@ -179,7 +179,7 @@ impl Window {
         control(ui, "Ozone", ozone.suffix(" DU").max_decimals(0));
         section(ui, "Picture");
         projections(ui, &mut scene.camera.projection);
-        let automatic = self.shown.as_ref().map_or(0.0, |shown| shown.plan.frame.exposure.log2());
+        let automatic = self.shown.as_ref().map_or(0.0, |shown| shown.plan.uniform.exposure.log2());
         exposure(ui, &mut scene.render.exposure, f64::from(automatic));
         ui.with_layout(egui::Layout::bottom_up(egui::Align::Min), |ui| self.readout(ui));
     }

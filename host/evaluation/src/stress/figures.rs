@@ -48,7 +48,7 @@ pub fn sky_at(bands: [f64; 4]) -> Result<[f32; 4]> {
     scene.render.bands = Some(bands.to_vec());
     let plan = Plan::new(&scene, PixelFormat::LinearRgb)?;
     let view = direction(VIEW.0, plan.sun_azimuth + VIEW.1).as_vec3();
-    Ok(transfer(&plan.frame, &plan.bands[0], &plan.quadrature, view, plan.variant).to_array())
+    Ok(transfer(&plan.uniform, &plan.bands[0], &plan.quadrature, view, plan.variant).to_array())
 }
 
 /// Writes `solve.png`.

@@ -185,25 +185,25 @@ struct Judge<'a> {
 impl<'a> Judge<'a> {
     fn new(scene: &'a Scene, plan: &'a Plan) -> Self {
         let bands = plan.wavelengths.iter().map(|&nm| judge::coefficients(scene, nm)).collect();
-        let sun = unit(plan.frame.sun.truncate());
+        let sun = unit(plan.uniform.sun.truncate());
         Self { scene, plan, medium: judge::medium(scene), bands, sun }
     }
 
     /// The integral and the oracle at the four bands.
     fn pair(&self, view: Vec3) -> [(f64, f64); 4] {
-        let Plan { frame, bands, quadrature, variant, .. } = self.plan;
-        let values = transfer(frame, &bands[0], quadrature, view, *variant).to_array();
+        let Plan { uniform, bands, quadrature, variant, .. } = self.plan;
+        let values = transfer(uniform, &bands[0], quadrature, view, *variant).to_array();
         let references = self.reference(unit(view), self.sun);
         std::array::from_fn(|i| (f64::from(values[i]), references[i]))
     }
 
     /// Elevation of the horizon (radians).
     fn horizon(&self) -> f64 {
-        path::horizon(self.scene.atmosphere.ground_radius, f64::from(self.plan.frame.altitude))
+        path::horizon(self.scene.atmosphere.ground_radius, f64::from(self.plan.uniform.altitude))
     }
 
     fn reference(&self, view: [f64; 3], sun: [f64; 3]) -> Vec<f64> {
-        let ray = Ray { observer_altitude_km: f64::from(self.plan.frame.altitude), view, sun };
+        let ray = Ray { observer_altitude_km: f64::from(self.plan.uniform.altitude), view, sun };
         scattered_radiance_bands_within(REFERENCE_TOLERANCE, &self.medium, &self.bands, &ray)
     }
 

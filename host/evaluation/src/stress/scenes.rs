@@ -6,10 +6,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use sorairo_shared::color::srgb8;
-use sorairo_shared::frame::Pixel;
 use sorairo_shared::glam::Vec3;
-use sorairo_shared::variant;
+use sorairo_shared::tone::srgb8;
+use sorairo_shared::variant::{self, PixelFormat};
 use strum::IntoEnumIterator;
 
 use super::{Outcome, generator};
@@ -20,7 +19,7 @@ use sorairo::plan::Plan;
 use sorairo::plan::linear::{Interpolant, LinearFit};
 use sorairo::scene::keys::{self, CLOSEST_BANDS, DENSEST_TOP, FARTHEST_DISC, band_counts};
 use sorairo::scene::{
-    AlbedoSpectrum, ColorObserver, ColorPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Preset, Projection,
+    AlbedoSpectrum, ColourObserver, ColourPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Preset, Projection,
     Render, Rgb, Scene, Size, SunSpectrum, WhiteBalance,
 };
 use sorairo::spectra::measured::MEASURED_RANGE;
@@ -155,7 +154,7 @@ pub struct Case {
     /// The scene.
     pub scene: Scene,
     /// How its pixels are stored.
-    pub pixel: Pixel,
+    pub pixel: PixelFormat,
     /// What is computed of it.
     pub looks: Looks,
 }
@@ -181,7 +180,7 @@ impl Case {
         scene.sun.disc = scene.sun.distance <= FARTHEST_DISC && rng.random_bool(0.05);
         render(&mut scene, rng);
         camera(&mut scene, rng);
-        let a_colour_is_a_must = scene.sun.disc || scene.render.color == ColorPath::Solve;
+        let a_colour_is_a_must = scene.sun.disc || scene.render.color == ColourPath::Solve;
         let looks = match rng.random_range(0..40) {
             0..2 => Looks::Bands,
             2 if !a_colour_is_a_must => Looks::Spectrum,
@@ -189,10 +188,10 @@ impl Case {
         };
         // One kind of pixel for each projection, for the same reason as in `camera`; a spectral image has linear RGB.
         let pixel = match scene.camera.projection {
-            _ if looks == Looks::Spectrum => Pixel::LinearRgb,
-            Projection::Equirectangular => Pixel::Picture,
-            Projection::Fisheye => Pixel::LinearRgb,
-            Projection::Perspective => Pixel::HalfRgb,
+            _ if looks == Looks::Spectrum => PixelFormat::LinearRgb,
+            Projection::Equirectangular => PixelFormat::Picture,
+            Projection::Fisheye => PixelFormat::LinearRgb,
+            Projection::Perspective => PixelFormat::HalfRgb,
         };
         Self { scene, pixel, looks }
     }
@@ -231,14 +230,14 @@ impl Case {
             Ok(Err(error)) => return faults.with(1, format!("a valid scene is refused: {error}")),
             Err(_) => return faults.with(1, "the plan panics".into()),
         };
-        if !(plan.frame.exposure.is_finite() && plan.frame.exposure > 0.0) {
-            faults.add(1, || format!("the exposure is {}", plan.frame.exposure));
+        if !(plan.uniform.exposure.is_finite() && plan.uniform.exposure > 0.0) {
+            faults.add(1, || format!("the exposure is {}", plan.uniform.exposure));
         }
         let linear = catch_unwind(AssertUnwindSafe(|| colours(&plan)));
         let Ok(linear) = linear else { return faults.with(1, "the kernel panics on the CPU".into()) };
         judge_floats(bytemuck::cast_slice(&linear), &[], &mut faults);
-        let exposure = plan.frame.exposure;
-        for (i, rgb) in linear.chunks(3).enumerate().filter(|_| self.pixel == Pixel::Picture) {
+        let exposure = plan.uniform.exposure;
+        for (i, rgb) in linear.chunks(3).enumerate().filter(|_| self.pixel == PixelFormat::Picture) {
             judge_tones(i, rgb, exposure, &mut faults);
         }
         let expected = if self.is_decided_by_rounding() { &[][..] } else { &linear };
@@ -340,7 +339,7 @@ fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     let (_, most_steps) = bounds("render.steps", scene);
     let render = &mut scene.render;
     render.fit = one_of(rng, &[Fit::Cubic, Fit::Transfer, Fit::Extinction, Fit::Extinction, Fit::Dense]);
-    render.color = if render.fit == Fit::Dense { ColorPath::Folded } else { one_of(rng, &COLOR_PATHS) };
+    render.color = if render.fit == Fit::Dense { ColourPath::Folded } else { one_of(rng, &COLOR_PATHS) };
     if rng.random_bool(0.5) {
         render.bands = Some(bands(render.fit, render.color, rng));
     }
@@ -355,7 +354,7 @@ fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     }
     render.path = one_of(rng, &[PathChoice::Auto, PathChoice::Direct]);
     if bands <= 8 && render.steps.is_none_or(|steps| steps <= 48) && rng.random_bool(0.02) {
-        render.path = PathChoice::Table;
+        render.path = PathChoice::Lookup;
     }
     render.exposure = match rng.random_range(0..10) {
         0..6 => Exposure::Auto,
@@ -365,14 +364,14 @@ fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     };
     render.exr = one_of(rng, &[ExrDepth::Half, ExrDepth::Full]);
     render.rgb = any(rng, Rgb::iter());
-    render.observer = any(rng, ColorObserver::iter());
+    render.observer = any(rng, ColourObserver::iter());
     render.white_balance = any(rng, WhiteBalance::iter());
 }
 
-const COLOR_PATHS: [ColorPath; 2] = [ColorPath::Solve, ColorPath::Folded];
+const COLOR_PATHS: [ColourPath; 2] = [ColourPath::Solve, ColourPath::Folded];
 
 /// As many wavelengths as the fit takes, in any order, spread out or as close as they may be.
-fn bands(fit: Fit, color: ColorPath, rng: &mut ChaCha8Rng) -> Vec<f64> {
+fn bands(fit: Fit, color: ColourPath, rng: &mut ChaCha8Rng) -> Vec<f64> {
     let (fewest, most) = band_counts(fit, color);
     let count = (fewest as f64 * (most as f64 / fewest as f64).powf(rng.random_range(0.0..1.0))) as usize;
     let (shortest, longest) = MEASURED_RANGE;
@@ -393,8 +392,8 @@ fn bands(fit: Fit, color: ColorPath, rng: &mut ChaCha8Rng) -> Vec<f64> {
 /// Linear RGB of a plan's pixels on the CPU, whatever the plan stores.
 fn colours(plan: &Plan) -> Vec<f32> {
     let shown = plan.variant & (variant::WHOLE_INTEGRAL | variant::SUN_DISC);
-    let variant = variant::of(shown, variant::projection(plan.variant), Pixel::LinearRgb as u32);
-    let plan = Plan { pixel: Pixel::LinearRgb, variant, ..plan.clone() };
+    let variant = variant::of(shown, variant::projection(plan.variant), PixelFormat::LinearRgb as u32);
+    let plan = Plan { pixel: PixelFormat::LinearRgb, variant, ..plan.clone() };
     let run = Cpu.run(&plan, plan.kernel()).expect("a small image fits into memory");
     run.words.into_iter().map(f32::from_bits).collect()
 }
@@ -402,13 +401,13 @@ fn colours(plan: &Plan) -> Vec<f32> {
 /// Judges the pixels of a device by the colours that the CPU has for them; by themselves if there are none.
 fn judge(plan: &Plan, words: &[u32], linear: &[f32], faults: &mut Faults) {
     match plan.pixel {
-        Pixel::LinearRgb => judge_floats(words, linear, faults),
-        Pixel::HalfRgb => {
+        PixelFormat::LinearRgb => judge_floats(words, linear, faults),
+        PixelFormat::HalfRgb => {
             let halves = words.iter().flat_map(|word| [word & 0xffff, word >> 16]);
             let bad = halves.filter(|half| half & 0x8000 != 0 || half & 0x7c00 == 0x7c00).count() as u64;
             faults.add(bad, || format!("{bad} halves are negative, infinite or NaN"));
         }
-        Pixel::Picture => judge_picture(words, linear, plan.frame.exposure, faults),
+        PixelFormat::Picture => judge_picture(words, linear, plan.uniform.exposure, faults),
     }
 }
 
@@ -467,7 +466,7 @@ fn lost(linear: &[f32], exposure: f32) -> Option<&'static str> {
     tones.into_iter().find(|&(tone, _)| lit && all(tone)).map(|(_, name)| name)
 }
 
-/// The bytes of a pixel, not yet rounded, in double precision; see [`sorairo_shared::color::srgb8`].
+/// The bytes of a pixel, not yet rounded, in double precision; see [`sorairo_shared::tone::srgb8`].
 fn shown(rgb: &[f32], exposure: f32) -> [f64; 3] {
     let exposed: [f64; 3] = std::array::from_fn(|i| f64::from(rgb[i]) * f64::from(exposure));
     let peak = exposed.into_iter().fold(0.0, f64::max);
@@ -516,7 +515,7 @@ pub fn refusals(seed: u64, cases: u64) -> Outcome {
         let wrong = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, low.next_down(), high.next_up(), -1e300, 1e300];
         let value = one_of(rng, &wrong);
         *(number.field)(&mut scene) = value;
-        let refused = catch_unwind(AssertUnwindSafe(|| Plan::new(&scene, Pixel::LinearRgb)));
+        let refused = catch_unwind(AssertUnwindSafe(|| Plan::new(&scene, PixelFormat::LinearRgb)));
         let in_one_sentence = |sentence: &str| !sentence.contains('\n') && sentence.contains(number.name);
         let right = matches!(&refused, Ok(Err(error)) if in_one_sentence(&error.to_string()));
         (u64::from(!right), format!("{} = {value}", number.name))
@@ -599,9 +598,9 @@ mod tests {
         "exposure": "auto", "exr": "f16", "rgb": "acescg", "observer": "cie1931", "white_balance": "d65"}}"#;
 
     fn assert_black_and_right(scene: Scene) {
-        let case = Case { scene, pixel: Pixel::Picture, looks: Looks::Colour };
+        let case = Case { scene, pixel: PixelFormat::Picture, looks: Looks::Colour };
         let plan = Plan::new(&case.scene, case.pixel).unwrap();
-        assert_eq!(lost(&colours(&plan), plan.frame.exposure), Some("black"));
+        assert_eq!(lost(&colours(&plan), plan.uniform.exposure), Some("black"));
         let faults = case.faults(&[&Cpu]);
         assert_eq!(faults.count, 0, "{}", faults.first);
     }
@@ -621,8 +620,8 @@ mod tests {
         (a.aerosol.optical_depth, a.aerosol.angstrom_exponent, a.aerosol.asymmetry) = (0.005_328, -4.787, 0.99);
         (a.ozone.column, a.ozone.bottom, a.ozone.peak, a.ozone.top) = (2000.0, 97.543, 99.85, 99.95);
         (scene.sun.elevation, scene.observer.altitude) = (30.0, 3.785_906e-4);
-        (scene.render.fit, scene.render.color, scene.render.path) = (Fit::Cubic, ColorPath::Solve, PathChoice::Direct);
-        (scene.render.rgb, scene.render.observer) = (Rgb::AcesCg, ColorObserver::Cie2015);
+        (scene.render.fit, scene.render.color, scene.render.path) = (Fit::Cubic, ColourPath::Solve, PathChoice::Direct);
+        (scene.render.rgb, scene.render.observer) = (Rgb::AcesCg, ColourObserver::Cie2015);
         scene.camera.size = Size { width: 16, height: 8 };
         assert_black_and_right(scene);
     }

@@ -5,8 +5,8 @@ use num_traits::ToPrimitive;
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::Serialize;
+use sorairo_shared::fit::{newton_coefficients, newton_value};
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::spectrum::{newton_coefficients, newton_value};
 
 use super::{Outcome, generator};
 use sorairo::scene::keys::CLOSEST_BANDS;
@@ -191,7 +191,7 @@ impl Case {
                 bands.map(|band| (band / 550.0).powf(power) as f32)
             }
             1 => std::array::from_fn(|_| rng.random_range(0.0..1.0)),
-            // Logarithms of radiances, which the learnt fit solves for.
+            // Logarithms of radiances, which the regression fit solves for.
             2 => std::array::from_fn(|_| rng.random_range(-70.0..10.0)),
             _ => std::array::from_fn(|_| 10f64.powf(rng.random_range(-15.0..5.0)) as f32),
         };

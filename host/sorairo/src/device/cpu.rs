@@ -5,9 +5,10 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use sorairo_shared::frame::{Frame, SENTINEL, radiance_pixel, sky_pixel, spectrum_pixel, table_colours, table_pixel};
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::sky_table::entries;
+use sorairo_shared::kernels::{SENTINEL, lookup_colours, lookup_pixel, radiance_pixel, sky_pixel, spectrum_pixel};
+use sorairo_shared::lookup::entries;
+use sorairo_shared::uniform::Uniform;
 
 use super::{Backend, Device, Kernel, TakeRows, Times, invocations_per_row, rows_at_once, words_per_row};
 use crate::error::Result;
@@ -28,17 +29,17 @@ impl Backend for Cpu {
         let at_once = rows_at_once(plan).min(rows.len() as u32);
         let mut words = vec![0; row_words * at_once as usize];
         let start = Instant::now();
-        let table = if kernel == Kernel::SkyTable { sky_table(plan) } else { Vec::new() };
+        let lookup = if kernel == Kernel::SkyLookup { sky_lookup(plan) } else { Vec::new() };
         let mut computing = start.elapsed();
-        let columns = invocations_per_row(plan, kernel);
+        let invocations = invocations_per_row(plan, kernel);
         for first in rows.clone().step_by(at_once as usize) {
             let start = Instant::now();
             let words = &mut words[..row_words * at_once.min(rows.end - first) as usize];
             words.par_chunks_mut(row_words).zip(first as usize..rows.end as usize).for_each(|(words, row)| {
                 // Each chunk is the output of a dispatch of one row.
-                let frame = Frame { first_row: row as u32, rows: 1, ..plan.frame };
-                for column in 0..columns {
-                    store_pixel(&frame, plan, kernel, &table, words, column);
+                let uniform = Uniform { first_row: row as u32, rows: 1, ..plan.uniform };
+                for column in 0..invocations {
+                    store_pixel(&uniform, plan, kernel, &lookup, words, column);
                 }
             });
             computing += start.elapsed();
@@ -48,29 +49,28 @@ impl Backend for Cpu {
     }
 }
 
-/// The sky table of a plan.
-fn sky_table(plan: &Plan) -> Vec<Vec4> {
-    let Plan { frame, bands, quadrature, colour, .. } = plan;
-    let mut table = vec![Vec4::ZERO; 2 * entries(frame) as usize];
-    table.par_chunks_mut(2).enumerate().for_each(|(entry, colours)| {
-        let rgb = table_colours(frame, bands, quadrature, colour, entry as u32, plan.fit_kind(), plan.variant);
+/// The sky lookup of a plan.
+fn sky_lookup(plan: &Plan) -> Vec<Vec4> {
+    let mut lookup = vec![Vec4::ZERO; 2 * entries(&plan.uniform) as usize];
+    lookup.par_chunks_mut(2).enumerate().for_each(|(entry, colours)| {
+        let rgb = lookup_colours(&plan.uniform, plan.buffers(), entry as u32, plan.fit_kind(), plan.variant);
         colours.copy_from_slice(&[rgb.air.extend(0.0), rgb.aerosol.extend(0.0)]);
     });
-    table
+    lookup
 }
 
-fn store_pixel(frame: &Frame, plan: &Plan, kernel: Kernel, table: &[Vec4], words: &mut [u32], column: u32) {
-    let Plan { bands, quadrature, colour, variant, .. } = plan;
+fn store_pixel(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], words: &mut [u32], column: u32) {
+    let (buffers, variant) = (plan.buffers(), plan.variant);
     match kernel {
-        Kernel::Radiance => radiance_pixel(frame, bands, quadrature, words, column, 0, *variant),
+        Kernel::Radiance => radiance_pixel(uniform, buffers.bands, buffers.quadrature, words, column, 0, variant),
         Kernel::Fill => {
             let size = plan.pixel_words() as usize;
             words[column as usize * size..][..size].fill(SENTINEL);
         }
-        Kernel::SpectrumLinear | Kernel::SpectrumLearnt => {
-            spectrum_pixel(frame, bands, quadrature, colour, words, column, 0, plan.fit_kind(), *variant);
+        Kernel::SpectrumLinear | Kernel::SpectrumRegression => {
+            spectrum_pixel(uniform, buffers, words, column, 0, plan.fit_kind(), variant);
         }
-        Kernel::SkyTable => table_pixel(frame, colour, table, words, column, 0, *variant),
-        _ => sky_pixel(frame, bands, quadrature, colour, words, column, 0, plan.fit_kind(), *variant),
+        Kernel::SkyLookup => lookup_pixel(uniform, buffers.colour, lookup, words, column, 0, variant),
+        _ => sky_pixel(uniform, buffers, words, column, 0, plan.fit_kind(), variant),
     }
 }

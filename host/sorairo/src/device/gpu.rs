@@ -7,9 +7,10 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use sorairo_shared::frame::{Frame, TABLE_WORKGROUP, WORKGROUP_SIDE};
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::sky_table::entries;
+use sorairo_shared::kernels::{LOOKUP_WORKGROUP, WORKGROUP_SIDE};
+use sorairo_shared::lookup::entries;
+use sorairo_shared::uniform::Uniform;
 
 use super::{Backend, Device, Kernel, TakeRows, Times, invocations_per_row, rounds, rows_at_once, words_per_row};
 use crate::error::{Error, Result};
@@ -19,7 +20,7 @@ use crate::plan::Plan;
 pub const SPIRV: &[u8] = sorairo_shaders::SPIRV;
 
 /// A bit pattern that no kernel stores (a NaN), so that a pixel which a kernel failed to write can be told.
-pub const SENTINEL: u32 = sorairo_shared::frame::SENTINEL;
+pub const SENTINEL: u32 = sorairo_shared::kernels::SENTINEL;
 
 /// Rounds after which llvmpipe ends the loops of an invocation, all of them together, and says nothing (`LP_MAX_TGSI_LOOP_ITERATIONS` of
 /// Mesa's `lp_bld_limits.h`). A sum would lack its last terms.
@@ -37,10 +38,10 @@ pub struct Gpu {
     /// One for each value of the specialisation constant.
     modules: Mutex<HashMap<u32, wgpu::ShaderModule>>,
     pipelines: Mutex<HashMap<(&'static str, u32), wgpu::ComputePipeline>>,
-    table_layouts: Layouts,
+    lookup_layouts: Layouts,
     pixel_layouts: Layouts,
-    /// What one frame leaves to the next.
-    buffers: Mutex<Buffers>,
+    /// What one image leaves to the next.
+    buffers: Mutex<DeviceBuffers>,
     /// Kernels and sizes whose output was seen to be whole.
     verified: Mutex<HashSet<(Kernel, u32, u32, u32)>>,
     fault: Arc<Mutex<Option<String>>>,
@@ -69,7 +70,7 @@ pub struct DeviceInfo {
 fn instance() -> wgpu::Instance {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::VULKAN;
-    // Validation layers cost more than a frame where they are installed.
+    // Validation layers cost more than an image where they are installed.
     descriptor.flags = wgpu::InstanceFlags::empty();
     wgpu::Instance::new(descriptor)
 }
@@ -181,7 +182,7 @@ impl Gpu {
         device.set_device_lost_callback(move |reason, message| lost(format!("it was lost ({reason:?}) {message}")));
         Ok(Self {
             name: adapter.get_info().name,
-            table_layouts: Layouts::new(&device, &[0, 1, 2, 3, 4], 4),
+            lookup_layouts: Layouts::new(&device, &[0, 1, 2, 3, 4], 4),
             pixel_layouts: Layouts::new(&device, &[0, 1, 2, 3, 4, 5], 5),
             device,
             queue,
@@ -216,7 +217,7 @@ impl Gpu {
         pipelines.entry((entry_point, variant)).or_insert_with(build).clone()
     }
 
-    /// Buffers of a frame with the bytes that it uses of each, as a pipeline takes them.
+    /// Buffers of an image with the bytes that it uses of each, as a pipeline takes them.
     fn group(&self, layouts: &Layouts, buffers: &[(&wgpu::Buffer, u64)]) -> wgpu::BindGroup {
         let entry = |&binding: &u32| {
             let (buffer, bytes) = buffers[binding as usize];
@@ -324,11 +325,11 @@ impl Backend for Gpu {
         let verify = kernel != Kernel::Fill && self.is_new(plan, kernel);
 
         let mut kept = self.buffers.lock().expect("no holder of this lock panics");
-        // A frame that fails leaves no buffer that is still in use.
+        // An image that fails leaves no buffer that is still in use.
         let mut buffers = std::mem::take(&mut *kept);
         let groups = buffers.fill(self, plan, row_bytes * u64::from(rows_per_strip));
-        let fill_table = (kernel == Kernel::SkyTable)
-            .then(|| self.pipeline(plan.table_kernel().entry_point(), plan.variant, &self.table_layouts));
+        let fill_lookup = (kernel == Kernel::SkyLookup)
+            .then(|| self.pipeline(plan.lookup_kernel().entry_point(), plan.variant, &self.lookup_layouts));
         let pixels = self.pipeline(kernel.entry_point(), plan.variant, &self.pixel_layouts);
         let sentinel = verify.then(|| self.pipeline(Kernel::Fill.entry_point(), plan.variant, &self.pixel_layouts));
         self.check()?;
@@ -340,24 +341,24 @@ impl Backend for Gpu {
                 let oldest = under_way.pop_front().expect("two strips are under way");
                 times += self.collect(oldest, verify, kernel, take)?;
             }
-            let frame = Frame { first_row, rows: rows_per_strip.min(rows.end - first_row), ..plan.frame };
-            self.queue.write_buffer(buffers.frame.get(), 0, bytemuck::bytes_of(&frame));
-            let columns = invocations_per_row(plan, kernel);
-            let size = (columns.div_ceil(WORKGROUP_SIDE), frame.rows.div_ceil(WORKGROUP_SIDE));
+            let uniform = Uniform { first_row, rows: rows_per_strip.min(rows.end - first_row), ..plan.uniform };
+            self.queue.write_buffer(buffers.uniform.get(), 0, bytemuck::bytes_of(&uniform));
+            let invocations = invocations_per_row(plan, kernel);
+            let size = (invocations.div_ceil(WORKGROUP_SIDE), uniform.rows.div_ceil(WORKGROUP_SIDE));
             let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             if let Some(sentinel) = &sentinel {
                 dispatch(&mut encoder, sentinel, &groups.pixels, size, None);
             }
             let slot = buffers.slot(self, strip % STRIPS_UNDER_WAY, row_bytes * u64::from(rows_per_strip));
             let clock = slot.clock.as_ref();
-            let table_first = fill_table.as_ref().filter(|_| strip == 0);
-            if let Some(fill_table) = table_first {
-                let size = (entries(&plan.frame).div_ceil(TABLE_WORKGROUP), 1);
-                dispatch(&mut encoder, fill_table, &groups.table, size, clock.map(|clock| clock.writes(true, false)));
+            let lookup_first = fill_lookup.as_ref().filter(|_| strip == 0);
+            if let Some(fill_lookup) = lookup_first {
+                let size = (entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP), 1);
+                dispatch(&mut encoder, fill_lookup, &groups.lookup, size, clock.map(|clock| clock.writes(true, false)));
             }
-            let writes = clock.map(|clock| clock.writes(table_first.is_none(), true));
+            let writes = clock.map(|clock| clock.writes(lookup_first.is_none(), true));
             dispatch(&mut encoder, &pixels, &groups.pixels, size, writes);
-            let bytes = row_bytes * u64::from(frame.rows);
+            let bytes = row_bytes * u64::from(uniform.rows);
             encoder.copy_buffer_to_buffer(buffers.pixels.get(), 0, &slot.staging, 0, bytes);
             if let Some(clock) = clock {
                 clock.resolve(&mut encoder, self.times_copies);
@@ -395,7 +396,7 @@ struct Slot {
     clock: Option<Clock>,
 }
 
-/// A buffer that is kept from frame to frame, and made anew for a frame that needs more.
+/// A buffer that is kept from image to image, and made anew for one that needs more.
 struct Kept {
     label: &'static str,
     usage: wgpu::BufferUsages,
@@ -426,55 +427,55 @@ impl Kept {
     }
 
     fn get(&self) -> &wgpu::Buffer {
-        self.buffer.as_ref().expect("a frame reserves its buffers first")
+        self.buffer.as_ref().expect("an image reserves its buffers first")
     }
 }
 
-/// The buffers of a frame, kept for the next.
-struct Buffers {
-    frame: Kept,
+/// The buffers of an image, kept for the next.
+struct DeviceBuffers {
+    uniform: Kept,
     bands: Kept,
     quadrature: Kept,
     colour: Kept,
-    table: Kept,
+    lookup: Kept,
     pixels: Kept,
     slots: [Option<Slot>; STRIPS_UNDER_WAY],
 }
 
-impl Default for Buffers {
+impl Default for DeviceBuffers {
     fn default() -> Self {
         let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
         Self {
-            frame: Kept::new("frame", wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST),
+            uniform: Kept::new("uniform", wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST),
             bands: Kept::new("bands", storage),
             quadrature: Kept::new("quadrature", storage),
             colour: Kept::new("colour", storage),
-            table: Kept::new("sky table", wgpu::BufferUsages::STORAGE),
+            lookup: Kept::new("sky lookup", wgpu::BufferUsages::STORAGE),
             pixels: Kept::new("pixels", wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC),
             slots: Default::default(),
         }
     }
 }
 
-impl Buffers {
-    /// Uploads a plan, and binds its tables and `pixel_bytes` of output.
+impl DeviceBuffers {
+    /// Uploads a plan, and binds its buffers and `pixel_bytes` of output.
     fn fill(&mut self, gpu: &Gpu, plan: &Plan, pixel_bytes: u64) -> Groups {
-        let table_bytes = 2 * size_of::<Vec4>() as u64 * u64::from(entries(&plan.frame)).max(1);
-        self.table.reserve(&gpu.device, table_bytes);
+        let lookup_bytes = 2 * size_of::<Vec4>() as u64 * u64::from(entries(&plan.uniform)).max(1);
+        self.lookup.reserve(&gpu.device, lookup_bytes);
         self.pixels.reserve(&gpu.device, pixel_bytes);
-        let frame_bytes = self.frame.upload(gpu, bytemuck::bytes_of(&plan.frame));
+        let uniform_bytes = self.uniform.upload(gpu, bytemuck::bytes_of(&plan.uniform));
         let bands_bytes = self.bands.upload(gpu, bytemuck::cast_slice(&plan.bands));
         let quadrature_bytes = self.quadrature.upload(gpu, bytemuck::cast_slice(&plan.quadrature));
         let colour_bytes = self.colour.upload(gpu, bytemuck::cast_slice(&plan.colour));
         let bound = [
-            (self.frame.get(), frame_bytes),
+            (self.uniform.get(), uniform_bytes),
             (self.bands.get(), bands_bytes),
             (self.quadrature.get(), quadrature_bytes),
             (self.colour.get(), colour_bytes),
-            (self.table.get(), table_bytes),
+            (self.lookup.get(), lookup_bytes),
             (self.pixels.get(), pixel_bytes),
         ];
-        Groups { table: gpu.group(&gpu.table_layouts, &bound), pixels: gpu.group(&gpu.pixel_layouts, &bound) }
+        Groups { lookup: gpu.group(&gpu.lookup_layouts, &bound), pixels: gpu.group(&gpu.pixel_layouts, &bound) }
     }
 
     /// A place of at least `bytes` for a strip to come back to.
@@ -495,9 +496,9 @@ impl Buffers {
     }
 }
 
-/// The bindings of the kernels that fill the table, and of those that write pixels.
+/// The bindings of the kernels that fill the sky lookup, and of those that write pixels.
 struct Groups {
-    table: wgpu::BindGroup,
+    lookup: wgpu::BindGroup,
     pixels: wgpu::BindGroup,
 }
 

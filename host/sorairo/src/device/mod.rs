@@ -8,11 +8,12 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::Duration;
 
-use sorairo_shared::color::{OBSERVER_SAMPLES, srgb8};
-use sorairo_shared::frame::{Pixel, table_columns};
 use sorairo_shared::glam::Vec3;
-use sorairo_shared::sky_table::RUN;
-use sorairo_shared::variant;
+use sorairo_shared::kernels::lookup_invocations;
+use sorairo_shared::lookup::RUN;
+use sorairo_shared::observer::OBSERVER_NODES;
+use sorairo_shared::tone::srgb8;
+use sorairo_shared::variant::{self, PixelFormat};
 
 use crate::error::{Error, Result};
 use crate::plan::Plan;
@@ -26,20 +27,20 @@ pub enum Kernel {
     SkyLinear,
     /// The sky by explicit solve and observer sum.
     SkySolve,
-    /// The sky by the learnt fit.
-    SkyLearnt,
-    /// The sky by the learnt fit, its 4×4 system solved at every pixel.
-    SkyLearntSolve,
-    /// The sky from the sky table.
-    SkyTable,
-    /// The sky table by a fit that is linear in the transfer.
-    TableLinear,
-    /// The sky table by the learnt fit.
-    TableLearnt,
+    /// The sky by the regression fit.
+    SkyRegression,
+    /// The sky by the regression fit, its 4×4 system solved at every pixel.
+    SkyRegressionSolve,
+    /// The sky, interpolated from the sky lookup.
+    SkyLookup,
+    /// The sky lookup by a fit that is linear in the transfer.
+    LookupLinear,
+    /// The sky lookup by the regression fit.
+    LookupRegression,
     /// Colour and spectrum by a fit that is linear in the transfer.
     SpectrumLinear,
-    /// Colour and spectrum by the learnt fit.
-    SpectrumLearnt,
+    /// Colour and spectrum by the regression fit.
+    SpectrumRegression,
     /// Writes every word of the output once: the limit for any kernel, and the pattern by which an unwritten pixel is told.
     Fill,
 }
@@ -50,13 +51,13 @@ impl Kernel {
         Self::Radiance,
         Self::SkyLinear,
         Self::SkySolve,
-        Self::SkyLearnt,
-        Self::SkyLearntSolve,
-        Self::SkyTable,
-        Self::TableLinear,
-        Self::TableLearnt,
+        Self::SkyRegression,
+        Self::SkyRegressionSolve,
+        Self::SkyLookup,
+        Self::LookupLinear,
+        Self::LookupRegression,
         Self::SpectrumLinear,
-        Self::SpectrumLearnt,
+        Self::SpectrumRegression,
         Self::Fill,
     ];
 
@@ -66,13 +67,13 @@ impl Kernel {
             Self::Radiance => "radiance",
             Self::SkyLinear => "sky_linear",
             Self::SkySolve => "sky_solve",
-            Self::SkyLearnt => "sky_learnt",
-            Self::SkyLearntSolve => "sky_learnt_solve",
-            Self::SkyTable => "sky_table",
-            Self::TableLinear => "table_linear",
-            Self::TableLearnt => "table_learnt",
+            Self::SkyRegression => "sky_regression",
+            Self::SkyRegressionSolve => "sky_regression_solve",
+            Self::SkyLookup => "sky_lookup",
+            Self::LookupLinear => "lookup_linear",
+            Self::LookupRegression => "lookup_regression",
             Self::SpectrumLinear => "spectrum_linear",
-            Self::SpectrumLearnt => "spectrum_learnt",
+            Self::SpectrumRegression => "spectrum_regression",
             Self::Fill => "fill",
         }
     }
@@ -100,8 +101,8 @@ impl std::ops::AddAssign for Times {
 /// What a kernel left behind, and how long it took.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// The pixels row by row from the top, in the layout of the plan's [`sorairo_shared::frame::Pixel`]; of a spectral image, in
-    /// that of [`sorairo_shared::sky_spectrum`].
+    /// The pixels row by row from the top, in the layout of the plan's [`sorairo_shared::variant::PixelFormat`]; of a spectral image, in
+    /// that of [`sorairo_shared::spectral`].
     pub words: Vec<u32>,
     /// Time of the kernels: on the GPU's own clock where it has one.
     pub kernel: Duration,
@@ -111,8 +112,8 @@ pub struct Run {
 
 /// A device.
 pub trait Backend: Send + Sync {
-    /// Runs one kernel of a plan over rows that can be lit, and before it, for [`Kernel::SkyTable`], the one that fills its
-    /// table. The rows go to `take` from the top, some at a time, while the device computes the next ones.
+    /// Runs one kernel of a plan over rows that can be lit, and before it, for [`Kernel::SkyLookup`], the one that fills its
+    /// sky lookup. The rows go to `take` from the top, some at a time, while the device computes the next ones.
     ///
     /// # Errors
     ///
@@ -176,7 +177,7 @@ fn words_per_row(plan: &Plan, kernel: Kernel) -> usize {
 
 /// Invocations of a kernel for a row.
 fn invocations_per_row(plan: &Plan, kernel: Kernel) -> u32 {
-    if kernel == Kernel::SkyTable { table_columns(&plan.frame, plan.variant) } else { plan.width() }
+    if kernel == Kernel::SkyLookup { lookup_invocations(&plan.uniform, plan.variant) } else { plan.width() }
 }
 
 /// The most rounds that all loops of an invocation of a plan's kernels make together, the last look at each loop's end among them.
@@ -186,16 +187,16 @@ fn rounds(plan: &Plan) -> u64 {
     let has = |bit: u32| u64::from(plan.variant & bit != 0);
     let pieces = (1 + has(variant::DESCENT)) * (1 + has(variant::SHADOW));
     let ray = 2 + pieces * (2 + u64::from(plan.steps()));
-    let frame = &plan.frame;
-    let wavelengths = 1 + u64::from(frame.wavelengths);
-    let disc = 1 + has(variant::SUN_DISC) * u64::from(frame.disc.samples).pow(2);
-    let fit = u64::from(frame.air_nodes + frame.aerosol_nodes + OBSERVER_SAMPLES);
+    let uniform = &plan.uniform;
+    let wavelengths = 1 + u64::from(uniform.spectral_wavelengths);
+    let disc = 1 + has(variant::SUN_DISC) * u64::from(uniform.disc.samples).pow(2);
+    let fit = u64::from(uniform.air_nodes + uniform.aerosol_nodes + OBSERVER_NODES);
     plan.bands.len() as u64 * (ray + wavelengths) + fit + u64::from(RUN) * disc
 }
 
 /// Hands out rows without light.
 fn black_rows(plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<()> {
-    let picture = kernel != Kernel::Radiance && plan.pixel == Pixel::Picture;
+    let picture = kernel != Kernel::Radiance && plan.pixel == PixelFormat::Picture;
     let black = if picture { srgb8(Vec3::ZERO, 1.0) } else { 0 };
     let at_once = rows_at_once(plan);
     let words = vec![black; words_per_row(plan, kernel) * at_once.min(rows.len() as u32) as usize];

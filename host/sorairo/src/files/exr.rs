@@ -18,7 +18,7 @@ use super::label::{CHECKSUM, SCENE, SOFTWARE, channel_names, scene_text};
 use super::spectral;
 use crate::irradiance::LUMENS_PER_WATT;
 use crate::plan::colour_space::chromaticities;
-use crate::scene::{ColorObserver, ExrDepth, Render, Rgb, Scene, SunSpectrum, WhiteBalance};
+use crate::scene::{ColourObserver, ExrDepth, Render, Rgb, Scene, SunSpectrum, WhiteBalance};
 
 /// What a file says about its colours.
 struct Labels<'a> {
@@ -48,8 +48,8 @@ impl Labels<'_> {
 
     fn comments(&self) -> String {
         let observer = match self.render.observer {
-            ColorObserver::Cie1931 => "CIE 1931",
-            ColorObserver::Cie2015 => "CIE 2015 2-degree",
+            ColourObserver::Cie1931 => "CIE 1931",
+            ColourObserver::Cie2015 => "CIE 2015 2-degree",
         };
         let unit = match self.sun {
             SunSpectrum::AstmG173 | SunSpectrum::File(_) => "W.m^-2.sr^-1",

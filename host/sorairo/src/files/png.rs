@@ -5,8 +5,9 @@ use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
 use rayon::prelude::*;
-use sorairo_shared::color::{into_gamut, srgb8};
 use sorairo_shared::glam::Vec3;
+use sorairo_shared::rgb::into_gamut;
+use sorairo_shared::tone::srgb8;
 
 use super::label::{SCENE, SOFTWARE, scene_text};
 use super::staged::{Staged, stage};

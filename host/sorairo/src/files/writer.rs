@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::{Scope, ScopedJoinHandle};
 
-use sorairo_shared::frame::Pixel;
+use sorairo_shared::variant::PixelFormat;
 
 use super::format::Format;
 use super::staged::{Staged, stage};
@@ -27,7 +27,7 @@ pub struct Image {
     /// Height (pixels).
     pub height: u32,
     /// How a pixel arrives.
-    pub pixel: Pixel,
+    pub pixel: PixelFormat,
     /// Factor from linear RGB to a picture's linear value, where the pixels arrive linear.
     pub exposure: f32,
     /// What it shows.
@@ -47,7 +47,7 @@ impl Image {
             width: plan.width(),
             height: plan.height(),
             pixel: plan.pixel,
-            exposure: plan.frame.exposure,
+            exposure: plan.uniform.exposure,
             scene: scene.clone(),
             space: plan.space,
             display: plan.display(),
@@ -120,12 +120,12 @@ fn encode(
     stage(path, |output| match format {
         Format::Png => png::encode(output, width, height, Some(scene), |picture| {
             strips.try_for_each(|rows| match pixel {
-                Pixel::Picture => picture.write_all(&png::unpack(rows.as_ref())),
-                Pixel::LinearRgb => {
+                PixelFormat::Picture => picture.write_all(&png::unpack(rows.as_ref())),
+                PixelFormat::LinearRgb => {
                     let pixels = bytemuck::cast_slice(rows.as_ref());
                     picture.write_all(&png::expose(pixels, pixel_words, *exposure, space, display))
                 }
-                Pixel::HalfRgb => Err(io::Error::other("half floats are no picture")),
+                PixelFormat::HalfRgb => Err(io::Error::other("half floats are no picture")),
             })
         }),
         Format::Exr | Format::SpectralExr => exr::encode(output, exr::header(width, height, scene, of_file), |lines| {
@@ -135,7 +135,7 @@ fn encode(
                 lines.write(rows.len() / line_words, |line| {
                     let words = &rows[line * line_words..][..line_words];
                     match pixel {
-                        Pixel::HalfRgb => exr::line_of_halves(words),
+                        PixelFormat::HalfRgb => exr::line_of_halves(words),
                         _ => {
                             let pixels = bytemuck::cast_slice(words);
                             exr::line_of_floats(pixels, pixel_words, of_file.len(), scene.render.exr)

@@ -1,9 +1,9 @@
 //! Spaces of linear RGB: their primaries, their white, and the matrix from XYZ to them, chromatic adaptation included.
 
-use sorairo_shared::color::{RgbSpace, into_gamut};
 use sorairo_shared::glam::{DMat3, DVec2, DVec3};
+use sorairo_shared::rgb::{RgbSpace, into_gamut};
 
-use crate::scene::{ColorObserver, Rgb, WhiteBalance};
+use crate::scene::{ColourObserver, Rgb, WhiteBalance};
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
 
@@ -90,13 +90,13 @@ pub struct ColourSpace {
 
 impl ColourSpace {
     /// A space under a white balance, for an observer and a sun.
-    pub fn new(rgb: Rgb, balance: WhiteBalance, observer: ColorObserver, optics: &Optics) -> Self {
+    pub fn new(rgb: Rgb, balance: WhiteBalance, observer: ColourObserver, optics: &Optics) -> Self {
         let to_xyz = if rgb == Rgb::Srgb { SRGB_TO_XYZ } else { rgb_to_xyz(&chromaticities(rgb)) };
         let from = |white: DVec3| adaptation(white / white.y, to_xyz * DVec3::ONE);
         let balanced = match (balance, observer) {
             (WhiteBalance::None, _) => DMat3::IDENTITY,
-            (WhiteBalance::D65, ColorObserver::Cie1931) => from(xyz(D65)),
-            (WhiteBalance::D65, ColorObserver::Cie2015) => from(xyz(D65_CIE2015)),
+            (WhiteBalance::D65, ColourObserver::Cie1931) => from(xyz(D65)),
+            (WhiteBalance::D65, ColourObserver::Cie2015) => from(xyz(D65_CIE2015)),
             (WhiteBalance::Sun, _) => from(observer::xyz(observer, |nm| optics.solar_irradiance(nm))),
         };
         Self { rgb, balance, from_xyz: to_xyz.inverse() * balanced, luminance: to_xyz.row(1) }
@@ -127,7 +127,7 @@ mod tests {
         }
     }
 
-    fn space(rgb: Rgb, balance: WhiteBalance, observer: ColorObserver) -> ColourSpace {
+    fn space(rgb: Rgb, balance: WhiteBalance, observer: ColourObserver) -> ColourSpace {
         ColourSpace::new(rgb, balance, observer, &Scene::default().optics())
     }
 
@@ -157,7 +157,7 @@ mod tests {
             [-0.9689307, 1.8757561, 0.0415175],
             [0.0557101, -0.2040211, 1.0569959],
         ];
-        assert_near(space(Rgb::Srgb, WhiteBalance::None, ColorObserver::Cie1931).from_xyz, published, 0.51e-7);
+        assert_near(space(Rgb::Srgb, WhiteBalance::None, ColourObserver::Cie1931).from_xyz, published, 0.51e-7);
     }
 
     #[test]
@@ -176,9 +176,9 @@ mod tests {
     fn a_white_balance_makes_its_white_grey() {
         let optics = Scene::default().optics();
         for rgb in [Rgb::Srgb, Rgb::Rec2020, Rgb::AcesCg, Rgb::Xyz] {
-            for observer in [ColorObserver::Cie1931, ColorObserver::Cie2015] {
+            for observer in [ColourObserver::Cie1931, ColourObserver::Cie2015] {
                 let sun = observer::xyz(observer, |nm| optics.solar_irradiance(nm));
-                let d65 = xyz(if observer == ColorObserver::Cie1931 { D65 } else { D65_CIE2015 });
+                let d65 = xyz(if observer == ColourObserver::Cie1931 { D65 } else { D65_CIE2015 });
                 for (balance, white) in [(WhiteBalance::Sun, sun / sun.y), (WhiteBalance::D65, d65)] {
                     let grey = space(rgb, balance, observer).from_xyz * white;
                     assert!((grey - DVec3::ONE).abs().max_element() < 1e-12, "{rgb:?} {balance:?}: {grey}");
@@ -190,12 +190,12 @@ mod tests {
     #[test]
     fn balancing_for_d65_leaves_the_spaces_of_d65_alone() {
         for rgb in [Rgb::Srgb, Rgb::Rec2020] {
-            let of = |balance| space(rgb, balance, ColorObserver::Cie1931).from_xyz;
+            let of = |balance| space(rgb, balance, ColourObserver::Cie1931).from_xyz;
             // The matrix of sRGB is rounded to four digits, and its white with it.
             assert!(of(WhiteBalance::D65).abs_diff_eq(of(WhiteBalance::None), 2e-4), "{rgb:?}");
         }
         for rgb in [Rgb::AcesCg, Rgb::Xyz] {
-            let of = |balance| space(rgb, balance, ColorObserver::Cie1931).from_xyz;
+            let of = |balance| space(rgb, balance, ColourObserver::Cie1931).from_xyz;
             assert!(!of(WhiteBalance::D65).abs_diff_eq(of(WhiteBalance::None), 1e-2), "{rgb:?}");
         }
     }

@@ -1,6 +1,6 @@
 //! A plan in words: what it skips, and what that saves.
 
-use sorairo_shared::sky_table::RUN;
+use sorairo_shared::lookup::RUN;
 use sorairo_shared::variant;
 
 use super::Plan;
@@ -26,7 +26,7 @@ fn terms(plan: &Plan) -> String {
         (variant::DESCENT, "descending rays"),
         (variant::LOW_SUN, "sunlight from below a sample's horizon"),
         (variant::SUN_DISC, "the sun's disc"),
-        (variant::OPAQUE, "columns of short stretches of opaque air"),
+        (variant::OPAQUE, "column densities of short stretches of opaque air"),
     ];
     let of = |present: bool| {
         let names: Vec<&str> =
@@ -59,7 +59,7 @@ fn black_pixels(plan: &Plan, projection: Projection) -> Option<String> {
 fn path(plan: &Plan) -> String {
     let samples = u64::from(plan.steps()) * plan.bands.len() as u64;
     let pixels = plan.lit_pixels();
-    match plan.path.table {
+    match plan.path.lookup {
         Some(size) => {
             let entries = size.entries();
             let runs = if plan.variant & variant::RUNS != 0 {
@@ -68,7 +68,7 @@ fn path(plan: &Plan) -> String {
                 String::new()
             };
             format!(
-                "path: table of {}x{} entries ({}), {} samples instead of {}, {} bytes{runs}",
+                "path: sky lookup of {}x{} entries ({}), {} samples instead of {}, {} bytes{runs}",
                 size.above + size.below,
                 size.azimuths,
                 plan.path.reason,
@@ -89,7 +89,7 @@ fn bytes(plan: &Plan) -> String {
         PixelFormat::LinearRgb if plan.spectral.is_empty() => "linear floats",
         PixelFormat::LinearRgb => "linear floats and a spectrum",
     };
-    let uploaded = size_of_val(&plan.frame)
+    let uploaded = size_of_val(&plan.uniform)
         + size_of_val(plan.bands.as_slice())
         + size_of_val(plan.quadrature.as_slice())
         + size_of_val(plan.colour.as_slice());

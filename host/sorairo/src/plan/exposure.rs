@@ -25,9 +25,9 @@ pub fn automatic(plan: &Plan) -> f32 {
 
 /// The lower hemisphere, and from outside the atmosphere the cone that it fills: sines of the elevation, and from -1.
 fn below(plan: &Plan) -> (f64, f64) {
-    let atmosphere = &plan.frame.atmosphere;
+    let atmosphere = &plan.uniform.atmosphere;
     let top = f64::from(atmosphere.ground_radius) + f64::from(atmosphere.depth);
-    let sine = (top / (f64::from(atmosphere.ground_radius) + f64::from(plan.frame.altitude))).min(1.0);
+    let sine = (top / (f64::from(atmosphere.ground_radius) + f64::from(plan.uniform.altitude))).min(1.0);
     // 1 - cos without its cancellation.
     (-1.0, sine * sine / (1.0 + (1.0 - sine * sine).sqrt()))
 }
@@ -43,7 +43,7 @@ fn mean_log_luminance(plan: &Plan, (lowest, height): (f64, f64), finer: u32) -> 
         let azimuth = plan.sun_azimuth + (f64::from(j) + 0.5) * 360.0 / f64::from(azimuths);
         direction(sine.asin().to_degrees(), azimuth).as_vec3()
     };
-    let luminance = |place| f64::from(plan.frame.rgb.luminance(plan.sky(view(place))));
+    let luminance = |place| f64::from(plan.uniform.rgb.luminance(plan.sky(view(place))));
     let luminances: Vec<f64> = (0..elevations * azimuths).into_par_iter().map(luminance).collect();
     let lit: Vec<f64> = luminances.into_iter().filter(|&luminance| luminance > 0.0).map(f64::ln).collect();
     (!lit.is_empty()).then(|| lit.iter().sum::<f64>() / lit.len() as f64)
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn a_sky_that_is_lit_in_few_directions_is_exposed_for_them() {
         let scene: Scene = serde_json::from_str(SPOT).unwrap();
-        let exposure = Plan::new(&scene, PixelFormat::LinearRgb).unwrap().frame.exposure;
+        let exposure = Plan::new(&scene, PixelFormat::LinearRgb).unwrap().uniform.exposure;
         assert!(exposure > 1e6, "{exposure:e}");
     }
 }

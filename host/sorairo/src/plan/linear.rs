@@ -3,7 +3,7 @@
 use sorairo_shared::glam::{DVec3, Vec4};
 
 use super::colour_space::ColourSpace;
-use crate::scene::ColorObserver;
+use crate::scene::ColourObserver;
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
 
@@ -66,7 +66,7 @@ impl LinearFit {
 
     /// Solve, observer sum and XYZ→RGB as one matrix on the transfer at the bands: for each group of four bands its rows of red,
     /// green and blue. Bands that only fill the last group weigh nothing.
-    pub fn folded(&self, optics: &Optics, observer: ColorObserver, space: &ColourSpace) -> Vec<Vec4> {
+    pub fn folded(&self, optics: &Optics, observer: ColourObserver, space: &ColourSpace) -> Vec<Vec4> {
         let mut weights = vec![DVec3::ZERO; self.wavelengths.len().next_multiple_of(4)];
         for sample in observer::wavelengths() {
             let rgb = space.from_xyz * observer::weights(observer, sample);
@@ -84,7 +84,7 @@ impl LinearFit {
 
     /// The rows of the observer sum for the explicit solve: (x̄ Δλ, ȳ Δλ, z̄ Δλ, normalised wavelength), times the solar
     /// irradiance if the transfer is fitted.
-    pub fn observer_rows(&self, optics: &Optics, observer: ColorObserver) -> Vec<Vec4> {
+    pub fn observer_rows(&self, optics: &Optics, observer: ColourObserver) -> Vec<Vec4> {
         let row = |wavelength: f64| {
             let irradiance = if self.of_radiance { 1.0 } else { optics.solar_irradiance(wavelength) };
             (observer::weights(observer, wavelength) * irradiance).extend(observer::normalised(wavelength)).as_vec4()

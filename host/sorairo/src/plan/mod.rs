@@ -3,65 +3,63 @@
 pub mod colour_space;
 pub mod explain;
 pub mod exposure;
-pub mod learnt;
 pub mod linear;
 pub mod path;
 pub mod quadrature;
+pub mod regression;
 pub mod sampling;
 pub mod sun_disc;
 
 use std::ops::Range;
 
-use sorairo_shared::atmosphere::{Atmosphere, Exponential};
 use sorairo_shared::camera::{self, Camera};
-use sorairo_shared::column::{CHAPMAN_COEFFICIENTS, CHAPMAN_CURVATURE_COEFFICIENTS, CHAPMAN_SPREAD};
-use sorairo_shared::frame::{Frame, Pixel};
+use sorairo_shared::fit::ROWS_PER_NODE;
 use sorairo_shared::glam::{DVec3, Vec2, Vec3, Vec4};
-use sorairo_shared::scattering::Bands;
-use sorairo_shared::sky::{LEARNT, LEARNT_SOLVED, LINEAR, SOLVED, sky};
-use sorairo_shared::spectrum::ROWS_PER_NODE;
-use sorairo_shared::sun_disc::SunDisc;
-use sorairo_shared::{sky_spectrum, variant};
+use sorairo_shared::profile::{Atmosphere, Exponential};
+use sorairo_shared::single::Bands;
+use sorairo_shared::sky::{LINEAR, REGRESSION, REGRESSION_SOLVED, SOLVED, sky};
+use sorairo_shared::spectral;
+use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};
+use sorairo_shared::variant::{self, PixelFormat};
 
 use crate::device::Kernel;
 use crate::error::{Error, Result};
-use crate::scene::{ColorObserver, ColorPath, Exposure, Fit, Projection, Rgb, Scene};
+use crate::scene::{ColourObserver, ColourPath, Exposure, Fit, Projection, Rgb, Scene};
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
-use crate::spectra::optics::vec4;
 use colour_space::ColourSpace;
-use learnt::{Constituent, Training};
 use linear::{Interpolant, LinearFit};
-use path::{Path, TableSize};
+use path::{LookupSize, Path};
+use regression::{Constituent, Training};
 use sun_disc::Sun;
 
-/// The optical depth that may lie above the top of the atmosphere before columns to the sun take it off. It changes
+/// The optical depth that may lie above the top of the atmosphere before column densities to the sun take it off. It changes
 /// radiance by less than this part, a tenth of what the integral's own sampling leaves.
 const NEGLIGIBLE_DEPTH_ABOVE_TOP: f64 = 1e-4;
 
-/// The optical depth of a level ray at the ground up to which the columns of short stretches may be differences of columns to
-/// infinity: single precision keeps 1e-5 of it.
+/// The optical depth of a level ray at the ground up to which the column densities of short stretches may be differences of
+/// those to infinity: single precision keeps 1e-5 of it.
 const OPAQUE_DEPTH: f64 = 50.0;
 
-/// Everything that the kernels of one frame need, and nothing that they do not.
+/// Everything that the kernels of one image need, and nothing that they do not.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// What every pixel shares.
-    pub frame: Frame,
+    pub uniform: Uniform,
     /// Optical properties at the bands, four to a group.
     pub bands: Vec<Bands>,
-    /// Nodes and weights of the ray integral on [0, 1].
+    /// Quadrature nodes of the ray integral on [0, 1], with their weights.
     pub quadrature: Vec<Vec2>,
-    /// The table of the fit: matrix rows, observer samples or nodes, as the kernel takes them.
+    /// The colour rows: a matrix or observer nodes, as the kernel takes them, and the grid of the sun's disc.
     pub colour: Vec<Vec4>,
     /// Wavelengths of the bands (nm), increasing.
     pub wavelengths: Vec<f64>,
     /// The fit.
     pub fit: SpectralFit,
     /// How the fit becomes a colour.
-    pub color: ColorPath,
+    pub colour_path: ColourPath,
     /// The colour observer.
-    pub observer: ColorObserver,
+    pub observer: ColourObserver,
     /// The space of linear RGB.
     pub space: ColourSpace,
     /// Wavelengths (nm) of a spectral image, increasing; empty for other images.
@@ -73,7 +71,7 @@ pub struct Plan {
     /// What the kernels are specialised for; see [`variant`].
     pub variant: u32,
     /// How a pixel is stored.
-    pub pixel: Pixel,
+    pub pixel: PixelFormat,
     /// Rows of the image that can be lit; the rest is black and never computed.
     pub lit_rows: Range<u32>,
     /// Whether pixels are integrated or looked up, and why.
@@ -85,8 +83,8 @@ pub struct Plan {
 pub enum SpectralFit {
     /// Linear in the values at the bands.
     Linear(LinearFit),
-    /// Learnt from the scene's own rays; see [`learnt`].
-    Learnt,
+    /// By a regression on the scene's own rays; see [`regression`].
+    Regression,
 }
 
 impl Plan {
@@ -95,17 +93,17 @@ impl Plan {
     /// # Errors
     ///
     /// Those of [`Scene::validate`].
-    pub fn new(scene: &Scene, pixel: Pixel) -> Result<Self> {
+    pub fn new(scene: &Scene, pixel: PixelFormat) -> Result<Self> {
         scene.validate()?;
         let optics = scene.optics();
         let wavelengths = wavelengths(scene);
         let space = colour_space(scene, pixel, &optics);
-        let frame = Frame {
+        let uniform = Uniform {
             atmosphere: atmosphere(scene),
             camera: camera(scene),
             sun: direction(scene.sun.elevation, scene.sun.azimuth).as_vec3().extend(0.0),
             bearing: direction(0.0, scene.sun.azimuth).as_vec3().extend(0.0),
-            nodes: Vec4::from_array(std::array::from_fn(|i| {
+            band_wavelengths: Vec4::from_array(std::array::from_fn(|i| {
                 observer::normalised(wavelengths[i.min(wavelengths.len() - 1)]) as f32
             })),
             rgb: space.for_kernels(),
@@ -116,24 +114,24 @@ impl Plan {
             rows: scene.camera.size.height,
             air_nodes: 0,
             aerosol_nodes: 0,
-            table_above: 0,
-            table_below: 0,
-            table_azimuths: 0,
+            lookup_above: 0,
+            lookup_below: 0,
+            lookup_azimuths: 0,
             horizon: path::horizon(scene.atmosphere.ground_radius, scene.observer.altitude) as f32,
-            wavelengths: 0,
+            spectral_wavelengths: 0,
             padding: 0,
         };
         let integral = integral(scene, &optics);
         let bands = bands(&optics, &wavelengths);
-        let steps = scene.render.steps.unwrap_or_else(|| sampling::steps(scene, &frame, &optics, &bands, integral));
+        let steps = scene.render.steps.unwrap_or_else(|| sampling::steps(scene, &uniform, &optics, &bands, integral));
         let mut plan = Self {
-            frame,
+            uniform,
             bands,
             quadrature: quadrature::gauss_legendre(steps),
             colour: Vec::new(),
             fit: spectral_fit(scene, &wavelengths),
             wavelengths,
-            color: scene.render.color,
+            colour_path: scene.render.color,
             observer: scene.render.observer,
             space,
             spectral: Vec::new(),
@@ -141,7 +139,7 @@ impl Plan {
             variant: variant::of(integral, projection(scene), pixel as u32),
             pixel,
             lit_rows: lit_rows(scene),
-            path: Path { table: None, reason: String::new() },
+            path: Path { lookup: None, reason: String::new() },
             optics,
         };
         if plan.lit_rows.is_empty() {
@@ -150,34 +148,34 @@ impl Plan {
         }
         plan.fill_colour();
         plan.path = path::choose(scene, &plan, plan.lit_pixels());
-        if let Some(size) = plan.path.table {
+        if let Some(size) = plan.path.lookup {
             plan.look_up(size);
         }
         if scene.sun.disc {
             plan.show_sun(scene.camera.projection);
         }
-        plan.frame.exposure = match scene.render.exposure {
+        plan.uniform.exposure = match scene.render.exposure {
             Exposure::Stops(stops) => stops.exp2() as f32,
             Exposure::Auto => exposure::automatic(&plan),
         };
         Ok(plan)
     }
 
-    /// Looks the pixels up in a table of this size.
-    pub fn look_up(&mut self, size: TableSize) {
-        self.path.table = Some(size);
-        (self.frame.table_above, self.frame.table_below) = (size.above, size.below);
-        self.frame.table_azimuths = size.azimuths;
+    /// Interpolates the pixels from a sky lookup of this size.
+    pub fn look_up(&mut self, size: LookupSize) {
+        self.path.lookup = Some(size);
+        (self.uniform.lookup_above, self.uniform.lookup_below) = (size.above, size.below);
+        self.uniform.lookup_azimuths = size.azimuths;
         self.variant &= !variant::RUNS;
-        if path::pixels_run(&self.frame, self.variant) {
+        if path::pixels_run(&self.uniform, self.variant) {
             self.variant |= variant::RUNS;
         }
     }
 
-    /// The sky that the learnt fit is learnt from.
+    /// The sky that the regression fit is made on.
     pub fn training(&self) -> Training<'_> {
         Training {
-            frame: &self.frame,
+            uniform: &self.uniform,
             optics: &self.optics,
             quadrature: &self.quadrature,
             wavelengths: &self.wavelengths,
@@ -188,16 +186,16 @@ impl Plan {
         }
     }
 
-    /// Shows the sun's disc: its table follows that of the fit.
+    /// Shows the sun's disc: its grid follows the rows of the fit.
     fn show_sun(&mut self, projection: Projection) {
-        let (disc, table) = Sun::new(self).for_kernels(projection);
-        self.frame.disc = SunDisc { first_entry: self.colour.len() as u32, ..disc };
-        self.colour.extend(table);
+        let (disc, grid) = Sun::new(self).for_kernels(projection);
+        self.uniform.disc = SunDisc { first_entry: self.colour.len() as u32, ..disc };
+        self.colour.extend(grid);
         self.variant |= variant::SUN_DISC;
     }
 
     fn fill_colour(&mut self) {
-        let solve = self.color == ColorPath::Solve;
+        let solve = self.colour_path == ColourPath::Solve;
         match &self.fit {
             SpectralFit::Linear(fit) => {
                 self.colour = if solve {
@@ -209,12 +207,12 @@ impl Plan {
                     self.bands.iter_mut().for_each(|group| group.fit_irradiance = Vec4::ONE);
                 }
             }
-            SpectralFit::Learnt => {
+            SpectralFit::Regression => {
                 let air = self.training().nodes(Constituent::Air, solve);
                 let aerosol =
                     if self.has_aerosol() { self.training().nodes(Constituent::Aerosol, solve) } else { Vec::new() };
-                self.frame.air_nodes = air.len() as u32 / ROWS_PER_NODE;
-                self.frame.aerosol_nodes = aerosol.len() as u32 / ROWS_PER_NODE;
+                self.uniform.air_nodes = air.len() as u32 / ROWS_PER_NODE;
+                self.uniform.aerosol_nodes = aerosol.len() as u32 / ROWS_PER_NODE;
                 self.colour = air;
                 self.colour.extend(aerosol);
             }
@@ -226,35 +224,35 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] for a plan of a picture, which has no place for radiance, for [`ColorPath::Solve`], which is a way to a colour,
+    /// [`Error::NotAllowed`] for a plan of a picture, which has no place for radiance, for [`ColourPath::Solve`], which is a way to a colour,
     /// and with the sun's disc.
     pub fn with_spectrum(mut self, wavelengths: &[f64]) -> Result<Self> {
-        if self.pixel != Pixel::LinearRgb {
+        if self.pixel != PixelFormat::LinearRgb {
             let complaint = "of its plan is none that a spectral image can have: that holds linear RGB in 32 bits";
             return Err(Error::not_allowed("pixel", complaint));
         }
         if self.variant & variant::SUN_DISC != 0 {
             return Err(Error::not_allowed("sun.disc", "shows the sun in RGB; a spectral file is of the sky alone"));
         }
-        if self.color == ColorPath::Solve {
+        if self.colour_path == ColourPath::Solve {
             let complaint = "= solve is a way to a colour; a spectral file takes render.color = folded";
             return Err(Error::not_allowed("render.color", complaint));
         }
         self.spectral = wavelengths.to_vec();
-        self.frame.wavelengths = wavelengths.len() as u32;
+        self.uniform.spectral_wavelengths = wavelengths.len() as u32;
         if self.lit_rows.is_empty() {
             return Ok(self);
         }
         let rows = match &self.fit {
             SpectralFit::Linear(fit) => fit.spectrum_rows(&self.optics, wavelengths),
-            SpectralFit::Learnt => {
+            SpectralFit::Regression => {
                 let present: &[Constituent] =
                     if self.has_aerosol() { &[Constituent::Air, Constituent::Aerosol] } else { &[Constituent::Air] };
                 self.training().spectrum_rows(present, wavelengths)
             }
         };
         self.colour.extend(rows);
-        self.path = Path { table: None, reason: "a spectrum is integrated at every pixel".into() };
+        self.path = Path { lookup: None, reason: "a spectrum is integrated at every pixel".into() };
         Ok(self)
     }
 
@@ -270,21 +268,26 @@ impl Plan {
 
     /// Words that a pixel of the plan's image takes.
     pub fn pixel_words(&self) -> u32 {
-        if self.spectral.is_empty() { self.pixel.words() } else { sky_spectrum::words(&self.frame) }
+        if self.spectral.is_empty() { self.pixel.words() } else { spectral::words(&self.uniform) }
     }
 
     /// Linear RGB in a direction, integrated at that direction.
     pub fn sky(&self, view: Vec3) -> Vec3 {
-        sky(&self.frame, &self.bands, &self.quadrature, &self.colour, view, self.fit_kind(), self.variant)
+        sky(&self.uniform, self.buffers(), view, self.fit_kind(), self.variant)
+    }
+
+    /// What the kernels read beside the uniform.
+    pub fn buffers(&self) -> Buffers<'_> {
+        Buffers { bands: &self.bands, quadrature: &self.quadrature, colour: &self.colour }
     }
 
     /// The kind of the fit, as the kernels name it; see [`sorairo_shared::sky`].
     pub fn fit_kind(&self) -> u32 {
-        match (&self.fit, self.color) {
-            (SpectralFit::Linear(_), ColorPath::Folded) => LINEAR,
-            (SpectralFit::Linear(_), ColorPath::Solve) => SOLVED,
-            (SpectralFit::Learnt, ColorPath::Folded) => LEARNT,
-            (SpectralFit::Learnt, ColorPath::Solve) => LEARNT_SOLVED,
+        match (&self.fit, self.colour_path) {
+            (SpectralFit::Linear(_), ColourPath::Folded) => LINEAR,
+            (SpectralFit::Linear(_), ColourPath::Solve) => SOLVED,
+            (SpectralFit::Regression, ColourPath::Folded) => REGRESSION,
+            (SpectralFit::Regression, ColourPath::Solve) => REGRESSION_SOLVED,
         }
     }
 
@@ -298,25 +301,25 @@ impl Plan {
         if !self.spectral.is_empty() {
             return match self.fit {
                 SpectralFit::Linear(_) => Kernel::SpectrumLinear,
-                SpectralFit::Learnt => Kernel::SpectrumLearnt,
+                SpectralFit::Regression => Kernel::SpectrumRegression,
             };
         }
-        if self.path.table.is_some() {
-            return Kernel::SkyTable;
+        if self.path.lookup.is_some() {
+            return Kernel::SkyLookup;
         }
-        match (&self.fit, self.color) {
-            (SpectralFit::Linear(_), ColorPath::Folded) => Kernel::SkyLinear,
-            (SpectralFit::Linear(_), ColorPath::Solve) => Kernel::SkySolve,
-            (SpectralFit::Learnt, ColorPath::Folded) => Kernel::SkyLearnt,
-            (SpectralFit::Learnt, ColorPath::Solve) => Kernel::SkyLearntSolve,
+        match (&self.fit, self.colour_path) {
+            (SpectralFit::Linear(_), ColourPath::Folded) => Kernel::SkyLinear,
+            (SpectralFit::Linear(_), ColourPath::Solve) => Kernel::SkySolve,
+            (SpectralFit::Regression, ColourPath::Folded) => Kernel::SkyRegression,
+            (SpectralFit::Regression, ColourPath::Solve) => Kernel::SkyRegressionSolve,
         }
     }
 
-    /// The kernel that fills the sky table.
-    pub fn table_kernel(&self) -> Kernel {
+    /// The kernel that fills the sky lookup.
+    pub fn lookup_kernel(&self) -> Kernel {
         match self.fit {
-            SpectralFit::Linear(_) => Kernel::TableLinear,
-            SpectralFit::Learnt => Kernel::TableLearnt,
+            SpectralFit::Linear(_) => Kernel::LookupLinear,
+            SpectralFit::Regression => Kernel::LookupRegression,
         }
     }
 
@@ -327,18 +330,18 @@ impl Plan {
 
     /// Width of the image (pixels).
     pub fn width(&self) -> u32 {
-        self.frame.camera.width
+        self.uniform.camera.width
     }
 
     /// Height of the image (pixels).
     pub fn height(&self) -> u32 {
-        self.frame.camera.height
+        self.uniform.camera.height
     }
 }
 
 /// The space of the linear RGB that the kernels make. A picture is packed on the device and is always sRGB.
-fn colour_space(scene: &Scene, pixel: Pixel, optics: &Optics) -> ColourSpace {
-    let rgb = if pixel == Pixel::Picture { Rgb::Srgb } else { scene.render.rgb };
+fn colour_space(scene: &Scene, pixel: PixelFormat, optics: &Optics) -> ColourSpace {
+    let rgb = if pixel == PixelFormat::Picture { Rgb::Srgb } else { scene.render.rgb };
     ColourSpace::new(rgb, scene.render.white_balance, scene.render.observer, optics)
 }
 
@@ -412,7 +415,7 @@ fn spectral_fit(scene: &Scene, wavelengths: &[f64]) -> SpectralFit {
     match scene.render.fit {
         Fit::Cubic => linear(Interpolant::Polynomial, true),
         Fit::Transfer => linear(Interpolant::Polynomial, false),
-        Fit::Extinction => SpectralFit::Learnt,
+        Fit::Extinction => SpectralFit::Regression,
         Fit::Dense => linear(Interpolant::Segments, false),
     }
 }
@@ -426,7 +429,7 @@ pub fn bands(optics: &Optics, wavelengths: &[f64]) -> Vec<Bands> {
 fn atmosphere(scene: &Scene) -> Atmosphere {
     let a = &scene.atmosphere;
     let depth = a.top_radius - a.ground_radius;
-    let constituent = |scale_height: f64| exponential(a.ground_radius, scale_height);
+    let constituent = |scale_height: f64| Exponential::new(scale_height, a.ground_radius);
     Atmosphere {
         air: constituent(a.air.scale_height),
         aerosol: constituent(a.aerosol.scale_height),
@@ -441,23 +444,6 @@ fn atmosphere(scene: &Scene) -> Atmosphere {
     }
 }
 
-/// The closed form of a constituent's columns; see [`sorairo_shared::column`].
-fn exponential(ground_radius: f64, scale_height: f64) -> Exponential {
-    let curvature = scale_height / ground_radius;
-    let spread = CHAPMAN_SPREAD * (0.5 / curvature).sqrt();
-    let coefficients: [f64; 8] =
-        std::array::from_fn(|i| CHAPMAN_COEFFICIENTS[i] + CHAPMAN_CURVATURE_COEFFICIENTS[i] * curvature);
-    let [low, high] = [[0, 1, 2, 3], [4, 5, 6, 7]].map(|part| vec4(part.map(|i| coefficients[i])));
-    Exponential {
-        low_coefficients: low,
-        high_coefficients: high,
-        scale_height: scale_height as f32,
-        spread: spread as f32,
-        unit: (scale_height * spread) as f32,
-        level_column: (scale_height * spread * coefficients.iter().sum::<f64>()) as f32,
-    }
-}
-
 /// The number of the scene's projection in the kernels.
 fn projection(scene: &Scene) -> u32 {
     match scene.camera.projection {
@@ -467,7 +453,7 @@ fn projection(scene: &Scene) -> u32 {
     }
 }
 
-/// The camera's frame and field. Right lies level, a quarter turn clockwise from the view's azimuth.
+/// The camera's axes and field. Right lies level, a quarter turn clockwise from the view's azimuth.
 fn camera(scene: &Scene) -> Camera {
     let c = &scene.camera;
     let (azimuth, elevation, half_field) = match c.projection {

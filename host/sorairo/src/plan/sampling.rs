@@ -1,10 +1,10 @@
 //! How a scene's rays are sampled: as few samples as keep the radiance within its error, measured on the scene's own rays.
 
 use rayon::prelude::*;
-use sorairo_shared::frame::Frame;
 use sorairo_shared::glam::{Vec2, Vec3};
-use sorairo_shared::scattering::Bands;
+use sorairo_shared::single::Bands;
 use sorairo_shared::sky::transfer;
+use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
 use super::quadrature::gauss_legendre;
@@ -53,13 +53,13 @@ pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
 /// Samples on each piece of a ray: the fewest that keep the radiance of the scene's test rays within [`BOUND`].
 ///
 /// By day and from the ground of a planet like the Earth the integrand is smooth, and 12 samples do. With a low sun, rays of sunlight graze
-/// the edges of the ozone tent, where its column has a singularity of the power 3/2, and 48 are needed. These are the first guess;
+/// the edges of the ozone tent, where its column density has a singularity of the power 3/2, and 48 are needed. These are the first guess;
 /// more are taken until a rule of twice as many, and of 96 at least, agrees on the test rays. What takes more than a smooth day is seldom
 /// worst on these: there a second set of rays, between them, has to agree too.
 ///
 /// `bands` are the plan's own.
-pub fn steps(scene: &Scene, frame: &Frame, optics: &Optics, bands: &[Bands], integral: u32) -> u32 {
-    let sky = Sky { frame, bands: test_bands(scene, optics, bands, integral), integral };
+pub fn steps(scene: &Scene, uniform: &Uniform, optics: &Optics, bands: &[Bands], integral: u32) -> u32 {
+    let sky = Sky { uniform, bands: test_bands(scene, optics, bands, integral), integral };
     let guess = if scene.sun.elevation >= 5.0 { SMOOTH } else { 48 };
     let mut brightest = Vec::new();
     let first = sky.enough(test_views(scene, &FIRST), &mut brightest, guess);
@@ -76,7 +76,7 @@ fn more_steps(steps: u32) -> u32 {
 
 /// The scene's sky at the test wavelengths.
 struct Sky<'a> {
-    frame: &'a Frame,
+    uniform: &'a Uniform,
     bands: Vec<Bands>,
     integral: u32,
 }
@@ -85,7 +85,7 @@ impl Sky<'_> {
     /// The transfer at the test wavelengths along each view.
     fn transfer(&self, views: &[Vec3], steps: u32) -> Vec<Vec<f64>> {
         let rule: Vec<Vec2> = gauss_legendre(steps);
-        let four = |bands, view| transfer(self.frame, bands, &rule, view, self.integral).to_array().map(f64::from);
+        let four = |bands, view| transfer(self.uniform, bands, &rule, view, self.integral).to_array().map(f64::from);
         views.par_iter().map(|&view| self.bands.iter().flat_map(|bands| four(bands, view)).collect()).collect()
     }
 
@@ -132,7 +132,7 @@ const TEST_WAVELENGTHS: [f64; 4] = [360.0, 440.0, 590.0, 830.0];
 /// Wavelengths between those (nm), for scenes that are black at some of them: where they just are not, the error is largest.
 const BETWEEN: [f64; 4] = [480.0, 530.0, 650.0, 700.0];
 
-/// A column of ozone (DU) that can make the sky black in the middle of its band: three times the Earth's.
+/// A column density of ozone (DU) that can make the sky black in the middle of its band: three times the Earth's.
 const MUCH_OZONE: f64 = 1000.0;
 
 /// The wavelengths at which a scene's error is measured. A scene that is black somewhere is tried with the plan's own bands too: samples

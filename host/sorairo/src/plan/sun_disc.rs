@@ -2,12 +2,13 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use sorairo_shared::column::{column_outwards, densities, sun_column};
+use sorairo_shared::disc::{ELEVATIONS, LIMB_COSINES};
 use sorairo_shared::geometry::{Ray, inside_atmosphere};
 use sorairo_shared::glam::{DVec2, DVec3, Vec4};
 use sorairo_shared::math::abs;
+use sorairo_shared::profile::{column_densities, relative_densities, sun_column_densities};
 use sorairo_shared::sky::view_ray;
-use sorairo_shared::sun_disc::{ELEVATIONS, LIMB_COSINES, SunDisc};
+use sorairo_shared::uniform::SunDisc;
 use sorairo_shared::variant;
 
 use super::Plan;
@@ -87,16 +88,16 @@ impl<'a> Sun<'a> {
         Self {
             plan,
             radius: sine.asin(),
-            elevation: f64::from(plan.frame.sun.z).asin(),
-            horizon: f64::from(plan.frame.horizon),
+            elevation: f64::from(plan.uniform.sun.z).asin(),
+            horizon: f64::from(plan.uniform.horizon),
             spectrum: observer::wavelengths().into_iter().map(|nm| (nm, mean(nm))).collect(),
         }
     }
 
-    /// The disc for the kernels, and its table of linear RGB; the table's place is not known yet.
+    /// The disc for the kernels, and its grid of linear RGB; the grid's place is not known yet.
     pub fn for_kernels(&self, projection: Projection) -> (SunDisc, Vec<Vec4>) {
         let (lowest, highest) = self.heights();
-        let table = (0..ELEVATIONS * LIMB_COSINES).map(|entry| {
+        let grid = (0..ELEVATIONS * LIMB_COSINES).map(|entry| {
             let part = |index: u32, count: u32| f64::from(index) / f64::from(count - 1);
             let height = lowest + (highest - lowest) * part(entry / LIMB_COSINES, ELEVATIONS);
             let limb_cosine = part(entry % LIMB_COSINES, LIMB_COSINES);
@@ -118,7 +119,7 @@ impl<'a> Sun<'a> {
             padding0: 0,
             padding1: 0,
         };
-        (disc, table.collect())
+        (disc, grid.collect())
     }
 
     /// What falls from the disc, as far as the ground does not hide it, on a surface that faces it: power between 380 and 780 nm, and
@@ -152,29 +153,29 @@ impl<'a> Sun<'a> {
         (low.sin(), high.sin().max(low.sin() + 1e-6))
     }
 
-    /// Optical depth between the observer and the sun, for a place of the disc at the sine of an elevation, at the observer's samples.
+    /// Optical depth between the observer and the sun, for a place of the disc at the sine of an elevation, at the observer nodes.
     fn depths(&self, height: f64) -> Vec<f64> {
-        let Plan { frame, optics, variant, .. } = self.plan;
+        let Plan { uniform, optics, variant, .. } = self.plan;
         // Towards the sun itself, tilted to the elevation asked for.
-        let azimuth = f64::from(frame.sun.y).atan2(f64::from(frame.sun.x));
+        let azimuth = f64::from(uniform.sun.y).atan2(f64::from(uniform.sun.x));
         let level = (1.0 - height * height).max(0.0).sqrt();
         let view = DVec3::new(level * azimuth.cos(), level * azimuth.sin(), height).as_vec3();
-        let (Ray { altitude, mu, .. }, length) = inside_atmosphere(frame.atmosphere.shell(), view_ray(frame, view));
-        let mut column = DVec3::ZERO;
+        let (Ray { altitude, mu, .. }, length) = inside_atmosphere(uniform.atmosphere.shell(), view_ray(uniform, view));
+        let mut to_sun = DVec3::ZERO;
         if length > 0.0 {
             let variant = variant | variant::LOW_SUN | variant::ABOVE_TOP;
-            let density = densities(&frame.atmosphere, altitude, variant);
-            let outwards = column_outwards(&frame.atmosphere, altitude, density, abs(mu), variant);
-            column = sun_column(&frame.atmosphere, altitude, outwards, mu, variant).as_dvec3();
+            let density = relative_densities(&uniform.atmosphere, altitude, variant);
+            let outwards = column_densities(&uniform.atmosphere, altitude, density, abs(mu), variant);
+            to_sun = sun_column_densities(&uniform.atmosphere, altitude, outwards, mu, variant).as_dvec3();
         }
         let depth = |nm: f64| {
             let c = optics.at(nm);
-            c.air_scattering * column.x + c.aerosol_extinction * column.y + c.ozone_absorption * column.z
+            c.air_scattering * to_sun.x + c.aerosol_extinction * to_sun.y + c.ozone_absorption * to_sun.z
         };
         self.spectrum.iter().map(|&(nm, _)| depth(nm)).collect()
     }
 
-    /// Radiance at the observer's samples (W·m⁻²·sr⁻¹·nm⁻¹).
+    /// Radiance at the observer nodes (W·m⁻²·sr⁻¹·nm⁻¹).
     fn radiance(&self, depths: &[f64], limb_cosine: f64) -> impl Iterator<Item = f64> {
         self.spectrum
             .iter()
@@ -216,8 +217,8 @@ impl<'a> Sun<'a> {
         if half > (0.5 * width - 1.0).max(0.25 * width) {
             return [0.0, top, width, bottom];
         }
-        let camera = &self.plan.frame.camera;
-        let bearing = self.plan.frame.bearing.dot(camera.right).atan2(self.plan.frame.bearing.dot(camera.forward));
+        let camera = &self.plan.uniform.camera;
+        let bearing = self.plan.uniform.bearing.dot(camera.right).atan2(self.plan.uniform.bearing.dot(camera.forward));
         let centre = (0.5 + f64::from(bearing) / (2.0 * PI)) * width;
         [centre - half, top, centre + half, bottom]
     }
@@ -225,7 +226,7 @@ impl<'a> Sun<'a> {
     /// Directions around the disc's edge.
     fn rim(&self) -> impl Iterator<Item = DVec3> {
         const PLACES: u32 = 64;
-        let sun = self.plan.frame.sun.as_dvec4().truncate();
+        let sun = self.plan.uniform.sun.as_dvec4().truncate();
         let (side, other) = sun.any_orthonormal_pair();
         let (sine, cosine) = self.radius.sin_cos();
         (0..PLACES).map(move |place| {
@@ -236,7 +237,7 @@ impl<'a> Sun<'a> {
 
     /// Where a fisheye or a perspective shows a direction (pixels from the image's top left corner), if it can.
     fn project(&self, projection: Projection, view: DVec3) -> Option<DVec2> {
-        let camera = &self.plan.frame.camera;
+        let camera = &self.plan.uniform.camera;
         let [right, up, forward] =
             [camera.right, camera.up, camera.forward].map(|axis| view.dot(axis.as_dvec4().truncate()));
         let [width, height, half_field] = [camera.width as f32, camera.height as f32, camera.half_field].map(f64::from);

@@ -8,12 +8,12 @@ use documented::DocumentedFields;
 use super::camera::{CameraScene, LONGEST_SIDE, Projection};
 use super::place::PlaceAndTime;
 use super::preset::{Preset, Scene};
-use super::settings::{ColorPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Render, Rgb, WhiteBalance};
+use super::settings::{ColourPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Render, Rgb, WhiteBalance};
 use super::sky::{Aerosol, Air, AtmosphereScene, Observer, Ozone, Sun};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
 use crate::spectra::choice::{AlbedoSpectrum, OzoneCrossSection, SunSpectrum};
-use crate::spectra::observer::ColorObserver;
+use crate::spectra::observer::ColourObserver;
 use crate::words::{Word, words};
 
 /// One key of a scene file.
@@ -63,7 +63,7 @@ pub const CLOSEST_BANDS: f64 = 0.5;
 use Bound::{At, From};
 
 // Column densities are closed forms for scale heights up to a hundredth of the radius; where the atmosphere ends within one scale
-// height, a column to its top is the small difference of two of them.
+// height, a column density to its top is the small difference of two of them.
 const THICKEST: Bound = From(
     |s| (s.atmosphere.ground_radius / 100.0).min(s.atmosphere.top_radius - s.atmosphere.ground_radius),
     "a hundredth of the ground radius and the depth of the atmosphere",
@@ -98,7 +98,7 @@ pub static KEYS: &[Key] = &[
         "km",
         |s| Some(s.atmosphere.top_radius),
         From(|s| s.atmosphere.ground_radius + 1.0, "1 above the ground"),
-        // The column of a layer of ozone is a closed form for heights well below the radius; of the thickest profile, e⁻²⁰ is left there.
+        // The column density of a layer of ozone is a closed form for heights well below the radius; of the thickest profile, e⁻²⁰ is left there.
         From(
             |s| s.atmosphere.ground_radius + (0.2 * s.atmosphere.ground_radius).min(1e4),
             "10000 km or a fifth of the ground radius above the ground",
@@ -192,7 +192,7 @@ pub static KEYS: &[Key] = &[
     .unit("nm")
     .otherwise("the best found for the fit")
     .rule(unfit_bands),
-    Key::other("render.color", Allowed::Words(words::<ColorPath>)).rule(nothing_to_solve),
+    Key::other("render.color", Allowed::Words(words::<ColourPath>)).rule(nothing_to_solve),
     Key::number("render.steps", "samples", |s| s.render.steps.map(f64::from), At(1.0), At(1024.0))
         .otherwise("what the scene's rays need: from the Earth's ground 12, with the sun below 5° 48 to 64"),
     Key::other("render.path", Allowed::Words(words::<PathChoice>)),
@@ -209,7 +209,7 @@ pub static KEYS: &[Key] = &[
     .otherwise("\"auto\", from the mean luminance of the sky"),
     Key::other("render.exr", Allowed::Words(words::<ExrDepth>)),
     Key::other("render.rgb", Allowed::Words(words::<Rgb>)),
-    Key::other("render.observer", Allowed::Words(words::<ColorObserver>)),
+    Key::other("render.observer", Allowed::Words(words::<ColourObserver>)),
     Key::other("render.white_balance", Allowed::Words(words::<WhiteBalance>)),
 ];
 
@@ -445,7 +445,7 @@ fn albedo_above_1(scene: &Scene) -> Result<()> {
 }
 
 fn nothing_to_solve(scene: &Scene) -> Result<()> {
-    if scene.render.fit != Fit::Dense || scene.render.color != ColorPath::Solve {
+    if scene.render.fit != Fit::Dense || scene.render.color != ColourPath::Solve {
         return Ok(());
     }
     let complaint = "is solve; render.color = solve needs a fit to solve, and render.fit = dense has none";
@@ -453,12 +453,12 @@ fn nothing_to_solve(scene: &Scene) -> Result<()> {
 }
 
 /// The fewest and the most bands that a fit takes.
-pub fn band_counts(fit: Fit, color: ColorPath) -> (usize, usize) {
+pub fn band_counts(fit: Fit, color: ColourPath) -> (usize, usize) {
     match (fit, color) {
         (Fit::Dense, _) => (2, 512),
-        (_, ColorPath::Solve) => (4, 4),
-        (Fit::Extinction, ColorPath::Folded) => (3, 8),
-        (Fit::Cubic | Fit::Transfer, ColorPath::Folded) => (3, 12),
+        (_, ColourPath::Solve) => (4, 4),
+        (Fit::Extinction, ColourPath::Folded) => (3, 8),
+        (Fit::Cubic | Fit::Transfer, ColourPath::Folded) => (3, 12),
     }
 }
 

@@ -13,8 +13,8 @@ mod settings;
 mod sky;
 
 pub use crate::spectra::choice::{AlbedoSpectrum, OzoneCrossSection, SunSpectrum};
-pub use crate::spectra::observer::ColorObserver;
+pub use crate::spectra::observer::ColourObserver;
 pub use camera::{CameraScene, LONGEST_SIDE, Projection, Size};
 pub use preset::{Preset, Scene};
-pub use settings::{ColorPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Render, Rgb, WhiteBalance};
+pub use settings::{ColourPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Render, Rgb, WhiteBalance};
 pub use sky::{Aerosol, Air, AtmosphereScene, Observer, Ozone, Sun};

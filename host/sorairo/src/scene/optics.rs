@@ -11,7 +11,7 @@ impl Scene {
     /// The optical properties of the atmosphere and the sun.
     pub fn optics(&self) -> Optics {
         let a = &self.atmosphere;
-        // The tent's column is half its base times its height.
+        // The tent's column density is half its base times its height.
         let half_base = (a.ozone.top - a.ozone.bottom) / 2.0 * METRES_PER_KM;
         Optics {
             ground_radius: a.ground_radius,

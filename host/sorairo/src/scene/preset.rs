@@ -115,7 +115,7 @@ fn mountain(scene: &mut Scene) {
 ///
 /// * Ground radius 3389.5 km, scale height 11.1 km, surface pressure near 610 Pa, mean distance 1.524 au: NASA's Mars fact sheet
 ///   (Williams, NSSDCA).
-/// * Air: a column of 610 Pa of carbon dioxide has 1.06 % of the molecules of the Earth's, each of which scatters 2.59 times as
+/// * Air: 610 Pa of carbon dioxide has 1.06 % of the molecules of the Earth's, each of which scatters 2.59 times as
 ///   much as one of air (Bodhaine et al. 1999, Eq. 22, DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2): an optical depth of
 ///   0.00267 at 550 nm.
 /// * Dust: optical depth 0.5, of a day without a storm (Tomasko et al. 1999, DOI 10.1029/1998JE900016); grey, because its

@@ -6,7 +6,7 @@ use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
-use crate::spectra::observer::ColorObserver;
+use crate::spectra::observer::ColourObserver;
 
 /// How the sky is computed and shown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
@@ -17,10 +17,10 @@ pub struct Render {
     /// Wavelengths that are integrated (nm).
     pub bands: Option<Vec<f64>>,
     /// How the fit becomes a colour.
-    pub color: ColorPath,
+    pub color: ColourPath,
     /// Samples of the integral on each piece of a ray.
     pub steps: Option<u32>,
-    /// Whether pixels are integrated or looked up in a sky table.
+    /// Whether pixels are integrated or interpolated from a sky lookup.
     pub path: PathChoice,
     /// Exposure of pictures (stops).
     pub exposure: Exposure,
@@ -29,7 +29,7 @@ pub struct Render {
     /// The space of the linear RGB in EXR files. Pictures are always sRGB.
     pub rgb: Rgb,
     /// The colour observer.
-    pub observer: ColorObserver,
+    pub observer: ColourObserver,
     /// Which light becomes the white of the RGB space.
     pub white_balance: WhiteBalance,
 }
@@ -39,13 +39,13 @@ impl Default for Render {
         Self {
             fit: Fit::Extinction,
             bands: None,
-            color: ColorPath::Folded,
+            color: ColourPath::Folded,
             steps: None,
             path: PathChoice::Auto,
             exposure: Exposure::Auto,
             exr: ExrDepth::Full,
             rgb: Rgb::Srgb,
-            observer: ColorObserver::Cie1931,
+            observer: ColourObserver::Cie1931,
             white_balance: WhiteBalance::None,
         }
     }
@@ -113,8 +113,10 @@ pub enum PathChoice {
     Auto,
     /// Every pixel is integrated.
     Direct,
-    /// Pixels are looked up in a sky table.
-    Table,
+    /// Pixels are interpolated from a sky lookup.
+    #[serde(rename = "table")]
+    #[strum(serialize = "table")]
+    Lookup,
 }
 
 /// The fit through the bands.
@@ -128,7 +130,7 @@ pub enum Fit {
     Cubic,
     /// A cubic in the wavelength through the radiance divided by the sun's spectrum.
     Transfer,
-    /// The logarithm of each constituent's scattered light, by a regression learnt from the scene's own rays.
+    /// The logarithm of each constituent's scattered light, by a regression on the scene's own rays.
     Extinction,
     /// No fit: every 5 nm integrated, straight lines between. Slow; the reference.
     Dense,
@@ -147,10 +149,10 @@ impl Fit {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
-pub enum ColorPath {
-    /// Step by step at every pixel: the 4×4 solve, the sum over the observer's samples, XYZ to RGB.
+pub enum ColourPath {
+    /// Step by step at every pixel: the 4×4 solve, the sum over the observer nodes, XYZ to RGB.
     Solve,
-    /// The same map, with its linear steps made into one matrix once per frame.
+    /// The same map, with its linear steps made into one matrix once per image.
     Folded,
 }
 

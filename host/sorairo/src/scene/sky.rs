@@ -89,7 +89,7 @@ impl Default for Air {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Aerosol {
-    /// Optical depth of a vertical column of aerosol at 1 µm: extinction at the ground times the scale height.
+    /// Vertical optical depth of aerosol at 1 µm: extinction at the ground times the scale height.
     pub optical_depth: f64,
     /// Ångström exponent α of the extinction by aerosol, which varies as λ^-α.
     pub angstrom_exponent: f64,
@@ -120,7 +120,7 @@ impl Default for Aerosol {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Ozone {
-    /// Vertical column of ozone (Dobson units).
+    /// Vertical column density of ozone (Dobson units).
     pub column: f64,
     /// Altitude at which the layer of ozone begins (km).
     pub bottom: f64,

@@ -1,8 +1,8 @@
 //! The colour observer: samples of the colour-matching functions over the visible range.
 
 use serde::{Deserialize, Serialize};
-use sorairo_shared::color::OBSERVER_SAMPLES;
 use sorairo_shared::glam::DVec3;
+use sorairo_shared::observer::OBSERVER_NODES;
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use super::measured;
@@ -13,7 +13,7 @@ use super::measured;
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
-pub enum ColorObserver {
+pub enum ColourObserver {
     /// The CIE 1931 2° standard observer, to which displays are made.
     #[default]
     Cie1931,
@@ -21,7 +21,7 @@ pub enum ColorObserver {
     Cie2015,
 }
 
-impl ColorObserver {
+impl ColourObserver {
     /// The name by which documents call it.
     pub fn name(self) -> &'static str {
         match self {
@@ -36,24 +36,24 @@ pub const START: f64 = 380.0;
 /// Last wavelength of the observer sum (nm).
 pub const END: f64 = 780.0;
 /// Step of the observer sum (nm).
-pub const STEP: f64 = (END - START) / (OBSERVER_SAMPLES - 1) as f64;
+pub const STEP: f64 = (END - START) / (OBSERVER_NODES - 1) as f64;
 
-/// Wavelengths of the observer's samples (nm).
+/// Wavelengths of the observer nodes (nm).
 pub fn wavelengths() -> Vec<f64> {
-    (0..OBSERVER_SAMPLES).map(|i| START + STEP * f64::from(i)).collect()
+    (0..OBSERVER_NODES).map(|i| START + STEP * f64::from(i)).collect()
 }
 
 /// The weights (x̄ Δλ, ȳ Δλ, z̄ Δλ) of the sample at a wavelength (nm), in nm; zero where the observer's table does not reach.
-pub fn weights(observer: ColorObserver, wavelength: f64) -> DVec3 {
+pub fn weights(observer: ColourObserver, wavelength: f64) -> DVec3 {
     let table = match observer {
-        ColorObserver::Cie1931 => measured::cie1931(),
-        ColorObserver::Cie2015 => measured::cie2015(),
+        ColourObserver::Cie1931 => measured::cie1931(),
+        ColourObserver::Cie2015 => measured::cie2015(),
     };
     if table.covers(wavelength) { DVec3::from_array(table.at(wavelength)) * STEP } else { DVec3::ZERO }
 }
 
-/// XYZ of a spectrum: its sum over the observer's samples, in the spectrum's unit times nm.
-pub fn xyz(observer: ColorObserver, spectrum: impl Fn(f64) -> f64) -> DVec3 {
+/// XYZ of a spectrum: its sum over the observer nodes, in the spectrum's unit times nm.
+pub fn xyz(observer: ColourObserver, spectrum: impl Fn(f64) -> f64) -> DVec3 {
     wavelengths().into_iter().map(|wavelength| weights(observer, wavelength) * spectrum(wavelength)).sum()
 }
 
@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn equal_energy_is_white_to_either_observer() {
-        for observer in [ColorObserver::Cie1931, ColorObserver::Cie2015] {
+        for observer in [ColourObserver::Cie1931, ColourObserver::Cie2015] {
             let white = xyz(observer, |_| 1.0);
             // The functions of each have the same area: CIE 15:2018 to 1e-4 with its 1 nm table, and the ends of the range that the
             // 5 nm sum leaves out, and what CIE 2015 lacks below 390 nm.
@@ -79,8 +79,8 @@ mod tests {
 
     #[test]
     fn an_observer_sees_nothing_beyond_its_table() {
-        assert_eq!(weights(ColorObserver::Cie2015, 385.0), DVec3::ZERO);
-        assert!(weights(ColorObserver::Cie2015, 390.0).min_element() > 0.0);
-        assert!(weights(ColorObserver::Cie1931, 385.0).min_element() > 0.0);
+        assert_eq!(weights(ColourObserver::Cie2015, 385.0), DVec3::ZERO);
+        assert!(weights(ColourObserver::Cie2015, 390.0).min_element() > 0.0);
+        assert!(weights(ColourObserver::Cie1931, 385.0).min_element() > 0.0);
     }
 }

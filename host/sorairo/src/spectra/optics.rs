@@ -1,7 +1,7 @@
 //! Optical properties of an atmosphere and its sun at any wavelength.
 
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::scattering::Bands;
+use sorairo_shared::single::Bands;
 
 use super::choice::{AlbedoSpectrum, OzoneCrossSection, SunSpectrum};
 use super::measured::MEASURED_RANGE;
@@ -96,8 +96,8 @@ impl Optics {
     fn depth_above(&self, radius: f64) -> f64 {
         let coefficients = self.at(observer::START);
         let level = |scale_height: f64, extinction: f64| {
-            let column = (std::f64::consts::FRAC_PI_2 * radius * scale_height).sqrt();
-            extinction * column * (-(radius - self.ground_radius) / scale_height).exp()
+            let column_density = (std::f64::consts::FRAC_PI_2 * radius * scale_height).sqrt();
+            extinction * column_density * (-(radius - self.ground_radius) / scale_height).exp()
         };
         level(self.air_scale_height, coefficients.air_scattering)
             + level(self.aerosol_scale_height, coefficients.aerosol_extinction)

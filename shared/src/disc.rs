@@ -7,59 +7,27 @@
 //! ```
 //!
 //! The integral is a sum over a grid of samples in the part of the pixel that lies in the disc's bounding box. The disc's radiance
-//! stands in a table over the elevation, along which the air in front of it changes, and over the cosine of the angle to the normal
+//! stands in a grid over the elevation, along which the air in front of it changes, and over the cosine of the angle to the normal
 //! of the sun's surface, on which limb darkening depends.
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::camera::{EQUIRECTANGULAR, position_view, solid_angle_density};
-use crate::frame::Frame;
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::math::{PI, clamp, fetch, floor, max, min, mix, safe_sqrt, sin_cos, sqrt};
+use crate::uniform::Uniform;
 use crate::variant;
 
-/// Rows of the table, from the lowest elevation to the highest.
+/// Rows of the grid, from the lowest elevation to the highest.
 pub const ELEVATIONS: u32 = 16;
 
-/// Columns of the table, from the limb to the disc's centre.
+/// Columns of the grid, from the limb to the disc's centre.
 pub const LIMB_COSINES: u32 = 16;
-
-/// The disc as a frame sees it. The layout is that of a GPU buffer.
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct SunDisc {
-    /// Left edge of the bounding box (pixels from the image's left edge; an equirectangular image goes on beyond its sides).
-    pub left: f32,
-    /// Top edge (pixels from the image's top edge).
-    pub top: f32,
-    /// Right edge (pixels).
-    pub right: f32,
-    /// Bottom edge (pixels).
-    pub bottom: f32,
-    /// Sine of the disc's angular radius.
-    pub sine_radius: f32,
-    /// Sine of the elevation of the table's first row.
-    pub lowest: f32,
-    /// Sine of the elevation of the table's last row.
-    pub highest: f32,
-    /// Sine of the horizon's elevation, below which the ground hides the disc.
-    pub horizon: f32,
-    /// Where the table begins in the colour table.
-    pub first_entry: u32,
-    /// Samples along either side of a pixel's part of the box.
-    pub samples: u32,
-    /// Unused; fills the last 16 bytes.
-    pub padding0: u32,
-    /// Unused, too.
-    pub padding1: u32,
-}
 
 /// What the disc adds to the linear RGB of a pixel; `row` counts from the image's top.
 #[inline]
-pub fn disc_in_pixel(frame: &Frame, colour: &[Vec4], column: u32, row: u32, variant: u32) -> Vec3 {
-    let disc = frame.disc;
+pub fn disc_in_pixel(uniform: &Uniform, colour: &[Vec4], column: u32, row: u32, variant: u32) -> Vec3 {
+    let disc = uniform.disc;
     let projection = variant::projection(variant);
-    let width = frame.camera.width as f32;
+    let width = uniform.camera.width as f32;
     let corner = Vec2::new(column as f32, row as f32);
     let beside = if corner.x + 1.0 <= disc.left {
         width
@@ -79,12 +47,12 @@ pub fn disc_in_pixel(frame: &Frame, colour: &[Vec4], column: u32, row: u32, vari
         while i < n * n {
             let (down, across) = (i / n, i % n);
             let position = from + step * Vec2::new(across as f32 + 0.5, down as f32 + 0.5);
-            let view = position_view(&frame.camera, projection, position);
-            let radiance = disc_radiance(frame, colour, view.direction);
-            sum += radiance * solid_angle_density(&frame.camera, projection, position);
+            let view = position_view(&uniform.camera, projection, position);
+            let radiance = disc_radiance(uniform, colour, view.direction);
+            sum += radiance * solid_angle_density(&uniform.camera, projection, position);
             i += 1;
         }
-        sum *= step.x * step.y / of_pixel(frame, projection, corner + Vec2::splat(0.5));
+        sum *= step.x * step.y / mean_density(uniform, projection, corner + Vec2::splat(0.5));
     }
     sum
 }
@@ -92,18 +60,18 @@ pub fn disc_in_pixel(frame: &Frame, colour: &[Vec4], column: u32, row: u32, vari
 /// The mean of [`solid_angle_density`] over a pixel: of an equirectangular image, whose rows near the zenith are narrow rings, exactly;
 /// else that at its centre.
 #[inline]
-fn of_pixel(frame: &Frame, projection: u32, centre: Vec2) -> f32 {
-    let density = solid_angle_density(&frame.camera, projection, centre);
-    let half_row = 0.5 * PI / frame.camera.height as f32;
+fn mean_density(uniform: &Uniform, projection: u32, centre: Vec2) -> f32 {
+    let density = solid_angle_density(&uniform.camera, projection, centre);
+    let half_row = 0.5 * PI / uniform.camera.height as f32;
     let (sine, _) = sin_cos(half_row);
     max(if projection == EQUIRECTANGULAR { density * sine / half_row } else { density }, 1e-6)
 }
 
 /// Linear RGB of the disc in a direction; zero beside it.
 #[inline]
-fn disc_radiance(frame: &Frame, colour: &[Vec4], view: Vec3) -> Vec3 {
-    let disc = frame.disc;
-    let sun = Vec3::new(frame.sun.x, frame.sun.y, frame.sun.z);
+fn disc_radiance(uniform: &Uniform, colour: &[Vec4], view: Vec3) -> Vec3 {
+    let disc = uniform.disc;
+    let sun = Vec3::new(uniform.sun.x, uniform.sun.y, uniform.sun.z);
     let across = view.cross(sun);
     let off = sqrt(across.dot(across)) / disc.sine_radius;
     let mut radiance = Vec3::ZERO;

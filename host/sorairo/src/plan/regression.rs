@@ -1,18 +1,18 @@
-//! The learnt fit: the spectrum between the bands, regressed on the scene's own rays.
+//! The regression fit: the spectrum between the bands, by a regression on the scene's own rays.
 //!
 //! Light that has crossed an atmosphere is a product of exponentials of extinction spectra, so the logarithm of a constituent's
 //! integral `X(λ)` is nearly an affine function of its logarithms at a few bands. For one sun and one atmosphere the rays of a sky form
-//! a family of two parameters, and the affine function that is best for that family is far better than any that is fixed beforehand. It is learnt from some
+//! a family of two parameters, and the affine function that is best for that family is far better than any that is fixed beforehand. It is found from some
 //! hundred rays, integrated at every wavelength, each time a plan is made.
 
 use rayon::prelude::*;
-use sorairo_shared::frame::Frame;
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{DMat3, DVec3, Vec2, Vec3, Vec4};
-use sorairo_shared::scattering::{Bands, SingleScattering, single_scattering};
+use sorairo_shared::single::{Bands, SingleScattering, single_scattering};
+use sorairo_shared::uniform::Uniform;
 
 use super::{bands, direction};
-use crate::scene::ColorObserver;
+use crate::scene::ColourObserver;
 use crate::spectra::observer;
 use crate::spectra::optics::vec4;
 use crate::spectra::optics::{Coefficients, Optics};
@@ -21,7 +21,7 @@ use crate::spectra::optics::{Coefficients, Optics};
 const RIDGE: f64 = 1e-8;
 
 /// The smallest integral whose logarithm is taken, as in the kernels.
-pub const DARKEST: f64 = sorairo_shared::spectrum::DARKEST as f64;
+pub const DARKEST: f64 = sorairo_shared::fit::DARKEST as f64;
 
 /// A ray counts as lit if it is at least this part of the brightest one.
 pub const LIT: f64 = 1e-11;
@@ -30,7 +30,7 @@ pub const LIT: f64 = 1e-11;
 const FEW_RAYS: usize = 10;
 
 /// Wavelengths (nm) at which the fitted spectrum is weighed for the observer and the sun: best found for the bands.
-pub fn quadrature_wavelengths(bands: usize) -> Vec<f64> {
+pub fn node_wavelengths(bands: usize) -> Vec<f64> {
     match bands {
         0..=5 => vec![429.0, 464.0, 499.0, 551.0, 593.0, 650.0],
         _ => (0..16).map(|i| 395.0 + 20.0 * f64::from(i)).collect(),
@@ -56,7 +56,7 @@ impl Constituent {
     }
 }
 
-/// Spectra of one constituent's integral to learn from.
+/// Spectra of one constituent's integral on which a regression is made.
 pub struct Examples {
     /// ln X at the bands, for each ray.
     pub bands: Vec<Vec<f64>>,
@@ -87,19 +87,19 @@ impl Regression {
     }
 }
 
-/// The three rows of a node in the colour table.
+/// The three colour rows of an observer node.
 fn node_rows(slopes: [f64; 8], last: [f64; 4]) -> [Vec4; 3] {
     let four = |from: usize| vec4(std::array::from_fn(|i| slopes[from + i]));
     [four(0), four(4), vec4(last)]
 }
 
-/// The sky that a fit is learnt from.
+/// The sky on which a regression fit is made.
 pub struct Training<'a> {
     /// Planet, sun and observer.
-    pub frame: &'a Frame,
+    pub uniform: &'a Uniform,
     /// Optical properties.
     pub optics: &'a Optics,
-    /// Rule of the ray integral.
+    /// Quadrature nodes of the ray integral.
     pub quadrature: &'a [Vec2],
     /// Wavelengths of the bands (nm).
     pub wavelengths: &'a [f64],
@@ -108,7 +108,7 @@ pub struct Training<'a> {
     /// What the scene has.
     pub variant: u32,
     /// The colour observer.
-    pub observer: ColorObserver,
+    pub observer: ColourObserver,
     /// XYZ to linear RGB.
     pub rgb_from_xyz: DMat3,
 }
@@ -120,10 +120,10 @@ impl Training<'_> {
         (0..at.len()).map(|i| regress(&examples, i)).collect()
     }
 
-    /// The nodes of a constituent's learnt fit as the kernels take them; see [`sorairo_shared::spectrum::learnt_rgb`].
+    /// The observer nodes of a constituent's regression fit as the kernels take them; see [`sorairo_shared::fit::regression_rgb`].
     /// With `solve` the rows are for the Newton coefficients of four bands.
     pub fn nodes(&self, constituent: Constituent, solve: bool) -> Vec<Vec4> {
-        let nodes = quadrature_wavelengths(self.wavelengths.len());
+        let nodes = node_wavelengths(self.wavelengths.len());
         let samples = observer::wavelengths();
         let at: Vec<f64> = nodes.iter().chain(&samples).copied().collect();
         let examples = self.examples(constituent, &at);
@@ -142,7 +142,7 @@ impl Training<'_> {
     }
 
     /// The rows of a spectral image: for each wavelength (nm), the three rows of each of the constituents; see
-    /// [`sorairo_shared::spectrum::learnt_value`].
+    /// [`sorairo_shared::fit::regression_value`].
     pub fn spectrum_rows(&self, constituents: &[Constituent], wavelengths: &[f64]) -> Vec<Vec4> {
         let regressions: Vec<Vec<Regression>> =
             constituents.iter().map(|&constituent| self.regressions(constituent, wavelengths)).collect();
@@ -237,14 +237,14 @@ impl Training<'_> {
     /// Directions of the training rays: crowded towards the horizon, over half of the azimuths, which mirror the other half.
     /// From above the ground the sky below the horizon is seen too. Twilight varies more and needs more rays.
     pub fn views(&self) -> Vec<Vec3> {
-        let (elevations, azimuths) = if self.frame.sun.z < 0.0 { (24, 13) } else { (12, 7) };
+        let (elevations, azimuths) = if self.uniform.sun.z < 0.0 { (24, 13) } else { (12, 7) };
         let mut views = Vec::new();
         for i in 0..elevations {
             let elevation = 90.0 * (f64::from(i) / f64::from(elevations - 1)).powi(2);
             for j in 0..azimuths {
                 let azimuth = self.sun_azimuth + 180.0 * f64::from(j) / f64::from(azimuths - 1);
                 views.push(direction(elevation, azimuth).as_vec3());
-                if self.frame.altitude > 0.0 && i > 0 {
+                if self.uniform.altitude > 0.0 && i > 0 {
                     views.push(direction(-elevation, azimuth).as_vec3());
                 }
             }
@@ -253,24 +253,24 @@ impl Training<'_> {
     }
 
     fn spectrum(&self, constituent: Constituent, groups: &[Bands], view: Vec3) -> Vec<f64> {
-        let sun = Vec3::new(self.frame.sun.x, self.frame.sun.y, self.frame.sun.z);
-        let ray = Ray::new(self.frame.altitude, view, sun);
+        let sun = Vec3::new(self.uniform.sun.x, self.uniform.sun.y, self.uniform.sun.z);
+        let ray = Ray::new(self.uniform.altitude, view, sun);
         let integral = |group: &Bands| {
-            let scattered = single_scattering(&self.frame.atmosphere, group, self.quadrature, ray, self.variant);
+            let scattered = single_scattering(&self.uniform.atmosphere, group, self.quadrature, ray, self.variant);
             constituent.of(&scattered)
         };
         groups.iter().flat_map(|group| integral(group).to_array().map(f64::from)).collect()
     }
 
-    /// Spectra `β e^(-β n - κ m)` for columns of air up to 400 km and of ozone up to 450 km: what light through any
+    /// Spectra `β e^(-β n - κ m)` for column densities of air up to 400 km and of ozone up to 450 km: what light through any
     /// atmosphere of these constituents is made of.
     fn synthetic(&self, constituent: Constituent, wavelengths: &[f64]) -> Vec<Vec<f64>> {
         let of = |c: Coefficients, n: f64, m: f64| {
             let scattering = if constituent == Constituent::Air { c.air_scattering } else { c.aerosol_scattering };
             scattering * (-c.air_scattering * n - c.ozone_absorption * m).exp()
         };
-        let columns = (0..9).flat_map(|i| (0..5).map(move |j| (50.0 * f64::from(i), 112.5 * f64::from(j))));
-        columns.map(|(n, m)| wavelengths.iter().map(|&w| of(self.optics.at(w), n, m)).collect()).collect()
+        let densities = (0..9).flat_map(|i| (0..5).map(move |j| (50.0 * f64::from(i), 112.5 * f64::from(j))));
+        densities.map(|(n, m)| wavelengths.iter().map(|&w| of(self.optics.at(w), n, m)).collect()).collect()
     }
 }
 
@@ -366,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn an_affine_law_is_learnt_exactly() {
+    fn an_affine_law_is_found_exactly() {
         let law = |bands: &[f64]| 0.3 + 0.6 * bands[0] + 0.5 * bands[1];
         let bands: Vec<Vec<f64>> = (0..30).map(|i| vec![-f64::from(i) * 0.1, (f64::from(i) * 0.7).sin()]).collect();
         let values = bands.iter().map(|bands| vec![law(bands).exp()]).collect();

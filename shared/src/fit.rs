@@ -6,7 +6,7 @@ use crate::math::{exp, fetch, ln4, max, max4, min};
 /// The coefficients of the cubic through four points, in Newton's form: the Vandermonde system
 /// `Σₖ aₖ xᵢᵏ = yᵢ`, solved by divided differences.
 ///
-/// `nodes` are four distinct normalised wavelengths in any order, `values` the ordinates. Newton's form solves the same 4×4
+/// `wavelengths` are four distinct normalised wavelengths in any order, `values` the ordinates. Newton's form solves the same 4×4
 /// system as the Vandermonde matrix without ever forming it, in 6 divisions (Björck and Pereyra 1970,
 /// <https://doi.org/10.1090/S0025-5718-1970-0290541-1>).
 ///
@@ -26,23 +26,24 @@ use crate::math::{exp, fetch, ln4, max, max4, min};
 /// last. The cubic term has most, 9 + 9 (Higham 2002, *Accuracy and Stability of Numerical Algorithms*, 5.3 and lemma 3.1). On
 /// a GPU whose quotients are good to 2.5 ULP, as Vulkan demands, 30 takes the place of 18.
 ///
-/// With increasing nodes `Λ` is as small as the problem itself allows but for a constant; other orders lose more. It grows as
+/// With increasing wavelengths `Λ` is as small as the problem itself allows but for a constant; other orders lose more. It grows as
 /// the inverse cube of the spacing: rounding a value at one of the bands does the same to the exact cubic.
 #[inline]
-pub fn newton_coefficients(nodes: Vec4, values: Vec4) -> Vec4 {
-    let d01 = (values.y - values.x) / (nodes.y - nodes.x);
-    let d12 = (values.z - values.y) / (nodes.z - nodes.y);
-    let d23 = (values.w - values.z) / (nodes.w - nodes.z);
-    let d012 = (d12 - d01) / (nodes.z - nodes.x);
-    let d123 = (d23 - d12) / (nodes.w - nodes.y);
-    let d0123 = (d123 - d012) / (nodes.w - nodes.x);
+pub fn newton_coefficients(wavelengths: Vec4, values: Vec4) -> Vec4 {
+    let d01 = (values.y - values.x) / (wavelengths.y - wavelengths.x);
+    let d12 = (values.z - values.y) / (wavelengths.z - wavelengths.y);
+    let d23 = (values.w - values.z) / (wavelengths.w - wavelengths.z);
+    let d012 = (d12 - d01) / (wavelengths.z - wavelengths.x);
+    let d123 = (d23 - d12) / (wavelengths.w - wavelengths.y);
+    let d0123 = (d123 - d012) / (wavelengths.w - wavelengths.x);
     Vec4::new(values.x, d01, d012, d0123)
 }
 
 /// The cubic with these Newton coefficients at the normalised wavelength `x`.
 #[inline]
-pub fn newton_value(nodes: Vec4, coefficients: Vec4, x: f32) -> f32 {
-    ((coefficients.w * (x - nodes.z) + coefficients.z) * (x - nodes.y) + coefficients.y) * (x - nodes.x)
+pub fn newton_value(wavelengths: Vec4, coefficients: Vec4, x: f32) -> f32 {
+    ((coefficients.w * (x - wavelengths.z) + coefficients.z) * (x - wavelengths.y) + coefficients.y)
+        * (x - wavelengths.x)
         + coefficients.x
 }
 
@@ -61,7 +62,7 @@ fn highest(x: Vec4) -> f32 {
     max(max(x.x, x.y), max(x.z, x.w))
 }
 
-/// Rows of the table of nodes that one node takes.
+/// Colour rows that an observer node takes.
 pub const ROWS_PER_NODE: u32 = 3;
 
 /// The smallest transfer whose logarithm is taken; anything darker counts as this.
@@ -75,7 +76,7 @@ const BRIGHTEST_RISE: f32 = 1.0;
 /// light that has crossed the most air has lost some ten logarithms fewer than at 650 nm.
 pub const SPECTRUM_RISE: f32 = 10.0;
 
-/// One constituent's integral at the bands, ready for the nodes of the learnt fit.
+/// One constituent's integral at the bands, ready for the observer nodes of the regression fit.
 #[derive(Clone, Copy)]
 pub struct Logarithms {
     /// ln X at the first four bands, or the Newton coefficients of its cubic.
@@ -91,9 +92,9 @@ pub struct Logarithms {
 impl Logarithms {
     /// Those of the integral at the bands, of which those past the fourth are looked at if there are `more_than_four`. With `solve`, the
     /// Newton coefficients of `ln X` at the first four bands ([`newton_coefficients`]) take the place of the values themselves, so that the
-    /// 4×4 system is solved at every pixel; `band_nodes` are the bands' normalised wavelengths.
+    /// 4×4 system is solved at every pixel; `wavelengths` are the normalised ones of those bands.
     #[inline]
-    pub fn new(bands: Octet, more_than_four: bool, band_nodes: Vec4, solve: bool) -> Self {
+    pub fn new(bands: Octet, more_than_four: bool, wavelengths: Vec4, solve: bool) -> Self {
         let first = ln4(max4(bands.first, DARKEST));
         let mut second = Vec4::ZERO;
         let mut highest = highest(first);
@@ -102,51 +103,51 @@ impl Logarithms {
             highest = max(highest, self::highest(second));
         }
         Self {
-            first: if solve { newton_coefficients(band_nodes, first) } else { first },
+            first: if solve { newton_coefficients(wavelengths, first) } else { first },
             second,
             highest,
             lit: max(self::highest(bands.first), self::highest(bands.second)) > 0.0,
         }
     }
 
-    /// X at a node's wavelength: `exp(c + b · ln X)`, whose `b` stands in the rows `row` and `row + 1` of the table, at most `rise`
+    /// X at an observer node: `exp(c + b · ln X)`, whose `b` stands in the colour rows `row` and `row + 1`, at most `rise`
     /// logarithms above the brightest band. Without light it is what follows from [`DARKEST`].
     #[inline]
-    fn value(&self, table: &[Vec4], row: usize, c: f32, rise: f32) -> f32 {
-        let exponent = c + fetch(table, row).dot(self.first) + fetch(table, row + 1).dot(self.second);
+    fn value(&self, colour: &[Vec4], row: usize, c: f32, rise: f32) -> f32 {
+        let exponent = c + fetch(colour, row).dot(self.first) + fetch(colour, row + 1).dot(self.second);
         exp(min(exponent, self.highest + rise))
     }
 }
 
-/// Linear RGB of one constituent's integral by the learnt fit: `Σ_q w_q exp(c_q + b_q · ln X)`.
+/// Linear RGB of one constituent's integral by the regression fit: `Σ_q w_q exp(c_q + b_q · ln X)`.
 ///
-/// `ln X(λ_q)` at each node of a quadrature for the observer and the sun is an affine function of `ln X` at the bands,
-/// learnt from the scene's own rays when the plan is made; the weights hold the observer, the sun and XYZ→RGB (Eqs. 4-8).
+/// `ln X(λ_q)` at each observer node is an affine function of `ln X` at the bands, by a regression on the scene's own rays
+/// when the plan is made; the weights hold the observer, the sun and XYZ→RGB (Eqs. 4-8).
 /// The logarithm makes the fit of an extinction spectrum linear; the exponentials are as few as the nodes.
 ///
-/// Each node has three rows: `b_q` for the first four bands and for the next four, and (`c_q`, red, green, blue). All bands at
+/// Each node has three colour rows: `b_q` for the first four bands and for the next four, and (`c_q`, red, green, blue). All bands at
 /// zero give exactly zero.
 #[inline]
-pub fn learnt_rgb(table: &[Vec4], first_node: u32, nodes: u32, logarithms: &Logarithms) -> Vec3 {
+pub fn regression_rgb(colour: &[Vec4], first_node: u32, nodes: u32, logarithms: &Logarithms) -> Vec3 {
     let mut rgb = Vec3::ZERO;
     let mut q = 0;
     while q < nodes {
         let row = ((first_node + q) * ROWS_PER_NODE) as usize;
-        let colour = fetch(table, row + 2);
-        rgb += Vec3::new(colour.y, colour.z, colour.w) * logarithms.value(table, row, colour.x, BRIGHTEST_RISE);
+        let last = fetch(colour, row + 2);
+        rgb += Vec3::new(last.y, last.z, last.w) * logarithms.value(colour, row, last.x, BRIGHTEST_RISE);
         q += 1;
     }
     if logarithms.lit { rgb } else { Vec3::ZERO }
 }
 
-/// One constituent's integral times the solar irradiance at one wavelength, by the learnt fit (W·m⁻²·nm⁻¹).
+/// One constituent's integral times the solar irradiance at one wavelength, by the regression fit (W·m⁻²·nm⁻¹).
 ///
-/// The wavelength's three rows of the table begin at `row`, as those of a node of [`learnt_rgb`] do; its last one holds (`c`,
+/// The wavelength's three colour rows begin at `row`, as those of a node of [`regression_rgb`] do; the last one holds (`c`,
 /// solar irradiance).
 #[inline]
-pub fn learnt_value(table: &[Vec4], row: usize, logarithms: &Logarithms) -> f32 {
-    let last = fetch(table, row + 2);
-    let value = last.y * logarithms.value(table, row, last.x, SPECTRUM_RISE);
+pub fn regression_value(colour: &[Vec4], row: usize, logarithms: &Logarithms) -> f32 {
+    let last = fetch(colour, row + 2);
+    let value = last.y * logarithms.value(colour, row, last.x, SPECTRUM_RISE);
     if logarithms.lit { value } else { 0.0 }
 }
 
@@ -157,13 +158,13 @@ mod tests {
     #[test]
     fn a_cubic_comes_back_from_four_of_its_points() {
         let cubic = |x: f32| ((0.3 * x - 0.7) * x + 0.2) * x + 1.1;
-        let nodes = Vec4::new(-1.0, -0.3, 0.35, 1.0);
-        let values = Vec4::new(cubic(nodes.x), cubic(nodes.y), cubic(nodes.z), cubic(nodes.w));
-        let coefficients = newton_coefficients(nodes, values);
+        let wavelengths = Vec4::new(-1.0, -0.3, 0.35, 1.0);
+        let values = Vec4::new(cubic(wavelengths.x), cubic(wavelengths.y), cubic(wavelengths.z), cubic(wavelengths.w));
+        let coefficients = newton_coefficients(wavelengths, values);
         for i in 0..=40 {
             let x = -1.3 + 0.065 * i as f32;
             // Divided differences over spacings of 0.6 amplify one rounding of 1e-7 some ten times.
-            assert!((newton_value(nodes, coefficients, x) - cubic(x)).abs() < 2e-6);
+            assert!((newton_value(wavelengths, coefficients, x) - cubic(x)).abs() < 2e-6);
         }
     }
 }

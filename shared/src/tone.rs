@@ -1,81 +1,10 @@
-//! From a spectrum to a colour: the observer integral, RGB, and the values of a picture.
+//! From linear RGB to a picture: the shoulder, the curve of sRGB, and packing.
 
-use bytemuck::{Pod, Zeroable};
-
-use crate::glam::{Vec3, Vec4};
-use crate::math::{clamp, fetch, max, min, sqrt};
-use crate::spectrum::{newton_coefficients, newton_value};
-
-/// A space of linear RGB: one primary in each member. The layout is that of a GPU buffer.
-///
-/// `x`, `y`, `z` are the primary's row of the matrix from XYZ (Eq. 8), chromatic adaptation included; `w` is the part of the
-/// primary in the luminance.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct RgbSpace {
-    /// Red.
-    pub red: Vec4,
-    /// Green.
-    pub green: Vec4,
-    /// Blue.
-    pub blue: Vec4,
-}
-
-impl RgbSpace {
-    /// Linear RGB from XYZ (Eq. 8), in the unit of `xyz`.
-    #[inline]
-    pub fn from_xyz(&self, xyz: Vec3) -> Vec3 {
-        let xyz = xyz.extend(0.0);
-        Vec3::new(self.red.dot(xyz), self.green.dot(xyz), self.blue.dot(xyz))
-    }
-
-    /// Luminance of linear RGB, in the unit of `rgb`.
-    #[inline]
-    pub fn luminance(&self, rgb: Vec3) -> f32 {
-        self.red.w * rgb.x + self.green.w * rgb.y + self.blue.w * rgb.z
-    }
-}
-
-/// Samples of the observer sum.
-pub const OBSERVER_SAMPLES: u32 = 81;
-
-/// XYZ of the fitted spectrum: the cubic through four bands, summed over the observer's samples (Eqs. 4-7).
-///
-/// `radiance` at the bands; `nodes` the normalised wavelengths of the bands; each of the first [`OBSERVER_SAMPLES`] rows of `observer` holds
-/// (`x̄ Δλ`, `ȳ Δλ`, `z̄ Δλ`, normalised wavelength), times the solar irradiance if the fit is of the transfer.
-/// Returns radiance weighted by the colour-matching functions (W·m⁻²·sr⁻¹).
-#[inline]
-pub fn observe_cubic(nodes: Vec4, radiance: Vec4, observer: &[Vec4]) -> Vec3 {
-    let coefficients = newton_coefficients(nodes, radiance);
-    let mut xyz = Vec3::ZERO;
-    let mut i = 0;
-    while i < OBSERVER_SAMPLES {
-        let row = fetch(observer, i as usize);
-        xyz += Vec3::new(row.x, row.y, row.z) * newton_value(nodes, coefficients, row.w);
-        i += 1;
-    }
-    xyz
-}
-
-/// The colour of the same luminance and hue that the primaries of a space can make.
-///
-/// A nearly monochromatic twilight horizon lies outside Rec. 709 and has a negative component. It is mixed with the grey
-/// of its own luminance until that component is zero; a colour inside the gamut is returned unchanged. The primaries of XYZ
-/// make every colour that there is.
-#[inline]
-pub fn into_gamut(rgb: Vec3, space: &RgbSpace) -> Vec3 {
-    let lowest = min(rgb.x, min(rgb.y, rgb.z));
-    if lowest >= 0.0 {
-        rgb
-    } else {
-        let luminance = max(space.luminance(rgb), 0.0);
-        let mixed = Vec3::splat(luminance) + (rgb - Vec3::splat(luminance)) * (luminance / (luminance - lowest));
-        Vec3::new(max(mixed.x, 0.0), max(mixed.y, 0.0), max(mixed.z, 0.0))
-    }
-}
+use crate::glam::Vec3;
+use crate::math::{clamp, max, min, sqrt};
 
 /// A linear value that every picture shows as white: an infinite one would have no hue to keep.
-const BLINDING: f32 = 1e30;
+const BRIGHTEST: f32 = 1e30;
 
 /// Where [`shoulder`] leaves the straight line.
 const SHOULDER_START: f32 = 0.8;
@@ -121,37 +50,15 @@ const SRGB_POLYNOMIAL: [f32; 6] = [-0.061629705, 0.164974, 1.2442139, -0.5575556
 #[inline]
 pub fn srgb8(rgb: Vec3, exposure: f32) -> u32 {
     let exposed = rgb * exposure;
-    let shown = shoulder(Vec3::new(min(exposed.x, BLINDING), min(exposed.y, BLINDING), min(exposed.z, BLINDING)));
+    let compressed =
+        shoulder(Vec3::new(min(exposed.x, BRIGHTEST), min(exposed.y, BRIGHTEST), min(exposed.z, BRIGHTEST)));
     let byte = |x: f32| (255.0 * srgb_encode(x) + 0.5) as u32;
-    byte(shown.x) | (byte(shown.y) << 8) | (byte(shown.z) << 16) | (255 << 24)
+    byte(compressed.x) | (byte(compressed.y) << 8) | (byte(compressed.z) << 16) | (255 << 24)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Rows that can be told apart, and the luminance of Rec. 709.
-    const SPACE: RgbSpace = RgbSpace {
-        red: Vec4::new(2.0, 0.0, 0.5, 0.2126),
-        green: Vec4::new(0.0, 3.0, 0.0, 0.7152),
-        blue: Vec4::new(1.0, 0.0, 4.0, 0.0722),
-    };
-
-    #[test]
-    fn a_space_is_applied_row_by_row() {
-        assert_eq!(SPACE.from_xyz(Vec3::new(1.0, 2.0, 3.0)), Vec3::new(3.5, 6.0, 13.0));
-        assert!((SPACE.luminance(Vec3::ONE) - 1.0).abs() < 1e-6);
-    }
-
-    #[test]
-    fn gamut_mapping_keeps_luminance_and_leaves_inner_colours_alone() {
-        let inside = Vec3::new(0.2, 0.5, 0.9);
-        assert_eq!(into_gamut(inside, &SPACE), inside);
-        let outside = Vec3::new(1.0, 0.2, -0.1);
-        let mapped = into_gamut(outside, &SPACE);
-        assert!(mapped.min_element() >= 0.0);
-        assert!((SPACE.luminance(mapped) - SPACE.luminance(outside)).abs() < 1e-6);
-    }
 
     #[test]
     fn the_shoulder_keeps_the_hue() {

@@ -1,84 +1,8 @@
-//! What the atmosphere is made of: densities with altitude, and phase functions.
+//! Phase functions: how light that is scattered spreads over directions (sr⁻¹).
 
-use bytemuck::{Pod, Zeroable};
-
-use crate::column::CHAPMAN_SPREAD;
-use crate::geometry::Shell;
-use crate::glam::{Vec3, Vec4};
-use crate::math::{PI, max, min, sqrt};
-
-/// How the planet and the constituents of its atmosphere are laid out. The layout is that of a GPU buffer.
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Atmosphere {
-    /// Air.
-    pub air: Exponential,
-    /// Aerosol.
-    pub aerosol: Exponential,
-    /// Radius of the ground sphere (km).
-    pub ground_radius: f32,
-    /// Height of the top of the atmosphere above the ground (km).
-    pub depth: f32,
-    /// Asymmetry `g` of the aerosol's phase function, in (-1, 1).
-    pub aerosol_asymmetry: f32,
-    /// Altitude at which the ozone layer begins (km).
-    pub ozone_bottom: f32,
-    /// Altitude at which ozone is densest (km).
-    pub ozone_peak: f32,
-    /// Altitude at which the ozone layer ends (km).
-    pub ozone_top: f32,
-    /// Unused; fills the last 16 bytes.
-    pub padding0: u32,
-    /// Unused.
-    pub padding1: u32,
-}
-
-/// A constituent whose density falls exponentially with altitude, and its column densities in closed form; see
-/// [`crate::column`].
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Exponential {
-    /// Coefficients of `t¹` to `t⁴` in the column's polynomial.
-    pub low_coefficients: Vec4,
-    /// Coefficients of `t⁵` to `t⁸`.
-    pub high_coefficients: Vec4,
-    /// Scale height `H` (km).
-    pub scale_height: f32,
-    /// `K = κ √(R / 2H)`: how fast the column falls with the cosine of the zenith angle.
-    pub spread: f32,
-    /// `H K` (km), the unit of the column.
-    pub unit: f32,
-    /// The level column at the ground (km): `H K` times the sum of all coefficients.
-    pub level_column: f32,
-}
-
-impl Atmosphere {
-    /// The two spheres between which the atmosphere lies.
-    #[inline(always)]
-    pub fn shell(&self) -> Shell {
-        Shell { ground_radius: self.ground_radius, depth: self.depth }
-    }
-}
-
-impl Exponential {
-    /// `H/R`, from the spread.
-    #[inline(always)]
-    pub fn curvature(&self) -> f32 {
-        const SPREAD: f32 = CHAPMAN_SPREAD as f32;
-        let ratio = SPREAD / self.spread;
-        0.5 * ratio * ratio
-    }
-}
-
-/// Density of ozone relative to its peak: a tent over bottom, peak and top (Bruneton 2017, "Ozone").
-///
-/// `altitude` in km; from 0 to 1.
-#[inline]
-pub fn ozone_density(atmosphere: &Atmosphere, altitude: f32) -> f32 {
-    let rising = (altitude - atmosphere.ozone_bottom) / (atmosphere.ozone_peak - atmosphere.ozone_bottom);
-    let falling = (atmosphere.ozone_top - altitude) / (atmosphere.ozone_top - atmosphere.ozone_peak);
-    max(min(rising, falling), 0.0)
-}
+use crate::geometry::Ray;
+use crate::glam::Vec3;
+use crate::math::{PI, max, sqrt};
 
 /// The angle by which light is scattered.
 #[derive(Clone, Copy)]
@@ -90,6 +14,12 @@ pub struct ScatteringAngle {
 }
 
 impl ScatteringAngle {
+    /// The angle between a ray and the sun.
+    #[inline]
+    pub fn of_ray(ray: Ray) -> Self {
+        Self { cosine: ray.nu, sine_squared: ray.one_minus_nu_squared }
+    }
+
     /// The angle between the unit vectors along the view and towards the sun.
     #[inline]
     pub fn between(view: Vec3, sun: Vec3) -> Self {
@@ -171,14 +101,6 @@ mod tests {
     fn an_isotropic_asymmetry_gives_the_rayleigh_phase() {
         for nu in [-1.0, -0.3, 0.0, 0.5, 1.0] {
             assert!((cornette_shanks_phase(angle(nu), 0.0) / rayleigh_phase(nu) - 1.0).abs() < 1e-6);
-        }
-    }
-
-    #[test]
-    fn ozone_is_a_tent() {
-        let atmosphere = Atmosphere { ozone_bottom: 10.0, ozone_peak: 25.0, ozone_top: 40.0, ..Atmosphere::zeroed() };
-        for (altitude, density) in [(0.0, 0.0), (10.0, 0.0), (17.5, 0.5), (25.0, 1.0), (32.5, 0.5), (41.0, 0.0)] {
-            assert!((ozone_density(&atmosphere, altitude) - density).abs() < 1e-6);
         }
     }
 }

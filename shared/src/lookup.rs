@@ -1,0 +1,174 @@
+//! The sky lookup: the colours of air and aerosol, integrated for a few directions, between which every pixel is interpolated.
+//!
+//! Without its phase functions the sky is smooth, and it is symmetric about the vertical plane through the sun. Rows are
+//! elevations, crowded towards the horizon on either side of it; columns are equidistant in the cosine of the azimuth from
+//! the sun, in which a function that is even in the azimuth is smooth at both ends. The phase functions are exact at
+//! every pixel, and so is the horizon.
+//!
+//! The rows of an equirectangular image are elevations too. Its lookup has the same rows, and nothing is interpolated between them.
+//! Where the columns lie far enough apart, [`RUN`] neighbouring pixels share the two entries about their middle.
+
+use crate::camera::{EQUIRECTANGULAR, equirectangular_elevation};
+use crate::glam::{Vec3, Vec4};
+use crate::math::{PI, acos, clamp, fetch, floor, max, min, mix, safe_sqrt, sin_cos, sqrt};
+use crate::phase::ScatteringAngle;
+use crate::sky::{Constituents, with_phases};
+use crate::uniform::Uniform;
+use crate::variant;
+
+/// Rays this close to the horizon (radians) stand for the horizon itself, seen from above the ground: one side is sky, the
+/// other ground.
+const HORIZON_MARGIN: f32 = 1e-5;
+
+/// Entries of the sky lookup, each a colour of air and one of aerosol.
+#[inline]
+pub fn entries(uniform: &Uniform) -> u32 {
+    (uniform.lookup_above + uniform.lookup_below) * uniform.lookup_azimuths
+}
+
+/// The direction of an entry, for position `x` in [0, 1] from the horizon to the zenith (`above`) or the nadir, and cosine
+/// `c` of the azimuth from the sun.
+#[inline]
+pub fn grid_view(uniform: &Uniform, above: bool, x: f32, c: f32) -> Vec3 {
+    let from_horizon = max(x * x, 0.0);
+    let elevation = if above {
+        uniform.horizon + max(from_horizon * (0.5 * PI - uniform.horizon), margin(uniform))
+    } else {
+        uniform.horizon - max(from_horizon * (0.5 * PI + uniform.horizon), margin(uniform))
+    };
+    towards(uniform, elevation, c)
+}
+
+/// The direction at an elevation (radians), for the cosine `c` of the azimuth from the sun.
+#[inline]
+fn towards(uniform: &Uniform, elevation: f32, c: f32) -> Vec3 {
+    let (sine, cosine) = sin_cos(elevation);
+    let s = safe_sqrt(1.0 - c * c);
+    let (to_sun, across) = (uniform.bearing, Vec3::new(-uniform.bearing.y, uniform.bearing.x, 0.0));
+    Vec3::new(cosine * (c * to_sun.x + s * across.x), cosine * (c * to_sun.y + s * across.y), sine)
+}
+
+#[inline]
+fn margin(uniform: &Uniform) -> f32 {
+    if uniform.altitude > 0.0 { HORIZON_MARGIN } else { 0.0 }
+}
+
+/// The direction of the entry with this index.
+#[inline]
+pub fn entry_view(uniform: &Uniform, entry: u32, variant: u32) -> Vec3 {
+    let row = entry / uniform.lookup_azimuths;
+    let column = entry - row * uniform.lookup_azimuths;
+    let c = 1.0 - 2.0 * column as f32 / (uniform.lookup_azimuths - 1) as f32;
+    if variant::projection(variant) == EQUIRECTANGULAR {
+        return towards(uniform, equirectangular_elevation(&uniform.camera, row as f32 + 0.5), c);
+    }
+    let above = row < uniform.lookup_above;
+    let (place, rows) =
+        if above { (row, uniform.lookup_above) } else { (row - uniform.lookup_above, uniform.lookup_below) };
+    let x = place as f32 / (rows - 1) as f32;
+    grid_view(uniform, above, x, c)
+}
+
+/// Pixels of an equirectangular image that share their entries; see [`variant::RUNS`].
+pub const RUN: u32 = 4;
+
+/// Linear RGB of the sky in a direction, from the sky lookup: colours of air and aerosol between its entries, exact phase functions.
+/// `row` is that of the whole image.
+#[inline]
+pub fn sky_from_lookup(uniform: &Uniform, lookup: &[Vec4], view: Vec3, row: u32, variant: u32) -> Vec3 {
+    if (variant & variant::DESCENT == 0) & (view.z < 0.0) {
+        return Vec3::ZERO;
+    }
+    if variant::projection(variant) == EQUIRECTANGULAR {
+        sky_between(uniform, neighbours(uniform, lookup, view, row, variant), view, variant)
+    } else {
+        sky_in_grid(uniform, lookup, view, variant)
+    }
+}
+
+/// Two entries of a row, and the column of the first: colours of air and of aerosol.
+#[derive(Clone, Copy)]
+pub struct Neighbours {
+    column: f32,
+    first_air: Vec4,
+    second_air: Vec4,
+    first_aerosol: Vec4,
+    second_aerosol: Vec4,
+}
+
+/// The two entries of an image's row between whose azimuths a direction lies.
+#[inline]
+pub fn neighbours(uniform: &Uniform, lookup: &[Vec4], view: Vec3, row: u32, variant: u32) -> Neighbours {
+    let column = min(floor(columns_from_sun(uniform, view)), (uniform.lookup_azimuths - 2) as f32);
+    let at = 2 * (row * uniform.lookup_azimuths + column as u32) as usize;
+    let (first_air, second_air) = (fetch(lookup, at), fetch(lookup, at + 2));
+    let (mut first_aerosol, mut second_aerosol) = (Vec4::ZERO, Vec4::ZERO);
+    if variant & variant::AEROSOL != 0 {
+        (first_aerosol, second_aerosol) = (fetch(lookup, at + 1), fetch(lookup, at + 3));
+    }
+    Neighbours { column, first_air, second_air, first_aerosol, second_aerosol }
+}
+
+/// Linear RGB of the sky in a direction between two entries, or just beside them.
+#[inline]
+pub fn sky_between(uniform: &Uniform, between: Neighbours, view: Vec3, variant: u32) -> Vec3 {
+    let across = columns_from_sun(uniform, view) - between.column;
+    let air = rgb(mix(between.first_air, between.second_air, across));
+    let mut aerosol = Vec3::ZERO;
+    if variant & variant::AEROSOL != 0 {
+        aerosol = rgb(mix(between.first_aerosol, between.second_aerosol, across));
+    }
+    coloured(uniform, Constituents { air, aerosol }, view, variant)
+}
+
+/// Linear RGB of the sky in a direction, between four entries of a lookup that does not have the rows of its image.
+#[inline]
+fn sky_in_grid(uniform: &Uniform, lookup: &[Vec4], view: Vec3, variant: u32) -> Vec3 {
+    let elevation = 0.5 * PI - acos(view.z);
+    let above = (variant & variant::DESCENT == 0) | (elevation >= uniform.horizon);
+    let (from_horizon, first_row, rows) = if above {
+        ((elevation - uniform.horizon) / (0.5 * PI - uniform.horizon), 0, uniform.lookup_above)
+    } else {
+        ((uniform.horizon - elevation) / (0.5 * PI + uniform.horizon), uniform.lookup_above, uniform.lookup_below)
+    };
+    let y = safe_sqrt(from_horizon) * (rows - 1) as f32;
+    let x = columns_from_sun(uniform, view);
+    let row = min(floor(y), (rows - 2) as f32);
+    let column = min(floor(x), (uniform.lookup_azimuths - 2) as f32);
+    let entry = 2 * ((first_row + row as u32) * uniform.lookup_azimuths + column as u32) as usize;
+    let below = entry + 2 * uniform.lookup_azimuths as usize;
+    let (fx, fy) = (x - column, y - row);
+    let air = bilinear(lookup, entry, below, fx, fy);
+    let mut aerosol = Vec3::ZERO;
+    if variant & variant::AEROSOL != 0 {
+        aerosol = bilinear(lookup, entry + 1, below + 1, fx, fy);
+    }
+    coloured(uniform, Constituents { air, aerosol }, view, variant)
+}
+
+/// Linear RGB of the sky in a direction from what was looked up for it.
+#[inline]
+fn coloured(uniform: &Uniform, constituents: Constituents, view: Vec3, variant: u32) -> Vec3 {
+    with_phases(uniform, constituents, ScatteringAngle::between(view, uniform.sun.truncate()), variant)
+}
+
+/// Columns of the lookup between the sun's azimuth and a direction's.
+#[inline]
+fn columns_from_sun(uniform: &Uniform, view: Vec3) -> f32 {
+    let along = view.x * uniform.bearing.x + view.y * uniform.bearing.y;
+    let c = clamp(along / max(sqrt(view.x * view.x + view.y * view.y), 1e-10), -1.0, 1.0);
+    0.5 * (1.0 - c) * (uniform.lookup_azimuths - 1) as f32
+}
+
+/// The colour between four entries, given the first of each of their two rows.
+#[inline]
+fn bilinear(lookup: &[Vec4], upper: usize, lower: usize, fx: f32, fy: f32) -> Vec3 {
+    let left = mix(fetch(lookup, upper), fetch(lookup, lower), fy);
+    let right = mix(fetch(lookup, upper + 2), fetch(lookup, lower + 2), fy);
+    rgb(mix(left, right, fx))
+}
+
+#[inline]
+fn rgb(colour: Vec4) -> Vec3 {
+    Vec3::new(colour.x, colour.y, colour.z)
+}

@@ -1,0 +1,94 @@
+//! What crosses the bus to a device: the uniform, and the buffers beside it.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::camera::Camera;
+use crate::glam::{Vec2, Vec4};
+use crate::profile::Atmosphere;
+use crate::rgb::RgbSpace;
+use crate::single::Bands;
+
+/// Everything that every pixel of a dispatch shares. The layout is that of a GPU uniform buffer.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Uniform {
+    /// Planet and profiles.
+    pub atmosphere: Atmosphere,
+    /// Camera and image size.
+    pub camera: Camera,
+    /// Unit vector to the sun; `w` unused.
+    pub sun: Vec4,
+    /// Unit vector along the ground to the sun's bearing; `z` and `w` are 0.
+    pub bearing: Vec4,
+    /// Wavelengths of the first four bands, mapped to [-1, 1] over the observer's range.
+    pub band_wavelengths: Vec4,
+    /// The space of linear RGB that pixels are stored in.
+    pub rgb: RgbSpace,
+    /// The sun's disc, where the variant has it.
+    pub disc: SunDisc,
+    /// Altitude of the observer (km).
+    pub altitude: f32,
+    /// First row of the image that this dispatch computes.
+    pub first_row: u32,
+    /// Rows that this dispatch computes.
+    pub rows: u32,
+    /// Factor from linear RGB to a picture's linear value.
+    pub exposure: f32,
+    /// Observer nodes of the regression fit of air.
+    pub air_nodes: u32,
+    /// Observer nodes of the regression fit of aerosol, which follow those of air in the colour rows; 0 without aerosol.
+    pub aerosol_nodes: u32,
+    /// Rows of the sky lookup above the horizon; 0 without one. For an equirectangular image they are its own.
+    pub lookup_above: u32,
+    /// Rows of the sky lookup below the horizon, likewise; 0 from the ground itself, where nothing is seen there.
+    pub lookup_below: u32,
+    /// Columns of the sky lookup.
+    pub lookup_azimuths: u32,
+    /// Elevation of the horizon (radians): 0 on the ground, negative above it.
+    pub horizon: f32,
+    /// Wavelengths of a spectral image, which stand last in the colour rows; 0 for other images.
+    pub spectral_wavelengths: u32,
+    /// Unused; fills the last 16 bytes.
+    pub padding: u32,
+}
+
+/// Where the sun's disc is in the image, and its grid of colours. The layout is that of a GPU buffer.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct SunDisc {
+    /// Left edge of the bounding box (pixels from the image's left edge; an equirectangular image goes on beyond its sides).
+    pub left: f32,
+    /// Top edge (pixels from the image's top edge).
+    pub top: f32,
+    /// Right edge (pixels).
+    pub right: f32,
+    /// Bottom edge (pixels).
+    pub bottom: f32,
+    /// Sine of the disc's angular radius.
+    pub sine_radius: f32,
+    /// Sine of the elevation of the grid's first row.
+    pub lowest: f32,
+    /// Sine of the elevation of the grid's last row.
+    pub highest: f32,
+    /// Sine of the horizon's elevation, below which the ground hides the disc.
+    pub horizon: f32,
+    /// Where the grid begins in the colour rows.
+    pub first_entry: u32,
+    /// Samples along either side of a pixel's part of the box.
+    pub samples: u32,
+    /// Unused; fills the last 16 bytes.
+    pub padding0: u32,
+    /// Unused, too.
+    pub padding1: u32,
+}
+
+/// The buffers from which a kernel integrates and fits.
+#[derive(Clone, Copy)]
+pub struct Buffers<'a> {
+    /// Optical properties at the bands, four to a group.
+    pub bands: &'a [Bands],
+    /// Quadrature nodes: (place, weight) on [0, 1].
+    pub quadrature: &'a [Vec2],
+    /// The colour rows, as the fit takes them.
+    pub colour: &'a [Vec4],
+}

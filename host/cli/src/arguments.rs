@@ -7,18 +7,17 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use sorairo::render::{Report, Request};
+use sorairo::render::Request;
 use sorairo::scene::file::{SceneFile, place_sun};
 use sorairo::scene::keys::help;
-use sorairo::scene::place::{Place, PlaceAndTime, Time, evenly};
+use sorairo::scene::place::{Place, PlaceAndTime, Time};
 use sorairo::scene::{
     ColourObserver, ColourPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Rgb, Scene, Size, WhiteBalance,
 };
-use sorairo::sequence::{self, Frame, FrameChoice, MOST_FRAMES, parse_elevations};
-use sorairo::spectrum::parse_wavelengths;
 use sorairo::words::{Words, words};
 
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::ranges::{FrameChoice, Numbers, elevations, wavelengths};
 
 /// Renders the clear sky in full spectrum on the GPU.
 #[derive(Parser)]
@@ -43,14 +42,9 @@ pub enum Command {
     Spectrum(SpectrumArguments),
     /// Opens a window on the sky; a click plots the spectrum.
     View(ViewArguments),
-    /// Finds the best wavelengths of the regression fit for a scene, and states their error.
-    Bands(BandsArguments),
-    /// Runs the experiment of Takahashi and Dobashi on this machine, and writes a report.
-    Reproduce(ReproduceArguments),
-    /// Measures run time against error on a device, and writes a report.
-    Bench(BenchArguments),
-    /// Tries random bands, scenes and rays for as long as asked, counts what fails, and writes a report.
-    Stress(StressArguments),
+    #[cfg(feature = "evaluation")]
+    #[command(flatten)]
+    Evaluation(EvaluationCommand),
     /// Lists the devices of this machine, best first.
     Devices(DevicesArguments),
     /// Writes, checks and shows scene files.
@@ -114,13 +108,13 @@ pub struct RenderArguments {
 }
 
 #[derive(Args)]
-struct SpectralFlags {
+pub struct SpectralFlags {
     /// Make every EXR file a spectral one, whatever its name.
     #[arg(long)]
     spectral: bool,
     /// Wavelengths of spectral files in nm: START:END:STEP, or a list with commas [default: 380:780:10].
     #[arg(long, value_name = "LIST", value_parser = wavelengths)]
-    wavelengths: Option<Wavelengths>,
+    wavelengths: Option<Numbers>,
 }
 
 #[derive(Args)]
@@ -129,44 +123,37 @@ pub struct SequenceArguments {
     /// Elevations of the sun (degrees), one a frame: from A by STEP to B, which is included if it falls on a step. The sun sinks
     /// if B is below A.
     #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = elevations)]
-    sun_elevation: Option<Elevations>,
+    pub sun_elevation: Option<Numbers>,
     /// Time of the first frame, with an offset from UTC, such as 2026-06-21T04:30:00+09:00; needs --to, --frames N and a place.
     #[arg(long, value_name = "TIME", requires = "to", conflicts_with = "sun_azimuth")]
-    from: Option<Time>,
+    pub from: Option<Time>,
     /// Time of the last frame, written as that of the first.
     #[arg(long, value_name = "TIME", requires = "from")]
-    to: Option<Time>,
+    pub to: Option<Time>,
     /// N: how many frames there are between --from and --to, evenly spaced in time, both ends included. A-B: render only the
     /// frames with the numbers A to B, counted from 0; may be given more than once [default: all].
     #[arg(long = "frames", value_name = "N|A-B")]
-    frames: Vec<FrameChoice>,
+    pub frames: Vec<FrameChoice>,
     /// Scene file (TOML).
     #[arg(long, value_name = "FILE")]
-    scene: Option<PathBuf>,
+    pub scene: Option<PathBuf>,
     #[command(flatten)]
-    sky: SkyFlags,
+    pub sky: SkyFlags,
     /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
     #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,
     /// Files to write, .png, .exr or .spectral.exr; a run of # in the file name becomes the number of the frame with as many digits or more. The
     /// folder is made. May be given more than once.
     #[arg(short = 'o', long = "output", value_name = "OUT", default_value = "frames/sky.####.png")]
-    output: Vec<PathBuf>,
+    pub output: Vec<PathBuf>,
     #[command(flatten)]
-    spectral: SpectralFlags,
+    pub spectral: SpectralFlags,
     /// Print one JSON object about the sequence to standard output.
     #[arg(long)]
     pub json: bool,
     /// Print no progress and no summary; errors and warnings remain.
     #[arg(long)]
     pub quiet: bool,
-}
-
-/// Elevations of the sun as one value of a flag.
-type Elevations = std::sync::Arc<[f64]>;
-
-fn elevations(text: &str) -> std::result::Result<Elevations, String> {
-    parse_elevations(text).map(Into::into)
 }
 
 #[derive(Args)]
@@ -181,7 +168,7 @@ pub struct SpectrumArguments {
     pub view_azimuth: f64,
     /// Wavelengths in nm: START:END:STEP, or a list with commas.
     #[arg(long, value_name = "LIST", default_value = "380:780:5", value_parser = wavelengths)]
-    pub wavelengths: Wavelengths,
+    pub wavelengths: Numbers,
     /// Format of the output.
     #[arg(long, value_enum, default_value_t = SpectrumFormat::Csv)]
     pub format: SpectrumFormat,
@@ -205,13 +192,6 @@ fn fractions(text: &str) -> std::result::Result<[f64; 2], String> {
     point.ok_or_else(|| "two numbers from 0 to 1 are wanted, such as 0.5,0.25".into())
 }
 
-/// A list of wavelengths as one value of a flag.
-type Wavelengths = std::sync::Arc<[f64]>;
-
-fn wavelengths(text: &str) -> std::result::Result<Wavelengths, String> {
-    parse_wavelengths(text).map(Into::into)
-}
-
 #[derive(Clone, Copy, ValueEnum)]
 pub enum SpectrumFormat {
     /// Rows of wavelength_nm,radiance,dense.
@@ -220,6 +200,21 @@ pub enum SpectrumFormat {
     Json,
 }
 
+/// The commands that measure.
+#[cfg(feature = "evaluation")]
+#[derive(Subcommand)]
+pub enum EvaluationCommand {
+    /// Finds the best wavelengths of the regression fit for a scene, and states their error.
+    Bands(Box<BandsArguments>),
+    /// Runs the experiment of Takahashi and Dobashi on this machine, and writes a report.
+    Reproduce(ReproduceArguments),
+    /// Measures run time against error on a device, and writes a report.
+    Bench(BenchArguments),
+    /// Tries random bands, scenes and rays for as long as asked, counts what fails, and writes a report.
+    Stress(StressArguments),
+}
+
+#[cfg(feature = "evaluation")]
 #[derive(Args)]
 pub struct BandsArguments {
     #[command(flatten)]
@@ -241,6 +236,7 @@ pub struct BandsArguments {
     pub json: bool,
 }
 
+#[cfg(feature = "evaluation")]
 #[derive(Args)]
 pub struct ReproduceArguments {
     /// Folder to write report.md, report.json and the pictures to.
@@ -251,6 +247,7 @@ pub struct ReproduceArguments {
     pub device: String,
 }
 
+#[cfg(feature = "evaluation")]
 #[derive(Args)]
 pub struct BenchArguments {
     /// Folder to write report.md, bench.csv, bench.json and the pictures to.
@@ -267,6 +264,7 @@ pub struct BenchArguments {
     pub device: String,
 }
 
+#[cfg(feature = "evaluation")]
 #[derive(Args)]
 pub struct StressArguments {
     /// Folder to write report.md, stress.json and the pictures to.
@@ -281,6 +279,12 @@ pub struct StressArguments {
     /// Device beside the CPU: auto, cpu, gpu, or part of the name of a Vulkan device.
     #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,
+}
+
+#[cfg(feature = "evaluation")]
+fn minutes(text: &str) -> std::result::Result<f64, String> {
+    let minutes = text.parse().ok().filter(|minutes| (0.0..=10_000.0).contains(minutes));
+    minutes.ok_or_else(|| "a number of minutes from 0 to 10000 is wanted".into())
 }
 
 #[derive(Args)]
@@ -316,9 +320,9 @@ pub struct SceneFlags {
 #[derive(Args, Clone, Copy, Default)]
 pub struct SunFlags {
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("sun.elevation"))]
-    sun_elevation: Option<f64>,
+    pub sun_elevation: Option<f64>,
     #[arg(long, value_name = "TIME", conflicts_with_all = ["sun_elevation", "sun_azimuth"], help = help("sun.time"))]
-    time: Option<Time>,
+    pub time: Option<Time>,
 }
 
 /// The flags of a scene that all frames of a sequence share.
@@ -329,7 +333,7 @@ pub struct SkyFlags {
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("sun.azimuth"))]
     sun_azimuth: Option<f64>,
     #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true, conflicts_with_all = ["sun_elevation", "sun_azimuth"], help = help("sun.place"))]
-    place: Option<Place>,
+    pub place: Option<Place>,
     #[arg(long, value_name = "KM", allow_negative_numbers = true, value_parser = number, help = help("observer.altitude"))]
     altitude: Option<f64>,
     #[arg(long, help = help("sun.disc"))]
@@ -347,7 +351,7 @@ pub struct SkyFlags {
     #[arg(long, value_parser = word::<Fit>(), help = help("render.fit"))]
     fit: Option<Fit>,
     #[arg(long, value_name = "LIST", value_parser = wavelengths, help = help("render.bands"))]
-    bands: Option<Wavelengths>,
+    bands: Option<Numbers>,
     #[arg(long, value_parser = word::<ColourPath>(), help = help("render.color"))]
     color: Option<ColourPath>,
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = steps, help = help("render.steps"))]
@@ -381,11 +385,6 @@ fn steps(text: &str) -> std::result::Result<u32, String> {
     text.parse().map_err(|_| "a whole number from 1 to 1024 is wanted".into())
 }
 
-fn minutes(text: &str) -> std::result::Result<f64, String> {
-    let minutes = text.parse().ok().filter(|minutes| (0.0..=10_000.0).contains(minutes));
-    minutes.ok_or_else(|| "a number of minutes from 0 to 10000 is wanted".into())
-}
-
 fn device(text: &str) -> std::result::Result<String, String> {
     if text.trim().is_empty() {
         return Err("auto, cpu, gpu, or part of the name of a Vulkan device is wanted".into());
@@ -409,12 +408,12 @@ impl SceneFlags {
 
 impl SkyFlags {
     /// The scene file that the flags lie over, if there is one.
-    fn read(&self, file: Option<&Path>) -> Result<Option<SceneFile>> {
+    pub fn read(&self, file: Option<&Path>) -> Result<Option<SceneFile>> {
         Ok(file.map(|path| SceneFile::read(path, self.preset)).transpose()?)
     }
 
     /// The preset, under a scene file, under the flags.
-    fn over(&self, file: Option<&SceneFile>, sun: SunFlags) -> Result<Scene> {
+    pub fn over(&self, file: Option<&SceneFile>, sun: SunFlags) -> Result<Scene> {
         let preset = || Scene::preset(self.preset.unwrap_or_default());
         let mut scene = file.map_or_else(preset, |file| file.scene.clone());
         self.lay_over(&mut scene);
@@ -475,92 +474,8 @@ impl RenderArguments {
 
 impl SpectralFlags {
     /// What is asked of files.
-    fn request(&self, outputs: Vec<PathBuf>) -> Request {
+    pub fn request(&self, outputs: Vec<PathBuf>) -> Request {
         let wavelengths = self.wavelengths.as_ref().map(|wavelengths| wavelengths.to_vec());
         Request { outputs, spectral: self.spectral, wavelengths, sky_light: false }
     }
-}
-
-impl SequenceArguments {
-    /// Every frame of the sequence, whichever of them are to be rendered.
-    pub fn frames(&self) -> Result<Vec<Frame>> {
-        let file = self.sky.read(self.scene.as_deref())?;
-        let suns = self.suns(file.as_ref().and_then(|file| file.sun_from.place))?;
-        let scenes: Vec<_> = suns.into_iter().map(|sun| self.sky.over(file.as_ref(), sun)).collect::<Result<_>>()?;
-        Ok(sequence::frames(scenes, &self.spectral.request(self.output.clone()))?)
-    }
-
-    /// The frames that are to be rendered, in the order of their numbers.
-    pub fn chosen(&self, frames: &[Frame]) -> Result<Vec<Frame>> {
-        let parts: Vec<_> = self.frames.iter().filter_map(FrameChoice::part).collect();
-        if let Some((first, last)) = parts.iter().find(|(_, last)| *last as usize >= frames.len()) {
-            let count = frames.len();
-            return Err(Error::request(format!(
-                "--frames {first}-{last}: the sequence has {count} frames, with the numbers 0 to {}",
-                count - 1
-            )));
-        }
-        let is_chosen =
-            |frame: &&Frame| parts.is_empty() || parts.iter().any(|(a, b)| (*a..=*b).contains(&frame.number));
-        Ok(frames.iter().filter(is_chosen).cloned().collect())
-    }
-
-    /// The sun of each frame; `place` is that of the scene file.
-    fn suns(&self, place: Option<Place>) -> Result<Vec<SunFlags>> {
-        let counts: Vec<u32> = self.frames.iter().filter_map(FrameChoice::count).collect();
-        if let Some(elevations) = &self.sun_elevation {
-            return match counts[..] {
-                [] => Ok(elevations.iter().map(|&e| SunFlags { sun_elevation: Some(e), time: None }).collect()),
-                [count, ..] => Err(Error::request(format!(
-                    "--frames {count}: the steps of --sun-elevation say how many frames there are; only parts such as --frames 0-9 \
-                     are allowed with it"
-                ))),
-            };
-        }
-        let (from, to) = self.from.zip(self.to).expect("without elevations the two times are required");
-        if from >= to {
-            return Err(Error::request(format!("--to {to} must be later than --from {from}")));
-        }
-        if self.sky.place.or(place).is_none() {
-            return Err(Error::request("--from and --to need a place: give --place (sun.place) too"));
-        }
-        match counts[..] {
-            [count @ 2..=MOST_FRAMES] => {
-                let at = |time| SunFlags { sun_elevation: None, time: Some(time) };
-                Ok(evenly(from, to, count).map(at).collect())
-            }
-            [count] => Err(Error::request(format!(
-                "--frames {count}: from --from to --to there must be 2 to {MOST_FRAMES} frames"
-            ))),
-            [] => {
-                Err(Error::request("--from and --to need --frames N, such as --frames 48: how many frames there are"))
-            }
-            [first, second, ..] => Err(Error::request(format!(
-                "--frames {first} and --frames {second}: how many frames there are is said once"
-            ))),
-        }
-    }
-}
-
-/// A rendering in two lines.
-pub fn summary(report: &Report) -> String {
-    let outputs: Vec<_> = report.outputs.iter().map(|path| path.display().to_string()).collect();
-    format!(
-        "{}: {}x{} pixels, sun at elevation {:.2}°, azimuth {:.2}°, exposure {:+.2} EV, {} samples a ray, {}\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
-         encoding {:.1} ms, total {:.1} ms",
-        outputs.join(", "),
-        report.width,
-        report.height,
-        report.sun_elevation,
-        report.sun_azimuth,
-        report.exposure_ev,
-        report.steps,
-        report.path,
-        report.device,
-        report.plan_ms,
-        report.kernel_ms,
-        report.readback_ms,
-        report.encode_ms,
-        report.total_ms
-    )
 }

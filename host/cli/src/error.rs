@@ -12,6 +12,7 @@ pub enum Error {
     /// What was asked of the library is wrong, or it failed.
     Sky(Sky),
     /// A measurement failed.
+    #[cfg(feature = "evaluation")]
     Evaluation(sorairo_evaluation::Error),
     /// The window failed.
     #[cfg(feature = "view")]
@@ -35,7 +36,9 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         let failed = match self {
             Self::Sky(error) => error.is_failure(),
+            #[cfg(feature = "evaluation")]
             Self::Evaluation(sorairo_evaluation::Error::Sky(error)) => error.is_failure(),
+            #[cfg(feature = "evaluation")]
             Self::Evaluation(error) => !matches!(error, sorairo_evaluation::Error::Folder { .. }),
             #[cfg(feature = "view")]
             Self::View(sorairo_view::Error::Sky(error)) => error.is_failure(),
@@ -54,6 +57,7 @@ impl From<Sky> for Error {
     }
 }
 
+#[cfg(feature = "evaluation")]
 impl From<sorairo_evaluation::Error> for Error {
     fn from(error: sorairo_evaluation::Error) -> Self {
         Self::Evaluation(error)
@@ -71,8 +75,11 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Sky(error) => f.write_str(&with_flags(error)),
+            #[cfg(feature = "evaluation")]
             Self::Evaluation(sorairo_evaluation::Error::Sky(error)) => f.write_str(&with_flags(error)),
+            #[cfg(feature = "evaluation")]
             Self::Evaluation(error @ sorairo_evaluation::Error::Folder { .. }) => write!(f, "--out {error}"),
+            #[cfg(feature = "evaluation")]
             Self::Evaluation(error) => error.fmt(f),
             #[cfg(feature = "view")]
             Self::View(sorairo_view::Error::Sky(error)) => f.write_str(&with_flags(error)),

@@ -5,13 +5,23 @@ use sorairo_evaluation::bands::{Found, best};
 use sorairo_evaluation::metrics::Errors;
 use sorairo_evaluation::stress::Outcome;
 
-use crate::arguments::{BandsArguments, BenchArguments, ReproduceArguments, StressArguments};
+use crate::arguments::{BandsArguments, BenchArguments, EvaluationCommand, ReproduceArguments, StressArguments};
 use crate::error::{Error, Result};
-use crate::print_line;
+use crate::output::print_line;
 use crate::progress::Progress;
 
+/// Runs one of them.
+pub fn run(command: &EvaluationCommand) -> Result<()> {
+    match command {
+        EvaluationCommand::Bands(arguments) => bands(arguments),
+        EvaluationCommand::Reproduce(arguments) => reproduce(arguments),
+        EvaluationCommand::Bench(arguments) => bench(arguments),
+        EvaluationCommand::Stress(arguments) => stress(arguments),
+    }
+}
+
 /// `sorairo bands`.
-pub fn bands(arguments: &BandsArguments) -> Result<()> {
+fn bands(arguments: &BandsArguments) -> Result<()> {
     let scene = arguments.scene.scene()?;
     let progress = Progress::start();
     progress.stage("searching the best wavelengths");
@@ -25,7 +35,7 @@ pub fn bands(arguments: &BandsArguments) -> Result<()> {
 }
 
 /// `sorairo reproduce`.
-pub fn reproduce(arguments: &ReproduceArguments) -> Result<()> {
+fn reproduce(arguments: &ReproduceArguments) -> Result<()> {
     let device = device::open(&arguments.device)?;
     let progress = Progress::start();
     let experiment = sorairo_evaluation::reproduce::reproduce(&arguments.out, &device, &|stage| progress.stage(stage));
@@ -35,7 +45,7 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<()> {
 }
 
 /// `sorairo bench`.
-pub fn bench(arguments: &BenchArguments) -> Result<()> {
+fn bench(arguments: &BenchArguments) -> Result<()> {
     let device = device::open(&arguments.device)?;
     let progress = Progress::start();
     let stage = |stage: &str| progress.stage(stage);
@@ -50,7 +60,7 @@ pub fn bench(arguments: &BenchArguments) -> Result<()> {
 }
 
 /// `sorairo stress`: prints what each sweep found, and fails if a case did.
-pub fn stress(arguments: &StressArguments) -> Result<()> {
+fn stress(arguments: &StressArguments) -> Result<()> {
     let device = device::open(&arguments.device)?;
     let progress = Progress::start();
     let stage = |stage: &str| progress.stage(stage);

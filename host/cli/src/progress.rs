@@ -1,99 +1,76 @@
-//! A sign of life on standard error for anything that takes longer than a second.
+//! A sign of life on standard error for anything that takes its time: a line that changes on a terminal, lines elsewhere.
 
-use std::io::Write;
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::thread::JoinHandle;
+use std::fmt;
+use std::io::{self, Write as _};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, TermLike};
 use sorairo::sequence::Ended;
 
-/// Silence before the first sign.
+/// Silence before the first stage is named, and least time between two lines.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Shows the current stage on standard error, from the second second on, until dropped.
-pub struct Progress {
-    stages: Option<Sender<String>>,
-    thread: Option<JoinHandle<()>>,
-}
+/// Least time between two lines about frames.
+const BETWEEN_FRAMES: Duration = Duration::from_secs(2);
+
+/// Shows the current stage, from the second second on, until dropped.
+pub struct Progress(ProgressBar);
 
 impl Progress {
     /// Starts to count.
     pub fn start() -> Self {
-        let (stages, received) = channel::<String>();
-        let thread = std::thread::spawn(move || {
-            let start = Instant::now();
-            let mut shown: Option<ProgressBar> = None;
-            let mut stage = String::new();
-            loop {
-                let wait = PATIENCE.saturating_sub(start.elapsed());
-                let wait = if wait.is_zero() { Duration::from_millis(100) } else { wait };
-                match received.recv_timeout(wait) {
-                    Ok(next) => stage = next,
-                    Err(RecvTimeoutError::Timeout) => {}
-                    Err(RecvTimeoutError::Disconnected) => break,
-                }
-                if start.elapsed() >= PATIENCE {
-                    let bar = shown.get_or_insert_with(ProgressBar::new_spinner);
-                    if bar.is_hidden() && bar.message() != stage {
-                        // A closed standard error is no reason to stop.
-                        let _ = writeln!(std::io::stderr().lock(), "sorairo: {stage} ...");
-                    }
-                    bar.set_message(stage.clone());
-                    bar.tick();
-                }
-            }
-            if let Some(bar) = shown {
-                bar.finish_and_clear();
-            }
-        });
-        Self { stages: Some(stages), thread: Some(thread) }
+        let progress = Self(where_it_is_seen(ProgressBar::new_spinner(), PATIENCE));
+        progress.stage("starting");
+        progress.0.enable_steady_tick(Duration::from_millis(100));
+        progress
     }
 
     /// Names what is done now.
     pub fn stage(&self, name: &str) {
-        if let Some(stages) = &self.stages {
-            // The thread ends only when the sender is dropped.
-            let _ = stages.send(name.to_owned());
-        }
+        let name = format!("sorairo: {name} ...");
+        let patient = move |state: &ProgressState, text: &mut dyn fmt::Write| {
+            if state.elapsed() >= PATIENCE {
+                put(text, format_args!("{name}"));
+            }
+        };
+        self.0.set_style(style("{patient}").with_key("patient", patient));
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.stages = None;
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
+        self.0.finish_and_clear();
     }
 }
 
-/// Shows on standard error how far a sequence is, how fast, and how long it will take, until dropped: as a bar on a terminal,
-/// in lines elsewhere.
+/// Shows how far a sequence is, how fast, and how long it will take, until dropped.
 pub struct FrameProgress {
     /// Its length is the frames that are not known to be there already.
     bar: ProgressBar,
-    skipped: u64,
-    start: Instant,
-    last_line: Instant,
+    skipped: u32,
 }
 
 impl FrameProgress {
-    /// Least time between two lines.
-    const BETWEEN_LINES: Duration = Duration::from_secs(2);
-
     /// Starts to count this many frames.
     pub fn start(frames: usize) -> Self {
-        let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} frames, {rate}, {eta} left{msg}")
-            .expect("the template is well formed")
-            .with_key("rate", |state: &ProgressState, text: &mut dyn std::fmt::Write| {
-                // A number that cannot be shown is no reason to stop.
-                let _ = write!(text, "{:.1} frames/s", state.per_sec());
-            });
-        let bar = ProgressBar::new(frames as u64).with_style(style);
+        let bar = ProgressBar::new(frames as u64);
+        let before = if bar.is_hidden() { "sorairo:" } else { "{wide_bar}" };
+        let shown = format!("{before} {{pos}} of {{len}} frames, {{rate}} frames/s{{left}}; {{msg}} skipped");
+        let rate =
+            |state: &ProgressState, text: &mut dyn fmt::Write| put(text, format_args!("{:.1}", mean_rate(state)));
+        let left = |state: &ProgressState, text: &mut dyn fmt::Write| {
+            // Before the first frame is done nobody knows how long they take.
+            if state.pos() > 0 {
+                let seconds = (state.len().unwrap_or(0).saturating_sub(state.pos()) as f64 / mean_rate(state)).ceil();
+                put(text, format_args!(", {} left", HumanDuration(Duration::from_secs(seconds as u64))));
+            }
+        };
+        let bar = where_it_is_seen(bar, BETWEEN_FRAMES)
+            .with_style(style(&shown).with_key("rate", rate).with_key("left", left))
+            .with_message("0");
         bar.enable_steady_tick(Duration::from_millis(500));
-        let start = Instant::now();
-        Self { bar, skipped: 0, start, last_line: start }
+        Self { bar, skipped: 0 }
     }
 
     /// Counts a frame.
@@ -102,38 +79,122 @@ impl FrameProgress {
             Ended::Rendered => self.bar.inc(1),
             Ended::Found => {
                 self.skipped += 1;
-                self.bar.set_length(self.bar.length().unwrap_or(0).saturating_sub(1));
-                self.bar.set_message(format!(", {} skipped", self.skipped));
+                self.bar.dec_length(1);
+                self.bar.set_message(self.skipped.to_string());
             }
         }
-        // Few lines, of however long a sequence: the next after a tenth of the time so far.
-        if self.bar.is_hidden() && self.last_line.elapsed() >= Self::BETWEEN_LINES.max(self.start.elapsed() / 10) {
-            self.last_line = Instant::now();
-            self.line();
-        }
-    }
-
-    fn line(&self) {
-        let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
-        let rate = done as f64 / self.start.elapsed().as_secs_f64();
-        let left = match done {
-            0 => String::new(),
-            _ => {
-                let seconds = (all.saturating_sub(done) as f64 / rate).ceil();
-                format!(", {} left", HumanDuration(Duration::from_secs(seconds as u64)))
-            }
-        };
-        // A closed standard error is no reason to stop.
-        let _ = writeln!(
-            std::io::stderr().lock(),
-            "sorairo: {done} of {all} frames, {rate:.1} frames/s{left}; {} skipped",
-            self.skipped
-        );
     }
 }
 
 impl Drop for FrameProgress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+    }
+}
+
+/// Frames in a second since the start.
+fn mean_rate(state: &ProgressState) -> f64 {
+    state.pos() as f64 / state.elapsed().as_secs_f64()
+}
+
+/// A number that cannot be shown is no reason to stop.
+fn put(text: &mut dyn fmt::Write, shown: fmt::Arguments<'_>) {
+    let _ = text.write_fmt(shown);
+}
+
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).expect("the template is well formed")
+}
+
+/// A bar that is drawn in lines where standard error is no terminal.
+fn where_it_is_seen(bar: ProgressBar, between: Duration) -> ProgressBar {
+    if bar.is_hidden() {
+        let lines = Lines { between, start: Instant::now(), last: Mutex::new((Instant::now(), String::new())) };
+        bar.set_draw_target(ProgressDrawTarget::term_like(Box::new(lines)));
+    }
+    bar
+}
+
+/// What is drawn, as few lines, of however long a work: the next after a tenth of the time so far.
+#[derive(Debug)]
+struct Lines {
+    /// Least time between two of them.
+    between: Duration,
+    start: Instant,
+    /// The last one, and when it was written.
+    last: Mutex<(Instant, String)>,
+}
+
+impl TermLike for Lines {
+    fn width(&self) -> u16 {
+        200
+    }
+
+    fn write_str(&self, text: &str) -> io::Result<()> {
+        let text = text.trim();
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if text.is_empty() || text == last.1 || last.0.elapsed() < self.between.max(self.start.elapsed() / 10) {
+            return Ok(());
+        }
+        *last = (Instant::now(), text.to_owned());
+        // Whoever draws goes on where this fails: a closed standard error is no reason to stop.
+        writeln!(io::stderr().lock(), "{text}")
+    }
+
+    fn write_line(&self, text: &str) -> io::Result<()> {
+        self.write_str(text)
+    }
+
+    fn move_cursor_up(&self, _: usize) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn move_cursor_down(&self, _: usize) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn move_cursor_right(&self, _: usize) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn move_cursor_left(&self, _: usize) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn clear_line(&self) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn flush(&self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(between: Duration) -> Lines {
+        Lines { between, start: Instant::now(), last: Mutex::new((Instant::now(), String::new())) }
+    }
+
+    #[test]
+    fn a_line_is_written_once_and_padding_never() {
+        let lines = lines(Duration::ZERO);
+        let written = |text: &str| {
+            lines.write_str(text).unwrap();
+            lines.last.lock().unwrap().clone()
+        };
+        assert_eq!(written("   ").1, "");
+        let first = written("one ");
+        assert_eq!((first.1.as_str(), written("one"), written(" ")), ("one", first.clone(), first.clone()));
+        assert_eq!(written("two").1, "two");
+    }
+
+    #[test]
+    fn before_its_time_nothing_is_written() {
+        let lines = lines(Duration::MAX);
+        lines.write_str("one").unwrap();
+        assert_eq!(lines.last.lock().unwrap().1, "");
     }
 }

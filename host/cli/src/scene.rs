@@ -8,7 +8,7 @@ use sorairo::words::word;
 use crate::arguments::SceneCommand;
 use crate::error::{Error, Result};
 use crate::flags::flag;
-use crate::{print_line, print_note};
+use crate::output::{print_line, print_note};
 
 /// Runs one of them.
 pub fn run(command: &SceneCommand) -> Result<()> {

@@ -10,8 +10,9 @@ use sorairo::sequence::{self, Ended, Frame};
 use crate::arguments::SequenceArguments;
 use crate::contact_sheet::contact_sheet;
 use crate::error::Result;
+use crate::frames;
+use crate::output::{print_line, print_note};
 use crate::progress::FrameProgress;
-use crate::{print_line, print_note};
 
 /// What a run did, as `--json` prints it.
 #[derive(Serialize)]
@@ -36,8 +37,8 @@ struct Summary {
 
 /// `sorairo sequence`.
 pub fn run(arguments: &SequenceArguments) -> Result<()> {
-    let frames = arguments.frames()?;
-    let chosen = arguments.chosen(&frames)?;
+    let frames = frames::all(arguments)?;
+    let chosen = frames::chosen(&arguments.frames, &frames)?;
     let mut device = device::open(&arguments.device)?;
     sequence::make_folders(&chosen)?;
     let (mut rendered, mut skipped) = (0, 0);

@@ -1,7 +1,10 @@
 //! Many pictures on one sheet, with titles.
 
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
+use ::png::{ColorType, Decoder, DecodingError};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -38,17 +41,18 @@ impl Sheet {
     /// [`Error::Picture`] if the file cannot be read or has another size.
     pub fn place(&mut self, column: u32, row: u32, path: &Path) -> Result<()> {
         let unreadable = |reason: String| Error::Picture { path: path.to_owned(), reason };
-        let picture = image::open(path).map_err(|error| unreadable(error.to_string()))?.into_rgb8();
-        if picture.dimensions() != (self.side, self.side) {
+        let (size, picture) = read(path).map_err(|error| unreadable(error.to_string()))?;
+        if size != (self.side, self.side) {
             return Err(unreadable(format!("it is not {0} by {0} pixels", self.side)));
         }
         let (left, top) = self.corner(column, row);
         let half = f64::from(self.side) / 2.0;
-        for (x, y, pixel) in picture.enumerate_pixels() {
+        let places = (0..self.side).flat_map(|y| (0..self.side).map(move |x| (x, y)));
+        for ((x, y), pixel) in places.zip(picture.chunks(3)) {
             let inside = (f64::from(x) + 0.5 - half).hypot(f64::from(y) + 0.5 - half) <= half;
             if inside {
                 let at = (3 * ((top + y) * self.width + left + x)) as usize;
-                self.rgb[at..at + 3].copy_from_slice(&pixel.0);
+                self.rgb[at..at + 3].copy_from_slice(pixel);
             }
         }
         Ok(())
@@ -115,4 +119,13 @@ impl Sheet {
     pub fn write(&self, path: &Path) -> Result<()> {
         Ok(png::write(path, self.width, self.height, &self.rgb)?.commit()?)
     }
+}
+
+/// Width, height and bytes (red, green, blue) of a picture that [`png::write`] wrote.
+pub(crate) fn read(path: &Path) -> std::result::Result<((u32, u32), Vec<u8>), DecodingError> {
+    let mut reader = Decoder::new(BufReader::new(File::open(path)?)).read_info()?;
+    let mut rgb = vec![0; reader.output_buffer_size().unwrap_or(0)];
+    let info = reader.next_frame(&mut rgb)?;
+    assert_eq!(info.color_type, ColorType::Rgb, "pictures are written in RGB");
+    Ok(((info.width, info.height), rgb))
 }

@@ -2,7 +2,6 @@
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use crate::device::Device;
@@ -29,81 +28,6 @@ pub enum Ended {
     Rendered,
     /// Its files were there already, whole, and show its scene.
     Found,
-}
-
-/// Most frames of a sequence.
-pub const MOST_FRAMES: u32 = 100_000;
-
-/// A value of `--frames`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FrameChoice {
-    /// How many frames there are.
-    Count(u32),
-    /// Which of them to render: the numbers of the first and the last.
-    Part(u32, u32),
-}
-
-impl FrameChoice {
-    /// How many frames there are, if that is what it says.
-    pub fn count(&self) -> Option<u32> {
-        match *self {
-            Self::Count(count) => Some(count),
-            Self::Part(..) => None,
-        }
-    }
-
-    /// The numbers of the first and the last frame to render, if that is what it says.
-    pub fn part(&self) -> Option<(u32, u32)> {
-        match *self {
-            Self::Count(_) => None,
-            Self::Part(first, last) => Some((first, last)),
-        }
-    }
-}
-
-impl FromStr for FrameChoice {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let number = |text: &str| text.trim().parse().ok();
-        let choice = match text.split_once('-') {
-            Some((first, last)) => {
-                number(first).zip(number(last)).filter(|(first, last)| first <= last).map(|(a, b)| Self::Part(a, b))
-            }
-            None => number(text).map(Self::Count),
-        };
-        choice.ok_or_else(|| {
-            format!("a number of frames such as 48, or the first and the last to render such as 0-9, is wanted, not {text:?}")
-        })
-    }
-}
-
-/// Elevations of the sun (degrees) from `A:B:STEP`: from A to B, which is included if it falls on a step; downwards if B is
-/// below A.
-///
-/// # Errors
-///
-/// A sentence that says how elevations are written.
-pub fn parse_elevations(text: &str) -> std::result::Result<Vec<f64>, String> {
-    let allowed = || {
-        format!(
-            "elevations are A:B:STEP in degrees, such as -6:60:0.5, of at most {MOST_FRAMES} steps from A towards B, not {text:?}"
-        )
-    };
-    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite()).ok_or_else(allowed);
-    let parts: Vec<f64> = text.split(':').map(number).collect::<std::result::Result<_, _>>()?;
-    let [first, last, step] = parts[..] else { return Err(allowed()) };
-    let step = if last < first { -step.abs() } else { step };
-    let steps = (last - first) / step;
-    if step == 0.0 || parts[2] < 0.0 && last >= first || steps >= f64::from(MOST_FRAMES) {
-        return Err(allowed());
-    }
-    // Half a thousandth of a step lets the end be reached in spite of rounding.
-    let steps = (steps + 5e-4).floor() as u32;
-    // Steps of 0.1 reach 0.3 and not 0.30000000000000004, which would be another scene than a person's 0.3.
-    // Nor -0, which is written otherwise than 0.
-    let decimal = |elevation: f64| (elevation * 1e9).round() / 1e9 + 0.0;
-    Ok((0..=steps).map(|i| decimal(first + step * f64::from(i))).collect())
 }
 
 /// The frames that show scenes, numbered from 0. Each is asked for as `request` says, whose outputs are the patterns of its file names; see
@@ -237,29 +161,6 @@ mod tests {
         assert_eq!(of("out/sky.####.exr", 7).unwrap(), "out/sky.0007.exr");
         assert_eq!(of("#.png", 123).unwrap(), "123.png");
         assert!(of("sky.png", 1).is_err() && of("a#b#.png", 1).is_err());
-    }
-
-    #[test]
-    fn elevations_rise_or_sink_in_steps_and_include_an_end_that_a_step_reaches() {
-        assert_eq!(parse_elevations("-6:60:0.5").unwrap().len(), 133);
-        assert_eq!(parse_elevations("0:0.5:0.1").unwrap(), [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]);
-        assert_eq!(parse_elevations("2:-2.9:2").unwrap(), [2.0, 0.0, -2.0]);
-        assert_eq!(parse_elevations("1:0:-0.5").unwrap(), [1.0, 0.5, 0.0]);
-        assert_eq!(parse_elevations("7:7:1").unwrap(), [7.0]);
-        for bad in ["", "5", "0:5", "0:5:0", "0:0:0", "0:5:-1", "0:5:1:2", "0:nan:1", "0:5:inf", "a:b:c", "0:90:1e-4"] {
-            let sentence = parse_elevations(bad).unwrap_err();
-            assert!(sentence.contains("A:B:STEP") && sentence.contains(bad), "{sentence}");
-        }
-    }
-
-    #[test]
-    fn frames_are_a_number_of_them_or_a_part() {
-        assert_eq!("48".parse(), Ok(FrameChoice::Count(48)));
-        assert_eq!("0-9".parse(), Ok(FrameChoice::Part(0, 9)));
-        assert_eq!("7-7".parse(), Ok(FrameChoice::Part(7, 7)));
-        for bad in ["", "-", "-1", "9-0", "1.5", "0-9-12", "all", "99999999999"] {
-            assert!(bad.parse::<FrameChoice>().is_err(), "{bad}");
-        }
     }
 
     #[test]

@@ -1,0 +1,51 @@
+//! The command that renders a sky.
+
+use sorairo::device;
+use sorairo::render::{self, Report};
+
+use crate::arguments::RenderArguments;
+use crate::error::Result;
+use crate::output::{print_line, print_note};
+use crate::progress::Progress;
+
+/// `sorairo render`.
+pub fn run(arguments: &RenderArguments) -> Result<()> {
+    let scene = arguments.scene.scene()?;
+    let progress = Progress::start();
+    let report = render::render(
+        &scene,
+        &arguments.request(),
+        || device::open(&arguments.scene.device),
+        |stage| progress.stage(stage),
+    );
+    drop(progress);
+    let report = report?;
+    print_note(&summary(&report));
+    if arguments.json {
+        return print_line(&serde_json::to_string(&report).expect("a report is plain data"));
+    }
+    if arguments.explain { print_line(&report.explain.join("\n")) } else { Ok(()) }
+}
+
+/// A rendering in two lines.
+fn summary(report: &Report) -> String {
+    let outputs: Vec<_> = report.outputs.iter().map(|path| path.display().to_string()).collect();
+    format!(
+        "{}: {}x{} pixels, sun at elevation {:.2}°, azimuth {:.2}°, exposure {:+.2} EV, {} samples a ray, {}\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
+         encoding {:.1} ms, total {:.1} ms",
+        outputs.join(", "),
+        report.width,
+        report.height,
+        report.sun_elevation,
+        report.sun_azimuth,
+        report.exposure_ev,
+        report.steps,
+        report.path,
+        report.device,
+        report.plan_ms,
+        report.kernel_ms,
+        report.readback_ms,
+        report.encode_ms,
+        report.total_ms
+    )
+}

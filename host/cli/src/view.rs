@@ -1,0 +1,26 @@
+//! The command that opens the window.
+
+#[cfg(feature = "view")]
+use sorairo::device;
+
+use crate::arguments::ViewArguments;
+use crate::error::Result;
+
+/// `sorairo view`.
+#[cfg(feature = "view")]
+pub fn run(arguments: &ViewArguments) -> Result<()> {
+    let device = &arguments.scene.device;
+    let options = sorairo_view::Options {
+        scene: arguments.scene.scene()?,
+        device,
+        point: arguments.click,
+        screenshot: arguments.screenshot.as_deref(),
+    };
+    Ok(sorairo_view::open(options, || device::open(device))?)
+}
+
+/// `sorairo view` without its window.
+#[cfg(not(feature = "view"))]
+pub fn run(_: &ViewArguments) -> Result<()> {
+    Err(crate::error::Error::request("this build of sorairo has no window; build it with `--features view`"))
+}

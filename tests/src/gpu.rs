@@ -30,7 +30,7 @@ pub fn backend() -> &'static dyn Backend {
 ///
 /// As [`device`].
 pub fn limited(largest_buffer: u64) -> Gpu {
-    let opened =
-        Gpu::open("", largest_buffer).unwrap_or_else(|error| panic!("the Vulkan device does not open: {error}"));
-    opened.expect("a Vulkan device; on Debian: apt-get install mesa-vulkan-drivers libvulkan1")
+    let opened = Gpu::open("").unwrap_or_else(|error| panic!("the Vulkan device does not open: {error}"));
+    let gpu = opened.expect("a Vulkan device; on Debian: apt-get install mesa-vulkan-drivers libvulkan1");
+    gpu.with_largest_buffer(largest_buffer)
 }

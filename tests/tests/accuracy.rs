@@ -6,7 +6,6 @@ use sorairo::plan::{Plan, direction};
 use sorairo::scene::{Preset, Scene};
 use sorairo_evaluation::judge::{coefficients, medium, ray};
 use sorairo_oracle::scattered_radiance_bands;
-use sorairo_shared::sky::transfer;
 use sorairo_tests::compare::{Worst, worst_relative};
 use sorairo_tests::sky::{SUNS, scene};
 
@@ -16,7 +15,8 @@ const ELEVATIONS: [f64; 16] = [0.0, 0.1, 0.3, 0.7, 1.5, 3.0, 5.0, 8.0, 12.0, 18.
 /// The transfer at the plan's bands against the oracle, over the sky; brighter than a part of the sky's maximum.
 fn compare_sky(scene: &Scene, above: f64) -> Worst {
     let plan = Plan::new(scene, PixelFormat::LinearRgb).unwrap();
-    let bands: Vec<_> = plan.wavelengths.iter().map(|&wavelength| coefficients(scene, wavelength)).collect();
+    let bands: Vec<_> =
+        plan.sky.integral.wavelengths.iter().map(|&wavelength| coefficients(scene, wavelength)).collect();
     let medium = medium(scene);
     let azimuths = (0..=12).map(|i| 15.0 * f64::from(i));
     let views: Vec<(f64, f64)> =
@@ -25,11 +25,11 @@ fn compare_sky(scene: &Scene, above: f64) -> Worst {
         .into_par_iter()
         .flat_map_iter(|(elevation, azimuth)| {
             let view = direction(elevation, azimuth).as_vec3();
-            let values = transfer(&plan.uniform, &plan.bands[0], &plan.quadrature, view, plan.variant).to_array();
+            let values = plan.sky.integral.transfer(view);
             let references = scattered_radiance_bands(&medium, &bands, &ray(scene, elevation, azimuth));
-            let triples = values.into_iter().zip(references).zip(&plan.wavelengths);
+            let triples = values.into_iter().zip(references).zip(&plan.sky.integral.wavelengths);
             triples.map(move |((value, reference), nm)| {
-                (f64::from(value), reference, format!("elevation {elevation}, azimuth {azimuth}, {nm} nm"))
+                (value, reference, format!("elevation {elevation}, azimuth {azimuth}, {nm} nm"))
             })
         })
         .collect();

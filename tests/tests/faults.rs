@@ -8,8 +8,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use sorairo::device::cpu::Cpu;
-use sorairo::device::{Backend, Device, Kernel, TakeRows, Times};
-use sorairo::plan::Plan;
+use sorairo::device::{Backend, Device, DeviceKind, TakeRows, Times};
+use sorairo::plan::{Kernel, Plan};
 use sorairo::render::{self, Request};
 use sorairo::scene::{Fit, PathChoice, Preset, Projection, Scene};
 use sorairo::{Error, PixelFormat, Result};
@@ -89,7 +89,7 @@ impl Backend for Faulty {
 }
 
 fn device(name: &str, backend: impl Backend + 'static) -> Device {
-    Device { name: name.into(), kind: "gpu", backend: Box::new(backend), spares: VecDeque::new() }
+    Device { name: name.into(), kind: DeviceKind::Gpu, backend: Box::new(backend), spares: VecDeque::new() }
 }
 
 /// A device with a fault, and as many spares with the same; each opening is counted.
@@ -122,7 +122,7 @@ fn after_a_lost_device_and_its_spare_the_cpu_finishes_the_image() {
         let mut first = faulty(Fault::Lost, good_rows, 1, &opened);
         first.spares.push_back(Box::new(|| Ok(sorairo::device::cpu::device())));
         let report = render::render(&scene, &files(&folder, &FILES), || Ok(first), |_| ()).unwrap();
-        assert_eq!((report.backend, opened.load(Ordering::Relaxed)), ("cpu", 1));
+        assert_eq!((report.backend, opened.load(Ordering::Relaxed)), (DeviceKind::Cpu, 1));
         assert!(contents(folder.path()) == contents(expected.path()), "after {good_rows} rows");
     }
 }

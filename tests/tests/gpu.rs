@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use sorairo::PixelFormat;
-use sorairo::device::{self, Backend, Kernel};
-use sorairo::plan::Plan;
+use sorairo::device::{self, Backend};
+use sorairo::plan::{Kernel, Plan};
 use sorairo::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo::spectrum::FittedSpectrum;
 use sorairo_shared::camera::{EQUIRECTANGULAR, pixel_view};
@@ -74,7 +74,7 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
             }
         }
     }
-    let unseen: Vec<_> = Kernel::ALL.into_iter().filter(|kernel| !seen.contains(kernel)).collect();
+    let unseen: Vec<_> = Kernel::ALL.iter().filter(|kernel| !seen.contains(kernel)).collect();
     assert!(unseen.is_empty(), "not compared: {unseen:?}");
 }
 
@@ -111,7 +111,7 @@ fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
             let worst = worst_in_images(&colours, &alone, 64, 3, 1e-6);
             // The same sums, in another order for a linear fit.
             assert!(worst.relative <= 1e-4, "{place}, colour: {worst:?}");
-            let fitted = FittedSpectrum::new(&plan, &wavelengths);
+            let fitted = FittedSpectrum::new(&plan.sky, &wavelengths);
             for (column, row) in [(3, 2), (20, 9), (45, 14)] {
                 let view = pixel_view(&plan.uniform.camera, EQUIRECTANGULAR, column, row).direction;
                 let truth: Vec<f64> = fitted.radiance(view).into_iter().map(|radiance| radiance.max(0.0)).collect();
@@ -205,7 +205,7 @@ fn pixels_in_runs_agree_with_pixels_alone() {
         (scene.observer.altitude, scene.render.path) = (altitude, PathChoice::Lookup);
         (scene.sun.azimuth, scene.sun.disc) = (77.7, disc);
         let runs = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
-        assert!(runs.variant & variant::RUNS != 0, "{sun}°: {}", runs.path);
+        assert!(runs.variant & variant::RUNS != 0, "{sun}°: {}", runs.lookup);
         let alone = Plan { variant: runs.variant & !variant::RUNS, ..runs.clone() };
         let images = [&runs, &alone].map(|plan| floats(plan, &device::cpu::Cpu, plan.kernel()));
         // Half of what the sky lookup itself may be off by.

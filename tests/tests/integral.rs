@@ -7,7 +7,6 @@ use sorairo_evaluation::judge::{coefficients, medium, ray};
 use sorairo_evaluation::stress::integral::{compare, integral};
 use sorairo_oracle::scattered_radiance_bands;
 use sorairo_shared::glam::Vec3;
-use sorairo_shared::sky::transfer;
 use sorairo_tests::sky::scene;
 
 /// Rays of random scenes in a run of the tests; `sorairo stress` tries more.
@@ -25,8 +24,8 @@ fn plan(scene: &Scene) -> Plan {
 
 /// The transfer at the plan's bands towards an elevation and an azimuth (degrees).
 fn seen(plan: &Plan, elevation: f64, azimuth: f64) -> [f64; 4] {
-    let view = direction(elevation, azimuth).as_vec3();
-    transfer(&plan.uniform, &plan.bands[0], &plan.quadrature, view, plan.variant).to_array().map(f64::from)
+    let transfer = plan.sky.integral.transfer(direction(elevation, azimuth).as_vec3());
+    std::array::from_fn(|i| transfer[i])
 }
 
 /// What changes over twice an angle (degrees) about a place is no more than twice what changes beside it.
@@ -91,7 +90,7 @@ fn the_step_at_the_edge_of_the_ground_is_that_of_the_oracle() {
             let mut scene = scene(Preset::Earth, sun, "8x4");
             scene.observer.altitude = altitude;
             let plan = plan(&scene);
-            let bands: Vec<_> = plan.wavelengths.iter().map(|&nm| coefficients(&scene, nm)).collect();
+            let bands: Vec<_> = plan.sky.integral.wavelengths.iter().map(|&nm| coefficients(&scene, nm)).collect();
             let ground = scene.atmosphere.ground_radius;
             let horizon = -(ground / (ground + altitude)).acos().to_degrees();
             for elevation in [horizon - 0.01, horizon + 0.01] {

@@ -36,7 +36,7 @@ fn a_nearly_black_sky_has_an_exposure() {
     (scene.sun.distance, scene.atmosphere.aerosol.optical_depth) = (1000.0, 84.0);
     scene.render.fit = Fit::Transfer;
     let plan = Plan::new(&scene, PixelFormat::Picture).unwrap();
-    let sky = plan.sky(direction(60.0, 0.0).as_vec3()).y;
+    let sky = plan.radiance(direction(60.0, 0.0).as_vec3()).y;
     // A quarter of a picture's white divided by less than this is beyond single precision.
     assert!(sky > 0.0 && sky < 0.25 / f32::MAX, "{sky:e}");
     assert_eq!(plan.uniform.exposure, (1u64 << 50) as f32);

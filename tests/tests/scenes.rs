@@ -141,7 +141,7 @@ fn the_regression_fit_holds_for_every_preset() {
                 .par_iter()
                 .map(|&(elevation, azimuth)| {
                     let view = direction(elevation, azimuth).as_vec3();
-                    let (a, b) = (regression.sky(view), dense.sky(view));
+                    let (a, b) = (regression.radiance(view), dense.radiance(view));
                     f64::from((a - b).abs().max_element() / b.max_element())
                 })
                 .reduce(|| 0.0, |a, b| if a >= b { a } else { b });

@@ -53,7 +53,7 @@ fn with_disc(elevation: f64, size: &str) -> Scene {
 }
 
 fn assert_holds_the_suns_light(scene: &Scene, place: &str) {
-    let expected = DVec3::from_array(SkyLight::new(&plan(scene)).sun_irradiance_rgb);
+    let expected = DVec3::from_array(SkyLight::new(&plan(scene).sky).sun_irradiance_rgb);
     let error = ((energy(scene) - expected) / expected.max_element()).abs().max_element();
     // Some fifty samples across the disc, sixteen places in the disc's grid either way; coarse pixels far from where a projection's density is
     // level add up to half a per cent.
@@ -126,9 +126,9 @@ fn sunlight_is_weakened_by_the_optical_depth_of_the_oracle() {
         let outside = |scene: &Scene| {
             let mut scene = scene.clone();
             (scene.observer.altitude, scene.sun.elevation) = (1e4, 45.0);
-            DVec3::from_array(SkyLight::new(&plan(&scene)).sun_irradiance_rgb)
+            DVec3::from_array(SkyLight::new(&plan(&scene).sky).sun_irradiance_rgb)
         };
-        let weakened = DVec3::from_array(SkyLight::new(&plan(&scene)).sun_irradiance_rgb);
+        let weakened = DVec3::from_array(SkyLight::new(&plan(&scene).sky).sun_irradiance_rgb);
         let expected = {
             let column = column_to_top(&medium(&scene), altitude, elevation.to_radians().sin());
             let plan = plan(&scene);
@@ -138,10 +138,10 @@ fn sunlight_is_weakened_by_the_optical_depth_of_the_oracle() {
                     c.air_scattering * column[0] + c.aerosol_extinction * column[1] + c.ozone_absorption * column[2];
                 (-depth).exp()
             };
-            let xyz = sorairo::spectra::observer::xyz(plan.observer, |nm| {
-                plan.optics.solar_irradiance(nm) * transmittance(nm)
+            let xyz = sorairo::spectra::observer::xyz(plan.sky.observer, |nm| {
+                plan.sky.integral.optics.solar_irradiance(nm) * transmittance(nm)
             });
-            plan.space.into_gamut(plan.space.from_xyz * xyz)
+            plan.sky.space.into_gamut(plan.sky.space.from_xyz * xyz)
         };
         let error = ((weakened - expected) / expected.max_element()).abs().max_element();
         // The column in closed form has 1e-5 of an optical depth of up to some ten; 50 au are not infinitely far.
@@ -155,7 +155,7 @@ fn more_air_never_makes_the_sun_brighter() {
     let brightness = |change: &dyn Fn(&mut Scene)| {
         let mut scene = scene(Preset::Earth, 10.0, "8x4");
         change(&mut scene);
-        SkyLight::new(&plan(&scene)).sun_irradiance_w_m2
+        SkyLight::new(&plan(&scene).sky).sun_irradiance_w_m2
     };
     let falls = |values: Vec<f64>, what: &str| {
         assert!(values.iter().all(|value| value.is_finite() && *value >= 0.0), "{what}: {values:?}");

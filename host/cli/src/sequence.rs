@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use serde::Serialize;
-use sorairo::device::{self, Device};
+use sorairo::device::{self, Device, DeviceKind};
 use sorairo::sequence::{self, Ended, Frame};
 
 use crate::arguments::SequenceArguments;
@@ -20,7 +20,7 @@ struct Summary {
     /// Name of the device.
     device: String,
     /// `gpu` or `cpu`.
-    backend: &'static str,
+    backend: DeviceKind,
     /// Frames of the whole sequence.
     frames: usize,
     /// Frames that this run rendered.

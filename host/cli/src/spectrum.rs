@@ -15,7 +15,7 @@ pub fn run(arguments: &SpectrumArguments) -> Result<()> {
         // One ray needs no device, but a wrong name is as wrong here as anywhere.
         device::open(&arguments.scene.device)?;
     }
-    let samples = spectrum(&plan, arguments.view_elevation, arguments.view_azimuth, &arguments.wavelengths)?;
+    let samples = spectrum(&plan.sky, arguments.view_elevation, arguments.view_azimuth, &arguments.wavelengths)?;
     match arguments.format {
         SpectrumFormat::Csv => print_line(&csv(&samples)),
         SpectrumFormat::Json => print_line(&serde_json::to_string(&samples).expect("samples are plain data")),

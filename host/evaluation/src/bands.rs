@@ -7,15 +7,14 @@
 use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_shared::glam::DVec3;
-use sorairo_shared::phase::{ScatteringAngle, cornette_shanks_phase, rayleigh_phase};
-use sorairo_shared::sky::view_ray;
 
 use super::error::{Reference, plan};
 use super::metrics::Errors;
 use crate::problem::Result;
 use sorairo::error::check_range;
 use sorairo::plan::Plan;
-use sorairo::plan::regression::{Constituent, DARKEST, Examples, LIT, node_wavelengths, regress};
+use sorairo::plan::fit::regression::{DARKEST, Examples, LIT, node_wavelengths, regress};
+use sorairo::plan::integral::Constituent;
 use sorairo::scene::{ColourPath, Fit, Scene};
 use sorairo::spectra::observer;
 
@@ -60,7 +59,7 @@ pub fn best(scene: &Scene, count: u32, sun_elevations: &[f64]) -> Result<Found> 
     check_range("count", f64::from(count), (3.0, 8.0), "wavelengths")?;
     let mut scene = scene.clone();
     (scene.render.fit, scene.render.color, scene.render.bands) = (Fit::Extinction, ColourPath::Folded, None);
-    let default_bands = plan(&scene)?.wavelengths;
+    let default_bands = plan(&scene)?.sky.integral.wavelengths.clone();
     let suns: Vec<Sun> = sun_elevations.iter().map(|&sun| Sun::new(&scene, sun, count)).collect::<Result<_>>()?;
     if suns.iter().all(|sun| sun.reference.xyz.iter().all(|xyz| xyz.y <= 0.0)) {
         let complaint = "leave the whole sky dark; give at least one above -20 degrees";
@@ -196,7 +195,7 @@ impl Sun {
         for spectra in &self.constituents {
             spectra.add(&self.plan, self.nodes, bands, &mut rgb);
         }
-        let to_xyz = self.plan.space.from_xyz.inverse();
+        let to_xyz = self.plan.sky.space.from_xyz.inverse();
         Errors::of(rgb.into_iter().map(|rgb| to_xyz * rgb).zip(self.reference.xyz.iter().copied()))
     }
 }
@@ -206,20 +205,15 @@ impl Spectra {
         let searched: Vec<f64> = (SEARCHED.0..=SEARCHED.1).map(f64::from).collect();
         let targets: Vec<f64> = nodes.iter().copied().chain(observer::wavelengths()).collect();
         let all: Vec<f64> = searched.iter().chain(&targets).copied().collect();
-        let training = plan.training();
+        let training = plan.sky.training();
         let mut rays = training.spectra(constituent, &training.views(), &all);
         let middle = searched.len() / 2;
         let brightest = rays.iter().map(|ray| ray[middle]).fold(0.0, f64::max);
         rays.retain(|ray| ray[middle] > LIT * brightest);
         let ln = |values: &[f64]| values.iter().map(|value| value.max(DARKEST).ln()).collect::<Vec<f64>>();
         let judged = training.spectra(constituent, &reference.views, &searched);
-        let asymmetry = plan.uniform.atmosphere.aerosol_asymmetry;
         let judged = judged.iter().zip(&reference.views).map(|(ray, &view)| {
-            let angle = ScatteringAngle::of_ray(view_ray(&plan.uniform, view));
-            let phase = match constituent {
-                Constituent::Air => rayleigh_phase(angle.cosine),
-                Constituent::Aerosol => cornette_shanks_phase(angle, asymmetry),
-            };
+            let phase = plan.sky.integral.phases(view).of(constituent);
             ray.iter().any(|&value| value > 0.0).then(|| (ln(&ray[..searched.len()]), f64::from(phase)))
         });
         Self {
@@ -244,7 +238,7 @@ impl Spectra {
             weights: vec![1.0; self.training.len()],
         };
         let regressions: Vec<_> = (0..nodes).map(|i| regress(&examples, i)).collect();
-        let colours = plan.training().node_weights(&examples, &regressions, &observer::wavelengths());
+        let colours = plan.sky.training().node_weights(&examples, &regressions, &observer::wavelengths());
         for (rgb, judged) in rgb.iter_mut().zip(&self.judged) {
             let Some((ray, phase)) = judged else { continue };
             let logarithms = at(ray);

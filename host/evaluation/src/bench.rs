@@ -15,8 +15,8 @@ use super::readback;
 use super::timing::{Job, Times, fitting_size, interleaved, job};
 use crate::problem::Result;
 use sorairo::PixelFormat;
-use sorairo::device::{Device, Kernel};
-use sorairo::plan::Plan;
+use sorairo::device::Device;
+use sorairo::plan::{Kernel, Plan};
 use sorairo::scene::{ColourPath, Exposure, Fit, PathChoice, Scene, Size};
 use sorairo::spectra::observer;
 
@@ -231,7 +231,7 @@ fn times(configurations: &[Configuration], device: &Device, size: Size, sun: f64
 fn gather(configuration: &Configuration, light: &'static str, times: Times, skies: &Skies) -> Result<Measured> {
     let day = light == "day";
     let sun = TIMED_AT[usize::from(!day)];
-    let steps = plan(&scene(configuration, sun))?.steps();
+    let steps = plan(&scene(configuration, sun))?.samples_per_piece();
     let mut errors: Vec<(Air, Errors)> = Vec::new();
     for (air, _, error) in skies.iter().filter(|sky| sky.1 == day) {
         match errors.last_mut() {
@@ -275,7 +275,7 @@ fn ways_at(device: &Device, size: Size) -> Result<Vec<Way>> {
     let regression = of(Fit::Extinction, ColourPath::Folded)?;
     let lookup = with_lookup(size)?;
     let (solved, folded) = (of(Fit::Cubic, ColourPath::Solve)?, of(Fit::Cubic, ColourPath::Folded)?);
-    let irradiance = folded.bands[0].solar_irradiance;
+    let irradiance = folded.buffers().bands[0].solar_irradiance;
     let matrix: [Vec4; 3] = [0, 1, 2].map(|row| folded.colour[row] / irradiance);
     let read_back = |finish: &dyn Fn(&[u32]) -> Vec<f32>| {
         let run = device.backend.run(&solved, Kernel::Radiance)?;
@@ -486,10 +486,10 @@ mod tests {
         assert!(list.last().unwrap().steps.is_none());
         for configuration in list.iter().filter(|configuration| configuration.steps.is_none_or(|steps| steps == 4)) {
             let plan = plan(&scene(configuration, 30.0)).unwrap();
-            assert_eq!(plan.wavelengths, configuration.bands);
+            assert_eq!(plan.sky.integral.wavelengths, configuration.bands);
         }
         // The bench's default is the program's.
         let default = plan(&Scene::default()).unwrap();
-        assert_eq!(default.wavelengths, list.last().unwrap().bands);
+        assert_eq!(default.sky.integral.wavelengths, list.last().unwrap().bands);
     }
 }

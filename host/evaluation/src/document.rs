@@ -7,7 +7,7 @@ use chrono::Utc;
 use serde::Serialize;
 
 use crate::problem::{Error, Result};
-use sorairo::device::Device;
+use sorairo::device::{Device, DeviceKind};
 use sorairo::files::stage;
 
 /// Where and when something was measured.
@@ -15,8 +15,8 @@ use sorairo::files::stage;
 pub struct Machine {
     /// Name of the device that ran the kernels.
     pub device: String,
-    /// `gpu` or `cpu`.
-    pub backend: &'static str,
+    /// What kind of device.
+    pub backend: DeviceKind,
     /// Name of the processor, where the system tells.
     pub processor: String,
     /// Threads that the processor runs at once.

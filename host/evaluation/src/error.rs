@@ -5,10 +5,9 @@
 //! observer's 81-sample sum of [`DenseSpectrum`]: every sample integrated, and summed in double precision.
 
 use rayon::prelude::*;
-use sorairo_shared::glam::{DVec3, Vec3};
+use sorairo_shared::glam::{DVec3, Vec3, Vec4};
 use sorairo_shared::observer::observe_cubic;
-use sorairo_shared::phase::{ScatteringAngle, cornette_shanks_phase, rayleigh_phase};
-use sorairo_shared::sky::{SOLVED, constituents, transfer, view_ray};
+use sorairo_shared::sky::SOLVED;
 
 use super::metrics::Errors;
 use crate::problem::Result;
@@ -88,7 +87,7 @@ pub fn true_xyz(scene: &Scene, views: &[Vec3]) -> Result<Vec<DVec3>> {
     let mut cheapest = scene.clone();
     (cheapest.render.fit, cheapest.render.bands) = (Fit::Transfer, None);
     cheapest.render.color = ColourPath::Folded;
-    let dense = DenseSpectrum::new(&plan(&cheapest)?, &observer::wavelengths());
+    let dense = DenseSpectrum::new(&plan(&cheapest)?.sky, &observer::wavelengths());
     let weights: Vec<DVec3> =
         observer::wavelengths().into_iter().map(|nm| observer::weights(scene.render.observer, nm)).collect();
     let sum = |view: &Vec3| dense.radiance(*view).into_iter().zip(&weights).map(|(radiance, &w)| w * radiance).sum();
@@ -97,18 +96,15 @@ pub fn true_xyz(scene: &Scene, views: &[Vec3]) -> Result<Vec<DVec3>> {
 
 /// A plan's XYZ in a direction, integrated there, before it is brought into the gamut of the display (W·m⁻²·sr⁻¹).
 pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
-    let Plan { uniform, bands, quadrature, colour, variant, .. } = plan;
-    if plan.fit_kind() == SOLVED {
-        let radiance = transfer(uniform, &bands[0], quadrature, view, *variant) * bands[0].fit_irradiance;
-        return observe_cubic(uniform.band_wavelengths, radiance, colour).as_dvec3();
+    let (sky, integral) = (&plan.sky, &plan.sky.integral);
+    if sky.fit_kind() == SOLVED {
+        let irradiance = integral.bands[0].fit_irradiance.to_array();
+        let transfer = integral.transfer(view);
+        let radiance = Vec4::from_array(std::array::from_fn(|i| transfer[i] as f32 * irradiance[i]));
+        return observe_cubic(integral.uniform.band_wavelengths, radiance, &sky.colour).as_dvec3();
     }
-    let ray = view_ray(uniform, view);
-    let rgb = constituents(uniform, plan.buffers(), ray, plan.fit_kind(), *variant);
-    let phases = (
-        rayleigh_phase(ray.nu),
-        cornette_shanks_phase(ScatteringAngle::of_ray(ray), uniform.atmosphere.aerosol_asymmetry),
-    );
-    plan.space.from_xyz.inverse() * (rgb.air * phases.0 + rgb.aerosol * phases.1).as_dvec3()
+    let rgb = integral.phases(view).applied(sky.constituents(integral.ray(view)));
+    sky.space.from_xyz.inverse() * rgb.as_dvec3()
 }
 
 #[cfg(test)]
@@ -131,8 +127,8 @@ mod tests {
             (scene.render.fit, scene.render.color, scene.render.bands) = (fit, color, bands);
             let plan = plan(&scene).unwrap();
             for view in views(&scene) {
-                let rgb = (plan.space.from_xyz * xyz(&plan, view)).as_vec3();
-                let (mapped, drawn) = (into_gamut(rgb, &plan.uniform.rgb), plan.sky(view));
+                let rgb = (plan.sky.space.from_xyz * xyz(&plan, view)).as_vec3();
+                let (mapped, drawn) = (into_gamut(rgb, &plan.uniform.rgb), plan.radiance(view));
                 // Folding the rows in single precision rounds each of a dozen terms that nearly cancel.
                 assert!(
                     (mapped - drawn).abs().max_element() <= 1e-5 * drawn.max_element(),

@@ -100,7 +100,8 @@ fn each_group(radiance: &[u32], space: &RgbSpace, compute: impl Fn(&[Lane; 4]) -
 mod tests {
     use super::*;
     use crate::error::plan;
-    use sorairo::device::{Backend, Kernel, cpu::Cpu};
+    use sorairo::device::{Backend, cpu::Cpu};
+    use sorairo::plan::Kernel;
     use sorairo::scene::{ColourPath, Fit, Scene};
 
     #[test]
@@ -112,7 +113,7 @@ mod tests {
         scene.render.color = ColourPath::Solve;
         let solved = plan(&scene).unwrap();
         let radiance = Cpu.run(&solved, Kernel::Radiance).unwrap().words;
-        let irradiance = folded.bands[0].solar_irradiance;
+        let irradiance = folded.buffers().bands[0].solar_irradiance;
         let matrix = [0, 1, 2].map(|row| folded.colour[row] / irradiance);
         let space = &solved.uniform.rgb;
         let images =

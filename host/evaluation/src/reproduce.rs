@@ -18,9 +18,10 @@ use super::metrics::{ColourError, Errors, RadianceError};
 use super::picture::Sheet;
 use super::timing::{Job, Times, fitting_size, interleaved, job};
 use crate::problem::Result;
-use sorairo::device::{Device, Kernel};
+use sorairo::PixelFormat;
+use sorairo::device::Device;
 use sorairo::files::png;
-use sorairo::plan::{Plan, exposure};
+use sorairo::plan::{Kernel, Plan};
 use sorairo::scene::{ColourPath, Fit, Preset, Projection, Scene, Size};
 use sorairo::spectrum::{DenseSpectrum, FittedSpectrum};
 
@@ -141,11 +142,11 @@ pub fn table_1() -> Result<Vec<Row>> {
     for sun in SUNS {
         let plans = FITS.map(|(fit, _)| plan(&paper(fit, sun)));
         let plans: Vec<Plan> = plans.into_iter().collect::<Result<_>>()?;
-        let dense = DenseSpectrum::new(&plans[0], &wavelengths);
+        let dense = DenseSpectrum::new(&plans[0].sky, &wavelengths);
         let views: Vec<Vec3> = pixels(&plans[0], 4).into_iter().flatten().collect();
         let reference: Vec<Vec<f64>> = views.par_iter().map(|&view| dense.radiance(view)).collect();
         for (plan, pairs) in plans.iter().zip(&mut pairs) {
-            let fitted = FittedSpectrum::new(plan, &wavelengths);
+            let fitted = FittedSpectrum::new(&plan.sky, &wavelengths);
             let of_view = |(view, reference): (&Vec3, &Vec<f64>)| {
                 fitted.radiance(*view).into_iter().zip(reference.iter().copied()).collect::<Vec<_>>()
             };
@@ -175,9 +176,9 @@ fn draw(folder: &Path, sun: f64) -> Result<Vec<Errors>> {
         views.par_iter().map(|view| view.map_or(DVec3::ZERO, |view| xyz(plan, view))).collect()
     };
     let reference = image(&dense);
-    let exposure = exposure::automatic(&plan(&paper(Fit::Transfer, sun))?);
+    let exposure = Plan::new(&paper(Fit::Transfer, sun), PixelFormat::LinearRgb)?.uniform.exposure;
     let picture = |name: &str, xyz: &[DVec3]| {
-        let (to_rgb, space) = (dense.space.from_xyz, &dense.uniform.rgb);
+        let (to_rgb, space) = (dense.sky.space.from_xyz, &dense.uniform.rgb);
         let bytes = xyz.iter().flat_map(|&xyz| {
             srgb8(into_gamut((to_rgb * xyz).as_vec3(), space), exposure).to_le_bytes().into_iter().take(3)
         });

@@ -12,9 +12,9 @@ use super::document::{Machine, make_folder, table, write};
 use super::error::plan;
 use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated, streamed};
 use crate::problem::{Error, Result};
-use sorairo::device::{Device, Kernel, cpu};
-use sorairo::plan::Plan;
-use sorairo::plan::path::LookupSize;
+use sorairo::device::{Device, DeviceKind, cpu};
+use sorairo::plan::lookup::LookupSize;
+use sorairo::plan::{Kernel, Plan};
 use sorairo::scene::{Projection, Scene, Size};
 
 /// The image on which paths and kernels are compared.
@@ -130,7 +130,7 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
 }
 
 /// Starts this program anew and renders a picture, several times.
-fn cold_process(folder: &Path, device: &str, kind: &str) -> Result<Spread> {
+fn cold_process(folder: &Path, device: &str, kind: DeviceKind) -> Result<Spread> {
     let failed = |error: std::io::Error| Error::Nothing(format!("the program cannot be started anew: {error}"));
     let program = std::env::current_exe().map_err(failed)?;
     let picture = folder.join(".first-picture.png");
@@ -138,7 +138,14 @@ fn cold_process(folder: &Path, device: &str, kind: &str) -> Result<Spread> {
     for _ in 0..ROUNDS {
         let start = Instant::now();
         let status = Command::new(&program)
-            .args(["render", "--size", "1024x512", "--device", if kind == "cpu" { "cpu" } else { device }, "-o"])
+            .args([
+                "render",
+                "--size",
+                "1024x512",
+                "--device",
+                if kind == DeviceKind::Cpu { "cpu" } else { device },
+                "-o",
+            ])
             .arg(&picture)
             .stderr(Stdio::null())
             .status()
@@ -245,12 +252,10 @@ fn lookups_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec
     let projection = scene.camera.projection;
     let integrated = plan(&scene)?;
     let chosen = looked_up(scene)?;
-    let planned = chosen.path.lookup.ok_or_else(|| Error::Nothing("the default scene has no sky lookup".into()))?;
+    let planned = chosen.lookup.size.ok_or_else(|| Error::Nothing("the default scene has no sky lookup".into()))?;
     let sized = |&(above, azimuths): &(u32, u32)| {
-        let mut plan = chosen.clone();
         let size = LookupSize { above: if above > 0 { above } else { planned.above }, below: 0, azimuths };
-        plan.look_up(size);
-        (size, plan)
+        (size, chosen.clone().with_lookup(size))
     };
     let plans: Vec<(LookupSize, Plan)> = sizes.iter().map(sized).collect();
     let mut jobs: Vec<Job> = plans.iter().map(|(_, plan)| job(device, plan, plan.kernel())).collect();

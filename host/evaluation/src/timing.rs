@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::error::plan;
 use crate::problem::Result;
-use sorairo::device::{Device, Kernel};
-use sorairo::plan::Plan;
+use sorairo::device::Device;
+use sorairo::plan::{Kernel, Plan};
 use sorairo::scene::{Scene, Size};
 
 /// Rounds that are measured, after one that is not.

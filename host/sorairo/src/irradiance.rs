@@ -8,7 +8,7 @@ use sorairo_shared::glam::DVec3;
 
 use crate::plan::quadrature::gauss_legendre;
 use crate::plan::sun_disc::Sun;
-use crate::plan::{Plan, direction};
+use crate::plan::{SkyPlan, direction};
 use crate::spectra::observer;
 use crate::spectrum::FittedSpectrum;
 
@@ -41,10 +41,10 @@ pub struct SkyLight {
 }
 
 impl SkyLight {
-    /// That of a plan: the integral of the fit's radiance and of its RGB over the upper hemisphere, by Gauss-Legendre quadrature
+    /// That of a sky: the integral of the fit's radiance and of its RGB over the upper hemisphere, by Gauss-Legendre quadrature
     /// with nodes crowded around the sun.
-    pub fn new(plan: &Plan) -> Self {
-        if plan.lit_rows.is_empty() {
+    pub fn new(sky: &SkyPlan) -> Self {
+        if sky.is_night {
             return Self {
                 irradiance_w_m2: 0.0,
                 irradiance_rgb: [0.0; 3],
@@ -55,19 +55,19 @@ impl SkyLight {
             };
         }
         let wavelengths = observer::wavelengths();
-        let spectrum = FittedSpectrum::new(plan, &wavelengths);
+        let spectrum = FittedSpectrum::new(sky, &wavelengths);
         let radiance = |elevation: f64, azimuth: f64| {
-            let view = direction(elevation, plan.sun_azimuth + azimuth).as_vec3();
-            (plan.sky(view).as_dvec3(), power_and_luminance(plan, &wavelengths, &spectrum.radiance(view)))
+            let view = direction(elevation, sky.integral.sun_azimuth + azimuth).as_vec3();
+            (sky.radiance(view).as_dvec3(), power_and_luminance(sky, &wavelengths, &spectrum.radiance(view)))
         };
-        let sum = nodes(plan, ELEVATIONS, AZIMUTHS)
+        let sum = nodes(sky, ELEVATIONS, AZIMUTHS)
             .into_par_iter()
             .map(|(elevation, azimuth, weight)| {
                 let (rgb, measures) = radiance(elevation, azimuth);
                 (rgb * weight, measures * weight)
             })
             .reduce(|| (DVec3::ZERO, DVec3::ZERO), |a, b| (a.0 + b.0, a.1 + b.1));
-        let (sun_power, sun_rgb) = Sun::new(plan).irradiance();
+        let (sun_power, sun_rgb) = Sun::new(sky).irradiance();
         Self {
             irradiance_w_m2: sum.1.x,
             irradiance_rgb: sum.0.to_array(),
@@ -80,19 +80,19 @@ impl SkyLight {
 }
 
 /// The radiance (W·m⁻²·sr⁻¹) and the luminance (the same, weighted by ȳ) of a spectrum at the observer's wavelengths, in `x` and `y`.
-fn power_and_luminance(plan: &Plan, wavelengths: &[f64], spectrum: &[f64]) -> DVec3 {
+fn power_and_luminance(sky: &SkyPlan, wavelengths: &[f64], spectrum: &[f64]) -> DVec3 {
     let mut sum = DVec3::ZERO;
     for (&nm, radiance) in wavelengths.iter().zip(spectrum) {
         // The trapezoidal rule: half an interval belongs to each end of the range.
         let width = if nm == observer::START || nm == observer::END { 0.5 } else { 1.0 } * observer::STEP;
-        sum += DVec3::new(width, observer::weights(plan.observer, nm).y, 0.0) * radiance.max(0.0);
+        sum += DVec3::new(width, observer::weights(sky.observer, nm).y, 0.0) * radiance.max(0.0);
     }
     sum
 }
 
 /// Directions (degrees: elevation, azimuth from the sun) and weights (sr, times the cosine from the zenith) of the hemisphere.
-fn nodes(plan: &Plan, elevations: u32, azimuths: u32) -> Vec<(f64, f64, f64)> {
-    let sun = f64::from(plan.uniform.sun.z).asin().to_degrees().max(0.0);
+fn nodes(sky: &SkyPlan, elevations: u32, azimuths: u32) -> Vec<(f64, f64, f64)> {
+    let sun = f64::from(sky.integral.uniform.sun.z).asin().to_degrees().max(0.0);
     let around_sun = [(sun, 0.0), (sun, 90.0)].map(|(from, to)| crowded(elevations, from, to));
     let azimuths = crowded(azimuths, 0.0, 180.0);
     let row = |(elevation, weight): (f64, f64)| {
@@ -114,20 +114,19 @@ fn crowded(n: u32, from: f64, to: f64) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::PixelFormat;
-    use crate::scene::Scene;
+    use crate::scene::{Rgb, Scene};
 
-    fn plan(sun: f64, change: impl FnOnce(&mut Scene)) -> Plan {
+    fn sky(sun: f64, change: impl FnOnce(&mut Scene)) -> SkyPlan {
         let mut scene = Scene::default();
         scene.sun.elevation = sun;
         change(&mut scene);
-        Plan::new(&scene, PixelFormat::LinearRgb).unwrap()
+        SkyPlan::new(&scene, Rgb::Srgb)
     }
 
     #[test]
     fn the_hemisphere_has_a_projected_solid_angle_of_pi() {
         for sun in [-4.0, 0.0, 37.0, 90.0] {
-            let sum: f64 = nodes(&plan(sun, |_| {}), ELEVATIONS, AZIMUTHS).iter().map(|node| node.2).sum();
+            let sum: f64 = nodes(&sky(sun, |_| {}), ELEVATIONS, AZIMUTHS).iter().map(|node| node.2).sum();
             // The nodes are rounded to single precision.
             assert!((sum / PI - 1.0).abs() < 1e-6, "{sun}: {sum}");
         }
@@ -138,15 +137,15 @@ mod tests {
         for (sun, asymmetry, optical_depth) in
             [(-4.0, 0.8, 0.005), (5.0, 0.8, 0.3), (30.0, 0.95, 0.3), (90.0, 0.9, 0.1)]
         {
-            let plan = plan(sun, |scene| {
+            let sky = sky(sun, |scene| {
                 scene.atmosphere.aerosol.asymmetry = asymmetry;
                 scene.atmosphere.aerosol.optical_depth = optical_depth;
             });
-            let light = SkyLight::new(&plan);
-            let fine: DVec3 = nodes(&plan, 8 * ELEVATIONS, 8 * AZIMUTHS)
+            let light = SkyLight::new(&sky);
+            let fine: DVec3 = nodes(&sky, 8 * ELEVATIONS, 8 * AZIMUTHS)
                 .into_par_iter()
                 .map(|(elevation, azimuth, weight)| {
-                    plan.sky(direction(elevation, plan.sun_azimuth + azimuth).as_vec3()).as_dvec3() * weight
+                    sky.radiance(direction(elevation, sky.integral.sun_azimuth + azimuth).as_vec3()).as_dvec3() * weight
                 })
                 .sum();
             let error = (DVec3::from_array(light.irradiance_rgb) / fine - 1.0).abs().max_element();
@@ -158,9 +157,9 @@ mod tests {
 
     #[test]
     fn illuminance_is_the_luminance_of_the_rgb() {
-        let plan = plan(30.0, |_| {});
-        let light = SkyLight::new(&plan);
-        let luminance = LUMENS_PER_WATT * plan.space.luminance.dot(DVec3::from_array(light.irradiance_rgb));
+        let sky = sky(30.0, |_| {});
+        let light = SkyLight::new(&sky);
+        let luminance = LUMENS_PER_WATT * sky.space.luminance.dot(DVec3::from_array(light.irradiance_rgb));
         // The observer nodes of the fit stand for 81; a luminance of Rec. 709 is rounded to four digits.
         assert!((light.illuminance_lux / luminance - 1.0).abs() < 1e-3, "{} {luminance}", light.illuminance_lux);
         // A sky without its sun: some ten thousand lux by day (single scattering gives the larger part of it).
@@ -171,6 +170,6 @@ mod tests {
 
     #[test]
     fn a_night_throws_no_light() {
-        assert_eq!(SkyLight::new(&plan(-30.0, |_| {})).illuminance_lux, 0.0);
+        assert_eq!(SkyLight::new(&sky(-30.0, |_| {})).illuminance_lux, 0.0);
     }
 }

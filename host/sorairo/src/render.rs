@@ -7,15 +7,16 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::PixelFormat;
-use crate::device::{Device, Times};
+use crate::device::{Device, DeviceKind, Times};
 use crate::error::{Error, Result};
 use crate::files::{self, Format, Image, Staged, Writer};
 use crate::input::shown;
 use crate::irradiance::SkyLight;
+use sorairo_shared::variant::PixelFormat;
+
 use crate::plan::Plan;
 use crate::plan::explain::explain;
-use crate::plan::path::Path;
+use crate::plan::lookup::Lookup;
 use crate::scene::{ColourObserver, ColourPath, ExrDepth, Fit, Rgb, Scene, WhiteBalance};
 
 /// Wavelengths (nm) of a spectral file, if none are asked for: 380 to 780 by 10.
@@ -62,8 +63,8 @@ impl Request {
 pub struct Report {
     /// Name of the device.
     pub device: String,
-    /// `gpu` or `cpu`.
-    pub backend: &'static str,
+    /// What kind of device.
+    pub backend: DeviceKind,
     /// Width (pixels).
     pub width: u32,
     /// Height (pixels).
@@ -85,7 +86,7 @@ pub struct Report {
     /// Samples on each piece of a ray.
     pub steps: u32,
     /// Whether pixels were integrated or looked up, and why.
-    pub path: Path,
+    pub path: Lookup,
     /// What the plan skips, and what that saves.
     pub explain: Vec<String>,
     /// Factor from linear RGB to the picture's linear value, as a power of two.
@@ -243,7 +244,7 @@ pub fn render(
     let plan = &job.plan;
     let sky_light = request.sky_light.then(|| {
         stage("measuring the sky's light");
-        SkyLight::new(plan)
+        SkyLight::new(&plan.sky)
     });
     Ok(Report {
         device: device.name,
@@ -254,11 +255,11 @@ pub fn render(
         sun_azimuth: scene.sun.azimuth,
         fit: scene.render.fit,
         color: scene.render.color,
-        rgb: plan.space.rgb,
-        observer: plan.observer,
-        white_balance: plan.space.balance,
-        steps: plan.steps(),
-        path: plan.path.clone(),
+        rgb: plan.sky.space.rgb,
+        observer: plan.sky.observer,
+        white_balance: plan.sky.space.balance,
+        steps: plan.samples_per_piece(),
+        path: plan.lookup.clone(),
         explain: explain(plan, scene.camera.projection),
         exposure_ev: plan.uniform.exposure.log2(),
         sky_light,

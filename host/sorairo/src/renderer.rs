@@ -46,8 +46,8 @@ impl Renderer {
             rgb: bytemuck::allocation::cast_vec(run.words),
             exposure: plan.uniform.exposure,
             scene: scene.clone(),
-            space: plan.space,
-            display: plan.display(),
+            space: plan.sky.space,
+            display: plan.sky.display(),
         })
     }
 }

@@ -20,7 +20,7 @@ const BANDS: Color32 = Color32::from_gray(170);
 
 /// Says what the lines of the plot are, from the right to the left.
 pub fn legend(ui: &mut Ui, spectrum: &PointSpectrum) {
-    let count = spectrum.plan.wavelengths.len();
+    let count = spectrum.plan.sky.integral.wavelengths.len();
     for (name, mark, colour) in [
         ("bands".to_owned(), "┆", BANDS),
         (format!("{count} bands and their fit"), "━", FITTED),
@@ -61,7 +61,7 @@ pub fn show(ui: &mut Ui, spectrum: &PointSpectrum) {
             plot.bar_chart(bars);
             plot.line(dense);
             plot.line(fitted);
-            for &band in &spectrum.plan.wavelengths {
+            for &band in &spectrum.plan.sky.integral.wavelengths {
                 let line = VLine::new("bands", band).color(BANDS).width(1.0);
                 plot.vline(line.style(LineStyle::dashed_dense()).allow_hover(false));
             }
@@ -103,8 +103,8 @@ impl Unit {
 
 /// The colour of light of one wavelength (nm) on a screen, as far as it shows it, darker where the observer sees less.
 fn spectral_colour(plan: &Plan, wavelength: f64) -> Color32 {
-    let xyz = observer::weights(plan.observer, wavelength);
-    let rgb = into_gamut((plan.space.from_xyz * xyz).as_vec3(), &plan.space.for_kernels());
+    let xyz = observer::weights(plan.sky.observer, wavelength);
+    let rgb = into_gamut((plan.sky.space.from_xyz * xyz).as_vec3(), &plan.sky.space.for_kernels());
     let strength = (xyz.max_element() / (2.0 * observer::STEP)).sqrt() as f32;
     colour(srgb8(rgb * (strength / math::max(rgb.max_element(), f32::MIN_POSITIVE)), 1.0))
 }

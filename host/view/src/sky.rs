@@ -167,7 +167,7 @@ pub fn colour(pixel: u32) -> Color32 {
 
 fn point_spectrum(plan: &Arc<Plan>, point: [f64; 2]) -> Result<Option<PointSpectrum>> {
     let Some(towards) = direction_at(plan, point) else { return Ok(None) };
-    let samples = spectrum(plan, towards.elevation, towards.azimuth, &observer::wavelengths())?;
+    let samples = spectrum(&plan.sky, towards.elevation, towards.azimuth, &observer::wavelengths())?;
     Ok(Some(PointSpectrum { towards, samples, plan: Arc::clone(plan) }))
 }
 
@@ -177,7 +177,8 @@ mod tests {
     use std::sync::Mutex;
 
     use sorairo::device::cpu::{self, Cpu};
-    use sorairo::device::{Backend, Kernel, TakeRows, Times};
+    use sorairo::device::{Backend, TakeRows, Times};
+    use sorairo::plan::Kernel;
 
     use super::*;
 

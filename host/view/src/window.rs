@@ -301,7 +301,7 @@ impl ShownSky {
 
     /// The size of the picture, and the way that its pixels took.
     fn way(&self) -> String {
-        format!("{}×{} pixels, {}", self.plan.width(), self.plan.height(), self.plan.path)
+        format!("{}×{} pixels, {}", self.plan.width(), self.plan.height(), self.plan.lookup)
     }
 }
 
@@ -465,7 +465,7 @@ mod tests {
         let Direction { elevation, azimuth } = spectrum.towards;
         // A pixel is 0.4° wide and high.
         assert!((elevation - 45.0).abs() < 0.4 && (azimuth - 90.0).abs() < 0.4, "{}", in_words(spectrum.towards));
-        let expected = sorairo::spectrum::spectrum(&spectrum.plan, 45.0, 90.0, &[550.0]).unwrap()[0];
+        let expected = sorairo::spectrum::spectrum(&spectrum.plan.sky, 45.0, 90.0, &[550.0]).unwrap()[0];
         let found = spectrum.samples.iter().find(|sample| sample.wavelength_nm == 550.0).unwrap();
         // The sky changes by less over half a pixel.
         assert!((found.radiance / expected.radiance - 1.0).abs() < 0.02, "{found:?} {expected:?}");

@@ -9,7 +9,7 @@ use super::integral::{Cell, MAP_ALTITUDES, MAP_SUNS, MAP_VIEWS};
 use crate::chart::{Drawn, font, register_fonts};
 use crate::problem::{Error, Result};
 use sorairo::files::png;
-use sorairo::plan::sampling::BOUND;
+use sorairo::plan::samples::BOUND;
 
 /// Size of the picture (pixels).
 const SIZE: (u32, u32) = (2700, 1880);

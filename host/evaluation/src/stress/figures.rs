@@ -6,7 +6,6 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use rand::RngExt;
 use rayon::prelude::*;
-use sorairo_shared::sky::transfer;
 
 use super::generator;
 use super::solve::{Form, error_of, reference};
@@ -47,8 +46,9 @@ pub fn sky_at(bands: [f64; 4]) -> Result<[f32; 4]> {
     scene.render.fit = Fit::Transfer;
     scene.render.bands = Some(bands.to_vec());
     let plan = Plan::new(&scene, PixelFormat::LinearRgb)?;
-    let view = direction(VIEW.0, plan.sun_azimuth + VIEW.1).as_vec3();
-    Ok(transfer(&plan.uniform, &plan.bands[0], &plan.quadrature, view, plan.variant).to_array())
+    let view = direction(VIEW.0, plan.sky.integral.sun_azimuth + VIEW.1).as_vec3();
+    let transfer = plan.sky.integral.transfer(view);
+    Ok(std::array::from_fn(|i| transfer[i] as f32))
 }
 
 /// Writes `solve.png`.

@@ -12,14 +12,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_oracle::{Coefficients, Medium, Ray, scattered_radiance_bands_within};
 use sorairo_shared::glam::{DVec3, Vec3};
-use sorairo_shared::sky::transfer;
 
 use super::scenes::{bounds, thin_the_top};
 use super::{Outcome, generator};
 use crate::judge;
 use sorairo::PixelFormat;
-use sorairo::plan::sampling::{BOUND, error};
-use sorairo::plan::{Plan, direction, path};
+use sorairo::plan::samples::{BOUND, error};
+use sorairo::plan::{Plan, direction, directions};
 use sorairo::scene::{Exposure, Fit, PathChoice, Scene};
 
 /// Rays of a scene.
@@ -146,7 +145,7 @@ fn cells(altitude: f64, sun: f64) -> impl Iterator<Item = Cell> {
     let mut scene = Scene::default();
     scene.sun.elevation = sun;
     scene.observer.altitude = altitude;
-    let horizon = path::horizon(scene.atmosphere.ground_radius, altitude).to_degrees();
+    let horizon = directions::horizon(scene.atmosphere.ground_radius, altitude).to_degrees();
     let elevations = MAP_VIEWS.map(|view| (horizon + view).clamp(-90.0, 90.0));
     let toward =
         |elevation: f64| MAP_AZIMUTHS.map(|azimuth| direction(elevation, scene.sun.azimuth + azimuth).as_vec3());
@@ -184,22 +183,21 @@ struct Judge<'a> {
 
 impl<'a> Judge<'a> {
     fn new(scene: &'a Scene, plan: &'a Plan) -> Self {
-        let bands = plan.wavelengths.iter().map(|&nm| judge::coefficients(scene, nm)).collect();
+        let bands = plan.sky.integral.wavelengths.iter().map(|&nm| judge::coefficients(scene, nm)).collect();
         let sun = unit(plan.uniform.sun.truncate());
         Self { scene, plan, medium: judge::medium(scene), bands, sun }
     }
 
     /// The integral and the oracle at the four bands.
     fn pair(&self, view: Vec3) -> [(f64, f64); 4] {
-        let Plan { uniform, bands, quadrature, variant, .. } = self.plan;
-        let values = transfer(uniform, &bands[0], quadrature, view, *variant).to_array();
+        let values = self.plan.sky.integral.transfer(view);
         let references = self.reference(unit(view), self.sun);
-        std::array::from_fn(|i| (f64::from(values[i]), references[i]))
+        std::array::from_fn(|i| (values[i], references[i]))
     }
 
     /// Elevation of the horizon (radians).
     fn horizon(&self) -> f64 {
-        path::horizon(self.scene.atmosphere.ground_radius, f64::from(self.plan.uniform.altitude))
+        directions::horizon(self.scene.atmosphere.ground_radius, f64::from(self.plan.uniform.altitude))
     }
 
     fn reference(&self, view: [f64; 3], sun: [f64; 3]) -> Vec<f64> {
@@ -213,12 +211,12 @@ impl<'a> Judge<'a> {
         let mut case = Case {
             scene: self.scene.clone(),
             view,
-            wavelength: self.plan.wavelengths[worst],
+            wavelength: self.plan.sky.integral.wavelengths[worst],
             value: pair[worst].0,
             reference: pair[worst].1,
             brightest: brightest[worst],
             error: errors[worst],
-            steps: self.plan.steps(),
+            steps: self.plan.samples_per_piece(),
             excused: false,
         };
         if case.error > BOUND && case.error.is_finite() {
@@ -397,7 +395,7 @@ fn random_sun(rng: &mut ChaCha8Rng, scene: &Scene) -> f64 {
         1 => side * log_uniform(rng, 1e-6, 1.0),
         // Where the last sunlit air at the zenith, or at the end of the farthest view, goes dark.
         2 => {
-            let twilight = -path::horizon(a.ground_radius, a.top_radius - a.ground_radius).to_degrees();
+            let twilight = -directions::horizon(a.ground_radius, a.top_radius - a.ground_radius).to_degrees();
             let times = if rng.random_bool(0.5) { -1.0 } else { -2.0 };
             times * twilight * (1.0 + side * log_uniform(rng, 1e-6, 0.1))
         }
@@ -426,7 +424,7 @@ fn random_altitude(rng: &mut ChaCha8Rng, scene: &Scene) -> f64 {
 /// the sun.
 fn random_view(rng: &mut ChaCha8Rng, scene: &Scene, index: u64) -> DVec3 {
     let a = &scene.atmosphere;
-    let horizon = path::horizon(a.ground_radius, scene.observer.altitude).to_degrees();
+    let horizon = directions::horizon(a.ground_radius, scene.observer.altitude).to_degrees();
     let azimuth = scene.sun.azimuth
         + match rng.random_range(0..4) {
             0 => [0.0, 90.0, 180.0, -180.0][rng.random_range(0..4)],
@@ -462,5 +460,5 @@ fn limb(rng: &mut ChaCha8Rng, scene: &Scene) -> f64 {
     } else {
         (a.air.scale_height * rng.random_range(0.0..=8.0)).min(highest)
     };
-    path::horizon(a.ground_radius + lowest_point, scene.observer.altitude - lowest_point).clamp(-FRAC_PI_2, PI)
+    directions::horizon(a.ground_radius + lowest_point, scene.observer.altitude - lowest_point).clamp(-FRAC_PI_2, PI)
 }

@@ -14,9 +14,9 @@ use strum::IntoEnumIterator;
 use super::{Outcome, generator};
 use crate::problem::Error;
 use sorairo::device::cpu::Cpu;
-use sorairo::device::{Backend, Device, Kernel};
-use sorairo::plan::Plan;
-use sorairo::plan::linear::{Interpolant, LinearFit};
+use sorairo::device::{Backend, Device, DeviceKind};
+use sorairo::plan::fit::linear::{Interpolant, LinearFit};
+use sorairo::plan::{Kernel, Plan};
 use sorairo::scene::keys::{self, CLOSEST_BANDS, DENSEST_TOP, FARTHEST_DISC, band_counts};
 use sorairo::scene::{
     AlbedoSpectrum, ColourObserver, ColourPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Preset, Projection,
@@ -483,7 +483,7 @@ fn shown(rgb: &[f32], exposure: f32) -> [f64; 3] {
 /// Renders random scenes on the CPU and on a device, and looks at every pixel.
 pub fn scenes(seed: u64, cases: u64, device: &Device) -> Outcome {
     let mut devices: Vec<&dyn Backend> = vec![&Cpu];
-    if device.kind != "cpu" {
+    if device.kind != DeviceKind::Cpu {
         devices.push(&*device.backend);
     }
     let refused = AtomicU64::new(0);

@@ -10,9 +10,11 @@ use sorairo_shared::kernels::{SENTINEL, lookup_colours, lookup_pixel, radiance_p
 use sorairo_shared::lookup::entries;
 use sorairo_shared::uniform::Uniform;
 
-use super::{Backend, Device, Kernel, TakeRows, Times, invocations_per_row, rows_at_once, words_per_row};
+use super::backend::{Backend, TakeRows, Times};
+use super::chosen::{Device, DeviceKind};
+use super::rows::{invocations_per_row, rows_at_once, words_per_row};
 use crate::error::Result;
-use crate::plan::Plan;
+use crate::plan::{Kernel, Plan};
 
 /// All cores, one row of the image at a time.
 pub struct Cpu;
@@ -20,7 +22,12 @@ pub struct Cpu;
 /// The CPU as a device.
 pub fn device() -> Device {
     let cores = rayon::current_num_threads();
-    Device { name: format!("CPU ({cores} threads)"), kind: "cpu", backend: Box::new(Cpu), spares: VecDeque::new() }
+    Device {
+        name: format!("CPU ({cores} threads)"),
+        kind: DeviceKind::Cpu,
+        backend: Box::new(Cpu),
+        spares: VecDeque::new(),
+    }
 }
 
 impl Backend for Cpu {
@@ -53,7 +60,7 @@ impl Backend for Cpu {
 fn sky_lookup(plan: &Plan) -> Vec<Vec4> {
     let mut lookup = vec![Vec4::ZERO; 2 * entries(&plan.uniform) as usize];
     lookup.par_chunks_mut(2).enumerate().for_each(|(entry, colours)| {
-        let rgb = lookup_colours(&plan.uniform, plan.buffers(), entry as u32, plan.fit_kind(), plan.variant);
+        let rgb = lookup_colours(&plan.uniform, plan.buffers(), entry as u32, plan.sky.fit_kind(), plan.variant);
         colours.copy_from_slice(&[rgb.air.extend(0.0), rgb.aerosol.extend(0.0)]);
     });
     lookup
@@ -68,9 +75,9 @@ fn store_pixel(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], 
             words[column as usize * size..][..size].fill(SENTINEL);
         }
         Kernel::SpectrumLinear | Kernel::SpectrumRegression => {
-            spectrum_pixel(uniform, buffers, words, column, 0, plan.fit_kind(), variant);
+            spectrum_pixel(uniform, buffers, words, column, 0, plan.sky.fit_kind(), variant);
         }
         Kernel::SkyLookup => lookup_pixel(uniform, buffers.colour, lookup, words, column, 0, variant),
-        _ => sky_pixel(uniform, buffers, words, column, 0, plan.fit_kind(), variant),
+        _ => sky_pixel(uniform, buffers, words, column, 0, plan.sky.fit_kind(), variant),
     }
 }

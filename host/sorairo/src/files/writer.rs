@@ -49,8 +49,8 @@ impl Image {
             pixel: plan.pixel,
             exposure: plan.uniform.exposure,
             scene: scene.clone(),
-            space: plan.space,
-            display: plan.display(),
+            space: plan.sky.space,
+            display: plan.sky.display(),
             wavelengths: plan.spectral.clone(),
         }
     }

@@ -1,10 +1,9 @@
 //! A plan in words: what it skips, and what that saves.
 
 use sorairo_shared::lookup::RUN;
-use sorairo_shared::variant;
+use sorairo_shared::variant::{self, PixelFormat};
 
-use super::Plan;
-use crate::PixelFormat;
+use super::image::Plan;
 use crate::scene::Projection;
 
 /// What a plan does and leaves out, a sentence each.
@@ -57,9 +56,9 @@ fn black_pixels(plan: &Plan, projection: Projection) -> Option<String> {
 }
 
 fn path(plan: &Plan) -> String {
-    let samples = u64::from(plan.steps()) * plan.bands.len() as u64;
+    let samples = u64::from(plan.samples_per_piece()) * plan.sky.integral.bands.len() as u64;
     let pixels = plan.lit_pixels();
-    match plan.path.lookup {
+    match plan.lookup.size {
         Some(size) => {
             let entries = size.entries();
             let runs = if plan.variant & variant::RUNS != 0 {
@@ -71,13 +70,13 @@ fn path(plan: &Plan) -> String {
                 "path: sky lookup of {}x{} entries ({}), {} samples instead of {}, {} bytes{runs}",
                 size.above + size.below,
                 size.azimuths,
-                plan.path.reason,
+                plan.lookup.reason,
                 entries * samples,
                 pixels * samples,
                 entries * 32
             )
         }
-        None => format!("path: direct ({}), {} samples", plan.path.reason, pixels * samples),
+        None => format!("path: direct ({}), {} samples", plan.lookup.reason, pixels * samples),
     }
 }
 
@@ -90,8 +89,8 @@ fn bytes(plan: &Plan) -> String {
         PixelFormat::LinearRgb => "linear floats and a spectrum",
     };
     let uploaded = size_of_val(&plan.uniform)
-        + size_of_val(plan.bands.as_slice())
-        + size_of_val(plan.quadrature.as_slice())
+        + size_of_val(plan.buffers().bands)
+        + size_of_val(plan.buffers().quadrature)
         + size_of_val(plan.colour.as_slice());
     format!("bytes: {uploaded} up, {read_back} back ({kind}, {} bytes a pixel)", 4 * plan.pixel_words())
 }

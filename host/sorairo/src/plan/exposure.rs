@@ -1,12 +1,25 @@
 //! Automatic exposure.
 
 use rayon::prelude::*;
+use sorairo_shared::glam::Vec3;
 
-use super::{Plan, direction};
-use crate::scene::MOST_STOPS;
+use super::directions::direction;
+use super::integral::RayIntegral;
+use crate::scene::{Exposure, MOST_STOPS};
 
 /// The linear value of a picture (of 1) at which the sky's mean luminance is shown.
 const MIDDLE: f64 = 0.25;
+
+/// The exposure factor that is asked for, of a sky by its ray integral and its linear RGB in a direction.
+pub fn of(exposure: Exposure, integral: &RayIntegral, radiance: impl Fn(Vec3) -> Vec3 + Sync) -> f32 {
+    match exposure {
+        Exposure::Stops(stops) => stops.exp2() as f32,
+        Exposure::Auto => automatic(integral, &|view| f64::from(integral.uniform.rgb.luminance(radiance(view)))),
+    }
+}
+
+/// The luminance in a direction.
+type Luminance<'a> = dyn Fn(Vec3) -> f64 + Sync + 'a;
 
 /// The exposure factor that shows the sky's mean luminance at `MIDDLE`.
 ///
@@ -15,36 +28,36 @@ const MIDDLE: f64 = 0.25;
 /// space). It depends on the sky alone, not on the camera, so that the pictures of one scene match. Where few directions alone are lit, more
 /// are looked at. A night without any light gets 1. Skies that are darker or brighter than the exposures that may be asked for,
 /// [`MOST_STOPS`], are shown at the last of them.
-pub fn automatic(plan: &Plan) -> f32 {
-    let upper = (0.0, 1.0);
+fn automatic(integral: &RayIntegral, luminance: &Luminance<'_>) -> f32 {
+    let sun = integral.sun_azimuth;
+    let (upper, lower) = ((0.0, 1.0), below(integral));
     let mean = [1, 8].into_iter().find_map(|finer| {
-        mean_log_luminance(plan, upper, finer).or_else(|| mean_log_luminance(plan, below(plan), finer))
+        mean_log_luminance(luminance, sun, upper, finer).or_else(|| mean_log_luminance(luminance, sun, lower, finer))
     });
     mean.map_or(1.0, |mean| (MIDDLE / mean.exp()).clamp((-MOST_STOPS).exp2(), MOST_STOPS.exp2()) as f32)
 }
 
 /// The lower hemisphere, and from outside the atmosphere the cone that it fills: sines of the elevation, and from -1.
-fn below(plan: &Plan) -> (f64, f64) {
-    let atmosphere = &plan.uniform.atmosphere;
+fn below(integral: &RayIntegral) -> (f64, f64) {
+    let atmosphere = &integral.uniform.atmosphere;
     let top = f64::from(atmosphere.ground_radius) + f64::from(atmosphere.depth);
-    let sine = (top / (f64::from(atmosphere.ground_radius) + f64::from(plan.uniform.altitude))).min(1.0);
+    let sine = (top / (f64::from(atmosphere.ground_radius) + f64::from(integral.uniform.altitude))).min(1.0);
     // 1 - cos without its cancellation.
     (-1.0, sine * sine / (1.0 + (1.0 - sine * sine).sqrt()))
 }
 
 /// Mean logarithm of the luminance over the directions whose sine of the elevation lies within `height` above `lowest`, `finer` times as
-/// many in elevation and azimuth as will do for most skies; `None` if they are black.
-fn mean_log_luminance(plan: &Plan, (lowest, height): (f64, f64), finer: u32) -> Option<f64> {
+/// many in elevation and azimuth as will do for most skies; `None` if they are black. `sun` is its azimuth (degrees).
+fn mean_log_luminance(luminance: &Luminance<'_>, sun: f64, (lowest, height): (f64, f64), finer: u32) -> Option<f64> {
     let (elevations, azimuths) = (8 * finer, 12 * finer);
     let view = |place: u32| {
         let (i, j) = (place / azimuths, place % azimuths);
         // Equal steps of the sine are equal solid angles.
         let sine: f64 = lowest + height * (f64::from(i) + 0.5) / f64::from(elevations);
-        let azimuth = plan.sun_azimuth + (f64::from(j) + 0.5) * 360.0 / f64::from(azimuths);
+        let azimuth = sun + (f64::from(j) + 0.5) * 360.0 / f64::from(azimuths);
         direction(sine.asin().to_degrees(), azimuth).as_vec3()
     };
-    let luminance = |place| f64::from(plan.uniform.rgb.luminance(plan.sky(view(place))));
-    let luminances: Vec<f64> = (0..elevations * azimuths).into_par_iter().map(luminance).collect();
+    let luminances: Vec<f64> = (0..elevations * azimuths).into_par_iter().map(|place| luminance(view(place))).collect();
     let lit: Vec<f64> = luminances.into_iter().filter(|&luminance| luminance > 0.0).map(f64::ln).collect();
     (!lit.is_empty()).then(|| lit.iter().sum::<f64>() / lit.len() as f64)
 }

@@ -2,17 +2,18 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use sorairo_shared::camera::Camera;
 use sorairo_shared::disc::{ELEVATIONS, LIMB_COSINES};
 use sorairo_shared::geometry::{Ray, inside_atmosphere};
 use sorairo_shared::glam::{DVec2, DVec3, Vec4};
 use sorairo_shared::math::abs;
 use sorairo_shared::profile::{column_densities, relative_densities, sun_column_densities};
-use sorairo_shared::sky::view_ray;
 use sorairo_shared::uniform::SunDisc;
 use sorairo_shared::variant;
 
-use super::Plan;
+use super::integral::RayIntegral;
 use super::quadrature::gauss_legendre;
+use super::sky::SkyPlan;
 use crate::scene::Projection;
 use crate::spectra::observer;
 
@@ -67,9 +68,9 @@ fn mean_darkening(wavelength: f64) -> f64 {
     limb_coefficients(wavelength).iter().zip(2..).map(|(power, degree)| 2.0 * power / f64::from(degree)).sum()
 }
 
-/// The sun as a plan's observer sees it.
+/// The sun as the observer sees it.
 pub struct Sun<'a> {
-    plan: &'a Plan,
+    sky: &'a SkyPlan,
     /// Angular radius (radians).
     radius: f64,
     /// Elevation of the centre (radians).
@@ -81,21 +82,21 @@ pub struct Sun<'a> {
 }
 
 impl<'a> Sun<'a> {
-    /// That of a plan.
-    pub fn new(plan: &'a Plan) -> Self {
-        let sine = (SOLAR_RADIUS / (plan.optics.sun_distance * ASTRONOMICAL_UNIT)).min(1.0);
-        let mean = |nm: f64| plan.optics.solar_irradiance(nm) / (PI * sine * sine) / mean_darkening(nm);
+    /// That of a sky.
+    pub fn new(sky: &'a SkyPlan) -> Self {
+        let sine = (SOLAR_RADIUS / (sky.integral.optics.sun_distance * ASTRONOMICAL_UNIT)).min(1.0);
+        let mean = |nm: f64| sky.integral.optics.solar_irradiance(nm) / (PI * sine * sine) / mean_darkening(nm);
         Self {
-            plan,
+            sky,
             radius: sine.asin(),
-            elevation: f64::from(plan.uniform.sun.z).asin(),
-            horizon: f64::from(plan.uniform.horizon),
+            elevation: f64::from(sky.integral.uniform.sun.z).asin(),
+            horizon: f64::from(sky.integral.uniform.horizon),
             spectrum: observer::wavelengths().into_iter().map(|nm| (nm, mean(nm))).collect(),
         }
     }
 
     /// The disc for the kernels, and its grid of linear RGB; the grid's place is not known yet.
-    pub fn for_kernels(&self, projection: Projection) -> (SunDisc, Vec<Vec4>) {
+    pub fn for_kernels(&self, projection: Projection, camera: &Camera) -> (SunDisc, Vec<Vec4>) {
         let (lowest, highest) = self.heights();
         let grid = (0..ELEVATIONS * LIMB_COSINES).map(|entry| {
             let part = |index: u32, count: u32| f64::from(index) / f64::from(count - 1);
@@ -103,7 +104,7 @@ impl<'a> Sun<'a> {
             let limb_cosine = part(entry % LIMB_COSINES, LIMB_COSINES);
             self.rgb(&self.depths(height), limb_cosine).as_vec3().extend(0.0)
         });
-        let [left, top, right, bottom] = self.bounds(projection).map(|edge| edge as f32);
+        let [left, top, right, bottom] = self.bounds(projection, camera).map(|edge| edge as f32);
         let across = f64::from(right - left).min(f64::from(bottom - top)).max(1e-3);
         let disc = SunDisc {
             left,
@@ -155,12 +156,13 @@ impl<'a> Sun<'a> {
 
     /// Optical depth between the observer and the sun, for a place of the disc at the sine of an elevation, at the observer nodes.
     fn depths(&self, height: f64) -> Vec<f64> {
-        let Plan { uniform, optics, variant, .. } = self.plan;
+        let RayIntegral { uniform, optics, variant, .. } = &self.sky.integral;
         // Towards the sun itself, tilted to the elevation asked for.
         let azimuth = f64::from(uniform.sun.y).atan2(f64::from(uniform.sun.x));
         let level = (1.0 - height * height).max(0.0).sqrt();
         let view = DVec3::new(level * azimuth.cos(), level * azimuth.sin(), height).as_vec3();
-        let (Ray { altitude, mu, .. }, length) = inside_atmosphere(uniform.atmosphere.shell(), view_ray(uniform, view));
+        let (Ray { altitude, mu, .. }, length) =
+            inside_atmosphere(uniform.atmosphere.shell(), self.sky.integral.ray(view));
         let mut to_sun = DVec3::ZERO;
         if length > 0.0 {
             let variant = variant | variant::LOW_SUN | variant::ABOVE_TOP;
@@ -185,17 +187,17 @@ impl<'a> Sun<'a> {
 
     fn rgb(&self, depths: &[f64], limb_cosine: f64) -> DVec3 {
         let radiance = self.radiance(depths, limb_cosine).zip(&self.spectrum);
-        let xyz: DVec3 = radiance.map(|(value, &(nm, _))| observer::weights(self.plan.observer, nm) * value).sum();
-        self.plan.space.into_gamut(self.plan.space.from_xyz * xyz)
+        let xyz: DVec3 = radiance.map(|(value, &(nm, _))| observer::weights(self.sky.observer, nm) * value).sum();
+        self.sky.space.into_gamut(self.sky.space.from_xyz * xyz)
     }
 
     /// Left, top, right and bottom of the disc in the image (pixels from its top left corner); an empty box where it is not seen.
-    fn bounds(&self, projection: Projection) -> [f64; 4] {
-        let [width, height] = [self.plan.width(), self.plan.height()].map(f64::from);
+    fn bounds(&self, projection: Projection, camera: &Camera) -> [f64; 4] {
+        let [width, height] = [camera.width, camera.height].map(f64::from);
         if projection == Projection::Equirectangular {
-            return self.equirectangular_bounds(width, height);
+            return self.equirectangular_bounds(camera, width, height);
         }
-        let rim: Vec<_> = self.rim().map(|view| self.project(projection, view)).collect();
+        let rim: Vec<_> = self.rim().map(|view| self.project(projection, camera, view)).collect();
         if rim.iter().all(Option::is_none) {
             return [0.0; 4];
         }
@@ -208,7 +210,7 @@ impl<'a> Sun<'a> {
         [low.x, low.y, high.x, high.y]
     }
 
-    fn equirectangular_bounds(&self, width: f64, height: f64) -> [f64; 4] {
+    fn equirectangular_bounds(&self, camera: &Camera, width: f64, height: f64) -> [f64; 4] {
         let row = |elevation: f64| (0.5 - elevation / PI) * height;
         let (top, bottom) = (row(self.elevation + self.radius).max(0.0), row(self.elevation - self.radius).min(height));
         let over_zenith = self.elevation.abs() + self.radius >= FRAC_PI_2;
@@ -217,8 +219,13 @@ impl<'a> Sun<'a> {
         if half > (0.5 * width - 1.0).max(0.25 * width) {
             return [0.0, top, width, bottom];
         }
-        let camera = &self.plan.uniform.camera;
-        let bearing = self.plan.uniform.bearing.dot(camera.right).atan2(self.plan.uniform.bearing.dot(camera.forward));
+        let bearing = self
+            .sky
+            .integral
+            .uniform
+            .bearing
+            .dot(camera.right)
+            .atan2(self.sky.integral.uniform.bearing.dot(camera.forward));
         let centre = (0.5 + f64::from(bearing) / (2.0 * PI)) * width;
         [centre - half, top, centre + half, bottom]
     }
@@ -226,7 +233,7 @@ impl<'a> Sun<'a> {
     /// Directions around the disc's edge.
     fn rim(&self) -> impl Iterator<Item = DVec3> {
         const PLACES: u32 = 64;
-        let sun = self.plan.uniform.sun.as_dvec4().truncate();
+        let sun = self.sky.integral.uniform.sun.as_dvec4().truncate();
         let (side, other) = sun.any_orthonormal_pair();
         let (sine, cosine) = self.radius.sin_cos();
         (0..PLACES).map(move |place| {
@@ -236,8 +243,7 @@ impl<'a> Sun<'a> {
     }
 
     /// Where a fisheye or a perspective shows a direction (pixels from the image's top left corner), if it can.
-    fn project(&self, projection: Projection, view: DVec3) -> Option<DVec2> {
-        let camera = &self.plan.uniform.camera;
+    fn project(&self, projection: Projection, camera: &Camera, view: DVec3) -> Option<DVec2> {
         let [right, up, forward] =
             [camera.right, camera.up, camera.forward].map(|axis| view.dot(axis.as_dvec4().truncate()));
         let [width, height, half_field] = [camera.width as f32, camera.height as f32, camera.half_field].map(f64::from);

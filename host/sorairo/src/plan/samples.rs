@@ -7,8 +7,8 @@ use sorairo_shared::sky::transfer;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
+use super::directions::{direction, horizon};
 use super::quadrature::gauss_legendre;
-use super::{direction, path};
 use crate::scene::Scene;
 use crate::spectra::optics::Optics;
 
@@ -58,20 +58,20 @@ pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
 /// worst on these: there a second set of rays, between them, has to agree too.
 ///
 /// `bands` are the plan's own.
-pub fn steps(scene: &Scene, uniform: &Uniform, optics: &Optics, bands: &[Bands], integral: u32) -> u32 {
+pub fn per_piece(scene: &Scene, uniform: &Uniform, optics: &Optics, bands: &[Bands], integral: u32) -> u32 {
     let sky = Sky { uniform, bands: test_bands(scene, optics, bands, integral), integral };
     let guess = if scene.sun.elevation >= 5.0 { SMOOTH } else { 48 };
     let mut brightest = Vec::new();
-    let first = sky.enough(test_views(scene, &FIRST), &mut brightest, guess);
+    let first = sky.fewest(test_views(scene, &FIRST), &mut brightest, guess);
     if first == SMOOTH {
         return SMOOTH;
     }
-    sky.enough(test_views(scene, &SECOND), &mut brightest, first)
+    sky.fewest(test_views(scene, &SECOND), &mut brightest, first)
 }
 
 /// The next number of samples to try: 12, 16, 24, 32, 48, 64 and so on.
-fn more_steps(steps: u32) -> u32 {
-    if steps.is_multiple_of(3) { steps / 3 * 4 } else { steps / 2 * 3 }
+fn more(samples: u32) -> u32 {
+    if samples.is_multiple_of(3) { samples / 3 * 4 } else { samples / 2 * 3 }
 }
 
 /// The scene's sky at the test wavelengths.
@@ -83,31 +83,31 @@ struct Sky<'a> {
 
 impl Sky<'_> {
     /// The transfer at the test wavelengths along each view.
-    fn transfer(&self, views: &[Vec3], steps: u32) -> Vec<Vec<f64>> {
-        let rule: Vec<Vec2> = gauss_legendre(steps);
+    fn transfer(&self, views: &[Vec3], samples: u32) -> Vec<Vec<f64>> {
+        let rule: Vec<Vec2> = gauss_legendre(samples);
         let four = |bands, view| transfer(self.uniform, bands, &rule, view, self.integral).to_array().map(f64::from);
         views.par_iter().map(|&view| self.bands.iter().flat_map(|bands| four(bands, view)).collect()).collect()
     }
 
     /// The fewest samples, from a guess on, that keep the radiance along each view within [`TOLERANCE`]. `brightest` is the largest value of
     /// the views before at each wavelength.
-    fn enough(&self, mut views: Vec<Vec3>, brightest: &mut Vec<f64>, guess: u32) -> u32 {
-        let mut steps = guess;
-        while steps < MOST {
-            let values = self.transfer(&views, steps);
-            let references = self.transfer(&views, (2 * steps).max(FEWEST_OF_REFERENCE));
+    fn fewest(&self, mut views: Vec<Vec3>, brightest: &mut Vec<f64>, guess: u32) -> u32 {
+        let mut samples = guess;
+        while samples < MOST {
+            let values = self.transfer(&views, samples);
+            let references = self.transfer(&views, (2 * samples).max(FEWEST_OF_REFERENCE));
             *brightest = largest(brightest, &references);
             let errors = values.iter().zip(&references).map(|(value, reference)| worst(value, reference, brightest));
             let errors: Vec<f64> = errors.collect();
             let largest = errors.iter().copied().fold(0.0, f64::max);
             if largest <= TOLERANCE {
-                return steps;
+                return samples;
             }
             // What is far within the bound will not leave it with more samples.
             let mut of_views = errors.into_iter();
             views.retain(|_| of_views.next().is_some_and(|error| error > TOLERANCE / 16.0));
             // Where light grazes a kink of the ozone the error falls by the power 2.5 of the samples: twice as many are not too many there.
-            steps = if largest > 8.0 * TOLERANCE { 2 * steps } else { more_steps(steps) };
+            samples = if largest > 8.0 * TOLERANCE { 2 * samples } else { more(samples) };
         }
         MOST
     }
@@ -194,12 +194,12 @@ const SECOND: TestRays = TestRays {
 fn test_views(scene: &Scene, rays: &TestRays) -> Vec<Vec3> {
     let a = &scene.atmosphere;
     let (ground, altitude) = (a.ground_radius, scene.observer.altitude);
-    let horizon = path::horizon(ground, altitude).to_degrees();
-    let mut elevations: Vec<f64> = rays.above_horizon.iter().map(|above| horizon + above).collect();
+    let level_horizon = horizon(ground, altitude).to_degrees();
+    let mut elevations: Vec<f64> = rays.above_horizon.iter().map(|above| level_horizon + above).collect();
     elevations.push(90.0);
     let lowest_points = if altitude > 0.0 { lowest_points(scene, rays) } else { Vec::new() };
     if altitude > 0.0 {
-        elevations.extend(rays.below_horizon.iter().map(|below| horizon - below));
+        elevations.extend(rays.below_horizon.iter().map(|below| level_horizon - below));
         elevations.extend([0.0, -90.0]);
         elevations.extend(lowest_points.iter().map(|&lowest| limb(scene, lowest).to_degrees()));
     }
@@ -210,7 +210,7 @@ fn test_views(scene: &Scene, rays: &TestRays) -> Vec<Vec3> {
         let all = elevations.clone().into_iter().chain(low_sun);
         all.map(move |elevation| toward(scene, elevation, from_sun))
     };
-    let dip = -path::horizon(ground, top).to_degrees();
+    let dip = -horizon(ground, top).to_degrees();
     let low_sun_of_limb = lowest_points.iter().flat_map(|&lowest| {
         rays.suns_of_limb.iter().filter_map(move |&part| limb_of_low_sun(scene, lowest, part * dip))
     });
@@ -236,7 +236,7 @@ fn lowest_points(scene: &Scene, rays: &TestRays) -> Vec<f64> {
 
 /// Elevation (radians) of the ray that comes down to a lowest point (km).
 fn limb(scene: &Scene, lowest: f64) -> f64 {
-    path::horizon(scene.atmosphere.ground_radius + lowest, scene.observer.altitude - lowest)
+    horizon(scene.atmosphere.ground_radius + lowest, scene.observer.altitude - lowest)
 }
 
 /// The direction to the lowest point (km) of a ray behind the limb where the sun stands at an elevation (degrees), if there is one; see
@@ -262,7 +262,7 @@ fn views_of_low_sun(scene: &Scene, from_sun: f64, low: f64, height: f64) -> impl
     let across = across * from_sun.to_radians().cos();
     let middle = across.atan2(up);
     let half = (low.to_radians().sin() / up.hypot(across)).acos();
-    let farthest = -path::horizon(ground, altitude) - path::horizon(ground, height);
+    let farthest = -horizon(ground, altitude) - horizon(ground, height);
     [middle - half, middle + half].into_iter().filter(move |&angle| angle > 0.0 && angle < farthest).map(move |angle| {
         let (sine, cosine) = angle.sin_cos();
         ((ground + height) * cosine - ground - altitude).atan2((ground + height) * sine).to_degrees()
@@ -272,25 +272,25 @@ fn views_of_low_sun(scene: &Scene, from_sun: f64, low: f64, height: f64) -> impl
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::PixelFormat;
-    use crate::plan::Plan;
+    use crate::plan::SkyPlan;
+    use crate::scene::Rgb;
 
-    fn steps(change: impl FnOnce(&mut Scene)) -> u32 {
+    fn samples(change: impl FnOnce(&mut Scene)) -> u32 {
         let mut scene = Scene::default();
         change(&mut scene);
-        Plan::new(&scene, PixelFormat::LinearRgb).unwrap().steps()
+        SkyPlan::new(&scene, Rgb::Srgb).integral.quadrature.len() as u32
     }
 
     #[test]
     fn the_earth_from_its_ground_takes_few_samples() {
         for (sun, expected) in [(90.0, 12), (30.0, 12), (5.0, 12), (4.0, 48), (0.0, 48), (-4.0, 64)] {
-            assert_eq!(steps(|scene| scene.sun.elevation = sun), expected, "sun at {sun}");
+            assert_eq!(samples(|scene| scene.sun.elevation = sun), expected, "sun at {sun}");
         }
     }
 
     #[test]
     fn thick_air_takes_more_samples() {
-        assert!(steps(|scene| scene.atmosphere.air.scattering *= 100.0) > 12);
+        assert!(samples(|scene| scene.atmosphere.air.scattering *= 100.0) > 12);
     }
 
     #[test]

@@ -6,16 +6,16 @@
 //! hundred rays, integrated at every wavelength, each time a plan is made.
 
 use rayon::prelude::*;
-use sorairo_shared::geometry::Ray;
-use sorairo_shared::glam::{DMat3, DVec3, Vec2, Vec3, Vec4};
-use sorairo_shared::single::{Bands, SingleScattering, single_scattering};
-use sorairo_shared::uniform::Uniform;
+use sorairo_shared::glam::{DVec3, Vec3, Vec4};
+use sorairo_shared::single::Bands;
 
-use super::{bands, direction};
+use crate::plan::colour_space::ColourSpace;
+use crate::plan::directions::direction;
+use crate::plan::integral::{Constituent, RayIntegral};
+use crate::plan::upload::bands;
 use crate::scene::ColourObserver;
 use crate::spectra::observer;
-use crate::spectra::optics::vec4;
-use crate::spectra::optics::{Coefficients, Optics};
+use crate::spectra::optics::{Coefficients, vec4};
 
 /// Regularisation of the regression, relative to the mean variance of the bands' logarithms: they are nearly dependent.
 const RIDGE: f64 = 1e-8;
@@ -34,25 +34,6 @@ pub fn node_wavelengths(bands: usize) -> Vec<f64> {
     match bands {
         0..=5 => vec![429.0, 464.0, 499.0, 551.0, 593.0, 650.0],
         _ => (0..16).map(|i| 395.0 + 20.0 * f64::from(i)).collect(),
-    }
-}
-
-/// Air or aerosol.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Constituent {
-    /// Air.
-    Air,
-    /// Aerosol.
-    Aerosol,
-}
-
-impl Constituent {
-    /// The constituent's integral.
-    pub fn of(self, scattered: &SingleScattering) -> Vec4 {
-        match self {
-            Self::Air => scattered.air,
-            Self::Aerosol => scattered.aerosol,
-        }
     }
 }
 
@@ -93,27 +74,22 @@ fn node_rows(slopes: [f64; 8], last: [f64; 4]) -> [Vec4; 3] {
     [four(0), four(4), vec4(last)]
 }
 
-/// The sky on which a regression fit is made.
+/// What a regression fit is made on.
 pub struct Training<'a> {
-    /// Planet, sun and observer.
-    pub uniform: &'a Uniform,
-    /// Optical properties.
-    pub optics: &'a Optics,
-    /// Quadrature nodes of the ray integral.
-    pub quadrature: &'a [Vec2],
-    /// Wavelengths of the bands (nm).
-    pub wavelengths: &'a [f64],
-    /// Azimuth of the sun (degrees).
-    pub sun_azimuth: f64,
-    /// What the scene has.
-    pub variant: u32,
+    /// The ray integral at the bands.
+    pub integral: &'a RayIntegral,
     /// The colour observer.
     pub observer: ColourObserver,
-    /// XYZ to linear RGB.
-    pub rgb_from_xyz: DMat3,
+    /// The space of linear RGB.
+    pub space: &'a ColourSpace,
 }
 
 impl Training<'_> {
+    /// The constituents that there are.
+    pub fn constituents(&self) -> &'static [Constituent] {
+        if self.integral.has_aerosol() { &[Constituent::Air, Constituent::Aerosol] } else { &[Constituent::Air] }
+    }
+
     /// The regressions of a constituent at some wavelengths (nm).
     pub fn regressions(&self, constituent: Constituent, at: &[f64]) -> Vec<Regression> {
         let examples = self.examples(constituent, at);
@@ -123,7 +99,7 @@ impl Training<'_> {
     /// The observer nodes of a constituent's regression fit as the kernels take them; see [`sorairo_shared::fit::regression_rgb`].
     /// With `solve` the rows are for the Newton coefficients of four bands.
     pub fn nodes(&self, constituent: Constituent, solve: bool) -> Vec<Vec4> {
-        let nodes = node_wavelengths(self.wavelengths.len());
+        let nodes = node_wavelengths(self.integral.wavelengths.len());
         let samples = observer::wavelengths();
         let at: Vec<f64> = nodes.iter().chain(&samples).copied().collect();
         let examples = self.examples(constituent, &at);
@@ -147,7 +123,7 @@ impl Training<'_> {
         let regressions: Vec<Vec<Regression>> =
             constituents.iter().map(|&constituent| self.regressions(constituent, wavelengths)).collect();
         let rows = |(i, &wavelength): (usize, &f64)| {
-            let irradiance = self.optics.solar_irradiance(wavelength);
+            let irradiance = self.integral.optics.solar_irradiance(wavelength);
             let of = |regressions: &Vec<Regression>| {
                 let regression = &regressions[i];
                 node_rows(regression.eight_slopes(), [regression.intercept, irradiance, 0.0, 0.0])
@@ -160,7 +136,8 @@ impl Training<'_> {
     /// Slopes on the values at four bands, as slopes on the Newton coefficients through them: their product with Newton's basis
     /// at the bands, a lower triangular matrix.
     fn for_newton_coefficients(&self, slopes: [f64; 4]) -> [f64; 4] {
-        let x: Vec<f64> = self.wavelengths.iter().map(|&wavelength| observer::normalised(wavelength)).collect();
+        let x: Vec<f64> =
+            self.integral.wavelengths.iter().map(|&wavelength| observer::normalised(wavelength)).collect();
         std::array::from_fn(|k| {
             let basis = |i: usize| (0..k).map(|j| x[i] - x[j]).product::<f64>();
             (k..4).map(|i| slopes[i] * basis(i)).sum()
@@ -173,7 +150,9 @@ impl Training<'_> {
     pub fn node_weights(&self, examples: &Examples, regressions: &[Regression], samples: &[f64]) -> Vec<DVec3> {
         let observer: Vec<DVec3> = samples
             .iter()
-            .map(|&wavelength| observer::weights(self.observer, wavelength) * self.optics.solar_irradiance(wavelength))
+            .map(|&wavelength| {
+                observer::weights(self.observer, wavelength) * self.integral.optics.solar_irradiance(wavelength)
+            })
             .collect();
         let features: Vec<Vec<f64>> =
             examples.bands.iter().map(|bands| regressions.iter().map(|node| node.value(bands)).collect()).collect();
@@ -200,14 +179,14 @@ impl Training<'_> {
                 weight[channel] = solved;
             }
         }
-        weights.into_iter().map(|xyz| self.rgb_from_xyz * xyz).collect()
+        weights.into_iter().map(|xyz| self.space.from_xyz * xyz).collect()
     }
 
     /// Integrates the training rays at the bands and at the wavelengths `at` (nm).
     fn examples(&self, constituent: Constituent, at: &[f64]) -> Examples {
-        let all: Vec<f64> = self.wavelengths.iter().chain(at).copied().collect();
+        let all: Vec<f64> = self.integral.wavelengths.iter().chain(at).copied().collect();
         let spectra = self.spectra(constituent, &self.views(), &all);
-        let reference = self.wavelengths.len() / 2;
+        let reference = self.integral.wavelengths.len() / 2;
         let brightest = spectra.iter().map(|spectrum| spectrum[reference]).fold(0.0, f64::max);
         let mut examples = Examples { bands: Vec::new(), values: Vec::new(), weights: Vec::new() };
         for spectrum in spectra.iter().filter(|spectrum| spectrum[reference] > LIT * brightest) {
@@ -223,12 +202,12 @@ impl Training<'_> {
 
     /// The integrals of a constituent along rays, at wavelengths in nm. The last group of four is filled up.
     pub fn spectra(&self, constituent: Constituent, views: &[Vec3], at: &[f64]) -> Vec<Vec<f64>> {
-        let groups = bands(self.optics, at);
+        let groups = bands(&self.integral.optics, at);
         views.par_iter().map(|&view| self.spectrum(constituent, &groups, view)).collect()
     }
 
     fn add(&self, examples: &mut Examples, spectrum: &[f64], values: usize, weight: f64) {
-        let count = self.wavelengths.len();
+        let count = self.integral.wavelengths.len();
         examples.bands.push(spectrum[..count].iter().map(|value| value.max(DARKEST).ln()).collect());
         examples.values.push(spectrum[count..count + values].iter().map(|value| value.max(DARKEST)).collect());
         examples.weights.push(weight);
@@ -237,14 +216,14 @@ impl Training<'_> {
     /// Directions of the training rays: crowded towards the horizon, over half of the azimuths, which mirror the other half.
     /// From above the ground the sky below the horizon is seen too. Twilight varies more and needs more rays.
     pub fn views(&self) -> Vec<Vec3> {
-        let (elevations, azimuths) = if self.uniform.sun.z < 0.0 { (24, 13) } else { (12, 7) };
+        let (elevations, azimuths) = if self.integral.uniform.sun.z < 0.0 { (24, 13) } else { (12, 7) };
         let mut views = Vec::new();
         for i in 0..elevations {
             let elevation = 90.0 * (f64::from(i) / f64::from(elevations - 1)).powi(2);
             for j in 0..azimuths {
-                let azimuth = self.sun_azimuth + 180.0 * f64::from(j) / f64::from(azimuths - 1);
+                let azimuth = self.integral.sun_azimuth + 180.0 * f64::from(j) / f64::from(azimuths - 1);
                 views.push(direction(elevation, azimuth).as_vec3());
-                if self.uniform.altitude > 0.0 && i > 0 {
+                if self.integral.uniform.altitude > 0.0 && i > 0 {
                     views.push(direction(-elevation, azimuth).as_vec3());
                 }
             }
@@ -253,13 +232,8 @@ impl Training<'_> {
     }
 
     fn spectrum(&self, constituent: Constituent, groups: &[Bands], view: Vec3) -> Vec<f64> {
-        let sun = Vec3::new(self.uniform.sun.x, self.uniform.sun.y, self.uniform.sun.z);
-        let ray = Ray::new(self.uniform.altitude, view, sun);
-        let integral = |group: &Bands| {
-            let scattered = single_scattering(&self.uniform.atmosphere, group, self.quadrature, ray, self.variant);
-            constituent.of(&scattered)
-        };
-        groups.iter().flat_map(|group| integral(group).to_array().map(f64::from)).collect()
+        let scattered = self.integral.scattered(groups, view);
+        scattered.iter().flat_map(|group| constituent.of(group).to_array().map(f64::from)).collect()
     }
 
     /// Spectra `β e^(-β n - κ m)` for column densities of air up to 400 km and of ozone up to 450 km: what light through any
@@ -270,7 +244,7 @@ impl Training<'_> {
             scattering * (-c.air_scattering * n - c.ozone_absorption * m).exp()
         };
         let densities = (0..9).flat_map(|i| (0..5).map(move |j| (50.0 * f64::from(i), 112.5 * f64::from(j))));
-        densities.map(|(n, m)| wavelengths.iter().map(|&w| of(self.optics.at(w), n, m)).collect()).collect()
+        densities.map(|(n, m)| wavelengths.iter().map(|&w| of(self.integral.optics.at(w), n, m)).collect()).collect()
     }
 }
 

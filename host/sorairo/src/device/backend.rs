@@ -1,0 +1,112 @@
+//! What a device does: it runs the kernels of a plan, and hands out the rows of the image.
+
+use std::ops::Range;
+use std::time::Duration;
+
+use sorairo_shared::glam::Vec3;
+use sorairo_shared::tone::srgb8;
+use sorairo_shared::variant::PixelFormat;
+
+use super::rows::{rows_at_once, words_per_row};
+use crate::error::{Error, Result};
+use crate::plan::{Kernel, Plan};
+
+/// Where rows of an image go: the number of the first, and the words of one or more whole rows. An error ends the run.
+pub type TakeRows<'a> = dyn FnMut(u32, &[u32]) -> Result<()> + 'a;
+
+/// How long a kernel took.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Times {
+    /// Time of the kernels: on the GPU's own clock where it has one.
+    pub kernel: Duration,
+    /// Time to bring the pixels back, as far as it did not pass while kernels ran.
+    pub readback: Duration,
+}
+
+impl std::ops::AddAssign for Times {
+    fn add_assign(&mut self, other: Self) {
+        self.kernel += other.kernel;
+        self.readback += other.readback;
+    }
+}
+
+/// What a kernel left behind, and how long it took.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The pixels row by row from the top, in the layout of the plan's [`sorairo_shared::variant::PixelFormat`]; of a spectral image, in
+    /// that of [`sorairo_shared::spectral`].
+    pub words: Vec<u32>,
+    /// Time of the kernels: on the GPU's own clock where it has one.
+    pub kernel: Duration,
+    /// Time to bring the pixels back.
+    pub readback: Duration,
+}
+
+/// A device.
+pub trait Backend: Send + Sync {
+    /// Runs one kernel of a plan over rows that can be lit, and before it, for [`Kernel::SkyLookup`], the one that fills its
+    /// sky lookup. The rows go to `take` from the top, some at a time, while the device computes the next ones.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] for an image beyond the device's limits, [`Error::Device`] if the device fails, and any error of
+    /// `take`.
+    fn lit_rows(&self, plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<Times>;
+
+    /// [`Backend::lit_rows`] for every row from `first` on: those that cannot be lit are black, and not computed.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Backend::lit_rows`].
+    fn rows(&self, plan: &Plan, kernel: Kernel, first: u32, take: &mut TakeRows<'_>) -> Result<Times> {
+        let Range { start, end } = plan.lit_rows;
+        black_rows(plan, kernel, first..start, take)?;
+        let lit = start.max(first)..end;
+        let times = if lit.is_empty() { Times::default() } else { self.lit_rows(plan, kernel, lit, take)? };
+        black_rows(plan, kernel, end.max(first)..plan.height(), take)?;
+        Ok(times)
+    }
+
+    /// Why this device would not compute a plan's kernels to their end; `None` if it would. [`Backend::lit_rows`] then is an
+    /// [`Error::Device`] with these words.
+    fn refusal(&self, _plan: &Plan) -> Option<String> {
+        None
+    }
+
+    /// The whole image at once.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Backend::lit_rows`], and [`Error::Memory`] if the image does not fit into memory.
+    fn run(&self, plan: &Plan, kernel: Kernel) -> Result<Run> {
+        whole(plan, kernel, |take| self.rows(plan, kernel, 0, take))
+    }
+}
+
+/// The whole image of a run that hands out its rows.
+pub(super) fn whole(plan: &Plan, kernel: Kernel, run: impl FnOnce(&mut TakeRows<'_>) -> Result<Times>) -> Result<Run> {
+    let mut words = Vec::new();
+    let total = words_per_row(plan, kernel).checked_mul(plan.height() as usize);
+    if total.is_none_or(|total| words.try_reserve_exact(total).is_err()) {
+        let (width, height) = (plan.width(), plan.height());
+        return Err(Error::Memory(format!("an image of {width}x{height} pixels does not fit into memory")));
+    }
+    let Times { kernel, readback } = run(&mut |_, rows| {
+        words.extend_from_slice(rows);
+        Ok(())
+    })?;
+    Ok(Run { words, kernel, readback })
+}
+
+/// Hands out rows without light.
+fn black_rows(plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<()> {
+    let picture = kernel != Kernel::Radiance && plan.pixel == PixelFormat::Picture;
+    let black = if picture { srgb8(Vec3::ZERO, 1.0) } else { 0 };
+    let at_once = rows_at_once(plan);
+    let words = vec![black; words_per_row(plan, kernel) * at_once.min(rows.len() as u32) as usize];
+    for first in rows.clone().step_by(at_once as usize) {
+        let count = at_once.min(rows.end - first) as usize;
+        take(first, &words[..words_per_row(plan, kernel) * count])?;
+    }
+    Ok(())
+}

@@ -1,0 +1,86 @@
+//! A device that was chosen, and what takes its place if it fails.
+
+use std::cell::Cell;
+use std::collections::VecDeque;
+
+use serde::Serialize;
+
+use super::backend::{Backend, Run, TakeRows, Times, whole};
+use super::rows::words_per_row;
+use crate::error::{Error, Result};
+use crate::plan::{Kernel, Plan};
+
+/// What runs the kernels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum DeviceKind {
+    /// The cores of the CPU.
+    Cpu,
+    /// A Vulkan device.
+    Gpu,
+}
+
+/// A device that was chosen, and what takes its place if it fails.
+pub struct Device {
+    /// The device's name.
+    pub name: String,
+    /// What kind of device it is.
+    pub kind: DeviceKind,
+    /// What runs the kernels.
+    pub backend: Box<dyn Backend>,
+    /// What takes over after a failure, in this order.
+    pub spares: VecDeque<Spare>,
+}
+
+/// Opens a device that takes the place of one that failed.
+pub type Spare = Box<dyn FnOnce() -> Result<Device> + Send + Sync>;
+
+impl Device {
+    /// [`Backend::rows`] for the whole image. If the device fails, its spares go on from the first row that it did not deliver,
+    /// with a warning to the log; this device is then the one that finished.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Backend::rows`]; [`Error::Device`] once no spare is left.
+    pub fn rows(&mut self, plan: &Plan, kernel: Kernel, take: &mut TakeRows<'_>) -> Result<Times> {
+        let row_words = words_per_row(plan, kernel);
+        let next = Cell::new(0);
+        let mut counted = |first: u32, rows: &[u32]| {
+            take(first, rows)?;
+            next.set(first + (rows.len() / row_words) as u32);
+            Ok(())
+        };
+        loop {
+            match self.backend.rows(plan, kernel, next.get(), &mut counted) {
+                Err(Error::Device(fault)) => self.replace(fault, plan)?,
+                ended => return ended,
+            }
+        }
+    }
+
+    /// [`Device::rows`], as a whole image.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Device::rows`], and [`Error::Memory`] if the image does not fit into memory.
+    pub fn run(&mut self, plan: &Plan, kernel: Kernel) -> Result<Run> {
+        whole(plan, kernel, |take| self.rows(plan, kernel, take))
+    }
+
+    /// Puts the next spare that takes the plan in the place of a device that failed.
+    fn replace(&mut self, mut fault: String, plan: &Plan) -> Result<()> {
+        while let Some(spare) = self.spares.pop_front() {
+            match spare() {
+                Ok(device) if device.backend.refusal(plan).is_some() => {}
+                Ok(device) => {
+                    log::warn!("device {:?} failed ({fault}); going on with {:?}", self.name, device.name);
+                    (self.name, self.kind, self.backend) = (device.name, device.kind, device.backend);
+                    return Ok(());
+                }
+                Err(error) => fault = error.to_string(),
+            }
+        }
+        Err(Error::Device(format!("device {:?} failed: {fault}", self.name)))
+    }
+}

@@ -1,0 +1,189 @@
+//! The buffers of an image on a Vulkan device, kept for the next, and how kernels are bound to them.
+
+use std::num::NonZero;
+
+use sorairo_shared::glam::Vec4;
+use sorairo_shared::lookup::entries;
+
+use super::readback::{Clock, Slot};
+use crate::plan::Plan;
+
+/// Strips of an image that are under way at once: one is computed while the other is brought back.
+pub(super) const STRIPS_UNDER_WAY: usize = 2;
+
+/// A buffer that is kept from image to image, and made anew for one that needs more.
+pub(super) struct Kept {
+    label: &'static str,
+    usage: wgpu::BufferUsages,
+    buffer: Option<wgpu::Buffer>,
+}
+
+impl Kept {
+    fn new(label: &'static str, usage: wgpu::BufferUsages) -> Self {
+        Self { label, usage, buffer: None }
+    }
+
+    fn reserve(&mut self, device: &wgpu::Device, bytes: u64) {
+        if self.buffer.as_ref().is_none_or(|buffer| buffer.size() < bytes) {
+            self.buffer = Some(device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(self.label),
+                size: bytes,
+                usage: self.usage,
+                mapped_at_creation: false,
+            }));
+        }
+    }
+
+    /// Uploads the contents; returns how many bytes they are.
+    fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, contents: &[u8]) -> u64 {
+        self.reserve(device, contents.len() as u64);
+        queue.write_buffer(self.get(), 0, contents);
+        contents.len() as u64
+    }
+
+    pub(super) fn get(&self) -> &wgpu::Buffer {
+        self.buffer.as_ref().expect("an image reserves its buffers first")
+    }
+}
+
+/// The buffers of an image, kept for the next.
+pub(super) struct DeviceBuffers {
+    pub(super) uniform: Kept,
+    bands: Kept,
+    quadrature: Kept,
+    colour: Kept,
+    lookup: Kept,
+    pub(super) pixels: Kept,
+    slots: [Option<Slot>; STRIPS_UNDER_WAY],
+}
+
+impl Default for DeviceBuffers {
+    fn default() -> Self {
+        let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        Self {
+            uniform: Kept::new("uniform", wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST),
+            bands: Kept::new("bands", storage),
+            quadrature: Kept::new("quadrature", storage),
+            colour: Kept::new("colour", storage),
+            lookup: Kept::new("sky lookup", wgpu::BufferUsages::STORAGE),
+            pixels: Kept::new("pixels", wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC),
+            slots: Default::default(),
+        }
+    }
+}
+
+impl DeviceBuffers {
+    /// Uploads a plan, and binds its buffers and `pixel_bytes` of output.
+    pub(super) fn fill(
+        &mut self,
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        layouts: &KernelLayouts,
+        plan: &Plan,
+        pixel_bytes: u64,
+    ) -> Groups {
+        let lookup_bytes = 2 * size_of::<Vec4>() as u64 * u64::from(entries(&plan.uniform)).max(1);
+        self.lookup.reserve(device, lookup_bytes);
+        self.pixels.reserve(device, pixel_bytes);
+        let buffers = plan.buffers();
+        let uniform_bytes = self.uniform.upload(device, queue, bytemuck::bytes_of(&plan.uniform));
+        let bands_bytes = self.bands.upload(device, queue, bytemuck::cast_slice(buffers.bands));
+        let quadrature_bytes = self.quadrature.upload(device, queue, bytemuck::cast_slice(buffers.quadrature));
+        let colour_bytes = self.colour.upload(device, queue, bytemuck::cast_slice(buffers.colour));
+        let bound = [
+            (self.uniform.get(), uniform_bytes),
+            (self.bands.get(), bands_bytes),
+            (self.quadrature.get(), quadrature_bytes),
+            (self.colour.get(), colour_bytes),
+            (self.lookup.get(), lookup_bytes),
+            (self.pixels.get(), pixel_bytes),
+        ];
+        Groups { lookup: layouts.lookup.bind(device, &bound), pixels: layouts.pixels.bind(device, &bound) }
+    }
+
+    /// A place of at least `bytes` for a strip to come back to.
+    pub(super) fn slot(&mut self, device: &wgpu::Device, index: usize, bytes: u64, has_clock: bool) -> Slot {
+        let kept = self.slots[index].take();
+        let slot = match kept {
+            Some(slot) if slot.bytes >= bytes => slot,
+            smaller => Slot::new(device, bytes, has_clock.then(|| clock_of(smaller, device))),
+        };
+        self.slots[index] = Some(slot.clone());
+        slot
+    }
+}
+
+/// The clock of a slot that is given up, or a new one.
+fn clock_of(slot: Option<Slot>, device: &wgpu::Device) -> Clock {
+    slot.and_then(|slot| slot.clock).unwrap_or_else(|| Clock::new(device))
+}
+
+/// The bindings of the kernels that fill the sky lookup, and of those that write pixels.
+pub(super) struct Groups {
+    pub(super) lookup: wgpu::BindGroup,
+    pub(super) pixels: wgpu::BindGroup,
+}
+
+/// A bind group layout and the pipeline layout on it.
+pub(super) struct Layouts {
+    bindings: wgpu::BindGroupLayout,
+    pub(super) pipeline: wgpu::PipelineLayout,
+    /// The bindings that it has.
+    used: &'static [u32],
+}
+
+impl Layouts {
+    /// A layout of some bindings; `written` is the one that the kernels write.
+    fn new(device: &wgpu::Device, used: &'static [u32], written: u32) -> Self {
+        let entry = |&binding: &u32| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: if binding == 0 {
+                    wgpu::BufferBindingType::Uniform
+                } else {
+                    wgpu::BufferBindingType::Storage { read_only: binding != written }
+                },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let entries: Vec<_> = used.iter().map(entry).collect();
+        let bindings = device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("kernel"), entries: &entries });
+        let pipeline = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("kernel"),
+            bind_group_layouts: &[Some(&bindings)],
+            immediate_size: 0,
+        });
+        Self { bindings, pipeline, used }
+    }
+
+    /// Buffers with the bytes that an image uses of each, as a pipeline takes them.
+    fn bind(&self, device: &wgpu::Device, buffers: &[(&wgpu::Buffer, u64)]) -> wgpu::BindGroup {
+        let entry = |&binding: &u32| {
+            let (buffer, bytes) = buffers[binding as usize];
+            let resource =
+                wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size: NonZero::new(bytes) });
+            wgpu::BindGroupEntry { binding, resource }
+        };
+        let entries: Vec<_> = self.used.iter().map(entry).collect();
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("kernel"),
+            layout: &self.bindings,
+            entries: &entries,
+        })
+    }
+}
+
+/// The layouts of the kernels that fill the sky lookup, and of those that write pixels.
+pub(super) struct KernelLayouts {
+    pub(super) lookup: Layouts,
+    pub(super) pixels: Layouts,
+}
+
+impl KernelLayouts {
+    pub(super) fn new(device: &wgpu::Device) -> Self {
+        Self { lookup: Layouts::new(device, &[0, 1, 2, 3, 4], 4), pixels: Layouts::new(device, &[0, 1, 2, 3, 4, 5], 5) }
+    }
+}

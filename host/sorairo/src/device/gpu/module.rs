@@ -1,0 +1,67 @@
+//! The kernels' SPIR-V, specialised and handed to the driver.
+
+use std::borrow::Cow;
+
+use crate::plan::Kernel;
+
+/// The kernels, compiled by rust-gpu; `cargo xtask shaders` rebuilds them.
+pub const SPIRV: &[u8] = sorairo_shaders::SPIRV;
+
+/// The shader module with its specialisation constant set, handed to the driver as it is where wgpu allows that, through
+/// naga elsewhere.
+pub(super) fn load(device: &wgpu::Device, passthrough: bool, variant: u32) -> wgpu::ShaderModule {
+    let words = specialised(&wgpu::util::make_spirv_raw(SPIRV), variant);
+    if passthrough {
+        let names = Kernel::ALL.iter().map(|kernel| kernel.entry_point());
+        let entry_points: Vec<_> = names
+            .map(|name| wgpu::PassthroughShaderEntryPoint { name: name.into(), workgroup_size: (0, 0, 0) })
+            .collect();
+        // SAFETY: the module is the one that the tests validate, compiled from this repository's own kernels, whose
+        // indices stay inside their buffers; wgpu's devices bound buffer accesses besides.
+        #[expect(unsafe_code, reason = "wgpu cannot check what it does not translate")]
+        unsafe {
+            device.create_shader_module_passthrough(wgpu::ShaderModuleDescriptorPassthrough {
+                label: Some("sorairo"),
+                spirv: Some(words.into()),
+                entry_points: Cow::Owned(entry_points),
+                ..Default::default()
+            })
+        }
+    } else {
+        let descriptor =
+            wgpu::ShaderModuleDescriptor { label: Some("sorairo"), source: wgpu::ShaderSource::SpirV(words.into()) };
+        // SAFETY: the kernels' indices stay inside their buffers, and their loops are bounded.
+        #[expect(unsafe_code, reason = "wgpu would add checks that the kernels do not need")]
+        unsafe {
+            device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked())
+        }
+    }
+}
+
+/// The module with its one specialisation constant turned into the constant `value`.
+///
+/// Done on the words themselves because that works alike for both ways into a driver: `OpSpecConstant` becomes
+/// `OpConstant`, which has the same layout (SPIR-V 1.3, 3.32.7), and its `SpecId` decoration is left out.
+pub fn specialised(words: &[u32], value: u32) -> Vec<u32> {
+    const HEADER: usize = 5;
+    const OP_CONSTANT: u32 = 43;
+    const OP_SPEC_CONSTANT: u32 = 50;
+    const OP_DECORATE: u32 = 71;
+    const SPEC_ID: u32 = 1;
+    let mut specialised = words[..HEADER].to_vec();
+    let mut at = HEADER;
+    while at < words.len() {
+        let (length, opcode) = ((words[at] >> 16) as usize, words[at] & 0xffff);
+        let instruction = &words[at..at + length.max(1)];
+        match opcode {
+            OP_SPEC_CONSTANT => {
+                let head = (words[at] & 0xffff_0000) | OP_CONSTANT;
+                specialised.extend([head, instruction[1], instruction[2], value]);
+            }
+            OP_DECORATE if instruction[2] == SPEC_ID => {}
+            _ => specialised.extend_from_slice(instruction),
+        }
+        at += instruction.len();
+    }
+    specialised
+}

@@ -1,0 +1,30 @@
+//! What drivers do that no specification says.
+
+use sorairo_shared::lookup::RUN;
+use sorairo_shared::observer::OBSERVER_NODES;
+use sorairo_shared::variant;
+
+use crate::plan::Plan;
+
+/// Rounds after which llvmpipe ends the loops of an invocation, all of them together, and says nothing (`LP_MAX_TGSI_LOOP_ITERATIONS` of
+/// Mesa's `lp_bld_limits.h`). A sum would lack its last terms.
+const ROUNDS_OF_LLVMPIPE: u64 = 65_535;
+
+/// The most rounds that a driver lets the loops of an invocation make together.
+pub(super) fn most_rounds(driver: &str) -> u64 {
+    if driver == "llvmpipe" { ROUNDS_OF_LLVMPIPE } else { u64::MAX }
+}
+
+/// The most rounds that all loops of an invocation of a plan's kernels make together, the last look at each loop's end among them.
+///
+/// Invocations in lockstep make the rounds of all of their rays, so that a ray counts every piece that one can have.
+pub(super) fn rounds(plan: &Plan) -> u64 {
+    let has = |bit: u32| u64::from(plan.variant & bit != 0);
+    let pieces = (1 + has(variant::DESCENT)) * (1 + has(variant::SHADOW));
+    let ray = 2 + pieces * (2 + u64::from(plan.samples_per_piece()));
+    let uniform = &plan.uniform;
+    let wavelengths = 1 + u64::from(uniform.spectral_wavelengths);
+    let disc = 1 + has(variant::SUN_DISC) * u64::from(uniform.disc.samples).pow(2);
+    let fit = u64::from(uniform.air_nodes + uniform.aerosol_nodes + OBSERVER_NODES);
+    plan.buffers().bands.len() as u64 * (ray + wavelengths) + fit + u64::from(RUN) * disc
+}

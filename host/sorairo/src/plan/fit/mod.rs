@@ -1,0 +1,108 @@
+//! Fits through the bands: from the values at a few wavelengths to a colour or a spectrum.
+
+pub mod linear;
+pub mod regression;
+
+use sorairo_shared::glam::Vec4;
+use sorairo_shared::single::Bands;
+use sorairo_shared::sky::{LINEAR, REGRESSION, REGRESSION_SOLVED, SOLVED};
+
+use self::linear::{Interpolant, LinearFit};
+use self::regression::Training;
+use super::upload;
+use crate::scene::{ColourPath, Fit, Scene};
+use crate::spectra::observer;
+use crate::spectra::optics::Optics;
+
+/// The fit through the bands.
+#[derive(Clone, Debug)]
+pub enum SpectralFit {
+    /// Linear in the values at the bands.
+    Linear(LinearFit),
+    /// By a regression on the scene's own rays; see [`regression`].
+    Regression,
+}
+
+/// Wavelengths of the bands (nm), increasing: those of the scene, or the best found for its fit.
+pub fn wavelengths(scene: &Scene) -> Vec<f64> {
+    let mut wavelengths = match (&scene.render.bands, scene.render.fit) {
+        (Some(given), _) => given.clone(),
+        // Takahashi and Dobashi.
+        (None, Fit::Cubic) => vec![430.0, 520.0, 610.0, 700.0],
+        // Best found over suns from -4° to 90°, with and without ozone and aerosol, by the colour error of the whole sky.
+        (None, Fit::Transfer) => vec![443.0, 510.0, 568.0, 632.0],
+        (None, Fit::Extinction) => vec![444.0, 530.0, 585.0, 650.0],
+        (None, Fit::Dense) => observer::wavelengths(),
+    };
+    wavelengths.sort_by(f64::total_cmp);
+    wavelengths
+}
+
+impl SpectralFit {
+    /// That of a scene through bands at these wavelengths (nm).
+    pub fn new(scene: &Scene, wavelengths: &[f64]) -> Self {
+        let linear = |interpolant, of_radiance| {
+            Self::Linear(LinearFit { wavelengths: wavelengths.to_vec(), interpolant, of_radiance })
+        };
+        match scene.render.fit {
+            Fit::Cubic => linear(Interpolant::Polynomial, true),
+            Fit::Transfer => linear(Interpolant::Polynomial, false),
+            Fit::Extinction => Self::Regression,
+            Fit::Dense => linear(Interpolant::Segments, false),
+        }
+    }
+
+    /// The optical properties at the bands' wavelengths (nm), four to a group, and what the fit multiplies the transfer with.
+    pub fn bands(&self, optics: &Optics, wavelengths: &[f64]) -> Vec<Bands> {
+        let bands = upload::bands(optics, wavelengths);
+        match self {
+            Self::Linear(fit) if !fit.of_radiance => {
+                bands.into_iter().map(|group| Bands { fit_irradiance: Vec4::ONE, ..group }).collect()
+            }
+            _ => bands,
+        }
+    }
+
+    /// The observer nodes of air and of aerosol through so many bands; none but for a regression.
+    pub fn nodes(&self, bands: usize, has_aerosol: bool) -> [u32; 2] {
+        match self {
+            Self::Linear(_) => [0, 0],
+            Self::Regression => {
+                let nodes = regression::node_wavelengths(bands).len() as u32;
+                [nodes, if has_aerosol { nodes } else { 0 }]
+            }
+        }
+    }
+
+    /// The kind of the fit, as the kernels name it; see [`sorairo_shared::sky`].
+    pub fn kind(&self, path: ColourPath) -> u32 {
+        match (self, path) {
+            (Self::Linear(_), ColourPath::Folded) => LINEAR,
+            (Self::Linear(_), ColourPath::Solve) => SOLVED,
+            (Self::Regression, ColourPath::Folded) => REGRESSION,
+            (Self::Regression, ColourPath::Solve) => REGRESSION_SOLVED,
+        }
+    }
+
+    /// The colour rows, as the kernel of this way to a colour takes them: a matrix or observer nodes.
+    pub fn colour_rows(&self, training: &Training<'_>, path: ColourPath) -> Vec<Vec4> {
+        let optics = &training.integral.optics;
+        let solve = path == ColourPath::Solve;
+        match self {
+            Self::Linear(fit) if solve => fit.observer_rows(optics, training.observer),
+            Self::Linear(fit) => fit.folded(optics, training.observer, training.space),
+            Self::Regression => {
+                let rows = |&constituent| training.nodes(constituent, solve);
+                training.constituents().iter().flat_map(rows).collect()
+            }
+        }
+    }
+
+    /// The colour rows of a spectral image at wavelengths (nm).
+    pub fn spectrum_rows(&self, training: &Training<'_>, wavelengths: &[f64]) -> Vec<Vec4> {
+        match self {
+            Self::Linear(fit) => fit.spectrum_rows(&training.integral.optics, wavelengths),
+            Self::Regression => training.spectrum_rows(training.constituents(), wavelengths),
+        }
+    }
+}

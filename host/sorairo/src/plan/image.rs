@@ -1,0 +1,196 @@
+//! The image of a sky, planned.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::spectral;
+use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};
+use sorairo_shared::variant::{self, PixelFormat};
+
+use super::fit::SpectralFit;
+use super::kernel::Kernel;
+use super::lookup::{self, Lookup, LookupSize};
+use super::sky::SkyPlan;
+use super::sun_disc::Sun;
+use super::upload;
+use crate::error::{Error, Result};
+use crate::scene::{ColourPath, Projection, Rgb, Scene};
+
+/// Everything that the kernels of one image need, and nothing that they do not.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The sky that the image shows.
+    pub sky: Arc<SkyPlan>,
+    /// What every pixel shares.
+    pub uniform: Uniform,
+    /// The colour rows: those of the sky, then the grid of the sun's disc or the rows of a spectral image.
+    pub colour: Vec<Vec4>,
+    /// Wavelengths (nm) of a spectral image, increasing; empty for other images.
+    pub spectral: Vec<f64>,
+    /// What the kernels are specialised for; see [`variant`].
+    pub variant: u32,
+    /// How a pixel is stored.
+    pub pixel: PixelFormat,
+    /// Rows of the image that can be lit; the rest is black and never computed.
+    pub lit_rows: Range<u32>,
+    /// Whether pixels are integrated or looked up, and why.
+    pub lookup: Lookup,
+}
+
+impl Plan {
+    /// The plan of a scene whose pixels are stored as `pixel`.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Scene::validate`].
+    pub fn new(scene: &Scene, pixel: PixelFormat) -> Result<Self> {
+        scene.validate()?;
+        // A picture is packed on the device and is always sRGB.
+        let rgb = if pixel == PixelFormat::Picture { Rgb::Srgb } else { scene.render.rgb };
+        Ok(Self::of_sky(Arc::new(SkyPlan::new(scene, rgb)), scene, pixel))
+    }
+
+    /// The plan of what a scene's camera sees of its sky.
+    fn of_sky(sky: Arc<SkyPlan>, scene: &Scene, pixel: PixelFormat) -> Self {
+        let lit_rows = lit_rows(scene, sky.is_night);
+        let lookup = lookup::choose(scene, &sky, &lit_rows);
+        let camera = upload::camera(scene);
+        let shows_disc = scene.sun.disc && !sky.is_night;
+        let (disc, grid) =
+            if shows_disc { Sun::new(&sky).for_kernels(scene.camera.projection, &camera) } else { Default::default() };
+        let uniform = Uniform {
+            camera,
+            rows: camera.height,
+            disc: SunDisc { first_entry: sky.colour.len() as u32, ..disc },
+            exposure: sky.exposure,
+            ..sky.integral.uniform
+        };
+        let shown = sky.integral.variant | if shows_disc { variant::SUN_DISC } else { 0 };
+        let variant = variant::of(shown, upload::projection(scene.camera.projection), pixel as u32);
+        let colour = [sky.colour.as_slice(), &grid].concat();
+        let size = lookup.size;
+        let plan = Self { sky, uniform, colour, spectral: Vec::new(), variant, pixel, lit_rows, lookup };
+        match size {
+            Some(size) => plan.with_lookup(size),
+            None => plan,
+        }
+    }
+
+    /// The same plan with pixels that are looked up in a sky lookup of this size.
+    pub fn with_lookup(self, size: LookupSize) -> Self {
+        let runs = if lookup::pixels_run(&self.uniform, self.variant, size) { variant::RUNS } else { 0 };
+        Self {
+            uniform: Uniform {
+                lookup_above: size.above,
+                lookup_below: size.below,
+                lookup_azimuths: size.azimuths,
+                ..self.uniform
+            },
+            variant: self.variant & !variant::RUNS | runs,
+            lookup: Lookup { size: Some(size), ..self.lookup },
+            ..self
+        }
+    }
+
+    /// The same plan for a spectral image: beside its linear RGB a pixel holds the radiance at wavelengths in nm, increasing.
+    /// Every pixel is integrated.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] for a plan of a picture, which has no place for radiance, for [`ColourPath::Solve`], which is a way to a colour,
+    /// and with the sun's disc.
+    pub fn with_spectrum(self, wavelengths: &[f64]) -> Result<Self> {
+        if self.pixel != PixelFormat::LinearRgb {
+            let complaint = "of its plan is none that a spectral image can have: that holds linear RGB in 32 bits";
+            return Err(Error::not_allowed("pixel", complaint));
+        }
+        if self.variant & variant::SUN_DISC != 0 {
+            return Err(Error::not_allowed("sun.disc", "shows the sun in RGB; a spectral file is of the sky alone"));
+        }
+        if self.sky.colour_path == ColourPath::Solve {
+            let complaint = "= solve is a way to a colour; a spectral file takes render.color = folded";
+            return Err(Error::not_allowed("render.color", complaint));
+        }
+        let rows = if self.sky.is_night { Vec::new() } else { self.sky.spectrum_rows(wavelengths) };
+        let reason =
+            if self.sky.is_night { self.lookup.reason } else { "a spectrum is integrated at every pixel".into() };
+        Ok(Self {
+            colour: [self.colour, rows].concat(),
+            uniform: Uniform { spectral_wavelengths: wavelengths.len() as u32, ..self.uniform },
+            spectral: wavelengths.to_vec(),
+            lookup: Lookup { size: None, reason },
+            ..self
+        })
+    }
+
+    /// Words that a pixel of the plan's image takes.
+    pub fn pixel_words(&self) -> u32 {
+        if self.spectral.is_empty() { self.pixel.words() } else { spectral::words(&self.uniform) }
+    }
+
+    /// Linear RGB of the sky in a direction (W·m⁻²·sr⁻¹), integrated at that direction.
+    pub fn radiance(&self, view: Vec3) -> Vec3 {
+        self.sky.radiance(view)
+    }
+
+    /// What the kernels read beside the uniform.
+    pub fn buffers(&self) -> Buffers<'_> {
+        let integral = &self.sky.integral;
+        Buffers { bands: &integral.bands, quadrature: &integral.quadrature, colour: &self.colour }
+    }
+
+    /// Pixels of the rows that can be lit.
+    pub fn lit_pixels(&self) -> u64 {
+        u64::from(self.width()) * u64::from(self.lit_rows.end - self.lit_rows.start)
+    }
+
+    /// The kernel that computes the plan's pixels.
+    pub fn kernel(&self) -> Kernel {
+        let is_spectral = !self.spectral.is_empty();
+        match (&self.sky.fit, self.sky.colour_path) {
+            (SpectralFit::Linear(_), _) if is_spectral => Kernel::SpectrumLinear,
+            (SpectralFit::Regression, _) if is_spectral => Kernel::SpectrumRegression,
+            _ if self.lookup.size.is_some() => Kernel::SkyLookup,
+            (SpectralFit::Linear(_), ColourPath::Folded) => Kernel::SkyLinear,
+            (SpectralFit::Linear(_), ColourPath::Solve) => Kernel::SkySolve,
+            (SpectralFit::Regression, ColourPath::Folded) => Kernel::SkyRegression,
+            (SpectralFit::Regression, ColourPath::Solve) => Kernel::SkyRegressionSolve,
+        }
+    }
+
+    /// The kernel that fills the sky lookup.
+    pub fn lookup_kernel(&self) -> Kernel {
+        match self.sky.fit {
+            SpectralFit::Linear(_) => Kernel::LookupLinear,
+            SpectralFit::Regression => Kernel::LookupRegression,
+        }
+    }
+
+    /// Samples on each piece of a ray.
+    pub fn samples_per_piece(&self) -> u32 {
+        self.sky.integral.quadrature.len() as u32
+    }
+
+    /// Width of the image (pixels).
+    pub fn width(&self) -> u32 {
+        self.uniform.camera.width
+    }
+
+    /// Height of the image (pixels).
+    pub fn height(&self) -> u32 {
+        self.uniform.camera.height
+    }
+}
+
+/// Rows of the image that can be lit: none at night, and from the ground an equirectangular image is black below its middle.
+fn lit_rows(scene: &Scene, is_night: bool) -> Range<u32> {
+    let height = scene.camera.size.height;
+    if is_night {
+        0..0
+    } else if scene.camera.projection == Projection::Equirectangular && scene.observer.altitude == 0.0 {
+        0..height.div_ceil(2)
+    } else {
+        0..height
+    }
+}

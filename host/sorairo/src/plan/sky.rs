@@ -1,0 +1,100 @@
+//! The sky, planned: what depends on it alone, decided once and never changed. A camera only looks at it.
+
+use sorairo_shared::geometry::Ray;
+use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::sky::{Constituents, constituents, sky};
+use sorairo_shared::uniform::Buffers;
+
+use super::colour_space::ColourSpace;
+use super::fit::regression::Training;
+use super::fit::{self, SpectralFit};
+use super::integral::{self, RayIntegral};
+use super::quadrature::gauss_legendre;
+use super::{directions, exposure, samples, upload};
+use crate::scene::{ColourObserver, ColourPath, Rgb, Scene};
+
+/// A sky that can be looked at.
+#[derive(Clone, Debug)]
+pub struct SkyPlan {
+    /// The ray integral at the bands.
+    pub integral: RayIntegral,
+    /// The fit through the bands.
+    pub fit: SpectralFit,
+    /// How the fit becomes a colour.
+    pub colour_path: ColourPath,
+    /// The colour observer.
+    pub observer: ColourObserver,
+    /// The space of linear RGB.
+    pub space: ColourSpace,
+    /// The colour rows: a matrix or observer nodes, as the kernel takes them; none at night.
+    pub colour: Vec<Vec4>,
+    /// The factor from linear RGB to a picture's linear value.
+    pub exposure: f32,
+    /// Whether no air that can be seen is lit.
+    pub is_night: bool,
+}
+
+impl SkyPlan {
+    /// The sky of a scene whose values are in range, in a space of linear RGB.
+    pub fn new(scene: &Scene, rgb: Rgb) -> Self {
+        let (observer, colour_path) = (scene.render.observer, scene.render.color);
+        let optics = scene.optics();
+        let space = ColourSpace::new(rgb, scene.render.white_balance, observer, &optics);
+        let variant = integral::needed(scene, &optics);
+        let wavelengths = fit::wavelengths(scene);
+        let fit = SpectralFit::new(scene, &wavelengths);
+        let bands = fit.bands(&optics, &wavelengths);
+        let nodes = fit.nodes(wavelengths.len(), scene.atmosphere.aerosol.optical_depth > 0.0);
+        let uniform = upload::sky_uniform(scene, &wavelengths, nodes, &space);
+        let samples =
+            scene.render.steps.unwrap_or_else(|| samples::per_piece(scene, &uniform, &optics, &bands, variant));
+        let quadrature = gauss_legendre(samples);
+        let sun_azimuth = scene.sun.azimuth;
+        let integral = RayIntegral { uniform, optics, wavelengths, bands, quadrature, variant, sun_azimuth };
+        let is_night = directions::is_night(scene);
+        let training = Training { integral: &integral, observer, space: &space };
+        let colour = if is_night { Vec::new() } else { fit.colour_rows(&training, colour_path) };
+        let sky = Self { integral, fit, colour_path, observer, space, colour, exposure: 1.0, is_night };
+        if is_night {
+            return sky;
+        }
+        let exposure = exposure::of(scene.render.exposure, &sky.integral, |view| sky.radiance(view));
+        Self { exposure, ..sky }
+    }
+
+    /// Linear RGB in a direction (W·m⁻²·sr⁻¹), integrated at that direction.
+    pub fn radiance(&self, view: Vec3) -> Vec3 {
+        sky(&self.integral.uniform, self.buffers(), view, self.fit_kind(), self.integral.variant)
+    }
+
+    /// Linear RGB of air and of aerosol along a ray, before their phase functions (W·m⁻²); not of a fit that is solved at every pixel.
+    pub fn constituents(&self, ray: Ray) -> Constituents {
+        constituents(&self.integral.uniform, self.buffers(), ray, self.fit_kind(), self.integral.variant)
+    }
+
+    /// The colour rows of a spectral image at wavelengths (nm).
+    pub fn spectrum_rows(&self, wavelengths: &[f64]) -> Vec<Vec4> {
+        self.fit.spectrum_rows(&self.training(), wavelengths)
+    }
+
+    /// What a regression fit is made on.
+    pub fn training(&self) -> Training<'_> {
+        Training { integral: &self.integral, observer: self.observer, space: &self.space }
+    }
+
+    /// The kind of the fit, as the kernels name it; see [`sorairo_shared::sky`].
+    pub fn fit_kind(&self) -> u32 {
+        self.fit.kind(self.colour_path)
+    }
+
+    /// The space in which a picture shows the sky's linear RGB: sRGB under the same white balance.
+    pub fn display(&self) -> ColourSpace {
+        ColourSpace::new(Rgb::Srgb, self.space.balance, self.observer, &self.integral.optics)
+    }
+
+    /// What the kernels read beside the uniform.
+    fn buffers(&self) -> Buffers<'_> {
+        let RayIntegral { bands, quadrature, .. } = &self.integral;
+        Buffers { bands, quadrature, colour: &self.colour }
+    }
+}

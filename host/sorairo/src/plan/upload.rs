@@ -1,0 +1,96 @@
+//! The scene in the numbers of the kernels.
+
+use bytemuck::Zeroable;
+use sorairo_shared::camera::{self, Camera};
+use sorairo_shared::glam::Vec4;
+use sorairo_shared::profile::{Atmosphere, Exponential};
+use sorairo_shared::single::Bands;
+use sorairo_shared::uniform::Uniform;
+
+use super::colour_space::ColourSpace;
+use super::directions::{direction, horizon};
+use crate::scene::{Projection, Scene};
+use crate::spectra::observer;
+use crate::spectra::optics::Optics;
+
+/// The uniform of a sky that no camera looks at: what concerns an image is 0, its exposure 1.
+///
+/// `wavelengths` are those of the bands (nm), `nodes` the observer nodes of air and of aerosol.
+pub fn sky_uniform(
+    scene: &Scene,
+    wavelengths: &[f64],
+    [air_nodes, aerosol_nodes]: [u32; 2],
+    space: &ColourSpace,
+) -> Uniform {
+    let band = |i: usize| observer::normalised(wavelengths[i.min(wavelengths.len() - 1)]) as f32;
+    Uniform {
+        atmosphere: atmosphere(scene),
+        sun: direction(scene.sun.elevation, scene.sun.azimuth).as_vec3().extend(0.0),
+        bearing: direction(0.0, scene.sun.azimuth).as_vec3().extend(0.0),
+        band_wavelengths: Vec4::from_array(std::array::from_fn(band)),
+        rgb: space.for_kernels(),
+        altitude: scene.observer.altitude as f32,
+        exposure: 1.0,
+        air_nodes,
+        aerosol_nodes,
+        horizon: horizon(scene.atmosphere.ground_radius, scene.observer.altitude) as f32,
+        ..Uniform::zeroed()
+    }
+}
+
+/// The optical properties at wavelengths (nm), four to a group; the last one fills its group.
+pub fn bands(optics: &Optics, wavelengths: &[f64]) -> Vec<Bands> {
+    let four = |group: &[f64]| std::array::from_fn(|i| group[i.min(group.len() - 1)]);
+    wavelengths.chunks(4).map(|group| optics.bands(four(group))).collect()
+}
+
+fn atmosphere(scene: &Scene) -> Atmosphere {
+    let a = &scene.atmosphere;
+    let depth = a.top_radius - a.ground_radius;
+    let constituent = |scale_height: f64| Exponential::new(scale_height, a.ground_radius);
+    Atmosphere {
+        air: constituent(a.air.scale_height),
+        aerosol: constituent(a.aerosol.scale_height),
+        ground_radius: a.ground_radius as f32,
+        depth: depth as f32,
+        aerosol_asymmetry: a.aerosol.asymmetry as f32,
+        ozone_bottom: a.ozone.bottom as f32,
+        ozone_peak: a.ozone.peak as f32,
+        ozone_top: a.ozone.top as f32,
+        padding0: 0,
+        padding1: 0,
+    }
+}
+
+/// The number of a projection in the kernels.
+pub fn projection(projection: Projection) -> u32 {
+    match projection {
+        Projection::Equirectangular => camera::EQUIRECTANGULAR,
+        Projection::Fisheye => camera::FISHEYE,
+        Projection::Perspective => camera::PERSPECTIVE,
+    }
+}
+
+/// The camera's axes and field. Right lies level, a quarter turn clockwise from the view's azimuth.
+pub fn camera(scene: &Scene) -> Camera {
+    let c = &scene.camera;
+    let (azimuth, elevation, half_field) = match c.projection {
+        Projection::Equirectangular => (0.0, None, 0.0),
+        Projection::Fisheye => (180.0, Some(90.0), c.fov.unwrap_or(180.0).to_radians() / 2.0),
+        Projection::Perspective => (0.0, Some(15.0), (c.fov.unwrap_or(60.0).to_radians() / 2.0).tan()),
+    };
+    let azimuth = c.look_azimuth.unwrap_or(azimuth);
+    let elevation = elevation.map_or(0.0, |default| c.look_elevation.unwrap_or(default));
+    let forward = direction(elevation, azimuth);
+    let right = direction(0.0, azimuth + 90.0);
+    let up = right.cross(forward);
+    Camera {
+        right: right.as_vec3().extend(0.0),
+        up: up.as_vec3().extend(0.0),
+        forward: forward.as_vec3().extend(0.0),
+        width: c.size.width,
+        height: c.size.height,
+        half_field: half_field as f32,
+        padding: 0,
+    }
+}

@@ -31,7 +31,7 @@ pub fn run(arguments: &RenderArguments) -> Result<()> {
 fn summary(report: &Report) -> String {
     let outputs: Vec<_> = report.outputs.iter().map(|path| path.display().to_string()).collect();
     format!(
-        "{}: {}x{} pixels, sun at elevation {:.2}°, azimuth {:.2}°, exposure {:+.2} EV, {} samples a ray, {}\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
+        "{}: {}x{} pixels, sun at elevation {:.2}°, azimuth {:.2}°, exposure {:+.2} EV, {} samples per piece, {}\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
          encoding {:.1} ms, total {:.1} ms",
         outputs.join(", "),
         report.width,

@@ -83,7 +83,7 @@ pub struct Report {
     pub observer: ColourObserver,
     /// Which light became the white of the RGB space.
     pub white_balance: WhiteBalance,
-    /// Samples on each piece of a ray.
+    /// Samples per piece.
     pub steps: u32,
     /// Whether pixels were integrated or looked up, and why.
     pub path: Lookup,

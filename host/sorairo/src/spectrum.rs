@@ -13,7 +13,7 @@ use crate::plan::quadrature::gauss_legendre;
 use crate::plan::upload::bands;
 use crate::plan::{SkyPlan, direction};
 
-/// Samples on each piece of a ray for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
+/// Samples per piece for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
 /// the convergence.
 pub const DENSE_STEPS: u32 = 512;
 

@@ -51,7 +51,7 @@ pub struct Case {
     pub brightest: f64,
     /// The largest error of the four wavelengths, in the sense of [`error`].
     pub error: f64,
-    /// Samples on each piece of the ray.
+    /// Samples per piece.
     pub steps: u32,
     /// Whether the error is that large only because a direction has no more digits in single precision.
     pub excused: bool,

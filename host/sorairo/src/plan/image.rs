@@ -167,7 +167,7 @@ impl Plan {
         }
     }
 
-    /// Samples on each piece of a ray.
+    /// Samples per piece.
     pub fn samples_per_piece(&self) -> u32 {
         self.sky.integral.quadrature.len() as u32
     }

@@ -50,7 +50,7 @@ pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
     if error.is_nan() { f64::INFINITY } else { error }
 }
 
-/// Samples on each piece of a ray: the fewest that keep the radiance of the scene's test rays within [`BOUND`].
+/// Samples per piece: the fewest that keep the radiance of the scene's test rays within [`BOUND`].
 ///
 /// By day and from the ground of a planet like the Earth the integrand is smooth, and 12 samples do. With a low sun, rays of sunlight graze
 /// the edges of the ozone tent, where its column density has a singularity of the power 3/2, and 48 are needed. These are the first guess;

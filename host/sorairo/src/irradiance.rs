@@ -1,4 +1,4 @@
-//! The light that the sky throws on level ground.
+//! The downwelling irradiance of the sky, and the irradiance of its sun.
 
 use std::f64::consts::PI;
 

@@ -36,7 +36,7 @@ pub struct Request {
     pub spectral: bool,
     /// Wavelengths of spectral files (nm, where the scene is known, no two the same); [`default_wavelengths`] if none are given.
     pub wavelengths: Option<Vec<f64>>,
-    /// Whether to measure the light that the sky throws on level ground.
+    /// Whether to measure the downwelling irradiance.
     pub sky_light: bool,
 }
 
@@ -91,7 +91,7 @@ pub struct Report {
     pub explain: Vec<String>,
     /// Factor from linear RGB to the picture's linear value, as a power of two.
     pub exposure_ev: f32,
-    /// The light that the sky throws on level ground, if it was asked for.
+    /// The downwelling irradiance, if it was asked for.
     #[serde(flatten)]
     pub sky_light: Option<SkyLight>,
     /// Time to decide what to compute (ms).

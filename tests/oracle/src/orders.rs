@@ -43,7 +43,7 @@ pub struct Estimate {
 pub struct Paths {
     /// Number of paths; rounded up to a multiple of 64.
     pub number: u64,
-    /// The same seed gives the same paths.
+    /// The same seed gives the same paths. The errors of rays are independent if each has a seed of its own.
     pub seed: u64,
 }
 

@@ -576,11 +576,12 @@ const ENDLESS: [&str; 11] =
 fn after_a_second_the_work_has_a_name() {
     let folder = folder();
     let mut child = command(folder.path(), &ENDLESS).stderr(Stdio::piped()).spawn().unwrap();
-    let named = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap).next();
+    // On a busy machine the plan may take longer than a second, and have its own line before.
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let named = lines.find(|line| line == "sorairo: computing the sky ...");
     child.kill().unwrap();
     child.wait().unwrap();
-    // Without a name the first line would be the summary, or none at all.
-    assert_eq!(named.as_deref(), Some("sorairo: computing the sky ..."));
+    assert!(named.is_some(), "no line before the end");
 }
 
 #[test]

@@ -3,13 +3,15 @@
 //! `cargo xtask shaders` compiles the shaders into `shader-crate/compiled`; `cargo xtask shaders --check` compiles them
 //! and compares the bytes with those that are there. `cargo xtask docs` writes the pages of figures from docs/figures; `cargo
 //! xtask docs DIR` first takes the figures of a folder of reports. `cargo xtask gallery` makes the pictures of docs/gallery.md.
-//! `cargo xtask circles` fails if files need each other in a circle. `cargo xtask pixels --program PATH --out FILE` keeps the
+//! `cargo xtask circles` fails if files need each other in a circle. `cargo xtask package` installs
+//! the command from packages alone. `cargo xtask pixels --program PATH --out FILE` keeps the
 //! hashes of a program's pixels, and `--against FILE` compares another program's with them.
 
 mod circles;
 mod docs;
 mod gallery;
 mod manifest;
+mod package;
 mod pages;
 #[cfg(feature = "pixels")]
 mod pixels;
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         ["shaders"] => shaders(false),
         ["shaders", "--check"] => shaders(true),
         ["circles"] => root().and_then(circles::check),
+        ["package"] => root().and_then(package::check),
         ["gallery"] => root().and_then(gallery::make),
         ["docs"] => root().and_then(docs::write),
         ["docs", reports] => root().and_then(|root| docs::take(root, Path::new(reports))),
@@ -51,7 +54,7 @@ fn main() -> ExitCode {
         }
         _ => {
             eprintln!(
-                "usage: cargo xtask shaders [--check] | docs [DIR] | gallery | circles | pixels --program PATH (--out | --against) FILE"
+                "usage: cargo xtask shaders [--check] | docs [DIR] | gallery | circles | package | pixels --program PATH (--out | --against) FILE"
             );
             return ExitCode::from(2);
         }

@@ -14,7 +14,7 @@ const ELEVATIONS: [f64; 16] = [0.0, 0.1, 0.3, 0.7, 1.5, 3.0, 5.0, 8.0, 12.0, 18.
 
 /// The transfer at the plan's bands against the oracle, over the sky; brighter than a part of the sky's maximum.
 fn compare_sky(scene: &Scene, above: f64) -> Worst {
-    let plan = Plan::new(scene, PixelFormat::LinearRgb).unwrap();
+    let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
     let bands: Vec<_> =
         plan.sky.integral.wavelengths.iter().map(|&wavelength| coefficients(scene, wavelength)).collect();
     let medium = medium(scene);

@@ -20,7 +20,7 @@ use sorairo_tests::{gpu, wait};
 use tempfile::TempDir;
 
 fn plan(scene: &Scene, pixel: PixelFormat) -> Plan {
-    Plan::new(scene, pixel).unwrap()
+    Plan::new(&scene.validated().unwrap(), pixel)
 }
 
 #[test]
@@ -116,12 +116,19 @@ fn after_a_lost_device_and_its_spare_the_cpu_finishes_the_image() {
     let folder = tempfile::tempdir().unwrap();
     let expected = tempfile::tempdir().unwrap();
     let scene = scene(Preset::Earth, 10.0, "64x40");
-    render::render(&scene, &files(&expected, &FILES), || Ok(sorairo::device::cpu::device()), |_| ()).unwrap();
+    render::render(
+        &scene.validated().unwrap(),
+        &files(&expected, &FILES),
+        || Ok(sorairo::device::cpu::device()),
+        |_| (),
+    )
+    .unwrap();
     for good_rows in [0, 1, 7] {
         let opened = Arc::default();
         let mut first = faulty(Fault::Lost, good_rows, 1, &opened);
         first.spares.push_back(Box::new(|| Ok(sorairo::device::cpu::device())));
-        let report = render::render(&scene, &files(&folder, &FILES), || Ok(first), |_| ()).unwrap();
+        let report =
+            render::render(&scene.validated().unwrap(), &files(&folder, &FILES), || Ok(first), |_| ()).unwrap();
         assert_eq!((report.backend, opened.load(Ordering::Relaxed)), (DeviceKind::Cpu, 1));
         assert!(contents(folder.path()) == contents(expected.path()), "after {good_rows} rows");
     }
@@ -134,8 +141,13 @@ fn a_device_without_a_working_spare_is_an_error_that_names_it_and_leaves_no_file
             let folder = tempfile::tempdir().unwrap();
             let first = faulty(fault, 5, 1, &Arc::default());
             let request = files(&folder, &FILES[wanted]);
-            let error =
-                render::render(&scene(Preset::Earth, 10.0, "64x40"), &request, || Ok(first), |_| ()).unwrap_err();
+            let error = render::render(
+                &scene(Preset::Earth, 10.0, "64x40").validated().unwrap(),
+                &request,
+                || Ok(first),
+                |_| (),
+            )
+            .unwrap_err();
             assert!(matches!(&error, Error::Device(_)), "{fault:?}: {error}");
             assert!(error.is_failure());
             assert!(contents(folder.path()).is_empty(), "{fault:?}");

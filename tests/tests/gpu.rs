@@ -47,9 +47,9 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
                 let mut scene = scene(preset, sun, "128x64");
                 (scene.render.fit, scene.render.color, scene.render.bands) = (fit, color, bands);
                 scene.render.path = PathChoice::Direct;
-                let direct = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+                let direct = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
                 scene.render.path = PathChoice::Lookup;
-                let lookup = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+                let lookup = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
                 let mut runs =
                     vec![(&direct, Kernel::Radiance, 4), (&direct, direct.kernel(), 3), (&lookup, lookup.kernel(), 3)];
                 let spectral = (color == ColourPath::Folded).then(|| direct.clone().with_spectrum(&[450.0]).unwrap());
@@ -95,7 +95,7 @@ fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
             scene.render.path = PathChoice::Direct;
             scene.observer.altitude = altitude;
             scene.atmosphere.aerosol.optical_depth = aerosol;
-            let direct = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+            let direct = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
             let plan = direct.clone().with_spectrum(&wavelengths).unwrap();
             seen.insert(plan.kernel());
             let reference = floats(&plan, &device::cpu::Cpu, plan.kernel());
@@ -132,7 +132,7 @@ fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
 fn an_explicit_solve_gives_no_spectrum() {
     let mut scene = scene(Preset::Earth, 20.0, "4x2");
     scene.render.color = ColourPath::Solve;
-    let refused = Plan::new(&scene, PixelFormat::LinearRgb).unwrap().with_spectrum(&[550.0]);
+    let refused = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb).with_spectrum(&[550.0]);
     assert!(matches!(refused, Err(sorairo::Error::NotAllowed { .. })));
 }
 
@@ -140,7 +140,7 @@ fn an_explicit_solve_gives_no_spectrum() {
 #[test]
 fn a_plan_of_a_picture_takes_no_spectrum() {
     for pixel in [PixelFormat::Picture, PixelFormat::HalfRgb] {
-        let refused = Plan::new(&scene(Preset::Earth, 20.0, "4x2"), pixel).unwrap().with_spectrum(&[550.0]);
+        let refused = Plan::new(&scene(Preset::Earth, 20.0, "4x2").validated().unwrap(), pixel).with_spectrum(&[550.0]);
         assert!(matches!(refused, Err(sorairo::Error::NotAllowed { .. })), "{pixel:?}");
     }
 }
@@ -149,7 +149,7 @@ fn a_plan_of_a_picture_takes_no_spectrum() {
 fn every_kind_of_pixel_holds_the_same_colours() {
     let scene = scene(Preset::Earth, 20.0, "64x32");
     let of = |pixel| {
-        let plan = Plan::new(&scene, pixel).unwrap();
+        let plan = Plan::new(&scene.validated().unwrap(), pixel);
         gpu().run(&plan, plan.kernel()).unwrap().words
     };
     let linear: Vec<f32> = of(PixelFormat::LinearRgb).into_iter().map(f32::from_bits).collect();
@@ -180,7 +180,7 @@ fn the_lookup_agrees_with_the_integral_at_every_pixel() {
             let of = |path| {
                 let mut scene = scene.clone();
                 scene.render.path = path;
-                let plan = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+                let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
                 floats(&plan, &device::cpu::Cpu, plan.kernel())
             };
             let (lookup, direct) = (of(PathChoice::Lookup), of(PathChoice::Direct));
@@ -204,7 +204,7 @@ fn pixels_in_runs_agree_with_pixels_alone() {
         let mut scene = scene(Preset::Earth, sun, "1608x45");
         (scene.observer.altitude, scene.render.path) = (altitude, PathChoice::Lookup);
         (scene.sun.azimuth, scene.sun.disc) = (77.7, disc);
-        let runs = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+        let runs = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
         assert!(runs.variant & variant::RUNS != 0, "{sun}°: {}", runs.lookup);
         let alone = Plan { variant: runs.variant & !variant::RUNS, ..runs.clone() };
         let images = [&runs, &alone].map(|plan| floats(plan, &device::cpu::Cpu, plan.kernel()));
@@ -225,7 +225,7 @@ fn every_projection_agrees_with_the_cpu() {
         for (path, altitude) in [(PathChoice::Direct, 12.0), (PathChoice::Lookup, 12.0), (PathChoice::Lookup, 0.0)] {
             let mut scene = scene(Preset::Earth, 20.0, "101x67");
             (scene.camera.projection, scene.render.path, scene.observer.altitude) = (projection, path, altitude);
-            let plan = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+            let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
             let reference = floats(&plan, &device::cpu::Cpu, plan.kernel());
             let worst = worst_in_images(&floats(&plan, gpu(), plan.kernel()), &reference, 101, 3, 1e-6);
             assert!(worst.relative <= SAME_FUNCTION, "{projection:?}, {path:?}, {altitude} km: {worst:?}");
@@ -235,7 +235,7 @@ fn every_projection_agrees_with_the_cpu() {
 
 #[test]
 fn pictures_differ_by_one_step_at_most() {
-    let plan = Plan::new(&scene(Preset::Earth, 10.0, "128x64"), PixelFormat::Picture).unwrap();
+    let plan = Plan::new(&scene(Preset::Earth, 10.0, "128x64").validated().unwrap(), PixelFormat::Picture);
     let reference = device::cpu::Cpu.run(&plan, plan.kernel()).unwrap().words;
     let image = gpu().run(&plan, plan.kernel()).unwrap().words;
     assert_eq!(image.len(), 128 * 64);
@@ -257,7 +257,7 @@ fn solve_and_folded_give_the_same_colour() {
                 let of = |color: ColourPath| {
                     let mut scene = scene.clone();
                     scene.render.color = color;
-                    let plan = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+                    let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
                     floats(&plan, backend, plan.kernel())
                 };
                 let (solve, folded) = (of(ColourPath::Solve), of(ColourPath::Folded));
@@ -275,7 +275,7 @@ fn solve_and_folded_give_the_same_colour() {
 fn an_image_is_written_whole_whatever_its_size() {
     for size in ["1x1", "7x5", "9x8", "1000x3", "3x1000"] {
         let scene: Scene = scene(Preset::Earth, 30.0, size);
-        let plan = Plan::new(&scene, PixelFormat::LinearRgb).unwrap();
+        let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
         // The backend itself fails if a word still holds the sentinel.
         let words = gpu().run(&plan, plan.kernel()).unwrap().words;
         assert_eq!(words.len(), (plan.width() * plan.height() * 3) as usize, "{size}");

@@ -1,6 +1,7 @@
 //! What a person gives, by the hundred thousand: no panic, no hang, no memory out of proportion. `fuzz/` looks further.
 
 use std::cell::Cell;
+use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -10,7 +11,7 @@ use peak_alloc::PeakAlloc;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use sorairo::scene::file::text;
-use sorairo::scene::keys::{Allowed, KEYS};
+use sorairo::scene::keys::{KEYS, Key};
 use sorairo::scene::{Preset, Scene, reference};
 use sorairo::spectra::table::Table;
 use sorairo_cli::arguments as cli;
@@ -54,10 +55,13 @@ fn hold<S: Strategy>(cases: u32, strategy: S, property: impl Fn(S::Value)) {
 /// A text as a scene file: refused in one sentence with its place, or a scene that survives its own file.
 fn scene_or_sentence(input: &str) {
     match Scene::parse(input, "a.toml", None) {
-        Ok(scene) if scene.validate().is_ok() => {
-            assert_eq!(Scene::parse(&text(&scene), "b.toml", None).expect("a scene's own file is a scene"), scene);
-        }
-        Ok(scene) => assert_eq!(scene.validate().unwrap_err().to_string().lines().count(), 1),
+        Ok(scene) => match scene.validated() {
+            Ok(scene) => {
+                let again = Scene::parse(&text(&scene), "b.toml", None).expect("a scene's own file is a scene");
+                assert_eq!(again, *scene);
+            }
+            Err(error) => assert_eq!(error.to_string().lines().count(), 1),
+        },
         Err(error) => {
             let sentence = error.to_string();
             assert!(sentence.lines().count() == 1 && sentence.len() < 2000, "{sentence}");
@@ -78,11 +82,7 @@ fn table_or_sentence(input: &str) {
 
 /// Values that scenes, tables and flags find hard, and some that they do not.
 fn value() -> impl Strategy<Value = String> {
-    let words = KEYS.iter().flat_map(|key| match &key.allowed {
-        Allowed::Words(words) | Allowed::WordsOrTable(words) => words(),
-        _ => Vec::new(),
-    });
-    let mut fixed: Vec<String> = words.map(|word| word.name.to_owned()).collect();
+    let mut fixed: Vec<String> = KEYS.iter().flat_map(Key::words).map(|word| word.name.to_owned()).collect();
     let hard = [
         "",
         "nan",
@@ -227,12 +227,44 @@ fn any_flags_are_a_scene_or_refused() {
         let arguments = ["sorairo", "scene", "show"].into_iter().chain(given.iter().map(String::as_str));
         let Ok(arguments) = cli::Arguments::try_parse_from(arguments) else { return };
         // Without a file: this test reads none.
-        if let cli::Command::Scene(cli::SceneCommand::Show { flags, .. }) = arguments.command
-            && let Ok(scene) = flags.over(None)
-        {
-            assert!(scene.validate().is_ok());
+        if let cli::Command::Scene(cli::SceneCommand::Show { flags, .. }) = arguments.command {
+            let _ = cli::scene(None, &flags);
         }
     });
+}
+
+/// What numbers and TOML find hard, as libFuzzer reads it.
+const HARD: [&str; 17] = [
+    r#""\"\"\"""#,
+    r#""'''""#,
+    r#""-inf""#,
+    r#"".csv""#,
+    r#""0x7fffffffffffffff""#,
+    r#""1979-05-27T07:32:00Z""#,
+    r#""1e308""#,
+    r#""9223372036854775808""#,
+    r#""= ""#,
+    r#""[[""#,
+    r#""\x0a""#,
+    r#""\xef\xbb\xbf""#,
+    r#""]]""#,
+    r#""auto""#,
+    r#""inf""#,
+    r#""nan""#,
+    r#""true""#,
+];
+
+#[test]
+fn the_dictionary_of_the_fuzz_targets_holds_every_key_word_and_flag() {
+    let parts = KEYS.iter().flat_map(|key| key.name.split('.'));
+    let words = KEYS.iter().flat_map(Key::words).map(|word| word.name);
+    let flags = KEYS.iter().filter_map(|key| flag(key.name));
+    let named = parts.chain(words).chain(flags).map(|word| format!("\"{word}\""));
+    let lines: BTreeSet<String> = named.chain(HARD.map(str::to_owned)).collect();
+    let head = "# Keys, words and flags of a scene, and what numbers and TOML find hard.\n";
+    let expected = lines.into_iter().fold(head.to_owned(), |text, line| text + &line + "\n");
+    let kept = include_str!("../../fuzz/keys.dict");
+    assert!(kept == expected, "fuzz/keys.dict is out of date; it should be\n{expected}");
 }
 
 /// A line break was written as in Rust, and libFuzzer refused the whole dictionary: no target ran.

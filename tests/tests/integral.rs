@@ -2,6 +2,7 @@
 
 use sorairo::PixelFormat;
 use sorairo::plan::{Plan, direction};
+use sorairo::scene::keys::{Key, find};
 use sorairo::scene::{Preset, Scene};
 use sorairo_evaluation::judge::{coefficients, medium, ray};
 use sorairo_evaluation::stress::integral::{compare, integral};
@@ -19,7 +20,7 @@ const SEED: u64 = 20_261_121;
 const ROUNDING: f64 = 3e-5;
 
 fn plan(scene: &Scene) -> Plan {
-    Plan::new(scene, PixelFormat::LinearRgb).expect("a valid scene")
+    Plan::new(&scene.validated().expect("a valid scene"), PixelFormat::LinearRgb)
 }
 
 /// The transfer at the plan's bands towards an elevation and an azimuth (degrees).
@@ -333,6 +334,17 @@ fn the_ground_at_the_terminator_is_as_bright_as_it_should_be_from_high_inside_th
 fn a_planet_too_large_for_single_precision_is_refused() {
     let mut scene = Scene::default();
     (scene.atmosphere.ground_radius, scene.atmosphere.top_radius) = (1e6, 1e6 + 100.0);
-    let refusal = Plan::new(&scene, PixelFormat::LinearRgb).expect_err("refused").to_string();
+    let refusal = scene.validated().expect_err("refused").to_string();
     assert!(refusal.contains("atmosphere.ground_radius") && refusal.contains("100000"), "{refusal}");
+}
+
+#[test]
+fn the_rays_from_the_ground_need_as_many_samples_as_the_key_says() {
+    let says = find("render.steps").and_then(Key::stand_in).unwrap();
+    let steps = |sun| plan(&scene(Preset::Earth, sun, "64x32")).samples_per_piece();
+    let high: Vec<u32> = [5.0, 30.0, 90.0].map(steps).into();
+    let low: Vec<u32> = [-6.0, -3.0, 0.0, 2.0, 4.9].map(steps).into();
+    assert!(high.iter().all(|&steps| steps == 12) && says.contains("12, with the sun below 5°"), "{high:?}: {says}");
+    let (fewest, most) = (low.iter().min().unwrap(), low.iter().max().unwrap());
+    assert!(*fewest >= 48 && *most <= 64 && says.contains("48 to 64"), "{low:?}: {says}");
 }

@@ -26,7 +26,7 @@ fn scenes() -> Vec<Scene> {
 
 /// The words of a scene's pixels, from a plan of its own.
 fn words(scene: &Scene, pixel: PixelFormat, backend: &dyn Backend) -> Vec<u32> {
-    let plan = Plan::new(scene, pixel).unwrap();
+    let plan = Plan::new(&scene.validated().unwrap(), pixel);
     backend.run(&plan, plan.kernel()).unwrap().words
 }
 
@@ -67,7 +67,7 @@ fn files(scene: &Scene, device: &str, threads: usize) -> Vec<Vec<u8>> {
     let outputs = ["sky.png", "sky.exr"].map(|name| folder.path().join(name)).to_vec();
     let request = Request { outputs, ..Request::default() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool.install(|| render(scene, &request, || device::open(device), |_| {})).unwrap();
+    pool.install(|| render(&scene.validated().unwrap(), &request, || device::open(device), |_| {})).unwrap();
     request.outputs.iter().map(|path| std::fs::read(path).unwrap()).collect()
 }
 

@@ -132,7 +132,7 @@ fn the_regression_fit_holds_for_every_preset() {
                 scene.sun.elevation = sun;
                 scene.render.fit = fit;
                 scene.camera.size = "4x2".parse().unwrap();
-                Plan::new(&scene, PixelFormat::LinearRgb).unwrap()
+                Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb)
             };
             let (regression, dense) = (plan(Fit::Extinction), plan(Fit::Dense));
             let views: Vec<_> =

@@ -14,7 +14,7 @@ use sorairo_tests::gpu;
 use sorairo_tests::sky::scene;
 
 fn plan(scene: &Scene) -> Plan {
-    Plan::new(scene, PixelFormat::LinearRgb).expect("a plan")
+    Plan::new(&scene.validated().expect("a valid scene"), PixelFormat::LinearRgb)
 }
 
 fn image(scene: &Scene, backend: &dyn Backend) -> Vec<f32> {
@@ -200,7 +200,8 @@ fn a_disc_beyond_what_a_file_can_hold_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |scene: &Scene, name: &str, named: &str| {
         let path = folder.path().join(name);
-        match sorairo::render::Job::new(scene, &request(&path.display().to_string())) {
+        let request = request(&path.display().to_string());
+        match scene.validated().and_then(|scene| sorairo::render::Job::new(&scene, &request)) {
             Err(error) => assert!(error.to_string().contains(named), "{error}"),
             Ok(_) => panic!("{name} is not refused"),
         }

@@ -4,19 +4,14 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use sorairo::render::Request;
-use sorairo::scene::file::{SceneFile, place_sun};
-use sorairo::scene::keys::help;
-use sorairo::scene::place::{Place, PlaceAndTime, Time};
-use sorairo::scene::{
-    ColourObserver, ColourPath, Exposure, ExrDepth, Fit, PathChoice, Preset, Projection, Rgb, Scene, Size, WhiteBalance,
-};
-use sorairo::words::{Words, words};
+use sorairo::scene::place::Time;
+use sorairo::scene::{Preset, ValidScene};
 
 use crate::error::Result;
+use crate::flags::{SceneFlags, SkyFlags, word_of};
 use crate::ranges::{FrameChoice, Numbers, elevations, wavelengths};
 
 /// Renders the clear sky in full spectrum on the GPU.
@@ -71,7 +66,7 @@ pub enum SceneCommand {
         #[arg(default_value = "scene.toml")]
         file: PathBuf,
         /// Named atmosphere whose values are written.
-        #[arg(long, default_value = "earth", value_parser = word::<Preset>())]
+        #[arg(long, default_value = "earth", value_parser = word_of::<Preset>())]
         preset: Preset,
     },
     /// Says whether a file is a scene, and names everything that is wrong with it.
@@ -118,14 +113,14 @@ pub struct SpectralFlags {
 }
 
 #[derive(Args)]
-#[command(group(ArgGroup::new("suns").required(true).args(["sun_elevation", "from"])))]
+#[command(group(ArgGroup::new("suns").required(true).args(["sun-elevation", "from"])))]
 pub struct SequenceArguments {
     /// Elevations of the sun (degrees), one a frame: from A by STEP to B, which is included if it falls on a step. The sun sinks
     /// if B is below A.
-    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = elevations)]
+    #[arg(id = "sun-elevation", long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = elevations)]
     pub sun_elevation: Option<Numbers>,
     /// Time of the first frame, with an offset from UTC, such as 2026-06-21T04:30:00+09:00; needs --to, --frames N and a place.
-    #[arg(long, value_name = "TIME", requires = "to", conflicts_with = "sun_azimuth")]
+    #[arg(long, value_name = "TIME", requires = "to", conflicts_with = "sun-azimuth")]
     pub from: Option<Time>,
     /// Time of the last frame, written as that of the first.
     #[arg(long, value_name = "TIME", requires = "from")]
@@ -307,82 +302,8 @@ pub struct SceneArguments {
     pub device: String,
 }
 
-/// Flags that describe a scene. Each takes the place of a key in the scene file, and has its help from there.
-#[derive(Args)]
-pub struct SceneFlags {
-    #[command(flatten)]
-    sun: SunFlags,
-    #[command(flatten)]
-    sky: SkyFlags,
-}
-
-/// The flags of a scene that its sun moves by.
-#[derive(Args, Clone, Copy, Default)]
-pub struct SunFlags {
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("sun.elevation"))]
-    pub sun_elevation: Option<f64>,
-    #[arg(long, value_name = "TIME", conflicts_with_all = ["sun_elevation", "sun_azimuth"], help = help("sun.time"))]
-    pub time: Option<Time>,
-}
-
-/// The flags of a scene that all frames of a sequence share.
-#[derive(Args)]
-pub struct SkyFlags {
-    #[arg(long, value_parser = word::<Preset>(), help = help("preset"))]
-    preset: Option<Preset>,
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("sun.azimuth"))]
-    sun_azimuth: Option<f64>,
-    #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true, conflicts_with_all = ["sun_elevation", "sun_azimuth"], help = help("sun.place"))]
-    pub place: Option<Place>,
-    #[arg(long, value_name = "KM", allow_negative_numbers = true, value_parser = number, help = help("observer.altitude"))]
-    altitude: Option<f64>,
-    #[arg(long, help = help("sun.disc"))]
-    sun_disc: bool,
-    #[arg(long, value_parser = word::<Projection>(), help = help("camera.projection"))]
-    projection: Option<Projection>,
-    #[arg(long, value_name = "WxH", help = help("camera.size"))]
-    size: Option<Size>,
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("camera.fov"))]
-    fov: Option<f64>,
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("camera.look_azimuth"))]
-    look_azimuth: Option<f64>,
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number, help = help("camera.look_elevation"))]
-    look_elevation: Option<f64>,
-    #[arg(long, value_parser = word::<Fit>(), help = help("render.fit"))]
-    fit: Option<Fit>,
-    #[arg(long, value_name = "LIST", value_parser = wavelengths, help = help("render.bands"))]
-    bands: Option<Numbers>,
-    #[arg(long, value_parser = word::<ColourPath>(), help = help("render.color"))]
-    color: Option<ColourPath>,
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = steps, help = help("render.steps"))]
-    steps: Option<u32>,
-    #[arg(long, value_parser = word::<ExrDepth>(), help = help("render.exr"))]
-    exr: Option<ExrDepth>,
-    #[arg(long, value_parser = word::<Rgb>(), help = help("render.rgb"))]
-    rgb: Option<Rgb>,
-    #[arg(long, value_parser = word::<ColourObserver>(), help = help("render.observer"))]
-    observer: Option<ColourObserver>,
-    #[arg(long, value_parser = word::<WhiteBalance>(), help = help("render.white_balance"))]
-    white_balance: Option<WhiteBalance>,
-    #[arg(long, value_parser = word::<PathChoice>(), help = help("render.path"))]
-    path: Option<PathChoice>,
-    #[arg(long, value_name = "EV", allow_negative_numbers = true, help = help("render.exposure"))]
-    exposure: Option<Exposure>,
-}
-
-/// Reads one of the words of a type; the help lists them with their sentences.
-fn word<T: Words + Clone + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
-    let allowed = words::<T>().into_iter().map(|word| PossibleValue::new(word.name).help(word.sentence));
-    let known = |text: String| text.parse().ok().expect("every word of a type is one of its values");
-    PossibleValuesParser::new(allowed).map(known)
-}
-
 fn number(text: &str) -> std::result::Result<f64, String> {
     text.parse().map_err(|_| "a number is wanted, such as 12.5".into())
-}
-
-fn steps(text: &str) -> std::result::Result<u32, String> {
-    text.parse().map_err(|_| "a whole number from 1 to 1024 is wanted".into())
 }
 
 fn device(text: &str) -> std::result::Result<String, String> {
@@ -394,73 +315,14 @@ fn device(text: &str) -> std::result::Result<String, String> {
 
 impl SceneArguments {
     /// The preset, under the scene file, under the flags.
-    pub fn scene(&self) -> Result<Scene> {
-        self.flags.over(self.scene.as_deref())
+    pub fn scene(&self) -> Result<ValidScene> {
+        scene(self.scene.as_deref(), &self.flags)
     }
 }
 
-impl SceneFlags {
-    /// The preset, under a scene file, under the flags.
-    pub fn over(&self, file: Option<&Path>) -> Result<Scene> {
-        self.sky.over(self.sky.read(file)?.as_ref(), self.sun)
-    }
-}
-
-impl SkyFlags {
-    /// The scene file that the flags lie over, if there is one.
-    pub fn read(&self, file: Option<&Path>) -> Result<Option<SceneFile>> {
-        Ok(file.map(|path| SceneFile::read(path, self.preset)).transpose()?)
-    }
-
-    /// The preset, under a scene file, under the flags.
-    pub fn over(&self, file: Option<&SceneFile>, sun: SunFlags) -> Result<Scene> {
-        let preset = || Scene::preset(self.preset.unwrap_or_default());
-        let mut scene = file.map_or_else(preset, |file| file.scene.clone());
-        self.lay_over(&mut scene);
-        set(&mut scene.sun.elevation, sun.sun_elevation);
-        file.map_or_else(|| scene.validate(), |file| file.validate(&scene))?;
-        self.place_sun(&mut scene, file.map(|file| file.sun_from).unwrap_or_default(), sun)?;
-        Ok(scene)
-    }
-
-    /// The sun at the place and the time of the flags, or else of the file; its own flags take the place of either.
-    fn place_sun(&self, scene: &mut Scene, from_file: PlaceAndTime, sun: SunFlags) -> Result<()> {
-        let place = self.place.or(from_file.place);
-        let time = sun.time.or(from_file.time);
-        place_sun(scene, PlaceAndTime { place, time })?;
-        set(&mut scene.sun.elevation, sun.sun_elevation);
-        set(&mut scene.sun.azimuth, self.sun_azimuth);
-        Ok(())
-    }
-
-    fn lay_over(&self, scene: &mut Scene) {
-        set(&mut scene.sun.azimuth, self.sun_azimuth);
-        scene.sun.disc |= self.sun_disc;
-        set(&mut scene.observer.altitude, self.altitude);
-        set(&mut scene.camera.projection, self.projection);
-        set(&mut scene.camera.size, self.size);
-        scene.camera.fov = self.fov.or(scene.camera.fov);
-        scene.camera.look_azimuth = self.look_azimuth.or(scene.camera.look_azimuth);
-        scene.camera.look_elevation = self.look_elevation.or(scene.camera.look_elevation);
-        set(&mut scene.render.fit, self.fit);
-        if let Some(bands) = &self.bands {
-            scene.render.bands = Some(bands.to_vec());
-        }
-        set(&mut scene.render.color, self.color);
-        scene.render.steps = self.steps.or(scene.render.steps);
-        set(&mut scene.render.path, self.path);
-        set(&mut scene.render.exposure, self.exposure);
-        set(&mut scene.render.exr, self.exr);
-        set(&mut scene.render.rgb, self.rgb);
-        set(&mut scene.render.observer, self.observer);
-        set(&mut scene.render.white_balance, self.white_balance);
-    }
-}
-
-fn set<T>(value: &mut T, given: Option<T>) {
-    if let Some(given) = given {
-        *value = given;
-    }
+/// The preset, under a scene file, under flags.
+pub fn scene(file: Option<&Path>, SceneFlags(values): &SceneFlags) -> Result<ValidScene> {
+    values.over(values.draft(file)?)
 }
 
 impl RenderArguments {

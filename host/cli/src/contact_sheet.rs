@@ -41,9 +41,9 @@ pub fn contact_sheet(path: &Path, frames: &[Frame], device: &mut Device) -> Resu
     let mut sheet = Sheet::white(width, height);
     for (i, frame) in (0..).zip(&frames) {
         let (left, top) = (GAP + i % columns * (cell.width + GAP), GAP + i / columns * (cell.height + LABEL + GAP));
-        let mut scene = frame.scene.clone();
+        let mut scene = frame.scene.clone().into_scene();
         scene.camera.size = cell;
-        let plan = Plan::new(&scene, PixelFormat::Picture)?;
+        let plan = Plan::new(&scene.validated()?, PixelFormat::Picture);
         let bytes = png::unpack(&device.run(&plan, plan.kernel())?.words);
         sheet.paste(left, top, cell.width, &bytes);
         let label = format!("{}   sun {:.1}°", frame.number, scene.sun.elevation);

@@ -1,10 +1,11 @@
 //! The frames that the flags of a sequence amount to.
 
-use sorairo::scene::place::{Place, evenly};
+use sorairo::scene::place::evenly;
 use sorairo::sequence::{self, Frame};
 
-use crate::arguments::{SequenceArguments, SunFlags};
+use crate::arguments::SequenceArguments;
 use crate::error::{Error, Result};
+use crate::flags::Values;
 use crate::ranges::{FrameChoice, MOST_FRAMES};
 
 /// Every frame of a sequence, whichever of them are to be rendered.
@@ -13,9 +14,10 @@ use crate::ranges::{FrameChoice, MOST_FRAMES};
 ///
 /// Flags that contradict each other, a wrong scene or file name.
 pub fn all(arguments: &SequenceArguments) -> Result<Vec<Frame>> {
-    let file = arguments.sky.read(arguments.scene.as_deref())?;
-    let suns = suns(arguments, file.as_ref().and_then(|file| file.sun_from.place))?;
-    let scenes: Vec<_> = suns.into_iter().map(|sun| arguments.sky.over(file.as_ref(), sun)).collect::<Result<_>>()?;
+    let draft = arguments.sky.0.draft(arguments.scene.as_deref())?;
+    let has_place = arguments.sky.0.has("sun.place") || draft.scene().sun.place.is_some();
+    let suns = suns(arguments, has_place)?;
+    let scenes: Vec<_> = suns.iter().map(|values| values.over(draft.clone())).collect::<Result<_>>()?;
     Ok(sequence::frames(scenes, &arguments.spectral.request(arguments.output.clone()))?)
 }
 
@@ -37,12 +39,13 @@ pub fn chosen(choices: &[FrameChoice], frames: &[Frame]) -> Result<Vec<Frame>> {
     Ok(frames.iter().filter(is_chosen).cloned().collect())
 }
 
-/// The sun of each frame; `place` is that of the scene file.
-fn suns(arguments: &SequenceArguments, place: Option<Place>) -> Result<Vec<SunFlags>> {
+/// The values of the flags for each frame, with its sun.
+fn suns(arguments: &SequenceArguments, has_place: bool) -> Result<Vec<Values>> {
+    let sky = &arguments.sky.0;
     let counts: Vec<u32> = arguments.frames.iter().filter_map(FrameChoice::count).collect();
     if let Some(elevations) = &arguments.sun_elevation {
         return match counts[..] {
-            [] => Ok(elevations.iter().map(|&e| SunFlags { sun_elevation: Some(e), time: None }).collect()),
+            [] => Ok(elevations.iter().map(|&elevation| sky.with_elevation(elevation)).collect()),
             [count, ..] => Err(Error::request(format!(
                 "--frames {count}: the steps of --sun-elevation say how many frames there are; only parts such as --frames 0-9 \
                  are allowed with it"
@@ -53,14 +56,11 @@ fn suns(arguments: &SequenceArguments, place: Option<Place>) -> Result<Vec<SunFl
     if from >= to {
         return Err(Error::request(format!("--to {to} must be later than --from {from}")));
     }
-    if arguments.sky.place.or(place).is_none() {
+    if !has_place {
         return Err(Error::request("--from and --to need a place: give --place (sun.place) too"));
     }
     match counts[..] {
-        [count @ 2..=MOST_FRAMES] => {
-            let at = |time| SunFlags { sun_elevation: None, time: Some(time) };
-            Ok(evenly(from, to, count).map(at).collect())
-        }
+        [count @ 2..=MOST_FRAMES] => Ok(evenly(from, to, count).map(|time| sky.with_time(time)).collect()),
         [count] => Err(Error::request(format!(
             "--frames {count}: from --from to --to there must be 2 to {MOST_FRAMES} frames"
         ))),

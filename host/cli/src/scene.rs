@@ -1,11 +1,11 @@
 //! The commands about scene files.
 
 use sorairo::files::text;
-use sorairo::scene::file::{self, SceneFile};
+use sorairo::scene::file::{self, Draft};
 use sorairo::scene::reference;
 use sorairo::words::word;
 
-use crate::arguments::SceneCommand;
+use crate::arguments::{SceneCommand, scene};
 use crate::error::{Error, Result};
 use crate::flags::flag;
 use crate::output::{print_line, print_note};
@@ -19,7 +19,7 @@ pub fn run(command: &SceneCommand) -> Result<()> {
             Ok(())
         }
         SceneCommand::Check { file } => {
-            let mut problems = SceneFile::problems(file).into_iter().map(Error::from).collect::<Vec<_>>();
+            let mut problems = Draft::problems(file).into_iter().map(Error::from).collect::<Vec<_>>();
             let Some(last) = problems.pop() else {
                 return print_line(&format!("{}: ok", file.display()));
             };
@@ -27,7 +27,7 @@ pub fn run(command: &SceneCommand) -> Result<()> {
             Err(last)
         }
         SceneCommand::Show { file: path, flags } => {
-            let scene = flags.over(path.as_deref())?;
+            let scene = scene(path.as_deref(), flags)?;
             print_line(file::text(&scene).trim_end())
         }
         SceneCommand::Reference => print_line(reference::markdown(flag).trim_end()),

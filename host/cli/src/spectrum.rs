@@ -10,7 +10,7 @@ use crate::output::print_line;
 
 /// `sorairo spectrum`.
 pub fn run(arguments: &SpectrumArguments) -> Result<()> {
-    let plan = Plan::new(&arguments.scene.scene()?, PixelFormat::LinearRgb)?;
+    let plan = Plan::new(&arguments.scene.scene()?, PixelFormat::LinearRgb);
     if !arguments.scene.device.eq_ignore_ascii_case("auto") {
         // One ray needs no device, but a wrong name is as wrong here as anywhere.
         device::open(&arguments.scene.device)?;

@@ -322,7 +322,7 @@ pub(super) fn with_lookup(size: Size) -> Result<Plan> {
 pub(super) fn looked_up(mut scene: Scene) -> Result<Plan> {
     scene.render.exposure = Exposure::Stops(0.0);
     scene.render.path = PathChoice::Lookup;
-    Ok(Plan::new(&scene, PixelFormat::LinearRgb)?)
+    Ok(Plan::new(&scene.validated()?, PixelFormat::LinearRgb))
 }
 
 impl Bench {

@@ -48,7 +48,7 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     let mut scene = scene.clone();
     scene.render.exposure = Exposure::Stops(0.0);
     scene.render.path = PathChoice::Direct;
-    Ok(Plan::new(&scene, PixelFormat::LinearRgb)?)
+    Ok(Plan::new(&scene.validated()?, PixelFormat::LinearRgb))
 }
 
 /// The true colours of a scene's sky.

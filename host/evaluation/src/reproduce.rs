@@ -176,7 +176,7 @@ fn draw(folder: &Path, sun: f64) -> Result<Vec<Errors>> {
         views.par_iter().map(|view| view.map_or(DVec3::ZERO, |view| xyz(plan, view))).collect()
     };
     let reference = image(&dense);
-    let exposure = Plan::new(&paper(Fit::Transfer, sun), PixelFormat::LinearRgb)?.uniform.exposure;
+    let exposure = Plan::new(&paper(Fit::Transfer, sun).validated()?, PixelFormat::LinearRgb).uniform.exposure;
     let picture = |name: &str, xyz: &[DVec3]| {
         let (to_rgb, space) = (dense.sky.space.from_xyz, &dense.uniform.rgb);
         let bytes = xyz.iter().flat_map(|&xyz| {

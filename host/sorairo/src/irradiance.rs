@@ -120,7 +120,7 @@ mod tests {
         let mut scene = Scene::default();
         scene.sun.elevation = sun;
         change(&mut scene);
-        SkyPlan::new(&scene, Rgb::Srgb)
+        SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb)
     }
 
     #[test]

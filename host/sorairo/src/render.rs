@@ -17,7 +17,7 @@ use sorairo_shared::variant::PixelFormat;
 use crate::plan::Plan;
 use crate::plan::explain::explain;
 use crate::plan::lookup::Lookup;
-use crate::scene::{ColourObserver, ColourPath, ExrDepth, Fit, Rgb, Scene, WhiteBalance};
+use crate::scene::{ColourObserver, ColourPath, ExrDepth, Fit, Rgb, Scene, ValidScene, WhiteBalance};
 
 /// Wavelengths (nm) of a spectral file, if none are asked for: 380 to 780 by 10.
 pub fn default_wavelengths() -> Vec<f64> {
@@ -125,7 +125,7 @@ pub struct Job {
     pub plan: Plan,
     outputs: Vec<PathBuf>,
     formats: Vec<Format>,
-    scene: Scene,
+    scene: ValidScene,
 }
 
 impl Job {
@@ -133,8 +133,8 @@ impl Job {
     ///
     /// # Errors
     ///
-    /// Those of [`Scene::validate`], and what is wrong with the files' names.
-    pub fn new(scene: &Scene, request: &Request) -> Result<Self> {
+    /// What is wrong with the files' names, or with what is asked of them.
+    pub fn new(scene: &ValidScene, request: &Request) -> Result<Self> {
         let outputs = &request.outputs;
         let formats = request.formats()?;
         let spectral = wavelengths(scene, request, &formats)?;
@@ -151,7 +151,6 @@ impl Job {
                 "needs render.exr = f32: the disc is brighter than half floats reach",
             ));
         }
-        scene.validate()?;
         for path in outputs {
             files::check_writable(path)?;
         }
@@ -159,7 +158,7 @@ impl Job {
         for (path, &format) in outputs.iter().zip(&formats) {
             files::check_room(path, format, scene.camera.size, scene.render.exr, spectral.len() as u64)?;
         }
-        let mut plan = Plan::new(scene, pixel)?;
+        let mut plan = Plan::new(scene, pixel);
         if !spectral.is_empty() {
             plan = plan.with_spectrum(&spectral)?;
         }
@@ -221,10 +220,10 @@ impl Files<'_> {
 ///
 /// # Errors
 ///
-/// What is wrong with the scene, the device or the files' names, before any work; [`Error::Device`] or [`Error::Write`] for a
+/// What is wrong with the device or the files' names, before any work; [`Error::Device`] or [`Error::Write`] for a
 /// failed device or file.
 pub fn render(
-    scene: &Scene,
+    scene: &ValidScene,
     request: &Request,
     open: impl FnOnce() -> Result<Device>,
     stage: impl Fn(&str),

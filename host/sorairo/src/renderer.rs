@@ -35,10 +35,10 @@ impl Renderer {
     ///
     /// # Errors
     ///
-    /// Those of [`Scene::validate`], [`Error::Device`] if every device failed, [`Error::Memory`] if the image does not fit into
+    /// Those of [`Scene::validated`], [`Error::Device`] if every device failed, [`Error::Memory`] if the image does not fit into
     /// memory.
     pub fn render(&mut self, scene: &Scene) -> Result<Image> {
-        let plan = Plan::new(scene, PixelFormat::LinearRgb)?;
+        let plan = Plan::new(&scene.validated()?, PixelFormat::LinearRgb);
         let run = self.device.run(&plan, plan.kernel())?;
         Ok(Image {
             width: plan.width(),

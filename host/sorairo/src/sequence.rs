@@ -8,7 +8,7 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::files;
 use crate::render::{Files, Job, Request};
-use crate::scene::Scene;
+use crate::scene::ValidScene;
 
 /// One frame of a sequence.
 #[derive(Clone, Debug)]
@@ -16,7 +16,7 @@ pub struct Frame {
     /// Its number, from 0.
     pub number: u32,
     /// What it shows.
-    pub scene: Scene,
+    pub scene: ValidScene,
     /// The files that it fills.
     pub request: Request,
 }
@@ -37,7 +37,7 @@ pub enum Ended {
 ///
 /// [`Error::FileName`] for a pattern without a place for the number or of another format, [`Error::SharedFile`] for a file that
 /// two frames or patterns share.
-pub fn frames(scenes: Vec<Scene>, request: &Request) -> Result<Vec<Frame>> {
+pub fn frames(scenes: Vec<ValidScene>, request: &Request) -> Result<Vec<Frame>> {
     request.formats()?;
     let mut names = HashSet::new();
     let frame = |(number, scene)| {
@@ -167,7 +167,10 @@ mod tests {
     fn no_two_frames_share_a_file() {
         let frames = |patterns: &[&str]| {
             let outputs = patterns.iter().map(PathBuf::from).collect();
-            super::frames(vec![Scene::default(); 12], &Request { outputs, ..Request::default() })
+            super::frames(
+                vec![crate::Scene::default().validated().unwrap(); 12],
+                &Request { outputs, ..Request::default() },
+            )
         };
         assert_eq!(
             frames(&["a/#.png", "b/#.png"]).unwrap()[11].request.outputs,

@@ -49,7 +49,7 @@ fn difference(table: toml::Table, defaults: &toml::Table) -> toml::Table {
 
 #[cfg(test)]
 mod tests {
-    use sorairo::scene::file::SceneFile;
+    use sorairo::scene::file::Draft;
     use sorairo::scene::{Exposure, Preset, Projection};
 
     use super::*;
@@ -84,8 +84,8 @@ mod tests {
         let text = format!("[sun]\nspectrum = {:?}\n", name.to_str().unwrap());
         let scene = Scene::parse(&text, "scene.toml", None).unwrap();
         let elsewhere = std::env::temp_dir();
-        let file = SceneFile::parse(&scene_file(&scene), "the command", &elsewhere, None).unwrap();
-        assert_eq!(file.scene.sun.spectrum.file().unwrap().table(), scene.sun.spectrum.file().unwrap().table());
+        let draft = Draft::parse(&scene_file(&scene), "the command", &elsewhere, None).unwrap();
+        assert_eq!(draft.scene().sun.spectrum.file().unwrap().table(), scene.sun.spectrum.file().unwrap().table());
     }
 
     #[test]

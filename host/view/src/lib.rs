@@ -9,7 +9,8 @@ use std::path::Path;
 
 use eframe::egui;
 use sorairo::device::Device;
-use sorairo::{Scene, files};
+use sorairo::files;
+use sorairo::scene::ValidScene;
 
 use sky::Worker;
 use window::{Shown, Window};
@@ -38,7 +39,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// What the window shows as it opens.
 pub struct Options<'a> {
     /// The scene; the window decides the size of its image.
-    pub scene: Scene,
+    pub scene: ValidScene,
     /// The device, as it was asked for.
     pub device: &'a str,
     /// The point whose spectrum is plotted: fractions of the sky's width and height from the top left.
@@ -54,7 +55,6 @@ pub struct Options<'a> {
 /// [`Error::Sky`] for a wrong scene, device or file name, or a file that cannot be written; [`Error::NoWindow`] if there is no
 /// display or no window can be opened; for a screenshot, also what keeps the sky from being shown.
 pub fn open(options: Options<'_>, open_device: impl FnOnce() -> sorairo::Result<Device>) -> Result<()> {
-    options.scene.validate()?;
     if let Some(path) = options.screenshot {
         check_picture(path)?;
     }

@@ -150,7 +150,7 @@ fn compute(device: &mut Device, latest: &mut Option<(Scene, Arc<Plan>)>, request
 
 fn render(device: &mut Device, scene: &Scene) -> Result<Sky> {
     let start = Instant::now();
-    let plan = Plan::new(scene, PixelFormat::Picture)?;
+    let plan = Plan::new(&scene.validated()?, PixelFormat::Picture);
     let planning = start.elapsed();
     let run = device.run(&plan, plan.kernel())?;
     let total = start.elapsed();

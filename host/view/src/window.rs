@@ -95,7 +95,7 @@ impl Window {
         let (sender, taken) = channel();
         let screenshot = options.screenshot.map(|path| Screenshot { path: path.to_owned(), frames: 0, sender, taken });
         Self {
-            scene: options.scene,
+            scene: options.scene.into_scene(),
             device: options.device.to_owned(),
             point: options.point,
             worker,
@@ -410,7 +410,7 @@ mod tests {
         fn open(scene: Scene) -> Self {
             let (wake, woken) = channel();
             let worker = Worker::start(cpu::device(), move || wake.send(()).unwrap());
-            let options = Options { scene, device: "cpu", point: None, screenshot: None };
+            let options = Options { scene: scene.validated().unwrap(), device: "cpu", point: None, screenshot: None };
             let context = egui::Context::default();
             dress(&context);
             let mut hand = Self { context, window: Window::new(options, worker), woken };

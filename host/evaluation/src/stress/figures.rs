@@ -14,7 +14,7 @@ use crate::problem::{Error, Result};
 use sorairo::PixelFormat;
 use sorairo::files::png;
 use sorairo::plan::{Plan, direction};
-use sorairo::scene::keys::CLOSEST_BANDS;
+use sorairo::scene::rules::CLOSEST_BANDS;
 use sorairo::scene::{Fit, Preset, Scene};
 use sorairo::spectra::observer;
 
@@ -45,7 +45,7 @@ pub fn sky_at(bands: [f64; 4]) -> Result<[f32; 4]> {
     let mut scene = Scene::preset(Preset::Paper);
     scene.render.fit = Fit::Transfer;
     scene.render.bands = Some(bands.to_vec());
-    let plan = Plan::new(&scene, PixelFormat::LinearRgb)?;
+    let plan = Plan::new(&scene.validated()?, PixelFormat::LinearRgb);
     let view = direction(VIEW.0, plan.sky.integral.sun_azimuth + VIEW.1).as_vec3();
     let transfer = plan.sky.integral.transfer(view);
     Ok(std::array::from_fn(|i| transfer[i] as f32))

@@ -165,7 +165,7 @@ fn cells(altitude: f64, sun: f64) -> impl Iterator<Item = Cell> {
 ///
 /// If the scene is not valid.
 pub fn compare(scene: &Scene, views: &[Vec3]) -> Vec<Case> {
-    let plan = Plan::new(scene, PixelFormat::LinearRgb).expect("a valid scene");
+    let plan = Plan::new(&scene.validated().expect("a valid scene"), PixelFormat::LinearRgb);
     let judge = Judge::new(scene, &plan);
     let pairs: Vec<[(f64, f64); 4]> = views.iter().map(|&view| judge.pair(view)).collect();
     let brightest: [f64; 4] = std::array::from_fn(|i| pairs.iter().map(|pair| pair[i].1).fold(0.0, f64::max));

@@ -17,7 +17,8 @@ use sorairo::device::cpu::Cpu;
 use sorairo::device::{Backend, Device, DeviceKind};
 use sorairo::plan::fit::linear::{Interpolant, LinearFit};
 use sorairo::plan::{Kernel, Plan};
-use sorairo::scene::keys::{self, CLOSEST_BANDS, DENSEST_TOP, FARTHEST_DISC, band_counts};
+use sorairo::scene::keys::{self, DENSEST_TOP, KEYS, Key};
+use sorairo::scene::rules::{CLOSEST_BANDS, FARTHEST_DISC, band_counts};
 use sorairo::scene::{
     AlbedoSpectrum, ColourObserver, ColourPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Preset, Projection,
     Render, Rgb, Scene, Size, SunSpectrum, WhiteBalance,
@@ -31,12 +32,9 @@ const SURELY_LIT: f32 = 1e-30;
 /// Samples on all bands of a piece of a ray that a random scene may ask for, but for a few scenes that may ask for all there are.
 const MOST_SAMPLES: usize = 768;
 
-/// How a key that holds a number varies; its range is that of [`keys::KEYS`].
+/// How a key that holds a number varies within its range.
 struct Number {
-    /// Its name in a scene file.
-    name: &'static str,
-    /// The key of a scene.
-    field: fn(&mut Scene) -> &mut f64,
+    key: &'static Key,
     /// Where the range is wide, so that a logarithm is what varies: the least height above [`Number::zero`] worth trying.
     least: Option<f64>,
     /// What the logarithm is of: the value's height above this.
@@ -45,28 +43,14 @@ struct Number {
     room: f64,
 }
 
+/// Numbers that vary with what they belong to: the camera's field and the settings.
+const ELSEWHERE: [&str; 3] = ["camera.fov", "render.steps", "render.exposure"];
+
 /// The numbers, each after those that its range depends on.
-static NUMBERS: [Number; 19] = [
-    Number::even("sun.elevation", |s| &mut s.sun.elevation),
-    Number::even("sun.azimuth", |s| &mut s.sun.azimuth),
-    Number::wide("sun.distance", |s| &mut s.sun.distance, 0.01),
-    Number::wide("observer.altitude", |s| &mut s.observer.altitude, 1e-4),
-    Number::wide("atmosphere.ground_radius", |s| &mut s.atmosphere.ground_radius, 10.0),
-    Number::wide("atmosphere.top_radius", |s| &mut s.atmosphere.top_radius, 1.0).above(|s| s.atmosphere.ground_radius),
-    Number::wide("atmosphere.air.scattering", |s| &mut s.atmosphere.air.scattering, 1e-9),
-    Number::wide("atmosphere.air.scale_height", |s| &mut s.atmosphere.air.scale_height, 0.05),
-    Number::wide("atmosphere.aerosol.optical_depth", |s| &mut s.atmosphere.aerosol.optical_depth, 1e-8),
-    Number::even("atmosphere.aerosol.angstrom_exponent", |s| &mut s.atmosphere.aerosol.angstrom_exponent),
-    Number::wide("atmosphere.aerosol.scale_height", |s| &mut s.atmosphere.aerosol.scale_height, 0.05),
-    Number::even("atmosphere.aerosol.single_scattering_albedo", |s| &mut s.atmosphere.aerosol.single_scattering_albedo),
-    Number::even("atmosphere.aerosol.asymmetry", |s| &mut s.atmosphere.aerosol.asymmetry),
-    Number::wide("atmosphere.ozone.column", |s| &mut s.atmosphere.ozone.column, 1e-3),
-    Number::even("atmosphere.ozone.bottom", |s| &mut s.atmosphere.ozone.bottom).leaving(0.3),
-    Number::even("atmosphere.ozone.peak", |s| &mut s.atmosphere.ozone.peak).leaving(0.15),
-    Number::even("atmosphere.ozone.top", |s| &mut s.atmosphere.ozone.top),
-    Number::even("camera.look_azimuth", |s| s.camera.look_azimuth.get_or_insert(0.0)),
-    Number::even("camera.look_elevation", |s| s.camera.look_elevation.get_or_insert(0.0)),
-];
+fn numbers() -> impl Iterator<Item = Number> {
+    let is_number = |key: &&Key| key.bounds(&Scene::default()).is_some() && !ELSEWHERE.contains(&key.name);
+    KEYS.iter().filter(is_number).map(Number::of)
+}
 
 /// The range of a number in a scene.
 pub(super) fn bounds(name: &str, scene: &Scene) -> (f64, f64) {
@@ -98,29 +82,34 @@ struct Boldness {
 }
 
 impl Number {
-    const fn even(name: &'static str, field: fn(&mut Scene) -> &mut f64) -> Self {
-        Self { name, field, least: None, zero: |_| 0.0, room: 0.0 }
+    fn of(key: &'static Key) -> Self {
+        let even = Self { key, least: None, zero: |_| 0.0, room: 0.0 };
+        let wide = |least| Self { least: Some(least), ..Self { key, least: None, zero: |_| 0.0, room: 0.0 } };
+        match key.name {
+            "sun.distance" => wide(0.01),
+            "observer.altitude" => wide(1e-4),
+            "atmosphere.ground_radius" => wide(10.0),
+            "atmosphere.top_radius" => Self { zero: |scene| scene.atmosphere.ground_radius, ..wide(1.0) },
+            "atmosphere.air.scattering" => wide(1e-9),
+            "atmosphere.air.scale_height" | "atmosphere.aerosol.scale_height" => wide(0.05),
+            "atmosphere.aerosol.optical_depth" => wide(1e-8),
+            "atmosphere.ozone.column" => wide(1e-3),
+            "atmosphere.ozone.bottom" => Self { room: 0.3, ..even },
+            "atmosphere.ozone.peak" => Self { room: 0.15, ..even },
+            _ => even,
+        }
     }
 
-    const fn wide(name: &'static str, field: fn(&mut Scene) -> &mut f64, least: f64) -> Self {
-        Self { least: Some(least), ..Self::even(name, field) }
-    }
-
-    /// The same number, whose height above something else varies.
-    const fn above(self, zero: fn(&Scene) -> f64) -> Self {
-        Self { zero, ..self }
-    }
-
-    /// The same number, with room for others above it.
-    const fn leaving(self, room: f64) -> Self {
-        Self { room, ..self }
+    /// The number in a scene.
+    fn value<'a>(&self, scene: &'a mut Scene) -> &'a mut f64 {
+        self.key.number_mut(scene).expect("a key that is a number")
     }
 
     fn set(&self, scene: &mut Scene, rng: &mut ChaCha8Rng, boldness: Boldness) {
-        let (low, end) = bounds(self.name, scene);
+        let (low, end) = bounds(self.key.name, scene);
         let high = end - self.room;
         let zero = (self.zero)(scene);
-        let value = (self.field)(scene);
+        let value = self.value(scene);
         let chance = rng.random_range(0.0..1.0);
         if chance > boldness.keeps {
             let at_an_end = chance < boldness.keeps + boldness.at_an_end;
@@ -166,7 +155,7 @@ impl Case {
         let mut scene = Scene::preset(any(rng, Preset::iter()));
         let (keeps, at_an_end) = one_of(rng, &[(0.8, 0.05), (0.3, 0.1), (0.0, 0.05), (0.3, 0.6)]);
         let boldness = Boldness { keeps, at_an_end };
-        for number in &NUMBERS {
+        for number in numbers() {
             number.set(&mut scene, rng, boldness);
         }
         thin_the_top(&mut scene);
@@ -213,19 +202,23 @@ impl Case {
         observer::wavelengths().into_iter().any(|at| amplified(at) > 1e4)
     }
 
+    fn plan(&self) -> Result<Plan, Error> {
+        Ok(Plan::new(&self.scene.validated()?, self.pixel))
+    }
+
     /// The plan of the same picture without the sun's disc, with eight times as many pixels in each direction.
     fn finer(&self) -> Result<Plan, Error> {
         let mut scene = self.scene.clone();
         let Size { width, height } = scene.camera.size;
         scene.camera.size = Size { width: 8 * width, height: 8 * height };
         scene.sun.disc = false;
-        Ok(Plan::new(&scene, self.pixel)?)
+        Ok(Plan::new(&scene.validated()?, self.pixel))
     }
 
     /// What is wrong with the scene on some devices: how many words of its pixels, and what.
     pub fn faults(&self, devices: &[&dyn Backend]) -> Faults {
         let mut faults = Faults::default();
-        let plan = match catch_unwind(AssertUnwindSafe(|| Plan::new(&self.scene, self.pixel))) {
+        let plan = match catch_unwind(AssertUnwindSafe(|| self.plan())) {
             Ok(Ok(plan)) => plan,
             Ok(Err(error)) => return faults.with(1, format!("a valid scene is refused: {error}")),
             Err(_) => return faults.with(1, "the plan panics".into()),
@@ -510,15 +503,15 @@ pub fn refusals(seed: u64, cases: u64) -> Outcome {
             // Without ozone nothing asks where it is.
             (ozone.column, ozone.bottom, ozone.peak, ozone.top) = (1.0, 0.0, 0.2, 0.5);
         }
-        let number = &NUMBERS[rng.random_range(0..NUMBERS.len())];
-        let (low, high) = bounds(number.name, &scene);
+        let number = any(rng, numbers());
+        let (low, high) = bounds(number.key.name, &scene);
         let wrong = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, low.next_down(), high.next_up(), -1e300, 1e300];
         let value = one_of(rng, &wrong);
-        *(number.field)(&mut scene) = value;
-        let refused = catch_unwind(AssertUnwindSafe(|| Plan::new(&scene, PixelFormat::LinearRgb)));
-        let in_one_sentence = |sentence: &str| !sentence.contains('\n') && sentence.contains(number.name);
+        *number.value(&mut scene) = value;
+        let refused = catch_unwind(AssertUnwindSafe(|| scene.validated()));
+        let in_one_sentence = |sentence: &str| !sentence.contains('\n') && sentence.contains(number.key.name);
         let right = matches!(&refused, Ok(Err(error)) if in_one_sentence(&error.to_string()));
-        (u64::from(!right), format!("{} = {value}", number.name))
+        (u64::from(!right), format!("{} = {value}", number.key.name))
     })
 }
 
@@ -552,17 +545,16 @@ fn describe(case: &Case) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sorairo::scene::keys::KEYS;
 
     #[test]
-    fn every_number_of_a_scene_varies() {
-        let elsewhere = ["camera.fov", "render.steps", "render.exposure"];
-        let scene = Scene::default();
-        let mut names: Vec<_> = NUMBERS.iter().map(|number| number.name).chain(elsewhere).collect();
-        let mut keys: Vec<_> = KEYS.iter().filter(|key| key.bounds(&scene).is_some()).map(|key| key.name).collect();
-        names.sort_unstable();
-        keys.sort_unstable();
-        assert_eq!(names, keys);
+    fn every_number_of_a_scene_can_be_changed() {
+        for number in numbers() {
+            let mut scene = Scene::default();
+            *number.value(&mut scene) = 0.5;
+            assert_eq!(*number.value(&mut scene), 0.5, "{}", number.key.name);
+        }
+        assert!(numbers().count() > 15);
+        assert!(ELSEWHERE.iter().all(|name| keys::find(name).is_some()));
     }
 
     #[test]
@@ -599,7 +591,7 @@ mod tests {
 
     fn assert_black_and_right(scene: Scene) {
         let case = Case { scene, pixel: PixelFormat::Picture, looks: Looks::Colour };
-        let plan = Plan::new(&case.scene, case.pixel).unwrap();
+        let plan = Plan::new(&case.scene.validated().unwrap(), case.pixel);
         assert_eq!(lost(&colours(&plan), plan.uniform.exposure), Some("black"));
         let faults = case.faults(&[&Cpu]);
         assert_eq!(faults.count, 0, "{}", faults.first);

@@ -9,7 +9,7 @@ use sorairo_shared::fit::{newton_coefficients, newton_value};
 use sorairo_shared::glam::Vec4;
 
 use super::{Outcome, generator};
-use sorairo::scene::keys::CLOSEST_BANDS;
+use sorairo::scene::rules::CLOSEST_BANDS;
 use sorairo::spectra::measured::MEASURED_RANGE;
 use sorairo::spectra::observer::normalised;
 

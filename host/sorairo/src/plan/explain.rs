@@ -103,7 +103,7 @@ mod tests {
     fn explained(change: impl FnOnce(&mut Scene), pixel: PixelFormat) -> String {
         let mut scene = Scene::default();
         change(&mut scene);
-        explain(&Plan::new(&scene, pixel).unwrap(), scene.camera.projection).join("\n")
+        explain(&Plan::new(&scene.validated().unwrap(), pixel), scene.camera.projection).join("\n")
     }
 
     #[test]

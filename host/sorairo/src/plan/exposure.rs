@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn a_sky_that_is_lit_in_few_directions_is_exposed_for_them() {
         let scene: Scene = serde_json::from_str(SPOT).unwrap();
-        let exposure = Plan::new(&scene, PixelFormat::LinearRgb).unwrap().uniform.exposure;
+        let exposure = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb).uniform.exposure;
         assert!(exposure > 1e6, "{exposure:e}");
     }
 }

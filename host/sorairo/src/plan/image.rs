@@ -15,7 +15,7 @@ use super::sky::SkyPlan;
 use super::sun_disc::Sun;
 use super::upload;
 use crate::error::{Error, Result};
-use crate::scene::{ColourPath, Projection, Rgb, Scene};
+use crate::scene::{ColourPath, Projection, Rgb, Scene, ValidScene};
 
 /// Everything that the kernels of one image need, and nothing that they do not.
 #[derive(Clone, Debug)]
@@ -40,15 +40,10 @@ pub struct Plan {
 
 impl Plan {
     /// The plan of a scene whose pixels are stored as `pixel`.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`Scene::validate`].
-    pub fn new(scene: &Scene, pixel: PixelFormat) -> Result<Self> {
-        scene.validate()?;
+    pub fn new(scene: &ValidScene, pixel: PixelFormat) -> Self {
         // A picture is packed on the device and is always sRGB.
         let rgb = if pixel == PixelFormat::Picture { Rgb::Srgb } else { scene.render.rgb };
-        Ok(Self::of_sky(Arc::new(SkyPlan::new(scene, rgb)), scene, pixel))
+        Self::of_sky(Arc::new(SkyPlan::new(scene, rgb)), scene, pixel)
     }
 
     /// The plan of what a scene's camera sees of its sky.

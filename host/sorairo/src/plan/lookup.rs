@@ -210,7 +210,7 @@ mod tests {
     fn lookup(change: impl FnOnce(&mut Scene)) -> Lookup {
         let mut scene = Scene::default();
         change(&mut scene);
-        Plan::new(&scene, PixelFormat::LinearRgb).unwrap().lookup
+        Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb).lookup
     }
 
     #[test]

@@ -278,7 +278,7 @@ mod tests {
     fn samples(change: impl FnOnce(&mut Scene)) -> u32 {
         let mut scene = Scene::default();
         change(&mut scene);
-        SkyPlan::new(&scene, Rgb::Srgb).integral.quadrature.len() as u32
+        SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb).integral.quadrature.len() as u32
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::fit::{self, SpectralFit};
 use super::integral::{self, RayIntegral};
 use super::quadrature::gauss_legendre;
 use super::{directions, exposure, samples, upload};
-use crate::scene::{ColourObserver, ColourPath, Rgb, Scene};
+use crate::scene::{ColourObserver, ColourPath, Rgb, ValidScene};
 
 /// A sky that can be looked at.
 #[derive(Clone, Debug)]
@@ -35,8 +35,8 @@ pub struct SkyPlan {
 }
 
 impl SkyPlan {
-    /// The sky of a scene whose values are in range, in a space of linear RGB.
-    pub fn new(scene: &Scene, rgb: Rgb) -> Self {
+    /// The sky of a scene in a space of linear RGB.
+    pub fn new(scene: &ValidScene, rgb: Rgb) -> Self {
         let (observer, colour_path) = (scene.render.observer, scene.render.color);
         let optics = scene.optics();
         let space = ColourSpace::new(rgb, scene.render.white_balance, observer, &optics);

@@ -9,7 +9,7 @@ use sorairo_shared::uniform::Uniform;
 
 use super::colour_space::ColourSpace;
 use super::directions::{direction, horizon};
-use crate::scene::{Projection, Scene};
+use crate::scene::{Projection, Scene, View};
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
 
@@ -76,8 +76,14 @@ pub fn camera(scene: &Scene) -> Camera {
     let c = &scene.camera;
     let (azimuth, elevation, half_field) = match c.projection {
         Projection::Equirectangular => (0.0, None, 0.0),
-        Projection::Fisheye => (180.0, Some(90.0), c.fov.unwrap_or(180.0).to_radians() / 2.0),
-        Projection::Perspective => (0.0, Some(15.0), (c.fov.unwrap_or(60.0).to_radians() / 2.0).tan()),
+        Projection::Fisheye => {
+            let View { fov, azimuth, elevation } = Projection::FISHEYE;
+            (azimuth, Some(elevation), c.fov.unwrap_or(fov).to_radians() / 2.0)
+        }
+        Projection::Perspective => {
+            let View { fov, azimuth, elevation } = Projection::PERSPECTIVE;
+            (azimuth, Some(elevation), (c.fov.unwrap_or(fov).to_radians() / 2.0).tan())
+        }
     };
     let azimuth = c.look_azimuth.unwrap_or(azimuth);
     let elevation = elevation.map_or(0.0, |default| c.look_elevation.unwrap_or(default));

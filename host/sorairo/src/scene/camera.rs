@@ -53,6 +53,24 @@ pub enum Projection {
     Perspective,
 }
 
+/// What a projection shows where nothing else is said (degrees).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Field of view.
+    pub fov: f64,
+    /// Azimuth of the view, clockwise from north.
+    pub azimuth: f64,
+    /// Elevation of the view.
+    pub elevation: f64,
+}
+
+impl Projection {
+    /// The whole sky from below, north on top.
+    pub const FISHEYE: View = View { fov: 180.0, azimuth: 180.0, elevation: 90.0 };
+    /// North, a little above the horizon.
+    pub const PERSPECTIVE: View = View { fov: 60.0, azimuth: 0.0, elevation: 15.0 };
+}
+
 /// Width and height of an image (pixels).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]

@@ -3,14 +3,16 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
-use serde::Deserialize;
+use serde::de::value::StringDeserializer;
+use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::keys::{self, Allowed, KEYS, Key};
-use super::place::{PlaceAndTime, sun_position};
 use super::preset::{Preset, Scene};
+use super::valid::ValidScene;
 use crate::error::{Error, PlaceInFile, Result};
 use crate::input::{self, LARGEST_SCENE};
 use crate::spectra::choice::is_table_file;
@@ -18,19 +20,17 @@ use crate::spectra::choice::is_table_file;
 /// Most problems of one file that are told.
 const MOST_PROBLEMS: usize = 20;
 
-/// A scene file that was read: the scene over its preset, and where each key stands.
-#[derive(Debug)]
-pub struct SceneFile {
-    /// The scene; where the file names a place and a time, the sun is not there yet.
-    pub scene: Scene,
-    /// The place and the time that the file names.
-    pub sun_from: PlaceAndTime,
-    text: SourceText,
+/// A scene as it is being said: a preset, under a scene file, under single values.
+#[derive(Clone, Debug)]
+pub struct Draft {
+    scene: Scene,
+    text: Arc<SourceText>,
+    /// Where the value of each key stands in the text.
     spans: Spans,
 }
 
 /// A text and the name of its file.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct SourceText {
     name: String,
     text: String,
@@ -44,7 +44,7 @@ impl Scene {
     ///
     /// [`Error::InFile`] with the place in `source` for an unknown key or a value of the wrong kind.
     pub fn parse(text: &str, source: &str, preset: Option<Preset>) -> Result<Self> {
-        SceneFile::parse(text, source, Path::new("."), preset).map_err(first)?.resolved()
+        Draft::parse(text, source, Path::new("."), preset).map(|draft| draft.scene).map_err(first)
     }
 
     /// The scene in a TOML file; see [`Scene::parse`]. Names of CSV files are relative to its folder.
@@ -53,7 +53,7 @@ impl Scene {
     ///
     /// [`Error::SceneFile`] if the file cannot be read, [`Error::InFile`] if it is not a scene.
     pub fn read(path: &Path, preset: Option<Preset>) -> Result<Self> {
-        SceneFile::read(path, preset)?.resolved()
+        Draft::read(path, preset).map(|draft| draft.scene)
     }
 }
 
@@ -67,26 +67,13 @@ fn first(problems: Vec<Error>) -> Error {
     problems.into_iter().next().expect("what is refused has a problem")
 }
 
-/// The sun at a place and a time, where a scene has them.
-///
-/// # Errors
-///
-/// [`Error::NotAllowed`] if only one of the two is given, or the moment is not known to the algorithm.
-pub fn place_sun(scene: &mut Scene, from: PlaceAndTime) -> Result<()> {
-    match (from.place, from.time) {
-        (None, None) => {}
-        (Some(place), Some(time)) => {
-            let position = sun_position(place, time, scene.observer.altitude)?;
-            (scene.sun.elevation, scene.sun.azimuth) = position;
-        }
-        (Some(_), None) => return Err(Error::not_allowed("sun.place", "needs a time: give sun.time too")),
-        (None, Some(_)) => return Err(Error::not_allowed("sun.time", "needs a place: give sun.place too")),
+impl Draft {
+    /// The scene of a preset.
+    pub fn of(preset: Preset) -> Self {
+        Self { scene: Scene::preset(preset), text: Arc::default(), spans: Spans::new() }
     }
-    Ok(())
-}
 
-impl SceneFile {
-    /// Reads a file; see [`SceneFile::parse`].
+    /// Reads a file; see [`Draft::parse`].
     ///
     /// # Errors
     ///
@@ -95,27 +82,8 @@ impl SceneFile {
         Self::read_all(path, preset).map_err(first)
     }
 
-    /// Every problem of a file by itself, without flags: none if it is a scene.
-    pub fn problems(path: &Path) -> Vec<Error> {
-        match Self::read_all(path, None) {
-            Ok(file) => {
-                let mut problems: Vec<Error> =
-                    keys::problems(&file.scene).into_iter().map(|error| file.placed(error, &file.scene)).collect();
-                problems.extend(file.resolved().err().filter(|_| problems.is_empty()));
-                problems
-            }
-            Err(problems) => problems,
-        }
-    }
-
-    fn read_all(path: &Path, preset: Option<Preset>) -> std::result::Result<Self, Vec<Error>> {
-        let text = input::read_text(path, LARGEST_SCENE)
-            .map_err(|reason| vec![Error::SceneFile { path: path.to_owned(), reason }])?;
-        Self::parse(&text, &path.to_string_lossy(), path.parent().unwrap_or(Path::new("")), preset)
-    }
-
-    /// Reads a TOML text. `preset` takes the place of the one that the text names; names of CSV files are relative to
-    /// `folder`.
+    /// Reads a TOML text over its preset. `preset` takes the place of the one that the text names; names of CSV files are
+    /// relative to `folder`.
     ///
     /// # Errors
     ///
@@ -127,38 +95,69 @@ impl SceneFile {
         preset: Option<Preset>,
     ) -> std::result::Result<Self, Vec<Error>> {
         let text = SourceText { name: source.into(), text: input::without_mark(text).into() };
-        let (scene, sun_from, spans) = text.scene(folder, preset)?;
-        Ok(Self { scene, sun_from, spans, text })
+        let (scene, spans) = text.scene(folder, preset)?;
+        Ok(Self { scene, text: text.into(), spans })
     }
 
-    /// The scene with the sun where place and time put it.
+    /// Every problem of a file by itself, without flags: none if it is a scene.
+    pub fn problems(path: &Path) -> Vec<Error> {
+        let draft = match Self::read_all(path, None) {
+            Ok(draft) => draft,
+            Err(problems) => return problems,
+        };
+        let problems = keys::problems(&draft.scene);
+        if problems.is_empty() {
+            return draft.validated().err().into_iter().collect();
+        }
+        problems.into_iter().map(|problem| draft.located(problem)).collect()
+    }
+
+    fn read_all(path: &Path, preset: Option<Preset>) -> std::result::Result<Self, Vec<Error>> {
+        let text = input::read_text(path, LARGEST_SCENE)
+            .map_err(|reason| vec![Error::SceneFile { path: path.to_owned(), reason }])?;
+        Self::parse(&text, &path.to_string_lossy(), path.parent().unwrap_or(Path::new("")), preset)
+    }
+
+    /// The scene so far.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Takes a value of a key.
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] if only one of the two is given, or the moment is not known to the algorithm.
-    pub fn resolved(&self) -> Result<Scene> {
-        let mut scene = self.scene.clone();
-        place_sun(&mut scene, self.sun_from)?;
-        Ok(scene)
+    /// [`Error::Text`] if it is of another kind.
+    pub fn set<'de>(&mut self, key: &Key, value: impl Deserializer<'de>) -> Result<()> {
+        self.spans.remove(key.name);
+        key.set(&mut self.scene, value)
     }
 
-    /// Whether every value of a scene that began as this file lies in its range.
+    /// Puts the sun where its place and time say, so that an elevation or an azimuth that is set later holds.
     ///
     /// # Errors
     ///
-    /// The first that does not, with its place where it stands in this file.
-    pub fn validate(&self, scene: &Scene) -> Result<()> {
-        scene.validate().map_err(|error| self.placed(error, scene))
+    /// Those of [`Scene::placed`].
+    pub fn place_sun(&mut self) -> Result<()> {
+        self.scene = self.scene.placed().map_err(|problem| self.located(problem))?;
+        Ok(())
     }
 
-    /// What is wrong with a key of a scene, with its place if the value is the one that stands in this file.
-    fn placed(&self, error: Error, scene: &Scene) -> Error {
-        let (Error::OutOfRange { key, .. } | Error::NotAllowed { key, .. }) = &error else { return error };
-        let [here, now] = [&self.scene, scene].map(|scene| toml::Table::try_from(scene).expect("a scene is a table"));
-        let shown = |scene| keys::find(key).and_then(|key| key.value(scene)).map(|value| value.to_string());
-        match self.spans.get(key).filter(|_| shown(&here) == shown(&now)) {
-            Some(span) => self.text.problem(span.start, error),
-            None => error,
+    /// The scene, checked; see [`Scene::validated`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Scene::validated`], with their place where the value stands in the file.
+    pub fn validated(&self) -> Result<ValidScene> {
+        self.scene.validated().map_err(|problem| self.located(problem))
+    }
+
+    /// What is wrong with a key, with its place if its value stands in the file.
+    fn located(&self, problem: Error) -> Error {
+        let (Error::OutOfRange { key, .. } | Error::NotAllowed { key, .. }) = &problem else { return problem };
+        match self.spans.get(key) {
+            Some(span) => self.text.problem(span.start, problem),
+            None => problem,
         }
     }
 }
@@ -184,12 +183,8 @@ impl Problems<'_> {
 type Spans = BTreeMap<&'static str, Range<usize>>;
 
 impl SourceText {
-    /// The scene that the text says over its preset, the place and time it names, and where each key's value stands.
-    fn scene(
-        &self,
-        folder: &Path,
-        preset: Option<Preset>,
-    ) -> std::result::Result<(Scene, PlaceAndTime, Spans), Vec<Error>> {
+    /// The scene that the text says over its preset, and where each key's value stands.
+    fn scene(&self, folder: &Path, preset: Option<Preset>) -> std::result::Result<(Scene, Spans), Vec<Error>> {
         let document = DeTable::parse(&self.text).map_err(|error| {
             vec![self.problem(error.span().map_or(0, |span| span.start), wrong(in_plain_words(error.message())))]
         })?;
@@ -197,27 +192,20 @@ impl SourceText {
         let mut given = Vec::new();
         collect(document.get_ref(), "", &mut given, &mut problems);
         let preset = preset.unwrap_or_else(|| named_preset(&given));
-        let mut scene = toml::Table::try_from(Scene::preset(preset)).expect("a scene is a table");
-        let mut sun_from = PlaceAndTime::default();
+        let mut scene = Scene::preset(preset);
         let mut spans = Spans::new();
         for (key, value) in &given {
             spans.insert(key.name, value.span());
-            let outcome = match key.name {
-                "sun.place" => text_of(value).parse().map(|place| sun_from.place = Some(place)),
-                "sun.time" => text_of(value).parse().map(|time| sun_from.time = Some(time)),
-                _ => lay_over(&mut scene, key, value, folder),
-            };
-            if let Err(complaint) = outcome {
-                problems.add(value.span().start, wrong(complaint));
+            if let Err(error) = lay_over(&mut scene, key, value, folder) {
+                problems.add(value.span().start, wrong(in_plain_words(&error.to_string())));
             }
         }
         refuse_two_suns(&given, &mut problems);
         if !problems.found.is_empty() {
             return Err(problems.found);
         }
-        let mut scene: Scene = scene.try_into().expect("every value was tried");
         scene.preset = preset;
-        Ok((scene, sun_from, spans))
+        Ok((scene, spans))
     }
 
     /// What is wrong at a byte of the text.
@@ -293,56 +281,33 @@ fn nearest<'a>(word: &str, candidates: impl Iterator<Item = (&'a str, &'a str)>)
 /// The preset that a file names; the default if it names none, or none that there is.
 fn named_preset(given: &[Given<'_>]) -> Preset {
     let named = given.iter().find(|(key, _)| key.name == "preset");
-    named.and_then(|(_, value)| plain_value(value).ok()?.try_into().ok()).unwrap_or_default()
-}
-
-/// A value of a document by itself.
-fn plain_value(value: &Spanned<DeValue<'_>>) -> std::result::Result<toml::Value, String> {
-    toml::Value::deserialize(ValueDeserializer::from(value.clone())).map_err(|error| in_plain_words(error.message()))
-}
-
-/// A text, or a date of TOML as text; anything else as it stands in TOML, to be refused.
-fn text_of(value: &Spanned<DeValue<'_>>) -> String {
-    match plain_value(value) {
-        Ok(toml::Value::String(text)) => text,
-        Ok(other) => shortened(&other.to_string()),
-        Err(complaint) => complaint,
-    }
+    named.and_then(|(_, value)| value.get_ref().as_str()?.parse().ok()).unwrap_or_default()
 }
 
 /// Lays one value over a scene, if it is of the right kind.
-fn lay_over(
-    scene: &mut toml::Table,
-    key: &Key,
-    value: &Spanned<DeValue<'_>>,
-    folder: &Path,
-) -> std::result::Result<(), String> {
-    let mut value = plain_value(value)?;
-    if let (Allowed::WordsOrTable(_), toml::Value::String(name)) = (&key.allowed, &mut value)
-        && is_table_file(name)
-    {
-        let path = std::path::absolute(folder.join(&*name)).map_err(|error| format!("{name}: {error}"))?;
-        *name = path.to_string_lossy().into_owned();
+fn lay_over(scene: &mut Scene, key: &Key, value: &Spanned<DeValue<'_>>, folder: &Path) -> Result<()> {
+    let text = match (&key.allowed, value.get_ref()) {
+        (Allowed::WordsOrTable(_), DeValue::String(name)) if is_table_file(name) => {
+            let path = std::path::absolute(folder.join(&**name));
+            path.map_err(|error| Error::Text(format!("{name}: {error}")))?.to_string_lossy().into_owned()
+        }
+        // A place or a time that is none is quoted as it stands, whatever TOML takes it for.
+        (Allowed::Other(_), _) if ["sun.place", "sun.time"].contains(&key.name) => as_it_stands(value),
+        _ => return key.set(scene, ValueDeserializer::from(value.clone())),
+    };
+    key.set(scene, StringDeserializer::<serde::de::value::Error>::new(text))
+}
+
+/// A text, or a date of TOML as text; anything else as it stands in TOML.
+fn as_it_stands(value: &Spanned<DeValue<'_>>) -> String {
+    match value.get_ref() {
+        DeValue::String(text) => text.to_string(),
+        DeValue::Datetime(time) => time.to_string(),
+        _ => match toml::Value::deserialize(ValueDeserializer::from(value.clone())) {
+            Ok(value) => shortened(&value.to_string()),
+            Err(error) => in_plain_words(error.message()),
+        },
     }
-    let (tables, name) = key.table_and_name();
-    // Alone over an empty file, so that the scene's own values are not read again.
-    let alone = tables
-        .rsplit('.')
-        .filter(|part| !part.is_empty())
-        .fold(toml::Table::from_iter([(name.to_owned(), value.clone())]), |inner, part| {
-            toml::Table::from_iter([(part.to_owned(), toml::Value::Table(inner))])
-        });
-    alone.try_into::<Scene>().map_err(|error| in_plain_words(error.message()))?;
-    let mut table = scene;
-    for part in tables.split('.').filter(|part| !part.is_empty()) {
-        table = table
-            .entry(part)
-            .or_insert_with(|| toml::Table::new().into())
-            .as_table_mut()
-            .expect("a scene's tables are tables");
-    }
-    table.insert(name.into(), value);
-    Ok(())
 }
 
 /// Refuses an elevation or an azimuth beside a place or a time.
@@ -388,7 +353,10 @@ mod tests {
     use crate::scene::{Exposure, Size, SunSpectrum};
 
     fn refused(text: &str) -> String {
-        Scene::parse(text, "a.toml", None).unwrap_err().to_string()
+        match Draft::parse(text, "a.toml", Path::new("."), None) {
+            Ok(draft) => draft.validated().unwrap_err().to_string(),
+            Err(problems) => first(problems).to_string(),
+        }
     }
 
     #[test]
@@ -433,7 +401,7 @@ mod tests {
 
     #[test]
     fn every_problem_of_a_file_is_told_but_no_more_than_anyone_reads() {
-        let problems = |text: &str| SceneFile::parse(text, "a.toml", Path::new(""), None).unwrap_err();
+        let problems = |text: &str| Draft::parse(text, "a.toml", Path::new(""), None).unwrap_err();
         assert_eq!(problems("sun.elevatoin = 1\nsun.azimuth = 'x'\nmoon = 2").len(), 3);
         let many: String = (0..1000).map(|i| format!("moon{i} = 1\n")).collect();
         assert_eq!(problems(&many).len(), MOST_PROBLEMS);
@@ -441,10 +409,9 @@ mod tests {
 
     #[test]
     fn place_and_time_give_the_sun_and_refuse_another() {
-        let placed =
-            Scene::parse("[sun]\nplace = '43.06,141.35'\ntime = 2026-06-21T04:30:00+09:00", "a.toml", None).unwrap();
-        let quoted =
-            Scene::parse("[sun]\nplace = '43.06,141.35'\ntime = '2026-06-20T19:30:00Z'", "a.toml", None).unwrap();
+        let sun = |text: &str| Scene::parse(text, "a.toml", None).unwrap().validated().unwrap();
+        let placed = sun("[sun]\nplace = '43.06,141.35'\ntime = 2026-06-21T04:30:00+09:00");
+        let quoted = sun("[sun]\nplace = '43.06,141.35'\ntime = '2026-06-20T19:30:00Z'");
         assert_eq!(placed.sun, quoted.sun);
         assert!(
             (placed.sun.elevation - 4.6).abs() < 1.0 && (placed.sun.azimuth - 61.0).abs() < 2.0,
@@ -468,15 +435,15 @@ mod tests {
 
     #[test]
     fn a_value_out_of_range_is_named_with_its_place_unless_a_flag_gave_it() {
-        let file = SceneFile::parse("[sun]\nelevation = 100", "a.toml", Path::new(""), None).unwrap();
-        let error = file.validate(&file.scene).unwrap_err().to_string();
+        let mut draft = Draft::parse("[sun]\nelevation = 100", "a.toml", Path::new(""), None).unwrap();
+        let error = draft.validated().unwrap_err().to_string();
         assert!(
             error.starts_with("a.toml, line 2, column 13 (elevation = 100): sun.elevation is 100; it must"),
             "{error}"
         );
-        let mut flagged = file.scene.clone();
-        flagged.sun.elevation = 200.0;
-        let error = file.validate(&flagged).unwrap_err().to_string();
+        let value = serde::de::value::F64Deserializer::<serde::de::value::Error>::new(200.0);
+        draft.set(keys::find("sun.elevation").unwrap(), value).unwrap();
+        let error = draft.validated().unwrap_err().to_string();
         assert!(error.starts_with("sun.elevation is 200"), "{error}");
     }
 

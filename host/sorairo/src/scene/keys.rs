@@ -1,20 +1,24 @@
-//! The keys of a scene: one row each, with its unit, what it may be, and what stands in for it. `validate`, the help of the flags, the
-//! reference page and the commented scene file are all made from these rows; a key's sentence is the doc comment of its field.
+//! The keys of a scene: one row each, with the way to its value, its unit, what it may be, and what stands in for it. Validation, scene files,
+//! the help of the flags, the reference page, random scenes and the words of the fuzz targets are all made from these rows; a key's sentence is
+//! the doc comment of its field.
 
-use std::sync::OnceLock;
+use std::ops::RangeInclusive;
 
 use documented::DocumentedFields;
+use serde::Deserializer;
 
 use super::camera::{CameraScene, LONGEST_SIDE, Projection};
-use super::place::PlaceAndTime;
+use super::field::{Field, NumberField, Present, Way};
 use super::preset::{Preset, Scene};
-use super::settings::{ColourPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Render, Rgb, WhiteBalance};
+use super::rules;
+use super::settings::{ColourPath, ExrDepth, Fit, MOST_STOPS, PathChoice, Render, Rgb, WhiteBalance};
 use super::sky::{Aerosol, Air, AtmosphereScene, Observer, Ozone, Sun};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
 use crate::spectra::choice::{AlbedoSpectrum, OzoneCrossSection, SunSpectrum};
+use crate::spectra::measured::MEASURED_RANGE;
 use crate::spectra::observer::ColourObserver;
-use crate::words::{Word, words};
+use crate::words::{Word, Words, words};
 
 /// One key of a scene file.
 pub struct Key {
@@ -24,9 +28,12 @@ pub struct Key {
     pub unit: &'static str,
     /// What it may be.
     pub allowed: Allowed,
+    field: &'static dyn Field,
+    /// Whether it matters in a scene.
+    matters: fn(&Scene) -> bool,
     /// What stands in for a key that is not given, where that is not one value.
-    pub otherwise: &'static str,
-    /// What is wrong with it in a scene, beyond `allowed`.
+    otherwise: Option<fn() -> String>,
+    /// What holds beyond `allowed`.
     rule: Option<fn(&Scene) -> Result<()>>,
 }
 
@@ -34,8 +41,8 @@ pub struct Key {
 pub enum Allowed {
     /// A number in a range.
     Range {
-        /// The number in a scene, if the scene has one that matters.
-        value: fn(&Scene) -> Option<f64>,
+        /// The number.
+        number: &'static dyn NumberField,
         /// The smallest that is allowed.
         low: Bound,
         /// The largest that is allowed.
@@ -46,7 +53,7 @@ pub enum Allowed {
     /// One of some words, or the name of a CSV file.
     WordsOrTable(fn() -> Vec<Word>),
     /// Something else, said in words.
-    Other(&'static str),
+    Other(fn() -> String),
 }
 
 /// An end of a range.
@@ -54,178 +61,206 @@ pub enum Bound {
     /// A number.
     At(f64),
     /// What follows from other keys, and how to say it.
-    From(fn(&Scene) -> f64, &'static str),
+    From(fn(&Scene) -> f64, fn() -> String),
 }
 
-/// Bands closer than this (nm) make the fit's matrix singular in practice.
-pub const CLOSEST_BANDS: f64 = 0.5;
+/// The keys of a table: the type that holds them.
+struct Table {
+    name: &'static str,
+    #[cfg(test)]
+    fields: &'static [&'static str],
+    sentence: fn(&str) -> Option<&'static str>,
+}
 
+static TABLES: [Table; 9] = [
+    table::<Scene>(""),
+    table::<Sun>("sun"),
+    table::<Observer>("observer"),
+    table::<AtmosphereScene>("atmosphere"),
+    table::<Air>("atmosphere.air"),
+    table::<Aerosol>("atmosphere.aerosol"),
+    table::<Ozone>("atmosphere.ozone"),
+    table::<CameraScene>("camera"),
+    table::<Render>("render"),
+];
+
+const fn table<T: DocumentedFields>(name: &'static str) -> Table {
+    Table {
+        name,
+        #[cfg(test)]
+        fields: T::FIELD_NAMES,
+        sentence: |field| T::get_field_docs(field).ok(),
+    }
+}
+
+/// The way to a field of a scene.
+macro_rules! way {
+    ($($part:ident).+) => {
+        const { &Way { get: |scene| &scene.$($part).+, get_mut: |scene| &mut scene.$($part).+ } }
+    };
+}
+
+/// The name of a field of a scene.
+macro_rules! name {
+    ($first:ident $(. $rest:ident)*) => { concat!(stringify!($first) $(, ".", stringify!($rest))*) };
+}
+
+/// A key, from its field and what it may be.
+macro_rules! key {
+    ($($part:ident).+, $allowed:expr) => { Key::new(name!($($part).+), way!($($part).+), $allowed) };
+}
+
+/// A key that is a number, from its field, its unit and the ends of its range.
+macro_rules! number {
+    ($($part:ident).+, $unit:expr, $low:expr, $high:expr) => {
+        key!($($part).+, Allowed::Range { number: way!($($part).+), low: $low, high: $high }).unit($unit)
+    };
+}
+
+use Allowed::{Other, WordsOrTable};
 use Bound::{At, From};
+
+/// The highest top of an atmosphere above the ground (km).
+const HIGHEST_TOP: f64 = 1e4;
+/// The narrowest and the widest field of view (degrees).
+const FIELDS: RangeInclusive<f64> = 0.01..=360.0;
+/// The widest field of view of a perspective (degrees).
+const WIDEST_PERSPECTIVE: f64 = 170.0;
 
 // Column densities are closed forms for scale heights up to a hundredth of the radius; where the atmosphere ends within one scale
 // height, a column density to its top is the small difference of two of them.
 const THICKEST: Bound = From(
     |s| (s.atmosphere.ground_radius / 100.0).min(s.atmosphere.top_radius - s.atmosphere.ground_radius),
-    "a hundredth of the ground radius and the depth of the atmosphere",
+    || "a hundredth of the ground radius and the depth of the atmosphere".into(),
 );
-const DEPTH: Bound = From(|s| s.atmosphere.top_radius - s.atmosphere.ground_radius, "the depth of the atmosphere");
-
-/// A number of the ozone layer, which matters where there is ozone.
-fn of_ozone(scene: &Scene, value: fn(&Ozone) -> f64) -> Option<f64> {
-    let ozone = &scene.atmosphere.ozone;
-    (ozone.column > 0.0).then(|| value(ozone))
-}
+const DEPTH: Bound =
+    From(|s| s.atmosphere.top_radius - s.atmosphere.ground_radius, || "the depth of the atmosphere".into());
+/// Each height of the ozone layer lies so far above the one before (km).
+const OZONE_STEP: f64 = 0.1;
 
 /// Every key, table by table.
 pub static KEYS: &[Key] = &[
-    Key::other("preset", Allowed::Words(words::<Preset>)),
-    Key::number("sun.elevation", "degrees", |s| Some(s.sun.elevation), At(-90.0), At(90.0)),
-    Key::number("sun.azimuth", "degrees", |s| Some(s.sun.azimuth), At(-360.0), At(360.0)),
-    Key::other("sun.place", Allowed::Other("\"LATITUDE,LONGITUDE\", -90 to 90 north, -180 to 180 east"))
+    key!(preset, one_of::<Preset>()),
+    number!(sun.elevation, "degrees", At(-90.0), At(90.0)),
+    number!(sun.azimuth, "degrees", At(-360.0), At(360.0)),
+    key!(sun.place, Other(|| "\"LATITUDE,LONGITUDE\", -90 to 90 north, -180 to 180 east".into()))
         .unit("degrees")
-        .otherwise("`elevation` and `azimuth` hold"),
-    Key::other("sun.time", Allowed::Other("RFC 3339 with an offset, such as \"2026-06-21T04:30:00+09:00\""))
-        .otherwise("`elevation` and `azimuth` hold"),
-    Key::other("sun.spectrum", Allowed::WordsOrTable(words::<SunSpectrum>)),
-    Key::number("sun.distance", "au", |s| Some(s.sun.distance), At(0.01), At(1000.0)),
-    Key::other("sun.disc", Allowed::Other("true or false; with a disc the distance is at most 50 au"))
-        .rule(disc_too_small),
-    Key::number("observer.altitude", "km", |s| Some(s.observer.altitude), At(0.0), At(1e5)),
+        .otherwise(|| "`elevation` and `azimuth` hold".into()),
+    key!(sun.time, Other(|| "RFC 3339 with an offset, such as \"2026-06-21T04:30:00+09:00\"".into()))
+        .otherwise(|| "`elevation` and `azimuth` hold".into()),
+    key!(sun.spectrum, WordsOrTable(words::<SunSpectrum>)),
+    number!(sun.distance, "au", At(0.01), At(1000.0)),
+    key!(sun.disc, Other(|| format!("true or false; with a disc the distance is at most {} au", rules::FARTHEST_DISC)))
+        .rule(rules::disc_too_small),
+    number!(observer.altitude, "km", At(0.0), At(1e5)),
     // In single precision a horizon is as sharp as 6e-8 of the radius, which must lie far below the scale heights.
-    Key::number("atmosphere.ground_radius", "km", |s| Some(s.atmosphere.ground_radius), At(10.0), At(1e5)),
-    Key::number(
-        "atmosphere.top_radius",
+    number!(atmosphere.ground_radius, "km", At(10.0), At(1e5)),
+    number!(
+        atmosphere.top_radius,
         "km",
-        |s| Some(s.atmosphere.top_radius),
-        From(|s| s.atmosphere.ground_radius + 1.0, "1 above the ground"),
+        From(|s| s.atmosphere.ground_radius + 1.0, || "1 above the ground".into()),
         // The column density of a layer of ozone is a closed form for heights well below the radius; of the thickest profile, e⁻²⁰ is left there.
         From(
-            |s| s.atmosphere.ground_radius + (0.2 * s.atmosphere.ground_radius).min(1e4),
-            "10000 km or a fifth of the ground radius above the ground",
-        ),
+            |s| s.atmosphere.ground_radius + (0.2 * s.atmosphere.ground_radius).min(HIGHEST_TOP),
+            || format!("{HIGHEST_TOP} km or a fifth of the ground radius above the ground"),
+        )
     )
     .rule(opaque_at_its_top),
-    Key::number("atmosphere.air.scattering", "km⁻¹", |s| Some(s.atmosphere.air.scattering), At(0.0), At(100.0)),
-    Key::number("atmosphere.air.scale_height", "km", |s| Some(s.atmosphere.air.scale_height), At(0.05), THICKEST),
-    Key::number(
-        "atmosphere.aerosol.optical_depth",
-        "",
-        |s| Some(s.atmosphere.aerosol.optical_depth),
-        At(0.0),
-        At(1000.0),
-    ),
-    Key::number(
-        "atmosphere.aerosol.angstrom_exponent",
-        "",
-        |s| Some(s.atmosphere.aerosol.angstrom_exponent),
-        At(-5.0),
-        At(5.0),
-    ),
-    Key::number(
-        "atmosphere.aerosol.scale_height",
-        "km",
-        |s| Some(s.atmosphere.aerosol.scale_height),
-        At(0.05),
-        THICKEST,
-    ),
-    Key::number(
-        "atmosphere.aerosol.single_scattering_albedo",
-        "",
-        |s| Some(s.atmosphere.aerosol.single_scattering_albedo),
-        At(0.0),
-        At(1.0),
-    ),
-    Key::other(
-        "atmosphere.aerosol.single_scattering_albedo_spectrum",
-        Allowed::WordsOrTable(words::<AlbedoSpectrum>),
-    )
-    .rule(albedo_above_1),
-    Key::number(
-        "atmosphere.aerosol.asymmetry",
-        "",
-        |s| Some(s.atmosphere.aerosol.asymmetry),
-        At(-0.99),
-        At(0.99),
-    ),
+    number!(atmosphere.air.scattering, "km⁻¹", At(0.0), At(100.0)),
+    number!(atmosphere.air.scale_height, "km", At(0.05), THICKEST),
+    number!(atmosphere.aerosol.optical_depth, "", At(0.0), At(1000.0)),
+    number!(atmosphere.aerosol.angstrom_exponent, "", At(-5.0), At(5.0)),
+    number!(atmosphere.aerosol.scale_height, "km", At(0.05), THICKEST),
+    number!(atmosphere.aerosol.single_scattering_albedo, "", At(0.0), At(1.0)),
+    key!(atmosphere.aerosol.single_scattering_albedo_spectrum, WordsOrTable(words::<AlbedoSpectrum>))
+        .rule(rules::albedo_above_1),
+    number!(atmosphere.aerosol.asymmetry, "", At(-0.99), At(0.99)),
     // Behind a layer that is opaque itself, the samples of a ray would have to follow every edge of its tent.
-    Key::number("atmosphere.ozone.column", "Dobson units", |s| Some(s.atmosphere.ozone.column), At(0.0), At(2e3)),
-    Key::number("atmosphere.ozone.bottom", "km", |s| of_ozone(s, |ozone| ozone.bottom), At(0.0), DEPTH),
-    Key::number(
-        "atmosphere.ozone.peak",
+    number!(atmosphere.ozone.column, "Dobson units", At(0.0), At(2e3)),
+    number!(atmosphere.ozone.bottom, "km", At(0.0), DEPTH).matters(has_ozone),
+    number!(
+        atmosphere.ozone.peak,
         "km",
-        |s| of_ozone(s, |ozone| ozone.peak),
-        From(|s| s.atmosphere.ozone.bottom + 0.1, "0.1 above `bottom`"),
-        DEPTH,
-    ),
-    Key::number(
-        "atmosphere.ozone.top",
+        From(|s| s.atmosphere.ozone.bottom + OZONE_STEP, || format!("{OZONE_STEP} above `bottom`")),
+        DEPTH
+    )
+    .matters(has_ozone),
+    number!(
+        atmosphere.ozone.top,
         "km",
-        |s| of_ozone(s, |ozone| ozone.top),
-        From(|s| s.atmosphere.ozone.peak + 0.1, "0.1 above `peak`"),
-        DEPTH,
-    ),
-    Key::other("atmosphere.ozone.cross_section", Allowed::WordsOrTable(words::<OzoneCrossSection>)),
-    Key::other("camera.projection", Allowed::Words(words::<Projection>)),
-    Key::other("camera.size", Allowed::Other("\"WIDTHxHEIGHT\", each 1 to 8388608"))
+        From(|s| s.atmosphere.ozone.peak + OZONE_STEP, || format!("{OZONE_STEP} above `peak`")),
+        DEPTH
+    )
+    .matters(has_ozone),
+    key!(atmosphere.ozone.cross_section, WordsOrTable(words::<OzoneCrossSection>)),
+    key!(camera.projection, one_of::<Projection>()),
+    key!(camera.size, Other(|| format!("\"WIDTHxHEIGHT\", each 1 to {LONGEST_SIDE}")))
         .unit("pixels")
-        .rule(size_out_of_range),
-    Key::number(
-        "camera.fov",
+        .rule(rules::size_out_of_range),
+    number!(
+        camera.fov,
         "degrees",
-        |s| s.camera.fov,
-        At(0.01),
-        From(|s| if s.camera.projection == Projection::Perspective { 170.0 } else { 360.0 }, "360 (perspective: 170)"),
+        At(*FIELDS.start()),
+        From(
+            |s| if s.camera.projection == Projection::Perspective { WIDEST_PERSPECTIVE } else { *FIELDS.end() },
+            || format!("{} (perspective: {WIDEST_PERSPECTIVE})", FIELDS.end()),
+        )
     )
-    .otherwise("fisheye 180, perspective 60"),
-    Key::number("camera.look_azimuth", "degrees", |s| s.camera.look_azimuth, At(-360.0), At(360.0))
-        .otherwise("0, north; fisheye 180, which puts north on top"),
-    Key::number("camera.look_elevation", "degrees", |s| s.camera.look_elevation, At(-90.0), At(90.0))
-        .otherwise("fisheye 90, perspective 15"),
-    Key::other("render.fit", Allowed::Words(words::<Fit>)),
-    Key::other(
-        "render.bands",
-        Allowed::Other(
-            "360 to 830, at least 0.5 apart; 3 to 8 with `extinction`, 3 to 12 with `cubic` and `transfer`, 2 to 512 with \
-             `dense`, 4 with `color = \"solve\"`",
-        ),
-    )
-    .unit("nm")
-    .otherwise("the best found for the fit")
-    .rule(unfit_bands),
-    Key::other("render.color", Allowed::Words(words::<ColourPath>)).rule(nothing_to_solve),
-    Key::number("render.steps", "samples", |s| s.render.steps.map(f64::from), At(1.0), At(1024.0))
-        .otherwise("what the scene's rays need: from the Earth's ground 12, with the sun below 5° 48 to 64"),
-    Key::other("render.path", Allowed::Words(words::<PathChoice>)),
-    Key::number(
-        "render.exposure",
-        "stops",
-        |s| match s.render.exposure {
-            Exposure::Auto => None,
-            Exposure::Stops(stops) => Some(stops),
-        },
-        At(-MOST_STOPS),
-        At(MOST_STOPS),
-    )
-    .otherwise("\"auto\", from the mean luminance of the sky"),
-    Key::other("render.exr", Allowed::Words(words::<ExrDepth>)),
-    Key::other("render.rgb", Allowed::Words(words::<Rgb>)),
-    Key::other("render.observer", Allowed::Words(words::<ColourObserver>)),
-    Key::other("render.white_balance", Allowed::Words(words::<WhiteBalance>)),
+    .otherwise(|| format!("fisheye {}, perspective {}", Projection::FISHEYE.fov, Projection::PERSPECTIVE.fov)),
+    number!(camera.look_azimuth, "degrees", At(-360.0), At(360.0)).otherwise(|| {
+        let [perspective, fisheye] = [Projection::PERSPECTIVE, Projection::FISHEYE].map(|view| view.azimuth);
+        format!("{perspective}, north; fisheye {fisheye}, which puts north on top")
+    }),
+    number!(camera.look_elevation, "degrees", At(-90.0), At(90.0)).otherwise(|| {
+        format!("fisheye {}, perspective {}", Projection::FISHEYE.elevation, Projection::PERSPECTIVE.elevation)
+    }),
+    key!(render.fit, one_of::<Fit>()),
+    key!(render.bands, Other(range_of_bands))
+        .unit("nm")
+        .otherwise(|| "the best found for the fit".into())
+        .rule(rules::unfit_bands),
+    key!(render.color, one_of::<ColourPath>()).rule(rules::nothing_to_solve),
+    number!(render.steps, "samples", At(1.0), At(1024.0))
+        .otherwise(|| "what the scene's rays need: from the Earth's ground 12, with the sun below 5° 48 to 64".into()),
+    key!(render.path, one_of::<PathChoice>()),
+    number!(render.exposure, "stops", At(-MOST_STOPS), At(MOST_STOPS))
+        .otherwise(|| "\"auto\", from the mean luminance of the sky".into()),
+    key!(render.exr, one_of::<ExrDepth>()),
+    key!(render.rgb, one_of::<Rgb>()),
+    key!(render.observer, one_of::<ColourObserver>()),
+    key!(render.white_balance, one_of::<WhiteBalance>()),
 ];
 
-impl Key {
-    const fn other(name: &'static str, allowed: Allowed) -> Self {
-        Self { name, unit: "", allowed, otherwise: "", rule: None }
-    }
+const fn one_of<T: Words>() -> Allowed {
+    Allowed::Words(words::<T>)
+}
 
-    const fn number(
-        name: &'static str,
-        unit: &'static str,
-        value: fn(&Scene) -> Option<f64>,
-        low: Bound,
-        high: Bound,
-    ) -> Self {
-        Self { name, unit, allowed: Allowed::Range { value, low, high }, otherwise: "", rule: None }
+/// Heights of the ozone layer matter where there is ozone.
+fn has_ozone(scene: &Scene) -> bool {
+    scene.atmosphere.ozone.column > 0.0
+}
+
+fn range_of_bands() -> String {
+    let (shortest, longest) = MEASURED_RANGE;
+    let counts = |fit: Fit, color: ColourPath| {
+        let (fewest, most) = rules::band_counts(fit, color);
+        if fewest == most { fewest.to_string() } else { format!("{fewest} to {most}") }
+    };
+    let folded = |fit| counts(fit, ColourPath::Folded);
+    format!(
+        "{shortest} to {longest}, at least {} apart; {} with `extinction`, {} with `cubic` and `transfer`, {} with `dense`, {} with \
+         `color = \"solve\"`",
+        rules::CLOSEST_BANDS,
+        folded(Fit::Extinction),
+        folded(Fit::Cubic),
+        folded(Fit::Dense),
+        counts(Fit::Cubic, ColourPath::Solve)
+    )
+}
+
+impl Key {
+    const fn new(name: &'static str, field: &'static dyn Field, allowed: Allowed) -> Self {
+        Self { name, unit: "", allowed, field, matters: |_| true, otherwise: None, rule: None }
     }
 
     const fn unit(mut self, unit: &'static str) -> Self {
@@ -233,8 +268,13 @@ impl Key {
         self
     }
 
-    const fn otherwise(mut self, otherwise: &'static str) -> Self {
-        self.otherwise = otherwise;
+    const fn matters(mut self, matters: fn(&Scene) -> bool) -> Self {
+        self.matters = matters;
+        self
+    }
+
+    const fn otherwise(mut self, otherwise: fn() -> String) -> Self {
+        self.otherwise = Some(otherwise);
         self
     }
 
@@ -251,26 +291,31 @@ impl Key {
     /// What the key means, as the doc comment of its field says it.
     pub fn sentence(&self) -> String {
         let (table, name) = self.table_and_name();
-        let docs = match table {
-            "" => Scene::get_field_docs(name),
-            "sun" => Sun::get_field_docs(name).or_else(|_| PlaceAndTime::get_field_docs(name)),
-            "observer" => Observer::get_field_docs(name),
-            "atmosphere" => AtmosphereScene::get_field_docs(name),
-            "atmosphere.air" => Air::get_field_docs(name),
-            "atmosphere.aerosol" => Aerosol::get_field_docs(name),
-            "atmosphere.ozone" => Ozone::get_field_docs(name),
-            "camera" => CameraScene::get_field_docs(name),
-            _ => Render::get_field_docs(name),
-        };
-        docs.expect("every key is a documented field").replace('\n', " ")
+        let table = TABLES.iter().find(|known| known.name == table).expect("a key lies in a table");
+        (table.sentence)(name).expect("every key is a documented field").replace('\n', " ")
     }
 
-    /// The value in a scene, as it stands in a file.
-    pub fn value(&self, scene: &toml::Table) -> Option<toml::Value> {
-        let (table, name) = self.table_and_name();
-        let tables = table.split('.').filter(|part| !part.is_empty());
-        let table = tables.into_iter().try_fold(scene, |table, part| table.get(part)?.as_table())?;
-        table.get(name).cloned()
+    /// The value in a scene.
+    pub fn value<'a>(&self, scene: &'a Scene) -> &'a dyn erased_serde::Serialize {
+        self.field.get(scene)
+    }
+
+    /// Reads the value in a scene anew; whether it lies in its range is left to [`Scene::validated`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Text`] if it is of another kind.
+    pub fn set<'de>(&self, scene: &mut Scene, value: impl Deserializer<'de>) -> Result<()> {
+        let mut value = <dyn erased_serde::Deserializer<'_>>::erase(Present(value));
+        self.field.set(scene, &mut value).map_err(|error| Error::Text(error.to_string()))
+    }
+
+    /// The number in a scene, to be changed; `None` if the key is no plain number. One that was not given begins at 0.
+    pub fn number_mut<'a>(&self, scene: &'a mut Scene) -> Option<&'a mut f64> {
+        match &self.allowed {
+            Allowed::Range { number, .. } => number.number_mut(scene),
+            _ => None,
+        }
     }
 
     /// The smallest and the largest number that the key may be in a scene; `None` if it is not a number.
@@ -281,31 +326,36 @@ impl Key {
         }
     }
 
+    /// The words that the key may be.
+    pub fn words(&self) -> Vec<Word> {
+        match &self.allowed {
+            Allowed::Words(words) | Allowed::WordsOrTable(words) => words(),
+            _ => Vec::new(),
+        }
+    }
+
     /// What the key may be, in words.
     pub fn range(&self) -> String {
         match &self.allowed {
             Allowed::Range { low, high, .. } => format!("{} to {}", low.words(), high.words()),
             Allowed::Words(words) => listed(&words()),
             Allowed::WordsOrTable(words) => format!("{}, or the name of a .csv file", listed(&words())),
-            Allowed::Other(words) => (*words).into(),
+            Allowed::Other(words) => words(),
         }
     }
 
-    /// What holds without the key.
-    pub fn default_words(&self) -> String {
-        if !self.otherwise.is_empty() {
-            return self.otherwise.into();
-        }
-        match self.value(default_scene()) {
-            Some(toml::Value::String(word)) => word,
-            Some(value) => plain(&value),
-            None => String::new(),
-        }
+    /// What stands in for the key where it is not given, if that is not one value.
+    pub fn stand_in(&self) -> Option<String> {
+        self.otherwise.map(|words| words())
     }
 
-    fn check_range(&self, scene: &Scene) -> Result<()> {
-        let Allowed::Range { value, low, high } = &self.allowed else { return Ok(()) };
-        value(scene).map_or(Ok(()), |value| check_range(self.name, value, (low.of(scene), high.of(scene)), self.unit))
+    /// Whether its number lies in its range.
+    pub(super) fn check_range(&self, scene: &Scene) -> Result<()> {
+        let Allowed::Range { number, low, high } = &self.allowed else { return Ok(()) };
+        match number.number(scene).filter(|_| (self.matters)(scene)) {
+            Some(number) => check_range(self.name, number, (low.of(scene), high.of(scene)), self.unit),
+            None => Ok(()),
+        }
     }
 
     fn check(&self, scene: &Scene) -> Result<()> {
@@ -325,7 +375,7 @@ impl Bound {
     fn words(&self) -> String {
         match self {
             At(value) => value.to_string(),
-            From(_, words) => (*words).into(),
+            From(_, words) => words(),
         }
     }
 }
@@ -335,57 +385,13 @@ pub fn find(name: &str) -> Option<&'static Key> {
     KEYS.iter().find(|key| key.name == name)
 }
 
-/// The help of a flag, from its key.
-///
-/// # Panics
-///
-/// If there is no such key.
-pub fn help(name: &str) -> String {
-    let key = find(name).expect("the flag of a key");
-    format!("{} [default: {}]", key.sentence().trim_end_matches('.'), key.default_words())
-}
-
-impl Scene {
-    /// Whether every value lies in its range.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] that names the first key that does not.
-    pub fn validate(&self) -> Result<()> {
-        problems(self).into_iter().next().map_or(Ok(()), Err)
-    }
-}
-
 /// What is wrong with a scene, key by key.
 pub fn problems(scene: &Scene) -> Vec<Error> {
     KEYS.iter().filter_map(|key| key.check(scene).err()).collect()
 }
 
-/// A number as a person writes it.
-pub fn plain(value: &toml::Value) -> String {
-    match value {
-        toml::Value::Float(number) => number.to_string(),
-        other => other.to_string(),
-    }
-}
-
-/// The default scene as a file holds it.
-pub fn default_scene() -> &'static toml::Table {
-    static SCENE: OnceLock<toml::Table> = OnceLock::new();
-    SCENE.get_or_init(|| toml::Table::try_from(Scene::default()).expect("a scene is a table"))
-}
-
 fn listed(words: &[Word]) -> String {
     words.iter().map(|word| format!("`{}`", word.name)).collect::<Vec<_>>().join(", ")
-}
-
-fn size_out_of_range(scene: &Scene) -> Result<()> {
-    let size = scene.camera.size;
-    if size.is_allowed() {
-        return Ok(());
-    }
-    let complaint = format!("is {size}; each side must lie between 1 and {LONGEST_SIDE} pixels");
-    Err(Error::not_allowed("camera.size", complaint))
 }
 
 /// The largest optical depth, on a level ray and at the shortest wavelength, of what the atmosphere's top cuts off.
@@ -420,70 +426,6 @@ fn opaque_at_its_top(scene: &Scene) -> Result<()> {
     Err(Error::not_allowed("atmosphere.top_radius", complaint))
 }
 
-/// Farther away (au) the disc is smaller than single precision can place it.
-pub const FARTHEST_DISC: f64 = 50.0;
-
-fn disc_too_small(scene: &Scene) -> Result<()> {
-    let distance = scene.sun.distance;
-    if !scene.sun.disc || distance <= FARTHEST_DISC {
-        return Ok(());
-    }
-    let complaint = format!("is true with sun.distance {}; a disc is shown up to {FARTHEST_DISC} au", shown(distance));
-    Err(Error::not_allowed("sun.disc", complaint))
-}
-
-fn albedo_above_1(scene: &Scene) -> Result<()> {
-    let Some(file) = scene.atmosphere.aerosol.single_scattering_albedo_spectrum.file() else { return Ok(()) };
-    let (albedo, wavelength) = file.table().largest(0);
-    if albedo <= 1.0 {
-        return Ok(());
-    }
-    let name = file.path().display();
-    let complaint =
-        format!("is {name}, which holds {} at {} nm; an albedo is at most 1", shown(albedo), shown(wavelength));
-    Err(Error::not_allowed("atmosphere.aerosol.single_scattering_albedo_spectrum", complaint))
-}
-
-fn nothing_to_solve(scene: &Scene) -> Result<()> {
-    if scene.render.fit != Fit::Dense || scene.render.color != ColourPath::Solve {
-        return Ok(());
-    }
-    let complaint = "is solve; render.color = solve needs a fit to solve, and render.fit = dense has none";
-    Err(Error::not_allowed("render.color", complaint))
-}
-
-/// The fewest and the most bands that a fit takes.
-pub fn band_counts(fit: Fit, color: ColourPath) -> (usize, usize) {
-    match (fit, color) {
-        (Fit::Dense, _) => (2, 512),
-        (_, ColourPath::Solve) => (4, 4),
-        (Fit::Extinction, ColourPath::Folded) => (3, 8),
-        (Fit::Cubic | Fit::Transfer, ColourPath::Folded) => (3, 12),
-    }
-}
-
-fn unfit_bands(scene: &Scene) -> Result<()> {
-    const KEY: &str = "render.bands";
-    let Some(bands) = &scene.render.bands else { return Ok(()) };
-    let (fewest, most) = band_counts(scene.render.fit, scene.render.color);
-    let count = bands.len();
-    if !(fewest..=most).contains(&count) {
-        let complaint = format!("holds {count} wavelengths; this fit takes {fewest} to {most} of them");
-        return Err(Error::not_allowed(KEY, complaint));
-    }
-    let known = scene.optics().known_wavelengths();
-    bands.iter().try_for_each(|&band| check_range(KEY, band, known, "nm"))?;
-    let mut sorted = bands.clone();
-    sorted.sort_by(f64::total_cmp);
-    match sorted.windows(2).find(|pair| pair[1] - pair[0] < CLOSEST_BANDS) {
-        Some(pair) => Err(Error::not_allowed(
-            KEY,
-            format!("holds {} and {}; bands must lie at least {CLOSEST_BANDS} nm apart", pair[0], pair[1]),
-        )),
-        None => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use strum::IntoEnumIterator;
@@ -492,22 +434,12 @@ mod tests {
 
     #[test]
     fn every_field_of_a_scene_is_a_key() {
-        let fields: [(&str, &[&str]); 10] = [
-            ("sun", Sun::FIELD_NAMES),
-            ("sun", PlaceAndTime::FIELD_NAMES),
-            ("observer", Observer::FIELD_NAMES),
-            ("atmosphere", AtmosphereScene::FIELD_NAMES),
-            ("atmosphere.air", Air::FIELD_NAMES),
-            ("atmosphere.aerosol", Aerosol::FIELD_NAMES),
-            ("atmosphere.ozone", Ozone::FIELD_NAMES),
-            ("camera", CameraScene::FIELD_NAMES),
-            ("render", Render::FIELD_NAMES),
-            ("", Scene::FIELD_NAMES),
-        ];
-        let is_table = |name: &str| KEYS.iter().any(|key| key.name.starts_with(&format!("{name}.")));
-        let mut names: Vec<String> = fields
+        let is_table = |name: &str| TABLES.iter().any(|table| table.name == name);
+        let of_table =
+            |table: &Table| table.fields.iter().map(|field| format!("{}.{field}", table.name)).collect::<Vec<_>>();
+        let mut names: Vec<String> = TABLES
             .iter()
-            .flat_map(|(table, fields)| fields.iter().map(move |field| format!("{table}.{field}")))
+            .flat_map(of_table)
             .map(|name| name.trim_start_matches('.').to_owned())
             .filter(|name| !is_table(name))
             .collect();
@@ -518,29 +450,29 @@ mod tests {
     }
 
     #[test]
-    fn every_key_has_a_sentence_a_default_and_a_range() {
+    fn every_key_has_a_sentence_and_a_range() {
         for key in KEYS {
-            let texts = [key.sentence(), key.default_words(), key.range()];
+            let texts = [key.sentence(), key.range()];
             assert!(texts.iter().all(|text| !text.is_empty()), "{}: {texts:?}", key.name);
+        }
+    }
+
+    #[test]
+    fn every_key_is_the_way_to_its_own_value() {
+        for key in KEYS.iter().filter(|key| key.bounds(&Scene::default()).is_some()) {
+            let mut scene = Scene::default();
+            key.set(&mut scene, serde::de::value::U32Deserializer::<serde::de::value::Error>::new(77)).unwrap();
+            let value = serde_json::to_value(key.value(&scene)).unwrap();
+            let at = format!("/{}", key.name.replace('.', "/"));
+            let whole = serde_json::to_value(&scene).unwrap();
+            assert!(value.as_f64() == Some(77.0) && whole.pointer(&at) == Some(&value), "{}: {value}", key.name);
         }
     }
 
     #[test]
     fn every_preset_is_allowed() {
         for preset in Preset::iter() {
-            assert!(Scene::preset(preset).validate().is_ok(), "{preset:?}");
+            assert!(Scene::preset(preset).validated().is_ok(), "{preset:?}");
         }
-    }
-
-    #[test]
-    fn a_value_out_of_range_is_named_with_what_is_allowed() {
-        let mut scene = Scene::default();
-        scene.sun.elevation = 100.0;
-        let error = scene.validate().unwrap_err();
-        let expected = "sun.elevation is 100; it must lie between -90 and 90 degrees";
-        assert_eq!(error.to_string(), expected);
-        assert!(matches!(error, Error::OutOfRange { key: "sun.elevation", low: -90.0, high: 90.0, .. }));
-        scene.sun.elevation = f64::NAN;
-        assert!(scene.validate().is_err());
     }
 }

@@ -3,18 +3,22 @@
 //! Everything about a key but its name and its sentence (range, unit, what stands in for it) is in [`keys`].
 
 mod camera;
+mod field;
 pub mod file;
 pub mod keys;
 mod optics;
 pub mod place;
 mod preset;
 pub mod reference;
+pub mod rules;
 mod settings;
 mod sky;
+mod valid;
 
 pub use crate::spectra::choice::{AlbedoSpectrum, OzoneCrossSection, SunSpectrum};
 pub use crate::spectra::observer::ColourObserver;
-pub use camera::{CameraScene, LONGEST_SIDE, Projection, Size};
+pub use camera::{CameraScene, LONGEST_SIDE, Projection, Size, View};
 pub use preset::{Preset, Scene};
 pub use settings::{ColourPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Render, Rgb, WhiteBalance};
 pub use sky::{Aerosol, Air, AtmosphereScene, Observer, Ozone, Sun};
+pub use valid::ValidScene;

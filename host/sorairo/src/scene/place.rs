@@ -4,22 +4,14 @@ use std::fmt;
 use std::str::FromStr;
 
 use chrono::{DateTime, Datelike, FixedOffset, TimeDelta};
-use documented::DocumentedFields;
+use serde::{Deserialize, Serialize};
 use solar_positioning::{Location, SolarPositions, delta_t};
 
 use crate::error::{Error, Result};
 
-/// What a file or the flags say instead of the sun's elevation and azimuth: both are needed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, DocumentedFields)]
-pub struct PlaceAndTime {
-    /// Latitude and longitude on the Earth (degrees north, degrees east) from which the sun is seen.
-    pub place: Option<Place>,
-    /// Date, time of day and offset from UTC at which the sun is seen.
-    pub time: Option<Time>,
-}
-
 /// A place on the Earth.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct Place {
     /// Latitude (degrees north, -90 to 90).
     pub latitude: f64,
@@ -28,7 +20,8 @@ pub struct Place {
 }
 
 /// A moment, with its offset from UTC.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct Time(DateTime<FixedOffset>);
 
 impl FromStr for Place {
@@ -67,6 +60,28 @@ impl fmt::Display for Time {
         f.write_str(&self.0.to_rfc3339())
     }
 }
+
+/// Gives a type that is written as text its form in scene files.
+macro_rules! as_text {
+    ($name:ident) => {
+        impl TryFrom<String> for $name {
+            type Error = String;
+
+            fn try_from(text: String) -> std::result::Result<Self, String> {
+                text.parse()
+            }
+        }
+
+        impl From<$name> for String {
+            fn from(value: $name) -> Self {
+                value.to_string()
+            }
+        }
+    };
+}
+
+as_text!(Place);
+as_text!(Time);
 
 /// Moments from one to another, both included, evenly spaced to the nanosecond; at least two.
 pub fn evenly(from: Time, to: Time, count: u32) -> impl Iterator<Item = Time> {

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use strum::IntoEnumIterator;
 
-use super::keys::{Allowed, KEYS, Key, default_scene, plain};
+use super::keys::{self, KEYS, Key};
 use super::preset::{Preset, Scene};
 use crate::words::{Word, word};
 
@@ -67,15 +67,47 @@ fn entry(key: &Key, flag: Option<&str>) -> String {
         key.name,
         key.sentence(),
         allowed(key),
-        key.default_words()
+        default_words(key)
     );
-    for Word { name, sentence } in words(key) {
+    for Word { name, sentence } in key.words() {
         writeln!(text, "* `{name}`: {sentence}").expect("a text can be written");
     }
-    if !words(key).is_empty() {
+    if !key.words().is_empty() {
         text.push('\n');
     }
     text
+}
+
+/// The help of a flag, from its key.
+///
+/// # Panics
+///
+/// If there is no such key.
+pub fn help(name: &str) -> String {
+    let key = keys::find(name).expect("the flag of a key");
+    format!("{} [default: {}]", key.sentence().trim_end_matches('.'), default_words(key))
+}
+
+/// What holds without the key.
+fn default_words(key: &Key) -> String {
+    key.stand_in().unwrap_or_else(|| match value(key, &Scene::default()) {
+        Some(toml::Value::String(word)) => word,
+        Some(value) => plain(&value),
+        None => String::new(),
+    })
+}
+
+/// The value in a scene, as it stands in a file; `None` if it does not.
+fn value(key: &Key, scene: &Scene) -> Option<toml::Value> {
+    toml::Value::try_from(key.value(scene)).ok()
+}
+
+/// A number as a person writes it.
+fn plain(value: &toml::Value) -> String {
+    match value {
+        toml::Value::Float(number) => number.to_string(),
+        other => other.to_string(),
+    }
 }
 
 /// What a key may be, with its unit unless its sentence has it.
@@ -86,22 +118,15 @@ fn allowed(key: &Key) -> String {
     format!("{}, {}", key.unit, key.range())
 }
 
-fn words(key: &Key) -> Vec<Word> {
-    match &key.allowed {
-        Allowed::Words(words) | Allowed::WordsOrTable(words) => words(),
-        _ => Vec::new(),
-    }
-}
-
 fn presets() -> String {
     let mut text = String::from("| preset | keys |\n| --- | --- |\n");
     for preset in Preset::iter() {
-        let scene = toml::Table::try_from(Scene::preset(preset)).expect("a scene is a table");
-        let differs = |key: &&Key| key.name != "preset" && key.value(&scene) != key.value(default_scene());
+        let (scene, default) = (Scene::preset(preset), Scene::default());
+        let differs = |key: &&Key| key.name != "preset" && value(key, &scene) != value(key, &default);
         let changed: Vec<_> = KEYS
             .iter()
             .filter(differs)
-            .filter_map(|key| Some(format!("`{} = {}`", key.name, plain(&key.value(&scene)?))))
+            .filter_map(|key| Some(format!("`{} = {}`", key.name, plain(&value(key, &scene)?))))
             .collect();
         let changed = if changed.is_empty() { "the defaults".into() } else { changed.join(", ") };
         writeln!(text, "| `{}` | {changed} |", word(preset)).expect("a text can be written");
@@ -111,7 +136,7 @@ fn presets() -> String {
 
 /// A scene file with every key of a preset, and a comment above each.
 pub fn commented(preset: Preset) -> String {
-    let scene = toml::Table::try_from(Scene::preset(preset)).expect("a scene is a table");
+    let scene = Scene::preset(preset);
     let mut text =
         String::from("# A scene of sorairo. Every key may be left out: then the value of the preset holds.\n");
     let mut table = "";
@@ -124,9 +149,9 @@ pub fn commented(preset: Preset) -> String {
         let allowed = allowed(key).replace('`', "");
         let sentence = key.sentence().replace('`', "");
         write!(text, "\n# {sentence}\n# {allowed}\n").expect("a text can be written");
-        match key.value(&scene) {
+        match value(key, &scene) {
             Some(value) => writeln!(text, "{name} = {value}"),
-            None => writeln!(text, "# {name} = # without it: {}", key.otherwise.replace('`', "")),
+            None => writeln!(text, "# {name} = # without it: {}", key.stand_in().unwrap_or_default().replace('`', "")),
         }
         .expect("a text can be written");
     }
@@ -136,6 +161,11 @@ pub fn commented(preset: Preset) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_key_says_what_holds_without_it() {
+        assert!(KEYS.iter().all(|key| !default_words(key).is_empty()));
+    }
 
     #[test]
     fn the_commented_file_of_a_preset_is_that_preset() {

@@ -3,6 +3,7 @@
 use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
 
+use super::place::{Place, Time};
 use crate::spectra::choice::{AlbedoSpectrum, OzoneCrossSection, SunSpectrum};
 
 /// The sun.
@@ -13,6 +14,12 @@ pub struct Sun {
     pub elevation: f64,
     /// Azimuth of the sun, clockwise from north (degrees).
     pub azimuth: f64,
+    /// Latitude and longitude on the Earth (degrees north, degrees east) from which the sun is seen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub place: Option<Place>,
+    /// Date, time of day and offset from UTC at which the sun is seen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<Time>,
     /// Spectrum of the sun at the top of the atmosphere, at a distance of 1 au; a file holds W·m⁻²·nm⁻¹.
     pub spectrum: SunSpectrum,
     /// Distance of the sun (astronomical units, au), by whose square its light falls off.
@@ -23,7 +30,15 @@ pub struct Sun {
 
 impl Default for Sun {
     fn default() -> Self {
-        Self { elevation: 30.0, azimuth: 0.0, spectrum: SunSpectrum::AstmG173, distance: 1.0, disc: false }
+        Self {
+            elevation: 30.0,
+            azimuth: 0.0,
+            place: None,
+            time: None,
+            spectrum: SunSpectrum::AstmG173,
+            distance: 1.0,
+            disc: false,
+        }
     }
 }
 

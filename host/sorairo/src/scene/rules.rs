@@ -1,0 +1,83 @@
+//! What holds for a key beyond its range: rules that look at other keys.
+
+use super::camera::LONGEST_SIDE;
+use super::preset::Scene;
+use super::settings::{ColourPath, Fit};
+use crate::error::{Error, Result, check_range};
+use crate::input::shown;
+
+/// Bands closer than this (nm) make the fit's matrix singular in practice.
+pub const CLOSEST_BANDS: f64 = 0.5;
+
+/// Farther away (au) the disc is smaller than single precision can place it.
+pub const FARTHEST_DISC: f64 = 50.0;
+
+pub(super) fn disc_too_small(scene: &Scene) -> Result<()> {
+    let distance = scene.sun.distance;
+    if !scene.sun.disc || distance <= FARTHEST_DISC {
+        return Ok(());
+    }
+    let complaint = format!("is true with sun.distance {}; a disc is shown up to {FARTHEST_DISC} au", shown(distance));
+    Err(Error::not_allowed("sun.disc", complaint))
+}
+
+pub(super) fn size_out_of_range(scene: &Scene) -> Result<()> {
+    let size = scene.camera.size;
+    if size.is_allowed() {
+        return Ok(());
+    }
+    let complaint = format!("is {size}; each side must lie between 1 and {LONGEST_SIDE} pixels");
+    Err(Error::not_allowed("camera.size", complaint))
+}
+
+pub(super) fn albedo_above_1(scene: &Scene) -> Result<()> {
+    let Some(file) = scene.atmosphere.aerosol.single_scattering_albedo_spectrum.file() else { return Ok(()) };
+    let (albedo, wavelength) = file.table().largest(0);
+    if albedo <= 1.0 {
+        return Ok(());
+    }
+    let name = file.path().display();
+    let complaint =
+        format!("is {name}, which holds {} at {} nm; an albedo is at most 1", shown(albedo), shown(wavelength));
+    Err(Error::not_allowed("atmosphere.aerosol.single_scattering_albedo_spectrum", complaint))
+}
+
+pub(super) fn nothing_to_solve(scene: &Scene) -> Result<()> {
+    if scene.render.fit != Fit::Dense || scene.render.color != ColourPath::Solve {
+        return Ok(());
+    }
+    let complaint = "is solve; render.color = solve needs a fit to solve, and render.fit = dense has none";
+    Err(Error::not_allowed("render.color", complaint))
+}
+
+/// The fewest and the most bands that a fit takes.
+pub fn band_counts(fit: Fit, color: ColourPath) -> (usize, usize) {
+    match (fit, color) {
+        (Fit::Dense, _) => (2, 512),
+        (_, ColourPath::Solve) => (4, 4),
+        (Fit::Extinction, ColourPath::Folded) => (3, 8),
+        (Fit::Cubic | Fit::Transfer, ColourPath::Folded) => (3, 12),
+    }
+}
+
+pub(super) fn unfit_bands(scene: &Scene) -> Result<()> {
+    const KEY: &str = "render.bands";
+    let Some(bands) = &scene.render.bands else { return Ok(()) };
+    let (fewest, most) = band_counts(scene.render.fit, scene.render.color);
+    let count = bands.len();
+    if !(fewest..=most).contains(&count) {
+        let complaint = format!("holds {count} wavelengths; this fit takes {fewest} to {most} of them");
+        return Err(Error::not_allowed(KEY, complaint));
+    }
+    let known = scene.optics().known_wavelengths();
+    bands.iter().try_for_each(|&band| check_range(KEY, band, known, "nm"))?;
+    let mut sorted = bands.clone();
+    sorted.sort_by(f64::total_cmp);
+    match sorted.windows(2).find(|pair| pair[1] - pair[0] < CLOSEST_BANDS) {
+        Some(pair) => Err(Error::not_allowed(
+            KEY,
+            format!("holds {} and {}; bands must lie at least {CLOSEST_BANDS} nm apart", pair[0], pair[1]),
+        )),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,89 @@
+//! A scene that was checked: what plans are made of.
+
+use std::ops::Deref;
+
+use super::keys;
+use super::place::sun_position;
+use super::preset::Scene;
+use crate::error::{Error, Result};
+
+/// A scene whose values lie in their ranges, and whose sun stands where its place and time put it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ValidScene(Scene);
+
+impl ValidScene {
+    /// The scene.
+    pub fn into_scene(self) -> Scene {
+        self.0
+    }
+}
+
+impl Deref for ValidScene {
+    type Target = Scene;
+
+    fn deref(&self) -> &Scene {
+        &self.0
+    }
+}
+
+impl Scene {
+    /// The scene, checked, with the sun where its place and time put it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the first key that is out of its range or breaks a rule; those of
+    /// [`Scene::placed`].
+    pub fn validated(&self) -> Result<ValidScene> {
+        match keys::problems(self).into_iter().next() {
+            Some(problem) => Err(problem),
+            None => self.placed().map(ValidScene),
+        }
+    }
+
+    /// The scene with elevation and azimuth of the sun in the place of a place and a time; as it is where it has neither.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] if it has only one of the two, [`Error::OutOfRange`] for the observer's altitude,
+    /// [`Error::UnknownMoment`] for a time at which the sun's place is not known.
+    pub fn placed(&self) -> Result<Self> {
+        let mut scene = self.clone();
+        match (scene.sun.place.take(), scene.sun.time.take()) {
+            (None, None) => {}
+            (Some(place), Some(time)) => {
+                keys::find("observer.altitude").expect("a key").check_range(self)?;
+                (scene.sun.elevation, scene.sun.azimuth) = sun_position(place, time, self.observer.altitude)?;
+            }
+            (Some(_), None) => return Err(Error::not_allowed("sun.place", "needs a time: give sun.time too")),
+            (None, Some(_)) => return Err(Error::not_allowed("sun.time", "needs a place: give sun.place too")),
+        }
+        Ok(scene)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_out_of_range_is_named_with_what_is_allowed() {
+        let mut scene = Scene::default();
+        scene.sun.elevation = 100.0;
+        let error = scene.validated().unwrap_err();
+        assert_eq!(error.to_string(), "sun.elevation is 100; it must lie between -90 and 90 degrees");
+        assert!(matches!(error, Error::OutOfRange { key: "sun.elevation", low: -90.0, high: 90.0, .. }));
+        scene.sun.elevation = f64::NAN;
+        assert!(scene.validated().is_err());
+    }
+
+    #[test]
+    fn place_and_time_give_the_sun_once() {
+        let mut scene = Scene::default();
+        scene.sun.place = Some("43.06,141.35".parse().unwrap());
+        assert!(matches!(scene.validated(), Err(Error::NotAllowed { key: "sun.place", .. })));
+        scene.sun.time = Some("2026-06-21T04:30:00+09:00".parse().unwrap());
+        let valid = scene.validated().unwrap();
+        assert!((valid.sun.elevation - 4.6).abs() < 1.0 && (valid.sun.place, valid.sun.time) == (None, None));
+        assert_eq!(valid.validated().unwrap(), valid);
+    }
+}

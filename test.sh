@@ -72,4 +72,7 @@ if [ -z "${SORAIRO_PYTHON:-}" ] && ! has_python; then
         exit 1
     fi
 fi
-cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --no-fail-fast
+cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --no-fail-fast || failed=1
+# The library as one takes it that needs neither Vulkan nor files.
+cargo test --release --package sorairo --no-default-features --features cpu --test cpu_only || failed=1
+exit "${failed:-0}"

@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 
-use sorairo::device::gpu::Gpu;
-use sorairo::device::{Backend, Device};
+use sorairo::low_level::device::gpu::Gpu;
+use sorairo::low_level::device::{Backend, Device};
 
 /// The best Vulkan device of this machine, opened once for all tests of a process.
 ///

@@ -1,9 +1,9 @@
 //! How far the fits err: the figures that were reached, each with a margin of about a quarter unless a reason stands beside it, so
 //! that another rounding or a few other training rays pass, and a worse fit does not.
 
-use sorairo::plan::direction;
+use sorairo::low_level::plan::direction;
+use sorairo::low_level::spectra::observer;
 use sorairo::scene::{Fit, Preset, Scene};
-use sorairo::spectra::observer;
 use sorairo_evaluation::bands::best;
 use sorairo_evaluation::error::{Reference, SUNS, plan, true_xyz, xyz};
 use sorairo_evaluation::judge::{coefficients, medium, ray};

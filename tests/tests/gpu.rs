@@ -3,10 +3,10 @@
 use std::collections::HashSet;
 
 use sorairo::PixelFormat;
-use sorairo::device::{self, Backend};
-use sorairo::plan::{Kernel, Plan};
+use sorairo::low_level::device::{self, Backend};
+use sorairo::low_level::plan::{Kernel, Plan};
+use sorairo::low_level::spectrum::FittedSpectrum;
 use sorairo::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
-use sorairo::spectrum::FittedSpectrum;
 use sorairo_shared::camera::{EQUIRECTANGULAR, pixel_view};
 use sorairo_shared::kernels::SENTINEL;
 use sorairo_shared::math::half_bits;

@@ -10,10 +10,10 @@ use cpu_time::ThreadTime;
 use peak_alloc::PeakAlloc;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
+use sorairo::low_level::spectra::table::Table;
 use sorairo::scene::file::text;
 use sorairo::scene::keys::{KEYS, Key};
 use sorairo::scene::{Preset, Scene, reference};
-use sorairo::spectra::table::Table;
 use sorairo_cli::arguments as cli;
 use sorairo_cli::flags::flag;
 

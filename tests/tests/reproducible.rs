@@ -1,10 +1,10 @@
 //! The same scene gives the same bytes, whatever came before it and however many threads work at it.
 
 use sorairo::PixelFormat;
-use sorairo::device::cpu::Cpu;
-use sorairo::device::{self, Backend};
-use sorairo::plan::Plan;
-use sorairo::render::{Request, render};
+use sorairo::Plan;
+use sorairo::low_level::device::cpu::Cpu;
+use sorairo::low_level::device::{self, Backend};
+use sorairo::low_level::render::{Request, render};
 use sorairo::scene::{ColourPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo_tests::gpu;
 use sorairo_tests::sky::scene;

@@ -7,7 +7,7 @@ use std::process::Stdio;
 use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::Value;
-use sorairo::files::{Format, is_finished};
+use sorairo::low_level::files::{Format, is_finished};
 use sorairo::scene::Scene;
 use sorairo_tests::program::{Ended, command, contents, read_png, run, succeed};
 use sorairo_tests::wait;

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use sorairo::device::gpu;
-use sorairo::plan::Kernel;
+use sorairo::low_level::device::gpu;
+use sorairo::low_level::plan::Kernel;
 use sorairo_shared::kernels::{LOOKUP_WORKGROUP, WORKGROUP_SIDE};
 use sorairo_shared::variant;
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use sorairo::PixelFormat;
-use sorairo::plan::Plan;
+use sorairo::Plan;
 use sorairo::scene::{Preset, Scene};
 use sorairo_evaluation::judge::{coefficients, medium, ray};
 use sorairo_oracle::scattered_radiance_bands;

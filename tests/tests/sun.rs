@@ -1,9 +1,9 @@
 //! The sun's disc, and its light through the air.
 
 use sorairo::PixelFormat;
-use sorairo::device::{self, Backend};
-use sorairo::irradiance::SkyLight;
-use sorairo::plan::Plan;
+use sorairo::Plan;
+use sorairo::low_level::device::{self, Backend};
+use sorairo::low_level::irradiance::SkyLight;
 use sorairo::scene::{ColourPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo_evaluation::judge::{coefficients, medium};
 use sorairo_oracle::column_to_top;
@@ -138,7 +138,7 @@ fn sunlight_is_weakened_by_the_optical_depth_of_the_oracle() {
                     c.air_scattering * column[0] + c.aerosol_extinction * column[1] + c.ozone_absorption * column[2];
                 (-depth).exp()
             };
-            let xyz = sorairo::spectra::observer::xyz(plan.sky.observer, |nm| {
+            let xyz = sorairo::low_level::spectra::observer::xyz(plan.sky.observer, |nm| {
                 plan.sky.integral.optics.solar_irradiance(nm) * transmittance(nm)
             });
             plan.sky.space.into_gamut(plan.sky.space.from_xyz * xyz)
@@ -195,13 +195,13 @@ fn the_ground_hides_the_sun_and_the_limb_is_darker_than_the_centre() {
 
 #[test]
 fn a_disc_beyond_what_a_file_can_hold_is_refused() {
-    let request = |name: &str| sorairo::render::Request { outputs: vec![name.into()], ..Default::default() };
+    let request = |name: &str| sorairo::low_level::render::Request { outputs: vec![name.into()], ..Default::default() };
     let mut scene = with_disc(30.0, "8x4");
     let folder = tempfile::tempdir().unwrap();
     let refused = |scene: &Scene, name: &str, named: &str| {
         let path = folder.path().join(name);
         let request = request(&path.display().to_string());
-        match scene.validated().and_then(|scene| sorairo::render::Job::new(&scene, &request)) {
+        match scene.validated().and_then(|scene| sorairo::low_level::render::Job::new(&scene, &request)) {
             Err(error) => assert!(error.to_string().contains(named), "{error}"),
             Ok(_) => panic!("{name} is not refused"),
         }

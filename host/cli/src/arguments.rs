@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use sorairo::render::Request;
+use sorairo::low_level::render::Request;
 use sorairo::scene::place::Time;
 use sorairo::scene::{Preset, ValidScene};
 
@@ -322,7 +322,7 @@ impl SceneArguments {
 
 /// The preset, under a scene file, under flags.
 pub fn scene(file: Option<&Path>, SceneFlags(values): &SceneFlags) -> Result<ValidScene> {
-    values.over(values.draft(file)?)
+    Ok(values.over(values.draft(file)?)?)
 }
 
 impl RenderArguments {

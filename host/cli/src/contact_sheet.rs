@@ -8,11 +8,11 @@ use embedded_graphics::mono_font::iso_8859_1::FONT_7X13;
 use embedded_graphics::pixelcolor::Rgb888;
 use embedded_graphics::prelude::*;
 use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
-use sorairo::device::Device;
-use sorairo::files::png;
-use sorairo::plan::Plan;
+use sorairo::Device;
+use sorairo::Plan;
+use sorairo::low_level::files::png;
+use sorairo::low_level::sequence::Frame;
 use sorairo::scene;
-use sorairo::sequence::Frame;
 use sorairo::{PixelFormat, Result};
 
 /// Most frames on a sheet; of a longer sequence it shows as many, evenly spread from the first to the last.

@@ -1,6 +1,6 @@
 //! The command that lists devices.
 
-use sorairo::device::{cpu, gpu};
+use sorairo::low_level::device::{cpu, gpu};
 
 use crate::arguments::DevicesArguments;
 use crate::error::Result;

@@ -1,6 +1,6 @@
 //! The commands that measure: `bands`, `reproduce`, `bench`, `stress`.
 
-use sorairo::device;
+use sorairo::low_level::device;
 use sorairo_evaluation::bands::{Found, best};
 use sorairo_evaluation::metrics::Errors;
 use sorairo_evaluation::stress::Outcome;

@@ -5,14 +5,13 @@ use std::path::Path;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use serde::de::value::{BoolDeserializer, F64Deserializer, SeqDeserializer, StrDeserializer, U32Deserializer};
+use sorairo::low_level::words::{Word, Words, words};
 use sorairo::scene::file::Draft;
 use sorairo::scene::keys::{self, Key};
 use sorairo::scene::place::{Place, Time};
 use sorairo::scene::reference::help;
 use sorairo::scene::{Exposure, Preset, Size, ValidScene};
-use sorairo::words::{Word, Words, words};
 
-use crate::error;
 use crate::ranges::{self, Numbers};
 
 /// A flag that takes the place of a key.
@@ -113,17 +112,17 @@ pub struct SkyFlags(pub Values);
 
 impl Values {
     /// The preset, under a scene file.
-    pub fn draft(&self, file: Option<&Path>) -> error::Result<Draft> {
-        Ok(match file {
-            Some(path) => Draft::read(path, self.preset())?,
-            None => Draft::of(self.preset().unwrap_or_default()),
-        })
+    pub fn draft(&self, file: Option<&Path>) -> sorairo::Result<Draft> {
+        match file {
+            Some(path) => Draft::read(path, self.preset()),
+            None => Ok(Draft::of(self.preset().unwrap_or_default())),
+        }
     }
 
     /// A draft under these values.
-    pub fn over(&self, mut draft: Draft) -> error::Result<ValidScene> {
+    pub fn over(&self, mut draft: Draft) -> sorairo::Result<ValidScene> {
         self.lay_over(&mut draft)?;
-        Ok(draft.validated()?)
+        draft.validated()
     }
 
     /// The preset, if it is given.

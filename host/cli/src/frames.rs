@@ -1,7 +1,7 @@
 //! The frames that the flags of a sequence amount to.
 
+use sorairo::low_level::sequence::{self, Frame};
 use sorairo::scene::place::evenly;
-use sorairo::sequence::{self, Frame};
 
 use crate::arguments::SequenceArguments;
 use crate::error::{Error, Result};
@@ -17,7 +17,7 @@ pub fn all(arguments: &SequenceArguments) -> Result<Vec<Frame>> {
     let draft = arguments.sky.0.draft(arguments.scene.as_deref())?;
     let has_place = arguments.sky.0.has("sun.place") || draft.scene().sun.place.is_some();
     let suns = suns(arguments, has_place)?;
-    let scenes: Vec<_> = suns.iter().map(|values| values.over(draft.clone())).collect::<Result<_>>()?;
+    let scenes: Vec<_> = suns.iter().map(|values| values.over(draft.clone())).collect::<sorairo::Result<_>>()?;
     Ok(sequence::frames(scenes, &arguments.spectral.request(arguments.output.clone()))?)
 }
 

@@ -21,7 +21,7 @@ mod view;
 use std::process::ExitCode;
 
 use clap::Parser;
-use sorairo::files;
+use sorairo::low_level::files;
 
 use arguments::{Arguments, Command};
 use error::Result;

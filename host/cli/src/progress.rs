@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, TermLike};
-use sorairo::sequence::Ended;
+use sorairo::low_level::sequence::Ended;
 
 /// Silence before the first stage is named, and least time between two lines.
 const PATIENCE: Duration = Duration::from_secs(1);

@@ -1,7 +1,7 @@
 //! The command that renders a sky.
 
-use sorairo::device;
-use sorairo::render::{self, Report};
+use sorairo::low_level::device;
+use sorairo::low_level::render::{self, Report};
 
 use crate::arguments::RenderArguments;
 use crate::error::Result;

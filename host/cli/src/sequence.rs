@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use serde::Serialize;
-use sorairo::device::{self, Device, DeviceKind};
-use sorairo::sequence::{self, Ended, Frame};
+use sorairo::low_level::device::{self, Device, DeviceKind};
+use sorairo::low_level::sequence::{self, Ended, Frame};
 
 use crate::arguments::SequenceArguments;
 use crate::contact_sheet::contact_sheet;

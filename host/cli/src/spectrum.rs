@@ -1,8 +1,9 @@
 //! The command that prints the spectrum of a direction.
 
-use sorairo::plan::Plan;
-use sorairo::spectrum::{Sample, spectrum};
-use sorairo::{PixelFormat, device};
+use sorairo::PixelFormat;
+use sorairo::Plan;
+use sorairo::low_level::device;
+use sorairo::low_level::spectrum::{Sample, spectrum};
 
 use crate::arguments::{SpectrumArguments, SpectrumFormat};
 use crate::error::Result;

@@ -1,7 +1,7 @@
 //! The command that opens the window.
 
 #[cfg(feature = "view")]
-use sorairo::device;
+use sorairo::low_level::device;
 
 use crate::arguments::ViewArguments;
 use crate::error::Result;

@@ -11,12 +11,12 @@ use sorairo_shared::glam::DVec3;
 use super::error::{Reference, plan};
 use super::metrics::Errors;
 use crate::problem::Result;
-use sorairo::error::check_range;
-use sorairo::plan::Plan;
-use sorairo::plan::fit::regression::{DARKEST, Examples, LIT, node_wavelengths, regress};
-use sorairo::plan::integral::Constituent;
+use sorairo::Plan;
+use sorairo::low_level::error::check_range;
+use sorairo::low_level::plan::fit::regression::{DARKEST, Examples, LIT, node_wavelengths, regress};
+use sorairo::low_level::plan::integral::Constituent;
+use sorairo::low_level::spectra::observer;
 use sorairo::scene::{ColourPath, Fit, Scene};
-use sorairo::spectra::observer;
 
 /// Where a band may lie (nm).
 const SEARCHED: (u32, u32) = (395, 700);

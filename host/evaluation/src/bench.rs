@@ -14,11 +14,11 @@ use super::metrics::Errors;
 use super::readback;
 use super::timing::{Job, Times, fitting_size, interleaved, job};
 use crate::problem::Result;
+use sorairo::Device;
 use sorairo::PixelFormat;
-use sorairo::device::Device;
-use sorairo::plan::{Kernel, Plan};
+use sorairo::low_level::plan::{Kernel, Plan};
+use sorairo::low_level::spectra::observer;
 use sorairo::scene::{ColourPath, Exposure, Fit, PathChoice, Scene, Size};
-use sorairo::spectra::observer;
 
 /// Integration steps that are compared.
 const STEPS: [u32; 6] = [4, 6, 8, 12, 16, 32];

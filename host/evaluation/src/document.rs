@@ -7,8 +7,8 @@ use chrono::Utc;
 use serde::Serialize;
 
 use crate::problem::{Error, Result};
-use sorairo::device::{Device, DeviceKind};
-use sorairo::files::stage;
+use sorairo::low_level::device::{Device, DeviceKind};
+use sorairo::low_level::files::stage;
 
 /// Where and when something was measured.
 #[derive(Clone, Debug, Serialize)]

@@ -12,10 +12,10 @@ use sorairo_shared::sky::SOLVED;
 use super::metrics::Errors;
 use crate::problem::Result;
 use sorairo::PixelFormat;
-use sorairo::plan::{Plan, direction};
+use sorairo::low_level::plan::{Plan, direction};
+use sorairo::low_level::spectra::observer;
+use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{ColourPath, Exposure, Fit, PathChoice, Scene};
-use sorairo::spectra::observer;
-use sorairo::spectrum::DenseSpectrum;
 
 /// Elevations (degrees) at which the sky is compared: they resolve the horizon.
 const ELEVATIONS: [f64; 17] =

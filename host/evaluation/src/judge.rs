@@ -1,8 +1,8 @@
 //! A scene as the oracle takes it: its numbers, copied one by one. Every formula is the oracle's own.
 
 use sorairo::Scene;
+use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::{AlbedoSpectrum, OzoneCrossSection};
-use sorairo::spectra::table_file::TableFile;
 use sorairo_oracle::{
     Atmosphere, Coefficients, MARS_DUST_ALBEDO, Medium, OZONE_CROSS_SECTION_233K, Ray, Spectrum, direction,
 };

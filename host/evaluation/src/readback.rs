@@ -100,8 +100,8 @@ fn each_group(radiance: &[u32], space: &RgbSpace, compute: impl Fn(&[Lane; 4]) -
 mod tests {
     use super::*;
     use crate::error::plan;
-    use sorairo::device::{Backend, cpu::Cpu};
-    use sorairo::plan::Kernel;
+    use sorairo::low_level::device::{Backend, cpu::Cpu};
+    use sorairo::low_level::plan::Kernel;
     use sorairo::scene::{ColourPath, Fit, Scene};
 
     #[test]

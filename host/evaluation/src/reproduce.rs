@@ -18,12 +18,12 @@ use super::metrics::{ColourError, Errors, RadianceError};
 use super::picture::Sheet;
 use super::timing::{Job, Times, fitting_size, interleaved, job};
 use crate::problem::Result;
+use sorairo::Device;
 use sorairo::PixelFormat;
-use sorairo::device::Device;
-use sorairo::files::png;
-use sorairo::plan::{Kernel, Plan};
+use sorairo::low_level::files::png;
+use sorairo::low_level::plan::{Kernel, Plan};
+use sorairo::low_level::spectrum::{DenseSpectrum, FittedSpectrum};
 use sorairo::scene::{ColourPath, Fit, Preset, Projection, Scene, Size};
-use sorairo::spectrum::{DenseSpectrum, FittedSpectrum};
 
 /// Elevations of the sun in the paper's Table 1 and Fig. 2 (degrees).
 pub const SUNS: [f64; 5] = [0.0, 30.0, 45.0, 60.0, 90.0];

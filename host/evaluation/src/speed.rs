@@ -12,9 +12,9 @@ use super::document::{Machine, make_folder, table, write};
 use super::error::plan;
 use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated, streamed};
 use crate::problem::{Error, Result};
-use sorairo::device::{Device, DeviceKind, cpu};
-use sorairo::plan::lookup::LookupSize;
-use sorairo::plan::{Kernel, Plan};
+use sorairo::low_level::device::{Device, DeviceKind, cpu};
+use sorairo::low_level::plan::lookup::LookupSize;
+use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::scene::{Projection, Scene, Size};
 
 /// The image on which paths and kernels are compared.

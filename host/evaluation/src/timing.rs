@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::error::plan;
 use crate::problem::Result;
-use sorairo::device::Device;
-use sorairo::plan::{Kernel, Plan};
+use sorairo::Device;
+use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::scene::{Scene, Size};
 
 /// Rounds that are measured, after one that is not.

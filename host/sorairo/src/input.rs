@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 /// Largest scene file (bytes); the reader of TOML takes up to 90 times as much memory.
+#[cfg(feature = "scene-files")]
 pub const LARGEST_SCENE: u64 = 256 << 10;
 
 /// Largest table of a spectrum (bytes): some 200 000 rows.

@@ -12,25 +12,83 @@
 //! # Ok::<(), sorairo::Error>(())
 //! ```
 //!
-//! A [`Scene`] is what a person asks for; a [`plan::Plan`] decides once, in double precision, what to compute; a
-//! [`device::Device`] runs the kernels of `sorairo-shared`, on a Vulkan device or on the CPU; [`files`] writes files.
-//! [`Renderer`] does these in one call, [`render::render`] from a scene to files without ever holding the image whole.
+//! A [`Scene`] is what a person asks for; a [`Plan`] decides once, in double precision, what to compute; a [`Device`] runs the kernels
+//! of `sorairo-shared`, on a Vulkan device or on the CPU. [`Renderer`] does these in one call, [`render()`] from a scene to files without
+//! ever holding the image whole. What these are made of is in [`low_level`].
+//!
+//! Features, all on by default: `gpu` (Vulkan devices), `cpu` (the CPU as a device), `files` (PNG, OpenEXR), `scene-files` (TOML).
 
-pub mod device;
-pub mod error;
-pub mod files;
+mod device;
+mod error;
+#[cfg(feature = "files")]
+mod files;
 mod input;
-pub mod irradiance;
-pub mod plan;
-pub mod render;
-pub mod renderer;
+mod irradiance;
+mod plan;
+#[cfg(feature = "files")]
+mod render;
+mod renderer;
 pub mod scene;
-pub mod sequence;
-pub mod spectra;
-pub mod spectrum;
-pub mod words;
+#[cfg(feature = "files")]
+mod sequence;
+mod spectra;
+mod spectrum;
+mod words;
 
+pub use device::Device;
 pub use error::{Error, Result};
+pub use irradiance::SkyLight;
+pub use plan::Plan;
+#[cfg(feature = "files")]
+pub use render::{Report, Request, render};
 pub use renderer::{Image, Renderer};
-pub use scene::Scene;
+pub use scene::{Preset, Scene};
 pub use sorairo_shared::variant::PixelFormat;
+pub use spectrum::{Sample, spectrum};
+
+/// What the names above are made of, for programs that need a part of it. Any version may change it.
+pub mod low_level {
+    /// Devices that run the kernels.
+    pub mod device {
+        pub use crate::device::*;
+    }
+    /// The ways in which a request can end badly.
+    pub mod error {
+        pub use crate::error::*;
+    }
+    /// Files: written beside their place and renamed into it when all are whole.
+    #[cfg(feature = "files")]
+    pub mod files {
+        pub use crate::files::*;
+    }
+    /// Downwelling irradiance.
+    pub mod irradiance {
+        pub use crate::irradiance::*;
+    }
+    /// What to compute and what to skip, decided once per scene in double precision.
+    pub mod plan {
+        pub use crate::plan::*;
+    }
+    /// From a scene to files.
+    #[cfg(feature = "files")]
+    pub mod render {
+        pub use crate::render::*;
+    }
+    /// Frames one after the other.
+    #[cfg(feature = "files")]
+    pub mod sequence {
+        pub use crate::sequence::*;
+    }
+    /// What is known per wavelength.
+    pub mod spectra {
+        pub use crate::spectra::*;
+    }
+    /// The spectrum of the sky in one direction.
+    pub mod spectrum {
+        pub use crate::spectrum::*;
+    }
+    /// The words of choices.
+    pub mod words {
+        pub use crate::words::*;
+    }
+}

@@ -1,11 +1,15 @@
 //! The library's short way: a scene in, an image out.
 
+#[cfg(feature = "files")]
 use std::path::Path;
 
 use sorairo_shared::variant::PixelFormat;
 
 use crate::device::{self, Device};
-use crate::error::{Error, Result};
+#[cfg(any(feature = "files", doc))]
+use crate::error::Error;
+use crate::error::Result;
+#[cfg(feature = "files")]
 use crate::files::{self, Format};
 use crate::plan::Plan;
 use crate::plan::colour_space::ColourSpace;
@@ -87,6 +91,7 @@ impl Image {
     /// # Errors
     ///
     /// [`Error::FileName`] for another file name, [`Error::Write`] if the file cannot be written.
+    #[cfg(feature = "files")]
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
         let format = Format::of(path, false)?;

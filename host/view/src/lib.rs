@@ -1,6 +1,7 @@
 //! `sorairo view`: a window that shows the sky, and the spectrum of the point that is clicked.
 
 mod command;
+mod options;
 mod plot;
 mod sky;
 mod window;
@@ -8,10 +9,10 @@ mod window;
 use std::path::Path;
 
 use eframe::egui;
-use sorairo::device::Device;
-use sorairo::files;
-use sorairo::scene::ValidScene;
+use sorairo::Device;
+use sorairo::low_level::files;
 
+pub use options::Options;
 use sky::Worker;
 use window::{Shown, Window};
 
@@ -35,18 +36,6 @@ pub enum Error {
 
 /// The result of anything that can end in an [`enum@Error`].
 pub type Result<T> = std::result::Result<T, Error>;
-
-/// What the window shows as it opens.
-pub struct Options<'a> {
-    /// The scene; the window decides the size of its image.
-    pub scene: ValidScene,
-    /// The device, as it was asked for.
-    pub device: &'a str,
-    /// The point whose spectrum is plotted: fractions of the sky's width and height from the top left.
-    pub point: Option<[f64; 2]>,
-    /// The file that takes the window's content once all of it is shown; then the window closes.
-    pub screenshot: Option<&'a Path>,
-}
 
 /// Opens the window on a device that `open_device` opens, and returns when it is closed.
 ///

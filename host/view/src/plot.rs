@@ -2,9 +2,9 @@
 
 use eframe::egui::{Color32, Stroke, Ui, Vec2};
 use egui_plot::{Bar, BarChart, HoverPosition, Line, LineStyle, Plot, PlotPoints, VLine};
-use sorairo::plan::Plan;
-use sorairo::spectra::observer;
-use sorairo::spectrum::Sample;
+use sorairo::Plan;
+use sorairo::low_level::spectra::observer;
+use sorairo::low_level::spectrum::Sample;
 use sorairo_shared::math;
 use sorairo_shared::rgb::into_gamut;
 use sorairo_shared::tone::srgb8;

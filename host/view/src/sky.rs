@@ -6,10 +6,10 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use eframe::egui::{Color32, ColorImage};
-use sorairo::device::Device;
-use sorairo::plan::Plan;
-use sorairo::spectra::observer;
-use sorairo::spectrum::{Sample, spectrum};
+use sorairo::Device;
+use sorairo::Plan;
+use sorairo::low_level::spectra::observer;
+use sorairo::low_level::spectrum::{Sample, spectrum};
 use sorairo::{PixelFormat, Result, Scene};
 use sorairo_shared::camera::pixel_view;
 use sorairo_shared::variant;
@@ -176,9 +176,9 @@ mod tests {
     use std::ops::Range;
     use std::sync::Mutex;
 
-    use sorairo::device::cpu::{self, Cpu};
-    use sorairo::device::{Backend, TakeRows, Times};
-    use sorairo::plan::Kernel;
+    use sorairo::low_level::device::cpu::{self, Cpu};
+    use sorairo::low_level::device::{Backend, TakeRows, Times};
+    use sorairo::low_level::plan::Kernel;
 
     use super::*;
 

@@ -10,14 +10,15 @@ use eframe::egui::{
     FontId, Frame, Margin, Panel, Pos2, Rect, RichText, Sense, Slider, SliderClamping, Stroke, TextStyle,
     TextureHandle, TextureOptions, Ui, Vec2, ViewportCommand,
 };
-use sorairo::files::png;
-use sorairo::plan::Plan;
+use sorairo::Plan;
+use sorairo::low_level::files::png;
 use sorairo::scene::{Exposure, Projection, Size};
 use sorairo::{Error, Result, Scene};
 
 use super::command::command;
+use super::options::Options;
+use super::plot;
 use super::sky::{Answer, Direction, PointSpectrum, Request, Sky, Worker, direction_at};
-use super::{Options, plot};
 
 /// Widest picture of the sky (pixels): what any device takes as a texture.
 const WIDEST: f64 = 4096.0;
@@ -393,7 +394,7 @@ fn save(path: &std::path::Path, image: &ColorImage) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use eframe::egui::{Event, Modifiers, OutputCommand, PointerButton, RawInput, pos2};
-    use sorairo::device::cpu;
+    use sorairo::low_level::device::cpu;
 
     use super::*;
 
@@ -465,7 +466,7 @@ mod tests {
         let Direction { elevation, azimuth } = spectrum.towards;
         // A pixel is 0.4° wide and high.
         assert!((elevation - 45.0).abs() < 0.4 && (azimuth - 90.0).abs() < 0.4, "{}", in_words(spectrum.towards));
-        let expected = sorairo::spectrum::spectrum(&spectrum.plan.sky, 45.0, 90.0, &[550.0]).unwrap()[0];
+        let expected = sorairo::low_level::spectrum::spectrum(&spectrum.plan.sky, 45.0, 90.0, &[550.0]).unwrap()[0];
         let found = spectrum.samples.iter().find(|sample| sample.wavelength_nm == 550.0).unwrap();
         // The sky changes by less over half a pixel.
         assert!((found.radiance / expected.radiance - 1.0).abs() < 0.02, "{found:?} {expected:?}");

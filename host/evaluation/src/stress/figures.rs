@@ -7,16 +7,16 @@ use plotters::prelude::*;
 use rand::RngExt;
 use rayon::prelude::*;
 
-use super::generator;
+use super::outcome::generator;
 use super::solve::{Form, error_of, reference};
 use crate::chart::{Drawn, font, register_fonts, short};
 use crate::problem::{Error, Result};
 use sorairo::PixelFormat;
-use sorairo::files::png;
-use sorairo::plan::{Plan, direction};
+use sorairo::low_level::files::png;
+use sorairo::low_level::plan::{Plan, direction};
+use sorairo::low_level::spectra::observer;
 use sorairo::scene::rules::CLOSEST_BANDS;
 use sorairo::scene::{Fit, Preset, Scene};
-use sorairo::spectra::observer;
 
 /// Size of the picture (pixels).
 const SIZE: (u32, u32) = (2400, 980);
@@ -72,7 +72,7 @@ fn errors(seed: u64) -> Vec<(f64, [f64; 3])> {
     let set = |number: u64| {
         let mut rng = generator(seed, number);
         let closest = CLOSEST_BANDS * 260f64.powf(number as f64 / SETS as f64);
-        let (shortest, longest) = sorairo::spectra::measured::MEASURED_RANGE;
+        let (shortest, longest) = sorairo::low_level::spectra::measured::MEASURED_RANGE;
         let others: [f64; 2] = std::array::from_fn(|_| closest * rng.random_range(1.0..1.2));
         let span = closest + others[0] + others[1];
         let first = shortest + (longest - shortest - span) * rng.random_range(0.0..1.0);

@@ -13,12 +13,12 @@ use serde::Serialize;
 use sorairo_oracle::{Coefficients, Medium, Ray, scattered_radiance_bands_within};
 use sorairo_shared::glam::{DVec3, Vec3};
 
+use super::outcome::{Outcome, generator};
 use super::scenes::{bounds, thin_the_top};
-use super::{Outcome, generator};
 use crate::judge;
 use sorairo::PixelFormat;
-use sorairo::plan::samples::{BOUND, error};
-use sorairo::plan::{Plan, direction, directions};
+use sorairo::low_level::plan::samples::{BOUND, error};
+use sorairo::low_level::plan::{Plan, direction, directions};
 use sorairo::scene::{Exposure, Fit, PathChoice, Scene};
 
 /// Rays of a scene.

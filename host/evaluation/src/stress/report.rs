@@ -6,11 +6,32 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use super::integral::{self, Cell};
-use super::solve::{Form, condition, double, error_of, exact};
-use super::{Outcome, error_map, figures, sweeps};
+use super::outcome::Outcome;
+use super::solve::{self, Form, condition, double, error_of, exact};
+use super::{error_map, figures, scenes};
 use crate::document::{Machine, make_folder, table, write};
 use crate::problem::Result;
-use sorairo::device::Device;
+use sorairo::Device;
+
+/// A sweep that `sorairo stress` takes its turns with.
+struct Sweep<'a> {
+    /// What it tries, in a word.
+    name: &'static str,
+    /// Cases of a turn: some seconds of work.
+    cases: u64,
+    /// Tries that many cases of a seed.
+    run: Box<dyn Fn(u64, u64) -> Outcome + 'a>,
+}
+
+/// Every sweep, on the CPU and, where a device is one, on the GPU.
+fn sweeps(device: &Device) -> Vec<Sweep<'_>> {
+    vec![
+        Sweep { name: "rays", cases: 12_800, run: Box::new(integral::integral) },
+        Sweep { name: "solves", cases: 50_000, run: Box::new(solve::solve) },
+        Sweep { name: "scenes", cases: 140, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },
+        Sweep { name: "refusals", cases: 500, run: Box::new(scenes::refusals) },
+    ]
+}
 
 /// What was tried, and what came of it.
 #[derive(Clone, Debug, Serialize)]

@@ -11,20 +11,20 @@ use sorairo_shared::tone::srgb8;
 use sorairo_shared::variant::{self, PixelFormat};
 use strum::IntoEnumIterator;
 
-use super::{Outcome, generator};
+use super::outcome::{Outcome, generator};
 use crate::problem::Error;
-use sorairo::device::cpu::Cpu;
-use sorairo::device::{Backend, Device, DeviceKind};
-use sorairo::plan::fit::linear::{Interpolant, LinearFit};
-use sorairo::plan::{Kernel, Plan};
+use sorairo::low_level::device::cpu::Cpu;
+use sorairo::low_level::device::{Backend, Device, DeviceKind};
+use sorairo::low_level::plan::fit::linear::{Interpolant, LinearFit};
+use sorairo::low_level::plan::{Kernel, Plan};
+use sorairo::low_level::spectra::measured::MEASURED_RANGE;
+use sorairo::low_level::spectra::observer;
 use sorairo::scene::keys::{self, DENSEST_TOP, KEYS, Key};
 use sorairo::scene::rules::{CLOSEST_BANDS, FARTHEST_DISC, band_counts};
 use sorairo::scene::{
     AlbedoSpectrum, ColourObserver, ColourPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Preset, Projection,
     Render, Rgb, Scene, Size, SunSpectrum, WhiteBalance,
 };
-use sorairo::spectra::measured::MEASURED_RANGE;
-use sorairo::spectra::observer;
 
 /// Radiance that no device takes for nothing: far above the smallest normal number.
 const SURELY_LIT: f32 = 1e-30;

@@ -8,10 +8,10 @@ use serde::Serialize;
 use sorairo_shared::fit::{newton_coefficients, newton_value};
 use sorairo_shared::glam::Vec4;
 
-use super::{Outcome, generator};
+use super::outcome::{Outcome, generator};
+use sorairo::low_level::spectra::measured::MEASURED_RANGE;
+use sorairo::low_level::spectra::observer::normalised;
 use sorairo::scene::rules::CLOSEST_BANDS;
-use sorairo::spectra::measured::MEASURED_RANGE;
-use sorairo::spectra::observer::normalised;
 
 /// How many times half a unit in the last place, times [`amplification`], the cubic may be off, relative to the largest value;
 /// see [`newton_coefficients`].
@@ -303,7 +303,7 @@ pub type Truth = fn([f32; 4], [f32; 4], f32) -> f64;
 /// The largest error of a form in single precision over the observer's range, against the true cubic through the form's own
 /// nodes, relative to the largest value.
 pub fn error_of(form: Form, bands: [f64; 4], values: [f32; 4], truth: Truth) -> f64 {
-    let at = sorairo::spectra::observer::wavelengths();
+    let at = sorairo::low_level::spectra::observer::wavelengths();
     let nodes = bands.map(|band| form.place(band));
     let fitted = form.values(bands, values, &at);
     worst(at.iter().zip(fitted).map(|(&wavelength, fitted)| {

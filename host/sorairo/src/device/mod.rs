@@ -2,8 +2,11 @@
 
 mod backend;
 mod chosen;
+#[cfg(feature = "cpu")]
 pub mod cpu;
+#[cfg(feature = "gpu")]
 pub mod gpu;
+#[cfg(feature = "gpu")]
 mod quirks;
 mod rows;
 
@@ -21,29 +24,68 @@ pub use self::chosen::{Device, DeviceKind, Spare};
 ///
 /// [`Error::NoSuchDevice`] if there is no such device, naming those that there are; [`Error::Device`] if it cannot be opened.
 pub fn open(choice: &str) -> Result<Device> {
-    if choice.eq_ignore_ascii_case("cpu") {
-        return Ok(cpu::device());
-    }
     let auto = choice.eq_ignore_ascii_case("auto");
+    if choice.eq_ignore_ascii_case("cpu") || auto && !cfg!(feature = "gpu") {
+        return on_cpu().ok_or_else(|| no_such_device(choice));
+    }
     let wanted = if auto || choice.eq_ignore_ascii_case("gpu") { String::new() } else { choice.to_owned() };
-    match gpu::open(&wanted) {
+    match on_gpu(&wanted) {
         Ok(Some(mut device)) => {
-            let again = move || gpu::open(&wanted)?.ok_or_else(|| Error::Device("the device is gone".into()));
+            let again = move || on_gpu(&wanted)?.ok_or_else(|| Error::Device("the device is gone".into()));
             device.spares.push_back(Box::new(again));
-            if auto {
-                device.spares.push_back(Box::new(|| Ok(cpu::device())));
+            if auto && let Some(cpu) = on_cpu() {
+                device.spares.push_back(Box::new(|| Ok(cpu)));
             }
             Ok(device)
         }
-        Ok(None) if auto => {
-            log::warn!("no Vulkan device found, rendering on the CPU");
-            Ok(cpu::device())
-        }
-        Ok(None) => Err(gpu::no_such_device(choice)),
-        Err(Error::Device(fault)) if auto => {
-            log::warn!("{fault}; rendering on the CPU");
-            Ok(cpu::device())
-        }
+        Ok(None) if auto => instead("no Vulkan device found".into()),
+        Ok(None) => Err(no_such_device(choice)),
+        Err(Error::Device(fault)) if auto => instead(fault),
         Err(error) => Err(error),
     }
+}
+
+/// The CPU in the place of a device that is not to be had, with a warning that says why.
+fn instead(fault: String) -> Result<Device> {
+    let Some(device) = on_cpu() else { return Err(Error::Device(fault)) };
+    log::warn!("{fault}; rendering on the CPU");
+    Ok(device)
+}
+
+#[cfg(feature = "cpu")]
+fn on_cpu() -> Option<Device> {
+    Some(cpu::device())
+}
+
+#[cfg(not(feature = "cpu"))]
+fn on_cpu() -> Option<Device> {
+    None
+}
+
+#[cfg(feature = "gpu")]
+use gpu::open as on_gpu;
+
+#[cfg(not(feature = "gpu"))]
+fn on_gpu(_wanted: &str) -> Result<Option<Device>> {
+    Ok(None)
+}
+
+/// The names of the Vulkan devices, best first.
+fn names_of_gpus() -> Vec<String> {
+    #[cfg(feature = "gpu")]
+    return gpu::devices().into_iter().map(|device| device.name).collect();
+    #[cfg(not(feature = "gpu"))]
+    Vec::new()
+}
+
+/// The error for a device that is not there.
+fn no_such_device(choice: &str) -> Error {
+    let found = names_of_gpus();
+    let mut names = vec!["auto".to_owned()];
+    names.extend(on_cpu().map(|_| "cpu".to_owned()));
+    if !found.is_empty() {
+        names.push("gpu".into());
+    }
+    names.extend(found.iter().map(|name| format!("{name:?}")));
+    Error::NoSuchDevice { choice: choice.to_owned(), names }
 }

@@ -4,11 +4,13 @@
 
 mod camera;
 mod field;
+#[cfg(feature = "scene-files")]
 pub mod file;
 pub mod keys;
 mod optics;
 pub mod place;
 mod preset;
+#[cfg(feature = "scene-files")]
 pub mod reference;
 pub mod rules;
 mod settings;

@@ -2,8 +2,6 @@
 
 use serde::Serialize;
 
-use crate::error::Error;
-
 /// A Vulkan device as `sorairo devices` lists it.
 #[derive(Clone, Debug, Serialize)]
 pub struct DeviceInfo {
@@ -72,15 +70,4 @@ pub fn devices() -> Vec<DeviceInfo> {
             }
         })
         .collect()
-}
-
-/// The error for a device that is not there.
-pub(crate) fn no_such_device(choice: &str) -> Error {
-    let mut names = vec!["auto".to_owned(), "cpu".to_owned()];
-    let found = devices();
-    if !found.is_empty() {
-        names.push("gpu".into());
-    }
-    names.extend(found.into_iter().map(|device| format!("{:?}", device.name)));
-    Error::NoSuchDevice { choice: choice.to_owned(), names }
 }

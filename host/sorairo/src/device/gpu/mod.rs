@@ -25,7 +25,6 @@ use super::rows::{invocations_per_row, rows_at_once, words_per_row};
 use crate::error::{Error, Result};
 use crate::plan::{Kernel, Plan};
 
-pub(super) use self::adapters::no_such_device;
 pub use self::adapters::{DeviceInfo, Hardware, devices};
 pub use self::module::{SPIRV, specialised};
 

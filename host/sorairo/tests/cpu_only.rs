@@ -1,0 +1,30 @@
+//! The library without Vulkan and without files, as `--no-default-features --features cpu` makes it.
+#![cfg(not(any(feature = "gpu", feature = "files", feature = "scene-files")))]
+
+use sorairo::{Error, Renderer, Scene};
+
+fn small() -> Scene {
+    let mut scene = Scene::default();
+    scene.camera.size = "32x16".parse().unwrap();
+    scene
+}
+
+#[test]
+fn the_sky_is_blue_above_and_nothing_below() {
+    let mut renderer = Renderer::open("cpu").unwrap();
+    let sky = renderer.render(&small()).unwrap();
+    let [red, _, blue] = sky.pixel(16, 0);
+    assert!(blue > red && red > 0.0, "{red} {blue}");
+    assert_eq!(sky.pixel(16, 15), [0.0; 3]);
+}
+
+#[test]
+fn whatever_device_there_is_is_the_cpu() {
+    assert!(Renderer::open("auto").unwrap().device().name.starts_with("CPU"));
+}
+
+#[test]
+fn a_gpu_is_refused_with_the_devices_that_there_are() {
+    let Err(Error::NoSuchDevice { choice, names }) = Renderer::open("gpu") else { panic!("a device was opened") };
+    assert_eq!((choice.as_str(), names), ("gpu", vec!["auto".to_owned(), "cpu".to_owned()]));
+}

@@ -2,12 +2,13 @@
 //!
 //! The specialisation constant 0 is the kernel's variant (`sorairo_shared::variant`).
 #![cfg_attr(target_arch = "spirv", no_std)]
+#![expect(clippy::too_many_arguments, reason = "each binding is an argument")]
 #![deny(warnings)] // a shader build does not show them otherwise
 
 use sorairo_shared::kernels::{
     SENTINEL, lookup_colours, lookup_invocations, lookup_pixel, radiance_pixel, sky_pixel, spectrum_pixel,
 };
-use sorairo_shared::lookup::entries;
+use sorairo_shared::lookup::{entries, store_entry};
 use sorairo_shared::math::store;
 use sorairo_shared::single::Bands;
 use sorairo_shared::sky::{LINEAR, REGRESSION, REGRESSION_SOLVED, SOLVED};
@@ -24,7 +25,7 @@ pub const SPIRV: &[u8] = include_bytes!("../compiled/sorairo.spv");
 pub fn fill(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(num_workgroups)] groups: UVec3,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
 ) {
     let invocations = groups.x * 16 * groups.y * 16;
     let mut at = (id.y * groups.x * 16 + id.x) as usize;
@@ -42,10 +43,11 @@ pub fn radiance(
     #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
 ) {
     if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        radiance_pixel(uniform, bands, quadrature, output, id.x, id.y, variant);
+        radiance_pixel(uniform, Buffers { bands, quadrature, colour: multiple, multiple }, output, id.x, id.y, variant);
     }
 }
 
@@ -58,10 +60,11 @@ pub fn sky_linear(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
 ) {
     if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        sky_pixel(uniform, Buffers { bands, quadrature, colour }, output, id.x, id.y, LINEAR, variant);
+        sky_pixel(uniform, Buffers { bands, quadrature, colour, multiple }, output, id.x, id.y, LINEAR, variant);
     }
 }
 
@@ -74,10 +77,11 @@ pub fn sky_solve(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
 ) {
     if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        sky_pixel(uniform, Buffers { bands, quadrature, colour }, output, id.x, id.y, SOLVED, variant);
+        sky_pixel(uniform, Buffers { bands, quadrature, colour, multiple }, output, id.x, id.y, SOLVED, variant);
     }
 }
 
@@ -90,10 +94,11 @@ pub fn sky_regression(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
 ) {
     if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        sky_pixel(uniform, Buffers { bands, quadrature, colour }, output, id.x, id.y, REGRESSION, variant);
+        sky_pixel(uniform, Buffers { bands, quadrature, colour, multiple }, output, id.x, id.y, REGRESSION, variant);
     }
 }
 
@@ -106,10 +111,19 @@ pub fn sky_regression_solve(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
 ) {
     if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        sky_pixel(uniform, Buffers { bands, quadrature, colour }, output, id.x, id.y, REGRESSION_SOLVED, variant);
+        sky_pixel(
+            uniform,
+            Buffers { bands, quadrature, colour, multiple },
+            output,
+            id.x,
+            id.y,
+            REGRESSION_SOLVED,
+            variant,
+        );
     }
 }
 
@@ -122,10 +136,11 @@ pub fn spectrum_linear(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
 ) {
     if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        spectrum_pixel(uniform, Buffers { bands, quadrature, colour }, output, id.x, id.y, LINEAR, variant);
+        spectrum_pixel(uniform, Buffers { bands, quadrature, colour, multiple }, output, id.x, id.y, LINEAR, variant);
     }
 }
 
@@ -138,10 +153,19 @@ pub fn spectrum_regression(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
 ) {
     if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        spectrum_pixel(uniform, Buffers { bands, quadrature, colour }, output, id.x, id.y, REGRESSION, variant);
+        spectrum_pixel(
+            uniform,
+            Buffers { bands, quadrature, colour, multiple },
+            output,
+            id.x,
+            id.y,
+            REGRESSION,
+            variant,
+        );
     }
 }
 
@@ -154,13 +178,16 @@ pub fn lookup_linear(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] lookup: &mut [Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] lookup: &mut [Vec4],
 ) {
     if id.x < entries(uniform) {
-        let rgb = lookup_colours(uniform, Buffers { bands, quadrature, colour }, id.x, LINEAR, variant);
-        let at = 2 * id.x as usize;
-        store(lookup, at, rgb.air.extend(0.0));
-        store(lookup, at + 1, rgb.aerosol.extend(0.0));
+        store_entry(
+            lookup,
+            id.x,
+            lookup_colours(uniform, Buffers { bands, quadrature, colour, multiple }, id.x, LINEAR, variant),
+            variant,
+        );
     }
 }
 
@@ -173,13 +200,16 @@ pub fn lookup_regression(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] lookup: &mut [Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] lookup: &mut [Vec4],
 ) {
     if id.x < entries(uniform) {
-        let rgb = lookup_colours(uniform, Buffers { bands, quadrature, colour }, id.x, REGRESSION, variant);
-        let at = 2 * id.x as usize;
-        store(lookup, at, rgb.air.extend(0.0));
-        store(lookup, at + 1, rgb.aerosol.extend(0.0));
+        store_entry(
+            lookup,
+            id.x,
+            lookup_colours(uniform, Buffers { bands, quadrature, colour, multiple }, id.x, REGRESSION, variant),
+            variant,
+        );
     }
 }
 
@@ -190,8 +220,8 @@ pub fn sky_lookup(
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
     #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] lookup: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] output: &mut [u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] lookup: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
 ) {
     if (id.x < lookup_invocations(uniform, variant)) & (id.y < uniform.rows) {
         lookup_pixel(uniform, colour, lookup, output, id.x, id.y, variant);

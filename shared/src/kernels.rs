@@ -8,8 +8,7 @@ use crate::disc::disc_in_pixel;
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::lookup::{self, RUN};
 use crate::math::{fetch, half_bits, store};
-use crate::single::Bands;
-use crate::sky::{Constituents, constituents, sky, transfer, view_ray};
+use crate::sky::{Constituents, constituents, sky, transfer};
 use crate::spectral;
 use crate::tone::srgb8;
 use crate::uniform::{Buffers, Uniform};
@@ -62,8 +61,7 @@ pub fn view(uniform: &Uniform, column: u32, row: u32, variant: u32) -> PixelView
 #[inline]
 pub fn radiance_pixel(
     uniform: &Uniform,
-    bands: &[Bands],
-    quadrature: &[Vec2],
+    buffers: Buffers<'_>,
     output: &mut [u32],
     column: u32,
     row: u32,
@@ -71,13 +69,13 @@ pub fn radiance_pixel(
 ) {
     let view = view(uniform, column, row, variant);
     let mut group = 0;
-    while group < bands.len() {
+    while group < buffers.bands.len() {
         let mut radiance = Vec4::ZERO;
         if view.covered {
-            let four = fetch(bands, group);
-            radiance = transfer(uniform, &four, quadrature, view.direction, variant) * four.solar_irradiance;
+            let solar_irradiance = fetch(buffers.bands, group).solar_irradiance;
+            radiance = transfer(uniform, buffers, group, view.direction, variant) * solar_irradiance;
         }
-        store_radiance(output, index(uniform, column, row), bands.len() as u32, group as u32, radiance);
+        store_radiance(output, index(uniform, column, row), buffers.bands.len() as u32, group as u32, radiance);
         group += 1;
     }
 }
@@ -129,8 +127,7 @@ pub fn spectrum_pixel(
 /// Kernels `lookup_linear` and `lookup_regression`: the colours of an entry of the sky lookup.
 #[inline]
 pub fn lookup_colours(uniform: &Uniform, buffers: Buffers<'_>, entry: u32, fit: u32, variant: u32) -> Constituents {
-    let ray = view_ray(uniform, lookup::entry_view(uniform, entry, variant));
-    constituents(uniform, buffers, ray, fit, variant)
+    constituents(uniform, buffers, lookup::entry_view(uniform, entry, variant), fit, variant)
 }
 
 /// Invocations of the kernel `sky_lookup` for a row: one for a pixel, or for a run of them.
@@ -156,6 +153,20 @@ pub fn lookup_pixel(
         let whole_row = uniform.first_row + row;
         let middle = Vec2::new((first + RUN / 2) as f32, whole_row as f32 + 0.5);
         let direction = position_view(&uniform.camera, EQUIRECTANGULAR, middle).direction;
+        if lookup::is_on_ground(direction, variant) {
+            let mut pixel = first;
+            while pixel < first + RUN {
+                store_rgb(
+                    uniform,
+                    output,
+                    index(uniform, pixel, row),
+                    lookup::ground_beneath(uniform, variant),
+                    variant,
+                );
+                pixel += 1;
+            }
+            return;
+        }
         let between = lookup::neighbours(uniform, entries, direction, whole_row, variant);
         let mut pixel = first;
         while pixel < first + RUN {

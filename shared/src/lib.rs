@@ -14,6 +14,10 @@
 //! | [`profile`] | densities of air, aerosol and ozone, and their column densities in closed form |
 //! | [`phase`] | the scattering angle and the phase functions of air and of aerosol |
 //! | [`single`] | light scattered once: the integrand, then the integral (Eqs. 1-3) |
+//! | [`ground`] | what falls on the ground, and what it sends back |
+//! | [`moments`] | moments of a light field, and interpolation between the nodes of a table |
+//! | `multiple` | light scattered more than once: the source of a light field, gathered along a ray; not for SPIR-V |
+//! | [`multiple_lookup`] | the lookup of that light: where its entries are, how a ray reads them |
 //! | [`fit`] | the spectrum between the bands: Newton's cubic, the regression fit (Eqs. 4-6) |
 //! | [`observer`] | the sum over a colour observer (Eq. 7) |
 //! | [`rgb`] | spaces of linear RGB and their gamut (Eq. 8) |
@@ -43,12 +47,13 @@
 //! | --- | --- |
 //! | band | a wavelength that is integrated; four of them are a *group* |
 //! | transfer | radiance divided by the solar irradiance at the top of the atmosphere (sr⁻¹) |
-//! | constituent | air, aerosol or ozone |
+//! | constituent | air, aerosol or ozone; of *light*: air, aerosol, what was scattered more than once, what the ground sends back |
 //! | relative density | density of a constituent divided by that at the ground; of ozone, by that at its peak |
 //! | column density | integral of a relative density along a path (km); a *column* alone is a pixel's |
 //! | optical depth | integral of an extinction coefficient along a path |
 //! | scattering, absorption, extinction coefficient | per length (km⁻¹), at the ground; of ozone, at its peak |
-//! | order | how often light was scattered; order 1 is the paper's |
+//! | order | how often light was scattered or reflected; order 1 is the paper's |
+//! | albedo | of the ground: the part of the irradiance that comes back; of aerosol always *single-scattering albedo* |
 //! | light field | radiance in all directions at a point; a *moment* is its integral against a spherical harmonic |
 //! | piece | a lit interval of a ray on which the altitude only falls or only rises |
 //! | samples per piece | the places at which a piece is evaluated; what `--steps` counts |
@@ -72,9 +77,14 @@ pub mod camera;
 pub mod disc;
 pub mod fit;
 pub mod geometry;
+pub mod ground;
 pub mod kernels;
 pub mod lookup;
 pub mod math;
+pub mod moments;
+#[cfg(not(target_arch = "spirv"))]
+pub mod multiple;
+pub mod multiple_lookup;
 pub mod observer;
 pub mod phase;
 pub mod profile;

@@ -1,4 +1,4 @@
-//! The sky lookup: the colours of air and aerosol, integrated for a few directions, between which every pixel is interpolated.
+//! The sky lookup: the colours of the sky's constituents, integrated for a few directions, between which every pixel is interpolated.
 //!
 //! Without its phase functions the sky is smooth, and it is symmetric about the vertical plane through the sun. Rows are
 //! elevations, crowded towards the horizon on either side of it; columns are equidistant in the cosine of the azimuth from
@@ -10,9 +10,9 @@
 
 use crate::camera::{EQUIRECTANGULAR, equirectangular_elevation};
 use crate::glam::{Vec3, Vec4};
-use crate::math::{PI, acos, clamp, fetch, floor, max, min, mix, safe_sqrt, sin_cos, sqrt};
+use crate::math::{PI, acos, fetch, floor, max, min, mix, safe_sqrt, sin_cos, store};
 use crate::phase::ScatteringAngle;
-use crate::sky::{Constituents, with_phases};
+use crate::sky::{Constituents, cosine_from_sun, with_phases};
 use crate::uniform::Uniform;
 use crate::variant;
 
@@ -20,7 +20,24 @@ use crate::variant;
 /// other ground.
 const HORIZON_MARGIN: f32 = 1e-5;
 
-/// Entries of the sky lookup, each a colour of air and one of aerosol.
+/// Colours of an entry: air, aerosol, and the rest where there is any.
+#[inline]
+pub fn colours_per_entry(variant: u32) -> u32 {
+    if variant & variant::REST != 0 { 3 } else { 2 }
+}
+
+/// Stores the colours of an entry.
+#[inline]
+pub fn store_entry(lookup: &mut [Vec4], entry: u32, colours: Constituents, variant: u32) {
+    let at = (colours_per_entry(variant) * entry) as usize;
+    store(lookup, at, colours.air.extend(0.0));
+    store(lookup, at + 1, colours.aerosol.extend(0.0));
+    if variant & variant::REST != 0 {
+        store(lookup, at + 2, colours.rest.extend(0.0));
+    }
+}
+
+/// Entries of the sky lookup, each of some colours; see [`colours_per_entry`].
 #[inline]
 pub fn entries(uniform: &Uniform) -> u32 {
     (uniform.lookup_above + uniform.lookup_below) * uniform.lookup_azimuths
@@ -76,14 +93,26 @@ pub const RUN: u32 = 4;
 /// `row` is that of the whole image.
 #[inline]
 pub fn sky_from_lookup(uniform: &Uniform, lookup: &[Vec4], view: Vec3, row: u32, variant: u32) -> Vec3 {
-    if (variant & variant::DESCENT == 0) & (view.z < 0.0) {
-        return Vec3::ZERO;
+    if is_on_ground(view, variant) {
+        return ground_beneath(uniform, variant);
     }
     if variant::projection(variant) == EQUIRECTANGULAR {
         sky_between(uniform, neighbours(uniform, lookup, view, row, variant), view, variant)
     } else {
         sky_in_grid(uniform, lookup, view, variant)
     }
+}
+
+/// Whether a view ends on the ground where it begins.
+#[inline]
+pub fn is_on_ground(view: Vec3, variant: u32) -> bool {
+    (variant & variant::DESCENT == 0) & (view.z < 0.0)
+}
+
+/// Linear RGB of the ground on which the observer stands.
+#[inline]
+pub fn ground_beneath(uniform: &Uniform, variant: u32) -> Vec3 {
+    if variant & variant::GROUND != 0 { rgb(uniform.ground) } else { Vec3::ZERO }
 }
 
 /// Two entries of a row, and the column of the first: colours of air and of aerosol.
@@ -94,19 +123,26 @@ pub struct Neighbours {
     second_air: Vec4,
     first_aerosol: Vec4,
     second_aerosol: Vec4,
+    first_rest: Vec4,
+    second_rest: Vec4,
 }
 
 /// The two entries of an image's row between whose azimuths a direction lies.
 #[inline]
 pub fn neighbours(uniform: &Uniform, lookup: &[Vec4], view: Vec3, row: u32, variant: u32) -> Neighbours {
     let column = min(floor(columns_from_sun(uniform, view)), (uniform.lookup_azimuths - 2) as f32);
-    let at = 2 * (row * uniform.lookup_azimuths + column as u32) as usize;
-    let (first_air, second_air) = (fetch(lookup, at), fetch(lookup, at + 2));
+    let colours = colours_per_entry(variant) as usize;
+    let at = colours * (row * uniform.lookup_azimuths + column as u32) as usize;
+    let (first_air, second_air) = (fetch(lookup, at), fetch(lookup, at + colours));
     let (mut first_aerosol, mut second_aerosol) = (Vec4::ZERO, Vec4::ZERO);
     if variant & variant::AEROSOL != 0 {
-        (first_aerosol, second_aerosol) = (fetch(lookup, at + 1), fetch(lookup, at + 3));
+        (first_aerosol, second_aerosol) = (fetch(lookup, at + 1), fetch(lookup, at + colours + 1));
     }
-    Neighbours { column, first_air, second_air, first_aerosol, second_aerosol }
+    let (mut first_rest, mut second_rest) = (Vec4::ZERO, Vec4::ZERO);
+    if variant & variant::REST != 0 {
+        (first_rest, second_rest) = (fetch(lookup, at + 2), fetch(lookup, at + colours + 2));
+    }
+    Neighbours { column, first_air, second_air, first_aerosol, second_aerosol, first_rest, second_rest }
 }
 
 /// Linear RGB of the sky in a direction between two entries, or just beside them.
@@ -118,7 +154,11 @@ pub fn sky_between(uniform: &Uniform, between: Neighbours, view: Vec3, variant: 
     if variant & variant::AEROSOL != 0 {
         aerosol = rgb(mix(between.first_aerosol, between.second_aerosol, across));
     }
-    coloured(uniform, Constituents { air, aerosol }, view, variant)
+    let mut rest = Vec3::ZERO;
+    if variant & variant::REST != 0 {
+        rest = rgb(mix(between.first_rest, between.second_rest, across));
+    }
+    coloured(uniform, Constituents { air, aerosol, rest }, view, variant)
 }
 
 /// Linear RGB of the sky in a direction, between four entries of a lookup that does not have the rows of its image.
@@ -135,15 +175,20 @@ fn sky_in_grid(uniform: &Uniform, lookup: &[Vec4], view: Vec3, variant: u32) -> 
     let x = columns_from_sun(uniform, view);
     let row = min(floor(y), (rows - 2) as f32);
     let column = min(floor(x), (uniform.lookup_azimuths - 2) as f32);
-    let entry = 2 * ((first_row + row as u32) * uniform.lookup_azimuths + column as u32) as usize;
-    let below = entry + 2 * uniform.lookup_azimuths as usize;
+    let colours = colours_per_entry(variant) as usize;
+    let entry = colours * ((first_row + row as u32) * uniform.lookup_azimuths + column as u32) as usize;
+    let below = entry + colours * uniform.lookup_azimuths as usize;
     let (fx, fy) = (x - column, y - row);
-    let air = bilinear(lookup, entry, below, fx, fy);
+    let air = bilinear(lookup, entry, below, colours, fx, fy);
     let mut aerosol = Vec3::ZERO;
     if variant & variant::AEROSOL != 0 {
-        aerosol = bilinear(lookup, entry + 1, below + 1, fx, fy);
+        aerosol = bilinear(lookup, entry + 1, below + 1, colours, fx, fy);
     }
-    coloured(uniform, Constituents { air, aerosol }, view, variant)
+    let mut rest = Vec3::ZERO;
+    if variant & variant::REST != 0 {
+        rest = bilinear(lookup, entry + 2, below + 2, colours, fx, fy);
+    }
+    coloured(uniform, Constituents { air, aerosol, rest }, view, variant)
 }
 
 /// Linear RGB of the sky in a direction from what was looked up for it.
@@ -155,16 +200,14 @@ fn coloured(uniform: &Uniform, constituents: Constituents, view: Vec3, variant: 
 /// Columns of the lookup between the sun's azimuth and a direction's.
 #[inline]
 fn columns_from_sun(uniform: &Uniform, view: Vec3) -> f32 {
-    let along = view.x * uniform.bearing.x + view.y * uniform.bearing.y;
-    let c = clamp(along / max(sqrt(view.x * view.x + view.y * view.y), 1e-10), -1.0, 1.0);
-    0.5 * (1.0 - c) * (uniform.lookup_azimuths - 1) as f32
+    0.5 * (1.0 - cosine_from_sun(uniform, view)) * (uniform.lookup_azimuths - 1) as f32
 }
 
-/// The colour between four entries, given the first of each of their two rows.
+/// The colour between four entries of so many colours, given the first of each of their two rows.
 #[inline]
-fn bilinear(lookup: &[Vec4], upper: usize, lower: usize, fx: f32, fy: f32) -> Vec3 {
+fn bilinear(lookup: &[Vec4], upper: usize, lower: usize, colours: usize, fx: f32, fy: f32) -> Vec3 {
     let left = mix(fetch(lookup, upper), fetch(lookup, lower), fy);
-    let right = mix(fetch(lookup, upper + 2), fetch(lookup, lower + 2), fy);
+    let right = mix(fetch(lookup, upper + colours), fetch(lookup, lower + colours), fy);
     rgb(mix(left, right, fx))
 }
 

@@ -126,6 +126,27 @@ pub fn exp4(x: Vec4) -> Vec4 {
     }
 }
 
+/// [`exp4`] of any number of values, in a loop that a compiler spreads over as many lanes as there are.
+#[cfg(not(target_arch = "spirv"))]
+#[inline(always)]
+pub fn exp_lanes(values: &mut [f32]) {
+    // As in `exp4`, step by step.
+    const ROUND: f32 = 12_582_912.0;
+    const COEFFICIENTS: [f32; 5] = [1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 5.000_000_1e-1];
+    for value in values {
+        let x = min(max(*value, EXP_MIN), EXP_MAX);
+        let shifted = x * core::f32::consts::LOG2_E + ROUND;
+        let n = shifted - ROUND;
+        let r = (x - n * 0.693_359_4) - n * -2.121_944_4e-4;
+        let mut polynomial = 1.987_569_1e-4;
+        for coefficient in COEFFICIENTS {
+            polynomial = polynomial * r + coefficient;
+        }
+        let mantissa = polynomial * (r * r) + r + 1.0;
+        *value = mantissa * f32::from_bits((shifted.to_bits() << 23).wrapping_add(1.0f32.to_bits()));
+    }
+}
+
 /// `ln x` for each band, of a normal `x > 0`.
 ///
 /// On the CPU: `x = m 2ⁿ` with `√½ <= m < √2` and the polynomial of Cephes' `logf` (Moshier 1992), error below 1.2e-7 of the
@@ -266,6 +287,17 @@ mod tests {
         }
         // One rounding of the reduction, one of the polynomial and one of the product: 3 half ULPs of 2⁻²⁴.
         assert!(worst < 2e-7, "{worst:e}");
+    }
+
+    #[test]
+    fn exponentials_of_many_are_those_of_four() {
+        for i in 0..2000 {
+            let x: [f32; 8] = std::array::from_fn(|k| -100.0 + 0.1 * (i as f32 + 0.125 * k as f32));
+            let [low, high] = [0, 4].map(|at| exp4(Vec4::from_slice(&x[at..])).to_array());
+            let mut many = x;
+            exp_lanes(&mut many);
+            assert_eq!(many.map(f32::to_bits), std::array::from_fn(|k| [low, high][k / 4][k % 4].to_bits()));
+        }
     }
 
     #[test]

@@ -28,12 +28,14 @@ impl ScatteringAngle {
     }
 }
 
-/// Rayleigh's phase function of air, `3/(16π) (1 + ν²)`, in sr⁻¹; its integral over the sphere is 1.
+/// The phase function of air, `3/(16π) ((4 - ε)/3 + ε ν²)`, in sr⁻¹; its integral over the sphere is 1.
 ///
-/// `nu` is the cosine of the scattering angle.
+/// `nu` is the cosine of the scattering angle. The anisotropy `ε = (1 - ρ)/(1 + ρ/2)` is 1 for Rayleigh's spheres; molecules depolarise by
+/// `ρ`, that of air is 0.96 (Chandrasekhar 1950; Bucholtz 1995, <https://doi.org/10.1364/AO.34.002765>, Eq. 12). Its Legendre moments are
+/// `χ_0 = 1` and `χ_2 = ε/10`.
 #[inline]
-pub fn rayleigh_phase(nu: f32) -> f32 {
-    3.0 / (16.0 * PI) * (1.0 + nu * nu)
+pub fn air_phase(anisotropy: f32, nu: f32) -> f32 {
+    3.0 / (16.0 * PI) * ((4.0 - anisotropy) / 3.0 + anisotropy * (nu * nu))
 }
 
 /// The phase function of aerosol by Cornette and Shanks (1992, <https://doi.org/10.1364/AO.31.003152>, Eq. 8), in sr⁻¹:
@@ -89,7 +91,9 @@ mod tests {
     #[test]
     fn phase_functions_integrate_to_one() {
         // 20 000 midpoints leave 1e-8 of the peak; rounding of single precision leaves 1e-7 a term.
-        assert!((integral_over_the_sphere(rayleigh_phase) - 1.0).abs() < 1e-6);
+        for anisotropy in [1.0, 0.96, 0.5] {
+            assert!((integral_over_the_sphere(|nu| air_phase(anisotropy, nu)) - 1.0).abs() < 1e-6);
+        }
         for g in [-0.5, 0.0, 0.3, 0.8, 0.9] {
             let integral = integral_over_the_sphere(|nu| cornette_shanks_phase(angle(nu), g));
             // Twenty thousand terms, each rounded by 1e-7 or less.
@@ -100,7 +104,7 @@ mod tests {
     #[test]
     fn an_isotropic_asymmetry_gives_the_rayleigh_phase() {
         for nu in [-1.0, -0.3, 0.0, 0.5, 1.0] {
-            assert!((cornette_shanks_phase(angle(nu), 0.0) / rayleigh_phase(nu) - 1.0).abs() < 1e-6);
+            assert!((cornette_shanks_phase(angle(nu), 0.0) / air_phase(1.0, nu) - 1.0).abs() < 1e-6);
         }
     }
 }

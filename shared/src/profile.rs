@@ -89,10 +89,10 @@ pub struct Atmosphere {
     pub ozone_peak: f32,
     /// Altitude at which the ozone layer ends (km).
     pub ozone_top: f32,
+    /// Anisotropy of the phase function of air; see [`crate::phase::air_phase`].
+    pub air_anisotropy: f32,
     /// Unused; fills the last 16 bytes.
-    pub padding0: u32,
-    /// Unused.
-    pub padding1: u32,
+    pub padding: u32,
 }
 
 /// A constituent whose density falls exponentially with altitude, and its column densities by the [module's](self) closed form.

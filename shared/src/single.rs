@@ -43,6 +43,8 @@ pub struct Bands {
     pub solar_irradiance: Vec4,
     /// What the fit of an explicit solve multiplies the transfer with: the solar irradiance, or 1.
     pub fit_irradiance: Vec4,
+    /// Albedo of the ground.
+    pub albedo: Vec4,
 }
 
 /// What single scattering along one ray amounts to at four bands, before the phase functions.
@@ -65,20 +67,20 @@ pub fn optical_depth(bands: &Bands, along: ColumnDensities) -> Vec4 {
 
 /// A place on a ray.
 #[derive(Clone, Copy)]
-struct Place {
+pub(crate) struct Place {
     /// Distance from the ray's origin (km).
-    distance: f32,
+    pub(crate) distance: f32,
     /// Altitude (km).
-    altitude: f32,
+    pub(crate) altitude: f32,
     /// Cosine of the angle between the vertical and the ray's rising direction, 0 or more.
-    mu: f32,
+    pub(crate) mu: f32,
     /// Cosine of the zenith angle of the sun.
-    mu_s: f32,
+    pub(crate) mu_s: f32,
 }
 
 /// What lies between the observer and the places of one piece of a ray.
 #[derive(Clone, Copy)]
-struct TowardsObserver {
+pub(crate) struct TowardsObserver {
     /// Altitude of the ray's origin (km).
     altitude: f32,
     /// Zenith cosine of the ray at its origin.
@@ -95,7 +97,7 @@ struct TowardsObserver {
 impl TowardsObserver {
     /// For the pieces of a ray on which it rises or falls; `lowest` is the altitude of its lowest point (km).
     #[inline(always)]
-    fn new(atmosphere: &Atmosphere, ray: Ray, lowest: f32, rising: bool, variant: u32) -> Self {
+    pub(crate) fn new(atmosphere: &Atmosphere, ray: Ray, lowest: f32, rising: bool, variant: u32) -> Self {
         let density = relative_densities(atmosphere, ray.altitude, variant);
         let outwards = column_densities(atmosphere, ray.altitude, density, abs(ray.mu), variant);
         let offset = if (variant & variant::DESCENT == 0) | (ray.mu >= 0.0) {
@@ -111,7 +113,7 @@ impl TowardsObserver {
 
     /// Column densities between the observer and a place (km), given those from the place outwards.
     #[inline(always)]
-    fn column_densities(
+    pub(crate) fn column_densities(
         self,
         atmosphere: &Atmosphere,
         place: Place,
@@ -131,8 +133,25 @@ impl TowardsObserver {
 
 /// 1 where a ray rises, -1 where it falls.
 #[inline(always)]
-fn direction(rising: bool) -> f32 {
+pub(crate) fn direction(rising: bool) -> f32 {
     if rising { 1.0 } else { -1.0 }
+}
+
+/// What light meets that is scattered once at a lit place: the relative densities of (air, aerosol) there, and the column densities
+/// between the sun and the observer (km).
+#[inline(always)]
+pub(crate) fn lit_place(
+    atmosphere: &Atmosphere,
+    towards_observer: TowardsObserver,
+    place: Place,
+    variant: u32,
+) -> (Vec2, ColumnDensities) {
+    let Place { altitude, mu, mu_s, .. } = place;
+    let density = relative_densities(atmosphere, altitude, variant);
+    let outwards = column_densities_of_two(atmosphere, altitude, density, Vec2::new(mu, abs(mu_s)), variant);
+    let to_observer = towards_observer.column_densities(atmosphere, place, outwards.first, variant);
+    let to_sun = sun_column_densities(atmosphere, altitude, outwards.second, mu_s, variant);
+    (density, to_observer + to_sun)
 }
 
 /// The integrand of Eq. (1) at a lit place, with `β = 1`, `P = 1` and `E = 1`, times the weight of a sample there (km).
@@ -145,18 +164,14 @@ fn integrand(
     weight: f32,
     variant: u32,
 ) -> SingleScattering {
-    let Place { altitude, mu, mu_s, .. } = place;
-    let density = relative_densities(atmosphere, altitude, variant);
-    let outwards = column_densities_of_two(atmosphere, altitude, density, Vec2::new(mu, abs(mu_s)), variant);
-    let to_observer = towards_observer.column_densities(atmosphere, place, outwards.first, variant);
-    let to_sun = sun_column_densities(atmosphere, altitude, outwards.second, mu_s, variant);
-    let transmittance = exp4(-optical_depth(bands, to_observer + to_sun)) * weight;
+    let (density, along) = lit_place(atmosphere, towards_observer, place, variant);
+    let transmittance = exp4(-optical_depth(bands, along)) * weight;
     SingleScattering { air: transmittance * density.x, aerosol: transmittance * density.y }
 }
 
 /// A lit stretch of a ray on which its altitude only rises or only falls.
 #[derive(Clone, Copy)]
-struct Piece {
+pub(crate) struct Piece {
     /// Distance of its low end along the ray (km).
     low: f32,
     /// Altitude of its low end (km).
@@ -164,7 +179,7 @@ struct Piece {
     /// Its length (km).
     length: f32,
     /// Whether the ray rises from the low end on, and does not fall to it.
-    rising: bool,
+    pub(crate) rising: bool,
 }
 
 /// How strongly the samples of a piece crowd towards its low end: `k` of the substitution
@@ -173,16 +188,23 @@ struct Piece {
 /// The integrand falls off over the distance `D` in which the density does, or over a few mean free paths of light, whichever is shorter;
 /// `k` makes the sampled variable as long as three of those. `low` is the distance of the low end along the ray. A falling ray
 /// reaches its low end last: in opaque air nothing is seen of it, and the density alone counts. `mu` is the cosine of the angle between
-/// the vertical and the piece at its low end.
+/// the vertical and the piece at its low end; `per_mean_free_path` says how much a mean free path of light counts beside `D`.
 #[inline(always)]
-fn crowding(atmosphere: &Atmosphere, bands: &Bands, piece: Piece, mu: f32, variant: u32) -> f32 {
+fn crowding(
+    atmosphere: &Atmosphere,
+    bands: &Bands,
+    piece: Piece,
+    mu: f32,
+    per_mean_free_path: f32,
+    variant: u32,
+) -> f32 {
     let Piece { altitude, length, rising, .. } = piece;
     let g = sqrt(1.0 + altitude / atmosphere.ground_radius);
     let fall_off = equivalent_lengths(atmosphere, g, Vec2::splat(mu), variant).x;
     let density = relative_densities(atmosphere, altitude, variant);
     let extinction = bands.air_scattering * density.x + bands.aerosol_extinction * density.y;
     let strongest = if rising { max(max(extinction.x, extinction.y), max(extinction.z, extinction.w)) } else { 0.0 };
-    max(0.35 * length * (1.0 / fall_off + 0.05 * strongest) - 1.0, 0.0)
+    max(0.35 * length * (1.0 / fall_off + per_mean_free_path * strongest) - 1.0, 0.0)
 }
 
 /// A sample of a piece with this length (km), crowded by `k`: its distance from the low end and its weight (km), for a quadrature node
@@ -193,10 +215,61 @@ fn sample(length: f32, k: f32, node: Vec2) -> (f32, f32) {
     (length * node.x * compression, node.y * length * (1.0 + k) * compression * compression)
 }
 
-/// The integral over a piece; `lowest` is the altitude of the ray's lowest point (km).
+/// [`crowding`] of single scattering by the mean free path.
+const PER_MEAN_FREE_PATH: f32 = 0.05;
+
+/// The samples of a piece.
 ///
-/// Samples are placed by their distance from the low end: altitudes there are sums of positive terms, and near the ground keep the digits
+/// They are placed by their distance from the low end: altitudes there are sums of positive terms, and near the ground keep the digits
 /// that they would lose as distances from an observer far above.
+#[derive(Clone, Copy)]
+pub(crate) struct Samples {
+    piece: Piece,
+    /// Radius at the low end (km).
+    low_r: f32,
+    /// Cosine of the angle between the vertical and the ray's rising direction at the low end.
+    low_mu: f32,
+    /// Radius times the cosine of the zenith angle of the sun at the low end (km).
+    low_r_mu_s: f32,
+    /// Cosine of the angle between the ray's rising direction and the sun.
+    nu: f32,
+    /// See [`crowding`].
+    k: f32,
+}
+
+impl Samples {
+    #[inline(always)]
+    pub(crate) fn new(
+        atmosphere: &Atmosphere,
+        bands: &Bands,
+        ray: Ray,
+        piece: Piece,
+        per_mean_free_path: f32,
+        variant: u32,
+    ) -> Self {
+        let outwards = direction(piece.rising);
+        let r = atmosphere.ground_radius + ray.altitude;
+        let low_r = atmosphere.ground_radius + piece.altitude;
+        let low_mu = max((r * ray.mu + piece.low) * outwards, 0.0) / low_r;
+        let low_r_mu_s = r * ray.mu_s + piece.low * ray.nu;
+        let k = crowding(atmosphere, bands, piece, low_mu, per_mean_free_path, variant);
+        Self { piece, low_r, low_mu, low_r_mu_s, nu: ray.nu * outwards, k }
+    }
+
+    /// The sample at a quadrature node, (place, weight) on [0, 1], and its weight (km).
+    #[inline(always)]
+    pub(crate) fn at(self, shell: Shell, node: Vec2) -> (Place, f32) {
+        let Self { piece, low_r, low_mu, low_r_mu_s, nu, k } = self;
+        let (s, weight) = sample(piece.length, k, node);
+        let altitude = altitude_from(shell, piece.altitude, low_mu, s);
+        let inverse_r = 1.0 / (shell.ground_radius + altitude);
+        let mu = (low_r * low_mu + s) * inverse_r;
+        let mu_s = (low_r_mu_s + s * nu) * inverse_r;
+        (Place { distance: piece.low + direction(piece.rising) * s, altitude, mu, mu_s }, weight)
+    }
+}
+
+/// The integral over a piece; `lowest` is the altitude of the ray's lowest point (km).
 #[inline(always)]
 fn integrate_piece(
     atmosphere: &Atmosphere,
@@ -208,23 +281,12 @@ fn integrate_piece(
     variant: u32,
 ) -> SingleScattering {
     let shell = atmosphere.shell();
-    let outwards = direction(piece.rising);
-    let r = shell.ground_radius + ray.altitude;
-    let low_r = shell.ground_radius + piece.altitude;
-    let low_mu = max((r * ray.mu + piece.low) * outwards, 0.0) / low_r;
-    let low_r_mu_s = r * ray.mu_s + piece.low * ray.nu;
-    let nu = ray.nu * outwards;
     let towards_observer = TowardsObserver::new(atmosphere, ray, lowest, piece.rising, variant);
-    let k = crowding(atmosphere, bands, piece, low_mu, variant);
+    let samples = Samples::new(atmosphere, bands, ray, piece, PER_MEAN_FREE_PATH, variant);
     let mut sum = DARK;
     let mut i = 0;
     while i < quadrature.len() {
-        let (s, weight) = sample(piece.length, k, fetch(quadrature, i));
-        let altitude = altitude_from(shell, piece.altitude, low_mu, s);
-        let inverse_r = 1.0 / (shell.ground_radius + altitude);
-        let mu = (low_r * low_mu + s) * inverse_r;
-        let mu_s = (low_r_mu_s + s * nu) * inverse_r;
-        let place = Place { distance: piece.low + outwards * s, altitude, mu, mu_s };
+        let (place, weight) = samples.at(shell, fetch(quadrature, i));
         let part = integrand(atmosphere, bands, towards_observer, place, weight, variant);
         sum.air += part.air;
         if variant & variant::AEROSOL != 0 {
@@ -237,22 +299,22 @@ fn integrate_piece(
 
 /// A ray's way through the atmosphere.
 #[derive(Clone, Copy)]
-struct Way {
+pub(crate) struct Way {
     /// The ray, from where it enters the atmosphere.
-    ray: Ray,
+    pub(crate) ray: Ray,
     /// Its length inside, up to the ground or the top (km).
-    length: f32,
+    pub(crate) length: f32,
     /// Distance of its lowest point (km).
     perigee: f32,
     /// Altitude of its lowest point (km).
-    lowest: f32,
+    pub(crate) lowest: f32,
     /// Its part in the planet's shadow.
     shadow: Interval,
 }
 
 impl Way {
     #[inline(always)]
-    fn new(shell: Shell, ray: Ray, variant: u32) -> Self {
+    pub(crate) fn new(shell: Shell, ray: Ray, variant: u32) -> Self {
         let mut ray = ray;
         let length;
         let mut perigee = 0.0;
@@ -272,9 +334,15 @@ impl Way {
         Self { ray, length, perigee, lowest, shadow }
     }
 
+    /// Whether it ends on the ground: before its lowest point. Only for a variant in which a ray can descend.
+    #[inline(always)]
+    pub(crate) fn meets_ground(self, shell: Shell) -> bool {
+        (self.ray.altitude <= shell.depth) & (self.length < self.perigee)
+    }
+
     /// The lit interval before or behind the shadow on which the ray rises or falls.
     #[inline(always)]
-    fn lit(self, behind_shadow: bool, rising: bool) -> Interval {
+    pub(crate) fn lit(self, behind_shadow: bool, rising: bool) -> Interval {
         let lit = if behind_shadow {
             Interval { start: self.shadow.end, end: self.length }
         } else {
@@ -289,7 +357,7 @@ impl Way {
 
     /// The piece that such an interval is.
     #[inline(always)]
-    fn piece(self, shell: Shell, interval: Interval, rising: bool, variant: u32) -> Piece {
+    pub(crate) fn piece(self, shell: Shell, interval: Interval, rising: bool, variant: u32) -> Piece {
         let Self { ray, length, perigee, lowest, .. } = self;
         let low = if rising { interval.start } else { interval.end };
         // The ends that are known better than by their distance: the ground, the ray's lowest point, the observer, the shadow.

@@ -1,13 +1,15 @@
-//! The sky's colour in a direction: the integral at the bands, its phase functions, and the fit through the bands.
+//! The sky's colour in a direction: the light at the bands by its constituents, their phase functions, and the fit through the bands.
 
 use crate::fit::{Logarithms, Octet, regression_rgb};
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::math::fetch;
+use crate::ground::{ground_light, ground_seen};
+use crate::math::{clamp, fetch, max, sqrt};
+use crate::multiple_lookup;
 use crate::observer::observe_cubic;
-use crate::phase::{ScatteringAngle, cornette_shanks_phase, rayleigh_phase};
+use crate::phase::{ScatteringAngle, air_phase, cornette_shanks_phase};
 use crate::rgb::into_gamut;
-use crate::single::{Bands, DARK, single_scattering};
+use crate::single::{Bands, single_scattering};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
 
@@ -17,7 +19,7 @@ pub const LINEAR: u32 = 0;
 /// The paper's mathematics, step by step (Eqs. 4-8): the cubic through four bands, its sum over the observer nodes in
 /// the colour rows, XYZ→RGB.
 pub const SOLVED: u32 = 1;
-/// The regression fit, separately for air and aerosol; see [`regression_rgb`].
+/// The regression fit, separately for each constituent of the light; see [`regression_rgb`].
 pub const REGRESSION: u32 = 2;
 /// [`REGRESSION`] with its 4×4 system solved at every pixel.
 pub const REGRESSION_SOLVED: u32 = 3;
@@ -28,12 +30,12 @@ pub fn view_ray(uniform: &Uniform, direction: Vec3) -> Ray {
     Ray::new(uniform.altitude, direction, Vec3::new(uniform.sun.x, uniform.sun.y, uniform.sun.z))
 }
 
-/// Transfer (sr⁻¹) at four bands in a direction: single scattering with its phase functions (Eq. 1).
+/// Transfer (sr⁻¹) of light scattered once, at four bands in a direction (Eq. 1).
 #[inline]
-pub fn transfer(uniform: &Uniform, bands: &Bands, quadrature: &[Vec2], direction: Vec3, variant: u32) -> Vec4 {
+pub fn first_order(uniform: &Uniform, bands: &Bands, quadrature: &[Vec2], direction: Vec3, variant: u32) -> Vec4 {
     let ray = view_ray(uniform, direction);
     let scattered = single_scattering(&uniform.atmosphere, bands, quadrature, ray, variant);
-    let mut transfer = scattered.air * rayleigh_phase(ray.nu);
+    let mut transfer = scattered.air * air_phase(uniform.atmosphere.air_anisotropy, ray.nu);
     if variant & variant::AEROSOL != 0 {
         transfer += scattered.aerosol
             * cornette_shanks_phase(ScatteringAngle::of_ray(ray), uniform.atmosphere.aerosol_asymmetry);
@@ -41,93 +43,203 @@ pub fn transfer(uniform: &Uniform, bands: &Bands, quadrature: &[Vec2], direction
     transfer
 }
 
-/// Linear RGB of air and of aerosol in a direction, before their phase functions (W·m⁻²).
+/// One value for each constituent of a sky's light.
+#[derive(Clone, Copy)]
+pub struct Parts<T> {
+    /// Light that air scatters and nothing scattered before, without its phase function.
+    pub air: T,
+    /// Light that aerosol scatters likewise.
+    pub aerosol: T,
+    /// Light that was scattered or reflected before air or aerosol scatters it towards the observer.
+    pub multiple: T,
+    /// Light that the ground sends to the observer, as if its albedo were 1.
+    pub ground: T,
+}
+
+/// The light in a direction at a group of four bands, by its constituents (transfer; of air and aerosol times sr).
+#[inline]
+pub fn light(uniform: &Uniform, buffers: Buffers<'_>, group: usize, direction: Vec3, variant: u32) -> Parts<Vec4> {
+    let ray = view_ray(uniform, direction);
+    let bands = fetch(buffers.bands, group);
+    let once = single_scattering(&uniform.atmosphere, &bands, buffers.quadrature, ray, variant);
+    let mut parts = Parts { air: once.air, aerosol: once.aerosol, multiple: Vec4::ZERO, ground: Vec4::ZERO };
+    if variant & variant::REST != 0 {
+        let place =
+            multiple_lookup::place(uniform.multiple, &uniform.atmosphere, ray, cosine_from_sun(uniform, direction));
+        let mut diffuse = Vec4::ZERO;
+        if variant & variant::MULTIPLE != 0 {
+            parts.multiple = multiple_lookup::scattered(uniform.multiple, buffers.multiple, place, group as u32);
+            diffuse = multiple_lookup::diffuse_irradiance(uniform.multiple, buffers.multiple, place, group as u32);
+        }
+        if variant & variant::GROUND != 0 {
+            let ground = ground_seen(&uniform.atmosphere, ray, variant);
+            if ground.is_seen {
+                parts.ground = ground_light(&uniform.atmosphere, &bands, ground, diffuse, variant);
+            }
+        }
+    }
+    parts
+}
+
+/// Cosine of the azimuth of a direction from the sun.
+#[inline]
+pub fn cosine_from_sun(uniform: &Uniform, direction: Vec3) -> f32 {
+    let along = direction.x * uniform.bearing.x + direction.y * uniform.bearing.y;
+    clamp(along / max(sqrt(direction.x * direction.x + direction.y * direction.y), 1e-10), -1.0, 1.0)
+}
+
+/// Transfer (sr⁻¹) at a group of four bands in a direction, of all light.
+#[inline]
+pub fn transfer(uniform: &Uniform, buffers: Buffers<'_>, group: usize, direction: Vec3, variant: u32) -> Vec4 {
+    let parts = light(uniform, buffers, group, direction, variant);
+    let phases = phases(uniform, ScatteringAngle::of_ray(view_ray(uniform, direction)));
+    let mut transfer = parts.air * phases.air;
+    if variant & variant::AEROSOL != 0 {
+        transfer += parts.aerosol * phases.aerosol;
+    }
+    if variant & variant::REST != 0 {
+        transfer += parts.multiple + parts.ground * fetch(buffers.bands, group).albedo;
+    }
+    transfer
+}
+
+/// The phase functions at an angle (sr⁻¹); 1 for light that has none left.
+#[inline]
+pub fn phases(uniform: &Uniform, angle: ScatteringAngle) -> Parts<f32> {
+    Parts {
+        air: air_phase(uniform.atmosphere.air_anisotropy, angle.cosine),
+        aerosol: cornette_shanks_phase(angle, uniform.atmosphere.aerosol_asymmetry),
+        multiple: 1.0,
+        ground: 1.0,
+    }
+}
+
+/// Linear RGB of the sky in a direction: of air and of aerosol before their phase functions (W·m⁻²), and of the rest.
 #[derive(Clone, Copy)]
 pub struct Constituents {
     /// Air.
     pub air: Vec3,
     /// Aerosol.
     pub aerosol: Vec3,
+    /// Light that has no phase function left: scattered more than once, or reflected by the ground (W·m⁻²·sr⁻¹).
+    pub rest: Vec3,
 }
 
 /// The sky of a ray from its constituents: phase functions, and the gamut of the display's primaries (W·m⁻²·sr⁻¹).
 #[inline]
 pub fn with_phases(uniform: &Uniform, constituents: Constituents, angle: ScatteringAngle, variant: u32) -> Vec3 {
-    let mut rgb = constituents.air * rayleigh_phase(angle.cosine);
+    let mut rgb = constituents.air * air_phase(uniform.atmosphere.air_anisotropy, angle.cosine);
     if variant & variant::AEROSOL != 0 {
         rgb += constituents.aerosol * cornette_shanks_phase(angle, uniform.atmosphere.aerosol_asymmetry);
+    }
+    if variant & variant::REST != 0 {
+        rgb += constituents.rest;
     }
     into_gamut(rgb, &uniform.rgb)
 }
 
-/// Colour of air and of aerosol along a ray, by a [`LINEAR`] or a regression fit.
+/// Colour of each constituent in a direction, by a [`LINEAR`] or a regression fit.
 #[inline]
-pub fn constituents(uniform: &Uniform, buffers: Buffers<'_>, ray: Ray, fit: u32, variant: u32) -> Constituents {
+pub fn constituents(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, fit: u32, variant: u32) -> Constituents {
     if fit == LINEAR {
-        linear_constituents(uniform, buffers, ray, variant)
+        linear_constituents(uniform, buffers, direction, variant)
     } else {
-        regression_constituents(uniform, buffers, ray, fit == REGRESSION_SOLVED, variant)
+        let lights = at_all_bands(uniform, buffers, direction, variant);
+        regression_constituents(uniform, buffers, lights, fit == REGRESSION_SOLVED, variant)
     }
 }
 
 #[inline]
-fn linear_constituents(uniform: &Uniform, buffers: Buffers<'_>, ray: Ray, variant: u32) -> Constituents {
-    let Buffers { bands, quadrature, colour } = buffers;
-    let mut sum = Constituents { air: Vec3::ZERO, aerosol: Vec3::ZERO };
+fn linear_constituents(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Constituents {
+    let Buffers { bands, colour, .. } = buffers;
+    let mut sum = Constituents { air: Vec3::ZERO, aerosol: Vec3::ZERO, rest: Vec3::ZERO };
     let mut group = 0;
     while group < bands.len() {
-        let scattered = single_scattering(&uniform.atmosphere, &fetch(bands, group), quadrature, ray, variant);
+        let parts = light(uniform, buffers, group, direction, variant);
         let red = fetch(colour, 3 * group);
         let green = fetch(colour, 3 * group + 1);
         let blue = fetch(colour, 3 * group + 2);
-        sum.air += Vec3::new(red.dot(scattered.air), green.dot(scattered.air), blue.dot(scattered.air));
-        sum.aerosol += Vec3::new(red.dot(scattered.aerosol), green.dot(scattered.aerosol), blue.dot(scattered.aerosol));
+        sum.air += Vec3::new(red.dot(parts.air), green.dot(parts.air), blue.dot(parts.air));
+        sum.aerosol += Vec3::new(red.dot(parts.aerosol), green.dot(parts.aerosol), blue.dot(parts.aerosol));
+        if variant & variant::REST != 0 {
+            let rest = parts.multiple + parts.ground * fetch(bands, group).albedo;
+            sum.rest += Vec3::new(red.dot(rest), green.dot(rest), blue.dot(rest));
+        }
         group += 1;
     }
     sum
 }
 
+/// The light in a direction at up to eight bands, those of a regression fit, by its constituents; see [`light`].
 #[inline]
-fn regression_constituents(
+pub fn at_all_bands(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Parts<Octet> {
+    let dark = Octet { first: Vec4::ZERO, second: Vec4::ZERO };
+    let mut lights = Parts { air: dark, aerosol: dark, multiple: dark, ground: dark };
+    let mut group = 0;
+    while group < buffers.bands.len() {
+        let four = light(uniform, buffers, group, direction, variant);
+        if group == 0 {
+            lights.air.first = four.air;
+            lights.aerosol.first = four.aerosol;
+            lights.multiple.first = four.multiple;
+            lights.ground.first = four.ground;
+        } else {
+            lights.air.second = four.air;
+            lights.aerosol.second = four.aerosol;
+            lights.multiple.second = four.multiple;
+            lights.ground.second = four.ground;
+        }
+        group += 1;
+    }
+    lights
+}
+
+/// Linear RGB of each constituent by the regression fit, from the light at the bands.
+#[inline]
+pub fn regression_constituents(
     uniform: &Uniform,
     buffers: Buffers<'_>,
-    ray: Ray,
+    lights: Parts<Octet>,
     solve: bool,
     variant: u32,
 ) -> Constituents {
-    let Buffers { bands, colour, .. } = buffers;
-    let scattered = scattered(uniform, buffers, ray, variant);
-    let air = Logarithms::new(scattered.air, bands.len() > 1, uniform.band_wavelengths, solve);
-    let mut aerosol_rgb = Vec3::ZERO;
+    let colour = buffers.colour;
+    let more_than_four = buffers.bands.len() > 1;
+    let air = Logarithms::new(lights.air, more_than_four, uniform.band_wavelengths, solve);
+    let mut sum =
+        Constituents { air: regression_rgb(colour, 0, uniform.nodes, &air), aerosol: Vec3::ZERO, rest: Vec3::ZERO };
+    let mut first_node = uniform.nodes;
     if variant & variant::AEROSOL != 0 {
-        let aerosol = Logarithms::new(scattered.aerosol, bands.len() > 1, uniform.band_wavelengths, solve);
-        aerosol_rgb = regression_rgb(colour, uniform.air_nodes, uniform.aerosol_nodes, &aerosol);
+        let aerosol = Logarithms::new(lights.aerosol, more_than_four, uniform.band_wavelengths, solve);
+        sum.aerosol = regression_rgb(colour, first_node, uniform.nodes, &aerosol);
+        first_node += uniform.nodes;
     }
-    Constituents { air: regression_rgb(colour, 0, uniform.air_nodes, &air), aerosol: aerosol_rgb }
+    if variant & variant::MULTIPLE != 0 {
+        let multiple = Logarithms::new(lights.multiple, more_than_four, uniform.band_wavelengths, solve);
+        sum.rest = regression_rgb(colour, first_node, uniform.nodes, &multiple);
+        first_node += uniform.nodes;
+    }
+    if variant & variant::GROUND != 0 {
+        let ground = Logarithms::new(lights.ground, more_than_four, uniform.band_wavelengths, solve);
+        sum.rest += regression_rgb(colour, first_node, uniform.nodes, &ground);
+    }
+    sum
 }
 
-/// The integrals of air and of aerosol at up to eight bands, before their phase functions (transfer times sr).
-#[derive(Clone, Copy)]
-pub struct Scattered {
-    /// Air.
-    pub air: Octet,
-    /// Aerosol.
-    pub aerosol: Octet,
-}
-
-/// [`single_scattering`] along a ray at the bands of a regression fit.
+/// How many constituents a variant's light has.
 #[inline]
-pub fn scattered(uniform: &Uniform, buffers: Buffers<'_>, ray: Ray, variant: u32) -> Scattered {
-    let Buffers { bands, quadrature, .. } = buffers;
-    let mut second = DARK;
-    if bands.len() > 1 {
-        second = single_scattering(&uniform.atmosphere, &fetch(bands, 1), quadrature, ray, variant);
+pub fn constituent_count(variant: u32) -> u32 {
+    let mut count = 1;
+    if variant & variant::AEROSOL != 0 {
+        count += 1;
     }
-    let first = single_scattering(&uniform.atmosphere, &fetch(bands, 0), quadrature, ray, variant);
-    Scattered {
-        air: Octet { first: first.air, second: second.air },
-        aerosol: Octet { first: first.aerosol, second: second.aerosol },
+    if variant & variant::MULTIPLE != 0 {
+        count += 1;
     }
+    if variant & variant::GROUND != 0 {
+        count += 1;
+    }
+    count
 }
 
 /// Linear RGB of the sky in a direction (W·m⁻²·sr⁻¹).
@@ -135,12 +247,11 @@ pub fn scattered(uniform: &Uniform, buffers: Buffers<'_>, ray: Ray, variant: u32
 pub fn sky(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, fit: u32, variant: u32) -> Vec3 {
     if fit == SOLVED {
         let bands = fetch(buffers.bands, 0);
-        let radiance = transfer(uniform, &bands, buffers.quadrature, direction, variant) * bands.fit_irradiance;
+        let radiance = transfer(uniform, buffers, 0, direction, variant) * bands.fit_irradiance;
         let xyz = observe_cubic(uniform.band_wavelengths, radiance, buffers.colour);
         into_gamut(uniform.rgb.from_xyz(xyz), &uniform.rgb)
     } else {
-        let ray = view_ray(uniform, direction);
-        let constituents = constituents(uniform, buffers, ray, fit, variant);
-        with_phases(uniform, constituents, ScatteringAngle::of_ray(ray), variant)
+        let constituents = constituents(uniform, buffers, direction, fit, variant);
+        with_phases(uniform, constituents, ScatteringAngle::of_ray(view_ray(uniform, direction)), variant)
     }
 }

@@ -2,14 +2,16 @@
 //!
 //! A pixel takes three words of linear RGB, then one for the radiance at each wavelength (W·m⁻²·sr⁻¹·nm⁻¹). The colour rows
 //! of the wavelengths follow those of the colour: for a fit that is linear in the transfer, one for each group of four bands; for
-//! the regression fit, three of air, and three of aerosol if there is some ([`regression_value`]).
+//! the regression fit, three of each constituent that there is ([`regression_value`]).
 
-use crate::fit::{Logarithms, ROWS_PER_NODE, regression_rgb, regression_value};
+use crate::fit::{Logarithms, ROWS_PER_NODE, regression_value};
 use crate::glam::{Vec3, Vec4};
 use crate::math::{fetch, max, store};
-use crate::phase::{ScatteringAngle, cornette_shanks_phase, rayleigh_phase};
+use crate::phase::ScatteringAngle;
 use crate::rgb::into_gamut;
-use crate::sky::{Constituents, LINEAR, scattered, transfer, view_ray, with_phases};
+use crate::sky::{
+    LINEAR, at_all_bands, constituent_count, phases, regression_constituents, transfer, view_ray, with_phases,
+};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
 
@@ -52,12 +54,12 @@ pub fn store_spectrum(
 
 #[inline]
 fn store_linear(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], at: usize, direction: Vec3, variant: u32) {
-    let Buffers { bands, quadrature, colour } = buffers;
+    let Buffers { bands, colour, .. } = buffers;
     let groups = bands.len();
     let mut rgb = Vec3::ZERO;
     let mut group = 0;
     while group < groups {
-        let transfer = transfer(uniform, &fetch(bands, group), quadrature, direction, variant);
+        let transfer = transfer(uniform, buffers, group, direction, variant);
         let channel = |i: usize| fetch(colour, 3 * group + i).dot(transfer);
         rgb += Vec3::new(channel(0), channel(1), channel(2));
         let mut i = 0;
@@ -90,31 +92,35 @@ fn store_regression(
     variant: u32,
 ) {
     let Buffers { bands, colour, .. } = buffers;
-    let ray = view_ray(uniform, direction);
-    let angle = ScatteringAngle::of_ray(ray);
-    let scattered = scattered(uniform, buffers, ray, variant);
-    let air = Logarithms::new(scattered.air, bands.len() > 1, Vec4::ZERO, false);
-    let aerosol = Logarithms::new(scattered.aerosol, bands.len() > 1, Vec4::ZERO, false);
-    let air_phase = rayleigh_phase(angle.cosine);
-    let aerosol_phase = cornette_shanks_phase(angle, uniform.atmosphere.aerosol_asymmetry);
-    let nodes = uniform.air_nodes + uniform.aerosol_nodes;
-    let has_aerosol = variant & variant::AEROSOL != 0;
-    let mut row = (nodes * ROWS_PER_NODE) as usize;
+    let angle = ScatteringAngle::of_ray(view_ray(uniform, direction));
+    let lights = at_all_bands(uniform, buffers, direction, variant);
+    let more_than_four = bands.len() > 1;
+    let air = Logarithms::new(lights.air, more_than_four, Vec4::ZERO, false);
+    let aerosol = Logarithms::new(lights.aerosol, more_than_four, Vec4::ZERO, false);
+    let multiple = Logarithms::new(lights.multiple, more_than_four, Vec4::ZERO, false);
+    let ground = Logarithms::new(lights.ground, more_than_four, Vec4::ZERO, false);
+    let phases = phases(uniform, angle);
+    let mut row = (constituent_count(variant) * uniform.nodes * ROWS_PER_NODE) as usize;
     let mut i = 0;
     while i < uniform.spectral_wavelengths as usize {
-        let mut radiance = air_phase * regression_value(colour, row, &air);
+        let mut radiance = phases.air * regression_value(colour, row, &air);
         row += ROWS_PER_NODE as usize;
-        if has_aerosol {
-            radiance += aerosol_phase * regression_value(colour, row, &aerosol);
+        if variant & variant::AEROSOL != 0 {
+            radiance += phases.aerosol * regression_value(colour, row, &aerosol);
+            row += ROWS_PER_NODE as usize;
+        }
+        if variant & variant::MULTIPLE != 0 {
+            radiance += regression_value(colour, row, &multiple);
+            row += ROWS_PER_NODE as usize;
+        }
+        if variant & variant::GROUND != 0 {
+            radiance += regression_value(colour, row, &ground);
             row += ROWS_PER_NODE as usize;
         }
         store(output, at + RGB_WORDS as usize + i, radiance.to_bits());
         i += 1;
     }
-    let constituents = Constituents {
-        air: regression_rgb(colour, 0, uniform.air_nodes, &air),
-        aerosol: regression_rgb(colour, uniform.air_nodes, uniform.aerosol_nodes, &aerosol),
-    };
+    let constituents = regression_constituents(uniform, buffers, lights, false, variant);
     store_colour(output, at, with_phases(uniform, constituents, angle, variant));
 }
 

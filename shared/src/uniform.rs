@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::camera::Camera;
 use crate::glam::{Vec2, Vec4};
+use crate::multiple_lookup::MultipleLookup;
 use crate::profile::Atmosphere;
 use crate::rgb::RgbSpace;
 use crate::single::Bands;
@@ -26,6 +27,10 @@ pub struct Uniform {
     pub rgb: RgbSpace,
     /// The sun's disc, where the variant has it.
     pub disc: SunDisc,
+    /// The lookup of light that was scattered more than once, where the variant has it.
+    pub multiple: MultipleLookup,
+    /// Linear RGB of the ground on which the observer stands (W·m⁻²·sr⁻¹), where the variant has it and no ray can descend; `w` unused.
+    pub ground: Vec4,
     /// Altitude of the observer (km).
     pub altitude: f32,
     /// First row of the image that this dispatch computes.
@@ -34,10 +39,9 @@ pub struct Uniform {
     pub rows: u32,
     /// Factor from linear RGB to a picture's linear value.
     pub exposure: f32,
-    /// Observer nodes of the regression fit of air.
-    pub air_nodes: u32,
-    /// Observer nodes of the regression fit of aerosol, which follow those of air in the colour rows; 0 without aerosol.
-    pub aerosol_nodes: u32,
+    /// Observer nodes of a regression fit for each constituent of the light; 0 for other fits. In the colour rows those of the constituents that
+    /// there are follow each other in the order of [`crate::sky::Parts`].
+    pub nodes: u32,
     /// Rows of the sky lookup above the horizon; 0 without one. For an equirectangular image they are its own.
     pub lookup_above: u32,
     /// Rows of the sky lookup below the horizon, likewise; 0 from the ground itself, where nothing is seen there.
@@ -49,7 +53,9 @@ pub struct Uniform {
     /// Wavelengths of a spectral image, which stand last in the colour rows; 0 for other images.
     pub spectral_wavelengths: u32,
     /// Unused; fills the last 16 bytes.
-    pub padding: u32,
+    pub padding0: u32,
+    /// Unused, too.
+    pub padding1: u32,
 }
 
 /// Where the sun's disc is in the image, and its grid of colours. The layout is that of a GPU buffer.
@@ -91,4 +97,6 @@ pub struct Buffers<'a> {
     pub quadrature: &'a [Vec2],
     /// The colour rows, as the fit takes them.
     pub colour: &'a [Vec4],
+    /// The lookup of light that was scattered more than once; see [`crate::multiple_lookup`].
+    pub multiple: &'a [Vec4],
 }

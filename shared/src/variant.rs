@@ -19,12 +19,19 @@ pub const LOW_SUN: u32 = 32;
 pub const SUN_DISC: u32 = 64;
 /// The air is opaque along some rays: column densities of short stretches are sums of their own.
 pub const OPAQUE: u32 = 128;
-/// Everything that concerns the integral; right for every scene.
+/// Everything that concerns the integral of light scattered once; right for every scene.
 pub const WHOLE_INTEGRAL: u32 = 63 | OPAQUE;
 
 /// Pixels are looked up in runs of a few, which share their entries: only in an equirectangular image whose width is a
 /// multiple of that, and where the entries lie so much farther apart that a run reaches hardly beyond them.
 pub const RUNS: u32 = 1 << 12;
+
+/// There is light that was scattered more than once.
+pub const MULTIPLE: u32 = 1 << 13;
+/// The ground reflects light, and is seen.
+pub const GROUND: u32 = 1 << 14;
+/// There is light beside that which air and aerosol scatter once.
+pub const REST: u32 = MULTIPLE | GROUND;
 
 /// Where the projection stands.
 const PROJECTION_SHIFT: u32 = 8;

@@ -13,7 +13,7 @@ use sorairo_tests::sky::scene;
 const SEED: u64 = 20_261_121;
 
 /// As many scenes as take under two minutes on two cores; `sorairo stress` tries more.
-const SCENES: u64 = 1200;
+const SCENES: u64 = 800;
 
 #[test]
 fn no_pixel_of_random_scenes_is_wrong_on_either_device() {

@@ -51,17 +51,20 @@ const SUN: [SceneFlag; 2] =
     [value("sun.elevation", "--sun-elevation", "DEG", number), value("sun.time", "--time", "TIME", text_of::<Time>)];
 
 /// The flags of a scene that all frames of a sequence share.
-const SKY: [SceneFlag; 20] = [
+const SKY: [SceneFlag; 23] = [
     word("preset", "--preset"),
     value("sun.azimuth", "--sun-azimuth", "DEG", number),
     value("sun.place", "--place", "LAT,LON", text_of::<Place>),
     value("observer.altitude", "--altitude", "KM", number),
+    value("atmosphere.air.pressure", "--pressure", "HPA", number),
+    value("ground.albedo", "--albedo", "ALBEDO", albedo),
     SceneFlag { key: "sun.disc", name: "--sun-disc", takes: Takes::Nothing },
     word("camera.projection", "--projection"),
     value("camera.size", "--size", "WxH", text_of::<Size>),
     value("camera.fov", "--fov", "DEG", number),
     value("camera.look_azimuth", "--look-azimuth", "DEG", number),
     value("camera.look_elevation", "--look-elevation", "DEG", number),
+    value("render.orders", "--orders", "N", orders),
     word("render.fit", "--fit"),
     value("render.bands", "--bands", "LIST", wavelengths),
     word("render.color", "--color"),
@@ -291,6 +294,19 @@ fn exposure(text: &str) -> Result<Given, String> {
         Exposure::Auto => Given::Text(text.into()),
         Exposure::Stops(stops) => Given::Number(stops),
     })
+}
+
+fn orders(text: &str) -> Result<Given, String> {
+    if text == "all" {
+        return Ok(Given::Text(text.into()));
+    }
+    let range = || keys::find("render.orders").map(Key::range).unwrap_or_default();
+    text.parse().map(Given::Count).map_err(|_| format!("a whole number or `all` is wanted: {}", range()))
+}
+
+/// An albedo is a number, a surface or a table; which ones there are, its key says.
+fn albedo(text: &str) -> Result<Given, String> {
+    Ok(text.parse().map_or_else(|_| Given::Text(text.into()), Given::Number))
 }
 
 /// Reads a text that says a value of a type.

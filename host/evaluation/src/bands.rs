@@ -167,6 +167,7 @@ struct Sun {
 
 /// Spectra of one constituent.
 struct Spectra {
+    constituent: Constituent,
     /// ln X of each training ray at every searched nanometre.
     training: Vec<Vec<f64>>,
     /// X of each training ray at the fit's observer nodes, then at those of the whole sum.
@@ -213,10 +214,11 @@ impl Spectra {
         let ln = |values: &[f64]| values.iter().map(|value| value.max(DARKEST).ln()).collect::<Vec<f64>>();
         let judged = training.spectra(constituent, &reference.views, &searched);
         let judged = judged.iter().zip(&reference.views).map(|(ray, &view)| {
-            let phase = plan.sky.integral.phases(view).of(constituent);
+            let phase = constituent.of(plan.sky.integral.phases(view));
             ray.iter().any(|&value| value > 0.0).then(|| (ln(&ray[..searched.len()]), f64::from(phase)))
         });
         Self {
+            constituent,
             training: rays.iter().map(|ray| ln(&ray[..searched.len()])).collect(),
             targets: rays
                 .iter()
@@ -238,7 +240,8 @@ impl Spectra {
             weights: vec![1.0; self.training.len()],
         };
         let regressions: Vec<_> = (0..nodes).map(|i| regress(&examples, i)).collect();
-        let colours = plan.sky.training().node_weights(&examples, &regressions, &observer::wavelengths());
+        let colours =
+            plan.sky.training().node_weights(self.constituent, &examples, &regressions, &observer::wavelengths());
         for (rgb, judged) in rgb.iter_mut().zip(&self.judged) {
             let Some((ray, phase)) = judged else { continue };
             let logarithms = at(ray);

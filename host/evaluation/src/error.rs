@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 use sorairo_shared::glam::{DVec3, Vec3, Vec4};
 use sorairo_shared::observer::observe_cubic;
-use sorairo_shared::sky::SOLVED;
+use sorairo_shared::sky::{Constituents, SOLVED};
 
 use super::metrics::Errors;
 use crate::problem::Result;
@@ -103,7 +103,8 @@ pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
         let radiance = Vec4::from_array(std::array::from_fn(|i| transfer[i] as f32 * irradiance[i]));
         return observe_cubic(integral.uniform.band_wavelengths, radiance, &sky.colour).as_dvec3();
     }
-    let rgb = integral.phases(view).applied(sky.constituents(integral.ray(view)));
+    let (phases, Constituents { air, aerosol, rest }) = (integral.phases(view), sky.constituents(view));
+    let rgb = air * phases.air + aerosol * phases.aerosol + rest;
     sky.space.from_xyz.inverse() * rgb.as_dvec3()
 }
 

@@ -66,11 +66,7 @@ impl<'a> FittedSpectrum<'a> {
         let training = sky.training();
         let regressions = match sky.fit {
             SpectralFit::Linear(_) => Vec::new(),
-            SpectralFit::Regression => training
-                .constituents()
-                .iter()
-                .map(|&constituent| (constituent, training.regressions(constituent, wavelengths)))
-                .collect(),
+            SpectralFit::Regression => training.regressions(wavelengths),
         };
         Self { sky, wavelengths, regressions }
     }
@@ -85,18 +81,19 @@ impl<'a> FittedSpectrum<'a> {
 
     fn by_regression(&self, view: Vec3) -> Vec<f64> {
         let integral = &self.sky.integral;
-        let (scattered, phases) = (integral.scattered(&integral.bands, view), integral.phases(view));
+        let (light, phases) = (integral.light(view), integral.phases(view));
         let mut transfer = vec![0.0; self.wavelengths.len()];
         for (constituent, regressions) in &self.regressions {
-            let at_bands = integral.at_bands(scattered.iter().map(|group| constituent.of(group)));
+            let at_bands = integral.at_bands(light.iter().map(|&group| constituent.of(group)));
             if at_bands.iter().all(|&value| value == 0.0) {
                 continue;
             }
             let logarithms: Vec<f64> = at_bands.iter().map(|value| value.max(DARKEST).ln()).collect();
-            let phase = f64::from(phases.of(*constituent));
+            let phase = f64::from(constituent.of(phases));
             let highest = at_bands.iter().copied().fold(DARKEST, f64::max) * f64::from(SPECTRUM_RISE).exp();
-            for (sum, regression) in transfer.iter_mut().zip(regressions) {
-                *sum += phase * regression.value(&logarithms).min(highest);
+            for ((sum, regression), &wavelength) in transfer.iter_mut().zip(regressions).zip(self.wavelengths) {
+                let albedo = constituent.albedo(&integral.optics, wavelength);
+                *sum += phase * albedo * regression.value(&logarithms).min(highest);
             }
         }
         let lit = transfer.iter().zip(self.wavelengths);
@@ -114,14 +111,15 @@ impl DenseSpectrum {
     /// Prepares the spectrum at wavelengths in nm.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
         let optics = &sky.integral.optics;
+        let integral = RayIntegral {
+            wavelengths: wavelengths.to_vec(),
+            bands: bands(optics, wavelengths),
+            quadrature: gauss_legendre(DENSE_STEPS),
+            variant: sky.integral.variant | ABOVE_TOP,
+            ..sky.integral.clone()
+        };
         Self {
-            integral: RayIntegral {
-                wavelengths: wavelengths.to_vec(),
-                bands: bands(optics, wavelengths),
-                quadrature: gauss_legendre(DENSE_STEPS),
-                variant: sky.integral.variant | ABOVE_TOP,
-                ..sky.integral.clone()
-            },
+            integral: integral.with_multiple_light(),
             irradiance: wavelengths.iter().map(|&wavelength| optics.solar_irradiance(wavelength)).collect(),
         }
     }

@@ -22,8 +22,8 @@ use sorairo::low_level::spectra::observer;
 use sorairo::scene::keys::{self, DENSEST_TOP, KEYS, Key};
 use sorairo::scene::rules::{CLOSEST_BANDS, FARTHEST_DISC, band_counts};
 use sorairo::scene::{
-    AlbedoSpectrum, ColourObserver, ColourPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Preset, Projection,
-    Render, Rgb, Scene, Size, SunSpectrum, WhiteBalance,
+    AlbedoSpectrum, ColourObserver, ColourPath, Exposure, ExrDepth, Fit, GroundAlbedo, MOST_STOPS, Orders, PathChoice,
+    Preset, Projection, Render, Rgb, Scene, Size, SunSpectrum, WhiteBalance,
 };
 
 /// Radiance that no device takes for nothing: far above the smallest normal number.
@@ -44,7 +44,7 @@ struct Number {
 }
 
 /// Numbers that vary with what they belong to: the camera's field and the settings.
-const ELSEWHERE: [&str; 3] = ["camera.fov", "render.steps", "render.exposure"];
+const ELSEWHERE: [&str; 4] = ["camera.fov", "render.orders", "render.steps", "render.exposure"];
 
 /// The numbers, each after those that its range depends on.
 fn numbers() -> impl Iterator<Item = Number> {
@@ -304,12 +304,16 @@ fn any<T>(rng: &mut ChaCha8Rng, values: impl Iterator<Item = T>) -> T {
     values.swap_remove(rng.random_range(0..values.len()))
 }
 
-fn camera(scene: &mut Scene, rng: &mut ChaCha8Rng) {
-    // Each projection meets each part of the integral, but not each set of them: a device compiles a kernel for every
-    // combination, which takes longer than the image.
+/// A number by which projections and orders go with the parts of the integral. Each meets each part, but not each set of them: a device
+/// compiles a kernel for every combination, which takes longer than the image.
+fn kind(scene: &Scene) -> usize {
     let a = &scene.atmosphere;
     let parts = [a.aerosol.optical_depth > 0.0, a.ozone.column > 0.0, scene.observer.altitude > 0.0];
-    let kind = scene.render.fit as usize + scene.render.color as usize + parts.map(usize::from).iter().sum::<usize>();
+    scene.render.fit as usize + scene.render.color as usize + parts.map(usize::from).iter().sum::<usize>()
+}
+
+fn camera(scene: &mut Scene, rng: &mut ChaCha8Rng) {
+    let kind = kind(scene);
     let camera = &mut scene.camera;
     camera.projection = [Projection::Equirectangular, Projection::Fisheye, Projection::Perspective][kind % 3];
     let sizes = [(16, 8), (16, 8), (16, 8), (24, 12), (24, 12), (33, 17), (48, 24), (1, 1), (1, 48), (48, 1)];
@@ -359,6 +363,11 @@ fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     render.rgb = any(rng, Rgb::iter());
     render.observer = any(rng, ColourObserver::iter());
     render.white_balance = any(rng, WhiteBalance::iter());
+    let kind = kind(scene);
+    scene.render.orders = [Orders::UpTo(1), Orders::All, Orders::UpTo(2)][kind % 3];
+    if kind % 4 < 2 {
+        scene.ground.albedo = GroundAlbedo::Grey(0.0);
+    }
 }
 
 const COLOR_PATHS: [ColourPath; 2] = [ColourPath::Solve, ColourPath::Folded];
@@ -384,7 +393,7 @@ fn bands(fit: Fit, color: ColourPath, rng: &mut ChaCha8Rng) -> Vec<f64> {
 
 /// Linear RGB of a plan's pixels on the CPU, whatever the plan stores.
 fn colours(plan: &Plan) -> Vec<f32> {
-    let shown = plan.variant & (variant::WHOLE_INTEGRAL | variant::SUN_DISC);
+    let shown = plan.variant & (variant::WHOLE_INTEGRAL | variant::REST | variant::SUN_DISC);
     let variant = variant::of(shown, variant::projection(plan.variant), PixelFormat::LinearRgb as u32);
     let plan = Plan { pixel: PixelFormat::LinearRgb, variant, ..plan.clone() };
     let run = Cpu.run(&plan, plan.kernel()).expect("a small image fits into memory");

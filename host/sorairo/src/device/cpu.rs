@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::{SENTINEL, lookup_colours, lookup_pixel, radiance_pixel, sky_pixel, spectrum_pixel};
-use sorairo_shared::lookup::entries;
+use sorairo_shared::lookup::{colours_per_entry, entries, store_entry};
 use sorairo_shared::uniform::Uniform;
 
 use super::backend::{Backend, TakeRows, Times};
@@ -58,10 +58,11 @@ impl Backend for Cpu {
 
 /// The sky lookup of a plan.
 fn sky_lookup(plan: &Plan) -> Vec<Vec4> {
-    let mut lookup = vec![Vec4::ZERO; 2 * entries(&plan.uniform) as usize];
-    lookup.par_chunks_mut(2).enumerate().for_each(|(entry, colours)| {
+    let colours = colours_per_entry(plan.variant) as usize;
+    let mut lookup = vec![Vec4::ZERO; colours * entries(&plan.uniform) as usize];
+    lookup.par_chunks_mut(colours).enumerate().for_each(|(entry, colours)| {
         let rgb = lookup_colours(&plan.uniform, plan.buffers(), entry as u32, plan.sky.fit_kind(), plan.variant);
-        colours.copy_from_slice(&[rgb.air.extend(0.0), rgb.aerosol.extend(0.0)]);
+        store_entry(colours, 0, rgb, plan.variant);
     });
     lookup
 }
@@ -69,7 +70,7 @@ fn sky_lookup(plan: &Plan) -> Vec<Vec4> {
 fn store_pixel(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], words: &mut [u32], column: u32) {
     let (buffers, variant) = (plan.buffers(), plan.variant);
     match kernel {
-        Kernel::Radiance => radiance_pixel(uniform, buffers.bands, buffers.quadrature, words, column, 0, variant),
+        Kernel::Radiance => radiance_pixel(uniform, buffers, words, column, 0, variant),
         Kernel::Fill => {
             let size = plan.pixel_words() as usize;
             words[column as usize * size..][..size].fill(SENTINEL);

@@ -2,6 +2,7 @@
 
 use sorairo_shared::lookup::RUN;
 use sorairo_shared::observer::OBSERVER_NODES;
+use sorairo_shared::sky::constituent_count;
 use sorairo_shared::variant;
 
 use crate::plan::Plan;
@@ -25,6 +26,6 @@ pub(super) fn rounds(plan: &Plan) -> u64 {
     let uniform = &plan.uniform;
     let wavelengths = 1 + u64::from(uniform.spectral_wavelengths);
     let disc = 1 + has(variant::SUN_DISC) * u64::from(uniform.disc.samples).pow(2);
-    let fit = u64::from(uniform.air_nodes + uniform.aerosol_nodes + OBSERVER_NODES);
+    let fit = u64::from(constituent_count(plan.variant) * uniform.nodes + OBSERVER_NODES);
     plan.buffers().bands.len() as u64 * (ray + wavelengths) + fit + u64::from(RUN) * disc
 }

@@ -1,6 +1,6 @@
 //! A plan in words: what it skips, and what that saves.
 
-use sorairo_shared::lookup::RUN;
+use sorairo_shared::lookup::{RUN, colours_per_entry};
 use sorairo_shared::variant::{self, PixelFormat};
 
 use super::image::Plan;
@@ -73,7 +73,7 @@ fn path(plan: &Plan) -> String {
                 plan.lookup.reason,
                 entries * samples,
                 pixels * samples,
-                entries * 32
+                entries * 16 * u64::from(colours_per_entry(plan.variant))
             )
         }
         None => format!("path: direct ({}), {} samples", plan.lookup.reason, pixels * samples),
@@ -91,7 +91,8 @@ fn bytes(plan: &Plan) -> String {
     let uploaded = size_of_val(&plan.uniform)
         + size_of_val(plan.buffers().bands)
         + size_of_val(plan.buffers().quadrature)
-        + size_of_val(plan.colour.as_slice());
+        + size_of_val(plan.colour.as_slice())
+        + size_of_val(plan.buffers().multiple);
     format!("bytes: {uploaded} up, {read_back} back ({kind}, {} bytes a pixel)", 4 * plan.pixel_words())
 }
 

@@ -48,7 +48,7 @@ impl Plan {
 
     /// The plan of what a scene's camera sees of its sky.
     fn of_sky(sky: Arc<SkyPlan>, scene: &Scene, pixel: PixelFormat) -> Self {
-        let lit_rows = lit_rows(scene, sky.is_night);
+        let lit_rows = lit_rows(scene, &sky);
         let lookup = lookup::choose(scene, &sky, &lit_rows);
         let camera = upload::camera(scene);
         let shows_disc = scene.sun.disc && !sky.is_night;
@@ -131,8 +131,7 @@ impl Plan {
 
     /// What the kernels read beside the uniform.
     pub fn buffers(&self) -> Buffers<'_> {
-        let integral = &self.sky.integral;
-        Buffers { bands: &integral.bands, quadrature: &integral.quadrature, colour: &self.colour }
+        self.sky.integral.buffers(&self.colour)
     }
 
     /// Pixels of the rows that can be lit.
@@ -178,12 +177,13 @@ impl Plan {
     }
 }
 
-/// Rows of the image that can be lit: none at night, and from the ground an equirectangular image is black below its middle.
-fn lit_rows(scene: &Scene, is_night: bool) -> Range<u32> {
+/// Rows of the image that can be lit: none at night, and from black ground an equirectangular image is black below its middle.
+fn lit_rows(scene: &Scene, sky: &SkyPlan) -> Range<u32> {
     let height = scene.camera.size.height;
-    if is_night {
+    let is_black_below = scene.observer.altitude == 0.0 && sky.integral.variant & variant::GROUND == 0;
+    if sky.is_night {
         0..0
-    } else if scene.camera.projection == Projection::Equirectangular && scene.observer.altitude == 0.0 {
+    } else if scene.camera.projection == Projection::Equirectangular && is_black_below {
         0..height.div_ceil(2)
     } else {
         0..height

@@ -1,15 +1,16 @@
-//! The ray integral of a sky: what the air and the aerosol along a ray scatter towards the observer, at the bands, before any fit.
+//! The light of a sky along a ray at the bands, by its constituents, before any fit.
 
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
-use sorairo_shared::phase::{ScatteringAngle, cornette_shanks_phase, rayleigh_phase};
+use sorairo_shared::phase::ScatteringAngle;
 use sorairo_shared::single::{Bands, SingleScattering, single_scattering};
-use sorairo_shared::sky::{Constituents, transfer, view_ray};
-use sorairo_shared::uniform::Uniform;
+use sorairo_shared::sky::{Parts, light, phases, transfer, view_ray};
+use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
 use super::directions::farthest_air;
-use crate::scene::Scene;
+use super::multiple::{MultipleLight, OrdersMade, Resolution, Setting};
+use crate::scene::{Orders, Scene};
 use crate::spectra::optics::Optics;
 
 /// The optical depth that may lie above the top of the atmosphere before column densities to the sun take it off. It changes
@@ -20,50 +21,50 @@ const NEGLIGIBLE_DEPTH_ABOVE_TOP: f64 = 1e-4;
 /// those to infinity: single precision keeps 1e-5 of it.
 const OPAQUE_DEPTH: f64 = 50.0;
 
-/// Air or aerosol.
+/// A constituent of a sky's light; see [`Parts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Constituent {
-    /// Air.
+    /// Scattered once, by air.
     Air,
-    /// Aerosol.
+    /// Scattered once, by aerosol.
     Aerosol,
+    /// Scattered more than once.
+    Multiple,
+    /// Reflected by the ground towards the observer.
+    Ground,
 }
 
 impl Constituent {
-    /// The constituent's integral.
-    pub fn of(self, scattered: &SingleScattering) -> Vec4 {
+    /// All of them, in the order of the kernels.
+    pub const ALL: [Self; 4] = [Self::Air, Self::Aerosol, Self::Multiple, Self::Ground];
+
+    /// Its part.
+    pub fn of<T>(self, parts: Parts<T>) -> T {
         match self {
-            Self::Air => scattered.air,
-            Self::Aerosol => scattered.aerosol,
-        }
-    }
-}
-
-/// The phase functions in a direction (sr⁻¹).
-#[derive(Clone, Copy, Debug)]
-pub struct Phases {
-    /// Of air.
-    pub air: f32,
-    /// Of aerosol.
-    pub aerosol: f32,
-}
-
-impl Phases {
-    /// That of a constituent.
-    pub fn of(self, constituent: Constituent) -> f32 {
-        match constituent {
-            Constituent::Air => self.air,
-            Constituent::Aerosol => self.aerosol,
+            Self::Air => parts.air,
+            Self::Aerosol => parts.aerosol,
+            Self::Multiple => parts.multiple,
+            Self::Ground => parts.ground,
         }
     }
 
-    /// Linear RGB of the sky from that of its constituents, whatever its gamut (W·m⁻²·sr⁻¹).
-    pub fn applied(self, constituents: Constituents) -> Vec3 {
-        constituents.air * self.air + constituents.aerosol * self.aerosol
+    /// Whether a variant's light has it.
+    pub fn is_in(self, variant: u32) -> bool {
+        match self {
+            Self::Air => true,
+            Self::Aerosol => variant & variant::AEROSOL != 0,
+            Self::Multiple => variant & variant::MULTIPLE != 0,
+            Self::Ground => variant & variant::GROUND != 0,
+        }
+    }
+
+    /// What it takes at a wavelength (nm) beside the transfer of its part: the ground's albedo.
+    pub fn albedo(self, optics: &Optics, wavelength: f64) -> f64 {
+        if self == Self::Ground { optics.ground_albedo.at(wavelength) } else { 1.0 }
     }
 }
 
-/// Planet, sun and observer, the bands, and the rule by which rays are integrated.
+/// Planet, sun and observer, the bands, the rule by which rays are integrated, and light that was scattered more than once.
 #[derive(Clone, Debug)]
 pub struct RayIntegral {
     /// What the kernels are told of the sky; of an image it knows nothing.
@@ -76,8 +77,14 @@ pub struct RayIntegral {
     pub bands: Vec<Bands>,
     /// Quadrature nodes of the ray integral on [0, 1], with their weights.
     pub quadrature: Vec<Vec2>,
-    /// What the integral must not skip: bits of [`variant::WHOLE_INTEGRAL`].
+    /// What the integral must not skip: bits of [`variant::WHOLE_INTEGRAL`], [`variant::MULTIPLE`] and [`variant::GROUND`].
     pub variant: u32,
+    /// Orders of scattering.
+    pub orders: Orders,
+    /// Entries of the lookup of light that was scattered more than once.
+    pub multiple: Vec<Vec4>,
+    /// How that light was computed, for each group of bands that were computed together.
+    pub orders_made: Vec<OrdersMade>,
     /// Azimuth of the sun (degrees).
     pub sun_azimuth: f64,
 }
@@ -88,19 +95,44 @@ impl RayIntegral {
         view_ray(&self.uniform, view)
     }
 
-    /// The phase functions in a direction.
-    pub fn phases(&self, view: Vec3) -> Phases {
-        let ray = self.ray(view);
-        Phases {
-            air: rayleigh_phase(ray.nu),
-            aerosol: cornette_shanks_phase(ScatteringAngle::of_ray(ray), self.uniform.atmosphere.aerosol_asymmetry),
-        }
+    /// The phase functions in a direction (sr⁻¹); 1 for light that has none left.
+    pub fn phases(&self, view: Vec3) -> Parts<f32> {
+        phases(&self.uniform, ScatteringAngle::of_ray(self.ray(view)))
     }
 
-    /// Transfer (sr⁻¹) in a direction at each band (Eq. 1).
+    /// Transfer (sr⁻¹) in a direction at each band, of all light.
     pub fn transfer(&self, view: Vec3) -> Vec<f64> {
-        let four = |group| transfer(&self.uniform, group, &self.quadrature, view, self.variant);
-        self.at_bands(self.bands.iter().map(four))
+        let groups = 0..self.bands.len();
+        self.at_bands(groups.map(|group| transfer(&self.uniform, self.buffers(&[]), group, view, self.variant)))
+    }
+
+    /// The light in a direction at each group of bands, by its constituents.
+    pub fn light(&self, view: Vec3) -> Vec<Parts<Vec4>> {
+        (0..self.bands.len()).map(|group| light(&self.uniform, self.buffers(&[]), group, view, self.variant)).collect()
+    }
+
+    /// What the kernels read beside the uniform, with these colour rows.
+    pub fn buffers<'a>(&'a self, colour: &'a [Vec4]) -> Buffers<'a> {
+        Buffers { bands: &self.bands, quadrature: &self.quadrature, colour, multiple: &self.multiple }
+    }
+
+    /// What the light field around the observer depends on beside the wavelength.
+    pub fn setting(&self) -> Setting<'_> {
+        let sun = self.uniform.sun.as_dvec4();
+        let elevation = sun.z.atan2(sun.x.hypot(sun.y));
+        let of_first_order = self.variant & !variant::REST;
+        Setting::new(&self.uniform.atmosphere, of_first_order, f64::from(self.uniform.altitude), elevation)
+    }
+
+    /// The same with the light that the scene's orders of scattering add at these bands, where there are any.
+    pub fn with_multiple_light(self) -> Self {
+        if self.variant & variant::MULTIPLE == 0 {
+            return self;
+        }
+        let setting = self.setting();
+        let MultipleLight { lookup, values, orders } =
+            MultipleLight::new(&setting, &self.bands, &Resolution::choose(&setting, self.aerosol_depth()), self.orders);
+        Self { uniform: Uniform { multiple: lookup, ..self.uniform }, multiple: values, orders_made: orders, ..self }
     }
 
     /// The integrals of a ray at some groups of bands, before their phase functions (transfer times sr).
@@ -108,6 +140,13 @@ impl RayIntegral {
         let ray = self.ray(view);
         let atmosphere = &self.uniform.atmosphere;
         groups.iter().map(|group| single_scattering(atmosphere, group, &self.quadrature, ray, self.variant)).collect()
+    }
+
+    /// The largest vertical optical depth of scattering by aerosol at the bands.
+    fn aerosol_depth(&self) -> f64 {
+        let strongest =
+            self.bands.iter().map(|group| group.aerosol_scattering.max_element()).map(f64::from).fold(0.0, f64::max);
+        strongest * f64::from(self.uniform.atmosphere.aerosol.scale_height)
     }
 
     /// One value for each band from groups of four, the last of which may be filled up.

@@ -9,6 +9,7 @@ use serde::Serialize;
 use sorairo_shared::camera::EQUIRECTANGULAR;
 use sorairo_shared::kernels::LOOKUP_WORKGROUP;
 use sorairo_shared::lookup::{RUN, grid_view};
+use sorairo_shared::sky::Constituents;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
@@ -124,7 +125,9 @@ fn sized(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>, (rows, azimuths): 
     let lit = lit_rows.end - lit_rows.start;
     let from_top = (0.5 - f64::from(sky.integral.uniform.horizon) / PI) * f64::from(scene.camera.size.height);
     let above = ((from_top + 0.5) as u32).min(lit);
-    LookupSize { above, below: lit - above, azimuths: azimuths.min((MOST_ENTRIES / u64::from(lit)) as u32) }
+    // On the ground itself what lies below is one colour.
+    let below = if scene.observer.altitude > 0.0 { lit - above } else { 0 };
+    LookupSize { above, below, azimuths: azimuths.min((MOST_ENTRIES / u64::from(above + below)) as u32) }
 }
 
 /// The size that keeps linear interpolation within the tolerance, from its error on the coarsest grid.
@@ -188,8 +191,8 @@ fn measure(sky: &SkyPlan, above: bool, x: f64, c: f64, half_x: f64, half_c: f64)
     let view = |x: f64, c: f64| grid_view(uniform, above, x as f32, c as f32);
     let phases = sky.integral.phases(view(x, c));
     let luminance = |x: f64, c: f64| {
-        let constituents = sky.constituents(sky.integral.ray(view(x, c)));
-        f64::from(uniform.rgb.luminance(phases.applied(constituents)))
+        let Constituents { air, aerosol, rest } = sky.constituents(view(x, c));
+        f64::from(uniform.rgb.luminance(air * phases.air + aerosol * phases.aerosol + rest))
     };
     let middle = luminance(x, c);
     let between = |a: f64, b: f64| (0.5 * (a + b) - middle).abs();

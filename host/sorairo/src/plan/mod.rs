@@ -12,6 +12,7 @@ mod image;
 pub mod integral;
 mod kernel;
 pub mod lookup;
+pub mod multiple;
 pub mod quadrature;
 pub mod samples;
 mod sky;

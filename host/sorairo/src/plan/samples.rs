@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use sorairo_shared::glam::{Vec2, Vec3};
 use sorairo_shared::single::Bands;
-use sorairo_shared::sky::transfer;
+use sorairo_shared::sky::first_order;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
@@ -85,7 +85,7 @@ impl Sky<'_> {
     /// The transfer at the test wavelengths along each view.
     fn transfer(&self, views: &[Vec3], samples: u32) -> Vec<Vec<f64>> {
         let rule: Vec<Vec2> = gauss_legendre(samples);
-        let four = |bands, view| transfer(self.uniform, bands, &rule, view, self.integral).to_array().map(f64::from);
+        let four = |bands, view| first_order(self.uniform, bands, &rule, view, self.integral).to_array().map(f64::from);
         views.par_iter().map(|&view| self.bands.iter().flat_map(|bands| four(bands, view)).collect()).collect()
     }
 

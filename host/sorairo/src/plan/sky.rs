@@ -1,9 +1,9 @@
 //! The sky, planned: what depends on it alone, decided once and never changed. A camera only looks at it.
 
-use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::sky::{Constituents, constituents, sky};
-use sorairo_shared::uniform::Buffers;
+use sorairo_shared::uniform::{Buffers, Uniform};
+use sorairo_shared::variant;
 
 use super::colour_space::ColourSpace;
 use super::fit::regression::Training;
@@ -11,7 +11,7 @@ use super::fit::{self, SpectralFit};
 use super::integral::{self, RayIntegral};
 use super::quadrature::gauss_legendre;
 use super::{directions, exposure, samples, upload};
-use crate::scene::{ColourObserver, ColourPath, Rgb, ValidScene};
+use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
 
 /// A sky that can be looked at.
 #[derive(Clone, Debug)]
@@ -44,20 +44,33 @@ impl SkyPlan {
         let wavelengths = fit::wavelengths(scene);
         let fit = SpectralFit::new(scene, &wavelengths);
         let bands = fit.bands(&optics, &wavelengths);
-        let nodes = fit.nodes(wavelengths.len(), scene.atmosphere.aerosol.optical_depth > 0.0);
+        let nodes = fit.nodes(wavelengths.len());
         let uniform = upload::sky_uniform(scene, &wavelengths, nodes, &space);
         let samples =
             scene.render.steps.unwrap_or_else(|| samples::per_piece(scene, &uniform, &optics, &bands, variant));
         let quadrature = gauss_legendre(samples);
         let sun_azimuth = scene.sun.azimuth;
-        let integral = RayIntegral { uniform, optics, wavelengths, bands, quadrature, variant, sun_azimuth };
         let is_night = directions::is_night(scene);
+        let integral = RayIntegral {
+            uniform,
+            optics,
+            wavelengths,
+            bands,
+            quadrature,
+            variant: if is_night { variant } else { variant | rest(scene) },
+            orders: scene.render.orders,
+            multiple: Vec::new(),
+            orders_made: Vec::new(),
+            sun_azimuth,
+        }
+        .with_multiple_light();
         let training = Training { integral: &integral, observer, space: &space };
         let colour = if is_night { Vec::new() } else { fit.colour_rows(&training, colour_path) };
         let sky = Self { integral, fit, colour_path, observer, space, colour, exposure: 1.0, is_night };
         if is_night {
             return sky;
         }
+        let sky = sky.with_ground_beneath();
         let exposure = exposure::of(scene.render.exposure, &sky.integral, |view| sky.radiance(view));
         Self { exposure, ..sky }
     }
@@ -67,9 +80,19 @@ impl SkyPlan {
         sky(&self.integral.uniform, self.buffers(), view, self.fit_kind(), self.integral.variant)
     }
 
-    /// Linear RGB of air and of aerosol along a ray, before their phase functions (W·m⁻²); not of a fit that is solved at every pixel.
-    pub fn constituents(&self, ray: Ray) -> Constituents {
-        constituents(&self.integral.uniform, self.buffers(), ray, self.fit_kind(), self.integral.variant)
+    /// The same with the colour of the ground on which the observer stands.
+    fn with_ground_beneath(mut self) -> Self {
+        let variant = self.integral.variant;
+        if variant & variant::GROUND != 0 && variant & variant::DESCENT == 0 {
+            let ground = self.radiance(-Vec3::Z).extend(0.0);
+            self.integral.uniform = Uniform { ground, ..self.integral.uniform };
+        }
+        self
+    }
+
+    /// Linear RGB of each constituent in a direction; not of a fit that is solved at every pixel.
+    pub fn constituents(&self, view: Vec3) -> Constituents {
+        constituents(&self.integral.uniform, self.buffers(), view, self.fit_kind(), self.integral.variant)
     }
 
     /// The colour rows of a spectral image at wavelengths (nm).
@@ -94,7 +117,13 @@ impl SkyPlan {
 
     /// What the kernels read beside the uniform.
     fn buffers(&self) -> Buffers<'_> {
-        let RayIntegral { bands, quadrature, .. } = &self.integral;
-        Buffers { bands, quadrature, colour: &self.colour }
+        self.integral.buffers(&self.colour)
     }
+}
+
+/// What a scene has beside light that is scattered once: bits of [`variant::REST`].
+fn rest(scene: &Scene) -> u32 {
+    let multiple = if scene.render.orders == Orders::UpTo(1) { 0 } else { variant::MULTIPLE };
+    let ground = if scene.ground.albedo.is_black() { 0 } else { variant::GROUND };
+    multiple | ground
 }

@@ -15,13 +15,8 @@ use crate::spectra::optics::Optics;
 
 /// The uniform of a sky that no camera looks at: what concerns an image is 0, its exposure 1.
 ///
-/// `wavelengths` are those of the bands (nm), `nodes` the observer nodes of air and of aerosol.
-pub fn sky_uniform(
-    scene: &Scene,
-    wavelengths: &[f64],
-    [air_nodes, aerosol_nodes]: [u32; 2],
-    space: &ColourSpace,
-) -> Uniform {
+/// `wavelengths` are those of the bands (nm), `nodes` the observer nodes of each constituent.
+pub fn sky_uniform(scene: &Scene, wavelengths: &[f64], nodes: u32, space: &ColourSpace) -> Uniform {
     let band = |i: usize| observer::normalised(wavelengths[i.min(wavelengths.len() - 1)]) as f32;
     Uniform {
         atmosphere: atmosphere(scene),
@@ -31,8 +26,7 @@ pub fn sky_uniform(
         rgb: space.for_kernels(),
         altitude: scene.observer.altitude as f32,
         exposure: 1.0,
-        air_nodes,
-        aerosol_nodes,
+        nodes,
         horizon: horizon(scene.atmosphere.ground_radius, scene.observer.altitude) as f32,
         ..Uniform::zeroed()
     }
@@ -57,8 +51,8 @@ fn atmosphere(scene: &Scene) -> Atmosphere {
         ozone_bottom: a.ozone.bottom as f32,
         ozone_peak: a.ozone.peak as f32,
         ozone_top: a.ozone.top as f32,
-        padding0: 0,
-        padding1: 0,
+        air_anisotropy: a.air.spectrum.anisotropy() as f32,
+        padding: 0,
     }
 }
 

@@ -5,7 +5,8 @@ use serde::de::{DeserializeOwned, Visitor};
 use serde::forward_to_deserialize_any;
 
 use super::preset::Scene;
-use super::settings::Exposure;
+use super::settings::{Exposure, Orders};
+use crate::spectra::choice::GroundAlbedo;
 
 /// The way to a value of a type.
 pub struct Way<T: 'static> {
@@ -121,6 +122,34 @@ impl Number for Option<f64> {
 impl Number for Option<u32> {
     fn number(&self) -> Option<f64> {
         self.map(f64::from)
+    }
+}
+
+impl Number for Orders {
+    fn number(&self) -> Option<f64> {
+        match self {
+            Self::All => None,
+            Self::UpTo(order) => Some(f64::from(*order)),
+        }
+    }
+}
+
+impl Number for GroundAlbedo {
+    fn number(&self) -> Option<f64> {
+        match self {
+            Self::Grey(albedo) => Some(*albedo),
+            _ => None,
+        }
+    }
+
+    fn number_mut(&mut self) -> Option<&mut f64> {
+        if self.number().is_none() {
+            *self = Self::Grey(0.0);
+        }
+        match self {
+            Self::Grey(albedo) => Some(albedo),
+            _ => None,
+        }
     }
 }
 

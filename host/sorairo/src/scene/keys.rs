@@ -11,11 +11,11 @@ use super::camera::{CameraScene, LONGEST_SIDE, Projection};
 use super::field::{Field, NumberField, Present, Way};
 use super::preset::{Preset, Scene};
 use super::rules;
-use super::settings::{ColourPath, ExrDepth, Fit, MOST_STOPS, PathChoice, Render, Rgb, WhiteBalance};
-use super::sky::{Aerosol, Air, AtmosphereScene, Observer, Ozone, Sun};
+use super::settings::{ColourPath, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, Render, Rgb, WhiteBalance};
+use super::sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, Sun};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
-use crate::spectra::choice::{AlbedoSpectrum, OzoneCrossSection, SunSpectrum};
+use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 use crate::spectra::measured::MEASURED_RANGE;
 use crate::spectra::observer::ColourObserver;
 use crate::words::{Word, Words, words};
@@ -28,6 +28,10 @@ pub struct Key {
     pub unit: &'static str,
     /// What it may be.
     pub allowed: Allowed,
+    /// Words that it may be beside a number.
+    or_words: Option<fn() -> Vec<Word>>,
+    /// Whether it may be the name of a CSV file beside those words.
+    or_table: bool,
     field: &'static dyn Field,
     /// Whether it matters in a scene.
     matters: fn(&Scene) -> bool,
@@ -37,7 +41,7 @@ pub struct Key {
     rule: Option<fn(&Scene) -> Result<()>>,
 }
 
-/// What a key may be.
+/// What a key may be, alone or beside words.
 pub enum Allowed {
     /// A number in a range.
     Range {
@@ -72,7 +76,7 @@ struct Table {
     sentence: fn(&str) -> Option<&'static str>,
 }
 
-static TABLES: [Table; 9] = [
+static TABLES: [Table; 10] = [
     table::<Scene>(""),
     table::<Sun>("sun"),
     table::<Observer>("observer"),
@@ -80,6 +84,7 @@ static TABLES: [Table; 9] = [
     table::<Air>("atmosphere.air"),
     table::<Aerosol>("atmosphere.aerosol"),
     table::<Ozone>("atmosphere.ozone"),
+    table::<Ground>("ground"),
     table::<CameraScene>("camera"),
     table::<Render>("render"),
 ];
@@ -167,6 +172,8 @@ pub static KEYS: &[Key] = &[
     )
     .rule(opaque_at_its_top),
     number!(atmosphere.air.scattering, "km⁻¹", At(0.0), At(100.0)),
+    key!(atmosphere.air.spectrum, one_of::<AirSpectrum>()),
+    number!(atmosphere.air.pressure, "hPa", At(0.0), At(2000.0)),
     number!(atmosphere.air.scale_height, "km", At(0.05), THICKEST),
     number!(atmosphere.aerosol.optical_depth, "", At(0.0), At(1000.0)),
     number!(atmosphere.aerosol.angstrom_exponent, "", At(-5.0), At(5.0)),
@@ -193,6 +200,10 @@ pub static KEYS: &[Key] = &[
     )
     .matters(has_ozone),
     key!(atmosphere.ozone.cross_section, WordsOrTable(words::<OzoneCrossSection>)),
+    number!(ground.albedo, "", At(0.0), At(1.0))
+        .or_words(words::<GroundAlbedo>)
+        .or_table()
+        .rule(rules::ground_albedo_above_1),
     key!(camera.projection, one_of::<Projection>()),
     key!(camera.size, Other(|| format!("\"WIDTHxHEIGHT\", each 1 to {LONGEST_SIDE}")))
         .unit("pixels")
@@ -214,6 +225,7 @@ pub static KEYS: &[Key] = &[
     number!(camera.look_elevation, "degrees", At(-90.0), At(90.0)).otherwise(|| {
         format!("fisheye {}, perspective {}", Projection::FISHEYE.elevation, Projection::PERSPECTIVE.elevation)
     }),
+    number!(render.orders, "", At(1.0), At(Orders::MOST as f64)).or_words(words::<Orders>),
     key!(render.fit, one_of::<Fit>()),
     key!(render.bands, Other(range_of_bands))
         .unit("nm")
@@ -260,11 +272,31 @@ fn range_of_bands() -> String {
 
 impl Key {
     const fn new(name: &'static str, field: &'static dyn Field, allowed: Allowed) -> Self {
-        Self { name, unit: "", allowed, field, matters: |_| true, otherwise: None, rule: None }
+        Self {
+            name,
+            unit: "",
+            allowed,
+            or_words: None,
+            or_table: false,
+            field,
+            matters: |_| true,
+            otherwise: None,
+            rule: None,
+        }
     }
 
     const fn unit(mut self, unit: &'static str) -> Self {
         self.unit = unit;
+        self
+    }
+
+    const fn or_words(mut self, words: fn() -> Vec<Word>) -> Self {
+        self.or_words = Some(words);
+        self
+    }
+
+    const fn or_table(mut self) -> Self {
+        self.or_table = true;
         self
     }
 
@@ -330,14 +362,18 @@ impl Key {
     pub fn words(&self) -> Vec<Word> {
         match &self.allowed {
             Allowed::Words(words) | Allowed::WordsOrTable(words) => words(),
-            _ => Vec::new(),
+            _ => self.or_words.map(|words| words()).unwrap_or_default(),
         }
     }
 
     /// What the key may be, in words.
     pub fn range(&self) -> String {
         match &self.allowed {
-            Allowed::Range { low, high, .. } => format!("{} to {}", low.words(), high.words()),
+            Allowed::Range { low, high, .. } => {
+                let words = self.or_words.map(|words| format!(", {}", listed(&words()))).unwrap_or_default();
+                let table = if self.or_table { ", or the name of a .csv file" } else { "" };
+                format!("{} to {}{words}{table}", low.words(), high.words())
+            }
             Allowed::Words(words) => listed(&words()),
             Allowed::WordsOrTable(words) => format!("{}, or the name of a .csv file", listed(&words())),
             Allowed::Other(words) => words(),
@@ -400,9 +436,10 @@ fn listed(words: &[Word]) -> String {
 pub const DENSEST_TOP: f64 = 20.0;
 
 /// What the optical depth above the top follows from.
-const OF_THE_TOP: [&str; 6] = [
+const OF_THE_TOP: [&str; 7] = [
     "atmosphere.ground_radius",
     "atmosphere.air.scattering",
+    "atmosphere.air.pressure",
     "atmosphere.air.scale_height",
     "atmosphere.aerosol.optical_depth",
     "atmosphere.aerosol.angstrom_exponent",

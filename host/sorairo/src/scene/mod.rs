@@ -17,10 +17,10 @@ mod settings;
 mod sky;
 mod valid;
 
-pub use crate::spectra::choice::{AlbedoSpectrum, OzoneCrossSection, SunSpectrum};
+pub use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 pub use crate::spectra::observer::ColourObserver;
 pub use camera::{CameraScene, LONGEST_SIDE, Projection, Size, View};
 pub use preset::{Preset, Scene};
-pub use settings::{ColourPath, Exposure, ExrDepth, Fit, MOST_STOPS, PathChoice, Render, Rgb, WhiteBalance};
-pub use sky::{Aerosol, Air, AtmosphereScene, Observer, Ozone, Sun};
+pub use settings::{ColourPath, Exposure, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, Render, Rgb, WhiteBalance};
+pub use sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, STANDARD_PRESSURE, Sun};
 pub use valid::ValidScene;

@@ -1,6 +1,7 @@
 //! The optical properties of a scene.
 
 use super::preset::Scene;
+use super::sky::STANDARD_PRESSURE;
 use crate::spectra::optics::Optics;
 
 /// One Dobson unit: molecules per m².
@@ -16,7 +17,8 @@ impl Scene {
         Optics {
             ground_radius: a.ground_radius,
             top_radius: a.top_radius,
-            air_scattering: a.air.scattering,
+            air_scattering: a.air.scattering * (a.air.pressure / STANDARD_PRESSURE),
+            air_spectrum: a.air.spectrum,
             air_scale_height: a.air.scale_height,
             aerosol_extinction: a.aerosol.optical_depth / a.aerosol.scale_height,
             angstrom_exponent: a.aerosol.angstrom_exponent,
@@ -26,6 +28,7 @@ impl Scene {
             // Without ozone its layer may be anywhere, and as thin as nothing.
             ozone_peak_density: if a.ozone.column > 0.0 { a.ozone.column * DOBSON_UNIT / half_base } else { 0.0 },
             cross_section: a.ozone.cross_section.clone(),
+            ground_albedo: self.ground.albedo.clone(),
             sun: self.sun.spectrum.clone(),
             sun_distance: self.sun.distance,
         }

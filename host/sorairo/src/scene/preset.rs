@@ -6,7 +6,7 @@ use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use super::camera::CameraScene;
 use super::settings::Render;
-use super::sky::{AtmosphereScene, Observer, Sun};
+use super::sky::{AtmosphereScene, Ground, Observer, Sun};
 use crate::spectra::choice::{AlbedoSpectrum, SunSpectrum};
 
 /// A complete description of one sky. Read from TOML; every key has a default, that of the preset.
@@ -21,6 +21,8 @@ pub struct Scene {
     pub observer: Observer,
     /// The planet and what surrounds it.
     pub atmosphere: AtmosphereScene,
+    /// The ground.
+    pub ground: Ground,
     /// The camera.
     pub camera: CameraScene,
     /// How to render.
@@ -63,6 +65,7 @@ impl Scene {
             sun: Sun::default(),
             observer: Observer::default(),
             atmosphere: AtmosphereScene::default(),
+            ground: Ground::default(),
             camera: CameraScene::default(),
             render: Render::default(),
         };

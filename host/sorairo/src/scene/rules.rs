@@ -5,6 +5,7 @@ use super::preset::Scene;
 use super::settings::{ColourPath, Fit};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
+use crate::spectra::table_file::TableFile;
 
 /// Bands closer than this (nm) make the fit's matrix singular in practice.
 pub const CLOSEST_BANDS: f64 = 0.5;
@@ -31,7 +32,16 @@ pub(super) fn size_out_of_range(scene: &Scene) -> Result<()> {
 }
 
 pub(super) fn albedo_above_1(scene: &Scene) -> Result<()> {
-    let Some(file) = scene.atmosphere.aerosol.single_scattering_albedo_spectrum.file() else { return Ok(()) };
+    let spectrum = &scene.atmosphere.aerosol.single_scattering_albedo_spectrum;
+    table_above_1("atmosphere.aerosol.single_scattering_albedo_spectrum", spectrum.file())
+}
+
+pub(super) fn ground_albedo_above_1(scene: &Scene) -> Result<()> {
+    table_above_1("ground.albedo", scene.ground.albedo.file())
+}
+
+fn table_above_1(key: &'static str, file: Option<&TableFile>) -> Result<()> {
+    let Some(file) = file else { return Ok(()) };
     let (albedo, wavelength) = file.table().largest(0);
     if albedo <= 1.0 {
         return Ok(());
@@ -39,7 +49,7 @@ pub(super) fn albedo_above_1(scene: &Scene) -> Result<()> {
     let name = file.path().display();
     let complaint =
         format!("is {name}, which holds {} at {} nm; an albedo is at most 1", shown(albedo), shown(wavelength));
-    Err(Error::not_allowed("atmosphere.aerosol.single_scattering_albedo_spectrum", complaint))
+    Err(Error::not_allowed(key, complaint))
 }
 
 pub(super) fn nothing_to_solve(scene: &Scene) -> Result<()> {

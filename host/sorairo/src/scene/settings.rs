@@ -12,6 +12,8 @@ use crate::spectra::observer::ColourObserver;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Render {
+    /// Orders of scattering: how often light may be scattered or reflected on its way.
+    pub orders: Orders,
     /// Fit through the bands.
     pub fit: Fit,
     /// Wavelengths that are integrated (nm).
@@ -37,6 +39,7 @@ pub struct Render {
 impl Default for Render {
     fn default() -> Self {
         Self {
+            orders: Orders::UpTo(1),
             fit: Fit::Extinction,
             bands: None,
             color: ColourPath::Folded,
@@ -47,6 +50,55 @@ impl Default for Render {
             rgb: Rgb::Srgb,
             observer: ColourObserver::Cie1931,
             white_balance: WhiteBalance::None,
+        }
+    }
+}
+
+/// Which orders of scattering a sky has.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(try_from = "OrdersText", into = "OrdersText")]
+#[strum(serialize_all = "lowercase")]
+pub enum Orders {
+    /// All of them.
+    All,
+    /// Up to this one.
+    #[strum(disabled)]
+    UpTo(u32),
+}
+
+impl Orders {
+    /// The highest order that may be asked for alone.
+    pub const MOST: u32 = 20;
+}
+
+/// Orders as they stand in a scene file.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged, expecting = "orders are a whole number or \"all\"")]
+enum OrdersText {
+    Number(u32),
+    Text(String),
+}
+
+impl TryFrom<OrdersText> for Orders {
+    type Error = String;
+
+    fn try_from(text: OrdersText) -> std::result::Result<Self, String> {
+        match text {
+            OrdersText::Number(order) => Ok(Self::UpTo(order)),
+            OrdersText::Text(text) => {
+                text.parse().map_err(|_| format!("orders are a whole number or \"all\", not {text:?}"))
+            }
+        }
+    }
+}
+
+impl From<Orders> for OrdersText {
+    fn from(orders: Orders) -> Self {
+        match orders {
+            Orders::All => Self::Text("all".into()),
+            Orders::UpTo(order) => Self::Number(order),
         }
     }
 }

@@ -4,7 +4,7 @@ use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
 
 use super::place::{Place, Time};
-use crate::spectra::choice::{AlbedoSpectrum, OzoneCrossSection, SunSpectrum};
+use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 
 /// The sun.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
@@ -56,6 +56,20 @@ impl Default for Observer {
     }
 }
 
+/// The ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
+#[serde(deny_unknown_fields, default)]
+pub struct Ground {
+    /// Albedo of the ground, which reflects alike to all sides: a number, the spectrum of a surface, or a table.
+    pub albedo: GroundAlbedo,
+}
+
+impl Default for Ground {
+    fn default() -> Self {
+        Self { albedo: GroundAlbedo::Grey(0.0) }
+    }
+}
+
 /// The planet and its atmosphere.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
@@ -84,19 +98,31 @@ impl Default for AtmosphereScene {
     }
 }
 
-/// Air: scatters as λ⁻⁴ by Rayleigh's law.
+/// Pressure of the standard atmosphere at sea level (hPa).
+pub const STANDARD_PRESSURE: f64 = 1013.25;
+
+/// Air: scatters by Rayleigh's law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Air {
     /// Scattering coefficient of air at the ground and 1 µm (km⁻¹): `4πk` of the paper's Eq. 3 in µm⁴·km⁻¹.
     pub scattering: f64,
+    /// How the scattering of air depends on the wavelength.
+    pub spectrum: AirSpectrum,
+    /// Pressure of air at the ground (hPa), in proportion to which it scatters; `scattering` is that at 1013.25 hPa.
+    pub pressure: f64,
     /// Scale height of air (km).
     pub scale_height: f64,
 }
 
 impl Default for Air {
     fn default() -> Self {
-        Self { scattering: 1.240_62e-3, scale_height: 8.0 }
+        Self {
+            scattering: 1.240_62e-3,
+            spectrum: AirSpectrum::FourthPower,
+            pressure: STANDARD_PRESSURE,
+            scale_height: 8.0,
+        }
     }
 }
 

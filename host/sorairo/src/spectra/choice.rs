@@ -34,6 +34,140 @@ impl SunSpectrum {
     }
 }
 
+/// How the scattering of air depends on the wavelength, and how it depolarises.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum AirSpectrum {
+    /// As λ⁻⁴, by spheres that do not depolarise (the paper's Eq. 3).
+    FourthPower,
+    /// As measured: with the dispersion of air, whose molecules depolarise (Bodhaine et al. 1999).
+    Bodhaine,
+}
+
+impl AirSpectrum {
+    /// Scattering at a wavelength (µm) relative to that at 1 µm.
+    ///
+    /// Bodhaine, Wood, Dutton and Slusser 1999, Eq. 29, by which their table is met within 0.01 % from 250 to 850 nm
+    /// (DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2).
+    pub fn relative(self, micrometres: f64) -> f64 {
+        let cross_section = |square: f64| {
+            (1.045_599_6 - 341.290_61 / square - 0.902_308_50 * square)
+                / (1.0 + 0.002_705_988_9 / square - 85.968_563 * square)
+        };
+        match self {
+            Self::FourthPower => 1.0 / micrometres.powi(4),
+            Self::Bodhaine => cross_section(micrometres * micrometres) / cross_section(1.0),
+        }
+    }
+
+    /// Anisotropy of the phase function; see [`sorairo_shared::phase::air_phase`].
+    ///
+    /// From the King factor `F` of air at 550 nm (Bodhaine et al. 1999, Eqs. 5, 6 and 23): the depolarisation is `ρ = 6 (F - 1)/(3 + 7 F)`. From
+    /// 400 to 700 nm it changes the phase function by 0.1 % at most.
+    pub fn anisotropy(self) -> f64 {
+        const SQUARE: f64 = 0.55 * 0.55;
+        let depolarisation = match self {
+            Self::FourthPower => 0.0,
+            Self::Bodhaine => {
+                let nitrogen = 1.034 + 3.17e-4 / SQUARE;
+                let oxygen = 1.096 + 1.385e-3 / SQUARE + 1.448e-4 / (SQUARE * SQUARE);
+                let (argon, carbon_dioxide) = (1.0, 1.15);
+                let parts = [(78.084, nitrogen), (20.946, oxygen), (0.934, argon), (0.036, carbon_dioxide)];
+                let king = parts.map(|(part, factor)| part * factor).iter().sum::<f64>()
+                    / parts.map(|(part, _)| part).iter().sum::<f64>();
+                6.0 * (king - 1.0) / (3.0 + 7.0 * king)
+            }
+        };
+        (1.0 - depolarisation) / (1.0 + 0.5 * depolarisation)
+    }
+}
+
+/// The albedo of the ground: that of a surface, alike at every wavelength or by wavelength.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr)]
+#[serde(try_from = "AlbedoText", into = "AlbedoText")]
+#[strum(serialize_all = "kebab-case")]
+pub enum GroundAlbedo {
+    /// The same at every wavelength.
+    #[strum(disabled)]
+    Grey(f64),
+    /// Green grass.
+    Grass,
+    /// Bare soil.
+    Soil,
+    /// Desert sand.
+    Sand,
+    /// Fresh snow.
+    Snow,
+    /// The open sea.
+    Sea,
+    /// Concrete.
+    Concrete,
+    /// A person's table (0 to 1).
+    #[strum(disabled)]
+    File(TableFile),
+}
+
+/// An albedo as it stands in a scene file.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged, expecting = "an albedo is a number, the name of a surface or that of a .csv file")]
+enum AlbedoText {
+    Number(f64),
+    Text(String),
+}
+
+impl TryFrom<AlbedoText> for GroundAlbedo {
+    type Error = String;
+
+    fn try_from(text: AlbedoText) -> std::result::Result<Self, String> {
+        match text {
+            AlbedoText::Number(albedo) => Ok(Self::Grey(albedo)),
+            AlbedoText::Text(text) => named_or_file(&text, Self::File),
+        }
+    }
+}
+
+impl From<GroundAlbedo> for AlbedoText {
+    fn from(albedo: GroundAlbedo) -> Self {
+        match albedo {
+            GroundAlbedo::Grey(albedo) => Self::Number(albedo),
+            GroundAlbedo::File(file) => Self::Text(file.path().to_string_lossy().into_owned()),
+            named => Self::Text(word(named).into()),
+        }
+    }
+}
+
+impl GroundAlbedo {
+    /// The albedo at a wavelength (nm).
+    pub fn at(&self, wavelength: f64) -> f64 {
+        match self {
+            Self::Grey(albedo) => *albedo,
+            Self::Grass => measured::grass_albedo().at(wavelength)[0],
+            Self::Soil => measured::soil_albedo().at(wavelength)[0],
+            Self::Sand => measured::sand_albedo().at(wavelength)[0],
+            Self::Snow => measured::snow_albedo().at(wavelength)[0],
+            Self::Sea => measured::sea_albedo().at(wavelength)[0],
+            Self::Concrete => measured::concrete_albedo().at(wavelength)[0],
+            Self::File(file) => file.table().at(wavelength)[0],
+        }
+    }
+
+    /// Whether no light comes back.
+    pub fn is_black(&self) -> bool {
+        *self == Self::Grey(0.0)
+    }
+
+    /// The person's table, where there is one.
+    pub fn file(&self) -> Option<&TableFile> {
+        match self {
+            Self::File(file) => Some(file),
+            _ => None,
+        }
+    }
+}
+
 /// The single-scattering albedo of aerosol as a spectrum.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr)]
 #[serde(try_from = "String", into = "String")]

@@ -41,6 +41,42 @@ pub fn mars_dust_albedo() -> &'static Table<1> {
     embedded(&TABLE, include_str!("../../data/mars_dust_single_scattering_albedo.csv"))
 }
 
+/// Albedo of green grass.
+pub fn grass_albedo() -> &'static Table<1> {
+    static TABLE: OnceLock<Table<1>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../../data/albedo_grass.csv"))
+}
+
+/// Albedo of bare soil.
+pub fn soil_albedo() -> &'static Table<1> {
+    static TABLE: OnceLock<Table<1>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../../data/albedo_soil.csv"))
+}
+
+/// Albedo of desert sand.
+pub fn sand_albedo() -> &'static Table<1> {
+    static TABLE: OnceLock<Table<1>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../../data/albedo_sand.csv"))
+}
+
+/// Albedo of fresh snow.
+pub fn snow_albedo() -> &'static Table<1> {
+    static TABLE: OnceLock<Table<1>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../../data/albedo_snow.csv"))
+}
+
+/// Albedo of the open sea.
+pub fn sea_albedo() -> &'static Table<1> {
+    static TABLE: OnceLock<Table<1>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../../data/albedo_sea.csv"))
+}
+
+/// Albedo of concrete.
+pub fn concrete_albedo() -> &'static Table<1> {
+    static TABLE: OnceLock<Table<1>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../../data/albedo_concrete.csv"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

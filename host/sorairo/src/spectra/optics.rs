@@ -3,7 +3,7 @@
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::single::Bands;
 
-use super::choice::{AlbedoSpectrum, OzoneCrossSection, SunSpectrum};
+use super::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 use super::measured::MEASURED_RANGE;
 use super::observer;
 
@@ -18,6 +18,8 @@ pub struct Optics {
     pub top_radius: f64,
     /// Scattering coefficient of air at the ground and 1 µm (km⁻¹).
     pub air_scattering: f64,
+    /// How it depends on the wavelength.
+    pub air_spectrum: AirSpectrum,
     /// Scale height of air (km).
     pub air_scale_height: f64,
     /// Extinction coefficient of aerosol at the ground and 1 µm (km⁻¹).
@@ -34,6 +36,8 @@ pub struct Optics {
     pub ozone_peak_density: f64,
     /// Absorption cross-section of ozone.
     pub cross_section: OzoneCrossSection,
+    /// Albedo of the ground.
+    pub ground_albedo: GroundAlbedo,
     /// Spectrum of the sun.
     pub sun: SunSpectrum,
     /// Distance of the sun (astronomical units).
@@ -59,7 +63,7 @@ impl Optics {
         let micrometres = wavelength / 1000.0;
         let aerosol_extinction = self.aerosol_extinction * micrometres.powf(-self.angstrom_exponent);
         Coefficients {
-            air_scattering: self.air_scattering / micrometres.powi(4),
+            air_scattering: self.air_scattering * self.air_spectrum.relative(micrometres),
             aerosol_scattering: self.albedo_spectrum.at(wavelength, self.single_scattering_albedo) * aerosol_extinction,
             aerosol_extinction,
             ozone_absorption: self.ozone_peak_density * self.cross_section.at(wavelength) * METRES_PER_KM,
@@ -73,7 +77,8 @@ impl Optics {
 
     /// The wavelengths (nm) at which all of this is known: those of [`MEASURED_RANGE`] that a person's tables hold.
     pub fn known_wavelengths(&self) -> (f64, f64) {
-        let files = [self.sun.file(), self.albedo_spectrum.file(), self.cross_section.file()];
+        let files =
+            [self.sun.file(), self.albedo_spectrum.file(), self.cross_section.file(), self.ground_albedo.file()];
         files
             .into_iter()
             .flatten()
@@ -114,6 +119,7 @@ impl Optics {
             ozone_absorption: vec4(at.map(|c| c.ozone_absorption)),
             solar_irradiance,
             fit_irradiance: solar_irradiance,
+            albedo: vec4(wavelengths.map(|wavelength| self.ground_albedo.at(wavelength))),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::num::NonZero;
 
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::lookup::entries;
+use sorairo_shared::lookup::{colours_per_entry, entries};
 
 use super::readback::{Clock, Slot};
 use crate::plan::Plan;
@@ -52,6 +52,7 @@ pub(super) struct DeviceBuffers {
     bands: Kept,
     quadrature: Kept,
     colour: Kept,
+    multiple: Kept,
     lookup: Kept,
     pub(super) pixels: Kept,
     slots: [Option<Slot>; STRIPS_UNDER_WAY],
@@ -65,6 +66,7 @@ impl Default for DeviceBuffers {
             bands: Kept::new("bands", storage),
             quadrature: Kept::new("quadrature", storage),
             colour: Kept::new("colour", storage),
+            multiple: Kept::new("lookup of multiply scattered light", storage),
             lookup: Kept::new("sky lookup", wgpu::BufferUsages::STORAGE),
             pixels: Kept::new("pixels", wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC),
             slots: Default::default(),
@@ -81,7 +83,8 @@ impl DeviceBuffers {
         plan: &Plan,
         pixel_bytes: u64,
     ) -> Groups {
-        let lookup_bytes = 2 * size_of::<Vec4>() as u64 * u64::from(entries(&plan.uniform)).max(1);
+        let colours = u64::from(colours_per_entry(plan.variant));
+        let lookup_bytes = colours * size_of::<Vec4>() as u64 * u64::from(entries(&plan.uniform)).max(1);
         self.lookup.reserve(device, lookup_bytes);
         self.pixels.reserve(device, pixel_bytes);
         let buffers = plan.buffers();
@@ -89,11 +92,15 @@ impl DeviceBuffers {
         let bands_bytes = self.bands.upload(device, queue, bytemuck::cast_slice(buffers.bands));
         let quadrature_bytes = self.quadrature.upload(device, queue, bytemuck::cast_slice(buffers.quadrature));
         let colour_bytes = self.colour.upload(device, queue, bytemuck::cast_slice(buffers.colour));
+        // A binding may not be empty.
+        let multiple = if buffers.multiple.is_empty() { &[Vec4::ZERO] } else { buffers.multiple };
+        let multiple_bytes = self.multiple.upload(device, queue, bytemuck::cast_slice(multiple));
         let bound = [
             (self.uniform.get(), uniform_bytes),
             (self.bands.get(), bands_bytes),
             (self.quadrature.get(), quadrature_bytes),
             (self.colour.get(), colour_bytes),
+            (self.multiple.get(), multiple_bytes),
             (self.lookup.get(), lookup_bytes),
             (self.pixels.get(), pixel_bytes),
         ];
@@ -132,7 +139,8 @@ pub(super) struct Layouts {
 }
 
 impl Layouts {
-    /// A layout of some bindings; `written` is the one that the kernels write.
+    /// A layout of some bindings, the first ones without a gap; `written` is the one that the kernels write. wgpu numbers the bindings of a layout
+    /// anew where one is left out, and a shader that is passed through to the driver would not know.
     fn new(device: &wgpu::Device, used: &'static [u32], written: u32) -> Self {
         let entry = |&binding: &u32| wgpu::BindGroupLayoutEntry {
             binding,
@@ -184,6 +192,9 @@ pub(super) struct KernelLayouts {
 
 impl KernelLayouts {
     pub(super) fn new(device: &wgpu::Device) -> Self {
-        Self { lookup: Layouts::new(device, &[0, 1, 2, 3, 4], 4), pixels: Layouts::new(device, &[0, 1, 2, 3, 4, 5], 5) }
+        Self {
+            lookup: Layouts::new(device, &[0, 1, 2, 3, 4, 5], 5),
+            pixels: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], 6),
+        }
     }
 }

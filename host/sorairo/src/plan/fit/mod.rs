@@ -63,14 +63,11 @@ impl SpectralFit {
         }
     }
 
-    /// The observer nodes of air and of aerosol through so many bands; none but for a regression.
-    pub fn nodes(&self, bands: usize, has_aerosol: bool) -> [u32; 2] {
+    /// The observer nodes of each constituent through so many bands; none but for a regression.
+    pub fn nodes(&self, bands: usize) -> u32 {
         match self {
-            Self::Linear(_) => [0, 0],
-            Self::Regression => {
-                let nodes = regression::node_wavelengths(bands).len() as u32;
-                [nodes, if has_aerosol { nodes } else { 0 }]
-            }
+            Self::Linear(_) => 0,
+            Self::Regression => regression::node_wavelengths(bands).len() as u32,
         }
     }
 
@@ -91,10 +88,7 @@ impl SpectralFit {
         match self {
             Self::Linear(fit) if solve => fit.observer_rows(optics, training.observer),
             Self::Linear(fit) => fit.folded(optics, training.observer, training.space),
-            Self::Regression => {
-                let rows = |&constituent| training.nodes(constituent, solve);
-                training.constituents().iter().flat_map(rows).collect()
-            }
+            Self::Regression => training.nodes(solve),
         }
     }
 
@@ -102,7 +96,7 @@ impl SpectralFit {
     pub fn spectrum_rows(&self, training: &Training<'_>, wavelengths: &[f64]) -> Vec<Vec4> {
         match self {
             Self::Linear(fit) => fit.spectrum_rows(&training.integral.optics, wavelengths),
-            Self::Regression => training.spectrum_rows(training.constituents(), wavelengths),
+            Self::Regression => training.spectrum_rows(wavelengths),
         }
     }
 }

@@ -7,11 +7,14 @@
 
 use rayon::prelude::*;
 use sorairo_shared::glam::{DVec3, Vec3, Vec4};
-use sorairo_shared::single::Bands;
+use sorairo_shared::ground::{GroundView, ground_light, ground_seen};
+use sorairo_shared::single::{Bands, SingleScattering};
+use sorairo_shared::variant;
 
 use crate::plan::colour_space::ColourSpace;
 use crate::plan::directions::direction;
 use crate::plan::integral::{Constituent, RayIntegral};
+use crate::plan::multiple::{Light, Resolution, Row, light_of_rows};
 use crate::plan::upload::bands;
 use crate::scene::ColourObserver;
 use crate::spectra::observer;
@@ -86,47 +89,50 @@ pub struct Training<'a> {
 
 impl Training<'_> {
     /// The constituents that there are.
-    pub fn constituents(&self) -> &'static [Constituent] {
-        if self.integral.has_aerosol() { &[Constituent::Air, Constituent::Aerosol] } else { &[Constituent::Air] }
+    pub fn constituents(&self) -> impl Iterator<Item = Constituent> + use<> {
+        let variant = self.integral.variant;
+        Constituent::ALL.into_iter().filter(move |constituent| constituent.is_in(variant))
     }
 
-    /// The regressions of a constituent at some wavelengths (nm).
-    pub fn regressions(&self, constituent: Constituent, at: &[f64]) -> Vec<Regression> {
-        let examples = self.examples(constituent, at);
-        (0..at.len()).map(|i| regress(&examples, i)).collect()
+    /// The regressions of every constituent at some wavelengths (nm).
+    pub fn regressions(&self, at: &[f64]) -> Vec<(Constituent, Vec<Regression>)> {
+        let regressions = |examples: &Examples| (0..at.len()).map(|i| regress(examples, i)).collect();
+        self.examples(at).iter().map(|(constituent, examples)| (*constituent, regressions(examples))).collect()
     }
 
-    /// The observer nodes of a constituent's regression fit as the kernels take them; see [`sorairo_shared::fit::regression_rgb`].
-    /// With `solve` the rows are for the Newton coefficients of four bands.
-    pub fn nodes(&self, constituent: Constituent, solve: bool) -> Vec<Vec4> {
+    /// The observer nodes of every constituent's regression fit as the kernels take them; see
+    /// [`sorairo_shared::fit::regression_rgb`]. With `solve` the rows are for the Newton coefficients of four bands.
+    pub fn nodes(&self, solve: bool) -> Vec<Vec4> {
         let nodes = node_wavelengths(self.integral.wavelengths.len());
         let samples = observer::wavelengths();
         let at: Vec<f64> = nodes.iter().chain(&samples).copied().collect();
-        let examples = self.examples(constituent, &at);
-        let regressions: Vec<Regression> = (0..nodes.len()).map(|i| regress(&examples, i)).collect();
-        let weights = self.node_weights(&examples, &regressions, &samples);
-        let mut rows = Vec::with_capacity(3 * nodes.len());
-        for (regression, rgb) in regressions.iter().zip(weights) {
-            let mut slopes = regression.eight_slopes();
-            if solve {
-                let newton = self.for_newton_coefficients([slopes[0], slopes[1], slopes[2], slopes[3]]);
-                slopes[..4].copy_from_slice(&newton);
+        let mut rows = Vec::new();
+        for (constituent, examples) in self.examples(&at) {
+            let regressions: Vec<Regression> = (0..nodes.len()).map(|i| regress(&examples, i)).collect();
+            let weights = self.node_weights(constituent, &examples, &regressions, &samples);
+            for (regression, rgb) in regressions.iter().zip(weights) {
+                let mut slopes = regression.eight_slopes();
+                if solve {
+                    let newton = self.for_newton_coefficients([slopes[0], slopes[1], slopes[2], slopes[3]]);
+                    slopes[..4].copy_from_slice(&newton);
+                }
+                rows.extend(node_rows(slopes, [regression.intercept, rgb.x, rgb.y, rgb.z]));
             }
-            rows.extend(node_rows(slopes, [regression.intercept, rgb.x, rgb.y, rgb.z]));
         }
         rows
     }
 
-    /// The rows of a spectral image: for each wavelength (nm), the three rows of each of the constituents; see
+    /// The rows of a spectral image: for each wavelength (nm), the three rows of each constituent; see
     /// [`sorairo_shared::fit::regression_value`].
-    pub fn spectrum_rows(&self, constituents: &[Constituent], wavelengths: &[f64]) -> Vec<Vec4> {
-        let regressions: Vec<Vec<Regression>> =
-            constituents.iter().map(|&constituent| self.regressions(constituent, wavelengths)).collect();
+    pub fn spectrum_rows(&self, wavelengths: &[f64]) -> Vec<Vec4> {
+        let regressions = self.regressions(wavelengths);
+        let optics = &self.integral.optics;
         let rows = |(i, &wavelength): (usize, &f64)| {
-            let irradiance = self.integral.optics.solar_irradiance(wavelength);
-            let of = |regressions: &Vec<Regression>| {
+            let irradiance = optics.solar_irradiance(wavelength);
+            let of = |(constituent, regressions): &(Constituent, Vec<Regression>)| {
                 let regression = &regressions[i];
-                node_rows(regression.eight_slopes(), [regression.intercept, irradiance, 0.0, 0.0])
+                let brightness = irradiance * constituent.albedo(optics, wavelength);
+                node_rows(regression.eight_slopes(), [regression.intercept, brightness, 0.0, 0.0])
             };
             regressions.iter().flat_map(of).collect::<Vec<_>>()
         };
@@ -147,12 +153,18 @@ impl Training<'_> {
     /// The colour of each node (linear RGB): least squares of the observer's own sum over the examples.
     ///
     /// Each example counts by its relative error; a component that is a thousandth of the others counts as that.
-    pub fn node_weights(&self, examples: &Examples, regressions: &[Regression], samples: &[f64]) -> Vec<DVec3> {
+    pub fn node_weights(
+        &self,
+        constituent: Constituent,
+        examples: &Examples,
+        regressions: &[Regression],
+        samples: &[f64],
+    ) -> Vec<DVec3> {
+        let optics = &self.integral.optics;
+        let brightness = |wavelength: f64| optics.solar_irradiance(wavelength) * constituent.albedo(optics, wavelength);
         let observer: Vec<DVec3> = samples
             .iter()
-            .map(|&wavelength| {
-                observer::weights(self.observer, wavelength) * self.integral.optics.solar_irradiance(wavelength)
-            })
+            .map(|&wavelength| observer::weights(self.observer, wavelength) * brightness(wavelength))
             .collect();
         let features: Vec<Vec<f64>> =
             examples.bands.iter().map(|bands| regressions.iter().map(|node| node.value(bands)).collect()).collect();
@@ -182,25 +194,36 @@ impl Training<'_> {
         weights.into_iter().map(|xyz| self.space.from_xyz * xyz).collect()
     }
 
-    /// Integrates the training rays at the bands and at the wavelengths `at` (nm).
-    fn examples(&self, constituent: Constituent, at: &[f64]) -> Examples {
+    /// Spectra of every constituent at the bands and at the wavelengths `at` (nm).
+    fn examples(&self, at: &[f64]) -> Vec<(Constituent, Examples)> {
         let all: Vec<f64> = self.integral.wavelengths.iter().chain(at).copied().collect();
-        let spectra = self.spectra(constituent, &self.views(), &all);
+        let rest = RestSpectra::new(self.integral, &all);
+        let of = |constituent| match constituent {
+            Constituent::Air | Constituent::Aerosol => self.spectra(constituent, &self.views(), &all),
+            Constituent::Multiple => rest.multiple.clone(),
+            Constituent::Ground => rest.ground.clone(),
+        };
+        self.constituents().map(|constituent| (constituent, self.chosen(constituent, of(constituent), &all))).collect()
+    }
+
+    /// The examples of a constituent among its spectra at the bands and at other wavelengths, `all` (nm).
+    fn chosen(&self, constituent: Constituent, spectra: Vec<Vec<f64>>, all: &[f64]) -> Examples {
+        let values = all.len() - self.integral.wavelengths.len();
         let reference = self.integral.wavelengths.len() / 2;
         let brightest = spectra.iter().map(|spectrum| spectrum[reference]).fold(0.0, f64::max);
         let mut examples = Examples { bands: Vec::new(), values: Vec::new(), weights: Vec::new() };
         for spectrum in spectra.iter().filter(|spectrum| spectrum[reference] > LIT * brightest) {
-            self.add(&mut examples, spectrum, at.len(), 1.0);
+            self.add(&mut examples, spectrum, values, 1.0);
         }
         if examples.weights.len() < FEW_RAYS {
-            for spectrum in self.synthetic(constituent, &all) {
-                self.add(&mut examples, &spectrum, at.len(), 1e-4);
+            for spectrum in self.synthetic(constituent, all) {
+                self.add(&mut examples, &spectrum, values, 1e-4);
             }
         }
         examples
     }
 
-    /// The integrals of a constituent along rays, at wavelengths in nm. The last group of four is filled up.
+    /// The integrals of air or aerosol along rays, at wavelengths in nm. The last group of four is filled up.
     pub fn spectra(&self, constituent: Constituent, views: &[Vec3], at: &[f64]) -> Vec<Vec<f64>> {
         let groups = bands(&self.integral.optics, at);
         views.par_iter().map(|&view| self.spectrum(constituent, &groups, view)).collect()
@@ -216,10 +239,10 @@ impl Training<'_> {
     /// Directions of the training rays: crowded towards the horizon, over half of the azimuths, which mirror the other half.
     /// From above the ground the sky below the horizon is seen too. Twilight varies more and needs more rays.
     pub fn views(&self) -> Vec<Vec3> {
-        let (elevations, azimuths) = if self.integral.uniform.sun.z < 0.0 { (24, 13) } else { (12, 7) };
+        let (elevations, azimuths) = training_grid(self.integral);
         let mut views = Vec::new();
         for i in 0..elevations {
-            let elevation = 90.0 * (f64::from(i) / f64::from(elevations - 1)).powi(2);
+            let elevation = training_elevation(i, elevations);
             for j in 0..azimuths {
                 let azimuth = self.integral.sun_azimuth + 180.0 * f64::from(j) / f64::from(azimuths - 1);
                 views.push(direction(elevation, azimuth).as_vec3());
@@ -233,19 +256,106 @@ impl Training<'_> {
 
     fn spectrum(&self, constituent: Constituent, groups: &[Bands], view: Vec3) -> Vec<f64> {
         let scattered = self.integral.scattered(groups, view);
-        scattered.iter().flat_map(|group| constituent.of(group).to_array().map(f64::from)).collect()
+        let of = |group: &SingleScattering| if constituent == Constituent::Air { group.air } else { group.aerosol };
+        scattered.iter().flat_map(|group| of(group).to_array().map(f64::from)).collect()
     }
 
     /// Spectra `β e^(-β n - κ m)` for column densities of air up to 400 km and of ozone up to 450 km: what light through any
     /// atmosphere of these constituents is made of.
     fn synthetic(&self, constituent: Constituent, wavelengths: &[f64]) -> Vec<Vec<f64>> {
         let of = |c: Coefficients, n: f64, m: f64| {
-            let scattering = if constituent == Constituent::Air { c.air_scattering } else { c.aerosol_scattering };
+            let scattering = match constituent {
+                Constituent::Air | Constituent::Multiple => c.air_scattering,
+                Constituent::Aerosol => c.aerosol_scattering,
+                Constituent::Ground => 1.0,
+            };
             scattering * (-c.air_scattering * n - c.ozone_absorption * m).exp()
         };
         let densities = (0..9).flat_map(|i| (0..5).map(move |j| (50.0 * f64::from(i), 112.5 * f64::from(j))));
         densities.map(|(n, m)| wavelengths.iter().map(|&w| of(self.integral.optics.at(w), n, m)).collect()).collect()
     }
+}
+
+/// Elevations from the horizon to the zenith, and azimuths over half the circle, of the training rays.
+fn training_grid(integral: &RayIntegral) -> (u32, u32) {
+    if integral.uniform.sun.z < 0.0 { (24, 13) } else { (12, 7) }
+}
+
+/// The elevation (degrees) of a row of training rays.
+fn training_elevation(row: u32, rows: u32) -> f64 {
+    90.0 * (f64::from(row) / f64::from(rows - 1)).powi(2)
+}
+
+/// Spectra of light that was scattered more than once, and of light from the ground, along training rays; of what a sky does not have there
+/// are none. They come from a coarse light field: only ratios between wavelengths are learnt from it.
+#[derive(Default)]
+struct RestSpectra {
+    multiple: Vec<Vec<f64>>,
+    ground: Vec<Vec<f64>>,
+}
+
+impl RestSpectra {
+    /// At wavelengths (nm).
+    fn new(integral: &RayIntegral, wavelengths: &[f64]) -> Self {
+        if integral.variant & variant::REST == 0 {
+            return Self::default();
+        }
+        let groups = bands(&integral.optics, wavelengths);
+        let rows = training_rows(integral);
+        let setting = integral.setting();
+        let diffuse = if integral.variant & variant::MULTIPLE == 0 {
+            None
+        } else {
+            Some(light_of_rows(&setting, &groups, &Resolution::coarse(&setting), integral.orders, &rows).0)
+        };
+        let mut spectra = Self::default();
+        for (r, row) in rows.iter().enumerate() {
+            for (c, &cosine) in row.cosines.iter().enumerate() {
+                let along = |group: usize| diffuse.as_ref().map_or(Light::default(), |light| light[group][r][c]);
+                let flat = |four: &dyn Fn(usize) -> Vec4| {
+                    (0..groups.len()).flat_map(|group| four(group).to_array().map(f64::from)).collect::<Vec<_>>()
+                };
+                if integral.variant & variant::MULTIPLE != 0 {
+                    spectra.multiple.push(flat(&|group| along(group).scattered));
+                }
+                if integral.variant & variant::GROUND != 0 {
+                    let ground = ground_of(integral, row.mu, cosine);
+                    if ground.is_seen {
+                        let atmosphere = &integral.uniform.atmosphere;
+                        let light = |group: usize| {
+                            let diffuse = along(group).diffuse_irradiance;
+                            ground_light(atmosphere, &groups[group], ground, diffuse, integral.variant)
+                        };
+                        spectra.ground.push(flat(&light));
+                    }
+                }
+            }
+        }
+        spectra
+    }
+}
+
+/// The ground that a ray meets, by the cosines of its zenith angle and of its azimuth from the sun.
+fn ground_of(integral: &RayIntegral, mu: f64, cosine: f64) -> GroundView {
+    let (to_sun, level) = (integral.uniform.bearing.as_dvec4().truncate(), (1.0 - mu * mu).max(0.0).sqrt());
+    let across = DVec3::new(-to_sun.y, to_sun.x, 0.0);
+    let view = (to_sun * cosine + across * (1.0 - cosine * cosine).max(0.0).sqrt()) * level + DVec3::Z * mu;
+    ground_seen(&integral.uniform.atmosphere, integral.ray(view.as_vec3()), integral.variant)
+}
+
+/// The training rays as rows, from above the ground also those below the horizon; on the ground itself one that looks at it.
+fn training_rows(integral: &RayIntegral) -> Vec<Row> {
+    let (elevations, azimuths) = training_grid(integral);
+    let cosines: Vec<f64> =
+        (0..azimuths).map(|j| (std::f64::consts::PI * f64::from(j) / f64::from(azimuths - 1)).cos()).collect();
+    let row = |elevation: f64| Row { mu: elevation.to_radians().sin(), cosines: cosines.clone() };
+    let above = (0..elevations).map(|i| row(training_elevation(i, elevations)));
+    let below: Vec<Row> = if integral.uniform.altitude > 0.0 {
+        (1..elevations).map(|i| row(-training_elevation(i, elevations))).collect()
+    } else {
+        vec![Row { mu: -1.0, cosines: vec![1.0] }]
+    };
+    above.chain(below).collect()
 }
 
 /// Regression of ln X at the other wavelength `i` on ln X at the bands, by ridge regression around the mean. Every slope is

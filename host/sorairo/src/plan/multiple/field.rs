@@ -1,0 +1,465 @@
+//! The light field by successive orders of scattering.
+
+use rayon::prelude::*;
+use sorairo_shared::geometry::Ray;
+use sorairo_shared::glam::{Vec2, Vec3};
+use sorairo_shared::math::{acos, clamp, max};
+use sorairo_shared::moments::{Moments, legendre};
+use sorairo_shared::multiple::{
+    Lanes, MomentTable, Scratch, Sight, gather, lit_from_end_to_end, single_scattering_of_lit_ray,
+    single_scattering_of_many, sunlight_on_ground,
+};
+use sorairo_shared::variant;
+
+use super::grid::{Direction, Grid, directions};
+use super::rays::{OwnedRay, Wavelengths};
+use super::resolution::Resolution;
+use super::setting::Setting;
+use crate::plan::quadrature::gauss_legendre;
+use crate::scene::Orders;
+
+/// The light of all orders that scatters towards an observer, as moments over altitudes and suns.
+pub struct LightField<const N: usize> {
+    /// Altitudes and suns.
+    pub grid: Grid,
+    /// Its moments.
+    pub moments: Values<N>,
+    /// How it was made.
+    pub orders: OrdersMade,
+}
+
+/// How a light field was made.
+#[derive(Clone, Debug, Default)]
+pub struct OrdersMade {
+    /// Orders that were computed.
+    pub computed: u32,
+    /// The ratio of the last two at each band of the first group: what is left is their geometric series.
+    pub ratio: [f32; 4],
+    /// How far that may be off, relative to all light.
+    pub error: f64,
+}
+
+/// Moments of a light field at the nodes of a grid, and the irradiance of the ground.
+pub struct Values<const N: usize> {
+    of: Moments,
+    values: Vec<Lanes<N>>,
+    irradiance: Vec<Lanes<N>>,
+}
+
+/// A light field as coefficients of `cos(m φ)` in every direction, for each sun.
+struct Fourier<const N: usize> {
+    azimuthal: usize,
+    rows: Vec<Vec<Lanes<N>>>,
+}
+
+/// The fewest orders that are computed before a ratio is trusted.
+const FEWEST: u32 = 3;
+/// The most orders that are computed; a person may ask for the light of twenty.
+const MOST: u32 = 24;
+/// A light that is nothing, by which nothing is divided.
+const NOTHING: f32 = 1e-37;
+/// The ratio of orders that is taken at most where they do not fall off: the sum of what is left stays finite.
+const LARGEST_RATIO: f32 = 0.98;
+
+impl<const N: usize> LightField<N> {
+    /// The light of a sky that was scattered once or more often, up to the order before the last that is asked for.
+    pub fn new(setting: &Setting, wavelengths: &Wavelengths<N>, resolution: &Resolution, orders: Orders) -> Self {
+        let grid = Grid::new(setting, resolution.altitudes, resolution.thin_air);
+        let table = Table::new(setting, wavelengths, resolution, &grid);
+        let mut sum = table.first_order();
+        let asked = match orders {
+            Orders::All => MOST,
+            Orders::UpTo(orders) => orders.saturating_sub(1).max(1),
+        };
+        let mut made = OrdersMade { computed: 1, ..OrdersMade::default() };
+        let mut before: Option<Values<N>> = None;
+        while made.computed < asked {
+            let last = before.as_ref().unwrap_or(&sum);
+            let next = table.next_order(last);
+            let ratio = next.ratio(last);
+            made.computed += 1;
+            made.error = next.error(last, &sum, ratio);
+            made.ratio = std::array::from_fn(|i| ratio.0[i]);
+            let left = match orders {
+                Orders::All => MOST,
+                Orders::UpTo(_) => asked - made.computed,
+            };
+            let done = made.computed >= asked || (made.computed >= FEWEST && made.error <= resolution.tolerance);
+            sum.add(&next, if done { series(ratio, left) } else { Lanes([1.0; N]) });
+            before = Some(next);
+            if done {
+                break;
+            }
+        }
+        Self { moments: sum, grid, orders: made }
+    }
+
+    /// The moments as the gathering takes them.
+    pub fn table(&self, logarithmic: bool) -> MomentTable<'_, N> {
+        self.moments.table(&self.grid, logarithmic)
+    }
+
+    /// The diffuse irradiance of the ground where the sun has a zenith angle (radians).
+    pub fn diffuse_irradiance(&self, angle: f32) -> Lanes<N> {
+        self.moments.irradiance_at(&self.grid, angle)
+    }
+}
+
+/// The sum of a geometric series with this ratio, of one term and so many more. More than the most orders are all.
+fn series<const N: usize>(ratio: Lanes<N>, more: u32) -> Lanes<N> {
+    Lanes(ratio.0.map(|ratio| {
+        let ratio = f64::from(ratio);
+        let rest = if more >= MOST { 0.0 } else { ratio.powi(more as i32 + 1) };
+        ((1.0 - rest) / (1.0 - ratio)) as f32
+    }))
+}
+
+impl<const N: usize> Values<N> {
+    fn table<'a>(&'a self, grid: &'a Grid, logarithmic: bool) -> MomentTable<'a, N> {
+        MomentTable { moments: self.of, values: &self.values, suns: grid.sun_angles.axis(), logarithmic }
+    }
+
+    fn irradiance_at(&self, grid: &Grid, angle: f32) -> Lanes<N> {
+        let stencil = grid.sun_angles.axis().stencil(angle, 0);
+        Lanes::between(&self.irradiance, stencil)
+    }
+
+    /// The mean radiances, `l = 0`, at all nodes.
+    fn means(&self) -> impl Iterator<Item = &Lanes<N>> {
+        self.values.iter().step_by(self.of.count())
+    }
+
+    /// How much of another light field's mean radiance this one has, over the whole table.
+    fn ratio(&self, before: &Self) -> Lanes<N> {
+        let size = |values: &Self| values.means().fold(Lanes::ZERO, |sum: Lanes<N>, mean| plus(sum, mean));
+        let (now, before) = (size(self), size(before));
+        Lanes(std::array::from_fn(|i| clamp(now.0[i] / max(before.0[i], NOTHING), 0.0, LARGEST_RATIO)))
+    }
+
+    /// How far the geometric series is off that continues this light field, relative to all light: at the nodes that have a hundredth of the
+    /// brightest or more, by how far this light field is not the one before times the ratio.
+    fn error(&self, before: &Self, sum: &Self, ratio: Lanes<N>) -> f64 {
+        let brightest = sum.means().map(largest).fold(0.0, max);
+        let nodes =
+            self.means().zip(before.means()).zip(sum.means()).filter(|(_, sum)| largest(sum) >= 0.01 * brightest);
+        let errors = nodes.map(|((now, before), sum)| {
+            let error = |i: usize| {
+                let left = ratio.0[i] / (1.0 - ratio.0[i]);
+                (now.0[i] - before.0[i] * ratio.0[i]).abs() * left / max(sum.0[i], NOTHING)
+            };
+            (0..N).map(error).fold(0.0, max)
+        });
+        f64::from(errors.fold(0.0, max))
+    }
+
+    /// Adds another light field, times a factor at each band.
+    fn add(&mut self, other: &Self, factor: Lanes<N>) {
+        for (to, from) in self.values.chunks_mut(self.of.count()).zip(other.values.chunks(other.of.count())) {
+            for m in 0..=other.of.azimuthal {
+                let count = other.of.degree + 1 - m;
+                let from = &from[other.of.first(m)..][..count];
+                to[self.of.first(m)..].iter_mut().zip(from).for_each(|(to, from)| to.add_product(from, &factor));
+            }
+        }
+        self.irradiance.iter_mut().zip(&other.irradiance).for_each(|(to, from)| to.add_product(from, &factor));
+    }
+}
+
+fn plus<const N: usize>(mut sum: Lanes<N>, other: &Lanes<N>) -> Lanes<N> {
+    sum.add_scaled(other, 1.0);
+    sum
+}
+
+fn largest<const N: usize>(of: &Lanes<N>) -> f32 {
+    of.0.into_iter().fold(0.0, max)
+}
+
+/// What all orders of a light field share.
+struct Table<'a, const N: usize> {
+    setting: &'a Setting<'a>,
+    wavelengths: &'a Wavelengths<N>,
+    resolution: &'a Resolution,
+    grid: &'a Grid,
+    directions: Vec<Direction>,
+    rays: Vec<OwnedRay<N>>,
+    /// Of each ray the functions `N_lm P_l^m` for the moments of the first order.
+    functions: Vec<Vec<f32>>,
+    /// Sines and cosines of the suns' zenith angles.
+    suns: Vec<(f32, f32)>,
+}
+
+impl<'a, const N: usize> Table<'a, N> {
+    fn new(setting: &'a Setting, wavelengths: &'a Wavelengths<N>, resolution: &'a Resolution, grid: &'a Grid) -> Self {
+        let directions = directions(setting, &grid.altitudes, resolution.directions);
+        let quadrature = gauss_legendre(resolution.samples);
+        let ray = |direction: &Direction| {
+            let altitude = grid.altitudes[direction.altitude];
+            OwnedRay::new(setting, wavelengths, grid, &quadrature, resolution.first, altitude, direction.mu)
+        };
+        let rays: Vec<OwnedRay<N>> = directions.par_iter().map(ray).collect();
+        let functions = rays.iter().map(|ray| functions_of(resolution.first, ray.mu, ray.sine)).collect();
+        let suns = grid.suns.iter().map(|sun| (sun.sin() as f32, sun.cos() as f32)).collect();
+        Self { setting, wavelengths, resolution, grid, directions, rays, functions, suns }
+    }
+
+    /// Light of the first order: the sun's, scattered once or reflected by the ground.
+    fn first_order(&self) -> Values<N> {
+        let of = self.resolution.first;
+        let quadrature = gauss_legendre(self.resolution.first_samples);
+        let azimuths = Azimuths::new(self.resolution.first_azimuths);
+        let functions: Vec<Vec<f32>> = self.suns.iter().map(|&(sine, cosine)| functions_of(of, cosine, sine)).collect();
+        let rays = self.directions.par_iter().zip(&self.rays).zip(&self.functions);
+        let rows = rays.map(|((direction, ray), of_ray)| {
+            let suns = self.suns.iter().zip(&functions);
+            suns.flat_map(|(&sun, of_sun)| {
+                let phases = AzimuthalPhases::new(self.setting, of, of_ray, of_sun);
+                self.first_order_of(direction, ray, sun, &quadrature, &azimuths, &phases)
+            })
+            .collect()
+        });
+        self.moments(of, Fourier { azimuthal: of.azimuthal, rows: rows.collect() })
+    }
+
+    /// Light of the first order in one direction and for one sun, as coefficients of `cos(m φ)`.
+    fn first_order_of(
+        &self,
+        direction: &Direction,
+        ray: &OwnedRay<N>,
+        (sine_s, mu_s): (f32, f32),
+        quadrature: &[Vec2],
+        azimuths: &Azimuths,
+        phases: &AzimuthalPhases,
+    ) -> Vec<Lanes<N>> {
+        let (setting, wavelengths) = (self.setting, self.wavelengths);
+        let sun = Vec3::new(sine_s, 0.0, mu_s);
+        let altitude = self.grid.altitudes[direction.altitude] as f32;
+        let count = azimuths.cosines.len();
+        let mut parts = vec![[Lanes::ZERO; 3]; count];
+        let sight = |cosine: f32| Sight { mu_s, nu: ray.nu(mu_s, sine_s, cosine), near: 0 };
+        let rays = |cosine: f32| {
+            let view = Vec3::new(ray.sine * cosine, ray.sine * (1.0 - cosine * cosine).sqrt(), ray.mu);
+            Ray::new(altitude, view, sun)
+        };
+        let mut lit = Vec::with_capacity(count);
+        for (a, &cosine) in azimuths.cosines.iter().enumerate() {
+            if setting.variant & variant::SHADOW == 0 || lit_from_end_to_end(setting.atmosphere, rays(cosine)) {
+                lit.push(a);
+            } else {
+                (parts[a][0], parts[a][1]) = single_scattering_of_many(
+                    setting.atmosphere,
+                    &wavelengths.air,
+                    &wavelengths.bands,
+                    quadrature,
+                    rays(cosine),
+                    setting.variant,
+                );
+            }
+        }
+        for two in lit.chunks(2) {
+            let sights = [two[0], two[two.len() - 1]].map(|a| sight(azimuths.cosines[a]));
+            let light =
+                single_scattering_of_lit_ray(setting.atmosphere, &wavelengths.air, ray.view(), sights, setting.variant);
+            for (&a, (air, aerosol)) in two.iter().zip(light) {
+                (parts[a][0], parts[a][1]) = (air, aerosol);
+            }
+        }
+        if let Some(seen) = &ray.ground {
+            for (&cosine, part) in azimuths.cosines.iter().zip(&mut parts) {
+                let mu_s = ray.mu_s_on_ground(setting, seen.distance, mu_s, sight(cosine).nu);
+                let direct = sunlight_on_ground(setting.atmosphere, &wavelengths.air, mu_s, setting.variant);
+                part[2].add_product(&direct, &seen.radiance);
+            }
+        }
+        let numbers = self.resolution.first.azimuthal + 1;
+        let mut fourier = vec![Lanes::ZERO; numbers];
+        for j in 0..count {
+            let mut amplitudes = [Lanes::ZERO; 3];
+            for (part, &share) in parts.iter().zip(azimuths.amplitudes(j)) {
+                for (amplitude, value) in amplitudes.iter_mut().zip(part) {
+                    amplitude.add_scaled(value, share);
+                }
+            }
+            let [air, aerosol, ground] = amplitudes;
+            for (n, coefficient) in fourier.iter_mut().enumerate() {
+                coefficient.add_scaled(&air, product(&phases.air, n, j));
+                coefficient.add_scaled(&aerosol, product(&phases.aerosol, n, j));
+                coefficient.add_scaled(&ground, product(&[1.0], n, j));
+            }
+        }
+        fourier
+    }
+
+    /// Light of the order after the one of `last`.
+    fn next_order(&self, last: &Values<N>) -> Values<N> {
+        let of = self.resolution.next;
+        let azimuths = Azimuths::new(self.resolution.azimuths);
+        let table = last.table(self.grid, self.resolution.logarithmic);
+        let rows = self.rays.par_iter().map_init(
+            || Room::new(self.suns.len(), last.of, self.suns.len() * azimuths.cosines.len()),
+            |room, ray| {
+                let sights = self.sights(ray, &azimuths);
+                let mut light = vec![Lanes::ZERO; sights.len()];
+                gather(table, ray.view(), &sights, &mut room.scratch(), &mut light);
+                self.add_ground(ray, last, &sights, &mut light);
+                let mut fourier = vec![Lanes::ZERO; self.suns.len() * (of.azimuthal + 1)];
+                let suns = light.chunks(azimuths.cosines.len()).zip(fourier.chunks_mut(of.azimuthal + 1));
+                suns.for_each(|(light, fourier)| azimuths.add_fourier(light, fourier));
+                fourier
+            },
+        );
+        self.moments(of, Fourier { azimuthal: of.azimuthal, rows: rows.collect() })
+    }
+
+    /// Every sun at every azimuth, as a ray sees it.
+    fn sights(&self, ray: &OwnedRay<N>, azimuths: &Azimuths) -> Vec<Sight> {
+        let of_sun = |(near, &(sine_s, mu_s)): (usize, &(f32, f32))| {
+            let sight =
+                move |&cosine: &f32| Sight { mu_s, nu: ray.nu(mu_s, sine_s, cosine), near: near.saturating_sub(1) };
+            azimuths.cosines.iter().map(sight).collect::<Vec<_>>()
+        };
+        self.suns.iter().enumerate().flat_map(of_sun).collect()
+    }
+
+    /// Adds the light of the ground, which is lit by `last`.
+    fn add_ground(&self, ray: &OwnedRay<N>, last: &Values<N>, sights: &[Sight], light: &mut [Lanes<N>]) {
+        let Some(ground) = &ray.ground else { return };
+        if largest(&self.wavelengths.albedo) == 0.0 {
+            return;
+        }
+        for (sight, light) in sights.iter().zip(light) {
+            let mu_s = ray.mu_s_on_ground(self.setting, ground.distance, sight.mu_s, sight.nu);
+            light.add_product(&last.irradiance_at(self.grid, acos(mu_s)), &ground.radiance);
+        }
+    }
+
+    /// The moments of a light field and the irradiance of the ground.
+    fn moments(&self, of: Moments, field: Fourier<N>) -> Values<N> {
+        let suns = self.suns.len();
+        let numbers = field.azimuthal + 1;
+        let of_altitude = |altitude: usize| {
+            let mut values = vec![Lanes::ZERO; suns * of.count()];
+            let rays = self.directions.iter().zip(&self.functions).zip(&field.rows);
+            for ((direction, functions), row) in rays.filter(|((direction, _), _)| direction.altitude == altitude) {
+                for (values, fourier) in values.chunks_mut(of.count()).zip(row.chunks(numbers)) {
+                    for (m, fourier) in fourier.iter().enumerate() {
+                        let functions = &functions[self.resolution.first.first(m)..];
+                        for (value, function) in values[of.first(m)..of.first(m + 1)].iter_mut().zip(functions) {
+                            value.add_scaled(fourier, function * direction.weight as f32);
+                        }
+                    }
+                }
+            }
+            values
+        };
+        let values = (0..self.grid.altitudes.len()).into_par_iter().flat_map_iter(of_altitude).collect();
+        let mut irradiance = vec![Lanes::ZERO; suns];
+        let down = |direction: &&Direction| direction.altitude == 0 && direction.mu > 0.0;
+        for (direction, row) in self.directions.iter().zip(&field.rows).filter(|(direction, _)| down(direction)) {
+            for (irradiance, fourier) in irradiance.iter_mut().zip(row.chunks(numbers)) {
+                irradiance.add_scaled(&fourier[0], (direction.mu * direction.weight) as f32);
+            }
+        }
+        Values { of, values, irradiance }
+    }
+}
+
+/// Room in which light is gathered along one ray after the other.
+pub struct Room<const N: usize> {
+    sources: Vec<Lanes<N>>,
+    logarithms: Vec<f32>,
+    angles: Vec<f32>,
+    cosines: Vec<f32>,
+}
+
+impl<const N: usize> Room<N> {
+    /// For the suns and the moments of a table and so many sights.
+    pub fn new(suns: usize, of: Moments, sights: usize) -> Self {
+        Self {
+            sources: vec![Lanes::ZERO; suns * (of.azimuthal + 1)],
+            logarithms: vec![0.0; suns],
+            angles: vec![0.0; sights],
+            cosines: vec![0.0; sights],
+        }
+    }
+
+    /// As the gathering takes it.
+    pub fn scratch(&mut self) -> Scratch<'_, N> {
+        let Self { sources, logarithms, angles, cosines } = self;
+        Scratch { sources, logarithms, angles, cosines }
+    }
+}
+
+/// The functions `N_lm P_l^m` of a direction.
+fn functions_of(of: Moments, mu: f32, sine: f32) -> Vec<f32> {
+    let mut functions = vec![0.0; of.count()];
+    legendre(of, mu, sine, &mut functions);
+    functions
+}
+
+/// Azimuths from the sun in the middles of equal parts of the half circle: cosines of as many multiples are orthogonal there.
+struct Azimuths {
+    cosines: Vec<f32>,
+    /// For each multiple `j` and each azimuth, what the value there adds to the amplitude of `cos(j φ)`.
+    amplitudes: Vec<f32>,
+}
+
+impl Azimuths {
+    fn new(count: usize) -> Self {
+        let azimuth = |a: usize| std::f64::consts::PI * (a as f64 + 0.5) / count as f64;
+        let amplitude = |j: usize, a: usize| {
+            let norm = if j == 0 { 1.0 } else { 2.0 };
+            (norm / count as f64 * (j as f64 * azimuth(a)).cos()) as f32
+        };
+        Self {
+            cosines: (0..count).map(|a| azimuth(a).cos() as f32).collect(),
+            amplitudes: (0..count).flat_map(|j| (0..count).map(move |a| amplitude(j, a))).collect(),
+        }
+    }
+
+    /// What the values add to the amplitude of `cos(j φ)`.
+    fn amplitudes(&self, j: usize) -> &[f32] {
+        let count = self.cosines.len();
+        &self.amplitudes[j * count..(j + 1) * count]
+    }
+
+    /// Adds to `fourier` the integrals of a function that is even in the azimuth against `cos(m φ)` over the whole circle, one for each `m`.
+    fn add_fourier<const N: usize>(&self, values: &[Lanes<N>], fourier: &mut [Lanes<N>]) {
+        for (m, integral) in fourier.iter_mut().enumerate() {
+            let around = if m == 0 { 2.0 } else { 1.0 } * std::f32::consts::PI;
+            for (value, amplitude) in values.iter().zip(self.amplitudes(m)) {
+                integral.add_scaled(value, around * amplitude);
+            }
+        }
+    }
+}
+
+/// The phase functions of air and aerosol between a direction and a sun as coefficients of `cos(m φ)` in the azimuth between them, by the
+/// addition theorem.
+struct AzimuthalPhases {
+    air: Vec<f32>,
+    aerosol: Vec<f32>,
+}
+
+impl AzimuthalPhases {
+    fn new(setting: &Setting, of: Moments, ray: &[f32], sun: &[f32]) -> Self {
+        let coefficient = |m: usize, chi: &dyn Fn(usize) -> f32| {
+            (of.first(m)..of.first(m + 1)).map(|at| chi(at - of.first(m) + m) * ray[at] * sun[at]).sum::<f32>()
+        };
+        let air = |l: usize| match l {
+            0 => 1.0,
+            2 => setting.air,
+            _ => 0.0,
+        };
+        let aerosol = |l: usize| setting.aerosol.get(l).copied().unwrap_or(0.0);
+        Self {
+            air: (0..=of.azimuthal.min(2)).map(|m| coefficient(m, &air)).collect(),
+            aerosol: (0..=of.azimuthal).map(|m| coefficient(m, &aerosol)).collect(),
+        }
+    }
+}
+
+/// The integral over the circle of `Σ_m p_m cos(m φ)` times `cos(j φ) cos(n φ)`.
+fn product(p: &[f32], n: usize, j: usize) -> f32 {
+    let both = |k: usize| if k == 0 { 2.0 * p[0] } else { p.get(k).copied().unwrap_or(0.0) };
+    0.5 * std::f32::consts::PI * (both(n.abs_diff(j)) + both(n + j))
+}

@@ -1,0 +1,131 @@
+//! Where a table of the light field has its nodes: altitudes and directions.
+
+use sorairo_shared::glam::Vec4;
+use sorairo_shared::moments::Axis;
+
+use super::setting::Setting;
+use crate::plan::directions::horizon;
+use crate::plan::quadrature::gauss_legendre;
+
+/// The nodes of an axis of the table, with what interpolation between them needs.
+pub struct Nodes {
+    /// The nodes as the interpolation knows them.
+    places: Vec<f32>,
+    inverse_products: Vec<Vec4>,
+}
+
+impl Nodes {
+    /// From increasing places, four at least.
+    fn new(places: &[f64]) -> Self {
+        let inverse_product = |four: &[f64], a: usize| {
+            let product: f64 = (0..4).filter(|&b| b != a).map(|b| four[a] - four[b]).product();
+            (1.0 / product) as f32
+        };
+        let inverse_products =
+            places.windows(4).map(|four| Vec4::from_array(std::array::from_fn(|a| inverse_product(four, a)))).collect();
+        Self { places: places.iter().map(|&place| place as f32).collect(), inverse_products }
+    }
+
+    /// As the interpolation takes them.
+    pub fn axis(&self) -> Axis<'_> {
+        Axis { nodes: &self.places, inverse_products: &self.inverse_products }
+    }
+}
+
+/// Altitudes and suns of a table.
+pub struct Grid {
+    /// Altitudes (km), from the ground to the top of the atmosphere.
+    pub altitudes: Vec<f64>,
+    /// The same as places; see [`Grid::place_of`].
+    pub places: Nodes,
+    /// Zenith angles of the sun (radians).
+    pub suns: Vec<f64>,
+    /// The same.
+    pub sun_angles: Nodes,
+    thin_air: f64,
+}
+
+impl Grid {
+    /// For a setting, a number of altitudes and the share of them for thin air; see [`Grid::place_of`].
+    pub fn new(setting: &Setting, altitudes: usize, thin_air: f64) -> Self {
+        let altitudes = altitude_nodes(setting, altitudes, thin_air);
+        let places: Vec<f64> = altitudes.iter().map(|&altitude| place_of(setting, thin_air, altitude)).collect();
+        let suns = setting.suns();
+        Self { places: Nodes::new(&places), sun_angles: Nodes::new(&suns), altitudes, suns, thin_air }
+    }
+
+    /// An altitude (km) as a place along the axis of altitudes, in which the light field is interpolated: where it changes, an altitude
+    /// takes more room. By day it changes with the air above and below, in the scale heights of air and of aerosol; in twilight what is lit
+    /// is thin air, which has a larger share.
+    pub fn place_of(&self, setting: &Setting, altitude: f64) -> f64 {
+        place_of(setting, self.thin_air, altitude)
+    }
+}
+
+fn place_of(setting: &Setting, thin_air: f64, altitude: f64) -> f64 {
+    /// Of what is not for thin air, the share for air and the rest for aerosol.
+    const FOR_AIR: f64 = 0.58;
+    let atmosphere = setting.atmosphere;
+    let crossed = |scale_height: f32| 1.0 - (-altitude / f64::from(scale_height)).exp();
+    let air = FOR_AIR * crossed(atmosphere.air.scale_height);
+    let aerosol = (1.0 - FOR_AIR) * crossed(atmosphere.aerosol.scale_height);
+    (1.0 - thin_air) * (air + aerosol) + thin_air * (altitude / f64::from(atmosphere.depth)).sqrt()
+}
+
+/// So many altitudes (km), at equal distances of their places.
+fn altitude_nodes(setting: &Setting, count: usize, thin_air: f64) -> Vec<f64> {
+    /// Halves of the atmosphere's depth: to 1e-9 of it.
+    const HALVINGS: u32 = 30;
+    let depth = f64::from(setting.atmosphere.depth);
+    let top = place_of(setting, thin_air, depth);
+    let altitude = |place: f64| {
+        let (mut low, mut high) = (0.0, depth);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if place_of(setting, thin_air, middle) < place {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        0.5 * (low + high)
+    };
+    let last = count - 1;
+    let node = |i: usize| match i {
+        0 => 0.0,
+        i if i == last => depth,
+        i => altitude(top * i as f64 / last as f64),
+    };
+    (0..count).map(node).collect()
+}
+
+/// A direction in which the light field at an altitude is computed.
+#[derive(Clone, Copy)]
+pub struct Direction {
+    /// Number of its altitude.
+    pub altitude: usize,
+    /// Cosine of its zenith angle.
+    pub mu: f64,
+    /// Its part of the integral over the cosine.
+    pub weight: f64,
+}
+
+/// Directions at every altitude: Gauss-Legendre nodes in the cosine of the zenith angle, so many above the level, from there to the horizon and
+/// below it, where the light field has its edges.
+pub fn directions(setting: &Setting, altitudes: &[f64], counts: [u32; 3]) -> Vec<Direction> {
+    let ground = f64::from(setting.atmosphere.ground_radius);
+    let at = |(altitude, &height): (usize, &f64)| {
+        let horizon = horizon(ground, height).sin();
+        let parts = [(0.0, 1.0), (horizon, 0.0), (-1.0, horizon)];
+        let part = move |((low, high), count): ((f64, f64), u32)| {
+            let rule = if high > low { gauss_legendre(count) } else { Vec::new() };
+            rule.into_iter().map(move |node| Direction {
+                altitude,
+                mu: low + (high - low) * f64::from(node.x),
+                weight: (high - low) * f64::from(node.y),
+            })
+        };
+        parts.into_iter().zip(counts).flat_map(part)
+    };
+    altitudes.iter().enumerate().flat_map(at).collect()
+}

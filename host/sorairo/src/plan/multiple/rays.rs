@@ -1,0 +1,145 @@
+//! Rays through a table of the light field: what every sun and azimuth shares.
+
+use sorairo_shared::geometry::Ray;
+use sorairo_shared::glam::{Vec2, Vec3, Vec4};
+use sorairo_shared::ground::LAMBERT;
+use sorairo_shared::math::safe_sqrt;
+use sorairo_shared::moments::{Moments, legendre};
+use sorairo_shared::multiple::{Lanes, RayNode, Sample, Spectrum, TableRay, for_each_sample};
+use sorairo_shared::single::Bands;
+
+use super::grid::Grid;
+use super::setting::Setting;
+
+/// The moments that air scatters.
+const AIR: Moments = Moments { degree: 2, azimuthal: 2 };
+
+/// What scatters, absorbs and reflects at some wavelengths.
+pub struct Wavelengths<const N: usize> {
+    /// The air's optical properties.
+    pub air: Spectrum<N>,
+    /// The first four of them, for which samples are placed: the shortest, at which air is thickest.
+    pub bands: Bands,
+    /// Albedo of the ground.
+    pub albedo: Lanes<N>,
+}
+
+impl<const N: usize> Wavelengths<N> {
+    /// Up to so many, from groups of four bands; the last group fills up.
+    pub fn new(bands: &[Bands]) -> Self {
+        let lanes = |value: &dyn Fn(usize) -> Vec4| {
+            Lanes(std::array::from_fn(|i| value((i / 4).min(bands.len() - 1)).to_array()[i % 4]))
+        };
+        let air = Spectrum {
+            air_scattering: lanes(&|group| bands[group].air_scattering),
+            aerosol_scattering: lanes(&|group| bands[group].aerosol_scattering),
+            aerosol_extinction: lanes(&|group| bands[group].aerosol_extinction),
+            ozone_absorption: lanes(&|group| bands[group].ozone_absorption),
+        };
+        Self { air, bands: bands[0], albedo: lanes(&|group| bands[group].albedo) }
+    }
+}
+
+/// The ground that a ray meets.
+#[derive(Clone, Copy)]
+pub struct Ground<const N: usize> {
+    /// Distance from where the ray enters the atmosphere, or begins (km).
+    pub distance: f32,
+    /// What an irradiance of 1 there adds to the ray: transmittance times albedo over π.
+    pub radiance: Lanes<N>,
+}
+
+/// A ray through a table, from where it enters the atmosphere.
+pub struct OwnedRay<const N: usize> {
+    /// Distance of its origin from the planet's centre (km).
+    pub radius: f32,
+    /// Cosine of its zenith angle at the origin.
+    pub mu: f32,
+    /// Its sine.
+    pub sine: f32,
+    /// The ground that it meets.
+    pub ground: Option<Ground<N>>,
+    nodes: Vec<RayNode<N>>,
+    functions: Vec<f32>,
+    of: Moments,
+}
+
+impl<const N: usize> OwnedRay<N> {
+    /// The ray from an altitude (km) with the cosine `mu` of its zenith angle, sampled by a quadrature; its nodes know the functions of `of`.
+    pub fn new(
+        setting: &Setting,
+        wavelengths: &Wavelengths<N>,
+        grid: &Grid,
+        quadrature: &[Vec2],
+        of: Moments,
+        altitude: f64,
+        mu: f64,
+    ) -> Self {
+        let sine = (1.0 - mu * mu).max(0.0).sqrt();
+        let ray = Ray::new(altitude as f32, Vec3::new(sine as f32, 0.0, mu as f32), Vec3::Z);
+        let ground_radius = setting.atmosphere.ground_radius;
+        let mut nodes = Vec::with_capacity(2 * quadrature.len());
+        let mut functions = Vec::with_capacity(nodes.capacity() * of.count());
+        let chi: Vec<f32> = if setting.aerosol.is_empty() {
+            Vec::new()
+        } else {
+            (0..=of.azimuthal).flat_map(|m| &setting.aerosol[m..=of.degree]).copied().collect()
+        };
+        let mut near = 0;
+        let visit = |sample: Sample| {
+            let altitudes = {
+                let place = grid.place_of(setting, f64::from(sample.altitude));
+                grid.places.axis().stencil(place as f32, near)
+            };
+            near = altitudes.first;
+            let sine = safe_sqrt(1.0 - sample.mu * sample.mu);
+            let seen = wavelengths.air.transmittance(sample.to_observer).scaled(sample.weight);
+            let mut air_functions = [0.0; 6];
+            legendre(AIR, sample.mu, sine, &mut air_functions);
+            let [zeroth, _, second, _, second_1, second_2] = air_functions;
+            nodes.push(RayNode {
+                mu: sample.mu,
+                sine,
+                distance: sample.distance,
+                radius: ground_radius + sample.altitude,
+                altitude: sample.altitude,
+                density: sample.density,
+                altitudes,
+                air_functions: [zeroth, setting.air * second, setting.air * second_1, setting.air * second_2],
+                air: seen.times(&wavelengths.air.air_scattering).scaled(sample.density.x),
+                aerosol: seen.times(&wavelengths.air.aerosol_scattering).scaled(sample.density.y),
+            });
+            if !setting.aerosol.is_empty() {
+                let from = functions.len();
+                functions.resize(from + of.count(), 0.0);
+                legendre(of, sample.mu, sine, &mut functions[from..]);
+                functions[from..].iter_mut().zip(&chi).for_each(|(function, chi)| *function *= chi);
+            }
+        };
+        let (ray, ground) =
+            for_each_sample(setting.atmosphere, &wavelengths.bands, quadrature, ray, setting.variant, visit);
+        let ground = ground.is_seen.then(|| {
+            let seen = wavelengths.air.transmittance(ground.along);
+            Ground { distance: ground.distance, radiance: seen.times(&wavelengths.albedo).scaled(LAMBERT) }
+        });
+        let radius = ground_radius + ray.altitude;
+        // Where a ray from outside enters, it is as far from the planet's centre as anywhere else.
+        let sine = (sine * (f64::from(ground_radius) + altitude) / f64::from(radius)) as f32;
+        Self { radius, mu: ray.mu, sine, ground, nodes, functions, of }
+    }
+
+    /// As the gathering takes it.
+    pub fn view(&self) -> TableRay<'_, N> {
+        TableRay { radius: self.radius, nodes: &self.nodes, functions: &self.functions, of: self.of }
+    }
+
+    /// Cosine of the angle between the ray and a sun, by the cosines of the sun's zenith angle and of its azimuth from the ray.
+    pub fn nu(&self, mu_s: f32, sine_s: f32, cosine: f32) -> f32 {
+        self.mu * mu_s + self.sine * sine_s * cosine
+    }
+
+    /// Cosine of the zenith angle of the sun where the ray meets the ground at a distance (km).
+    pub fn mu_s_on_ground(&self, setting: &Setting, distance: f32, mu_s: f32, nu: f32) -> f32 {
+        (self.radius * mu_s + distance * nu) / setting.atmosphere.ground_radius
+    }
+}

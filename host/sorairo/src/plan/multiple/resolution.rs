@@ -1,0 +1,113 @@
+//! How finely a light field is resolved.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use sorairo_shared::moments::Moments;
+
+use super::setting::{HIGHEST_DEGREE, Setting};
+use super::suns::DAY;
+
+/// How finely a light field is resolved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resolution {
+    /// Moments of the first order's table.
+    pub first: Moments,
+    /// Moments of the tables after it.
+    pub next: Moments,
+    /// Altitudes.
+    pub altitudes: usize,
+    /// The share of them for thin air.
+    pub thin_air: f64,
+    /// Directions above the level, from there to the horizon and below it.
+    pub directions: [u32; 3],
+    /// Azimuths at which light of the first order is integrated.
+    pub first_azimuths: usize,
+    /// Azimuths at which later orders are gathered.
+    pub azimuths: usize,
+    /// Samples of the first order on each piece of a ray.
+    pub first_samples: u32,
+    /// Samples of later orders.
+    pub samples: u32,
+    /// Samples of the observer's rays.
+    pub view_samples: u32,
+    /// Whether what lies between suns is interpolated relative to its logarithm.
+    pub logarithmic: bool,
+    /// How far the geometric series of what is left may be off, relative to all light.
+    pub tolerance: f64,
+}
+
+impl Resolution {
+    /// What a setting needs. `depth` is the largest optical depth at any band of scattering by aerosol.
+    pub fn choose(setting: &Setting, depth: f64) -> Self {
+        let suns = setting.suns();
+        let low = suns.last().is_some_and(|&sun| sun > DAY);
+        let twilight = setting.sun > FRAC_PI_2;
+        // The limb is seen.
+        let high = setting.altitude > 2.0 * f64::from(setting.atmosphere.air.scale_height);
+        let degree = degree(setting, depth);
+        let haze = depth > 0.02;
+        let next = if degree == 2 { 2 } else { degree - degree / 3 };
+        let azimuths = match (haze, low) {
+            (true, _) => 6,
+            (_, true) => 4,
+            _ => 3,
+        };
+        Self {
+            first: Moments { degree, azimuthal: degree },
+            next: Moments { degree: next, azimuthal: next.min(azimuths - 1) },
+            altitudes: match (twilight || high, low) {
+                (true, _) => 12,
+                (_, true) => 10,
+                _ => 8,
+            },
+            thin_air: if twilight || high { 0.6 } else { 0.4 },
+            directions: match degree {
+                2 => [6, 2, 4],
+                degree if degree <= 12 => [if low { 8 } else { 7 }, if low { 4 } else { 2 }, if low { 6 } else { 5 }],
+                degree => [degree as u32 * 2 / 3, degree as u32 / 4, degree as u32 / 2],
+            },
+            first_azimuths: if twilight { 5 } else { 3 },
+            azimuths,
+            first_samples: if low { 8 } else { 5 },
+            samples: if low { 6 } else { 5 },
+            view_samples: if low { 10 } else { 8 },
+            logarithmic: low,
+            tolerance: if low || haze || high { 2e-3 } else { 4e-3 },
+        }
+    }
+}
+
+impl Resolution {
+    /// A coarse one, for spectra from which only ratios between wavelengths are learnt.
+    pub fn coarse(setting: &Setting) -> Self {
+        let fine = Self::choose(setting, 0.0);
+        let degree = if setting.aerosol.is_empty() { 2 } else { 6 };
+        Self {
+            first: Moments { degree, azimuthal: degree },
+            next: Moments { degree: degree.min(4), azimuthal: 2 },
+            altitudes: fine.altitudes - 2,
+            directions: [5, 2, 3],
+            first_azimuths: 3,
+            azimuths: 3,
+            first_samples: 5,
+            samples: 4,
+            view_samples: 6,
+            tolerance: 1e-2,
+            ..fine
+        }
+    }
+}
+
+/// The degree up to which the moments of aerosol matter: to where light that it scattered twice has little left.
+fn degree(setting: &Setting, depth: f64) -> usize {
+    /// Of the sun's light: less than 0.2 % of the sky's.
+    const NEGLIGIBLE: f64 = 1.5e-4;
+    if setting.aerosol.is_empty() {
+        return 2;
+    }
+    let left = |degree: usize| {
+        let moment = f64::from(setting.aerosol[degree]);
+        depth * moment * moment * (2 * degree + 1) as f64 / (4.0 * PI)
+    };
+    (8..HIGHEST_DEGREE).step_by(4).find(|&degree| left(degree) < NEGLIGIBLE).unwrap_or(HIGHEST_DEGREE)
+}

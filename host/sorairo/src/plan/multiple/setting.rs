@@ -1,0 +1,111 @@
+//! What a light field depends on beside the wavelength.
+
+use std::f64::consts::FRAC_PI_2;
+
+use sorairo_shared::profile::Atmosphere;
+use sorairo_shared::variant;
+
+use super::suns::sun_nodes;
+use crate::plan::directions::horizon;
+
+/// The highest degree of a moment that a table may hold.
+pub(super) const HIGHEST_DEGREE: usize = 40;
+
+/// What a light field depends on beside the wavelength.
+#[derive(Clone, Debug)]
+pub struct Setting<'a> {
+    /// Planet and profiles.
+    pub(super) atmosphere: &'a Atmosphere,
+    /// What the integral must not skip for any ray of the table.
+    pub(super) variant: u32,
+    /// Altitude of the observer (km).
+    pub(super) altitude: f64,
+    /// Zenith angle of the sun (radians).
+    pub(super) sun: f64,
+    /// `χ_2` of air.
+    pub(super) air: f32,
+    /// `χ_l` of aerosol; empty without it.
+    pub(super) aerosol: Vec<f32>,
+}
+
+impl<'a> Setting<'a> {
+    /// For an atmosphere, what the integral of its light scattered once must not skip (see [`variant`]), an observer's altitude (km) and the sun's elevation (radians).
+    pub fn new(atmosphere: &'a Atmosphere, integral: u32, altitude: f64, sun_elevation: f64) -> Self {
+        let aerosol = if integral & variant::AEROSOL == 0 {
+            Vec::new()
+        } else {
+            let moments = cornette_shanks_moments(f64::from(atmosphere.aerosol_asymmetry), HIGHEST_DEGREE);
+            moments.into_iter().map(|moment| moment as f32).collect()
+        };
+        let mut setting = Self {
+            atmosphere,
+            variant: integral | variant::DESCENT,
+            altitude,
+            sun: FRAC_PI_2 - sun_elevation,
+            air: 0.1 * atmosphere.air_anisotropy,
+            aerosol,
+        };
+        let top = -horizon(f64::from(atmosphere.ground_radius), f64::from(atmosphere.depth));
+        // A ray of the table crosses at most twice what the top of the atmosphere sees to its horizon.
+        if setting.suns().last().is_some_and(|darkest| darkest + 2.0 * top >= FRAC_PI_2) {
+            setting.variant |= variant::SHADOW | variant::LOW_SUN;
+        }
+        setting
+    }
+
+    /// Zenith angles of the suns of a table (radians); see [`sun_nodes`].
+    pub fn suns(&self) -> Vec<f64> {
+        sun_nodes(self.atmosphere, self.altitude, self.sun)
+    }
+}
+
+/// Legendre moments `χ_l` of the phase function of Cornette and Shanks (1992) with an asymmetry, up to a degree: those of Henyey and
+/// Greenstein, `g^l`, times `1 + ν²`.
+///
+/// With `a_l = (l + 1)/(2l + 1)` and `b_l = l/(2l + 1)`:
+/// `χ_l = 3/(2(2 + g²)) [g^l (1 + a_l b_{l+1} + b_l a_{l-1}) + a_l a_{l+1} g^{l+2} + b_l b_{l-1} g^{l-2}]`.
+pub fn cornette_shanks_moments(g: f64, degree: usize) -> Vec<f64> {
+    let a = |l: f64| (l + 1.0) / (2.0 * l + 1.0);
+    let b = |l: f64| l / (2.0 * l + 1.0);
+    let power = |l: i32| g.powi(l);
+    let moment = |l: usize| {
+        let (n, f) = (l as i32, l as f64);
+        let same = power(n) * (1.0 + a(f) * b(f + 1.0) + if l > 0 { b(f) * a(f - 1.0) } else { 0.0 });
+        let above = a(f) * a(f + 1.0) * power(n + 2);
+        let below = if l > 1 { b(f) * b(f - 1.0) * power(n - 2) } else { 0.0 };
+        1.5 / (2.0 + g * g) * (same + above + below)
+    };
+    (0..=degree).map(moment).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::quadrature::gauss_legendre;
+
+    #[test]
+    fn moments_of_a_phase_function_are_its_integrals() {
+        for g in [-0.6f64, 0.0, 0.3, 0.8] {
+            let moments = cornette_shanks_moments(g, 8);
+            let phase = |nu: f64| {
+                1.5 * (1.0 - g * g) * (1.0 + nu * nu) / ((2.0 + g * g) * (1.0 + g * g - 2.0 * g * nu).powf(1.5)) * 0.5
+            };
+            for (l, moment) in moments.iter().enumerate() {
+                let integral: f64 = gauss_legendre(64)
+                    .iter()
+                    .map(|node| {
+                        let nu = 2.0 * f64::from(node.x) - 1.0;
+                        let (mut before, mut value) = (0.0, 1.0);
+                        for k in 0..l {
+                            let k = k as f64;
+                            (before, value) = (value, ((2.0 * k + 1.0) * nu * value - k * before) / (k + 1.0));
+                        }
+                        2.0 * f64::from(node.y) * phase(nu) * value
+                    })
+                    .sum();
+                // Nodes and weights are rounded to single precision, where the peak is steep.
+                assert!((integral - moment).abs() < 2e-5, "g = {g}, l = {l}: {integral}, not {moment}");
+            }
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! The suns of a table of the light field.
+
+use sorairo_shared::profile::Atmosphere;
+
+use crate::plan::directions::horizon;
+
+/// The zenith angle (radians) up to which a sun is one of day: beyond it light falls off fast.
+pub const DAY: f64 = 78.0 * DEGREE;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// Step between the suns of a day.
+const STEP_BY_DAY: f64 = 5.0 * DEGREE;
+/// Step between low suns over the part of the planet that is seen.
+const STEP_SEEN: f64 = 2.0 * DEGREE;
+/// Unit of the steps beyond it, which grow: 1, 3, 5 and so on.
+const STEP_BEYOND: f64 = 0.5 * DEGREE;
+/// How far behind the seen part of the planet the sun matters where it is lower.
+const DARK_MARGIN: f64 = 8.0 * DEGREE;
+/// In twilight light comes from where the sun stands as high as this zenith angle.
+const BRIGHT_ENOUGH: f64 = 84.0 * DEGREE;
+
+/// Zenith angles of the sun at the places from which light comes (radians): about the scene's own sun, as far as air is seen, and in twilight
+/// to where the sun shines. The scene's own, `sun`, is one of them. The observer's altitude is in km.
+pub fn sun_nodes(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> Vec<f64> {
+    let ground = f64::from(atmosphere.ground_radius);
+    let seen = -horizon(ground, altitude);
+    let top = -horizon(ground, f64::from(atmosphere.depth));
+    let brightest = (sun - seen - top).clamp(0.0, BRIGHT_ENOUGH);
+    // Where the sun stands as far below the horizon as twice the top of the atmosphere can see, and some more, nothing is lit.
+    let night = std::f64::consts::FRAC_PI_2 + 2.5 * top;
+    let darkest = (sun + seen + top.min(DARK_MARGIN)).min(night);
+    let step = |angle: f64| {
+        let away = (angle - sun).abs();
+        if angle < DAY {
+            STEP_BY_DAY
+        } else if away < seen {
+            STEP_SEEN
+        } else {
+            (STEP_BEYOND * (2.0 * ((away - seen) / STEP_BEYOND).sqrt() + 1.0)).min(STEP_BY_DAY)
+        }
+    };
+    // A step may not be much longer than the one behind it.
+    let stepped = |angle: f64, sign: f64| {
+        let first = step(angle);
+        angle + sign * first.min(step(angle + sign * first).max(0.5 * first))
+    };
+    const CLOSE: f64 = 0.3 * DEGREE;
+    let mut brighter = Vec::new();
+    let mut angle = sun;
+    while angle > brightest + CLOSE {
+        angle = stepped(angle, -1.0).max(0.0);
+        brighter.push(angle);
+    }
+    let mut suns: Vec<f64> = brighter.into_iter().rev().chain([sun]).collect();
+    angle = sun;
+    while angle < darkest - CLOSE || suns.len() < 4 {
+        angle = stepped(angle, 1.0);
+        suns.push(angle);
+    }
+    suns
+}

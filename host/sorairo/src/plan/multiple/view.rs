@@ -1,0 +1,227 @@
+//! The lookup of multiply scattered light for an observer; see [`sorairo_shared::multiple_lookup`].
+
+use std::f64::consts::FRAC_PI_2;
+
+use rayon::prelude::*;
+use sorairo_shared::glam::{Vec2, Vec4};
+use sorairo_shared::math::acos;
+use sorairo_shared::multiple::{Lanes, Sight, gather};
+use sorairo_shared::multiple_lookup::MultipleLookup;
+use sorairo_shared::single::Bands;
+
+use super::field::{LightField, OrdersMade, Room};
+use super::rays::{OwnedRay, Wavelengths};
+use super::resolution::Resolution;
+use super::setting::Setting;
+use crate::plan::directions::horizon;
+use crate::plan::quadrature::gauss_legendre;
+use crate::scene::Orders;
+
+/// Wavelengths that are computed together, at most: what a path costs is shared by as many.
+const TOGETHER: usize = 48;
+
+/// Rays this close to the horizon (radians) stand for the horizon itself, seen from above the ground: one side is sky, the other ground.
+const HORIZON_MARGIN: f64 = 1e-5;
+
+/// Multiply scattered light, as an observer sees it.
+#[derive(Clone, Debug)]
+pub struct MultipleLight {
+    /// Where the entries are.
+    pub lookup: MultipleLookup,
+    /// The entries.
+    pub values: Vec<Vec4>,
+    /// How the light field was made, for each group of bands that were computed together.
+    pub orders: Vec<OrdersMade>,
+}
+
+/// Multiply scattered light along one ray at a group of bands.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Light {
+    /// Light that air and aerosol scatter towards the observer, neither for the first time (sr⁻¹).
+    pub scattered: Vec4,
+    /// Diffuse irradiance of the ground that the ray meets; 0 for one that meets none.
+    pub diffuse_irradiance: Vec4,
+}
+
+/// The same at some wavelengths.
+#[derive(Clone, Copy, Debug)]
+pub struct LightOfMany<const N: usize> {
+    scattered: Lanes<N>,
+    diffuse_irradiance: Lanes<N>,
+}
+
+impl<const N: usize> LightOfMany<N> {
+    /// At a group of four.
+    pub fn of_group(&self, group: usize) -> Light {
+        let four = |lanes: &Lanes<N>| Vec4::from_slice(&lanes.0[4 * group..]);
+        Light { scattered: four(&self.scattered), diffuse_irradiance: four(&self.diffuse_irradiance) }
+    }
+}
+
+impl MultipleLight {
+    /// For groups of bands.
+    pub fn new(setting: &Setting, bands: &[Bands], resolution: &Resolution, orders: Orders) -> Self {
+        let lookup = lookup(setting, bands.len());
+        let (rows, orders) = light_of_rows(setting, bands, resolution, orders, &rows_of(setting, &lookup));
+        let scattered = rows.iter().flatten().flatten().map(|light| light.scattered);
+        let below = rows.iter().flat_map(|group| &group[lookup.above as usize..]).flatten();
+        let values = scattered.chain(below.map(|light| light.diffuse_irradiance)).collect();
+        Self { lookup, values, orders }
+    }
+}
+
+/// Rays of one zenith angle.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Cosine of the zenith angle.
+    pub mu: f64,
+    /// Cosines of the azimuths from the sun.
+    pub cosines: Vec<f64>,
+}
+
+/// Multiply scattered light along the rays of rows: for each group of bands, row and ray.
+pub fn light_of_rows(
+    setting: &Setting,
+    bands: &[Bands],
+    resolution: &Resolution,
+    orders: Orders,
+    rows: &[Row],
+) -> (Vec<Vec<Vec<Light>>>, Vec<OrdersMade>) {
+    let (mut light, mut made) = (Vec::new(), Vec::new());
+    for bands in bands.chunks(TOGETHER / 4) {
+        let (of_chunk, made_of_chunk) = match bands.len() {
+            1 => of_groups::<4>(setting, bands, resolution, orders, rows),
+            2..=4 => of_groups::<16>(setting, bands, resolution, orders, rows),
+            _ => of_groups::<TOGETHER>(setting, bands, resolution, orders, rows),
+        };
+        light.extend(of_chunk);
+        made.push(made_of_chunk);
+    }
+    (light, made)
+}
+
+/// Light along the rays of rows at up to a quarter of `N` groups of bands.
+fn of_groups<const N: usize>(
+    setting: &Setting,
+    bands: &[Bands],
+    resolution: &Resolution,
+    orders: Orders,
+    rows: &[Row],
+) -> (Vec<Vec<Vec<Light>>>, OrdersMade) {
+    let wavelengths = &Wavelengths::<N>::new(bands);
+    let field = &LightField::new(setting, wavelengths, resolution, orders);
+    let view = View { setting, wavelengths, resolution, field, quadrature: gauss_legendre(resolution.view_samples) };
+    let light: Vec<Vec<LightOfMany<N>>> = rows.par_iter().map(|row| view.light(row)).collect();
+    let of_group = |group| light.iter().map(|row| row.iter().map(|light| light.of_group(group)).collect()).collect();
+    ((0..bands.len()).map(of_group).collect(), field.orders.clone())
+}
+
+/// Rows and columns for an observer: more from farther away, from where more of the planet is seen under its own sun.
+fn lookup(setting: &Setting, groups: usize) -> MultipleLookup {
+    /// Degrees of a sun between two columns, and between two rows at the nadir, that a cubic bridges.
+    const SUN_STEP: f64 = 1.8;
+    let ground = f64::from(setting.atmosphere.ground_radius);
+    let depth = f64::from(setting.atmosphere.depth);
+    let inside = setting.altitude <= depth;
+    let seen = -horizon(ground, setting.altitude).to_degrees();
+    let at_entry = horizon(ground, setting.altitude.min(depth));
+    let suns = (2.0 * seen / SUN_STEP).ceil() as u32;
+    MultipleLookup {
+        above: 32,
+        // From the ground itself nothing lies before what is seen of it.
+        below: if setting.altitude > 0.0 { 32 + suns / 2 } else { 4 },
+        azimuths: 16 + suns,
+        groups: groups as u32,
+        horizon: at_entry as f32,
+        span_above: (if inside { FRAC_PI_2 } else { 0.0 } - at_entry) as f32,
+        span_below: (FRAC_PI_2 + at_entry) as f32,
+        padding: 0,
+    }
+}
+
+/// The rows of a lookup, those above the horizon first.
+fn rows_of(setting: &Setting, lookup: &MultipleLookup) -> Vec<Row> {
+    let column = |column: u32| 1.0 - 2.0 * f64::from(column) / f64::from(lookup.azimuths - 1);
+    let cosines: Vec<f64> = (0..lookup.azimuths).map(column).collect();
+    let row = |above: bool, row: u32, rows: u32| {
+        let x = f64::from(row) / f64::from(rows - 1);
+        let span = f64::from(if above { lookup.span_above } else { lookup.span_below });
+        let margin = if setting.altitude > 0.0 || !above { HORIZON_MARGIN } else { 0.0 };
+        let from_horizon = (x * x * span).max(margin);
+        let elevation = f64::from(lookup.horizon) + if above { from_horizon } else { -from_horizon };
+        Row { mu: towards(setting, elevation.clamp(-FRAC_PI_2, FRAC_PI_2)), cosines: cosines.clone() }
+    };
+    let above = (0..lookup.above).map(|i| row(true, i, lookup.above));
+    above.chain((0..lookup.below).map(|i| row(false, i, lookup.below))).collect()
+}
+
+/// Cosine of the zenith angle at the observer of a ray that has an elevation (radians) where it enters the atmosphere, or begins.
+fn towards(setting: &Setting, elevation: f64) -> f64 {
+    let (ground, depth) = (f64::from(setting.atmosphere.ground_radius), f64::from(setting.atmosphere.depth));
+    if setting.altitude <= depth {
+        return elevation.sin();
+    }
+    let sine = (ground + depth) * elevation.cos() / (ground + setting.altitude);
+    -(1.0 - sine * sine).sqrt()
+}
+
+/// An observer before a light field.
+pub struct View<'a, const N: usize> {
+    /// What it depends on.
+    pub setting: &'a Setting<'a>,
+    /// At which wavelengths.
+    pub wavelengths: &'a Wavelengths<N>,
+    /// How finely.
+    pub resolution: &'a Resolution,
+    /// The light field.
+    pub field: &'a LightField<N>,
+    /// Rule of the rays' integrals.
+    pub quadrature: Vec<Vec2>,
+}
+
+impl<const N: usize> View<'_, N> {
+    /// Light along the rays of a row.
+    pub fn light(&self, row: &Row) -> Vec<LightOfMany<N>> {
+        let (setting, field) = (self.setting, self.field);
+        let Row { mu, cosines } = row;
+        let altitude = setting.altitude;
+        let ray = OwnedRay::new(
+            setting,
+            self.wavelengths,
+            &field.grid,
+            &self.quadrature,
+            self.resolution.first,
+            altitude,
+            *mu,
+        );
+        let sights: Vec<Sight> = cosines.iter().map(|&cosine| self.sight(*mu, cosine)).collect();
+        let mut light = vec![Lanes::ZERO; cosines.len()];
+        let table = field.table(self.resolution.logarithmic);
+        let mut room = Room::new(field.grid.suns.len(), table.moments, sights.len());
+        gather(table, ray.view(), &sights, &mut room.scratch(), &mut light);
+        let light_of = |(scattered, sight): (Lanes<N>, &Sight)| {
+            let diffuse_irradiance = ray.ground.map_or(Lanes::ZERO, |ground| {
+                let mu_s = ray.mu_s_on_ground(setting, ground.distance, sight.mu_s, sight.nu);
+                field.diffuse_irradiance(acos(mu_s))
+            });
+            LightOfMany { scattered, diffuse_irradiance }
+        };
+        light.into_iter().zip(&sights).map(light_of).collect()
+    }
+
+    /// The sun where such a ray enters the atmosphere, or begins.
+    fn sight(&self, mu: f64, cosine: f64) -> Sight {
+        let setting = self.setting;
+        let (ground, depth) = (f64::from(setting.atmosphere.ground_radius), f64::from(setting.atmosphere.depth));
+        let (sine_s, mu_s) = setting.sun.sin_cos();
+        let nu = mu * mu_s + (1.0 - mu * mu).max(0.0).sqrt() * sine_s * cosine;
+        let mut mu_s_there = mu_s;
+        if setting.altitude > depth {
+            let (r, top) = (ground + setting.altitude, ground + depth);
+            let nearest = r * (1.0 - mu * mu).max(0.0).sqrt();
+            let entry = -r * mu - ((top - nearest).max(0.0) * (top + nearest)).sqrt();
+            mu_s_there = (r * mu_s + entry * nu) / top;
+        }
+        Sight { mu_s: mu_s_there as f32, nu: nu as f32, near: self.field.grid.suns.len() / 2 }
+    }
+}

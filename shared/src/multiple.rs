@@ -1,0 +1,493 @@
+//! Light scattered more than once: the source that a light field makes, and the light that is gathered from it.
+//!
+//! Light of order `n + 1` is what air and aerosol, or the ground, scatter of the light `L_n` of order `n`. Along a ray with the view direction `v`,
+//! with `T` the transmittance to its origin, `a` the albedo of the ground and `E_n` the irradiance on it:
+//!
+//! ```text
+//! L_{n+1}(v) = ∫ T(s) S_n(s, v) ds + T(ground) a/π E_n
+//! S_n(v) = Σ_c β_c ρ_c ∫ P_c(v·v') L_n(v') dv' = Σ_lm Σ_c β_c ρ_c χ_l^c L_{n,lm} Y_lm(v)
+//! ```
+//!
+//! The second form is the addition theorem: a phase function `P_c(ν) = Σ_l (2l + 1)/(4π) χ_l^c P_l(ν)` turns each moment `L_lm` of the light
+//! field (see [`crate::moments`]) into itself times `χ_l`. Rayleigh's has `χ` only for `l = 0` and 2: for air four moments are all
+//! there is to know of a light field. Those of aerosol fall off with `l`; a table keeps as many as matter.
+//!
+//! A light field depends on the altitude and on the sun's zenith angle, and for no other reason on the place. So a table over these two,
+//! about one sun, holds all of it. A ray of it crosses the same air for every sun and azimuth: its samples, their transmittances
+//! and their places between the altitudes are made once ([`RayNode`]), then all moments of an `m` are summed for each sun of the table
+//! ([`sources`]), and what is left for a sight is to stand between four suns and to sum over `m` ([`gather`]).
+//!
+//! Light of the first order is the integral of [`crate::single`] here too. Its table takes the phase function of aerosol as the sum of the moments
+//! that it keeps: what lies above would only alias.
+
+use crate::geometry::{Ray, shadow};
+use crate::glam::{Vec2, Vec4};
+use crate::ground::{GroundView, column_densities_to_sun, ground_on_way};
+use crate::math::{abs, acos, clamp, exp, exp_lanes, fetch, ln4, max, min, sqrt, store};
+use crate::moments::{Axis, Moments, Stencil};
+use crate::profile::{
+    Atmosphere, ColumnDensities, column_densities, column_densities_of_two, relative_densities, sun_column_densities,
+};
+use crate::single::{Bands, Samples, TowardsObserver, Way, direction, lit_place};
+use crate::variant;
+
+/// Values at some wavelengths, which share a path: loops over them that a compiler spreads over as many lanes as there are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lanes<const N: usize>(pub [f32; N]);
+
+impl<const N: usize> Lanes<N> {
+    /// Nothing.
+    pub const ZERO: Self = Self([0.0; N]);
+
+    /// Adds `other` times a number.
+    #[inline(always)]
+    pub fn add_scaled(&mut self, other: &Self, factor: f32) {
+        for i in 0..N {
+            self.0[i] += other.0[i] * factor;
+        }
+    }
+
+    /// Adds the product of two.
+    #[inline(always)]
+    pub fn add_product(&mut self, a: &Self, b: &Self) {
+        for i in 0..N {
+            self.0[i] += a.0[i] * b.0[i];
+        }
+    }
+
+    /// Times another.
+    #[inline(always)]
+    pub fn times(&self, other: &Self) -> Self {
+        let mut product = *self;
+        for i in 0..N {
+            product.0[i] *= other.0[i];
+        }
+        product
+    }
+
+    /// Times a number.
+    #[inline(always)]
+    pub fn scaled(&self, factor: f32) -> Self {
+        let mut product = *self;
+        for value in &mut product.0 {
+            *value *= factor;
+        }
+        product
+    }
+
+    /// Adds the sum of four with these weights, times a number.
+    #[inline(always)]
+    fn add_weighted(&mut self, four: [&Self; 4], weights: [f32; 4], factor: f32) {
+        let [a, b, c, d] = four;
+        let [wa, wb, wc, wd] = weights.map(|weight| weight * factor);
+        for i in 0..N {
+            self.0[i] += a.0[i] * wa + b.0[i] * wb + c.0[i] * wc + d.0[i] * wd;
+        }
+    }
+
+    /// The values of four neighbours with the weights of a stencil.
+    #[inline(always)]
+    pub fn between(values: &[Self], stencil: Stencil) -> Self {
+        let mut sum = Self::ZERO;
+        for (value, weight) in values[stencil.first..stencil.first + 4].iter().zip(stencil.weights) {
+            sum.add_scaled(value, weight);
+        }
+        sum
+    }
+
+    /// The sum of the absolute values.
+    #[inline(always)]
+    fn size(&self) -> f32 {
+        let mut sum = 0.0;
+        for value in self.0 {
+            sum += abs(value);
+        }
+        sum
+    }
+}
+
+/// The optical properties of the air at some wavelengths; see [`Bands`].
+#[derive(Clone, Copy, Debug)]
+pub struct Spectrum<const N: usize> {
+    /// Scattering coefficient of air at the ground (km⁻¹).
+    pub air_scattering: Lanes<N>,
+    /// Scattering coefficient of aerosol at the ground (km⁻¹).
+    pub aerosol_scattering: Lanes<N>,
+    /// Extinction coefficient of aerosol at the ground (km⁻¹).
+    pub aerosol_extinction: Lanes<N>,
+    /// Absorption coefficient of ozone at its peak (km⁻¹).
+    pub ozone_absorption: Lanes<N>,
+}
+
+impl<const N: usize> Spectrum<N> {
+    /// The part of light that column densities (km) let through.
+    #[inline(always)]
+    pub fn transmittance(&self, along: ColumnDensities) -> Lanes<N> {
+        let mut lanes = Lanes::ZERO;
+        for i in 0..N {
+            lanes.0[i] = -(self.air_scattering.0[i] * along.x
+                + self.aerosol_extinction.0[i] * along.y
+                + self.ozone_absorption.0[i] * along.z);
+        }
+        exp_lanes(&mut lanes.0);
+        lanes
+    }
+}
+
+/// How much a mean free path of light counts where the samples of a ray crowd, relative to the length over which the density falls off;
+/// see [`crate::single`]. Light scattered more than once comes from the dense air at once, where that of the sun does not reach.
+const PER_MEAN_FREE_PATH: f32 = 0.4;
+
+/// A sample of a view ray.
+#[derive(Clone, Copy)]
+pub struct Sample {
+    /// Distance from where the ray enters the atmosphere, or begins (km).
+    pub distance: f32,
+    /// Altitude (km).
+    pub altitude: f32,
+    /// Cosine of the zenith angle of the ray.
+    pub mu: f32,
+    /// The length that it stands for (km).
+    pub weight: f32,
+    /// Relative densities of (air, aerosol).
+    pub density: Vec2,
+    /// Column densities towards the observer (km).
+    pub to_observer: ColumnDensities,
+}
+
+/// Visits the samples of a whole ray, dark or lit: each of its pieces has as many as `quadrature` has nodes. The ray is returned from where it
+/// enters the atmosphere, with the ground where it meets it. `variant` is one in which a ray can descend.
+#[inline(always)]
+pub fn for_each_sample(
+    atmosphere: &Atmosphere,
+    bands: &Bands,
+    quadrature: &[Vec2],
+    ray: Ray,
+    variant: u32,
+    mut visit: impl FnMut(Sample),
+) -> (Ray, GroundView) {
+    let shell = atmosphere.shell();
+    let way = Way::new(shell, ray, variant & !variant::SHADOW);
+    for rising in [false, true] {
+        let interval = way.lit(false, rising);
+        if interval.end > interval.start {
+            let piece = way.piece(shell, interval, rising, variant & !variant::SHADOW);
+            let towards_observer = TowardsObserver::new(atmosphere, way.ray, way.lowest, rising, variant);
+            let samples = Samples::new(atmosphere, bands, way.ray, piece, PER_MEAN_FREE_PATH, variant);
+            for &node in quadrature {
+                let (place, weight) = samples.at(shell, node);
+                let density = relative_densities(atmosphere, place.altitude, variant);
+                let outwards = column_densities(atmosphere, place.altitude, density, place.mu, variant);
+                let to_observer = towards_observer.column_densities(atmosphere, place, outwards, variant);
+                let mu = place.mu * direction(rising);
+                visit(Sample { distance: place.distance, altitude: place.altitude, mu, weight, density, to_observer });
+            }
+        }
+    }
+    (way.ray, ground_on_way(atmosphere, way, variant))
+}
+
+/// The part of sunlight that reaches a node of a ray for two suns, by the cosines of their zenith angles there. Neither may lie in the
+/// planet's shadow.
+#[inline(always)]
+fn sunlight_of_two<const N: usize>(
+    atmosphere: &Atmosphere,
+    spectrum: &Spectrum<N>,
+    node: &RayNode<N>,
+    mu_s: Vec2,
+    variant: u32,
+) -> [Lanes<N>; 2] {
+    let (altitude, up) = (node.altitude, Vec2::new(abs(mu_s.x), abs(mu_s.y)));
+    let outwards = column_densities_of_two(atmosphere, altitude, node.density, up, variant);
+    [
+        spectrum.transmittance(sun_column_densities(atmosphere, altitude, outwards.first, mu_s.x, variant)),
+        spectrum.transmittance(sun_column_densities(atmosphere, altitude, outwards.second, mu_s.y, variant)),
+    ]
+}
+
+/// Irradiance of level ground by the sun, relative to that above the atmosphere; see [`crate::ground::direct_irradiance`].
+pub fn sunlight_on_ground<const N: usize>(
+    atmosphere: &Atmosphere,
+    spectrum: &Spectrum<N>,
+    mu_s: f32,
+    variant: u32,
+) -> Lanes<N> {
+    spectrum.transmittance(column_densities_to_sun(atmosphere, mu_s, variant)).scaled(max(mu_s, 0.0))
+}
+
+/// Whether the sun lights all of a ray.
+pub fn lit_from_end_to_end(atmosphere: &Atmosphere, ray: Ray) -> bool {
+    let way = Way::new(atmosphere.shell(), ray, variant::DESCENT);
+    let shadow = shadow(atmosphere.shell(), way.ray);
+    (shadow.end <= shadow.start) | (shadow.start >= way.length)
+}
+
+/// Light scattered once along a ray of a table that is lit from end to end by two suns, of air and of aerosol, before their phase functions.
+#[cfg_attr(
+    not(target_arch = "spirv"),
+    multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
+)]
+pub fn single_scattering_of_lit_ray<const N: usize>(
+    atmosphere: &Atmosphere,
+    spectrum: &Spectrum<N>,
+    ray: TableRay<N>,
+    sights: [Sight; 2],
+    variant: u32,
+) -> [(Lanes<N>, Lanes<N>); 2] {
+    let mut light = [(Lanes::ZERO, Lanes::ZERO); 2];
+    for node in ray.nodes {
+        let inverse_radius = 1.0 / node.radius;
+        let mu_s =
+            sights.map(|sight| clamp((ray.radius * sight.mu_s + node.distance * sight.nu) * inverse_radius, -1.0, 1.0));
+        let sunlight = sunlight_of_two(atmosphere, spectrum, node, Vec2::new(mu_s[0], mu_s[1]), variant);
+        for ((air, aerosol), sunlight) in light.iter_mut().zip(&sunlight) {
+            air.add_product(&node.air, sunlight);
+            aerosol.add_product(&node.aerosol, sunlight);
+        }
+    }
+    light
+}
+
+/// Light scattered once along a ray at some wavelengths, of air and of aerosol, before their phase functions: as
+/// [`crate::single::single_scattering`], with the column densities of a sample made once for all of them. The samples are placed for `bands`.
+#[cfg_attr(
+    not(target_arch = "spirv"),
+    multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
+)]
+pub fn single_scattering_of_many<const N: usize>(
+    atmosphere: &Atmosphere,
+    spectrum: &Spectrum<N>,
+    bands: &Bands,
+    quadrature: &[Vec2],
+    ray: Ray,
+    variant: u32,
+) -> (Lanes<N>, Lanes<N>) {
+    let shell = atmosphere.shell();
+    let way = Way::new(shell, ray, variant);
+    let (mut air, mut aerosol) = (Lanes::ZERO, Lanes::ZERO);
+    let pieces = if variant & variant::SHADOW != 0 { 4 } else { 2 };
+    for index in 0..pieces {
+        let rising = index & 1 == 1;
+        let interval = way.lit(index & 2 == 2, rising);
+        if interval.end > interval.start {
+            let piece = way.piece(shell, interval, rising, variant);
+            let towards_observer = TowardsObserver::new(atmosphere, way.ray, way.lowest, rising, variant);
+            let samples = Samples::new(atmosphere, bands, way.ray, piece, PER_MEAN_FREE_PATH, variant);
+            for &node in quadrature {
+                let (place, weight) = samples.at(shell, node);
+                let (density, along) = lit_place(atmosphere, towards_observer, place, variant);
+                let transmittance = spectrum.transmittance(along);
+                air.add_scaled(&transmittance, weight * density.x);
+                aerosol.add_scaled(&transmittance, weight * density.y);
+            }
+        }
+    }
+    (air.times(&spectrum.air_scattering), aerosol.times(&spectrum.aerosol_scattering))
+}
+
+/// A node of a ray through a table: what every sun and every azimuth share.
+#[derive(Clone, Copy)]
+pub struct RayNode<const N: usize> {
+    /// Cosine of the zenith angle of the ray there.
+    pub mu: f32,
+    /// Its sine.
+    pub sine: f32,
+    /// Distance from the ray's origin (km).
+    pub distance: f32,
+    /// Distance from the planet's centre (km).
+    pub radius: f32,
+    /// Altitude (km).
+    pub altitude: f32,
+    /// Relative densities of (air, aerosol).
+    pub density: Vec2,
+    /// Its place between the altitudes of the table.
+    pub altitudes: Stencil,
+    /// `N_00 P_0^0`, then `χ_2 N_2m P_2^m` of air for `m = 0, 1, 2`, in the ray's direction there.
+    pub air_functions: [f32; 4],
+    /// What scatters there and is seen: `T β ρ` of air times the length that the node stands for.
+    pub air: Lanes<N>,
+    /// That of aerosol.
+    pub aerosol: Lanes<N>,
+}
+
+/// A ray through a table.
+#[derive(Clone, Copy)]
+pub struct TableRay<'a, const N: usize> {
+    /// Distance of its origin from the planet's centre (km).
+    pub radius: f32,
+    /// Its nodes.
+    pub nodes: &'a [RayNode<N>],
+    /// For each node the functions `χ_l N_lm P_l^m` of aerosol in the ray's direction there, for the moments `of`; empty without aerosol.
+    pub functions: &'a [f32],
+    /// The moments of `functions`.
+    pub of: Moments,
+}
+
+/// The moments of a light field at the altitudes and suns of a table.
+#[derive(Clone, Copy)]
+pub struct MomentTable<'a, const N: usize> {
+    /// Which.
+    pub moments: Moments,
+    /// The moments: all of the first sun at the first altitude, then of the next sun.
+    pub values: &'a [Lanes<N>],
+    /// Zenith angles of the suns (radians).
+    pub suns: Axis<'a>,
+    /// Whether what lies between suns is interpolated relative to its logarithm: where the sun sets, light falls by powers of ten.
+    pub logarithmic: bool,
+}
+
+/// A sun as a ray's origin sees it.
+#[derive(Clone, Copy)]
+pub struct Sight {
+    /// Cosine of the zenith angle of the sun at the ray's origin.
+    pub mu_s: f32,
+    /// Cosine of the angle between the ray and the sun.
+    pub nu: f32,
+    /// A sun of the table near it, where the search begins.
+    pub near: usize,
+}
+
+/// Room for the sources of a node.
+pub struct Scratch<'a, const N: usize> {
+    /// For each sun of the table and each azimuthal number the source towards the observer.
+    pub sources: &'a mut [Lanes<N>],
+    /// For each sun the logarithm by which its sources were divided.
+    pub logarithms: &'a mut [f32],
+    /// For each sight the zenith angle of the sun at a node.
+    pub angles: &'a mut [f32],
+    /// For each sight the cosine of the sun's azimuth from the ray at a node.
+    pub cosines: &'a mut [f32],
+}
+
+/// The source at a node of a ray towards its origin, for each sun of a table and each azimuthal number: `Σ_l χ_l L_lm N_lm P_l^m`.
+#[inline(always)]
+fn sources<const N: usize>(table: MomentTable<N>, ray: TableRay<N>, index: usize, scratch: &mut Scratch<N>) {
+    let node = &ray.nodes[index];
+    let (moments, suns) = (table.moments, table.suns.nodes.len());
+    let count = moments.count();
+    let numbers = moments.azimuthal + 1;
+    let functions = if ray.functions.is_empty() { &[] } else { &ray.functions[index * ray.of.count()..] };
+    let weights = node.altitudes.weights;
+    for (sun, sources) in scratch.sources.chunks_exact_mut(numbers).take(suns).enumerate() {
+        // The four altitudes together: sums of four products each depend on each other only once a moment.
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| {
+            let at = ((node.altitudes.first + i) * suns + sun) * count;
+            &table.values[at..at + count]
+        });
+        for (m, source) in sources.iter_mut().enumerate() {
+            let first = moments.first(m);
+            *source = Lanes::ZERO;
+            if !functions.is_empty() {
+                let mut aerosol = Lanes::ZERO;
+                let moments = first..first + moments.degree + 1 - m;
+                let functions = &functions[ray.of.first(m)..][..moments.len()];
+                let four = a[moments.clone()].iter().zip(&b[moments.clone()]).zip(&c[moments.clone()]).zip(&d[moments]);
+                for ((((a, b), c), d), &function) in four.zip(functions) {
+                    aerosol.add_weighted([a, b, c, d], weights, function);
+                }
+                source.add_product(&aerosol, &node.aerosol);
+            }
+            if m <= 2 {
+                let mut air = Lanes::ZERO;
+                if m == 0 {
+                    air.add_weighted([&a[0], &b[0], &c[0], &d[0]], weights, node.air_functions[0]);
+                }
+                let second = first + 2 - m;
+                air.add_weighted([&a[second], &b[second], &c[second], &d[second]], weights, node.air_functions[m + 1]);
+                source.add_product(&air, &node.air);
+            }
+        }
+    }
+    if table.logarithmic {
+        take_logarithms(suns, numbers, scratch);
+    }
+}
+
+/// The smallest size of a source that is divided by: its inverse is finite in single precision.
+const SMALLEST: f32 = 1e-36;
+
+/// Divides the sources of each sun by their size, and keeps its logarithm. What is 1e-20 of the largest is nothing.
+#[inline(always)]
+fn take_logarithms<const N: usize>(suns: usize, numbers: usize, scratch: &mut Scratch<N>) {
+    let mut largest = 0.0;
+    for sun in 0..suns {
+        let mut size = 0.0;
+        for source in &scratch.sources[sun * numbers..(sun + 1) * numbers] {
+            size += source.size();
+        }
+        store(scratch.logarithms, sun, size);
+        largest = max(largest, size);
+    }
+    for sun in 0..suns {
+        let size = max(max(fetch(scratch.logarithms, sun), largest * 1e-20), SMALLEST);
+        for source in &mut scratch.sources[sun * numbers..(sun + 1) * numbers] {
+            *source = source.scaled(1.0 / size);
+        }
+        store(scratch.logarithms, sun, ln4(Vec4::splat(size)).x);
+    }
+}
+
+/// The weights of four suns whose values were divided by the exponentials of their logarithms. A cubic through logarithms may
+/// not leave their range: where they fall off a cliff it would explode.
+#[inline(always)]
+fn with_logarithms(logarithms: &[f32], stencil: Stencil) -> [f32; 4] {
+    let [a, b, c, d] = [0, 1, 2, 3].map(|i| fetch(logarithms, stencil.first + i));
+    let [wa, wb, wc, wd] = stencil.weights;
+    let (low, high) = (min(min(a, b), min(c, d)), max(max(a, b), max(c, d)));
+    let scale = exp(clamp(a * wa + b * wb + c * wc + d * wd, low, high));
+    [wa * scale, wb * scale, wc * scale, wd * scale]
+}
+
+/// Light gathered along a ray from the sources of a table, added to `light` for each sight; without that of the ground.
+#[cfg_attr(
+    not(target_arch = "spirv"),
+    multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
+)]
+pub fn gather<const N: usize>(
+    table: MomentTable<N>,
+    ray: TableRay<N>,
+    sights: &[Sight],
+    scratch: &mut Scratch<N>,
+    light: &mut [Lanes<N>],
+) {
+    let numbers = table.moments.azimuthal + 1;
+    for index in 0..ray.nodes.len() {
+        sources(table, ray, index, scratch);
+        suns_at(ray, index, sights, scratch);
+        let mut near = sights.first().map_or(0, |sight| sight.near);
+        for (at, light) in light.iter_mut().enumerate() {
+            let stencil = table.suns.stencil(fetch(scratch.angles, at), near);
+            near = stencil.first;
+            let weights =
+                if table.logarithmic { with_logarithms(scratch.logarithms, stencil) } else { stencil.weights };
+            let cosine = fetch(scratch.cosines, at);
+            let four = &scratch.sources[stencil.first * numbers..(stencil.first + 4) * numbers];
+            let (first, second) = four.split_at(2 * numbers);
+            let (pairs, others) = (first.split_at(numbers), second.split_at(numbers));
+            let each = pairs.0.iter().zip(pairs.1).zip(others.0).zip(others.1);
+            // cos((m + 1) φ) = 2 cos φ cos(m φ) - cos((m - 1) φ)
+            let (mut before, mut value) = (cosine, 1.0);
+            for (((a, b), c), d) in each {
+                light.add_weighted([a, b, c, d], weights, value);
+                let next = 2.0 * cosine * value - before;
+                before = value;
+                value = next;
+            }
+        }
+    }
+}
+
+/// The sun at a node of a ray, for each sight: its zenith angle, and the cosine of its azimuth from the ray.
+#[inline(always)]
+fn suns_at<const N: usize>(ray: TableRay<N>, index: usize, sights: &[Sight], scratch: &mut Scratch<N>) {
+    let node = &ray.nodes[index];
+    let inverse_radius = 1.0 / node.radius;
+    let inverse_sine = if node.sine > 1e-6 { 1.0 / node.sine } else { 0.0 };
+    let places = scratch.angles.iter_mut().zip(scratch.cosines.iter_mut());
+    for (sight, (angle, cosine)) in sights.iter().zip(places) {
+        let mu_s = clamp((ray.radius * sight.mu_s + node.distance * sight.nu) * inverse_radius, -1.0, 1.0);
+        let sine_s = sqrt(max(1.0 - mu_s * mu_s, 1e-12));
+        *angle = acos(mu_s);
+        *cosine = clamp((sight.nu - node.mu * mu_s) * inverse_sine / sine_s, -1.0, 1.0);
+    }
+}

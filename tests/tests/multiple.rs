@@ -1,0 +1,157 @@
+//! Light of all orders against a Monte Carlo reference that shares nothing with the method; its header says how it was made.
+
+use std::collections::BTreeMap;
+
+use sorairo::low_level::plan::{SkyPlan, direction};
+use sorairo::low_level::spectrum::DenseSpectrum;
+use sorairo::scene::{GroundAlbedo, Orders, Preset, Rgb, Scene, SunSpectrum};
+
+const REFERENCE: &str = include_str!("../data/multiple_scattering_reference.csv");
+
+/// A row of the reference.
+#[derive(Clone, Debug)]
+struct Row {
+    case: String,
+    wavelength: f64,
+    albedo: f64,
+    altitude: f64,
+    sun: f64,
+    elevation: f64,
+    azimuth: f64,
+    total: f64,
+    standard_error: f64,
+}
+
+fn rows() -> Vec<Row> {
+    let lines = REFERENCE.lines().filter(|line| !line.starts_with('#')).skip(1);
+    let row = |line: &str| {
+        let fields: Vec<&str> = line.split(',').collect();
+        let number = |i: usize| fields[i].parse::<f64>().unwrap();
+        Row {
+            case: fields[0].into(),
+            wavelength: number(1),
+            albedo: number(2),
+            altitude: number(3),
+            sun: number(4),
+            elevation: number(5),
+            azimuth: number(6),
+            total: number(9),
+            standard_error: number(10),
+        }
+    };
+    lines.map(row).collect()
+}
+
+/// The scene of a row: the atmospheres of the reference's header, under a sun of 1 at every wavelength.
+fn scene(row: &Row) -> Scene {
+    let mut scene = Scene::preset(Preset::Earth);
+    scene.sun.spectrum = SunSpectrum::Flat;
+    scene.sun.elevation = row.sun;
+    scene.observer.altitude = row.altitude;
+    scene.ground.albedo = GroundAlbedo::Grey(row.albedo);
+    scene.render.orders = Orders::All;
+    let aerosol = &mut scene.atmosphere.aerosol;
+    match row.case.as_str() {
+        "earth" => {}
+        "turbid" => {
+            aerosol.optical_depth = 0.04;
+            aerosol.angstrom_exponent = 0.8;
+            aerosol.single_scattering_albedo = 0.8;
+            aerosol.asymmetry = 0.7;
+        }
+        "very_turbid" => {
+            aerosol.optical_depth = 0.3;
+            aerosol.single_scattering_albedo = 0.95;
+            aerosol.asymmetry = 0.75;
+        }
+        case => panic!("no atmosphere is called {case}"),
+    }
+    scene
+}
+
+/// Rows that are one sky: the same but for wavelength and direction.
+fn skies() -> Vec<Vec<Row>> {
+    let mut skies: BTreeMap<String, Vec<Row>> = BTreeMap::new();
+    for row in rows() {
+        let Row { case, albedo, altitude, sun, .. } = &row;
+        skies.entry(format!("{case} {albedo} {altitude} {sun}")).or_default().push(row);
+    }
+    skies.into_values().collect()
+}
+
+/// Errors of a group of rows, each less two standard errors of the reference.
+#[derive(Default)]
+struct Errors {
+    largest: f64,
+    at: String,
+    squares: f64,
+    count: u32,
+}
+
+impl Errors {
+    fn add(&mut self, error: f64, at: String) {
+        assert!(error.is_finite(), "{error} at {at}");
+        self.squares += error * error;
+        self.count += 1;
+        if error > self.largest {
+            (self.largest, self.at) = (error, at);
+        }
+    }
+
+    fn rms(&self) -> f64 {
+        (self.squares / f64::from(self.count)).sqrt()
+    }
+}
+
+/// The group of a row: by its sun, or a sky full of aerosol.
+fn group(row: &Row) -> &'static str {
+    match row.sun {
+        _ if row.case == "very_turbid" => "optical depth of aerosol 0.3",
+        sun if sun >= 10.0 => "10 to 90",
+        sun if sun >= 0.0 => "0 to 10",
+        sun if sun >= -6.0 => "-6 to 0",
+        _ => "-12 to -6",
+    }
+}
+
+/// Errors relative to the radiance or, where it is fainter, to 5 % of the brightest direction of that observer, sun and wavelength; a row may be
+/// wrong by two standard errors of the reference more.
+#[test]
+fn light_of_all_orders_agrees_with_a_monte_carlo_reference() {
+    let mut groups: BTreeMap<&str, Errors> = BTreeMap::new();
+    for rows in skies() {
+        let mut wavelengths: Vec<f64> = rows.iter().map(|row| row.wavelength).collect();
+        wavelengths.sort_by(f64::total_cmp);
+        wavelengths.dedup();
+        let sky = SkyPlan::new(&scene(&rows[0]).validated().unwrap(), Rgb::Srgb);
+        let dense = DenseSpectrum::new(&sky, &wavelengths);
+        for (i, &wavelength) in wavelengths.iter().enumerate() {
+            let rows: Vec<&Row> = rows.iter().filter(|row| row.wavelength == wavelength).collect();
+            let brightest = rows.iter().map(|row| row.total).fold(0.0, f64::max);
+            for row in rows {
+                let found = dense.radiance(direction(row.elevation, row.azimuth).as_vec3())[i];
+                let scale = row.total.max(0.05 * brightest);
+                let error = ((found - row.total).abs() - 2.0 * row.standard_error).max(0.0) / scale;
+                groups.entry(group(row)).or_default().add(error, format!("{row:?}: {found:e}"));
+            }
+        }
+    }
+    // Half of what the issue of this method asks for, and more where chance may be larger than that.
+    let bounds = [
+        ("10 to 90", 0.003, 0.000_8),
+        ("0 to 10", 0.006, 0.001_8),
+        ("-6 to 0", 0.008, 0.002),
+        ("-12 to -6", 0.015, 0.005),
+        ("optical depth of aerosol 0.3", 0.013, 0.003),
+    ];
+    assert_eq!(groups.len(), bounds.len());
+    for (name, errors) in &groups {
+        let (largest, rms) = (100.0 * errors.largest, 100.0 * errors.rms());
+        println!("{name}: {} rows, {largest:.3} % largest, {rms:.3} % rms, at {}", errors.count, errors.at);
+    }
+    for (name, largest, rms) in bounds {
+        let errors = &groups[name];
+        assert!(errors.largest <= largest, "{name}: {:.4} at {}", errors.largest, errors.at);
+        assert!(errors.rms() <= rms, "{name}: rms {:.5}", errors.rms());
+    }
+}

@@ -71,7 +71,8 @@ def apart(a, b):
 ours = mi.load_dict(sky)
 up, down = (np.mean([radiance(ours, direction(e, a)) for a in range(0, 360, 5)]) for e in (45, -45))
 print(f"radiance 45 degrees above the horizon {up:.3g}, below {down:.3g}")
-assert up > 0 and down == 0
+# The ground is lit by the same sky: grass sends back a part of it.
+assert 0 < down < 0.3 * up
 
 # Mitsuba's own sky with its sun, whose disc is its brightest place.
 theirs = mi.load_dict(

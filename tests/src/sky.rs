@@ -6,9 +6,9 @@ use sorairo_oracle::Spectrum;
 /// The sun's elevations (degrees) at which every accuracy is stated.
 pub const SUNS: [f64; 6] = [-4.0, 0.0, 30.0, 45.0, 60.0, 90.0];
 
-/// A preset with the sun at an elevation (degrees), in the north.
+/// A preset in light of one order over black ground, with the sun at an elevation (degrees), in the north.
 pub fn scene(preset: Preset, sun_elevation: f64, size: &str) -> Scene {
-    let mut scene = Scene::preset(preset);
+    let mut scene = Scene::preset(preset).first_order();
     scene.sun.elevation = sun_elevation;
     scene.camera.size = size.parse().expect("a size");
     scene

@@ -127,15 +127,15 @@ fn a_flag_takes_the_place_of_its_key_and_a_key_that_of_the_preset() {
         succeed(folder.path(), &[&view, flags].concat()).stdout
     };
     let from_file = &["--scene", "scene.toml"][..];
-    let earth = spectrum("", &["--sun-elevation", "10"]);
+    let standard = spectrum("", &["--sun-elevation", "10"]);
     let paper = spectrum("", &["--sun-elevation", "10", "--preset", "paper"]);
-    assert_ne!(earth, paper);
-    assert_eq!(spectrum("[sun]\nelevation = 10", from_file), earth);
+    assert_ne!(standard, paper);
+    assert_eq!(spectrum("[sun]\nelevation = 10", from_file), standard);
     assert_eq!(spectrum("preset = 'paper'\n[sun]\nelevation = 10", from_file), paper);
-    assert_eq!(spectrum("[sun]\nelevation = 50", &[from_file, &["--sun-elevation", "10"]].concat()), earth);
+    assert_eq!(spectrum("[sun]\nelevation = 50", &[from_file, &["--sun-elevation", "10"]].concat()), standard);
     assert_eq!(
-        spectrum("preset = 'paper'\n[sun]\nelevation = 10", &[from_file, &["--preset", "earth"]].concat()),
-        earth
+        spectrum("preset = 'paper'\n[sun]\nelevation = 10", &[from_file, &["--preset", "standard"]].concat()),
+        standard
     );
 }
 
@@ -608,8 +608,8 @@ fn a_large_image_takes_few_integrals() {
     let report = json(&succeed(folder.path(), &["render", "--size", "1920x960", "-o", "a.png", "--json"]));
     let side = |key: &str| report["path"]["table"][key].as_u64().unwrap_or_else(|| panic!("{key} in {report}"));
     let entries = (side("above") + side("below")) * side("azimuths");
-    // Half of the pixels lie below the horizon, and are black.
-    assert!((1..1920 * 480 / 100).contains(&entries), "{report}");
+    // Half of the pixels lie below the horizon, and are of one colour.
+    assert!((1..1920 * 480 / 10).contains(&entries), "{report}");
 }
 
 #[test]

@@ -169,7 +169,7 @@ fn a_search_that_cannot_be_is_refused() {
     for (count, suns) in
         [(2, vec![30.0]), (9, vec![30.0]), (4, vec![120.0]), (4, vec![f64::NAN]), (4, vec![-60.0]), (4, vec![])]
     {
-        let refused = best(&Scene::default(), count, &suns);
+        let refused = best(&Scene::preset(Preset::Earth).first_order(), count, &suns);
         assert!(
             matches!(&refused, Err(sorairo_evaluation::Error::Sky(error)) if !error.is_failure()),
             "{count} bands, suns {suns:?}: {refused:?}"

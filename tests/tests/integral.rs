@@ -332,7 +332,7 @@ fn the_ground_at_the_terminator_is_as_bright_as_it_should_be_from_high_inside_th
 /// The horizon of a planet of a million kilometres lies within single precision's rounding of its scale heights.
 #[test]
 fn a_planet_too_large_for_single_precision_is_refused() {
-    let mut scene = Scene::default();
+    let mut scene = Scene::preset(Preset::Earth).first_order();
     (scene.atmosphere.ground_radius, scene.atmosphere.top_radius) = (1e6, 1e6 + 100.0);
     let refusal = scene.validated().expect_err("refused").to_string();
     assert!(refusal.contains("atmosphere.ground_radius") && refusal.contains("100000"), "{refusal}");

@@ -2,9 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use sorairo::low_level::plan::{SkyPlan, direction};
+use sorairo::PixelFormat;
+use sorairo::low_level::irradiance::SkyLight;
+use sorairo::low_level::plan::{Plan, SkyPlan, direction};
 use sorairo::low_level::spectrum::DenseSpectrum;
-use sorairo::scene::{GroundAlbedo, Orders, Preset, Rgb, Scene, SunSpectrum};
+use sorairo::scene::{Fit, GroundAlbedo, Orders, Preset, Rgb, Scene, SunSpectrum};
+use sorairo_evaluation::error::{Reference, plan};
+use sorairo_evaluation::measured::measured;
+use sorairo_shared::glam::Vec3;
+use sorairo_shared::variant;
 
 const REFERENCE: &str = include_str!("../data/multiple_scattering_reference.csv");
 
@@ -154,4 +160,95 @@ fn light_of_all_orders_agrees_with_a_monte_carlo_reference() {
         assert!(errors.largest <= largest, "{name}: {:.4} at {}", errors.largest, errors.at);
         assert!(errors.rms() <= rms, "{name}: rms {:.5}", errors.rms());
     }
+}
+
+/// Colours by four bands and their fit against 81 wavelengths whose light is computed itself, over the whole sky.
+#[test]
+fn four_bands_hold_the_colour_of_all_light() {
+    // A colour difference of 1 is just seen. What is left in twilight are two light fields, of four bands and of 48, between the same suns.
+    let day = [(90.0, 0.15, 0.002), (30.0, 0.15, 0.002), (5.0, 0.15, 0.002)];
+    let twilight = [(0.0, 0.2, 0.0035), (-4.0, 0.35, 0.01)];
+    for preset in [Preset::Standard, Preset::Earth] {
+        for albedo in [GroundAlbedo::Grey(0.0), GroundAlbedo::Grass] {
+            for (sun, colour, luminance) in day.into_iter().chain(twilight) {
+                let mut scene = Scene::preset(preset);
+                scene.sun.elevation = sun;
+                scene.ground.albedo = albedo.clone();
+                let errors = Reference::new(&scene).unwrap().errors(&plan(&scene).unwrap());
+                println!("{preset:?}, {albedo:?}, sun at {sun}: {errors:?}");
+                assert!(errors.compared == 145, "{errors:?}");
+                let is_near = errors.delta_e_max <= colour && errors.luminance_max <= luminance;
+                assert!(is_near, "{preset:?}, {albedo:?}, sun at {sun}: {errors:?}");
+            }
+        }
+    }
+}
+
+/// Where light is scattered once over black ground, all that belongs to more of it is left out.
+#[test]
+fn black_ground_and_one_order_leave_nothing_of_it_in_the_plan() {
+    let variant = |change: fn(&mut Scene)| {
+        let mut scene = Scene::preset(Preset::Standard);
+        change(&mut scene);
+        let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        (plan.variant & variant::REST, plan.buffers().multiple.is_empty(), plan.lit_rows.end < plan.height())
+    };
+    assert_eq!(variant(|scene| *scene = scene.clone().first_order()), (0, true, true));
+    assert_eq!(variant(|scene| scene.render.orders = Orders::UpTo(1)), (variant::GROUND, true, false));
+    let black = variant(|scene| scene.ground.albedo = GroundAlbedo::Grey(0.0));
+    assert_eq!(black, (variant::MULTIPLE, false, true));
+    assert_eq!(variant(|_| {}), (variant::REST, false, false));
+}
+
+/// Each order adds light, and the sum of all is more than that of any number of them.
+#[test]
+fn every_order_adds_light() {
+    let luminance = |orders| {
+        let mut scene = Scene::preset(Preset::Standard);
+        scene.render.orders = orders;
+        let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+        sky.radiance(direction(40.0, 120.0).as_vec3()).y
+    };
+    let sums: Vec<f32> = [1, 2, 3, 4, 20].into_iter().map(|n| luminance(Orders::UpTo(n))).collect();
+    assert!(sums.windows(2).all(|pair| pair[0] < pair[1]), "{sums:?}");
+    let all = luminance(Orders::All);
+    // Twenty orders leave less than their geometric series is off.
+    assert!((all / sums[4] - 1.0).abs() < 2e-3, "{all} {sums:?}");
+}
+
+/// The ground under the observer sends back what falls on it: its albedo times the irradiance by sun and sky, over π.
+#[test]
+fn the_ground_is_as_bright_as_the_light_that_falls_on_it() {
+    let mut scene = Scene::preset(Preset::Earth);
+    scene.ground.albedo = GroundAlbedo::Grey(0.4);
+    scene.render.fit = Fit::Dense;
+    for sun in [60.0, 10.0] {
+        scene.sun.elevation = sun;
+        let sky = SkyPlan::new(&scene.clone().validated().unwrap(), Rgb::Srgb);
+        let light = SkyLight::new(&sky);
+        for channel in 0..3 {
+            let fallen =
+                light.irradiance_rgb[channel] + light.sun_irradiance_rgb[channel] * f64::from(sun).to_radians().sin();
+            let expected = 0.4 * fallen / std::f64::consts::PI;
+            let found = f64::from(sky.radiance(-Vec3::Z)[channel]);
+            // The irradiance is a sum over 1536 directions, the sun a disc there and a point here.
+            assert!((found / expected - 1.0).abs() < 0.01, "sun at {sun}, channel {channel}: {found} for {expected}");
+        }
+    }
+}
+
+/// Two scans of a measured clear sky (Kider et al. 2014); one order of scattering has 0.7 of its irradiance.
+#[test]
+fn a_measured_sky_is_as_bright_as_the_computed_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let outcomes = measured(folder.path(), &|_| {}).unwrap();
+    for outcome in outcomes {
+        println!("{outcome:?}");
+        assert!(outcome.compared > 4000);
+        // What aerosol there was on that day nobody measured beside the sky: the two atmospheres differ by as much.
+        assert!(outcome.rmse_over_mean < 0.15, "{outcome:?}");
+        assert!((outcome.irradiance_ratio - 1.0).abs() < 0.07, "{outcome:?}");
+    }
+    let rows = std::fs::read_to_string(folder.path().join("measured.csv")).unwrap();
+    assert!(rows.lines().count() > 9000);
 }

@@ -104,7 +104,8 @@ fn srgb(linear: f64) -> f64 {
 #[test]
 fn a_picture_is_the_srgb_of_the_linear_image_times_its_exposure() {
     for (stops, shoulder_expected) in [(-6.0, false), (-3.0, true)] {
-        let (picture, image) = render(&["--size", "128x64", "--sun-elevation", "12", &format!("--exposure={stops}")]);
+        let (picture, image) =
+            render(&["--preset", "paper", "--size", "128x64", "--sun-elevation", "12", &format!("--exposure={stops}")]);
         let (mut straight, mut above) = (0, 0);
         for (bytes, linear) in picture.rgb.chunks(3).zip(image.rgb.chunks(3)) {
             let shown: Vec<f64> = linear.iter().map(|value| f64::from(*value) * f64::exp2(stops)).collect();
@@ -215,7 +216,7 @@ fn every_space_holds_the_same_colours_and_shows_the_same_picture() {
 #[test]
 fn a_sky_of_the_suns_own_colour_is_grey_when_balanced_for_the_sun() {
     // Without air and ozone, aerosol of one coefficient at all wavelengths scatters the sun's spectrum as it is.
-    let grey = "[atmosphere]\nair.scattering = 0.0\nozone.column = 0.0\n[atmosphere.aerosol]\noptical_depth = 0.1\n";
+    let grey = "render.orders = 1\nground.albedo = 0.0\n[atmosphere]\nair.scattering = 0.0\nozone.column = 0.0\n[atmosphere.aerosol]\noptical_depth = 0.1\nangstrom_exponent = 0.0\n";
     for rgb in ["srgb", "rec2020", "acescg", "xyz"] {
         for observer in ["cie1931", "cie2015"] {
             let of = |balance: &str| {
@@ -242,7 +243,7 @@ fn the_observers_agree_on_what_a_sky_looks_like_but_not_to_the_digit() {
         let (a, b) = ([a[0], a[1], a[2]], [b[0], b[1], b[2]]);
         if a[1] > 0.0 {
             // The observers differ by some per cent where the eye is most sensitive.
-            assert!((1e-3..0.15).contains(&(step(a, b) / a[1])), "{a:?} {b:?}");
+            assert!((1e-3..0.2).contains(&(step(a, b) / a[1])), "{a:?} {b:?}");
             compared += 1;
         }
     }
@@ -352,8 +353,8 @@ const MIRROR: f64 = 5e-5;
 
 #[test]
 fn a_taller_image_shows_the_same_sky() {
-    let (_, coarse) = render(&["--size", "64x33"]);
-    let (_, fine) = render(&["--size", "192x99"]);
+    let (_, coarse) = render(&["--path", "direct", "--size", "64x33"]);
+    let (_, fine) = render(&["--path", "direct", "--size", "192x99"]);
     // The centre of every pixel is the centre of the middle one of nine.
     let picked: Vec<f32> = (0..64 * 33).flat_map(|i| fine.at(3 * (i % 64) + 1, 3 * (i / 64) + 1)).collect();
     let worst = worst_in_images(&picked, &coarse.rgb, 64, 3, 1e-6);

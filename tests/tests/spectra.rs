@@ -31,6 +31,8 @@ fn flags(scene: &Scene, (elevation, azimuth): (f64, f64), wavelengths: &str) -> 
     let preset = if scene.preset == Preset::Earth { "earth" } else { "paper" };
     vec![
         format!("--preset={preset}"),
+        "--orders=1".into(),
+        "--albedo=0".into(),
         format!("--sun-elevation={}", scene.sun.elevation),
         format!("--sun-azimuth={}", scene.sun.azimuth),
         format!("--altitude={}", scene.observer.altitude),

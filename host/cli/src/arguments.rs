@@ -66,7 +66,7 @@ pub enum SceneCommand {
         #[arg(default_value = "scene.toml")]
         file: PathBuf,
         /// Named atmosphere whose values are written.
-        #[arg(long, default_value = "earth", value_parser = word_of::<Preset>())]
+        #[arg(long, default_value = "standard", value_parser = word_of::<Preset>())]
         preset: Preset,
     },
     /// Says whether a file is a scene, and names everything that is wrong with it.
@@ -237,6 +237,9 @@ pub struct ReproduceArguments {
     /// Folder to write report.md, report.json and the pictures to.
     #[arg(long, value_name = "DIR", default_value = "report")]
     pub out: PathBuf,
+    /// Compare with measured skies instead, and write measured.md, measured.csv and measured.json.
+    #[arg(long)]
+    pub measured: bool,
     /// Device that is timed: auto, cpu, gpu, or part of the name of a Vulkan device.
     #[arg(long, default_value = "auto", value_name = "NAME")]
     pub device: String,

@@ -36,12 +36,24 @@ fn bands(arguments: &BandsArguments) -> Result<()> {
 
 /// `sorairo reproduce`.
 fn reproduce(arguments: &ReproduceArguments) -> Result<()> {
+    if arguments.measured {
+        return measured(arguments);
+    }
     let device = device::open(&arguments.device)?;
     let progress = Progress::start();
     let experiment = sorairo_evaluation::reproduce::reproduce(&arguments.out, &device, &|stage| progress.stage(stage));
     drop(progress);
     experiment?;
     print_line(&arguments.out.join("report.md").display().to_string())
+}
+
+/// `sorairo reproduce --measured`.
+fn measured(arguments: &ReproduceArguments) -> Result<()> {
+    let progress = Progress::start();
+    let done = sorairo_evaluation::measured::measured(&arguments.out, &|stage| progress.stage(stage));
+    drop(progress);
+    done?;
+    print_line(&arguments.out.join("measured.md").display().to_string())
 }
 
 /// `sorairo bench`.

@@ -181,13 +181,18 @@ impl Given {
     fn lay_over(&self, draft: &mut Draft, key: &str) -> sorairo::Result<()> {
         type Error = serde::de::value::Error;
         let key = keys::find(key).expect("the key of a flag");
-        match self {
+        let set = match self {
             Self::True => draft.set(key, BoolDeserializer::<Error>::new(true)),
             Self::Number(number) => draft.set(key, F64Deserializer::<Error>::new(*number)),
             Self::Count(count) => draft.set(key, U32Deserializer::<Error>::new(*count)),
             Self::Numbers(numbers) => draft.set(key, SeqDeserializer::<_, Error>::new(numbers.iter().copied())),
             Self::Text(text) => draft.set(key, StrDeserializer::<Error>::new(text)),
-        }
+        };
+        let flag = flag(key.name).unwrap_or(key.name);
+        set.map_err(|error| match error {
+            sorairo::Error::Text(complaint) => sorairo::Error::Text(format!("{flag}: {complaint}")),
+            other => other,
+        })
     }
 }
 

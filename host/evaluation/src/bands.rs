@@ -255,6 +255,7 @@ impl Spectra {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sorairo::scene::Preset;
 
     #[test]
     fn moves_keep_bands_in_order_and_in_range() {
@@ -267,7 +268,7 @@ mod tests {
 
     #[test]
     fn the_search_judges_bands_as_their_plan_does() {
-        let mut scene = Scene::default();
+        let mut scene = Scene::preset(Preset::Earth).first_order();
         scene.sun.elevation = 10.0;
         let sun = Sun::new(&scene, 10.0, 4).unwrap();
         for bands in [[444, 530, 585, 650], [410, 500, 560, 690]] {

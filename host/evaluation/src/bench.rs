@@ -18,7 +18,7 @@ use sorairo::Device;
 use sorairo::PixelFormat;
 use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::low_level::spectra::observer;
-use sorairo::scene::{ColourPath, Exposure, Fit, PathChoice, Scene, Size};
+use sorairo::scene::{ColourPath, Exposure, Fit, PathChoice, Preset, Scene, Size};
 
 /// Integration steps that are compared.
 const STEPS: [u32; 6] = [4, 6, 8, 12, 16, 32];
@@ -117,7 +117,7 @@ pub fn bench(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     let suns = if quick { vec![-4.0, 0.0, 10.0, 45.0] } else { SUNS.to_vec() };
     let ways = ways(device, quick, stage)?;
     let budget = Duration::from_micros(if quick { 2_000 } else { 10_000 });
-    let size = fitting_size(device, &Scene::default(), budget)?;
+    let size = fitting_size(device, &Scene::preset(Preset::Earth).first_order(), budget)?;
     let configurations = configurations();
     stage("measuring errors");
     let errors = errors(&configurations, &suns, quick)?;
@@ -181,7 +181,7 @@ fn bands(fit: Fit, count: usize) -> Vec<f64> {
 }
 
 fn scene(configuration: &Configuration, sun: f64) -> Scene {
-    let mut scene = Scene::default();
+    let mut scene = Scene::preset(Preset::Earth).first_order();
     scene.sun.elevation = sun;
     scene.render.fit = configuration.fit;
     scene.render.bands = Some(configuration.bands.clone());
@@ -267,7 +267,7 @@ fn ways(device: &Device, quick: bool, stage: &dyn Fn(&str)) -> Result<Vec<Way>> 
 
 fn ways_at(device: &Device, size: Size) -> Result<Vec<Way>> {
     let of = |fit: Fit, color: ColourPath| {
-        let mut scene = Scene::default();
+        let mut scene = Scene::preset(Preset::Earth).first_order();
         scene.camera.size = size;
         (scene.render.fit, scene.render.color) = (fit, color);
         plan(&scene)
@@ -309,7 +309,7 @@ fn ways_at(device: &Device, size: Size) -> Result<Vec<Way>> {
 
 /// The plan of the default sky, of this size, interpolated from a sky lookup.
 pub(super) fn with_lookup(size: Size) -> Result<Plan> {
-    let mut scene = Scene::default();
+    let mut scene = Scene::preset(Preset::Earth).first_order();
     scene.camera.size = size;
     looked_up(scene)
 }
@@ -489,7 +489,7 @@ mod tests {
             assert_eq!(plan.sky.integral.wavelengths, configuration.bands);
         }
         // The bench's default is the program's.
-        let default = plan(&Scene::default()).unwrap();
+        let default = plan(&Scene::preset(Preset::Earth).first_order()).unwrap();
         assert_eq!(default.sky.integral.wavelengths, list.last().unwrap().bands);
     }
 }

@@ -111,6 +111,7 @@ pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sorairo::scene::Preset;
     use sorairo_shared::rgb::into_gamut;
 
     /// What is compared is what the kernels draw, but for the gamut.
@@ -124,7 +125,7 @@ mod tests {
             (Fit::Extinction, ColourPath::Solve, None),
             (Fit::Dense, ColourPath::Folded, None),
         ] {
-            let mut scene = Scene::default();
+            let mut scene = Scene::preset(Preset::Earth).first_order();
             (scene.render.fit, scene.render.color, scene.render.bands) = (fit, color, bands);
             let plan = plan(&scene).unwrap();
             for view in views(&scene) {

@@ -6,6 +6,7 @@ pub mod chart;
 pub mod document;
 pub mod error;
 pub mod judge;
+pub mod measured;
 pub mod metrics;
 pub mod picture;
 mod problem;

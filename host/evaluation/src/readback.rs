@@ -102,11 +102,12 @@ mod tests {
     use crate::error::plan;
     use sorairo::low_level::device::{Backend, cpu::Cpu};
     use sorairo::low_level::plan::Kernel;
+    use sorairo::scene::Preset;
     use sorairo::scene::{ColourPath, Fit, Scene};
 
     #[test]
     fn reading_back_and_fitting_draws_the_same_sky() {
-        let mut scene = Scene::default();
+        let mut scene = Scene::preset(Preset::Earth).first_order();
         scene.camera.size = "37x20".parse().unwrap();
         scene.render.fit = Fit::Cubic;
         let folded = plan(&scene).unwrap();

@@ -15,7 +15,7 @@ use crate::problem::{Error, Result};
 use sorairo::low_level::device::{Device, DeviceKind, cpu};
 use sorairo::low_level::plan::lookup::LookupSize;
 use sorairo::low_level::plan::{Kernel, Plan};
-use sorairo::scene::{Projection, Scene, Size};
+use sorairo::scene::{Preset, Projection, Scene, Size};
 
 /// The image on which paths and kernels are compared.
 const COMMON: Size = Size { width: 1920, height: 960 };
@@ -162,7 +162,7 @@ fn cold_process(folder: &Path, device: &str, kind: DeviceKind) -> Result<Spread>
 
 /// The default plan of an image, every pixel integrated.
 fn integrated(size: Size) -> Result<Plan> {
-    let mut scene = Scene::default();
+    let mut scene = Scene::preset(Preset::Earth).first_order();
     scene.camera.size = size;
     plan(&scene)
 }
@@ -242,7 +242,7 @@ fn lookups(device: &Device) -> Result<Vec<LookupRow>> {
 
 /// The default scene in [`COMMON`] pixels.
 fn common(projection: Projection) -> Scene {
-    let mut scene = Scene::default();
+    let mut scene = Scene::preset(Preset::Earth).first_order();
     (scene.camera.size, scene.camera.projection) = (COMMON, projection);
     scene
 }
@@ -277,7 +277,7 @@ fn lookups_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec
 fn steps(device: &Device) -> Result<Vec<StepRow>> {
     let counts = [4, 8, 12, 16, 32, 64];
     let sized = |steps| {
-        let mut scene = Scene::default();
+        let mut scene = Scene::preset(Preset::Earth).first_order();
         scene.camera.size = Size { width: 512, height: 256 };
         scene.render.steps = Some(steps);
         plan(&scene)

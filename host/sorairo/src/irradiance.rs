@@ -114,10 +114,11 @@ fn crowded(n: u32, from: f64, to: f64) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Preset;
     use crate::scene::{Rgb, Scene};
 
     fn sky(sun: f64, change: impl FnOnce(&mut Scene)) -> SkyPlan {
-        let mut scene = Scene::default();
+        let mut scene = Scene::preset(Preset::Earth).first_order();
         scene.sun.elevation = sun;
         change(&mut scene);
         SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb)

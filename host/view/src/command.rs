@@ -72,7 +72,7 @@ mod tests {
         let mut scene = Scene::default();
         scene.sun.elevation = 10.0;
         let expected =
-            "sorairo render --scene /dev/stdin <<'END'\npreset = \"earth\"\n\n[sun]\nelevation = 10.0\nEND\n";
+            "sorairo render --scene /dev/stdin <<'END'\npreset = \"standard\"\n\n[sun]\nelevation = 10.0\nEND\n";
         assert_eq!(command(&scene, "auto"), expected);
     }
 

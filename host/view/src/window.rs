@@ -12,7 +12,7 @@ use eframe::egui::{
 };
 use sorairo::Plan;
 use sorairo::low_level::files::png;
-use sorairo::scene::{Exposure, Projection, Size};
+use sorairo::scene::{Exposure, GroundAlbedo, Orders, Projection, Size};
 use sorairo::{Error, Result, Scene};
 
 use super::command::command;
@@ -178,6 +178,9 @@ impl Window {
         );
         let ozone = Slider::new(&mut scene.atmosphere.ozone.column, 0.0..=600.0);
         control(ui, "Ozone", ozone.suffix(" DU").max_decimals(0));
+        section(ui, "Light");
+        albedo(ui, &mut scene.ground.albedo);
+        orders(ui, &mut scene.render.orders);
         section(ui, "Picture");
         projections(ui, &mut scene.camera.projection);
         let automatic = self.shown.as_ref().map_or(0.0, |shown| shown.plan.uniform.exposure.log2());
@@ -316,6 +319,24 @@ fn section(ui: &mut Ui, title: &str) {
 fn control(ui: &mut Ui, label: &str, slider: Slider<'_>) {
     ui.label(label);
     ui.add(slider.clamping(SliderClamping::Edits));
+}
+
+/// The albedo of the ground as one number: that of a surface at 550 nm, until it is moved.
+fn albedo(ui: &mut Ui, albedo: &mut GroundAlbedo) {
+    ui.label("Albedo of the ground, at 550 nm");
+    let mut number = albedo.at(550.0);
+    let slider = Slider::new(&mut number, 0.0..=1.0).max_decimals(2).clamping(SliderClamping::Edits);
+    if ui.add(slider).changed() {
+        *albedo = GroundAlbedo::Grey(number);
+    }
+}
+
+/// All orders of scattering, or light that is scattered once.
+fn orders(ui: &mut Ui, orders: &mut Orders) {
+    let mut all = *orders != Orders::UpTo(1);
+    if ui.checkbox(&mut all, "Light of all orders").changed() {
+        *orders = if all { Orders::All } else { Orders::UpTo(1) };
+    }
 }
 
 fn projections(ui: &mut Ui, projection: &mut Projection) {

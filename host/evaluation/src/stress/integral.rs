@@ -19,7 +19,7 @@ use crate::judge;
 use sorairo::PixelFormat;
 use sorairo::low_level::plan::samples::{BOUND, error};
 use sorairo::low_level::plan::{Plan, direction, directions};
-use sorairo::scene::{Exposure, Fit, PathChoice, Scene};
+use sorairo::scene::{Exposure, Fit, PathChoice, Preset, Scene};
 
 /// Rays of a scene.
 pub const RAYS_PER_SCENE: u64 = 64;
@@ -142,7 +142,7 @@ pub fn error_map() -> Vec<Cell> {
 
 /// The cells of an altitude (km) and an elevation of the sun (degrees).
 fn cells(altitude: f64, sun: f64) -> impl Iterator<Item = Cell> {
-    let mut scene = Scene::default();
+    let mut scene = Scene::preset(Preset::Earth).first_order();
     scene.sun.elevation = sun;
     scene.observer.altitude = altitude;
     let horizon = directions::horizon(scene.atmosphere.ground_radius, altitude).to_degrees();
@@ -314,7 +314,7 @@ fn rounded(value: f64) -> f64 {
 /// A valid scene, somewhere in the whole domain that a scene's keys allow: planets, scale heights, a ten-thousandth to a thousand times
 /// the Earth's air, aerosol and ozone, observers on the ground, in the air and beyond, the sun at -90° to 90°.
 fn random_scene(rng: &mut ChaCha8Rng) -> Scene {
-    let mut scene = Scene::default();
+    let mut scene = Scene::preset(Preset::Earth).first_order();
     scene.render.fit = Fit::Transfer;
     scene.render.path = PathChoice::Direct;
     scene.render.exposure = Exposure::Stops(0.0);

@@ -558,7 +558,7 @@ mod tests {
     #[test]
     fn every_number_of_a_scene_can_be_changed() {
         for number in numbers() {
-            let mut scene = Scene::default();
+            let mut scene = Scene::preset(Preset::Earth).first_order();
             *number.value(&mut scene) = 0.5;
             assert_eq!(*number.value(&mut scene), 0.5, "{}", number.key.name);
         }
@@ -608,13 +608,13 @@ mod tests {
 
     #[test]
     fn light_between_the_pixels_is_not_a_lost_picture() {
-        assert_black_and_right(serde_json::from_str(CRESCENT).unwrap());
+        assert_black_and_right(serde_json::from_str::<Scene>(CRESCENT).unwrap().first_order());
     }
 
     /// Another: of opaque air under the densest ozone the sun's disc alone is left, 5e-13 of it.
     #[test]
     fn the_suns_disc_in_a_black_sky_is_not_a_lost_picture() {
-        let mut scene = Scene { preset: Preset::Paper, ..Scene::default() };
+        let mut scene = Scene { preset: Preset::Paper, ..Scene::preset(Preset::Earth).first_order() };
         scene.sun.disc = true;
         let a = &mut scene.atmosphere;
         (a.air.scattering, a.air.scale_height) = (100.0, 0.05);

@@ -117,6 +117,7 @@ impl ColourSpace {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Preset;
     use crate::scene::Scene;
 
     /// Checks a matrix, given by its rows.
@@ -128,7 +129,7 @@ mod tests {
     }
 
     fn space(rgb: Rgb, balance: WhiteBalance, observer: ColourObserver) -> ColourSpace {
-        ColourSpace::new(rgb, balance, observer, &Scene::default().optics())
+        ColourSpace::new(rgb, balance, observer, &Scene::preset(Preset::Earth).first_order().optics())
     }
 
     #[test]
@@ -174,7 +175,7 @@ mod tests {
 
     #[test]
     fn a_white_balance_makes_its_white_grey() {
-        let optics = Scene::default().optics();
+        let optics = Scene::preset(Preset::Earth).first_order().optics();
         for rgb in [Rgb::Srgb, Rgb::Rec2020, Rgb::AcesCg, Rgb::Xyz] {
             for observer in [ColourObserver::Cie1931, ColourObserver::Cie2015] {
                 let sun = observer::xyz(observer, |nm| optics.solar_irradiance(nm));

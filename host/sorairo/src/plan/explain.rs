@@ -99,10 +99,11 @@ fn bytes(plan: &Plan) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Preset;
     use crate::scene::Scene;
 
     fn explained(change: impl FnOnce(&mut Scene), pixel: PixelFormat) -> String {
-        let mut scene = Scene::default();
+        let mut scene = Scene::preset(Preset::Earth).first_order();
         change(&mut scene);
         explain(&Plan::new(&scene.validated().unwrap(), pixel), scene.camera.projection).join("\n")
     }

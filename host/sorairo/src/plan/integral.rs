@@ -143,7 +143,7 @@ impl RayIntegral {
     }
 
     /// The largest vertical optical depth of scattering by aerosol at the bands.
-    fn aerosol_depth(&self) -> f64 {
+    pub fn aerosol_depth(&self) -> f64 {
         let strongest =
             self.bands.iter().map(|group| group.aerosol_scattering.max_element()).map(f64::from).fold(0.0, f64::max);
         strongest * f64::from(self.uniform.atmosphere.aerosol.scale_height)

@@ -208,10 +208,11 @@ mod tests {
     use super::*;
     use crate::PixelFormat;
     use crate::plan::Plan;
+    use crate::scene::Preset;
     use crate::scene::Size;
 
     fn lookup(change: impl FnOnce(&mut Scene)) -> Lookup {
-        let mut scene = Scene::default();
+        let mut scene = Scene::preset(Preset::Earth).first_order();
         change(&mut scene);
         Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb).lookup
     }

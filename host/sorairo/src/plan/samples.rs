@@ -273,10 +273,11 @@ fn views_of_low_sun(scene: &Scene, from_sun: f64, low: f64, height: f64) -> impl
 mod tests {
     use super::*;
     use crate::plan::SkyPlan;
+    use crate::scene::Preset;
     use crate::scene::Rgb;
 
     fn samples(change: impl FnOnce(&mut Scene)) -> u32 {
-        let mut scene = Scene::default();
+        let mut scene = Scene::preset(Preset::Earth).first_order();
         change(&mut scene);
         SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb).integral.quadrature.len() as u32
     }

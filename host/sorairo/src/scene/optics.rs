@@ -38,7 +38,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Preset;
+    use crate::scene::{AirSpectrum, Preset};
     use crate::spectra::optics::Coefficients;
 
     fn at(scene: &Scene, wavelength: f64) -> Coefficients {
@@ -81,6 +81,27 @@ mod tests {
         assert!(ratios.windows(2).all(|pair| pair[0] < pair[1]), "{ratios:?}");
         assert!(ratios.iter().all(|ratio| (1.07..1.145).contains(ratio)), "{ratios:?}");
         assert_close(standard_air_depth(550.0), 0.0971, 1e-3);
+    }
+
+    #[test]
+    fn the_standard_air_is_that_of_the_standard_atmosphere() {
+        let scene = Scene::preset(Preset::Standard);
+        for wavelength in [380.0, 450.0, 550.0, 650.0, 780.0] {
+            // The scattering coefficient of the preset has six digits.
+            assert_close(air_depth(&scene, wavelength), standard_air_depth(wavelength), 2e-6);
+        }
+        let mut high = scene;
+        high.atmosphere.air.pressure = 700.0;
+        assert_close(air_depth(&high, 550.0), 700.0 / 1013.25 * standard_air_depth(550.0), 2e-6);
+    }
+
+    #[test]
+    fn molecules_depolarise_as_published() {
+        // Bucholtz 1995, Table 1: a King factor of 1.048 at 550 nm is a depolarisation of 0.0279 to 0.0284 (DOI 10.1364/AO.34.002765).
+        let anisotropy = AirSpectrum::Bodhaine.anisotropy();
+        let depolarisation = 2.0 * (1.0 - anisotropy) / (2.0 + anisotropy);
+        assert!((0.0275..0.0288).contains(&depolarisation), "{depolarisation}");
+        assert_eq!(AirSpectrum::FourthPower.anisotropy(), 1.0);
     }
 
     #[test]

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use super::camera::CameraScene;
-use super::settings::Render;
-use super::sky::{AtmosphereScene, Ground, Observer, Sun};
-use crate::spectra::choice::{AlbedoSpectrum, SunSpectrum};
+use super::settings::{Orders, Render};
+use super::sky::{Aerosol, AtmosphereScene, Ground, Observer, Sun};
+use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, SunSpectrum};
 
 /// A complete description of one sky. Read from TOML; every key has a default, that of the preset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
@@ -36,8 +36,10 @@ pub struct Scene {
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum Preset {
-    /// The Earth's atmosphere with ozone under the measured sun.
+    /// The Earth's atmosphere as it is: air of the standard atmosphere, ozone, the aerosol of clean country, over grass.
     #[default]
+    Standard,
+    /// The Earth's atmosphere with the constants of Bruneton and Neyret: air 7 to 14 % thicker, hardly any aerosol.
     Earth,
     /// The setting of Takahashi and Dobashi: no ozone, a sun of 1 at every wavelength.
     Paper,
@@ -70,6 +72,7 @@ impl Scene {
             render: Render::default(),
         };
         match preset {
+            Preset::Standard => standard(&mut scene),
             Preset::Earth => {}
             Preset::Paper => paper(&mut scene),
             Preset::Hazy => hazy(&mut scene),
@@ -79,10 +82,49 @@ impl Scene {
         }
         scene
     }
+
+    /// The same scene in light of one order over black ground, as the paper has it.
+    #[must_use]
+    pub fn first_order(mut self) -> Self {
+        self.render.orders = Orders::UpTo(1);
+        self.ground.albedo = GroundAlbedo::Grey(0.0);
+        self
+    }
 }
 
-/// Takahashi and Dobashi, *Full-spectrum rendering of the sky using GPU*: no ozone, a sun of 1 at every wavelength.
+/// The Earth's atmosphere.
+///
+/// * Air: optical depth of the standard atmosphere at sea level, 0.0971 at 550 nm, its dispersion and depolarisation (Bodhaine et al. 1999,
+///   DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2); a scale height of 8 km.
+/// * Ozone: 300 Dobson units.
+/// * Aerosol: OPAC's *continental clean* at a relative humidity of 80 %, that of the country far from cities (Hess, Koepke and Schult 1998,
+///   DOI 10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2): optical depth 0.064, single-scattering albedo 0.972 and asymmetry 0.709 at 550 nm;
+///   its Ångström exponent 1.3 lies between those that OPAC gives below and above 500 nm; a scale height of 2 km, the depth of its layer.
+/// * Ground: grass.
+fn standard(scene: &mut Scene) {
+    let air = &mut scene.atmosphere.air;
+    air.spectrum = AirSpectrum::Bodhaine;
+    // 0.00864052 at 1 µm.
+    air.scattering = 1.080_065e-3;
+    clean_country(&mut scene.atmosphere.aerosol);
+    scene.ground.albedo = GroundAlbedo::Grass;
+}
+
+/// OPAC's *continental clean* aerosol (Hess, Koepke and Schult 1998).
+fn clean_country(aerosol: &mut Aerosol) {
+    aerosol.angstrom_exponent = 1.3;
+    // 0.064 at 550 nm.
+    aerosol.optical_depth = 0.0294;
+    aerosol.scale_height = 2.0;
+    aerosol.single_scattering_albedo = 0.972;
+    aerosol.asymmetry = 0.709;
+}
+
+/// Takahashi and Dobashi, *Full-spectrum rendering of the sky using GPU*: light of one order over black ground, no ozone, a sun of 1 at
+/// every wavelength.
 fn paper(scene: &mut Scene) {
+    scene.render.orders = Orders::UpTo(1);
+    scene.ground.albedo = GroundAlbedo::Grey(0.0);
     scene.sun.spectrum = SunSpectrum::Flat;
     scene.atmosphere.ozone.column = 0.0;
 }
@@ -91,6 +133,7 @@ fn paper(scene: &mut Scene) {
 /// DOI 10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2): optical depth 0.327, single-scattering albedo 0.892 and asymmetry
 /// 0.698 at 550 nm. The Ångström exponent 1.3 lies between those that OPAC gives below and above 500 nm.
 fn hazy(scene: &mut Scene) {
+    scene.ground.albedo = GroundAlbedo::Grass;
     let aerosol = &mut scene.atmosphere.aerosol;
     aerosol.angstrom_exponent = 1.3;
     // 0.327 at 550 nm.
@@ -105,13 +148,7 @@ fn hazy(scene: &mut Scene) {
 /// mean of 0.02 at 500 nm (Holben et al. 2001, DOI 10.1029/2001JD900014).
 fn mountain(scene: &mut Scene) {
     scene.observer.altitude = 3.0;
-    let aerosol = &mut scene.atmosphere.aerosol;
-    aerosol.angstrom_exponent = 1.3;
-    // 0.064 at 550 nm.
-    aerosol.optical_depth = 0.0294;
-    aerosol.scale_height = 2.0;
-    aerosol.single_scattering_albedo = 0.972;
-    aerosol.asymmetry = 0.709;
+    clean_country(&mut scene.atmosphere.aerosol);
 }
 
 /// Mars on a clear day.
@@ -125,8 +162,10 @@ fn mountain(scene: &mut Scene) {
 ///   particles are larger than the wavelength; well mixed, hence 11 km (Vincendon and Langevin 2010 find 6 to 12 km, DOI
 ///   10.1016/j.icarus.2009.12.018); asymmetry 0.69 (Chen-Chen et al. 2019, DOI 10.1016/j.icarus.2019.04.004); albedo by
 ///   wavelength of Wolff et al. 2009 (DOI 10.1029/2009JE003350).
+/// * Ground: the planet's Bond albedo, 0.25 (NASA's fact sheet).
 fn mars(scene: &mut Scene) {
     scene.sun.distance = 1.524;
+    scene.ground.albedo = GroundAlbedo::Grey(0.25);
     let atmosphere = &mut scene.atmosphere;
     atmosphere.ground_radius = 3389.5;
     atmosphere.top_radius = 3499.5;
@@ -147,11 +186,15 @@ mod tests {
 
     #[test]
     fn presets_are_those_of_the_design() {
-        let earth = Scene::preset(Preset::Earth);
-        assert_eq!(earth.atmosphere.ozone.column, 300.0);
-        assert_eq!(earth.sun.spectrum, SunSpectrum::AstmG173);
+        for preset in [Preset::Standard, Preset::Earth] {
+            let scene = Scene::preset(preset);
+            assert_eq!(scene.atmosphere.ozone.column, 300.0);
+            assert_eq!(scene.sun.spectrum, SunSpectrum::AstmG173);
+            assert_eq!(scene.render.orders, Orders::All);
+        }
         let paper = Scene::preset(Preset::Paper);
         assert_eq!(paper.atmosphere.ozone.column, 0.0);
+        assert_eq!((paper.render.orders, &paper.ground.albedo), (Orders::UpTo(1), &GroundAlbedo::Grey(0.0)));
         assert_eq!(paper.sun.spectrum, SunSpectrum::Flat);
     }
 }

@@ -39,7 +39,7 @@ pub struct Render {
 impl Default for Render {
     fn default() -> Self {
         Self {
-            orders: Orders::UpTo(1),
+            orders: Orders::All,
             fit: Fit::Extinction,
             bands: None,
             color: ColourPath::Folded,

@@ -66,7 +66,8 @@ pub struct Ground {
 
 impl Default for Ground {
     fn default() -> Self {
-        Self { albedo: GroundAlbedo::Grey(0.0) }
+        // That of Bruneton's demonstration of precomputed atmospheric scattering (2017).
+        Self { albedo: GroundAlbedo::Grey(0.1) }
     }
 }
 

@@ -306,7 +306,16 @@ impl RestSpectra {
         let diffuse = if integral.variant & variant::MULTIPLE == 0 {
             None
         } else {
-            Some(light_of_rows(&setting, &groups, &Resolution::coarse(&setting), integral.orders, &rows).0)
+            Some(
+                light_of_rows(
+                    &setting,
+                    &groups,
+                    &Resolution::for_training(&setting, integral.aerosol_depth()),
+                    integral.orders,
+                    &rows,
+                )
+                .0,
+            )
         };
         let mut spectra = Self::default();
         for (r, row) in rows.iter().enumerate() {

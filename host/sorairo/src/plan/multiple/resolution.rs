@@ -69,7 +69,7 @@ impl Resolution {
             first_azimuths: if twilight { 5 } else { 3 },
             azimuths,
             first_samples: if low { 8 } else { 5 },
-            samples: if low { 6 } else { 5 },
+            samples: if low { 10 } else { 5 },
             view_samples: if low { 10 } else { 8 },
             logarithmic: low,
             tolerance: if low || haze || high { 2e-3 } else { 4e-3 },
@@ -78,9 +78,15 @@ impl Resolution {
 }
 
 impl Resolution {
-    /// A coarse one, for spectra from which only ratios between wavelengths are learnt.
-    pub fn coarse(setting: &Setting) -> Self {
-        let fine = Self::choose(setting, 0.0);
+    /// That of spectra from which only ratios between wavelengths are learnt. By day a coarse one will do; where the sun is low the ratios
+    /// themselves change from place to place.
+    pub fn for_training(setting: &Setting, depth: f64) -> Self {
+        /// Above this zenith angle (radians) of the sun.
+        const LOW: f64 = 86.0 * PI / 180.0;
+        let fine = Self::choose(setting, depth);
+        if setting.sun > LOW {
+            return fine;
+        }
         let degree = if setting.aerosol.is_empty() { 2 } else { 6 };
         Self {
             first: Moments { degree, azimuthal: degree },

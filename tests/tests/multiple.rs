@@ -227,8 +227,7 @@ fn the_ground_is_as_bright_as_the_light_that_falls_on_it() {
         let sky = SkyPlan::new(&scene.clone().validated().unwrap(), Rgb::Srgb);
         let light = SkyLight::new(&sky);
         for channel in 0..3 {
-            let fallen =
-                light.irradiance_rgb[channel] + light.sun_irradiance_rgb[channel] * sun.to_radians().sin();
+            let fallen = light.irradiance_rgb[channel] + light.sun_irradiance_rgb[channel] * sun.to_radians().sin();
             let expected = 0.4 * fallen / std::f64::consts::PI;
             let found = f64::from(sky.radiance(-Vec3::Z)[channel]);
             // The irradiance is a sum over 1536 directions, the sun a disc there and a point here.

@@ -4,11 +4,13 @@ use sorairo_shared::lookup::{RUN, colours_per_entry};
 use sorairo_shared::variant::{self, PixelFormat};
 
 use super::image::Plan;
-use crate::scene::Projection;
+use super::multiple::OrdersMade;
+use crate::scene::{Orders, Projection};
 
 /// What a plan does and leaves out, a sentence each.
 pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
     let mut lines = vec![terms(plan)];
+    lines.push(orders(plan));
     lines.extend(black_pixels(plan, projection));
     lines.push(path(plan));
     lines.push(bytes(plan));
@@ -17,7 +19,7 @@ pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
 
 /// Which parts of the integral the kernels are compiled with.
 fn terms(plan: &Plan) -> String {
-    const NAMES: [(u32, &str); 8] = [
+    const NAMES: [(u32, &str); 10] = [
         (variant::AEROSOL, "aerosol"),
         (variant::OZONE, "ozone"),
         (variant::ABOVE_TOP, "air above the top of the atmosphere"),
@@ -26,6 +28,8 @@ fn terms(plan: &Plan) -> String {
         (variant::LOW_SUN, "sunlight from below a sample's horizon"),
         (variant::SUN_DISC, "the sun's disc"),
         (variant::OPAQUE, "column densities of short stretches of opaque air"),
+        (variant::MULTIPLE, "light scattered more than once"),
+        (variant::GROUND, "the ground"),
     ];
     let of = |present: bool| {
         let names: Vec<&str> =
@@ -33,6 +37,31 @@ fn terms(plan: &Plan) -> String {
         if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
     };
     format!("integral: compiled with {}; skipped: {}", of(true), of(false))
+}
+
+/// How light of higher orders was computed, and how finely.
+fn orders(plan: &Plan) -> String {
+    let integral = &plan.sky.integral;
+    let Some(made) = integral.orders_made.first() else {
+        return "orders: 1 alone; no light field is computed".into();
+    };
+    let OrdersMade { computed, ratio, error, degree, nodes: [altitudes, suns] } = made;
+    let lookup = &plan.uniform.multiple;
+    let rest = if integral.orders == Orders::All {
+        let ratio = ratio.map(|ratio| format!("{ratio:.3}")).join(" ");
+        format!(
+            "then the series of their last ratio at the first bands ({ratio}), off by {:.2} % of all light at most",
+            100.0 * error
+        )
+    } else {
+        "and no more were asked for".to_owned()
+    };
+    format!(
+        "orders: a light field of {computed}, {rest}; moments up to degree {degree}, where aerosol has no more to say, over {altitudes} altitudes \
+         and {suns} suns; seen in {}x{} directions",
+        lookup.above + lookup.below,
+        lookup.azimuths
+    )
 }
 
 fn black_pixels(plan: &Plan, projection: Projection) -> Option<String> {
@@ -128,6 +157,15 @@ mod tests {
         assert!(text.contains("rows 256..512 are not computed") && text.contains("1048576 back"), "{text}");
         let text = explained(|scene| scene.observer.altitude = 1.0, PixelFormat::Picture);
         assert!(!text.contains("not computed") && text.contains("2097152 back"), "{text}");
+    }
+
+    #[test]
+    fn the_orders_of_a_sky_are_told() {
+        let all = explained(|scene| *scene = Scene::preset(Preset::Standard), PixelFormat::Picture);
+        assert!(all.contains("orders: a light field of") && all.contains("series of their last ratio"), "{all}");
+        assert!(!all.contains("black ground"), "{all}");
+        let one = explained(|scene| scene.render.orders = Orders::UpTo(1), PixelFormat::Picture);
+        assert!(one.contains("orders: 1 alone"), "{one}");
     }
 
     #[test]

@@ -37,6 +37,10 @@ pub struct OrdersMade {
     pub ratio: [f32; 4],
     /// How far that may be off, relative to all light.
     pub error: f64,
+    /// The highest degree of its moments.
+    pub degree: usize,
+    /// Altitudes and suns at which it is known.
+    pub nodes: [usize; 2],
 }
 
 /// Moments of a light field at the nodes of a grid, and the irradiance of the ground.
@@ -71,7 +75,12 @@ impl<const N: usize> LightField<N> {
             Orders::All => MOST,
             Orders::UpTo(orders) => orders.saturating_sub(1).max(1),
         };
-        let mut made = OrdersMade { computed: 1, ..OrdersMade::default() };
+        let mut made = OrdersMade {
+            computed: 1,
+            degree: resolution.first.degree,
+            nodes: [grid.altitudes.len(), grid.suns.len()],
+            ..OrdersMade::default()
+        };
         let mut before: Option<Values<N>> = None;
         while made.computed < asked {
             let last = before.as_ref().unwrap_or(&sum);

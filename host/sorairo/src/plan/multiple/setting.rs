@@ -53,7 +53,7 @@ impl<'a> Setting<'a> {
         setting
     }
 
-    /// Zenith angles of the suns of a table (radians); see [`sun_nodes`].
+    /// Zenith angles of the suns of a table (radians); see `sun_nodes`.
     pub fn suns(&self) -> Vec<f64> {
         sun_nodes(self.atmosphere, self.altitude, self.sun)
     }

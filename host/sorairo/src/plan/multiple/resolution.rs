@@ -75,9 +75,7 @@ impl Resolution {
             tolerance: if low || haze || high { 2e-3 } else { 4e-3 },
         }
     }
-}
 
-impl Resolution {
     /// That of spectra from which only ratios between wavelengths are learnt. By day a coarse one will do; where the sun is low the ratios
     /// themselves change from place to place.
     pub fn for_training(setting: &Setting, depth: f64) -> Self {

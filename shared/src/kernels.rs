@@ -167,11 +167,11 @@ pub fn lookup_pixel(
             }
             return;
         }
-        let between = lookup::neighbours(uniform, entries, direction, whole_row, variant);
+        let place = lookup::along_row(uniform, entries, direction, whole_row, variant);
         let mut pixel = first;
         while pixel < first + RUN {
             let direction = view(uniform, pixel, row, variant).direction;
-            let rgb = lookup::sky_between(uniform, between, direction, variant);
+            let rgb = lookup::sky_along_row(uniform, place, direction, variant);
             store_looked_up(uniform, colour, output, pixel, row, rgb, variant);
             pixel += 1;
         }

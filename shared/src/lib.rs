@@ -74,6 +74,7 @@
 pub use spirv_std::glam;
 
 pub mod camera;
+pub mod cubic;
 pub mod disc;
 pub mod fit;
 pub mod geometry;

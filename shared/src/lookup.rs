@@ -5,10 +5,11 @@
 //! the sun, in which a function that is even in the azimuth is smooth at both ends. The phase functions are exact at
 //! every pixel, and so is the horizon.
 //!
-//! The rows of an equirectangular image are elevations too. Its lookup has the same rows, and nothing is interpolated between them.
-//! Where the columns lie far enough apart, [`RUN`] neighbouring pixels share the two entries about their middle.
+//! The rows of an equirectangular image are elevations too. Its lookup has the same rows, and nothing is interpolated between them; between
+//! columns go cubics. Where the columns lie far enough apart, [`RUN`] neighbouring pixels share the cubic's value and slope in their middle.
 
 use crate::camera::{EQUIRECTANGULAR, equirectangular_elevation};
+use crate::cubic::{Stencil, stencil};
 use crate::glam::{Vec3, Vec4};
 use crate::math::{PI, acos, fetch, floor, max, min, mix, safe_sqrt, sin_cos, store};
 use crate::phase::ScatteringAngle;
@@ -97,7 +98,7 @@ pub fn sky_from_lookup(uniform: &Uniform, lookup: &[Vec4], view: Vec3, row: u32,
         return ground_beneath(uniform, variant);
     }
     if variant::projection(variant) == EQUIRECTANGULAR {
-        sky_between(uniform, neighbours(uniform, lookup, view, row, variant), view, variant)
+        sky_along_row(uniform, along_row(uniform, lookup, view, row, variant), view, variant)
     } else {
         sky_in_grid(uniform, lookup, view, variant)
     }
@@ -115,48 +116,60 @@ pub fn ground_beneath(uniform: &Uniform, variant: u32) -> Vec3 {
     if variant & variant::GROUND != 0 { rgb(uniform.ground) } else { Vec3::ZERO }
 }
 
-/// Two entries of a row, and the column of the first: colours of air and of aerosol.
+/// Colours at a place in a row of the lookup, and how they change from column to column.
 #[derive(Clone, Copy)]
-pub struct Neighbours {
+pub struct AlongRow {
     column: f32,
-    first_air: Vec4,
-    second_air: Vec4,
-    first_aerosol: Vec4,
-    second_aerosol: Vec4,
-    first_rest: Vec4,
-    second_rest: Vec4,
+    air: Vec4,
+    air_slope: Vec4,
+    aerosol: Vec4,
+    aerosol_slope: Vec4,
+    rest: Vec4,
+    rest_slope: Vec4,
 }
 
-/// The two entries of an image's row between whose azimuths a direction lies.
+/// The place of a direction in an image's row.
 #[inline]
-pub fn neighbours(uniform: &Uniform, lookup: &[Vec4], view: Vec3, row: u32, variant: u32) -> Neighbours {
-    let column = min(floor(columns_from_sun(uniform, view)), (uniform.lookup_azimuths - 2) as f32);
+pub fn along_row(uniform: &Uniform, lookup: &[Vec4], view: Vec3, row: u32, variant: u32) -> AlongRow {
+    let column = columns_from_sun(uniform, view);
+    let near = stencil(column, uniform.lookup_azimuths);
     let colours = colours_per_entry(variant) as usize;
-    let at = colours * (row * uniform.lookup_azimuths + column as u32) as usize;
-    let (first_air, second_air) = (fetch(lookup, at), fetch(lookup, at + colours));
-    let (mut first_aerosol, mut second_aerosol) = (Vec4::ZERO, Vec4::ZERO);
+    let at = colours * (row * uniform.lookup_azimuths + near.first) as usize;
+    let (air, air_slope) = cubic(lookup, at, colours, near);
+    let (mut aerosol, mut aerosol_slope) = (Vec4::ZERO, Vec4::ZERO);
     if variant & variant::AEROSOL != 0 {
-        (first_aerosol, second_aerosol) = (fetch(lookup, at + 1), fetch(lookup, at + colours + 1));
+        (aerosol, aerosol_slope) = cubic(lookup, at + 1, colours, near);
     }
-    let (mut first_rest, mut second_rest) = (Vec4::ZERO, Vec4::ZERO);
+    let (mut rest, mut rest_slope) = (Vec4::ZERO, Vec4::ZERO);
     if variant & variant::REST != 0 {
-        (first_rest, second_rest) = (fetch(lookup, at + 2), fetch(lookup, at + colours + 2));
+        (rest, rest_slope) = cubic(lookup, at + 2, colours, near);
     }
-    Neighbours { column, first_air, second_air, first_aerosol, second_aerosol, first_rest, second_rest }
+    AlongRow { column, air, air_slope, aerosol, aerosol_slope, rest, rest_slope }
 }
 
-/// Linear RGB of the sky in a direction between two entries, or just beside them.
+/// A colour and its slope between four entries of so many colours.
 #[inline]
-pub fn sky_between(uniform: &Uniform, between: Neighbours, view: Vec3, variant: u32) -> Vec3 {
-    let across = columns_from_sun(uniform, view) - between.column;
-    let air = rgb(mix(between.first_air, between.second_air, across));
+fn cubic(lookup: &[Vec4], at: usize, colours: usize, near: Stencil) -> (Vec4, Vec4) {
+    let (a, b) = (fetch(lookup, at), fetch(lookup, at + colours));
+    let (c, d) = (fetch(lookup, at + 2 * colours), fetch(lookup, at + 3 * colours));
+    (
+        a * near.weights.x + b * near.weights.y + c * near.weights.z + d * near.weights.w,
+        a * near.slopes.x + b * near.slopes.y + c * near.slopes.z + d * near.slopes.w,
+    )
+}
+
+/// Linear RGB of the sky in a direction in a row, at a place or just beside it.
+#[inline]
+pub fn sky_along_row(uniform: &Uniform, place: AlongRow, view: Vec3, variant: u32) -> Vec3 {
+    let beside = columns_from_sun(uniform, view) - place.column;
+    let air = rgb(place.air + place.air_slope * beside);
     let mut aerosol = Vec3::ZERO;
     if variant & variant::AEROSOL != 0 {
-        aerosol = rgb(mix(between.first_aerosol, between.second_aerosol, across));
+        aerosol = rgb(place.aerosol + place.aerosol_slope * beside);
     }
     let mut rest = Vec3::ZERO;
     if variant & variant::REST != 0 {
-        rest = rgb(mix(between.first_rest, between.second_rest, across));
+        rest = rgb(place.rest + place.rest_slope * beside);
     }
     coloured(uniform, Constituents { air, aerosol, rest }, view, variant)
 }

@@ -10,9 +10,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::cubic::stencil;
 use crate::geometry::{Ray, inside_atmosphere};
 use crate::glam::Vec4;
-use crate::math::{PI, acos, clamp, fetch, floor, max4, safe_sqrt};
+use crate::math::{PI, acos, clamp, fetch, max4, safe_sqrt};
 use crate::profile::Atmosphere;
 
 /// Where the entries are. The layout is that of a GPU buffer.
@@ -124,14 +125,14 @@ pub fn diffuse_irradiance(lookup: MultipleLookup, values: &[Vec4], place: Place,
 /// Between four times four entries, of which the first of all rows is given.
 #[inline]
 fn bicubic(values: &[Vec4], first: u32, rows: u32, columns: u32, place: Place) -> Vec4 {
-    let (row, across_rows) = neighbours(place.row, rows);
-    let (column, across_columns) = neighbours(place.column, columns);
-    let at = (first + row * columns + column) as usize;
+    let (across_rows, across_columns) = (stencil(place.row, rows), stencil(place.column, columns));
+    let at = (first + across_rows.first * columns + across_columns.first) as usize;
     let columns = columns as usize;
-    between(values, at, across_columns) * across_rows.x
-        + between(values, at + columns, across_columns) * across_rows.y
-        + between(values, at + 2 * columns, across_columns) * across_rows.z
-        + between(values, at + 3 * columns, across_columns) * across_rows.w
+    let (rows, weights) = (across_rows.weights, across_columns.weights);
+    between(values, at, weights) * rows.x
+        + between(values, at + columns, weights) * rows.y
+        + between(values, at + 2 * columns, weights) * rows.z
+        + between(values, at + 3 * columns, weights) * rows.w
 }
 
 /// Between four neighbours in a row.
@@ -141,16 +142,6 @@ fn between(values: &[Vec4], at: usize, weights: Vec4) -> Vec4 {
         + fetch(values, at + 1) * weights.y
         + fetch(values, at + 2) * weights.z
         + fetch(values, at + 3) * weights.w
-}
-
-/// The first of the four entries about a position among `count`, and the weights of the cubic through them.
-#[inline]
-fn neighbours(position: f32, count: u32) -> (u32, Vec4) {
-    let first = clamp(floor(position) - 1.0, 0.0, (count - 4) as f32);
-    let a = position - first;
-    let (b, c, d) = (a - 1.0, a - 2.0, a - 3.0);
-    let weights = Vec4::new(b * c * d * (-1.0 / 6.0), a * c * d * 0.5, a * b * d * -0.5, a * b * c * (1.0 / 6.0));
-    (first as u32, weights)
 }
 
 #[cfg(test)]

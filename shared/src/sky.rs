@@ -63,19 +63,17 @@ pub fn light(uniform: &Uniform, buffers: Buffers<'_>, group: usize, direction: V
     let bands = fetch(buffers.bands, group);
     let once = single_scattering(&uniform.atmosphere, &bands, buffers.quadrature, ray, variant);
     let mut parts = Parts { air: once.air, aerosol: once.aerosol, multiple: Vec4::ZERO, ground: Vec4::ZERO };
-    if variant & variant::REST != 0 {
-        let place =
-            multiple_lookup::place(uniform.multiple, &uniform.atmosphere, ray, cosine_from_sun(uniform, direction));
-        let mut diffuse = Vec4::ZERO;
-        if variant & variant::MULTIPLE != 0 {
-            parts.multiple = multiple_lookup::scattered(uniform.multiple, buffers.multiple, place, group as u32);
-            diffuse = multiple_lookup::diffuse_irradiance(uniform.multiple, buffers.multiple, place, group as u32);
-        }
-        if variant & variant::GROUND != 0 {
-            let ground = ground_seen(&uniform.atmosphere, ray, variant);
-            if ground.is_seen {
-                parts.ground = ground_light(&uniform.atmosphere, &bands, ground, diffuse, variant);
-            }
+    let mut diffuse = Vec4::ZERO;
+    if variant & variant::MULTIPLE != 0 {
+        let (lookup, values) = (uniform.multiple, buffers.multiple);
+        let place = multiple_lookup::place(lookup, &uniform.atmosphere, ray, cosine_from_sun(uniform, direction));
+        parts.multiple = multiple_lookup::scattered(lookup, values, place, group as u32);
+        diffuse = multiple_lookup::diffuse_irradiance(lookup, values, place, group as u32);
+    }
+    if variant & variant::GROUND != 0 {
+        let ground = ground_seen(&uniform.atmosphere, ray, variant);
+        if ground.is_seen {
+            parts.ground = ground_light(&uniform.atmosphere, &bands, ground, diffuse, variant);
         }
     }
     parts

@@ -57,7 +57,9 @@ fn json_has_the_promised_keys() {
             assert!(!report[key].as_str().unwrap().is_empty(), "{key} in {report}");
         }
         assert!(report["steps"].as_u64().unwrap() > 0, "{report}");
-        for key in ["irradiance_w_m2", "illuminance_lux", "luminance_zenith_cd_m2"] {
+        let irradiances =
+            ["irradiance_w_m2", "direct_irradiance_w_m2", "ground_irradiance_w_m2", "sun_irradiance_w_m2"];
+        for key in irradiances.into_iter().chain(["illuminance_lux", "luminance_zenith_cd_m2"]) {
             assert!(report[key].as_f64().unwrap() > 0.0, "{key} in {report}");
         }
         assert_eq!(report["irradiance_rgb"].as_array().unwrap().len(), 3, "{report}");

@@ -78,6 +78,41 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
     assert!(unseen.is_empty(), "not compared: {unseen:?}");
 }
 
+/// The default sky, its ground and its light of all orders: from the ground, from the air and from space, where the sun is high, low and set.
+#[test]
+fn light_of_all_orders_agrees_with_the_cpu_over_whole_images() {
+    let mut compared = 0;
+    for (sun, altitude) in [(50.0, 0.0), (4.0, 0.0), (-5.0, 0.0), (-14.0, 0.0), (30.0, 9.0), (0.0, 30.0), (20.0, 400.0)]
+    {
+        for (fit, color) in [
+            (Fit::Extinction, ColourPath::Folded),
+            (Fit::Extinction, ColourPath::Solve),
+            (Fit::Transfer, ColourPath::Folded),
+            (Fit::Cubic, ColourPath::Solve),
+        ] {
+            let mut scene = Scene::preset(Preset::Standard);
+            (scene.sun.elevation, scene.observer.altitude) = (sun, altitude);
+            (scene.render.fit, scene.render.color) = (fit, color);
+            scene.camera.size = "128x64".parse().unwrap();
+            for path in [PathChoice::Direct, PathChoice::Lookup] {
+                scene.render.path = path;
+                let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+                assert_eq!(plan.variant & variant::REST, variant::REST);
+                let reference = floats(&plan, &device::cpu::Cpu, plan.kernel());
+                let image = floats(&plan, gpu(), plan.kernel());
+                let worst = worst_in_images(&image, &reference, 128, 3, 1e-6);
+                let place = format!("sun at {sun}, altitude {altitude}, {fit:?}, {:?}", plan.kernel());
+                println!("{place}: {:.1e} at {}", worst.relative, worst.place);
+                assert!(worst.relative <= SAME_FUNCTION, "{place}: {worst:?}");
+                // The lower half is lit too: the ground is seen.
+                assert!(reference[3 * 128 * 63..].iter().any(|&value| value > 0.0), "{place}");
+                compared += 1;
+            }
+        }
+    }
+    assert_eq!(compared, 56);
+}
+
 /// The pixels' colours and their spectra.
 fn parts(words: &[f32], wavelengths: usize) -> [Vec<f32>; 2] {
     let pixels = || words.chunks_exact(3 + wavelengths);

@@ -234,9 +234,11 @@ fn a_wrong_table_is_refused_by_its_line() {
         }
     }
     std::fs::write(path.join("a.csv"), "380,0.9\n500,1.2\n780,1\n").unwrap();
-    std::fs::write(path.join("a.toml"), "atmosphere.aerosol.single_scattering_albedo_spectrum = 'a.csv'\n").unwrap();
-    let said = refusal(path, &["scene", "check", "a.toml"]);
-    assert!(said[0].contains("holds 1.2 at 500 nm; an albedo is at most 1"), "{said:?}");
+    for key in ["atmosphere.aerosol.single_scattering_albedo_spectrum", "ground.albedo"] {
+        std::fs::write(path.join("a.toml"), format!("{key} = 'a.csv'\n")).unwrap();
+        let said = refusal(path, &["scene", "check", "a.toml"]);
+        assert!(said[0].contains("a.csv, line 2 of which holds 1.2 at 500 nm; an albedo is at most 1"), "{said:?}");
+    }
     // A hole of a gigabyte: refused by its length, not read.
     let huge = std::fs::File::create(path.join("huge.csv")).unwrap();
     huge.set_len(1 << 30).unwrap();

@@ -15,7 +15,7 @@ use crate::problem::{Error, Result};
 use sorairo::low_level::device::{Device, DeviceKind, cpu};
 use sorairo::low_level::plan::lookup::LookupSize;
 use sorairo::low_level::plan::{Kernel, Plan};
-use sorairo::scene::{Preset, Projection, Scene, Size};
+use sorairo::scene::{Orders, PathChoice, Preset, Projection, Scene, Size};
 
 /// The image on which paths and kernels are compared.
 const COMMON: Size = Size { width: 1920, height: 960 };
@@ -57,6 +57,17 @@ struct StepRow {
     kernel_ms: Spread,
 }
 
+/// What light of all orders costs beside light that is scattered once: the default sky with the same ground, hence the same lit pixels.
+#[derive(Clone, Debug, Serialize)]
+struct OrdersRow {
+    /// Elevation of the sun (degrees).
+    sun: f64,
+    way: &'static str,
+    once_ms: Spread,
+    all_ms: Spread,
+    all_over_once: f64,
+}
+
 /// Everything that was measured. The JSON keeps the keys that it always had.
 #[derive(Clone, Debug, Serialize)]
 pub struct Speed {
@@ -72,6 +83,7 @@ pub struct Speed {
     #[serde(rename = "tables")]
     lookups: Vec<LookupRow>,
     steps: Vec<StepRow>,
+    orders: Vec<OrdersRow>,
     /// Pixels per second by the sky lookup over those by the integral at every pixel.
     #[serde(rename = "table_over_direct")]
     lookup_over_direct: f64,
@@ -105,6 +117,8 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     let lookups = lookups(device)?;
     stage("timing samples");
     let steps = steps(device)?;
+    stage("timing orders of scattering");
+    let orders = orders(device)?;
     stage("timing paths");
     let paths = paths(device)?;
     let speed = Speed {
@@ -118,6 +132,7 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
         multiples,
         lookups,
         steps,
+        orders,
         lookup_over_direct: paths.direct.median / paths.lookup.median,
         cpu_over_device: [paths.cpu_lookup.median / paths.lookup.median, paths.cpu_direct.median / paths.direct.median],
         first_picture_ms,
@@ -288,6 +303,48 @@ fn steps(device: &Device) -> Result<Vec<StepRow>> {
     Ok(counts.into_iter().zip(times).map(|(steps, times)| StepRow { steps, kernel_ms: times.kernel }).collect())
 }
 
+/// Suns (degrees) at which orders are compared: day, and twilight.
+const SUNS_OF_ORDERS: [f64; 3] = [30.0, 5.0, -4.0];
+
+/// Kernels by the sky lookup and by the integral at every pixel, and the plan, with light of all orders and with light scattered once.
+fn orders(device: &Device) -> Result<Vec<OrdersRow>> {
+    let mut rows = Vec::new();
+    for sun in SUNS_OF_ORDERS {
+        let scene = |orders| {
+            let mut scene = Scene::preset(Preset::Standard);
+            (scene.sun.elevation, scene.camera.size, scene.render.orders) = (sun, COMMON, orders);
+            scene
+        };
+        let scenes = [scene(Orders::UpTo(1)), scene(Orders::All)];
+        let lookups = [looked_up(scenes[0].clone())?, looked_up(scenes[1].clone())?];
+        let direct = scenes.clone().map(|mut scene| {
+            scene.render.path = PathChoice::Direct;
+            plan(&scene)
+        });
+        let [once, all] = direct;
+        let direct = [once?, all?];
+        let mut jobs: Vec<Job> = Vec::new();
+        jobs.extend(lookups.iter().map(|plan| repeated(job(device, plan, plan.kernel()), 8)));
+        jobs.extend(direct.iter().map(|plan| job(device, plan, plan.kernel())));
+        jobs.extend(scenes.iter().map(planning));
+        let times = interleaved(&mut jobs)?;
+        for (way, pair) in ["sky lookup", "every pixel integrated", "plan"].into_iter().zip(times.chunks(2)) {
+            let (once, all) = (pair[0].kernel, pair[1].kernel);
+            rows.push(OrdersRow { sun, way, once_ms: once, all_ms: all, all_over_once: all.median / once.median });
+        }
+    }
+    Ok(rows)
+}
+
+/// The job of planning a scene.
+fn planning(scene: &Scene) -> Job<'_> {
+    Box::new(move || {
+        let start = Instant::now();
+        std::hint::black_box(plan(scene)?);
+        Ok(start.elapsed())
+    })
+}
+
 /// Times of an image's kernels (ms).
 struct Paths {
     lookup: Spread,
@@ -341,6 +398,15 @@ impl Speed {
             ]
         });
         let steps = self.steps.iter().map(|row| vec![row.steps.to_string(), row.kernel_ms.to_string()]);
+        let orders = self.orders.iter().map(|row| {
+            vec![
+                row.sun.to_string(),
+                row.way.into(),
+                row.once_ms.to_string(),
+                row.all_ms.to_string(),
+                format!("{:.2}", row.all_over_once),
+            ]
+        });
         let [cpu_lookup, cpu_direct] = self.cpu_over_device;
         let memory = self.peak_memory_mib.map_or("not told by this system".into(), |mib| format!("{mib:.0} MiB"));
         format!(
@@ -356,7 +422,8 @@ impl Speed {
              ![Time against pixels](speed.png)\n\n{}\n\
              ## Kernels against writing the pixels once\n\n{COMMON}, 12 bytes a pixel, the rows that can be lit.\n\n{}\n\
              ## Size of the sky lookup\n\n{COMMON}; RMSE against the integral at every pixel, divided by the image's mean.\n\n{}\n\
-             ## Samples per piece\n\n512x256, every pixel integrated.\n\n{}",
+             ## Samples per piece\n\n512x256, every pixel integrated.\n\n{}\n\
+             ## Light of all orders\n\n{COMMON}, standard preset; light scattered once over the same ground.\n\n{}",
             self.machine,
             self.lookup_over_direct,
             self.lookup_megapixels_per_second,
@@ -367,6 +434,7 @@ impl Speed {
             table(&["kernel", "kernels (ms)", "multiple"], multiples),
             table(&["projection", "lookup", "kernels (ms)", "RMSE ÷ mean"], lookups),
             table(&["samples per piece", "kernels (ms)"], steps),
+            table(&["sun (°)", "", "scattered once (ms)", "all orders (ms)", "ratio"], orders),
         )
     }
 

@@ -21,17 +21,23 @@ const ELEVATIONS: u32 = 16;
 /// Nodes over half of the azimuths, which mirror the other half.
 const AZIMUTHS: u32 = 24;
 
-/// What falls from the sky, without the sun itself, on a level surface at the observer, and the brightness of the zenith.
+/// What falls from the sky, from its sun and from the ground on a level surface at the observer, and the brightness of the zenith.
 ///
 /// With the flat sun, which is 1 at every wavelength, all values are relative.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SkyLight {
-    /// Irradiance between 380 and 780 nm (W·m⁻²).
+    /// Diffuse irradiance, that of the sky without the sun itself, between 380 and 780 nm (W·m⁻²).
     pub irradiance_w_m2: f64,
     /// Integral of the linear RGB of an EXR file times the cosine over the upper hemisphere (W·m⁻², weighted by the observer).
     pub irradiance_rgb: [f64; 3],
     /// Illuminance (lx): the irradiance weighted by the observer's ȳ, times [`LUMENS_PER_WATT`].
     pub illuminance_lux: f64,
+    /// Direct irradiance, that of the sun itself, on the same level surface between 380 and 780 nm (W·m⁻²).
+    pub direct_irradiance_w_m2: f64,
+    /// What comes from below, from the ground and from the air before it, on a level surface that faces down, between 380 and 780 nm (W·m⁻²).
+    pub ground_irradiance_w_m2: f64,
+    /// The same as linear RGB of an EXR file (W·m⁻², weighted by the observer).
+    pub ground_irradiance_rgb: [f64; 3],
     /// Irradiance of the sun itself on a surface that faces it, between 380 and 780 nm, through the air (W·m⁻²).
     pub sun_irradiance_w_m2: f64,
     /// The same as linear RGB of an EXR file (W·m⁻², weighted by the observer).
@@ -45,14 +51,7 @@ impl SkyLight {
     /// with nodes crowded around the sun.
     pub fn new(sky: &SkyPlan) -> Self {
         if sky.is_night {
-            return Self {
-                irradiance_w_m2: 0.0,
-                irradiance_rgb: [0.0; 3],
-                illuminance_lux: 0.0,
-                sun_irradiance_w_m2: 0.0,
-                sun_irradiance_rgb: [0.0; 3],
-                luminance_zenith_cd_m2: 0.0,
-            };
+            return Self::default();
         }
         let wavelengths = observer::wavelengths();
         let spectrum = FittedSpectrum::new(sky, &wavelengths);
@@ -60,20 +59,25 @@ impl SkyLight {
             let view = direction(elevation, sky.integral.sun_azimuth + azimuth).as_vec3();
             (sky.radiance(view).as_dvec3(), power_and_luminance(sky, &wavelengths, &spectrum.radiance(view)))
         };
-        let sum = nodes(sky, ELEVATIONS, AZIMUTHS)
-            .into_par_iter()
-            .map(|(elevation, azimuth, weight)| {
+        let irradiance = |nodes: Vec<(f64, f64, f64)>| {
+            let of_node = |(elevation, azimuth, weight)| {
                 let (rgb, measures) = radiance(elevation, azimuth);
                 (rgb * weight, measures * weight)
-            })
-            .reduce(|| (DVec3::ZERO, DVec3::ZERO), |a, b| (a.0 + b.0, a.1 + b.1));
-        let (sun_power, sun_rgb) = Sun::new(sky).irradiance();
+            };
+            nodes.into_par_iter().map(of_node).reduce(Default::default, |a, b| (a.0 + b.0, a.1 + b.1))
+        };
+        let (rgb, measures) = irradiance(nodes(sky, ELEVATIONS, AZIMUTHS));
+        let (ground_rgb, ground) = irradiance(nodes_below(sky, ELEVATIONS, AZIMUTHS));
+        let sun = Sun::new(sky).irradiance();
         Self {
-            irradiance_w_m2: sum.1.x,
-            irradiance_rgb: sum.0.to_array(),
-            illuminance_lux: LUMENS_PER_WATT * sum.1.y,
-            sun_irradiance_w_m2: sun_power,
-            sun_irradiance_rgb: sun_rgb.to_array(),
+            irradiance_w_m2: measures.x,
+            irradiance_rgb: rgb.to_array(),
+            illuminance_lux: LUMENS_PER_WATT * measures.y,
+            direct_irradiance_w_m2: sun.level,
+            ground_irradiance_w_m2: ground.x,
+            ground_irradiance_rgb: ground_rgb.to_array(),
+            sun_irradiance_w_m2: sun.facing,
+            sun_irradiance_rgb: sun.rgb.to_array(),
             luminance_zenith_cd_m2: LUMENS_PER_WATT * radiance(90.0, 0.0).1.y,
         }
     }
@@ -83,9 +87,7 @@ impl SkyLight {
 fn power_and_luminance(sky: &SkyPlan, wavelengths: &[f64], spectrum: &[f64]) -> DVec3 {
     let mut sum = DVec3::ZERO;
     for (&nm, radiance) in wavelengths.iter().zip(spectrum) {
-        // The trapezoidal rule: half an interval belongs to each end of the range.
-        let width = if nm == observer::START || nm == observer::END { 0.5 } else { 1.0 } * observer::STEP;
-        sum += DVec3::new(width, observer::weights(sky.observer, nm).y, 0.0) * radiance.max(0.0);
+        sum += DVec3::new(observer::width(nm), observer::weights(sky.observer, nm).y, 0.0) * radiance.max(0.0);
     }
     sum
 }
@@ -93,13 +95,22 @@ fn power_and_luminance(sky: &SkyPlan, wavelengths: &[f64], spectrum: &[f64]) -> 
 /// Directions (degrees: elevation, azimuth from the sun) and weights (sr, times the cosine from the zenith) of the hemisphere.
 fn nodes(sky: &SkyPlan, elevations: u32, azimuths: u32) -> Vec<(f64, f64, f64)> {
     let sun = f64::from(sky.integral.uniform.sun.z).asin().to_degrees().max(0.0);
-    let around_sun = [(sun, 0.0), (sun, 90.0)].map(|(from, to)| crowded(elevations, from, to));
+    nodes_between(&[(sun, 0.0), (sun, 90.0)], elevations, azimuths)
+}
+
+/// The same of the hemisphere below, with the cosine from the nadir: crowded around the horizon.
+fn nodes_below(sky: &SkyPlan, elevations: u32, azimuths: u32) -> Vec<(f64, f64, f64)> {
+    let horizon = f64::from(sky.integral.uniform.horizon).to_degrees();
+    nodes_between(&[(horizon, 0.0), (horizon, -90.0)], elevations, azimuths)
+}
+
+fn nodes_between(ranges: &[(f64, f64); 2], elevations: u32, azimuths: u32) -> Vec<(f64, f64, f64)> {
     let azimuths = crowded(azimuths, 0.0, 180.0);
     let row = |(elevation, weight): (f64, f64)| {
         let (sine, cosine) = elevation.to_radians().sin_cos();
-        azimuths.iter().map(move |&(azimuth, across)| (elevation, azimuth, 2.0 * sine * cosine * weight * across))
+        azimuths.iter().map(move |&(azimuth, across)| (elevation, azimuth, 2.0 * sine.abs() * cosine * weight * across))
     };
-    around_sun.concat().into_iter().flat_map(row).collect()
+    ranges.map(|(from, to)| crowded(elevations, from, to)).concat().into_iter().flat_map(row).collect()
 }
 
 /// Nodes (degrees) and weights (radians) of a rule that crowds towards `from` as a cube.
@@ -115,7 +126,7 @@ fn crowded(n: u32, from: f64, to: f64) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
     use crate::scene::Preset;
-    use crate::scene::{Rgb, Scene};
+    use crate::scene::{GroundAlbedo, Orders, Rgb, Scene};
 
     fn sky(sun: f64, change: impl FnOnce(&mut Scene)) -> SkyPlan {
         let mut scene = Scene::preset(Preset::Earth).first_order();
@@ -167,6 +178,26 @@ mod tests {
         assert!((2e3..2e4).contains(&light.illuminance_lux), "{light:?}");
         assert!((500.0..1e4).contains(&light.luminance_zenith_cd_m2), "{light:?}");
         assert!((10.0..200.0).contains(&light.irradiance_w_m2), "{light:?}");
+    }
+
+    #[test]
+    fn the_ground_sends_back_its_albedo_of_what_falls_on_it() {
+        for sun in [40.0, 8.0] {
+            let sky = sky(sun, |scene| {
+                scene.ground.albedo = GroundAlbedo::Grey(0.3);
+                scene.render.orders = Orders::All;
+            });
+            let SkyLight { irradiance_w_m2, direct_irradiance_w_m2, ground_irradiance_w_m2, .. } = SkyLight::new(&sky);
+            let expected = 0.3 * (irradiance_w_m2 + direct_irradiance_w_m2);
+            println!("sun at {sun}: {ground_irradiance_w_m2} of {expected}");
+            // The ground is lit by moments of the light field and by a point, and the observer by nodes of the sky and by a disc.
+            assert!((ground_irradiance_w_m2 / expected - 1.0).abs() < 2e-3, "sun at {sun}");
+            assert!(
+                (direct_irradiance_w_m2 / SkyLight::new(&sky).sun_irradiance_w_m2 - sun.to_radians().sin()).abs()
+                    < 1e-3
+            );
+        }
+        assert_eq!(SkyLight::new(&sky(40.0, |_| {})).ground_irradiance_w_m2, 0.0);
     }
 
     #[test]

@@ -1,8 +1,17 @@
 //! A sky as people describe it, and from that its coefficients at a wavelength.
 
 use crate::medium::{Coefficients, Medium};
-use crate::published::DOBSON_UNIT;
+use crate::published::{DOBSON_UNIT, air_cross_section, air_king_factor, depolarisation};
 use crate::spectrum::Spectrum;
+
+/// How the scattering of air depends on the wavelength.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AirLaw {
+    /// As λ⁻⁴, without depolarisation (Rayleigh 1871, *On the scattering of light by small particles*).
+    FourthPower,
+    /// By the refractive index and the King factor of air; see [`crate::published`].
+    Measured,
+}
 
 /// What a sky is made of, in the numbers in which that is published.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,10 +24,10 @@ pub struct Atmosphere {
     pub ground_albedo: Spectrum,
     /// Scattering coefficient of air at the ground and a wavelength of 1 µm, km⁻¹.
     pub air_scattering_at_1_um: f64,
+    /// How that depends on the wavelength, and how air depolarises.
+    pub air_law: AirLaw,
     /// Scale height of the air's density, km.
     pub air_scale_height_km: f64,
-    /// Depolarisation of light that air scatters, ρ: 0 of molecules without a shape, about 0.03 of air.
-    pub air_depolarisation: Spectrum,
     /// Optical depth of aerosol at a wavelength of 1 µm: extinction at the ground times the scale height.
     pub aerosol_optical_depth_at_1_um: f64,
     /// Ångström exponent of the aerosol's extinction.
@@ -58,7 +67,7 @@ impl Atmosphere {
 
     /// What it does to light of a wavelength (nm).
     ///
-    /// * Air scatters as λ⁻⁴ (Rayleigh 1871, *On the scattering of light by small particles*).
+    /// * Air scatters by its law.
     /// * The extinction of aerosol goes as λ^−α (Ångström 1929, *On the atmospheric transmission of sun radiation and on dust in the air*).
     /// * Absorption is number density times cross-section. A tent of a base b holds a column N with N = n b / 2, so that its
     ///   peak n is 2 N / b.
@@ -66,9 +75,16 @@ impl Atmosphere {
         let to_1_um = 1000.0 / wavelength_nm;
         let extinction_at_1_um = self.aerosol_optical_depth_at_1_um / self.aerosol_scale_height_km;
         let aerosol_extinction = extinction_at_1_um * to_1_um.powf(self.aerosol_angstrom_exponent);
+        let (relative, air_depolarisation) = match self.air_law {
+            AirLaw::FourthPower => (to_1_um.powi(4), 0.0),
+            AirLaw::Measured => (
+                air_cross_section(wavelength_nm) / air_cross_section(1000.0),
+                depolarisation(air_king_factor(wavelength_nm)),
+            ),
+        };
         Coefficients {
-            air_scattering: self.air_scattering_at_1_um * to_1_um.powi(4),
-            air_depolarisation: self.air_depolarisation.at(wavelength_nm),
+            air_scattering: self.air_scattering_at_1_um * relative,
+            air_depolarisation,
             aerosol_extinction,
             aerosol_scattering: self.aerosol_albedo.at(wavelength_nm) * aerosol_extinction,
             ozone_absorption: self.ozone_molecules_per_m2_km() * self.ozone_cross_section_m2.at(wavelength_nm),

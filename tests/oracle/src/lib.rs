@@ -26,7 +26,7 @@ mod spectrum;
 mod tests;
 mod way;
 
-pub use atmosphere::Atmosphere;
+pub use atmosphere::{AirLaw, Atmosphere};
 pub use column::column_to_top;
 pub use medium::{Coefficients, Medium};
 pub use orders::{Estimate, Paths, radiance_of_all_orders, radiance_of_orders, sunlit_ground_radiance};

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 use sorairo_oracle::{
-    Atmosphere, Coefficients, Estimate, Medium, OZONE_CROSS_SECTION_233K, Paths, Ray, Spectrum, column_to_top,
+    AirLaw, Atmosphere, Coefficients, Estimate, Medium, OZONE_CROSS_SECTION_233K, Paths, Ray, Spectrum, column_to_top,
     direction, radiance_of_all_orders, radiance_of_orders, scattered_radiance, sunlit_ground_radiance,
 };
 
@@ -89,7 +89,7 @@ fn atmosphere(case: &str, ground_albedo: f64) -> Atmosphere {
         ground_albedo: Spectrum::Grey(ground_albedo),
         air_scattering_at_1_um: 1.24062e-3,
         air_scale_height_km: 8.0,
-        air_depolarisation: Spectrum::Grey(0.0),
+        air_law: AirLaw::FourthPower,
         aerosol_optical_depth_at_1_um: depth,
         aerosol_angstrom_exponent: exponent,
         aerosol_scale_height_km: 1.2,

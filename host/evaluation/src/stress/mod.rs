@@ -5,6 +5,7 @@
 mod error_map;
 mod figures;
 pub mod integral;
+pub mod orders;
 mod outcome;
 mod report;
 pub mod scenes;

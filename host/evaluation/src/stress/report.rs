@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::integral::{self, Cell};
 use super::outcome::Outcome;
 use super::solve::{self, Form, condition, double, error_of, exact};
-use super::{error_map, figures, scenes};
+use super::{error_map, figures, orders, scenes};
 use crate::document::{Machine, make_folder, table, write};
 use crate::problem::Result;
 use sorairo::Device;
@@ -27,6 +27,7 @@ struct Sweep<'a> {
 fn sweeps(device: &Device) -> Vec<Sweep<'_>> {
     vec![
         Sweep { name: "rays", cases: 12_800, run: Box::new(integral::integral) },
+        Sweep { name: "skies", cases: 12, run: Box::new(orders::orders) },
         Sweep { name: "solves", cases: 50_000, run: Box::new(solve::solve) },
         Sweep { name: "scenes", cases: 140, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },
         Sweep { name: "refusals", cases: 500, run: Box::new(scenes::refusals) },

@@ -4,13 +4,14 @@ use sorairo_shared::lookup::{RUN, colours_per_entry};
 use sorairo_shared::variant::{self, PixelFormat};
 
 use super::image::Plan;
-use super::multiple::OrdersMade;
+use super::multiple::{NEGLIGIBLE, OrdersMade};
 use crate::scene::{Orders, Projection};
 
 /// What a plan does and leaves out, a sentence each.
 pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
     let mut lines = vec![terms(plan)];
     lines.push(orders(plan));
+    lines.extend(beyond_bounds(plan));
     lines.extend(black_pixels(plan, projection));
     lines.push(path(plan));
     lines.push(bytes(plan));
@@ -45,7 +46,7 @@ fn orders(plan: &Plan) -> String {
     let Some(made) = integral.orders_made.first() else {
         return "orders: 1 alone; no light field is computed".into();
     };
-    let OrdersMade { computed, ratio, error, degree, nodes: [altitudes, suns] } = made;
+    let OrdersMade { computed, ratio, error, degree, nodes: [altitudes, suns], .. } = made;
     let lookup = &plan.uniform.multiple;
     let rest = if integral.orders == Orders::All {
         let ratio = ratio.map(|ratio| format!("{ratio:.3}")).join(" ");
@@ -62,6 +63,24 @@ fn orders(plan: &Plan) -> String {
         lookup.above + lookup.below,
         lookup.azimuths
     )
+}
+
+/// What the bounds of the light field do not hold for: air and haze so thick that neither orders nor moments come to an end.
+fn beyond_bounds(plan: &Plan) -> Option<String> {
+    let made = plan.sky.integral.orders_made.first()?;
+    let mut beyond = Vec::new();
+    if plan.sky.integral.orders == Orders::All && made.error > made.tolerance {
+        let (error, tolerance) = (100.0 * made.error, 100.0 * made.tolerance);
+        beyond.push(format!("the series of orders may be off by {error:.1} %, more than {tolerance:.1} %"));
+    }
+    if made.beyond_degree > NEGLIGIBLE {
+        let left = 100.0 * made.beyond_degree;
+        beyond.push(format!(
+            "moments of more than degree {} would hold up to {left:.2} % of the sun's light",
+            made.degree
+        ));
+    }
+    (!beyond.is_empty()).then(|| format!("beyond bounds: {}", beyond.join("; ")))
 }
 
 fn black_pixels(plan: &Plan, projection: Projection) -> Option<String> {
@@ -166,6 +185,27 @@ mod tests {
         assert!(!all.contains("black ground"), "{all}");
         let one = explained(|scene| scene.render.orders = Orders::UpTo(1), PixelFormat::Picture);
         assert!(one.contains("orders: 1 alone"), "{one}");
+    }
+
+    #[test]
+    fn a_sky_beyond_the_bounds_is_told() {
+        let standard = |optical_depth, asymmetry| {
+            explained(
+                |scene| {
+                    *scene = Scene::preset(Preset::Standard);
+                    scene.atmosphere.aerosol.optical_depth = optical_depth;
+                    scene.atmosphere.aerosol.asymmetry = asymmetry;
+                    scene.atmosphere.aerosol.single_scattering_albedo = 1.0;
+                },
+                PixelFormat::Picture,
+            )
+        };
+        let clear = standard(0.05, 0.7);
+        assert!(!clear.contains("beyond bounds"), "{clear}");
+        let opaque = standard(1000.0, 0.7);
+        assert!(opaque.contains("beyond bounds: the series of orders may be off by"), "{opaque}");
+        let peaked = standard(1.0, 0.95);
+        assert!(peaked.contains("moments of more than degree 40 would hold up to"), "{peaked}");
     }
 
     #[test]

@@ -7,6 +7,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_shared::camera::EQUIRECTANGULAR;
+use sorairo_shared::cubic::{Stencil, stencil};
 use sorairo_shared::kernels::LOOKUP_WORKGROUP;
 use sorairo_shared::lookup::{RUN, grid_view};
 use sorairo_shared::sky::Constituents;
@@ -34,7 +35,7 @@ const MOST_ENTRIES: u64 = 65_535 * LOOKUP_WORKGROUP as u64;
 /// The coarsest sky lookup, with which its error is measured.
 const COARSEST: (u32, u32) = (48, 16);
 
-/// The sky lookup may not have fewer columns than this: farther apart the error is no longer that of a second difference.
+/// The sky lookup may not have fewer columns than this: farther apart the error is no longer that of a low difference.
 const FEWEST_AZIMUTHS: u32 = 8;
 
 /// The sky lookup pays from this many pixels per entry: an entry costs one integral, and a pixel a small part of one.
@@ -130,11 +131,17 @@ fn sized(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>, (rows, azimuths): 
     LookupSize { above, below, azimuths: azimuths.min((MOST_ENTRIES / u64::from(above + below)) as u32) }
 }
 
-/// The size that keeps linear interpolation within the tolerance, from its error on the coarsest grid.
+/// Powers of the spacing by which the errors of straight lines and of cubics fall.
+const LINEAR: f64 = 2.0;
+/// See [`LINEAR`].
+const CUBIC: f64 = 4.0;
+
+/// The size that keeps interpolation within the tolerance, from its error on the coarsest grid.
 ///
 /// Midway between two entries, linear interpolation of a smooth function is off by an eighth of its second difference, which falls as the
-/// square of the spacing. The error is measured there, on sample cells of the coarsest grid, in both
-/// directions; the number of entries follows from it, and `sized` makes a sky lookup of rows and columns.
+/// square of the spacing, and a cubic by a part of its fourth difference, which falls as the fourth power. The error is measured there, on
+/// sample cells of the coarsest grid, in both directions; the number of entries follows from it, and `sized` makes a sky lookup of rows and
+/// columns.
 fn size_for(scene: &Scene, sky: &SkyPlan, sized: impl Fn((u32, u32)) -> LookupSize) -> Option<LookupSize> {
     let sides: &[bool] = if scene.observer.altitude > 0.0 { &[true, false] } else { &[true] };
     let rows = f64::from(COARSEST.0 - 1);
@@ -143,12 +150,13 @@ fn size_for(scene: &Scene, sky: &SkyPlan, sized: impl Fn((u32, u32)) -> LookupSi
     for &above in sides {
         for i in (0..COARSEST.0 - 1).step_by(2) {
             for j in (0..COARSEST.1 - 1).step_by(3) {
-                cells.push((above, (f64::from(i) + 0.5) / rows, 1.0 - 2.0 * (f64::from(j) + 0.5) / columns));
+                cells.push((above, f64::from(i) + 0.5, f64::from(j) + 0.5));
             }
         }
     }
+    let has_its_rows = scene.camera.projection == Projection::Equirectangular;
     let measured: Vec<Cell> =
-        cells.into_par_iter().map(|(above, x, c)| measure(sky, above, x, c, 0.5 / rows, 1.0 / columns)).collect();
+        cells.into_par_iter().map(|(above, row, column)| measure(sky, above, row, column, has_its_rows)).collect();
     let mean = measured.iter().map(|cell| cell.luminance).sum::<f64>() / measured.len() as f64;
     if mean <= 0.0 {
         return Some(sized(COARSEST));
@@ -156,18 +164,17 @@ fn size_for(scene: &Scene, sky: &SkyPlan, sized: impl Fn((u32, u32)) -> LookupSi
     let brightest = measured.iter().map(|cell| cell.luminance).fold(0.0, f64::max);
     let allowed = |cell: &Cell| (TOLERANCE * cell.luminance.max(0.1 * mean)).min(TOLERANCE_OF_BRIGHTEST * brightest);
     let worst = |error: fn(&Cell) -> f64| measured.iter().map(|cell| error(cell) / allowed(cell)).fold(0.0, f64::max);
-    let has_its_rows = scene.camera.projection == Projection::Equirectangular;
     // Each direction that is interpolated may take its part of the tolerance.
-    let parts = if has_its_rows { 1.0 } else { 2.0 };
-    let entries = |cells: f64, error: f64| 1 + (cells * (parts * error).sqrt()).ceil() as u32;
-    let above = entries(rows, worst(|cell| cell.error_along_elevation)).max(COARSEST.0);
-    let azimuths = entries(columns, worst(|cell| cell.error_along_azimuth)).max(FEWEST_AZIMUTHS);
+    let (parts, power) = if has_its_rows { (1.0, CUBIC) } else { (2.0, LINEAR) };
+    let entries = |cells: f64, error: f64, power: f64| 1 + (cells * (parts * error).powf(1.0 / power)).ceil() as u32;
+    let above = entries(rows, worst(|cell| cell.error_along_elevation), LINEAR).max(COARSEST.0);
+    let azimuths = entries(columns, worst(|cell| cell.error_along_azimuth), power).max(FEWEST_AZIMUTHS);
     let size = sized((above, azimuths));
     ((has_its_rows || above <= LARGEST.0) && azimuths <= LARGEST.1 && size.azimuths == azimuths).then_some(size)
 }
 
-/// Pixels between two entries of a row, from which runs share them: a run then reaches a tenth of the way beyond an entry at most, where
-/// the error of a straight line, d (1 + d) / 2 of a second difference, is still less than the eighth midway between two.
+/// Pixels between two entries of a row, from which runs share a place: a run then reaches an eighth of the way to the next entry, where a
+/// straight line is off by d² / 2 of a second difference, a sixteenth of what it is off midway between two.
 const PIXELS_BETWEEN_ENTRIES: f64 = 16.0;
 
 /// Whether the pixels of an image can be looked up in [`variant::RUNS`] in a sky lookup of this size.
@@ -179,27 +186,38 @@ pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
     variant::projection(variant) == EQUIRECTANGULAR && width.is_multiple_of(RUN) && closest >= PIXELS_BETWEEN_ENTRIES
 }
 
-/// What linear interpolation does to one cell.
+/// What interpolation does to one cell.
 struct Cell {
     luminance: f64,
     error_along_elevation: f64,
     error_along_azimuth: f64,
 }
 
-fn measure(sky: &SkyPlan, above: bool, x: f64, c: f64, half_x: f64, half_c: f64) -> Cell {
+/// The cell about a row and a column of the coarsest grid; an image that has its rows goes through columns by cubics.
+fn measure(sky: &SkyPlan, above: bool, row: f64, column: f64, has_its_rows: bool) -> Cell {
     let uniform = &sky.integral.uniform;
-    let view = |x: f64, c: f64| grid_view(uniform, above, x as f32, c as f32);
-    let phases = sky.integral.phases(view(x, c));
-    let luminance = |x: f64, c: f64| {
-        let Constituents { air, aerosol, rest } = sky.constituents(view(x, c));
+    let view = |row: f64, column: f64| {
+        let (x, part) = (row / f64::from(COARSEST.0 - 1), column / f64::from(COARSEST.1 - 1));
+        grid_view(uniform, above, x as f32, (1.0 - 2.0 * part) as f32)
+    };
+    let phases = sky.integral.phases(view(row, column));
+    let luminance = |row: f64, column: f64| {
+        let Constituents { air, aerosol, rest } = sky.constituents(view(row, column));
         f64::from(uniform.rgb.luminance(air * phases.air + aerosol * phases.aerosol + rest))
     };
-    let middle = luminance(x, c);
+    let middle = luminance(row, column);
     let between = |a: f64, b: f64| (0.5 * (a + b) - middle).abs();
+    let error_along_azimuth = if has_its_rows {
+        let Stencil { first, weights, .. } = stencil(column as f32, COARSEST.1);
+        let nodes = weights.to_array().into_iter().zip(first..);
+        (nodes.map(|(weight, node)| f64::from(weight) * luminance(row, f64::from(node))).sum::<f64>() - middle).abs()
+    } else {
+        between(luminance(row, column - 0.5), luminance(row, column + 0.5))
+    };
     Cell {
         luminance: middle.abs(),
-        error_along_elevation: between(luminance(x - half_x, c), luminance(x + half_x, c)),
-        error_along_azimuth: between(luminance(x, c - half_c), luminance(x, c + half_c)),
+        error_along_elevation: between(luminance(row - 0.5, column), luminance(row + 0.5, column)),
+        error_along_azimuth,
     }
 }
 

@@ -81,6 +81,17 @@ pub struct Sun<'a> {
     spectrum: Vec<(f64, f64)>,
 }
 
+/// What falls from the disc.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SunIrradiance {
+    /// On a surface that faces it: power between 380 and 780 nm (W·m⁻²).
+    pub facing: f64,
+    /// On a level surface likewise.
+    pub level: f64,
+    /// On a surface that faces it: linear RGB (W·m⁻²).
+    pub rgb: DVec3,
+}
+
 impl<'a> Sun<'a> {
     /// That of a sky.
     pub fn new(sky: &'a SkyPlan) -> Self {
@@ -123,12 +134,11 @@ impl<'a> Sun<'a> {
         (disc, grid.collect())
     }
 
-    /// What falls from the disc, as far as the ground does not hide it, on a surface that faces it: power between 380 and 780 nm, and
-    /// linear RGB (W·m⁻²).
-    pub fn irradiance(&self) -> (f64, DVec3) {
+    /// What falls from the disc, as far as the ground does not hide it.
+    pub fn irradiance(&self) -> SunIrradiance {
         const RINGS: u32 = 16;
         const PLACES: u32 = 32;
-        let (mut power, mut rgb) = (0.0, DVec3::ZERO);
+        let mut sum = SunIrradiance::default();
         for ring in gauss_legendre(RINGS) {
             // Rings of equal weight in the square of the sine from the centre.
             let off = f64::from(ring.x).sqrt();
@@ -139,12 +149,15 @@ impl<'a> Sun<'a> {
                 if height >= self.horizon {
                     let depths = self.depths(height.sin());
                     let limb_cosine = (1.0 - off * off).sqrt();
-                    rgb += self.rgb(&depths, limb_cosine) * weight;
-                    power += self.radiance(&depths, limb_cosine).sum::<f64>() * observer::STEP * weight;
+                    let power = self.radiance(&depths, limb_cosine).zip(&self.spectrum);
+                    let power = power.map(|(radiance, &(nm, _))| radiance * observer::width(nm)).sum::<f64>() * weight;
+                    sum.rgb += self.rgb(&depths, limb_cosine) * weight;
+                    sum.facing += power;
+                    sum.level += power * height.sin().max(0.0);
                 }
             }
         }
-        (power, rgb)
+        sum
     }
 
     /// Sines of the elevations between which the disc can be seen.

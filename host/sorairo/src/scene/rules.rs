@@ -42,13 +42,14 @@ pub(super) fn ground_albedo_above_1(scene: &Scene) -> Result<()> {
 
 fn table_above_1(key: &'static str, file: Option<&TableFile>) -> Result<()> {
     let Some(file) = file else { return Ok(()) };
-    let (albedo, wavelength) = file.table().largest(0);
+    let (albedo, wavelength, line) = file.table().largest(0);
     if albedo <= 1.0 {
         return Ok(());
     }
     let name = file.path().display();
+    let (albedo, wavelength) = (shown(albedo), shown(wavelength));
     let complaint =
-        format!("is {name}, which holds {} at {} nm; an albedo is at most 1", shown(albedo), shown(wavelength));
+        format!("is {name}, line {line} of which holds {albedo} at {wavelength} nm; an albedo is at most 1");
     Err(Error::not_allowed(key, complaint))
 }
 

@@ -43,6 +43,11 @@ pub fn wavelengths() -> Vec<f64> {
     (0..OBSERVER_NODES).map(|i| START + STEP * f64::from(i)).collect()
 }
 
+/// The width (nm) of the interval that belongs to a node, by the trapezoidal rule: half of one to each end of the range.
+pub fn width(wavelength: f64) -> f64 {
+    if wavelength == START || wavelength == END { 0.5 * STEP } else { STEP }
+}
+
 /// The weights (x̄ Δλ, ȳ Δλ, z̄ Δλ) of the sample at a wavelength (nm), in nm; zero where the observer's table does not reach.
 pub fn weights(observer: ColourObserver, wavelength: f64) -> DVec3 {
     let table = match observer {

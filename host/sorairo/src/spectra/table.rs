@@ -5,12 +5,21 @@ use csv::{ReaderBuilder, StringRecord, Terminator};
 use crate::input::{self, shown};
 
 /// A spectrum as samples at increasing wavelengths, linear between them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Table<const N: usize> {
     /// Wavelengths (nm), strictly increasing.
     wavelengths: Vec<f64>,
     /// The values at each wavelength.
     values: Vec<[f64; N]>,
+    /// The line of the text where each stood.
+    lines: Vec<u64>,
+}
+
+/// Tables are alike that hold the same numbers, wherever in a text they stood.
+impl<const N: usize> PartialEq for Table<N> {
+    fn eq(&self, other: &Self) -> bool {
+        self.wavelengths == other.wavelengths && self.values == other.values
+    }
 }
 
 impl<const N: usize> Table<N> {
@@ -23,8 +32,7 @@ impl<const N: usize> Table<N> {
     /// of order.
     pub fn parse(text: &str) -> Result<Self, String> {
         let text = input::without_mark(text);
-        let mut table = Self { wavelengths: Vec::new(), values: Vec::new() };
-        let mut lines_of_rows = Vec::new();
+        let mut table = Self { wavelengths: Vec::new(), values: Vec::new(), lines: Vec::new() };
         let mut header_allowed = true;
         for (line, fields) in rows(text) {
             if trimmed(&fields).eq([""]) || trimmed(&fields).next().is_some_and(|first| first.starts_with('#')) {
@@ -36,11 +44,11 @@ impl<const N: usize> Table<N> {
                 continue;
             }
             let (wavelength, values) = row(&fields).map_err(|complaint| format!("line {line}: {complaint}"))?;
-            check_order(&table.wavelengths, &lines_of_rows, wavelength)
+            check_order(&table.wavelengths, &table.lines, wavelength)
                 .map_err(|complaint| format!("line {line}: {complaint}"))?;
             table.wavelengths.push(wavelength);
             table.values.push(values);
-            lines_of_rows.push(line);
+            table.lines.push(line);
         }
         if table.wavelengths.len() < 2 {
             return Err(format!("a table needs at least two rows, and this has {}", table.wavelengths.len()));
@@ -64,10 +72,10 @@ impl<const N: usize> Table<N> {
         self.wavelengths.iter().copied().zip(self.values.iter().copied())
     }
 
-    /// The largest value of a column, and its wavelength (nm).
-    pub fn largest(&self, column: usize) -> (f64, f64) {
-        let rows = self.wavelengths.iter().zip(&self.values).map(|(&wavelength, values)| (values[column], wavelength));
-        rows.max_by(|a, b| a.0.total_cmp(&b.0)).expect("a table has rows")
+    /// The largest value of a column, its wavelength (nm) and the line of the text where it stood.
+    pub fn largest(&self, column: usize) -> (f64, f64, u64) {
+        let row = |row: usize| (self.values[row][column], self.wavelengths[row], self.lines[row]);
+        (0..self.values.len()).map(row).max_by(|a, b| a.0.total_cmp(&b.0)).expect("a table has rows")
     }
 
     /// The value at a wavelength (nm), linear between rows; beyond the ends, the value of the end row.

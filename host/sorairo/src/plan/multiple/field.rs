@@ -37,6 +37,10 @@ pub struct OrdersMade {
     pub ratio: [f32; 4],
     /// How far that may be off, relative to all light.
     pub error: f64,
+    /// How far it should be off at most; see [`Resolution::tolerance`].
+    pub tolerance: f64,
+    /// What moments of a higher degree would add; see [`Resolution::beyond_degree`].
+    pub beyond_degree: f64,
     /// The highest degree of its moments.
     pub degree: usize,
     /// Altitudes and suns at which it is known.
@@ -78,6 +82,8 @@ impl<const N: usize> LightField<N> {
         let mut made = OrdersMade {
             computed: 1,
             degree: resolution.first.degree,
+            tolerance: resolution.tolerance,
+            beyond_degree: resolution.beyond_degree,
             nodes: [grid.altitudes.len(), grid.suns.len()],
             ..OrdersMade::default()
         };

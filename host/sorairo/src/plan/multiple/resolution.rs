@@ -34,7 +34,12 @@ pub struct Resolution {
     pub logarithmic: bool,
     /// How far the geometric series of what is left may be off, relative to all light.
     pub tolerance: f64,
+    /// What moments of a higher degree than the first order's would add, relative to the sun's light.
+    pub beyond_degree: f64,
 }
+
+/// What moments may add that are left out, relative to the sun's light: less than 0.2 % of the sky's.
+pub const NEGLIGIBLE: f64 = 1.5e-4;
 
 impl Resolution {
     /// What a setting needs. `depth` is the largest optical depth at any band of scattering by aerosol.
@@ -73,6 +78,7 @@ impl Resolution {
             view_samples: if low { 10 } else { 8 },
             logarithmic: low,
             tolerance: if low || haze || high { 2e-3 } else { 4e-3 },
+            beyond_degree: beyond_degree(setting, depth, degree),
         }
     }
 
@@ -104,14 +110,15 @@ impl Resolution {
 
 /// The degree up to which the moments of aerosol matter: to where light that it scattered twice has little left.
 fn degree(setting: &Setting, depth: f64) -> usize {
-    /// Of the sun's light: less than 0.2 % of the sky's.
-    const NEGLIGIBLE: f64 = 1.5e-4;
     if setting.aerosol.is_empty() {
         return 2;
     }
-    let left = |degree: usize| {
-        let moment = f64::from(setting.aerosol[degree]);
-        depth * moment * moment * (2 * degree + 1) as f64 / (4.0 * PI)
-    };
-    (8..HIGHEST_DEGREE).step_by(4).find(|&degree| left(degree) < NEGLIGIBLE).unwrap_or(HIGHEST_DEGREE)
+    let is_enough = |degree: &usize| beyond_degree(setting, depth, *degree) < NEGLIGIBLE;
+    (8..HIGHEST_DEGREE).step_by(4).find(is_enough).unwrap_or(HIGHEST_DEGREE)
+}
+
+/// What light that aerosol scattered twice has in the moment of a degree, relative to the sun's light.
+fn beyond_degree(setting: &Setting, depth: f64, degree: usize) -> f64 {
+    let moment = setting.aerosol.get(degree).copied().map_or(0.0, f64::from);
+    depth * moment * moment * (2 * degree + 1) as f64 / (4.0 * PI)
 }

@@ -1,0 +1,193 @@
+//! Light of all orders in single precision against the oracle's paths, over the skies that the Earth has.
+//!
+//! A case is a direction in a random sky at a wavelength. What it may be off is what is stated for its sun and haze, and the
+//! standard errors of the oracle.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use sorairo_oracle::{Estimate, Paths, radiance_of_all_orders};
+
+use super::outcome::{Outcome, generator};
+use crate::judge;
+use sorairo::low_level::plan::{SkyPlan, direction};
+use sorairo::low_level::spectrum::DenseSpectrum;
+use sorairo::scene::{Fit, GroundAlbedo, Preset, Rgb, Scene, SunSpectrum};
+
+/// Paths of a first estimate.
+const FEWEST_PATHS: u64 = 8192;
+
+/// Paths of the last: a case whose chance is larger than what it is judged by says little.
+const MOST_PATHS: u64 = 131_072;
+
+/// Standard errors that a case may be off by: of a million normal ones 60 are.
+const STANDARD_ERRORS: f64 = 4.0;
+
+/// A direction is judged relative to its own light, or to this part of the brightest of its sky.
+const FLOOR: f64 = 0.05;
+
+/// A direction in a sky at a wavelength.
+#[derive(Clone, Debug)]
+pub struct Case {
+    scene: Scene,
+    wavelength: f64,
+    /// Elevation and azimuth (degrees).
+    view: (f64, f64),
+    /// By the product (sr⁻¹).
+    found: f64,
+    /// By the oracle (sr⁻¹).
+    reference: Estimate,
+    /// How far it is off beyond the oracle's chance, over what is allowed.
+    pub error: f64,
+}
+
+/// Compares random skies.
+pub fn orders(seed: u64, cases: u64) -> Outcome {
+    let found: Vec<Case> = (0..cases).into_par_iter().map(|number| Case::random(seed, number)).collect();
+    let is_wrong = |case: &&Case| case.error.is_nan() || case.error > 1.0;
+    let worst = found.iter().max_by(|a, b| a.error.total_cmp(&b.error));
+    Outcome {
+        subject: "light of all orders against the oracle's paths",
+        seed,
+        cases,
+        failures: found.iter().filter(is_wrong).count() as u64,
+        worst: worst.map_or(0.0, |case| case.error),
+        bound: 1.0,
+        worst_case: worst.map_or("none".into(), ToString::to_string),
+        judged_apart: 0,
+        apart: "",
+    }
+}
+
+impl Case {
+    /// That of a number.
+    pub fn random(seed: u64, number: u64) -> Self {
+        let rng = &mut generator(seed, number);
+        let scene = random_scene(rng);
+        let wavelength = rng.random_range(380.0..=780.0);
+        let sky = SkyPlan::new(&scene.validated().expect("a valid scene"), Rgb::Srgb);
+        let wavelengths = [wavelength];
+        let dense = DenseSpectrum::new(&sky, &wavelengths);
+        let radiance = |(elevation, azimuth): (f64, f64)| dense.radiance(direction(elevation, azimuth).as_vec3())[0];
+        let views: Vec<(f64, f64)> = (0..16).map(|_| random_view(rng, &scene)).collect();
+        let brightest = views.iter().copied().map(radiance).fold(0.0, f64::max);
+        let found = radiance(views[0]);
+        let scale = found.max(FLOOR * brightest);
+        let reference = reference(&scene, wavelength, views[0], 0.25 * allowed(&scene) * scale, number);
+        let beyond = ((found - reference.mean).abs() - STANDARD_ERRORS * reference.standard_error).max(0.0);
+        let error = if scale > 0.0 { beyond / scale / allowed(&scene) } else { beyond };
+        Self { scene, wavelength, view: views[0], found, reference, error }
+    }
+}
+
+/// What the light of all orders may be off, relative to itself: what is stated in `docs/accuracy.md`.
+fn allowed(scene: &Scene) -> f64 {
+    let aerosol = &scene.atmosphere.aerosol;
+    match scene.sun.elevation {
+        _ if aerosol.optical_depth > 0.05 => 0.025,
+        sun if sun >= 10.0 => 0.005,
+        sun if sun >= 0.0 => 0.01,
+        sun if sun >= -6.0 => 0.015,
+        _ => 0.03,
+    }
+}
+
+/// The oracle's light, with as many paths as bring its standard error below a radiance (sr⁻¹), or with the most.
+fn reference(scene: &Scene, wavelength: f64, view: (f64, f64), enough: f64, seed: u64) -> Estimate {
+    let (medium, band) = (judge::medium(scene), judge::coefficients(scene, wavelength));
+    let ray = judge::ray(scene, view.0, view.1);
+    let mut number = FEWEST_PATHS;
+    loop {
+        let estimate = radiance_of_all_orders(&medium, &band, &ray, Paths { number, seed });
+        if estimate.standard_error <= enough || number >= MOST_PATHS {
+            return estimate;
+        }
+        number = (number * 4).min(MOST_PATHS);
+    }
+}
+
+/// A sky of the Earth: air of any law and pressure, haze up to an optical depth of 0.3 at 1 µm, any ground, seen from the ground to orbit.
+fn random_scene(rng: &mut ChaCha8Rng) -> Scene {
+    let preset = if rng.random() { Preset::Standard } else { Preset::Earth };
+    let mut scene = Scene::preset(preset);
+    scene.sun.spectrum = SunSpectrum::Flat;
+    scene.render.fit = Fit::Transfer;
+    scene.sun.elevation = match rng.random_range(0..4) {
+        0 => rng.random_range(-12.0..0.0),
+        1 => rng.random_range(0.0..10.0),
+        _ => rng.random_range(10.0..=90.0),
+    };
+    scene.observer.altitude = match rng.random_range(0..5) {
+        0..3 => 0.0,
+        3 => rng.random_range(0.0..20.0),
+        _ => rng.random_range(20.0..=400.0),
+    };
+    scene.ground.albedo = GroundAlbedo::Grey(if rng.random() { 0.0 } else { rng.random_range(0.0..=1.0) });
+    let atmosphere = &mut scene.atmosphere;
+    atmosphere.air.pressure = rng.random_range(500.0..=1050.0);
+    atmosphere.ozone.column = rng.random_range(0.0..=500.0);
+    let aerosol = &mut atmosphere.aerosol;
+    aerosol.optical_depth = match rng.random_range(0..4) {
+        0 => 0.0,
+        1 => rng.random_range(0.05..=0.3),
+        _ => rng.random_range(0.0..=0.05),
+    };
+    aerosol.angstrom_exponent = rng.random_range(0.0..=1.0);
+    aerosol.scale_height = rng.random_range(1.0..=3.0);
+    aerosol.single_scattering_albedo = rng.random_range(0.8..=1.0);
+    aerosol.asymmetry = rng.random_range(0.5..=0.8);
+    scene
+}
+
+/// A direction (degrees) from which light comes; the horizon itself is left out, where the ground begins.
+fn random_view(rng: &mut ChaCha8Rng, scene: &Scene) -> (f64, f64) {
+    let lowest = if scene.observer.altitude > 0.0 { -90.0 } else { 0.2 };
+    (rng.random_range(lowest..=90.0), scene.sun.azimuth + rng.random_range(0.0..=180.0))
+}
+
+impl std::fmt::Display for Case {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { scene, wavelength, view, found, reference, error } = self;
+        let (air, aerosol) = (&scene.atmosphere.air, &scene.atmosphere.aerosol);
+        write!(
+            f,
+            "{error:.2} of what is allowed: {found:.4e} instead of {:.4e} ± {:.1e} at {wavelength:.0} nm; view {:.2}°, {:.1}°; {:?}, sun {:.2}°, \
+             altitude {:.2} km, ground {:?}, {:.0} hPa, aerosol {:.4} of {:.2} over {:.2} km, g {:.3}",
+            reference.mean,
+            reference.standard_error,
+            view.0,
+            view.1,
+            scene.preset,
+            scene.sun.elevation,
+            scene.observer.altitude,
+            scene.ground.albedo,
+            air.pressure,
+            aerosol.optical_depth,
+            aerosol.single_scattering_albedo,
+            aerosol.scale_height,
+            aerosol.asymmetry
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_without_a_ground_that_is_there_is_told() {
+        // The first case over lit ground, by day.
+        let is_lit = |scene: &Scene| scene.sun.elevation > 20.0 && scene.ground.albedo != GroundAlbedo::Grey(0.0);
+        let scenes = (0..100).map(|number| random_scene(&mut generator(1, number)));
+        let mut scene = scenes.into_iter().find(is_lit).expect("one in four");
+        scene.ground.albedo = GroundAlbedo::Grey(0.8);
+        let lit = reference(&scene, 450.0, (60.0, 100.0), 0.0, 1);
+        scene.ground.albedo = GroundAlbedo::Grey(0.0);
+        let black = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+        let found = DenseSpectrum::new(&black, &[450.0]).radiance(direction(60.0, 100.0).as_vec3())[0];
+        assert!(
+            lit.mean - found - STANDARD_ERRORS * lit.standard_error > 5.0 * allowed(&scene) * found,
+            "{lit:?}, {found}"
+        );
+    }
+}

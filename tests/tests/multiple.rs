@@ -169,11 +169,12 @@ fn light_of_all_orders_agrees_with_a_monte_carlo_reference() {
 #[test]
 fn four_bands_hold_the_colour_of_all_light() {
     // A colour difference of 1 is just seen. What is left in twilight are two light fields, of four bands and of 48, between the same suns.
-    let day = [(90.0, 0.15, 0.002), (30.0, 0.15, 0.002), (5.0, 0.15, 0.002)];
-    let twilight = [(0.0, 0.2, 0.0035), (-4.0, 0.35, 0.01)];
-    for preset in [Preset::Standard, Preset::Earth] {
+    let clear = [(90.0, 0.1, 0.002), (30.0, 0.1, 0.002), (5.0, 0.1, 0.002), (0.0, 0.2, 0.0035), (-4.0, 0.25, 0.007)];
+    // Haze of an optical depth of 0.3 at 550 nm has dimmed what is left of the blue light.
+    let hazy = [(90.0, 0.15, 0.002), (30.0, 0.15, 0.002), (5.0, 0.2, 0.002), (0.0, 0.2, 0.0035), (-4.0, 0.6, 0.007)];
+    for (preset, bounds) in [(Preset::Standard, clear), (Preset::Earth, clear), (Preset::Hazy, hazy)] {
         for albedo in [GroundAlbedo::Grey(0.0), GroundAlbedo::Grass] {
-            for (sun, colour, luminance) in day.into_iter().chain(twilight) {
+            for (sun, colour, luminance) in bounds {
                 let mut scene = Scene::preset(preset);
                 scene.sun.elevation = sun;
                 scene.ground.albedo = albedo.clone();
@@ -244,7 +245,8 @@ fn the_ground_is_as_bright_as_the_light_that_falls_on_it() {
 fn a_spectrum_by_day_is_that_of_each_wavelength() {
     let wavelengths: Vec<f64> = (0..=30).map(|i| 400.0 + 10.0 * f64::from(i)).collect();
     for preset in [Preset::Standard, Preset::Earth] {
-        for (sun, altitude) in [(90.0, 0.0), (40.0, 0.0), (10.0, 0.0), (40.0, 12.0)] {
+        // From above the red edge of grass is seen, beyond the last band.
+        for (sun, altitude, allowed) in [(90.0, 0.0, 0.01), (40.0, 0.0, 0.01), (10.0, 0.0, 0.01), (40.0, 12.0, 0.015)] {
             let mut scene = Scene::preset(preset);
             (scene.sun.elevation, scene.observer.altitude) = (sun, altitude);
             let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
@@ -264,7 +266,7 @@ fn a_spectrum_by_day_is_that_of_each_wavelength() {
                 }
             }
             println!("{preset:?}, sun at {sun}, altitude {altitude}: {:.2} % at {}", 100.0 * worst.0, worst.1);
-            assert!(worst.0 < 0.01, "{preset:?}, sun at {sun}, altitude {altitude}: {worst:?}");
+            assert!(worst.0 < allowed, "{preset:?}, sun at {sun}, altitude {altitude}: {worst:?}");
         }
     }
 }
@@ -336,6 +338,7 @@ fn passed_by(scene: &Scene, wavelength: f64) -> f64 {
 fn a_measured_sky_is_as_bright_as_the_computed_one() {
     let folder = tempfile::tempdir().unwrap();
     let outcomes = measured(folder.path(), &|_| {}).unwrap();
+    assert!(outcomes[2].rmse_over_mean < 0.1 && (outcomes[2].irradiance_ratio - 1.0).abs() < 0.03, "{:?}", outcomes[2]);
     for outcome in outcomes {
         println!("{outcome:?}");
         assert!(outcome.compared > 4000);
@@ -344,5 +347,6 @@ fn a_measured_sky_is_as_bright_as_the_computed_one() {
         assert!((outcome.irradiance_ratio - 1.0).abs() < 0.07, "{outcome:?}");
     }
     let rows = std::fs::read_to_string(folder.path().join("measured.csv")).unwrap();
-    assert!(rows.lines().count() > 9000);
+    assert!(rows.lines().count() > 14_000);
+    assert!(folder.path().join("measured.png").is_file());
 }

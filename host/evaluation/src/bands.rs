@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 use serde::Serialize;
-use sorairo_shared::glam::DVec3;
+use sorairo_shared::glam::{DVec3, Vec3};
 
 use super::error::{Reference, plan};
 use super::metrics::Errors;
@@ -14,6 +14,7 @@ use crate::problem::Result;
 use sorairo::Plan;
 use sorairo::low_level::error::check_range;
 use sorairo::low_level::plan::fit::regression::{DARKEST, Examples, LIT, node_wavelengths, regress};
+use sorairo::low_level::plan::fit::training::{scattered_once, training_views};
 use sorairo::low_level::plan::integral::Constituent;
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::{ColourPath, Fit, Scene};
@@ -206,13 +207,17 @@ impl Spectra {
         let searched: Vec<f64> = (SEARCHED.0..=SEARCHED.1).map(f64::from).collect();
         let targets: Vec<f64> = nodes.iter().copied().chain(observer::wavelengths()).collect();
         let all: Vec<f64> = searched.iter().chain(&targets).copied().collect();
-        let training = plan.sky.training();
-        let mut rays = training.spectra(constituent, &training.views(), &all);
+        let integral = &plan.sky.integral;
+        let spectra = |views: &[Vec3], at: &[f64]| {
+            let (air, aerosol) = scattered_once(integral, views, at);
+            if constituent == Constituent::Air { air } else { aerosol }
+        };
+        let mut rays = spectra(&training_views(integral), &all);
         let middle = searched.len() / 2;
         let brightest = rays.iter().map(|ray| ray[middle]).fold(0.0, f64::max);
         rays.retain(|ray| ray[middle] > LIT * brightest);
         let ln = |values: &[f64]| values.iter().map(|value| value.max(DARKEST).ln()).collect::<Vec<f64>>();
-        let judged = training.spectra(constituent, &reference.views, &searched);
+        let judged = spectra(&reference.views, &searched);
         let judged = judged.iter().zip(&reference.views).map(|(ray, &view)| {
             let phase = constituent.of(plan.sky.integral.phases(view));
             ray.iter().any(|&value| value > 0.0).then(|| (ln(&ray[..searched.len()]), f64::from(phase)))

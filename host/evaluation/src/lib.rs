@@ -7,6 +7,7 @@ pub mod document;
 pub mod error;
 pub mod judge;
 pub mod measured;
+mod measured_picture;
 pub mod metrics;
 pub mod picture;
 mod problem;

@@ -12,12 +12,13 @@ use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{AirSpectrum, GroundAlbedo, Preset, Rgb, Scene, SunSpectrum};
 
 use super::document::{make_folder, table, write};
+use super::measured_picture;
 use crate::problem::Result;
 
 const SCANS: &str = include_str!("../data/measured_sky_2013-05-27.csv");
 
 /// Width of a measured band (nm).
-const WIDTH: f64 = 11.75;
+pub(super) const WIDTH: f64 = 11.75;
 
 /// The last wavelength that is compared (nm): beyond it oxygen and water vapour absorb.
 const LAST: f64 = 720.0;
@@ -72,7 +73,8 @@ pub struct Outcome {
     pub compared: usize,
 }
 
-/// Compares the scans with the sky under two atmospheres, and writes `measured.md`, `measured.csv` and `measured.json` into a folder.
+/// Compares the scans with the sky under three atmospheres, and writes `measured.md`, `measured.csv`, `measured.json` and
+/// `measured.png` into a folder.
 ///
 /// # Errors
 ///
@@ -91,13 +93,17 @@ pub fn measured(folder: &Path, stage: &dyn Fn(&str)) -> Result<Vec<Outcome>> {
     write(&folder.join("measured.json"), &json)?;
     write(&folder.join("measured.csv"), &csv(&rows))?;
     write(&folder.join("measured.md"), &markdown(&outcomes))?;
+    let names: Vec<String> = scans().into_keys().collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let skies: Vec<&[Comparison]> = rows.iter().map(|(_, comparisons)| comparisons.as_slice()).collect();
+    measured_picture::draw(folder, &names, &skies)?;
     Ok(outcomes)
 }
 
 type Change = fn(&mut Scene);
 
 /// The atmospheres.
-const ATMOSPHERES: [(&str, Change); 2] = [
+const ATMOSPHERES: [(&str, Change); 3] = [
     ("the published comparison", |scene| {
         // That under which the models of the comparison were run: air as it is, no ozone, aerosol .04 λ^-.8 of albedo .8 and asymmetry .7.
         scene.atmosphere.ozone.column = 0.0;
@@ -107,6 +113,17 @@ const ATMOSPHERES: [(&str, Change); 2] = [
         aerosol.scale_height = 1.2;
     }),
     ("the standard preset", |_| {}),
+    ("aerosol chosen for the scans", |scene| {
+        // Nobody measured the aerosol of that day. Single-scattering albedo and asymmetry are those of clean air of the mid-Atlantic coast from 440
+        // to 670 nm (Goddard in Dubovik et al. 2002, DOI 10.1175/1520-0469(2002)059<0590:VOAAOP>2.0.CO;2); optical depth and Ångström exponent are
+        // those that come nearest to the scans. 982 hPa at 264 m, 330 DU of ozone for the season.
+        scene.atmosphere.air.pressure = 982.0;
+        scene.atmosphere.ozone.column = 330.0;
+        let aerosol = &mut scene.atmosphere.aerosol;
+        (aerosol.optical_depth, aerosol.angstrom_exponent) = (0.036, 0.8);
+        (aerosol.single_scattering_albedo, aerosol.asymmetry) = (0.97, 0.6);
+        aerosol.scale_height = 1.5;
+    }),
 ];
 
 /// Every band and direction of the scans that is compared.
@@ -251,7 +268,9 @@ fn markdown(outcomes: &[Outcome]) -> String {
     };
     format!(
         "# The measured sky\n\nTwo scans of 27 May 2013 in Ithaca, New York (Kider et al. 2014), of which directions {NEAREST_TO_SUN}° and more from \
-         the sun and bands up to {LAST} nm are compared; the sun at {SUN_DISTANCE} au, light of all orders, grass. `measured.csv` has every value.\n\n{}",
+         the sun and bands up to {LAST} nm are compared; the sun at {SUN_DISTANCE} au, light of all orders, grass. `measured.csv` has every value.\n\n{}\n\
+         ![Measured, and under each atmosphere](measured.png)\n\nA row for each scan: as measured, then under each atmosphere in the order of the \
+         table, all exposed alike; the zenith in the middle, north on top, east on the left. Near the sun nothing is compared.\n",
         table(&head, outcomes.iter().map(row))
     )
 }

@@ -3,7 +3,7 @@
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::phase::ScatteringAngle;
-use sorairo_shared::single::{Bands, SingleScattering, single_scattering};
+use sorairo_shared::single::Bands;
 use sorairo_shared::sky::{Parts, light, phases, transfer, view_ray};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
@@ -45,6 +45,16 @@ impl Constituent {
             Self::Aerosol => parts.aerosol,
             Self::Multiple => parts.multiple,
             Self::Ground => parts.ground,
+        }
+    }
+
+    /// Its part, to be changed.
+    pub fn of_mut<T>(self, parts: &mut Parts<T>) -> &mut T {
+        match self {
+            Self::Air => &mut parts.air,
+            Self::Aerosol => &mut parts.aerosol,
+            Self::Multiple => &mut parts.multiple,
+            Self::Ground => &mut parts.ground,
         }
     }
 
@@ -133,13 +143,6 @@ impl RayIntegral {
         let MultipleLight { lookup, values, orders } =
             MultipleLight::new(&setting, &self.bands, &Resolution::choose(&setting, self.aerosol_depth()), self.orders);
         Self { uniform: Uniform { multiple: lookup, ..self.uniform }, multiple: values, orders_made: orders, ..self }
-    }
-
-    /// The integrals of a ray at some groups of bands, before their phase functions (transfer times sr).
-    pub fn scattered(&self, groups: &[Bands], view: Vec3) -> Vec<SingleScattering> {
-        let ray = self.ray(view);
-        let atmosphere = &self.uniform.atmosphere;
-        groups.iter().map(|group| single_scattering(atmosphere, group, &self.quadrature, ray, self.variant)).collect()
     }
 
     /// The largest vertical optical depth of scattering by aerosol at the bands.

@@ -2,6 +2,7 @@
 
 pub mod linear;
 pub mod regression;
+pub mod training;
 
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::single::Bands;

@@ -5,17 +5,11 @@
 //! a family of two parameters, and the affine function that is best for that family is far better than any that is fixed beforehand. It is found from some
 //! hundred rays, integrated at every wavelength, each time a plan is made.
 
-use rayon::prelude::*;
-use sorairo_shared::glam::{DVec3, Vec3, Vec4};
-use sorairo_shared::ground::{GroundView, ground_light, ground_seen};
-use sorairo_shared::single::{Bands, SingleScattering};
-use sorairo_shared::variant;
+use sorairo_shared::glam::{DVec3, Vec4};
 
+use super::training::{scattering_of, training_spectra};
 use crate::plan::colour_space::ColourSpace;
-use crate::plan::directions::direction;
 use crate::plan::integral::{Constituent, RayIntegral};
-use crate::plan::multiple::{Light, Resolution, Row, light_of_rows};
-use crate::plan::upload::bands;
 use crate::scene::ColourObserver;
 use crate::spectra::observer;
 use crate::spectra::optics::{Coefficients, vec4};
@@ -194,16 +188,12 @@ impl Training<'_> {
         weights.into_iter().map(|xyz| self.space.from_xyz * xyz).collect()
     }
 
-    /// Spectra of every constituent at the bands and at the wavelengths `at` (nm).
+    /// Examples of every constituent at the bands and at the wavelengths `at` (nm).
     fn examples(&self, at: &[f64]) -> Vec<(Constituent, Examples)> {
         let all: Vec<f64> = self.integral.wavelengths.iter().chain(at).copied().collect();
-        let rest = RestSpectra::new(self.integral, &all);
-        let of = |constituent| match constituent {
-            Constituent::Air | Constituent::Aerosol => self.spectra(constituent, &self.views(), &all),
-            Constituent::Multiple => rest.multiple.clone(),
-            Constituent::Ground => rest.ground.clone(),
-        };
-        self.constituents().map(|constituent| (constituent, self.chosen(constituent, of(constituent), &all))).collect()
+        let mut spectra = training_spectra(self.integral, &all);
+        let mut of = |constituent| self.chosen(constituent, std::mem::take(constituent.of_mut(&mut spectra)), &all);
+        self.constituents().map(|constituent| (constituent, of(constituent))).collect()
     }
 
     /// The examples of a constituent among its spectra at the bands and at other wavelengths, `all` (nm).
@@ -223,12 +213,6 @@ impl Training<'_> {
         examples
     }
 
-    /// The integrals of air or aerosol along rays, at wavelengths in nm. The last group of four is filled up.
-    pub fn spectra(&self, constituent: Constituent, views: &[Vec3], at: &[f64]) -> Vec<Vec<f64>> {
-        let groups = bands(&self.integral.optics, at);
-        views.par_iter().map(|&view| self.spectrum(constituent, &groups, view)).collect()
-    }
-
     fn add(&self, examples: &mut Examples, spectrum: &[f64], values: usize, weight: f64) {
         let count = self.integral.wavelengths.len();
         examples.bands.push(spectrum[..count].iter().map(|value| value.max(DARKEST).ln()).collect());
@@ -236,135 +220,15 @@ impl Training<'_> {
         examples.weights.push(weight);
     }
 
-    /// Directions of the training rays: crowded towards the horizon, over half of the azimuths, which mirror the other half.
-    /// From above the ground the sky below the horizon is seen too. Twilight varies more and needs more rays.
-    pub fn views(&self) -> Vec<Vec3> {
-        let (elevations, azimuths) = training_grid(self.integral);
-        let mut views = Vec::new();
-        for i in 0..elevations {
-            let elevation = training_elevation(i, elevations);
-            for j in 0..azimuths {
-                let azimuth = self.integral.sun_azimuth + 180.0 * f64::from(j) / f64::from(azimuths - 1);
-                views.push(direction(elevation, azimuth).as_vec3());
-                if self.integral.uniform.altitude > 0.0 && i > 0 {
-                    views.push(direction(-elevation, azimuth).as_vec3());
-                }
-            }
-        }
-        views
-    }
-
-    fn spectrum(&self, constituent: Constituent, groups: &[Bands], view: Vec3) -> Vec<f64> {
-        let scattered = self.integral.scattered(groups, view);
-        let of = |group: &SingleScattering| if constituent == Constituent::Air { group.air } else { group.aerosol };
-        scattered.iter().flat_map(|group| of(group).to_array().map(f64::from)).collect()
-    }
-
     /// Spectra `β e^(-β n - κ m)` for column densities of air up to 400 km and of ozone up to 450 km: what light through any
     /// atmosphere of these constituents is made of.
     fn synthetic(&self, constituent: Constituent, wavelengths: &[f64]) -> Vec<Vec<f64>> {
         let of = |c: Coefficients, n: f64, m: f64| {
-            let scattering = match constituent {
-                Constituent::Air | Constituent::Multiple => c.air_scattering,
-                Constituent::Aerosol => c.aerosol_scattering,
-                Constituent::Ground => 1.0,
-            };
-            scattering * (-c.air_scattering * n - c.ozone_absorption * m).exp()
+            scattering_of(constituent, c) * (-c.air_scattering * n - c.ozone_absorption * m).exp()
         };
         let densities = (0..9).flat_map(|i| (0..5).map(move |j| (50.0 * f64::from(i), 112.5 * f64::from(j))));
         densities.map(|(n, m)| wavelengths.iter().map(|&w| of(self.integral.optics.at(w), n, m)).collect()).collect()
     }
-}
-
-/// Elevations from the horizon to the zenith, and azimuths over half the circle, of the training rays.
-fn training_grid(integral: &RayIntegral) -> (u32, u32) {
-    if integral.uniform.sun.z < 0.0 { (24, 13) } else { (12, 7) }
-}
-
-/// The elevation (degrees) of a row of training rays.
-fn training_elevation(row: u32, rows: u32) -> f64 {
-    90.0 * (f64::from(row) / f64::from(rows - 1)).powi(2)
-}
-
-/// Spectra of light that was scattered more than once, and of light from the ground, along training rays; of what a sky does not have there
-/// are none. They come from a coarse light field: only ratios between wavelengths are learnt from it.
-#[derive(Default)]
-struct RestSpectra {
-    multiple: Vec<Vec<f64>>,
-    ground: Vec<Vec<f64>>,
-}
-
-impl RestSpectra {
-    /// At wavelengths (nm).
-    fn new(integral: &RayIntegral, wavelengths: &[f64]) -> Self {
-        if integral.variant & variant::REST == 0 {
-            return Self::default();
-        }
-        let groups = bands(&integral.optics, wavelengths);
-        let rows = training_rows(integral);
-        let setting = integral.setting();
-        let diffuse = if integral.variant & variant::MULTIPLE == 0 {
-            None
-        } else {
-            Some(
-                light_of_rows(
-                    &setting,
-                    &groups,
-                    &Resolution::for_training(&setting, integral.aerosol_depth()),
-                    integral.orders,
-                    &rows,
-                )
-                .0,
-            )
-        };
-        let mut spectra = Self::default();
-        for (r, row) in rows.iter().enumerate() {
-            for (c, &cosine) in row.cosines.iter().enumerate() {
-                let along = |group: usize| diffuse.as_ref().map_or(Light::default(), |light| light[group][r][c]);
-                let flat = |four: &dyn Fn(usize) -> Vec4| {
-                    (0..groups.len()).flat_map(|group| four(group).to_array().map(f64::from)).collect::<Vec<_>>()
-                };
-                if integral.variant & variant::MULTIPLE != 0 {
-                    spectra.multiple.push(flat(&|group| along(group).scattered));
-                }
-                if integral.variant & variant::GROUND != 0 {
-                    let ground = ground_of(integral, row.mu, cosine);
-                    if ground.is_seen {
-                        let atmosphere = &integral.uniform.atmosphere;
-                        let light = |group: usize| {
-                            let diffuse = along(group).diffuse_irradiance;
-                            ground_light(atmosphere, &groups[group], ground, diffuse, integral.variant)
-                        };
-                        spectra.ground.push(flat(&light));
-                    }
-                }
-            }
-        }
-        spectra
-    }
-}
-
-/// The ground that a ray meets, by the cosines of its zenith angle and of its azimuth from the sun.
-fn ground_of(integral: &RayIntegral, mu: f64, cosine: f64) -> GroundView {
-    let (to_sun, level) = (integral.uniform.bearing.as_dvec4().truncate(), (1.0 - mu * mu).max(0.0).sqrt());
-    let across = DVec3::new(-to_sun.y, to_sun.x, 0.0);
-    let view = (to_sun * cosine + across * (1.0 - cosine * cosine).max(0.0).sqrt()) * level + DVec3::Z * mu;
-    ground_seen(&integral.uniform.atmosphere, integral.ray(view.as_vec3()), integral.variant)
-}
-
-/// The training rays as rows, from above the ground also those below the horizon; on the ground itself one that looks at it.
-fn training_rows(integral: &RayIntegral) -> Vec<Row> {
-    let (elevations, azimuths) = training_grid(integral);
-    let cosines: Vec<f64> =
-        (0..azimuths).map(|j| (std::f64::consts::PI * f64::from(j) / f64::from(azimuths - 1)).cos()).collect();
-    let row = |elevation: f64| Row { mu: elevation.to_radians().sin(), cosines: cosines.clone() };
-    let above = (0..elevations).map(|i| row(training_elevation(i, elevations)));
-    let below: Vec<Row> = if integral.uniform.altitude > 0.0 {
-        (1..elevations).map(|i| row(-training_elevation(i, elevations))).collect()
-    } else {
-        vec![Row { mu: -1.0, cosines: vec![1.0] }]
-    };
-    above.chain(below).collect()
 }
 
 /// Regression of ln X at the other wavelength `i` on ln X at the bands, by ridge regression around the mean. Every slope is

@@ -18,4 +18,4 @@ pub use field::{LightField, OrdersMade};
 pub use rays::Wavelengths;
 pub use resolution::{NEGLIGIBLE, Resolution};
 pub use setting::{Setting, cornette_shanks_moments};
-pub use view::{Light, MultipleLight, Row, View, light_of_rows};
+pub use view::{Light, MultipleLight, Row, TOGETHER, View, light_of_rows};

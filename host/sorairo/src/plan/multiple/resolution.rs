@@ -91,7 +91,7 @@ impl Resolution {
         if setting.sun > LOW {
             return fine;
         }
-        let degree = if setting.aerosol.is_empty() { 2 } else { 6 };
+        let degree = if setting.aerosol.is_empty() { 2 } else { 8 };
         Self {
             first: Moments { degree, azimuthal: degree },
             next: Moments { degree: degree.min(4), azimuthal: 2 },

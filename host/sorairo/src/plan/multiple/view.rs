@@ -18,7 +18,7 @@ use crate::plan::quadrature::gauss_legendre;
 use crate::scene::Orders;
 
 /// Wavelengths that are computed together, at most: what a path costs is shared by as many.
-const TOGETHER: usize = 48;
+pub const TOGETHER: usize = 48;
 
 /// Rays this close to the horizon (radians) stand for the horizon itself, seen from above the ground: one side is sky, the other ground.
 const HORIZON_MARGIN: f64 = 1e-5;

@@ -1,0 +1,247 @@
+//! The spectra on which a regression fit is made: light along some hundred rays of the sky's own, by its constituents.
+//!
+//! Light at many wavelengths costs little more than at a few if what a ray crosses is computed once for all of them; see
+//! [`sorairo_shared::multiple`]. Of light that was scattered before more than [`TOGETHER`] are not: between every 10 nm it follows from
+//! optical depths and albedo, whose spectra are known.
+
+use rayon::prelude::*;
+use sorairo_shared::glam::{DVec3, Vec3, Vec4};
+use sorairo_shared::ground::{GroundView, ground_light, ground_seen};
+use sorairo_shared::multiple::single_scattering_of_many;
+use sorairo_shared::single::Bands;
+use sorairo_shared::sky::Parts;
+use sorairo_shared::variant;
+
+use super::regression::DARKEST;
+use crate::plan::directions::direction;
+use crate::plan::integral::{Constituent, RayIntegral};
+use crate::plan::multiple::{Light, Resolution, Row, TOGETHER, Wavelengths, light_of_rows};
+use crate::plan::upload::bands;
+use crate::spectra::optics::{Coefficients, Optics};
+
+/// Step (nm) between the wavelengths that are computed where more are asked for than are computed together.
+const STEP: f64 = 10.0;
+
+/// What scatters light towards the observer as one of its constituents (km⁻¹), or 1 for the ground's.
+pub fn scattering_of(constituent: Constituent, coefficients: Coefficients) -> f64 {
+    match constituent {
+        Constituent::Air | Constituent::Multiple => coefficients.air_scattering,
+        Constituent::Aerosol => coefficients.aerosol_scattering,
+        Constituent::Ground => 1.0,
+    }
+}
+
+/// Spectra of every constituent along the training rays at wavelengths (nm); of what a sky does not have there are none.
+pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> Parts<Vec<Vec<f64>>> {
+    let (air, aerosol) = scattered_once(integral, &training_views(integral), wavelengths);
+    let between = Between::new(&integral.wavelengths, wavelengths);
+    let (multiple, ground) = rest(integral, &between.computed);
+    let at_all = |spectra: Vec<Vec<f64>>, constituent| {
+        let known = |&wavelength: &f64| known(&integral.optics, constituent, wavelength);
+        let known = [&between.computed[..], wavelengths].map(|at| at.iter().map(known).collect::<Vec<f64>>());
+        spectra.iter().map(|spectrum| between.at_all(spectrum, &known)).collect()
+    };
+    let (multiple, ground) = (at_all(multiple, Constituent::Multiple), at_all(ground, Constituent::Ground));
+    Parts { air, aerosol, multiple, ground }
+}
+
+/// Wavelengths between others at which light is computed.
+struct Between {
+    /// Those at which it is, increasing.
+    computed: Vec<f64>,
+    /// For each wavelength the one below it, and how much the one above it weighs.
+    places: Vec<(usize, f64)>,
+}
+
+impl Between {
+    /// The bands are always computed themselves.
+    fn new(bands: &[f64], wavelengths: &[f64]) -> Self {
+        let computed = if wavelengths.len() > TOGETHER { every_step(bands, wavelengths) } else { wavelengths.to_vec() };
+        let place = |(i, &wavelength): (usize, &f64)| {
+            if wavelengths.len() <= TOGETHER {
+                return (i, 0.0);
+            }
+            // Optical depths of air are linear in this.
+            let power = |nm: f64| (1000.0 / nm).powi(4);
+            let below = computed.partition_point(|&nm| nm <= wavelength).clamp(1, computed.len() - 1) - 1;
+            let (low, high) = (power(computed[below]), power(computed[below + 1]));
+            (below, (power(wavelength) - low) / (high - low))
+        };
+        let places = wavelengths.iter().enumerate().map(place).collect();
+        Self { computed, places }
+    }
+
+    /// A spectrum at all wavelengths: the logarithm of what is not known of it, at those computed and at all, goes with the optical depths.
+    fn at_all(&self, computed: &[f64], [known, all]: &[Vec<f64>; 2]) -> Vec<f64> {
+        let rest = |i: usize| (computed[i].max(DARKEST) / known[i]).ln();
+        let value = |(&(below, part), known): (&(usize, f64), &f64)| match part {
+            0.0 => computed[below],
+            _ => known * (rest(below) + part * (rest(below + 1) - rest(below))).exp(),
+        };
+        self.places.iter().zip(all).map(value).collect()
+    }
+}
+
+/// What is known of a constituent's spectrum: what scatters there and, of light that was scattered before, that about as much comes from the
+/// ground as its albedo.
+fn known(optics: &Optics, constituent: Constituent, wavelength: f64) -> f64 {
+    let scattering = scattering_of(constituent, optics.at(wavelength)).max(DARKEST);
+    let from_ground = if constituent == Constituent::Multiple { optics.ground_albedo.at(wavelength) } else { 0.0 };
+    scattering * (1.0 + from_ground)
+}
+
+/// Multiples of [`STEP`] between wavelengths (nm), their ends, beyond which spectra may not be known, and the bands.
+fn every_step(bands: &[f64], wavelengths: &[f64]) -> Vec<f64> {
+    let first = wavelengths.iter().copied().fold(f64::MAX, f64::min);
+    let last = wavelengths.iter().copied().fold(0.0, f64::max);
+    let steps = ((first / STEP).ceil() as u32..=(last / STEP).floor() as u32).map(|i| STEP * f64::from(i));
+    let mut all: Vec<f64> = steps.chain([first, last]).chain(bands.iter().copied()).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
+}
+
+/// Light of the first order along rays, by air and by aerosol before their phase functions, at wavelengths in nm (transfer times sr).
+pub fn scattered_once(integral: &RayIntegral, views: &[Vec3], wavelengths: &[f64]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    let groups = bands(&integral.optics, wavelengths);
+    let chunks: Vec<Wavelengths<TOGETHER>> = groups.chunks(TOGETHER / 4).map(Wavelengths::new).collect();
+    let along = |&view: &Vec3| {
+        let (mut air, mut aerosol) = (Vec::new(), Vec::new());
+        for chunk in &chunks {
+            let light = single_scattering_of_many(
+                &integral.uniform.atmosphere,
+                &chunk.air,
+                &chunk.bands,
+                &integral.quadrature,
+                integral.ray(view),
+                integral.variant,
+            );
+            air.extend(light.0.0.map(f64::from));
+            aerosol.extend(light.1.0.map(f64::from));
+        }
+        air.truncate(wavelengths.len());
+        aerosol.truncate(wavelengths.len());
+        (air, aerosol)
+    };
+    views.par_iter().map(along).unzip()
+}
+
+/// Directions of the training rays: crowded towards the horizon, over half of the azimuths, which mirror the other half.
+/// From above the ground the sky below the horizon is seen too. Twilight varies more and needs more rays.
+pub fn training_views(integral: &RayIntegral) -> Vec<Vec3> {
+    let (elevations, azimuths) = training_grid(integral);
+    let mut views = Vec::new();
+    for i in 0..elevations {
+        let elevation = training_elevation(i, elevations);
+        for j in 0..azimuths {
+            let azimuth = integral.sun_azimuth + 180.0 * f64::from(j) / f64::from(azimuths - 1);
+            views.push(direction(elevation, azimuth).as_vec3());
+            if integral.uniform.altitude > 0.0 && i > 0 {
+                views.push(direction(-elevation, azimuth).as_vec3());
+            }
+        }
+    }
+    views
+}
+
+/// Elevations from the horizon to the zenith, and azimuths over half the circle, of the training rays.
+fn training_grid(integral: &RayIntegral) -> (u32, u32) {
+    if integral.uniform.sun.z < 0.0 { (24, 13) } else { (12, 7) }
+}
+
+/// The elevation (degrees) of a row of training rays.
+fn training_elevation(row: u32, rows: u32) -> f64 {
+    90.0 * (f64::from(row) / f64::from(rows - 1)).powi(2)
+}
+
+/// Spectra of light that was scattered more than once, and of light from the ground, along training rays. They come from a coarse light
+/// field: only ratios between wavelengths are learnt from it.
+fn rest(integral: &RayIntegral, wavelengths: &[f64]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    let has = |bit: u32| integral.variant & bit != 0;
+    let (mut multiple, mut ground) = (Vec::new(), Vec::new());
+    if !has(variant::REST) {
+        return (multiple, ground);
+    }
+    let groups = bands(&integral.optics, wavelengths);
+    let rows = training_rows(integral);
+    let setting = integral.setting();
+    let resolution = Resolution::for_training(&setting, integral.aerosol_depth());
+    let diffuse =
+        has(variant::MULTIPLE).then(|| light_of_rows(&setting, &groups, &resolution, integral.orders, &rows).0);
+    for (r, row) in rows.iter().enumerate() {
+        for (c, &cosine) in row.cosines.iter().enumerate() {
+            let along = |group: usize| diffuse.as_ref().map_or(Light::default(), |light| light[group][r][c]);
+            let spectrum = |four: &dyn Fn(usize) -> Vec4| {
+                let values = (0..groups.len()).flat_map(|group| four(group).to_array().map(f64::from));
+                values.take(wavelengths.len()).collect::<Vec<_>>()
+            };
+            if has(variant::MULTIPLE) {
+                multiple.push(spectrum(&|group| along(group).scattered));
+            }
+            let seen = ground_of(integral, row.mu, cosine);
+            if has(variant::GROUND) && seen.is_seen {
+                ground.push(spectrum(&|group| ground_at(integral, &groups[group], seen, along(group))));
+            }
+        }
+    }
+    (multiple, ground)
+}
+
+/// Light of the ground at a group of bands, as if its albedo were 1.
+fn ground_at(integral: &RayIntegral, group: &Bands, seen: GroundView, light: Light) -> Vec4 {
+    ground_light(&integral.uniform.atmosphere, group, seen, light.diffuse_irradiance, integral.variant)
+}
+
+/// The ground that a ray meets, by the cosines of its zenith angle and of its azimuth from the sun.
+fn ground_of(integral: &RayIntegral, mu: f64, cosine: f64) -> GroundView {
+    let (to_sun, level) = (integral.uniform.bearing.as_dvec4().truncate(), (1.0 - mu * mu).max(0.0).sqrt());
+    let across = DVec3::new(-to_sun.y, to_sun.x, 0.0);
+    let view = (to_sun * cosine + across * (1.0 - cosine * cosine).max(0.0).sqrt()) * level + DVec3::Z * mu;
+    ground_seen(&integral.uniform.atmosphere, integral.ray(view.as_vec3()), integral.variant)
+}
+
+/// The training rays as rows, from above the ground also those below the horizon; on the ground itself one that looks at it.
+fn training_rows(integral: &RayIntegral) -> Vec<Row> {
+    let (elevations, azimuths) = training_grid(integral);
+    let cosines: Vec<f64> =
+        (0..azimuths).map(|j| (std::f64::consts::PI * f64::from(j) / f64::from(azimuths - 1)).cos()).collect();
+    let row = |elevation: f64| Row { mu: elevation.to_radians().sin(), cosines: cosines.clone() };
+    let above = (0..elevations).map(|i| row(training_elevation(i, elevations)));
+    let below: Vec<Row> = if integral.uniform.altitude > 0.0 {
+        (1..elevations).map(|i| row(-training_elevation(i, elevations))).collect()
+    } else {
+        vec![Row { mu: -1.0, cosines: vec![1.0] }]
+    };
+    above.chain(below).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::SkyPlan;
+    use crate::scene::{Preset, Rgb, Scene};
+    use crate::spectra::observer;
+
+    #[test]
+    fn light_between_the_computed_wavelengths_follows_from_the_optical_depths() {
+        for sun in [50.0, 2.0, -4.0] {
+            let mut scene = Scene::preset(Preset::Standard);
+            scene.sun.elevation = sun;
+            let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+            let wavelengths = observer::wavelengths();
+            let thinned = training_spectra(&sky.integral, &wavelengths);
+            // 380 to 615 nm, all of which are computed together.
+            let computed = training_spectra(&sky.integral, &wavelengths[..TOGETHER]);
+            for constituent in [Constituent::Multiple, Constituent::Ground] {
+                let (found, expected) = (constituent.of(thinned.clone()), constituent.of(computed.clone()));
+                let brightest = found.iter().map(|ray| ray[40]).fold(0.0, f64::max);
+                let lit = found.iter().zip(&expected).filter(|(found, _)| found[40] > 1e-3 * brightest);
+                let errors = lit.flat_map(|(found, expected)| found.iter().zip(expected));
+                let worst = errors.map(|(found, expected)| (found / expected - 1.0).abs()).fold(0.0, f64::max);
+                println!("sun at {sun}, {constituent:?}: {worst:.1e}");
+                // Of such errors, which change sign from ray to ray, a regression keeps a part.
+                assert!(worst > 0.0 && worst < 4e-3, "sun at {sun}, {constituent:?}: {worst:e}");
+            }
+        }
+    }
+}

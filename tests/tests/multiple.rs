@@ -145,11 +145,11 @@ fn light_of_all_orders_agrees_with_a_monte_carlo_reference() {
             }
         }
     }
-    // Half of what the issue of this method asks for, and more where chance may be larger than that.
+    // About twice what is left, and more where chance may be larger than that.
     let bounds = [
-        ("10 to 90", 0.003, 0.000_8),
-        ("0 to 10", 0.006, 0.001_8),
-        ("-6 to 0", 0.008, 0.002),
+        ("10 to 90", 0.0025, 0.000_5),
+        ("0 to 10", 0.0025, 0.000_8),
+        ("-6 to 0", 0.006, 0.001),
         ("-12 to -6", 0.015, 0.005),
         ("optical depth of aerosol 0.3", 0.013, 0.003),
     ];
@@ -169,9 +169,9 @@ fn light_of_all_orders_agrees_with_a_monte_carlo_reference() {
 #[test]
 fn four_bands_hold_the_colour_of_all_light() {
     // A colour difference of 1 is just seen. What is left in twilight are two light fields, of four bands and of 48, between the same suns.
-    let clear = [(90.0, 0.1, 0.002), (30.0, 0.1, 0.002), (5.0, 0.1, 0.002), (0.0, 0.2, 0.0035), (-4.0, 0.25, 0.007)];
+    let clear = [(90.0, 0.1, 0.002), (30.0, 0.1, 0.002), (5.0, 0.1, 0.002), (0.0, 0.2, 0.0035), (-4.0, 0.2, 0.0035)];
     // Haze of an optical depth of 0.3 at 550 nm has dimmed what is left of the blue light.
-    let hazy = [(90.0, 0.15, 0.002), (30.0, 0.15, 0.002), (5.0, 0.2, 0.002), (0.0, 0.2, 0.0035), (-4.0, 0.6, 0.007)];
+    let hazy = [(90.0, 0.15, 0.0035), (30.0, 0.15, 0.0035), (5.0, 0.2, 0.0035), (0.0, 0.5, 0.007), (-4.0, 0.7, 0.01)];
     for (preset, bounds) in [(Preset::Standard, clear), (Preset::Earth, clear), (Preset::Hazy, hazy)] {
         for albedo in [GroundAlbedo::Grey(0.0), GroundAlbedo::Grass] {
             for (sun, colour, luminance) in bounds {
@@ -245,8 +245,7 @@ fn the_ground_is_as_bright_as_the_light_that_falls_on_it() {
 fn a_spectrum_by_day_is_that_of_each_wavelength() {
     let wavelengths: Vec<f64> = (0..=30).map(|i| 400.0 + 10.0 * f64::from(i)).collect();
     for preset in [Preset::Standard, Preset::Earth] {
-        // From above the red edge of grass is seen, beyond the last band.
-        for (sun, altitude, allowed) in [(90.0, 0.0, 0.01), (40.0, 0.0, 0.01), (10.0, 0.0, 0.01), (40.0, 12.0, 0.015)] {
+        for (sun, altitude) in [(90.0, 0.0), (40.0, 0.0), (10.0, 0.0), (40.0, 12.0)] {
             let mut scene = Scene::preset(preset);
             (scene.sun.elevation, scene.observer.altitude) = (sun, altitude);
             let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
@@ -266,7 +265,7 @@ fn a_spectrum_by_day_is_that_of_each_wavelength() {
                 }
             }
             println!("{preset:?}, sun at {sun}, altitude {altitude}: {:.2} % at {}", 100.0 * worst.0, worst.1);
-            assert!(worst.0 < allowed, "{preset:?}, sun at {sun}, altitude {altitude}: {worst:?}");
+            assert!(worst.0 < 0.01, "{preset:?}, sun at {sun}, altitude {altitude}: {worst:?}");
         }
     }
 }

@@ -13,7 +13,7 @@ const IMAGES: &str = "docs/images";
 
 /// Each command's report in DIR, the name that its JSON takes in docs/figures, and its pictures.
 const REPORTS: [(&str, &str, &[&str]); 4] = [
-    ("bench/bench.json", "bench.json", &["bench/pareto.png"]),
+    ("bench/bench.json", "bench.json", &["bench/pareto.png", "bench/light_field.png"]),
     ("speed/speed.json", "speed.json", &["speed/speed.png"]),
     ("reproduce/report.json", "reproduce.json", &["reproduce/figure2.png"]),
     ("stress/stress.json", "stress.json", &["stress/integral.png", "stress/solve.png"]),

@@ -10,6 +10,7 @@ use sorairo_shared::glam::Vec4;
 use super::chart::{Chart, Panel, Point};
 use super::document::{Machine, make_folder, table, write};
 use super::error::{Reference, SUNS, plan};
+use super::light_field;
 use super::metrics::Errors;
 use super::readback;
 use super::timing::{Job, Times, fitting_size, interleaved, job};
@@ -104,9 +105,11 @@ pub struct Bench {
     pub ways: Vec<Way>,
     /// The configurations.
     pub configurations: Vec<Measured>,
+    /// Light fields of all orders.
+    pub light_fields: Vec<light_field::Measured>,
 }
 
-/// Measures and writes `bench.csv`, `bench.json`, `pareto.svg`, `pareto.png` and `report.md` into a folder. `quick` measures fewer
+/// Measures and writes `bench.csv`, `bench.json`, `report.md`, and `pareto` and `light_field` as `.svg` and `.png` into a folder. `quick` measures fewer
 /// suns and smaller images.
 ///
 /// # Errors
@@ -132,6 +135,8 @@ pub fn bench(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     for light in ["day", "twilight"] {
         mark_unbeaten(measured.iter_mut().filter(|measured| measured.light == light).collect());
     }
+    stage("timing light fields");
+    let light_fields = light_field::light_fields()?;
     let bench = Bench {
         machine: Machine::new(device),
         rounds: super::timing::ROUNDS,
@@ -140,6 +145,7 @@ pub fn bench(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
         suns,
         ways,
         configurations: measured,
+        light_fields,
     };
     bench.write(folder)?;
     Ok(bench)
@@ -331,6 +337,7 @@ impl Bench {
         let json = serde_json::to_string_pretty(self).expect("a bench is plain data");
         write(&folder.join("bench.json"), &json)?;
         self.chart().write(folder, "pareto")?;
+        light_field::chart(&self.light_fields, self.machine.to_string()).write(folder, "light_field")?;
         write(&folder.join("report.md"), &self.markdown())
     }
 
@@ -403,7 +410,8 @@ impl Bench {
              the sum of 81 wavelengths integrated with 512 samples each and summed in double precision; each colour scaled so that the reference has Y = 50, before the \
              gamut of the display. Every figure is in `bench.csv`.\n\n## The default, and what nothing beats\n\n{}\n## GPU-resident against \
              read back, then fit\n\nThe sun at 30°, 12 samples per piece. Reading back goes through the same code; the CPU side uses all cores and \
-             vector instructions.\n\n{ways}",
+             vector instructions.\n\n{ways}\n## Light of all orders\n\nThe light field of all orders at four bands and 63 rays through it, against one three times \
+             as fine in everything.\n\n![Time against error of a light field](light_field.png)\n\n{}",
             self.machine,
             super::timing::ROUNDS,
             self.size,
@@ -411,7 +419,16 @@ impl Bench {
             TIMED_AT[1],
             suns.join(", "),
             self.fronts(),
+            self.light_fields(),
         )
+    }
+
+    fn light_fields(&self) -> String {
+        let row = |row: &light_field::Measured| {
+            let percent = |error: f64| format!("{:.3} %", 100.0 * error);
+            vec![row.sky.into(), row.what.clone(), row.time.to_string(), percent(row.largest), percent(row.rms)]
+        };
+        table(&["sky", "light field", "time (ms)", "largest", "rms"], self.light_fields.iter().map(row))
     }
 
     /// The configurations on the front, and the default.

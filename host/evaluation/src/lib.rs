@@ -6,6 +6,7 @@ pub mod chart;
 pub mod document;
 pub mod error;
 pub mod judge;
+pub mod light_field;
 pub mod measured;
 mod measured_picture;
 pub mod metrics;

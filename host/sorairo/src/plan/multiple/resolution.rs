@@ -51,7 +51,6 @@ impl Resolution {
         let high = setting.altitude > 2.0 * f64::from(setting.atmosphere.air.scale_height);
         let degree = degree(setting, depth);
         let haze = depth > 0.02;
-        let next = if degree == 2 { 2 } else { degree - degree / 3 };
         let azimuths = match (haze, low) {
             (true, _) => 6,
             (_, true) => 4,
@@ -59,22 +58,27 @@ impl Resolution {
         };
         Self {
             first: Moments { degree, azimuthal: degree },
-            next: Moments { degree: next, azimuthal: next.min(azimuths - 1) },
-            altitudes: match (twilight || high, low) {
+            next: Moments { degree, azimuthal: degree.min(azimuths - 1) },
+            altitudes: match (twilight || high || (low && haze), low || haze) {
                 (true, _) => 12,
                 (_, true) => 10,
                 _ => 8,
             },
-            thin_air: if twilight || high { 0.6 } else { 0.4 },
+            thin_air: match (twilight || high, haze) {
+                (true, false) => 0.7,
+                (false, true) if low => 0.5,
+                _ => 0.6,
+            },
             directions: match degree {
-                2 => [6, 2, 4],
-                degree if degree <= 12 => [if low { 8 } else { 7 }, if low { 4 } else { 2 }, if low { 6 } else { 5 }],
+                2 => [6, 2, 6],
+                degree if degree <= 12 && twilight => [10, 5, 9],
+                degree if degree <= 12 => [if low { 8 } else { 7 }, if low { 3 } else { 2 }, if low { 9 } else { 8 }],
                 degree => [degree as u32 * 2 / 3, degree as u32 / 4, degree as u32 / 2],
             },
             first_azimuths: if twilight { 5 } else { 3 },
             azimuths,
-            first_samples: if low { 8 } else { 5 },
-            samples: if low { 10 } else { 5 },
+            first_samples: if low { 16 } else { 5 },
+            samples: if low { 7 } else { 5 },
             view_samples: if low { 10 } else { 8 },
             logarithmic: low,
             tolerance: if low || haze || high { 2e-3 } else { 4e-3 },

@@ -34,10 +34,14 @@ pub fn store_rgb(uniform: &Uniform, output: &mut [u32], index: u32, rgb: Vec3, v
         store(output, at, half_bits(rgb.x) | (half_bits(rgb.y) << 16));
         store(output, at + 1, half_bits(rgb.z) | (half_bits(1.0) << 16));
     } else {
-        let at = 3 * index as usize;
+        let has_alpha = format == PixelFormat::LinearRgba as u32;
+        let at = if has_alpha { 4 * index } else { 3 * index } as usize;
         store(output, at, rgb.x.to_bits());
         store(output, at + 1, rgb.y.to_bits());
         store(output, at + 2, rgb.z.to_bits());
+        if has_alpha {
+            store(output, at + 3, 1.0f32.to_bits());
+        }
     }
 }
 
@@ -207,5 +211,5 @@ fn store_looked_up(
 /// Where a pixel stands in the output of its dispatch, in pixels.
 #[inline]
 fn index(uniform: &Uniform, column: u32, row: u32) -> u32 {
-    row * uniform.camera.width + column
+    row * uniform.row_pixels + column
 }

@@ -52,10 +52,10 @@ pub struct Uniform {
     pub horizon: f32,
     /// Wavelengths of a spectral image, which stand last in the colour rows; 0 for other images.
     pub spectral_wavelengths: u32,
+    /// Pixels from the start of a row of the output to that of the next: the image's width, or more where rows are aligned.
+    pub row_pixels: u32,
     /// Unused; fills the last 16 bytes.
-    pub padding0: u32,
-    /// Unused, too.
-    pub padding1: u32,
+    pub padding: u32,
 }
 
 /// Where the sun's disc is in the image, and its grid of colours. The layout is that of a GPU buffer.

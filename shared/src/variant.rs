@@ -46,17 +46,32 @@ pub enum PixelFormat {
     LinearRgb = 0,
     /// One word: 8 bit sRGB, exposed, red in the lowest byte.
     Picture = 1,
-    /// Two words: linear RGB as half floats, red and green, then blue and 1.
+    /// Two words: linear RGB as half floats, red and green, then blue and 1: a texel of `rgba16float`.
     HalfRgb = 2,
+    /// Four `f32` words: linear RGB and 1, a texel of `rgba32float`. No file has it.
+    LinearRgba = 3,
 }
 
 impl PixelFormat {
+    /// Words of a pixel without light.
+    pub fn black(self) -> &'static [u32] {
+        /// 1 as a half float, in the upper half of a word.
+        const HALF_ONE: u32 = 0x3c00 << 16;
+        match self {
+            Self::LinearRgb => &[0, 0, 0],
+            Self::Picture => &[0xff00_0000],
+            Self::HalfRgb => &[0, HALF_ONE],
+            Self::LinearRgba => &[0, 0, 0, 0x3f80_0000],
+        }
+    }
+
     /// Words that a pixel takes.
     pub const fn words(self) -> u32 {
         match self {
             Self::LinearRgb => 3,
             Self::Picture => 1,
             Self::HalfRgb => 2,
+            Self::LinearRgba => 4,
         }
     }
 }

@@ -194,14 +194,14 @@ pub fn chart(measured: &[Measured], source: String) -> Chart {
         source,
         x: "time of the light field (ms)".into(),
         y: "error of all light, rms".into(),
-        series: vec!["degree of the moments", "orders", "sizes", "default"],
+        series: vec!["degree of the moments", "orders", "sizes"],
         levels: vec![(1e-3, "0.1 %"), (1e-2, "1 %")],
         panels: SKIES.map(panel).to_vec(),
     }
 }
 
 fn point(row: &Measured) -> Point {
-    let series = row.varied.map_or(3, |varied| varied as usize);
+    let series = row.varied.map_or(0, |varied| varied as usize);
     Point {
         series,
         radius: 6.0,

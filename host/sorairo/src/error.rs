@@ -130,6 +130,9 @@ pub enum Error {
     /// A device failed; another one may carry the request out.
     #[error("{0}")]
     Device(String),
+    /// A program's own buffer or texture cannot take an image.
+    #[error("the target {0}")]
+    Target(String),
     /// An image does not fit into memory.
     #[error("{0}")]
     Memory(String),

@@ -14,7 +14,8 @@
 //!
 //! A [`Scene`] is what a person asks for; a [`Plan`] decides once, in double precision, what to compute; a [`Device`] runs the kernels
 //! of `sorairo-shared`, on a Vulkan device or on the CPU. [`Renderer`] does these in one call, [`render()`] from a scene to files without
-//! ever holding the image whole. What these are made of is in [`low_level`].
+//! ever holding the image whole. `ResidentRenderer` draws a [`SkyPlan`] into the buffers and textures of a program's own device, and reads nothing
+//! back. What these are made of is in [`low_level`].
 //!
 //! Features, all on by default: `gpu` (Vulkan devices), `cpu` (the CPU as a device), `files` (PNG, OpenEXR), `scene-files` (TOML).
 
@@ -36,15 +37,20 @@ mod spectrum;
 mod words;
 
 pub use device::Device;
+#[cfg(feature = "gpu")]
+pub use device::gpu::{ResidentRenderer, Target};
 pub use error::{Error, Result};
 pub use irradiance::SkyLight;
-pub use plan::Plan;
+pub use plan::{Plan, SkyPlan};
 #[cfg(feature = "files")]
 pub use render::{Report, Request, render};
 pub use renderer::{Image, Renderer};
 pub use scene::{Preset, Scene};
 pub use sorairo_shared::variant::PixelFormat;
 pub use spectrum::{Sample, spectrum};
+/// The graphics interface of [`ResidentRenderer`], in the version that it takes.
+#[cfg(feature = "gpu")]
+pub use wgpu;
 
 /// What the names above are made of, for programs that need a part of it. Any version may change it.
 pub mod low_level {

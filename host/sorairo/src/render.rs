@@ -310,7 +310,7 @@ fn check_rows(pixel: PixelFormat, rows: &[u32]) -> Result<()> {
     const HALF_INFINITY: u32 = 0x7c00;
     let wrong = match pixel {
         PixelFormat::Picture => rows.iter().any(|&word| word & OPAQUE != OPAQUE),
-        PixelFormat::LinearRgb => rows.iter().any(|&word| {
+        PixelFormat::LinearRgb | PixelFormat::LinearRgba => rows.iter().any(|&word| {
             let value = f32::from_bits(word);
             !(value.is_finite() && value >= 0.0)
         }),

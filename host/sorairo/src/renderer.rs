@@ -5,6 +5,8 @@ use std::path::Path;
 
 use sorairo_shared::variant::PixelFormat;
 
+#[cfg(feature = "gpu")]
+use crate::device::gpu::ResidentRenderer;
 use crate::device::{self, Device};
 #[cfg(any(feature = "files", doc))]
 use crate::error::Error;
@@ -28,6 +30,12 @@ impl Renderer {
     /// Those of [`device::open`].
     pub fn open(choice: &str) -> Result<Self> {
         device::open(choice).map(|device| Self { device })
+    }
+
+    /// A renderer into the buffers and textures of a program's own device; see [`ResidentRenderer`].
+    #[cfg(feature = "gpu")]
+    pub fn with_device(device: &wgpu::Device, queue: &wgpu::Queue) -> ResidentRenderer {
+        ResidentRenderer::with_device(device, queue)
     }
 
     /// The device that renders.

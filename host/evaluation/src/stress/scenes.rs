@@ -403,7 +403,7 @@ fn colours(plan: &Plan) -> Vec<f32> {
 /// Judges the pixels of a device by the colours that the CPU has for them; by themselves if there are none.
 fn judge(plan: &Plan, words: &[u32], linear: &[f32], faults: &mut Faults) {
     match plan.pixel {
-        PixelFormat::LinearRgb => judge_floats(words, linear, faults),
+        PixelFormat::LinearRgb | PixelFormat::LinearRgba => judge_floats(words, linear, faults),
         PixelFormat::HalfRgb => {
             let halves = words.iter().flat_map(|word| [word & 0xffff, word >> 16]);
             let bad = halves.filter(|half| half & 0x8000 != 0 || half & 0x7c00 == 0x7c00).count() as u64;

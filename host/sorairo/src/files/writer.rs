@@ -125,7 +125,7 @@ fn encode(
                     let pixels = bytemuck::cast_slice(rows.as_ref());
                     picture.write_all(&png::expose(pixels, pixel_words, *exposure, space, display))
                 }
-                PixelFormat::HalfRgb => Err(io::Error::other("half floats are no picture")),
+                PixelFormat::HalfRgb | PixelFormat::LinearRgba => Err(io::Error::other("texels are no picture")),
             })
         }),
         Format::Exr | Format::SpectralExr => exr::encode(output, exr::header(width, height, scene, of_file), |lines| {

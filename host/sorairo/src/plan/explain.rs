@@ -135,6 +135,7 @@ fn bytes(plan: &Plan) -> String {
         PixelFormat::HalfRgb => "half floats packed on the device",
         PixelFormat::LinearRgb if plan.spectral.is_empty() => "linear floats",
         PixelFormat::LinearRgb => "linear floats and a spectrum",
+        PixelFormat::LinearRgba => "linear floats and alpha",
     };
     let uploaded = size_of_val(&plan.uniform)
         + size_of_val(plan.buffers().bands)

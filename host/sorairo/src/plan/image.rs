@@ -15,7 +15,7 @@ use super::sky::SkyPlan;
 use super::sun_disc::Sun;
 use super::upload;
 use crate::error::{Error, Result};
-use crate::scene::{ColourPath, Projection, Rgb, Scene, ValidScene};
+use crate::scene::{CameraScene, ColourPath, Projection, Rgb, Scene, ValidScene};
 
 /// Everything that the kernels of one image need, and nothing that they do not.
 #[derive(Clone, Debug)]
@@ -46,6 +46,19 @@ impl Plan {
         Self::of_sky(Arc::new(SkyPlan::new(scene, rgb)), scene, pixel)
     }
 
+    /// The plan of what a camera sees of a sky that is planned. Nothing of the sky is planned anew.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Scene::validated`] for the camera; [`Error::NotAllowed`] for a picture of a sky that was not planned in sRGB.
+    pub fn seen(sky: &Arc<SkyPlan>, camera: &CameraScene, pixel: PixelFormat) -> Result<Self> {
+        let scene = Scene { camera: camera.clone(), ..Scene::clone(&sky.scene) }.validated()?;
+        if pixel == PixelFormat::Picture && sky.rgb != Rgb::Srgb {
+            return Err(Error::not_allowed("render.rgb", "of this sky is not srgb, and a picture is"));
+        }
+        Ok(Self::of_sky(Arc::clone(sky), &scene, pixel))
+    }
+
     /// The plan of what a scene's camera sees of its sky.
     fn of_sky(sky: Arc<SkyPlan>, scene: &Scene, pixel: PixelFormat) -> Self {
         let lit_rows = lit_rows(scene, &sky);
@@ -57,6 +70,7 @@ impl Plan {
         let uniform = Uniform {
             camera,
             rows: camera.height,
+            row_pixels: camera.width,
             disc: SunDisc { first_entry: sky.colour.len() as u32, ..disc },
             exposure: sky.exposure,
             ..sky.integral.uniform

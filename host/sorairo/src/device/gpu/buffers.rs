@@ -104,7 +104,7 @@ impl DeviceBuffers {
             (self.lookup.get(), lookup_bytes),
             (self.pixels.get(), pixel_bytes),
         ];
-        Groups { lookup: layouts.lookup.bind(device, &bound), pixels: layouts.pixels.bind(device, &bound) }
+        layouts.bind(device, &bound)
     }
 
     /// A place of at least `bytes` for a strip to come back to.
@@ -196,5 +196,10 @@ impl KernelLayouts {
             lookup: Layouts::new(device, &[0, 1, 2, 3, 4, 5], 5),
             pixels: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], 6),
         }
+    }
+
+    /// Buffers in the order of the bindings, with the bytes that an image uses of each.
+    pub(super) fn bind(&self, device: &wgpu::Device, buffers: &[(&wgpu::Buffer, u64); 7]) -> Groups {
+        Groups { lookup: self.lookup.bind(device, buffers), pixels: self.pixels.bind(device, buffers) }
     }
 }

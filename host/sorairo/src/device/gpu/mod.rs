@@ -2,10 +2,12 @@
 
 mod adapters;
 mod buffers;
+mod kernels;
 mod module;
 mod readback;
+mod resident;
 
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::collections::{HashSet, VecDeque};
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -15,8 +17,8 @@ use sorairo_shared::lookup::entries;
 use sorairo_shared::uniform::Uniform;
 
 use self::adapters::{adapters, instance};
-use self::buffers::{DeviceBuffers, KernelLayouts, Layouts, STRIPS_UNDER_WAY};
-use self::module::load;
+use self::buffers::{DeviceBuffers, STRIPS_UNDER_WAY};
+use self::kernels::Kernels;
 use self::readback::{Slot, mapped};
 use super::backend::{Backend, TakeRows, Times};
 use super::chosen::{Device, DeviceKind};
@@ -27,17 +29,14 @@ use crate::plan::{Kernel, Plan};
 
 pub use self::adapters::{DeviceInfo, Hardware, devices};
 pub use self::module::{SPIRV, specialised};
+pub use self::resident::{ResidentRenderer, Target};
 
 /// A Vulkan device with the kernels loaded.
 pub struct Gpu {
     name: String,
     device: wgpu::Device,
     queue: wgpu::Queue,
-    passthrough: bool,
-    /// One for each value of the specialisation constant.
-    modules: Mutex<HashMap<u32, wgpu::ShaderModule>>,
-    pipelines: Mutex<HashMap<(&'static str, u32), wgpu::ComputePipeline>>,
-    layouts: KernelLayouts,
+    kernels: Kernels,
     /// What one image leaves to the next.
     buffers: Mutex<DeviceBuffers>,
     /// Kernels and sizes whose output was seen to be whole.
@@ -127,12 +126,9 @@ impl Gpu {
         device.set_device_lost_callback(move |reason, message| lost(format!("it was lost ({reason:?}) {message}")));
         Ok(Self {
             name: adapter.get_info().name,
-            layouts: KernelLayouts::new(&device),
+            kernels: Kernels::new(&device),
             device,
             queue,
-            passthrough: features.contains(wgpu::Features::PASSTHROUGH_SHADERS),
-            modules: Mutex::default(),
-            pipelines: Mutex::default(),
             buffers: Mutex::default(),
             verified: Mutex::default(),
             fault,
@@ -142,23 +138,6 @@ impl Gpu {
             has_timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
             times_copies: features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS),
         })
-    }
-
-    fn pipeline(&self, entry_point: &'static str, variant: u32, layouts: &Layouts) -> wgpu::ComputePipeline {
-        let mut modules = self.modules.lock().expect("no holder of this lock panics");
-        let module = modules.entry(variant).or_insert_with(|| load(&self.device, self.passthrough, variant));
-        let mut pipelines = self.pipelines.lock().expect("no holder of this lock panics");
-        let build = || {
-            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry_point),
-                layout: Some(&layouts.pipeline),
-                module,
-                entry_point: Some(entry_point),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            })
-        };
-        pipelines.entry((entry_point, variant)).or_insert_with(build).clone()
     }
 
     /// Whether this kernel has not yet written an image of this size here. A panic in a kernel is silent, and would recur
@@ -242,12 +221,16 @@ impl Backend for Gpu {
         let mut kept = self.buffers.lock().expect("no holder of this lock panics");
         // An image that fails leaves no buffer that is still in use.
         let mut buffers = std::mem::take(&mut *kept);
-        let groups =
-            buffers.fill((&self.device, &self.queue), &self.layouts, plan, row_bytes * u64::from(rows_per_strip));
-        let fill_lookup = (kernel == Kernel::SkyLookup)
-            .then(|| self.pipeline(plan.lookup_kernel().entry_point(), plan.variant, &self.layouts.lookup));
-        let pixels = self.pipeline(kernel.entry_point(), plan.variant, &self.layouts.pixels);
-        let sentinel = verify.then(|| self.pipeline(Kernel::Fill.entry_point(), plan.variant, &self.layouts.pixels));
+        let groups = buffers.fill(
+            (&self.device, &self.queue),
+            &self.kernels.layouts,
+            plan,
+            row_bytes * u64::from(rows_per_strip),
+        );
+        let pipeline = |kernel| self.kernels.pipeline(&self.device, kernel, plan.variant);
+        let fill_lookup = (kernel == Kernel::SkyLookup).then(|| pipeline(plan.lookup_kernel()));
+        let pixels = pipeline(kernel);
+        let sentinel = verify.then(|| pipeline(Kernel::Fill));
         self.check()?;
 
         let mut times = Times::default();

@@ -1,0 +1,57 @@
+//! The kernels of a device: modules and pipelines, made when they are first needed and kept.
+
+use std::collections::HashMap;
+use std::sync::Mutex;
+
+use super::buffers::{KernelLayouts, Layouts};
+use super::module::load;
+use crate::plan::Kernel;
+
+/// The kernels of a device.
+pub(super) struct Kernels {
+    /// How buffers are bound to them.
+    pub(super) layouts: KernelLayouts,
+    /// Whether the driver takes SPIR-V as it is.
+    passthrough: bool,
+    /// One for each value of the specialisation constant.
+    modules: Mutex<HashMap<u32, wgpu::ShaderModule>>,
+    pipelines: Mutex<HashMap<(Kernel, u32), wgpu::ComputePipeline>>,
+}
+
+impl Kernels {
+    /// Those of a device; nothing is compiled yet.
+    pub(super) fn new(device: &wgpu::Device) -> Self {
+        Self {
+            layouts: KernelLayouts::new(device),
+            passthrough: device.features().contains(wgpu::Features::PASSTHROUGH_SHADERS),
+            modules: Mutex::default(),
+            pipelines: Mutex::default(),
+        }
+    }
+
+    /// The pipeline of a kernel for a variant.
+    pub(super) fn pipeline(&self, device: &wgpu::Device, kernel: Kernel, variant: u32) -> wgpu::ComputePipeline {
+        let mut modules = self.modules.lock().expect("no holder of this lock panics");
+        let module = modules.entry(variant).or_insert_with(|| load(device, self.passthrough, variant));
+        let mut pipelines = self.pipelines.lock().expect("no holder of this lock panics");
+        let build = || {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(kernel.entry_point()),
+                layout: Some(&self.layouts(kernel).pipeline),
+                module,
+                entry_point: Some(kernel.entry_point()),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            })
+        };
+        pipelines.entry((kernel, variant)).or_insert_with(build).clone()
+    }
+
+    /// What is bound to a kernel.
+    fn layouts(&self, kernel: Kernel) -> &Layouts {
+        match kernel {
+            Kernel::LookupLinear | Kernel::LookupRegression => &self.layouts.lookup,
+            _ => &self.layouts.pixels,
+        }
+    }
+}

@@ -1,0 +1,291 @@
+//! The sky in a program's own device: encoded into its own commands, without a read-back, a thread or a wait.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use sorairo_shared::glam::Vec4;
+use sorairo_shared::kernels::{LOOKUP_WORKGROUP, WORKGROUP_SIDE};
+use sorairo_shared::lookup::{colours_per_entry, entries};
+use sorairo_shared::uniform::Uniform;
+use wgpu::util::DeviceExt;
+
+use super::dispatch;
+use super::kernels::Kernels;
+use crate::device::quirks;
+use crate::device::rows::invocations_per_row;
+use crate::error::{Error, Result};
+use crate::plan::lookup::LookupSize;
+use crate::plan::{Kernel, Plan, SkyPlan};
+use crate::scene::{CameraScene, Projection, Size};
+use sorairo_shared::variant::PixelFormat;
+
+/// Where an image goes.
+#[derive(Clone, Copy, Debug)]
+pub enum Target<'a> {
+    /// A storage buffer: pixel after pixel, row after row from the top, without gaps.
+    Buffer(&'a wgpu::Buffer, PixelFormat),
+    /// A texture of `rgba8unorm` (a picture: exposed sRGB), `rgba16float` or `rgba32float` (linear RGB and 1). Its size is the camera's.
+    Texture(&'a wgpu::TextureView),
+}
+
+/// Draws skies in a program's own device.
+///
+/// What a sky needs is uploaded when it is first drawn. A sky lookup is filled again only where the sky has changed, or the rows of an
+/// equirectangular image. So the commands of every [`ResidentRenderer::encode`] must be submitted, in their order.
+pub struct ResidentRenderer {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    kernels: Kernels,
+    most_rounds: u64,
+    sky: Option<UploadedSky>,
+    lookup: Option<FilledLookup>,
+    pixels: Option<wgpu::Buffer>,
+}
+
+/// The buffers of a sky, whoever looks at it.
+struct UploadedSky {
+    of: Arc<SkyPlan>,
+    bands: wgpu::Buffer,
+    quadrature: wgpu::Buffer,
+    multiple: wgpu::Buffer,
+}
+
+/// A sky lookup, and for what it was filled.
+struct FilledLookup {
+    of: Arc<SkyPlan>,
+    size: Option<LookupSize>,
+    /// The size of an equirectangular image, whose rows the lookup has.
+    rows_of: Option<Size>,
+    buffer: wgpu::Buffer,
+}
+
+impl ResidentRenderer {
+    /// A renderer in a program's device. Nothing is compiled or allocated yet.
+    ///
+    /// Without [`wgpu::Features::PASSTHROUGH_SHADERS`] wgpu translates the kernels, which takes some seconds for the first image of a kind.
+    pub fn with_device(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        Self {
+            kernels: Kernels::new(device),
+            most_rounds: quirks::most_rounds(&device.adapter_info().driver),
+            device: device.clone(),
+            queue: queue.clone(),
+            sky: None,
+            lookup: None,
+            pixels: None,
+        }
+    }
+
+    /// Encodes what a camera sees of a sky into a target.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera; [`Error::Target`] for a target of the wrong size, usage or format;
+    /// [`Error::Device`] for an image that is too large for the device. Then nothing was encoded.
+    pub fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        sky: &Arc<SkyPlan>,
+        camera: &CameraScene,
+        target: &Target<'_>,
+    ) -> Result<()> {
+        let plan = Plan::seen(sky, camera, target.pixel()?)?;
+        target.check(&plan)?;
+        let row_pixels = target.row_pixels(&plan);
+        self.check_limits(&plan, row_pixels)?;
+        let kernel = plan.kernel();
+        let lit = plan.lit_rows.clone();
+        let uniform = Uniform { first_row: lit.start, rows: lit.len() as u32, row_pixels, ..plan.uniform };
+        let output = self.output(&plan, row_pixels, target);
+        if !lit.is_empty() {
+            let fills_lookup = self.reserve_lookup(sky, &plan, camera);
+            let groups = self.bind(&plan, &uniform, &output);
+            if fills_lookup {
+                let pipeline = self.kernels.pipeline(&self.device, plan.lookup_kernel(), plan.variant);
+                let size = (entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP), 1);
+                dispatch(encoder, &pipeline, &groups.lookup, size, None);
+            }
+            let pipeline = self.kernels.pipeline(&self.device, kernel, plan.variant);
+            let columns = invocations_per_row(&plan, kernel).div_ceil(WORKGROUP_SIDE);
+            dispatch(encoder, &pipeline, &groups.pixels, (columns, uniform.rows.div_ceil(WORKGROUP_SIDE)), None);
+        }
+        self.copy_black(encoder, &plan, row_pixels, &output);
+        if let Target::Texture(view) = target {
+            let bytes_per_row = Some(4 * row_pixels * plan.pixel_words());
+            let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+            let source = wgpu::TexelCopyBufferInfo { buffer: &output, layout };
+            let size = wgpu::Extent3d { width: plan.width(), height: plan.height(), depth_or_array_layers: 1 };
+            encoder.copy_buffer_to_texture(source, view.texture().as_image_copy(), size);
+        }
+        Ok(())
+    }
+
+    fn check_limits(&self, plan: &Plan, row_pixels: u32) -> Result<()> {
+        let limits = self.device.limits();
+        let too_large = |what: &str| Err(Error::Device(format!("its limits do not allow {what} of this image")));
+        let bytes = 4 * u64::from(row_pixels) * u64::from(plan.height()) * u64::from(plan.pixel_words());
+        if bytes > limits.max_buffer_size.min(limits.max_storage_buffer_binding_size) {
+            return too_large("the pixels");
+        }
+        let groups = plan.width().max(plan.height()).div_ceil(WORKGROUP_SIDE);
+        if groups.max(entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP)) > limits.max_compute_workgroups_per_dimension {
+            return too_large("the workgroups");
+        }
+        if limits.max_storage_buffers_per_shader_stage < 6 || limits.max_compute_invocations_per_workgroup < 256 {
+            return too_large("the kernels");
+        }
+        if quirks::rounds(plan) >= self.most_rounds {
+            return too_large("the samples of a pixel");
+        }
+        Ok(())
+    }
+
+    /// The buffer that the kernels write: the caller's, or one of ours.
+    fn output(&mut self, plan: &Plan, row_pixels: u32, target: &Target<'_>) -> wgpu::Buffer {
+        if let Target::Buffer(buffer, _) = target {
+            return (*buffer).clone();
+        }
+        let bytes = 4 * u64::from(row_pixels) * u64::from(plan.height()) * u64::from(plan.pixel_words());
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        let kept = self.pixels.take().filter(|buffer| buffer.size() >= bytes);
+        let buffer = kept.unwrap_or_else(|| self.empty("sky pixels", bytes, usage));
+        self.pixels = Some(buffer.clone());
+        buffer
+    }
+
+    fn empty(&self, label: &'static str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let label = Some(label);
+        self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
+    }
+
+    fn filled(&self, label: &'static str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
+    }
+
+    /// Makes room for the plan's sky lookup; whether it has to be filled.
+    fn reserve_lookup(&mut self, sky: &Arc<SkyPlan>, plan: &Plan, camera: &CameraScene) -> bool {
+        let size = plan.lookup.size;
+        let rows_of = (camera.projection == Projection::Equirectangular).then_some(camera.size);
+        let is_filled = self.lookup.as_ref().is_some_and(|lookup| {
+            Arc::ptr_eq(&lookup.of, sky) && lookup.size == size && (size.is_none() || lookup.rows_of == rows_of)
+        });
+        if !is_filled {
+            let colours = u64::from(colours_per_entry(plan.variant));
+            let bytes = colours * size_of::<Vec4>() as u64 * u64::from(entries(&plan.uniform)).max(1);
+            let kept = self.lookup.take().map(|lookup| lookup.buffer).filter(|buffer| buffer.size() >= bytes);
+            let buffer = kept.unwrap_or_else(|| self.empty("sky lookup", bytes, wgpu::BufferUsages::STORAGE));
+            self.lookup = Some(FilledLookup { of: Arc::clone(sky), size, rows_of, buffer });
+        }
+        !is_filled && plan.kernel() == Kernel::SkyLookup
+    }
+
+    /// Binds a plan's buffers. The uniform and the colour rows are of this image alone: several may be encoded before any is submitted.
+    fn bind(&mut self, plan: &Plan, uniform: &Uniform, output: &wgpu::Buffer) -> super::buffers::Groups {
+        let buffers = plan.buffers();
+        let storage = wgpu::BufferUsages::STORAGE;
+        let sky = match self.sky.take().filter(|uploaded| Arc::ptr_eq(&uploaded.of, &plan.sky)) {
+            Some(uploaded) => uploaded,
+            None => UploadedSky {
+                of: Arc::clone(&plan.sky),
+                bands: self.filled("bands", bytemuck::cast_slice(buffers.bands), storage),
+                quadrature: self.filled("quadrature", bytemuck::cast_slice(buffers.quadrature), storage),
+                // A binding may not be empty.
+                multiple: self.filled("multiply scattered light", &not_empty(buffers.multiple), storage),
+            },
+        };
+        let colour = self.filled("colour", &not_empty(buffers.colour), storage);
+        let uniform = self.filled("uniform", bytemuck::bytes_of(uniform), wgpu::BufferUsages::UNIFORM);
+        let lookup = self.lookup.as_ref().expect("it was reserved").buffer.clone();
+        let bound = [&uniform, &sky.bands, &sky.quadrature, &colour, &sky.multiple, &lookup, output];
+        let groups = self.kernels.layouts.bind(&self.device, &bound.map(|buffer| (buffer, buffer.size())));
+        self.sky = Some(sky);
+        groups
+    }
+
+    /// Copies rows without light to where the kernels write none.
+    fn copy_black(&self, encoder: &mut wgpu::CommandEncoder, plan: &Plan, row_pixels: u32, output: &wgpu::Buffer) {
+        let rows = plan.height() - plan.lit_rows.len() as u32;
+        if rows == 0 {
+            return;
+        }
+        let words = plan.pixel.black().repeat((row_pixels * rows) as usize);
+        let black = self.filled("black", bytemuck::cast_slice(&words), wgpu::BufferUsages::COPY_SRC);
+        // Rows are lit from the top.
+        let offset = 4 * u64::from(row_pixels) * u64::from(plan.lit_rows.len() as u32) * u64::from(plan.pixel_words());
+        encoder.copy_buffer_to_buffer(&black, 0, output, offset, black.size());
+    }
+
+    /// The queue to which the commands go.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+}
+
+fn not_empty(values: &[Vec4]) -> Cow<'_, [u8]> {
+    if values.is_empty() {
+        bytemuck::bytes_of(&Vec4::ZERO).to_vec().into()
+    } else {
+        bytemuck::cast_slice(values).into()
+    }
+}
+
+impl Target<'_> {
+    /// How its pixels are stored.
+    fn pixel(&self) -> Result<PixelFormat> {
+        match self {
+            Self::Buffer(_, pixel) => Ok(*pixel),
+            Self::Texture(view) => match view.texture().format() {
+                wgpu::TextureFormat::Rgba8Unorm => Ok(PixelFormat::Picture),
+                wgpu::TextureFormat::Rgba16Float => Ok(PixelFormat::HalfRgb),
+                wgpu::TextureFormat::Rgba32Float => Ok(PixelFormat::LinearRgba),
+                other => Err(Error::Target(format!(
+                    "has the format {other:?}; Rgba8Unorm, Rgba16Float or Rgba32Float is drawn into"
+                ))),
+            },
+        }
+    }
+
+    fn check(&self, plan: &Plan) -> Result<()> {
+        let (width, height) = (plan.width(), plan.height());
+        let wrong = |complaint: String| Err(Error::Target(complaint));
+        match self {
+            Self::Buffer(buffer, _) => {
+                let bytes = 4 * u64::from(width) * u64::from(height) * u64::from(plan.pixel_words());
+                let needed = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+                if !buffer.usage().contains(needed) {
+                    return wrong("is a buffer without the usages STORAGE and COPY_DST".into());
+                }
+                if buffer.size() < bytes {
+                    return wrong(format!(
+                        "is a buffer of {} bytes; {width}x{height} pixels take {bytes}",
+                        buffer.size()
+                    ));
+                }
+            }
+            Self::Texture(view) => {
+                let texture = view.texture();
+                if !texture.usage().contains(wgpu::TextureUsages::COPY_DST) {
+                    return wrong("is a texture without the usage COPY_DST".into());
+                }
+                let size = texture.size();
+                if (size.width, size.height, size.depth_or_array_layers) != (width, height, 1) {
+                    return wrong(format!(
+                        "is a texture of {}x{}; the camera has {width}x{height}",
+                        size.width, size.height
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Pixels from row to row: those of a texture's copy are aligned.
+    fn row_pixels(&self, plan: &Plan) -> u32 {
+        match self {
+            Self::Buffer(..) => plan.width(),
+            Self::Texture(_) => {
+                let bytes = 4 * plan.pixel_words();
+                (plan.width() * bytes).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT) / bytes
+            }
+        }
+    }
+}

@@ -1,0 +1,233 @@
+//! The sky in a program's own device: encoded into its commands, in its buffers and textures.
+
+use std::sync::Arc;
+
+use sorairo::low_level::plan::Plan;
+use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Scene};
+use sorairo::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
+use sorairo::{Error, PixelFormat, Renderer, ResidentRenderer, SkyPlan, Target};
+use sorairo_tests::gpu;
+
+/// A device as a program opens it, with some features of those that it has.
+fn opened(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))
+        .expect("a Vulkan device; on Debian: apt-get install mesa-vulkan-drivers libvulkan1");
+    // SAFETY: the one experimental feature is that the library's own kernels are passed through.
+    #[expect(unsafe_code, reason = "wgpu marks the feature as experimental")]
+    let experimental_features = unsafe { wgpu::ExperimentalFeatures::enabled() };
+    let descriptor = wgpu::DeviceDescriptor {
+        required_features: adapter.features() & features,
+        required_limits: adapter.limits(),
+        experimental_features,
+        ..Default::default()
+    };
+    pollster::block_on(adapter.request_device(&descriptor)).unwrap()
+}
+
+fn with_passthrough() -> (wgpu::Device, wgpu::Queue) {
+    opened(wgpu::Features::PASSTHROUGH_SHADERS)
+}
+
+fn sky(sun: f64) -> Arc<SkyPlan> {
+    let mut scene = Scene::preset(Preset::Standard);
+    scene.sun.elevation = sun;
+    Arc::new(SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb))
+}
+
+/// Cameras whose rows a copy does and does not have to align.
+fn cameras() -> Vec<CameraScene> {
+    let camera = |projection, size: &str| {
+        let size = size.parse().unwrap();
+        CameraScene { projection, size, ..CameraScene::default() }
+    };
+    vec![
+        camera(Projection::Equirectangular, "128x64"),
+        camera(Projection::Equirectangular, "100x50"),
+        camera(Projection::Fisheye, "60x60"),
+        CameraScene { look_azimuth: Some(100.0), ..camera(Projection::Perspective, "90x45") },
+        CameraScene { look_azimuth: Some(-80.0), ..camera(Projection::Perspective, "90x45") },
+    ]
+}
+
+fn texture(
+    device: &wgpu::Device,
+    (width, height): (u32, u32),
+    format: TextureFormat,
+    usage: TextureUsages,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+fn buffer(device: &wgpu::Device, size: u64, usage: BufferUsages) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+}
+
+/// The words of a buffer that can be copied from.
+fn read(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> Vec<u32> {
+    let staging = self::buffer(device, buffer.size(), BufferUsages::MAP_READ | BufferUsages::COPY_DST);
+    let mut encoder = device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+    queue.submit([encoder.finish()]);
+    staging.slice(..).map_async(wgpu::MapMode::Read, |mapped| mapped.unwrap());
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    bytemuck::cast_slice(&staging.slice(..).get_mapped_range().unwrap()).to_vec()
+}
+
+/// The words of a texture of so many words a texel.
+fn texels(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Texture, words: u32) -> Vec<u32> {
+    let (width, height) = (texture.width(), texture.height());
+    let row = (4 * words * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let copied = buffer(device, u64::from(row * height), BufferUsages::COPY_DST | BufferUsages::COPY_SRC);
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
+    let target = wgpu::TexelCopyBufferInfo { buffer: &copied, layout };
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), target, texture.size());
+    queue.submit([encoder.finish()]);
+    let rows = read(device, queue, &copied);
+    rows.chunks(row as usize / 4).flat_map(|row| row[..(words * width) as usize].to_vec()).collect()
+}
+
+/// What the program's renderer makes of the same sky and camera.
+fn expected(sky: &Arc<SkyPlan>, camera: &CameraScene, pixel: PixelFormat) -> Vec<u32> {
+    let plan = Plan::seen(sky, camera, pixel).unwrap();
+    gpu::backend().run(&plan, plan.kernel()).unwrap().words
+}
+
+#[test]
+fn a_sky_in_a_programs_own_textures_is_that_of_the_renderer() {
+    let (device, queue) = with_passthrough();
+    let mut renderer = Renderer::with_device(&device, &queue);
+    for sun in [25.0, -3.0] {
+        let sky = sky(sun);
+        for camera in cameras() {
+            let size = (camera.size.width, camera.size.height);
+            for (format, pixel) in [
+                (TextureFormat::Rgba8Unorm, PixelFormat::Picture),
+                (TextureFormat::Rgba16Float, PixelFormat::HalfRgb),
+                (TextureFormat::Rgba32Float, PixelFormat::LinearRgba),
+            ] {
+                let texture = texture(&device, size, format, TextureUsages::COPY_DST | TextureUsages::COPY_SRC);
+                let mut encoder = device.create_command_encoder(&Default::default());
+                let target = texture.create_view(&Default::default());
+                renderer.encode(&mut encoder, &sky, &camera, &Target::Texture(&target)).unwrap();
+                queue.submit([encoder.finish()]);
+                let found = texels(&device, &queue, &texture, pixel.words());
+                assert!(found == expected(&sky, &camera, pixel), "sun at {sun}, {camera:?}, {format:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn skies_encoded_before_any_is_submitted_do_not_disturb_each_other() {
+    let (device, queue) = with_passthrough();
+    let mut renderer = ResidentRenderer::with_device(&device, &queue);
+    let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+    let skies: Vec<_> =
+        [40.0, 3.0].map(sky).into_iter().flat_map(|sky| cameras().into_iter().map(move |c| (sky.clone(), c))).collect();
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let mut buffers = Vec::new();
+    for (sky, camera) in &skies {
+        let bytes = 12 * u64::from(camera.size.width * camera.size.height);
+        let output = buffer(&device, bytes, usage);
+        renderer.encode(&mut encoder, sky, camera, &Target::Buffer(&output, PixelFormat::LinearRgb)).unwrap();
+        buffers.push(output);
+    }
+    queue.submit([encoder.finish()]);
+    for ((sky, camera), buffer) in skies.iter().zip(&buffers) {
+        let found = read(&device, &queue, buffer);
+        assert!(found == expected(sky, camera, PixelFormat::LinearRgb), "{camera:?}");
+    }
+}
+
+#[test]
+fn a_device_that_passes_nothing_through_draws_the_same_sky() {
+    let (device, queue) = opened(wgpu::Features::empty());
+    let mut renderer = ResidentRenderer::with_device(&device, &queue);
+    let (sky, camera) = (sky(25.0), &cameras()[0]);
+    let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+    let output = buffer(&device, 12 * 128 * 64, usage);
+    let mut encoder = device.create_command_encoder(&Default::default());
+    renderer.encode(&mut encoder, &sky, camera, &Target::Buffer(&output, PixelFormat::LinearRgb)).unwrap();
+    queue.submit([encoder.finish()]);
+    let floats = |words: Vec<u32>| words.into_iter().map(f32::from_bits).collect::<Vec<_>>();
+    let (found, expected) =
+        (floats(read(&device, &queue, &output)), floats(expected(&sky, camera, PixelFormat::LinearRgb)));
+    assert_eq!(found.len(), expected.len());
+    // Another compiler orders the same sums in another way.
+    let worst = found.iter().zip(&expected).map(|(a, b)| ((a - b) / b).abs()).fold(0.0, f32::max);
+    assert!(worst < 1e-4, "{worst}");
+}
+
+#[test]
+fn a_camera_that_turns_zooms_or_grows_plans_nothing_of_the_sky_anew() {
+    let sky = sky(20.0);
+    for camera in cameras() {
+        let plan = Plan::seen(&sky, &camera, PixelFormat::LinearRgb).unwrap();
+        assert!(Arc::ptr_eq(&plan.sky, &sky), "{camera:?}");
+        let mut scene = Scene::clone(&sky.scene);
+        scene.camera = camera;
+        let anew = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        assert_eq!((plan.variant, &plan.lookup.size, plan.uniform), (anew.variant, &anew.lookup.size, anew.uniform));
+    }
+}
+
+#[test]
+fn a_night_is_opaque_and_black() {
+    let (device, queue) = with_passthrough();
+    let mut renderer = ResidentRenderer::with_device(&device, &queue);
+    let texture =
+        texture(&device, (100, 50), TextureFormat::Rgba8Unorm, TextureUsages::COPY_DST | TextureUsages::COPY_SRC);
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let target = texture.create_view(&Default::default());
+    renderer.encode(&mut encoder, &sky(-60.0), &cameras()[1], &Target::Texture(&target)).unwrap();
+    queue.submit([encoder.finish()]);
+    let found = texels(&device, &queue, &texture, 1);
+    assert!(found.len() == 5000 && found.iter().all(|&word| word == 0xff00_0000));
+}
+
+#[test]
+fn a_wrong_target_or_camera_is_refused_and_the_device_goes_on() {
+    let (device, queue) = with_passthrough();
+    let mut renderer = ResidentRenderer::with_device(&device, &queue);
+    let (sky, camera) = (sky(20.0), cameras()[0].clone());
+    let both = TextureUsages::COPY_DST | TextureUsages::COPY_SRC;
+    let view = |size, format, usage| texture(&device, size, format, usage).create_view(&Default::default());
+    let small = buffer(&device, 100, BufferUsages::STORAGE | BufferUsages::COPY_DST);
+    let unusable = buffer(&device, 12 * 128 * 64, BufferUsages::COPY_DST);
+    let wrong_format = view((128, 64), TextureFormat::R32Float, both);
+    let wrong_size = view((64, 64), TextureFormat::Rgba8Unorm, both);
+    let wrong_usage = view((128, 64), TextureFormat::Rgba8Unorm, TextureUsages::TEXTURE_BINDING);
+    for (target, words) in [
+        (Target::Buffer(&small, PixelFormat::LinearRgb), "100 bytes; 128x64 pixels take 98304"),
+        (Target::Buffer(&unusable, PixelFormat::LinearRgb), "without the usages STORAGE"),
+        (Target::Texture(&wrong_format), "the format R32Float; Rgba8Unorm"),
+        (Target::Texture(&wrong_size), "64x64; the camera has 128x64"),
+        (Target::Texture(&wrong_usage), "without the usage COPY_DST"),
+    ] {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let refused = renderer.encode(&mut encoder, &sky, &camera, &target).unwrap_err();
+        assert!(matches!(refused, Error::Target(_)) && refused.to_string().contains(words), "{refused}");
+    }
+    let good = view((128, 64), TextureFormat::Rgba8Unorm, both);
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let wide = CameraScene { fov: Some(500.0), projection: Projection::Perspective, ..camera.clone() };
+    let refused = renderer.encode(&mut encoder, &sky, &wide, &Target::Texture(&good)).unwrap_err();
+    assert!(matches!(refused, Error::OutOfRange { .. }), "{refused}");
+    let xyz = Arc::new(SkyPlan::new(&sky.scene, Rgb::Xyz));
+    let refused = renderer.encode(&mut encoder, &xyz, &camera, &Target::Texture(&good)).unwrap_err();
+    assert!(refused.to_string().contains("render.rgb"), "{refused}");
+    renderer.encode(&mut encoder, &sky, &camera, &Target::Texture(&good)).unwrap();
+    queue.submit([encoder.finish()]);
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+}

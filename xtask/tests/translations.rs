@@ -1,0 +1,116 @@
+//! The committed kernels in the languages of every graphics interface: Metal's, Direct3D's and WebGPU's. None of these devices is here; what can
+//! be shown is that naga, through which wgpu goes, translates every kernel, and that each keeps to the limits that all of them have.
+
+use naga::back::pipeline_constants::process_overrides;
+use naga::back::{PipelineConstants, hlsl, msl, wgsl};
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use naga::{AddressSpace, Module, ShaderStage};
+use sorairo_shared::uniform::Uniform;
+use sorairo_shared::variant::{self, PixelFormat};
+
+const SPIRV: &[u8] = include_bytes!("../../shader-crate/compiled/sorairo.spv");
+
+/// WebGPU's default limits (W3C, *WebGPU*, 3.6.2), which no device may undercut.
+const STORAGE_BUFFERS: usize = 8;
+const UNIFORM_BYTES: usize = 65_536;
+const INVOCATIONS: u32 = 256;
+
+/// The least and the most that a kernel is compiled with, in every format of pixels.
+fn variants() -> [u32; 4] {
+    let whole = variant::WHOLE_INTEGRAL | variant::REST | variant::SUN_DISC;
+    [
+        variant::of(0, 0, PixelFormat::LinearRgb as u32),
+        variant::of(variant::AEROSOL | variant::RUNS, 0, PixelFormat::Picture as u32),
+        variant::of(whole, 1, PixelFormat::HalfRgb as u32),
+        variant::of(whole, 2, PixelFormat::LinearRgba as u32),
+    ]
+}
+
+fn module() -> Module {
+    naga::front::spv::parse_u8_slice(SPIRV, &naga::front::spv::Options::default()).unwrap()
+}
+
+fn validated(module: &Module) -> ModuleInfo {
+    Validator::new(ValidationFlags::all(), Capabilities::all()).validate(module).unwrap()
+}
+
+/// Calls a translator with every kernel alone, for each variant.
+fn each_kernel(mut translate: impl FnMut(&str, &Module, &ModuleInfo)) {
+    let module = module();
+    let info = validated(&module);
+    let mut kernels = 0;
+    for entry in &module.entry_points {
+        for variant in variants() {
+            let constants = PipelineConstants::from([("0".to_owned(), f64::from(variant))]);
+            let alone = Some((ShaderStage::Compute, entry.name.as_str()));
+            let (specialised, info) = process_overrides(&module, &info, alone, &constants).unwrap();
+            assert_eq!(specialised.entry_points.len(), 1);
+            translate(&entry.name, &specialised, &info);
+            kernels += 1;
+        }
+    }
+    assert_eq!(kernels, 11 * 4);
+}
+
+#[test]
+fn every_kernel_has_a_translation_for_metal() {
+    let options = msl::Options { lang_version: (2, 4), fake_missing_bindings: true, ..msl::Options::default() };
+    each_kernel(|name, module, info| {
+        let (text, names) = msl::write_string(module, info, &options, &msl::PipelineOptions::default()).unwrap();
+        let translated = names.entry_point_names.into_iter().collect::<Result<Vec<_>, _>>();
+        assert_eq!(translated.unwrap(), [name]);
+        assert!(text.contains("kernel void"), "{name}");
+    });
+}
+
+#[test]
+fn every_kernel_has_a_translation_for_direct3d() {
+    let options = hlsl::Options { fake_missing_bindings: true, ..hlsl::Options::default() };
+    let of_pipeline = hlsl::PipelineOptions::default();
+    each_kernel(|name, module, info| {
+        let mut text = String::new();
+        let mut writer = hlsl::Writer::new(&mut text, &options, &of_pipeline);
+        let names = writer.write(module, info, None).unwrap().entry_point_names;
+        assert_eq!(names.into_iter().collect::<Result<Vec<_>, _>>().unwrap(), [name]);
+        assert!(text.contains("numthreads"), "{name}");
+    });
+}
+
+#[test]
+fn every_kernel_has_a_translation_for_webgpu_that_can_be_read_again() {
+    each_kernel(|name, module, info| {
+        let text = wgsl::write_string(module, info, wgsl::WriterFlags::empty()).unwrap();
+        let again =
+            naga::front::wgsl::parse_str(&text).unwrap_or_else(|error| panic!("{}", error.emit_to_string(&text)));
+        validated(&again);
+        assert_eq!(again.entry_points.iter().map(|entry| entry.name.as_str()).collect::<Vec<_>>(), [name]);
+    });
+}
+
+#[test]
+fn kernels_keep_to_the_limits_that_every_interface_has() {
+    let module = module();
+    let info = validated(&module);
+    assert!(size_of::<Uniform>() <= UNIFORM_BYTES);
+    for (i, entry) in module.entry_points.iter().enumerate() {
+        let used = |space: fn(AddressSpace) -> bool| {
+            let of_entry = info.get_entry_point(i);
+            let globals = module.global_variables.iter();
+            globals.filter(|(handle, global)| space(global.space) && !of_entry[*handle].is_empty()).count()
+        };
+        let storage = used(|space| matches!(space, AddressSpace::Storage { .. }));
+        assert!((1..=STORAGE_BUFFERS).contains(&storage), "{}: {storage} storage buffers", entry.name);
+        assert!(entry.workgroup_size.iter().product::<u32>() <= INVOCATIONS, "{}", entry.name);
+    }
+    for (_, global) in module.global_variables.iter().filter(|(_, global)| global.binding.is_some()) {
+        let binding = global.binding.as_ref().unwrap();
+        assert!(binding.group == 0 && binding.binding <= 6, "{binding:?}");
+    }
+}
+
+#[test]
+fn a_kernel_that_is_none_is_told() {
+    let mut module = module();
+    module.entry_points[0].workgroup_size = [0, 1, 1];
+    assert!(Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module).is_err());
+}

@@ -6,7 +6,7 @@ use sorairo::low_level::plan::Plan;
 use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Scene};
 use sorairo::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use sorairo::{Error, PixelFormat, Renderer, ResidentRenderer, SkyPlan, Target};
-use sorairo_tests::gpu;
+use sorairo_tests::{gpu, program};
 
 /// A device as a program opens it, with some features of those that it has.
 fn opened(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {
@@ -230,4 +230,28 @@ fn a_wrong_target_or_camera_is_refused_and_the_device_goes_on() {
     renderer.encode(&mut encoder, &sky, &camera, &Target::Texture(&good)).unwrap();
     queue.submit([encoder.finish()]);
     device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+}
+
+/// The example of the library, which `cargo test` builds beside the tests.
+#[test]
+fn the_example_draws_a_moving_sun_as_the_command_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let example = program::binary().with_file_name("examples").join(format!("embed{}", std::env::consts::EXE_SUFFIX));
+    let done = std::process::Command::new(&example)
+        .args(["--frames", "3", "--out", "frames"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap_or_else(|error| panic!("{}: {error}", example.display()));
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let pixels = |name: &str| image::open(folder.path().join(name)).unwrap().into_rgb8().into_raw();
+    for (frame, sun) in [15.0, 14.75, 14.5].into_iter().enumerate() {
+        let sun = format!("{sun}");
+        let request =
+            ["render", "--projection", "perspective", "--size", "960x540", "--sun-elevation", &sun, "-o", "sky.png"];
+        assert_eq!(program::run(folder.path(), &request).code, Some(0));
+        assert!(pixels(&format!("frames/{frame:04}.png")) == pixels("sky.png"), "sun at {sun}");
+    }
+    assert_ne!(pixels("frames/0000.png"), pixels("frames/0002.png"));
+    let wrong = std::process::Command::new(&example).output().unwrap();
+    assert!(!wrong.status.success() && String::from_utf8_lossy(&wrong.stderr).contains("usage"));
 }

@@ -44,6 +44,60 @@ pub struct SkyLight {
     pub sun_irradiance_rgb: [f64; 3],
     /// Luminance of the zenith (cd·m⁻²).
     pub luminance_zenith_cd_m2: f64,
+    /// What falls from the sky and the ground, without the sun itself, on a surface of any direction.
+    pub irradiance_harmonics_rgb: Harmonics,
+}
+
+/// Irradiance of a surface by its direction, as coefficients of the nine spherical harmonics up to the second degree: linear RGB of an EXR
+/// file (W·m⁻², weighted by the observer), of the light of a whole sphere without the sun's disc.
+///
+/// The order is `Y_00, Y_1-1, Y_10, Y_11, Y_2-2, Y_2-1, Y_20, Y_21, Y_22`; x is north, y west and z up. Irradiance holds hardly any more than
+/// these (Ramamoorthi and Hanrahan 2001, *An efficient representation for irradiance environment maps*, DOI 10.1145/383259.383317, Eq. 7 and 8).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(transparent)]
+pub struct Harmonics {
+    /// The coefficients.
+    pub coefficients: [[f64; 3]; 9],
+}
+
+impl Harmonics {
+    /// From radiances in directions and their solid angles (sr).
+    fn of(radiances: impl Iterator<Item = (DVec3, f64, DVec3)>) -> Self {
+        /// What a cosine leaves of each harmonic's degree.
+        const COSINE: [f64; 9] = {
+            let (first, second) = (2.0 * PI / 3.0, PI / 4.0);
+            [PI, first, first, first, second, second, second, second, second]
+        };
+        let mut sums = [DVec3::ZERO; 9];
+        for (direction, solid_angle, radiance) in radiances {
+            for (sum, harmonic) in sums.iter_mut().zip(harmonics(direction)) {
+                *sum += radiance * (solid_angle * harmonic);
+            }
+        }
+        Self { coefficients: std::array::from_fn(|i| (sums[i] * COSINE[i]).to_array()) }
+    }
+
+    /// The irradiance of a surface that faces a direction (a unit vector).
+    pub fn towards(&self, normal: DVec3) -> [f64; 3] {
+        let terms = self.coefficients.iter().zip(harmonics(normal));
+        terms.map(|(&coefficient, harmonic)| DVec3::from_array(coefficient) * harmonic).sum::<DVec3>().to_array()
+    }
+}
+
+/// The real spherical harmonics up to the second degree in a direction.
+fn harmonics(DVec3 { x, y, z }: DVec3) -> [f64; 9] {
+    let (zeroth, first, second) = (0.5 * (1.0 / PI).sqrt(), (0.75 / PI).sqrt(), 0.5 * (15.0 / PI).sqrt());
+    [
+        zeroth,
+        first * y,
+        first * z,
+        first * x,
+        second * x * y,
+        second * y * z,
+        0.25 * (5.0 / PI).sqrt() * (3.0 * z * z - 1.0),
+        second * x * z,
+        0.5 * second * (x * x - y * y),
+    ]
 }
 
 impl SkyLight {
@@ -79,8 +133,25 @@ impl SkyLight {
             sun_irradiance_w_m2: sun.facing,
             sun_irradiance_rgb: sun.rgb.to_array(),
             luminance_zenith_cd_m2: LUMENS_PER_WATT * radiance(90.0, 0.0).1.y,
+            irradiance_harmonics_rgb: harmonics_of(sky),
         }
     }
+}
+
+/// The irradiance that a sky throws on surfaces.
+fn harmonics_of(sky: &SkyPlan) -> Harmonics {
+    let mut nodes = nodes(sky, ELEVATIONS, AZIMUTHS);
+    nodes.extend(nodes_below(sky, ELEVATIONS, AZIMUTHS));
+    let both_sides = |(elevation, azimuth, weight): (f64, f64, f64)| {
+        // Nodes have the cosine from the vertical in their weights, and stand for their mirror images.
+        let solid_angle = 0.5 * weight / elevation.to_radians().sin().abs();
+        [azimuth, -azimuth].map(|azimuth| {
+            let view = direction(elevation, sky.integral.sun_azimuth + azimuth);
+            (view, solid_angle, sky.radiance(view.as_vec3()).as_dvec3())
+        })
+    };
+    let radiances: Vec<_> = nodes.into_par_iter().flat_map_iter(both_sides).collect();
+    Harmonics::of(radiances.into_iter())
 }
 
 /// The radiance (W·m⁻²·sr⁻¹) and the luminance (the same, weighted by ȳ) of a spectrum at the observer's wavelengths, in `x` and `y`.
@@ -110,7 +181,9 @@ fn nodes_between(ranges: &[(f64, f64); 2], elevations: u32, azimuths: u32) -> Ve
         let (sine, cosine) = elevation.to_radians().sin_cos();
         azimuths.iter().map(move |&(azimuth, across)| (elevation, azimuth, 2.0 * sine.abs() * cosine * weight * across))
     };
-    ranges.map(|(from, to)| crowded(elevations, from, to)).concat().into_iter().flat_map(row).collect()
+    // From the ground itself nothing lies between the horizon and the level.
+    let ranges = ranges.iter().filter(|(from, to)| from != to);
+    ranges.flat_map(|&(from, to)| crowded(elevations, from, to)).flat_map(row).collect()
 }
 
 /// Nodes (degrees) and weights (radians) of a rule that crowds towards `from` as a cube.
@@ -198,6 +271,54 @@ mod tests {
             );
         }
         assert_eq!(SkyLight::new(&sky(40.0, |_| {})).ground_irradiance_w_m2, 0.0);
+    }
+
+    #[test]
+    fn harmonics_hold_the_irradiance_of_surfaces_that_face_any_way() {
+        let sky = sky(35.0, |scene| {
+            scene.ground.albedo = GroundAlbedo::Grey(0.3);
+            scene.render.orders = Orders::All;
+        });
+        let light = SkyLight::new(&sky);
+        let brightest = light.irradiance_rgb[1].max(light.ground_irradiance_rgb[1]);
+        // Nine harmonics leave some hundredths of the largest irradiance, where light has an edge at the horizon and a glow around the sun.
+        let is_near = |found: [f64; 3], expected: f64| (found[1] - expected).abs() < 0.03 * brightest;
+        let up = light.irradiance_harmonics_rgb.towards(DVec3::Z);
+        let down = light.irradiance_harmonics_rgb.towards(-DVec3::Z);
+        assert!(is_near(up, light.irradiance_rgb[1]), "{up:?} {light:?}");
+        assert!(is_near(down, light.ground_irradiance_rgb[1]), "{down:?} {light:?}");
+        // A wall that faces the sun, and one that turns its back.
+        for azimuth in [0.0, 180.0] {
+            let normal = direction(0.0, sky.integral.sun_azimuth + azimuth);
+            let mut nodes = nodes(&sky, ELEVATIONS, AZIMUTHS);
+            nodes.extend(nodes_below(&sky, ELEVATIONS, AZIMUTHS));
+            let fallen = |(elevation, azimuth, weight): (f64, f64, f64)| {
+                let view = direction(elevation, sky.integral.sun_azimuth + azimuth);
+                let green = f64::from(sky.radiance(view.as_vec3()).y);
+                green * weight / elevation.to_radians().sin().abs() * view.dot(normal).max(0.0)
+            };
+            let expected: f64 = nodes.into_iter().map(fallen).sum();
+            let found = light.irradiance_harmonics_rgb.towards(normal);
+            assert!(is_near(found, expected), "{azimuth}: {found:?}, {expected}");
+        }
+    }
+
+    #[test]
+    fn light_that_is_the_same_from_everywhere_falls_alike_on_every_surface() {
+        let sky = sky(30.0, |_| {});
+        let mut nodes = nodes(&sky, ELEVATIONS, AZIMUTHS);
+        nodes.extend(nodes_below(&sky, ELEVATIONS, AZIMUTHS));
+        let radiances = nodes.into_iter().flat_map(|(elevation, azimuth, weight)| {
+            let solid_angle = 0.5 * weight / elevation.to_radians().sin().abs();
+            [azimuth, -azimuth].map(|azimuth| (direction(elevation, azimuth), solid_angle, DVec3::ONE))
+        });
+        let harmonics = Harmonics::of(radiances);
+        for normal in [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::Z, DVec3::new(0.6, 0.0, -0.8), DVec3::new(0.48, 0.6, 0.64)]
+        {
+            let [red, ..] = harmonics.towards(normal);
+            // Nodes are rounded to single precision.
+            assert!((red / PI - 1.0).abs() < 1e-5, "{normal}: {red}");
+        }
     }
 
     #[test]

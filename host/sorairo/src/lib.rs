@@ -40,7 +40,7 @@ pub use device::Device;
 #[cfg(feature = "gpu")]
 pub use device::gpu::{ResidentRenderer, Target};
 pub use error::{Error, Result};
-pub use irradiance::SkyLight;
+pub use irradiance::{Harmonics, SkyLight};
 pub use plan::{Plan, SkyPlan};
 #[cfg(feature = "files")]
 pub use render::{Report, Request, render};

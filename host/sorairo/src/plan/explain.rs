@@ -4,7 +4,7 @@ use sorairo_shared::lookup::{RUN, colours_per_entry};
 use sorairo_shared::variant::{self, PixelFormat};
 
 use super::image::Plan;
-use super::multiple::{NEGLIGIBLE, OrdersMade};
+use super::multiple::{COMPARED_DEPTH, NEGLIGIBLE, OrdersMade};
 use crate::scene::{Orders, Projection};
 
 /// What a plan does and leaves out, a sentence each.
@@ -69,6 +69,12 @@ fn orders(plan: &Plan) -> String {
 fn beyond_bounds(plan: &Plan) -> Option<String> {
     let made = plan.sky.integral.orders_made.first()?;
     let mut beyond = Vec::new();
+    let depth = plan.sky.integral.scattering_depth();
+    if depth > COMPARED_DEPTH {
+        beyond.push(format!(
+            "air and haze scatter with an optical depth of {depth:.1}; the error of a light field is known up to {COMPARED_DEPTH}"
+        ));
+    }
     if plan.sky.integral.orders == Orders::All && made.error > made.tolerance {
         let (error, tolerance) = (100.0 * made.error, 100.0 * made.tolerance);
         beyond.push(format!("the series of orders may be off by {error:.1} %, more than {tolerance:.1} %"));
@@ -204,7 +210,9 @@ mod tests {
         let clear = standard(0.05, 0.7);
         assert!(!clear.contains("beyond bounds"), "{clear}");
         let opaque = standard(1000.0, 0.7);
-        assert!(opaque.contains("beyond bounds: the series of orders may be off by"), "{opaque}");
+        assert!(opaque.contains("beyond bounds: air and haze scatter with an optical depth of"), "{opaque}");
+        let thick = standard(50.0, 0.7);
+        assert!(thick.contains("the series of orders may be off by"), "{thick}");
         let peaked = standard(1.0, 0.95);
         assert!(peaked.contains("moments of more than degree 40 would hold up to"), "{peaked}");
     }

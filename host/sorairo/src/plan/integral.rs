@@ -152,6 +152,16 @@ impl RayIntegral {
         strongest * f64::from(self.uniform.atmosphere.aerosol.scale_height)
     }
 
+    /// The largest vertical optical depth of scattering at the bands.
+    pub fn scattering_depth(&self) -> f64 {
+        let atmosphere = &self.uniform.atmosphere;
+        let depths = self.bands.iter().map(|group| {
+            group.air_scattering * atmosphere.air.scale_height
+                + group.aerosol_scattering * atmosphere.aerosol.scale_height
+        });
+        depths.map(|depth| f64::from(depth.max_element())).fold(0.0, f64::max)
+    }
+
     /// One value for each band from groups of four, the last of which may be filled up.
     pub fn at_bands(&self, groups: impl Iterator<Item = Vec4>) -> Vec<f64> {
         groups.flat_map(|four| four.to_array().map(f64::from)).take(self.wavelengths.len()).collect()

@@ -16,6 +16,6 @@ mod view;
 
 pub use field::{LightField, OrdersMade};
 pub use rays::Wavelengths;
-pub use resolution::{NEGLIGIBLE, Resolution};
+pub use resolution::{COMPARED_DEPTH, NEGLIGIBLE, Resolution};
 pub use setting::{Setting, cornette_shanks_moments};
 pub use view::{Light, MultipleLight, Row, TOGETHER, View, light_of_rows};

@@ -38,6 +38,9 @@ pub struct Resolution {
     pub beyond_degree: f64,
 }
 
+/// The vertical optical depth of scattering up to which light fields were compared with a Monte Carlo's. Their samples are as many in thicker air.
+pub const COMPARED_DEPTH: f64 = 1.2;
+
 /// What moments may add that are left out, relative to the sun's light: less than 0.2 % of the sky's.
 pub const NEGLIGIBLE: f64 = 1.5e-4;
 

@@ -229,7 +229,7 @@ fn the_lookup_agrees_with_the_integral_at_every_pixel() {
     }
 }
 
-/// Pixels that share two entries of the sky lookup reach hardly beyond them: where they do, the colour is as good as anywhere.
+/// Pixels that share a place in the sky lookup reach hardly beyond it: where they do, the colour is as good as anywhere.
 #[test]
 fn pixels_in_runs_agree_with_pixels_alone() {
     for (sun, altitude, disc) in

@@ -3,6 +3,7 @@
 pub mod bands;
 pub mod bench;
 pub mod chart;
+pub mod comparison;
 pub mod document;
 pub mod error;
 pub mod judge;

@@ -11,14 +11,12 @@ use sorairo::low_level::plan::{SkyPlan, direction};
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{AirSpectrum, GroundAlbedo, Preset, Rgb, Scene, SunSpectrum};
 
+use super::comparison::{Comparison, WIDTH};
 use super::document::{make_folder, table, write};
 use super::measured_picture;
 use crate::problem::Result;
 
 const SCANS: &str = include_str!("../data/measured_sky_2013-05-27.csv");
-
-/// Width of a measured band (nm).
-pub(super) const WIDTH: f64 = 11.75;
 
 /// The last wavelength that is compared (nm): beyond it oxygen and water vapour absorb.
 const LAST: f64 = 720.0;
@@ -37,25 +35,6 @@ struct Direction {
     sun_azimuth: f64,
     /// Radiance in each band (W·m⁻²·sr⁻¹·nm⁻¹).
     radiance: Vec<f64>,
-}
-
-/// What one band of one direction is.
-#[derive(Clone, Debug, Serialize)]
-pub struct Comparison {
-    /// The scan, by its local time.
-    pub scan: String,
-    /// Elevation of the direction (degrees).
-    pub elevation: f64,
-    /// Azimuth of the direction (degrees).
-    pub azimuth: f64,
-    /// Angle from the sun (degrees).
-    pub from_sun: f64,
-    /// Middle of the band (nm).
-    pub wavelength: f64,
-    /// Measured radiance (W·m⁻²·sr⁻¹·nm⁻¹).
-    pub measured: f64,
-    /// Ours.
-    pub ours: f64,
 }
 
 /// How near an atmosphere comes.

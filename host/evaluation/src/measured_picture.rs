@@ -9,7 +9,7 @@ use sorairo::scene::ColourObserver;
 use sorairo_shared::glam::{DMat3, DVec3};
 use sorairo_shared::tone::srgb8;
 
-use super::measured::{Comparison, WIDTH};
+use super::comparison::{Comparison, WIDTH};
 use crate::problem::Result;
 
 /// Side of a sky (pixels).

@@ -7,7 +7,8 @@ use sorairo_shared::variant::ABOVE_TOP;
 
 use crate::error::{Error, Result, check_range};
 use crate::plan::fit::SpectralFit;
-use crate::plan::fit::regression::{DARKEST, Regression};
+use crate::plan::fit::regression::Regression;
+use crate::plan::fit::training::DARKEST;
 use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::quadrature::gauss_legendre;
 use crate::plan::upload::bands;

@@ -9,7 +9,7 @@ use crate::spectrum::Spectrum;
 pub enum AirLaw {
     /// As λ⁻⁴, without depolarisation (Rayleigh 1871, *On the scattering of light by small particles*).
     FourthPower,
-    /// By the refractive index and the King factor of air; see [`crate::published`].
+    /// By the refractive index of air (Peck and Reeder 1972) and its King factor (Bates 1984).
     Measured,
 }
 

@@ -116,7 +116,7 @@ fn path(plan: &Plan) -> String {
         Some(size) => {
             let entries = size.entries();
             let runs = if plan.variant & variant::RUNS != 0 {
-                format!("; {RUN} pixels share two of them")
+                format!("; {RUN} pixels share a place between them")
             } else {
                 String::new()
             };

@@ -18,7 +18,7 @@ use sorairo_shared::uniform::Uniform;
 
 use self::adapters::{adapters, instance};
 use self::buffers::{DeviceBuffers, STRIPS_UNDER_WAY};
-use self::kernels::Kernels;
+use self::kernels::{Kernels, dispatch};
 use self::readback::{Slot, mapped};
 use super::backend::{Backend, TakeRows, Times};
 use super::chosen::{Device, DeviceKind};
@@ -286,17 +286,4 @@ struct Strip {
     slot: Slot,
     submission: wgpu::SubmissionIndex,
     submitted: Instant,
-}
-
-fn dispatch(
-    encoder: &mut wgpu::CommandEncoder,
-    pipeline: &wgpu::ComputePipeline,
-    group: &wgpu::BindGroup,
-    (columns, rows): (u32, u32),
-    timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
-) {
-    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: None, timestamp_writes });
-    pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, group, &[]);
-    pass.dispatch_workgroups(columns, rows, 1);
 }

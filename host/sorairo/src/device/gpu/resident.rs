@@ -9,8 +9,7 @@ use sorairo_shared::lookup::{colours_per_entry, entries};
 use sorairo_shared::uniform::Uniform;
 use wgpu::util::DeviceExt;
 
-use super::dispatch;
-use super::kernels::Kernels;
+use super::kernels::{Kernels, dispatch};
 use crate::device::quirks;
 use crate::device::rows::invocations_per_row;
 use crate::error::{Error, Result};

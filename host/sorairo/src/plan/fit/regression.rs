@@ -7,7 +7,7 @@
 
 use sorairo_shared::glam::{DVec3, Vec4};
 
-use super::training::{scattering_of, training_spectra};
+use super::training::{DARKEST, scattering_of, training_spectra};
 use crate::plan::colour_space::ColourSpace;
 use crate::plan::integral::{Constituent, RayIntegral};
 use crate::scene::ColourObserver;
@@ -16,9 +16,6 @@ use crate::spectra::optics::{Coefficients, vec4};
 
 /// Regularisation of the regression, relative to the mean variance of the bands' logarithms: they are nearly dependent.
 const RIDGE: f64 = 1e-8;
-
-/// The smallest integral whose logarithm is taken, as in the kernels.
-pub const DARKEST: f64 = sorairo_shared::fit::DARKEST as f64;
 
 /// A ray counts as lit if it is at least this part of the brightest one.
 pub const LIT: f64 = 1e-11;

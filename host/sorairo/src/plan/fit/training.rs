@@ -12,12 +12,14 @@ use sorairo_shared::single::Bands;
 use sorairo_shared::sky::Parts;
 use sorairo_shared::variant;
 
-use super::regression::DARKEST;
 use crate::plan::directions::direction;
 use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::multiple::{Light, Resolution, Row, TOGETHER, Wavelengths, light_of_rows};
 use crate::plan::upload::bands;
 use crate::spectra::optics::{Coefficients, Optics};
+
+/// The smallest integral whose logarithm is taken, as in the kernels.
+pub const DARKEST: f64 = sorairo_shared::fit::DARKEST as f64;
 
 /// Step (nm) between the wavelengths that are computed where more are asked for than are computed together.
 const STEP: f64 = 10.0;

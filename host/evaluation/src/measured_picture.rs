@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use sorairo::low_level::files::png;
+use sorairo::low_level::plan::colour_space::ColourSpace;
 use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectra::observer;
-use sorairo::scene::ColourObserver;
+use sorairo::scene::{ColourObserver, Preset, Rgb, Scene, WhiteBalance};
 use sorairo_shared::glam::{DMat3, DVec3};
 use sorairo_shared::tone::srgb8;
 
@@ -18,13 +19,6 @@ const SIDE: usize = 300;
 const GAP: usize = 12;
 /// What the mean luminance of the first sky becomes.
 const GREY: f64 = 0.35;
-
-/// From XYZ to linear sRGB (IEC 61966-2-1), by columns.
-const TO_SRGB: DMat3 = DMat3::from_cols(
-    DVec3::new(3.240_6, -0.968_9, 0.055_7),
-    DVec3::new(-1.537_2, 1.875_8, -0.204_0),
-    DVec3::new(-0.498_6, 0.041_5, 1.057_0),
-);
 
 /// A direction of a sky, and its colour (XYZ).
 type Patch = (DVec3, DVec3);
@@ -40,12 +34,14 @@ pub fn draw(folder: &Path, scans: &[&str], atmospheres: &[&[Comparison]]) -> Res
     let (width, height) = (columns * (SIDE + GAP) + GAP, scans.len() * (SIDE + GAP) + GAP);
     let mut rgb = vec![255; 3 * width * height];
     let skies: Vec<Vec<Vec<Patch>>> = scans.iter().map(|scan| skies(scan, atmospheres)).collect();
+    let optics = Scene::preset(Preset::Standard).optics();
+    let to_srgb = ColourSpace::new(Rgb::Srgb, WhiteBalance::None, ColourObserver::Cie1931, &optics).from_xyz;
     let first = &skies[0][0];
     let exposure = GREY * first.len() as f64 / first.iter().map(|(_, xyz)| xyz.y).sum::<f64>();
     for (row, skies) in skies.iter().enumerate() {
         for (column, sky) in skies.iter().enumerate() {
             let corner = (GAP + column * (SIDE + GAP), GAP + row * (SIDE + GAP));
-            for (x, y, colour) in pixels(sky, exposure as f32) {
+            for (x, y, colour) in pixels(sky, to_srgb, exposure as f32) {
                 let at = 3 * ((corner.1 + y) * width + corner.0 + x);
                 rgb[at..at + 3].copy_from_slice(&colour);
             }
@@ -73,7 +69,7 @@ fn patches(scan: &str, comparisons: &[Comparison], radiance: fn(&Comparison) -> 
 }
 
 /// The pixels of a sky: each shows the nearest direction, where one is near.
-fn pixels(sky: &[Patch], exposure: f32) -> impl Iterator<Item = (usize, usize, [u8; 3])> {
+fn pixels(sky: &[Patch], to_srgb: DMat3, exposure: f32) -> impl Iterator<Item = (usize, usize, [u8; 3])> {
     /// Half the distance between directions, and some more (degrees).
     const NEAR: f64 = 14.0;
     let place = |i: usize| 2.0 * (i as f64 + 0.5) / SIDE as f64 - 1.0;
@@ -83,7 +79,7 @@ fn pixels(sky: &[Patch], exposure: f32) -> impl Iterator<Item = (usize, usize, [
         let view = direction(90.0 - 90.0 * from_zenith, (-place(x)).atan2(-place(y)).to_degrees());
         let (toward, xyz) = sky.iter().max_by(|a, b| a.0.dot(view).total_cmp(&b.0.dot(view)))?;
         let is_near = from_zenith <= 1.0 && toward.dot(view) >= NEAR.to_radians().cos();
-        let rgb = (TO_SRGB * *xyz).max(DVec3::ZERO).as_vec3();
+        let rgb = (to_srgb * *xyz).max(DVec3::ZERO).as_vec3();
         let [red, green, blue, _] = srgb8(rgb, exposure).to_le_bytes();
         is_near.then_some((x, y, [red, green, blue]))
     })

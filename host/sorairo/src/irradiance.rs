@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_shared::glam::DVec3;
+use sorairo_shared::moments::{Moments, legendre};
 
 use crate::plan::quadrature::gauss_legendre;
 use crate::plan::sun_disc::Sun;
@@ -84,19 +85,27 @@ impl Harmonics {
     }
 }
 
-/// The real spherical harmonics up to the second degree in a direction.
+/// The harmonics up to the second degree.
+const SECOND_DEGREE: Moments = Moments { degree: 2, azimuthal: 2 };
+
+/// The real spherical harmonics up to the second degree in a direction; see [`sorairo_shared::moments`].
 fn harmonics(DVec3 { x, y, z }: DVec3) -> [f64; 9] {
-    let (zeroth, first, second) = (0.5 * (1.0 / PI).sqrt(), (0.75 / PI).sqrt(), 0.5 * (15.0 / PI).sqrt());
+    let level = x.hypot(y);
+    let mut functions = [0.0; 6];
+    legendre(SECOND_DEGREE, z as f32, level as f32, &mut functions);
+    let [zeroth, first_0, second_0, first_1, second_1, second_2] = functions.map(f64::from);
+    let (cosine, sine) = if level > 0.0 { (x / level, y / level) } else { (1.0, 0.0) };
+    let (cosine_2, sine_2) = (cosine * cosine - sine * sine, 2.0 * sine * cosine);
     [
         zeroth,
-        first * y,
-        first * z,
-        first * x,
-        second * x * y,
-        second * y * z,
-        0.25 * (5.0 / PI).sqrt() * (3.0 * z * z - 1.0),
-        second * x * z,
-        0.5 * second * (x * x - y * y),
+        first_1 * sine,
+        first_0,
+        first_1 * cosine,
+        second_2 * sine_2,
+        second_1 * sine,
+        second_0,
+        second_1 * cosine,
+        second_2 * cosine_2,
     ]
 }
 
@@ -109,19 +118,27 @@ impl SkyLight {
         }
         let wavelengths = observer::wavelengths();
         let spectrum = FittedSpectrum::new(sky, &wavelengths);
-        let radiance = |elevation: f64, azimuth: f64| {
-            let view = direction(elevation, sky.integral.sun_azimuth + azimuth).as_vec3();
+        let radiance = |view: DVec3| {
+            let view = view.as_vec3();
             (sky.radiance(view).as_dvec3(), power_and_luminance(sky, &wavelengths, &spectrum.radiance(view)))
         };
-        let irradiance = |nodes: Vec<(f64, f64, f64)>| {
-            let of_node = |(elevation, azimuth, weight)| {
-                let (rgb, measures) = radiance(elevation, azimuth);
-                (rgb * weight, measures * weight)
+        let lit = |nodes: Vec<Node>| -> Vec<(Node, DVec3, DVec3)> {
+            let of_node = |node: Node| {
+                let (rgb, measures) = radiance(node.direction(sky));
+                (node, rgb, measures)
             };
-            nodes.into_par_iter().map(of_node).reduce(Default::default, |a, b| (a.0 + b.0, a.1 + b.1))
+            nodes.into_par_iter().map(of_node).collect()
         };
-        let (rgb, measures) = irradiance(nodes(sky, ELEVATIONS, AZIMUTHS));
-        let (ground_rgb, ground) = irradiance(nodes_below(sky, ELEVATIONS, AZIMUTHS));
+        let irradiance = |lit: &[(Node, DVec3, DVec3)]| {
+            let of_node = |(node, rgb, measures): &(Node, DVec3, DVec3)| (rgb * node.level(), measures * node.level());
+            lit.iter().map(of_node).fold((DVec3::ZERO, DVec3::ZERO), |a, b| (a.0 + b.0, a.1 + b.1))
+        };
+        let (above, below) = (lit(nodes(sky, ELEVATIONS, AZIMUTHS)), lit(nodes_below(sky, ELEVATIONS, AZIMUTHS)));
+        let ((rgb, measures), (ground_rgb, ground)) = (irradiance(&above), irradiance(&below));
+        let all = above.iter().chain(&below);
+        let both_sides = all.flat_map(|(node, rgb, _)| {
+            [*node, node.mirrored()].map(|node| (node.direction(sky), 0.5 * node.solid_angle, *rgb))
+        });
         let sun = Sun::new(sky).irradiance();
         Self {
             irradiance_w_m2: measures.x,
@@ -132,26 +149,10 @@ impl SkyLight {
             ground_irradiance_rgb: ground_rgb.to_array(),
             sun_irradiance_w_m2: sun.facing,
             sun_irradiance_rgb: sun.rgb.to_array(),
-            luminance_zenith_cd_m2: LUMENS_PER_WATT * radiance(90.0, 0.0).1.y,
-            irradiance_harmonics_rgb: harmonics_of(sky),
+            luminance_zenith_cd_m2: LUMENS_PER_WATT * radiance(DVec3::Z).1.y,
+            irradiance_harmonics_rgb: Harmonics::of(both_sides),
         }
     }
-}
-
-/// The irradiance that a sky throws on surfaces.
-fn harmonics_of(sky: &SkyPlan) -> Harmonics {
-    let mut nodes = nodes(sky, ELEVATIONS, AZIMUTHS);
-    nodes.extend(nodes_below(sky, ELEVATIONS, AZIMUTHS));
-    let both_sides = |(elevation, azimuth, weight): (f64, f64, f64)| {
-        // Nodes have the cosine from the vertical in their weights, and stand for their mirror images.
-        let solid_angle = 0.5 * weight / elevation.to_radians().sin().abs();
-        [azimuth, -azimuth].map(|azimuth| {
-            let view = direction(elevation, sky.integral.sun_azimuth + azimuth);
-            (view, solid_angle, sky.radiance(view.as_vec3()).as_dvec3())
-        })
-    };
-    let radiances: Vec<_> = nodes.into_par_iter().flat_map_iter(both_sides).collect();
-    Harmonics::of(radiances.into_iter())
 }
 
 /// The radiance (W·m⁻²·sr⁻¹) and the luminance (the same, weighted by ȳ) of a spectrum at the observer's wavelengths, in `x` and `y`.
@@ -163,27 +164,54 @@ fn power_and_luminance(sky: &SkyPlan, wavelengths: &[f64], spectrum: &[f64]) -> 
     sum
 }
 
-/// Directions (degrees: elevation, azimuth from the sun) and weights (sr, times the cosine from the zenith) of the hemisphere.
-fn nodes(sky: &SkyPlan, elevations: u32, azimuths: u32) -> Vec<(f64, f64, f64)> {
+/// A direction of a quadrature over half of a hemisphere, which the other half mirrors.
+#[derive(Clone, Copy)]
+struct Node {
+    /// Elevation (degrees).
+    elevation: f64,
+    /// Azimuth from the sun (degrees).
+    azimuth: f64,
+    /// Solid angle of it and its mirror image (sr).
+    solid_angle: f64,
+}
+
+impl Node {
+    fn direction(self, sky: &SkyPlan) -> DVec3 {
+        direction(self.elevation, sky.integral.sun_azimuth + self.azimuth)
+    }
+
+    /// On the other side of the vertical plane through the sun.
+    fn mirrored(self) -> Self {
+        Self { azimuth: -self.azimuth, ..self }
+    }
+
+    /// What it counts on a level surface (sr).
+    fn level(self) -> f64 {
+        self.solid_angle * self.elevation.to_radians().sin().abs()
+    }
+}
+
+/// Nodes of the hemisphere above, crowded around the sun.
+fn nodes(sky: &SkyPlan, elevations: u32, azimuths: u32) -> Vec<Node> {
     let sun = f64::from(sky.integral.uniform.sun.z).asin().to_degrees().max(0.0);
     nodes_between(&[(sun, 0.0), (sun, 90.0)], elevations, azimuths)
 }
 
-/// The same of the hemisphere below, with the cosine from the nadir: crowded around the horizon.
-fn nodes_below(sky: &SkyPlan, elevations: u32, azimuths: u32) -> Vec<(f64, f64, f64)> {
+/// Nodes of the hemisphere below, crowded around the horizon.
+fn nodes_below(sky: &SkyPlan, elevations: u32, azimuths: u32) -> Vec<Node> {
     let horizon = f64::from(sky.integral.uniform.horizon).to_degrees();
     nodes_between(&[(horizon, 0.0), (horizon, -90.0)], elevations, azimuths)
 }
 
-fn nodes_between(ranges: &[(f64, f64); 2], elevations: u32, azimuths: u32) -> Vec<(f64, f64, f64)> {
+/// Nodes between elevations (degrees), crowded towards the first of each pair.
+fn nodes_between(ranges: &[(f64, f64); 2], elevations: u32, azimuths: u32) -> Vec<Node> {
     let azimuths = crowded(azimuths, 0.0, 180.0);
     let row = |(elevation, weight): (f64, f64)| {
-        let (sine, cosine) = elevation.to_radians().sin_cos();
-        azimuths.iter().map(move |&(azimuth, across)| (elevation, azimuth, 2.0 * sine.abs() * cosine * weight * across))
+        let around = 2.0 * elevation.to_radians().cos() * weight;
+        let node = move |&(azimuth, across): &(f64, f64)| Node { elevation, azimuth, solid_angle: around * across };
+        azimuths.iter().map(node)
     };
-    // From the ground itself nothing lies between the horizon and the level.
-    let ranges = ranges.iter().filter(|(from, to)| from != to);
-    ranges.flat_map(|&(from, to)| crowded(elevations, from, to)).flat_map(row).collect()
+    ranges.iter().flat_map(|&(from, to)| crowded(elevations, from, to)).flat_map(row).collect()
 }
 
 /// Nodes (degrees) and weights (radians) of a rule that crowds towards `from` as a cube.
@@ -198,8 +226,7 @@ fn crowded(n: u32, from: f64, to: f64) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Preset;
-    use crate::scene::{GroundAlbedo, Orders, Rgb, Scene};
+    use crate::scene::{GroundAlbedo, Orders, Preset, Rgb, Scene};
 
     fn sky(sun: f64, change: impl FnOnce(&mut Scene)) -> SkyPlan {
         let mut scene = Scene::preset(Preset::Earth).first_order();
@@ -211,7 +238,7 @@ mod tests {
     #[test]
     fn the_hemisphere_has_a_projected_solid_angle_of_pi() {
         for sun in [-4.0, 0.0, 37.0, 90.0] {
-            let sum: f64 = nodes(&sky(sun, |_| {}), ELEVATIONS, AZIMUTHS).iter().map(|node| node.2).sum();
+            let sum: f64 = nodes(&sky(sun, |_| {}), ELEVATIONS, AZIMUTHS).iter().map(|node| node.level()).sum();
             // The nodes are rounded to single precision.
             assert!((sum / PI - 1.0).abs() < 1e-6, "{sun}: {sum}");
         }
@@ -229,9 +256,7 @@ mod tests {
             let light = SkyLight::new(&sky);
             let fine: DVec3 = nodes(&sky, 8 * ELEVATIONS, 8 * AZIMUTHS)
                 .into_par_iter()
-                .map(|(elevation, azimuth, weight)| {
-                    sky.radiance(direction(elevation, sky.integral.sun_azimuth + azimuth).as_vec3()).as_dvec3() * weight
-                })
+                .map(|node| sky.radiance(node.direction(&sky).as_vec3()).as_dvec3() * node.level())
                 .sum();
             let error = (DVec3::from_array(light.irradiance_rgb) / fine - 1.0).abs().max_element();
             println!("sun at {sun}: {error:.1e}");
@@ -292,10 +317,9 @@ mod tests {
             let normal = direction(0.0, sky.integral.sun_azimuth + azimuth);
             let mut nodes = nodes(&sky, ELEVATIONS, AZIMUTHS);
             nodes.extend(nodes_below(&sky, ELEVATIONS, AZIMUTHS));
-            let fallen = |(elevation, azimuth, weight): (f64, f64, f64)| {
-                let view = direction(elevation, sky.integral.sun_azimuth + azimuth);
-                let green = f64::from(sky.radiance(view.as_vec3()).y);
-                green * weight / elevation.to_radians().sin().abs() * view.dot(normal).max(0.0)
+            let fallen = |node: Node| {
+                let view = node.direction(&sky);
+                f64::from(sky.radiance(view.as_vec3()).y) * node.solid_angle * view.dot(normal).max(0.0)
             };
             let expected: f64 = nodes.into_iter().map(fallen).sum();
             let found = light.irradiance_harmonics_rgb.towards(normal);
@@ -308,9 +332,8 @@ mod tests {
         let sky = sky(30.0, |_| {});
         let mut nodes = nodes(&sky, ELEVATIONS, AZIMUTHS);
         nodes.extend(nodes_below(&sky, ELEVATIONS, AZIMUTHS));
-        let radiances = nodes.into_iter().flat_map(|(elevation, azimuth, weight)| {
-            let solid_angle = 0.5 * weight / elevation.to_radians().sin().abs();
-            [azimuth, -azimuth].map(|azimuth| (direction(elevation, azimuth), solid_angle, DVec3::ONE))
+        let radiances = nodes.into_iter().flat_map(|node| {
+            [node, node.mirrored()].map(|node| (node.direction(&sky), 0.5 * node.solid_angle, DVec3::ONE))
         });
         let harmonics = Harmonics::of(radiances);
         for normal in [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::Z, DVec3::new(0.6, 0.0, -0.8), DVec3::new(0.48, 0.6, 0.64)]

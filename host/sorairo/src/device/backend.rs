@@ -3,10 +3,6 @@
 use std::ops::Range;
 use std::time::Duration;
 
-use sorairo_shared::glam::Vec3;
-use sorairo_shared::tone::srgb8;
-use sorairo_shared::variant::PixelFormat;
-
 use super::rows::{rows_at_once, words_per_row};
 use crate::error::{Error, Result};
 use crate::plan::{Kernel, Plan};
@@ -100,10 +96,10 @@ pub(super) fn whole(plan: &Plan, kernel: Kernel, run: impl FnOnce(&mut TakeRows<
 
 /// Hands out rows without light.
 fn black_rows(plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<()> {
-    let picture = kernel != Kernel::Radiance && plan.pixel == PixelFormat::Picture;
-    let black = if picture { srgb8(Vec3::ZERO, 1.0) } else { 0 };
+    let has_radiance = kernel == Kernel::Radiance || !plan.spectral.is_empty();
+    let black = if has_radiance { &[0] } else { plan.pixel.black() };
     let at_once = rows_at_once(plan);
-    let words = vec![black; words_per_row(plan, kernel) * at_once.min(rows.len() as u32) as usize];
+    let words = black.repeat(words_per_row(plan, kernel) * at_once.min(rows.len() as u32) as usize / black.len());
     for first in rows.clone().step_by(at_once as usize) {
         let count = at_once.min(rows.end - first) as usize;
         take(first, &words[..words_per_row(plan, kernel) * count])?;

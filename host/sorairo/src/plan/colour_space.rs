@@ -117,8 +117,7 @@ impl ColourSpace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Preset;
-    use crate::scene::Scene;
+    use crate::scene::{Preset, Scene};
 
     /// Checks a matrix, given by its rows.
     fn assert_near(matrix: DMat3, rows: [[f64; 3]; 3], tolerance: f64) {

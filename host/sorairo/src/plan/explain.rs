@@ -154,8 +154,7 @@ fn bytes(plan: &Plan) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Preset;
-    use crate::scene::Scene;
+    use crate::scene::{Preset, Scene};
 
     fn explained(change: impl FnOnce(&mut Scene), pixel: PixelFormat) -> String {
         let mut scene = Scene::preset(Preset::Earth).first_order();

@@ -53,7 +53,7 @@ impl Plan {
     /// Those of [`Scene::validated`] for the camera; [`Error::NotAllowed`] for a picture of a sky that was not planned in sRGB.
     pub fn seen(sky: &Arc<SkyPlan>, camera: &CameraScene, pixel: PixelFormat) -> Result<Self> {
         let scene = Scene { camera: camera.clone(), ..Scene::clone(&sky.scene) }.validated()?;
-        if pixel == PixelFormat::Picture && sky.rgb != Rgb::Srgb {
+        if pixel == PixelFormat::Picture && sky.space.rgb != Rgb::Srgb {
             return Err(Error::not_allowed("render.rgb", "of this sky is not srgb, and a picture is"));
         }
         Ok(Self::of_sky(Arc::clone(sky), &scene, pixel))

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_shared::camera::EQUIRECTANGULAR;
 use sorairo_shared::cubic::{Stencil, stencil};
+use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::LOOKUP_WORKGROUP;
 use sorairo_shared::lookup::{RUN, grid_view};
 use sorairo_shared::sky::Constituents;
@@ -28,9 +29,10 @@ const TOLERANCE_OF_BRIGHTEST: f64 = 1e-4;
 /// The sky lookup may not be finer than this; a sky that needs more is integrated at every pixel.
 const LARGEST: (u32, u32) = (512, 256);
 
-/// Most entries of a sky lookup that has the rows of its image: those that every device fills in one dispatch, 65 535 workgroups. They take
-/// 128 MiB, which every device takes as one buffer.
-const MOST_ENTRIES: u64 = 65_535 * LOOKUP_WORKGROUP as u64;
+/// Most entries of a sky lookup that has the rows of its image: of three colours they take 128 MiB, which every Vulkan device takes as one
+/// buffer, and one dispatch fills them.
+const MOST_ENTRIES: u64 = (1 << 27) / (3 * size_of::<Vec4>() as u64);
+const _: () = assert!(MOST_ENTRIES <= 65_535 * LOOKUP_WORKGROUP as u64);
 
 /// The coarsest sky lookup, with which its error is measured.
 const COARSEST: (u32, u32) = (48, 16);
@@ -226,8 +228,7 @@ mod tests {
     use super::*;
     use crate::PixelFormat;
     use crate::plan::Plan;
-    use crate::scene::Preset;
-    use crate::scene::Size;
+    use crate::scene::{Preset, Size};
 
     fn lookup(change: impl FnOnce(&mut Scene)) -> Lookup {
         let mut scene = Scene::preset(Preset::Earth).first_order();
@@ -255,7 +256,7 @@ mod tests {
         let tall = |height, choice| {
             lookup(|scene| (scene.camera.size, scene.render.path) = (Size { width: 1, height }, choice)).size
         };
-        assert!(tall(400_000, PathChoice::Lookup).is_some_and(|size| size.entries() <= MOST_ENTRIES));
+        assert!(tall(300_000, PathChoice::Lookup).is_some_and(|size| size.entries() <= MOST_ENTRIES));
         assert!(tall(8_388_608, PathChoice::Lookup).is_none());
     }
 }

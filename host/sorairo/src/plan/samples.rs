@@ -273,8 +273,7 @@ fn views_of_low_sun(scene: &Scene, from_sun: f64, low: f64, height: f64) -> impl
 mod tests {
     use super::*;
     use crate::plan::SkyPlan;
-    use crate::scene::Preset;
-    use crate::scene::Rgb;
+    use crate::scene::{Preset, Rgb};
 
     fn samples(change: impl FnOnce(&mut Scene)) -> u32 {
         let mut scene = Scene::preset(Preset::Earth).first_order();

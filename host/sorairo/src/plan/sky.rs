@@ -18,8 +18,6 @@ use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
 pub struct SkyPlan {
     /// The scene whose sky this is; its camera is one of those that may look at it.
     pub scene: ValidScene,
-    /// The name of the space of linear RGB.
-    pub rgb: Rgb,
     /// The ray integral at the bands.
     pub integral: RayIntegral,
     /// The fit through the bands.
@@ -70,18 +68,8 @@ impl SkyPlan {
         .with_multiple_light();
         let training = Training { integral: &integral, observer, space: &space };
         let colour = if is_night { Vec::new() } else { fit.colour_rows(&training, colour_path) };
-        let sky = Self {
-            scene: scene.clone(),
-            rgb,
-            integral,
-            fit,
-            colour_path,
-            observer,
-            space,
-            colour,
-            exposure: 1.0,
-            is_night,
-        };
+        let sky =
+            Self { scene: scene.clone(), integral, fit, colour_path, observer, space, colour, exposure: 1.0, is_night };
         if is_night {
             return sky;
         }

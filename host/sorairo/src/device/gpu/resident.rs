@@ -39,6 +39,8 @@ pub struct ResidentRenderer {
     sky: Option<UploadedSky>,
     lookup: Option<FilledLookup>,
     pixels: Option<wgpu::Buffer>,
+    /// Pixels without light, and their format.
+    black: Option<(PixelFormat, wgpu::Buffer)>,
 }
 
 /// The buffers of a sky, whoever looks at it.
@@ -71,6 +73,7 @@ impl ResidentRenderer {
             sky: None,
             lookup: None,
             pixels: None,
+            black: None,
         }
     }
 
@@ -125,6 +128,9 @@ impl ResidentRenderer {
         if bytes > limits.max_buffer_size.min(limits.max_storage_buffer_binding_size) {
             return too_large("the pixels");
         }
+        if lookup_bytes(plan) > limits.max_buffer_size.min(limits.max_storage_buffer_binding_size) {
+            return too_large("the sky lookup");
+        }
         let groups = plan.width().max(plan.height()).div_ceil(WORKGROUP_SIDE);
         if groups.max(entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP)) > limits.max_compute_workgroups_per_dimension {
             return too_large("the workgroups");
@@ -156,10 +162,6 @@ impl ResidentRenderer {
         self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
     }
 
-    fn filled(&self, label: &'static str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
-        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
-    }
-
     /// Makes room for the plan's sky lookup; whether it has to be filled.
     fn reserve_lookup(&mut self, sky: &Arc<SkyPlan>, plan: &Plan, camera: &CameraScene) -> bool {
         let size = plan.lookup.size;
@@ -168,8 +170,7 @@ impl ResidentRenderer {
             Arc::ptr_eq(&lookup.of, sky) && lookup.size == size && (size.is_none() || lookup.rows_of == rows_of)
         });
         if !is_filled {
-            let colours = u64::from(colours_per_entry(plan.variant));
-            let bytes = colours * size_of::<Vec4>() as u64 * u64::from(entries(&plan.uniform)).max(1);
+            let bytes = lookup_bytes(plan);
             let kept = self.lookup.take().map(|lookup| lookup.buffer).filter(|buffer| buffer.size() >= bytes);
             let buffer = kept.unwrap_or_else(|| self.empty("sky lookup", bytes, wgpu::BufferUsages::STORAGE));
             self.lookup = Some(FilledLookup { of: Arc::clone(sky), size, rows_of, buffer });
@@ -185,14 +186,14 @@ impl ResidentRenderer {
             Some(uploaded) => uploaded,
             None => UploadedSky {
                 of: Arc::clone(&plan.sky),
-                bands: self.filled("bands", bytemuck::cast_slice(buffers.bands), storage),
-                quadrature: self.filled("quadrature", bytemuck::cast_slice(buffers.quadrature), storage),
+                bands: filled(&self.device, "bands", bytemuck::cast_slice(buffers.bands), storage),
+                quadrature: filled(&self.device, "quadrature", bytemuck::cast_slice(buffers.quadrature), storage),
                 // A binding may not be empty.
-                multiple: self.filled("multiply scattered light", &not_empty(buffers.multiple), storage),
+                multiple: filled(&self.device, "multiply scattered light", &not_empty(buffers.multiple), storage),
             },
         };
-        let colour = self.filled("colour", &not_empty(buffers.colour), storage);
-        let uniform = self.filled("uniform", bytemuck::bytes_of(uniform), wgpu::BufferUsages::UNIFORM);
+        let colour = filled(&self.device, "colour", &not_empty(buffers.colour), storage);
+        let uniform = filled(&self.device, "uniform", bytemuck::bytes_of(uniform), wgpu::BufferUsages::UNIFORM);
         let lookup = self.lookup.as_ref().expect("it was reserved").buffer.clone();
         let bound = [&uniform, &sky.bands, &sky.quadrature, &colour, &sky.multiple, &lookup, output];
         let groups = self.kernels.layouts.bind(&self.device, &bound.map(|buffer| (buffer, buffer.size())));
@@ -201,22 +202,36 @@ impl ResidentRenderer {
     }
 
     /// Copies rows without light to where the kernels write none.
-    fn copy_black(&self, encoder: &mut wgpu::CommandEncoder, plan: &Plan, row_pixels: u32, output: &wgpu::Buffer) {
+    fn copy_black(&mut self, encoder: &mut wgpu::CommandEncoder, plan: &Plan, row_pixels: u32, output: &wgpu::Buffer) {
         let rows = plan.height() - plan.lit_rows.len() as u32;
         if rows == 0 {
             return;
         }
-        let words = plan.pixel.black().repeat((row_pixels * rows) as usize);
-        let black = self.filled("black", bytemuck::cast_slice(&words), wgpu::BufferUsages::COPY_SRC);
+        let bytes = 4 * u64::from(row_pixels) * u64::from(rows) * u64::from(plan.pixel_words());
+        let kept = self.black.take().filter(|(pixel, buffer)| *pixel == plan.pixel && buffer.size() >= bytes);
+        let (_, black) = self.black.insert(kept.unwrap_or_else(|| {
+            let words = plan.pixel.black().repeat((row_pixels * rows) as usize);
+            (plan.pixel, filled(&self.device, "black", bytemuck::cast_slice(&words), wgpu::BufferUsages::COPY_SRC))
+        }));
         // Rows are lit from the top.
         let offset = 4 * u64::from(row_pixels) * u64::from(plan.lit_rows.len() as u32) * u64::from(plan.pixel_words());
-        encoder.copy_buffer_to_buffer(&black, 0, output, offset, black.size());
+        encoder.copy_buffer_to_buffer(black, 0, output, offset, bytes);
     }
 
     /// The queue to which the commands go.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
     }
+}
+
+fn filled(device: &wgpu::Device, label: &'static str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
+}
+
+/// Bytes of a plan's sky lookup; a binding may not be empty.
+fn lookup_bytes(plan: &Plan) -> u64 {
+    let colours = u64::from(colours_per_entry(plan.variant));
+    colours * size_of::<Vec4>() as u64 * u64::from(entries(&plan.uniform)).max(1)
 }
 
 fn not_empty(values: &[Vec4]) -> Cow<'_, [u8]> {

@@ -7,9 +7,9 @@ cd "$(dirname "$0")"
 
 quick=(--config tests/quick-window.toml)
 
-has_vulkan() {
-    cargo "${quick[@]}" run --quiet --release --package sorairo-cli --features sorairo-cli/view -- devices 2>/dev/null | grep -vq '^CPU'
-}
+sorairo=${CARGO_TARGET_DIR:-target}/release/sorairo
+
+has_vulkan() { "$sorairo" devices 2>/dev/null | grep -vq '^CPU'; }
 
 has_linker() { command -v cc >/dev/null; }
 
@@ -40,6 +40,20 @@ make_python() {
     cp tests/python/requirements.txt target/python/
 }
 
+# Builds the wheel, and tests it in an environment made for it: numpy comes with the wheel, and what the tests compare it with from the
+# Python that has it.
+test_wheel() {
+    local python=${SORAIRO_PYTHON:-target/python/bin/python} fresh=target/wheel/bin/python
+    local site='import site; print(site.getsitepackages()[0])'
+    rm -rf target/wheels target/wheel
+    "$python" -m maturin build --quiet --release --locked --manifest-path host/python/Cargo.toml "${quick[@]}" \
+        --interpreter "$python" --compatibility linux --out target/wheels &&
+        "$python" -m venv target/wheel &&
+        "$fresh" -m pip install --quiet --disable-pip-version-check --constraint tests/python/requirements.txt target/wheels/*.whl &&
+        "$python" -c "$site" >"$("$fresh" -c "$site")/peers.pth" &&
+        "$fresh" -m pytest --quiet -p no:cacheprovider host/python/tests
+}
+
 if ! command -v cargo >/dev/null; then
     echo "test.sh: cargo is missing; install Rust from https://rustup.rs" >&2
     exit 1
@@ -49,14 +63,15 @@ if ! has_linker && ! install build-essential; then
     exit 1
 fi
 echo "test.sh: building"
-cargo "${quick[@]}" build --release --package sorairo-cli --features sorairo-cli/view
+# Beside the Python package, which asks for more of some crates: all that follows takes what is built here.
+cargo "${quick[@]}" build --release --package sorairo-cli --package sorairo-python --bin sorairo --features sorairo-cli/view
 if ! has_vulkan; then
     if ! install mesa-vulkan-drivers libvulkan1 || ! has_vulkan; then
         echo "test.sh: no Vulkan device; the tests need one, and Mesa's software driver will do" >&2
         exit 1
     fi
 fi
-cargo "${quick[@]}" run --quiet --release --package sorairo-cli --features sorairo-cli/view -- devices 2>/dev/null
+"$sorairo" devices 2>/dev/null
 if ! has_xvfb; then
     # The libraries are those that a window loads when it opens.
     if ! install xvfb xauth libxkbcommon-x11-0 libx11-xcb1 libxcursor1 libxi6 libxrandr2 || ! has_xvfb; then
@@ -73,6 +88,7 @@ if [ -z "${SORAIRO_PYTHON:-}" ] && ! has_python; then
     fi
 fi
 cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --no-fail-fast || failed=1
+test_wheel || failed=1
 # The library as one takes it that needs neither Vulkan nor files.
 cargo test --release --package sorairo --no-default-features --features cpu --test cpu_only || failed=1
 exit "${failed:-0}"

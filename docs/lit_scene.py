@@ -29,18 +29,21 @@ def matte(*reflectance):
     return {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(reflectance)}}
 
 
+# Where the map has no disc in it the sun is a light of its own, through the same air. With a disc it must not be counted twice.
+sun = {
+    "type": "directional",
+    "direction": [-c for c in to_sun],
+    "irradiance": {"type": "rgb", "value": report["sun_irradiance_rgb"]},
+}
+suns = {} if report["sun_disc"] else {"sun": sun}
+
 scene = mi.load_dict(
     {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": 4},
         # Mitsuba's envmap has y up: x to y, y to z, z to x.
         "sky": {"type": "envmap", "filename": sky_file, "to_world": T([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])},
-        # The map has no disc in it; the sun is a light of its own, through the same air.
-        "sun": {
-            "type": "directional",
-            "direction": [-c for c in to_sun],
-            "irradiance": {"type": "rgb", "value": report["sun_irradiance_rgb"]},
-        },
+        **suns,
         "ground": {"type": "disk", "to_world": T().scale([5000, 5000, 1]), "bsdf": matte(0.25, 0.25, 0.25)},
         "white": sphere(0, 1.2, 1.0, matte(0.8, 0.8, 0.8)),
         "mirror": sphere(0, -1.2, 1.0, {"type": "conductor", "material": "none"}),

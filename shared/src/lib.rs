@@ -73,6 +73,7 @@
 
 pub use spirv_std::glam;
 
+pub mod azimuth;
 pub mod camera;
 pub mod cubic;
 pub mod disc;

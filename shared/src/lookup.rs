@@ -1,13 +1,13 @@
 //! The sky lookup: the colours of the sky's constituents, integrated for a few directions, between which every pixel is interpolated.
 //!
 //! Without its phase functions the sky is smooth, and it is symmetric about the vertical plane through the sun. Rows are
-//! elevations, crowded towards the horizon on either side of it; columns are equidistant in the cosine of the azimuth from
-//! the sun, in which a function that is even in the azimuth is smooth at both ends. The phase functions are exact at
+//! elevations, crowded towards the horizon on either side of it; columns are places of [`crate::azimuth`]. The phase functions are exact at
 //! every pixel, and so is the horizon.
 //!
 //! The rows of an equirectangular image are elevations too. Its lookup has the same rows, and nothing is interpolated between them; between
 //! columns go cubics. Where the columns lie far enough apart, [`RUN`] neighbouring pixels share the cubic's value and slope in their middle.
 
+use crate::azimuth::{cosine_at_place, place_of_azimuth};
 use crate::camera::{EQUIRECTANGULAR, equirectangular_elevation};
 use crate::cubic::{Stencil, stencil};
 use crate::glam::{Vec3, Vec4};
@@ -76,7 +76,7 @@ fn margin(uniform: &Uniform) -> f32 {
 pub fn entry_view(uniform: &Uniform, entry: u32, variant: u32) -> Vec3 {
     let row = entry / uniform.lookup_azimuths;
     let column = entry - row * uniform.lookup_azimuths;
-    let c = 1.0 - 2.0 * column as f32 / (uniform.lookup_azimuths - 1) as f32;
+    let c = cosine_at_place(column as f32 / (uniform.lookup_azimuths - 1) as f32);
     if variant::projection(variant) == EQUIRECTANGULAR {
         return towards(uniform, equirectangular_elevation(&uniform.camera, row as f32 + 0.5), c);
     }
@@ -213,7 +213,7 @@ fn coloured(uniform: &Uniform, constituents: Constituents, view: Vec3, variant: 
 /// Columns of the lookup between the sun's azimuth and a direction's.
 #[inline]
 fn columns_from_sun(uniform: &Uniform, view: Vec3) -> f32 {
-    0.5 * (1.0 - cosine_from_sun(uniform, view)) * (uniform.lookup_azimuths - 1) as f32
+    place_of_azimuth(cosine_from_sun(uniform, view)) * (uniform.lookup_azimuths - 1) as f32
 }
 
 /// The colour between four entries of so many colours, given the first of each of their two rows.

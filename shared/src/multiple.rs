@@ -15,7 +15,7 @@
 //! A light field depends on the altitude and on the sun's zenith angle, and for no other reason on the place. So a table over these two,
 //! about one sun, holds all of it. A ray of it crosses the same air for every sun and azimuth: its samples, their transmittances
 //! and their places between the altitudes are made once ([`RayNode`]), then all moments of an `m` are summed for each sun of the table
-//! (`sources`), and what is left for a sight is to stand between four suns and to sum over `m` ([`gather`]).
+//! (`sources`), and what is left for a sight is to stand between four suns ([`suns_along`]) and to sum over `m` ([`gather`]).
 //!
 //! Light of the first order is the integral of [`crate::single`] here too. Its table takes the phase function of aerosol as the sum of the moments
 //! that it keeps: what lies above would only alias.
@@ -23,7 +23,7 @@
 use crate::geometry::{Ray, shadow};
 use crate::glam::{Vec2, Vec4};
 use crate::ground::{GroundView, column_densities_to_sun, ground_on_way};
-use crate::math::{abs, acos, clamp, exp, exp_lanes, fetch, ln4, max, min, sqrt, store};
+use crate::math::{abs, acos, clamp, exp_lanes, fetch, ln4, max, min, sqrt};
 use crate::moments::{Axis, Moments, Stencil};
 use crate::profile::{
     Atmosphere, ColumnDensities, column_densities, column_densities_of_two, relative_densities, sun_column_densities,
@@ -75,32 +75,12 @@ impl<const N: usize> Lanes<N> {
         product
     }
 
-    /// Adds the sum of four with these weights, times a number.
-    #[inline(always)]
-    fn add_weighted(&mut self, four: [&Self; 4], weights: [f32; 4], factor: f32) {
-        let [a, b, c, d] = four;
-        let [wa, wb, wc, wd] = weights.map(|weight| weight * factor);
-        for i in 0..N {
-            self.0[i] += a.0[i] * wa + b.0[i] * wb + c.0[i] * wc + d.0[i] * wd;
-        }
-    }
-
     /// The values of four neighbours with the weights of a stencil.
     #[inline(always)]
     pub fn between(values: &[Self], stencil: Stencil) -> Self {
         let mut sum = Self::ZERO;
         for (value, weight) in values[stencil.first..stencil.first + 4].iter().zip(stencil.weights) {
             sum.add_scaled(value, weight);
-        }
-        sum
-    }
-
-    /// The sum of the absolute values.
-    #[inline(always)]
-    fn size(&self) -> f32 {
-        let mut sum = 0.0;
-        for value in self.0 {
-            sum += abs(value);
         }
         sum
     }
@@ -323,13 +303,24 @@ pub struct TableRay<'a, const N: usize> {
     pub of: Moments,
 }
 
+/// Wavelengths that are summed together: of so many a table stays in a processor's own cache, and the sources of a node in its first one.
+pub const TILE: usize = 16;
+
+/// Lanes of a tile of `N` wavelengths; `N` is a multiple of it.
+#[inline(always)]
+pub const fn lanes_of_tile<const N: usize>() -> usize {
+    if N < TILE { N } else { TILE }
+}
+
 /// The moments of a light field at the altitudes and suns of a table.
 #[derive(Clone, Copy)]
-pub struct MomentTable<'a, const N: usize> {
+pub struct MomentTable<'a> {
     /// Which.
     pub moments: Moments,
-    /// The moments: all of the first sun at the first altitude, then of the next sun.
-    pub values: &'a [Lanes<N>],
+    /// The moments, tile after tile of the wavelengths: in each, altitude after altitude, all of the first sun, then of the next.
+    pub values: &'a [f32],
+    /// Altitudes.
+    pub altitudes: usize,
     /// Zenith angles of the suns (radians).
     pub suns: Axis<'a>,
     /// Whether what lies between suns is interpolated relative to its logarithm: where the sun sets, light falls by powers of ten.
@@ -347,147 +338,219 @@ pub struct Sight {
     pub near: usize,
 }
 
-/// Room for the sources of a node.
-pub struct Scratch<'a, const N: usize> {
-    /// For each sun of the table and each azimuthal number the source towards the observer.
-    pub sources: &'a mut [Lanes<N>],
-    /// For each sun the logarithm by which its sources were divided.
-    pub logarithms: &'a mut [f32],
-    /// For each sight the zenith angle of the sun at a node.
-    pub angles: &'a mut [f32],
-    /// For each sight the cosine of the sun's azimuth from the ray at a node.
-    pub cosines: &'a mut [f32],
+/// A sun as a node of a ray sees it.
+#[derive(Clone, Copy)]
+pub struct SunPlace {
+    /// Its place between the suns of the table.
+    pub suns: Stencil,
+    /// Cosine of its azimuth from the ray.
+    pub cosine: f32,
 }
 
-/// The source at a node of a ray towards its origin, for each sun of a table and each azimuthal number: `Σ_l χ_l L_lm N_lm P_l^m`.
+/// Room for the sources of a node.
+pub struct Scratch<'a> {
+    /// For each sun of the table and each azimuthal number the source towards the observer, at the wavelengths of a tile.
+    pub sources: &'a mut [f32],
+    /// For each sun the size of its sources.
+    pub sizes: &'a mut [f32],
+    /// For each sun the logarithm of the size.
+    pub logarithms: &'a mut [f32],
+    /// For each sight the size between those of four suns.
+    pub scales: &'a mut [f32],
+}
+
+/// The lanes of a tile that begin at an index.
 #[inline(always)]
-fn sources<const N: usize>(table: MomentTable<N>, ray: TableRay<N>, index: usize, scratch: &mut Scratch<N>) {
+fn tile_at<const T: usize>(values: &[f32], index: usize) -> &[f32; T] {
+    let lanes = &values[index * T..(index + 1) * T];
+    match lanes.try_into() {
+        Ok(lanes) => lanes,
+        Err(_) => &[0.0; T],
+    }
+}
+
+/// Adds four rows of a table, weighted, to the lanes of a tile.
+#[inline(always)]
+fn add_rows<const T: usize>(sum: &mut [f32; T], rows: [&[f32; T]; 4], weights: [f32; 4]) {
+    let [a, b, c, d] = rows;
+    for i in 0..T {
+        sum[i] += a[i] * weights[0] + b[i] * weights[1] + c[i] * weights[2] + d[i] * weights[3];
+    }
+}
+
+/// The source at a node of a ray towards its origin at the wavelengths of a tile, for each sun of a table and each azimuthal number:
+/// `Σ_l χ_l L_lm N_lm P_l^m`.
+#[inline(always)]
+fn sources<const N: usize, const T: usize>(
+    table: MomentTable,
+    ray: TableRay<N>,
+    index: usize,
+    tile: usize,
+    sources: &mut [f32],
+) {
     let node = &ray.nodes[index];
     let (moments, suns) = (table.moments, table.suns.nodes.len());
     let count = moments.count();
     let numbers = moments.azimuthal + 1;
     let functions = if ray.functions.is_empty() { &[] } else { &ray.functions[index * ray.of.count()..] };
     let weights = node.altitudes.weights;
-    for (sun, sources) in scratch.sources.chunks_exact_mut(numbers).take(suns).enumerate() {
+    let (air, aerosol) = (tile_at::<T>(&node.air.0, tile), tile_at::<T>(&node.aerosol.0, tile));
+    let first_altitude = tile * table.altitudes + node.altitudes.first;
+    for (sun, sources) in sources.chunks_exact_mut(numbers * T).take(suns).enumerate() {
         // The four altitudes together: sums of four products each depend on each other only once a moment.
-        let [a, b, c, d] = [0, 1, 2, 3].map(|i| {
-            let at = ((node.altitudes.first + i) * suns + sun) * count;
-            &table.values[at..at + count]
-        });
-        for (m, source) in sources.iter_mut().enumerate() {
+        let four = [0, 1, 2, 3].map(|i| &table.values[((first_altitude + i) * suns + sun) * count * T..][..count * T]);
+        let rows = |moment: usize| four.map(|values| tile_at::<T>(values, moment));
+        for (m, source) in sources.chunks_exact_mut(T).enumerate() {
             let first = moments.first(m);
-            *source = Lanes::ZERO;
+            let mut sum = [0.0; T];
             if !functions.is_empty() {
-                let mut aerosol = Lanes::ZERO;
-                let moments = first..first + moments.degree + 1 - m;
-                let functions = &functions[ray.of.first(m)..][..moments.len()];
-                let four = a[moments.clone()].iter().zip(&b[moments.clone()]).zip(&c[moments.clone()]).zip(&d[moments]);
-                for ((((a, b), c), d), &function) in four.zip(functions) {
-                    aerosol.add_weighted([a, b, c, d], weights, function);
+                let functions = &functions[ray.of.first(m)..][..moments.degree + 1 - m];
+                for (l, &function) in functions.iter().enumerate() {
+                    add_rows(&mut sum, rows(first + l), weights.map(|weight| weight * function));
                 }
-                source.add_product(&aerosol, &node.aerosol);
+                for i in 0..T {
+                    sum[i] *= aerosol[i];
+                }
             }
             if m <= 2 {
-                let mut air = Lanes::ZERO;
+                let mut of_air = [0.0; T];
                 if m == 0 {
-                    air.add_weighted([&a[0], &b[0], &c[0], &d[0]], weights, node.air_functions[0]);
+                    add_rows(&mut of_air, rows(0), weights.map(|weight| weight * node.air_functions[0]));
                 }
-                let second = first + 2 - m;
-                air.add_weighted([&a[second], &b[second], &c[second], &d[second]], weights, node.air_functions[m + 1]);
-                source.add_product(&air, &node.air);
+                add_rows(&mut of_air, rows(first + 2 - m), weights.map(|weight| weight * node.air_functions[m + 1]));
+                for i in 0..T {
+                    sum[i] += of_air[i] * air[i];
+                }
             }
+            source.copy_from_slice(&sum);
         }
-    }
-    if table.logarithmic {
-        take_logarithms(suns, numbers, scratch);
     }
 }
 
 /// The smallest size of a source that is divided by: its inverse is finite in single precision.
 const SMALLEST: f32 = 1e-36;
 
-/// Divides the sources of each sun by their size, and keeps its logarithm. What is 1e-20 of the largest is nothing.
+/// The sizes of the sources of each sun, of so many values, and their logarithms. What is 1e-20 of the largest is nothing.
 #[inline(always)]
-fn take_logarithms<const N: usize>(suns: usize, numbers: usize, scratch: &mut Scratch<N>) {
+fn take_sizes<const T: usize>(of_sun: usize, scratch: &mut Scratch) {
     let mut largest = 0.0;
-    for sun in 0..suns {
-        let mut size = 0.0;
-        for source in &scratch.sources[sun * numbers..(sun + 1) * numbers] {
-            size += source.size();
+    for (sources, size) in scratch.sources.chunks_exact(of_sun).zip(scratch.sizes.iter_mut()) {
+        // As many sums as a processor has lanes.
+        let mut sums = [0.0; T];
+        for tile in 0..sources.len() / T {
+            let lanes = tile_at::<T>(sources, tile);
+            for i in 0..T {
+                sums[i] += abs(lanes[i]);
+            }
         }
-        store(scratch.logarithms, sun, size);
-        largest = max(largest, size);
+        *size = 0.0;
+        for sum in sums {
+            *size += sum;
+        }
+        largest = max(largest, *size);
     }
-    for sun in 0..suns {
-        let size = max(max(fetch(scratch.logarithms, sun), largest * 1e-20), SMALLEST);
-        for source in &mut scratch.sources[sun * numbers..(sun + 1) * numbers] {
-            *source = source.scaled(1.0 / size);
-        }
-        store(scratch.logarithms, sun, ln4(Vec4::splat(size)).x);
+    for (size, logarithm) in scratch.sizes.iter_mut().zip(scratch.logarithms.iter_mut()) {
+        *size = max(max(*size, largest * 1e-20), SMALLEST);
+        *logarithm = ln4(Vec4::splat(*size)).x;
     }
 }
 
-/// The weights of four suns whose values were divided by the exponentials of their logarithms. A cubic through logarithms may
-/// not leave their range: where they fall off a cliff it would explode.
+/// The size that a source has at each place of a sun, between the logarithms of four. A cubic through logarithms may not leave their
+/// range: where they fall off a cliff it would explode.
 #[inline(always)]
-fn with_logarithms(logarithms: &[f32], stencil: Stencil) -> [f32; 4] {
-    let [a, b, c, d] = [0, 1, 2, 3].map(|i| fetch(logarithms, stencil.first + i));
-    let [wa, wb, wc, wd] = stencil.weights;
-    let (low, high) = (min(min(a, b), min(c, d)), max(max(a, b), max(c, d)));
-    let scale = exp(clamp(a * wa + b * wb + c * wc + d * wd, low, high));
-    [wa * scale, wb * scale, wc * scale, wd * scale]
+fn take_scales(places: &[SunPlace], scratch: &mut Scratch) {
+    for (place, scale) in places.iter().zip(scratch.scales.iter_mut()) {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| fetch(scratch.logarithms, place.suns.first + i));
+        let [wa, wb, wc, wd] = place.suns.weights;
+        let (low, high) = (min(min(a, b), min(c, d)), max(max(a, b), max(c, d)));
+        *scale = clamp(a * wa + b * wb + c * wc + d * wd, low, high);
+    }
+    exp_lanes(scratch.scales);
 }
 
-/// Light gathered along a ray from the sources of a table, added to `light` for each sight; without that of the ground.
+/// Light gathered along a ray from the sources of a table, added to `light` for each sight; without that of the ground. `places` are the
+/// suns of all sights at the first node, then at the next; see [`suns_along`].
 #[cfg_attr(
     not(target_arch = "spirv"),
     multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
 )]
 pub fn gather<const N: usize>(
-    table: MomentTable<N>,
+    table: MomentTable,
     ray: TableRay<N>,
-    sights: &[Sight],
-    scratch: &mut Scratch<N>,
+    places: &[SunPlace],
+    scratch: &mut Scratch,
     light: &mut [Lanes<N>],
 ) {
-    let numbers = table.moments.azimuthal + 1;
-    for index in 0..ray.nodes.len() {
-        sources(table, ray, index, scratch);
-        suns_at(ray, index, sights, scratch);
-        let mut near = sights.first().map_or(0, |sight| sight.near);
-        for (at, light) in light.iter_mut().enumerate() {
-            let stencil = table.suns.stencil(fetch(scratch.angles, at), near);
-            near = stencil.first;
-            let weights =
-                if table.logarithmic { with_logarithms(scratch.logarithms, stencil) } else { stencil.weights };
-            let cosine = fetch(scratch.cosines, at);
-            let four = &scratch.sources[stencil.first * numbers..(stencil.first + 4) * numbers];
-            let (first, second) = four.split_at(2 * numbers);
-            let (pairs, others) = (first.split_at(numbers), second.split_at(numbers));
-            let each = pairs.0.iter().zip(pairs.1).zip(others.0).zip(others.1);
-            // cos((m + 1) φ) = 2 cos φ cos(m φ) - cos((m - 1) φ)
-            let (mut before, mut value) = (cosine, 1.0);
-            for (((a, b), c), d) in each {
-                light.add_weighted([a, b, c, d], weights, value);
-                let next = 2.0 * cosine * value - before;
-                before = value;
-                value = next;
+    if N < TILE {
+        gather_tiles::<N, N>(table, ray, places, scratch, light);
+    } else {
+        gather_tiles::<N, TILE>(table, ray, places, scratch, light);
+    }
+}
+
+#[inline(always)]
+fn gather_tiles<const N: usize, const T: usize>(
+    table: MomentTable,
+    ray: TableRay<N>,
+    places: &[SunPlace],
+    scratch: &mut Scratch,
+    light: &mut [Lanes<N>],
+) {
+    let of_sun = (table.moments.azimuthal + 1) * T;
+    for tile in 0..N / T {
+        for (index, places) in places.chunks_exact(light.len()).enumerate() {
+            sources::<N, T>(table, ray, index, tile, scratch.sources);
+            if table.logarithmic {
+                take_sizes::<T>(of_sun, scratch);
+                take_scales(places, scratch);
+            }
+            for (at, (place, light)) in places.iter().zip(light.iter_mut()).enumerate() {
+                let first = place.suns.first;
+                let mut weights = place.suns.weights;
+                if table.logarithmic {
+                    let scale = fetch(scratch.scales, at);
+                    for (i, weight) in weights.iter_mut().enumerate() {
+                        *weight *= scale / fetch(scratch.sizes, first + i);
+                    }
+                }
+                let four = [0, 1, 2, 3].map(|i| &scratch.sources[(first + i) * of_sun..][..of_sun]);
+                let mut sum = [0.0; T];
+                // cos((m + 1) φ) = 2 cos φ cos(m φ) - cos((m - 1) φ)
+                let (mut before, mut value) = (place.cosine, 1.0);
+                for m in 0..=table.moments.azimuthal {
+                    add_rows(
+                        &mut sum,
+                        four.map(|sources| tile_at::<T>(sources, m)),
+                        weights.map(|weight| weight * value),
+                    );
+                    let next = 2.0 * place.cosine * value - before;
+                    before = value;
+                    value = next;
+                }
+                for (light, sum) in light.0[tile * T..(tile + 1) * T].iter_mut().zip(sum) {
+                    *light += sum;
+                }
             }
         }
     }
 }
 
-/// The sun at a node of a ray, for each sight: its zenith angle, and the cosine of its azimuth from the ray.
+/// The suns of all sights at a node of a ray, where they stand among the suns of a table: appended by `visit`, in the order of the sights.
 #[inline(always)]
-fn suns_at<const N: usize>(ray: TableRay<N>, index: usize, sights: &[Sight], scratch: &mut Scratch<N>) {
+pub fn suns_along<const N: usize>(
+    suns: Axis,
+    ray: TableRay<N>,
+    index: usize,
+    sights: &[Sight],
+    mut visit: impl FnMut(SunPlace),
+) {
     let node = &ray.nodes[index];
     let inverse_radius = 1.0 / node.radius;
     let inverse_sine = if node.sine > 1e-6 { 1.0 / node.sine } else { 0.0 };
-    let places = scratch.angles.iter_mut().zip(scratch.cosines.iter_mut());
-    for (sight, (angle, cosine)) in sights.iter().zip(places) {
+    for sight in sights {
         let mu_s = clamp((ray.radius * sight.mu_s + node.distance * sight.nu) * inverse_radius, -1.0, 1.0);
         let sine_s = sqrt(max(1.0 - mu_s * mu_s, 1e-12));
-        *angle = acos(mu_s);
-        *cosine = clamp((sight.nu - node.mu * mu_s) * inverse_sine / sine_s, -1.0, 1.0);
+        let cosine = clamp((sight.nu - node.mu * mu_s) * inverse_sine / sine_s, -1.0, 1.0);
+        visit(SunPlace { suns: suns.stencil(acos(mu_s), sight.near), cosine });
     }
 }

@@ -1,8 +1,7 @@
 //! The lookup of multiply scattered light: a grid of directions, between which every ray is interpolated.
 //!
 //! Light scattered more than once has no phase function left, and varies slowly with the direction: a few thousand entries hold it. As in
-//! [`crate::lookup`], rows are elevations, crowded towards the horizon on either side of it, and columns are equidistant in the cosine of the
-//! azimuth from the sun; between them it is interpolated by cubics. Rows of an observer outside the atmosphere are elevations where the ray
+//! [`crate::lookup`], rows are elevations, crowded towards the horizon on either side of it, and columns are places of [`crate::azimuth`]; between them it is interpolated by cubics. Rows of an observer outside the atmosphere are elevations where the ray
 //! enters it, so that they resolve the limb from any distance; columns are the observer's own.
 //!
 //! An entry is the light that air and aerosol scatter towards the observer and, below the horizon, the diffuse irradiance of the
@@ -10,6 +9,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::azimuth::place_of_azimuth;
 use crate::cubic::stencil;
 use crate::geometry::{Ray, inside_atmosphere};
 use crate::glam::Vec4;
@@ -98,7 +98,7 @@ pub fn place_at(lookup: MultipleLookup, mu: f32, c: f32) -> Place {
         ((lookup.horizon - elevation) / lookup.span_below, lookup.below)
     };
     let row = safe_sqrt(clamp(part, 0.0, 1.0)) * (rows - 1) as f32;
-    Place { is_lit: true, is_above, row, column: 0.5 * (1.0 - c) * (lookup.azimuths - 1) as f32 }
+    Place { is_lit: true, is_above, row, column: place_of_azimuth(c) * (lookup.azimuths - 1) as f32 }
 }
 
 /// Light that air and aerosol scatter towards the observer, neither for the first time, at a group of four bands (sr⁻¹).

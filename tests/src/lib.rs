@@ -3,5 +3,6 @@
 pub mod compare;
 pub mod gpu;
 pub mod program;
+pub mod python;
 pub mod sky;
 pub mod wait;

@@ -1,33 +1,11 @@
 //! The program's files in other people's programs. These tests need Python with what `tests/python/requirements.txt` lists.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
 use serde_json::{Value, json};
 use sorairo_tests::program::{read_png, succeed};
+use sorairo_tests::python::check;
 use tempfile::tempdir;
-
-/// Python: the one that `SORAIRO_PYTHON` names, or the one that test.sh makes.
-fn python() -> PathBuf {
-    let made = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/python/bin/python");
-    let python = std::env::var_os("SORAIRO_PYTHON").map_or_else(made, PathBuf::from);
-    assert!(
-        python.is_file(),
-        "{} is missing: run ./test.sh, which makes it, or set SORAIRO_PYTHON to a Python that has what tests/python/requirements.txt lists",
-        python.display()
-    );
-    python
-}
-
-/// Runs a script of `tests/python` in a folder, successfully.
-fn check(folder: &Path, script: &str, arguments: &[&str]) {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("python").join(script);
-    let output =
-        Command::new(python()).arg(&script).args(arguments).current_dir(folder).output().expect("Python starts");
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    println!("{}", text(&output.stdout));
-    assert!(output.status.success(), "{}: {}\n{}", script.display(), text(&output.stdout), text(&output.stderr));
-}
 
 fn write_json(path: &Path, value: &Value) {
     std::fs::write(path, value.to_string()).expect("a file");
@@ -89,6 +67,31 @@ fn the_tutorials_scene_is_lit_by_sky_and_sun() {
     // Mitsuba's sky is the one above the ground.
     let sky = mean(0..480, 0..20);
     assert!(sky[1] > 50.0, "{sky:?}");
+}
+
+#[test]
+fn a_scene_has_one_sun_whether_it_is_in_the_map_or_a_light() {
+    let folder = tempdir().unwrap();
+    let folder = folder.path();
+    let linear = |value: u8| (f64::from(value) / 255.0).powf(2.2);
+    let contrast = |flags: &[&str]| {
+        let image =
+            ["render", "--size", "512x256", "--sun-elevation", "25", "--sun-azimuth", "110", "-o", "sky.exr", "--json"];
+        std::fs::write(folder.join("sky.json"), succeed(folder, &[&image[..], flags].concat()).stdout).unwrap();
+        check(folder, "../../docs/lit_scene.py", &["sky.exr", "sky.json", "lit.png"]);
+        let lit = read_png(&folder.join("lit.png"));
+        let sum = |columns: std::ops::Range<usize>| {
+            (240..250)
+                .flat_map(|row| columns.clone().map(move |column| (column, row)))
+                .map(|(c, r)| linear(lit.at(c, r)[1]))
+                .sum::<f64>()
+        };
+        sum(350..400) / sum(50..100)
+    };
+    let (light, map) = (contrast(&[]), contrast(&["--sun-disc"]));
+    println!("open ground over shade: {light:.2} with a light, {map:.2} with the map's own sun");
+    // A second sun would nearly double it. The map's sun is wider, and rays find it by chance.
+    assert!((map / light - 1.0).abs() < 0.25, "{light} {map}");
 }
 
 /// Haze whose glow shows where the sun is.

@@ -208,25 +208,57 @@ fn the_lookup_agrees_with_the_integral_at_every_pixel() {
         for (sun, altitude) in places {
             let mut scene = scene(Preset::Earth, sun, "192x96");
             (scene.camera.projection, scene.observer.altitude) = (projection, altitude);
-            if projection != Projection::Equirectangular {
-                // So that the horizon is seen.
-                scene.camera.look_elevation = Some(10.0);
-            }
-            let of = |path| {
-                let mut scene = scene.clone();
-                scene.render.path = path;
-                let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
-                floats(&plan, &device::cpu::Cpu, plan.kernel())
-            };
-            let (lookup, direct) = (of(PathChoice::Lookup), of(PathChoice::Direct));
-            let mean = direct.iter().map(|&x| f64::from(x)).sum::<f64>() / direct.len() as f64;
-            let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
-            let rmse = (lookup.iter().zip(&direct).map(square).sum::<f64>() / direct.len() as f64).sqrt();
-            println!("{projection:?}, sun {sun}, altitude {altitude}: {:.1e} of the mean", rmse / mean);
-            // The goal; the size of the sky lookup is chosen for 1e-3 at the worst place.
-            assert!(mean > 0.0 && rmse <= 1e-3 * mean, "{projection:?}, {sun}°, {altitude} km: {rmse:e} of {mean:e}");
+            check_lookup(scene);
         }
     }
+}
+
+#[test]
+fn the_lookup_resolves_the_peak_of_haze_around_the_sun() {
+    for projection in PROJECTIONS {
+        for (asymmetry, depth) in [(0.85, 0.2), (0.8, 0.05), (0.6, 0.5)] {
+            for sun in [50.0, 15.0, 2.0] {
+                let mut scene = Scene::preset(Preset::Standard);
+                scene.camera.size = "192x96".parse().unwrap();
+                (scene.sun.elevation, scene.camera.projection) = (sun, projection);
+                scene.atmosphere.aerosol.asymmetry = asymmetry;
+                scene.atmosphere.aerosol.optical_depth = depth;
+                check_lookup(scene);
+            }
+        }
+    }
+}
+
+/// Holds an image from the sky lookup to the integral.
+fn check_lookup(mut scene: Scene) {
+    let (projection, sun, altitude) = (scene.camera.projection, scene.sun.elevation, scene.observer.altitude);
+    if projection != Projection::Equirectangular {
+        // So that the horizon is seen.
+        scene.camera.look_elevation = Some(10.0);
+    }
+    let of = |path| {
+        let mut scene = scene.clone();
+        scene.render.path = path;
+        let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        (floats(&plan, &device::cpu::Cpu, plan.kernel()), plan.lookup)
+    };
+    let ((lookup, size), (direct, _)) = (of(PathChoice::Lookup), of(PathChoice::Direct));
+    let mean = direct.iter().map(|&x| f64::from(x)).sum::<f64>() / direct.len() as f64;
+    let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
+    let rmse = (lookup.iter().zip(&direct).map(square).sum::<f64>() / direct.len() as f64).sqrt();
+    let off = |(a, b): (&f32, &f32)| f64::from((a - b).abs()) / f64::from(*b).max(0.1 * mean);
+    let worst = lookup.iter().zip(&direct).map(off).fold(0.0, f64::max);
+    println!(
+        "{projection:?}, sun {sun}, altitude {altitude}: {:.1e} of the mean, {worst:.1e} at most; {size}",
+        rmse / mean
+    );
+    let what = format!("{projection:?}, {sun}°, {altitude} km, {size}");
+    // The goal; the size of the sky lookup is chosen for 1e-3 at the worst place.
+    assert!(mean > 0.0 && rmse <= 1e-3 * mean, "{what}: {rmse:e} of {mean:e}");
+    // The size follows from the luminance of some cells; a channel may be twice as far off, and a place between the cells too. In twilight the
+    // edge of the planet's shadow is a kink, at which an error falls with the spacing alone.
+    let bound = if sun <= 0.0 { 3e-2 } else { 4e-3 };
+    assert!(worst <= bound, "{what}: {worst:e}");
 }
 
 /// Pixels that share a place in the sky lookup reach hardly beyond it: where they do, the colour is as good as anywhere.

@@ -228,7 +228,7 @@ fn any_flags_are_a_scene_or_refused() {
         let Ok(arguments) = cli::Arguments::try_parse_from(arguments) else { return };
         // Without a file: this test reads none.
         if let cli::Command::Scene(cli::SceneCommand::Show { flags, .. }) = arguments.command {
-            let _ = cli::scene(None, &flags);
+            let _ = cli::scene(None, &flags.0);
         }
     });
 }
@@ -290,4 +290,22 @@ fn is_word(line: &str) -> bool {
         escapes.replace_range(at..at + 4, "");
     }
     !escapes.contains('\\') && !escapes.contains('"')
+}
+
+#[test]
+fn nothing_in_a_scene_file_steers_the_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let long = "x".repeat(300);
+    for (text, words) in [
+        ("sun.elevation = \"a\u{1b}[2Jb\"\n".to_owned(), "\\u{1b}"),
+        ("sun.elevation = \"\u{202e}b\"\n".to_owned(), "\\u{202e}"),
+        (format!("sun.elevation = \"{long}\"\n"), "xxx..."),
+    ] {
+        std::fs::write(folder.path().join("s.toml"), text).unwrap();
+        let ended = sorairo_tests::program::run(folder.path(), &["scene", "check", "s.toml"]);
+        assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+        assert!(ended.stderr.contains(words), "{}", ended.stderr);
+        let steers = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+        assert!(!ended.stderr.contains(steers) && ended.stderr.len() < 400, "{:?}", ended.stderr);
+    }
 }

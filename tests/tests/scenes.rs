@@ -65,9 +65,9 @@ fn check_names_everything_that_is_wrong_with_line_and_column() {
     assert_eq!(
         check("[sun]\nelevatoin = 4\nazimuth = 'x'\n[camera]\n  colour = 1\n"),
         [
-            "a.toml, line 5, column 3 (colour = 1): unknown key `colour`; did you mean `render.color`?",
             "a.toml, line 2, column 1 (elevatoin = 4): unknown key `elevatoin`; did you mean `elevation`?",
             "a.toml, line 3, column 11 (azimuth = 'x'): invalid type: string \"x\", expected a number",
+            "a.toml, line 5, column 3 (colour = 1): unknown key `colour`; did you mean `render.color`?",
         ]
     );
     assert_eq!(
@@ -253,6 +253,54 @@ fn a_wrong_table_is_refused_by_its_line() {
 }
 
 #[test]
+fn a_table_in_another_unit_is_refused_with_the_unit_that_it_may_be_in() {
+    let folder = folder();
+    let path = folder.path();
+    let cases = [
+        ("sun.spectrum", "1e38", "a solar irradiance is at most 100 W·m⁻²·nm⁻¹"),
+        ("sun.spectrum", "1e300", "a solar irradiance is at most 100 W·m⁻²·nm⁻¹"),
+        ("sun.spectrum", "2100", "the table may be in mW·m⁻²·nm⁻¹ or W·m⁻²·µm⁻¹"),
+        ("sun.spectrum", "2100000000", "the table may be in W·m⁻³"),
+        ("sun.spectrum", "0", "a solar irradiance reaches at least 0.000000001 W·m⁻²·nm⁻¹"),
+        ("atmosphere.ozone.cross_section", "1.2e-21", "at most 1e-22 m²; the table may be in cm²"),
+        ("atmosphere.ozone.cross_section", "0.005", "the table may be in Mb"),
+        (
+            "atmosphere.aerosol.single_scattering_albedo_spectrum",
+            "90",
+            "an albedo is at most 1; the table may be in per cent",
+        ),
+        ("ground.albedo", "30", "an albedo is at most 1; the table may be in per cent"),
+    ];
+    std::fs::create_dir(path.join("scenes")).unwrap();
+    for (key, value, words) in cases {
+        let rest = if value == "0" { "0" } else { "1e-30" };
+        std::fs::write(path.join("scenes/a.csv"), format!("380,{rest}\n500,{value}\n780,{rest}\n")).unwrap();
+        std::fs::write(path.join("scenes/a.toml"), format!("{key} = 'a.csv'\n")).unwrap();
+        for command in
+            [&["scene", "check", "scenes/a.toml"][..], &["render", "--device", "cpu", "--scene", "scenes/a.toml"]]
+        {
+            let said = refusal(path, command);
+            // Of equal values the last is named.
+            let row = if value == "0" {
+                "line 3 of which holds 0 at 780 nm".into()
+            } else {
+                format!("line 2 of which holds {value} at 500 nm")
+            };
+            assert!(said.len() == 1 && said[0].contains(&row) && said[0].contains(words), "{key}, {value}: {said:?}");
+        }
+    }
+    // What nature has passes: the sun of Mercury, and ozone in m² with its strong band in the ultraviolet.
+    for (key, table) in [
+        ("sun.spectrum", "380,7\n500,14\n780,8\n"),
+        ("atmosphere.ozone.cross_section", "250,1.1e-21\n350,1e-26\n380,1e-27\n600,5e-25\n780,2e-26\n"),
+    ] {
+        std::fs::write(path.join("scenes/a.csv"), table).unwrap();
+        std::fs::write(path.join("scenes/a.toml"), format!("{key} = 'a.csv'\n")).unwrap();
+        succeed(path, &["scene", "check", "scenes/a.toml"]);
+    }
+}
+
+#[test]
 fn wavelengths_end_where_a_table_ends() {
     let folder = folder();
     std::fs::write(folder.path().join("sun.csv"), "375,1\n790,1\n").unwrap();
@@ -282,13 +330,21 @@ fn place_and_time_put_the_sun_in_the_summary_and_the_json() {
     let [elevation, azimuth] = render(&golden);
     assert!((elevation - 39.872046).abs() < 0.01 && (azimuth - 194.340241).abs() < 0.01, "{elevation} {azimuth}");
     assert_eq!(render(&["--sun-elevation", "12", "--sun-azimuth", "-30"]), [12.0, -30.0]);
-    // A flag takes the place of one key and leaves the other.
+    // A flag takes the place of its key and leaves the other.
     let file = "[sun]\nplace = \"39.742476,-105.1786\"\ntime = 2003-10-17T19:30:30Z\n[observer]\naltitude = 1.83014\n";
     std::fs::write(folder.path().join("a.toml"), file).unwrap();
     assert_eq!(render(&["--scene", "a.toml"]), [elevation, azimuth]);
-    assert_eq!(render(&["--scene", "a.toml", "--sun-elevation", "5"]), [5.0, azimuth]);
     let later = render(&["--scene", "a.toml", "--time", "2003-10-17T20:30:30Z"]);
     assert!(later[1] > azimuth + 10.0, "{later:?}");
+    for flag in ["--sun-elevation", "--sun-azimuth"] {
+        let said = refusal(folder.path(), &["render", "--scene", "a.toml", flag, "5"]);
+        assert!(
+            said.len() == 1 && said[0].contains(flag) && said[0].contains("cannot be given beside --place"),
+            "{said:?}"
+        );
+    }
+    let said = refusal(folder.path(), &["sequence", "--scene", "a.toml", "--sun-elevation", "0:5:1"]);
+    assert!(said.len() == 1 && said[0].contains("cannot be given beside --place"), "{said:?}");
     // South of the equator, where a latitude looks like a flag.
     render(&["--place", "-33.9,151.2", "--time", "2026-06-21T04:30:00Z"]);
 }
@@ -317,6 +373,25 @@ fn a_wrong_place_or_time_exits_with_2_and_says_what_is_allowed() {
         assert!(named.iter().all(|part| ended.stderr.contains(part)), "{flags:?}: {}", ended.stderr);
     }
     assert!(contents(folder.path()).is_empty());
+}
+
+#[test]
+fn a_scene_file_is_named_in_either_way_and_help_keeps_place_and_time_together() {
+    let folder = folder();
+    std::fs::write(folder.path().join("a.toml"), "sun.elevation = 7.5\n").unwrap();
+    for command in ["show", "check"] {
+        let said = |arguments: &[&str]| succeed(folder.path(), &[&["scene", command], arguments].concat()).stdout;
+        assert_eq!(said(&["a.toml"]), said(&["--scene", "a.toml"]));
+        let both = run(folder.path(), &["scene", command, "a.toml", "--scene", "a.toml"]);
+        assert!(both.code == Some(2) && both.stderr.contains("cannot be used with"), "{}", both.stderr);
+    }
+    assert_eq!(run(folder.path(), &["scene", "check"]).code, Some(2));
+    for command in ["render", "spectrum"] {
+        let help = succeed(folder.path(), &[command, "--help"]).stdout;
+        let flags: Vec<_> = help.lines().filter_map(|line| line.trim().strip_prefix("--")?.split(' ').next()).collect();
+        let at = flags.iter().position(|flag| *flag == "place").expect("--place");
+        assert_eq!(flags[at + 1], "time", "{flags:?}");
+    }
 }
 
 #[test]

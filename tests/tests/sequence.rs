@@ -8,8 +8,8 @@ use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::Value;
 use sorairo::low_level::files::{Format, is_finished};
-use sorairo::scene::Scene;
-use sorairo_tests::program::{Ended, command, contents, read_png, run, succeed};
+use sorairo::scene::{ExrDepth, Scene};
+use sorairo_tests::program::{Ended, command, contents, read_exr, read_png, run, succeed};
 use sorairo_tests::wait;
 use tempfile::{TempDir, tempdir};
 
@@ -60,7 +60,8 @@ fn every_frame_is_byte_for_byte_the_rendering_of_its_scene() {
         let folder = folder();
         let common = ["--size", "64x32", "--altitude", "1", "--sun-azimuth", "30", "--device", device];
         let elevations = ["sequence", "--sun-elevation", "0.3:-0.3:0.1", "-o", "frames/sky.##.png", "-o", "e/#.exr"];
-        let ended = succeed(folder.path(), &[&elevations[..], &common].concat());
+        let own = ["--exposure", "auto"];
+        let ended = succeed(folder.path(), &[&elevations[..], &common, &own].concat());
         assert!(ended.stdout.is_empty() && ended.stderr.contains("7 frames rendered, 0 skipped, of 7"), "{ended:?}");
         let frames = contents(&folder.path().join("frames"));
         let linear = contents(&folder.path().join("e"));
@@ -91,7 +92,8 @@ fn every_frame_is_byte_for_byte_the_rendering_of_its_scene() {
 fn through_time_each_frame_is_the_rendering_at_its_place_and_moment() {
     let folder = folder();
     let common = ["--place", "43.06,141.35", "--size", "32x16", "--device", "cpu"];
-    let line = "sequence --from 2026-06-21T03:30:00+09:00 --to 2026-06-20T20:00:00Z --frames 4 -o t/#.exr";
+    let line =
+        "sequence --from 2026-06-21T03:30:00+09:00 --to 2026-06-20T20:00:00Z --frames 4 -o t/#.exr --exposure auto";
     succeed(folder.path(), &[&words(line)[..], &common].concat());
     let frames = contents(&folder.path().join("t"));
     assert_eq!(frames.keys().collect::<Vec<_>>(), ["0.exr", "1.exr", "2.exr", "3.exr", "contact.png"]);
@@ -105,6 +107,80 @@ fn through_time_each_frame_is_the_rendering_at_its_place_and_moment() {
     std::fs::write(folder.path().join("scene.toml"), "[sun]\nplace = '43.06,141.35'").unwrap();
     let summary = sequence(folder.path(), &format!("{line} --scene scene.toml --size 32x16 --device cpu"));
     assert_eq!(counts(&summary), (0, 4), "{summary}");
+}
+
+/// The exposures (stops) of the frames that a run lists.
+fn exposures(summary: &Value) -> Vec<f64> {
+    let frames = summary["frames"].as_array().expect("a list of frames");
+    frames.iter().map(|frame| frame["exposure_ev"].as_f64().expect("an exposure")).collect()
+}
+
+#[test]
+fn a_time_lapse_gets_dark() {
+    let folder = folder();
+    let line = |sun: &str, rest: &str| {
+        format!("sequence --device cpu --size 24x12 --orders 1 --sun-elevation {sun} -o {rest}")
+    };
+    let mean = |name: &str| {
+        let picture = read_png(&folder.path().join(name));
+        picture.rgb.iter().map(|&value| f64::from(value)).sum::<f64>() / picture.rgb.len() as f64
+    };
+    let one = sequence(folder.path(), &line("4:-8:4", "one/#.png"));
+    let brightness: Vec<f64> = (0..4).map(|i| mean(&format!("one/{i}.png"))).collect();
+    assert!(brightness.windows(2).all(|pair| pair[1] < 0.8 * pair[0]), "{brightness:?}");
+    let shared = exposures(&one);
+    // Of the frame with the highest sun, to a hundredth of a stop.
+    let report =
+        succeed(folder.path(), &words("render --device cpu --size 24x12 --orders 1 --sun-elevation 4 -o a.png --json"));
+    let highest = serde_json::from_str::<Value>(&report.stdout).unwrap()["exposure_ev"].as_f64().unwrap();
+    assert!(
+        shared.iter().all(|&ev| ev == shared[0]) && (shared[0] - highest).abs() <= 0.005 + 1e-4,
+        "{shared:?} {highest}"
+    );
+    // A sun that rises has the same exposure, and so has a part of its way by itself.
+    let rising = sequence(folder.path(), &line("-8:4:4", "two/#.png --frames 1-2"));
+    assert_eq!((exposures(&rising), counts(&rising)), (shared[..2].to_vec(), (2, 0)));
+    assert_eq!(counts(&sequence(folder.path(), &line("-8:4:4", "two/#.png"))), (2, 2));
+    let first = exposures(&sequence(folder.path(), &line("-8:4:4", "first/#.png --exposure first")));
+    assert!(first.iter().all(|&ev| ev == first[0]) && first[0] > shared[0] + 3.0, "{first:?}");
+    let own = exposures(&sequence(folder.path(), &line("4:-8:4", "own/#.png --exposure auto")));
+    assert!(own.windows(2).all(|pair| pair[1] > pair[0] + 0.5), "{own:?}");
+    assert_eq!(exposures(&sequence(folder.path(), &line("4:0:4", "stops/#.png --exposure -2.5"))), [-2.5; 2]);
+    let wrong = run(folder.path(), &words(&line("4:0:4", "wrong/#.png --exposure bright")));
+    assert!(wrong.code == Some(2) && wrong.stderr.contains("auto, first or sequence"), "{}", wrong.stderr);
+}
+
+#[test]
+fn json_lists_the_frames_whether_rendered_or_found() {
+    let folder = folder();
+    let line = "sequence --device cpu --size 8x4 --orders 1 --sun-elevation 0:10:5 --sun-disc -o #.exr -o #.png";
+    let (rendered, found) = (sequence(folder.path(), line), sequence(folder.path(), line));
+    assert_eq!((&rendered["count"], counts(&rendered), counts(&found)), (&3.into(), (3, 0), (0, 3)));
+    for i in 0..3 {
+        let (frame, again) = (&rendered["frames"][i], &found["frames"][i]);
+        assert_eq!((&frame["number"], &frame["sun_elevation"]), (&i.into(), &(5.0 * i as f64).into()));
+        assert_eq!(frame["outputs"], Value::from(vec![format!("{i}.exr"), format!("{i}.png")]));
+        assert!(frame["sun_disc"] == true && frame["irradiance_w_m2"].as_f64().unwrap() > 0.0, "{frame}");
+        let mut expected = frame.clone();
+        expected["rendered"] = false.into();
+        assert_eq!(*again, expected);
+    }
+}
+
+#[test]
+fn a_file_keeps_the_place_and_the_time_of_its_sun_and_says_how_it_is_rendered_again() {
+    let folder = folder();
+    let line = "render --device cpu --size 8x4 --place 43.06,141.35 --time 2026-06-21T04:30+09:00 -o a.png -o a.exr";
+    succeed(folder.path(), &words(line));
+    let png = std::fs::read(folder.path().join("a.png")).unwrap();
+    let text = String::from_utf8_lossy(&png).into_owned();
+    let scene = text.split("preset = ").nth(1).map(|rest| format!("preset = {rest}")).expect("a scene");
+    let end = "# sun.place = \"43.06,141.35\"\n# sun.time = \"2026-06-21T04:30:00+09:00\"\n";
+    let length = scene.find(end).expect("place and time") + end.len();
+    std::fs::write(folder.path().join("again.toml"), &scene[..length]).unwrap();
+    succeed(folder.path(), &words("render --device cpu --scene again.toml -o b.exr"));
+    let pixels = |name: &str| read_exr(&folder.path().join(name)).0;
+    assert_eq!(pixels("a.exr"), pixels("b.exr"));
 }
 
 #[test]
@@ -145,34 +221,36 @@ fn only_frames_that_are_missing_damaged_or_of_another_scene_are_rendered_again()
 }
 
 #[test]
-fn a_file_with_any_byte_missing_or_any_byte_of_its_pixels_changed_is_not_finished() {
+fn a_file_with_any_byte_changed_missing_or_added_is_not_finished() {
     let folder = folder();
-    let line = "sequence --device cpu --size 12x6 --sun-elevation 5:5:1 -o #.png -o #.exr";
-    succeed(folder.path(), &words(line));
     let mut scene = Scene::default();
-    (scene.sun.elevation, scene.camera.size) = (5.0, "12x6".parse().unwrap());
-    let whole = contents(folder.path());
-    let spoilt = folder.path().join("spoilt");
-    std::fs::create_dir(&spoilt).unwrap();
-    for name in ["0.png", "0.exr"] {
-        let (bytes, path) = (&whole[name], spoilt.join(name));
+    (scene.sun.elevation, scene.camera.size) = (5.0, "6x4".parse().unwrap());
+    let line = "render --device cpu --size 6x4 --sun-elevation 5";
+    succeed(folder.path(), &words(&format!("{line} -o 0.png -o 0.exr -o 0.spectral.exr --wavelengths 450,550")));
+    succeed(folder.path(), &words(&format!("{line} --exr f16 -o half.exr")));
+    let mut halves = scene.clone();
+    halves.render.exr = ExrDepth::Half;
+    let path = folder.path().join("spoilt");
+    for (name, scene) in [("0.png", &scene), ("0.exr", &scene), ("0.spectral.exr", &scene), ("half.exr", &halves)] {
+        let bytes = std::fs::read(folder.path().join(name)).unwrap();
+        let format = Format::of(Path::new(name), false).unwrap();
+        let wavelengths: &[f64] = if format == Format::SpectralExr { &[450.0, 550.0] } else { &[] };
         let is_finished = |bytes: &[u8]| {
             std::fs::write(&path, bytes).unwrap();
-            is_finished(&path, Format::of(&path, false).unwrap(), &scene, &[])
+            is_finished(&path, format, scene, wavelengths)
         };
-        assert!(is_finished(bytes), "{name}");
-        for length in 0..bytes.len() {
-            assert!(!is_finished(&bytes[..length]), "{name}, the first {length} of {} bytes", bytes.len());
+        assert!(is_finished(&bytes), "{name}");
+        let check = |how: &str, at: usize, start: &[u8], middle: &[u8], rest: &[u8]| {
+            assert!(!is_finished(&[start, middle, rest].concat()), "{name}, {how} at {at} of {}", bytes.len());
+        };
+        for at in 0..bytes.len() {
+            let (start, byte, rest) = (&bytes[..at], bytes[at], &bytes[at + 1..]);
+            check("cut off", at, start, &[], &[]);
+            check("a byte missing", at, start, &[], rest);
+            [1, 0x10, 0x80].iter().for_each(|bit| check("a bit changed", at, start, &[byte ^ bit], rest));
+            [0, byte].iter().for_each(|&added| check("a byte added", at, start, &[added, byte], rest));
         }
-        // Of an EXR's header only what names the program and the scene is compared. The lines stand at its end, each with number
-        // and length: three lit ones of 12 bytes a pixel, which so few do not compress, and three black ones of 6 bytes.
-        let lines = 3 * (8 + 12 * 12) + 3 * (8 + 6);
-        let first = if name == "0.png" { 0 } else { bytes.len() - lines };
-        for at in first..bytes.len() {
-            let mut changed = bytes.clone();
-            changed[at] ^= 0x10;
-            assert!(!is_finished(&changed), "{name}, byte {at} of {} changed", bytes.len());
-        }
+        [0, b'\n', 0xff].iter().for_each(|&added| check("a byte added", bytes.len(), &bytes, &[added], &[]));
     }
 }
 
@@ -190,7 +268,7 @@ fn frames_are_rendered_again_when_a_table_of_ones_own_holds_something_else() {
 #[test]
 fn spectral_frames_hold_the_wavelengths_that_were_asked_for() {
     let folder = folder();
-    let line = "sequence --device cpu --size 16x8 --sun-elevation 0:2:1 -o #.exr --spectral";
+    let line = "sequence --device cpu --size 16x8 --sun-elevation 0:2:1 -o #.exr --spectral --exposure auto";
     for (wavelengths, expected) in [("450,550", (3, 0)), ("450,550", (0, 3)), ("450,560", (3, 0))] {
         let summary = sequence(folder.path(), &format!("{line} --wavelengths {wavelengths}"));
         assert_eq!(counts(&summary), expected, "{wavelengths}");
@@ -219,6 +297,40 @@ fn parts_by_two_processes_are_the_whole_and_the_last_leaves_the_contact_sheet() 
         assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     }
     assert!(contents(&parts.path().join("f")) == contents(&whole.path().join("f")));
+}
+
+#[test]
+fn a_frame_a_task_is_byte_for_byte_the_whole_and_the_last_task_leaves_sheet_and_manifest() {
+    let (whole, parts) = (folder(), folder());
+    let line = "sequence --device cpu --size 48x24 --table cases.csv -o f/####.png -o f/####.exr";
+    for folder in [&whole, &parts] {
+        std::fs::write(folder.path().join("cases.csv"), CASES).unwrap();
+    }
+    sequence(whole.path(), line);
+    // In no order, as a farm starts its tasks.
+    for (number, sheet) in [("2", None), ("0", None), ("1", Some("f/contact.png"))] {
+        let summary = sequence(parts.path(), &format!("{line} --frame {number}"));
+        assert_eq!((counts(&summary), summary["contact_sheet"].as_str()), ((1, 0), sheet), "{number}: {summary}");
+        assert_eq!(summary["manifest"].is_string(), sheet.is_some(), "{number}: {summary}");
+    }
+    let frames = parts.path().join("f");
+    assert!(contents(&frames) == contents(&whole.path().join("f")));
+    // A task that is run again when all is done leaves everything, and what is missing it makes.
+    let before = times(&frames);
+    assert_eq!(counts(&sequence(parts.path(), &format!("{line} --frame 1"))), (0, 1));
+    assert!(times(&frames) == before);
+    for lost in ["contact.png", "manifest.csv"] {
+        std::fs::remove_file(frames.join(lost)).unwrap();
+        assert_eq!(counts(&sequence(parts.path(), &format!("{line} --frame 1"))), (0, 1));
+        assert!(contents(&frames) == contents(&whole.path().join("f")), "{lost}");
+    }
+    // Numbers and parts together, and beside the number of frames between two times.
+    let times = "sequence --device cpu --size 8x4 --place 43,141 --from 2026-06-21T03:00:00Z --to 2026-06-21T04:00:00Z -o t/#.png";
+    assert_eq!(
+        counts(&sequence(parts.path(), &format!("{times} --frames 9 --frames 2-3 --frame 8 --frame 3"))),
+        (3, 0)
+    );
+    assert_eq!(contents(&parts.path().join("t")).keys().collect::<Vec<_>>(), ["2.png", "3.png", "8.png"]);
 }
 
 #[test]
@@ -258,11 +370,15 @@ fn a_wrong_sequence_exits_with_2_and_one_sentence() {
         ("--sun-elevation 0:5:1 --place 43,141", &["--sun-elevation", "--place", "cannot be used"]),
         ("--sun-elevation 0:5:1 --frames 6", &["--frames 6", "--sun-elevation"]),
         ("--sun-elevation 0:5:1 --frames 3-6", &["--frames 3-6", "6 frames", "0 to 5"]),
+        ("--sun-elevation 0:5:1 --frame 6", &["--frame 6", "6 frames", "0 to 5"]),
+        ("--sun-elevation 0:5:1 --frame 2 --frame 7 --frames 0-3", &["--frame 7", "0 to 5"]),
+        ("--sun-elevation 0:5:1 --frame -1", &["-1", "--frame"]),
+        ("--sun-elevation 0:5:1 --frame 1-2", &["--frame", "1-2"]),
         ("--sun-elevation 0:5:1 --frames 5-3", &["--frames", "5-3", "0-9"]),
         ("--sun-elevation 0:5:1 --frames some", &["--frames", "some", "48"]),
         ("--sun-elevation 0:5:1 -o sky.png", &["-o sky.png", "#", "sky.####.exr"]),
         ("--sun-elevation 0:5:1 -o a#b#.png", &["-o a#b#.png", "one run of #"]),
-        ("--sun-elevation 0:5:1 -o sky.#.jpg", &["-o sky.#.jpg", ".png or .exr"]),
+        ("--sun-elevation 0:5:1 -o sky.#.jpg", &["-o sky.#.jpg", ".png, .exr, .hsr or .rad"]),
         ("--sun-elevation 0:5:1 -o #.png -o #.png", &["-o 0.png", "a name of its own"]),
         ("--sun-elevation 0:5:1 -o taken/#.png", &["-o taken/0.png", "folder taken cannot be made"]),
         ("--sun-elevation 0:5:1 --altitude -1", &["--altitude", "-1", "between 0 and 100000 km"]),
@@ -304,7 +420,8 @@ fn a_failure_names_its_frame_and_leaves_the_frames_before_it() {
     let folder = folder();
     let frames = folder.path().join("f");
     std::fs::create_dir_all(frames.join("sky.0003.png")).unwrap();
-    let ended = run(folder.path(), &words(TEN));
+    // Without the progress, which says a line on a slow machine.
+    let ended = run(folder.path(), &words(&format!("{TEN} --quiet")));
     assert_eq!(ended.code, Some(2), "{}", ended.stderr);
     assert_eq!(ended.stderr, "sorairo: frame 3: -o f/sky.0003.png cannot be written: it is a folder\n");
     let left: Vec<_> = contents(&frames).into_keys().collect();
@@ -374,4 +491,78 @@ fn a_quiet_sequence_says_nothing() {
     let ended =
         succeed(folder.path(), &words("sequence --device cpu --size 64x32 --sun-elevation 0:1:1 -o #.png --quiet"));
     assert_eq!((ended.stdout, ended.stderr), (String::new(), String::new()));
+}
+
+const CASES: &str =
+    "sun.elevation,atmosphere.aerosol.optical_depth,ground.albedo\n30,0.05,grass\n2,0.2,0.3\n-4,0,snow\n";
+
+#[test]
+fn a_table_is_a_sky_for_each_row_and_a_manifest_of_what_the_files_show() {
+    let folder = folder();
+    std::fs::write(folder.path().join("cases.csv"), CASES).unwrap();
+    std::fs::write(folder.path().join("base.toml"), "[camera]\nsize = '48x24'\n").unwrap();
+    let line = "sequence --device cpu --scene base.toml --table cases.csv -o f/####.exr -o f/####.png";
+    let first = sequence(folder.path(), line);
+    assert_eq!(counts(&first), (3, 0));
+    let single = "render --device cpu --scene base.toml --sun-elevation 2 --albedo 0.3 -o one.exr -o one.png --json";
+    let scene = "[camera]\nsize = '48x24'\n[atmosphere.aerosol]\noptical_depth = 0.2\n";
+    std::fs::write(folder.path().join("one.toml"), scene).unwrap();
+    let report = succeed(folder.path(), &words(&single.replace("base.toml", "one.toml")));
+    let report: Value = serde_json::from_str(&report.stdout).unwrap();
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(bytes("f/0001.png"), bytes("one.png"));
+    let manifest = String::from_utf8(bytes("f/manifest.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = manifest.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows.len(), 1 + 3 * 2, "{manifest}");
+    assert_eq!(rows[0][..4], ["frame", "sun.elevation", "atmosphere.aerosol.optical_depth", "ground.albedo"]);
+    let column = |name: &str| rows[0].iter().position(|column| *column == name).unwrap();
+    let of_second = &rows[3];
+    assert_eq!((of_second[0], of_second[1], of_second[column("file")]), ("1", "2", "0001.exr"));
+    for name in ["irradiance_w_m2", "direct_irradiance_w_m2", "luminance_zenith_cd_m2"] {
+        let (found, expected) = (of_second[column(name)].parse::<f64>().unwrap(), report[name].as_f64().unwrap());
+        assert!(found > 0.0 && (found / expected - 1.0).abs() < 1e-12, "{name}: {found}, not {expected}");
+    }
+    // What is whole is left, and what the manifest says stays what it was.
+    std::fs::remove_file(folder.path().join("f/0002.exr")).unwrap();
+    assert_eq!(counts(&sequence(folder.path(), line)), (1, 2));
+    assert_eq!(String::from_utf8(bytes("f/manifest.csv")).unwrap(), manifest);
+}
+
+#[test]
+fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
+    let folder = folder();
+    for (table, words) in [
+        (CASES.replace("0.3", "1.5"), "cases.csv, line 3, column 3: ground.albedo is 1.5; it must lie"),
+        (CASES.replace("ground.albedo", "sun.elevation"), "line 1, column 3: sun.elevation stands there twice"),
+        (CASES.replace("ground.albedo", "ground.colour"), "line 1, column 3: \"ground.colour\" is no key"),
+    ] {
+        std::fs::write(folder.path().join("cases.csv"), table).unwrap();
+        let ended = run(folder.path(), &["sequence", "--table", "cases.csv", "-o", "f/####.exr"]);
+        assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+        assert!(ended.stderr.contains(words) && ended.stderr.lines().count() == 1, "{}", ended.stderr);
+        assert!(!folder.path().join("f").exists());
+    }
+}
+
+#[test]
+fn no_file_takes_the_place_of_the_scene_file() {
+    let folder = folder();
+    let scene = "sun.elevation = 20.0\n";
+    std::fs::create_dir(folder.path().join("f")).unwrap();
+    for name in ["sc.png", "f/sc.0003.png", "f/contact.png"] {
+        std::fs::write(folder.path().join(name), scene).unwrap();
+    }
+    for line in [
+        "render --scene sc.png -o sc.png",
+        "render --scene sc.png -o f/../sc.png",
+        "sequence --scene f/sc.0003.png --sun-elevation 0:10:2 -o f/sc.####.png",
+        "sequence --scene f/contact.png --sun-elevation 0:10:2 -o f/sky.####.png",
+    ] {
+        let ended = run(folder.path(), &words(line));
+        assert_eq!(ended.code, Some(2), "{line}: {}", ended.stderr);
+        assert!(ended.stderr.contains("this is the scene file"), "{line}: {}", ended.stderr);
+    }
+    for (name, text) in contents(folder.path()) {
+        assert!(!name.ends_with(".png") || text == scene.as_bytes(), "{name}");
+    }
 }

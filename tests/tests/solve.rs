@@ -1,5 +1,6 @@
 //! The solve: a cubic through any four bands.
 
+use sorairo::low_level::plan::fit::{CUBIC_BANDS, EXTINCTION_BANDS, FIRST_ORDER_BANDS, TRANSFER_BANDS};
 use sorairo_evaluation::stress::solve::{Form, condition, error_of, reference, solve};
 
 /// The seed of the random cases; a failure names its case.
@@ -17,7 +18,7 @@ fn the_cubic_through_a_million_sets_of_bands_is_within_its_stated_error() {
 
 #[test]
 fn normalised_wavelengths_save_eight_digits_of_the_condition_number() {
-    for bands in [[430.0, 520.0, 610.0, 700.0], [443.0, 510.0, 568.0, 632.0], [444.0, 530.0, 585.0, 650.0]] {
+    for bands in [CUBIC_BANDS, TRANSFER_BANDS, EXTINCTION_BANDS, FIRST_ORDER_BANDS] {
         let (raw, normalised) = (condition(Form::Raw, bands), condition(Form::Normalised, bands));
         println!("{bands:?}: {raw:.2e} in nm, {normalised:.1} normalised");
         assert!(raw > 1e8 * normalised, "{bands:?}: {raw:e} {normalised}");

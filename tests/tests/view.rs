@@ -79,7 +79,14 @@ fn the_window_shows_a_blue_noon_and_the_spectrum_of_a_point_that_is_clicked() {
 
 #[test]
 fn the_window_shows_the_pixels_that_a_rendering_writes() {
-    let scene = ["--projection", "perspective", "--look-elevation", "40", "--device", "cpu"];
+    // The window's own device draws the one, and shows pixels of the other.
+    for device in ["gpu", "cpu"] {
+        check_pixels(device);
+    }
+}
+
+fn check_pixels(device: &str) {
+    let scene = ["--projection", "perspective", "--look-elevation", "40", "--device", device];
     let window = screenshot(&scene);
     // A perspective fills its part of the window, and only grey stands around it.
     let coloured = |column: usize, row: usize| {
@@ -104,6 +111,17 @@ fn the_window_shows_the_pixels_that_a_rendering_writes() {
         .max();
     // The window's texture passes through linear values and back, which may round by one.
     assert!(worst.is_some_and(|worst| worst <= 1), "{size}: the window is off by {worst:?}");
+}
+
+#[test]
+fn skies_are_counted_while_the_sun_moves_and_none_is_read_back() {
+    let folder = tempdir().unwrap();
+    let ended = view(folder.path(), &["--device", "gpu", "--projection", "perspective", "--frames", "12"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let line = ended.stdout.lines().find(|line| line.contains("skies in")).expect("the count");
+    let number = |word: usize| line.split_whitespace().nth(word).unwrap().parse::<f64>().unwrap();
+    println!("{line}");
+    assert!(number(0) == 12.0 && number(3) > 0.0, "{line}");
 }
 
 #[test]

@@ -18,8 +18,9 @@ pub fn check(root: &Path) -> Result<String, Box<dyn Error>> {
     let target = root.join("target");
     let packed = target.join("package");
     let _ = fs::remove_dir_all(&packed);
-    let pack = ["package", "--quiet", "--workspace", "--no-verify", "--exclude", "sorairo-tests", "--exclude", "xtask"];
-    run(Command::new("cargo").args(pack).arg("--allow-dirty").current_dir(root))?;
+    let left_out = ["sorairo-python", "sorairo-tests", "xtask"].into_iter().flat_map(|name| ["--exclude", name]);
+    let pack = ["package", "--quiet", "--workspace", "--no-verify", "--allow-dirty"];
+    run(Command::new("cargo").args(pack).args(left_out).current_dir(root))?;
     // Elsewhere, so that the packages are no part of this workspace.
     let folder = std::env::temp_dir().join(format!("sorairo-packages-{}", std::process::id()));
     let installed = install(&unpack(&packed, &folder)?, &folder, &target);

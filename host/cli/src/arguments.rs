@@ -11,13 +11,16 @@ use sorairo::scene::place::Time;
 use sorairo::scene::{Preset, ValidScene};
 
 use crate::error::Result;
-use crate::flags::{SceneFlags, SkyFlags, word_of};
-use crate::ranges::{FrameChoice, Numbers, elevations, wavelengths};
+use crate::flags::{SceneFlags, SharedFlags, SkyFlags, Values, word_of};
+use crate::ranges::{FrameChoice, FrameExposure, Numbers, elevations, wavelengths};
 
 /// Renders the clear sky in full spectrum on the GPU.
 #[derive(Parser)]
 #[command(name = "sorairo", version)]
 pub struct Arguments {
+    /// Print no progress and no summary; errors and warnings remain.
+    #[arg(long, global = true)]
+    pub quiet: bool,
     #[command(subcommand)]
     pub command: Command,
 }
@@ -30,10 +33,10 @@ pub enum Command {
     ///
     /// The sun moves through elevations (--sun-elevation) or through time at a place (--from, --to, --frames N, --place). A
     /// frame is skipped if each of its files is whole and was written by this version of the program for the same scene; any
-    /// other is rendered again. --frames A-B renders a part, so that several processes or machines can share the work. Once
+    /// other is rendered again. --frames A-B renders a part and --frame N one, so that several processes or machines can share the work. Once
     /// every frame is there, contact.png beside the frames shows them small, up to 64, evenly spread.
     Sequence(SequenceArguments),
-    /// Prints the spectrum of the sky in one direction.
+    /// Prints the spectrum of the sky in a direction, or in many.
     Spectrum(SpectrumArguments),
     /// Opens a window on the sky; a click plots the spectrum.
     View(ViewArguments),
@@ -71,13 +74,16 @@ pub enum SceneCommand {
     },
     /// Says whether a file is a scene, and names everything that is wrong with it.
     Check {
-        /// Scene file (TOML).
-        file: PathBuf,
+        #[command(flatten)]
+        file: SceneFile,
     },
     /// Prints a whole scene as TOML: the preset, under the file, under the flags.
     Show {
         /// Scene file (TOML) [default: none, the preset alone].
         file: Option<PathBuf>,
+        /// The same, as the other commands name it.
+        #[arg(long, value_name = "FILE", conflicts_with = "file")]
+        scene: Option<PathBuf>,
         #[command(flatten)]
         flags: SceneFlags,
     },
@@ -85,11 +91,29 @@ pub enum SceneCommand {
     Reference,
 }
 
+/// The file of a command that needs one.
+#[derive(Args)]
+#[group(required = true, multiple = false)]
+pub struct SceneFile {
+    /// Scene file (TOML).
+    file: Option<PathBuf>,
+    /// The same, as the other commands name it.
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+}
+
+impl SceneFile {
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        self.file.as_deref().or(self.scene.as_deref()).expect("one of the two is required")
+    }
+}
+
 #[derive(Args)]
 pub struct RenderArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// File to write, .png, .exr or .spectral.exr; may be given more than once [default: sky.png and sky.exr].
+    /// File to write, .png, .exr, .spectral.exr, .hsr or .rad; may be given more than once [default: sky.png and sky.exr].
     #[arg(short = 'o', long = "output", value_name = "OUT")]
     output: Vec<PathBuf>,
     #[command(flatten)]
@@ -107,13 +131,14 @@ pub struct SpectralFlags {
     /// Make every EXR file a spectral one, whatever its name.
     #[arg(long)]
     spectral: bool,
-    /// Wavelengths of spectral files in nm: START:END:STEP, or a list with commas [default: 380:780:10].
+    /// Wavelengths of spectral files in nm: START:END:STEP, or a list with commas [default: 380:780:10, with
+    /// .hsr 390:770:20].
     #[arg(long, value_name = "LIST", value_parser = wavelengths)]
     wavelengths: Option<Numbers>,
 }
 
 #[derive(Args)]
-#[command(group(ArgGroup::new("suns").required(true).args(["sun-elevation", "from"])))]
+#[command(group(ArgGroup::new("suns").required(true).args(["sun-elevation", "from", "table"])))]
 pub struct SequenceArguments {
     /// Elevations of the sun (degrees), one a frame: from A by STEP to B, which is included if it falls on a step. The sun sinks
     /// if B is below A.
@@ -125,45 +150,64 @@ pub struct SequenceArguments {
     /// Time of the last frame, written as that of the first.
     #[arg(long, value_name = "TIME", requires = "from")]
     pub to: Option<Time>,
+    /// Table (CSV) of cases, one a frame: its header names keys of a scene, such as sun.elevation,ground.albedo. A manifest.csv beside the frames
+    /// says what each file shows.
+    #[arg(long, value_name = "FILE")]
+    pub table: Option<PathBuf>,
     /// N: how many frames there are between --from and --to, evenly spaced in time, both ends included. A-B: render only the
     /// frames with the numbers A to B, counted from 0; may be given more than once [default: all].
     #[arg(long = "frames", value_name = "N|A-B")]
     pub frames: Vec<FrameChoice>,
+    /// Exposure of the pictures: a number of stops; sequence: one for all frames, from the brightest; first: one for all, from the first; auto:
+    /// each frame its own [default: that of the scene file if it is a number, or else sequence; with --table auto].
+    #[arg(long, value_name = "EV", allow_negative_numbers = true)]
+    pub exposure: Option<FrameExposure>,
+    /// Number of the one frame to render, counted from 0, as farms hand it to a task; may be given more than once, and beside --frames A-B.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub frame: Vec<u32>,
     /// Scene file (TOML).
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
-    pub sky: SkyFlags,
+    pub sky: SharedFlags,
     /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
     #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,
-    /// Files to write, .png, .exr or .spectral.exr; a run of # in the file name becomes the number of the frame with as many digits or more. The
+    /// Files to write, .png, .exr, .spectral.exr, .hsr or .rad; a run of # in the file name becomes the number of the frame with as many digits or more. The
     /// folder is made. May be given more than once.
     #[arg(short = 'o', long = "output", value_name = "OUT", default_value = "frames/sky.####.png")]
     pub output: Vec<PathBuf>,
     #[command(flatten)]
     pub spectral: SpectralFlags,
-    /// Print one JSON object about the sequence to standard output.
+    /// Print one JSON object about the sequence and each of its frames to standard output.
     #[arg(long)]
     pub json: bool,
-    /// Print no progress and no summary; errors and warnings remain.
-    #[arg(long)]
-    pub quiet: bool,
 }
 
 #[derive(Args)]
 pub struct SpectrumArguments {
+    /// Scene file (TOML).
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
     #[command(flatten)]
-    pub scene: SceneArguments,
+    pub sky: SkyFlags,
     /// Elevation of the direction (degrees).
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
-    pub view_elevation: f64,
+    #[arg(required_unless_present = "directions", conflicts_with = "directions")]
+    pub view_elevation: Option<f64>,
     /// Azimuth of the direction, clockwise from north (degrees).
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
-    pub view_azimuth: f64,
+    #[arg(required_unless_present = "directions", conflicts_with = "directions")]
+    pub view_azimuth: Option<f64>,
+    /// Table (CSV) of directions in place of one: an elevation and an azimuth in each row (degrees).
+    #[arg(long, value_name = "FILE")]
+    pub directions: Option<PathBuf>,
     /// Wavelengths in nm: START:END:STEP, or a list with commas.
     #[arg(long, value_name = "LIST", default_value = "380:780:5", value_parser = wavelengths)]
     pub wavelengths: Numbers,
+    /// Print luminance (cd·m⁻²), chromaticity and correlated colour temperature (K) in place of the spectrum.
+    #[arg(long, conflicts_with = "wavelengths")]
+    pub luminance: bool,
     /// Format of the output.
     #[arg(long, value_enum, default_value_t = SpectrumFormat::Csv)]
     pub format: SpectrumFormat,
@@ -179,6 +223,9 @@ pub struct ViewArguments {
     /// Save the window's content as a picture once all of it is shown, and close.
     #[arg(short = 'o', long, value_name = "FILE.png")]
     pub screenshot: Option<PathBuf>,
+    /// Show so many skies while the sun rises, print how many there were a second, and close.
+    #[arg(long, value_name = "N", conflicts_with = "screenshot", value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
 }
 
 fn fractions(text: &str) -> std::result::Result<[f64; 2], String> {
@@ -189,9 +236,9 @@ fn fractions(text: &str) -> std::result::Result<[f64; 2], String> {
 
 #[derive(Clone, Copy, ValueEnum)]
 pub enum SpectrumFormat {
-    /// Rows of wavelength_nm,radiance,dense.
+    /// Rows of wavelength_nm,radiance,dense; of many directions, each after view_elevation,view_azimuth.
     Csv,
-    /// An array of objects with the same names.
+    /// An array of objects with the same names; of many directions, an array of those.
     Json,
 }
 
@@ -297,10 +344,10 @@ pub struct DevicesArguments {
 pub struct SceneArguments {
     /// Scene file (TOML).
     #[arg(long, value_name = "FILE")]
-    scene: Option<PathBuf>,
+    pub scene: Option<PathBuf>,
     #[command(flatten)]
     flags: SceneFlags,
-    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device. One spectrum is always computed on the CPU.
+    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
     #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,
 }
@@ -319,12 +366,12 @@ fn device(text: &str) -> std::result::Result<String, String> {
 impl SceneArguments {
     /// The preset, under the scene file, under the flags.
     pub fn scene(&self) -> Result<ValidScene> {
-        scene(self.scene.as_deref(), &self.flags)
+        scene(self.scene.as_deref(), &self.flags.0)
     }
 }
 
 /// The preset, under a scene file, under flags.
-pub fn scene(file: Option<&Path>, SceneFlags(values): &SceneFlags) -> Result<ValidScene> {
+pub fn scene(file: Option<&Path>, values: &Values) -> Result<ValidScene> {
     Ok(values.over(values.draft(file)?)?)
 }
 

@@ -102,7 +102,7 @@ fn with_flags(error: &Sky) -> String {
         Sky::NoRoom { .. } => format!("-o {}", named_by_flags(&error.to_string())),
         Sky::NoSpectralFile { key } => {
             let flag = flag(key).unwrap_or(key);
-            format!("{flag} needs a spectral file: -o NAME.spectral.exr, or -o NAME.exr with --spectral")
+            format!("{flag} needs a spectral file: -o NAME.spectral.exr, -o NAME.hsr, or -o NAME.exr with --spectral")
         }
         Sky::OutOfRange { key, .. } | Sky::NotAllowed { key, .. } if !key.contains('.') => {
             error.to_string().replacen(key, flag(key).unwrap_or(key), 1)

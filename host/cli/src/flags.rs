@@ -7,7 +7,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use serde::de::value::{BoolDeserializer, F64Deserializer, SeqDeserializer, StrDeserializer, U32Deserializer};
 use sorairo::low_level::words::{Word, Words, words};
 use sorairo::scene::file::Draft;
-use sorairo::scene::keys::{self, Key};
+use sorairo::scene::keys::{self, KEYS, Key};
 use sorairo::scene::place::{Place, Time};
 use sorairo::scene::reference::help;
 use sorairo::scene::{Exposure, Preset, Size, ValidScene};
@@ -44,41 +44,64 @@ enum Given {
     Count(u32),
     Numbers(Numbers),
     Text(String),
+    /// An optical depth of aerosol and its wavelength (nm).
+    DepthAt(f64, f64),
+    /// How far one sees (km).
+    Visibility(f64),
+    /// A value of a table, which has no kind of its own.
+    Cell(String),
 }
 
-/// The flags of a scene that its sun moves by.
+const OPTICAL_DEPTH: &str = "atmosphere.aerosol.optical_depth";
+
+/// The flags by which the sun of one sky stands, which a sequence says in its own way.
 const SUN: [SceneFlag; 2] =
     [value("sun.elevation", "--sun-elevation", "DEG", number), value("sun.time", "--time", "TIME", text_of::<Time>)];
 
-/// The flags of a scene that all frames of a sequence share.
-const SKY: [SceneFlag; 23] = [
+/// The exposure of one picture, likewise.
+const EXPOSURE: [SceneFlag; 1] = [value("render.exposure", "--exposure", "EV", exposure)];
+
+/// The flags of what a spectrum depends on too.
+const SKY: [SceneFlag; 14] = [
     word("preset", "--preset"),
     value("sun.azimuth", "--sun-azimuth", "DEG", number),
     value("sun.place", "--place", "LAT,LON", text_of::<Place>),
     value("observer.altitude", "--altitude", "KM", number),
     value("atmosphere.air.pressure", "--pressure", "HPA", number),
+    value(OPTICAL_DEPTH, "--aerosol", "DEPTH@NM", depth_at),
+    value(OPTICAL_DEPTH, "--visibility", "KM", visibility),
+    value("atmosphere.aerosol.angstrom_exponent", "--angstrom", "ALPHA", number),
     value("ground.albedo", "--albedo", "ALBEDO", albedo),
+    value("render.orders", "--orders", "N", orders),
+    word("render.fit", "--fit"),
+    value("render.bands", "--bands", "LIST", wavelengths),
+    value("render.steps", "--steps", "N", steps),
+    word("render.observer", "--observer"),
+];
+
+/// The flags of images alone.
+const IMAGE: [SceneFlag; 11] = [
     SceneFlag { key: "sun.disc", name: "--sun-disc", takes: Takes::Nothing },
     word("camera.projection", "--projection"),
     value("camera.size", "--size", "WxH", text_of::<Size>),
     value("camera.fov", "--fov", "DEG", number),
     value("camera.look_azimuth", "--look-azimuth", "DEG", number),
     value("camera.look_elevation", "--look-elevation", "DEG", number),
-    value("render.orders", "--orders", "N", orders),
-    word("render.fit", "--fit"),
-    value("render.bands", "--bands", "LIST", wavelengths),
     word("render.color", "--color"),
-    value("render.steps", "--steps", "N", steps),
     word("render.exr", "--exr"),
     word("render.rgb", "--rgb"),
-    word("render.observer", "--observer"),
     word("render.white_balance", "--white-balance"),
     word("render.path", "--path"),
-    value("render.exposure", "--exposure", "EV", exposure),
 ];
 
+/// All of them.
+fn all() -> impl Iterator<Item = &'static SceneFlag> {
+    SUN.iter().chain(&EXPOSURE).chain(&SKY).chain(&IMAGE)
+}
+
 /// Arguments of the library that are no keys, with their flags.
-const ARGUMENTS: [(&str, &str); 6] = [
+const ARGUMENTS: [(&str, &str); 7] = [
+    ("visibility", "--visibility"),
     ("spectral", "--spectral"),
     ("wavelengths", "--wavelengths"),
     ("view_elevation", "--view-elevation"),
@@ -89,7 +112,7 @@ const ARGUMENTS: [(&str, &str); 6] = [
 
 /// The flag of a key or an argument.
 pub fn flag(key: &str) -> Option<&'static str> {
-    let flags = SUN.iter().chain(&SKY).map(|flag| (flag.key, flag.name));
+    let flags = all().map(|flag| (flag.key, flag.name));
     flags.chain(ARGUMENTS).find(|(name, _)| *name == key).map(|(_, flag)| flag)
 }
 
@@ -110,6 +133,10 @@ pub struct Values(Vec<(&'static str, Given)>);
 pub struct SceneFlags(pub Values);
 
 /// The flags of a scene that all frames of a sequence share.
+#[derive(Clone, Debug)]
+pub struct SharedFlags(pub Values);
+
+/// The flags of a sky that no camera looks at.
 #[derive(Clone, Debug)]
 pub struct SkyFlags(pub Values);
 
@@ -151,21 +178,35 @@ impl Values {
         self.with("sun.time", Given::Text(time.to_string()))
     }
 
+    /// These values and an exposure.
+    pub fn with_exposure(&self, exposure: Exposure) -> Self {
+        let given = match exposure {
+            Exposure::Auto => Given::Text("auto".into()),
+            Exposure::Stops(stops) => Given::Number(stops),
+        };
+        self.with("render.exposure", given)
+    }
+
+    /// These values and those of a table's row, by their keys.
+    pub fn with_cells<'a>(&self, cells: impl Iterator<Item = (&'static str, &'a str)>) -> Self {
+        let mut values = self.clone();
+        values.0.extend(cells.map(|(key, text)| (key, Given::Cell(text.to_owned()))));
+        values
+    }
+
     fn with(&self, key: &'static str, value: Given) -> Self {
         let mut values = self.clone();
         values.0.push((key, value));
         values
     }
 
-    /// Lays the values over a scene; elevation and azimuth of the sun last, where they take the place of what a place and a time say.
+    /// Lays the values over a scene; those last that follow from others.
     fn lay_over(&self, draft: &mut Draft) -> sorairo::Result<()> {
-        let of_sun = |(key, _): &&(&str, Given)| ["sun.elevation", "sun.azimuth"].contains(key);
-        let others = self.0.iter().filter(|value| !of_sun(value) && value.0 != "preset");
-        others.into_iter().try_for_each(|(key, value)| value.lay_over(draft, key))?;
-        if self.0.iter().any(|value| of_sun(&value)) {
-            draft.place_sun()?;
-        }
-        self.0.iter().filter(of_sun).try_for_each(|(key, value)| value.lay_over(draft, key))
+        let given = || self.0.iter().filter(|(key, _)| *key != "preset");
+        let follows = |(_, value): &&(&str, Given)| matches!(value, Given::DepthAt(..) | Given::Visibility(_));
+        given().filter(|value| !follows(value)).try_for_each(|(key, value)| value.lay_over(draft, key))?;
+        given().filter(follows).try_for_each(|(key, value)| value.lay_over(draft, key))?;
+        draft.refuse_two_suns(|key| self.has(key))
     }
 
     fn of(matches: &ArgMatches, flags: &[&[SceneFlag]]) -> Self {
@@ -187,13 +228,34 @@ impl Given {
             Self::Count(count) => draft.set(key, U32Deserializer::<Error>::new(*count)),
             Self::Numbers(numbers) => draft.set(key, SeqDeserializer::<_, Error>::new(numbers.iter().copied())),
             Self::Text(text) => draft.set(key, StrDeserializer::<Error>::new(text)),
+            Self::DepthAt(depth, wavelength) => {
+                let depth = draft.scene().optical_depth_from(*depth, *wavelength);
+                draft.set(key, F64Deserializer::<Error>::new(depth))
+            }
+            Self::Visibility(distance) => {
+                let depth = draft.scene().optical_depth_from_visibility(*distance)?;
+                draft.set(key, F64Deserializer::<Error>::new(depth))
+            }
+            Self::Cell(text) => set_cell(draft, key, text),
         };
-        let flag = flag(key.name).unwrap_or(key.name);
+        let flag = match self {
+            Self::Cell(_) => key.name,
+            _ => flag(key.name).unwrap_or(key.name),
+        };
         set.map_err(|error| match error {
             sorairo::Error::Text(complaint) => sorairo::Error::Text(format!("{flag}: {complaint}")),
             other => other,
         })
     }
+}
+
+/// Takes the value of a table as the first kind that the key is: a whole number, a number, true or false, text.
+fn set_cell(draft: &mut Draft, key: &'static Key, text: &str) -> sorairo::Result<()> {
+    type Error = serde::de::value::Error;
+    let is_set = text.parse().is_ok_and(|count| draft.set(key, U32Deserializer::<Error>::new(count)).is_ok())
+        || text.parse().is_ok_and(|number| draft.set(key, F64Deserializer::<Error>::new(number)).is_ok())
+        || text.parse().is_ok_and(|truth| draft.set(key, BoolDeserializer::<Error>::new(truth)).is_ok());
+    if is_set { Ok(()) } else { draft.set(key, StrDeserializer::<Error>::new(text)) }
 }
 
 impl SceneFlag {
@@ -203,7 +265,13 @@ impl SceneFlag {
     }
 
     fn arg(&self) -> Arg {
-        let arg = Arg::new(self.id()).long(self.id()).help(help(self.key));
+        let arg = Arg::new(self.id()).long(self.id()).help(match self.name {
+            "--aerosol" => "Vertical optical depth of aerosol at a wavelength in nm, such as 0.2@500; with the Ångström exponent it is that at 1 µm \
+                            [default: that of the preset]"
+                .into(),
+            "--visibility" => "How far one sees a black object against the sky (km), which says the optical depth of aerosol".into(),
+            _ => help(self.key),
+        });
         match self.takes {
             Takes::Nothing => arg.action(ArgAction::SetTrue),
             Takes::Word => {
@@ -216,6 +284,9 @@ impl SceneFlag {
                     // South of the equator a latitude looks like a flag.
                     "sun.place" => arg.allow_hyphen_values(true).conflicts_with_all(["sun-elevation", "sun-azimuth"]),
                     "sun.time" => arg.conflicts_with_all(["sun-elevation", "sun-azimuth"]),
+                    OPTICAL_DEPTH if self.name == "--visibility" => {
+                        arg.allow_negative_numbers(true).conflicts_with("aerosol")
+                    }
                     "camera.size" | "render.bands" => arg,
                     _ => arg.allow_negative_numbers(true),
                 }
@@ -224,52 +295,42 @@ impl SceneFlag {
     }
 }
 
-/// Adds flags to a command.
+/// Adds flags to a command, in the order of their keys, which puts a place beside a time.
 fn with_flags(command: Command, flags: &[&[SceneFlag]]) -> Command {
-    command.args(flags.iter().copied().flatten().map(SceneFlag::arg))
+    let mut flags: Vec<&SceneFlag> = flags.iter().copied().flatten().collect();
+    flags.sort_by_key(|flag| KEYS.iter().position(|key| key.name == flag.key));
+    command.args(flags.into_iter().map(SceneFlag::arg))
 }
 
-impl Args for SceneFlags {
-    fn augment_args(command: Command) -> Command {
-        with_flags(command, &[&SUN, &SKY])
-    }
+/// Makes a type the flags of some lists.
+macro_rules! flags {
+    ($name:ident: $($list:ident),+) => {
+        impl Args for $name {
+            fn augment_args(command: Command) -> Command {
+                with_flags(command, &[$(&$list),+])
+            }
 
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
+            fn augment_args_for_update(command: Command) -> Command {
+                Self::augment_args(command)
+            }
+        }
+
+        impl FromArgMatches for $name {
+            fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+                Ok(Self(Values::of(matches, &[$(&$list),+])))
+            }
+
+            fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+                *self = Self::from_arg_matches(matches)?;
+                Ok(())
+            }
+        }
+    };
 }
 
-impl FromArgMatches for SceneFlags {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        Ok(Self(Values::of(matches, &[&SUN, &SKY])))
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        *self = Self::from_arg_matches(matches)?;
-        Ok(())
-    }
-}
-
-impl Args for SkyFlags {
-    fn augment_args(command: Command) -> Command {
-        with_flags(command, &[&SKY])
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
-impl FromArgMatches for SkyFlags {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        Ok(Self(Values::of(matches, &[&SKY])))
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        *self = Self::from_arg_matches(matches)?;
-        Ok(())
-    }
-}
+flags!(SceneFlags: SUN, EXPOSURE, SKY, IMAGE);
+flags!(SharedFlags: SKY, IMAGE);
+flags!(SkyFlags: SUN, SKY);
 
 /// Reads one of some words; the help lists them with their sentences.
 fn named(words: Vec<Word>) -> impl TypedValueParser<Value = String> {
@@ -301,6 +362,21 @@ fn exposure(text: &str) -> Result<Given, String> {
     })
 }
 
+/// An optical depth and its wavelength in nm, as in `0.2@500`.
+fn depth_at(text: &str) -> Result<Given, String> {
+    let number = |text: &str| text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    let pair = text.split_once('@').and_then(|(depth, wavelength)| Some((number(depth)?, number(wavelength)?)));
+    pair.filter(|(depth, wavelength)| *depth >= 0.0 && (300.0..=3000.0).contains(wavelength))
+        .map(|(depth, wavelength)| Given::DepthAt(depth, wavelength))
+        .ok_or_else(|| {
+            "an optical depth of 0 or more and a wavelength from 300 to 3000 nm are wanted, such as 0.2@500".into()
+        })
+}
+
+fn visibility(text: &str) -> Result<Given, String> {
+    text.parse().map(Given::Visibility).map_err(|_| "a distance in km is wanted, such as 23".into())
+}
+
 fn orders(text: &str) -> Result<Given, String> {
     if text == "all" {
         return Ok(Given::Text(text.into()));
@@ -325,7 +401,7 @@ mod tests {
 
     #[test]
     fn every_flag_has_a_key() {
-        for flag in SUN.iter().chain(&SKY) {
+        for flag in all() {
             assert!(keys::find(flag.key).is_some(), "{}", flag.name);
         }
     }

@@ -1,24 +1,59 @@
 //! The frames that the flags of a sequence amount to.
 
-use sorairo::low_level::sequence::{self, Frame};
+use std::ops::RangeInclusive;
+
+use sorairo::low_level::render::Request;
+use sorairo::low_level::sequence::{self, Frame, SharedExposure};
 use sorairo::scene::place::evenly;
+use sorairo::scene::{Exposure, ValidScene};
 
 use crate::arguments::SequenceArguments;
+use crate::cases::Cases;
 use crate::error::{Error, Result};
 use crate::flags::Values;
-use crate::ranges::{FrameChoice, MOST_FRAMES};
+use crate::ranges::{FrameChoice, FrameExposure, MOST_FRAMES};
 
 /// Every frame of a sequence, whichever of them are to be rendered.
 ///
 /// # Errors
 ///
 /// Flags that contradict each other, a wrong scene or file name.
-pub fn all(arguments: &SequenceArguments) -> Result<Vec<Frame>> {
+pub fn all(arguments: &SequenceArguments, cases: Option<&Cases>) -> Result<Vec<Frame>> {
     let draft = arguments.sky.0.draft(arguments.scene.as_deref())?;
+    let request = Request { sky_light: arguments.json, ..arguments.spectral.request(arguments.output.clone()) };
+    let exposure = exposure(arguments, draft.scene().render.exposure);
+    let sky = match exposure {
+        FrameExposure::Own(exposure) => arguments.sky.0.with_exposure(exposure),
+        FrameExposure::Shared(_) => arguments.sky.0.clone(),
+    };
+    if let Some(cases) = cases {
+        if let Some(count) = arguments.frames.iter().find_map(FrameChoice::count) {
+            return Err(Error::request(format!(
+                "--frames {count}: the rows of --table say how many frames there are; only parts such as --frames 0-9 are allowed with it"
+            )));
+        }
+        return Ok(sequence::frames(exposed(cases.scenes(&sky, &draft)?, exposure)?, &request)?);
+    }
     let has_place = arguments.sky.0.has("sun.place") || draft.scene().sun.place.is_some();
-    let suns = suns(arguments, has_place)?;
+    let suns = suns(arguments, &sky, has_place)?;
     let scenes: Vec<_> = suns.iter().map(|values| values.over(draft.clone())).collect::<sorairo::Result<_>>()?;
-    Ok(sequence::frames(scenes, &arguments.spectral.request(arguments.output.clone()))?)
+    Ok(sequence::frames(exposed(scenes, exposure)?, &request)?)
+}
+
+/// How the frames are exposed, over the exposure of their scene.
+fn exposure(arguments: &SequenceArguments, of_scene: Exposure) -> FrameExposure {
+    arguments.exposure.unwrap_or(match of_scene {
+        // The cases of a table are no motion that would flicker.
+        Exposure::Auto if arguments.table.is_none() => FrameExposure::Shared(SharedExposure::Brightest),
+        own => FrameExposure::Own(own),
+    })
+}
+
+fn exposed(scenes: Vec<ValidScene>, exposure: FrameExposure) -> sorairo::Result<Vec<ValidScene>> {
+    match exposure {
+        FrameExposure::Own(_) => Ok(scenes),
+        FrameExposure::Shared(of) => sequence::share_exposure(scenes, of),
+    }
 }
 
 /// The frames that are to be rendered, in the order of their numbers.
@@ -26,22 +61,25 @@ pub fn all(arguments: &SequenceArguments) -> Result<Vec<Frame>> {
 /// # Errors
 ///
 /// A part beyond the last frame.
-pub fn chosen(choices: &[FrameChoice], frames: &[Frame]) -> Result<Vec<Frame>> {
-    let parts: Vec<_> = choices.iter().filter_map(FrameChoice::part).collect();
-    if let Some((first, last)) = parts.iter().find(|(_, last)| *last as usize >= frames.len()) {
+pub fn chosen(arguments: &SequenceArguments, frames: &[Frame]) -> Result<Vec<Frame>> {
+    let parts = arguments.frames.iter().filter_map(FrameChoice::part);
+    let parts = parts.map(|(first, last)| (format!("--frames {first}-{last}"), first..=last));
+    let single = arguments.frame.iter().map(|&number| (format!("--frame {number}"), number..=number));
+    let parts: Vec<(String, RangeInclusive<u32>)> = parts.chain(single).collect();
+    if let Some((flag, _)) = parts.iter().find(|(_, numbers)| *numbers.end() as usize >= frames.len()) {
         let count = frames.len();
         return Err(Error::request(format!(
-            "--frames {first}-{last}: the sequence has {count} frames, with the numbers 0 to {}",
+            "{flag}: the sequence has {count} frames, with the numbers 0 to {}",
             count - 1
         )));
     }
-    let is_chosen = |frame: &&Frame| parts.is_empty() || parts.iter().any(|(a, b)| (*a..=*b).contains(&frame.number));
+    let is_chosen =
+        |frame: &&Frame| parts.is_empty() || parts.iter().any(|(_, numbers)| numbers.contains(&frame.number));
     Ok(frames.iter().filter(is_chosen).cloned().collect())
 }
 
 /// The values of the flags for each frame, with its sun.
-fn suns(arguments: &SequenceArguments, has_place: bool) -> Result<Vec<Values>> {
-    let sky = &arguments.sky.0;
+fn suns(arguments: &SequenceArguments, sky: &Values, has_place: bool) -> Result<Vec<Values>> {
     let counts: Vec<u32> = arguments.frames.iter().filter_map(FrameChoice::count).collect();
     if let Some(elevations) = &arguments.sun_elevation {
         return match counts[..] {

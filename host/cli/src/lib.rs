@@ -1,14 +1,17 @@
 //! The command line of sorairo.
 
 pub mod arguments;
+mod cases;
 mod contact_sheet;
 mod devices;
+mod directions;
 pub mod error;
 #[cfg(feature = "evaluation")]
 mod evaluation;
 pub mod flags;
 mod frames;
 mod help;
+mod manifest;
 mod output;
 mod progress;
 mod ranges;
@@ -18,10 +21,10 @@ mod sequence;
 mod spectrum;
 mod view;
 
-use std::process::ExitCode;
+use std::ffi::OsString;
 
 use clap::Parser;
-use sorairo::low_level::files;
+use sorairo::low_level::{files, threads};
 
 use arguments::{Arguments, Command};
 use error::Result;
@@ -29,17 +32,22 @@ use error::Result;
 /// The exit code of a process that was asked to stop, as shells give it for SIGINT.
 const INTERRUPTED: i32 = 130;
 
-/// Runs the command that the process was started with, and says how it ended: 0, 1 for a failure, 2 for a wrong request.
-pub fn run() -> ExitCode {
-    let arguments = Arguments::parse();
+/// Runs the command that a process was started with, the first of whose arguments is its own name, and says how it ended: 0, 1 for a
+/// failure, 2 for a wrong request. For arguments that are none of a command, and for questions such as `--help`, it ends the process.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let arguments = Arguments::parse_from(arguments);
+    if arguments.quiet {
+        output::be_quiet();
+    }
     output::print_warnings();
+    fail_at_the_file_size_limit();
     // Without it an interruption still ends the process, and the next run removes what it leaves.
     let _ = ctrlc::set_handler(interrupted);
-    match dispatch(arguments.command) {
-        Ok(()) => ExitCode::SUCCESS,
+    match threads::start().map_err(Into::into).and_then(|()| dispatch(arguments.command)) {
+        Ok(()) => 0,
         Err(error) => {
-            output::print_note(&format!("sorairo: {error}"));
-            ExitCode::from(error.exit_code())
+            output::print_error(&format!("sorairo: {error}"));
+            error.exit_code()
         }
     }
 }
@@ -59,9 +67,16 @@ fn dispatch(command: Command) -> Result<()> {
     }
 }
 
+/// Lets a write beyond the largest file that is allowed fail, which is told; by default it ends the process.
+fn fail_at_the_file_size_limit() {
+    #[cfg(unix)]
+    // Without it the process ends as it would, and the next run removes what it leaves.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
+}
+
 fn interrupted() {
     output::end_line();
-    output::print_note("sorairo: interrupted; files that were not finished are removed");
+    output::print_error("sorairo: interrupted; files that were not finished are removed");
     files::remove_unfinished();
     std::process::exit(INTERRUPTED)
 }

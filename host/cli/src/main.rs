@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    sorairo_cli::run()
+    ExitCode::from(sorairo_cli::run(std::env::args_os()))
 }

@@ -3,10 +3,13 @@
 use std::fmt;
 use std::io::{self, Write as _};
 use std::sync::{Mutex, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, TermLike};
 use sorairo::low_level::sequence::Ended;
+
+use crate::output::is_quiet;
 
 /// Silence before the first stage is named, and least time between two lines.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -14,15 +17,18 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// Least time between two lines about frames.
 const BETWEEN_FRAMES: Duration = Duration::from_secs(2);
 
-/// Shows the current stage, from the second second on, until dropped.
+/// Shows the current stage, from the second second on, until dropped; nothing where nothing may be said.
 pub struct Progress(ProgressBar);
 
 impl Progress {
     /// Starts to count.
     pub fn start() -> Self {
+        if is_quiet() {
+            return Self(ProgressBar::hidden());
+        }
         let progress = Self(where_it_is_seen(ProgressBar::new_spinner(), PATIENCE));
         progress.stage("starting");
-        progress.0.enable_steady_tick(Duration::from_millis(100));
+        keep_moving(&progress.0, Duration::from_millis(100));
         progress
     }
 
@@ -54,6 +60,9 @@ pub struct FrameProgress {
 impl FrameProgress {
     /// Starts to count this many frames.
     pub fn start(frames: usize) -> Self {
+        if is_quiet() {
+            return Self { bar: ProgressBar::hidden(), skipped: 0 };
+        }
         let bar = ProgressBar::new(frames as u64);
         let before = if bar.is_hidden() { "sorairo:" } else { "{wide_bar}" };
         let shown = format!("{before} {{pos}} of {{len}} frames, {{rate}} frames/s{{left}}; {{msg}} skipped");
@@ -69,7 +78,7 @@ impl FrameProgress {
         let bar = where_it_is_seen(bar, BETWEEN_FRAMES)
             .with_style(style(&shown).with_key("rate", rate).with_key("left", left))
             .with_message("0");
-        bar.enable_steady_tick(Duration::from_millis(500));
+        keep_moving(&bar, Duration::from_millis(500));
         Self { bar, skipped: 0 }
     }
 
@@ -90,6 +99,19 @@ impl Drop for FrameProgress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }
+}
+
+/// Draws a bar now and then, on a thread of its own; where there can be none, it stands still. The bar's own way to do so panics there.
+fn keep_moving(bar: &ProgressBar, interval: Duration) {
+    let bar = bar.downgrade();
+    let draw = move || {
+        while let Some(bar) = bar.upgrade().filter(|bar| !bar.is_finished()) {
+            bar.tick();
+            drop(bar);
+            thread::sleep(interval);
+        }
+    };
+    let _ = thread::Builder::new().spawn(draw);
 }
 
 /// Frames in a second since the start.

@@ -3,6 +3,9 @@
 use std::str::FromStr;
 use std::sync::Arc;
 
+use sorairo::low_level::sequence::SharedExposure;
+use sorairo::scene::Exposure;
+
 /// Most frames of a sequence, and most steps of a range.
 pub const MOST_FRAMES: u32 = 100_000;
 
@@ -100,6 +103,30 @@ impl FromStr for FrameChoice {
         choice.ok_or_else(|| {
             format!("a number of frames such as 48, or the first and the last to render such as 0-9, is wanted, not {text:?}")
         })
+    }
+}
+
+/// A value of `--exposure` of a sequence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FrameExposure {
+    /// Each frame has its own.
+    Own(Exposure),
+    /// All have that of one.
+    Shared(SharedExposure),
+}
+
+impl FromStr for FrameExposure {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "first" => Ok(Self::Shared(SharedExposure::First)),
+            "sequence" => Ok(Self::Shared(SharedExposure::Brightest)),
+            _ => text
+                .parse()
+                .map(Self::Own)
+                .map_err(|_| format!("an exposure is a number of stops, auto, first or sequence, not {text:?}")),
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use sorairo::scene::reference;
 use crate::arguments::{SceneCommand, scene};
 use crate::error::{Error, Result};
 use crate::flags::flag;
-use crate::output::{print_line, print_note};
+use crate::output::{print_error, print_line, print_note};
 
 /// Runs one of them.
 pub fn run(command: &SceneCommand) -> Result<()> {
@@ -19,15 +19,16 @@ pub fn run(command: &SceneCommand) -> Result<()> {
             Ok(())
         }
         SceneCommand::Check { file } => {
+            let file = file.path();
             let mut problems = Draft::problems(file).into_iter().map(Error::from).collect::<Vec<_>>();
             let Some(last) = problems.pop() else {
                 return print_line(&format!("{}: ok", file.display()));
             };
-            problems.iter().for_each(|problem| print_note(&format!("sorairo: {problem}")));
+            problems.iter().for_each(|problem| print_error(&format!("sorairo: {problem}")));
             Err(last)
         }
-        SceneCommand::Show { file: path, flags } => {
-            let scene = scene(path.as_deref(), flags)?;
+        SceneCommand::Show { file, scene: named, flags } => {
+            let scene = scene(file.as_deref().or(named.as_deref()), &flags.0)?;
             print_line(file::text(&scene).trim_end())
         }
         SceneCommand::Reference => print_line(reference::markdown(flag).trim_end()),

@@ -1,17 +1,21 @@
 //! The command that renders sequences.
 
-use std::path::PathBuf;
+use std::iter;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::Serialize;
-use sorairo::low_level::device::{self, Device, DeviceKind};
+use sorairo::low_level::device::{self, DeviceKind};
+use sorairo::low_level::render::Shown;
 use sorairo::low_level::sequence::{self, Ended, Frame};
 
 use crate::arguments::SequenceArguments;
+use crate::cases::Cases;
 use crate::contact_sheet::contact_sheet;
 use crate::error::Result;
 use crate::frames;
-use crate::output::{print_line, print_note};
+use crate::manifest;
+use crate::output::{print_line, print_note, refuse_scene_as_output};
 use crate::progress::FrameProgress;
 
 /// What a run did, as `--json` prints it.
@@ -22,7 +26,7 @@ struct Summary {
     /// `gpu` or `cpu`.
     backend: DeviceKind,
     /// Frames of the whole sequence.
-    frames: usize,
+    count: usize,
     /// Frames that this run rendered.
     rendered: u32,
     /// Frames of this run that were there already.
@@ -31,69 +35,125 @@ struct Summary {
     seconds: f64,
     /// Frames rendered in a second.
     frames_per_second: f64,
-    /// The contact sheet, if it was written.
+    /// The contact sheet, if every frame is there.
     contact_sheet: Option<String>,
+    /// The manifest of a table's frames, if every frame is there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    manifest: Option<String>,
+    /// The frames of this run.
+    frames: Vec<FrameReport>,
+}
+
+/// A frame, as `--json` lists it.
+#[derive(Serialize)]
+struct FrameReport {
+    /// Its number.
+    number: u32,
+    /// Whether this run rendered it; it was there already otherwise.
+    rendered: bool,
+    /// Elevation of the sun (degrees).
+    sun_elevation: f64,
+    /// Azimuth of the sun, clockwise from north (degrees).
+    sun_azimuth: f64,
+    /// Whether the sun's disc is in the image where it can be seen.
+    sun_disc: bool,
+    #[serde(flatten)]
+    shown: Option<Shown>,
+    /// Its files.
+    outputs: Vec<String>,
+}
+
+impl FrameReport {
+    fn new(frame: &Frame, ended: Ended, shown: Option<Shown>) -> Self {
+        let sun = &frame.scene.sun;
+        Self {
+            number: frame.number,
+            rendered: ended == Ended::Rendered,
+            sun_elevation: sun.elevation,
+            sun_azimuth: sun.azimuth,
+            sun_disc: sun.disc,
+            shown,
+            outputs: frame.request.outputs.iter().map(|path| path.to_string_lossy().into_owned()).collect(),
+        }
+    }
 }
 
 /// `sorairo sequence`.
 pub fn run(arguments: &SequenceArguments) -> Result<()> {
-    let frames = frames::all(arguments)?;
-    let chosen = frames::chosen(&arguments.frames, &frames)?;
+    let cases = arguments.table.as_deref().map(Cases::read).transpose()?;
+    let frames = frames::all(arguments, cases.as_ref())?;
+    let chosen = frames::chosen(arguments, &frames)?;
+    let sheet = contact_sheet_path(&frames);
+    let files = frames.iter().flat_map(|frame| &frame.request.outputs).chain([&sheet]);
+    refuse_scene_as_output(arguments.scene.as_deref(), files)?;
     let mut device = device::open(&arguments.device)?;
     sequence::make_folders(&chosen)?;
-    let (mut rendered, mut skipped) = (0, 0);
+    let (mut rendered, mut skipped, mut reports) = (0, 0, Vec::new());
     let start = Instant::now();
-    let mut progress = (!arguments.quiet).then(|| FrameProgress::start(chosen.len()));
-    let outcome = sequence::sequence(&chosen, &mut device, &mut |_, ended| {
+    let mut progress = FrameProgress::start(chosen.len());
+    let outcome = sequence::sequence(&chosen, &mut device, &mut |frame, ended, shown| {
+        reports.push(FrameReport::new(frame, ended, shown));
         match ended {
             Ended::Rendered => rendered += 1,
             Ended::Found => skipped += 1,
         }
-        progress.iter_mut().for_each(|progress| progress.ended(ended));
+        progress.ended(ended);
     });
     drop(progress);
     outcome?;
     let seconds = start.elapsed().as_secs_f64();
     let is_other = |frame: &&Frame| chosen.binary_search_by_key(&frame.number, |chosen| chosen.number).is_err();
-    let contact_sheet = if sequence::are_finished(frames.iter().filter(is_other)) {
-        Some(sheet_beside(&frames, &mut device)?)
-    } else {
-        None
-    };
+    let manifest = cases.is_some().then(|| manifest::path(&frames));
+    let beside: Vec<&Path> = iter::once(&sheet).chain(&manifest).map(PathBuf::as_path).collect();
+    // A task that is run again when all is done has nothing to add, and no need to read every frame of the others.
+    let is_current = rendered == 0 && are_newer(&beside, &frames);
+    let is_whole = is_current || sequence::are_finished(frames.iter().filter(is_other));
+    if is_whole && !is_current {
+        contact_sheet(&sheet, &frames, &mut device)?;
+        if let Some(cases) = &cases {
+            manifest::write(cases, &frames)?;
+        }
+    }
     let summary = Summary {
         device: device.name,
         backend: device.kind,
-        frames: frames.len(),
+        count: frames.len(),
         rendered,
         skipped,
         seconds,
         frames_per_second: f64::from(rendered) / seconds,
-        contact_sheet: contact_sheet.map(|path| path.to_string_lossy().into_owned()),
+        contact_sheet: is_whole.then(|| sheet.to_string_lossy().into_owned()),
+        manifest: manifest.filter(|_| is_whole).map(|path| path.to_string_lossy().into_owned()),
+        frames: reports,
     };
-    if !arguments.quiet {
-        print_note(&in_a_line(&summary));
-    }
+    print_note(&in_a_line(&summary));
     if arguments.json {
         print_line(&serde_json::to_string(&summary).expect("a summary is plain data"))?;
     }
     Ok(())
 }
 
-/// Writes the contact sheet beside the frames.
-fn sheet_beside(frames: &[Frame], device: &mut Device) -> Result<PathBuf> {
+/// Whether every one of these files is there, and is younger than every file of the frames.
+fn are_newer(files: &[&Path], frames: &[Frame]) -> bool {
+    let modified = |path: &Path| path.metadata().and_then(|file| file.modified()).ok();
+    let Some(oldest) = files.iter().map(|path| modified(path)).min().flatten() else { return false };
+    let mut of_frames = frames.iter().flat_map(|frame| &frame.request.outputs);
+    of_frames.all(|path| modified(path).is_some_and(|time| time <= oldest))
+}
+
+/// The contact sheet beside the frames.
+fn contact_sheet_path(frames: &[Frame]) -> PathBuf {
     let frame = frames.first().and_then(|frame| frame.request.outputs.first());
-    let path = frame.map(|path| path.with_file_name("contact.png")).unwrap_or_default();
-    contact_sheet(&path, frames, device)?;
-    Ok(path)
+    frame.map(|path| path.with_file_name("contact.png")).unwrap_or_default()
 }
 
 fn in_a_line(summary: &Summary) -> String {
-    let Summary { device, frames, rendered, skipped, seconds, frames_per_second, .. } = summary;
+    let Summary { device, count, rendered, skipped, seconds, frames_per_second, .. } = summary;
     let sheet = match &summary.contact_sheet {
         Some(path) => format!("contact sheet {path}"),
         None => "no contact sheet, because frames are missing".into(),
     };
     format!(
-        "{rendered} frames rendered, {skipped} skipped, of {frames}, in {seconds:.1} s ({frames_per_second:.1} frames/s) on {device}; {sheet}"
+        "{rendered} frames rendered, {skipped} skipped, of {count}, in {seconds:.1} s ({frames_per_second:.1} frames/s) on {device}; {sheet}"
     )
 }

@@ -1,29 +1,97 @@
-//! The command that prints the spectrum of a direction.
+//! The command that prints the spectrum of a direction, or of many.
 
-use sorairo::PixelFormat;
-use sorairo::Plan;
-use sorairo::low_level::device;
-use sorairo::low_level::spectrum::{Sample, spectrum};
+use std::fmt::Write;
 
-use crate::arguments::{SpectrumArguments, SpectrumFormat};
+use serde::Serialize;
+use sorairo::low_level::spectrum::{Appearance, Direction, Sample, appearances, spectra};
+use sorairo::{PixelFormat, Plan};
+
+use crate::arguments::{SpectrumArguments, SpectrumFormat, scene};
+use crate::directions;
 use crate::error::Result;
 use crate::output::print_line;
 
-/// `sorairo spectrum`.
-pub fn run(arguments: &SpectrumArguments) -> Result<()> {
-    let plan = Plan::new(&arguments.scene.scene()?, PixelFormat::LinearRgb);
-    if !arguments.scene.device.eq_ignore_ascii_case("auto") {
-        // One ray needs no device, but a wrong name is as wrong here as anywhere.
-        device::open(&arguments.scene.device)?;
-    }
-    let samples = spectrum(&plan.sky, arguments.view_elevation, arguments.view_azimuth, &arguments.wavelengths)?;
-    match arguments.format {
-        SpectrumFormat::Csv => print_line(&csv(&samples)),
-        SpectrumFormat::Json => print_line(&serde_json::to_string(&samples).expect("samples are plain data")),
-    }
+/// What is printed of a direction of many.
+#[derive(Serialize)]
+struct Of<'a, T> {
+    #[serde(flatten)]
+    direction: &'a Direction,
+    #[serde(flatten)]
+    what: T,
 }
 
-fn csv(samples: &[Sample]) -> String {
-    let row = |Sample { wavelength_nm, radiance, dense }: &Sample| format!("\n{wavelength_nm},{radiance:e},{dense:e}");
-    samples.iter().map(row).fold("wavelength_nm,radiance,dense".into(), |csv, row| csv + &row)
+/// A spectrum by its name.
+#[derive(Serialize)]
+struct Spectrum<'a> {
+    spectrum: &'a [Sample],
+}
+
+/// `sorairo spectrum`.
+pub fn run(arguments: &SpectrumArguments) -> Result<()> {
+    let plan = Plan::new(&scene(arguments.scene.as_deref(), &arguments.sky.0)?, PixelFormat::LinearRgb);
+    let directions = match (&arguments.directions, arguments.view_elevation.zip(arguments.view_azimuth)) {
+        (None, Some((elevation, azimuth))) => vec![Direction { elevation, azimuth }],
+        (path, _) => directions::read(path.as_deref().expect("without a direction the table is required"))?,
+    };
+    let are_many = arguments.directions.is_some();
+    let text = if arguments.luminance {
+        let found = appearances(&plan.sky, &directions)?;
+        match arguments.format {
+            SpectrumFormat::Csv => {
+                csv(&directions, are_many, "luminance_cd_m2,x,y,cct_k", found.iter().map(|found| vec![row(found)]))
+            }
+            SpectrumFormat::Json => json(&directions, are_many, &found, |found| found),
+        }
+    } else {
+        let found = spectra(&plan.sky, &directions, &arguments.wavelengths)?;
+        match arguments.format {
+            SpectrumFormat::Csv => {
+                let rows = found.iter().map(|spectrum| spectrum.iter().map(sample_row).collect());
+                csv(&directions, are_many, "wavelength_nm,radiance,dense", rows)
+            }
+            SpectrumFormat::Json if are_many => json(&directions, true, &found, |spectrum| Spectrum { spectrum }),
+            SpectrumFormat::Json => text_of(&found[0]),
+        }
+    };
+    print_line(&text)
+}
+
+fn sample_row(Sample { wavelength_nm, radiance, dense }: &Sample) -> String {
+    format!("{wavelength_nm},{radiance:e},{dense:e}")
+}
+
+fn row(found: &Appearance) -> String {
+    let cell = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+    format!("{:e},{},{},{}", found.luminance_cd_m2, cell(found.x), cell(found.y), cell(found.cct_k))
+}
+
+/// A table of the rows of each direction, which stands before each row where there are many.
+fn csv(directions: &[Direction], are_many: bool, header: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
+    let mut text = if are_many { format!("view_elevation,view_azimuth,{header}") } else { header.into() };
+    for (Direction { elevation, azimuth }, rows) in directions.iter().zip(rows) {
+        for row in rows {
+            let before = if are_many { format!("{elevation},{azimuth},") } else { String::new() };
+            // A text takes whatever is written to it.
+            let _ = write!(text, "\n{before}{row}");
+        }
+    }
+    text
+}
+
+/// What was found in the one direction, or in an array each with its direction.
+fn json<'a, T, S: Serialize>(
+    directions: &[Direction],
+    are_many: bool,
+    found: &'a [T],
+    shown: fn(&'a T) -> S,
+) -> String {
+    if !are_many {
+        return text_of(&shown(&found[0]));
+    }
+    let each = directions.iter().zip(found).map(|(direction, found)| Of { direction, what: shown(found) });
+    text_of(&each.collect::<Vec<_>>())
+}
+
+fn text_of(value: &impl Serialize) -> String {
+    serde_json::to_string(value).expect("what is printed is plain data")
 }

@@ -15,8 +15,13 @@ pub fn run(arguments: &ViewArguments) -> Result<()> {
         device,
         point: arguments.click,
         screenshot: arguments.screenshot.as_deref(),
+        frames: arguments.frames,
     };
-    Ok(sorairo_view::open(options, || device::open(device))?)
+    if let Some((frames, time)) = sorairo_view::open(options, || device::open(device))? {
+        let seconds = time.as_secs_f64();
+        println!("{frames} skies in {seconds:.2} s: {:.1} a second", f64::from(frames) / seconds);
+    }
+    Ok(())
 }
 
 /// `sorairo view` without its window.

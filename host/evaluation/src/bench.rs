@@ -17,6 +17,7 @@ use super::timing::{Job, Times, fitting_size, interleaved, job};
 use crate::problem::Result;
 use sorairo::Device;
 use sorairo::PixelFormat;
+use sorairo::low_level::plan::fit::{CUBIC_BANDS, FIRST_ORDER_BANDS, TRANSFER_BANDS};
 use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::{ColourPath, Exposure, Fit, PathChoice, Preset, Scene, Size};
@@ -171,10 +172,10 @@ fn configurations() -> Vec<Configuration> {
 /// Good wavelengths (nm) for a fit. Polynomials take the roots of Chebyshev's, but with four the fit's own.
 fn bands(fit: Fit, count: usize) -> Vec<f64> {
     match (fit, count) {
-        (Fit::Cubic, 4) => vec![430.0, 520.0, 610.0, 700.0],
-        (Fit::Transfer, 4) => vec![443.0, 510.0, 568.0, 632.0],
+        (Fit::Cubic, 4) => CUBIC_BANDS.to_vec(),
+        (Fit::Transfer, 4) => TRANSFER_BANDS.to_vec(),
         (Fit::Extinction, 3) => vec![447.0, 544.0, 612.0],
-        (Fit::Extinction, 4) => vec![444.0, 530.0, 585.0, 650.0],
+        (Fit::Extinction, 4) => FIRST_ORDER_BANDS.to_vec(),
         (Fit::Extinction, 6) => vec![435.0, 475.0, 506.0, 555.0, 608.0, 659.0],
         (Fit::Extinction, _) => vec![405.0, 456.0, 481.0, 512.0, 525.0, 558.0, 611.0, 662.0],
         (Fit::Dense, 81) => observer::wavelengths(),

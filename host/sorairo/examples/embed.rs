@@ -12,7 +12,7 @@ use std::sync::Arc;
 use sorairo::low_level::files::png;
 use sorairo::scene::{CameraScene, Preset, Projection, Rgb};
 use sorairo::wgpu::{self, BufferUsages, TextureUsages};
-use sorairo::{Renderer, Scene, SkyPlan, Target};
+use sorairo::{Renderer, ResidentRenderer, Scene, SkyPlan, Target};
 
 const WIDTH: u32 = 960;
 const HEIGHT: u32 = 540;
@@ -52,15 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn device() -> Result<(wgpu::Device, wgpu::Queue), Box<dyn std::error::Error>> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))?;
-    // SAFETY: the one experimental feature is that sorairo's kernels are passed through.
-    #[expect(unsafe_code, reason = "wgpu marks the feature as experimental")]
-    let experimental_features = unsafe { wgpu::ExperimentalFeatures::enabled() };
-    Ok(pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-        required_features: adapter.features() & wgpu::Features::PASSTHROUGH_SHADERS,
-        required_limits: adapter.limits(),
-        experimental_features,
-        ..Default::default()
-    }))?)
+    Ok(pollster::block_on(adapter.request_device(&ResidentRenderer::device_descriptor(&adapter)))?)
 }
 
 fn arguments() -> Option<(u32, PathBuf)> {

@@ -83,7 +83,7 @@ pub enum Error {
         path: PathBuf,
     },
     /// Something is asked of spectral files, and no file is one.
-    #[error("{key} needs a spectral file: NAME.spectral.exr, or NAME.exr where every EXR file is spectral")]
+    #[error("{key} needs a spectral file: NAME.spectral.exr, NAME.hsr, or NAME.exr where every EXR file is spectral")]
     NoSpectralFile {
         /// What is asked.
         key: &'static str,
@@ -133,9 +133,15 @@ pub enum Error {
     /// A program's own buffer or texture cannot take an image.
     #[error("the target {0}")]
     Target(String),
+    /// The caller asked to stop.
+    #[error("stopped on request")]
+    Stopped,
     /// An image does not fit into memory.
     #[error("{0}")]
     Memory(String),
+    /// The system lets the process have no further thread.
+    #[error("no thread can be started: {0}")]
+    Thread(std::io::Error),
     /// A file could not be written.
     #[error("{} cannot be written: {reason}", path.display())]
     Write {
@@ -183,7 +189,7 @@ impl Error {
     /// Whether the request was right, and could not be carried out all the same.
     pub fn is_failure(&self) -> bool {
         match self {
-            Self::Device(_) | Self::Memory(_) | Self::Write { .. } => true,
+            Self::Device(_) | Self::Memory(_) | Self::Stopped | Self::Thread(_) | Self::Write { .. } => true,
             Self::InFile { error, .. } | Self::InFrame { error, .. } => error.is_failure(),
             _ => false,
         }

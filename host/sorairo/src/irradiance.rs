@@ -13,8 +13,7 @@ use crate::plan::{SkyPlan, direction};
 use crate::spectra::observer;
 use crate::spectrum::FittedSpectrum;
 
-/// Luminous efficacy of radiation of luminance 1 to the observer (lm/W; the SI's constant K_cd).
-pub const LUMENS_PER_WATT: f64 = 683.0;
+pub use crate::spectra::observer::LUMENS_PER_WATT;
 
 /// Nodes between the horizon and the sun's elevation, and as many from there to the zenith.
 const ELEVATIONS: u32 = 16;
@@ -133,7 +132,7 @@ impl SkyLight {
             let of_node = |(node, rgb, measures): &(Node, DVec3, DVec3)| (rgb * node.level(), measures * node.level());
             lit.iter().map(of_node).fold((DVec3::ZERO, DVec3::ZERO), |a, b| (a.0 + b.0, a.1 + b.1))
         };
-        let (above, below) = (lit(nodes(sky, ELEVATIONS, AZIMUTHS)), lit(nodes_below(sky, ELEVATIONS, AZIMUTHS)));
+        let (above, below) = (lit(nodes(sky, ELEVATIONS, AZIMUTHS)), lit(nodes_below(sky)));
         let ((rgb, measures), (ground_rgb, ground)) = (irradiance(&above), irradiance(&below));
         let all = above.iter().chain(&below);
         let both_sides = all.flat_map(|(node, rgb, _)| {
@@ -191,6 +190,15 @@ impl Node {
     }
 }
 
+/// A direction, its mirror image by the vertical plane through the sun, where the sky is the same, and the solid angle of both (sr).
+pub(crate) type Pair = (DVec3, DVec3, f64);
+
+/// The directions above and below the horizontal plane in which [`SkyLight`] takes the light.
+pub(crate) fn pairs(sky: &SkyPlan) -> [Vec<Pair>; 2] {
+    let pair = |node: Node| (node.direction(sky), node.mirrored().direction(sky), node.solid_angle);
+    [nodes(sky, ELEVATIONS, AZIMUTHS), nodes_below(sky)].map(|nodes| nodes.into_iter().map(pair).collect())
+}
+
 /// Nodes of the hemisphere above, crowded around the sun.
 fn nodes(sky: &SkyPlan, elevations: u32, azimuths: u32) -> Vec<Node> {
     let sun = f64::from(sky.integral.uniform.sun.z).asin().to_degrees().max(0.0);
@@ -198,9 +206,9 @@ fn nodes(sky: &SkyPlan, elevations: u32, azimuths: u32) -> Vec<Node> {
 }
 
 /// Nodes of the hemisphere below, crowded around the horizon.
-fn nodes_below(sky: &SkyPlan, elevations: u32, azimuths: u32) -> Vec<Node> {
+fn nodes_below(sky: &SkyPlan) -> Vec<Node> {
     let horizon = f64::from(sky.integral.uniform.horizon).to_degrees();
-    nodes_between(&[(horizon, 0.0), (horizon, -90.0)], elevations, azimuths)
+    nodes_between(&[(horizon, 0.0), (horizon, -90.0)], ELEVATIONS, AZIMUTHS)
 }
 
 /// Nodes between elevations (degrees), crowded towards the first of each pair.
@@ -316,7 +324,7 @@ mod tests {
         for azimuth in [0.0, 180.0] {
             let normal = direction(0.0, sky.integral.sun_azimuth + azimuth);
             let mut nodes = nodes(&sky, ELEVATIONS, AZIMUTHS);
-            nodes.extend(nodes_below(&sky, ELEVATIONS, AZIMUTHS));
+            nodes.extend(nodes_below(&sky));
             let fallen = |node: Node| {
                 let view = node.direction(&sky);
                 f64::from(sky.radiance(view.as_vec3()).y) * node.solid_angle * view.dot(normal).max(0.0)
@@ -331,7 +339,7 @@ mod tests {
     fn light_that_is_the_same_from_everywhere_falls_alike_on_every_surface() {
         let sky = sky(30.0, |_| {});
         let mut nodes = nodes(&sky, ELEVATIONS, AZIMUTHS);
-        nodes.extend(nodes_below(&sky, ELEVATIONS, AZIMUTHS));
+        nodes.extend(nodes_below(&sky));
         let radiances = nodes.into_iter().flat_map(|node| {
             [node, node.mirrored()].map(|node| (node.direction(&sky), 0.5 * node.solid_angle, DVec3::ONE))
         });

@@ -17,6 +17,19 @@
 //! ever holding the image whole. `ResidentRenderer` draws a [`SkyPlan`] into the buffers and textures of a program's own device, and reads nothing
 //! back. What these are made of is in [`low_level`].
 //!
+//! One way for each question:
+//!
+//! | what | how |
+//! | --- | --- |
+//! | an image | [`Renderer::render`] |
+//! | spectra, in one direction or in many | [`Spectra`], of a [`SkyPlan`] |
+//! | colours of directions, luminance | [`xyz`] |
+//! | irradiance of a surface that faces any way, by wavelength | [`Surface::irradiance`] |
+//! | what falls on level ground, in total | [`SkyLight`] |
+//! | the sun through the air | [`sun_transmittance`] |
+//! | many suns | [`of_each_sky`] |
+//! | a device of one's own | [`Renderer::with_device`] |
+//!
 //! Features, all on by default: `gpu` (Vulkan devices), `cpu` (the CPU as a device), `files` (PNG, OpenEXR), `scene-files` (TOML).
 
 mod device;
@@ -33,7 +46,11 @@ pub mod scene;
 #[cfg(feature = "files")]
 mod sequence;
 mod spectra;
+mod spectral_irradiance;
 mod spectrum;
+mod suns;
+mod surface;
+mod threads;
 mod words;
 
 pub use device::Device;
@@ -47,7 +64,10 @@ pub use render::{Report, Request, render};
 pub use renderer::{Image, Renderer};
 pub use scene::{Preset, Scene};
 pub use sorairo_shared::variant::PixelFormat;
-pub use spectrum::{Sample, spectrum};
+pub use spectral_irradiance::SpectralIrradiance;
+pub use spectrum::{Method, Sample, Spectra, spectrum, xyz};
+pub use suns::of_each_sky;
+pub use surface::{Irradiance, Surface, sun_transmittance};
 /// The graphics interface of [`ResidentRenderer`], in the version that it takes.
 #[cfg(feature = "gpu")]
 pub use wgpu;
@@ -89,9 +109,13 @@ pub mod low_level {
     pub mod spectra {
         pub use crate::spectra::*;
     }
-    /// The spectrum of the sky in one direction.
+    /// The spectrum of the sky in directions.
     pub mod spectrum {
         pub use crate::spectrum::*;
+    }
+    /// The threads on which all computing is done.
+    pub mod threads {
+        pub use crate::threads::*;
     }
     /// The words of choices.
     pub mod words {

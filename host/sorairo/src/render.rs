@@ -10,22 +10,15 @@ use serde::Serialize;
 use crate::device::{Device, DeviceKind, Times};
 use crate::error::{Error, Result};
 use crate::files::{self, Format, Image, Staged, Writer};
-use crate::input::shown;
 use crate::irradiance::SkyLight;
 use sorairo_shared::variant::PixelFormat;
 
 use crate::plan::Plan;
 use crate::plan::explain::explain;
 use crate::plan::lookup::Lookup;
+use crate::plan::sun_disc::Sun;
 use crate::scene::{ColourObserver, ColourPath, ExrDepth, Fit, Rgb, Scene, ValidScene, WhiteBalance};
-
-/// Wavelengths (nm) of a spectral file, if none are asked for: 380 to 780 by 10.
-pub fn default_wavelengths() -> Vec<f64> {
-    (0..=40).map(|i| 380.0 + 10.0 * f64::from(i)).collect()
-}
-
-/// Most wavelengths of a spectral file.
-pub const MOST_WAVELENGTHS: usize = 512;
+use crate::spectral_irradiance::SpectralIrradiance;
 
 /// What to make of a scene.
 #[derive(Clone, Debug, Default)]
@@ -34,7 +27,7 @@ pub struct Request {
     pub outputs: Vec<PathBuf>,
     /// Whether every EXR file is spectral, whatever its name.
     pub spectral: bool,
-    /// Wavelengths of spectral files (nm, where the scene is known, no two the same); [`default_wavelengths`] if none are given.
+    /// Wavelengths of spectral files (nm, where the scene is known, no two the same); [`files::default_wavelengths`] if none are given.
     pub wavelengths: Option<Vec<f64>>,
     /// Whether to measure the downwelling irradiance.
     pub sky_light: bool,
@@ -51,10 +44,16 @@ impl Request {
     }
 
     /// Whether every file is there already, whole, and made of this scene by this version of the program.
-    pub fn is_finished(&self, scene: &Scene) -> bool {
+    pub fn is_finished(&self, scene: &ValidScene) -> bool {
         let Ok(formats) = self.formats() else { return false };
-        let Ok(wavelengths) = wavelengths(scene, self, &formats) else { return false };
-        self.outputs.iter().zip(formats).all(|(path, format)| files::is_finished(path, format, scene, &wavelengths))
+        let Ok(wavelengths) = self.wavelengths_of(scene, &formats) else { return false };
+        let scene = scene.as_asked();
+        self.outputs.iter().zip(formats).all(|(path, format)| files::is_finished(path, format, &scene, &wavelengths))
+    }
+
+    /// The wavelengths of its spectral files (nm, increasing), whose formats are these.
+    fn wavelengths_of(&self, scene: &Scene, formats: &[Format]) -> Result<Vec<f64>> {
+        files::wavelengths(scene, self.wavelengths.as_deref(), self.spectral, formats)
     }
 }
 
@@ -73,6 +72,8 @@ pub struct Report {
     pub sun_elevation: f64,
     /// Azimuth of the sun, clockwise from north (degrees).
     pub sun_azimuth: f64,
+    /// Whether the sun's disc is in the image where it can be seen; a program that adds a sun of its own must not, then.
+    pub sun_disc: bool,
     /// The fit through the bands.
     pub fit: Fit,
     /// How the fit became a colour.
@@ -94,6 +95,9 @@ pub struct Report {
     /// The downwelling irradiance, if it was asked for.
     #[serde(flatten)]
     pub sky_light: Option<SkyLight>,
+    /// The same at the wavelengths of spectral files, if there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spectral_irradiance: Option<SpectralIrradiance>,
     /// Time to decide what to compute (ms).
     pub plan_ms: f64,
     /// Time of the kernels (ms).
@@ -137,20 +141,15 @@ impl Job {
     pub fn new(scene: &ValidScene, request: &Request) -> Result<Self> {
         let outputs = &request.outputs;
         let formats = request.formats()?;
-        let spectral = wavelengths(scene, request, &formats)?;
-        // A picture alone is packed on the device, 4 bytes a pixel; a linear image serves for both.
-        let pixel = match (formats.as_slice(), scene.render.exr) {
-            _ if !spectral.is_empty() => PixelFormat::LinearRgb,
-            (formats, _) if !formats.contains(&Format::Exr) => PixelFormat::Picture,
-            (formats, ExrDepth::Half) if !formats.contains(&Format::Png) => PixelFormat::HalfRgb,
-            _ => PixelFormat::LinearRgb,
-        };
+        let spectral = request.wavelengths_of(scene, &formats)?;
+        let pixel = pixel_format(scene, &formats);
         if scene.sun.disc && scene.render.exr == ExrDepth::Half && formats.contains(&Format::Exr) {
             return Err(Error::not_allowed(
                 "sun.disc",
                 "needs render.exr = f32: the disc is brighter than half floats reach",
             ));
         }
+        files::check_radiance(outputs, &formats, &scene.camera)?;
         for path in outputs {
             files::check_writable(path)?;
         }
@@ -165,6 +164,16 @@ impl Job {
         Ok(Self { plan, outputs: outputs.clone(), formats, scene: scene.clone() })
     }
 
+    /// What the image shows.
+    pub fn shown(&self) -> Shown {
+        Shown::of(&self.plan)
+    }
+
+    /// Whether a file holds half floats.
+    fn has_halves(&self) -> bool {
+        self.scene.render.exr == ExrDepth::Half && self.formats.iter().any(|&format| format != Format::Png)
+    }
+
     /// Computes the pixels; each file is encoded meanwhile, on a thread of its own.
     ///
     /// # Errors
@@ -177,11 +186,17 @@ impl Job {
         device: &mut Device,
     ) -> Result<(Times, Files<'scope>)> {
         let plan = &self.plan;
-        let image = Image::of(plan, &self.scene);
+        let mut image = Image::of(plan, &self.scene);
+        if self.formats.contains(&Format::RadianceScene) {
+            image.sun = Sun::at(&plan.sky, &plan.spectral).spectral_irradiance(|_| 1.0);
+        }
         let begin = |(path, &format): (&PathBuf, &Format)| Writer::start(scope, path.clone(), format, image.clone());
-        let files = Files { writers: self.outputs.iter().zip(&self.formats).map(begin).collect() };
+        let files = Files { writers: self.outputs.iter().zip(&self.formats).map(begin).collect::<Result<_>>()? };
         let computing = device.rows(plan, plan.kernel(), &mut |_, rows| {
             check_rows(plan.pixel, rows)?;
+            if self.has_halves() {
+                check_halves(plan.pixel, rows)?;
+            }
             let rows: Arc<[u32]> = rows.into();
             files.writers.iter().try_for_each(|writer| writer.take(Arc::clone(&rows)))
         });
@@ -194,6 +209,42 @@ impl Job {
     }
 }
 
+/// How pixels are stored for files of these formats. A picture alone is packed on the device, 4 bytes a pixel; a linear image serves for
+/// both.
+fn pixel_format(scene: &Scene, formats: &[Format]) -> PixelFormat {
+    match scene.render.exr {
+        _ if formats.iter().any(|format| format.is_spectral()) => PixelFormat::LinearRgb,
+        _ if !formats.contains(&Format::Exr) => PixelFormat::Picture,
+        ExrDepth::Half if !formats.contains(&Format::Png) => PixelFormat::HalfRgb,
+        _ => PixelFormat::LinearRgb,
+    }
+}
+
+/// What an image shows, beside its pixels.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Shown {
+    /// Factor from linear RGB to the picture's linear value, as a power of two.
+    pub exposure_ev: f32,
+    /// What falls from its sky.
+    #[serde(flatten)]
+    pub sky_light: SkyLight,
+}
+
+impl Shown {
+    fn of(plan: &Plan) -> Self {
+        Self { exposure_ev: plan.uniform.exposure.log2(), sky_light: SkyLight::new(&plan.sky) }
+    }
+
+    /// That of a request whose files are there already.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Format::of`].
+    pub fn of_request(request: &Request, scene: &ValidScene) -> Result<Self> {
+        Ok(Self::of(&Plan::new(scene, pixel_format(scene, &request.formats()?))))
+    }
+}
+
 /// The files of a job whose pixels are computed.
 #[must_use = "files that are not finished are removed"]
 pub struct Files<'scope> {
@@ -201,14 +252,13 @@ pub struct Files<'scope> {
 }
 
 impl Files<'_> {
-    /// Waits for the encoders. Every file is whole before the first takes its place, so that a failure leaves all of them as
-    /// they were.
+    /// Waits for the encoders. Every file is whole before the first takes its place, and a failure leaves all of them as they were.
     ///
     /// # Errors
     ///
     /// [`Error::Write`] if a file cannot be written.
     pub fn finish(self) -> Result<()> {
-        self.staged()?.into_iter().try_for_each(Staged::commit)
+        files::commit_all(self.staged()?)
     }
 
     fn staged(self) -> Result<Vec<Staged>> {
@@ -245,6 +295,8 @@ pub fn render(
         stage("measuring the sky's light");
         SkyLight::new(&plan.sky)
     });
+    let is_spectral = request.sky_light && !plan.spectral.is_empty();
+    let spectral_irradiance = is_spectral.then(|| SpectralIrradiance::new(&plan.sky, &plan.spectral)).transpose()?;
     Ok(Report {
         device: device.name,
         backend: device.kind,
@@ -252,6 +304,7 @@ pub fn render(
         height: plan.height(),
         sun_elevation: scene.sun.elevation,
         sun_azimuth: scene.sun.azimuth,
+        sun_disc: scene.sun.disc,
         fit: scene.render.fit,
         color: scene.render.color,
         rgb: plan.sky.space.rgb,
@@ -262,6 +315,7 @@ pub fn render(
         explain: explain(plan, scene.camera.projection),
         exposure_ev: plan.uniform.exposure.log2(),
         sky_light,
+        spectral_irradiance,
         plan_ms: ms(planned),
         kernel_ms: ms(times.kernel),
         readback_ms: ms(times.readback),
@@ -271,38 +325,22 @@ pub fn render(
     })
 }
 
-/// The wavelengths of the spectral files that a request asks for (nm, increasing); none if it asks for no such file.
-fn wavelengths(scene: &Scene, request: &Request, formats: &[Format]) -> Result<Vec<f64>> {
-    if !formats.contains(&Format::SpectralExr) {
-        let refuse = |key| Err(Error::NoSpectralFile { key });
-        return match request {
-            Request { spectral: true, .. } => refuse("spectral"),
-            Request { wavelengths: Some(_), .. } => refuse("wavelengths"),
-            _ => Ok(Vec::new()),
-        };
+/// Refuses rows that hold what half floats do not reach; kernels store their largest number for it.
+fn check_halves(pixel: PixelFormat, rows: &[u32]) -> Result<()> {
+    const LARGEST: f32 = 65_504.0;
+    const LARGEST_BITS: u32 = 0x7bff;
+    let is_beyond = match pixel {
+        PixelFormat::Picture => false,
+        PixelFormat::LinearRgb | PixelFormat::LinearRgba => rows.iter().any(|&word| f32::from_bits(word) > LARGEST),
+        PixelFormat::HalfRgb => rows.iter().any(|&word| word & 0xffff == LARGEST_BITS || word >> 16 == LARGEST_BITS),
+    };
+    if is_beyond {
+        let complaint =
+            format!("is f16, and a pixel is brighter than {LARGEST}, the most that half floats hold; f32 holds it");
+        return Err(Error::not_allowed("render.exr", complaint));
     }
-    let mut wavelengths = request.wavelengths.clone().unwrap_or_else(default_wavelengths);
-    let refuse = |complaint| Err(Error::not_allowed("wavelengths", complaint));
-    let count = wavelengths.len();
-    if !(1..=MOST_WAVELENGTHS).contains(&count) {
-        return refuse(format!("holds {count} wavelengths; a spectral file takes 1 to {MOST_WAVELENGTHS} of them"));
-    }
-    let (shortest, longest) = scene.optics().known_wavelengths();
-    if let Some(outside) = wavelengths.iter().find(|&&nm| !(shortest..=longest).contains(&nm)) {
-        return refuse(format!("holds {}; wavelengths must lie between {shortest} and {longest} nm", shown(*outside)));
-    }
-    wavelengths.sort_by(f64::total_cmp);
-    match wavelengths.windows(2).find(|pair| pair[1] - pair[0] < CLOSEST_WAVELENGTHS) {
-        Some(pair) => refuse(format!(
-            "holds {} and {}; wavelengths must lie at least {CLOSEST_WAVELENGTHS} nm apart",
-            pair[0], pair[1]
-        )),
-        None => Ok(wavelengths),
-    }
+    Ok(())
 }
-
-/// Wavelengths (nm) closer than this have the same name in a spectral file.
-const CLOSEST_WAVELENGTHS: f64 = 1e-5;
 
 /// Refuses rows that hold what no kernel stores: the sentinel of a pixel that was never written, or what no radiance is.
 fn check_rows(pixel: PixelFormat, rows: &[u32]) -> Result<()> {

@@ -103,7 +103,7 @@ impl Image {
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
         let format = Format::of(path, false)?;
-        if format == Format::SpectralExr {
+        if !matches!(format, Format::Png | Format::Exr) {
             let complaint = "the file would be spectral; this image holds RGB alone".into();
             return Err(Error::FileName { path: path.to_owned(), complaint });
         }
@@ -116,6 +116,7 @@ impl Image {
             space: self.space,
             display: self.display,
             wavelengths: Vec::new(),
+            sun: Vec::new(),
         };
         files::write(path, format, image, bytemuck::cast_slice(&self.rgb))?.commit()
     }

@@ -3,12 +3,17 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::Builder;
+
+use rayon::prelude::*;
+use sorairo_shared::variant::PixelFormat;
 
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::files;
-use crate::render::{Files, Job, Request};
-use crate::scene::ValidScene;
+use crate::plan::Plan;
+use crate::render::{Files, Job, Request, Shown};
+use crate::scene::{Exposure, Scene, ValidScene};
 
 /// One frame of a sequence.
 #[derive(Clone, Debug)]
@@ -50,6 +55,53 @@ pub fn frames(scenes: Vec<ValidScene>, request: &Request) -> Result<Vec<Frame>> 
     (0..).zip(scenes).map(frame).collect()
 }
 
+/// Which frame's automatic exposure all frames have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SharedExposure {
+    /// That of the first.
+    First,
+    /// That of the brightest, so that no frame is brighter than it may be. Of frames that differ in their sun alone it is the one with the
+    /// highest sun.
+    Brightest,
+}
+
+/// The scenes with one exposure for all, which depends on all of them and on nothing else: processes that render parts of a sequence find the
+/// same.
+///
+/// # Errors
+///
+/// [`Error::OutOfRange`] for an exposure that may not be asked for.
+pub fn share_exposure(scenes: Vec<ValidScene>, of: SharedExposure) -> Result<Vec<ValidScene>> {
+    let candidates = match of {
+        SharedExposure::First => scenes.iter().take(1).collect(),
+        SharedExposure::Brightest => highest_suns(&scenes),
+    };
+    let stops = |scene: &&ValidScene| -> Result<f64> {
+        let scene = ValidScene::clone(scene).exposed(Exposure::Auto)?;
+        Ok(f64::from(Plan::new(&scene, PixelFormat::Picture).uniform.exposure).log2())
+    };
+    let stops: Vec<f64> = candidates.par_iter().map(stops).collect::<Result<_>>()?;
+    let Some(least) = stops.into_iter().min_by(f64::total_cmp) else { return Ok(scenes) };
+    // Devices and machines may differ in the last digit, and a part of a sequence may be rendered on any.
+    let exposure = Exposure::Stops((100.0 * least).round() / 100.0);
+    scenes.into_iter().map(|scene| scene.exposed(exposure)).collect()
+}
+
+/// Of scenes that differ in their sun's place alone, the one with the highest sun; one for each other sky.
+fn highest_suns(scenes: &[ValidScene]) -> Vec<&ValidScene> {
+    let mut highest: Vec<(Scene, &ValidScene)> = Vec::new();
+    for scene in scenes {
+        let mut sky = scene.clone().into_scene();
+        (sky.sun.elevation, sky.sun.azimuth) = (0.0, 0.0);
+        match highest.iter_mut().find(|(other, _)| *other == sky) {
+            Some((_, known)) if known.sun.elevation < scene.sun.elevation => *known = scene,
+            Some(_) => {}
+            None => highest.push((sky, scene)),
+        }
+    }
+    highest.into_iter().map(|(_, scene)| scene).collect()
+}
+
 /// Makes the folders of frames where they are missing.
 ///
 /// # Errors
@@ -64,31 +116,32 @@ pub fn make_folders(frames: &[Frame]) -> Result<()> {
 /// Whether the files of all frames are whole and show their scenes, as [`sequence`] leaves them.
 pub fn are_finished<'a>(frames: impl Iterator<Item = &'a Frame> + Clone) -> bool {
     let is_there = |frame: &Frame| frame.request.outputs.iter().all(|path| path.is_file());
-    // A missing file is told at once; decoding takes its time.
+    // A missing file is told at once; reading takes its time.
     frames.clone().all(is_there) && frames.into_iter().all(|frame| frame.request.is_finished(&frame.scene))
 }
 
 /// Renders the frames that are not there yet, in their order.
 ///
-/// A frame counts as there if each of its files decodes to its end and names the same scene and version of the program.
-/// `ended` is called for each frame, in their order. After an error the frames before it are whole and in place.
+/// A frame counts as there if each of its files is whole to the byte and names the same scene and version of the program.
+/// `ended` is called for each frame, in their order, with what it shows where its request asks for the sky's light. After an error the frames before it are whole and in place.
 ///
 /// # Errors
 ///
 /// Those of [`Job::new`] and [`Job::compute`], with the number of the frame.
-pub fn sequence(frames: &[Frame], device: &mut Device, ended: &mut (dyn FnMut(&Frame, Ended) + Send)) -> Result<()> {
+pub fn sequence(frames: &[Frame], device: &mut Device, ended: &mut OnEnd<'_>) -> Result<()> {
     std::thread::scope(|scope| {
         let (planned, jobs) = sync_channel(1);
         let (computed, files) = sync_channel(1);
-        scope.spawn(move || plan(frames, &planned));
-        let finishing = scope.spawn(move || finish(&files, ended));
-        let computing = jobs.iter().try_for_each(|(frame, job): (&Frame, Result<Option<Job>>)| {
-            let files = match job.map_err(|error| of_frame(frame, error))? {
+        Builder::new().spawn_scoped(scope, move || plan(frames, &planned)).map_err(Error::Thread)?;
+        let finishing = Builder::new().spawn_scoped(scope, move || finish(&files, ended)).map_err(Error::Thread)?;
+        let computing = jobs.iter().try_for_each(|(frame, work): (&Frame, Result<Work>)| {
+            let Work { job, shown } = work.map_err(|error| of_frame(frame, error))?;
+            let files = match job {
                 Some(job) => Some(job.compute(scope, device).map_err(|error| of_frame(frame, error))?.1),
                 None => None,
             };
             // The receiver ends early only with an error of its own, which is the one to tell.
-            computed.send((frame, files)).map_err(|_| writer_ended())
+            computed.send((frame, files, shown)).map_err(|_| writer_ended())
         });
         // Ends the planner, if it has not ended.
         drop(jobs);
@@ -99,25 +152,43 @@ pub fn sequence(frames: &[Frame], device: &mut Device, ended: &mut (dyn FnMut(&F
 }
 
 /// Plans each frame that is not there yet, one ahead of the device.
-fn plan<'a>(frames: &'a [Frame], jobs: &SyncSender<(&'a Frame, Result<Option<Job>>)>) {
+fn plan<'a>(frames: &'a [Frame], work: &SyncSender<(&'a Frame, Result<Work>)>) {
     for frame in frames {
-        let job = if frame.request.is_finished(&frame.scene) {
-            Ok(None)
-        } else {
-            Job::new(&frame.scene, &frame.request).map(Some)
-        };
-        if jobs.send((frame, job)).is_err() {
+        if work.send((frame, Work::of(frame))).is_err() {
             return;
         }
     }
 }
 
+/// What is to be done for a frame.
+struct Work {
+    /// Its rendering, if it is not there yet.
+    job: Option<Job>,
+    shown: Option<Shown>,
+}
+
+impl Work {
+    fn of(frame: &Frame) -> Result<Self> {
+        let Frame { scene, request, .. } = frame;
+        let job = if request.is_finished(scene) { None } else { Some(Job::new(scene, request)?) };
+        let shown = match &job {
+            _ if !request.sky_light => None,
+            Some(job) => Some(job.shown()),
+            None => Some(Shown::of_request(request, scene)?),
+        };
+        Ok(Self { job, shown })
+    }
+}
+
+/// What is called when a frame has ended.
+pub type OnEnd<'a> = dyn FnMut(&Frame, Ended, Option<Shown>) + Send + 'a;
+
 /// Puts the files of each frame into their places once they are encoded.
-fn finish(files: &Receiver<(&Frame, Option<Files<'_>>)>, ended: &mut (dyn FnMut(&Frame, Ended) + Send)) -> Result<()> {
-    for (frame, files) in files {
+fn finish(files: &Receiver<(&Frame, Option<Files<'_>>, Option<Shown>)>, ended: &mut OnEnd<'_>) -> Result<()> {
+    for (frame, files, shown) in files {
         let how = if files.is_some() { Ended::Rendered } else { Ended::Found };
         files.map_or(Ok(()), Files::finish).map_err(|error| of_frame(frame, error))?;
-        ended(frame, how);
+        ended(frame, how, shown);
     }
     Ok(())
 }

@@ -1,9 +1,11 @@
-//! The spectrum of the sky in one direction.
+//! Spectra of the sky: in one direction, or in many; and how it looks there.
 
-use serde::Serialize;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use sorairo_shared::fit::SPECTRUM_RISE;
-use sorairo_shared::glam::Vec3;
+use sorairo_shared::glam::{DVec3, Vec3};
 use sorairo_shared::variant::ABOVE_TOP;
+use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use crate::error::{Error, Result, check_range};
 use crate::plan::fit::SpectralFit;
@@ -13,6 +15,7 @@ use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::quadrature::gauss_legendre;
 use crate::plan::upload::bands;
 use crate::plan::{SkyPlan, direction};
+use crate::spectra::{colour_temperature, observer};
 
 /// Samples per piece for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
 /// the convergence.
@@ -29,28 +32,190 @@ pub struct Sample {
     pub dense: f64,
 }
 
-/// The spectrum towards an elevation and an azimuth (degrees, clockwise from north) at wavelengths in nm.
+/// A direction of which a spectrum is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Direction {
+    /// Its elevation (degrees).
+    #[serde(rename = "view_elevation")]
+    pub elevation: f64,
+    /// Its azimuth, clockwise from north (degrees).
+    #[serde(rename = "view_azimuth")]
+    pub azimuth: f64,
+}
+
+impl Direction {
+    /// The direction as a vector.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for an elevation or an azimuth that is none.
+    pub fn vector(&self) -> Result<Vec3> {
+        check_range("view_elevation", self.elevation, (-90.0, 90.0), "degrees")?;
+        check_range("view_azimuth", self.azimuth, (-360.0, 360.0), "degrees")?;
+        Ok(direction(self.elevation, self.azimuth).as_vec3())
+    }
+}
+
+/// How bright a direction is to the eye, and of which colour.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Appearance {
+    /// Luminance (cd·m⁻²).
+    pub luminance_cd_m2: f64,
+    /// Chromaticity of the observer; none where there is no light.
+    pub x: Option<f64>,
+    /// The same.
+    pub y: Option<f64>,
+    /// Correlated colour temperature (K); none for a colour that has none: see [`colour_temperature::correlated`].
+    pub cct_k: Option<f64>,
+}
+
+/// The appearance of directions to the sky's observer, by what its bands and fit give.
+///
+/// # Errors
+///
+/// [`Error::OutOfRange`] for a direction.
+pub fn appearances(sky: &SkyPlan, directions: &[Direction]) -> Result<Vec<Appearance>> {
+    let angles: Vec<[f64; 2]> =
+        directions.iter().map(|&Direction { elevation, azimuth }| [elevation, azimuth]).collect();
+    let appearance = |colour: [f64; 3]| {
+        let colour = DVec3::from_array(colour);
+        let part = |value: f64| (colour.element_sum() > 0.0).then(|| value / colour.element_sum());
+        Appearance {
+            luminance_cd_m2: observer::LUMENS_PER_WATT * colour.y,
+            x: part(colour.x),
+            y: part(colour.y),
+            cct_k: colour_temperature::correlated(sky.observer, colour),
+        }
+    };
+    Ok(xyz(sky, &angles)?.into_iter().map(appearance).collect())
+}
+
+/// The spectrum towards an elevation and an azimuth (degrees, clockwise from north) at wavelengths in nm; see [`spectra`].
+///
+/// # Errors
+///
+/// Those of [`spectra`].
+pub fn spectrum(sky: &SkyPlan, elevation: f64, azimuth: f64, wavelengths: &[f64]) -> Result<Vec<Sample>> {
+    spectra(sky, &[Direction { elevation, azimuth }], wavelengths).map(|mut spectra| spectra.remove(0))
+}
+
+/// The spectra in directions at wavelengths in nm.
 ///
 /// # Errors
 ///
 /// [`Error::OutOfRange`] for a direction, [`Error::NotAllowed`] for a wavelength out of range.
-pub fn spectrum(sky: &SkyPlan, elevation: f64, azimuth: f64, wavelengths: &[f64]) -> Result<Vec<Sample>> {
-    check_range("view_elevation", elevation, (-90.0, 90.0), "degrees")?;
-    check_range("view_azimuth", azimuth, (-360.0, 360.0), "degrees")?;
-    let (shortest, longest) = sky.integral.optics.known_wavelengths();
-    if let Some(outside) = wavelengths.iter().find(|&&wavelength| !(shortest..=longest).contains(&wavelength)) {
-        let complaint = format!("holds {outside}; wavelengths must lie between {shortest} and {longest} nm");
-        return Err(Error::not_allowed("wavelengths", complaint));
+pub fn spectra(sky: &SkyPlan, directions: &[Direction], wavelengths: &[f64]) -> Result<Vec<Vec<Sample>>> {
+    let views: Vec<Vec3> = directions.iter().map(Direction::vector).collect::<Result<_>>()?;
+    let of = |method| Spectra::new(sky, wavelengths, method);
+    let (fitted, dense) = (of(Method::Fit)?, of(Method::Dense)?);
+    let sample = |((&wavelength_nm, radiance), dense): ((&f64, f64), f64)| Sample { wavelength_nm, radiance, dense };
+    let samples =
+        |&view: &Vec3| wavelengths.iter().zip(fitted.radiance(view)).zip(dense.radiance(view)).map(sample).collect();
+    Ok(views.par_iter().map(samples).collect())
+}
+
+/// How the radiance at a wavelength is found.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum Method {
+    /// From the bands by the fit.
+    #[default]
+    Fit,
+    /// By an integral at this very wavelength.
+    Dense,
+}
+
+/// Spectra of a sky at fixed wavelengths, in any direction. What all directions share is prepared once.
+pub struct Spectra<'a> {
+    by: By<'a>,
+}
+
+/// What gives the radiance.
+enum By<'a> {
+    Fit(FittedSpectrum<'a>),
+    Dense(Box<DenseSpectrum>),
+}
+
+impl<'a> Spectra<'a> {
+    /// Prepares spectra at wavelengths in nm.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] for a wavelength at which the scene is not known.
+    pub fn new(sky: &'a SkyPlan, wavelengths: &'a [f64], method: Method) -> Result<Self> {
+        check_wavelengths(sky, wavelengths)?;
+        let by = match method {
+            Method::Fit => By::Fit(FittedSpectrum::new(sky, wavelengths)),
+            Method::Dense => By::Dense(Box::new(DenseSpectrum::new(sky, wavelengths))),
+        };
+        Ok(Self { by })
     }
-    let view = direction(elevation, azimuth).as_vec3();
-    let fitted = FittedSpectrum::new(sky, wavelengths).radiance(view);
-    let dense = DenseSpectrum::new(sky, wavelengths).radiance(view);
-    let samples = wavelengths.iter().zip(fitted).zip(dense);
-    let sample = |((&wavelength_nm, radiance), dense): ((&f64, f64), f64)| {
+
+    /// Radiance at each wavelength towards an elevation and an azimuth (degrees, clockwise from north): W·m⁻²·sr⁻¹·nm⁻¹, at least 0.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for a direction.
+    pub fn towards(&self, elevation: f64, azimuth: f64) -> Result<Vec<f64>> {
+        Direction { elevation, azimuth }.vector().map(|view| self.radiance(view))
+    }
+
+    /// The same in each of many directions, an elevation and an azimuth each, one after the other; on all cores.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for a direction.
+    pub fn in_directions(&self, directions: &[[f64; 2]]) -> Result<Vec<f64>> {
+        let views: Vec<Vec3> = directions
+            .iter()
+            .map(|&[elevation, azimuth]| Direction { elevation, azimuth }.vector())
+            .collect::<Result<_>>()?;
+        Ok(views.into_par_iter().flat_map_iter(|view| self.radiance(view)).collect())
+    }
+
+    /// Radiance at each wavelength in a direction.
+    pub(crate) fn radiance(&self, view: Vec3) -> Vec<f64> {
+        let mut radiance = match &self.by {
+            By::Fit(fitted) => fitted.radiance(view),
+            By::Dense(dense) => dense.radiance(view),
+        };
         // A polynomial can pass below zero between its bands; light cannot.
-        Sample { wavelength_nm, radiance: radiance.max(0.0), dense }
-    };
-    Ok(samples.map(sample).collect())
+        radiance.iter_mut().for_each(|value| *value = value.max(0.0));
+        radiance
+    }
+}
+
+/// Colours of a sky in many directions (an elevation and an azimuth in degrees each): X, Y and Z of its observer by the spectrum of the fit at
+/// 380 to 780 nm by 5 nm (W·m⁻²·sr⁻¹; [`LUMENS_PER_WATT`](crate::low_level::irradiance::LUMENS_PER_WATT) times Y is the luminance in cd·m⁻²).
+///
+/// # Errors
+///
+/// [`Error::OutOfRange`] for a direction.
+pub fn xyz(sky: &SkyPlan, directions: &[[f64; 2]]) -> Result<Vec<[f64; 3]>> {
+    let wavelengths = observer::wavelengths();
+    let spectra = Spectra::new(sky, &wavelengths, Method::Fit)?;
+    let radiances = spectra.in_directions(directions)?;
+    let of_direction = |spectrum: &[f64]| observer::xyz_of_samples(sky.observer, spectrum).to_array();
+    Ok(radiances.chunks_exact(wavelengths.len()).map(of_direction).collect())
+}
+
+/// Checks that a sky is known at wavelengths (nm).
+///
+/// # Errors
+///
+/// [`Error::NotAllowed`] if it is not.
+pub fn check_wavelengths(sky: &SkyPlan, wavelengths: &[f64]) -> Result<()> {
+    let (shortest, longest) = sky.integral.optics.known_wavelengths();
+    match wavelengths.iter().find(|&&wavelength| !(shortest..=longest).contains(&wavelength)) {
+        Some(outside) => {
+            let complaint = format!("holds {outside}; wavelengths must lie between {shortest} and {longest} nm");
+            Err(Error::not_allowed("wavelengths", complaint))
+        }
+        None => Ok(()),
+    }
 }
 
 /// The spectrum that a sky's bands and fit give, at fixed wavelengths.

@@ -1,17 +1,23 @@
 //! `sorairo view`: a window that shows the sky, and the spectrum of the point that is clicked.
 
+mod canvas;
 mod command;
+mod day;
 mod options;
 mod plot;
 mod sky;
 mod window;
 
 use std::path::Path;
+use std::time::Duration;
 
 use eframe::egui;
+use eframe::egui_wgpu::WgpuConfiguration;
 use sorairo::Device;
+use sorairo::low_level::device::DeviceKind;
 use sorairo::low_level::files;
 
+use canvas::Canvas;
 pub use options::Options;
 use sky::Worker;
 use window::{Shown, Window};
@@ -37,13 +43,17 @@ pub enum Error {
 /// The result of anything that can end in an [`enum@Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// Opens the window on a device that `open_device` opens, and returns when it is closed.
+/// Opens the window on a device that `open_device` opens, and returns when it is closed: the skies that were counted, and the time that they
+/// took. A graphics device draws the sky where the window shows it.
 ///
 /// # Errors
 ///
 /// [`Error::Sky`] for a wrong scene, device or file name, or a file that cannot be written; [`Error::NoWindow`] if there is no
 /// display or no window can be opened; for a screenshot, also what keeps the sky from being shown.
-pub fn open(options: Options<'_>, open_device: impl FnOnce() -> sorairo::Result<Device>) -> Result<()> {
+pub fn open(
+    options: Options<'_>,
+    open_device: impl FnOnce() -> sorairo::Result<Device>,
+) -> Result<Option<(u32, Duration)>> {
     if let Some(path) = options.screenshot {
         check_picture(path)?;
     }
@@ -51,10 +61,18 @@ pub fn open(options: Options<'_>, open_device: impl FnOnce() -> sorairo::Result<
     let device = open_device()?;
     let context = egui::Context::default();
     let wake = context.clone();
-    let worker = Worker::start(device, move || wake.request_repaint());
-    let mut window = Window::new(options, worker);
+    let Device { name, kind, .. } = &device;
+    let (name, on_canvas) = (name.clone(), *kind == DeviceKind::Gpu);
+    let wgpu_options = if on_canvas { canvas::configuration(name.clone()) } else { WgpuConfiguration::default() };
+    let worker = Worker::start((!on_canvas).then_some(device), move || wake.request_repaint());
+    let mut window = Window::new(options, name, worker);
     let shown = Shown(&mut window);
-    let creator: eframe::AppCreator<'_> = Box::new(move |_| Ok(Box::new(shown)));
+    let creator: eframe::AppCreator<'_> = Box::new(move |creation| {
+        if let Some(state) = creation.wgpu_render_state.as_ref().filter(|_| on_canvas) {
+            shown.0.draw_on(Canvas::new(state));
+        }
+        Ok(Box::new(shown))
+    });
     let native = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("sorairo")
@@ -62,13 +80,18 @@ pub fn open(options: Options<'_>, open_device: impl FnOnce() -> sorairo::Result<
             .with_icon(egui::IconData::default())
             .with_inner_size(WINDOW)
             .with_min_inner_size(SMALLEST),
+        wgpu_options,
+        // The sky's pixels are those of a file.
+        dithering: false,
         ..Default::default()
     };
     window::dress(&context);
     let closed = eframe::run_native_ext("sorairo", native, Some(context), creator);
+    let counted = window.counted();
     let outcome = window.close();
     closed.map_err(|error| Error::NoWindow(format!("no window can be opened on this display: {}", reason(&error))))?;
-    Ok(outcome?)
+    outcome?;
+    Ok(counted)
 }
 
 /// Why there is no window, in one line; winit puts the place in its own sources before its words.

@@ -10,7 +10,8 @@ use sorairo::Device;
 use sorairo::Plan;
 use sorairo::low_level::spectra::observer;
 use sorairo::low_level::spectrum::{Sample, spectrum};
-use sorairo::{PixelFormat, Result, Scene};
+use sorairo::scene::Rgb;
+use sorairo::{PixelFormat, Result, Scene, SkyPlan};
 use sorairo_shared::camera::pixel_view;
 use sorairo_shared::variant;
 
@@ -39,20 +40,22 @@ pub struct Computed {
     pub spectrum: Option<PointSpectrum>,
 }
 
-/// A sky that was rendered.
+/// A sky that can be shown.
 pub struct Sky {
-    /// Its pixels.
-    pub picture: ColorImage,
-    /// What was computed.
+    /// What was decided.
     pub plan: Arc<Plan>,
-    /// Name of the device.
-    pub device: String,
-    /// Time to decide what to compute.
+    /// Time to decide it.
     pub planning: Duration,
+    /// The pixels, where the window's own device does not draw them.
+    pub picture: Option<Picture>,
+}
+
+/// Pixels of a device that is not the window's.
+pub struct Picture {
+    /// The pixels.
+    pub image: ColorImage,
     /// Time of the kernels.
     pub kernel: Duration,
-    /// From the request to the pixels in memory.
-    pub total: Duration,
 }
 
 /// The spectrum in the direction of a point.
@@ -94,8 +97,8 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Starts the thread on a device; it calls `wake` after each answer.
-    pub fn start(device: Device, wake: impl Fn() + Send + 'static) -> Self {
+    /// Starts the thread, which computes pixels too if it has a device for them; it calls `wake` after each answer.
+    pub fn start(device: Option<Device>, wake: impl Fn() + Send + 'static) -> Self {
         let (requests, received) = channel();
         let (sender, answers) = channel();
         let answer = move |answer| {
@@ -124,22 +127,26 @@ impl Worker {
     }
 }
 
-fn work(mut device: Device, requests: &Receiver<Request>, answer: impl Fn(Answer)) {
+fn work(mut device: Option<Device>, requests: &Receiver<Request>, answer: impl Fn(Answer)) {
     let mut latest: Option<(Scene, Arc<Plan>)> = None;
     while let Ok(request) = requests.recv() {
         let request = requests.try_iter().last().unwrap_or(request);
-        let result = compute(&mut device, &mut latest, &request);
+        let result = compute(device.as_mut(), &mut latest, &request);
         answer(Answer { request, result });
     }
 }
 
 /// Computes what a request needs beyond the latest sky.
-fn compute(device: &mut Device, latest: &mut Option<(Scene, Arc<Plan>)>, request: &Request) -> Result<Computed> {
-    let known = latest.take().filter(|(scene, _)| *scene == request.scene);
+fn compute(
+    device: Option<&mut Device>,
+    latest: &mut Option<(Scene, Arc<Plan>)>,
+    request: &Request,
+) -> Result<Computed> {
+    let known = latest.take().filter(|(scene, _)| is_same_sky(scene, &request.scene));
     let (plan, sky) = match known {
-        Some((_, plan)) => (plan, None),
-        None => {
-            let sky = render(device, &request.scene)?;
+        Some((scene, plan)) if scene.camera == request.scene.camera => (plan, None),
+        known => {
+            let sky = look(device, known.map(|(_, plan)| Arc::clone(&plan.sky)), &request.scene)?;
             (Arc::clone(&sky.plan), Some(sky))
         }
     };
@@ -148,15 +155,26 @@ fn compute(device: &mut Device, latest: &mut Option<(Scene, Arc<Plan>)>, request
     Ok(Computed { sky, spectrum })
 }
 
-fn render(device: &mut Device, scene: &Scene) -> Result<Sky> {
+/// Whether two scenes differ in nothing but the camera.
+fn is_same_sky(one: &Scene, other: &Scene) -> bool {
+    Scene { camera: other.camera.clone(), ..one.clone() } == *other
+}
+
+/// What a scene's camera sees of a sky that is known, or of a new one.
+fn look(device: Option<&mut Device>, known: Option<Arc<SkyPlan>>, scene: &Scene) -> Result<Sky> {
     let start = Instant::now();
-    let plan = Plan::new(&scene.validated()?, PixelFormat::Picture);
+    let valid = scene.validated()?;
+    let sky = known.unwrap_or_else(|| Arc::new(SkyPlan::new(&valid, Rgb::Srgb)));
+    let plan = Plan::seen(&sky, &valid.camera, PixelFormat::Picture)?;
     let planning = start.elapsed();
-    let run = device.run(&plan, plan.kernel())?;
-    let total = start.elapsed();
+    let picture = device.map(|device| rendered(device, &plan)).transpose()?;
+    Ok(Sky { plan: Arc::new(plan), planning, picture })
+}
+
+fn rendered(device: &mut Device, plan: &Plan) -> Result<Picture> {
+    let run = device.run(plan, plan.kernel())?;
     let size = [plan.width(), plan.height()].map(|side| side as usize);
-    let picture = ColorImage::new(size, run.words.into_iter().map(colour).collect());
-    Ok(Sky { picture, plan: Arc::new(plan), device: device.name.clone(), planning, kernel: run.kernel, total })
+    Ok(Picture { image: ColorImage::new(size, run.words.into_iter().map(colour).collect()), kernel: run.kernel })
 }
 
 /// The colour of a packed pixel.
@@ -201,7 +219,7 @@ mod tests {
     fn the_newest_request_takes_the_place_of_those_that_wait() {
         let ((began, begun), (hold, let_go)) = (channel(), channel());
         let backend = Box::new(Held { began, let_go: Mutex::new(let_go) });
-        let worker = Worker::start(Device { backend, ..cpu::device() }, || {});
+        let worker = Worker::start(Some(Device { backend, ..cpu::device() }), || {});
         let request = |elevation: f64| {
             let mut scene = Scene::default();
             scene.sun.elevation = elevation;
@@ -217,8 +235,25 @@ mod tests {
     }
 
     #[test]
+    fn a_camera_that_turns_sees_the_same_sky() {
+        let worker = Worker::start(None, || {});
+        let answer = |look_azimuth| {
+            let mut scene = Scene::default();
+            scene.camera.projection = sorairo::scene::Projection::Perspective;
+            scene.camera.look_azimuth = Some(look_azimuth);
+            worker.ask(Request { scene, point: None });
+            let answer = worker.answers.recv_timeout(Duration::from_secs(600)).expect("an answer");
+            answer.result.unwrap().sky.expect("another view").plan
+        };
+        let (first, second) = (answer(10.0), answer(20.0));
+        assert!(Arc::ptr_eq(&first.sky, &second.sky));
+        assert!(first.uniform.camera != second.uniform.camera);
+        worker.stop();
+    }
+
+    #[test]
     fn a_new_point_leaves_the_sky_as_it_is() {
-        let worker = Worker::start(cpu::device(), || {});
+        let worker = Worker::start(Some(cpu::device()), || {});
         let answer = |point| {
             worker.ask(Request { scene: Scene::default(), point });
             worker.answers.recv_timeout(Duration::from_secs(600)).expect("an answer").result.unwrap()

@@ -3,19 +3,21 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use eframe::egui::{
     self, Align2, Button, CentralPanel, Color32, ColorImage, CursorIcon, Event, FontData, FontDefinitions, FontFamily,
-    FontId, Frame, Margin, Panel, Pos2, Rect, RichText, Sense, Slider, SliderClamping, Stroke, TextStyle,
-    TextureHandle, TextureOptions, Ui, Vec2, ViewportCommand,
+    FontId, Frame, Key, Margin, Panel, Pos2, Rect, RichText, Sense, Slider, SliderClamping, Stroke, TextStyle,
+    TextureHandle, TextureId, TextureOptions, Ui, Vec2, ViewportCommand,
 };
 use sorairo::Plan;
 use sorairo::low_level::files::png;
 use sorairo::scene::{Exposure, GroundAlbedo, Orders, Projection, Size};
 use sorairo::{Error, Result, Scene};
 
+use super::canvas::Canvas;
 use super::command::command;
+use super::day::Day;
 use super::options::Options;
 use super::plot;
 use super::sky::{Answer, Direction, PointSpectrum, Request, Sky, Worker, direction_at};
@@ -25,6 +27,15 @@ const WIDEST: f64 = 4096.0;
 
 /// Widest picture while something is being dragged (pixels), so that it follows the hand.
 const WIDEST_DRAGGED: f64 = 1024.0;
+
+/// The narrowest field of view (degrees) to which the wheel goes.
+const NARROWEST: f64 = 1.0;
+
+/// How far the sun moves between skies that are counted (degrees).
+const FRAME_STEP: f64 = 0.05;
+
+/// What the window is cleared to: no second colour is drawn beneath the sky.
+const AROUND_THE_SKY: Color32 = Color32::from_gray(12);
 
 const CONTROLS_WIDTH: f32 = 300.0;
 const PLOT_HEIGHT: f32 = 252.0;
@@ -52,12 +63,18 @@ pub fn dress(context: &egui::Context) {
 pub struct Window {
     /// What is shown; the window decides the size of its image.
     scene: Scene,
+    /// The device as it was asked for, and its name.
     device: String,
+    device_name: String,
     point: Option<[f64; 2]>,
     worker: Worker,
     asked: Option<Request>,
     answered: Option<Request>,
     shown: Option<ShownSky>,
+    /// Where the window's own device draws.
+    canvas: Option<Canvas>,
+    day: Day,
+    frames: Option<Frames>,
     spectrum: Option<PointSpectrum>,
     fault: Option<Error>,
     screenshot: Option<Screenshot>,
@@ -66,10 +83,17 @@ pub struct Window {
 
 /// A sky on the screen.
 struct ShownSky {
-    texture: TextureHandle,
+    /// Pixels of a device that is not the window's.
+    picture: Option<TextureHandle>,
     plan: Arc<Plan>,
-    device: String,
     times: String,
+}
+
+/// Skies that are counted while the sun moves.
+struct Frames {
+    wanted: u32,
+    shown: u32,
+    since: Option<Instant>,
 }
 
 /// A picture of the window that is to be taken.
@@ -88,26 +112,39 @@ impl eframe::App for Shown<'_> {
     fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
         self.0.show(ui);
     }
+
+    fn clear_color(&self, _: &egui::Visuals) -> [f32; 4] {
+        AROUND_THE_SKY.to_normalized_gamma_f32()
+    }
 }
 
 impl Window {
     /// A window that is about to open.
-    pub fn new(options: Options<'_>, worker: Worker) -> Self {
+    pub fn new(options: Options<'_>, device_name: String, worker: Worker) -> Self {
         let (sender, taken) = channel();
         let screenshot = options.screenshot.map(|path| Screenshot { path: path.to_owned(), frames: 0, sender, taken });
         Self {
             scene: options.scene.into_scene(),
             device: options.device.to_owned(),
+            device_name,
             point: options.point,
             worker,
             asked: None,
             answered: None,
             shown: None,
+            canvas: None,
+            day: Day::default(),
+            frames: options.frames.map(|wanted| Frames { wanted, shown: 0, since: None }),
             spectrum: None,
             fault: None,
             screenshot,
             outcome: Ok(()),
         }
+    }
+
+    /// Lets the window's own device draw the sky.
+    pub fn draw_on(&mut self, canvas: Canvas) {
+        self.canvas = Some(canvas);
     }
 
     /// Ends the work behind a window that was closed.
@@ -123,6 +160,8 @@ impl Window {
     /// Shows one frame.
     fn show(&mut self, ui: &mut Ui) {
         self.take_answers(ui.ctx());
+        self.keys(ui.ctx());
+        self.play(ui.ctx());
         let style = Arc::clone(ui.style());
         let frame = Frame::side_top_panel(&style).inner_margin(Margin::same(14));
         Panel::left("controls")
@@ -132,9 +171,49 @@ impl Window {
             .show(ui, |ui| self.controls(ui));
         let frame = Frame::side_top_panel(&style).inner_margin(Margin::symmetric(14, 8));
         Panel::bottom("spectrum").resizable(false).exact_size(PLOT_HEIGHT).frame(frame).show(ui, |ui| self.plot(ui));
-        let frame = Frame::new().fill(Color32::from_gray(12));
-        CentralPanel::no_frame().frame(frame).show(ui, |ui| self.sky(ui));
+        CentralPanel::no_frame().show(ui, |ui| self.sky(ui));
         self.take_screenshot(ui.ctx());
+    }
+
+    /// Arrows move the sun by a degree, the space bar lets it run.
+    fn keys(&mut self, context: &egui::Context) {
+        if context.egui_wants_keyboard_input() {
+            return;
+        }
+        let moved = |less, more| {
+            context.input(|input| f64::from(input.num_presses(more) as u32) - f64::from(input.num_presses(less) as u32))
+        };
+        let sun = &mut self.scene.sun;
+        sun.elevation = (sun.elevation + moved(Key::ArrowDown, Key::ArrowUp)).clamp(-90.0, 90.0);
+        sun.azimuth = (sun.azimuth + moved(Key::ArrowLeft, Key::ArrowRight)).rem_euclid(360.0);
+        if context.input(|input| input.key_pressed(Key::Space)) {
+            self.day.is_playing = !self.day.is_playing;
+        }
+    }
+
+    /// Moves the sun on through its day, once the sky before is shown.
+    fn play(&mut self, context: &egui::Context) {
+        if self.asked.is_some() && self.asked != self.answered {
+            return;
+        }
+        if let Some(frames) = &mut self.frames {
+            // The first sky compiles the kernels.
+            match frames.since {
+                _ if frames.shown >= frames.wanted => return context.send_viewport_cmd(ViewportCommand::Close),
+                None if self.shown.is_some() => frames.since = Some(Instant::now()),
+                None => return,
+                Some(_) => frames.shown += 1,
+            }
+            self.scene.sun.elevation += FRAME_STEP;
+        } else if self.day.is_playing {
+            let (elevation, azimuth) = self.day.next();
+            (self.scene.sun.elevation, self.scene.sun.azimuth) = (elevation, azimuth);
+        }
+    }
+
+    /// Skies that were shown while they were counted, and the time that they took.
+    pub fn counted(&self) -> Option<(u32, Duration)> {
+        self.frames.as_ref().and_then(|frames| Some((frames.shown, frames.since?.elapsed())))
     }
 
     fn take_answers(&mut self, context: &egui::Context) {
@@ -165,6 +244,7 @@ impl Window {
             "Azimuth, from north",
             Slider::new(&mut scene.sun.azimuth, 0.0..=360.0).suffix("°").max_decimals(1),
         );
+        self.day.controls(ui);
         section(ui, "Observer");
         let altitude =
             Slider::new(&mut scene.observer.altitude, 0.0..=1000.0).logarithmic(true).smallest_positive(0.01);
@@ -205,7 +285,7 @@ impl Window {
             Some(shown) => {
                 ui.label(RichText::new(shown.way()).small());
                 ui.label(RichText::new(&shown.times).small());
-                ui.label(RichText::new(&shown.device).small());
+                ui.label(RichText::new(&self.device_name).small());
             }
             None => {
                 ui.label(RichText::new("computing the first sky").small());
@@ -218,10 +298,12 @@ impl Window {
         let rect = picture_rect(ui.max_rect(), self.scene.camera.projection);
         let dragging = ui.input(|input| input.pointer.any_down());
         self.ask_for(rect.size() * ui.ctx().pixels_per_point(), if dragging { WIDEST_DRAGGED } else { WIDEST });
+        let Some(texture) = self.texture() else { return };
+        let response = ui.allocate_rect(rect, Sense::click_and_drag()).on_hover_cursor(CursorIcon::Crosshair);
+        self.look_around(ui, &response, rect);
         let Some(shown) = &self.shown else { return };
-        let response = ui.allocate_rect(rect, Sense::click()).on_hover_cursor(CursorIcon::Crosshair);
         let painter = ui.painter_at(rect);
-        painter.image(shown.texture.id(), rect, Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0)), Color32::WHITE);
+        painter.image(texture, rect, Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0)), Color32::WHITE);
         let hovered = response.hover_pos().map(|at| fractions(rect, at));
         if let Some(direction) = hovered.and_then(|point| direction_at(&shown.plan, point)) {
             note(&painter, rect.left_bottom() + Vec2::new(10.0, -10.0), &in_words(direction));
@@ -232,6 +314,46 @@ impl Window {
         }
         if let Some([across, down]) = self.point {
             mark(&painter, rect.lerp_inside(Vec2::new(across as f32, down as f32)));
+        }
+    }
+
+    /// The sky that is shown.
+    fn texture(&mut self) -> Option<TextureId> {
+        let shown = self.shown.as_ref()?;
+        if let Some(picture) = &shown.picture {
+            return Some(picture.id());
+        }
+        match self.canvas.as_mut()?.show(&shown.plan.sky, &self.scene.camera) {
+            Ok(texture) => Some(texture),
+            Err(fault) => {
+                self.fault = Some(fault);
+                None
+            }
+        }
+    }
+
+    /// A hand on the picture of a perspective turns the camera; the wheel narrows its field of view.
+    fn look_around(&mut self, ui: &Ui, response: &egui::Response, rect: Rect) {
+        let camera = &mut self.scene.camera;
+        if camera.projection != Projection::Perspective {
+            return;
+        }
+        let fov = camera.fov.unwrap_or(Projection::PERSPECTIVE.fov);
+        let moved = response.drag_delta();
+        if moved != Vec2::ZERO {
+            let per_point = fov / f64::from(rect.width());
+            let azimuth =
+                camera.look_azimuth.unwrap_or(Projection::PERSPECTIVE.azimuth) - f64::from(moved.x) * per_point;
+            let elevation =
+                camera.look_elevation.unwrap_or(Projection::PERSPECTIVE.elevation) + f64::from(moved.y) * per_point;
+            camera.look_azimuth = Some(azimuth.rem_euclid(360.0));
+            camera.look_elevation = Some(elevation.clamp(-90.0, 90.0));
+            ui.ctx().request_repaint();
+        }
+        let wheel = if response.hovered() { ui.input(|input| input.smooth_scroll_delta.y) } else { 0.0 };
+        if wheel != 0.0 {
+            camera.fov = Some((fov * (-f64::from(wheel) / 400.0).exp()).clamp(NARROWEST, 150.0));
+            ui.ctx().request_repaint();
         }
     }
 
@@ -297,10 +419,12 @@ impl Window {
 impl ShownSky {
     fn new(context: &egui::Context, sky: Sky) -> Self {
         let ms = |duration: Duration| duration.as_secs_f64() * 1e3;
-        let times =
-            format!("frame {:.1} ms: plan {:.1}, kernels {:.1}", ms(sky.total), ms(sky.planning), ms(sky.kernel));
-        let texture = context.load_texture("sky", sky.picture, TextureOptions::LINEAR);
-        Self { texture, plan: sky.plan, device: sky.device, times }
+        let times = match &sky.picture {
+            Some(picture) => format!("plan {:.1} ms, kernels {:.1} ms", ms(sky.planning), ms(picture.kernel)),
+            None => format!("plan {:.1} ms, drawn where it is shown", ms(sky.planning)),
+        };
+        let picture = sky.picture.map(|picture| context.load_texture("sky", picture.image, TextureOptions::LINEAR));
+        Self { picture, plan: sky.plan, times }
     }
 
     /// The size of the picture, and the way that its pixels took.
@@ -431,11 +555,12 @@ mod tests {
     impl Hand {
         fn open(scene: Scene) -> Self {
             let (wake, woken) = channel();
-            let worker = Worker::start(cpu::device(), move || wake.send(()).unwrap());
-            let options = Options { scene: scene.validated().unwrap(), device: "cpu", point: None, screenshot: None };
+            let worker = Worker::start(Some(cpu::device()), move || wake.send(()).unwrap());
+            let scene = scene.validated().unwrap();
+            let options = Options { scene, device: "cpu", point: None, screenshot: None, frames: None };
             let context = egui::Context::default();
             dress(&context);
-            let mut hand = Self { context, window: Window::new(options, worker), woken };
+            let mut hand = Self { context, window: Window::new(options, "CPU".into(), worker), woken };
             hand.settle();
             hand
         }
@@ -510,6 +635,63 @@ mod tests {
         let copied = hand.frame(vec![Event::Copy]);
         assert_eq!(copied, [command(&hand.window.scene, "cpu")]);
         assert!(copied[0].contains("elevation = 3.0"), "{copied:?}");
+    }
+
+    #[test]
+    fn arrows_move_the_sun_and_the_space_bar_lets_it_run() {
+        let mut hand = Hand::open(Scene::default());
+        let before = hand.window.scene.sun.clone();
+        let press =
+            |key| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE };
+        hand.frame(vec![press(Key::ArrowUp), press(Key::ArrowRight)]);
+        let after = hand.window.scene.sun.clone();
+        assert_eq!((after.elevation, after.azimuth), (before.elevation + 1.0, before.azimuth + 1.0));
+        hand.settle();
+        hand.frame(vec![press(Key::Space)]);
+        assert!(hand.window.day.is_playing);
+        let playing = hand.window.scene.sun.clone();
+        assert!(playing != after);
+        // Each sky that comes asks for the next.
+        hand.woken.recv_timeout(Duration::from_secs(600)).expect("an answer");
+        hand.frame(Vec::new());
+        assert!(hand.window.scene.sun != playing);
+        hand.frame(vec![press(Key::Space)]);
+        assert!(!hand.window.day.is_playing);
+        hand.settle();
+    }
+
+    #[test]
+    fn a_hand_on_a_perspective_turns_the_camera_and_the_wheel_narrows_it() {
+        let mut scene = Scene::default();
+        scene.camera.projection = Projection::Perspective;
+        let mut hand = Hand::open(scene);
+        let at = pos2(CONTROLS_WIDTH + 300.0, 200.0);
+        let button = |pressed, pos| Event::PointerButton {
+            pos,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        hand.frame(vec![Event::PointerMoved(at)]);
+        hand.frame(vec![button(true, at)]);
+        hand.frame(vec![Event::PointerMoved(at + Vec2::new(-98.0, 49.0))]);
+        hand.frame(vec![button(false, at)]);
+        let camera = hand.window.scene.camera.clone();
+        // To the left by a tenth of the width is to the right by a tenth of the field of view.
+        let turned = camera.look_azimuth.expect("it was turned");
+        assert!((turned - 6.0).abs() < 0.1, "{turned}");
+        assert!((camera.look_elevation.unwrap() - Projection::PERSPECTIVE.elevation - 3.0).abs() < 0.1);
+        hand.frame(vec![Event::MouseWheel {
+            unit: egui::MouseWheelUnit::Point,
+            delta: Vec2::new(0.0, 200.0),
+            phase: egui::TouchPhase::Move,
+            source: egui::MouseWheelSource::Unknown,
+            modifiers: Modifiers::NONE,
+        }]);
+        (0..20).for_each(|_| drop(hand.frame(Vec::new())));
+        assert!(hand.window.scene.camera.fov.expect("it was narrowed") < 50.0);
+        hand.settle();
+        assert!(hand.window.fault.is_none());
     }
 
     #[test]

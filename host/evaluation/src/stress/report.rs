@@ -12,6 +12,7 @@ use super::{error_map, figures, orders, scenes};
 use crate::document::{Machine, make_folder, table, write};
 use crate::problem::Result;
 use sorairo::Device;
+use sorairo::low_level::plan::fit::{CUBIC_BANDS, FIRST_ORDER_BANDS, TRANSFER_BANDS};
 
 /// A sweep that `sorairo stress` takes its turns with.
 struct Sweep<'a> {
@@ -67,9 +68,9 @@ pub struct Condition {
 
 /// Bands whose condition numbers are reported (nm): those of the three fits, close ones, the closest.
 const REPORTED: [[f64; 4]; 6] = [
-    [430.0, 520.0, 610.0, 700.0],
-    [443.0, 510.0, 568.0, 632.0],
-    [444.0, 530.0, 585.0, 650.0],
+    CUBIC_BANDS,
+    TRANSFER_BANDS,
+    FIRST_ORDER_BANDS,
     figures::SHOWN[0],
     figures::SHOWN[1],
     [550.0, 550.5, 551.0, 551.5],

@@ -1,9 +1,11 @@
 //! What is refused before any work: files that could not be written.
 
+use std::ffi::OsStr;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::format::Format;
-use super::place::{folder, plain};
+use super::place::{folder, names_folder, plain, refused, resolved};
 use super::staged;
 use crate::error::{Error, Result};
 use crate::scene::{ExrDepth, Size};
@@ -12,18 +14,27 @@ use crate::scene::{ExrDepth, Size};
 ///
 /// # Errors
 ///
-/// [`Error::NotWritable`] if the folder does not exist or does not take new files, or the path is a folder.
+/// [`Error::NotWritable`] if the folder does not exist or does not take new files, or the path is no file name, or something else than a
+/// file is there; [`Error::Write`] if the file system is full or takes no files at all.
 pub fn check_writable(path: &Path) -> Result<()> {
     let refuse = |reason: String| Err(Error::NotWritable { path: path.to_owned(), reason });
-    if path.is_dir() {
-        return refuse("it is a folder".into());
+    let place = match resolved(path) {
+        Ok(place) => place,
+        Err(error) => return refuse(plain(path, &error)),
+    };
+    match place.metadata() {
+        Ok(there) if there.is_dir() => return refuse("it is a folder".into()),
+        Ok(there) if !there.is_file() => return refuse("it is no ordinary file".into()),
+        Err(error) if error.kind() != ErrorKind::NotFound => return refuse(plain(path, &error)),
+        _ if names_folder(path) => return refuse("a file name does not end as that of a folder".into()),
+        _ => {}
     }
-    match staged::create(&folder(path)) {
+    match staged::create(&folder(&place)) {
         Ok(_) => {
-            staged::remove_abandoned(&folder(path));
+            staged::remove_abandoned(&folder(&place));
             Ok(())
         }
-        Err(error) => refuse(plain(path, &error)),
+        Err(error) => Err(refused(path, &error)),
     }
 }
 
@@ -53,6 +64,8 @@ pub fn check_room(path: &Path, format: Format, size: Size, depth: ExrDepth, wave
         Format::Png => (3, 1032),
         Format::Exr => (3 * bytes_per_channel, 64),
         Format::SpectralExr => ((3 + wavelengths) * bytes_per_channel, 64),
+        Format::RadiancePicture => (wavelengths + 1, 1),
+        Format::RadianceScene => (0, 1),
     };
     let least = u64::from(size.width) * u64::from(size.height) * bytes_per_pixel / strongest;
     match fs4::available_space(folder(path)) {
@@ -68,7 +81,11 @@ pub fn check_room(path: &Path, format: Format, size: Size, depth: ExrDepth, wave
 ///
 /// [`Error::SharedFile`] that names the path given twice.
 pub fn check_distinct(paths: &[PathBuf]) -> Result<()> {
-    let places: Vec<_> = paths.iter().map(|path| (folder(path).canonicalize().ok(), path.file_name())).collect();
+    let place = |path: &PathBuf| {
+        let place = resolved(path).unwrap_or_else(|_| path.clone());
+        (folder(&place).canonicalize().ok(), place.file_name().map(OsStr::to_owned))
+    };
+    let places: Vec<_> = paths.iter().map(place).collect();
     match (1..places.len()).find(|&i| places[..i].contains(&places[i])) {
         Some(i) => Err(Error::SharedFile { path: paths[i].clone(), how: "given twice" }),
         None => Ok(()),

@@ -1,9 +1,7 @@
 //! Linear images in OpenEXR, written line by line.
 
 use std::collections::HashMap;
-use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
-
-use crc32fast::Hasher;
+use std::io::{self, BufWriter, Read, Seek, Write};
 
 use exr::block::writer::{ChunkWriter, ChunksWriter};
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -14,16 +12,17 @@ use exr::prelude::{Compression, Error, LayerAttributes, SmallVec, Vec2, attribut
 use rayon::prelude::*;
 use sorairo_shared::math::half_bits;
 
-use super::label::{CHECKSUM, SCENE, SOFTWARE, channel_names, scene_text};
+use super::checksum::{self, CHECKSUM, LinesChecksum};
+use super::label::{SCENE, SOFTWARE, channel_names, scene_text};
 use super::spectral;
 use crate::irradiance::LUMENS_PER_WATT;
 use crate::plan::colour_space::chromaticities;
-use crate::scene::{ColourObserver, ExrDepth, Render, Rgb, Scene, SunSpectrum, WhiteBalance};
+use crate::scene::{ColourObserver, ExrDepth, Orders, Render, Rgb, Scene, Sun, SunSpectrum, WhiteBalance};
 
 /// What a file says about its colours.
 struct Labels<'a> {
     render: &'a Render,
-    sun: &'a SunSpectrum,
+    sun: &'a Sun,
 }
 
 impl Labels<'_> {
@@ -40,7 +39,7 @@ impl Labels<'_> {
         let mut attributes = LayerAttributes::named("sky");
         attributes.comments = Some(self.comments().as_str().into());
         attributes.software_name = Some(SOFTWARE.into());
-        attributes.white_luminance = (*self.sun != SunSpectrum::Flat).then_some(LUMENS_PER_WATT as f32);
+        attributes.white_luminance = (self.sun.spectrum != SunSpectrum::Flat).then_some(LUMENS_PER_WATT as f32);
         attributes.adopted_neutral =
             (self.render.white_balance != WhiteBalance::None).then(|| self.chromaticities().white);
         attributes
@@ -51,7 +50,7 @@ impl Labels<'_> {
             ColourObserver::Cie1931 => "CIE 1931",
             ColourObserver::Cie2015 => "CIE 2015 2-degree",
         };
-        let unit = match self.sun {
+        let unit = match self.sun.spectrum {
             SunSpectrum::AstmG173 | SunSpectrum::File(_) => "W.m^-2.sr^-1",
             SunSpectrum::Flat => "for a sun of 1 W.m^-2.nm^-1, W.m^-2.sr^-1",
         };
@@ -66,7 +65,13 @@ impl Labels<'_> {
             WhiteBalance::D65 => "; white balanced for D65 (Bradford)",
             WhiteBalance::Sun => "; white balanced for the sun above the atmosphere (Bradford)",
         };
-        format!("single scattering; radiance weighted by the {observer} observer, {unit}, {space}{balance}")
+        let light = match self.render.orders {
+            Orders::All => "light of all orders".into(),
+            Orders::UpTo(1) => "single scattering".into(),
+            Orders::UpTo(order) => format!("light of up to {order} orders"),
+        };
+        let disc = if self.sun.disc { "with the sun's disc" } else { "without the sun's disc" };
+        format!("{light}, {disc}; radiance weighted by the {observer} observer, {unit}, {space}{balance}")
     }
 }
 
@@ -84,7 +89,7 @@ pub(super) fn header(width: u32, height: u32, scene: &Scene, wavelengths: &[f64]
     let names = channel_names(wavelengths);
     let channels: SmallVec<[_; 5]> =
         names.iter().map(|name| ChannelDescription::named(name.as_str(), sample_type)).collect();
-    let labels = Labels { render: &scene.render, sun: &scene.sun.spectrum };
+    let labels = Labels { render: &scene.render, sun: &scene.sun };
     let mut attributes = labels.layer();
     let mut others = vec![(CHECKSUM, AttributeValue::I32(0))];
     if !wavelengths.is_empty() {
@@ -119,26 +124,12 @@ pub(super) fn encode<W: Read + Write + Seek>(
     header: Header,
     fill: impl FnOnce(&mut Lines<'_, '_, W>) -> io::Result<()>,
 ) -> io::Result<()> {
-    let mut checksum = Hasher::new();
+    let mut checksum = LinesChecksum::default();
     let written = exr::block::write(&mut *output, [header].into_iter().collect(), true, |meta, writer| {
         fill(&mut Lines { meta: &meta, writer, checksum: &mut checksum, next: 0 }).map_err(Error::Io)
     });
     written.map_err(plain)?;
-    write_checksum(output, checksum.finalize())
-}
-
-/// Puts the checksum, which is known once the lines are written, into its attribute in the header.
-fn write_checksum<W: Read + Write + Seek>(output: &mut BufWriter<W>, checksum: u32) -> io::Result<()> {
-    // Longer than any header of this program, whose longest parts are 512 bands and the names of three files.
-    const HEADER: u64 = 1 << 16;
-    let attribute = [CHECKSUM.as_bytes(), b"\0int\0\x04\0\0\0"].concat();
-    output.rewind()?;
-    let mut start = Vec::new();
-    Read::take(output.get_mut(), HEADER).read_to_end(&mut start)?;
-    let at = start.windows(attribute.len()).position(|bytes| bytes == attribute);
-    let at = at.ok_or_else(|| io::Error::other("the header has no checksum"))?;
-    output.seek(SeekFrom::Start((at + attribute.len()) as u64))?;
-    output.write_all(&checksum.to_le_bytes())
+    checksum::write(output, &checksum)
 }
 
 fn plain(error: Error) -> io::Error {
@@ -152,7 +143,7 @@ fn plain(error: Error) -> io::Error {
 pub(super) struct Lines<'a, 'w, W: Write + Seek> {
     meta: &'a MetaData,
     writer: &'a mut ChunkWriter<&'w mut BufWriter<W>>,
-    checksum: &'a mut Hasher,
+    checksum: &'a mut LinesChecksum,
     next: usize,
 }
 
@@ -169,14 +160,14 @@ impl<W: Write + Seek> Lines<'_, '_, W> {
                 level: Vec2(0, 0),
             };
             let data = bytes(line);
-            let mut checksum = Hasher::new();
-            checksum.update(&data);
-            (checksum, UncompressedBlock { index, data }.compress_to_chunk(&self.meta.headers))
+            let chunk = UncompressedBlock { index, data }.compress_to_chunk(&self.meta.headers).map_err(plain)?;
+            LinesChecksum::of(&chunk).map(|checksum| (checksum, chunk))
         };
-        let chunks: Vec<_> = (0..lines).into_par_iter().map(compress).collect();
-        for (line, (checksum, chunk)) in chunks.into_iter().enumerate() {
-            self.checksum.combine(&checksum);
-            self.writer.write_chunk(next + line, chunk.map_err(plain)?).map_err(plain)?;
+        let chunks: Vec<io::Result<_>> = (0..lines).into_par_iter().map(compress).collect();
+        for (line, chunk) in chunks.into_iter().enumerate() {
+            let (checksum, chunk) = chunk?;
+            self.checksum.append(&checksum);
+            self.writer.write_chunk(next + line, chunk).map_err(plain)?;
         }
         self.next += lines;
         Ok(())

@@ -13,13 +13,14 @@ pub(super) const SOFTWARE: &str = concat!("sorairo ", env!("CARGO_PKG_VERSION"))
 /// The name of the attribute of an EXR, and the keyword of the text of a PNG, that hold the scene in TOML.
 pub(super) const SCENE: &str = "sorairoScene";
 
-/// The name of the attribute of an EXR that holds the CRC-32 of its lines before their compression, from the top: the format
-/// itself has nothing that tells damaged pixels. PNG has a CRC-32 in every chunk.
-pub(super) const CHECKSUM: &str = "sorairoChecksum";
-
-/// The scene as files hold it: in TOML, and in comments the checksums of the tables that it only names.
+/// The scene as files hold it: in TOML with the sun where it stands, and in comments the place and the time that put it there, and the
+/// checksums of the tables that the scene only names.
 pub(super) fn scene_text(scene: &Scene) -> String {
-    let mut text = scene::file::text(scene);
+    // A scene that was rendered can be placed.
+    let mut text = scene::file::text(&scene.placed().unwrap_or_else(|_| scene.clone()));
+    if let Some((place, time)) = scene.sun.place.zip(scene.sun.time) {
+        let _ = writeln!(text, "# sun.place = \"{place}\"\n# sun.time = \"{time}\"");
+    }
     for (key, table) in tables(scene) {
         // A text takes whatever is written to it.
         let _ = writeln!(text, "# CRC-32 of {key}: {:08x}", table.checksum());

@@ -1,60 +1,111 @@
 //! Whether a file is there already: whole, by this version of the program, and of the same scene.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{self, BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
-use ::exr::block::reader::ChunksReader;
-use ::exr::math::Vec2;
+use ::exr::meta::MetaData;
 use ::exr::meta::attribute::{AttributeValue, Text};
 use crc32fast::Hasher;
 
+use super::checksum;
 use super::format::Format;
-use super::label::{CHECKSUM, SCENE, SOFTWARE, channel_names, scene_text};
+use super::label::{SCENE, SOFTWARE, channel_names, scene_text};
+use super::{radiance_picture, radiance_scene};
 use crate::scene::Scene;
 
 /// Whether a file is whole, and was written by this version of the program for this scene; a spectral file, for these wavelengths
 /// (nm).
 ///
-/// The file is decoded to its end: what was cut off or damaged is not whole.
+/// Every byte of the file counts: one that is missing, changed or added makes it another.
 pub fn is_finished(path: &Path, format: Format, scene: &Scene, wavelengths: &[f64]) -> bool {
     let Ok(file) = File::open(path) else { return false };
-    let file = BufReader::new(file);
-    let decoded = match format {
-        Format::Png => decode_png(file),
-        Format::Exr => decode_exr(file, &channel_names(&[])),
-        Format::SpectralExr => decode_exr(file, &channel_names(wavelengths)),
+    let label = match format {
+        Format::RadiancePicture => {
+            return is_radiance_picture(&mut BufReader::new(file), scene, wavelengths).unwrap_or(false);
+        }
+        Format::RadianceScene => {
+            let text = io::read_to_string(file);
+            return text.is_ok_and(|text| radiance_scene::is_whole(&text, scene, wavelengths));
+        }
+        Format::Png => png_label(file),
+        Format::Exr => exr_label(file, &channel_names(&[])),
+        Format::SpectralExr => exr_label(file, &channel_names(wavelengths)),
     };
-    decoded.is_some_and(|(software, text)| software == SOFTWARE && text == scene_text(scene))
+    label.is_some_and(|(software, text)| software == SOFTWARE && text == scene_text(scene))
 }
 
-/// Program and scene of a PNG that decodes to its end.
-fn decode_png(file: BufReader<File>) -> Option<(String, String)> {
-    let mut reader = ::png::Decoder::new(file).read_info().ok()?;
+/// Whether a picture of Radiance has the header and as many pixels as one of this scene, and the checksum of its pixels.
+fn is_radiance_picture(file: &mut impl Read, scene: &Scene, wavelengths: &[f64]) -> io::Result<bool> {
+    let size = scene.camera.size;
+    let header = |checksum| radiance_picture::header(size.width, size.height, scene, wavelengths, checksum);
+    let mut begin = vec![0; header(0).len()];
+    file.read_exact(&mut begin)?;
+    let (mut checksum, mut length, mut part) = (Hasher::new(), 0, vec![0; 1 << 16]);
+    loop {
+        let read = file.read(&mut part)?;
+        if read == 0 {
+            break;
+        }
+        checksum.update(&part[..read]);
+        length += read as u64;
+    }
+    let expected = u64::from(size.width) * u64::from(size.height) * (wavelengths.len() as u64 + 1);
+    Ok(length == expected && begin == header(checksum.finalize()).as_bytes())
+}
+
+/// Program and scene of a PNG that is whole.
+fn png_label(file: File) -> Option<(String, String)> {
+    let mut file = BufReader::new(file);
+    if !is_whole_png(&mut file).ok()? {
+        return None;
+    }
+    file.rewind().ok()?;
+    let reader = ::png::Decoder::new(file).read_info().ok()?;
     let texts = &reader.info().utf8_text;
     let text = |keyword: &str| texts.iter().find(|chunk| chunk.keyword == keyword)?.get_text().ok();
-    let named = (text("Software")?, text(SCENE)?);
-    while reader.next_row().ok()?.is_some() {}
-    reader.finish().ok()?;
-    Some(named)
+    Some((text("Software")?, text(SCENE)?))
 }
 
-/// Program and scene of an EXR of these channels that decodes to its end.
-fn decode_exr(file: BufReader<File>, channels: &[String]) -> Option<(String, String)> {
-    let reader = ::exr::block::read(file, true).ok()?;
-    let header = reader.headers().first()?;
+/// Whether a file is a PNG whose chunks have their checksums, and nothing after the last.
+fn is_whole_png(file: &mut impl BufRead) -> io::Result<bool> {
+    const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
+    if array(file)? != SIGNATURE {
+        return Ok(false);
+    }
+    loop {
+        let (length, kind): ([u8; 4], [u8; 4]) = (array(file)?, array(file)?);
+        let mut hasher = Hasher::new();
+        hasher.update(&kind);
+        let length = u64::from(u32::from_be_bytes(length));
+        if checksum::update(&mut hasher, &mut file.take(length))? != length
+            || array(file)? != hasher.finalize().to_be_bytes()
+        {
+            return Ok(false);
+        }
+        if kind == *b"IEND" {
+            return Ok(file.fill_buf()?.is_empty());
+        }
+    }
+}
+
+fn array<const N: usize>(file: &mut impl Read) -> io::Result<[u8; N]> {
+    let mut bytes = [0; N];
+    file.read_exact(&mut bytes).map(|()| bytes)
+}
+
+/// Program and scene of an EXR of these channels that is whole.
+fn exr_label(mut file: File, channels: &[String]) -> Option<(String, String)> {
+    if !checksum::is_right(&file).ok()? {
+        return None;
+    }
+    file.rewind().ok()?;
+    let meta = MetaData::read_from_buffered(BufReader::new(file), true).ok()?;
+    let header = meta.headers.first()?;
     if !header.channels.list.iter().map(|channel| channel.name.to_string()).eq(channels.iter().cloned()) {
         return None;
     }
     let software = header.own_attributes.software_name.as_ref()?.to_string();
-    let attribute = |name: &str| header.own_attributes.other.get(&Text::from(name));
-    let AttributeValue::Text(scene) = attribute(SCENE)? else { return None };
-    let scene = scene.to_string();
-    let &AttributeValue::I32(checksum) = attribute(CHECKSUM)? else { return None };
-    let mut hasher = Hasher::new();
-    for (line, block) in reader.all_chunks(true).ok()?.sequential_decompressor(true).enumerate() {
-        let block = block.ok().filter(|block| block.index.pixel_position == Vec2(0, line))?;
-        hasher.update(&block.data);
-    }
-    (hasher.finalize() == checksum.cast_unsigned()).then_some((software, scene))
+    let AttributeValue::Text(scene) = header.own_attributes.other.get(&Text::from(SCENE))? else { return None };
+    Some((software, scene.to_string()))
 }

@@ -3,7 +3,7 @@
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-use super::place::{folder, plain, unwritable};
+use super::place::{folder, refused, unwritable};
 use super::staged;
 use crate::error::{Error, Result};
 
@@ -18,8 +18,7 @@ pub fn create(path: &Path, text: &str) -> Result<()> {
     if path.symlink_metadata().is_ok() {
         return Err(exists());
     }
-    let refuse = |error| Error::NotWritable { path: path.to_owned(), reason: plain(path, &error) };
-    let file = staged::create(&folder(path)).map_err(refuse)?;
+    let file = staged::create(&folder(path)).map_err(|error| refused(path, &error))?;
     file.as_file().write_all(text.as_bytes()).map_err(|error| unwritable(path, &error))?;
     match file.persist_new(path) {
         Ok(()) => Ok(()),

@@ -4,17 +4,17 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, sync_channel};
-use std::thread::{Scope, ScopedJoinHandle};
+use std::thread::{Builder, Scope, ScopedJoinHandle};
 
 use sorairo_shared::variant::PixelFormat;
 
 use super::format::Format;
 use super::staged::{Staged, stage};
-use super::{exr, png};
+use super::{exr, png, radiance_picture, radiance_scene};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
 use crate::plan::colour_space::ColourSpace;
-use crate::scene::Scene;
+use crate::scene::{Scene, ValidScene};
 
 /// Strips that may wait for an encoder before the device does.
 const WAITING: usize = 2;
@@ -38,20 +38,23 @@ pub struct Image {
     pub display: ColourSpace,
     /// Wavelengths (nm) whose radiance follows the linear RGB of each pixel; none but for spectral files.
     pub wavelengths: Vec<f64>,
+    /// Irradiance of the sun on a surface that faces it, at each wavelength (W·m⁻²·nm⁻¹); none but for scenes of Radiance.
+    pub sun: Vec<f64>,
 }
 
 impl Image {
     /// That of a plan of a scene.
-    pub fn of(plan: &Plan, scene: &Scene) -> Self {
+    pub fn of(plan: &Plan, scene: &ValidScene) -> Self {
         Self {
             width: plan.width(),
             height: plan.height(),
             pixel: plan.pixel,
             exposure: plan.uniform.exposure,
-            scene: scene.clone(),
+            scene: scene.as_asked(),
             space: plan.sky.space,
             display: plan.sky.display(),
             wavelengths: plan.spectral.clone(),
+            sun: Vec::new(),
         }
     }
 
@@ -69,11 +72,16 @@ pub struct Writer<'scope> {
 
 impl<'scope> Writer<'scope> {
     /// Begins a file.
-    pub fn start(scope: &'scope Scope<'scope, '_>, path: PathBuf, format: Format, image: Image) -> Self {
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Thread`] if there can be no thread for it.
+    pub fn start(scope: &'scope Scope<'scope, '_>, path: PathBuf, format: Format, image: Image) -> Result<Self> {
         let (rows, received) = sync_channel(WAITING);
         let encoded = path.clone();
-        let thread = scope.spawn(move || encode(&encoded, format, image, received));
-        Self { path, rows, thread }
+        let encoding = move || encode(&encoded, format, image, received);
+        let thread = Builder::new().spawn_scoped(scope, encoding).map_err(Error::Thread)?;
+        Ok(Self { path, rows, thread })
     }
 
     /// Takes the next rows. An encoder that has failed says so in [`Writer::finish`].
@@ -113,10 +121,10 @@ fn encode(
     image: Image,
     strips: impl IntoIterator<Item: AsRef<[u32]> + Sync>,
 ) -> Result<Staged> {
-    let Image { width, height, pixel, exposure, scene, space, display, wavelengths } = &image;
+    let Image { width, height, pixel, exposure, scene, space, display, wavelengths, sun } = &image;
     let (width, height, pixel_words) = (*width, *height, image.pixel_words());
     let mut strips = strips.into_iter();
-    let of_file = if format == Format::SpectralExr { wavelengths.as_slice() } else { &[] };
+    let of_file = if format == Format::Exr { &[] } else { wavelengths.as_slice() };
     stage(path, |output| match format {
         Format::Png => png::encode(output, width, height, Some(scene), |picture| {
             strips.try_for_each(|rows| match pixel {
@@ -144,5 +152,16 @@ fn encode(
                 })
             })
         }),
+        Format::RadiancePicture => {
+            let header = |checksum| radiance_picture::header(width, height, scene, wavelengths, checksum);
+            radiance_picture::encode(output, header, |write| {
+                let pixels = |rows: &[u32]| radiance_picture::bytes(bytemuck::cast_slice(rows), pixel_words, width);
+                strips.try_for_each(|rows| write(&pixels(rows.as_ref())))
+            })
+        }
+        Format::RadianceScene => {
+            strips.for_each(drop);
+            radiance_scene::encode(output, path, scene, wavelengths, sun)
+        }
     })
 }

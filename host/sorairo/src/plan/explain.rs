@@ -51,7 +51,7 @@ fn orders(plan: &Plan) -> String {
     let rest = if integral.orders == Orders::All {
         let ratio = ratio.map(|ratio| format!("{ratio:.3}")).join(" ");
         format!(
-            "then the series of their last ratio at the first bands ({ratio}), off by {:.2} % of all light at most",
+            "then all after them from the last three (ratio at the first bands {ratio}), off by {:.2} % of all light at most",
             100.0 * error
         )
     } else {
@@ -187,7 +187,10 @@ mod tests {
     #[test]
     fn the_orders_of_a_sky_are_told() {
         let all = explained(|scene| *scene = Scene::preset(Preset::Standard), PixelFormat::Picture);
-        assert!(all.contains("orders: a light field of") && all.contains("series of their last ratio"), "{all}");
+        assert!(
+            all.contains("orders: a light field of") && all.contains("all after them from the last three"),
+            "{all}"
+        );
         assert!(!all.contains("black ground"), "{all}");
         let one = explained(|scene| scene.render.orders = Orders::UpTo(1), PixelFormat::Picture);
         assert!(one.contains("orders: 1 alone"), "{one}");

@@ -1,5 +1,7 @@
 //! Automatic exposure.
 
+use std::f64::consts::PI;
+
 use rayon::prelude::*;
 use sorairo_shared::glam::Vec3;
 
@@ -16,6 +18,13 @@ pub fn of(exposure: Exposure, integral: &RayIntegral, radiance: impl Fn(Vec3) ->
         Exposure::Stops(stops) => stops.exp2() as f32,
         Exposure::Auto => automatic(integral, &|view| f64::from(integral.uniform.rgb.luminance(radiance(view)))),
     }
+}
+
+/// An automatic exposure factor where the image shows the sun's disc too, which sends so much light on a surface that faces it (luminance
+/// times solid angle): as if its light came from the whole hemisphere.
+pub fn with_disc(factor: f32, light: f64) -> f32 {
+    let mean = MIDDLE / f64::from(factor) + light / (2.0 * PI);
+    (MIDDLE / mean).max((-MOST_STOPS).exp2()) as f32
 }
 
 /// The luminance in a direction.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use sorairo_shared::camera::Camera;
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::spectral;
 use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};
@@ -13,9 +14,9 @@ use super::kernel::Kernel;
 use super::lookup::{self, Lookup, LookupSize};
 use super::sky::SkyPlan;
 use super::sun_disc::Sun;
-use super::upload;
+use super::{exposure, upload};
 use crate::error::{Error, Result};
-use crate::scene::{CameraScene, ColourPath, Projection, Rgb, Scene, ValidScene};
+use crate::scene::{CameraScene, ColourPath, Exposure, Projection, Rgb, Scene, ValidScene};
 
 /// Everything that the kernels of one image need, and nothing that they do not.
 #[derive(Clone, Debug)]
@@ -65,14 +66,22 @@ impl Plan {
         let lookup = lookup::choose(scene, &sky, &lit_rows);
         let camera = upload::camera(scene);
         let shows_disc = scene.sun.disc && !sky.is_night;
+        let sun = Sun::new(&sky);
         let (disc, grid) =
-            if shows_disc { Sun::new(&sky).for_kernels(scene.camera.projection, &camera) } else { Default::default() };
+            if shows_disc { sun.for_kernels(scene.camera.projection, &camera) } else { Default::default() };
+        let exposure = match scene.render.exposure {
+            Exposure::Auto if shows_disc && is_in_view(&disc, &camera) => {
+                let light = f64::from(sky.integral.uniform.rgb.luminance(sun.irradiance().rgb.as_vec3()));
+                exposure::with_disc(sky.exposure, light)
+            }
+            _ => sky.exposure,
+        };
         let uniform = Uniform {
             camera,
             rows: camera.height,
             row_pixels: camera.width,
             disc: SunDisc { first_entry: sky.colour.len() as u32, ..disc },
-            exposure: sky.exposure,
+            exposure,
             ..sky.integral.uniform
         };
         let shown = sky.integral.variant | if shows_disc { variant::SUN_DISC } else { 0 };
@@ -189,6 +198,12 @@ impl Plan {
     pub fn height(&self) -> u32 {
         self.uniform.camera.height
     }
+}
+
+/// Whether an image shows any of the sun's disc.
+fn is_in_view(disc: &SunDisc, camera: &Camera) -> bool {
+    let [width, height] = [camera.width, camera.height].map(|side| side as f32);
+    disc.left < disc.right && disc.left < width && disc.right > 0.0 && disc.top < height && disc.bottom > 0.0
 }
 
 /// Rows of the image that can be lit: none at night, and from black ground an equirectangular image is black below its middle.

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 use serde::Serialize;
+use sorairo_shared::azimuth::cosine_at_place;
 use sorairo_shared::camera::EQUIRECTANGULAR;
 use sorairo_shared::cubic::{Stencil, stencil};
 use sorairo_shared::glam::Vec4;
@@ -138,41 +139,79 @@ const LINEAR: f64 = 2.0;
 /// See [`LINEAR`].
 const CUBIC: f64 = 4.0;
 
-/// The size that keeps interpolation within the tolerance, from its error on the coarsest grid.
+/// The size that keeps interpolation within the tolerance, from its error on the coarsest grid, and then on the grid that follows from it.
 ///
 /// Midway between two entries, linear interpolation of a smooth function is off by an eighth of its second difference, which falls as the
 /// square of the spacing, and a cubic by a part of its fourth difference, which falls as the fourth power. The error is measured there, on
-/// sample cells of the coarsest grid, in both directions; the number of entries follows from it, and `sized` makes a sky lookup of rows and
-/// columns.
+/// sample cells, in both directions; the number of entries follows from it, and `sized` makes a sky lookup of rows and columns. Where
+/// the coarsest grid skips what is narrower than its cells, the second one shows it.
 fn size_for(scene: &Scene, sky: &SkyPlan, sized: impl Fn((u32, u32)) -> LookupSize) -> Option<LookupSize> {
-    let sides: &[bool] = if scene.observer.altitude > 0.0 { &[true, false] } else { &[true] };
-    let rows = f64::from(COARSEST.0 - 1);
-    let columns = f64::from(COARSEST.1 - 1);
-    let mut cells = Vec::new();
-    for &above in sides {
-        for i in (0..COARSEST.0 - 1).step_by(2) {
-            for j in (0..COARSEST.1 - 1).step_by(3) {
-                cells.push((above, f64::from(i) + 0.5, f64::from(j) + 0.5));
-            }
-        }
-    }
     let has_its_rows = scene.camera.projection == Projection::Equirectangular;
-    let measured: Vec<Cell> =
-        cells.into_par_iter().map(|(above, row, column)| measure(sky, above, row, column, has_its_rows)).collect();
-    let mean = measured.iter().map(|cell| cell.luminance).sum::<f64>() / measured.len() as f64;
-    if mean <= 0.0 {
+    let allowed = |(rows, azimuths): (u32, u32)| (has_its_rows || rows <= LARGEST.0) && azimuths <= LARGEST.1;
+    let sampled = |grid| Sampled::new(scene, sky, grid, has_its_rows);
+    let coarsest = sampled(COARSEST);
+    if coarsest.mean <= 0.0 {
         return Some(sized(COARSEST));
     }
-    let brightest = measured.iter().map(|cell| cell.luminance).fold(0.0, f64::max);
-    let allowed = |cell: &Cell| (TOLERANCE * cell.luminance.max(0.1 * mean)).min(TOLERANCE_OF_BRIGHTEST * brightest);
-    let worst = |error: fn(&Cell) -> f64| measured.iter().map(|cell| error(cell) / allowed(cell)).fold(0.0, f64::max);
-    // Each direction that is interpolated may take its part of the tolerance.
-    let (parts, power) = if has_its_rows { (1.0, CUBIC) } else { (2.0, LINEAR) };
-    let entries = |cells: f64, error: f64, power: f64| 1 + (cells * (parts * error).powf(1.0 / power)).ceil() as u32;
-    let above = entries(rows, worst(|cell| cell.error_along_elevation), LINEAR).max(COARSEST.0);
-    let azimuths = entries(columns, worst(|cell| cell.error_along_azimuth), power).max(FEWEST_AZIMUTHS);
-    let size = sized((above, azimuths));
-    ((has_its_rows || above <= LARGEST.0) && azimuths <= LARGEST.1 && size.azimuths == azimuths).then_some(size)
+    let grid = coarsest.enough();
+    if !allowed(grid) {
+        return None;
+    }
+    let finer = sampled(grid).enough();
+    let grid = (grid.0.max(finer.0), grid.1.max(finer.1));
+    let size = sized(grid);
+    (allowed(grid) && size.azimuths == grid.1).then_some(size)
+}
+
+/// What interpolation does to sample cells of a grid.
+struct Sampled {
+    grid: (u32, u32),
+    has_its_rows: bool,
+    cells: Vec<Cell>,
+    /// The mean luminance.
+    mean: f64,
+}
+
+impl Sampled {
+    /// Of a grid of rows and columns; an image that has its rows goes through columns by cubics.
+    fn new(scene: &Scene, sky: &SkyPlan, grid: (u32, u32), has_its_rows: bool) -> Self {
+        let sides: &[bool] = if scene.observer.altitude > 0.0 { &[true, false] } else { &[true] };
+        // Spread as on the coarsest grid, each in the middle of a cell.
+        let places = |cells: u32, step: usize, of: u32| {
+            (0..cells).step_by(step).map(move |i| (f64::from(i) / f64::from(cells) * f64::from(of)).floor() + 0.5)
+        };
+        // A finer grid's cells are more alike from row to row.
+        let row_step = if grid == COARSEST { 2 } else { 4 };
+        let mut at = Vec::new();
+        for &above in sides {
+            for row in places(COARSEST.0 - 1, row_step, grid.0 - 1) {
+                at.extend(places(COARSEST.1 - 1, 2, grid.1 - 1).map(|column| (above, row, column)));
+            }
+        }
+        let cells: Vec<Cell> = at
+            .into_par_iter()
+            .map(|(above, row, column)| measure(sky, grid, above, row, column, has_its_rows))
+            .collect();
+        let mean = cells.iter().map(|cell| cell.luminance).sum::<f64>() / cells.len() as f64;
+        Self { grid, has_its_rows, cells, mean }
+    }
+
+    /// Rows and columns that are enough.
+    fn enough(&self) -> (u32, u32) {
+        let brightest = self.cells.iter().map(|cell| cell.luminance).fold(0.0, f64::max);
+        let allowed =
+            |cell: &Cell| (TOLERANCE * cell.luminance.max(0.1 * self.mean)).min(TOLERANCE_OF_BRIGHTEST * brightest);
+        let worst =
+            |error: fn(&Cell) -> f64| self.cells.iter().map(|cell| error(cell) / allowed(cell)).fold(0.0, f64::max);
+        // Each direction that is interpolated may take its part of the tolerance.
+        let (parts, power) = if self.has_its_rows { (1.0, CUBIC) } else { (2.0, LINEAR) };
+        let entries = |entries: u32, error: f64, power: f64| {
+            1 + (f64::from(entries - 1) * (parts * error).powf(1.0 / power)).ceil() as u32
+        };
+        let above = entries(self.grid.0, worst(|cell| cell.error_along_elevation), LINEAR).max(COARSEST.0);
+        let azimuths = entries(self.grid.1, worst(|cell| cell.error_along_azimuth), power).max(FEWEST_AZIMUTHS);
+        (above, azimuths)
+    }
 }
 
 /// Pixels between two entries of a row, from which runs share a place: a run then reaches an eighth of the way to the next entry, where a
@@ -181,7 +220,7 @@ const PIXELS_BETWEEN_ENTRIES: f64 = 16.0;
 
 /// Whether the pixels of an image can be looked up in [`variant::RUNS`] in a sky lookup of this size.
 ///
-/// Entries are equidistant in the cosine of the azimuth, and closest together across the sun's direction.
+/// Entries are closest together at the sun's azimuth; see [`sorairo_shared::azimuth`].
 pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
     let width = uniform.camera.width;
     let closest = f64::from(width) / (PI * f64::from(size.azimuths - 1));
@@ -195,12 +234,12 @@ struct Cell {
     error_along_azimuth: f64,
 }
 
-/// The cell about a row and a column of the coarsest grid; an image that has its rows goes through columns by cubics.
-fn measure(sky: &SkyPlan, above: bool, row: f64, column: f64, has_its_rows: bool) -> Cell {
+/// The cell about a row and a column of a grid; an image that has its rows goes through columns by cubics.
+fn measure(sky: &SkyPlan, grid: (u32, u32), above: bool, row: f64, column: f64, has_its_rows: bool) -> Cell {
     let uniform = &sky.integral.uniform;
     let view = |row: f64, column: f64| {
-        let (x, part) = (row / f64::from(COARSEST.0 - 1), column / f64::from(COARSEST.1 - 1));
-        grid_view(uniform, above, x as f32, (1.0 - 2.0 * part) as f32)
+        let (x, part) = (row / f64::from(grid.0 - 1), column / f64::from(grid.1 - 1));
+        grid_view(uniform, above, x as f32, cosine_at_place(part as f32))
     };
     let phases = sky.integral.phases(view(row, column));
     let luminance = |row: f64, column: f64| {
@@ -209,18 +248,18 @@ fn measure(sky: &SkyPlan, above: bool, row: f64, column: f64, has_its_rows: bool
     };
     let middle = luminance(row, column);
     let between = |a: f64, b: f64| (0.5 * (a + b) - middle).abs();
-    let error_along_azimuth = if has_its_rows {
-        let Stencil { first, weights, .. } = stencil(column as f32, COARSEST.1);
+    let (error_along_elevation, error_along_azimuth) = if has_its_rows {
+        let Stencil { first, weights, .. } = stencil(column as f32, grid.1);
         let nodes = weights.to_array().into_iter().zip(first..);
-        (nodes.map(|(weight, node)| f64::from(weight) * luminance(row, f64::from(node))).sum::<f64>() - middle).abs()
+        let cubic: f64 = nodes.map(|(weight, node)| f64::from(weight) * luminance(row, f64::from(node))).sum();
+        (0.0, (cubic - middle).abs())
     } else {
-        between(luminance(row, column - 0.5), luminance(row, column + 0.5))
+        (
+            between(luminance(row - 0.5, column), luminance(row + 0.5, column)),
+            between(luminance(row, column - 0.5), luminance(row, column + 0.5)),
+        )
     };
-    Cell {
-        luminance: middle.abs(),
-        error_along_elevation: between(luminance(row - 0.5, column), luminance(row + 0.5, column)),
-        error_along_azimuth,
-    }
+    Cell { luminance: middle.abs(), error_along_elevation, error_along_azimuth }
 }
 
 #[cfg(test)]
@@ -249,6 +288,17 @@ mod tests {
     fn other_images_have_a_lookup_of_their_own() {
         let size = lookup(|scene| scene.camera.projection = Projection::Fisheye).size.expect("a sky lookup");
         assert!((COARSEST.0..=LARGEST.0).contains(&size.above), "{size:?}");
+    }
+
+    #[test]
+    fn haze_around_a_low_sun_is_looked_up() {
+        let lookup = lookup(|scene| {
+            *scene = Scene::preset(Preset::Hazy);
+            (scene.sun.elevation, scene.camera.projection) = (2.0, Projection::Perspective);
+            scene.camera.size = Size { width: 960, height: 540 };
+        });
+        // A tenth of the pixels: by equal distances of the cosine of the azimuth no lookup up to the largest was enough.
+        assert!(lookup.size.is_some_and(|size| size.entries() < 960 * 54), "{lookup}");
     }
 
     #[test]

@@ -77,7 +77,7 @@ pub struct Sun<'a> {
     elevation: f64,
     /// Elevation of the horizon (radians).
     horizon: f64,
-    /// Per sample of the observer (nm): wavelength, irradiance over the disc's projected solid angle (W·m⁻²·sr⁻¹·nm⁻¹).
+    /// Per wavelength (nm): itself, irradiance over the disc's projected solid angle (W·m⁻²·sr⁻¹·nm⁻¹).
     spectrum: Vec<(f64, f64)>,
 }
 
@@ -92,9 +92,24 @@ pub struct SunIrradiance {
     pub rgb: DVec3,
 }
 
+/// A part of the disc.
+struct Part {
+    /// The direction to it.
+    view: DVec3,
+    /// Cosine of the angle to the normal of the sun's surface.
+    limb_cosine: f64,
+    /// Solid angle (sr).
+    solid_angle: f64,
+}
+
 impl<'a> Sun<'a> {
-    /// That of a sky.
+    /// That of a sky, at the observer nodes.
     pub fn new(sky: &'a SkyPlan) -> Self {
+        Self::at(sky, &observer::wavelengths())
+    }
+
+    /// That of a sky at wavelengths (nm).
+    pub fn at(sky: &'a SkyPlan, wavelengths: &[f64]) -> Self {
         let sine = (SOLAR_RADIUS / (sky.integral.optics.sun_distance * ASTRONOMICAL_UNIT)).min(1.0);
         let mean = |nm: f64| sky.integral.optics.solar_irradiance(nm) / (PI * sine * sine) / mean_darkening(nm);
         Self {
@@ -102,7 +117,7 @@ impl<'a> Sun<'a> {
             radius: sine.asin(),
             elevation: f64::from(sky.integral.uniform.sun.z).asin(),
             horizon: f64::from(sky.integral.uniform.horizon),
-            spectrum: observer::wavelengths().into_iter().map(|nm| (nm, mean(nm))).collect(),
+            spectrum: wavelengths.iter().map(|&nm| (nm, mean(nm))).collect(),
         }
     }
 
@@ -134,30 +149,53 @@ impl<'a> Sun<'a> {
         (disc, grid.collect())
     }
 
-    /// What falls from the disc, as far as the ground does not hide it.
+    /// What falls from the disc, as far as the ground does not hide it; of a sun at the nodes of the observer.
     pub fn irradiance(&self) -> SunIrradiance {
-        const RINGS: u32 = 16;
-        const PLACES: u32 = 32;
         let mut sum = SunIrradiance::default();
-        for ring in gauss_legendre(RINGS) {
-            // Rings of equal weight in the square of the sine from the centre.
-            let off = f64::from(ring.x).sqrt();
-            let weight = f64::from(ring.y) * PI * self.radius.sin().powi(2) / f64::from(PLACES);
-            for place in 0..PLACES {
-                let turn = (f64::from(place) + 0.5) * 2.0 * PI / f64::from(PLACES);
-                let height = (self.elevation + self.radius * off * turn.cos()).min(FRAC_PI_2);
-                if height >= self.horizon {
-                    let depths = self.depths(height.sin());
-                    let limb_cosine = (1.0 - off * off).sqrt();
-                    let power = self.radiance(&depths, limb_cosine).zip(&self.spectrum);
-                    let power = power.map(|(radiance, &(nm, _))| radiance * observer::width(nm)).sum::<f64>() * weight;
-                    sum.rgb += self.rgb(&depths, limb_cosine) * weight;
-                    sum.facing += power;
-                    sum.level += power * height.sin().max(0.0);
-                }
+        for Part { view, limb_cosine, solid_angle } in self.parts() {
+            let depths = self.depths(view.z);
+            let power = self.radiance(&depths, limb_cosine).zip(&self.spectrum);
+            let power = power.map(|(radiance, &(nm, _))| radiance * observer::width(nm)).sum::<f64>() * solid_angle;
+            sum.rgb += self.rgb(&depths, limb_cosine) * solid_angle;
+            sum.facing += power;
+            sum.level += power * view.z.max(0.0);
+        }
+        sum
+    }
+
+    /// Irradiance at each wavelength (W·m⁻²·nm⁻¹) that the disc, as far as the ground does not hide it, sends to a surface; `cosine` is that
+    /// between the surface's normal and a direction.
+    pub fn spectral_irradiance(&self, cosine: impl Fn(DVec3) -> f64) -> Vec<f64> {
+        let mut sum = vec![0.0; self.spectrum.len()];
+        for Part { view, limb_cosine, solid_angle } in self.parts() {
+            let weight = solid_angle * cosine(view).max(0.0);
+            if weight > 0.0 {
+                let depths = self.depths(view.z);
+                sum.iter_mut().zip(self.radiance(&depths, limb_cosine)).for_each(|(sum, value)| *sum += value * weight);
             }
         }
         sum
+    }
+
+    /// The parts of the disc that the ground does not hide.
+    fn parts(&self) -> impl Iterator<Item = Part> {
+        const RINGS: u32 = 16;
+        const PLACES: u32 = 32;
+        let sun = self.sky.integral.uniform.sun.as_dvec4().truncate();
+        let ahead = DVec2::new(sun.x, sun.y).normalize_or(DVec2::X);
+        gauss_legendre(RINGS).into_iter().flat_map(move |ring| {
+            // Rings of equal weight in the square of the sine from the centre.
+            let off = f64::from(ring.x).sqrt();
+            let solid_angle = f64::from(ring.y) * PI * self.radius.sin().powi(2) / f64::from(PLACES);
+            (0..PLACES).filter_map(move |place| {
+                let (sine, cosine) = ((f64::from(place) + 0.5) * 2.0 * PI / f64::from(PLACES)).sin_cos();
+                let height = (self.elevation + self.radius * off * cosine).min(FRAC_PI_2);
+                // Across, the disc is as good as flat.
+                let level = ahead * height.cos() + ahead.perp() * (self.radius * off * sine);
+                let view = level.extend(height.sin());
+                (height >= self.horizon).then(|| Part { view, limb_cosine: (1.0 - off * off).sqrt(), solid_angle })
+            })
+        })
     }
 
     /// Sines of the elevations between which the disc can be seen.
@@ -167,7 +205,7 @@ impl<'a> Sun<'a> {
         (low.sin(), high.sin().max(low.sin() + 1e-6))
     }
 
-    /// Optical depth between the observer and the sun, for a place of the disc at the sine of an elevation, at the observer nodes.
+    /// Optical depth between the observer and the sun, for a place of the disc at the sine of an elevation, at each wavelength.
     fn depths(&self, height: f64) -> Vec<f64> {
         let RayIntegral { uniform, optics, variant, .. } = &self.sky.integral;
         // Towards the sun itself, tilted to the elevation asked for.
@@ -190,7 +228,7 @@ impl<'a> Sun<'a> {
         self.spectrum.iter().map(|&(nm, _)| depth(nm)).collect()
     }
 
-    /// Radiance at the observer nodes (W·m⁻²·sr⁻¹·nm⁻¹).
+    /// Radiance at each wavelength (W·m⁻²·sr⁻¹·nm⁻¹).
     fn radiance(&self, depths: &[f64], limb_cosine: f64) -> impl Iterator<Item = f64> {
         self.spectrum
             .iter()
@@ -199,8 +237,13 @@ impl<'a> Sun<'a> {
     }
 
     fn rgb(&self, depths: &[f64], limb_cosine: f64) -> DVec3 {
-        let radiance = self.radiance(depths, limb_cosine).zip(&self.spectrum);
-        let xyz: DVec3 = radiance.map(|(value, &(nm, _))| observer::weights(self.sky.observer, nm) * value).sum();
+        self.linear_rgb(&self.radiance(depths, limb_cosine).collect::<Vec<_>>())
+    }
+
+    /// Linear RGB of radiances at the nodes of the observer.
+    fn linear_rgb(&self, radiances: &[f64]) -> DVec3 {
+        let radiances = radiances.iter().zip(&self.spectrum);
+        let xyz: DVec3 = radiances.map(|(value, &(nm, _))| observer::weights(self.sky.observer, nm) * value).sum();
         self.sky.space.into_gamut(self.sky.space.from_xyz * xyz)
     }
 

@@ -130,17 +130,28 @@ impl Draft {
     /// [`Error::Text`] if it is of another kind.
     pub fn set<'de>(&mut self, key: &Key, value: impl Deserializer<'de>) -> Result<()> {
         self.spans.remove(key.name);
-        key.set(&mut self.scene, value)
+        key.set(&mut self.scene, value).map_err(|error| match error {
+            Error::Text(complaint) => wrong(in_plain_words(&complaint)),
+            other => other,
+        })
     }
 
-    /// Puts the sun where its place and time say, so that an elevation or an azimuth that is set later holds.
+    /// Refuses an elevation or an azimuth that was set over a place or a time, as a file may not hold both; `is_set` tells by a key's name.
     ///
     /// # Errors
     ///
-    /// Those of [`Scene::placed`].
-    pub fn place_sun(&mut self) -> Result<()> {
-        self.scene = self.scene.placed().map_err(|problem| self.located(problem))?;
-        Ok(())
+    /// [`Error::NotAllowed`] for such a key.
+    pub fn refuse_two_suns(&self, is_set: impl Fn(&str) -> bool) -> Result<()> {
+        let sun = &self.scene.sun;
+        let there = [("sun.place", sun.place.is_some()), ("sun.time", sun.time.is_some())];
+        let Some((from, _)) = there.into_iter().find(|(_, is_there)| *is_there) else { return Ok(()) };
+        match ["sun.elevation", "sun.azimuth"].into_iter().find(|key| is_set(key)) {
+            Some(key) => Err(Error::not_allowed(
+                key,
+                format!("cannot be given beside {from}: a place and a time say where the sun is"),
+            )),
+            None => Ok(()),
+        }
     }
 
     /// The scene, checked; see [`Scene::validated`].
@@ -162,21 +173,24 @@ impl Draft {
     }
 }
 
-/// The problems found so far, no more than anyone reads.
+/// The problems found so far, each with its byte of the text.
 struct Problems<'a> {
     text: &'a SourceText,
-    found: Vec<Error>,
+    found: Vec<(usize, Error)>,
 }
 
 impl Problems<'_> {
     fn add(&mut self, at: usize, error: Error) {
-        if !self.are_enough() {
-            self.found.push(self.text.problem(at, error));
-        }
+        self.found.push((at, error));
     }
 
-    fn are_enough(&self) -> bool {
-        self.found.len() >= MOST_PROBLEMS
+    /// In the order of the text, no more than anyone reads, and how many more there are.
+    fn told(mut self) -> Vec<Error> {
+        self.found.sort_by_key(|(at, _)| *at);
+        let more = self.found.len().saturating_sub(MOST_PROBLEMS);
+        let told = self.found.into_iter().take(MOST_PROBLEMS).map(|(at, error)| self.text.problem(at, error));
+        let rest = (more > 0).then(|| Error::Text(format!("{}: {more} more like these", self.text.name)));
+        told.chain(rest).collect()
     }
 }
 
@@ -202,7 +216,7 @@ impl SourceText {
         }
         refuse_two_suns(&given, &mut problems);
         if !problems.found.is_empty() {
-            return Err(problems.found);
+            return Err(problems.told());
         }
         scene.preset = preset;
         Ok((scene, spans))
@@ -222,9 +236,19 @@ impl SourceText {
     }
 }
 
-/// What a reader says is wrong, without the middle of what it quotes.
+/// What a reader says is wrong, without the rest of long values that it quotes, and without its middle if it is long all the same.
 fn wrong(complaint: String) -> Error {
-    Error::Text(without_middle(&complaint))
+    Error::Text(without_middle(&with_short_values(&complaint)))
+}
+
+/// A sentence whose quoted values are cut where they are longer than anyone reads.
+fn with_short_values(sentence: &str) -> String {
+    const MOST: usize = 80;
+    let parts = sentence.split('"').enumerate().map(|(i, part)| {
+        let is_value = i % 2 == 1 && part.chars().count() > MOST;
+        if is_value { part.chars().take(MOST - 3).chain("...".chars()).collect() } else { part.to_owned() }
+    });
+    parts.collect::<Vec<_>>().join("\"")
 }
 
 type Given<'a> = (&'static Key, &'a Spanned<DeValue<'a>>);
@@ -232,9 +256,6 @@ type Given<'a> = (&'static Key, &'a Spanned<DeValue<'a>>);
 /// Finds the keys of a table and of those in it.
 fn collect<'a>(table: &'a DeTable<'a>, prefix: &str, given: &mut Vec<Given<'a>>, problems: &mut Problems<'_>) {
     for (key, value) in table {
-        if problems.are_enough() {
-            return;
-        }
         let name = format!("{prefix}{}", key.get_ref());
         let inside = format!("{name}.");
         let is_table = KEYS.iter().any(|key| key.name.starts_with(&inside));
@@ -249,6 +270,17 @@ fn collect<'a>(table: &'a DeTable<'a>, prefix: &str, given: &mut Vec<Given<'a>>,
     }
 }
 
+/// The key of a name with its tables, as in `sun.elevation`.
+///
+/// # Errors
+///
+/// [`Error::UnknownKey`] if there is none.
+pub fn key(name: &str) -> Result<&'static Key> {
+    let tables = name.rfind('.').map_or("", |dot| &name[..=dot]);
+    let prefix = if KEYS.iter().any(|key| key.name.starts_with(tables)) { tables } else { "" };
+    keys::find(name).ok_or_else(|| unknown(prefix, name.strip_prefix(prefix).unwrap_or(name)))
+}
+
 /// A key that is none: what it may have been meant to be, or what there is.
 fn unknown(prefix: &str, name: &str) -> Error {
     let mut siblings: Vec<&str> = KEYS
@@ -260,6 +292,7 @@ fn unknown(prefix: &str, name: &str) -> Error {
     let elsewhere = || KEYS.iter().map(|key| (key.table_and_name().1, key.name));
     let candidates = siblings.iter().map(|&sibling| (sibling, sibling)).chain(elsewhere());
     let hint = match nearest(name, candidates) {
+        Some(same) if same == name => format!("`{same}` stands outside of every table"),
         Some(meant) => format!("did you mean `{meant}`?"),
         None => format!("here may stand `{}`", siblings.join("`, `")),
     };
@@ -287,7 +320,7 @@ fn named_preset(given: &[Given<'_>]) -> Preset {
 /// Lays one value over a scene, if it is of the right kind.
 fn lay_over(scene: &mut Scene, key: &Key, value: &Spanned<DeValue<'_>>, folder: &Path) -> Result<()> {
     let text = match (&key.allowed, value.get_ref()) {
-        (Allowed::WordsOrTable(_), DeValue::String(name)) if is_table_file(name) => {
+        (_, DeValue::String(name)) if key.takes_table() && is_table_file(name) => {
             let path = std::path::absolute(folder.join(&**name));
             path.map_err(|error| Error::Text(format!("{name}: {error}")))?.to_string_lossy().into_owned()
         }
@@ -371,6 +404,7 @@ mod tests {
                 "line 1, column 24 (sun = { elevation = 3, azimut = 4 }): unknown key `azimut`; did you mean `azimuth`?",
             ),
             ("elevation = 3", "did you mean `sun.elevation`?"),
+            ("[sun]\npreset = 'earth'", "unknown key `preset`; `preset` stands outside of every table"),
             (
                 "[atmosphere.arosol]\n",
                 "line 1, column 13 ([atmosphere.arosol]): unknown key `arosol`; did you mean `aerosol`?",
@@ -404,7 +438,10 @@ mod tests {
         let problems = |text: &str| Draft::parse(text, "a.toml", Path::new(""), None).unwrap_err();
         assert_eq!(problems("sun.elevatoin = 1\nsun.azimuth = 'x'\nmoon = 2").len(), 3);
         let many: String = (0..1000).map(|i| format!("moon{i} = 1\n")).collect();
-        assert_eq!(problems(&many).len(), MOST_PROBLEMS);
+        let many = problems(&many);
+        assert_eq!(many.len(), MOST_PROBLEMS + 1);
+        assert!(many[1].to_string().contains("line 2,"), "{}", many[1]);
+        assert_eq!(many[MOST_PROBLEMS].to_string(), "a.toml: 980 more like these");
     }
 
     #[test]

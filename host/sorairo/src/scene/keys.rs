@@ -9,6 +9,7 @@ use serde::Deserializer;
 
 use super::camera::{CameraScene, LONGEST_SIDE, Projection};
 use super::field::{Field, NumberField, Present, Way};
+use super::plausible;
 use super::preset::{Preset, Scene};
 use super::rules;
 use super::settings::{ColourPath, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, Render, Rgb, WhiteBalance};
@@ -153,7 +154,7 @@ pub static KEYS: &[Key] = &[
         .otherwise(|| "`elevation` and `azimuth` hold".into()),
     key!(sun.time, Other(|| "RFC 3339 with an offset, such as \"2026-06-21T04:30:00+09:00\"".into()))
         .otherwise(|| "`elevation` and `azimuth` hold".into()),
-    key!(sun.spectrum, WordsOrTable(words::<SunSpectrum>)),
+    key!(sun.spectrum, WordsOrTable(words::<SunSpectrum>)).rule(plausible::solar_spectrum),
     number!(sun.distance, "au", At(0.01), At(1000.0)),
     key!(sun.disc, Other(|| format!("true or false; with a disc the distance is at most {} au", rules::FARTHEST_DISC)))
         .rule(rules::disc_too_small),
@@ -180,7 +181,7 @@ pub static KEYS: &[Key] = &[
     number!(atmosphere.aerosol.scale_height, "km", At(0.05), THICKEST),
     number!(atmosphere.aerosol.single_scattering_albedo, "", At(0.0), At(1.0)),
     key!(atmosphere.aerosol.single_scattering_albedo_spectrum, WordsOrTable(words::<AlbedoSpectrum>))
-        .rule(rules::albedo_above_1),
+        .rule(plausible::aerosol_albedo),
     number!(atmosphere.aerosol.asymmetry, "", At(-0.99), At(0.99)),
     // Behind a layer that is opaque itself, the samples of a ray would have to follow every edge of its tent.
     number!(atmosphere.ozone.column, "Dobson units", At(0.0), At(2e3)),
@@ -199,11 +200,11 @@ pub static KEYS: &[Key] = &[
         DEPTH
     )
     .matters(has_ozone),
-    key!(atmosphere.ozone.cross_section, WordsOrTable(words::<OzoneCrossSection>)),
+    key!(atmosphere.ozone.cross_section, WordsOrTable(words::<OzoneCrossSection>)).rule(plausible::cross_section),
     number!(ground.albedo, "", At(0.0), At(1.0))
         .or_words(words::<GroundAlbedo>)
         .or_table()
-        .rule(rules::ground_albedo_above_1),
+        .rule(plausible::ground_albedo),
     key!(camera.projection, one_of::<Projection>()),
     key!(camera.size, Other(|| format!("\"WIDTHxHEIGHT\", each 1 to {LONGEST_SIDE}")))
         .unit("pixels")
@@ -356,6 +357,11 @@ impl Key {
             Allowed::Range { low, high, .. } => Some((low.of(scene), high.of(scene))),
             _ => None,
         }
+    }
+
+    /// Whether the key may be the name of a CSV file.
+    pub fn takes_table(&self) -> bool {
+        self.or_table || matches!(self.allowed, Allowed::WordsOrTable(_))
     }
 
     /// The words that the key may be.

@@ -9,6 +9,7 @@ pub mod file;
 pub mod keys;
 mod optics;
 pub mod place;
+mod plausible;
 mod preset;
 #[cfg(feature = "scene-files")]
 pub mod reference;

@@ -2,6 +2,8 @@
 
 use super::preset::Scene;
 use super::sky::STANDARD_PRESSURE;
+use crate::error::{Error, Result};
+use crate::input::shown;
 use crate::spectra::optics::Optics;
 
 /// One Dobson unit: molecules per m².
@@ -32,6 +34,42 @@ impl Scene {
             sun: self.sun.spectrum.clone(),
             sun_distance: self.sun.distance,
         }
+    }
+}
+
+/// What the eye tells of a contrast with the horizon's sky, by which Koschmieder's visibility is defined.
+const LEAST_CONTRAST: f64 = 0.02;
+
+/// Wavelength (nm) at which visibility is judged.
+const OF_VISIBILITY: f64 = 550.0;
+
+impl Scene {
+    /// The optical depth of aerosol at 1 µm, of one at another wavelength (nm), by the scene's Ångström exponent.
+    pub fn optical_depth_from(&self, depth: f64, wavelength: f64) -> f64 {
+        depth * (wavelength / 1000.0).powf(self.atmosphere.aerosol.angstrom_exponent)
+    }
+
+    /// The optical depth of aerosol at 1 µm with which a black object near the ground is told from the sky up to a distance (km).
+    ///
+    /// By Koschmieder's law (1924, *Theorie der horizontalen Sichtweite*) the contrast falls as `exp(-σ V)`; `σ` is the extinction of air and
+    /// aerosol at the ground and 550 nm, and a contrast of 0.02 is the least that is seen: `σ V = 3.912`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] for a distance beyond which air alone leaves less contrast, or none.
+    pub fn optical_depth_from_visibility(&self, visibility: f64) -> Result<f64> {
+        let contrast = -LEAST_CONTRAST.ln();
+        let air = self.optics().at(OF_VISIBILITY).air_scattering;
+        let farthest = contrast / air;
+        if visibility > 0.0 && visibility <= farthest {
+            let extinction = contrast / visibility - air;
+            return Ok(self.optical_depth_from(extinction * self.atmosphere.aerosol.scale_height, OF_VISIBILITY));
+        }
+        let complaint = format!(
+            "is {}; it must be more than 0 and at most {farthest:.0} km, which air alone allows",
+            shown(visibility)
+        );
+        Err(Error::not_allowed("visibility", complaint))
     }
 }
 
@@ -148,6 +186,23 @@ mod tests {
         assert_close(at(&hazy, 400.0).aerosol_extinction / at(&hazy, 800.0).aerosol_extinction, 2.462_288_8, 1e-7);
         let grey = Scene::preset(Preset::Earth);
         assert_close(at(&grey, 380.0).aerosol_extinction, 5.328e-3 / 1.2, 1e-14);
+    }
+
+    #[test]
+    fn aerosol_is_said_by_its_depth_at_any_wavelength_or_by_visibility() {
+        let mut scene = Scene::preset(Preset::Standard);
+        let height = scene.atmosphere.aerosol.scale_height;
+        scene.atmosphere.aerosol.optical_depth = scene.optical_depth_from(0.2, 500.0);
+        assert_close(at(&scene, 500.0).aerosol_extinction * height, 0.2, 1e-12);
+        scene.atmosphere.aerosol.optical_depth = scene.optical_depth_from_visibility(23.0).unwrap();
+        let extinction = at(&scene, 550.0).air_scattering + at(&scene, 550.0).aerosol_extinction;
+        assert_close((-extinction * 23.0).exp(), 0.02, 1e-9);
+        // Air scatters 0.0971/8 km⁻¹ at 550 nm and the ground (Bodhaine et al. 1999, over the scale height).
+        let farthest = scene.optical_depth_from_visibility(1e3).unwrap_err().to_string();
+        assert!(farthest.contains("visibility is 1000") && farthest.contains("at most 322 km"), "{farthest}");
+        assert!(
+            scene.optical_depth_from_visibility(0.0).is_err() && scene.optical_depth_from_visibility(f64::NAN).is_err()
+        );
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use chrono::{DateTime, Datelike, FixedOffset, TimeDelta};
+use chrono::{DateTime, Datelike, FixedOffset, NaiveDateTime, TimeDelta};
 use serde::{Deserialize, Serialize};
 use solar_positioning::{Location, SolarPositions, delta_t};
 
@@ -49,7 +49,14 @@ impl FromStr for Time {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        DateTime::parse_from_rfc3339(text).map(Self).map_err(|_| {
+        // Seconds may be left out.
+        let without_seconds = |_| DateTime::parse_from_str(text, "%Y-%m-%dT%H:%M%:z");
+        let without_offset = |_| {
+            let local = text.strip_suffix(['Z', 'z']).unwrap_or("");
+            NaiveDateTime::parse_from_str(local, "%Y-%m-%dT%H:%M").map(|time| time.and_utc().fixed_offset())
+        };
+        let time = DateTime::parse_from_rfc3339(text).or_else(without_seconds).or_else(without_offset);
+        time.map(Self).map_err(|_| {
             format!("a time is written as 2026-06-21T04:30:00+09:00, with an offset from UTC or Z, not {text:?}")
         })
     }

@@ -42,8 +42,8 @@ What each preset changes; every other key is as above.
 ";
 
 const TABLES: &str = "
-Light is scattered once. In `hazy` and `mars` the real sky is brighter, and whiter towards the horizon, by light scattered more than once.
-The sky of `mars` is a pale butterscotch, because the dust absorbs blue; each further scattering would deepen it. The blue glow around the low sun is missing: it needs a forward
+Light is of all orders, but in `paper`, which has the first alone over black ground.
+The sky of `mars` is a pale butterscotch, because the dust absorbs blue at every scattering. The blue glow around the low sun is missing: it needs a forward
 peak that is narrower in blue than in red, and the asymmetry here is the same at all wavelengths.
 
 ## Tables of a person's own
@@ -51,7 +51,7 @@ peak that is narrower in blue than in red, and the asymmetry here is the same at
 A key that takes the name of a `.csv` file reads it from the folder of the scene file. Each row is `wavelength_nm,value`; values between
 rows are linear. Wavelengths increase from row to row and cover 380 to 780 nm. Lines that begin with `#` are comments, and the first
 other line may name the columns. A row that stands twice, is out of order, negative, or not of two finite numbers is refused by
-its line. Where tables end, `render.bands` and the wavelengths of spectra end too.
+its line, and so is a value beyond what nature has in the unit of its key, such as a cross-section in cm². Where tables end, `render.bands` and the wavelengths of spectra end too.
 
 ## Place and time
 

@@ -5,7 +5,6 @@ use super::preset::Scene;
 use super::settings::{ColourPath, Fit};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
-use crate::spectra::table_file::TableFile;
 
 /// Bands closer than this (nm) make the fit's matrix singular in practice.
 pub const CLOSEST_BANDS: f64 = 0.5;
@@ -29,28 +28,6 @@ pub(super) fn size_out_of_range(scene: &Scene) -> Result<()> {
     }
     let complaint = format!("is {size}; each side must lie between 1 and {LONGEST_SIDE} pixels");
     Err(Error::not_allowed("camera.size", complaint))
-}
-
-pub(super) fn albedo_above_1(scene: &Scene) -> Result<()> {
-    let spectrum = &scene.atmosphere.aerosol.single_scattering_albedo_spectrum;
-    table_above_1("atmosphere.aerosol.single_scattering_albedo_spectrum", spectrum.file())
-}
-
-pub(super) fn ground_albedo_above_1(scene: &Scene) -> Result<()> {
-    table_above_1("ground.albedo", scene.ground.albedo.file())
-}
-
-fn table_above_1(key: &'static str, file: Option<&TableFile>) -> Result<()> {
-    let Some(file) = file else { return Ok(()) };
-    let (albedo, wavelength, line) = file.table().largest(0);
-    if albedo <= 1.0 {
-        return Ok(());
-    }
-    let name = file.path().display();
-    let (albedo, wavelength) = (shown(albedo), shown(wavelength));
-    let complaint =
-        format!("is {name}, line {line} of which holds {albedo} at {wavelength} nm; an albedo is at most 1");
-    Err(Error::not_allowed(key, complaint))
 }
 
 pub(super) fn nothing_to_solve(scene: &Scene) -> Result<()> {

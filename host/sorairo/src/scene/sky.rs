@@ -60,7 +60,7 @@ impl Default for Observer {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Ground {
-    /// Albedo of the ground, which reflects alike to all sides: a number, the spectrum of a surface, or a table.
+    /// Albedo of the ground, which reflects alike to all sides: a number, the spectrum of a surface, or a file of parts of 1.
     pub albedo: GroundAlbedo,
 }
 
@@ -139,7 +139,7 @@ pub struct Aerosol {
     pub scale_height: f64,
     /// Single-scattering albedo of aerosol at every wavelength: the part of the extinction that is scattering.
     pub single_scattering_albedo: f64,
-    /// Single-scattering albedo of aerosol by wavelength, in place of `single_scattering_albedo`.
+    /// Single-scattering albedo of aerosol by wavelength, in place of `single_scattering_albedo`; a file holds parts of 1.
     pub single_scattering_albedo_spectrum: AlbedoSpectrum,
     /// Asymmetry of the Cornette-Shanks phase function of aerosol.
     pub asymmetry: f64,
@@ -170,7 +170,7 @@ pub struct Ozone {
     pub peak: f64,
     /// Altitude at which the layer of ozone ends (km).
     pub top: f64,
-    /// Absorption cross-section of ozone.
+    /// Absorption cross-section of ozone; a file holds m² (1 cm² is 1e-4 m²).
     pub cross_section: OzoneCrossSection,
 }
 

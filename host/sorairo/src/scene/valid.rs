@@ -3,18 +3,41 @@
 use std::ops::Deref;
 
 use super::keys;
-use super::place::sun_position;
+use super::place::{Place, Time, sun_position};
 use super::preset::Scene;
+use super::settings::Exposure;
 use crate::error::{Error, Result};
 
 /// A scene whose values lie in their ranges, and whose sun stands where its place and time put it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ValidScene(Scene);
+pub struct ValidScene {
+    scene: Scene,
+    /// The place and the time that put the sun where it stands.
+    seen_from: Option<(Place, Time)>,
+}
 
 impl ValidScene {
     /// The scene.
     pub fn into_scene(self) -> Scene {
-        self.0
+        self.scene
+    }
+
+    /// The scene with the place and the time that it was checked with.
+    pub fn as_asked(&self) -> Scene {
+        let mut scene = self.scene.clone();
+        (scene.sun.place, scene.sun.time) = self.seen_from.unzip();
+        scene
+    }
+
+    /// The same sky, exposed otherwise.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for an exposure that may not be asked for.
+    pub fn exposed(mut self, exposure: Exposure) -> Result<Self> {
+        self.scene.render.exposure = exposure;
+        keys::find("render.exposure").expect("a key").check_range(&self.scene)?;
+        Ok(self)
     }
 }
 
@@ -22,7 +45,7 @@ impl Deref for ValidScene {
     type Target = Scene;
 
     fn deref(&self) -> &Scene {
-        &self.0
+        &self.scene
     }
 }
 
@@ -36,7 +59,7 @@ impl Scene {
     pub fn validated(&self) -> Result<ValidScene> {
         match keys::problems(self).into_iter().next() {
             Some(problem) => Err(problem),
-            None => self.placed().map(ValidScene),
+            None => Ok(ValidScene { scene: self.placed()?, seen_from: self.sun.place.zip(self.sun.time) }),
         }
     }
 
@@ -84,6 +107,9 @@ mod tests {
         scene.sun.time = Some("2026-06-21T04:30:00+09:00".parse().unwrap());
         let valid = scene.validated().unwrap();
         assert!((valid.sun.elevation - 4.6).abs() < 1.0 && (valid.sun.place, valid.sun.time) == (None, None));
-        assert_eq!(valid.validated().unwrap(), valid);
+        assert_eq!(*valid.validated().unwrap(), *valid);
+        let asked = valid.as_asked();
+        assert_eq!((asked.sun.place, asked.sun.time), (scene.sun.place, scene.sun.time));
+        assert_eq!(asked.placed().unwrap(), *valid);
     }
 }

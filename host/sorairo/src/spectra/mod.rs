@@ -1,6 +1,7 @@
 //! What is known per wavelength: measured tables and a person's own, the colour observer, optical properties.
 
 pub mod choice;
+pub mod colour_temperature;
 pub mod measured;
 pub mod observer;
 pub mod optics;

@@ -38,6 +38,9 @@ pub const END: f64 = 780.0;
 /// Step of the observer sum (nm).
 pub const STEP: f64 = (END - START) / (OBSERVER_NODES - 1) as f64;
 
+/// Luminous efficacy of radiation of luminance 1 to the observer (lm/W; the SI's constant K_cd).
+pub const LUMENS_PER_WATT: f64 = 683.0;
+
 /// Wavelengths of the observer nodes (nm).
 pub fn wavelengths() -> Vec<f64> {
     (0..OBSERVER_NODES).map(|i| START + STEP * f64::from(i)).collect()
@@ -60,6 +63,11 @@ pub fn weights(observer: ColourObserver, wavelength: f64) -> DVec3 {
 /// XYZ of a spectrum: its sum over the observer nodes, in the spectrum's unit times nm.
 pub fn xyz(observer: ColourObserver, spectrum: impl Fn(f64) -> f64) -> DVec3 {
     wavelengths().into_iter().map(|wavelength| weights(observer, wavelength) * spectrum(wavelength)).sum()
+}
+
+/// XYZ of a spectrum whose values at the observer nodes are given, in its unit times nm.
+pub fn xyz_of_samples(observer: ColourObserver, spectrum: &[f64]) -> DVec3 {
+    wavelengths().into_iter().zip(spectrum).map(|(wavelength, &value)| weights(observer, wavelength) * value).sum()
 }
 
 /// Maps the observer's range to [-1, 1]. At the paper's bands the Vandermonde matrix in nm has a condition number of

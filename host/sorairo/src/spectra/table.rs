@@ -72,10 +72,14 @@ impl<const N: usize> Table<N> {
         self.wavelengths.iter().copied().zip(self.values.iter().copied())
     }
 
-    /// The largest value of a column, its wavelength (nm) and the line of the text where it stood.
-    pub fn largest(&self, column: usize) -> (f64, f64, u64) {
+    /// The largest value of a column that counts between two wavelengths (nm), its wavelength (nm) and the line of the text where it stood.
+    pub fn largest(&self, column: usize, (shortest, longest): (f64, f64)) -> (f64, f64, u64) {
         let row = |row: usize| (self.values[row][column], self.wavelengths[row], self.lines[row]);
-        (0..self.values.len()).map(row).max_by(|a, b| a.0.total_cmp(&b.0)).expect("a table has rows")
+        // With the rows beside the two, to which values between rows lead.
+        let first = self.wavelengths.partition_point(|&wavelength| wavelength <= shortest).saturating_sub(1);
+        let end = self.wavelengths.partition_point(|&wavelength| wavelength < longest) + 1;
+        let rows = first..end.min(self.values.len());
+        rows.map(row).max_by(|a, b| a.0.total_cmp(&b.0)).expect("a table has rows there")
     }
 
     /// The value at a wavelength (nm), linear between rows; beyond the ends, the value of the end row.

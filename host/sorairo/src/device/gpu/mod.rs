@@ -98,22 +98,11 @@ impl Gpu {
     }
 
     fn new(adapter: &wgpu::Adapter) -> std::result::Result<Self, wgpu::RequestDeviceError> {
-        let wanted = wgpu::Features::TIMESTAMP_QUERY
-            | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
-            | wgpu::Features::PASSTHROUGH_SHADERS;
-        let features = adapter.features() & wanted;
-        let limits = adapter.limits();
-        // SAFETY: the one experimental feature used is the shader passthrough, see `load`.
-        #[expect(unsafe_code, reason = "wgpu marks the feature as experimental")]
-        let experimental_features = unsafe { wgpu::ExperimentalFeatures::enabled() };
-        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-            label: Some("sorairo"),
-            required_features: features,
-            required_limits: limits.clone(),
-            experimental_features,
-            memory_hints: wgpu::MemoryHints::Performance,
-            trace: wgpu::Trace::Off,
-        }))?;
+        let clocks = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+        let mut descriptor = ResidentRenderer::device_descriptor(adapter);
+        descriptor.required_features |= adapter.features() & clocks;
+        let (features, limits) = (descriptor.required_features, descriptor.required_limits.clone());
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))?;
         let fault = Arc::new(Mutex::new(None));
         let record = |fault: &Arc<Mutex<Option<String>>>| {
             let fault = Arc::clone(fault);

@@ -77,6 +77,22 @@ impl ResidentRenderer {
         }
     }
 
+    /// What to ask of an adapter for a device that draws skies: all of its limits and, where it is there, the feature without which wgpu
+    /// translates the kernels.
+    pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+        // SAFETY: the one experimental feature used is that the library's own kernels are passed through, see `module`.
+        #[expect(unsafe_code, reason = "wgpu marks the feature as experimental")]
+        let experimental_features = unsafe { wgpu::ExperimentalFeatures::enabled() };
+        wgpu::DeviceDescriptor {
+            label: Some("sorairo"),
+            required_features: adapter.features() & wgpu::Features::PASSTHROUGH_SHADERS,
+            required_limits: adapter.limits(),
+            experimental_features,
+            memory_hints: wgpu::MemoryHints::Performance,
+            trace: wgpu::Trace::Off,
+        }
+    }
+
     /// Encodes what a camera sees of a sky into a target.
     ///
     /// # Errors

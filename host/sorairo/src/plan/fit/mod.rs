@@ -11,7 +11,7 @@ use sorairo_shared::sky::{LINEAR, REGRESSION, REGRESSION_SOLVED, SOLVED};
 use self::linear::{Interpolant, LinearFit};
 use self::regression::Training;
 use super::upload;
-use crate::scene::{ColourPath, Fit, Scene};
+use crate::scene::{ColourPath, Fit, Orders, Scene};
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
 
@@ -24,15 +24,27 @@ pub enum SpectralFit {
     Regression,
 }
 
+/// Bands of the cubic (nm): those of Takahashi and Dobashi.
+pub const CUBIC_BANDS: [f64; 4] = [430.0, 520.0, 610.0, 700.0];
+
+/// Bands of the cubic through the transfer (nm): the best found over suns from -4° to 90°, with and without ozone and aerosol, by the colour
+/// error of the whole sky.
+pub const TRANSFER_BANDS: [f64; 4] = [443.0, 510.0, 568.0, 632.0];
+
+/// Bands of the regression fit (nm), found alike: of light of all orders over black ground and grass.
+pub const EXTINCTION_BANDS: [f64; 4] = [433.0, 525.0, 564.0, 632.0];
+
+/// The same of light that was scattered once.
+pub const FIRST_ORDER_BANDS: [f64; 4] = [444.0, 530.0, 585.0, 650.0];
+
 /// Wavelengths of the bands (nm), increasing: those of the scene, or the best found for its fit.
 pub fn wavelengths(scene: &Scene) -> Vec<f64> {
     let mut wavelengths = match (&scene.render.bands, scene.render.fit) {
         (Some(given), _) => given.clone(),
-        // Takahashi and Dobashi.
-        (None, Fit::Cubic) => vec![430.0, 520.0, 610.0, 700.0],
-        // Best found over suns from -4° to 90°, with and without ozone and aerosol, by the colour error of the whole sky.
-        (None, Fit::Transfer) => vec![443.0, 510.0, 568.0, 632.0],
-        (None, Fit::Extinction) => vec![444.0, 530.0, 585.0, 650.0],
+        (None, Fit::Cubic) => CUBIC_BANDS.to_vec(),
+        (None, Fit::Transfer) => TRANSFER_BANDS.to_vec(),
+        (None, Fit::Extinction) if scene.render.orders == Orders::UpTo(1) => FIRST_ORDER_BANDS.to_vec(),
+        (None, Fit::Extinction) => EXTINCTION_BANDS.to_vec(),
         (None, Fit::Dense) => observer::wavelengths(),
     };
     wavelengths.sort_by(f64::total_cmp);

@@ -3,17 +3,18 @@
 use rayon::prelude::*;
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3};
-use sorairo_shared::math::{acos, clamp, max};
+use sorairo_shared::math::{acos, max};
 use sorairo_shared::moments::{Moments, legendre};
 use sorairo_shared::multiple::{
-    Lanes, MomentTable, Scratch, Sight, gather, lit_from_end_to_end, single_scattering_of_lit_ray,
-    single_scattering_of_many, sunlight_on_ground,
+    Lanes, MomentTable, Scratch, Sight, SunPlace, gather, lanes_of_tile, lit_from_end_to_end,
+    single_scattering_of_lit_ray, single_scattering_of_many, sunlight_on_ground,
 };
 use sorairo_shared::variant;
 
 use super::grid::{Direction, Grid, directions};
 use super::rays::{OwnedRay, Wavelengths};
 use super::resolution::Resolution;
+use super::series::Closing;
 use super::setting::Setting;
 use crate::plan::quadrature::gauss_legendre;
 use crate::scene::Orders;
@@ -33,7 +34,7 @@ pub struct LightField<const N: usize> {
 pub struct OrdersMade {
     /// Orders that were computed.
     pub computed: u32,
-    /// The ratio of the last two at each band of the first group: what is left is their geometric series.
+    /// The ratio of the last two at each band of the first group; none where so many were asked for.
     pub ratio: [f32; 4],
     /// How far that may be off, relative to all light.
     pub error: f64,
@@ -54,31 +55,35 @@ pub struct Values<const N: usize> {
     irradiance: Vec<Lanes<N>>,
 }
 
+/// Moments at the nodes of a grid, tile after tile of the wavelengths.
+pub struct Tiles {
+    of: Moments,
+    values: Vec<f32>,
+    altitudes: usize,
+}
+
+impl Tiles {
+    /// As the gathering takes them.
+    pub fn table<'a>(&'a self, grid: &'a Grid, logarithmic: bool) -> MomentTable<'a> {
+        let Self { of, values, altitudes } = self;
+        MomentTable { moments: *of, values, altitudes: *altitudes, suns: grid.sun_angles.axis(), logarithmic }
+    }
+}
+
 /// A light field as coefficients of `cos(m φ)` in every direction, for each sun.
 struct Fourier<const N: usize> {
     azimuthal: usize,
     rows: Vec<Vec<Lanes<N>>>,
 }
 
-/// The fewest orders that are computed before a ratio is trusted.
-const FEWEST: u32 = 3;
-/// The most orders that are computed; a person may ask for the light of twenty.
+/// The most orders that are computed before what is left is taken as it is.
 const MOST: u32 = 24;
-/// A light that is nothing, by which nothing is divided.
-const NOTHING: f32 = 1e-37;
-/// The ratio of orders that is taken at most where they do not fall off: the sum of what is left stays finite.
-const LARGEST_RATIO: f32 = 0.98;
 
 impl<const N: usize> LightField<N> {
     /// The light of a sky that was scattered once or more often, up to the order before the last that is asked for.
     pub fn new(setting: &Setting, wavelengths: &Wavelengths<N>, resolution: &Resolution, orders: Orders) -> Self {
         let grid = Grid::new(setting, resolution.altitudes, resolution.thin_air);
         let table = Table::new(setting, wavelengths, resolution, &grid);
-        let mut sum = table.first_order();
-        let asked = match orders {
-            Orders::All => MOST,
-            Orders::UpTo(orders) => orders.saturating_sub(1).max(1),
-        };
         let mut made = OrdersMade {
             computed: 1,
             degree: resolution.first.degree,
@@ -87,31 +92,16 @@ impl<const N: usize> LightField<N> {
             nodes: [grid.altitudes.len(), grid.suns.len()],
             ..OrdersMade::default()
         };
-        let mut before: Option<Values<N>> = None;
-        while made.computed < asked {
-            let last = before.as_ref().unwrap_or(&sum);
-            let next = table.next_order(last);
-            let ratio = next.ratio(last);
-            made.computed += 1;
-            made.error = next.error(last, &sum, ratio);
-            made.ratio = std::array::from_fn(|i| ratio.0[i]);
-            let left = match orders {
-                Orders::All => MOST,
-                Orders::UpTo(_) => asked - made.computed,
-            };
-            let done = made.computed >= asked || (made.computed >= FEWEST && made.error <= resolution.tolerance);
-            sum.add(&next, if done { series(ratio, left) } else { Lanes([1.0; N]) });
-            before = Some(next);
-            if done {
-                break;
-            }
-        }
-        Self { moments: sum, grid, orders: made }
+        let moments = match orders {
+            Orders::All => table.all_orders(&mut made),
+            Orders::UpTo(orders) => table.orders_up_to(orders.saturating_sub(1).max(1), &mut made),
+        };
+        Self { moments, grid, orders: made }
     }
 
     /// The moments as the gathering takes them.
-    pub fn table(&self, logarithmic: bool) -> MomentTable<'_, N> {
-        self.moments.table(&self.grid, logarithmic)
+    pub fn tiles(&self) -> Tiles {
+        self.moments.tiles(&self.grid)
     }
 
     /// The diffuse irradiance of the ground where the sun has a zenith angle (radians).
@@ -120,18 +110,12 @@ impl<const N: usize> LightField<N> {
     }
 }
 
-/// The sum of a geometric series with this ratio, of one term and so many more. More than the most orders are all.
-fn series<const N: usize>(ratio: Lanes<N>, more: u32) -> Lanes<N> {
-    Lanes(ratio.0.map(|ratio| {
-        let ratio = f64::from(ratio);
-        let rest = if more >= MOST { 0.0 } else { ratio.powi(more as i32 + 1) };
-        ((1.0 - rest) / (1.0 - ratio)) as f32
-    }))
-}
-
 impl<const N: usize> Values<N> {
-    fn table<'a>(&'a self, grid: &'a Grid, logarithmic: bool) -> MomentTable<'a, N> {
-        MomentTable { moments: self.of, values: &self.values, suns: grid.sun_angles.axis(), logarithmic }
+    fn tiles(&self, grid: &Grid) -> Tiles {
+        let lanes = lanes_of_tile::<N>();
+        let of_tile = |tile: usize| self.values.iter().flat_map(move |value| &value.0[tile * lanes..][..lanes]);
+        let values = (0..N / lanes).flat_map(of_tile).copied().collect();
+        Tiles { of: self.of, values, altitudes: grid.altitudes.len() }
     }
 
     fn irradiance_at(&self, grid: &Grid, angle: f32) -> Lanes<N> {
@@ -140,31 +124,8 @@ impl<const N: usize> Values<N> {
     }
 
     /// The mean radiances, `l = 0`, at all nodes.
-    fn means(&self) -> impl Iterator<Item = &Lanes<N>> {
-        self.values.iter().step_by(self.of.count())
-    }
-
-    /// How much of another light field's mean radiance this one has, over the whole table.
-    fn ratio(&self, before: &Self) -> Lanes<N> {
-        let size = |values: &Self| values.means().fold(Lanes::ZERO, |sum: Lanes<N>, mean| plus(sum, mean));
-        let (now, before) = (size(self), size(before));
-        Lanes(std::array::from_fn(|i| clamp(now.0[i] / max(before.0[i], NOTHING), 0.0, LARGEST_RATIO)))
-    }
-
-    /// How far the geometric series is off that continues this light field, relative to all light: at the nodes that have a hundredth of the
-    /// brightest or more, by how far this light field is not the one before times the ratio.
-    fn error(&self, before: &Self, sum: &Self, ratio: Lanes<N>) -> f64 {
-        let brightest = sum.means().map(largest).fold(0.0, max);
-        let nodes =
-            self.means().zip(before.means()).zip(sum.means()).filter(|(_, sum)| largest(sum) >= 0.01 * brightest);
-        let errors = nodes.map(|((now, before), sum)| {
-            let error = |i: usize| {
-                let left = ratio.0[i] / (1.0 - ratio.0[i]);
-                (now.0[i] - before.0[i] * ratio.0[i]).abs() * left / max(sum.0[i], NOTHING)
-            };
-            (0..N).map(error).fold(0.0, max)
-        });
-        f64::from(errors.fold(0.0, max))
+    fn means(&self) -> Vec<Lanes<N>> {
+        self.values.iter().step_by(self.of.count()).copied().collect()
     }
 
     /// Adds another light field, times a factor at each band.
@@ -178,11 +139,6 @@ impl<const N: usize> Values<N> {
         }
         self.irradiance.iter_mut().zip(&other.irradiance).for_each(|(to, from)| to.add_product(from, &factor));
     }
-}
-
-fn plus<const N: usize>(mut sum: Lanes<N>, other: &Lanes<N>) -> Lanes<N> {
-    sum.add_scaled(other, 1.0);
-    sum
 }
 
 fn largest<const N: usize>(of: &Lanes<N>) -> f32 {
@@ -201,6 +157,10 @@ struct Table<'a, const N: usize> {
     functions: Vec<Vec<f32>>,
     /// Sines and cosines of the suns' zenith angles.
     suns: Vec<(f32, f32)>,
+    /// The azimuths at which light is gathered.
+    azimuths: Azimuths,
+    /// Of each ray every sun at every azimuth, at its origin and at each of its nodes.
+    sights: Vec<(Vec<Sight>, Vec<SunPlace>)>,
 }
 
 impl<'a, const N: usize> Table<'a, N> {
@@ -213,8 +173,52 @@ impl<'a, const N: usize> Table<'a, N> {
         };
         let rays: Vec<OwnedRay<N>> = directions.par_iter().map(ray).collect();
         let functions = rays.iter().map(|ray| functions_of(resolution.first, ray.mu, ray.sine)).collect();
-        let suns = grid.suns.iter().map(|sun| (sun.sin() as f32, sun.cos() as f32)).collect();
-        Self { setting, wavelengths, resolution, grid, directions, rays, functions, suns }
+        let suns: Vec<(f32, f32)> = grid.suns.iter().map(|sun| (sun.sin() as f32, sun.cos() as f32)).collect();
+        let azimuths = Azimuths::new(resolution.azimuths);
+        let seen = |ray: &OwnedRay<N>| {
+            let sights = sights(ray, &suns, &azimuths);
+            let places = ray.suns_along(grid, &sights);
+            (sights, places)
+        };
+        let sights = rays.par_iter().map(seen).collect();
+        Self { setting, wavelengths, resolution, grid, directions, rays, functions, suns, azimuths, sights }
+    }
+
+    /// Light of all orders: some are computed, until what stands for the rest is near enough.
+    fn all_orders(&self, made: &mut OrdersMade) -> Values<N> {
+        let mut sum = self.first_order();
+        let mut second = self.next_order(&sum);
+        made.computed = 2;
+        // The order before the second; the sum itself while that is the first order alone.
+        let mut first: Option<Values<N>> = None;
+        loop {
+            let third = self.next_order(&second);
+            let means = [first.as_ref().unwrap_or(&sum), &second, &third].map(Values::means);
+            let closing = Closing::new(&means, &sum.means());
+            made.computed += 1;
+            made.error = closing.error;
+            made.ratio = std::array::from_fn(|i| closing.ratio[i]);
+            if closing.error <= made.tolerance || made.computed == MOST {
+                sum.add(&second, closing.second);
+                sum.add(&third, closing.third);
+                return sum;
+            }
+            sum.add(&second, Lanes([1.0; N]));
+            first = Some(std::mem::replace(&mut second, third));
+        }
+    }
+
+    /// Light of so many orders, one at least.
+    fn orders_up_to(&self, orders: u32, made: &mut OrdersMade) -> Values<N> {
+        let mut sum = self.first_order();
+        let mut last: Option<Values<N>> = None;
+        while made.computed < orders {
+            let next = self.next_order(last.as_ref().unwrap_or(&sum));
+            sum.add(&next, Lanes([1.0; N]));
+            last = Some(next);
+            made.computed += 1;
+        }
+        sum
     }
 
     /// Light of the first order: the sun's, scattered once or reflected by the ground.
@@ -307,32 +311,21 @@ impl<'a, const N: usize> Table<'a, N> {
     /// Light of the order after the one of `last`.
     fn next_order(&self, last: &Values<N>) -> Values<N> {
         let of = self.resolution.next;
-        let azimuths = Azimuths::new(self.resolution.azimuths);
-        let table = last.table(self.grid, self.resolution.logarithmic);
-        let rows = self.rays.par_iter().map_init(
-            || Room::new(self.suns.len(), last.of, self.suns.len() * azimuths.cosines.len()),
-            |room, ray| {
-                let sights = self.sights(ray, &azimuths);
+        let (tiles, azimuths) = (last.tiles(self.grid), self.azimuths.cosines.len());
+        let table = tiles.table(self.grid, self.resolution.logarithmic);
+        let rows = self.rays.par_iter().zip(&self.sights).map_init(
+            || Room::new::<N>(self.suns.len(), last.of, self.suns.len() * azimuths),
+            |room, (ray, (sights, places))| {
                 let mut light = vec![Lanes::ZERO; sights.len()];
-                gather(table, ray.view(), &sights, &mut room.scratch(), &mut light);
-                self.add_ground(ray, last, &sights, &mut light);
+                gather(table, ray.view(), places, &mut room.scratch(), &mut light);
+                self.add_ground(ray, last, sights, &mut light);
                 let mut fourier = vec![Lanes::ZERO; self.suns.len() * (of.azimuthal + 1)];
-                let suns = light.chunks(azimuths.cosines.len()).zip(fourier.chunks_mut(of.azimuthal + 1));
-                suns.for_each(|(light, fourier)| azimuths.add_fourier(light, fourier));
+                let suns = light.chunks(azimuths).zip(fourier.chunks_mut(of.azimuthal + 1));
+                suns.for_each(|(light, fourier)| self.azimuths.add_fourier(light, fourier));
                 fourier
             },
         );
         self.moments(of, Fourier { azimuthal: of.azimuthal, rows: rows.collect() })
-    }
-
-    /// Every sun at every azimuth, as a ray sees it.
-    fn sights(&self, ray: &OwnedRay<N>, azimuths: &Azimuths) -> Vec<Sight> {
-        let of_sun = |(near, &(sine_s, mu_s)): (usize, &(f32, f32))| {
-            let sight =
-                move |&cosine: &f32| Sight { mu_s, nu: ray.nu(mu_s, sine_s, cosine), near: near.saturating_sub(1) };
-            azimuths.cosines.iter().map(sight).collect::<Vec<_>>()
-        };
-        self.suns.iter().enumerate().flat_map(of_sun).collect()
     }
 
     /// Adds the light of the ground, which is lit by `last`.
@@ -378,29 +371,38 @@ impl<'a, const N: usize> Table<'a, N> {
     }
 }
 
-/// Room in which light is gathered along one ray after the other.
-pub struct Room<const N: usize> {
-    sources: Vec<Lanes<N>>,
-    logarithms: Vec<f32>,
-    angles: Vec<f32>,
-    cosines: Vec<f32>,
+/// Every sun at every azimuth, as a ray sees it.
+fn sights<const N: usize>(ray: &OwnedRay<N>, suns: &[(f32, f32)], azimuths: &Azimuths) -> Vec<Sight> {
+    let of_sun = |(near, &(sine_s, mu_s)): (usize, &(f32, f32))| {
+        let sight = move |&cosine: &f32| Sight { mu_s, nu: ray.nu(mu_s, sine_s, cosine), near: near.saturating_sub(1) };
+        azimuths.cosines.iter().map(sight).collect::<Vec<_>>()
+    };
+    suns.iter().enumerate().flat_map(of_sun).collect()
 }
 
-impl<const N: usize> Room<N> {
-    /// For the suns and the moments of a table and so many sights.
-    pub fn new(suns: usize, of: Moments, sights: usize) -> Self {
+/// Room in which light is gathered along one ray after the other.
+pub struct Room {
+    sources: Vec<f32>,
+    sizes: Vec<f32>,
+    logarithms: Vec<f32>,
+    scales: Vec<f32>,
+}
+
+impl Room {
+    /// For the suns and the moments of a table of `N` wavelengths and so many sights.
+    pub fn new<const N: usize>(suns: usize, of: Moments, sights: usize) -> Self {
         Self {
-            sources: vec![Lanes::ZERO; suns * (of.azimuthal + 1)],
+            sources: vec![0.0; suns * (of.azimuthal + 1) * lanes_of_tile::<N>()],
+            sizes: vec![0.0; suns],
             logarithms: vec![0.0; suns],
-            angles: vec![0.0; sights],
-            cosines: vec![0.0; sights],
+            scales: vec![0.0; sights],
         }
     }
 
     /// As the gathering takes it.
-    pub fn scratch(&mut self) -> Scratch<'_, N> {
-        let Self { sources, logarithms, angles, cosines } = self;
-        Scratch { sources, logarithms, angles, cosines }
+    pub fn scratch(&mut self) -> Scratch<'_> {
+        let Self { sources, sizes, logarithms, scales } = self;
+        Scratch { sources, sizes, logarithms, scales }
     }
 }
 

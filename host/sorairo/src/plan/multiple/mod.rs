@@ -10,6 +10,7 @@ mod field;
 mod grid;
 mod rays;
 mod resolution;
+mod series;
 mod setting;
 mod suns;
 mod view;

@@ -5,7 +5,9 @@ use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::ground::LAMBERT;
 use sorairo_shared::math::safe_sqrt;
 use sorairo_shared::moments::{Moments, legendre};
-use sorairo_shared::multiple::{Lanes, RayNode, Sample, Spectrum, TableRay, for_each_sample};
+use sorairo_shared::multiple::{
+    Lanes, RayNode, Sample, Sight, Spectrum, SunPlace, TableRay, for_each_sample, suns_along,
+};
 use sorairo_shared::single::Bands;
 
 use super::grid::Grid;
@@ -126,6 +128,15 @@ impl<const N: usize> OwnedRay<N> {
         // Where a ray from outside enters, it is as far from the planet's centre as anywhere else.
         let sine = (sine * (f64::from(ground_radius) + altitude) / f64::from(radius)) as f32;
         Self { radius, mu: ray.mu, sine, ground, nodes, functions, of }
+    }
+
+    /// The suns of sights at each node, where they stand among those of a table.
+    pub fn suns_along(&self, grid: &Grid, sights: &[Sight]) -> Vec<SunPlace> {
+        let mut places = Vec::with_capacity(self.nodes.len() * sights.len());
+        for index in 0..self.nodes.len() {
+            suns_along(grid.sun_angles.axis(), self.view(), index, sights, |place| places.push(place));
+        }
+        places
     }
 
     /// As the gathering takes it.

@@ -32,7 +32,7 @@ pub struct Resolution {
     pub view_samples: u32,
     /// Whether what lies between suns is interpolated relative to its logarithm.
     pub logarithmic: bool,
-    /// How far the geometric series of what is left may be off, relative to all light.
+    /// How far the sum of all orders may be off, relative to all light.
     pub tolerance: f64,
     /// What moments of a higher degree than the first order's would add, relative to the sun's light.
     pub beyond_degree: f64,
@@ -43,6 +43,9 @@ pub const COMPARED_DEPTH: f64 = 1.2;
 
 /// What moments may add that are left out, relative to the sun's light: less than 0.2 % of the sky's.
 pub const NEGLIGIBLE: f64 = 1.5e-4;
+
+/// The zenith angle (radians) of the sun above which it is low for the spectra that a fit is made on.
+const LOW: f64 = 86.0 * PI / 180.0;
 
 impl Resolution {
     /// What a setting needs. `depth` is the largest optical depth at any band of scattering by aerosol.
@@ -89,17 +92,12 @@ impl Resolution {
         }
     }
 
-    /// That of spectra from which only ratios between wavelengths are learnt. By day a coarse one will do; where the sun is low the ratios
-    /// themselves change from place to place.
+    /// That of spectra from which only ratios between wavelengths are learnt: a coarse one will do. Where the sun is low the ratios themselves
+    /// change from place to place, and more of it is kept.
     pub fn for_training(setting: &Setting, depth: f64) -> Self {
-        /// Above this zenith angle (radians) of the sun.
-        const LOW: f64 = 86.0 * PI / 180.0;
         let fine = Self::choose(setting, depth);
-        if setting.sun > LOW {
-            return fine;
-        }
         let degree = if setting.aerosol.is_empty() { 2 } else { 8 };
-        Self {
+        let coarse = Self {
             first: Moments { degree, azimuthal: degree },
             next: Moments { degree: degree.min(4), azimuthal: 2 },
             altitudes: fine.altitudes - 2,
@@ -111,6 +109,19 @@ impl Resolution {
             view_samples: 6,
             tolerance: 1e-2,
             ..fine
+        };
+        if setting.sun <= LOW {
+            return coarse;
+        }
+        Self {
+            next: Moments { degree: degree.min(4), azimuthal: degree.min(3) },
+            altitudes: 9,
+            directions: [6, 2, 6],
+            first_azimuths: 4,
+            azimuths: 4,
+            first_samples: 8,
+            view_samples: 7,
+            ..coarse
         }
     }
 }

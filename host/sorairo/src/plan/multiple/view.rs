@@ -3,13 +3,14 @@
 use std::f64::consts::FRAC_PI_2;
 
 use rayon::prelude::*;
+use sorairo_shared::azimuth::cosine_at_place;
 use sorairo_shared::glam::{Vec2, Vec4};
 use sorairo_shared::math::acos;
 use sorairo_shared::multiple::{Lanes, Sight, gather};
 use sorairo_shared::multiple_lookup::MultipleLookup;
 use sorairo_shared::single::Bands;
 
-use super::field::{LightField, OrdersMade, Room};
+use super::field::{LightField, OrdersMade, Room, Tiles};
 use super::rays::{OwnedRay, Wavelengths};
 use super::resolution::Resolution;
 use super::setting::Setting;
@@ -61,7 +62,7 @@ impl<const N: usize> LightOfMany<N> {
 impl MultipleLight {
     /// For groups of bands.
     pub fn new(setting: &Setting, bands: &[Bands], resolution: &Resolution, orders: Orders) -> Self {
-        let lookup = lookup(setting, bands.len());
+        let lookup = lookup(setting, resolution.first.degree, bands.len());
         let (rows, orders) = light_of_rows(setting, bands, resolution, orders, &rows_of(setting, &lookup));
         let scattered = rows.iter().flatten().flatten().map(|light| light.scattered);
         let below = rows.iter().flat_map(|group| &group[lookup.above as usize..]).flatten();
@@ -110,16 +111,25 @@ fn of_groups<const N: usize>(
 ) -> (Vec<Vec<Vec<Light>>>, OrdersMade) {
     let wavelengths = &Wavelengths::<N>::new(bands);
     let field = &LightField::new(setting, wavelengths, resolution, orders);
-    let view = View { setting, wavelengths, resolution, field, quadrature: gauss_legendre(resolution.view_samples) };
+    let view = View {
+        setting,
+        wavelengths,
+        resolution,
+        field,
+        tiles: field.tiles(),
+        quadrature: gauss_legendre(resolution.view_samples),
+    };
     let light: Vec<Vec<LightOfMany<N>>> = rows.par_iter().map(|row| view.light(row)).collect();
     let of_group = |group| light.iter().map(|row| row.iter().map(|light| light.of_group(group)).collect()).collect();
     ((0..bands.len()).map(of_group).collect(), field.orders.clone())
 }
 
-/// Rows and columns for an observer: more from farther away, from where more of the planet is seen under its own sun.
-fn lookup(setting: &Setting, groups: usize) -> MultipleLookup {
+/// Rows and columns for an observer: more from farther away, from where more of the planet is seen under its own sun, and more columns for
+/// the narrower peak of a higher degree, so that they leave 0.1 % of a direction's light or less.
+fn lookup(setting: &Setting, degree: usize, groups: usize) -> MultipleLookup {
     /// Degrees of a sun between two columns, and between two rows at the nadir, that a cubic bridges.
     const SUN_STEP: f64 = 1.8;
+    const FEWEST_AZIMUTHS: u32 = 18;
     let ground = f64::from(setting.atmosphere.ground_radius);
     let depth = f64::from(setting.atmosphere.depth);
     let inside = setting.altitude <= depth;
@@ -130,7 +140,7 @@ fn lookup(setting: &Setting, groups: usize) -> MultipleLookup {
         above: 32,
         // From the ground itself nothing lies before what is seen of it.
         below: if setting.altitude > 0.0 { 32 + suns / 2 } else { 4 },
-        azimuths: 16 + suns,
+        azimuths: FEWEST_AZIMUTHS.max(degree as u32 + 8) + suns,
         groups: groups as u32,
         horizon: at_entry as f32,
         span_above: (if inside { FRAC_PI_2 } else { 0.0 } - at_entry) as f32,
@@ -141,7 +151,7 @@ fn lookup(setting: &Setting, groups: usize) -> MultipleLookup {
 
 /// The rows of a lookup, those above the horizon first.
 fn rows_of(setting: &Setting, lookup: &MultipleLookup) -> Vec<Row> {
-    let column = |column: u32| 1.0 - 2.0 * f64::from(column) / f64::from(lookup.azimuths - 1);
+    let column = |column: u32| f64::from(cosine_at_place(column as f32 / (lookup.azimuths - 1) as f32));
     let cosines: Vec<f64> = (0..lookup.azimuths).map(column).collect();
     let row = |above: bool, row: u32, rows: u32| {
         let x = f64::from(row) / f64::from(rows - 1);
@@ -175,6 +185,8 @@ pub struct View<'a, const N: usize> {
     pub resolution: &'a Resolution,
     /// The light field.
     pub field: &'a LightField<N>,
+    /// Its moments, as they are gathered.
+    pub tiles: Tiles,
     /// Rule of the rays' integrals.
     pub quadrature: Vec<Vec2>,
 }
@@ -196,9 +208,9 @@ impl<const N: usize> View<'_, N> {
         );
         let sights: Vec<Sight> = cosines.iter().map(|&cosine| self.sight(*mu, cosine)).collect();
         let mut light = vec![Lanes::ZERO; cosines.len()];
-        let table = field.table(self.resolution.logarithmic);
-        let mut room = Room::new(field.grid.suns.len(), table.moments, sights.len());
-        gather(table, ray.view(), &sights, &mut room.scratch(), &mut light);
+        let table = self.tiles.table(&field.grid, self.resolution.logarithmic);
+        let mut room = Room::new::<N>(field.grid.suns.len(), table.moments, sights.len());
+        gather(table, ray.view(), &ray.suns_along(&field.grid, &sights), &mut room.scratch(), &mut light);
         let light_of = |(scattered, sight): (Lanes<N>, &Sight)| {
             let diffuse_irradiance = ray.ground.map_or(Lanes::ZERO, |ground| {
                 let mu_s = ray.mu_s_on_ground(setting, ground.distance, sight.mu_s, sight.nu);

@@ -1,0 +1,262 @@
+"""One sky."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _sorairo
+from ._values import Place, Time, directions_of, doubles, flat, number, pair, scene_keys, wavelengths_of
+
+if TYPE_CHECKING:
+    import xarray
+
+Method = Literal["fit", "dense"]
+
+# Most pixels along a side of an image.
+LONGEST_SIDE = 2**23
+
+PARTS = ("direct", "diffuse", "ground", "global")
+
+
+def device(choice: str = "auto") -> str:
+    """The name of the device that `choice` stands for in `Sky.render`.
+
+    `"auto"` is the best Vulkan device, and the CPU where there is none; `"cpu"`, `"gpu"` or a part of a device's name choose.
+
+    Raises `ValueError` for a name that no device has, `RuntimeError` if the device cannot be opened.
+    """
+    return _sorairo.device_name(choice)
+
+
+class Sky:
+    """A clear sky: an atmosphere over a ground, a sun, and an observer.
+
+    Parameters
+    ----------
+    preset : str, optional
+        The atmosphere: `"standard"` (the default: the Earth's, in clean country over grass), `"earth"`, `"paper"`, `"hazy"`, `"mountain"`,
+        `"mars"` or `"no-ozone"`.
+    sun_elevation, sun_azimuth : float, optional
+        Where the sun's centre stands (degrees, −90 to 90, and clockwise from north, −360 to 360). The direction is geometric: refraction is
+        left out. pvlib: `apparent_elevation`, or better `elevation`, and `azimuth`.
+    albedo : float or str, optional
+        What the ground reflects: 0 to 1, a measured surface such as `"grass"` or `"snow"`, or a CSV file.
+    place : (float, float) or str, optional
+        Latitude and longitude (degrees north and east), in place of the sun's direction, which they give with `time` by the Solar Position
+        Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003).
+    time : datetime.datetime or str, optional
+        A time with an offset from UTC.
+    scene : path, optional
+        A scene file in TOML, over which all other parameters are laid.
+    keys : dict, optional
+        Any other keys of a scene by their dotted names, such as `{"atmosphere.aerosol.optical_depth": 0.2}`; `docs/scene-reference.md` has
+        all of them.
+
+    Raises
+    ------
+    ValueError
+        A value out of its range, an unknown key, a scene file that is none.
+
+    Notes
+    -----
+    The sky is planned here, which takes some tens of ms and up to a second in twilight; what is asked of it then is quick. A sky never
+    changes; threads may share it.
+    """
+
+    def __init__(
+        self,
+        preset: str | None = None,
+        *,
+        sun_elevation: float | None = None,
+        sun_azimuth: float | None = None,
+        albedo: float | str | PathLike[str] | None = None,
+        place: Place | None = None,
+        time: Time | None = None,
+        scene: str | PathLike[str] | None = None,
+        keys: Mapping[str, Any] | None = None,
+    ) -> None:
+        given = {
+            "sun.place": place,
+            "sun.time": time,
+            "ground.albedo": albedo,
+            "sun.elevation": sun_elevation,
+            "sun.azimuth": sun_azimuth,
+        }
+        self._sky = _sorairo.Sky(preset, scene, scene_keys(given, keys))
+
+    def __repr__(self) -> str:
+        return f"<sorairo.Sky with the sun at elevation {self.sun_elevation:.2f}°, azimuth {self.sun_azimuth:.2f}°>"
+
+    @property
+    def sun_elevation(self) -> float:
+        """Elevation of the sun's centre (degrees), without refraction."""
+        return self._sky.sun[0]
+
+    @property
+    def sun_azimuth(self) -> float:
+        """Azimuth of the sun (degrees, clockwise from north)."""
+        return self._sky.sun[1]
+
+    @property
+    def scene(self) -> str:
+        """The whole scene as TOML: a scene file that gives this sky again, here and to the command."""
+        return self._sky.scene
+
+    def radiance(
+        self, elevation: ArrayLike, azimuth: ArrayLike, wavelengths: ArrayLike, method: Method = "fit"
+    ) -> NDArray[np.float64]:
+        """Spectral radiance of the sky in directions (W·m⁻²·sr⁻¹·nm⁻¹), without the sun's disc.
+
+        Parameters
+        ----------
+        elevation, azimuth : array_like
+            Directions (degrees; −90 to 90 above the horizon, −360 to 360 clockwise from north), broadcast against each other. Below the
+            horizon is the ground.
+        wavelengths : array_like
+            At most one axis (nm, 360 to 830).
+        method : {"fit", "dense"}
+            By the fit through the bands, as images are made; or by an integral at each wavelength, which is exact and takes longer.
+
+        Returns
+        -------
+        ndarray of float64
+            Of the directions' shape with an axis of wavelengths at its end; the numbers of the command `sorairo spectrum`. With the flat sun
+            it is relative (sr⁻¹).
+
+        Raises
+        ------
+        ValueError
+            A direction or a wavelength out of range.
+        """
+        elevations, azimuths = directions_of(elevation, azimuth)
+        at = wavelengths_of(wavelengths)
+        found = self._sky.radiance(flat(elevations), flat(azimuths), flat(at), method)
+        return found.reshape(elevations.shape + at.shape)
+
+    def xyz(self, elevation: ArrayLike, azimuth: ArrayLike) -> NDArray[np.float64]:
+        """Colour of the sky in directions: X, Y and Z (W·m⁻²·sr⁻¹, weighted by the scene's observer), without the sun's disc.
+
+        The sum of the observer's functions with the radiance of the fit at 380 to 780 nm by 5 nm. Directions are those of `radiance`; the
+        array has their shape and an axis of three at its end.
+        """
+        elevations, azimuths = directions_of(elevation, azimuth)
+        return self._sky.xyz(flat(elevations), flat(azimuths)).reshape((*elevations.shape, 3))
+
+    def luminance(self, elevation: ArrayLike, azimuth: ArrayLike) -> NDArray[np.float64]:
+        """Luminance of the sky in directions (cd·m⁻²): 683 lm/W times Y of `xyz`. An array of the directions' shape."""
+        return 683.0 * self.xyz(elevation, azimuth)[..., 1]
+
+    def render(
+        self, size: tuple[int, int] = (1024, 512), wavelengths: ArrayLike | None = None, device: str = "auto"
+    ) -> NDArray[np.float32]:
+        """An image of the sky by the scene's camera, by default the whole sphere.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Width and height (pixels, 1 to 8388608 each). Projection, field of view and direction of the camera are keys of the scene:
+            `keys={"camera.projection": "fisheye"}`.
+        wavelengths : array_like, optional
+            One axis (nm, 360 to 830, increasing): an image of spectral radiance in the place of colours.
+        device : str
+            What computes it; see `sorairo.device`. A device is opened once and kept.
+
+        Returns
+        -------
+        ndarray of float32, (height, width, 3) or (height, width, wavelengths)
+            Rows from the top. Linear RGB in the scene's space (W·m⁻²·sr⁻¹, weighted by the observer), as in an EXR file of the command; or
+            spectral radiance (W·m⁻²·sr⁻¹·nm⁻¹). An equirectangular image has north in its centre and east to its right.
+
+        Raises
+        ------
+        ValueError
+            A size or a wavelength out of range, a name that no device has.
+        RuntimeError
+            A device that failed.
+        """
+        width, height = pair("size", size, "width and height in pixels")
+        if not all(isinstance(side, (int, np.integer)) and 1 <= side <= LONGEST_SIDE for side in (width, height)):
+            raise ValueError(f"size is {width}x{height}; each side is a whole number of pixels from 1 to {LONGEST_SIDE}")
+        at = None
+        if wavelengths is not None:
+            at = np.atleast_1d(wavelengths_of(wavelengths))
+            if np.any(np.diff(at) <= 0):
+                raise ValueError("wavelengths of an image must increase from one to the next")
+        pixels = self._sky.render((int(width), int(height)), None if at is None else flat(at), device)
+        return pixels.reshape((height, width, 3 if at is None else at.size))
+
+    def irradiance(
+        self, wavelengths: ArrayLike, surface_tilt: float = 0.0, surface_azimuth: float = 180.0
+    ) -> dict[str, NDArray[np.float64]]:
+        """Spectral irradiance of a surface at the observer (W·m⁻²·nm⁻¹), by where it comes from.
+
+        Parameters
+        ----------
+        wavelengths : array_like
+            At most one axis (nm, 360 to 830).
+        surface_tilt : float
+            Angle between the surface's normal and the zenith (degrees, 0 to 180): 0 is level and faces up, 90 is a wall.
+        surface_azimuth : float
+            Where the surface faces (degrees, clockwise from north).
+
+        Returns
+        -------
+        dict of ndarray
+            `"direct"`: from the sun's disc, as far as the ground does not hide it (pvlib: `poa_direct`). `"diffuse"`: from the sky above the
+            horizontal plane (`poa_sky_diffuse`). `"ground"`: from below it, which holds the air before the ground (`poa_ground_diffuse`).
+            `"global"`: their sum (`poa_global`).
+
+        Raises
+        ------
+        ValueError
+            A wavelength, a tilt or an azimuth out of range.
+        """
+        at = wavelengths_of(wavelengths)
+        tilt, azimuth = number("surface_tilt", surface_tilt), number("surface_azimuth", surface_azimuth)
+        parts = self._sky.irradiance(flat(at), tilt, azimuth)
+        return {name: part.reshape(at.shape) for name, part in zip(PARTS, parts)}
+
+    def illuminance(self, surface_tilt: float = 0.0, surface_azimuth: float = 180.0) -> dict[str, float]:
+        """Illuminance of a surface (lx) by the scene's observer, by where it comes from: the parts of `irradiance`, as floats."""
+        tilt, azimuth = number("surface_tilt", surface_tilt), number("surface_azimuth", surface_azimuth)
+        return dict(zip(PARTS, self._sky.illuminance(tilt, azimuth)))
+
+    def sun_transmittance(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
+        """The part of the sun's light that comes through the air to the observer (0 to 1), at wavelengths (at most one axis; nm, 360 to 830).
+
+        The mean over the sun's disc, darker towards its limb (Neckel 2005, DOI 10.1007/s11207-005-4081-z), of which the ground may hide a
+        part: what a surface that faces the sun gets from it, divided by what it would get above the atmosphere.
+        """
+        at = wavelengths_of(wavelengths)
+        return self._sky.sun_transmittance(flat(at)).reshape(at.shape)
+
+    def to_xarray(
+        self, elevation: ArrayLike, azimuth: ArrayLike, wavelengths: ArrayLike, method: Method = "fit"
+    ) -> xarray.Dataset:
+        """Radiance over a grid of directions, and the irradiance of level ground, as an `xarray.Dataset` with units and CF's names.
+
+        Parameters
+        ----------
+        elevation, azimuth, wavelengths : array_like
+            One axis each; the dataset has every elevation with every azimuth.
+        method : {"fit", "dense"}
+            As in `radiance`.
+
+        Raises
+        ------
+        ImportError
+            xarray is not installed.
+        ValueError
+            As `radiance` and `irradiance`.
+        """
+        from ._labels import labelled
+
+        axes = [np.atleast_1d(doubles(*axis, 1)) for axis in (("elevation", elevation), ("azimuth", azimuth))]
+        at = np.atleast_1d(wavelengths_of(wavelengths))
+        radiance = self.radiance(axes[0][:, None], axes[1][None, :], at, method)
+        return labelled((self.sun_elevation, self.sun_azimuth), self.scene, axes, at, radiance, self.irradiance(at))

@@ -1,0 +1,140 @@
+"""The numbers: those of the command, of an integral by hand, and of other people's programs."""
+
+import json
+
+import colour
+import numpy as np
+import OpenEXR
+import pytest
+import sorairo
+from conftest import WAVELENGTHS
+
+SCENES = [
+    (dict(sun_elevation=20, sun_azimuth=70), ["--sun-elevation=20", "--sun-azimuth=70"]),
+    (dict(preset="hazy", sun_elevation=-2, albedo="snow"), ["--preset=hazy", "--sun-elevation=-2", "--albedo=snow"]),
+    (
+        dict(place=(43.06, 141.35), time="2026-06-21T08:30:00+09:00", keys={"observer.altitude": 3, "render.fit": "cubic"}),
+        ["--place=43.06,141.35", "--time=2026-06-21T08:30:00+09:00", "--altitude=3", "--fit=cubic"],
+    ),
+]
+
+
+@pytest.mark.parametrize(("parameters", "flags"), SCENES)
+def test_radiance_is_that_of_the_command_bit_for_bit(command, parameters, flags):
+    sky = sorairo.Sky(**parameters)
+    for elevation, azimuth in [(30, 90), (-5, 10), (90, 0)]:
+        view = [f"--view-elevation={elevation}", f"--view-azimuth={azimuth}", "--wavelengths=380:780:50", "--format=json"]
+        said = json.loads(command("spectrum", *view, *flags))
+        at = [sample["wavelength_nm"] for sample in said]
+        assert list(sky.radiance(elevation, azimuth, at)) == [sample["radiance"] for sample in said]
+        assert list(sky.radiance(elevation, azimuth, at, method="dense")) == [sample["dense"] for sample in said]
+
+
+@pytest.mark.parametrize(("parameters", "flags"), SCENES)
+@pytest.mark.parametrize("device", ["cpu", "gpu"])
+def test_an_image_is_that_of_the_command_bit_for_bit(command, tmp_path, parameters, flags, device):
+    command("render", "--size=64x32", f"--device={device}", "-osky.exr", *flags)
+    said = OpenEXR.File(str(tmp_path / "sky.exr")).channels()["RGB"].pixels
+    found = sorairo.Sky(**parameters).render(size=(64, 32), device=device)
+    assert found.shape == (32, 64, 3) and found.dtype == np.float32 and found.max() > 0
+    assert np.array_equal(found, said)
+
+
+def test_a_spectral_image_holds_the_radiance_of_its_directions():
+    sky = sorairo.Sky(sun_elevation=25, sun_azimuth=0)
+    at = [400, 500, 700]
+    image = sky.render(size=(36, 18), wavelengths=at, device="cpu")
+    elevations, azimuths = 90 - (np.arange(18) + 0.5) * 10, (np.arange(36) + 0.5) * 10 - 180
+    expected = sky.radiance(elevations[:, None], azimuths[None, :], at)
+    # The image is computed in single precision.
+    assert np.abs(image / expected - 1).max() < 1e-3
+
+
+def test_directions_are_broadcast_and_wavelengths_come_last():
+    sky = sorairo.Sky()
+    assert sky.radiance(45, 0, 550).shape == ()
+    assert sky.radiance([[10], [20]], [0, 90, 180], [450, 550, 650, 750]).shape == (2, 3, 4)
+    assert sky.luminance([10, 20, 30], 0).shape == (3,)
+    assert sky.xyz(10, [0, 90]).shape == (2, 3)
+    one = sky.radiance(20, 180, [450, 550, 650, 750])
+    assert np.array_equal(sky.radiance([[10], [20]], [0, 90, 180], [450, 550, 650, 750])[1, 2], one)
+
+
+def cosines(size, tilt, azimuth):
+    """The cosine to a surface's normal, times the solid angle, of each pixel of an equirectangular image."""
+    width, height = size
+    e = np.radians(90 - (np.arange(height) + 0.5) * 180 / height)[:, None]
+    a = np.radians((np.arange(width) + 0.5) * 360 / width - 180)[None, :]
+    t, s = np.radians(tilt), np.radians(azimuth)
+    cosine = np.cos(t) * np.sin(e) + np.sin(t) * np.cos(e) * np.cos(a - s)
+    return np.maximum(cosine, 0) * np.cos(e) * (2 * np.pi / width) * (np.pi / height)
+
+
+@pytest.mark.parametrize(("tilt", "azimuth"), [(0, 180), (90, 100), (40, 180), (130, 20)])
+@pytest.mark.parametrize("sun", [35, 4])
+def test_irradiance_is_the_integral_of_an_image(sun, tilt, azimuth):
+    at, size = [400, 550, 700], (720, 360)
+    sky = sorairo.Sky(sun_elevation=sun, sun_azimuth=120)
+    fallen = sky.irradiance(at, surface_tilt=tilt, surface_azimuth=azimuth)
+    lit = sky.render(size, at, device="cpu").astype(np.float64) * cosines(size, tilt, azimuth)[..., None]
+    above, below = lit[:180].sum(axis=(0, 1)), lit[180:].sum(axis=(0, 1))
+    errors = np.abs([fallen["diffuse"] - above, fallen["ground"] - below]) / (above + below)
+    print(f"sun {sun}, tilt {tilt}: {errors.max():.1e}")
+    assert errors.max() < 5e-3
+    assert np.allclose(fallen["global"], fallen["direct"] + fallen["diffuse"] + fallen["ground"], rtol=1e-12)
+
+
+def test_the_suns_light_is_its_transmittance_times_the_cosine():
+    sky = sorairo.Sky(sun_elevation=30, sun_azimuth=120)
+    facing = sky.irradiance(WAVELENGTHS, surface_tilt=60, surface_azimuth=120)["direct"]
+    level = sky.irradiance(WAVELENGTHS)["direct"]
+    # The disc is half a degree wide.
+    assert np.allclose(level, facing * np.sin(np.radians(30)), rtol=1e-4)
+    assert np.all(sky.irradiance(WAVELENGTHS, surface_tilt=90, surface_azimuth=300)["direct"] == 0)
+    transmittance = sky.sun_transmittance(WAVELENGTHS)
+    # Above the atmosphere nothing is in the way.
+    in_space = sorairo.Sky(sun_elevation=30, sun_azimuth=120, keys={"observer.altitude": 1000})
+    # The sum over the disc leaves 4e-5.
+    assert np.allclose(in_space.sun_transmittance(WAVELENGTHS), 1, atol=5e-5)
+    above = in_space.irradiance(WAVELENGTHS, surface_tilt=60, surface_azimuth=120)["direct"]
+    assert np.allclose(facing / above, transmittance, rtol=5e-5)
+    assert 0.1 < transmittance[0] < transmittance[-1] < 1
+
+
+def test_totals_are_those_of_the_command(report):
+    said = report("--sun-elevation=12")
+    sky = sorairo.Sky(sun_elevation=12)
+    fallen = {name: np.trapezoid(part, WAVELENGTHS) for name, part in sky.irradiance(WAVELENGTHS).items()}
+    assert fallen["diffuse"] == pytest.approx(said["irradiance_w_m2"], rel=1e-9)
+    assert fallen["direct"] == pytest.approx(said["direct_irradiance_w_m2"], rel=1e-9)
+    assert fallen["ground"] == 0
+    assert sky.illuminance()["diffuse"] == pytest.approx(said["illuminance_lux"], rel=1e-9)
+    # The zenith as an angle is rounded to single precision.
+    assert sky.luminance(90, 0) == pytest.approx(said["luminance_zenith_cd_m2"], rel=1e-6)
+    below = {name: np.trapezoid(part, WAVELENGTHS) for name, part in sky.irradiance(WAVELENGTHS, surface_tilt=180).items()}
+    assert below["ground"] == pytest.approx(said["ground_irradiance_w_m2"], rel=1e-6)
+
+
+def test_colour_science_sees_the_same_colours():
+    sky = sorairo.Sky(sun_elevation=8, sun_azimuth=90)
+    shape = colour.SpectralShape(380, 780, 5)
+    functions = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
+    for elevation, azimuth in [(60, 0), (10, 90), (5, 270)]:
+        spectrum = sky.radiance(elevation, azimuth, WAVELENGTHS)
+        theirs = spectrum @ functions.values * 5
+        assert np.abs(theirs / sky.xyz(elevation, azimuth) - 1).max() < 1e-6
+        assert sky.luminance(elevation, azimuth) == pytest.approx(683 * theirs[1], rel=1e-6)
+
+
+def test_a_night_is_black():
+    sky = sorairo.Sky(sun_elevation=-40)
+    assert not sky.render((8, 4), device="cpu").any()
+    assert not sky.irradiance([450, 550])["global"].any()
+
+
+def test_a_scene_gives_its_sky_again(tmp_path, command):
+    sky = sorairo.Sky("hazy", sun_elevation=7, keys={"atmosphere.aerosol.optical_depth": 0.2})
+    (tmp_path / "sky.toml").write_text(sky.scene)
+    again = sorairo.Sky(scene=tmp_path / "sky.toml")
+    assert np.array_equal(sky.radiance(20, [0, 90], WAVELENGTHS), again.radiance(20, [0, 90], WAVELENGTHS))
+    assert "ok" in command("scene", "check", "sky.toml")

@@ -1,0 +1,88 @@
+"""Python goes on while sorairo computes, and may interrupt it."""
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import sorairo
+
+# A minute of work, of which the test waits for half a second.
+LONG = "sky.radiance(np.linspace(0, 90, 100_000), 120, np.linspace(380, 780, 81), method='dense')"
+
+
+def test_python_runs_while_a_sky_is_computed():
+    sky = sorairo.Sky(sun_elevation=10)
+    wavelengths = np.linspace(380, 780, 81)
+    computing = threading.Thread(target=lambda: sky.radiance(np.linspace(0, 90, 200), 120, wavelengths, method="dense"))
+    ticks, start = 0, time.monotonic()
+    computing.start()
+    while computing.is_alive():
+        time.sleep(0.002)
+        ticks += 1
+    seconds = time.monotonic() - start
+    print(f"{ticks} ticks in {seconds:.2f} s")
+    # With the lock held there would be one, after the work.
+    assert seconds > 0.1 and ticks > 10
+
+
+def test_threads_share_a_sky():
+    sky = sorairo.Sky(sun_elevation=10)
+    expected = sky.radiance(30, np.arange(0, 360, 10), [450, 650])
+    found = [None] * 4
+
+    def compute(i):
+        found[i] = sky.radiance(30, np.arange(0, 360, 10), [450, 650])
+
+    threads = [threading.Thread(target=compute, args=(i,)) for i in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(np.array_equal(one, expected) for one in found)
+
+
+def test_ctrl_c_interrupts():
+    program = f"import numpy as np, sorairo\nsky = sorairo.Sky(sun_elevation=10)\nprint('computing', flush=True)\n{LONG}\nprint('done')"
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "computing\n"
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    start = time.monotonic()
+    out, err = process.communicate(timeout=60)
+    seconds = time.monotonic() - start
+    print(f"interrupted after {seconds:.2f} s")
+    assert "KeyboardInterrupt" in err and "done" not in out
+
+
+def test_a_forked_process_is_refused_and_does_not_hang(python):
+    program = """
+import os, sorairo
+sorairo.Sky()
+child = os.fork()
+if child == 0:
+    try:
+        sorairo.Sky()
+    except RuntimeError as refusal:
+        print(refusal, flush=True)
+    os._exit(0)
+os.waitpid(child, 0)
+"""
+    done = python(program)
+    assert "before this process was forked" in done.stdout, done.stderr
+
+
+def test_ctrl_c_interrupts_the_command(tmp_path):
+    # Some tens of seconds of work.
+    arguments = ["render", "--size=8000x4000", "--path=direct", "--device=cpu", "-osky.exr"]
+    process = subprocess.Popen(
+        [Path(sys.executable).with_name("sorairo"), *arguments], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+    )
+    time.sleep(2)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130 and "interrupted" in said
+    assert not list(tmp_path.iterdir())

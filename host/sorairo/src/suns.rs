@@ -1,0 +1,35 @@
+//! Many skies: what one asks of each, on all cores.
+
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::plan::SkyPlan;
+use crate::scene::ValidScene;
+
+/// What is asked of the sky of each scene, in their order. A sky is planned when its turn comes, and dropped when it has answered, so that
+/// a year of suns takes no more memory than a few.
+///
+/// ```
+/// use sorairo::{Method, Scene, Spectra, of_each_sky};
+///
+/// let mut scene = Scene::default();
+/// let scenes = [5.0, 40.0].map(|elevation| {
+///     scene.sun.elevation = elevation;
+///     scene.validated()
+/// });
+/// let scenes: Vec<_> = scenes.into_iter().collect::<sorairo::Result<_>>()?;
+/// let zeniths = of_each_sky(&scenes, |sky| Spectra::new(sky, &[450.0, 650.0], Method::Fit)?.towards(90.0, 0.0))?;
+/// assert!(zeniths[1][0] > zeniths[0][0], "a higher sun gives a brighter zenith");
+/// # Ok::<(), sorairo::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// Those of `ask`, with the number of the scene.
+pub fn of_each_sky<T: Send>(scenes: &[ValidScene], ask: impl Fn(&SkyPlan) -> Result<T> + Sync) -> Result<Vec<T>> {
+    let of_scene = |(number, scene): (usize, &ValidScene)| {
+        ask(&SkyPlan::new(scene, scene.render.rgb))
+            .map_err(|error| Error::InFrame { number: number as u32, error: Box::new(error) })
+    };
+    scenes.par_iter().enumerate().map(of_scene).collect()
+}

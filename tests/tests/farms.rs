@@ -60,6 +60,22 @@ fn is_writing(folder: &Path) -> bool {
     folder.is_dir() && names(folder).iter().any(|name| name.starts_with(".sorairo-"))
 }
 
+/// Kills a task of an array, as a farm does: the script and what it started, at once. It was in the middle if it left a file half written; where
+/// the task was faster than the blow, another is tried.
+fn kill_in_the_middle(folder: &Path, number: u32, frames: &Path) {
+    let frame = frames.join(format!("sky.{number:04}.png"));
+    wait::until("a task is killed in the middle", || {
+        _ = std::fs::remove_dir_all(frames);
+        let mut task = slurm_task(folder, number).process_group(0).spawn().unwrap();
+        wait::until("a file is begun", || is_writing(frames) || frame.exists());
+        let group = format!("-{}", task.id());
+        // It fails where the task is over already.
+        _ = Command::new("kill").args(["-KILL", "--", &group]).stderr(Stdio::null()).status().unwrap();
+        task.wait().unwrap();
+        is_writing(frames) && !frame.exists()
+    });
+}
+
 #[test]
 fn tasks_of_a_slurm_array_one_of_which_is_killed_give_the_files_of_one_process() {
     let (tasks, whole) = folders(&["frames/sky.####.png", "frames/sky.####.exr"]);
@@ -68,13 +84,7 @@ fn tasks_of_a_slurm_array_one_of_which_is_killed_give_the_files_of_one_process()
     let script = script.split("```").next().unwrap();
     std::fs::write(tasks.path().join("evening.sbatch"), script).unwrap();
     let frames = tasks.path().join("frames");
-    // A farm kills the whole of a task: the script and what it started.
-    let mut killed = slurm_task(tasks.path(), 3).process_group(0).spawn().unwrap();
-    wait::until("a file is begun", || is_writing(&frames));
-    let group = format!("-{}", killed.id());
-    assert!(Command::new("kill").args(["-KILL", "--", &group]).status().unwrap().success());
-    killed.wait().unwrap();
-    assert!(is_writing(&frames) && !frames.join("sky.0003.png").exists(), "the task was not killed in the middle");
+    kill_in_the_middle(tasks.path(), 3, &frames);
     for number in 0..=16 {
         let status = slurm_task(tasks.path(), number).status().unwrap();
         assert!(status.success(), "task {number}: {status}");
@@ -113,7 +123,8 @@ fn an_open_job_that_is_killed_and_run_again_gives_the_files_of_one_process() {
     killed.kill().unwrap();
     killed.wait().unwrap();
     let task = std::fs::read_to_string(tasks.path().join("task")).unwrap();
-    assert!(Command::new("kill").args(["-KILL", task.trim()]).status().unwrap().success());
+    // It fails where the task is over already.
+    _ = Command::new("kill").args(["-KILL", task.trim()]).stderr(Stdio::null()).status().unwrap();
     let before = contents(&frames);
     assert!(before.len() < 17, "{} files: the job was not killed in the middle", before.len());
     let job = open_job(tasks.path()).output().unwrap();

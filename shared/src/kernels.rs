@@ -10,7 +10,7 @@ use crate::lookup::{self, RUN};
 use crate::math::{fetch, half_bits, store};
 use crate::sky::{Constituents, constituents, sky, transfer};
 use crate::spectral;
-use crate::tone::srgb8;
+use crate::tone::{NEAREST, dither, srgb8};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant::{self, PixelFormat};
 
@@ -23,12 +23,15 @@ pub const LOOKUP_WORKGROUP: u32 = 64;
 /// A bit pattern that no kernel stores, a NaN and a picture of alpha 0: what the output holds before a kernel runs.
 pub const SENTINEL: u32 = 0x7fff_ffff;
 
-/// Stores a pixel's linear RGB as the variant's [`PixelFormat`] says; `index` counts pixels from the output's start.
+/// Stores a pixel's linear RGB as the variant's [`PixelFormat`] says; `row` counts from the dispatch's first row.
 #[inline]
-pub fn store_rgb(uniform: &Uniform, output: &mut [u32], index: u32, rgb: Vec3, variant: u32) {
+pub fn store_rgb(uniform: &Uniform, output: &mut [u32], column: u32, row: u32, rgb: Vec3, variant: u32) {
+    let index = index(uniform, column, row);
     let format = variant::pixel_format(variant);
     if format == PixelFormat::Picture as u32 {
-        store(output, index as usize, srgb8(rgb, uniform.exposure));
+        let is_dithered = variant & variant::DITHER != 0;
+        let threshold = if is_dithered { dither(column, uniform.first_row + row) } else { NEAREST };
+        store(output, index as usize, srgb8(rgb, uniform.exposure, threshold));
     } else if format == PixelFormat::HalfRgb as u32 {
         let at = 2 * index as usize;
         store(output, at, half_bits(rgb.x) | (half_bits(rgb.y) << 16));
@@ -104,7 +107,7 @@ pub fn sky_pixel(
             rgb += disc_in_pixel(uniform, buffers.colour, column, uniform.first_row + row, variant);
         }
     }
-    store_rgb(uniform, output, index(uniform, column, row), rgb, variant);
+    store_rgb(uniform, output, column, row, rgb, variant);
 }
 
 /// Kernels `spectrum_linear` and `spectrum_regression`: linear RGB and the radiance at every wavelength of a spectral image, see
@@ -160,13 +163,7 @@ pub fn lookup_pixel(
         if lookup::is_on_ground(direction, variant) {
             let mut pixel = first;
             while pixel < first + RUN {
-                store_rgb(
-                    uniform,
-                    output,
-                    index(uniform, pixel, row),
-                    lookup::ground_beneath(uniform, variant),
-                    variant,
-                );
+                store_rgb(uniform, output, pixel, row, lookup::ground_beneath(uniform, variant), variant);
                 pixel += 1;
             }
             return;
@@ -185,7 +182,7 @@ pub fn lookup_pixel(
             let rgb = lookup::sky_from_lookup(uniform, entries, view.direction, uniform.first_row + row, variant);
             store_looked_up(uniform, colour, output, column, row, rgb, variant);
         } else {
-            store_rgb(uniform, output, index(uniform, column, row), Vec3::ZERO, variant);
+            store_rgb(uniform, output, column, row, Vec3::ZERO, variant);
         }
     }
 }
@@ -205,7 +202,7 @@ fn store_looked_up(
     if variant & variant::SUN_DISC != 0 {
         rgb += disc_in_pixel(uniform, colour, column, uniform.first_row + row, variant);
     }
-    store_rgb(uniform, output, index(uniform, column, row), rgb, variant);
+    store_rgb(uniform, output, column, row, rgb, variant);
 }
 
 /// Where a pixel stands in the output of its dispatch, in pixels.

@@ -44,15 +44,34 @@ pub fn srgb_encode(linear: f32) -> f32 {
 /// `1.055 q^(5/3) - 0.055` for `q` from 0.23 to 1, by Chebyshev interpolation.
 const SRGB_POLYNOMIAL: [f32; 6] = [-0.061629705, 0.164974, 1.2442139, -0.55755568, 0.27275226, -0.06275899];
 
+/// The threshold of [`srgb8`] that rounds to the nearest byte.
+pub const NEAREST: f32 = 0.5;
+
+/// A pixel's threshold of [`srgb8`] in an ordered dither: over any few pixels the thresholds lie evenly in [0, 1), so that the mean of the bytes is
+/// the value, and steps between two bytes cannot be seen as rings around the sun.
+///
+/// They are the fractional parts of `column / g + row / g²` in 32 bits, with `g` the root of g³ = g + 1 (1.3247…): the lattice R₂ of M. Roberts, *The
+/// unreasonable effectiveness of quasirandom sequences* (2018), which has no period that an eye would find. It is the same in whole numbers on every
+/// device.
+#[inline]
+pub fn dither(column: u32, row: u32) -> f32 {
+    const COLUMN: u32 = 0xc13f_a9a9;
+    const ROW: u32 = 0x91e1_0da6;
+    let fraction = column.wrapping_mul(COLUMN).wrapping_add(row.wrapping_mul(ROW));
+    // 24 bits are what a float holds below 1.
+    (fraction >> 8) as f32 * (1.0 / 16_777_216.0)
+}
+
 /// A pixel of an 8 bit sRGB picture from linear RGB: exposed, brought into range, encoded.
 ///
-/// `exposure` multiplies the linear value, up to 1e30, white in every picture. Returns red in the lowest byte, then green, blue, and 255.
+/// `exposure` multiplies the linear value, up to 1e30, white in every picture. A value becomes the byte above it where it has come so near that
+/// `threshold` (from 0 to below 1) makes up for the rest: [`NEAREST`], or [`dither`]. Returns red in the lowest byte, then green, blue, and 255.
 #[inline]
-pub fn srgb8(rgb: Vec3, exposure: f32) -> u32 {
+pub fn srgb8(rgb: Vec3, exposure: f32, threshold: f32) -> u32 {
     let exposed = rgb * exposure;
     let compressed =
         shoulder(Vec3::new(min(exposed.x, BRIGHTEST), min(exposed.y, BRIGHTEST), min(exposed.z, BRIGHTEST)));
-    let byte = |x: f32| (255.0 * srgb_encode(x) + 0.5) as u32;
+    let byte = |x: f32| (255.0 * srgb_encode(x) + threshold) as u32;
     byte(compressed.x) | (byte(compressed.y) << 8) | (byte(compressed.z) << 16) | (255 << 24)
 }
 
@@ -96,16 +115,39 @@ mod tests {
 
     #[test]
     fn a_picture_has_the_bytes_of_srgb() {
-        assert_eq!(srgb8(Vec3::ZERO, 1.0), 0xff00_0000);
+        assert_eq!(srgb8(Vec3::ZERO, 1.0, NEAREST), 0xff00_0000);
         // 0.5 linear is 188 in sRGB; 0.25 with one stop more is the same.
-        assert_eq!(srgb8(Vec3::splat(0.5), 1.0) & 0xff, 188);
-        assert_eq!(srgb8(Vec3::splat(0.25), 2.0) & 0xff, 188);
-        assert_eq!(srgb8(Vec3::splat(1e30), 1.0), 0xffff_ffff);
+        assert_eq!(srgb8(Vec3::splat(0.5), 1.0, NEAREST) & 0xff, 188);
+        assert_eq!(srgb8(Vec3::splat(0.25), 2.0, NEAREST) & 0xff, 188);
+        assert_eq!(srgb8(Vec3::splat(1e30), 1.0, NEAREST), 0xffff_ffff);
     }
 
     /// An exposure of 50 stops once made an infinity of them, and of that a NaN and a black pixel.
     #[test]
     fn a_light_beyond_single_precision_is_white() {
-        assert_eq!(srgb8(Vec3::new(1e30, 2e30, 1e31), 1e15), 0xffff_ffff);
+        assert_eq!(srgb8(Vec3::new(1e30, 2e30, 1e31), 1e15, NEAREST), 0xffff_ffff);
+    }
+
+    #[test]
+    fn the_mean_of_dithered_bytes_is_the_value() {
+        // Of 16×16 pixels the thresholds are even to a few parts in 256; rounding to the nearest byte would be off by up to a half.
+        for i in 0..50 {
+            let linear = 0.2 + i as f32 * 1e-4;
+            let bytes =
+                (0..256).map(|i| srgb8(Vec3::splat(linear), 1.0, dither(1000 + i % 16, 70_000 + i / 16)) & 0xff);
+            let mean = bytes.sum::<u32>() as f32 / 256.0;
+            let value = 255.0 * srgb_encode(linear);
+            assert!((mean - value).abs() < 0.02, "{linear}: {mean} and not {value}");
+        }
+    }
+
+    #[test]
+    fn a_dither_leaves_black_black_and_white_white() {
+        for i in 0..10_000 {
+            let threshold = dither(i, i / 3);
+            assert!((0.0..1.0).contains(&threshold));
+            assert_eq!(srgb8(Vec3::ZERO, 1.0, threshold), 0xff00_0000);
+            assert_eq!(srgb8(Vec3::splat(1e30), 1.0, threshold), 0xffff_ffff);
+        }
     }
 }

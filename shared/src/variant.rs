@@ -33,6 +33,9 @@ pub const GROUND: u32 = 1 << 14;
 /// There is light beside that which air and aerosol scatter once.
 pub const REST: u32 = MULTIPLE | GROUND;
 
+/// The bytes of a picture are dithered.
+pub const DITHER: u32 = 1 << 15;
+
 /// Where the projection stands.
 const PROJECTION_SHIFT: u32 = 8;
 /// Where the format of pixels stands.

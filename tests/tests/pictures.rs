@@ -4,6 +4,7 @@ use std::path::Path;
 
 use sorairo_oracle::direction;
 use sorairo_shared::glam::{DMat3, DVec3, Vec3};
+use sorairo_shared::tone::{shoulder, srgb_encode};
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::program::{Image, read_exr, read_png, succeed};
 use tempfile::tempdir;
@@ -385,4 +386,33 @@ fn outputs_of_one_run_go_to_their_own_folders() {
     succeed(folder.path(), &[&["render", "--device", "cpu", "--size", "4x2"], &outputs[..]].concat());
     assert!(there("one/a.png") && there("two/a.png") && absolute.is_file() && !there("sky.png"));
     assert_eq!(read_png(Path::new(&folder.path().join("one/a.png"))), read_png(&folder.path().join("two/a.png")));
+}
+
+/// The largest difference between the mean of a picture's bytes over eight by eight pixels and that of the values which they stand for.
+fn worst_mean(dither: &str, device: &str) -> f64 {
+    let flags = ["--projection=perspective", "--fov=20", "--size=256x128", "--exposure=-3", "--dither", dither];
+    let (picture, linear) = render_scene("", device, &flags);
+    let value = |rgb: &[f32]| shoulder(Vec3::from_slice(rgb) * 0.125).to_array().map(|x| 255.0 * srgb_encode(x));
+    let values: Vec<f32> = linear.rgb.chunks(3).flat_map(value).collect();
+    let at = |column: usize, row: usize, channel: usize| 3 * (row * linear.width + column) + channel;
+    let mut worst = 0.0;
+    for (column, row, channel) in
+        (0..32).flat_map(|c| (0..16).flat_map(move |r| (0..3).map(move |k| (8 * c, 8 * r, k))))
+    {
+        let block = || (0..64).map(|i| at(column + i % 8, row + i / 8, channel));
+        let bytes: f64 = block().map(|i| f64::from(picture.rgb[i])).sum();
+        let light: f64 = block().map(|i| f64::from(values[i])).sum();
+        assert!(bytes > 0.0 && light < 64.0 * 255.0, "the picture is neither black nor white");
+        worst = f64::max(worst, (bytes - light).abs() / 64.0);
+    }
+    worst
+}
+
+#[test]
+fn a_picture_has_no_rings_because_a_few_pixels_have_the_mean_of_their_light() {
+    for device in ["cpu", "gpu"] {
+        // 64 thresholds are even to a few parts in 64; bytes that are all rounded one way are off by up to a half.
+        assert!(worst_mean("ordered", device) < 0.1);
+        assert!(worst_mean("none", device) > 0.3);
+    }
 }

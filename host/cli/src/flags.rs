@@ -80,7 +80,7 @@ const SKY: [SceneFlag; 14] = [
 ];
 
 /// The flags of images alone.
-const IMAGE: [SceneFlag; 11] = [
+const IMAGE: [SceneFlag; 12] = [
     SceneFlag { key: "sun.disc", name: "--sun-disc", takes: Takes::Nothing },
     word("camera.projection", "--projection"),
     value("camera.size", "--size", "WxH", text_of::<Size>),
@@ -88,6 +88,7 @@ const IMAGE: [SceneFlag; 11] = [
     value("camera.look_azimuth", "--look-azimuth", "DEG", number),
     value("camera.look_elevation", "--look-elevation", "DEG", number),
     word("render.color", "--color"),
+    word("render.dither", "--dither"),
     word("render.exr", "--exr"),
     word("render.rgb", "--rgb"),
     word("render.white_balance", "--white-balance"),

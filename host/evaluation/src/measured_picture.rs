@@ -8,7 +8,7 @@ use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::{ColourObserver, Preset, Rgb, Scene, WhiteBalance};
 use sorairo_shared::glam::{DMat3, DVec3};
-use sorairo_shared::tone::srgb8;
+use sorairo_shared::tone::{NEAREST, srgb8};
 
 use super::comparison::{Comparison, WIDTH};
 use crate::problem::Result;
@@ -80,7 +80,7 @@ fn pixels(sky: &[Patch], to_srgb: DMat3, exposure: f32) -> impl Iterator<Item = 
         let (toward, xyz) = sky.iter().max_by(|a, b| a.0.dot(view).total_cmp(&b.0.dot(view)))?;
         let is_near = from_zenith <= 1.0 && toward.dot(view) >= NEAR.to_radians().cos();
         let rgb = (to_srgb * *xyz).max(DVec3::ZERO).as_vec3();
-        let [red, green, blue, _] = srgb8(rgb, exposure).to_le_bytes();
+        let [red, green, blue, _] = srgb8(rgb, exposure, NEAREST).to_le_bytes();
         is_near.then_some((x, y, [red, green, blue]))
     })
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use sorairo_shared::camera::{FISHEYE, pixel_view};
 use sorairo_shared::glam::{DVec3, Vec3};
 use sorairo_shared::rgb::into_gamut;
-use sorairo_shared::tone::srgb8;
+use sorairo_shared::tone::{NEAREST, srgb8};
 
 use super::bench::looked_up;
 use super::document::{Machine, make_folder, table, write};
@@ -180,7 +180,7 @@ fn draw(folder: &Path, sun: f64) -> Result<Vec<Errors>> {
     let picture = |name: &str, xyz: &[DVec3]| {
         let (to_rgb, space) = (dense.sky.space.from_xyz, &dense.uniform.rgb);
         let bytes = xyz.iter().flat_map(|&xyz| {
-            srgb8(into_gamut((to_rgb * xyz).as_vec3(), space), exposure).to_le_bytes().into_iter().take(3)
+            srgb8(into_gamut((to_rgb * xyz).as_vec3(), space), exposure, NEAREST).to_le_bytes().into_iter().take(3)
         });
         png::write(&folder.join(file(sun, name)), SIDE, SIDE, &bytes.collect::<Vec<u8>>())
     };

@@ -7,7 +7,7 @@ use sorairo::low_level::spectra::observer;
 use sorairo::low_level::spectrum::Sample;
 use sorairo_shared::math;
 use sorairo_shared::rgb::into_gamut;
-use sorairo_shared::tone::srgb8;
+use sorairo_shared::tone::{NEAREST, srgb8};
 
 use super::sky::{PointSpectrum, colour};
 
@@ -106,5 +106,5 @@ fn spectral_colour(plan: &Plan, wavelength: f64) -> Color32 {
     let xyz = observer::weights(plan.sky.observer, wavelength);
     let rgb = into_gamut((plan.sky.space.from_xyz * xyz).as_vec3(), &plan.sky.space.for_kernels());
     let strength = (xyz.max_element() / (2.0 * observer::STEP)).sqrt() as f32;
-    colour(srgb8(rgb * (strength / math::max(rgb.max_element(), f32::MIN_POSITIVE)), 1.0))
+    colour(srgb8(rgb * (strength / math::max(rgb.max_element(), f32::MIN_POSITIVE)), 1.0, NEAREST))
 }

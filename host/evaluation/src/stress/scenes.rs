@@ -7,7 +7,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sorairo_shared::glam::Vec3;
-use sorairo_shared::tone::srgb8;
+use sorairo_shared::tone::{NEAREST, srgb8};
 use sorairo_shared::variant::{self, PixelFormat};
 use strum::IntoEnumIterator;
 
@@ -22,8 +22,8 @@ use sorairo::low_level::spectra::observer;
 use sorairo::scene::keys::{self, DENSEST_TOP, KEYS, Key};
 use sorairo::scene::rules::{CLOSEST_BANDS, FARTHEST_DISC, band_counts};
 use sorairo::scene::{
-    AlbedoSpectrum, ColourObserver, ColourPath, Exposure, ExrDepth, Fit, GroundAlbedo, MOST_STOPS, Orders, PathChoice,
-    Preset, Projection, Render, Rgb, Scene, Size, SunSpectrum, WhiteBalance,
+    AlbedoSpectrum, ColourObserver, ColourPath, Dither, Exposure, ExrDepth, Fit, GroundAlbedo, MOST_STOPS, Orders,
+    PathChoice, Preset, Projection, Render, Rgb, Scene, Size, SunSpectrum, WhiteBalance,
 };
 
 /// Radiance that no device takes for nothing: far above the smallest normal number.
@@ -359,6 +359,7 @@ fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
         7 => Exposure::Stops(MOST_STOPS),
         _ => Exposure::Stops(rng.random_range(-MOST_STOPS..MOST_STOPS)),
     };
+    render.dither = one_of(rng, &[Dither::Ordered, Dither::None]);
     render.exr = one_of(rng, &[ExrDepth::Half, ExrDepth::Full]);
     render.rgb = any(rng, Rgb::iter());
     render.observer = any(rng, ColourObserver::iter());
@@ -442,7 +443,7 @@ fn judge_picture(words: &[u32], linear: &[f32], exposure: f32, faults: &mut Faul
 
 /// A pixel's tones are those that double precision gives to its colour.
 fn judge_tones(pixel: usize, rgb: &[f32], exposure: f32, faults: &mut Faults) {
-    let picture = srgb8(Vec3::from_slice(rgb), exposure).to_le_bytes();
+    let picture = srgb8(Vec3::from_slice(rgb), exposure, NEAREST).to_le_bytes();
     let expected = shown(rgb, exposure);
     // A byte is off by one where its value lies at a half; the polynomial of sRGB adds a hundredth.
     let wrong = |byte: u8, tone: f64| tone.is_nan() || (f64::from(byte) - tone).abs() > 1.0;
@@ -578,7 +579,7 @@ mod tests {
         }
         assert_eq!(count(&|faults| judge_floats(&[0, 0], &[0.5], faults)), 1);
         let grey = [0.1; 3];
-        let right = srgb8(Vec3::from_array(grey), 1.0);
+        let right = srgb8(Vec3::from_array(grey), 1.0, NEAREST);
         for (picture, faults_found) in [(right, 0), (0xff00_0000, 1), (0xffff_ffff, 1), (right & 0x00ff_ffff, 1)] {
             assert_eq!(count(&|faults| judge_picture(&[picture], &grey, 1.0, faults)), faults_found, "{picture:x}");
         }

@@ -58,7 +58,7 @@ impl Image {
         }
     }
 
-    fn pixel_words(&self) -> usize {
+    pub(super) fn pixel_words(&self) -> usize {
         self.pixel.words() as usize + self.wavelengths.len()
     }
 }
@@ -121,17 +121,20 @@ fn encode(
     image: Image,
     strips: impl IntoIterator<Item: AsRef<[u32]> + Sync>,
 ) -> Result<Staged> {
-    let Image { width, height, pixel, exposure, scene, space, display, wavelengths, sun } = &image;
+    let Image { width, height, pixel, scene, wavelengths, sun, .. } = &image;
     let (width, height, pixel_words) = (*width, *height, image.pixel_words());
     let mut strips = strips.into_iter();
     let of_file = if format == Format::Exr { &[] } else { wavelengths.as_slice() };
     stage(path, |output| match format {
         Format::Png => png::encode(output, width, height, Some(scene), |picture| {
+            let mut row = 0;
             strips.try_for_each(|rows| match pixel {
                 PixelFormat::Picture => picture.write_all(&png::unpack(rows.as_ref())),
                 PixelFormat::LinearRgb => {
                     let pixels = bytemuck::cast_slice(rows.as_ref());
-                    picture.write_all(&png::expose(pixels, pixel_words, *exposure, space, display))
+                    let bytes = png::expose(&image, pixels, row);
+                    row += pixels.len() / (width as usize * pixel_words);
+                    picture.write_all(&bytes)
                 }
                 PixelFormat::HalfRgb | PixelFormat::LinearRgba => Err(io::Error::other("texels are no picture")),
             })

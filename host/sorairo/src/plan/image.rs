@@ -16,7 +16,7 @@ use super::sky::SkyPlan;
 use super::sun_disc::Sun;
 use super::{exposure, upload};
 use crate::error::{Error, Result};
-use crate::scene::{CameraScene, ColourPath, Exposure, Projection, Rgb, Scene, ValidScene};
+use crate::scene::{CameraScene, ColourPath, Dither, Exposure, Projection, Rgb, Scene, ValidScene};
 
 /// Everything that the kernels of one image need, and nothing that they do not.
 #[derive(Clone, Debug)]
@@ -84,7 +84,9 @@ impl Plan {
             exposure,
             ..sky.integral.uniform
         };
-        let shown = sky.integral.variant | if shows_disc { variant::SUN_DISC } else { 0 };
+        let disc_shown = if shows_disc { variant::SUN_DISC } else { 0 };
+        let is_dithered = pixel == PixelFormat::Picture && scene.render.dither == Dither::Ordered;
+        let shown = sky.integral.variant | disc_shown | if is_dithered { variant::DITHER } else { 0 };
         let variant = variant::of(shown, upload::projection(scene.camera.projection), pixel as u32);
         let colour = [sky.colour.as_slice(), &grid].concat();
         let size = lookup.size;

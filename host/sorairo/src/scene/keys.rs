@@ -12,7 +12,7 @@ use super::field::{Field, NumberField, Present, Way};
 use super::plausible;
 use super::preset::{Preset, Scene};
 use super::rules;
-use super::settings::{ColourPath, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, Render, Rgb, WhiteBalance};
+use super::settings::{ColourPath, Dither, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, Render, Rgb, WhiteBalance};
 use super::sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, Sun};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
@@ -238,6 +238,7 @@ pub static KEYS: &[Key] = &[
     key!(render.path, one_of::<PathChoice>()),
     number!(render.exposure, "stops", At(-MOST_STOPS), At(MOST_STOPS))
         .otherwise(|| "\"auto\", from the mean luminance of the sky".into()),
+    key!(render.dither, one_of::<Dither>()),
     key!(render.exr, one_of::<ExrDepth>()),
     key!(render.rgb, one_of::<Rgb>()),
     key!(render.observer, one_of::<ColourObserver>()),

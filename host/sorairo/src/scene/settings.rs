@@ -26,6 +26,8 @@ pub struct Render {
     pub path: PathChoice,
     /// Exposure of pictures (stops).
     pub exposure: Exposure,
+    /// How the bytes of pictures are rounded.
+    pub dither: Dither,
     /// Depth of EXR files.
     pub exr: ExrDepth,
     /// The space of the linear RGB in EXR files. Pictures are always sRGB.
@@ -46,6 +48,7 @@ impl Default for Render {
             steps: None,
             path: PathChoice::Auto,
             exposure: Exposure::Auto,
+            dither: Dither::Ordered,
             exr: ExrDepth::Full,
             rgb: Rgb::Srgb,
             observer: ColourObserver::Cie1931,
@@ -151,6 +154,20 @@ pub enum ExrDepth {
     #[serde(rename = "f32")]
     #[strum(serialize = "f32")]
     Full,
+}
+
+/// How the bytes of pictures are rounded.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum Dither {
+    /// Up or down by a fixed pattern, so that no rings are seen in a smooth sky.
+    #[default]
+    Ordered,
+    /// To the nearest byte.
+    None,
 }
 
 /// Whether pixels are integrated or looked up.

@@ -41,8 +41,8 @@ pub fn srgb_encode(linear: f32) -> f32 {
     if x <= 0.003_130_8 { 12.92 * x } else { power }
 }
 
-/// `1.055 q^(5/3) - 0.055` for `q` from 0.23 to 1, by Chebyshev interpolation.
-const SRGB_POLYNOMIAL: [f32; 6] = [-0.061629705, 0.164974, 1.2442139, -0.55755568, 0.27275226, -0.06275899];
+/// `1.055 q^(5/3) - 0.055` for `q` from 0.23 to 1, by Chebyshev interpolation, moved by 4e-6 so that white is 1.
+const SRGB_POLYNOMIAL: [f32; 6] = [-0.06162549, 0.164974, 1.2442139, -0.55755568, 0.27275226, -0.06275899];
 
 /// The threshold of [`srgb8`] that rounds to the nearest byte.
 pub const NEAREST: f32 = 0.5;
@@ -58,8 +58,8 @@ pub fn dither(column: u32, row: u32) -> f32 {
     const COLUMN: u32 = 0xc13f_a9a9;
     const ROW: u32 = 0x91e1_0da6;
     let fraction = column.wrapping_mul(COLUMN).wrapping_add(row.wrapping_mul(ROW));
-    // 24 bits are what a float holds below 1.
-    (fraction >> 8) as f32 * (1.0 / 16_777_216.0)
+    // Farther from 0 and from 1 than the rounding of the curve at white.
+    ((fraction >> 20) as f32 + 0.5) * (1.0 / 4096.0)
 }
 
 /// A pixel of an 8 bit sRGB picture from linear RGB: exposed, brought into range, encoded.

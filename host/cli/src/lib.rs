@@ -11,6 +11,7 @@ mod evaluation;
 pub mod flags;
 mod frames;
 mod help;
+mod known;
 mod manifest;
 mod output;
 mod progress;

@@ -122,6 +122,8 @@ fi
 cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --no-fail-fast || failed=1
 test_wheel || failed=1
 test_blender || failed=1
+# What takes minutes of other people's programs.
+cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --test radiance -- --ignored || failed=1
 # The library as one takes it that needs neither Vulkan nor files.
 cargo test --release --package sorairo --no-default-features --features cpu --test cpu_only || failed=1
 exit "${failed:-0}"

@@ -48,8 +48,7 @@ pub fn check(folder: &Path, script: &str, arguments: &[&str]) {
 /// If it fails.
 pub fn check_by(python: &Path, folder: &Path, script: &str, arguments: &[&str]) {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("python").join(script);
-    let output =
-        Command::new(python).arg(&script).args(arguments).current_dir(folder).output().expect("Python starts");
+    let output = Command::new(python).arg(&script).args(arguments).current_dir(folder).output().expect("Python starts");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     println!("{}", text(&output.stdout));
     assert!(output.status.success(), "{}: {}\n{}", script.display(), text(&output.stdout), text(&output.stderr));

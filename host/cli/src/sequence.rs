@@ -15,6 +15,7 @@ use crate::error::Result;
 use crate::frames;
 use crate::known;
 use crate::manifest;
+use crate::memory;
 use crate::output::{print_line, print_note, refuse_scene_as_output};
 use crate::progress::FrameProgress;
 
@@ -86,7 +87,7 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
     let sheet = contact_sheet_path(&frames);
     let files = frames.iter().flat_map(|frame| &frame.request.outputs).chain([&sheet]);
     refuse_scene_as_output(arguments.scene.as_deref(), files)?;
-    let mut device = device::open(&arguments.device)?;
+    let mut device = device::open(&memory::device(&arguments.device)?)?;
     sequence::make_folders(&chosen)?;
     let (mut rendered, mut skipped, mut reports) = (0, 0, Vec::new());
     let start = Instant::now();

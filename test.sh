@@ -40,6 +40,38 @@ make_python() {
     cp tests/python/requirements.txt target/python/
 }
 
+# A Python that Blender takes, which is one version alone.
+python_of_blender() {
+    local python
+    for python in python3 python3.11; do
+        if "$python" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null; then
+            echo "$python"
+            return
+        fi
+    done
+    return 1
+}
+
+# The Python with Blender that test.sh made, from the list as it is now.
+has_blender() { [ -n "${SORAIRO_BLENDER:-}" ] || cmp -s tests/python/blender.txt target/blender/blender.txt; }
+
+make_blender() {
+    local python
+    python=$(python_of_blender) || return 1
+    echo "test.sh: installing Blender into target/blender: 374 MB to fetch, 1 GB on the disk"
+    rm -rf target/blender
+    "$python" -m venv target/blender && target/blender/bin/python -m pip install --quiet --disable-pip-version-check \
+        --requirement tests/python/blender.txt && cp tests/python/blender.txt target/blender/
+}
+
+test_blender() {
+    if ! has_blender && ! make_blender; then
+        echo "test.sh: NOT TESTED: environment maps in Blender, which takes Python 3.11, or SORAIRO_BLENDER set to a Python with bpy" >&2
+        return
+    fi
+    cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --test ecosystem -- --ignored blender
+}
+
 # Builds the wheel, and tests it in an environment made for it: numpy comes with the wheel, and what the tests compare it with from the
 # Python that has it.
 test_wheel() {
@@ -89,6 +121,9 @@ if [ -z "${SORAIRO_PYTHON:-}" ] && ! has_python; then
 fi
 cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --no-fail-fast || failed=1
 test_wheel || failed=1
+test_blender || failed=1
+# What takes minutes of other people's programs.
+cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --test radiance -- --ignored || failed=1
 # The library as one takes it that needs neither Vulkan nor files.
 cargo test --release --package sorairo --no-default-features --features cpu --test cpu_only || failed=1
 exit "${failed:-0}"

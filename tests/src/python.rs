@@ -9,11 +9,24 @@ use std::process::Command;
 ///
 /// If there is none.
 pub fn python() -> PathBuf {
-    let made = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/python/bin/python");
-    let python = std::env::var_os("SORAIRO_PYTHON").map_or_else(made, PathBuf::from);
+    environment("SORAIRO_PYTHON", "python", "requirements.txt")
+}
+
+/// Python with Blender in it: the one that `SORAIRO_BLENDER` names, or the one that test.sh makes.
+///
+/// # Panics
+///
+/// If there is none.
+pub fn blender() -> PathBuf {
+    environment("SORAIRO_BLENDER", "blender", "blender.txt")
+}
+
+fn environment(variable: &str, folder: &str, list: &str) -> PathBuf {
+    let made = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../target").join(folder).join("bin/python");
+    let python = std::env::var_os(variable).map_or_else(made, PathBuf::from);
     assert!(
         python.is_file(),
-        "{} is missing: run ./test.sh, which makes it, or set SORAIRO_PYTHON to a Python that has what tests/python/requirements.txt lists",
+        "{} is missing: run ./test.sh, which makes it, or set {variable} to a Python that has what tests/python/{list} lists",
         python.display()
     );
     python
@@ -25,9 +38,17 @@ pub fn python() -> PathBuf {
 ///
 /// If it fails.
 pub fn check(folder: &Path, script: &str, arguments: &[&str]) {
+    check_by(&python(), folder, script, arguments);
+}
+
+/// Runs a script of `tests/python` in a folder by a Python, successfully.
+///
+/// # Panics
+///
+/// If it fails.
+pub fn check_by(python: &Path, folder: &Path, script: &str, arguments: &[&str]) {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("python").join(script);
-    let output =
-        Command::new(python()).arg(&script).args(arguments).current_dir(folder).output().expect("Python starts");
+    let output = Command::new(python).arg(&script).args(arguments).current_dir(folder).output().expect("Python starts");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     println!("{}", text(&output.stdout));
     assert!(output.status.success(), "{}: {}\n{}", script.display(), text(&output.stdout), text(&output.stderr));

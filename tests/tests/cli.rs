@@ -511,6 +511,41 @@ fn run_with_small_files(folder: &Path, arguments: &[&str]) -> Ended {
     shell.args(arguments).current_dir(folder).output().expect("the shell starts").into()
 }
 
+/// Runs the program in an address space of so many megabytes.
+#[cfg(target_os = "linux")]
+fn run_in_memory(folder: &Path, megabytes: u32, line: &str) -> Ended {
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", &format!("ulimit -v {}; exec \"$@\"", megabytes * 1024), "sh"]);
+    shell.arg(sorairo_tests::program::binary()).args(line.split(' ')).current_dir(folder);
+    shell.output().expect("the shell starts").into()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn where_memory_is_limited_no_driver_crashes_and_what_does_not_fit_is_a_failure() {
+    let folder = folder();
+    let small = "render --size 32x16 -o small.exr --json";
+    // Mesa's driver alone takes about as much.
+    let limited = run_in_memory(folder.path(), 1000, small);
+    let report: Value = serde_json::from_str(&limited.stdout).unwrap_or_else(|_| panic!("{limited:?}"));
+    assert_eq!((limited.code, &report["backend"]), (Some(0), &"cpu".into()), "{limited:?}");
+    assert!(limited.stderr.contains("limited to 1000 MB"), "{}", limited.stderr);
+    let refused = run_in_memory(folder.path(), 1000, &format!("{small} --device gpu"));
+    assert!(refused.code == Some(1) && refused.stderr.contains("--device cpu needs none"), "{refused:?}");
+    // 401 planes of radiance in half of what they take.
+    let before = contents(folder.path());
+    for megabytes in [100, 200, 400] {
+        let large = "render --device cpu --size 1024x512 --wavelengths 380:780:1 -o large.spectral.exr";
+        let failed = run_in_memory(folder.path(), megabytes, large);
+        assert_eq!(failed.code, Some(1), "{megabytes} MB: {failed:?}");
+        assert!(failed.stderr.contains("memory") || failed.stderr.contains("thread"), "{megabytes} MB: {failed:?}");
+    }
+    // What they left is removed by the next run.
+    succeed(folder.path(), &["render", "--device", "cpu", "--size", "32x16", "-o", "next.exr"]);
+    let mut after = contents(folder.path());
+    assert!(after.remove("next.exr").is_some() && after == before, "{:?}", after.keys());
+}
+
 #[cfg(unix)]
 #[test]
 fn an_existing_file_survives_a_failure() {

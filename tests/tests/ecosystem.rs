@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use sorairo_tests::program::{read_png, succeed};
-use sorairo_tests::python::check;
+use sorairo_tests::python::{blender, check, check_by};
 use tempfile::tempdir;
 
 fn write_json(path: &Path, value: &Value) {
@@ -109,4 +109,17 @@ fn an_environment_map_lights_the_ground_and_has_its_sun_where_mitsuba_has_it() {
         std::fs::write(folder.join("report.json"), report).unwrap();
         check(folder, "environment_map.py", &["sky.exr", "report.json", elevation, azimuth]);
     }
+}
+
+#[test]
+#[ignore = "needs Blender, which takes Python 3.11 and 1 GB: tests/python/blender.txt; test.sh runs it where it can"]
+fn blender_sees_the_sky_that_sorairo_sees_in_its_brightness_and_with_its_light() {
+    let folder = tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("scene.toml"), HAZE).unwrap();
+    let image =
+        "render --scene scene.toml --size 512x256 --sun-elevation 40 --sun-azimuth 60 -o sky.exr -o sky.png --json";
+    let image: Vec<&str> = image.split(' ').collect();
+    std::fs::write(folder.join("sky.json"), succeed(folder, &image).stdout).unwrap();
+    check_by(&blender(), folder, "blender_map.py", &[]);
 }

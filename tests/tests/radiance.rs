@@ -146,3 +146,11 @@ fn every_command_of_the_page_runs_and_gives_the_light_at_an_eye() {
     // 179 lm/W in the place of 182.5, and half of a hundredth for 20 bands.
     assert!((photopic[1] / level / (179.0 / 182.5) - 1.0).abs() < 5e-3, "{photopic:?}, {level}");
 }
+
+#[test]
+#[ignore = "genssky takes a minute and more of two cores for its tables; test.sh runs it"]
+fn the_page_has_the_irradiance_beside_that_of_genssky() {
+    let folder = tempdir().unwrap();
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/radiance.md");
+    check(folder.path(), "beside_genssky.py", &[&binary().display().to_string(), page]);
+}

@@ -114,7 +114,7 @@ fn show_prints_the_scene_that_it_reads() {
     std::fs::write(folder.path().join("elsewhere/b.toml"), &shown).unwrap();
     assert_eq!(succeed(folder.path(), &["scene", "show", "elsewhere/b.toml"]).stdout, shown);
     let scene = Scene::read(&folder.path().join("elsewhere/b.toml"), None).unwrap();
-    assert_eq!((scene.preset, scene.camera.fov, scene.camera.size.width), (Preset::Hazy, Some(100.0), 64));
+    assert_eq!((scene.began_as(), scene.camera.fov, scene.camera.size.width), (Preset::Hazy, Some(100.0), 64));
     assert_eq!(scene.render.bands, Some(vec![430.0, 500.0, 600.0, 700.0]));
     assert!((4.0..5.0).contains(&scene.sun.elevation) && (61.0..63.0).contains(&scene.sun.azimuth), "{:?}", scene.sun);
     for preset in Preset::iter() {

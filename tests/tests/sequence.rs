@@ -333,6 +333,42 @@ fn a_frame_a_task_is_byte_for_byte_the_whole_and_the_last_task_leaves_sheet_and_
     assert_eq!(contents(&parts.path().join("t")).keys().collect::<Vec<_>>(), ["2.png", "3.png", "8.png"]);
 }
 
+/// Three tasks of a farm, all of whose frames are there, and the summary of the second run again.
+const TASK: &str = "sequence --device cpu --size 48x24 --table cases.csv -o f/#.png --frame 1";
+
+#[test]
+fn a_frame_that_changed_and_kept_its_old_time_is_noticed() {
+    let folder = folder();
+    let frames = folder.path().join("f");
+    std::fs::write(folder.path().join("cases.csv"), CASES).unwrap();
+    sequence(folder.path(), TASK.trim_end_matches(" --frame 1"));
+    assert!(sequence(folder.path(), TASK)["contact_sheet"].is_string());
+    // Another task's frame is spoilt, and has the time that it had, as after a copy that keeps times.
+    let spoilt = frames.join("2.png");
+    let time = std::fs::metadata(&spoilt).unwrap().modified().unwrap();
+    let mut bytes = std::fs::read(&spoilt).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    std::fs::write(&spoilt, bytes).unwrap();
+    std::fs::File::options().write(true).open(&spoilt).unwrap().set_modified(time).unwrap();
+    let summary = sequence(folder.path(), TASK);
+    assert_eq!((&summary["contact_sheet"], &summary["manifest"]), (&Value::Null, &Value::Null), "{summary}");
+}
+
+#[test]
+fn the_frames_of_another_table_are_not_taken_for_those_of_this_one() {
+    let folder = folder();
+    std::fs::write(folder.path().join("cases.csv"), CASES).unwrap();
+    sequence(folder.path(), TASK.trim_end_matches(" --frame 1"));
+    // The last case alone is another.
+    let (same, last) = CASES.trim_end().rsplit_once('\n').unwrap();
+    let other = last.replacen(|c: char| c.is_ascii_digit(), "1", 1);
+    assert_ne!(last, other);
+    std::fs::write(folder.path().join("cases.csv"), format!("{same}\n{other}\n")).unwrap();
+    let summary = sequence(folder.path(), TASK);
+    assert_eq!((counts(&summary), &summary["contact_sheet"]), ((0, 1), &Value::Null), "{summary}");
+}
+
 #[test]
 fn the_contact_sheet_shows_at_most_64_frames_and_the_sky() {
     let folder = folder();
@@ -477,10 +513,12 @@ fn progress_is_a_line_now_and_then_with_rate_and_time_left() {
     child.wait().unwrap();
     let line = with_rest.expect("a line before the end");
     assert!(
-        line.starts_with("sorairo: ") && line.contains(" of 9001 frames, ") && line.ends_with("; 0 skipped"),
+        line.starts_with("sorairo: ") && line.contains(" of 9001 frames, ") && line.contains("; 0 skipped; "),
         "{line}"
     );
     assert!(line.contains(" frames/s, "), "{line}");
+    // What makes it slow.
+    assert!(line.contains(" direct, every pixel integrated, ") && line.ends_with(" frames/s"), "{line}");
     // Each comes two seconds after what was before, or later.
     assert!(told >= 1 && took >= told * Duration::from_secs(2), "{told} lines in {took:?}");
 }

@@ -28,7 +28,7 @@ const ANY_FIT: &str = "--fit=cubic";
 
 /// The flags that describe one of the tests' scenes and a view.
 fn flags(scene: &Scene, (elevation, azimuth): (f64, f64), wavelengths: &str) -> Vec<String> {
-    let preset = if scene.preset == Preset::Earth { "earth" } else { "paper" };
+    let preset = if scene.began_as() == Preset::Earth { "earth" } else { "paper" };
     vec![
         format!("--preset={preset}"),
         "--orders=1".into(),

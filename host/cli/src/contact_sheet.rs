@@ -10,7 +10,7 @@ use embedded_graphics::prelude::*;
 use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
 use sorairo::Device;
 use sorairo::Plan;
-use sorairo::low_level::files::png;
+use sorairo::low_level::files::{self, png};
 use sorairo::low_level::sequence::Frame;
 use sorairo::scene;
 use sorairo::{PixelFormat, Result};
@@ -23,13 +23,22 @@ const SIDE: u32 = 192;
 const LABEL: u32 = 20;
 const GAP: u32 = 6;
 
-/// Renders the frames of a sequence small, and writes them as one picture with number and elevation of the sun below each.
+/// The keyword under which the sheet says what it was made of.
+const KEYWORD: &str = "sorairoSequence";
+
+/// What a sheet says that it was made of, if it is whole.
+pub fn made_of(path: &Path) -> Option<String> {
+    files::png_text(path, KEYWORD)
+}
+
+/// Renders the frames of a sequence small, and writes them as one picture with number and elevation of the sun below each. `made_of` says in
+/// the file what it was made of; see [`crate::known`].
 ///
 /// # Errors
 ///
 /// What is wrong with a scene, [`sorairo::Error::Device`] if the device fails, [`sorairo::Error::Write`] if the picture cannot be
 /// written.
-pub fn contact_sheet(path: &Path, frames: &[Frame], device: &mut Device) -> Result<()> {
+pub fn contact_sheet(path: &Path, frames: &[Frame], made_of: &str, device: &mut Device) -> Result<()> {
     let shown = frames.len().min(MOST);
     let spread = |i: usize| i * (frames.len() - 1) / (shown - 1).max(1);
     let frames: Vec<&Frame> = (0..shown).map(|i| &frames[spread(i)]).collect();
@@ -49,7 +58,7 @@ pub fn contact_sheet(path: &Path, frames: &[Frame], device: &mut Device) -> Resu
         let label = format!("{}   sun {:.1}°", frame.number, scene.sun.elevation);
         sheet.write(left + cell.width / 2, top + cell.height + LABEL / 2, &label);
     }
-    png::write(path, width, height, &sheet.rgb)?.commit()
+    png::write_with_text(path, width, height, &sheet.rgb, KEYWORD, made_of)?.commit()
 }
 
 /// The picture: three bytes a pixel, row by row from the top.

@@ -7,6 +7,7 @@ use sorairo_evaluation::stress::Outcome;
 
 use crate::arguments::{BandsArguments, BenchArguments, EvaluationCommand, ReproduceArguments, StressArguments};
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::output::print_line;
 use crate::progress::Progress;
 
@@ -39,7 +40,7 @@ fn reproduce(arguments: &ReproduceArguments) -> Result<()> {
     if arguments.measured {
         return measured(arguments);
     }
-    let device = device::open(&arguments.device)?;
+    let device = device::open(&memory::device(&arguments.device)?)?;
     let progress = Progress::start();
     let experiment = sorairo_evaluation::reproduce::reproduce(&arguments.out, &device, &|stage| progress.stage(stage));
     drop(progress);
@@ -58,7 +59,7 @@ fn measured(arguments: &ReproduceArguments) -> Result<()> {
 
 /// `sorairo bench`.
 fn bench(arguments: &BenchArguments) -> Result<()> {
-    let device = device::open(&arguments.device)?;
+    let device = device::open(&memory::device(&arguments.device)?)?;
     let progress = Progress::start();
     let stage = |stage: &str| progress.stage(stage);
     let (done, name) = if arguments.speed {
@@ -73,7 +74,7 @@ fn bench(arguments: &BenchArguments) -> Result<()> {
 
 /// `sorairo stress`: prints what each sweep found, and fails if a case did.
 fn stress(arguments: &StressArguments) -> Result<()> {
-    let device = device::open(&arguments.device)?;
+    let device = device::open(&memory::device(&arguments.device)?)?;
     let progress = Progress::start();
     let stage = |stage: &str| progress.stage(stage);
     let done = sorairo_evaluation::stress::stress(&arguments.out, &device, arguments.minutes, arguments.seed, &stage);

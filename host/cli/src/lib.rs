@@ -11,7 +11,9 @@ mod evaluation;
 pub mod flags;
 mod frames;
 mod help;
+mod known;
 mod manifest;
+mod memory;
 mod output;
 mod progress;
 mod ranges;
@@ -41,6 +43,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     }
     output::print_warnings();
     fail_at_the_file_size_limit();
+    memory::fail_at_the_limit();
     // Without it an interruption still ends the process, and the next run removes what it leaves.
     let _ = ctrlc::set_handler(interrupted);
     match threads::start().map_err(Into::into).and_then(|()| dispatch(arguments.command)) {

@@ -55,17 +55,39 @@ pub struct FrameProgress {
     /// Its length is the frames that are not known to be there already.
     bar: ProgressBar,
     skipped: u32,
+    direct: Direct,
+    /// When the last frame ended, or the first began.
+    last: Instant,
+}
+
+/// Frames of which every pixel was integrated, and the time that they took: they are what makes a sequence slow.
+#[derive(Default)]
+struct Direct {
+    frames: u32,
+    time: Duration,
+}
+
+impl fmt::Display for Direct {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.frames {
+            0 => Ok(()),
+            frames => {
+                let rate = f64::from(frames) / self.time.as_secs_f64();
+                write!(f, "; {frames} direct, every pixel integrated, {rate:.2} frames/s")
+            }
+        }
+    }
 }
 
 impl FrameProgress {
     /// Starts to count this many frames.
     pub fn start(frames: usize) -> Self {
         if is_quiet() {
-            return Self { bar: ProgressBar::hidden(), skipped: 0 };
+            return Self::of(ProgressBar::hidden());
         }
         let bar = ProgressBar::new(frames as u64);
         let before = if bar.is_hidden() { "sorairo:" } else { "{wide_bar}" };
-        let shown = format!("{before} {{pos}} of {{len}} frames, {{rate}} frames/s{{left}}; {{msg}} skipped");
+        let shown = format!("{before} {{pos}} of {{len}} frames, {{rate}} frames/s{{left}}; {{msg}}");
         let rate =
             |state: &ProgressState, text: &mut dyn fmt::Write| put(text, format_args!("{:.1}", mean_rate(state)));
         let left = |state: &ProgressState, text: &mut dyn fmt::Write| {
@@ -77,20 +99,30 @@ impl FrameProgress {
         };
         let bar = where_it_is_seen(bar, BETWEEN_FRAMES)
             .with_style(style(&shown).with_key("rate", rate).with_key("left", left))
-            .with_message("0");
+            .with_message("0 skipped");
         keep_moving(&bar, Duration::from_millis(500));
-        Self { bar, skipped: 0 }
+        Self::of(bar)
+    }
+
+    fn of(bar: ProgressBar) -> Self {
+        Self { bar, skipped: 0, direct: Direct::default(), last: Instant::now() }
     }
 
     /// Counts a frame.
     pub fn ended(&mut self, how: Ended) {
+        let took = std::mem::replace(&mut self.last, Instant::now()).elapsed();
         match how {
-            Ended::Rendered => self.bar.inc(1),
-            Ended::Found => {
-                self.skipped += 1;
-                self.bar.dec_length(1);
-                self.bar.set_message(self.skipped.to_string());
+            Ended::Rendered { direct: true } => {
+                self.direct.frames += 1;
+                self.direct.time += took;
             }
+            Ended::Rendered { direct: false } => {}
+            Ended::Found => self.skipped += 1,
+        }
+        self.bar.set_message(format!("{} skipped{}", self.skipped, self.direct));
+        match how {
+            Ended::Rendered { .. } => self.bar.inc(1),
+            Ended::Found => self.bar.dec_length(1),
         }
     }
 }

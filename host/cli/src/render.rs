@@ -5,6 +5,7 @@ use sorairo::low_level::render::{self, Report};
 
 use crate::arguments::RenderArguments;
 use crate::error::Result;
+use crate::memory;
 use crate::output::{print_line, print_note, refuse_scene_as_output};
 use crate::progress::Progress;
 
@@ -13,9 +14,9 @@ pub fn run(arguments: &RenderArguments) -> Result<()> {
     let scene = arguments.scene.scene()?;
     let request = arguments.request();
     refuse_scene_as_output(arguments.scene.scene.as_deref(), request.outputs.iter())?;
+    let device = memory::device(&arguments.scene.device)?;
     let progress = Progress::start();
-    let report =
-        render::render(&scene, &request, || device::open(&arguments.scene.device), |stage| progress.stage(stage));
+    let report = render::render(&scene, &request, || device::open(&device), |stage| progress.stage(stage));
     drop(progress);
     let report = report?;
     print_note(&summary(&report));

@@ -1,7 +1,6 @@
 //! The command that renders sequences.
 
-use std::iter;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use serde::Serialize;
@@ -14,7 +13,9 @@ use crate::cases::Cases;
 use crate::contact_sheet::contact_sheet;
 use crate::error::Result;
 use crate::frames;
+use crate::known;
 use crate::manifest;
+use crate::memory;
 use crate::output::{print_line, print_note, refuse_scene_as_output};
 use crate::progress::FrameProgress;
 
@@ -68,7 +69,7 @@ impl FrameReport {
         let sun = &frame.scene.sun;
         Self {
             number: frame.number,
-            rendered: ended == Ended::Rendered,
+            rendered: ended != Ended::Found,
             sun_elevation: sun.elevation,
             sun_azimuth: sun.azimuth,
             sun_disc: sun.disc,
@@ -86,7 +87,7 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
     let sheet = contact_sheet_path(&frames);
     let files = frames.iter().flat_map(|frame| &frame.request.outputs).chain([&sheet]);
     refuse_scene_as_output(arguments.scene.as_deref(), files)?;
-    let mut device = device::open(&arguments.device)?;
+    let mut device = device::open(&memory::device(&arguments.device)?)?;
     sequence::make_folders(&chosen)?;
     let (mut rendered, mut skipped, mut reports) = (0, 0, Vec::new());
     let start = Instant::now();
@@ -94,7 +95,7 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
     let outcome = sequence::sequence(&chosen, &mut device, &mut |frame, ended, shown| {
         reports.push(FrameReport::new(frame, ended, shown));
         match ended {
-            Ended::Rendered => rendered += 1,
+            Ended::Rendered { .. } => rendered += 1,
             Ended::Found => skipped += 1,
         }
         progress.ended(ended);
@@ -104,12 +105,12 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
     let seconds = start.elapsed().as_secs_f64();
     let is_other = |frame: &&Frame| chosen.binary_search_by_key(&frame.number, |chosen| chosen.number).is_err();
     let manifest = cases.is_some().then(|| manifest::path(&frames));
-    let beside: Vec<&Path> = iter::once(&sheet).chain(&manifest).map(PathBuf::as_path).collect();
+    let made_of = || known::made_of(&frames, cases.as_ref());
     // A task that is run again when all is done has nothing to add, and no need to read every frame of the others.
-    let is_current = rendered == 0 && are_newer(&beside, &frames);
-    let is_whole = is_current || sequence::are_finished(frames.iter().filter(is_other));
-    if is_whole && !is_current {
-        contact_sheet(&sheet, &frames, &mut device)?;
+    let is_known = rendered == 0 && known::are_whole(&frames, &made_of()?, &sheet, manifest.as_deref());
+    let is_whole = is_known || sequence::are_finished(frames.iter().filter(is_other));
+    if is_whole && !is_known {
+        contact_sheet(&sheet, &frames, &made_of()?, &mut device)?;
         if let Some(cases) = &cases {
             manifest::write(cases, &frames)?;
         }
@@ -131,14 +132,6 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
         print_line(&serde_json::to_string(&summary).expect("a summary is plain data"))?;
     }
     Ok(())
-}
-
-/// Whether every one of these files is there, and is younger than every file of the frames.
-fn are_newer(files: &[&Path], frames: &[Frame]) -> bool {
-    let modified = |path: &Path| path.metadata().and_then(|file| file.modified()).ok();
-    let Some(oldest) = files.iter().map(|path| modified(path)).min().flatten() else { return false };
-    let mut of_frames = frames.iter().flat_map(|frame| &frame.request.outputs);
-    of_frames.all(|path| modified(path).is_some_and(|time| time <= oldest))
 }
 
 /// The contact sheet beside the frames.

@@ -5,11 +5,13 @@ use sorairo::low_level::device;
 
 use crate::arguments::ViewArguments;
 use crate::error::Result;
+#[cfg(feature = "view")]
+use crate::memory;
 
 /// `sorairo view`.
 #[cfg(feature = "view")]
 pub fn run(arguments: &ViewArguments) -> Result<()> {
-    let device = &arguments.scene.device;
+    let device = &memory::device(&arguments.scene.device)?;
     let options = sorairo_view::Options {
         scene: arguments.scene.scene()?,
         device,

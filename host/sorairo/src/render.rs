@@ -51,6 +51,18 @@ impl Request {
         self.outputs.iter().zip(formats).all(|(path, format)| files::is_finished(path, format, &scene, &wavelengths))
     }
 
+    /// All that [`Request::is_finished`] asks of the files, as a text.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Format::of`], and of wavelengths that no file can hold.
+    pub fn signature(&self, scene: &ValidScene) -> Result<String> {
+        let formats = self.formats()?;
+        let wavelengths = self.wavelengths_of(scene, &formats)?;
+        let scene = scene.as_asked();
+        Ok(formats.into_iter().map(|format| files::signature(format, &scene, &wavelengths)).collect())
+    }
+
     /// The wavelengths of its spectral files (nm, increasing), whose formats are these.
     fn wavelengths_of(&self, scene: &Scene, formats: &[Format]) -> Result<Vec<f64>> {
         files::wavelengths(scene, self.wavelengths.as_deref(), self.spectral, formats)
@@ -167,6 +179,11 @@ impl Job {
     /// What the image shows.
     pub fn shown(&self) -> Shown {
         Shown::of(&self.plan)
+    }
+
+    /// Whether every pixel is integrated, none interpolated from a sky lookup.
+    pub fn is_direct(&self) -> bool {
+        self.plan.lookup.size.is_none()
     }
 
     /// Whether a file holds half floats.

@@ -30,7 +30,10 @@ pub struct Frame {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
     /// It was rendered.
-    Rendered,
+    Rendered {
+        /// Whether every pixel was integrated, which takes several times as long as the sky lookup.
+        direct: bool,
+    },
     /// Its files were there already, whole, and show its scene.
     Found,
 }
@@ -123,7 +126,8 @@ pub fn are_finished<'a>(frames: impl Iterator<Item = &'a Frame> + Clone) -> bool
 /// Renders the frames that are not there yet, in their order.
 ///
 /// A frame counts as there if each of its files is whole to the byte and names the same scene and version of the program.
-/// `ended` is called for each frame, in their order, with what it shows where its request asks for the sky's light. After an error the frames before it are whole and in place.
+/// `ended` is called for each frame, in their order, with what it shows where its request asks for the sky's light. No file holds that light, so it
+/// is computed for frames that are there already too, some hundredths of a second each. After an error the frames before it are whole and in place.
 ///
 /// # Errors
 ///
@@ -137,11 +141,14 @@ pub fn sequence(frames: &[Frame], device: &mut Device, ended: &mut OnEnd<'_>) ->
         let computing = jobs.iter().try_for_each(|(frame, work): (&Frame, Result<Work>)| {
             let Work { job, shown } = work.map_err(|error| of_frame(frame, error))?;
             let files = match job {
-                Some(job) => Some(job.compute(scope, device).map_err(|error| of_frame(frame, error))?.1),
+                Some(job) => {
+                    let (_, files) = job.compute(scope, device).map_err(|error| of_frame(frame, error))?;
+                    Some((files, Ended::Rendered { direct: job.is_direct() }))
+                }
                 None => None,
             };
             // The receiver ends early only with an error of its own, which is the one to tell.
-            computed.send((frame, files, shown)).map_err(|_| writer_ended())
+            computed.send(Computed { frame, files, shown }).map_err(|_| writer_ended())
         });
         // Ends the planner, if it has not ended.
         drop(jobs);
@@ -180,14 +187,24 @@ impl Work {
     }
 }
 
+/// A frame whose pixels are computed.
+struct Computed<'a, 'scope> {
+    frame: &'a Frame,
+    /// Its files and how it ends with them, unless they are there already.
+    files: Option<(Files<'scope>, Ended)>,
+    shown: Option<Shown>,
+}
+
 /// What is called when a frame has ended.
 pub type OnEnd<'a> = dyn FnMut(&Frame, Ended, Option<Shown>) + Send + 'a;
 
 /// Puts the files of each frame into their places once they are encoded.
-fn finish(files: &Receiver<(&Frame, Option<Files<'_>>, Option<Shown>)>, ended: &mut OnEnd<'_>) -> Result<()> {
-    for (frame, files, shown) in files {
-        let how = if files.is_some() { Ended::Rendered } else { Ended::Found };
-        files.map_or(Ok(()), Files::finish).map_err(|error| of_frame(frame, error))?;
+fn finish(computed: &Receiver<Computed<'_, '_>>, ended: &mut OnEnd<'_>) -> Result<()> {
+    for Computed { frame, files, shown } in computed {
+        let how = match files {
+            Some((files, how)) => files.finish().map(|()| how).map_err(|error| of_frame(frame, error))?,
+            None => Ended::Found,
+        };
         ended(frame, how, shown);
     }
     Ok(())

@@ -18,7 +18,7 @@ fn scene_file(scene: &Scene) -> String {
     let mut whole = table(scene);
     let preset = whole.remove("preset").expect("a scene has a preset");
     let mut file = toml::Table::from_iter([("preset".to_owned(), preset)]);
-    file.extend(absolute(difference(whole, &table(&Scene::preset(scene.preset)))));
+    file.extend(absolute(difference(whole, &table(&Scene::preset(scene.began_as())))));
     toml::to_string(&file).expect("a table can be written")
 }
 

@@ -157,7 +157,9 @@ fn compute(
 
 /// Whether two scenes differ in nothing but the camera.
 fn is_same_sky(one: &Scene, other: &Scene) -> bool {
-    Scene { camera: other.camera.clone(), ..one.clone() } == *other
+    let mut one = one.clone();
+    one.camera = other.camera.clone();
+    one == *other
 }
 
 /// What a scene's camera sees of a sky that is known, or of a new one.

@@ -157,7 +157,7 @@ impl std::fmt::Display for Case {
             reference.standard_error,
             view.0,
             view.1,
-            scene.preset,
+            scene.began_as(),
             scene.sun.elevation,
             scene.observer.altitude,
             scene.ground.albedo,

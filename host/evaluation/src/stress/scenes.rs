@@ -615,7 +615,7 @@ mod tests {
     /// Another: of opaque air under the densest ozone the sun's disc alone is left, 5e-13 of it.
     #[test]
     fn the_suns_disc_in_a_black_sky_is_not_a_lost_picture() {
-        let mut scene = Scene { preset: Preset::Paper, ..Scene::preset(Preset::Earth).first_order() };
+        let mut scene = Scene::preset(Preset::Earth).first_order();
         scene.sun.disc = true;
         let a = &mut scene.atmosphere;
         (a.air.scattering, a.air.scale_height) = (100.0, 0.05);

@@ -19,7 +19,7 @@ mod writer;
 pub use check::{check_distinct, check_room, check_writable, make_folder};
 pub use format::Format;
 pub use radiance_scene::check_radiance;
-pub use signature::is_finished;
+pub use signature::{is_finished, png_text, signature};
 pub use staged::{Staged, commit_all, remove_unfinished, stage};
 pub use wavelengths::{MOST_WAVELENGTHS, default_wavelengths, wavelengths};
 pub use writer::{Image, Writer, write};

@@ -9,11 +9,11 @@ use sorairo_shared::glam::Vec3;
 use sorairo_shared::rgb::into_gamut;
 use sorairo_shared::tone::{NEAREST, dither, srgb8};
 
-use super::label::{SCENE, SOFTWARE, scene_text};
+use super::label::SOFTWARE;
 use super::staged::{Staged, stage};
 use super::writer::Image;
 use crate::error::Result;
-use crate::scene::{Dither, Scene};
+use crate::scene::Dither;
 
 /// The bytes (red, green, blue) of packed pixels.
 pub fn unpack(pixels: &[u32]) -> Vec<u8> {
@@ -51,7 +51,17 @@ pub fn write(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<Staged>
     stage(path, |writer| encode(writer, width, height, None, |rows| rows.write_all(rgb)))
 }
 
-/// Encodes a picture whose bytes `fill` writes, from the top, and what scene it shows.
+/// Writes a picture beside its place, and a text in it under a keyword, which [`super::png_text`] reads.
+///
+/// # Errors
+///
+/// [`crate::Error::Write`] if the file cannot be written.
+pub fn write_with_text(path: &Path, width: u32, height: u32, rgb: &[u8], keyword: &str, text: &str) -> Result<Staged> {
+    let text = Some((keyword, text.to_owned()));
+    stage(path, |writer| encode(writer, width, height, text, |rows| rows.write_all(rgb)))
+}
+
+/// Encodes a picture whose bytes `fill` writes, from the top, and a text under its keyword.
 ///
 /// The difference from the pixel to the left and the fastest deflate are both the fastest choice and the smallest fast one for
 /// the smooth gradients of a sky: 6.6 ms for 1920×960 pixels against 9 to 11 ms for other filters and 49 ms upwards for
@@ -60,7 +70,7 @@ pub(super) fn encode(
     output: &mut impl Write,
     width: u32,
     height: u32,
-    scene: Option<&Scene>,
+    text: Option<(&str, String)>,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
     let plain = |error: EncodingError| match error {
@@ -73,8 +83,8 @@ pub(super) fn encode(
     encoder.set_compression(Compression::Fast);
     encoder.set_filter(Filter::Sub);
     encoder.add_itxt_chunk("Software".into(), SOFTWARE.into()).map_err(plain)?;
-    if let Some(scene) = scene {
-        encoder.add_itxt_chunk(SCENE.into(), scene_text(scene)).map_err(plain)?;
+    if let Some((keyword, text)) = text {
+        encoder.add_itxt_chunk(keyword.into(), text).map_err(plain)?;
     }
     let mut writer = encoder.write_header().map_err(plain)?;
     let mut rows = writer.stream_writer().map_err(plain)?;

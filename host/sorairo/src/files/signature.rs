@@ -28,11 +28,22 @@ pub fn is_finished(path: &Path, format: Format, scene: &Scene, wavelengths: &[f6
             let text = io::read_to_string(file);
             return text.is_ok_and(|text| radiance_scene::is_whole(&text, scene, wavelengths));
         }
-        Format::Png => png_label(file),
+        Format::Png => png_texts(file, SCENE),
         Format::Exr => exr_label(file, &channel_names(&[])),
         Format::SpectralExr => exr_label(file, &channel_names(wavelengths)),
     };
     label.is_some_and(|(software, text)| software == SOFTWARE && text == scene_text(scene))
+}
+
+/// All that [`is_finished`] asks of a file, as a text: files of which it is the same may stand for each other.
+pub fn signature(format: Format, scene: &Scene, wavelengths: &[f64]) -> String {
+    format!("{SOFTWARE}\n{format:?}\n{wavelengths:?}\n{}", scene_text(scene))
+}
+
+/// The text of a PNG under a keyword, if the file is whole and this version of the program wrote it.
+pub fn png_text(path: &Path, keyword: &str) -> Option<String> {
+    let (software, text) = png_texts(File::open(path).ok()?, keyword)?;
+    (software == SOFTWARE).then_some(text)
 }
 
 /// Whether a picture of Radiance has the header and as many pixels as one of this scene, and the checksum of its pixels.
@@ -54,8 +65,8 @@ fn is_radiance_picture(file: &mut impl Read, scene: &Scene, wavelengths: &[f64])
     Ok(length == expected && begin == header(checksum.finalize()).as_bytes())
 }
 
-/// Program and scene of a PNG that is whole.
-fn png_label(file: File) -> Option<(String, String)> {
+/// Program of a PNG that is whole, and its text under a keyword.
+fn png_texts(file: File, keyword: &str) -> Option<(String, String)> {
     let mut file = BufReader::new(file);
     if !is_whole_png(&mut file).ok()? {
         return None;
@@ -64,7 +75,7 @@ fn png_label(file: File) -> Option<(String, String)> {
     let reader = ::png::Decoder::new(file).read_info().ok()?;
     let texts = &reader.info().utf8_text;
     let text = |keyword: &str| texts.iter().find(|chunk| chunk.keyword == keyword)?.get_text().ok();
-    Some((text("Software")?, text(SCENE)?))
+    Some((text("Software")?, text(keyword)?))
 }
 
 /// Whether a file is a PNG whose chunks have their checksums, and nothing after the last.

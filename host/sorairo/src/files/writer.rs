@@ -9,6 +9,7 @@ use std::thread::{Builder, Scope, ScopedJoinHandle};
 use sorairo_shared::variant::PixelFormat;
 
 use super::format::Format;
+use super::label::{SCENE, scene_text};
 use super::staged::{Staged, stage};
 use super::{exr, png, radiance_picture, radiance_scene};
 use crate::error::{Error, Result};
@@ -126,7 +127,7 @@ fn encode(
     let mut strips = strips.into_iter();
     let of_file = if format == Format::Exr { &[] } else { wavelengths.as_slice() };
     stage(path, |output| match format {
-        Format::Png => png::encode(output, width, height, Some(scene), |picture| {
+        Format::Png => png::encode(output, width, height, Some((SCENE, scene_text(scene))), |picture| {
             let mut row = 0;
             strips.try_for_each(|rows| match pixel {
                 PixelFormat::Picture => picture.write_all(&png::unpack(rows.as_ref())),

@@ -127,8 +127,11 @@ impl Draft {
     ///
     /// # Errors
     ///
-    /// [`Error::Text`] if it is of another kind.
+    /// [`Error::Text`] if it is of another kind, [`Error::NotAllowed`] for the preset, over which other values may have been set.
     pub fn set<'de>(&mut self, key: &Key, value: impl Deserializer<'de>) -> Result<()> {
+        if key.name == "preset" {
+            return Err(Error::not_allowed("preset", "is what a scene begins as, and cannot be set over it"));
+        }
         self.spans.remove(key.name);
         key.set(&mut self.scene, value).map_err(|error| match error {
             Error::Text(complaint) => wrong(in_plain_words(&complaint)),

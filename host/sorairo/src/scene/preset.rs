@@ -10,11 +10,29 @@ use super::sky::{Aerosol, AtmosphereScene, Ground, Observer, Sun};
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, SunSpectrum};
 
 /// A complete description of one sky. Read from TOML; every key has a default, that of the preset.
+///
+/// A scene begins as that of a preset, over which its keys are set. The preset itself fills in values once and cannot be changed afterwards:
+///
+/// ```
+/// use sorairo::{Preset, Scene};
+///
+/// let mut scene = Scene::preset(Preset::Hazy);
+/// scene.sun.elevation = 8.0;
+/// assert!(scene.atmosphere.aerosol.optical_depth > Scene::default().atmosphere.aerosol.optical_depth);
+/// ```
+///
+/// ```compile_fail,E0616
+/// # use sorairo::{Preset, Scene};
+/// let mut scene = Scene::default();
+/// scene.preset = Preset::Hazy; // would leave the air as clean as it is
+/// ```
+///
+/// [`Scene::parse`] and [`Scene::read`] know presets too. Serde's own reading is for scenes that it wrote, in which no key is missing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scene {
     /// The named atmosphere that fills in every key which is not given.
-    pub preset: Preset,
+    pub(crate) preset: Preset,
     /// Where the sun is and how it shines.
     pub sun: Sun,
     /// Where the observer is.
@@ -81,6 +99,11 @@ impl Scene {
             Preset::NoOzone => scene.atmosphere.ozone.column = 0.0,
         }
         scene
+    }
+
+    /// The preset as which the scene began.
+    pub fn began_as(&self) -> Preset {
+        self.preset
     }
 
     /// The same scene in light of one order over black ground, as the paper has it.

@@ -3,8 +3,8 @@
 /** Names short enough for a panel. The sentence of a key stands below its control. */
 const NAMES = {
   "preset": "Atmosphere",
-  "sun.elevation": "Elevation of the sun",
-  "sun.azimuth": "Azimuth of the sun",
+  "sun.elevation": "Elevation",
+  "sun.azimuth": "Azimuth",
   "sun.disc": "The sun's disc",
   "sun.distance": "Distance of the sun",
   "observer.altitude": "Altitude",
@@ -57,9 +57,6 @@ export function slider({ minimum, maximum, unit, default: standard }) {
   };
 }
 
-const word = (choice) => choice.name ?? choice.word ?? choice;
-const sentence = (choice) => choice.sentence ?? "";
-
 /** The controls of a page. `changed(key, value, following)` hears every change; a value of `undefined` takes the key back to its default. */
 export class Controls {
   #shown = [];
@@ -91,9 +88,9 @@ export class Controls {
     this.#shown.push((effective, scene) => { reset.hidden = !(key in scene) || key === "preset"; });
     const choices = row.choices ?? [];
     const isRange = Number.isFinite(row.minimum) && Number.isFinite(row.maximum);
-    if (typeof row.default === "boolean" || row.kind === "boolean" || row.kind === "bool" || key === "sun.disc") this.#box(key, id, top);
+    if (row.kind === "boolean") this.#box(key, id, top);
     else if (isRange) this.#range(key, id, top, made, choices);
-    else if (choices.length) this.#select(key, id, made, choices, help);
+    else if (choices.length) this.#select(key, id, made, choices);
     else this.#text(key, id, top);
     made.append(help);
     return made;
@@ -113,16 +110,11 @@ export class Controls {
     this.#shown.push((effective, scene) => { box.value = scene[key] ?? ""; });
   }
 
-  #select(key, id, made, choices, help) {
-    const select = element("select", { id, "aria-describedby": `${id}-help` }, ...choices.map((choice) => element("option", { value: word(choice) }, word(choice))));
+  #select(key, id, made, choices) {
+    const select = element("select", { id, "aria-describedby": `${id}-help` }, ...choices.map((choice) => element("option", { value: choice }, choice)));
     select.addEventListener("change", () => this.changed(key, select.value, false));
     made.append(select);
-    const said = help.textContent;
-    this.#shown.push((effective) => {
-      select.value = effective[key];
-      const chosen = choices.find((choice) => word(choice) === effective[key]);
-      help.textContent = (chosen && sentence(chosen)) || said;
-    });
+    this.#shown.push((effective) => { select.value = effective[key]; });
   }
 
   #range(key, id, top, made, choices) {
@@ -130,8 +122,8 @@ export class Controls {
     const scale = slider(row);
     const number = element("input", { type: "number", id, step: "any", min: String(row.minimum), max: String(row.maximum), "aria-describedby": `${id}-help` });
     const range = element("input", { type: "range", min: "0", max: String(STEPS), step: "1", "aria-label": NAMES[key] ?? key, "aria-describedby": `${id}-help` });
-    const unit = row.unit ?? "";
-    const words = key === "render.exposure" && !choices.some((choice) => word(choice) === "auto") ? ["auto", ...choices.map(word)] : choices.map(word);
+    const unit = row.unit === "degrees" ? "°" : (row.unit ?? "");
+    const words = typeof row.default === "string" && !choices.length && /^\w+$/.test(row.default) ? [row.default] : choices;
     top.append(number);
     if (unit) top.append(element("span", { class: "unit" }, unit));
     made.append(range);

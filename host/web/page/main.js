@@ -4,7 +4,7 @@ import init, * as sorairo from "./sorairo.js";
 import { address, parse, seenAlike, toml, withPreset } from "./scene.js";
 import { Controls, element, rounded } from "./controls.js";
 import { Painter, WorkerCalls } from "./renderer.js";
-import { View, show } from "./view.js";
+import { View, lookOf, show } from "./view.js";
 import { Dome, Place } from "./sun.js";
 import { Readout } from "./readout.js";
 import { Tour } from "./tour.js";
@@ -24,6 +24,8 @@ const sentence = (error) => String(error?.message ?? error);
 const pixels = ([width, height]) => `${width}x${height}`;
 
 let state = { scene: {}, beside: null, measured: null, errors: null };
+/** The size of the full picture that was asked for last. */
+let drawnSize;
 let worker, painter, view, controls, place, dome, readout, tour;
 
 function complain(text) {
@@ -54,7 +56,15 @@ function camera(effective, [width, height]) {
   };
 }
 
-const effective = (scene) => JSON.parse(sorairo.scene(toml(sized(scene))));
+/** Every key's value. What a projection leaves to its default is read off the directions of a picture of three by three pixels. */
+function effective(scene) {
+  const values = JSON.parse(sorairo.scene(toml(sized(scene))));
+  if (values["camera.projection"] === "equirectangular") return values;
+  const seen = (column, row) => JSON.parse(sorairo.direction(text(scene, [3, 3]), column, row));
+  const look = lookOf(seen(1, 1), seen(1, 0), seen(0, 1), values["camera.projection"]);
+  for (const [key, value] of Object.entries(look)) values[key] ??= rounded(value);
+  return values;
+}
 
 /** Takes up a change if the scene allows it; otherwise says why not, and everything stays. */
 function attempt(change, { following = false, quiet = false } = {}) {
@@ -105,11 +115,12 @@ function describe(following) {
   place.show(scene);
   view.fit(full);
   view.mark(camera(state.effective, full), sun, state.measured);
-  byId("sun-text").textContent = `The sun stands ${sun.elevation.toFixed(2)}° above the horizon, at azimuth ${sun.azimuth.toFixed(2)}°.`;
+  byId("sun-text").textContent = `The sun stands ${Math.abs(sun.elevation).toFixed(2)}° ${sun.elevation < 0 ? "below" : "above"} the horizon, at azimuth ${sun.azimuth.toFixed(2)}°.`;
   byId("right").setAttribute("aria-label", `The sky of ${state.effective.preset ?? "a scene"} with the sun at elevation ${sun.elevation.toFixed(1)}°, azimuth ${sun.azimuth.toFixed(1)}°`);
   for (const box of byId("orders").querySelectorAll("input")) box.checked = box.value === String(state.effective["render.orders"]);
   byId("errors").value = state.errors ?? "";
   compared();
+  if (!state.measured) readout.hide();
   if (following) return;
   byId("command").value = sorairo.command(toml(sized(scene)));
   byId("scene-text").value = toml(sized(scene));
@@ -131,6 +142,7 @@ function draw(following) {
   byId("view").dataset.state = "drawing";
   byId("waiting").textContent = "Drawing";
   if (!state.errors || following) for (const id of ["map", "legend"]) byId(id).hidden = true;
+  drawnSize = pixels(size(state.scene));
   painter.want({ ...state, size: size(state.scene), exact: "camera.size" in state.scene, following });
 }
 
@@ -208,6 +220,7 @@ function save(name, type, content) {
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
 
+/** The files of the native program, made by the same encoders. */
 async function saveFile(kind, type) {
   const button = byId(`save-${kind}`);
   button.disabled = true;
@@ -251,7 +264,7 @@ function buttons() {
   click("save-scene", () => save("sorairo.toml", "application/toml", toml(sized(state.scene))));
   click("copy-link", () => copy(location.href, "The link"));
   click("copy-command", () => copy(byId("command").value, "The command"));
-  click("spectrum-close", () => { readout.hide(); attempt({ measured: null }); byId("frame").focus(); });
+  click("spectrum-close", () => { attempt({ measured: null }); byId("frame").focus(); });
   click("tour-start", () => tour.go(0));
   click("fold", () => {
     const folded = document.body.classList.toggle("folded");
@@ -278,7 +291,7 @@ function orders() {
 }
 
 function fits() {
-  const names = (controls.keys["render.fit"].choices ?? []).map((choice) => choice.name ?? choice).filter((name) => name !== "dense");
+  const names = controls.keys["render.fit"].choices.filter((name) => name !== "dense");
   byId("errors").replaceChildren(element("option", { value: "" }, "no fit"), ...names.map((name) => element("option", { value: name }, name)));
 }
 
@@ -306,6 +319,14 @@ function firstSky() {
   complain(why);
 }
 
+/** Takes up another size of the window. */
+function fitted() {
+  view.fit(size(state.scene));
+  if (pixels(size(state.scene)) === drawnSize) return;
+  describe(false);
+  draw(false);
+}
+
 async function start() {
   const module = await compiled();
   await init({ module_or_path: module });
@@ -326,7 +347,7 @@ async function start() {
   buttons();
   firstSky();
   addEventListener("hashchange", fromAddress);
-  new ResizeObserver(() => { if (state.effective) attempt({}, { quiet: true }); }).observe(byId("view"));
+  new ResizeObserver(fitted).observe(byId("view"));
   navigator.serviceWorker?.register(new URL("sw.js", import.meta.url)).catch(() => { /* Without it the page needs its network. */ });
 }
 

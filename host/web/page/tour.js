@@ -31,7 +31,7 @@ export const steps = [
     ],
     scene: twilight,
     beside: { ...twilight, "atmosphere.ozone.column": 0 },
-    measured: { azimuth: 0, elevation: 50 },
+    measured: { azimuth: 20, elevation: 50 },
   },
   {
     title: "What four wavelengths are enough for",
@@ -59,7 +59,7 @@ export const steps = [
     ],
     scene: { ...twilight, "sun.elevation": -3, "render.exposure": 1, "render.orders": 2 },
     beside: { ...twilight, "sun.elevation": -3, "render.exposure": 1, "render.orders": 1 },
-    measured: { azimuth: 0, elevation: 3 },
+    measured: { azimuth: 20, elevation: 3 },
   },
   {
     title: "Mars",

@@ -35,6 +35,18 @@ export function project(camera, { azimuth, elevation }) {
   return x >= 0 && x <= 1 && y >= 0 && y <= 1 ? { x, y } : null;
 }
 
+/** What a camera looks at, from the directions of three pixels of its picture of three by three: the centre, the one above, the one beside. */
+export function lookOf(centre, above, beside, projection) {
+  const unit = ({ azimuth, elevation }) => [Math.cos(elevation * RADIANS) * Math.cos(azimuth * RADIANS), Math.cos(elevation * RADIANS) * Math.sin(azimuth * RADIANS), Math.sin(elevation * RADIANS)];
+  const [a, b] = [unit(centre), unit(beside)];
+  const angle = Math.acos(Math.min(1, a[0] * b[0] + a[1] * b[1] + a[2] * b[2]));
+  const half = projection === "fisheye" ? 1.5 * angle : Math.atan(1.5 * Math.tan(angle));
+  // Straight up and down the azimuth is that of the picture's upper or lower edge.
+  const isUpright = Math.abs(centre.elevation) < 89.9;
+  const azimuth = isUpright ? centre.azimuth : above.azimuth + (centre.elevation > 0 ? 180 : 0);
+  return { "camera.fov": (2 * half) / RADIANS, "camera.look_azimuth": ((azimuth + 540) % 360) - 180, "camera.look_elevation": centre.elevation };
+}
+
 function place(marker, position) {
   marker.hidden = !position;
   if (!position) return;

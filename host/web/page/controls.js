@@ -139,6 +139,8 @@ export class Controls {
     this.#shown.push((effective) => {
       const value = effective[key];
       const isNumber = typeof value === "number";
+      // A projection without a field of view has nothing to show here.
+      made.hidden = value === null || value === undefined;
       if (select) select.value = isNumber ? "" : (value ?? "");
       number.value = isNumber ? rounded(value) : "";
       if (isNumber && document.activeElement !== range) range.value = scale.place(value);

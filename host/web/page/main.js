@@ -256,7 +256,10 @@ function legend(scale, fit) {
 
 function buttons() {
   const click = (id, act) => byId(id).addEventListener("click", act);
-  click("keep", () => attempt({ beside: { ...state.scene } }));
+  click("keep", () => {
+    attempt({ beside: { ...state.scene } });
+    view.divideVisibly();
+  });
   click("swap", () => attempt({ scene: seenAlike(state.beside, state.scene), beside: state.scene }));
   click("single", () => attempt({ beside: null }));
   click("save-png", () => saveFile("png", "image/png"));
@@ -341,7 +344,10 @@ async function start() {
     idle: () => painter.idle,
   });
   readout = new Readout();
-  tour = new Tour((step) => attempt({ beside: null, measured: null, errors: null, ...step }));
+  tour = new Tour((step) => {
+    attempt({ beside: null, measured: null, errors: null, ...step });
+    view.divideVisibly();
+  });
   orders();
   fits();
   buttons();

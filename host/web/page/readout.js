@@ -5,7 +5,7 @@ import { plot } from "./plot.js";
 import { seenAlike } from "./scene.js";
 
 const byId = (id) => document.getElementById(id);
-const digits = (value) => (value === null || value === undefined ? "none" : Number(value).toPrecision(4).replace(/e\+?(-?\d+)$/, " × 10^$1"));
+const digits = (value) => Number(Number(value).toPrecision(4)).toString();
 
 export class Readout {
   hide() {

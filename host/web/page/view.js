@@ -164,6 +164,14 @@ export class View {
     document.getElementById("left").style.clipPath = `inset(0 ${100 - percent}% 0 0)`;
   }
 
+  /** Puts the divider where both skies can be seen beside the cards. */
+  divideVisibly() {
+    const [frame, cards] = [this.frame.getBoundingClientRect(), document.getElementById("cards").getBoundingClientRect()];
+    const isBeside = cards.height > 0 && cards.top < frame.bottom && cards.right < frame.left + 0.75 * frame.width;
+    const from = isBeside ? Math.max(0, cards.right - frame.left) : 0;
+    this.divide((from + frame.width) / 2 / frame.width);
+  }
+
   #divide() {
     const { divider } = this;
     this.divide(0.5);

@@ -148,14 +148,13 @@ function draw(following) {
 
 async function drawn(job, picture, last) {
   const start = performance.now();
-  const right = await worker.call("picture", text(job.scene, picture));
+  const right = await worker.call("picture", text(job.scene, picture), !last);
   const taken = performance.now() - start;
-  const left = job.beside && (await worker.call("picture", text(seenAlike(job.beside, job.scene), picture)));
+  const left = job.beside && (await worker.call("picture", text(seenAlike(job.beside, job.scene), picture), !last));
   show(byId("right"), right.pixels, picture);
   if (left) show(byId("left"), left.pixels, picture);
   byId("left").hidden = !state.beside;
-  byId("status").textContent = `${picture[0]} × ${picture[1]} pixels in ${Math.round(taken)} ms on ${right.device}.`;
-  notice(right);
+  if (right.device) told(right, picture, taken);
   if (!last || painter.wanted !== job) return;
   if (job.errors) await mapped(job, picture);
   if (job.measured && painter.wanted === job) await readout.measure(worker, job, (scene) => toml(sized(scene)));
@@ -180,7 +179,9 @@ function failed(error, job) {
   byId("waiting").textContent = job.following ? "Drawing" : "No picture of this scene";
 }
 
-function notice({ isGpu, whyNotGpu }) {
+/** Says who drew a picture, and why not another. */
+function told({ device, isGpu, whyNotGpu }, [width, height], taken) {
+  byId("status").textContent = `${width} × ${height} pixels in ${Math.round(taken)} ms on ${device}.`;
   byId("notice").hidden = isGpu;
   if (!isGpu) byId("notice").textContent = `The processor draws this sky, slower than a GPU would: ${whyNotGpu ?? "this browser offers no WebGPU"}.`.replace(/\.\.$/, ".");
 }
@@ -332,8 +333,9 @@ function fitted() {
 
 async function start() {
   const module = await compiled();
-  await init({ module_or_path: module });
   worker = new WorkerCalls(module, new URLSearchParams(location.search).get("device") ?? "auto");
+  worker.open().catch((error) => complain(sentence(error)));
+  await init({ module_or_path: module });
   painter = new Painter(drawn, failed);
   view = new View(hands);
   controls = new Controls(JSON.parse(sorairo.keys()), changed);

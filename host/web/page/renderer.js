@@ -15,7 +15,7 @@ export class WorkerCalls {
     this.#device = device;
   }
 
-  /** Opens the device: `{ device, isGpu, whyNotGpu }`. */
+  /** Starts the worker. */
   open() {
     this.#worker = new Worker(new URL("worker.js", import.meta.url), { type: "module" });
     this.#worker.onmessage = ({ data }) => this.#answer(data);
@@ -57,7 +57,7 @@ export class WorkerCalls {
 export class Painter {
   #draw; #wanted; #running = false; #perPixel; #least = Infinity;
 
-  /** `draw(job, size)` computes and shows one picture. `failed(sentence)` hears why there is none. */
+  /** `draw(job, size, isLast)` computes and shows one picture, of which larger ones follow or not. `failed(sentence)` hears why there is none. */
   constructor(draw, failed) {
     this.#draw = draw;
     this.failed = failed;

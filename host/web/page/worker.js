@@ -2,20 +2,27 @@
 
 import init, * as sorairo from "./sorairo.js";
 
-let studio;
+/** What computes, and the processor for the first glimpse: a GPU compiles its kernels before it draws anything. */
+let device, studio, glimpse;
+
+async function opened() {
+  studio ??= await sorairo.Studio.open(device);
+  return studio;
+}
 
 const calls = {
-  async open(module, device) {
+  async open(module, name) {
     await init({ module_or_path: module });
-    studio = await sorairo.Studio.open(device);
-    return { device: studio.device, isGpu: studio.is_gpu, whyNotGpu: studio.why_not_gpu };
+    device = name;
+    glimpse = await sorairo.Studio.open("cpu");
   },
-  async picture(toml) {
-    const pixels = await studio.picture(toml);
+  async picture(toml, isGlimpse) {
+    if (isGlimpse && !studio) return { pixels: await glimpse.picture(toml) };
+    const pixels = await (await opened()).picture(toml);
     return { pixels, device: studio.device, isGpu: studio.is_gpu, whyNotGpu: studio.why_not_gpu };
   },
-  png: (toml) => studio.png(toml),
-  exr: (toml) => studio.exr(toml),
+  png: async (toml) => (await opened()).png(toml),
+  exr: async (toml) => (await opened()).exr(toml),
   spectrum: (toml, azimuth, elevation) => sorairo.spectrum(toml, azimuth, elevation),
   errors: (toml, fit) => ({ pixels: sorairo.errors(toml, fit), scale: sorairo.errors_scale() }),
 };

@@ -1,7 +1,6 @@
 //! Pictures: 8 bit sRGB in PNG.
 
 use std::io::{self, Write};
-use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
 use rayon::prelude::*;
@@ -10,8 +9,6 @@ use sorairo_shared::rgb::into_gamut;
 use sorairo_shared::tone::srgb8;
 
 use super::label::{SCENE, SOFTWARE, scene_text};
-use super::staged::{Staged, stage};
-use crate::error::Result;
 use crate::plan::colour_space::ColourSpace;
 use crate::scene::Scene;
 
@@ -39,21 +36,12 @@ pub fn expose(
     bytes
 }
 
-/// Writes a picture beside its place.
-///
-/// # Errors
-///
-/// [`crate::Error::Write`] if the file cannot be written.
-pub fn write(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<Staged> {
-    stage(path, |writer| encode(writer, width, height, None, |rows| rows.write_all(rgb)))
-}
-
 /// Encodes a picture whose bytes `fill` writes, from the top, and what scene it shows.
 ///
 /// The difference from the pixel to the left and the fastest deflate are both the fastest choice and the smallest fast one for
 /// the smooth gradients of a sky: 6.6 ms for 1920×960 pixels against 9 to 11 ms for other filters and 49 ms upwards for
 /// other deflates, in 0.29 MB against 0.33 to 4.1 MB and 0.16 MB upwards (one core of a Xeon at 2.5 GHz).
-pub(super) fn encode(
+pub(crate) fn encode(
     output: &mut impl Write,
     width: u32,
     height: u32,

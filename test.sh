@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs every test of sorairo, on the GPU too: all of them, whichever fail; the last lines name those that did.
-# What the tests need and this machine lacks (a linker, a Vulkan driver, an X server without a screen, Python with venv) is installed
+# What the tests need and this machine lacks (a linker, a Vulkan driver, an X server without a screen, Chromium, Python with venv) is installed
 # with apt-get if root runs this on Debian or a relative, and is otherwise asked for. Nobody else's password or rights are used.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -25,6 +25,15 @@ install() {
 
 # The X server without a screen on which the window opens.
 has_xvfb() { command -v xvfb-run >/dev/null && command -v xauth >/dev/null; }
+
+# The browser in which the page is tested.
+has_chromium() { command -v chromium >/dev/null; }
+
+# Builds the page, and tests it in the browser.
+test_page() {
+    local python=${SORAIRO_PYTHON:-target/python/bin/python}
+    cargo xtask web && "$python" -m pytest --quiet -p no:cacheprovider tests/web
+}
 
 # The Python that test.sh made, from the list as it is now.
 has_python() { cmp -s tests/python/requirements.txt target/python/requirements.txt; }
@@ -111,6 +120,12 @@ if ! has_xvfb; then
         exit 1
     fi
 fi
+if ! has_chromium; then
+    if ! install chromium || ! has_chromium; then
+        echo "test.sh: no chromium, the browser in which the tests open the page" >&2
+        exit 1
+    fi
+fi
 if [ -z "${SORAIRO_PYTHON:-}" ] && ! has_python; then
     echo "test.sh: installing Python packages that read the program's files into target/python"
     if ! make_python; then
@@ -124,6 +139,7 @@ test_wheel || failed=1
 test_blender || failed=1
 # What takes minutes of other people's programs.
 cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --test radiance -- --ignored || failed=1
+test_page || failed=1
 # The library as one takes it that needs neither Vulkan nor files.
 cargo test --release --package sorairo --no-default-features --features cpu --test cpu_only || failed=1
 exit "${failed:-0}"

@@ -4,7 +4,7 @@
 //! and compares the bytes with those that are there. `cargo xtask docs` writes the pages of figures from docs/figures; `cargo
 //! xtask docs DIR` first takes the figures of a folder of reports. `cargo xtask gallery` makes the pictures of docs/gallery.md.
 //! `cargo xtask circles` fails if files need each other in a circle. `cargo xtask package` installs
-//! the command from packages alone. `cargo xtask pixels --program PATH --out FILE` keeps the
+//! the command from packages alone. `cargo xtask web` builds the page for browsers into target/web. `cargo xtask pixels --program PATH --out FILE` keeps the
 //! hashes of a program's pixels, and `--against FILE` compares another program's with them.
 
 mod circles;
@@ -15,6 +15,8 @@ mod package;
 mod pages;
 #[cfg(feature = "pixels")]
 mod pixels;
+#[cfg(feature = "web")]
+mod web;
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -34,7 +36,11 @@ fn main() -> ExitCode {
     let arguments: Vec<_> = arguments.iter().map(String::as_str).collect();
     #[cfg(not(feature = "pixels"))]
     if arguments.first() == Some(&"pixels") {
-        return with_pixels(&arguments);
+        return with_feature("pixels", &arguments);
+    }
+    #[cfg(not(feature = "web"))]
+    if arguments.first() == Some(&"web") {
+        return with_feature("web", &arguments);
     }
     let result = match arguments.as_slice() {
         ["shaders"] => shaders(false),
@@ -52,9 +58,11 @@ fn main() -> ExitCode {
         ["pixels", "--program", program, "--against", file] => {
             root().and_then(|root| pixels::check(root, Path::new(program), Path::new(file)))
         }
+        #[cfg(feature = "web")]
+        ["web"] => root().and_then(web::build),
         _ => {
             eprintln!(
-                "usage: cargo xtask shaders [--check] | docs [DIR] | gallery | circles | package | pixels --program PATH (--out | --against) FILE"
+                "usage: cargo xtask shaders [--check] | docs [DIR] | gallery | circles | package | web | pixels --program PATH (--out | --against) FILE"
             );
             return ExitCode::from(2);
         }
@@ -71,10 +79,10 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs this program with the feature `pixels`.
-#[cfg(not(feature = "pixels"))]
-fn with_pixels(arguments: &[&str]) -> ExitCode {
-    let run = ["run", "--quiet", "--release", "--package", "xtask", "--features", "pixels", "--"];
+/// Runs this program with a feature.
+#[cfg(not(all(feature = "pixels", feature = "web")))]
+fn with_feature(feature: &str, arguments: &[&str]) -> ExitCode {
+    let run = ["run", "--quiet", "--release", "--package", "xtask", "--features", feature, "--"];
     match std::process::Command::new("cargo").args(run).args(arguments).status() {
         Ok(status) if status.success() => ExitCode::SUCCESS,
         Ok(_) => ExitCode::FAILURE,

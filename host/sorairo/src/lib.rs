@@ -30,9 +30,12 @@
 //! | many suns | [`of_each_sky`] |
 //! | a device of one's own | [`Renderer::with_device`] |
 //!
-//! Features, all on by default: `gpu` (Vulkan devices), `cpu` (the CPU as a device), `files` (PNG, OpenEXR), `scene-files` (TOML).
+//! Features, all on by default: `gpu` (Vulkan devices, WebGPU in a browser), `cpu` (the CPU as a device), `encoding` (PNG and OpenEXR
+//! as bytes), `files` (as files), `scene-files` (TOML).
 
 mod device;
+#[cfg(feature = "encoding")]
+mod encoding;
 mod error;
 #[cfg(feature = "files")]
 mod files;
@@ -77,6 +80,11 @@ pub mod low_level {
     /// Devices that run the kernels.
     pub mod device {
         pub use crate::device::*;
+    }
+    /// Images as bytes.
+    #[cfg(feature = "encoding")]
+    pub mod encoding {
+        pub use crate::encoding::*;
     }
     /// The ways in which a request can end badly.
     pub mod error {

@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sorairo_shared::camera::pixel_view;
 use sorairo_shared::fit::SPECTRUM_RISE;
 use sorairo_shared::glam::{DVec3, Vec3};
-use sorairo_shared::variant::ABOVE_TOP;
+use sorairo_shared::variant::{self, ABOVE_TOP};
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use crate::error::{Error, Result, check_range};
@@ -14,7 +15,7 @@ use crate::plan::fit::training::DARKEST;
 use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::quadrature::gauss_legendre;
 use crate::plan::upload::bands;
-use crate::plan::{SkyPlan, direction};
+use crate::plan::{Plan, SkyPlan, direction};
 use crate::spectra::{colour_temperature, observer};
 
 /// Samples per piece for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
@@ -53,6 +54,16 @@ impl Direction {
         check_range("view_elevation", self.elevation, (-90.0, 90.0), "degrees")?;
         check_range("view_azimuth", self.azimuth, (-360.0, 360.0), "degrees")?;
         Ok(direction(self.elevation, self.azimuth).as_vec3())
+    }
+
+    /// The direction of a pixel's centre, its azimuth from 0 to 360; columns count from the left, rows from the top. None where the
+    /// projection covers nothing.
+    pub fn of_pixel(plan: &Plan, column: u32, row: u32) -> Option<Self> {
+        let view = pixel_view(&plan.uniform.camera, variant::projection(plan.variant), column, row);
+        let [north, west, up] = view.direction.to_array().map(f64::from);
+        let elevation = up.clamp(-1.0, 1.0).asin().to_degrees();
+        let azimuth = (-west).atan2(north).to_degrees().rem_euclid(360.0);
+        view.covered.then_some(Self { elevation, azimuth })
     }
 }
 

@@ -1,7 +1,6 @@
 //! `sorairo view`: a window that shows the sky, and the spectrum of the point that is clicked.
 
 mod canvas;
-mod command;
 mod day;
 mod options;
 mod plot;

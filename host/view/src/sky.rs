@@ -9,11 +9,9 @@ use eframe::egui::{Color32, ColorImage};
 use sorairo::Device;
 use sorairo::Plan;
 use sorairo::low_level::spectra::observer;
-use sorairo::low_level::spectrum::{Sample, spectrum};
+use sorairo::low_level::spectrum::{Direction, Sample, spectrum};
 use sorairo::scene::Rgb;
 use sorairo::{PixelFormat, Result, Scene, SkyPlan};
-use sorairo_shared::camera::pixel_view;
-use sorairo_shared::variant;
 
 /// What the window wants to show.
 #[derive(Clone, PartialEq)]
@@ -68,25 +66,12 @@ pub struct PointSpectrum {
     pub plan: Arc<Plan>,
 }
 
-/// A direction.
-#[derive(Clone, Copy)]
-pub struct Direction {
-    /// Elevation above the horizon (degrees).
-    pub elevation: f64,
-    /// Azimuth clockwise from north (degrees, 0 to 360).
-    pub azimuth: f64,
-}
-
 /// The direction that a point of a plan's image shows: fractions of its width and height from the top left. None where the
 /// projection covers nothing.
 pub fn direction_at(plan: &Plan, point: [f64; 2]) -> Option<Direction> {
     let pixel = |fraction: f64, side: u32| ((fraction * f64::from(side)) as u32).min(side - 1);
     let [column, row] = [pixel(point[0], plan.width()), pixel(point[1], plan.height())];
-    let view = pixel_view(&plan.uniform.camera, variant::projection(plan.variant), column, row);
-    let [north, west, up] = view.direction.to_array().map(f64::from);
-    let elevation = up.clamp(-1.0, 1.0).asin().to_degrees();
-    let azimuth = (-west).atan2(north).to_degrees().rem_euclid(360.0);
-    view.covered.then_some(Direction { elevation, azimuth })
+    Direction::of_pixel(plan, column, row)
 }
 
 /// The thread that computes.

@@ -12,15 +12,16 @@ use eframe::egui::{
 };
 use sorairo::Plan;
 use sorairo::low_level::files::png;
+use sorairo::low_level::spectrum::Direction;
+use sorairo::scene::command::command;
 use sorairo::scene::{Exposure, GroundAlbedo, Orders, Projection, Size};
 use sorairo::{Error, Result, Scene};
 
 use super::canvas::Canvas;
-use super::command::command;
 use super::day::Day;
 use super::options::Options;
 use super::plot;
-use super::sky::{Answer, Direction, PointSpectrum, Request, Sky, Worker, direction_at};
+use super::sky::{Answer, PointSpectrum, Request, Sky, Worker, direction_at};
 
 /// Widest picture of the sky (pixels): what any device takes as a texture.
 const WIDEST: f64 = 4096.0;

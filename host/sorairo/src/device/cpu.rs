@@ -2,13 +2,14 @@
 
 use std::collections::VecDeque;
 use std::ops::Range;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use rayon::prelude::*;
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::{SENTINEL, lookup_colours, lookup_pixel, radiance_pixel, sky_pixel, spectrum_pixel};
 use sorairo_shared::lookup::{colours_per_entry, entries, store_entry};
 use sorairo_shared::uniform::Uniform;
+use web_time::Instant;
 
 use super::backend::{Backend, TakeRows, Times};
 use super::chosen::{Device, DeviceKind};

@@ -25,7 +25,7 @@ pub use self::chosen::{Device, DeviceKind, Spare};
 /// [`Error::NoSuchDevice`] if there is no such device, naming those that there are; [`Error::Device`] if it cannot be opened.
 pub fn open(choice: &str) -> Result<Device> {
     let auto = choice.eq_ignore_ascii_case("auto");
-    if choice.eq_ignore_ascii_case("cpu") || auto && !cfg!(feature = "gpu") {
+    if choice.eq_ignore_ascii_case("cpu") || auto && !HAS_VULKAN {
         return on_cpu().ok_or_else(|| no_such_device(choice));
     }
     let wanted = if auto || choice.eq_ignore_ascii_case("gpu") { String::new() } else { choice.to_owned() };
@@ -62,19 +62,22 @@ fn on_cpu() -> Option<Device> {
     None
 }
 
-#[cfg(feature = "gpu")]
+/// Whether a Vulkan device may be there. In a browser a device is the program's own: see `ResidentRenderer`.
+const HAS_VULKAN: bool = cfg!(all(feature = "gpu", not(target_arch = "wasm32")));
+
+#[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 use gpu::open as on_gpu;
 
-#[cfg(not(feature = "gpu"))]
+#[cfg(not(all(feature = "gpu", not(target_arch = "wasm32"))))]
 fn on_gpu(_wanted: &str) -> Result<Option<Device>> {
     Ok(None)
 }
 
 /// The names of the Vulkan devices, best first.
 fn names_of_gpus() -> Vec<String> {
-    #[cfg(feature = "gpu")]
+    #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
     return gpu::devices().into_iter().map(|device| device.name).collect();
-    #[cfg(not(feature = "gpu"))]
+    #[cfg(not(all(feature = "gpu", not(target_arch = "wasm32"))))]
     Vec::new()
 }
 

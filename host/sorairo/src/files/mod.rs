@@ -1,25 +1,27 @@
 //! Files: written beside their place and renamed into it when all are whole, so that no reader ever sees half of one.
 
 mod check;
-mod checksum;
-pub mod exr;
 mod format;
-mod label;
 mod place;
-pub mod png;
 mod radiance_picture;
 mod radiance_scene;
 mod signature;
-pub mod spectral;
 mod staged;
 pub mod text;
 mod wavelengths;
 mod writer;
 
+pub use crate::encoding::{Image, exr, spectral};
 pub use check::{check_distinct, check_room, check_writable, make_folder};
 pub use format::Format;
 pub use radiance_scene::check_radiance;
 pub use signature::{is_finished, png_text, signature};
 pub use staged::{Staged, commit_all, remove_unfinished, stage};
 pub use wavelengths::{MOST_WAVELENGTHS, default_wavelengths, wavelengths};
-pub use writer::{Image, Writer, write};
+pub use writer::{Writer, write};
+
+/// Pictures: 8 bit sRGB in PNG.
+pub mod png {
+    pub use super::writer::{write_picture as write, write_picture_with_text as write_with_text};
+    pub use crate::encoding::png::unpack;
+}

@@ -7,8 +7,8 @@ use crc32fast::Hasher;
 use rayon::prelude::*;
 use sorairo_shared::math::max;
 
-use super::checksum::CHECKSUM;
-use super::label::{SCENE, SOFTWARE, scene_text};
+use crate::encoding::checksum::CHECKSUM;
+use crate::encoding::label::{SCENE, SOFTWARE, scene_text};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 

@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::format::Format;
-use super::label::{SCENE, SOFTWARE, scene_text};
 use super::radiance_picture::VISIBLE_RANGE;
+use crate::encoding::label::{SCENE, SOFTWARE, scene_text};
 use crate::error::{Error, Result};
 use crate::plan::direction;
 use crate::scene::{CameraScene, Projection, Scene};

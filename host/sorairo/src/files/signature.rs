@@ -8,10 +8,10 @@ use ::exr::meta::MetaData;
 use ::exr::meta::attribute::{AttributeValue, Text};
 use crc32fast::Hasher;
 
-use super::checksum;
 use super::format::Format;
-use super::label::{SCENE, SOFTWARE, channel_names, scene_text};
 use super::{radiance_picture, radiance_scene};
+use crate::encoding::checksum;
+use crate::encoding::label::{SCENE, SOFTWARE, channel_names, scene_text};
 use crate::scene::Scene;
 
 /// Whether a file is whole, and was written by this version of the program for this scene; a spectral file, for these wavelengths

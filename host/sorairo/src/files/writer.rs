@@ -1,68 +1,19 @@
 //! Files that are written while their pixels are computed.
 
-use std::io;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::{Builder, Scope, ScopedJoinHandle};
 
-use sorairo_shared::variant::PixelFormat;
-
 use super::format::Format;
-use super::label::{SCENE, scene_text};
 use super::staged::{Staged, stage};
-use super::{exr, png, radiance_picture, radiance_scene};
+use super::{radiance_picture, radiance_scene};
+use crate::encoding::{Image, linear, picture, png};
 use crate::error::{Error, Result};
-use crate::plan::Plan;
-use crate::plan::colour_space::ColourSpace;
-use crate::scene::{Scene, ValidScene};
 
 /// Strips that may wait for an encoder before the device does.
 const WAITING: usize = 2;
-
-/// The image that a file holds.
-#[derive(Clone, Debug)]
-pub struct Image {
-    /// Width (pixels).
-    pub width: u32,
-    /// Height (pixels).
-    pub height: u32,
-    /// How a pixel arrives.
-    pub pixel: PixelFormat,
-    /// Factor from linear RGB to a picture's linear value, where the pixels arrive linear.
-    pub exposure: f32,
-    /// What it shows.
-    pub scene: Scene,
-    /// The space of linear pixels.
-    pub space: ColourSpace,
-    /// The space in which a picture shows them.
-    pub display: ColourSpace,
-    /// Wavelengths (nm) whose radiance follows the linear RGB of each pixel; none but for spectral files.
-    pub wavelengths: Vec<f64>,
-    /// Irradiance of the sun on a surface that faces it, at each wavelength (W·m⁻²·nm⁻¹); none but for scenes of Radiance.
-    pub sun: Vec<f64>,
-}
-
-impl Image {
-    /// That of a plan of a scene.
-    pub fn of(plan: &Plan, scene: &ValidScene) -> Self {
-        Self {
-            width: plan.width(),
-            height: plan.height(),
-            pixel: plan.pixel,
-            exposure: plan.uniform.exposure,
-            scene: scene.as_asked(),
-            space: plan.sky.space,
-            display: plan.sky.display(),
-            wavelengths: plan.spectral.clone(),
-            sun: Vec::new(),
-        }
-    }
-
-    pub(super) fn pixel_words(&self) -> usize {
-        self.pixel.words() as usize + self.wavelengths.len()
-    }
-}
 
 /// A file that is encoded on a thread of its own while its rows arrive.
 pub struct Writer<'scope> {
@@ -116,56 +67,54 @@ pub fn write(path: &Path, format: Format, image: Image, words: &[u32]) -> Result
     encode(path, format, image, std::iter::once(words))
 }
 
+/// Writes a picture of 8 bits (red, green, blue) beside its place.
+///
+/// # Errors
+///
+/// [`Error::Write`] if it cannot be written.
+pub fn write_picture(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<Staged> {
+    stage(path, |output| png::encode(output, width, height, None, |rows| rows.write_all(rgb)))
+}
+
+/// The same with a text in it under a keyword, which [`super::png_text`] reads.
+///
+/// # Errors
+///
+/// [`Error::Write`] if it cannot be written.
+pub fn write_picture_with_text(
+    path: &Path,
+    (width, height): (u32, u32),
+    rgb: &[u8],
+    keyword: &str,
+    text: &str,
+) -> Result<Staged> {
+    let text = Some((keyword, text.to_owned()));
+    stage(path, |output| png::encode(output, width, height, text, |rows| rows.write_all(rgb)))
+}
+
 fn encode(
     path: &Path,
     format: Format,
     image: Image,
     strips: impl IntoIterator<Item: AsRef<[u32]> + Sync>,
 ) -> Result<Staged> {
-    let Image { width, height, pixel, scene, wavelengths, sun, .. } = &image;
-    let (width, height, pixel_words) = (*width, *height, image.pixel_words());
     let mut strips = strips.into_iter();
-    let of_file = if format == Format::Exr { &[] } else { wavelengths.as_slice() };
     stage(path, |output| match format {
-        Format::Png => png::encode(output, width, height, Some((SCENE, scene_text(scene))), |picture| {
-            let mut row = 0;
-            strips.try_for_each(|rows| match pixel {
-                PixelFormat::Picture => picture.write_all(&png::unpack(rows.as_ref())),
-                PixelFormat::LinearRgb => {
-                    let pixels = bytemuck::cast_slice(rows.as_ref());
-                    let bytes = png::expose(&image, pixels, row);
-                    row += pixels.len() / (width as usize * pixel_words);
-                    picture.write_all(&bytes)
-                }
-                PixelFormat::HalfRgb | PixelFormat::LinearRgba => Err(io::Error::other("texels are no picture")),
-            })
-        }),
-        Format::Exr | Format::SpectralExr => exr::encode(output, exr::header(width, height, scene, of_file), |lines| {
-            let line_words = width as usize * pixel_words;
-            strips.try_for_each(|rows| {
-                let rows = rows.as_ref();
-                lines.write(rows.len() / line_words, |line| {
-                    let words = &rows[line * line_words..][..line_words];
-                    match pixel {
-                        PixelFormat::HalfRgb => exr::line_of_halves(words),
-                        _ => {
-                            let pixels = bytemuck::cast_slice(words);
-                            exr::line_of_floats(pixels, pixel_words, of_file.len(), scene.render.exr)
-                        }
-                    }
-                })
-            })
-        }),
+        Format::Png => picture(output, &image, strips),
+        Format::Exr => linear(output, &image, &[], strips),
+        Format::SpectralExr => linear(output, &image, &image.wavelengths, strips),
         Format::RadiancePicture => {
-            let header = |checksum| radiance_picture::header(width, height, scene, wavelengths, checksum);
+            let Image { width, height, scene, wavelengths, .. } = &image;
+            let header = |checksum| radiance_picture::header(*width, *height, scene, wavelengths, checksum);
             radiance_picture::encode(output, header, |write| {
-                let pixels = |rows: &[u32]| radiance_picture::bytes(bytemuck::cast_slice(rows), pixel_words, width);
+                let pixels =
+                    |rows: &[u32]| radiance_picture::bytes(bytemuck::cast_slice(rows), image.pixel_words(), *width);
                 strips.try_for_each(|rows| write(&pixels(rows.as_ref())))
             })
         }
         Format::RadianceScene => {
             strips.for_each(drop);
-            radiance_scene::encode(output, path, scene, wavelengths, sun)
+            radiance_scene::encode(output, path, &image.scene, &image.wavelengths, &image.sun)
         }
     })
 }

@@ -1,6 +1,7 @@
 //! Scene files: from TOML to a scene, with the place of everything that is wrong.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
@@ -325,7 +326,13 @@ fn lay_over(scene: &mut Scene, key: &Key, value: &Spanned<DeValue<'_>>, folder: 
     let text = match (&key.allowed, value.get_ref()) {
         (_, DeValue::String(name)) if key.takes_table() && is_table_file(name) => {
             let path = std::path::absolute(folder.join(&**name));
-            path.map_err(|error| Error::Text(format!("{name}: {error}")))?.to_string_lossy().into_owned()
+            let complaint = |error: io::Error| match error.kind() {
+                io::ErrorKind::Unsupported => {
+                    format!("{name}: a table is a file, and here are none; a word or a number would do")
+                }
+                _ => format!("{name}: {error}"),
+            };
+            path.map_err(|error| Error::Text(complaint(error)))?.to_string_lossy().into_owned()
         }
         // A place or a time that is none is quoted as it stands, whatever TOML takes it for.
         (Allowed::Other(_), _) if ["sun.place", "sun.time"].contains(&key.name) => as_it_stands(value),

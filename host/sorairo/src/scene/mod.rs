@@ -3,6 +3,8 @@
 //! Everything about a key but its name and its sentence (range, unit, what stands in for it) is in [`keys`].
 
 mod camera;
+#[cfg(feature = "scene-files")]
+pub mod command;
 mod field;
 #[cfg(feature = "scene-files")]
 pub mod file;

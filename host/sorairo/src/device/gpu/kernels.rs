@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Mutex;
 
-use super::buffers::{KernelLayouts, Layouts};
+use super::layouts::{KernelLayouts, Layouts};
 use super::module::load;
 use crate::plan::Kernel;
 
@@ -13,8 +13,8 @@ pub(super) struct Kernels {
     pub(super) layouts: KernelLayouts,
     /// Whether the driver takes SPIR-V as it is.
     passthrough: bool,
-    /// One for each value of the specialisation constant.
-    modules: Mutex<HashMap<u32, wgpu::ShaderModule>>,
+    /// One for each value of the specialisation constant, of all kernels or of one.
+    modules: Mutex<HashMap<(Option<Kernel>, u32), wgpu::ShaderModule>>,
     pipelines: Mutex<HashMap<(Kernel, u32), wgpu::ComputePipeline>>,
 }
 
@@ -32,7 +32,8 @@ impl Kernels {
     /// The pipeline of a kernel for a variant.
     pub(super) fn pipeline(&self, device: &wgpu::Device, kernel: Kernel, variant: u32) -> wgpu::ComputePipeline {
         let mut modules = self.modules.lock().expect("no holder of this lock panics");
-        let module = modules.entry(variant).or_insert_with(|| load(device, self.passthrough, variant));
+        let translated = (!self.passthrough).then_some(kernel);
+        let module = modules.entry((translated, variant)).or_insert_with(|| load(device, translated, variant));
         let mut pipelines = self.pipelines.lock().expect("no holder of this lock panics");
         let build = || {
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {

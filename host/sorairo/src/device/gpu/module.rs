@@ -7,35 +7,48 @@ use crate::plan::Kernel;
 /// The kernels, compiled by rust-gpu; `cargo xtask shaders` rebuilds them.
 pub const SPIRV: &[u8] = sorairo_shaders::SPIRV;
 
-/// The shader module with its specialisation constant set, handed to the driver as it is where wgpu allows that, through
-/// naga elsewhere.
-pub(super) fn load(device: &wgpu::Device, passthrough: bool, variant: u32) -> wgpu::ShaderModule {
-    let words = specialised(&wgpu::util::make_spirv_raw(SPIRV), variant);
-    if passthrough {
-        let names = Kernel::ALL.iter().map(|kernel| kernel.entry_point());
-        let entry_points: Vec<_> = names
-            .map(|name| wgpu::PassthroughShaderEntryPoint { name: name.into(), workgroup_size: (0, 0, 0) })
-            .collect();
-        // SAFETY: the module is the one that the tests validate, compiled from this repository's own kernels, whose
-        // indices stay inside their buffers; wgpu's devices bound buffer accesses besides.
-        #[expect(unsafe_code, reason = "wgpu cannot check what it does not translate")]
-        unsafe {
-            device.create_shader_module_passthrough(wgpu::ShaderModuleDescriptorPassthrough {
-                label: Some("sorairo"),
-                spirv: Some(words.into()),
-                entry_points: Cow::Owned(entry_points),
-                ..Default::default()
-            })
+/// The shader module with its specialisation constant set: handed to the driver as it is, where wgpu allows that; or `translated` by naga, one
+/// kernel without what the others need, since a browser's compiler takes seconds for all of them.
+pub(super) fn load(device: &wgpu::Device, translated: Option<Kernel>, variant: u32) -> wgpu::ShaderModule {
+    let words = specialised(&bytemuck::pod_collect_to_vec::<u8, u32>(SPIRV), variant);
+    match translated {
+        None => {
+            let names = Kernel::ALL.iter().map(|kernel| kernel.entry_point());
+            let entry_points: Vec<_> = names
+                .map(|name| wgpu::PassthroughShaderEntryPoint { name: name.into(), workgroup_size: (0, 0, 0) })
+                .collect();
+            // SAFETY: the module is the one that the tests validate, compiled from this repository's own kernels, whose
+            // indices stay inside their buffers; wgpu's devices bound buffer accesses besides.
+            #[expect(unsafe_code, reason = "wgpu cannot check what it does not translate")]
+            unsafe {
+                device.create_shader_module_passthrough(wgpu::ShaderModuleDescriptorPassthrough {
+                    label: Some("sorairo"),
+                    spirv: Some(words.into()),
+                    entry_points: Cow::Owned(entry_points),
+                    ..Default::default()
+                })
+            }
         }
-    } else {
-        let descriptor =
-            wgpu::ShaderModuleDescriptor { label: Some("sorairo"), source: wgpu::ShaderSource::SpirV(words.into()) };
-        // SAFETY: the kernels' indices stay inside their buffers, and their loops are bounded.
-        #[expect(unsafe_code, reason = "wgpu would add checks that the kernels do not need")]
-        unsafe {
-            device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked())
+        Some(kernel) => {
+            let source = wgpu::ShaderSource::Naga(Cow::Owned(alone(words, kernel)));
+            let descriptor = wgpu::ShaderModuleDescriptor { label: Some("sorairo"), source };
+            // SAFETY: the kernels' indices stay inside their buffers, and their loops are bounded.
+            #[expect(unsafe_code, reason = "wgpu would add checks that the kernels do not need")]
+            unsafe {
+                device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked())
+            }
         }
     }
+}
+
+/// One kernel of a module, and what it needs.
+fn alone(words: Vec<u32>, kernel: Kernel) -> naga::Module {
+    let options = naga::front::spv::Options::default();
+    let parsed = naga::front::spv::Frontend::new(words.into_iter(), &options).parse();
+    let mut module = parsed.expect("the tests read the module with naga");
+    module.entry_points.retain(|entry| entry.name == kernel.entry_point());
+    naga::compact::compact(&mut module, naga::compact::KeepUnused::No);
+    module
 }
 
 /// The module with its one specialisation constant turned into the constant `value`.

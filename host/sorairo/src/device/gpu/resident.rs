@@ -195,7 +195,7 @@ impl ResidentRenderer {
     }
 
     /// Binds a plan's buffers. The uniform and the colour rows are of this image alone: several may be encoded before any is submitted.
-    fn bind(&mut self, plan: &Plan, uniform: &Uniform, output: &wgpu::Buffer) -> super::buffers::Groups {
+    fn bind(&mut self, plan: &Plan, uniform: &Uniform, output: &wgpu::Buffer) -> super::layouts::Groups {
         let buffers = plan.buffers();
         let storage = wgpu::BufferUsages::STORAGE;
         let sky = match self.sky.take().filter(|uploaded| Arc::ptr_eq(&uploaded.of, &plan.sky)) {

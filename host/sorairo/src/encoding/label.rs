@@ -8,14 +8,14 @@ use crate::scene::{self, AlbedoSpectrum, OzoneCrossSection, Scene, SunSpectrum};
 use crate::spectra::table_file::TableFile;
 
 /// The program, as files name it.
-pub(super) const SOFTWARE: &str = concat!("sorairo ", env!("CARGO_PKG_VERSION"));
+pub(crate) const SOFTWARE: &str = concat!("sorairo ", env!("CARGO_PKG_VERSION"));
 
 /// The name of the attribute of an EXR, and the keyword of the text of a PNG, that hold the scene in TOML.
-pub(super) const SCENE: &str = "sorairoScene";
+pub(crate) const SCENE: &str = "sorairoScene";
 
 /// The scene as files hold it: in TOML with the sun where it stands, and in comments the place and the time that put it there, and the
 /// checksums of the tables that the scene only names.
-pub(super) fn scene_text(scene: &Scene) -> String {
+pub(crate) fn scene_text(scene: &Scene) -> String {
     // A scene that was rendered can be placed.
     let mut text = scene::file::text(&scene.placed().unwrap_or_else(|_| scene.clone()));
     if let Some((place, time)) = scene.sun.place.zip(scene.sun.time) {
@@ -47,6 +47,6 @@ fn tables(scene: &Scene) -> impl Iterator<Item = (&'static str, &TableFile)> {
 
 /// The channels of a file, in the order of the alphabet, which is the format's: linear RGB, and radiance at wavelengths (nm,
 /// increasing, all with three digits before the comma).
-pub(super) fn channel_names(wavelengths: &[f64]) -> Vec<String> {
+pub(crate) fn channel_names(wavelengths: &[f64]) -> Vec<String> {
     ["B", "G", "R"].map(str::to_owned).into_iter().chain(wavelengths.iter().map(|&nm| channel_name(nm))).collect()
 }

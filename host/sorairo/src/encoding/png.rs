@@ -1,7 +1,6 @@
 //! Pictures: 8 bit sRGB in PNG.
 
 use std::io::{self, Write};
-use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
 use rayon::prelude::*;
@@ -9,10 +8,8 @@ use sorairo_shared::glam::Vec3;
 use sorairo_shared::rgb::into_gamut;
 use sorairo_shared::tone::{NEAREST, dither, srgb8};
 
+use super::Image;
 use super::label::SOFTWARE;
-use super::staged::{Staged, stage};
-use super::writer::Image;
-use crate::error::Result;
 use crate::scene::Dither;
 
 /// The bytes (red, green, blue) of packed pixels.
@@ -22,7 +19,7 @@ pub fn unpack(pixels: &[u32]) -> Vec<u8> {
 
 /// The bytes (red, green, blue) of linear pixels of an image, from row `first_row` on, exposed as the kernels would. The first three values of a
 /// pixel are its RGB.
-pub(super) fn expose(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
+pub(crate) fn expose(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
     let Image { exposure, space, display, .. } = image;
     let (width, pixel_words) = (image.width as usize, image.pixel_words());
     let is_dithered = image.scene.render.dither == Dither::Ordered;
@@ -42,31 +39,12 @@ pub(super) fn expose(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8>
     bytes
 }
 
-/// Writes a picture beside its place.
-///
-/// # Errors
-///
-/// [`crate::Error::Write`] if the file cannot be written.
-pub fn write(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<Staged> {
-    stage(path, |writer| encode(writer, width, height, None, |rows| rows.write_all(rgb)))
-}
-
-/// Writes a picture beside its place, and a text in it under a keyword, which [`super::png_text`] reads.
-///
-/// # Errors
-///
-/// [`crate::Error::Write`] if the file cannot be written.
-pub fn write_with_text(path: &Path, width: u32, height: u32, rgb: &[u8], keyword: &str, text: &str) -> Result<Staged> {
-    let text = Some((keyword, text.to_owned()));
-    stage(path, |writer| encode(writer, width, height, text, |rows| rows.write_all(rgb)))
-}
-
 /// Encodes a picture whose bytes `fill` writes, from the top, and a text under its keyword.
 ///
 /// The difference from the pixel to the left and the fastest deflate are both the fastest choice and the smallest fast one for
 /// the smooth gradients of a sky: 6.6 ms for 1920×960 pixels against 9 to 11 ms for other filters and 49 ms upwards for
 /// other deflates, in 0.29 MB against 0.33 to 4.1 MB and 0.16 MB upwards (one core of a Xeon at 2.5 GHz).
-pub(super) fn encode(
+pub(crate) fn encode(
     output: &mut impl Write,
     width: u32,
     height: u32,

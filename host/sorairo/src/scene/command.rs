@@ -1,8 +1,8 @@
-//! The command that renders what the window shows.
+//! The command that renders a scene.
 
 use std::path::Path;
 
-use sorairo::Scene;
+use super::preset::Scene;
 
 /// The `sorairo render` command, for a POSIX shell, that renders a scene on a device: the keys in which the scene differs from its
 /// preset are its scene file.
@@ -49,10 +49,9 @@ fn difference(table: toml::Table, defaults: &toml::Table) -> toml::Table {
 
 #[cfg(test)]
 mod tests {
-    use sorairo::scene::file::Draft;
-    use sorairo::scene::{Exposure, Preset, Projection};
-
     use super::*;
+    use crate::scene::file::Draft;
+    use crate::scene::{Exposure, Preset, Projection};
 
     #[test]
     fn the_scene_file_of_a_command_is_the_scene() {

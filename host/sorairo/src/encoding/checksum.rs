@@ -1,13 +1,15 @@
 //! The checksum of an EXR: the CRC-32 of the whole file with the checksum's own four bytes as zeros, in an attribute of the header. The
 //! format itself has nothing that tells damage. PNG has a CRC-32 in every chunk.
 
-use std::io::{self, BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+#[cfg(feature = "files")]
+use std::io::{BufRead, BufReader};
 
 use crc32fast::Hasher;
 use exr::block::chunk::{Chunk, CompressedBlock};
 
 /// The name of the attribute.
-pub(super) const CHECKSUM: &str = "sorairoChecksum";
+pub(crate) const CHECKSUM: &str = "sorairoChecksum";
 
 /// The checksum of the lines of a file, which stand at its end.
 #[derive(Default)]
@@ -53,7 +55,8 @@ pub(super) fn write<W: Read + Write + Seek>(output: &mut BufWriter<W>, lines: &L
 }
 
 /// Whether a file has the checksum that it names.
-pub(super) fn is_right(file: impl Read) -> io::Result<bool> {
+#[cfg(feature = "files")]
+pub(crate) fn is_right(file: impl Read) -> io::Result<bool> {
     // Longer than what stands before the attribute: 512 channels, and a scene with the names of three files.
     const START: usize = 1 << 17;
     let mut file = BufReader::with_capacity(START, file);
@@ -69,7 +72,8 @@ pub(super) fn is_right(file: impl Read) -> io::Result<bool> {
 }
 
 /// Adds all that is left of a file to a checksum, and gives its length.
-pub(super) fn update(hasher: &mut Hasher, file: &mut impl BufRead) -> io::Result<u64> {
+#[cfg(feature = "files")]
+pub(crate) fn update(hasher: &mut Hasher, file: &mut impl BufRead) -> io::Result<u64> {
     let mut total = 0;
     loop {
         let bytes = file.fill_buf()?;

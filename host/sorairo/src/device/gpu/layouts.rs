@@ -1,0 +1,83 @@
+//! How buffers are bound to the kernels.
+
+use std::num::NonZero;
+
+/// The bindings of the kernels that fill the sky lookup, and of those that write pixels.
+pub(super) struct Groups {
+    pub(super) lookup: wgpu::BindGroup,
+    pub(super) pixels: wgpu::BindGroup,
+}
+
+/// A bind group layout and the pipeline layout on it.
+pub(super) struct Layouts {
+    bindings: wgpu::BindGroupLayout,
+    pub(super) pipeline: wgpu::PipelineLayout,
+    /// The bindings that it has.
+    used: &'static [u32],
+}
+
+impl Layouts {
+    /// A layout of some bindings, the first ones without a gap; `written` is the one that the kernels write. wgpu numbers the bindings of a layout
+    /// anew where one is left out, and a shader that is passed through to the driver would not know.
+    fn new(device: &wgpu::Device, used: &'static [u32], written: u32) -> Self {
+        let entry = |&binding: &u32| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: if binding == 0 {
+                    wgpu::BufferBindingType::Uniform
+                } else {
+                    wgpu::BufferBindingType::Storage { read_only: binding != written }
+                },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let entries: Vec<_> = used.iter().map(entry).collect();
+        let bindings = device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("kernel"), entries: &entries });
+        let pipeline = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("kernel"),
+            bind_group_layouts: &[Some(&bindings)],
+            immediate_size: 0,
+        });
+        Self { bindings, pipeline, used }
+    }
+
+    /// Buffers with the bytes that an image uses of each, as a pipeline takes them.
+    fn bind(&self, device: &wgpu::Device, buffers: &[(&wgpu::Buffer, u64)]) -> wgpu::BindGroup {
+        let entry = |&binding: &u32| {
+            let (buffer, bytes) = buffers[binding as usize];
+            let resource =
+                wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size: NonZero::new(bytes) });
+            wgpu::BindGroupEntry { binding, resource }
+        };
+        let entries: Vec<_> = self.used.iter().map(entry).collect();
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("kernel"),
+            layout: &self.bindings,
+            entries: &entries,
+        })
+    }
+}
+
+/// The layouts of the kernels that fill the sky lookup, and of those that write pixels.
+pub(super) struct KernelLayouts {
+    pub(super) lookup: Layouts,
+    pub(super) pixels: Layouts,
+}
+
+impl KernelLayouts {
+    pub(super) fn new(device: &wgpu::Device) -> Self {
+        Self {
+            lookup: Layouts::new(device, &[0, 1, 2, 3, 4, 5], 5),
+            pixels: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], 6),
+        }
+    }
+
+    /// Buffers in the order of the bindings, with the bytes that an image uses of each.
+    pub(super) fn bind(&self, device: &wgpu::Device, buffers: &[(&wgpu::Buffer, u64); 7]) -> Groups {
+        Groups { lookup: self.lookup.bind(device, buffers), pixels: self.pixels.bind(device, buffers) }
+    }
+}

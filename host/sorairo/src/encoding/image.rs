@@ -1,0 +1,126 @@
+//! An image, and its bytes as a picture or as linear RGB.
+
+use std::io::{self, BufWriter, Cursor, Read, Seek, Write};
+
+use sorairo_shared::variant::PixelFormat;
+
+use super::label::{SCENE, scene_text};
+use super::{exr, png};
+use crate::plan::Plan;
+use crate::plan::colour_space::ColourSpace;
+use crate::scene::{Scene, ValidScene};
+
+/// What is known of an image beside its pixels.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// Width (pixels).
+    pub width: u32,
+    /// Height (pixels).
+    pub height: u32,
+    /// How a pixel arrives.
+    pub pixel: PixelFormat,
+    /// Factor from linear RGB to a picture's linear value, where the pixels arrive linear.
+    pub exposure: f32,
+    /// What it shows.
+    pub scene: Scene,
+    /// The space of linear pixels.
+    pub space: ColourSpace,
+    /// The space in which a picture shows them.
+    pub display: ColourSpace,
+    /// Wavelengths (nm) whose radiance follows the linear RGB of each pixel; none but for spectral files.
+    pub wavelengths: Vec<f64>,
+    /// Irradiance of the sun on a surface that faces it, at each wavelength (W·m⁻²·nm⁻¹); none but for scenes of Radiance.
+    pub sun: Vec<f64>,
+}
+
+impl Image {
+    /// That of a plan of a scene.
+    pub fn of(plan: &Plan, scene: &ValidScene) -> Self {
+        Self {
+            width: plan.width(),
+            height: plan.height(),
+            pixel: plan.pixel,
+            exposure: plan.uniform.exposure,
+            scene: scene.as_asked(),
+            space: plan.sky.space,
+            display: plan.sky.display(),
+            wavelengths: plan.spectral.clone(),
+            sun: Vec::new(),
+        }
+    }
+
+    pub(crate) fn pixel_words(&self) -> usize {
+        self.pixel.words() as usize + self.wavelengths.len()
+    }
+
+    /// The bytes of a PNG of its pixels.
+    ///
+    /// # Errors
+    ///
+    /// There are not so many pixels, or they are none of a picture.
+    pub fn png(&self, words: &[u32]) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        picture(&mut bytes, self, std::iter::once(words))?;
+        Ok(bytes)
+    }
+
+    /// The bytes of an EXR of its pixels.
+    ///
+    /// # Errors
+    ///
+    /// There are not so many pixels.
+    pub fn exr(&self, words: &[u32]) -> io::Result<Vec<u8>> {
+        let mut output = BufWriter::new(Cursor::new(Vec::new()));
+        linear(&mut output, self, &[], std::iter::once(words))?;
+        Ok(output.into_inner()?.into_inner())
+    }
+}
+
+/// Encodes an image whose rows arrive in strips as a picture.
+pub(crate) fn picture(
+    output: &mut impl Write,
+    image: &Image,
+    mut strips: impl Iterator<Item: AsRef<[u32]>>,
+) -> io::Result<()> {
+    let Image { width, height, pixel, scene, .. } = image;
+    png::encode(output, *width, *height, Some((SCENE, scene_text(scene))), |picture| {
+        let mut row = 0;
+        strips.try_for_each(|rows| match pixel {
+            PixelFormat::Picture => picture.write_all(&png::unpack(rows.as_ref())),
+            PixelFormat::LinearRgb => {
+                let pixels = bytemuck::cast_slice(rows.as_ref());
+                let bytes = png::expose(image, pixels, row);
+                row += pixels.len() / (*width as usize * image.pixel_words());
+                picture.write_all(&bytes)
+            }
+            PixelFormat::HalfRgb | PixelFormat::LinearRgba => Err(io::Error::other("texels are no picture")),
+        })
+    })
+}
+
+/// Encodes an image whose rows arrive in strips as linear RGB, and radiance at some of its wavelengths (nm), the first ones.
+pub(crate) fn linear<W: Read + Write + Seek>(
+    output: &mut BufWriter<W>,
+    image: &Image,
+    wavelengths: &[f64],
+    mut strips: impl Iterator<Item: AsRef<[u32]> + Sync>,
+) -> io::Result<()> {
+    let Image { width, height, pixel, scene, .. } = image;
+    let pixel_words = image.pixel_words();
+    exr::encode(output, exr::header(*width, *height, scene, wavelengths), |lines| {
+        let line_words = *width as usize * pixel_words;
+        strips.try_for_each(|rows| {
+            let rows = rows.as_ref();
+            lines.write(rows.len() / line_words, |line| {
+                let words = &rows[line * line_words..][..line_words];
+                match pixel {
+                    PixelFormat::HalfRgb => exr::line_of_halves(words),
+                    _ => {
+                        let pixels = bytemuck::cast_slice(words);
+                        exr::line_of_floats(pixels, pixel_words, wavelengths.len(), scene.render.exr)
+                    }
+                }
+            })
+        })
+    })
+}

@@ -1,0 +1,12 @@
+//! Images as bytes: what a file holds, wherever it goes.
+
+pub(crate) mod checksum;
+pub mod exr;
+mod image;
+pub(crate) mod label;
+pub mod png;
+pub mod spectral;
+
+pub use image::Image;
+#[cfg(feature = "files")]
+pub(crate) use image::{linear, picture};

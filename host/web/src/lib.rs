@@ -1,0 +1,77 @@
+//! sorairo in a browser: what its page asks the library, as `docs/browser.md` lists it.
+//!
+//! A scene is the text of a scene file. What is refused is thrown as a text of one sentence.
+
+mod answers;
+#[cfg(target_arch = "wasm32")]
+mod gpu;
+mod skies;
+#[cfg(target_arch = "wasm32")]
+mod studio;
+
+pub use answers::{command, direction, errors, errors_scale, keys, presets, scene, spectrum, sun};
+
+/// The functions as a page calls them.
+#[cfg(target_arch = "wasm32")]
+mod door {
+    use wasm_bindgen::prelude::wasm_bindgen;
+
+    use super::answers;
+
+    type Answer = Result<String, String>;
+
+    #[wasm_bindgen(start)]
+    fn start() {
+        console_error_panic_hook::set_once();
+    }
+
+    #[wasm_bindgen]
+    pub fn version() -> String {
+        env!("CARGO_PKG_VERSION").into()
+    }
+
+    #[wasm_bindgen]
+    pub fn keys() -> String {
+        answers::keys()
+    }
+
+    #[wasm_bindgen]
+    pub fn presets() -> String {
+        answers::presets()
+    }
+
+    #[wasm_bindgen]
+    pub fn scene(toml: &str) -> Answer {
+        answers::scene(toml).map_err(|error| error.to_string())
+    }
+
+    #[wasm_bindgen]
+    pub fn sun(toml: &str) -> Answer {
+        answers::sun(toml).map_err(|error| error.to_string())
+    }
+
+    #[wasm_bindgen]
+    pub fn command(toml: &str) -> Answer {
+        answers::command(toml).map_err(|error| error.to_string())
+    }
+
+    #[wasm_bindgen]
+    pub fn direction(toml: &str, column: u32, row: u32) -> Answer {
+        answers::direction(toml, column, row).map_err(|error| error.to_string())
+    }
+
+    #[wasm_bindgen]
+    pub fn spectrum(toml: &str, azimuth: f64, elevation: f64) -> Answer {
+        answers::spectrum(toml, azimuth, elevation).map_err(|error| error.to_string())
+    }
+
+    #[wasm_bindgen]
+    pub fn errors(toml: &str, fit: &str) -> Result<Vec<u8>, String> {
+        answers::errors(toml, fit).map_err(|error| error.to_string())
+    }
+
+    #[wasm_bindgen]
+    pub fn errors_scale() -> String {
+        answers::errors_scale()
+    }
+}

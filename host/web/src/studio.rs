@@ -1,0 +1,132 @@
+//! What makes pictures in a page: WebGPU, or the CPU by the same module.
+
+use sorairo::low_level::device;
+use sorairo::low_level::encoding::Image;
+use sorairo::scene::{Rgb, ValidScene};
+use sorairo::{Device, Error, PixelFormat, Plan};
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::gpu::{Failure, Gpu};
+use crate::skies::{read, sky};
+
+/// Makes pictures, one after the other.
+#[wasm_bindgen]
+pub struct Studio {
+    by: By,
+    why_not_gpu: Option<String>,
+}
+
+/// What computes.
+enum By {
+    Gpu(Box<Gpu>),
+    Cpu(Device),
+    /// Nothing: the device was lost, and another one is opened for the next picture.
+    Nothing,
+}
+
+#[wasm_bindgen]
+impl Studio {
+    /// Opens a device: `auto` takes WebGPU where it is, and else the CPU; `cpu` the CPU.
+    ///
+    /// # Errors
+    ///
+    /// A sentence for another word.
+    pub async fn open(device: &str) -> Result<Self, String> {
+        match device {
+            "auto" => Self::best().await,
+            "cpu" => Ok(Self { by: By::Cpu(cpu()?), why_not_gpu: None }),
+            other => Err(format!("{other:?} is not a device of a browser; allowed: auto, cpu")),
+        }
+    }
+
+    async fn best() -> Result<Self, String> {
+        match Gpu::open().await {
+            Ok(gpu) => Ok(Self { by: By::Gpu(Box::new(gpu)), why_not_gpu: None }),
+            Err(reason) => Ok(Self { by: By::Cpu(cpu()?), why_not_gpu: Some(reason) }),
+        }
+    }
+
+    /// The name of the device.
+    #[wasm_bindgen(getter)]
+    pub fn device(&self) -> String {
+        match &self.by {
+            By::Gpu(gpu) => gpu.name.clone(),
+            By::Cpu(_) | By::Nothing => "CPU".into(),
+        }
+    }
+
+    /// Whether it is WebGPU.
+    #[wasm_bindgen(getter)]
+    pub fn is_gpu(&self) -> bool {
+        matches!(self.by, By::Gpu(_))
+    }
+
+    /// Why it is not WebGPU, if that was asked for.
+    #[wasm_bindgen(getter)]
+    pub fn why_not_gpu(&self) -> Option<String> {
+        self.why_not_gpu.clone()
+    }
+
+    /// The picture of a scene: red, green, blue and opacity of each pixel, row after row from the top.
+    ///
+    /// # Errors
+    ///
+    /// A sentence. After the loss of a device the next picture opens another.
+    pub async fn picture(&mut self, toml: &str) -> Result<Vec<u8>, String> {
+        let scene = read(toml).map_err(sentence)?;
+        let (_, words) = self.pixels(&scene, Rgb::Srgb, PixelFormat::Picture).await?;
+        Ok(words.into_iter().flat_map(u32::to_le_bytes).collect())
+    }
+
+    /// The bytes of a PNG of a scene's picture.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Studio::picture`].
+    pub async fn png(&mut self, toml: &str) -> Result<Vec<u8>, String> {
+        let scene = read(toml).map_err(sentence)?;
+        let (image, words) = self.pixels(&scene, Rgb::Srgb, PixelFormat::Picture).await?;
+        image.png(&words).map_err(|error| error.to_string())
+    }
+
+    /// The bytes of an EXR of a scene.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Studio::picture`].
+    pub async fn exr(&mut self, toml: &str) -> Result<Vec<u8>, String> {
+        let scene = read(toml).map_err(sentence)?;
+        let (image, words) = self.pixels(&scene, scene.render.rgb, PixelFormat::LinearRgb).await?;
+        image.exr(&words).map_err(|error| error.to_string())
+    }
+
+    /// The pixels of a scene in a space of RGB, and what is known beside them.
+    async fn pixels(&mut self, scene: &ValidScene, rgb: Rgb, pixel: PixelFormat) -> Result<(Image, Vec<u32>), String> {
+        if matches!(self.by, By::Nothing) {
+            *self = Self::best().await?;
+        }
+        let sky = sky(scene, rgb);
+        let plan = Plan::seen(&sky, &scene.camera, pixel).map_err(sentence)?;
+        let words = match &mut self.by {
+            By::Gpu(gpu) => match gpu.pixels(&sky, &scene.camera, pixel).await {
+                Ok(words) => words,
+                Err(Failure::Refused(complaint)) => return Err(complaint),
+                Err(Failure::Lost(reason)) => {
+                    self.by = By::Nothing;
+                    return Err(format!("The device failed ({reason}); the next picture opens another"));
+                }
+            },
+            By::Cpu(cpu) => cpu.run(&plan, plan.kernel()).map_err(sentence)?.words,
+            By::Nothing => return Err("There is no device".into()),
+        };
+        Ok((Image::of(&plan, scene), words))
+    }
+}
+
+fn sentence(error: Error) -> String {
+    error.to_string()
+}
+
+fn cpu() -> Result<Device, String> {
+    device::open("cpu").map_err(sentence)
+}

@@ -1,6 +1,5 @@
 //! Files that are written while their pixels are computed.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, sync_channel};

@@ -169,7 +169,6 @@ async function drawn(job, picture, last) {
   if (job.measured && painter.wanted === job) await readout.measure(worker, job, (scene) => toml(sized(scene)));
   if (painter.wanted !== job) return;
   Object.assign(byId("view").dataset, { state: "done", shown: text(job.scene, picture) });
-  performance.mark("sky");
 }
 
 async function mapped(job, [width, height]) {

@@ -77,3 +77,25 @@ def test_the_page_works_without_its_server(browser, server):
     sky.done()
     assert sky.value("sun.elevation") == "12"
     sky.context.close()
+
+
+def test_a_lost_device_costs_one_picture(browser, server, native_picture):
+    sky = Sky(context(browser, service_workers="block"), server.address)
+    # Remembers the device that the page opens, so that the test can take it away.
+    keep = """
+        const open = GPUAdapter.prototype.requestDevice;
+        GPUAdapter.prototype.requestDevice = async function (...what) { return (self.device = await open.apply(this, what)); };
+    """
+    sky.page.route("**/worker.js", lambda route: route.fulfill(body=keep + route.fetch().text(), content_type="text/javascript"))
+    sky.open("sun.elevation=8" + PIXELS)
+    before = sky.pixels()
+    sky.page.workers[0].evaluate("() => self.device.destroy()")
+    sky.forget()
+    sky.link("sun.elevation=9" + PIXELS)
+    expect(sky.view).to_have_attribute("data-state", "failed", timeout=PATIENCE)
+    expect(sky.complaint).to_contain_text("device")
+    assert sky.still_there(before)
+    sky.go("sun.elevation=10" + PIXELS)
+    expect(sky.complaint).to_be_hidden()
+    assert numpy.abs(sky.pixels() - native_picture(sky.scene)).max() <= 1
+    sky.context.close()

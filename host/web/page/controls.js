@@ -143,7 +143,8 @@ export class Controls {
       made.hidden = value === null || value === undefined;
       if (select) select.value = isNumber ? "" : (value ?? "");
       number.value = isNumber ? rounded(value) : "";
-      if (isNumber && document.activeElement !== range) range.value = scale.place(value);
+      if (!isNumber) range.value = scale.place(Math.min(row.maximum, Math.max(row.minimum, 0)));
+      else if (document.activeElement !== range) range.value = scale.place(value);
       range.setAttribute("aria-valuetext", isNumber ? `${rounded(value)} ${unit}` : String(value ?? "as the program chooses"));
     });
   }

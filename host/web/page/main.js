@@ -147,20 +147,28 @@ function draw(following) {
 }
 
 async function drawn(job, picture, last) {
-  const start = performance.now();
-  const right = await worker.call("picture", text(job.scene, picture), !last);
-  const taken = performance.now() - start;
-  const left = job.beside && (await worker.call("picture", text(seenAlike(job.beside, job.scene), picture), !last));
+  let taken;
+  const ask = async (scene) => {
+    const start = performance.now();
+    const answer = await worker.call("picture", text(scene, picture), !last);
+    taken = performance.now() - start;
+    return answer;
+  };
+  // The worker still knows the sky that it drew last: the right one ends a full picture, of which the spectrum is asked next.
+  const besides = async () => job.beside && ask(seenAlike(job.beside, job.scene));
+  let left = last && (await besides());
+  const right = await ask(job.scene);
+  const tookRight = taken;
+  left ||= await besides();
   show(byId("right"), right.pixels, picture);
   if (left) show(byId("left"), left.pixels, picture);
   byId("left").hidden = !state.beside;
-  if (right.device) told(right, picture, taken);
+  if (right.device) told(right, picture, tookRight);
   if (!last || painter.wanted !== job) return;
   if (job.errors) await mapped(job, picture);
   if (job.measured && painter.wanted === job) await readout.measure(worker, job, (scene) => toml(sized(scene)));
   if (painter.wanted !== job) return;
   Object.assign(byId("view").dataset, { state: "done", shown: text(job.scene, picture) });
-  performance.mark("sky");
 }
 
 async function mapped(job, [width, height]) {
@@ -182,8 +190,9 @@ function failed(error, job) {
 /** Says who drew a picture, and why not another. */
 function told({ device, isGpu, whyNotGpu }, [width, height], taken) {
   byId("status").textContent = `${width} × ${height} pixels in ${Math.round(taken)} ms on ${device}.`;
+  painter.isSlow = !isGpu;
   byId("notice").hidden = isGpu;
-  if (!isGpu) byId("notice").textContent = `The processor draws this sky, slower than a GPU would: ${whyNotGpu ?? "this browser offers no WebGPU"}.`.replace(/\.\.$/, ".");
+  if (!isGpu) byId("notice").textContent = whyNotGpu ? `The processor draws this sky, slower than a GPU would. ${whyNotGpu.replace(/\.?$/, ".")}` : "The processor draws this sky, as the address asks.";
 }
 
 const hands = {

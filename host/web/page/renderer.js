@@ -57,6 +57,9 @@ export class WorkerCalls {
 export class Painter {
   #draw; #wanted; #running = false; #perPixel; #least = Infinity;
 
+  /** Whether full size is worth a thought: on a processor, not on a GPU. */
+  isSlow = false;
+
   /** `draw(job, size, isLast)` computes and shows one picture, of which larger ones follow or not. `failed(sentence)` hears why there is none. */
   constructor(draw, failed) {
     this.#draw = draw;
@@ -93,7 +96,7 @@ export class Painter {
     // The hand may come back at once: full size waits for a frame, in which newer wishes arrive.
     await new Promise((resolve) => setTimeout(resolve, 0));
     if (this.#wanted !== job) return;
-    const full = job.exact ? 1 : Math.max(small, this.#scale(job.size, PATIENCE));
+    const full = job.exact || !this.isSlow ? 1 : Math.max(small, this.#scale(job.size, PATIENCE));
     await this.#stage(job, full, true);
   }
 
@@ -103,7 +106,9 @@ export class Painter {
     await this.#draw(job, size, last && !job.following);
     const taken = performance.now() - start;
     this.#least = Math.min(this.#least, taken);
-    this.#perPixel = Math.max(0, taken - this.#least) / (size[0] * size[1]);
+    const perPixel = Math.max(0, taken - this.#least) / (size[0] * size[1]);
+    // A kernel that was compiled first says little about the next picture.
+    this.#perPixel = Math.min(perPixel, 2 * (this.#perPixel ?? perPixel));
   }
 
   /** The largest scale whose picture takes no longer than that, as far as is known; a quarter before anything is. */

@@ -67,8 +67,8 @@ export const steps = [
       "The air of Mars is so thin that molecules hardly scatter. Its sky is dust, whose grains are as large as the wavelength and scatter all colours alike, but absorb blue: the sky is butterscotch by day.",
       "The blue glow that surrounds the low sun there is missing here. It needs a forward peak narrower in blue than in red, and this model has one asymmetry for all wavelengths.",
     ],
-    scene: { ...ahead, "preset": "mars", "sun.elevation": 25, "sun.azimuth": 30, "sun.disc": true },
-    measured: { azimuth: 0, elevation: 30 },
+    scene: { ...ahead, "preset": "mars", "sun.elevation": 35, "sun.azimuth": 60 },
+    measured: { azimuth: 0, elevation: 20 },
   },
 ];
 

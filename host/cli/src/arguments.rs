@@ -11,8 +11,9 @@ use sorairo::scene::place::Time;
 use sorairo::scene::{Preset, ValidScene};
 
 use crate::error::Result;
-use crate::flags::{SceneFlags, SharedFlags, SkyFlags, Values, word_of};
+use crate::flags::{SceneFlags, SharedFlags, SkyFlags, word_of};
 use crate::ranges::{FrameChoice, FrameExposure, Numbers, elevations, wavelengths};
+use crate::values::Values;
 
 /// Renders the clear sky in full spectrum on the GPU.
 #[derive(Parser)]

@@ -8,8 +8,8 @@ use sorairo::scene::file::Draft;
 use sorairo::scene::keys::{self, Key};
 
 use crate::error::{Error, Result};
-use crate::flags::Values;
 use crate::ranges::MOST_FRAMES;
+use crate::values::Values;
 
 /// A table of cases.
 pub struct Cases {

@@ -10,8 +10,8 @@ use sorairo::scene::{Exposure, ValidScene};
 use crate::arguments::SequenceArguments;
 use crate::cases::Cases;
 use crate::error::{Error, Result};
-use crate::flags::Values;
 use crate::ranges::{FrameChoice, FrameExposure, MOST_FRAMES};
+use crate::values::Values;
 
 /// Every frame of a sequence, whichever of them are to be rendered.
 ///

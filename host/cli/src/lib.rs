@@ -21,6 +21,7 @@ mod render;
 mod scene;
 mod sequence;
 mod spectrum;
+mod values;
 mod view;
 
 use std::ffi::OsString;

@@ -1,0 +1,210 @@
+//! Values of keys, as flags and tables say them: how they are read, and laid over a scene.
+
+use std::path::Path;
+
+use serde::de::value::{BoolDeserializer, F64Deserializer, SeqDeserializer, StrDeserializer, U32Deserializer};
+use sorairo::scene::file::Draft;
+use sorairo::scene::keys::{self, Key};
+use sorairo::scene::place::Time;
+use sorairo::scene::{Exposure, Preset, ValidScene};
+
+use crate::ranges::{self, Numbers};
+
+/// Reads the text of a flag, or says what is allowed.
+pub type Read = fn(&str) -> Result<Given, String>;
+
+/// What a flag gives to its key.
+#[derive(Clone, Debug)]
+pub enum Given {
+    True,
+    Number(f64),
+    Count(u32),
+    Numbers(Numbers),
+    Text(String),
+    /// An optical depth of aerosol and its wavelength (nm).
+    DepthAt(f64, f64),
+    /// How far one sees (km).
+    Visibility(f64),
+    /// A value of a table, which has no kind of its own.
+    Cell(String),
+}
+
+/// The value of a key.
+#[derive(Clone, Debug)]
+pub struct Value {
+    /// The key.
+    pub key: &'static str,
+    /// How it was said: a flag, with its dashes, or a column of a table.
+    pub said: &'static str,
+    /// What was said.
+    pub given: Given,
+}
+
+/// Values of keys that flags give.
+#[derive(Clone, Debug, Default)]
+pub struct Values(Vec<Value>);
+
+impl FromIterator<Value> for Values {
+    fn from_iter<I: IntoIterator<Item = Value>>(values: I) -> Self {
+        Self(values.into_iter().collect())
+    }
+}
+
+impl Values {
+    /// The preset, under a scene file.
+    pub fn draft(&self, file: Option<&Path>) -> sorairo::Result<Draft> {
+        match file {
+            Some(path) => Draft::read(path, self.preset()),
+            None => Ok(Draft::of(self.preset().unwrap_or_default())),
+        }
+    }
+
+    /// A draft under these values.
+    pub fn over(&self, mut draft: Draft) -> sorairo::Result<ValidScene> {
+        self.lay_over(&mut draft)?;
+        draft.validated()
+    }
+
+    /// The preset, if it is given.
+    fn preset(&self) -> Option<Preset> {
+        self.0.iter().find_map(|value| match &value.given {
+            Given::Text(name) if value.key == "preset" => name.parse().ok(),
+            _ => None,
+        })
+    }
+
+    /// Whether a key is given.
+    pub fn has(&self, key: &str) -> bool {
+        self.0.iter().any(|value| value.key == key)
+    }
+
+    /// These values and an elevation of the sun.
+    pub fn with_elevation(&self, elevation: f64) -> Self {
+        self.with("sun.elevation", "--sun-elevation", Given::Number(elevation))
+    }
+
+    /// These values and a time.
+    pub fn with_time(&self, time: Time) -> Self {
+        self.with("sun.time", "--time", Given::Text(time.to_string()))
+    }
+
+    /// These values and an exposure.
+    pub fn with_exposure(&self, exposure: Exposure) -> Self {
+        let given = match exposure {
+            Exposure::Auto => Given::Text("auto".into()),
+            Exposure::Stops(stops) => Given::Number(stops),
+        };
+        self.with("render.exposure", "--exposure", given)
+    }
+
+    /// These values and those of a table's row, by their keys.
+    pub fn with_cells<'a>(&self, cells: impl Iterator<Item = (&'static str, &'a str)>) -> Self {
+        let mut values = self.clone();
+        values.0.extend(cells.map(|(key, text)| Value { key, said: key, given: Given::Cell(text.to_owned()) }));
+        values
+    }
+
+    fn with(&self, key: &'static str, said: &'static str, given: Given) -> Self {
+        let mut values = self.clone();
+        values.0.push(Value { key, said, given });
+        values
+    }
+
+    /// Lays the values over a scene; those last that follow from others.
+    fn lay_over(&self, draft: &mut Draft) -> sorairo::Result<()> {
+        let given = || self.0.iter().filter(|value| value.key != "preset");
+        let follows = |value: &&Value| matches!(value.given, Given::DepthAt(..) | Given::Visibility(_));
+        given().filter(|value| !follows(value)).try_for_each(|value| value.lay_over(draft))?;
+        given().filter(follows).try_for_each(|value| value.lay_over(draft))?;
+        draft.refuse_two_suns(|key| self.has(key))
+    }
+}
+
+impl Value {
+    fn lay_over(&self, draft: &mut Draft) -> sorairo::Result<()> {
+        type Error = serde::de::value::Error;
+        let key = keys::find(self.key).expect("the key of a value");
+        let set = match &self.given {
+            Given::True => draft.set(key, BoolDeserializer::<Error>::new(true)),
+            Given::Number(number) => draft.set(key, F64Deserializer::<Error>::new(*number)),
+            Given::Count(count) => draft.set(key, U32Deserializer::<Error>::new(*count)),
+            Given::Numbers(numbers) => draft.set(key, SeqDeserializer::<_, Error>::new(numbers.iter().copied())),
+            Given::Text(text) => draft.set(key, StrDeserializer::<Error>::new(text)),
+            Given::DepthAt(depth, wavelength) => {
+                let depth = draft.scene().optical_depth_from(*depth, *wavelength);
+                draft.set(key, F64Deserializer::<Error>::new(depth))
+            }
+            Given::Visibility(distance) => {
+                let depth = draft.scene().optical_depth_from_visibility(*distance)?;
+                draft.set(key, F64Deserializer::<Error>::new(depth))
+            }
+            Given::Cell(text) => set_cell(draft, key, text),
+        };
+        set.map_err(|error| match error {
+            sorairo::Error::Text(complaint) => sorairo::Error::Text(format!("{}: {complaint}", self.said)),
+            other => other,
+        })
+    }
+}
+
+/// Takes the value of a table as the first kind that the key is: a whole number, a number, true or false, text.
+fn set_cell(draft: &mut Draft, key: &'static Key, text: &str) -> sorairo::Result<()> {
+    type Error = serde::de::value::Error;
+    let is_set = text.parse().is_ok_and(|count| draft.set(key, U32Deserializer::<Error>::new(count)).is_ok())
+        || text.parse().is_ok_and(|number| draft.set(key, F64Deserializer::<Error>::new(number)).is_ok())
+        || text.parse().is_ok_and(|truth| draft.set(key, BoolDeserializer::<Error>::new(truth)).is_ok());
+    if is_set { Ok(()) } else { draft.set(key, StrDeserializer::<Error>::new(text)) }
+}
+
+pub fn number(text: &str) -> Result<Given, String> {
+    text.parse().map(Given::Number).map_err(|_| "a number is wanted, such as 12.5".into())
+}
+
+pub fn steps(text: &str) -> Result<Given, String> {
+    let range = || keys::find("render.steps").map(Key::range).unwrap_or_default();
+    text.parse().map(Given::Count).map_err(|_| format!("a whole number from {} is wanted", range()))
+}
+
+pub fn wavelengths(text: &str) -> Result<Given, String> {
+    ranges::wavelengths(text).map(Given::Numbers)
+}
+
+pub fn exposure(text: &str) -> Result<Given, String> {
+    text.parse().map(|exposure| match exposure {
+        Exposure::Auto => Given::Text(text.into()),
+        Exposure::Stops(stops) => Given::Number(stops),
+    })
+}
+
+/// An optical depth and its wavelength in nm, as in `0.2@500`.
+pub fn depth_at(text: &str) -> Result<Given, String> {
+    let number = |text: &str| text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    let pair = text.split_once('@').and_then(|(depth, wavelength)| Some((number(depth)?, number(wavelength)?)));
+    pair.filter(|(depth, wavelength)| *depth >= 0.0 && (300.0..=3000.0).contains(wavelength))
+        .map(|(depth, wavelength)| Given::DepthAt(depth, wavelength))
+        .ok_or_else(|| {
+            "an optical depth of 0 or more and a wavelength from 300 to 3000 nm are wanted, such as 0.2@500".into()
+        })
+}
+
+pub fn visibility(text: &str) -> Result<Given, String> {
+    text.parse().map(Given::Visibility).map_err(|_| "a distance in km is wanted, such as 23".into())
+}
+
+pub fn orders(text: &str) -> Result<Given, String> {
+    if text == "all" {
+        return Ok(Given::Text(text.into()));
+    }
+    let range = || keys::find("render.orders").map(Key::range).unwrap_or_default();
+    text.parse().map(Given::Count).map_err(|_| format!("a whole number or `all` is wanted: {}", range()))
+}
+
+/// An albedo is a number, a surface or a table; which ones there are, its key says.
+pub fn albedo(text: &str) -> Result<Given, String> {
+    Ok(text.parse().map_or_else(|_| Given::Text(text.into()), Given::Number))
+}
+
+/// Reads a text that says a value of a type.
+pub fn text_of<T: std::str::FromStr<Err = String>>(text: &str) -> Result<Given, String> {
+    text.parse::<T>().map(|_| Given::Text(text.into()))
+}

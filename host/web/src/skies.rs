@@ -1,4 +1,4 @@
-//! The sky that was planned last: most questions after a first one are of the same sky, with another camera.
+//! The skies that were planned last: most questions after a first one are of the same sky with another camera, or of the one beside it.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -7,7 +7,8 @@ use sorairo::scene::{Rgb, ValidScene};
 use sorairo::{Result, Scene, SkyPlan};
 
 thread_local! {
-    static LAST: RefCell<Option<Arc<SkyPlan>>> = const { RefCell::new(None) };
+    /// The one that was asked for last comes first.
+    static LAST: RefCell<Vec<Arc<SkyPlan>>> = const { RefCell::new(Vec::new()) };
 }
 
 /// A scene from its text, checked.
@@ -19,14 +20,22 @@ pub fn read(toml: &str) -> Result<ValidScene> {
     Scene::parse(toml, "the scene", None)?.validated()
 }
 
+/// Two skies are compared side by side.
+const KEPT: usize = 2;
+
 /// The sky of a scene in a space of linear RGB: a picture's is sRGB.
 pub fn sky(scene: &ValidScene, rgb: Rgb) -> Arc<SkyPlan> {
-    LAST.with_borrow_mut(|last| match last {
-        Some(sky) if sky.space.rgb == rgb && is_same_sky(&sky.scene, scene) => Arc::clone(sky),
-        _ => Arc::clone(last.insert(Arc::new(SkyPlan::new(scene, rgb)))),
+    LAST.with_borrow_mut(|skies| {
+        let known = skies.iter().position(|sky| sky.space.rgb == rgb && is_same_sky(&sky.scene, scene));
+        let sky = known.map_or_else(|| Arc::new(SkyPlan::new(scene, rgb)), |at| skies.remove(at));
+        skies.insert(0, Arc::clone(&sky));
+        skies.truncate(KEPT);
+        sky
     })
 }
 
 fn is_same_sky(one: &Scene, other: &Scene) -> bool {
-    Scene { camera: other.camera.clone(), ..one.clone() } == *other
+    let mut seen = one.clone();
+    seen.camera = other.camera.clone();
+    seen == *other
 }

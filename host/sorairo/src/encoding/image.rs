@@ -2,13 +2,17 @@
 
 use std::io::{self, BufWriter, Cursor, Read, Seek, Write};
 
+use rayon::prelude::*;
+use sorairo_shared::glam::Vec3;
+use sorairo_shared::rgb::into_gamut;
+use sorairo_shared::tone::{NEAREST, dither, srgb8};
 use sorairo_shared::variant::PixelFormat;
 
 use super::label::{SCENE, scene_text};
 use super::{exr, png};
 use crate::plan::Plan;
 use crate::plan::colour_space::ColourSpace;
-use crate::scene::{Scene, ValidScene};
+use crate::scene::{Dither, Scene, ValidScene};
 
 /// What is known of an image beside its pixels.
 #[derive(Clone, Debug)]
@@ -89,13 +93,35 @@ pub(crate) fn picture(
             PixelFormat::Picture => picture.write_all(&png::unpack(rows.as_ref())),
             PixelFormat::LinearRgb => {
                 let pixels = bytemuck::cast_slice(rows.as_ref());
-                let bytes = png::expose(image, pixels, row);
+                let bytes = exposed(image, pixels, row);
                 row += pixels.len() / (*width as usize * image.pixel_words());
                 picture.write_all(&bytes)
             }
             PixelFormat::HalfRgb | PixelFormat::LinearRgba => Err(io::Error::other("texels are no picture")),
         })
     })
+}
+
+/// The bytes (red, green, blue) of linear pixels of an image, from row `first_row` on, exposed as the kernels would. The first three values of a
+/// pixel are its RGB.
+fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
+    let Image { exposure, space, display, .. } = image;
+    let (width, pixel_words) = (image.width as usize, image.pixel_words());
+    let is_dithered = image.scene.render.dither == Dither::Ordered;
+    let matrix = (display.from_xyz * space.from_xyz.inverse()).as_mat3();
+    let gamut = display.for_kernels();
+    let shown = |rgb: Vec3| if space == display { rgb } else { into_gamut(matrix * rgb, &gamut) };
+    let mut bytes = vec![0; pixels.len() / pixel_words * 3];
+    let lines = bytes.par_chunks_mut(3 * width).zip(pixels.par_chunks(pixel_words * width)).enumerate();
+    lines.for_each(|(line, (bytes, pixels))| {
+        let pixels = bytes.chunks_exact_mut(3).zip(pixels.chunks_exact(pixel_words)).enumerate();
+        for (column, (bytes, pixel)) in pixels {
+            let threshold = if is_dithered { dither(column as u32, (first_row + line) as u32) } else { NEAREST };
+            let rgb = shown(Vec3::from_slice(pixel));
+            bytes.copy_from_slice(&srgb8(rgb, *exposure, threshold).to_le_bytes()[..3]);
+        }
+    });
+    bytes
 }
 
 /// Encodes an image whose rows arrive in strips as linear RGB, and radiance at some of its wavelengths (nm), the first ones.

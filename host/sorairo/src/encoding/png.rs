@@ -3,40 +3,12 @@
 use std::io::{self, Write};
 
 use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
-use rayon::prelude::*;
-use sorairo_shared::glam::Vec3;
-use sorairo_shared::rgb::into_gamut;
-use sorairo_shared::tone::{NEAREST, dither, srgb8};
 
-use super::Image;
 use super::label::SOFTWARE;
-use crate::scene::Dither;
 
 /// The bytes (red, green, blue) of packed pixels.
 pub fn unpack(pixels: &[u32]) -> Vec<u8> {
     pixels.iter().flat_map(|pixel| pixel.to_le_bytes().into_iter().take(3)).collect()
-}
-
-/// The bytes (red, green, blue) of linear pixels of an image, from row `first_row` on, exposed as the kernels would. The first three values of a
-/// pixel are its RGB.
-pub(crate) fn expose(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
-    let Image { exposure, space, display, .. } = image;
-    let (width, pixel_words) = (image.width as usize, image.pixel_words());
-    let is_dithered = image.scene.render.dither == Dither::Ordered;
-    let matrix = (display.from_xyz * space.from_xyz.inverse()).as_mat3();
-    let gamut = display.for_kernels();
-    let shown = |rgb: Vec3| if space == display { rgb } else { into_gamut(matrix * rgb, &gamut) };
-    let mut bytes = vec![0; pixels.len() / pixel_words * 3];
-    let lines = bytes.par_chunks_mut(3 * width).zip(pixels.par_chunks(pixel_words * width)).enumerate();
-    lines.for_each(|(line, (bytes, pixels))| {
-        let pixels = bytes.chunks_exact_mut(3).zip(pixels.chunks_exact(pixel_words)).enumerate();
-        for (column, (bytes, pixel)) in pixels {
-            let threshold = if is_dithered { dither(column as u32, (first_row + line) as u32) } else { NEAREST };
-            let rgb = shown(Vec3::from_slice(pixel));
-            bytes.copy_from_slice(&srgb8(rgb, *exposure, threshold).to_le_bytes()[..3]);
-        }
-    });
-    bytes
 }
 
 /// Encodes a picture whose bytes `fill` writes, from the top, and a text under its keyword.

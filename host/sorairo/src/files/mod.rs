@@ -3,6 +3,7 @@
 mod check;
 mod format;
 mod place;
+pub mod png;
 mod radiance_picture;
 mod radiance_scene;
 mod signature;
@@ -19,9 +20,3 @@ pub use signature::{is_finished, png_text, signature};
 pub use staged::{Staged, commit_all, remove_unfinished, stage};
 pub use wavelengths::{MOST_WAVELENGTHS, default_wavelengths, wavelengths};
 pub use writer::{Writer, write};
-
-/// Pictures: 8 bit sRGB in PNG.
-pub mod png {
-    pub use super::writer::{write_picture as write, write_picture_with_text as write_with_text};
-    pub use crate::encoding::png::unpack;
-}

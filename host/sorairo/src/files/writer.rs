@@ -8,7 +8,7 @@ use std::thread::{Builder, Scope, ScopedJoinHandle};
 use super::format::Format;
 use super::staged::{Staged, stage};
 use super::{radiance_picture, radiance_scene};
-use crate::encoding::{Image, linear, picture, png};
+use crate::encoding::{Image, linear, picture};
 use crate::error::{Error, Result};
 
 /// Strips that may wait for an encoder before the device does.
@@ -64,31 +64,6 @@ impl<'scope> Writer<'scope> {
 /// [`Error::Write`] if it cannot be written.
 pub fn write(path: &Path, format: Format, image: Image, words: &[u32]) -> Result<Staged> {
     encode(path, format, image, std::iter::once(words))
-}
-
-/// Writes a picture of 8 bits (red, green, blue) beside its place.
-///
-/// # Errors
-///
-/// [`Error::Write`] if it cannot be written.
-pub fn write_picture(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<Staged> {
-    stage(path, |output| png::encode(output, width, height, None, |rows| rows.write_all(rgb)))
-}
-
-/// The same with a text in it under a keyword, which [`super::png_text`] reads.
-///
-/// # Errors
-///
-/// [`Error::Write`] if it cannot be written.
-pub fn write_picture_with_text(
-    path: &Path,
-    (width, height): (u32, u32),
-    rgb: &[u8],
-    keyword: &str,
-    text: &str,
-) -> Result<Staged> {
-    let text = Some((keyword, text.to_owned()));
-    stage(path, |output| png::encode(output, width, height, text, |rows| rows.write_all(rgb)))
 }
 
 fn encode(

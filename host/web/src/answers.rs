@@ -173,8 +173,9 @@ fn colour(fitted: &[f32], dense: &[f32], luminance: [f32; 3]) -> [u8; 4] {
     if light <= 0.0 {
         return [0; 4];
     }
-    let largest = fitted.iter().zip(dense).map(|(fitted, dense)| (fitted - dense).abs()).fold(0.0, f32::max);
-    let step = STEPS.iter().rev().find(|(from, ..)| largest / light >= *from).unwrap_or(&STEPS[0]);
+    let differences = || fitted.iter().zip(dense).map(|(fitted, dense)| (fitted - dense).abs());
+    let reached = |from: f32| differences().any(|difference| difference >= from * light);
+    let step = STEPS.iter().rev().find(|(from, ..)| reached(*from)).unwrap_or(&STEPS[0]);
     let [red, green, blue] = step.2;
     [red, green, blue, 255]
 }

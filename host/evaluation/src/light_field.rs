@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use sorairo::low_level::plan::integral::RayIntegral;
-use sorairo::low_level::plan::multiple::{Resolution, Row, light_of_rows};
+use sorairo::low_level::plan::multiple::{LightFields, Resolution, Row, light_of_rows};
 use sorairo::low_level::plan::{SkyPlan, direction};
 use sorairo::scene::{Fit, Orders, Preset, Rgb, Scene};
 use sorairo_shared::moments::Moments;
@@ -147,7 +147,8 @@ fn finest(default: &Resolution) -> Resolution {
 fn all_light(integral: &RayIntegral, resolution: &Resolution, orders: Orders, once: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let cosines: Vec<f64> = AZIMUTHS.map(|azimuth| azimuth.to_radians().cos()).to_vec();
     let rows = ELEVATIONS.map(|elevation| Row { mu: elevation.to_radians().sin(), cosines: cosines.clone() });
-    let (light, _) = light_of_rows(&integral.setting(), &integral.bands, resolution, orders, &rows);
+    let (light, _) =
+        light_of_rows(&LightFields::default(), &integral.setting(), &integral.bands, resolution, orders, &rows);
     let rays = light[0].iter().flatten().zip(once);
     rays.map(|(light, once)| {
         light.scattered.to_array().into_iter().zip(once).map(|(more, once)| f64::from(more) + once).collect()

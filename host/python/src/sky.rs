@@ -1,7 +1,7 @@
 //! A sky, planned.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
@@ -9,12 +9,16 @@ use pyo3::prelude::*;
 use sorairo::scene::file::text;
 use sorairo::scene::{CameraScene, Size};
 use sorairo::{
-    Error, Irradiance, Method, PixelFormat, Plan, Result, SkyPlan, Spectra, Surface, sun_transmittance, xyz,
+    Error, Irradiance, LightFields, Method, PixelFormat, Plan, Result, SkyPlan, Spectra, Surface, sun_transmittance,
+    xyz,
 };
 
 use crate::device;
 use crate::draft::{Keys, draft, scene};
 use crate::work::{Stop, work};
+
+/// Those of all skies of the process: skies of the same air share them.
+static LIGHT_FIELDS: LazyLock<LightFields> = LazyLock::new(LightFields::default);
 
 /// Directions that are computed before anyone is asked whether to stop.
 const AT_ONCE: usize = 256;
@@ -37,7 +41,8 @@ impl NativeSky {
     fn new(py: Python<'_>, preset: Option<&str>, file: Option<PathBuf>, keys: Keys) -> PyResult<Self> {
         work(py, |_| {
             let scene = scene(draft(preset, file.as_deref())?, &keys)?;
-            Ok(Self { sky: Arc::new(SkyPlan::new(&scene, scene.render.rgb)) })
+            let sky = SkyPlan::with_light_fields(&scene, scene.render.rgb, &LIGHT_FIELDS);
+            Ok(Self { sky: Arc::new(sky) })
         })
     }
 

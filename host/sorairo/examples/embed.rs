@@ -12,7 +12,7 @@ use std::sync::Arc;
 use sorairo::low_level::files::png;
 use sorairo::scene::{CameraScene, Preset, Projection, Rgb};
 use sorairo::wgpu::{self, BufferUsages, TextureUsages};
-use sorairo::{Renderer, ResidentRenderer, Scene, SkyPlan, Target};
+use sorairo::{LightFields, Renderer, ResidentRenderer, Scene, SkyPlan, Target};
 
 const WIDTH: u32 = 960;
 const HEIGHT: u32 = 540;
@@ -36,10 +36,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let size = format!("{WIDTH}x{HEIGHT}").parse()?;
     let camera = CameraScene { projection: Projection::Perspective, size, ..CameraScene::default() };
 
+    let light_fields = LightFields::default();
     for frame in 0..frames {
         let mut scene = Scene::preset(Preset::Standard);
         scene.sun.elevation = 15.0 - 0.25 * f64::from(frame);
-        let sky = Arc::new(SkyPlan::new(&scene.validated()?, Rgb::Srgb));
+        let sky = Arc::new(SkyPlan::with_light_fields(&scene.validated()?, Rgb::Srgb, &light_fields));
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         renderer.encode(&mut encoder, &sky, &camera, &Target::Texture(&view))?;
         queue.submit([encoder.finish()]);

@@ -27,7 +27,7 @@
 //! | irradiance of a surface that faces any way, by wavelength | [`Surface::irradiance`] |
 //! | what falls on level ground, in total | [`SkyLight`] |
 //! | the sun through the air | [`sun_transmittance`] |
-//! | many suns | [`of_each_sky`] |
+//! | many suns | [`of_each_sky`]; one after the other, [`SkyPlan::with_light_fields`] |
 //! | a device of one's own | [`Renderer::with_device`] |
 //!
 //! Features, all on by default: `gpu` (Vulkan devices, WebGPU in a browser), `cpu` (the CPU as a device), `encoding` (PNG and OpenEXR
@@ -61,7 +61,7 @@ pub use device::Device;
 pub use device::gpu::{ResidentRenderer, Target};
 pub use error::{Error, Result};
 pub use irradiance::{Harmonics, SkyLight};
-pub use plan::{Plan, SkyPlan};
+pub use plan::{LightFields, Plan, SkyPlan};
 #[cfg(feature = "files")]
 pub use render::{Report, Request, render};
 pub use renderer::{Image, Renderer};

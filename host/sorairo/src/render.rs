@@ -13,10 +13,10 @@ use crate::files::{self, Format, Image, Staged, Writer};
 use crate::irradiance::SkyLight;
 use sorairo_shared::variant::PixelFormat;
 
-use crate::plan::Plan;
 use crate::plan::explain::explain;
 use crate::plan::lookup::Lookup;
 use crate::plan::sun_disc::Sun;
+use crate::plan::{LightFields, Plan};
 use crate::scene::{ColourObserver, ColourPath, ExrDepth, Fit, Rgb, Scene, ValidScene, WhiteBalance};
 use crate::spectral_irradiance::SpectralIrradiance;
 
@@ -145,12 +145,12 @@ pub struct Job {
 }
 
 impl Job {
-    /// Plans a scene for files.
+    /// Plans a scene for files; see [`Plan::with_light_fields`].
     ///
     /// # Errors
     ///
     /// What is wrong with the files' names, or with what is asked of them.
-    pub fn new(scene: &ValidScene, request: &Request) -> Result<Self> {
+    pub fn new(scene: &ValidScene, request: &Request, light_fields: &LightFields) -> Result<Self> {
         let outputs = &request.outputs;
         let formats = request.formats()?;
         let spectral = request.wavelengths_of(scene, &formats)?;
@@ -169,7 +169,7 @@ impl Job {
         for (path, &format) in outputs.iter().zip(&formats) {
             files::check_room(path, format, scene.camera.size, scene.render.exr, spectral.len() as u64)?;
         }
-        let mut plan = Plan::new(scene, pixel);
+        let mut plan = Plan::with_light_fields(scene, pixel, light_fields);
         if !spectral.is_empty() {
             plan = plan.with_spectrum(&spectral)?;
         }
@@ -296,7 +296,7 @@ pub fn render(
     stage: impl Fn(&str),
 ) -> Result<Report> {
     let start = Instant::now();
-    let job = Job::new(scene, request)?;
+    let job = Job::new(scene, request, &LightFields::default())?;
     let planned = start.elapsed();
     stage("opening the device");
     let mut device = open()?;

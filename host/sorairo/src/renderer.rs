@@ -13,13 +13,14 @@ use crate::error::Error;
 use crate::error::Result;
 #[cfg(feature = "files")]
 use crate::files::{self, Format};
-use crate::plan::Plan;
 use crate::plan::colour_space::ColourSpace;
+use crate::plan::{LightFields, Plan};
 use crate::scene::Scene;
 
-/// A device that renders scene after scene. Pipelines and buffers are kept from one to the next.
+/// A device that renders scene after scene. Pipelines, buffers and light fields are kept from one to the next.
 pub struct Renderer {
     device: Device,
+    light_fields: LightFields,
 }
 
 impl Renderer {
@@ -29,7 +30,7 @@ impl Renderer {
     ///
     /// Those of [`device::open`].
     pub fn open(choice: &str) -> Result<Self> {
-        device::open(choice).map(|device| Self { device })
+        device::open(choice).map(|device| Self { device, light_fields: LightFields::default() })
     }
 
     /// A renderer into the buffers and textures of a program's own device; see [`ResidentRenderer`].
@@ -50,7 +51,7 @@ impl Renderer {
     /// Those of [`Scene::validated`], [`Error::Device`] if every device failed, [`Error::Memory`] if the image does not fit into
     /// memory.
     pub fn render(&mut self, scene: &Scene) -> Result<Image> {
-        let plan = Plan::new(&scene.validated()?, PixelFormat::LinearRgb);
+        let plan = Plan::with_light_fields(&scene.validated()?, PixelFormat::LinearRgb, &self.light_fields);
         let run = self.device.run(&plan, plan.kernel())?;
         Ok(Image {
             width: plan.width(),

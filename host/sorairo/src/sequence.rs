@@ -11,7 +11,7 @@ use sorairo_shared::variant::PixelFormat;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::files;
-use crate::plan::Plan;
+use crate::plan::{LightFields, Plan};
 use crate::render::{Files, Job, Request, Shown};
 use crate::scene::{Exposure, Scene, ValidScene};
 
@@ -160,8 +160,9 @@ pub fn sequence(frames: &[Frame], device: &mut Device, ended: &mut OnEnd<'_>) ->
 
 /// Plans each frame that is not there yet, one ahead of the device.
 fn plan<'a>(frames: &'a [Frame], work: &SyncSender<(&'a Frame, Result<Work>)>) {
+    let light_fields = LightFields::default();
     for frame in frames {
-        if work.send((frame, Work::of(frame))).is_err() {
+        if work.send((frame, Work::of(frame, &light_fields))).is_err() {
             return;
         }
     }
@@ -175,9 +176,9 @@ struct Work {
 }
 
 impl Work {
-    fn of(frame: &Frame) -> Result<Self> {
+    fn of(frame: &Frame, light_fields: &LightFields) -> Result<Self> {
         let Frame { scene, request, .. } = frame;
-        let job = if request.is_finished(scene) { None } else { Some(Job::new(scene, request)?) };
+        let job = if request.is_finished(scene) { None } else { Some(Job::new(scene, request, light_fields)?) };
         let shown = match &job {
             _ if !request.sky_light => None,
             Some(job) => Some(job.shown()),

@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::plan::SkyPlan;
+use crate::plan::{LightFields, SkyPlan};
 use crate::scene::ValidScene;
 
 /// What is asked of the sky of each scene, in their order. A sky is planned when its turn comes, and dropped when it has answered, so that
-/// a year of suns takes no more memory than a few.
+/// a year of suns takes no more memory than a few. Skies of the same air share their light fields; see [`LightFields`].
 ///
 /// ```
 /// use sorairo::{Method, Scene, Spectra, of_each_sky};
@@ -27,8 +27,9 @@ use crate::scene::ValidScene;
 ///
 /// Those of `ask`, with the number of the scene.
 pub fn of_each_sky<T: Send>(scenes: &[ValidScene], ask: impl Fn(&SkyPlan) -> Result<T> + Sync) -> Result<Vec<T>> {
+    let light_fields = LightFields::default();
     let of_scene = |(number, scene): (usize, &ValidScene)| {
-        ask(&SkyPlan::new(scene, scene.render.rgb))
+        ask(&SkyPlan::with_light_fields(scene, scene.render.rgb, &light_fields))
             .map_err(|error| Error::InFrame { number: number as u32, error: Box::new(error) })
     };
     scenes.par_iter().enumerate().map(of_scene).collect()

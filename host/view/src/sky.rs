@@ -11,7 +11,7 @@ use sorairo::Plan;
 use sorairo::low_level::spectra::observer;
 use sorairo::low_level::spectrum::{Direction, Sample, spectrum};
 use sorairo::scene::Rgb;
-use sorairo::{PixelFormat, Result, Scene, SkyPlan};
+use sorairo::{LightFields, PixelFormat, Result, Scene, SkyPlan};
 
 /// What the window wants to show.
 #[derive(Clone, PartialEq)]
@@ -114,9 +114,10 @@ impl Worker {
 
 fn work(mut device: Option<Device>, requests: &Receiver<Request>, answer: impl Fn(Answer)) {
     let mut latest: Option<(Scene, Arc<Plan>)> = None;
+    let light_fields = LightFields::default();
     while let Ok(request) = requests.recv() {
         let request = requests.try_iter().last().unwrap_or(request);
-        let result = compute(device.as_mut(), &mut latest, &request);
+        let result = compute(device.as_mut(), &mut latest, &light_fields, &request);
         answer(Answer { request, result });
     }
 }
@@ -125,13 +126,14 @@ fn work(mut device: Option<Device>, requests: &Receiver<Request>, answer: impl F
 fn compute(
     device: Option<&mut Device>,
     latest: &mut Option<(Scene, Arc<Plan>)>,
+    light_fields: &LightFields,
     request: &Request,
 ) -> Result<Computed> {
     let known = latest.take().filter(|(scene, _)| is_same_sky(scene, &request.scene));
     let (plan, sky) = match known {
         Some((scene, plan)) if scene.camera == request.scene.camera => (plan, None),
         known => {
-            let sky = look(device, known.map(|(_, plan)| Arc::clone(&plan.sky)), &request.scene)?;
+            let sky = look(device, known.map(|(_, plan)| Arc::clone(&plan.sky)), light_fields, &request.scene)?;
             (Arc::clone(&sky.plan), Some(sky))
         }
     };
@@ -148,10 +150,16 @@ fn is_same_sky(one: &Scene, other: &Scene) -> bool {
 }
 
 /// What a scene's camera sees of a sky that is known, or of a new one.
-fn look(device: Option<&mut Device>, known: Option<Arc<SkyPlan>>, scene: &Scene) -> Result<Sky> {
+fn look(
+    device: Option<&mut Device>,
+    known: Option<Arc<SkyPlan>>,
+    light_fields: &LightFields,
+    scene: &Scene,
+) -> Result<Sky> {
     let start = Instant::now();
     let valid = scene.validated()?;
-    let sky = known.unwrap_or_else(|| Arc::new(SkyPlan::new(&valid, Rgb::Srgb)));
+    let plan = || Arc::new(SkyPlan::with_light_fields(&valid, Rgb::Srgb, light_fields));
+    let sky = known.unwrap_or_else(plan);
     let plan = Plan::seen(&sky, &valid.camera, PixelFormat::Picture)?;
     let planning = start.elapsed();
     let picture = device.map(|device| rendered(device, &plan)).transpose()?;

@@ -4,11 +4,13 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use sorairo::scene::{Rgb, ValidScene};
-use sorairo::{Result, Scene, SkyPlan};
+use sorairo::{LightFields, Result, Scene, SkyPlan};
 
 thread_local! {
     /// The one that was asked for last comes first.
     static LAST: RefCell<Vec<Arc<SkyPlan>>> = const { RefCell::new(Vec::new()) };
+    /// For a sun that moves.
+    static LIGHT_FIELDS: LightFields = LightFields::default();
 }
 
 /// A scene from its text, checked.
@@ -27,7 +29,8 @@ const KEPT: usize = 2;
 pub fn sky(scene: &ValidScene, rgb: Rgb) -> Arc<SkyPlan> {
     LAST.with_borrow_mut(|skies| {
         let known = skies.iter().position(|sky| sky.space.rgb == rgb && is_same_sky(&sky.scene, scene));
-        let sky = known.map_or_else(|| Arc::new(SkyPlan::new(scene, rgb)), |at| skies.remove(at));
+        let planned = || Arc::new(LIGHT_FIELDS.with(|fields| SkyPlan::with_light_fields(scene, rgb, fields)));
+        let sky = known.map_or_else(planned, |at| skies.remove(at));
         skies.insert(0, Arc::clone(&sky));
         skies.truncate(KEPT);
         sky

@@ -12,6 +12,7 @@ use sorairo_shared::variant::{self, PixelFormat};
 use super::fit::SpectralFit;
 use super::kernel::Kernel;
 use super::lookup::{self, Lookup, LookupSize};
+use super::multiple::LightFields;
 use super::sky::SkyPlan;
 use super::sun_disc::Sun;
 use super::{exposure, upload};
@@ -42,9 +43,14 @@ pub struct Plan {
 impl Plan {
     /// The plan of a scene whose pixels are stored as `pixel`.
     pub fn new(scene: &ValidScene, pixel: PixelFormat) -> Self {
+        Self::with_light_fields(scene, pixel, &LightFields::default())
+    }
+
+    /// The same with the light fields of other plans; see [`SkyPlan::with_light_fields`].
+    pub fn with_light_fields(scene: &ValidScene, pixel: PixelFormat, light_fields: &LightFields) -> Self {
         // A picture is packed on the device and is always sRGB.
         let rgb = if pixel == PixelFormat::Picture { Rgb::Srgb } else { scene.render.rgb };
-        Self::of_sky(Arc::new(SkyPlan::new(scene, rgb)), scene, pixel)
+        Self::of_sky(Arc::new(SkyPlan::with_light_fields(scene, rgb, light_fields)), scene, pixel)
     }
 
     /// The plan of what a camera sees of a sky that is planned. Nothing of the sky is planned anew.

@@ -9,7 +9,7 @@ use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
 use super::directions::farthest_air;
-use super::multiple::{MultipleLight, OrdersMade, Resolution, Setting};
+use super::multiple::{LightFields, MultipleLight, OrdersMade, Resolution, Setting};
 use crate::scene::{Orders, Scene};
 use crate::spectra::optics::Optics;
 
@@ -95,6 +95,8 @@ pub struct RayIntegral {
     pub multiple: Vec<Vec4>,
     /// How that light was computed, for each group of bands that were computed together.
     pub orders_made: Vec<OrdersMade>,
+    /// Light fields from which such light is taken.
+    pub light_fields: LightFields,
     /// Azimuth of the sun (degrees).
     pub sun_azimuth: f64,
 }
@@ -140,8 +142,9 @@ impl RayIntegral {
             return self;
         }
         let setting = self.setting();
+        let resolution = Resolution::choose(&setting, self.aerosol_depth());
         let MultipleLight { lookup, values, orders } =
-            MultipleLight::new(&setting, &self.bands, &Resolution::choose(&setting, self.aerosol_depth()), self.orders);
+            MultipleLight::new(&self.light_fields, &setting, &self.bands, &resolution, self.orders);
         Self { uniform: Uniform { multiple: lookup, ..self.uniform }, multiple: values, orders_made: orders, ..self }
     }
 

@@ -22,4 +22,5 @@ pub mod upload;
 pub use directions::direction;
 pub use image::Plan;
 pub use kernel::Kernel;
+pub use multiple::LightFields;
 pub use sky::SkyPlan;

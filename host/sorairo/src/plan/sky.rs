@@ -9,6 +9,7 @@ use super::colour_space::ColourSpace;
 use super::fit::regression::Training;
 use super::fit::{self, SpectralFit};
 use super::integral::{self, RayIntegral};
+use super::multiple::LightFields;
 use super::quadrature::gauss_legendre;
 use super::{directions, exposure, samples, upload};
 use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
@@ -39,6 +40,12 @@ pub struct SkyPlan {
 impl SkyPlan {
     /// The sky of a scene in a space of linear RGB.
     pub fn new(scene: &ValidScene, rgb: Rgb) -> Self {
+        Self::with_light_fields(scene, rgb, &LightFields::default())
+    }
+
+    /// The same sky with the light fields of others: most of the time of a plan goes into one, and skies of the same air under suns that
+    /// are near each other share it. Those that it lacks are added.
+    pub fn with_light_fields(scene: &ValidScene, rgb: Rgb, light_fields: &LightFields) -> Self {
         let (observer, colour_path) = (scene.render.observer, scene.render.color);
         let optics = scene.optics();
         let space = ColourSpace::new(rgb, scene.render.white_balance, observer, &optics);
@@ -63,6 +70,7 @@ impl SkyPlan {
             orders: scene.render.orders,
             multiple: Vec::new(),
             orders_made: Vec::new(),
+            light_fields: light_fields.clone(),
             sun_azimuth,
         }
         .with_multiple_light();

@@ -168,8 +168,8 @@ fn rest(integral: &RayIntegral, wavelengths: &[f64]) -> (Vec<Vec<f64>>, Vec<Vec<
     let rows = training_rows(integral);
     let setting = integral.setting();
     let resolution = Resolution::for_training(&setting, integral.aerosol_depth());
-    let diffuse =
-        has(variant::MULTIPLE).then(|| light_of_rows(&setting, &groups, &resolution, integral.orders, &rows).0);
+    let of_rows = || light_of_rows(&integral.light_fields, &setting, &groups, &resolution, integral.orders, &rows).0;
+    let diffuse = has(variant::MULTIPLE).then(of_rows);
     for (r, row) in rows.iter().enumerate() {
         for (c, &cosine) in row.cosines.iter().enumerate() {
             let along = |group: usize| diffuse.as_ref().map_or(Light::default(), |light| light[group][r][c]);

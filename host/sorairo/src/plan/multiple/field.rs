@@ -104,6 +104,11 @@ impl<const N: usize> LightField<N> {
         self.moments.tiles(&self.grid)
     }
 
+    /// Memory that its values take (bytes).
+    pub fn bytes(&self) -> usize {
+        (self.moments.values.len() + self.moments.irradiance.len()) * size_of::<Lanes<N>>()
+    }
+
     /// The diffuse irradiance of the ground where the sun has a zenith angle (radians).
     pub fn diffuse_irradiance(&self, angle: f32) -> Lanes<N> {
         self.moments.irradiance_at(&self.grid, angle)

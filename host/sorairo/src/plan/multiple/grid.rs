@@ -50,7 +50,7 @@ impl Grid {
     pub fn new(setting: &Setting, altitudes: usize, thin_air: f64) -> Self {
         let altitudes = altitude_nodes(setting, altitudes, thin_air);
         let places: Vec<f64> = altitudes.iter().map(|&altitude| place_of(setting, thin_air, altitude)).collect();
-        let suns = setting.suns();
+        let suns = setting.suns.clone();
         Self { places: Nodes::new(&places), sun_angles: Nodes::new(&suns), altitudes, suns, thin_air }
     }
 

@@ -8,6 +8,7 @@
 
 mod field;
 mod grid;
+mod kept;
 mod rays;
 mod resolution;
 mod series;
@@ -16,6 +17,7 @@ mod suns;
 mod view;
 
 pub use field::{LightField, OrdersMade};
+pub use kept::LightFields;
 pub use rays::Wavelengths;
 pub use resolution::{COMPARED_DEPTH, NEGLIGIBLE, Resolution};
 pub use setting::{Setting, cornette_shanks_moments};

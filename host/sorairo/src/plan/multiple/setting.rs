@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use sorairo_shared::profile::Atmosphere;
 use sorairo_shared::variant;
 
-use super::suns::sun_nodes;
+use super::suns::{centre, sun_nodes};
 use crate::plan::directions::horizon;
 
 /// The highest degree of a moment that a table may hold.
@@ -22,6 +22,10 @@ pub struct Setting<'a> {
     pub(super) altitude: f64,
     /// Zenith angle of the sun (radians).
     pub(super) sun: f64,
+    /// That of the sun about which the table's stand; see [`centre`].
+    pub(super) centre: f64,
+    /// Zenith angles of the table's suns (radians); see [`sun_nodes`].
+    pub(super) suns: Vec<f64>,
     /// `χ_2` of air.
     pub(super) air: f32,
     /// `χ_l` of aerosol; empty without it.
@@ -37,25 +41,23 @@ impl<'a> Setting<'a> {
             let moments = cornette_shanks_moments(f64::from(atmosphere.aerosol_asymmetry), HIGHEST_DEGREE);
             moments.into_iter().map(|moment| moment as f32).collect()
         };
-        let mut setting = Self {
-            atmosphere,
-            variant: integral | variant::DESCENT,
-            altitude,
-            sun: FRAC_PI_2 - sun_elevation,
-            air: 0.1 * atmosphere.air_anisotropy,
-            aerosol,
-        };
+        let sun = FRAC_PI_2 - sun_elevation;
+        let centre = centre(atmosphere, altitude, sun);
+        let suns = sun_nodes(atmosphere, altitude, centre);
         let top = -horizon(f64::from(atmosphere.ground_radius), f64::from(atmosphere.depth));
         // A ray of the table crosses at most twice what the top of the atmosphere sees to its horizon.
-        if setting.suns().last().is_some_and(|darkest| darkest + 2.0 * top >= FRAC_PI_2) {
-            setting.variant |= variant::SHADOW | variant::LOW_SUN;
+        let meets_low_suns = suns.last().is_some_and(|darkest| darkest + 2.0 * top >= FRAC_PI_2);
+        const LOW: u32 = variant::SHADOW | variant::LOW_SUN;
+        Self {
+            atmosphere,
+            variant: integral & !LOW | variant::DESCENT | if meets_low_suns { LOW } else { 0 },
+            altitude,
+            sun,
+            centre,
+            suns,
+            air: 0.1 * atmosphere.air_anisotropy,
+            aerosol,
         }
-        setting
-    }
-
-    /// Zenith angles of the suns of a table (radians); see `sun_nodes`.
-    pub fn suns(&self) -> Vec<f64> {
-        sun_nodes(self.atmosphere, self.altitude, self.sun)
     }
 }
 

@@ -1,4 +1,7 @@
 //! The suns of a table of the light field.
+//!
+//! A light field is the same for every sun of the same air: what differs is the part of it that an observer sees. The suns of a table stand
+//! about one of a fixed row of suns, the centre, so that all scenes whose sun is near it have the very same table.
 
 use sorairo_shared::profile::Atmosphere;
 
@@ -18,8 +21,21 @@ const DARK_MARGIN: f64 = 8.0 * DEGREE;
 /// In twilight light comes from where the sun stands as high as this zenith angle.
 const BRIGHT_ENOUGH: f64 = 84.0 * DEGREE;
 
-/// Zenith angles of the sun at the places from which light comes (radians): about the scene's own sun, as far as air is seen, and in twilight
-/// to where the sun shines. The scene's own, `sun`, is one of them. The observer's altitude is in km.
+/// Distance between two centres by day: that of the nodes.
+const CENTRES_BY_DAY: f64 = STEP_BY_DAY;
+/// Distance between two centres where the sun is low: half of it reaches as far as the shortest step.
+const CENTRES: f64 = 2.0 * STEP_BEYOND;
+
+/// The zenith angle (radians) of the centre that is nearest to a sun. The observer's altitude is in km.
+pub fn centre(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> f64 {
+    let ground = f64::from(atmosphere.ground_radius);
+    let farthest = -horizon(ground, altitude) - horizon(ground, f64::from(atmosphere.depth));
+    let distance = if sun + farthest < DAY { CENTRES_BY_DAY } else { CENTRES };
+    (sun / distance).round() * distance
+}
+
+/// Zenith angles of the sun at the places from which light comes (radians): about a centre, as far as air is seen, and in twilight
+/// to where the sun shines. The centre, `sun`, is one of them. The observer's altitude is in km.
 pub fn sun_nodes(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> Vec<f64> {
     let ground = f64::from(atmosphere.ground_radius);
     let seen = -horizon(ground, altitude);

@@ -11,6 +11,7 @@ use sorairo_shared::multiple_lookup::MultipleLookup;
 use sorairo_shared::single::Bands;
 
 use super::field::{LightField, OrdersMade, Room, Tiles};
+use super::kept::LightFields;
 use super::rays::{OwnedRay, Wavelengths};
 use super::resolution::Resolution;
 use super::setting::Setting;
@@ -61,9 +62,15 @@ impl<const N: usize> LightOfMany<N> {
 
 impl MultipleLight {
     /// For groups of bands.
-    pub fn new(setting: &Setting, bands: &[Bands], resolution: &Resolution, orders: Orders) -> Self {
+    pub fn new(
+        fields: &LightFields,
+        setting: &Setting,
+        bands: &[Bands],
+        resolution: &Resolution,
+        orders: Orders,
+    ) -> Self {
         let lookup = lookup(setting, resolution.first.degree, bands.len());
-        let (rows, orders) = light_of_rows(setting, bands, resolution, orders, &rows_of(setting, &lookup));
+        let (rows, orders) = light_of_rows(fields, setting, bands, resolution, orders, &rows_of(setting, &lookup));
         let scattered = rows.iter().flatten().flatten().map(|light| light.scattered);
         let below = rows.iter().flat_map(|group| &group[lookup.above as usize..]).flatten();
         let values = scattered.chain(below.map(|light| light.diffuse_irradiance)).collect();
@@ -80,8 +87,9 @@ pub struct Row {
     pub cosines: Vec<f64>,
 }
 
-/// Multiply scattered light along the rays of rows: for each group of bands, row and ray.
+/// Multiply scattered light along the rays of rows: for each group of bands, row and ray. Light fields are taken from those that are kept.
 pub fn light_of_rows(
+    fields: &LightFields,
     setting: &Setting,
     bands: &[Bands],
     resolution: &Resolution,
@@ -91,9 +99,9 @@ pub fn light_of_rows(
     let (mut light, mut made) = (Vec::new(), Vec::new());
     for bands in bands.chunks(TOGETHER / 4) {
         let (of_chunk, made_of_chunk) = match bands.len() {
-            1 => of_groups::<4>(setting, bands, resolution, orders, rows),
-            2..=4 => of_groups::<16>(setting, bands, resolution, orders, rows),
-            _ => of_groups::<TOGETHER>(setting, bands, resolution, orders, rows),
+            1 => of_groups::<4>(fields, setting, bands, resolution, orders, rows),
+            2..=4 => of_groups::<16>(fields, setting, bands, resolution, orders, rows),
+            _ => of_groups::<TOGETHER>(fields, setting, bands, resolution, orders, rows),
         };
         light.extend(of_chunk);
         made.push(made_of_chunk);
@@ -103,6 +111,7 @@ pub fn light_of_rows(
 
 /// Light along the rays of rows at up to a quarter of `N` groups of bands.
 fn of_groups<const N: usize>(
+    fields: &LightFields,
     setting: &Setting,
     bands: &[Bands],
     resolution: &Resolution,
@@ -110,7 +119,7 @@ fn of_groups<const N: usize>(
     rows: &[Row],
 ) -> (Vec<Vec<Vec<Light>>>, OrdersMade) {
     let wavelengths = &Wavelengths::<N>::new(bands);
-    let field = &LightField::new(setting, wavelengths, resolution, orders);
+    let field = &*fields.get(setting, wavelengths, resolution, orders);
     let view = View {
         setting,
         wavelengths,

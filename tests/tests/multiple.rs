@@ -188,6 +188,40 @@ fn four_bands_hold_the_colour_of_all_light() {
     }
 }
 
+/// Suns that are near each other share a light field. Where one such field ends and the next begins the sky does not jump: a sun that moves is not
+/// seen to pass from one to the other.
+#[test]
+fn the_sky_does_not_jump_where_its_light_field_changes() {
+    // Half way between two centres: 5° apart by day, 1° where the sun is low. In twilight each of two fields is as far off as the reference tells.
+    let borders = [(62.5, 0.000_5), (27.5, 0.000_5), (12.5, 0.001), (5.5, 0.001), (0.5, 0.003), (-3.5, 0.004), (-9.5, 0.003)];
+    for (border, bound) in borders {
+        let beside: Vec<Vec<f64>> = [-3e-3, -1e-3, 1e-3, 3e-3].iter().map(|offset| lights(border + offset)).collect();
+        let jump = |direction: usize| {
+            let [before, low, high, after] = [0, 1, 2, 3].map(|sun: usize| beside[sun][direction]);
+            // What the light changes with the sun on both sides is no jump.
+            ((high - low) - 0.5 * ((after - high) + (low - before))).abs() / low
+        };
+        let largest = (0..beside[0].len()).map(jump).fold(0.0, f64::max);
+        println!("at {border}: {:.4} %", 100.0 * largest);
+        assert!(largest > 0.0, "the fields on both sides of {border} are one: this compares nothing");
+        assert!(largest <= bound, "at {border}: {largest:e}");
+    }
+}
+
+/// Transfer at four wavelengths over the upper hemisphere, and from the darkest on what has 5 % of the brightest.
+fn lights(sun: f64) -> Vec<f64> {
+    let mut scene = Scene::preset(Preset::Standard);
+    scene.sun.elevation = sun;
+    (scene.render.fit, scene.render.bands) = (Fit::Transfer, Some(vec![400.0, 450.0, 550.0, 650.0]));
+    let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+    let rows = (0..20).map(|row| 90.0 * (f64::from(row) / 19.0).powi(2));
+    let views = rows.flat_map(|elevation| (0..7).map(move |column| direction(elevation, 30.0 * f64::from(column))));
+    let light: Vec<Vec<f64>> = views.map(|view| sky.integral.transfer(view.as_vec3())).collect();
+    let brightest = |band: usize| light.iter().map(|ray| ray[band]).fold(0.0, f64::max);
+    let floors = [0, 1, 2, 3].map(|band| 0.05 * brightest(band));
+    light.iter().flat_map(|ray| ray.iter().zip(floors).map(|(value, floor)| value.max(floor))).collect()
+}
+
 /// Where light is scattered once over black ground, all that belongs to more of it is left out.
 #[test]
 fn black_ground_and_one_order_leave_nothing_of_it_in_the_plan() {

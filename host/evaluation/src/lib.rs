@@ -11,6 +11,7 @@ pub mod light_field;
 pub mod measured;
 mod measured_picture;
 pub mod metrics;
+mod moving_sun;
 pub mod picture;
 mod problem;
 pub mod readback;

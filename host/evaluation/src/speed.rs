@@ -10,6 +10,7 @@ use super::bench::{looked_up, with_lookup};
 use super::chart::{Chart, Panel, Point};
 use super::document::{Machine, make_folder, table, write};
 use super::error::plan;
+use super::moving_sun::{MovingSun, moving_suns};
 use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated, streamed};
 use crate::problem::{Error, Result};
 use sorairo::low_level::device::{Device, DeviceKind, cpu};
@@ -84,6 +85,9 @@ pub struct Speed {
     lookups: Vec<LookupRow>,
     steps: Vec<StepRow>,
     orders: Vec<OrdersRow>,
+    /// Frames of a sun that moves, on the device and on the CPU.
+    moving_sun: Vec<MovingSun>,
+    moving_sun_on_cpu: Vec<MovingSun>,
     /// Pixels per second by the sky lookup over those by the integral at every pixel.
     #[serde(rename = "table_over_direct")]
     lookup_over_direct: f64,
@@ -119,6 +123,8 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     let steps = steps(device)?;
     stage("timing orders of scattering");
     let orders = orders(device)?;
+    stage("timing a sun that moves");
+    let (moving_sun, moving_sun_on_cpu) = (moving_suns(device, COMMON)?, moving_suns(&cpu::device(), COMMON)?);
     stage("timing paths");
     let paths = paths(device)?;
     let speed = Speed {
@@ -133,6 +139,8 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
         lookups,
         steps,
         orders,
+        moving_sun,
+        moving_sun_on_cpu,
         lookup_over_direct: paths.direct.median / paths.lookup.median,
         cpu_over_device: [paths.cpu_lookup.median / paths.lookup.median, paths.cpu_direct.median / paths.direct.median],
         first_picture_ms,
@@ -407,6 +415,19 @@ impl Speed {
                 format!("{:.2}", row.all_over_once),
             ]
         });
+        let on_both = self.moving_sun.iter().map(|row| ("this device", row));
+        let on_both = on_both.chain(self.moving_sun_on_cpu.iter().map(|row| ("CPU", row)));
+        let moving_sun = on_both.map(|(device, row)| {
+            vec![
+                device.into(),
+                format!("{} to {}", row.from, row.to),
+                row.plan_ms.to_string(),
+                row.kernel_ms.to_string(),
+                format!("{:.2}", row.plan_over_kernels),
+                row.frame_ms.to_string(),
+                format!("{:.1}", row.mean_frame_ms),
+            ]
+        });
         let [cpu_lookup, cpu_direct] = self.cpu_over_device;
         let memory = self.peak_memory_mib.map_or("not told by this system".into(), |mib| format!("{mib:.0} MiB"));
         format!(
@@ -423,7 +444,8 @@ impl Speed {
              ## Kernels against writing the pixels once\n\n{COMMON}, 12 bytes a pixel, the rows that can be lit.\n\n{}\n\
              ## Size of the sky lookup\n\n{COMMON}; RMSE against the integral at every pixel, divided by the image's mean.\n\n{}\n\
              ## Samples per piece\n\n512x256, every pixel integrated.\n\n{}\n\
-             ## Light of all orders\n\n{COMMON}, standard preset; light scattered once over the same ground.\n\n{}",
+             ## Light of all orders\n\n{COMMON}, standard preset; light scattered once over the same ground.\n\n{}\n\
+             ## A sun that moves\n\n{COMMON}, standard preset, all orders; frames a quarter of a degree apart.\n\n{}",
             self.machine,
             self.lookup_over_direct,
             self.lookup_megapixels_per_second,
@@ -435,6 +457,10 @@ impl Speed {
             table(&["projection", "lookup", "kernels (ms)", "RMSE ÷ mean"], lookups),
             table(&["samples per piece", "kernels (ms)"], steps),
             table(&["sun (°)", "", "scattered once (ms)", "all orders (ms)", "ratio"], orders),
+            table(
+                &["device", "sun (°)", "plan (ms)", "kernels (ms)", "plan ÷ kernels", "frame (ms)", "mean frame (ms)"],
+                moving_sun
+            ),
         )
     }
 

@@ -114,3 +114,70 @@ impl fmt::Debug for LightFields {
         f.debug_struct("LightFields").field("kept", &self.kept().len()).finish()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::SkyPlan;
+    use crate::scene::{Preset, Rgb, Scene};
+
+    /// The standard sky under a sun, after a change.
+    fn sky(sun: f64, light_fields: &LightFields, change: impl FnOnce(&mut Scene)) -> SkyPlan {
+        let mut scene = Scene::preset(Preset::Standard);
+        scene.sun.elevation = sun;
+        change(&mut scene);
+        SkyPlan::with_light_fields(&scene.validated().unwrap(), Rgb::Srgb, light_fields)
+    }
+
+    fn count(light_fields: &LightFields) -> usize {
+        light_fields.kept().len()
+    }
+
+    #[test]
+    fn a_sky_is_the_same_to_the_bit_with_the_light_fields_of_another() {
+        for (before, sun) in [(41.0, 40.0), (5.25, 5.0), (-4.25, -4.0)] {
+            let light_fields = LightFields::default();
+            sky(before, &light_fields, |_| {});
+            // One for the bands, one for what the fit is made on.
+            assert_eq!(count(&light_fields), 2);
+            let kept = sky(sun, &light_fields, |_| {});
+            assert_eq!(count(&light_fields), 2, "sun at {sun}");
+            let new = sky(sun, &LightFields::default(), |_| {});
+            assert_eq!(kept.integral.multiple, new.integral.multiple, "sun at {sun}");
+            assert_eq!(kept.colour, new.colour, "sun at {sun}");
+            assert_ne!(kept.integral.multiple, sky(before, &light_fields, |_| {}).integral.multiple, "negative control");
+        }
+    }
+
+    #[test]
+    fn other_air_has_another_light_field() {
+        let light_fields = LightFields::default();
+        sky(40.0, &light_fields, |_| {});
+        let changes: [fn(&mut Scene); 4] = [
+            |scene| scene.atmosphere.ozone.column += 1.0,
+            |scene| scene.atmosphere.aerosol.asymmetry += 0.01,
+            |scene| scene.ground.albedo = crate::scene::GroundAlbedo::Grey(0.3),
+            |scene| scene.render.orders = Orders::UpTo(3),
+        ];
+        for (number, change) in changes.into_iter().enumerate() {
+            sky(40.0, &light_fields, change);
+            assert_eq!(count(&light_fields), 4 + 2 * number, "change {number}");
+        }
+        // What an observer turns to changes none.
+        sky(40.0, &light_fields, |scene| scene.sun.azimuth += 90.0);
+        assert_eq!(count(&light_fields), 10);
+    }
+
+    #[test]
+    fn the_fields_that_are_kept_do_not_grow_without_end() {
+        let light_fields = LightFields::default();
+        sky(40.0, &light_fields, |_| {});
+        let key = light_fields.kept()[0].key.clone();
+        for number in 0..5u8 {
+            let key = Key { air: vec![number], ..key.clone() };
+            light_fields.keep(Kept { key, bytes: MOST / 3, field: Arc::new(()) });
+        }
+        let left: Vec<Vec<u8>> = light_fields.kept().iter().map(|kept| kept.key.air.clone()).collect();
+        assert_eq!(left, [[2], [3], [4]], "those that were used last");
+    }
+}

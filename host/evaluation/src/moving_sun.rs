@@ -1,0 +1,93 @@
+//! What a frame costs while the sun moves: its plan, which keeps the light fields of the frames before, and its kernels.
+
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+use sorairo::low_level::plan::{LightFields, Plan};
+use sorairo::scene::{Preset, Scene, Size};
+use sorairo::{Device, PixelFormat};
+
+use super::timing::Spread;
+use crate::problem::Result;
+
+/// Frames of a sun that moves.
+const FRAMES: u32 = 60;
+
+/// Degrees by which it sinks from one to the next.
+const STEP: f64 = 0.25;
+
+/// Elevations (degrees) from which it sinks: by day, to the horizon, and through twilight.
+const STARTS: [f64; 3] = [45.0, 15.0, 5.0];
+
+/// What the frames of a sun that sinks cost: the default sky in light of all orders, linear pixels.
+#[derive(Clone, Debug, Serialize)]
+pub struct MovingSun {
+    /// Elevation of the first frame's sun (degrees).
+    pub from: f64,
+    /// Elevation of the last one's.
+    pub to: f64,
+    /// Frames.
+    pub frames: u32,
+    /// Time of a frame's plan, the first's among them (ms).
+    pub plan_ms: Spread,
+    /// The mean of the same (ms).
+    pub mean_plan_ms: f64,
+    /// Time of a frame's kernels (ms).
+    pub kernel_ms: Spread,
+    /// Time of a frame from its scene to its last pixel, which is read and let go (ms).
+    pub frame_ms: Spread,
+    /// The mean of the same (ms).
+    pub mean_frame_ms: f64,
+    /// The mean time of a plan over that of the kernels.
+    pub plan_over_kernels: f64,
+}
+
+/// Renders the suns of [`STARTS`] on a device.
+///
+/// # Errors
+///
+/// A device that fails.
+pub fn moving_suns(device: &Device, size: Size) -> Result<Vec<MovingSun>> {
+    STARTS.into_iter().map(|from| moving_sun(device, size, from)).collect()
+}
+
+fn moving_sun(device: &Device, size: Size, from: f64) -> Result<MovingSun> {
+    let elevation = |frame: u32| from - STEP * f64::from(frame);
+    let (mut plans, mut kernels, mut frames) = (Vec::new(), Vec::new(), Vec::new());
+    let light_fields = LightFields::default();
+    // A frame of another sky readies the device's pipelines and buffers.
+    frame(device, size, from, &LightFields::default())?;
+    for number in 0..FRAMES {
+        let (plan, kernel, whole) = frame(device, size, elevation(number), &light_fields)?;
+        plans.push(plan);
+        kernels.push(kernel);
+        frames.push(whole);
+    }
+    let mean = |times: &[Duration]| times.iter().sum::<Duration>().as_secs_f64() * 1e3 / f64::from(FRAMES);
+    Ok(MovingSun {
+        from,
+        to: elevation(FRAMES - 1),
+        frames: FRAMES,
+        mean_plan_ms: mean(&plans),
+        mean_frame_ms: mean(&frames),
+        plan_over_kernels: mean(&plans) / mean(&kernels),
+        plan_ms: Spread::of(plans),
+        kernel_ms: Spread::of(kernels),
+        frame_ms: Spread::of(frames),
+    })
+}
+
+/// The times of a plan, of its kernels and of the whole frame.
+fn frame(device: &Device, size: Size, sun: f64, light_fields: &LightFields) -> Result<(Duration, Duration, Duration)> {
+    let mut scene = Scene::preset(Preset::Standard);
+    (scene.sun.elevation, scene.camera.size) = (sun, size);
+    let start = Instant::now();
+    let plan = Plan::with_light_fields(&scene.validated()?, PixelFormat::LinearRgb, light_fields);
+    let planned = start.elapsed();
+    let let_go = |_, rows: &[u32]| {
+        std::hint::black_box(rows);
+        Ok(())
+    };
+    let times = device.backend.rows(&plan, plan.kernel(), 0, &mut { let_go })?;
+    Ok((planned, times.kernel, start.elapsed()))
+}

@@ -182,16 +182,11 @@ impl Sampled {
         };
         // A finer grid's cells are more alike from row to row.
         let row_step = if grid == COARSEST { 2 } else { 4 };
-        let mut at = Vec::new();
-        for &above in sides {
-            for row in places(COARSEST.0 - 1, row_step, grid.0 - 1) {
-                at.extend(places(COARSEST.1 - 1, 2, grid.1 - 1).map(|column| (above, row, column)));
-            }
-        }
-        let cells: Vec<Cell> = at
-            .into_par_iter()
-            .map(|(above, row, column)| measure(sky, grid, above, row, column, has_its_rows))
-            .collect();
+        let columns: Vec<f64> = places(COARSEST.1 - 1, 2, grid.1 - 1).collect();
+        let rows = |&above| places(COARSEST.0 - 1, row_step, grid.0 - 1).map(move |row| (above, row));
+        let at: Vec<(bool, f64)> = sides.iter().flat_map(rows).collect();
+        let of_row = |(above, row)| measure(sky, grid, above, row, &columns, has_its_rows);
+        let cells: Vec<Cell> = at.into_par_iter().flat_map_iter(of_row).collect();
         let mean = cells.iter().map(|cell| cell.luminance).sum::<f64>() / cells.len() as f64;
         Self { grid, has_its_rows, cells, mean }
     }
@@ -234,32 +229,45 @@ struct Cell {
     error_along_azimuth: f64,
 }
 
-/// The cell about a row and a column of a grid; an image that has its rows goes through columns by cubics.
-fn measure(sky: &SkyPlan, grid: (u32, u32), above: bool, row: f64, column: f64, has_its_rows: bool) -> Cell {
+/// The cells about a row of a grid and some columns, midway between two each; an image that has its rows goes through columns by cubics.
+fn measure(
+    sky: &SkyPlan,
+    grid: (u32, u32),
+    above: bool,
+    row: f64,
+    columns: &[f64],
+    has_its_rows: bool,
+) -> Vec<Cell> {
     let uniform = &sky.integral.uniform;
     let view = |row: f64, column: f64| {
         let (x, part) = (row / f64::from(grid.0 - 1), column / f64::from(grid.1 - 1));
         grid_view(uniform, above, x as f32, cosine_at_place(part as f32))
     };
-    let phases = sky.integral.phases(view(row, column));
-    let luminance = |row: f64, column: f64| {
-        let Constituents { air, aerosol, rest } = sky.constituents(view(row, column));
-        f64::from(uniform.rgb.luminance(air * phases.air + aerosol * phases.aerosol + rest))
+    let constituents = |row: f64, column: f64| sky.constituents(view(row, column));
+    // Neighbours share most of what lies between them: at the columns and midway between two.
+    let mut known = vec![None; 2 * grid.1 as usize];
+    let mut of_row = |column: f64| *known[(2.0 * column) as usize].get_or_insert_with(|| constituents(row, column));
+    let cell = |&column: &f64| {
+        let phases = sky.integral.phases(view(row, column));
+        let luminance = |Constituents { air, aerosol, rest }: Constituents| {
+            f64::from(uniform.rgb.luminance(air * phases.air + aerosol * phases.aerosol + rest))
+        };
+        let middle = luminance(of_row(column));
+        let between = |a, b| (0.5 * (luminance(a) + luminance(b)) - middle).abs();
+        let (error_along_elevation, error_along_azimuth) = if has_its_rows {
+            let Stencil { first, weights, .. } = stencil(column as f32, grid.1);
+            let nodes = weights.to_array().into_iter().zip(first..);
+            let cubic: f64 = nodes.map(|(weight, node)| f64::from(weight) * luminance(of_row(f64::from(node)))).sum();
+            (0.0, (cubic - middle).abs())
+        } else {
+            (
+                between(constituents(row - 0.5, column), constituents(row + 0.5, column)),
+                between(of_row(column - 0.5), of_row(column + 0.5)),
+            )
+        };
+        Cell { luminance: middle.abs(), error_along_elevation, error_along_azimuth }
     };
-    let middle = luminance(row, column);
-    let between = |a: f64, b: f64| (0.5 * (a + b) - middle).abs();
-    let (error_along_elevation, error_along_azimuth) = if has_its_rows {
-        let Stencil { first, weights, .. } = stencil(column as f32, grid.1);
-        let nodes = weights.to_array().into_iter().zip(first..);
-        let cubic: f64 = nodes.map(|(weight, node)| f64::from(weight) * luminance(row, f64::from(node))).sum();
-        (0.0, (cubic - middle).abs())
-    } else {
-        (
-            between(luminance(row - 0.5, column), luminance(row + 0.5, column)),
-            between(luminance(row, column - 0.5), luminance(row, column + 0.5)),
-        )
-    };
-    Cell { luminance: middle.abs(), error_along_elevation, error_along_azimuth }
+    columns.iter().map(cell).collect()
 }
 
 #[cfg(test)]

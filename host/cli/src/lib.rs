@@ -21,6 +21,7 @@ mod render;
 mod scene;
 mod sequence;
 mod spectrum;
+mod table;
 mod values;
 mod view;
 

@@ -11,6 +11,7 @@ mod evaluation;
 pub mod flags;
 mod frames;
 mod help;
+mod kept_light;
 mod known;
 mod manifest;
 mod memory;

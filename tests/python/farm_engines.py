@@ -128,7 +128,7 @@ for _ in range(asked.rounds):
         sums.add(files)
 assert len(sums) == 1, "the ways leave different frames"
 
-print(f"{asked.frames} frames of {asked.size} pixels in PNG on {CORES} cores, {asked.rounds} rounds, interleaved\n")
+print(f"{asked.frames} frames of {asked.size} pixels in PNG on {CORES} cores, interleaved rounds: {asked.rounds}\n")
 print("| way | frames a second: median (least to most) |\n| --- | --- |")
 for name, taken in seconds.items():
     rates = sorted(asked.frames / each for each in taken)

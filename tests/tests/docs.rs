@@ -210,9 +210,15 @@ fn every_command_of_the_tutorial_runs() {
             assert!(ended.stdout.starts_with('{'), "{command}: {}", ended.stdout);
         }
     }
-    for made in
-        ["sky.png", "sky.exr", "greenwich.png", "evening/sky.0016.png", "evening/contact.png", "sky.spectral.exr", "own.png"]
-    {
+    for made in [
+        "sky.png",
+        "sky.exr",
+        "greenwich.png",
+        "evening/sky.0016.png",
+        "evening/contact.png",
+        "sky.spectral.exr",
+        "own.png",
+    ] {
         assert!(folder.path().join(made).is_file(), "{made}");
     }
 }

@@ -171,7 +171,8 @@ fn json_lists_the_frames_whether_rendered_or_found() {
 #[test]
 fn the_light_of_frames_that_are_there_is_that_which_the_first_run_kept_unless_a_byte_of_it_changed() {
     let folder = folder();
-    let (line, kept) = ("sequence --device cpu --size 8x4 --sun-elevation 0:10:5 -o #.png", folder.path().join("light.json"));
+    let (line, kept) =
+        ("sequence --device cpu --size 8x4 --sun-elevation 0:10:5 -o #.png", folder.path().join("light.json"));
     let first = sequence(folder.path(), line)["frames"].clone();
     let whole = std::fs::read_to_string(&kept).unwrap();
     let rewrite = |change: &dyn Fn(&str) -> String, is_signed: bool| {
@@ -181,25 +182,28 @@ fn the_light_of_frames_that_are_there_is_that_which_the_first_run_kept_unless_a_
         std::fs::write(&kept, format!("{{\"checksum\":\"{sum}\",\"light\":{light}}}\n")).unwrap();
     };
     let key = "\"illuminance_lux\":";
-    let brighter = |light: &str| light.replace(key, &format!("{key}1"));
-    let lux = |frames: &Value| frames.as_array().unwrap().iter().map(|frame| frame["illuminance_lux"].as_f64().unwrap()).collect::<Vec<_>>();
+    let other = |light: &str| {
+        let mut parts = light.split(key);
+        let first = parts.next().unwrap().to_owned();
+        parts.fold(first, |text, part| format!("{text}{key}123456.5{}", &part[part.find(',').unwrap()..]))
+    };
+    let lux = |frames: &Value| {
+        frames.as_array().unwrap().iter().map(|frame| frame["illuminance_lux"].as_f64().unwrap()).collect::<Vec<_>>()
+    };
     rewrite(&str::to_owned, false);
     assert_eq!(std::fs::read_to_string(&kept).unwrap(), whole);
 
     // What is kept is what is told, which nothing else shows without a clock.
-    rewrite(&brighter, true);
-    let told = sequence(folder.path(), line)["frames"].clone();
-    assert!(lux(&told).iter().zip(lux(&first)).all(|(told, lux)| *told > lux), "{told}");
-    assert_eq!(lux(&told).len(), 3);
+    rewrite(&other, true);
+    assert_eq!(lux(&sequence(folder.path(), line)["frames"]), [123456.5; 3]);
+    assert!(lux(&first).iter().all(|lux| (100.0..20_000.0).contains(lux)), "{first}");
 
     // A changed byte, another version's frames, no such file: the light is computed, and kept once more.
     let renamed = |light: &str| light.replacen('"', "\"0", 1);
-    let cases: [&dyn Fn(); 4] = [
-        &|| rewrite(&brighter, false),
-        &|| rewrite(&renamed, true),
-        &|| std::fs::write(&kept, "{").unwrap(),
-        &|| std::fs::remove_file(&kept).unwrap(),
-    ];
+    let cases: [&dyn Fn(); 4] =
+        [&|| rewrite(&other, false), &|| rewrite(&renamed, true), &|| std::fs::write(&kept, "{").unwrap(), &|| {
+            std::fs::remove_file(&kept).unwrap()
+        }];
     for spoil in cases {
         spoil();
         assert_eq!(lux(&sequence(folder.path(), line)["frames"]), lux(&first));
@@ -346,7 +350,13 @@ fn parts_by_two_processes_are_the_whole_and_the_last_leaves_the_contact_sheet() 
         let ended: Ended = child.wait_with_output().unwrap().into();
         assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     }
-    assert!(contents(&parts.path().join("f")) == contents(&whole.path().join("f")));
+    // The two processes were not asked for light, which they would keep.
+    let files = |folder: &Path| {
+        let mut files = contents(&folder.join("f"));
+        files.remove("light.json");
+        files
+    };
+    assert!(files(parts.path()) == files(whole.path()));
 }
 
 #[test]
@@ -380,7 +390,7 @@ fn a_frame_a_task_is_byte_for_byte_the_whole_and_the_last_task_leaves_sheet_and_
         counts(&sequence(parts.path(), &format!("{times} --frames 9 --frames 2-3 --frame 8 --frame 3"))),
         (3, 0)
     );
-    assert_eq!(contents(&parts.path().join("t")).keys().collect::<Vec<_>>(), ["2.png", "3.png", "8.png"]);
+    assert_eq!(contents(&parts.path().join("t")).keys().collect::<Vec<_>>(), ["2.png", "3.png", "8.png", "light.json"]);
 }
 
 /// Three tasks of a farm, all of whose frames are there, and the summary of the second run again.

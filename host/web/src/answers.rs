@@ -20,7 +20,8 @@ fn described(key: &Key) -> Value {
     let scene = Scene::default();
     let bounds = key.bounds(&scene);
     let words = key.words();
-    let each = |of: fn(&Word) -> &'static str| Some(words.iter().map(of).collect::<Vec<_>>()).filter(|all| !all.is_empty());
+    let each =
+        |of: fn(&Word) -> &'static str| Some(words.iter().map(of).collect::<Vec<_>>()).filter(|all| !all.is_empty());
     let value = value(key, &scene);
     let kind = match &key.allowed {
         Allowed::Range { .. } => "number",

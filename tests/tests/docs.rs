@@ -183,12 +183,25 @@ fn every_command_of_the_gallery_makes_the_picture_above_it() {
     assert!(compared >= 10, "{compared} pictures");
 }
 
+/// The files that a page shows: their names stand behind the languages of their blocks.
+fn files_shown(page: &str) -> impl Iterator<Item = (&str, &str)> {
+    page.split("```").skip(1).step_by(2).filter_map(|block| {
+        let (head, text) = block.split_once('\n')?;
+        Some((head.split_once(' ')?.1, text))
+    })
+}
+
 #[test]
 fn every_command_of_the_tutorial_runs() {
     let page = std::fs::read_to_string(repository().join("docs/tutorial.md")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let commands: Vec<&str> = page.lines().filter_map(|line| line.strip_prefix("sorairo ")).collect();
     assert!(commands.len() >= 10, "{commands:?}");
+    let files: Vec<_> = files_shown(&page).collect();
+    assert_eq!(files.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["ozone.csv", "own.toml"]);
+    for (name, text) in files {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
     for command in commands {
         let (arguments, into) = command.split_once(" > ").unwrap_or((command, ""));
         let ended = succeed(folder.path(), &arguments.split(' ').collect::<Vec<_>>());
@@ -197,9 +210,15 @@ fn every_command_of_the_tutorial_runs() {
             assert!(ended.stdout.starts_with('{'), "{command}: {}", ended.stdout);
         }
     }
-    for made in
-        ["sky.png", "sky.exr", "greenwich.png", "evening/sky.0016.png", "evening/contact.png", "sky.spectral.exr"]
-    {
+    for made in [
+        "sky.png",
+        "sky.exr",
+        "greenwich.png",
+        "evening/sky.0016.png",
+        "evening/contact.png",
+        "sky.spectral.exr",
+        "own.png",
+    ] {
         assert!(folder.path().join(made).is_file(), "{made}");
     }
 }

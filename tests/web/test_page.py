@@ -247,6 +247,60 @@ def test_the_error_map_tells_a_cubic_from_the_default(sky):
     expect(sky.page.locator("#map")).to_be_hidden()
 
 
+def test_an_error_map_that_takes_long_keeps_no_picture_waiting(browser, server):
+    sky = Sky(context(browser, service_workers="block"), server.address)
+    # A map of a scene with one order of scattering never ends.
+    forever = ('errors: (toml, fit) =>', 'errors: (toml, fit) => toml.includes("render.orders = 1") ? new Promise(() => {}) :')
+
+    def slowed(route):
+        body = route.fetch().text()
+        assert body.count(forever[0]) == 1
+        route.fulfill(body=body.replace(*forever), content_type="text/javascript")
+
+    sky.page.route("**/worker.js", slowed)
+    sky.open(PERSPECTIVE + "&sun.elevation=2&camera.size=64x32")
+    before = sky.pixels()
+    sky.link(PERSPECTIVE + "&sun.elevation=2&camera.size=64x32&render.orders=1&errors=cubic")
+    expect(sky.page.locator("#waiting")).to_have_text("Computing every wavelength, 1 of 2", timeout=PATIENCE)
+    # The picture stands there already, and the next one does not wait for the map.
+    assert not sky.still_there(before)
+    sky.go(PERSPECTIVE + "&sun.elevation=3&camera.size=64x32")
+    assert sky.value("sun.elevation") == "3"
+    # Nor is the next map that of the one that was given up.
+    sky.go(PERSPECTIVE + "&sun.elevation=3&camera.size=64x32&errors=cubic")
+    expect(sky.page.locator("#map")).to_have_attribute("width", "64")
+    assert sky.troubles == []
+    sky.context.close()
+
+
+def test_the_slider_of_an_automatic_exposure_stands_at_its_number(sky, native):
+    start(sky, "sun.elevation=10" + PIXELS)
+    sky.page.evaluate("() => document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+    report = json.loads(native("render", "--json", "--size=192x96", "--device=cpu", "-osky.png", "--sun-elevation=10"))
+    control = sky.page.locator("[data-key='render.exposure']")
+    shown = float(control.locator("input[type=number]").get_attribute("placeholder"))
+    # Four digits are shown.
+    assert abs(shown - report["exposure_ev"]) < 1e-3
+    automatic = sky.pixels()
+    sky.forget()
+    control.locator("select").select_option(label="a number")
+    sky.done()
+    # A slider has a thousand places, here a hundredth of a stop apart.
+    assert abs(float(sky.value("render.exposure")) - shown) < 0.05
+    assert numpy.abs(sky.pixels() - automatic).max() <= 10
+    sky.go("sun.elevation=10&render.exposure=-6" + PIXELS)
+    assert control.locator("input[type=number]").get_attribute("placeholder") == ""
+    assert numpy.abs(sky.pixels() - automatic).max() > 10
+
+
+def test_a_preset_says_what_it_is(sky, native):
+    reference = native("scene", "reference")
+    for preset in ["hazy", "mars"]:
+        start(sky, f"preset={preset}" + PIXELS)
+        said = sky.page.locator("#preset-chosen").text_content()
+        assert f"* `{preset}`: {said}\n" in reference
+
+
 def test_what_is_saved_makes_the_same_picture(sky, native, tmp_path):
     start(sky, PERSPECTIVE + "&sun.elevation=9&preset=hazy" + PIXELS)
     sky.page.evaluate("() => document.querySelectorAll('details').forEach((each) => { each.open = true; })")
@@ -323,7 +377,7 @@ def test_every_control_has_a_name_and_what_describes_it_is_there(sky):
     assert nameless == []
     dangling = sky.page.evaluate(
         """() => [...document.querySelectorAll("[aria-describedby], [aria-controls], [aria-labelledby], label[for], output[for]")].flatMap((each) =>
-            ["aria-describedby", "aria-controls", "aria-labelledby", "for"].map((name) => each.getAttribute(name)).filter((id) => id && !document.getElementById(id)))"""
+            ["aria-describedby", "aria-controls", "aria-labelledby", "for"].flatMap((name) => (each.getAttribute(name) ?? "").split(" ")).filter((id) => id && !document.getElementById(id)))"""
     )
     assert dangling == []
 

@@ -79,6 +79,36 @@ def test_the_page_works_without_its_server(browser, server):
     sky.context.close()
 
 
+def test_the_processor_draws_what_a_small_device_cannot(browser, server, native_picture):
+    sky = Sky(context(browser, service_workers="block"), server.address)
+    # A device that binds 16 KiB at once: 4096 pixels.
+    small = """
+        const open = GPUAdapter.prototype.requestDevice;
+        GPUAdapter.prototype.requestDevice = async function (...what) {
+            const device = await open.apply(this, what);
+            const limits = {};
+            for (const name in device.limits) limits[name] = device.limits[name];
+            Object.defineProperty(device, "limits", { value: { ...limits, maxStorageBufferBindingSize: 16384 } });
+            return device;
+        };
+    """
+    sky.page.route("**/worker.js", lambda route: route.fulfill(body=small + route.fetch().text(), content_type="text/javascript"))
+    notice = sky.page.locator("#notice")
+    sky.open("sun.elevation=8&camera.size=64x32")
+    assert "WebGPU" in sky.device
+    expect(notice).to_be_hidden()
+    sky.go("sun.elevation=8" + PIXELS)
+    assert "CPU" in sky.device
+    expect(notice).to_contain_text("too small for this picture")
+    expect(notice).to_contain_text("limits")
+    assert numpy.abs(sky.pixels() - native_picture(sky.scene)).max() <= 1
+    sky.go("sun.elevation=9&camera.size=64x32")
+    assert "WebGPU" in sky.device
+    expect(notice).to_be_hidden()
+    assert sky.troubles == []
+    sky.context.close()
+
+
 def test_a_lost_device_costs_one_picture(browser, server, native_picture):
     sky = Sky(context(browser, service_workers="block"), server.address)
     # Remembers the device that the page opens, so that the test can take it away.

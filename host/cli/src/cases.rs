@@ -2,28 +2,23 @@
 
 use std::path::Path;
 
-use csv::{ReaderBuilder, StringRecord, Trim};
+use csv::StringRecord;
 use sorairo::scene::ValidScene;
 use sorairo::scene::file::Draft;
 use sorairo::scene::keys::{self, Key};
 
 use crate::error::{Error, Result};
 use crate::ranges::MOST_FRAMES;
+use crate::table::{Row, Table, wrong};
 use crate::values::Values;
 
 /// A table of cases.
 pub struct Cases {
-    file: String,
+    /// Its flag and its file.
+    table: String,
     /// What its columns are.
     pub keys: Vec<&'static Key>,
     rows: Vec<Row>,
-}
-
-/// A case.
-struct Row {
-    /// Its line in the file, from 1.
-    line: u64,
-    cells: Vec<String>,
 }
 
 impl Cases {
@@ -33,27 +28,16 @@ impl Cases {
     ///
     /// A file that cannot be read; a column that is no key, or one that stands there twice; rows of another length, none, or too many.
     pub fn read(path: &Path) -> Result<Self> {
-        let file = path.display().to_string();
-        let wrong = |complaint: String| Error::request(format!("--table {file}{complaint}"));
-        let reader = ReaderBuilder::new().comment(Some(b'#')).trim(Trim::All).from_path(path);
-        let mut reader = reader.map_err(|error| wrong(format!(": {error}")))?;
-        let header = reader.headers().map_err(|error| wrong(reason(&error)))?.clone();
-        let keys = columns(&header).map_err(|(column, complaint)| {
-            wrong(format!(", line {}, column {column}: {complaint}", header.position().map_or(1, csv::Position::line)))
+        let mut table = Table::open("--table", path, true)?;
+        let header = table.header()?;
+        let keys = columns(&header.cells).map_err(|(column, complaint)| {
+            wrong(&table.name, &format!(", line {}, column {column}: {complaint}", header.line))
         })?;
-        let mut rows = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(|error| wrong(reason(&error)))?;
-            let line = record.position().map_or(0, csv::Position::line);
-            rows.push(Row { line, cells: record.iter().map(str::to_owned).collect() });
-            if rows.len() > MOST_FRAMES as usize {
-                return Err(wrong(format!(" has more than {MOST_FRAMES} rows")));
-            }
-        }
+        let rows: Vec<_> = table.rows(MOST_FRAMES as usize).collect::<Result<_>>()?;
         if rows.is_empty() {
-            return Err(wrong(" has no row under its header".into()));
+            return Err(wrong(&table.name, " has no row under its header"));
         }
-        Ok(Self { file, keys, rows })
+        Ok(Self { table: table.name, keys, rows })
     }
 
     /// The scene of each case, over values that all share.
@@ -66,7 +50,7 @@ impl Cases {
     }
 
     fn scene(&self, row: &Row, shared: &Values, draft: &Draft) -> Result<ValidScene> {
-        let cells = self.keys.iter().map(|key| key.name).zip(row.cells.iter().map(String::as_str));
+        let cells = self.keys.iter().map(|key| key.name).zip(&row.cells);
         shared.with_cells(cells).over(draft.clone()).map_err(|error| {
             let key = match &error {
                 sorairo::Error::OutOfRange { key, .. } | sorairo::Error::NotAllowed { key, .. } => Some(*key),
@@ -74,13 +58,13 @@ impl Cases {
             };
             let column = self.keys.iter().position(|known| Some(known.name) == key);
             let column = column.map(|column| format!(", column {}", column + 1)).unwrap_or_default();
-            Error::request(format!("--table {}, line {}{column}: {error}", self.file, row.line))
+            Error::request(format!("{}, line {}{column}: {error}", self.table, row.line))
         })
     }
 
     /// The cells of each case, as they stand in the file.
-    pub fn cells(&self) -> impl Iterator<Item = &[String]> {
-        self.rows.iter().map(|row| &row.cells[..])
+    pub fn cells(&self) -> impl Iterator<Item = Vec<&str>> {
+        self.rows.iter().map(|row| row.cells.iter().collect())
     }
 }
 
@@ -104,36 +88,20 @@ fn columns(header: &StringRecord) -> std::result::Result<Vec<&'static Key>, (usi
     Ok(found)
 }
 
-/// What is wrong with a row, in one line with its place.
-fn reason(error: &csv::Error) -> String {
-    match error.kind() {
-        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
-            let line = pos.as_ref().map_or(0, csv::Position::line);
-            format!(", line {line}: the row has {len} values, and the header {expected_len}")
-        }
-        csv::ErrorKind::Utf8 { pos, .. } => {
-            format!(", line {}: it is not UTF-8", pos.as_ref().map_or(0, csv::Position::line))
-        }
-        _ => format!(": {error}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use sorairo::scene::Preset;
 
     use super::*;
+    use crate::table::tests::{read_text, refuses};
 
-    fn scenes(text: &str) -> Result<Vec<ValidScene>> {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("cases.csv");
-        std::fs::write(&path, text).unwrap();
-        Cases::read(&path)?.scenes(&Values::default(), &Draft::of(Preset::Standard))
+    fn scenes(path: &Path) -> Result<Vec<ValidScene>> {
+        Cases::read(path)?.scenes(&Values::default(), &Draft::of(Preset::Standard))
     }
 
     #[test]
     fn each_row_is_a_scene() {
-        let scenes = scenes("# a comment\nsun.elevation, atmosphere.aerosol.optical_depth,ground.albedo,sun.disc,render.steps\n10,0.1,grass,true,16\n-2.5,0,0.3,false,24\n").unwrap();
+        let scenes = read_text("# a comment\nsun.elevation, atmosphere.aerosol.optical_depth,ground.albedo,sun.disc,render.steps\n10,0.1,grass,true,16\n-2.5,0,0.3,false,24\n", scenes).unwrap();
         let found: Vec<_> = scenes
             .iter()
             .map(|scene| {
@@ -146,7 +114,7 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_told_with_its_place() {
-        for (text, words) in [
+        let cases = [
             ("sun.elevation,moon\n1,2\n", "line 1, column 2: \"moon\" is no key"),
             ("sun.elevation,sun.elevation\n1,2\n", "line 1, column 2: sun.elevation stands there twice"),
             ("preset\nearth\n", "column 1: the preset is that of all cases"),
@@ -155,9 +123,7 @@ mod tests {
             ("sun.elevation,sun.azimuth\n1\n", "line 2: the row has 1 values, and the header 2"),
             ("sun.elevation\n", "has no row"),
             ("sun.elevation\nnan\n", "line 2, column 1: sun.elevation is NaN"),
-        ] {
-            let error = scenes(text).expect_err(text);
-            assert!(error.exit_code() == 2 && error.to_string().contains(words), "{text:?}: {error}");
-        }
+        ];
+        refuses(scenes, &cases);
     }
 }

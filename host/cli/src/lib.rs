@@ -11,6 +11,7 @@ mod evaluation;
 pub mod flags;
 mod frames;
 mod help;
+mod kept_light;
 mod known;
 mod manifest;
 mod memory;
@@ -21,6 +22,7 @@ mod render;
 mod scene;
 mod sequence;
 mod spectrum;
+mod table;
 mod values;
 mod view;
 

@@ -37,9 +37,9 @@ pub fn write(cases: &Cases, frames: &[Frame]) -> Result<()> {
     let known = known(&path);
     let names = ["frame"].into_iter().chain(cases.keys.iter().map(|key| key.name)).chain(LIGHT);
     let mut rows = vec![names.chain(["file", "sha256"]).map(str::to_owned).collect::<Vec<_>>()];
-    let cells: Vec<&[String]> = cases.cells().collect();
+    let cells: Vec<_> = cases.cells().collect();
     for frame in frames {
-        let case = cells[frame.number as usize];
+        let case = &cells[frame.number as usize];
         let mut light = None;
         for file in &frame.request.outputs {
             let name = file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
@@ -48,7 +48,8 @@ pub fn write(cases: &Cases, frames: &[Frame]) -> Result<()> {
             rows.push(row.unwrap_or_else(|| {
                 let light = light.get_or_insert_with(|| light_of(frame));
                 let number = frame.number.to_string();
-                [&[number], case, &light[..], &[name, sum]].concat()
+                let case: Vec<_> = case.iter().map(|&cell| cell.to_owned()).collect();
+                [&[number], &case[..], &light[..], &[name, sum]].concat()
             }));
         }
     }

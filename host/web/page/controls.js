@@ -59,7 +59,7 @@ export function slider({ minimum, maximum, unit, default: standard }) {
 
 /** The controls of a page. `changed(key, value, following)` hears every change; a value of `undefined` takes the key back to its default. */
 export class Controls {
-  #shown = [];
+  #shown = []; #found = {}; #last;
 
   constructor(keys, changed) {
     this.keys = Object.fromEntries(keys.map((row) => [row.key, row]));
@@ -71,7 +71,14 @@ export class Controls {
 
   /** Shows a scene: every key's value, and which of them a person has set. */
   show(effective, scene) {
+    this.#last = [effective, scene];
     for (const update of this.#shown) update(effective, scene);
+  }
+
+  /** Shows the number that a picture had where the scene leaves it to the program. */
+  found(key, number) {
+    this.#found[key] = number;
+    this.show(...this.#last);
   }
 
   #control(key) {
@@ -90,7 +97,7 @@ export class Controls {
     const isRange = Number.isFinite(row.minimum) && Number.isFinite(row.maximum);
     if (row.kind === "boolean") this.#box(key, id, top);
     else if (isRange) this.#range(key, id, top, made, choices);
-    else if (choices.length) this.#select(key, id, made, choices);
+    else if (choices.length) this.#select(key, id, made, row);
     else this.#text(key, id, top);
     made.append(help);
     return made;
@@ -110,11 +117,15 @@ export class Controls {
     this.#shown.push((effective, scene) => { box.value = scene[key] ?? ""; });
   }
 
-  #select(key, id, made, choices) {
-    const select = element("select", { id, "aria-describedby": `${id}-help` }, ...choices.map((choice) => element("option", { value: choice }, choice)));
+  #select(key, id, made, { choices, choice_sentences: sentences }) {
+    const select = element("select", { id, "aria-describedby": `${id}-chosen ${id}-help` }, ...choices.map((choice, i) => element("option", { value: choice, title: sentences[i] }, choice)));
+    const chosen = element("p", { class: "chosen", id: `${id}-chosen` });
     select.addEventListener("change", () => this.changed(key, select.value, false));
-    made.append(select);
-    this.#shown.push((effective) => { select.value = effective[key]; });
+    made.append(select, chosen);
+    this.#shown.push((effective) => {
+      select.value = effective[key];
+      chosen.textContent = sentences[choices.indexOf(effective[key])] ?? "";
+    });
   }
 
   #range(key, id, top, made, choices) {
@@ -139,13 +150,16 @@ export class Controls {
     this.#shown.push((effective) => {
       const value = effective[key];
       const isNumber = typeof value === "number";
+      const found = isNumber ? undefined : this.#found[key];
       // A projection without a field of view has nothing to show here.
       made.hidden = value === null || value === undefined;
       if (select) select.value = isNumber ? "" : (value ?? "");
       number.value = isNumber ? rounded(value) : "";
-      if (!isNumber) range.value = scale.place(Math.min(row.maximum, Math.max(row.minimum, 0)));
+      number.placeholder = found === undefined ? "" : rounded(found);
+      if (!isNumber) range.value = scale.place(Math.min(row.maximum, Math.max(row.minimum, found ?? 0)));
       else if (document.activeElement !== range) range.value = scale.place(value);
-      range.setAttribute("aria-valuetext", isNumber ? `${rounded(value)} ${unit}` : String(value ?? "as the program chooses"));
+      const told = isNumber ? `${rounded(value)} ${unit}` : String(value ?? "as the program chooses");
+      range.setAttribute("aria-valuetext", found === undefined ? told : `${told}: ${rounded(found)} ${unit}`);
     });
   }
 }

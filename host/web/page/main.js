@@ -16,8 +16,8 @@ const START = {
 };
 /** Most pixels of a picture whose size the window decides. */
 const MOST_PIXELS = 2.5e6;
-/** Most columns of an error map, each of whose pixels takes every wavelength. */
-const MAP_COLUMNS = 192;
+/** Columns of an error map, each of whose pixels takes every wavelength: a coarse one comes first. */
+const MAP_COLUMNS = [48, 96, 192];
 
 const byId = (id) => document.getElementById(id);
 const sentence = (error) => String(error?.message ?? error);
@@ -26,7 +26,8 @@ const pixels = ([width, height]) => `${width}x${height}`;
 let state = { scene: {}, beside: null, measured: null, errors: null };
 /** The size of the full picture that was asked for last. */
 let drawnSize;
-let worker, painter, view, controls, place, dome, readout, tour;
+/** `mapper` is a worker of its own: an error map takes seconds, and no picture waits for it. */
+let worker, mapper, painter, view, controls, place, dome, readout, tour;
 
 function complain(text) {
   byId("complaint").textContent = text;
@@ -142,6 +143,7 @@ function draw(following) {
   byId("view").dataset.state = "drawing";
   byId("waiting").textContent = "Drawing";
   if (!state.errors || following) for (const id of ["map", "legend"]) byId(id).hidden = true;
+  mapper.stop();
   drawnSize = pixels(size(state.scene));
   painter.want({ ...state, size: size(state.scene), exact: "camera.size" in state.scene, following });
 }
@@ -165,20 +167,24 @@ async function drawn(job, picture, last) {
   byId("left").hidden = !state.beside;
   if (right.device) told(right, picture, tookRight);
   if (!last || painter.wanted !== job) return;
-  if (job.errors) await mapped(job, picture);
-  if (job.measured && painter.wanted === job) await readout.measure(worker, job, (scene) => toml(sized(scene)));
+  controls.found("render.exposure", right.exposure);
+  if (job.measured) await readout.measure(worker, job, (scene) => toml(sized(scene)));
+  if (job.errors && painter.wanted === job) await mapped(job, picture);
   if (painter.wanted !== job) return;
   Object.assign(byId("view").dataset, { state: "done", shown: text(job.scene, picture) });
 }
 
 async function mapped(job, [width, height]) {
-  const scale = Math.min(1, MAP_COLUMNS / width);
-  const small = [Math.max(1, Math.round(width * scale)), Math.max(1, Math.round(height * scale))];
-  byId("waiting").textContent = "Computing every wavelength";
-  const map = await worker.call("errors", text(job.scene, small), job.errors);
-  if (painter.wanted !== job) return;
-  show(byId("map"), map.pixels, small);
-  legend(map.scale, job.errors);
+  const widest = Math.min(width, MAP_COLUMNS.at(-1));
+  const steps = [...MAP_COLUMNS.filter((each) => each < widest), widest];
+  for (const [done, each] of steps.entries()) {
+    const small = [each, Math.max(1, Math.round((height * each) / width))];
+    byId("waiting").textContent = `Computing every wavelength, ${done + 1} of ${steps.length}`;
+    const map = await mapper.call("errors", text(job.scene, small), job.errors);
+    if (painter.wanted !== job) return;
+    show(byId("map"), map.pixels, small);
+    legend(map.scale, job.errors);
+  }
 }
 
 function failed(error, job) {
@@ -299,7 +305,7 @@ function orders() {
   for (const value of ["1", "2", "all"]) {
     const box = element("input", { type: "radio", name: "orders", value });
     box.addEventListener("change", () => set({ "render.orders": value === "all" ? value : Number(value) }));
-    home.append(element("label", {}, box, ` ${value}`));
+    home.append(element("label", {}, box, value));
   }
 }
 
@@ -344,6 +350,7 @@ async function start() {
   const module = await compiled();
   worker = new WorkerCalls(module, new URLSearchParams(location.search).get("device") ?? "auto");
   worker.open().catch((error) => complain(sentence(error)));
+  mapper = new WorkerCalls(module, "cpu");
   await init({ module_or_path: module });
   painter = new Painter(drawn, failed);
   view = new View(hands);

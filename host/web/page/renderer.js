@@ -28,6 +28,11 @@ export class WorkerCalls {
     return this.#post(name, parameters);
   }
 
+  /** Ends what is computed, if anything is: its calls reject. The next call starts another worker. */
+  stop() {
+    if (this.#calls.size) this.#died("it is no longer wanted");
+  }
+
   #post(name, parameters) {
     return new Promise((resolve, reject) => {
       const id = this.#next++;

@@ -19,7 +19,7 @@ const calls = {
   async picture(toml, isGlimpse) {
     if (isGlimpse && !studio) return { pixels: await glimpse.picture(toml) };
     const pixels = await (await opened()).picture(toml);
-    return { pixels, device: studio.device, isGpu: studio.is_gpu, whyNotGpu: studio.why_not_gpu };
+    return { pixels, exposure: sorairo.exposure(toml), device: studio.device, isGpu: studio.is_gpu, whyNotGpu: studio.why_not_gpu };
   },
   png: async (toml) => (await opened()).png(toml),
   exr: async (toml) => (await opened()).exr(toml),

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 use sorairo::low_level::device;
 use sorairo::low_level::spectra::observer;
 use sorairo::low_level::spectrum::{Direction, appearances};
-use sorairo::low_level::words::words;
+use sorairo::low_level::words::{Word, words};
 use sorairo::scene::keys::{Allowed, KEYS, Key};
 use sorairo::scene::{Fit, Preset, Rgb, ValidScene};
 use sorairo::{Error, Method, PixelFormat, Plan, Result, Scene, Spectra, xyz};
@@ -19,7 +19,9 @@ pub fn keys() -> String {
 fn described(key: &Key) -> Value {
     let scene = Scene::default();
     let bounds = key.bounds(&scene);
-    let names: Vec<_> = key.words().iter().map(|word| word.name).collect();
+    let words = key.words();
+    let each =
+        |of: fn(&Word) -> &'static str| Some(words.iter().map(of).collect::<Vec<_>>()).filter(|all| !all.is_empty());
     let value = value(key, &scene);
     let kind = match &key.allowed {
         Allowed::Range { .. } => "number",
@@ -35,7 +37,8 @@ fn described(key: &Key) -> Value {
         "default": if value.is_null() { key.stand_in().into() } else { value },
         "minimum": bounds.map(|(low, _)| low),
         "maximum": bounds.map(|(_, high)| high),
-        "choices": Some(names).filter(|names| !names.is_empty()),
+        "choices": each(|word| word.name),
+        "choice_sentences": each(|word| word.sentence),
     })
 }
 
@@ -78,6 +81,17 @@ pub fn sun(toml: &str) -> Result<String> {
 /// What is wrong with the scene.
 pub fn command(toml: &str) -> Result<String> {
     Ok(sorairo::scene::command::command(&read(toml)?.as_asked(), "auto"))
+}
+
+/// The exposure of the picture (stops): the scene's own, or what `auto` amounts to.
+///
+/// # Errors
+///
+/// What is wrong with the scene.
+pub fn exposure(toml: &str) -> Result<f32> {
+    let scene = read(toml)?;
+    let plan = Plan::seen(&sky(&scene, Rgb::Srgb), &scene.camera, PixelFormat::Picture)?;
+    Ok(plan.uniform.exposure.log2())
 }
 
 /// The direction (degrees) of a pixel, counted from the top left; null where the projection covers nothing.
@@ -200,6 +214,20 @@ mod tests {
             }
         }
         assert_eq!(values["sun.elevation"], 30.0);
+    }
+
+    #[test]
+    fn a_darker_sky_is_exposed_longer_and_a_number_is_that_number() {
+        assert!(exposure("sun.elevation = -4").unwrap() > exposure("sun.elevation = 40").unwrap() + 5.0);
+        assert_eq!(exposure("render.exposure = -3.0").unwrap(), -3.0);
+    }
+
+    #[test]
+    fn every_choice_has_a_sentence() {
+        for key in json(&keys()).as_array().unwrap() {
+            let count = |name: &str| key[name].as_array().map(Vec::len);
+            assert_eq!(count("choices"), count("choice_sentences"), "{key}");
+        }
     }
 
     #[test]

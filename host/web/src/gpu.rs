@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use js_sys::Promise;
 use sorairo::scene::CameraScene;
 use sorairo::wgpu;
-use sorairo::{PixelFormat, ResidentRenderer, SkyPlan, Target};
+use sorairo::{Error, PixelFormat, ResidentRenderer, SkyPlan, Target};
 use wasm_bindgen::JsValue;
 use wasm_bindgen_futures::JsFuture;
 
@@ -29,8 +29,10 @@ struct Buffers {
 
 /// Why there is no picture.
 pub enum Failure {
-    /// The device takes no such picture, and goes on.
+    /// What is asked for is wrong, on any device.
     Refused(String),
+    /// The device is too small for this picture, and goes on with others.
+    TooSmall(String),
     /// The device is gone.
     Lost(String),
 }
@@ -82,7 +84,7 @@ impl Gpu {
     ) -> Result<Vec<u32>, Failure> {
         let bytes = 4 * u64::from(pixel.words()) * u64::from(camera.size.width) * u64::from(camera.size.height);
         if bytes > self.device.limits().max_buffer_size {
-            return Err(Failure::Refused(format!("camera.size is {}; this device takes no such picture", camera.size)));
+            return Err(Failure::TooSmall(format!("its limits do not allow a picture of {} pixels", camera.size)));
         }
         let buffers = match self.buffers.take() {
             Some(buffers) if buffers.staging.size() >= bytes => buffers,
@@ -91,7 +93,10 @@ impl Gpu {
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let target = Target::Buffer(&buffers.pixels, pixel);
         let encoded = self.renderer.encode(&mut encoder, sky, camera, &target);
-        encoded.map_err(|error| Failure::Refused(error.to_string()))?;
+        encoded.map_err(|error| match error {
+            Error::Device(reason) => Failure::TooSmall(reason),
+            other => Failure::Refused(other.to_string()),
+        })?;
         encoder.copy_buffer_to_buffer(&buffers.pixels, 0, &buffers.staging, 0, bytes);
         self.queue.submit([encoder.finish()]);
         let slice = buffers.staging.slice(..bytes);

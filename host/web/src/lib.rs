@@ -9,7 +9,7 @@ mod skies;
 #[cfg(target_arch = "wasm32")]
 mod studio;
 
-pub use answers::{command, direction, errors, errors_scale, keys, presets, scene, spectrum, sun};
+pub use answers::{command, direction, errors, errors_scale, exposure, keys, presets, scene, spectrum, sun};
 
 /// The functions as a page calls them.
 #[cfg(target_arch = "wasm32")]
@@ -53,6 +53,11 @@ mod door {
     #[wasm_bindgen]
     pub fn command(toml: &str) -> Answer {
         answers::command(toml).map_err(|error| error.to_string())
+    }
+
+    #[wasm_bindgen]
+    pub fn exposure(toml: &str) -> Result<f32, String> {
+        answers::exposure(toml).map_err(|error| error.to_string())
     }
 
     #[wasm_bindgen]

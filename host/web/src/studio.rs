@@ -14,6 +14,8 @@ use crate::skies::{read, sky};
 pub struct Studio {
     by: By,
     why_not_gpu: Option<String>,
+    /// Why the CPU made the last picture although there is a device, if it did.
+    too_small: Option<String>,
 }
 
 /// What computes.
@@ -34,37 +36,41 @@ impl Studio {
     pub async fn open(device: &str) -> Result<Self, String> {
         match device {
             "auto" => Self::best().await,
-            "cpu" => Ok(Self { by: By::Cpu(cpu()?), why_not_gpu: None }),
+            "cpu" => Ok(Self::on(By::Cpu(cpu()?), None)),
             other => Err(format!("{other:?} is not a device of a browser; allowed: auto, cpu")),
         }
     }
 
     async fn best() -> Result<Self, String> {
         match Gpu::open().await {
-            Ok(gpu) => Ok(Self { by: By::Gpu(Box::new(gpu)), why_not_gpu: None }),
-            Err(reason) => Ok(Self { by: By::Cpu(cpu()?), why_not_gpu: Some(reason) }),
+            Ok(gpu) => Ok(Self::on(By::Gpu(Box::new(gpu)), None)),
+            Err(reason) => Ok(Self::on(By::Cpu(cpu()?), Some(reason))),
         }
     }
 
-    /// The name of the device.
+    fn on(by: By, why_not_gpu: Option<String>) -> Self {
+        Self { by, why_not_gpu, too_small: None }
+    }
+
+    /// The name of the device that made the last picture.
     #[wasm_bindgen(getter)]
     pub fn device(&self) -> String {
         match &self.by {
-            By::Gpu(gpu) => gpu.name.clone(),
-            By::Cpu(_) | By::Nothing => "CPU".into(),
+            By::Gpu(gpu) if self.too_small.is_none() => gpu.name.clone(),
+            By::Gpu(_) | By::Cpu(_) | By::Nothing => "CPU".into(),
         }
     }
 
     /// Whether it is WebGPU.
     #[wasm_bindgen(getter)]
     pub fn is_gpu(&self) -> bool {
-        matches!(self.by, By::Gpu(_))
+        matches!(self.by, By::Gpu(_)) && self.too_small.is_none()
     }
 
     /// Why it is not WebGPU, if that was asked for.
     #[wasm_bindgen(getter)]
     pub fn why_not_gpu(&self) -> Option<String> {
-        self.why_not_gpu.clone()
+        self.too_small.clone().or_else(|| self.why_not_gpu.clone())
     }
 
     /// The picture of a scene: red, green, blue and opacity of each pixel, row after row from the top.
@@ -107,10 +113,15 @@ impl Studio {
         }
         let sky = sky(scene, rgb);
         let plan = Plan::seen(&sky, &scene.camera, pixel).map_err(sentence)?;
+        self.too_small = None;
         let words = match &mut self.by {
             By::Gpu(gpu) => match gpu.pixels(&sky, &scene.camera, pixel).await {
                 Ok(words) => words,
                 Err(Failure::Refused(complaint)) => return Err(complaint),
+                Err(Failure::TooSmall(reason)) => {
+                    self.too_small = Some(format!("{} is too small for this picture: {reason}", gpu.name));
+                    cpu()?.run(&plan, plan.kernel()).map_err(sentence)?.words
+                }
                 Err(Failure::Lost(reason)) => {
                     self.by = By::Nothing;
                     return Err(format!("The device failed ({reason}); the next picture opens another"));

@@ -124,7 +124,8 @@ fn trimmed(fields: &StringRecord) -> impl Iterator<Item = &str> {
 /// One row: a wavelength and its values, all finite and none negative.
 fn row<const N: usize>(fields: &StringRecord) -> Result<(f64, [f64; N]), String> {
     if fields.len() != N + 1 {
-        return Err(format!("{} columns instead of {}", fields.len(), N + 1));
+        let columns = if fields.len() == 1 { "column" } else { "columns" };
+        return Err(format!("{} {columns} instead of {}, which commas part", fields.len(), N + 1));
     }
     let mut numbers = [0.0; N];
     let mut wavelength = 0.0;
@@ -178,6 +179,7 @@ mod tests {
             ("1,2\n2,\n", "line 2: column 2 is empty"),
             ("1,2\n,3\n", "line 2: column 1 is empty"),
             ("1,2\n2,3,4\n", "line 2: 3 columns instead of 2"),
+            ("1 2\n2 3\n", "line 2: 1 column instead of 2, which commas part"),
             ("nm,a\nnm,a\n1,2\n2,3\n", "line 2: column 1 is \"nm\""),
             ("1,2\n", "two rows, and this has 1"),
             ("", "two rows, and this has 0"),

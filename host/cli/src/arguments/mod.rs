@@ -1,19 +1,26 @@
-//! Flags, and the scene that they amount to.
+//! The commands and their flags.
 
 #![expect(missing_docs, reason = "a doc comment here is the text of a help page")]
+
+#[cfg(feature = "evaluation")]
+mod measuring;
+mod shared;
 
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use sorairo::low_level::render::Request;
+use sorairo::scene::Preset;
 use sorairo::scene::place::Time;
-use sorairo::scene::{Preset, ValidScene};
 
-use crate::error::Result;
 use crate::flags::{SceneFlags, SharedFlags, SkyFlags, word_of};
 use crate::ranges::{FrameChoice, FrameExposure, Numbers, elevations, wavelengths};
-use crate::values::Values;
+
+#[cfg(feature = "evaluation")]
+pub use measuring::{BandsArguments, BenchArguments, EvaluationCommand, ReproduceArguments, StressArguments};
+pub use shared::{SceneArguments, SpectralFlags, scene};
+use shared::{device, number};
 
 /// Renders the clear sky in full spectrum on the GPU.
 #[derive(Parser)]
@@ -128,17 +135,6 @@ pub struct RenderArguments {
 }
 
 #[derive(Args)]
-pub struct SpectralFlags {
-    /// Make every EXR file a spectral one, whatever its name.
-    #[arg(long)]
-    spectral: bool,
-    /// Wavelengths of spectral files in nm: START:END:STEP, or a list with commas [default: 380:780:10, with
-    /// .hsr 390:770:20].
-    #[arg(long, value_name = "LIST", value_parser = wavelengths)]
-    wavelengths: Option<Numbers>,
-}
-
-#[derive(Args)]
 #[command(group(ArgGroup::new("suns").required(true).args(["sun-elevation", "from", "table"])))]
 pub struct SequenceArguments {
     /// Elevations of the sun (degrees), one a frame: from A by STEP to B, which is included if it falls on a step. The sun sinks
@@ -243,137 +239,11 @@ pub enum SpectrumFormat {
     Json,
 }
 
-/// The commands that measure.
-#[cfg(feature = "evaluation")]
-#[derive(Subcommand)]
-pub enum EvaluationCommand {
-    /// Finds the best wavelengths of the regression fit for a scene, and states their error.
-    Bands(Box<BandsArguments>),
-    /// Runs the experiment of Takahashi and Dobashi on this machine, and writes a report.
-    Reproduce(ReproduceArguments),
-    /// Measures run time against error on a device, and writes a report.
-    Bench(BenchArguments),
-    /// Tries random bands, scenes and rays for as long as asked, counts what fails, and writes a report.
-    Stress(StressArguments),
-}
-
-#[cfg(feature = "evaluation")]
-#[derive(Args)]
-pub struct BandsArguments {
-    #[command(flatten)]
-    pub scene: SceneArguments,
-    /// How many wavelengths (3 to 8).
-    #[arg(long, value_name = "N", default_value_t = 4)]
-    pub count: u32,
-    /// Elevations of the sun to be good at (degrees): a list with commas.
-    #[arg(
-        long,
-        value_name = "LIST",
-        default_value = "-4,0,5,30,90",
-        value_delimiter = ',',
-        allow_hyphen_values = true
-    )]
-    pub sun_elevations: Vec<f64>,
-    /// Print one JSON object.
-    #[arg(long)]
-    pub json: bool,
-}
-
-#[cfg(feature = "evaluation")]
-#[derive(Args)]
-pub struct ReproduceArguments {
-    /// Folder to write report.md, report.json and the pictures to.
-    #[arg(long, value_name = "DIR", default_value = "report")]
-    pub out: PathBuf,
-    /// Compare with measured skies instead, and write measured.md, measured.csv and measured.json.
-    #[arg(long)]
-    pub measured: bool,
-    /// Device that is timed: auto, cpu, gpu, or part of the name of a Vulkan device.
-    #[arg(long, default_value = "auto", value_name = "NAME")]
-    pub device: String,
-}
-
-#[cfg(feature = "evaluation")]
-#[derive(Args)]
-pub struct BenchArguments {
-    /// Folder to write report.md, bench.csv, bench.json and the pictures to.
-    #[arg(long, value_name = "DIR", default_value = "bench")]
-    pub out: PathBuf,
-    /// Fewer suns and smaller images: under a minute.
-    #[arg(long)]
-    pub quick: bool,
-    /// Measure speed instead: kernels against writing their pixels, sizes, sky lookups, samples, a cold start.
-    #[arg(long)]
-    pub speed: bool,
-    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
-    #[arg(long, default_value = "auto", value_name = "NAME")]
-    pub device: String,
-}
-
-#[cfg(feature = "evaluation")]
-#[derive(Args)]
-pub struct StressArguments {
-    /// Folder to write report.md, stress.json and the pictures to.
-    #[arg(long, value_name = "DIR", default_value = "stress")]
-    pub out: PathBuf,
-    /// How long to try (minutes, 0 to 10 000); every sweep has at least one turn.
-    #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true, value_parser = minutes)]
-    pub minutes: f64,
-    /// What the random numbers grow from: the same seed tries the same cases.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub seed: u64,
-    /// Device beside the CPU: auto, cpu, gpu, or part of the name of a Vulkan device.
-    #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
-    pub device: String,
-}
-
-#[cfg(feature = "evaluation")]
-fn minutes(text: &str) -> std::result::Result<f64, String> {
-    let minutes = text.parse().ok().filter(|minutes| (0.0..=10_000.0).contains(minutes));
-    minutes.ok_or_else(|| "a number of minutes from 0 to 10000 is wanted".into())
-}
-
 #[derive(Args)]
 pub struct DevicesArguments {
     /// Print a JSON array.
     #[arg(long)]
     pub json: bool,
-}
-
-/// A scene and the device that computes it.
-#[derive(Args)]
-pub struct SceneArguments {
-    /// Scene file (TOML).
-    #[arg(long, value_name = "FILE")]
-    pub scene: Option<PathBuf>,
-    #[command(flatten)]
-    flags: SceneFlags,
-    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
-    #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
-    pub device: String,
-}
-
-fn number(text: &str) -> std::result::Result<f64, String> {
-    text.parse().map_err(|_| "a number is wanted, such as 12.5".into())
-}
-
-fn device(text: &str) -> std::result::Result<String, String> {
-    if text.trim().is_empty() {
-        return Err("auto, cpu, gpu, or part of the name of a Vulkan device is wanted".into());
-    }
-    Ok(text.into())
-}
-
-impl SceneArguments {
-    /// The preset, under the scene file, under the flags.
-    pub fn scene(&self) -> Result<ValidScene> {
-        scene(self.scene.as_deref(), &self.flags.0)
-    }
-}
-
-/// The preset, under a scene file, under flags.
-pub fn scene(file: Option<&Path>, values: &Values) -> Result<ValidScene> {
-    Ok(values.over(values.draft(file)?)?)
 }
 
 impl RenderArguments {
@@ -382,13 +252,5 @@ impl RenderArguments {
         let usual = || vec!["sky.png".into(), "sky.exr".into()];
         let outputs = if self.output.is_empty() { usual() } else { self.output.clone() };
         Request { sky_light: self.json, ..self.spectral.request(outputs) }
-    }
-}
-
-impl SpectralFlags {
-    /// What is asked of files.
-    pub fn request(&self, outputs: Vec<PathBuf>) -> Request {
-        let wavelengths = self.wavelengths.as_ref().map(|wavelengths| wavelengths.to_vec());
-        Request { outputs, spectral: self.spectral, wavelengths, sky_light: false }
     }
 }

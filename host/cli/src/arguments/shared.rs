@@ -1,0 +1,69 @@
+//! Flags that commands share, and the scene that they amount to.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use sorairo::low_level::render::Request;
+use sorairo::scene::ValidScene;
+
+use crate::error::Result;
+use crate::flags::SceneFlags;
+use crate::ranges::{Numbers, wavelengths};
+use crate::values::Values;
+
+#[derive(Args)]
+pub struct SpectralFlags {
+    /// Make every EXR file a spectral one, whatever its name.
+    #[arg(long)]
+    spectral: bool,
+    /// Wavelengths of spectral files in nm: START:END:STEP, or a list with commas [default: 380:780:10, with
+    /// .hsr 390:770:20].
+    #[arg(long, value_name = "LIST", value_parser = wavelengths)]
+    wavelengths: Option<Numbers>,
+}
+
+impl SpectralFlags {
+    /// What is asked of files.
+    pub fn request(&self, outputs: Vec<PathBuf>) -> Request {
+        let wavelengths = self.wavelengths.as_ref().map(|wavelengths| wavelengths.to_vec());
+        Request { outputs, spectral: self.spectral, wavelengths, sky_light: false }
+    }
+}
+
+/// A scene and the device that computes it.
+#[derive(Args)]
+pub struct SceneArguments {
+    /// Scene file (TOML).
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    flags: SceneFlags,
+    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
+    #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
+    pub device: String,
+}
+
+impl SceneArguments {
+    /// The preset, under the scene file, under the flags.
+    pub fn scene(&self) -> Result<ValidScene> {
+        scene(self.scene.as_deref(), &self.flags.0)
+    }
+}
+
+/// A number.
+pub fn number(text: &str) -> std::result::Result<f64, String> {
+    text.parse().map_err(|_| "a number is wanted, such as 12.5".into())
+}
+
+/// The name of a device, or a part of it.
+pub fn device(text: &str) -> std::result::Result<String, String> {
+    if text.trim().is_empty() {
+        return Err("auto, cpu, gpu, or part of the name of a Vulkan device is wanted".into());
+    }
+    Ok(text.into())
+}
+
+/// The preset, under a scene file, under flags.
+pub fn scene(file: Option<&Path>, values: &Values) -> Result<ValidScene> {
+    Ok(values.over(values.draft(file)?)?)
+}

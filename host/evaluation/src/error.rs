@@ -101,7 +101,7 @@ pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
         let irradiance = integral.bands[0].fit_irradiance.to_array();
         let transfer = integral.transfer(view);
         let radiance = Vec4::from_array(std::array::from_fn(|i| transfer[i] as f32 * irradiance[i]));
-        return observe_cubic(integral.uniform.band_wavelengths, radiance, &sky.colour).as_dvec3();
+        return observe_cubic(integral.uniform.band_wavelengths, radiance, &sky.colours().rows).as_dvec3();
     }
     let (phases, Constituents { air, aerosol, rest }) = (integral.phases(view), sky.constituents(view));
     let rgb = air * phases.air + aerosol * phases.aerosol + rest;

@@ -68,6 +68,7 @@ impl Plan {
 
     /// The plan of what a scene's camera sees of its sky.
     fn of_sky(sky: Arc<SkyPlan>, scene: &Scene, pixel: PixelFormat) -> Self {
+        let colours = sky.colours();
         let lit_rows = lit_rows(scene, &sky);
         let lookup = lookup::choose(scene, &sky, &lit_rows);
         let camera = upload::camera(scene);
@@ -78,15 +79,16 @@ impl Plan {
         let exposure = match scene.render.exposure {
             Exposure::Auto if shows_disc && is_in_view(&disc, &camera) => {
                 let light = f64::from(sky.integral.uniform.rgb.luminance(sun.irradiance().rgb.as_vec3()));
-                exposure::with_disc(sky.exposure, light)
+                exposure::with_disc(colours.exposure, light)
             }
-            _ => sky.exposure,
+            _ => colours.exposure,
         };
         let uniform = Uniform {
             camera,
             rows: camera.height,
             row_pixels: camera.width,
-            disc: SunDisc { first_entry: sky.colour.len() as u32, ..disc },
+            disc: SunDisc { first_entry: colours.rows.len() as u32, ..disc },
+            ground: colours.ground.extend(0.0),
             exposure,
             ..sky.integral.uniform
         };
@@ -94,7 +96,7 @@ impl Plan {
         let is_dithered = pixel == PixelFormat::Picture && scene.render.dither == Dither::Ordered;
         let shown = sky.integral.variant | disc_shown | if is_dithered { variant::DITHER } else { 0 };
         let variant = variant::of(shown, upload::projection(scene.camera.projection), pixel as u32);
-        let colour = [sky.colour.as_slice(), &grid].concat();
+        let colour = [colours.rows.as_slice(), &grid].concat();
         let size = lookup.size;
         let plan = Self { sky, uniform, colour, spectral: Vec::new(), variant, pixel, lit_rows, lookup };
         match size {

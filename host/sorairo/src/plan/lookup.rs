@@ -230,14 +230,7 @@ struct Cell {
 }
 
 /// The cells about a row of a grid and some columns, midway between two each; an image that has its rows goes through columns by cubics.
-fn measure(
-    sky: &SkyPlan,
-    grid: (u32, u32),
-    above: bool,
-    row: f64,
-    columns: &[f64],
-    has_its_rows: bool,
-) -> Vec<Cell> {
+fn measure(sky: &SkyPlan, grid: (u32, u32), above: bool, row: f64, columns: &[f64], has_its_rows: bool) -> Vec<Cell> {
     let uniform = &sky.integral.uniform;
     let view = |row: f64, column: f64| {
         let (x, part) = (row / f64::from(grid.0 - 1), column / f64::from(grid.1 - 1));

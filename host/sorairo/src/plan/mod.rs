@@ -23,4 +23,4 @@ pub use directions::direction;
 pub use image::Plan;
 pub use kernel::Kernel;
 pub use multiple::LightFields;
-pub use sky::SkyPlan;
+pub use sky::{Colours, SkyPlan};

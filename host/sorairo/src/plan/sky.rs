@@ -1,8 +1,9 @@
 //! The sky, planned: what depends on it alone, decided once and never changed. A camera only looks at it.
 
+use std::sync::OnceLock;
+
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::sky::{Constituents, constituents, sky};
-use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
 use super::colour_space::ColourSpace;
@@ -29,12 +30,20 @@ pub struct SkyPlan {
     pub observer: ColourObserver,
     /// The space of linear RGB.
     pub space: ColourSpace,
-    /// The colour rows: a matrix or observer nodes, as the kernel takes them; none at night.
-    pub colour: Vec<Vec4>,
-    /// The factor from linear RGB to a picture's linear value.
-    pub exposure: f32,
     /// Whether no air that can be seen is lit.
     pub is_night: bool,
+    colours: OnceLock<Colours>,
+}
+
+/// How the light of a sky becomes colours.
+#[derive(Clone, Debug)]
+pub struct Colours {
+    /// The colour rows: a matrix or observer nodes, as the kernel takes them; none at night.
+    pub rows: Vec<Vec4>,
+    /// Linear RGB of the ground on which the observer stands (W·m⁻²·sr⁻¹); 0 above it.
+    pub ground: Vec3,
+    /// The factor from linear RGB to a picture's linear value.
+    pub exposure: f32,
 }
 
 impl SkyPlan {
@@ -74,36 +83,46 @@ impl SkyPlan {
             sun_azimuth,
         }
         .with_multiple_light();
-        let training = Training { integral: &integral, observer, space: &space };
-        let colour = if is_night { Vec::new() } else { fit.colour_rows(&training, colour_path) };
-        let sky =
-            Self { scene: scene.clone(), integral, fit, colour_path, observer, space, colour, exposure: 1.0, is_night };
-        if is_night {
-            return sky;
+        let colours = OnceLock::new();
+        Self { scene: scene.clone(), integral, fit, colour_path, observer, space, is_night, colours }
+    }
+
+    /// How its light becomes colours: found when it is first asked for, since spectra take none of it.
+    pub fn colours(&self) -> &Colours {
+        if let Some(colours) = self.colours.get() {
+            return colours;
         }
-        let sky = sky.with_ground_beneath();
-        let exposure = exposure::of(scene.render.exposure, &sky.integral, |view| sky.radiance(view));
-        Self { exposure, ..sky }
+        // Threads that ask at once all find it: one that waited for another would hold up work that the other may have handed to it.
+        let colours = self.find_colours();
+        self.colours.get_or_init(|| colours)
+    }
+
+    fn find_colours(&self) -> Colours {
+        if self.is_night {
+            return Colours { rows: Vec::new(), ground: Vec3::ZERO, exposure: 1.0 };
+        }
+        let rows = self.fit.colour_rows(&self.training(), self.colour_path);
+        let radiance = |view| self.radiance_by(&rows, view);
+        let variant = self.integral.variant;
+        let stands_on_ground = variant & variant::GROUND != 0 && variant & variant::DESCENT == 0;
+        let ground = if stands_on_ground { radiance(-Vec3::Z) } else { Vec3::ZERO };
+        let exposure = exposure::of(self.scene.render.exposure, &self.integral, radiance);
+        Colours { rows, ground, exposure }
     }
 
     /// Linear RGB in a direction (W·m⁻²·sr⁻¹), integrated at that direction.
     pub fn radiance(&self, view: Vec3) -> Vec3 {
-        sky(&self.integral.uniform, self.buffers(), view, self.fit_kind(), self.integral.variant)
+        self.radiance_by(&self.colours().rows, view)
     }
 
-    /// The same with the colour of the ground on which the observer stands.
-    fn with_ground_beneath(mut self) -> Self {
-        let variant = self.integral.variant;
-        if variant & variant::GROUND != 0 && variant & variant::DESCENT == 0 {
-            let ground = self.radiance(-Vec3::Z).extend(0.0);
-            self.integral.uniform = Uniform { ground, ..self.integral.uniform };
-        }
-        self
+    fn radiance_by(&self, rows: &[Vec4], view: Vec3) -> Vec3 {
+        sky(&self.integral.uniform, self.integral.buffers(rows), view, self.fit_kind(), self.integral.variant)
     }
 
     /// Linear RGB of each constituent in a direction; not of a fit that is solved at every pixel.
     pub fn constituents(&self, view: Vec3) -> Constituents {
-        constituents(&self.integral.uniform, self.buffers(), view, self.fit_kind(), self.integral.variant)
+        let buffers = self.integral.buffers(&self.colours().rows);
+        constituents(&self.integral.uniform, buffers, view, self.fit_kind(), self.integral.variant)
     }
 
     /// The colour rows of a spectral image at wavelengths (nm).
@@ -124,11 +143,6 @@ impl SkyPlan {
     /// The space in which a picture shows the sky's linear RGB: sRGB under the same white balance.
     pub fn display(&self) -> ColourSpace {
         ColourSpace::new(Rgb::Srgb, self.space.balance, self.observer, &self.integral.optics)
-    }
-
-    /// What the kernels read beside the uniform.
-    fn buffers(&self) -> Buffers<'_> {
-        self.integral.buffers(&self.colour)
     }
 }
 

@@ -28,6 +28,7 @@
 //! | [`spectral`] | a direction in, a colour and the radiance at many wavelengths out |
 //! | [`disc`] | what the sun's disc adds to a pixel |
 //! | [`lookup`] | the sky lookup: where its entries are, how a pixel reads them |
+//! | [`environment`] | environment maps: their smaller levels, and their irradiance in spherical harmonics |
 //! | [`kernels`] | the door: one function per kernel |
 //!
 //! # Conventions
@@ -77,6 +78,7 @@ pub mod azimuth;
 pub mod camera;
 pub mod cubic;
 pub mod disc;
+pub mod environment;
 pub mod fit;
 pub mod geometry;
 pub mod ground;

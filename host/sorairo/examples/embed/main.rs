@@ -1,87 +1,118 @@
-//! A sky in a program's own device: a sun that moves, drawn into a texture of the program, frame by frame.
+//! A sky in a program's own device: a sun that moves, drawn frame by frame into a texture that a window shows, and never read back.
 //!
 //! ```sh
-//! cargo run --release --package sorairo --example embed -- --frames 60 --out frames
+//! cargo run --release --package sorairo --example embed                               # N frames if --frames N is given
+//! cargo run --release --package sorairo --example embed -- --frames 60 --out frames   # into files, without a window
 //! ```
-//!
-//! An engine draws with the texture and reads nothing back. This one has no window: it copies the texture to files, to show what is in it.
 
-use std::path::{Path, PathBuf};
+mod save;
+
 use std::sync::Arc;
 
-use sorairo::low_level::files::png;
 use sorairo::scene::{CameraScene, Preset, Projection, Rgb};
-use sorairo::wgpu::{self, BufferUsages, TextureUsages};
+use sorairo::wgpu::{self, CurrentSurfaceTexture::Success, TextureUsages, util::TextureBlitter};
 use sorairo::{Renderer, ResidentRenderer, Scene, SkyPlan, Target};
+use winit::event_loop::{ActiveEventLoop, EventLoop};
+use winit::window::{Window, WindowId};
+use winit::{application::ApplicationHandler, dpi::PhysicalSize, event::WindowEvent};
 
-const WIDTH: u32 = 960;
-const HEIGHT: u32 = 540;
+const SIZE: wgpu::Extent3d = wgpu::Extent3d { width: 960, height: 540, depth_or_array_layers: 1 };
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let (frames, out) = arguments().ok_or("usage: embed --frames N --out FOLDER")?;
-    std::fs::create_dir_all(&out)?;
-    let (device, queue) = device()?;
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("sky"),
-        size: wgpu::Extent3d { width: WIDTH, height: HEIGHT, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8Unorm,
-        usage: TextureUsages::COPY_DST | TextureUsages::COPY_SRC | TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-    let mut renderer = Renderer::with_device(&device, &queue);
-    let size = format!("{WIDTH}x{HEIGHT}").parse()?;
-    let camera = CameraScene { projection: Projection::Perspective, size, ..CameraScene::default() };
+type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
 
-    for frame in 0..frames {
+fn main() -> Outcome {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let show =
+        |frames: u32| Ok(EventLoop::new()?.run_app(&mut Screen { frames: frames.max(1), frame: 0, shown: None })?);
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [] => show(u32::MAX),
+        ["--frames", frames] => show(frames.parse()?),
+        ["--frames", frames, "--out", folder] => save::save(frames.parse()?, folder.as_ref()),
+        _ => Err("usage: embed [--frames N [--out FOLDER]]".into()),
+    }
+}
+
+/// A texture with a sky, on the program's own device.
+struct Sky {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    texture: wgpu::Texture,
+    renderer: ResidentRenderer,
+}
+
+impl Sky {
+    fn new(adapter: &wgpu::Adapter) -> Outcome<Self> {
+        let descriptor = ResidentRenderer::device_descriptor(adapter);
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))?;
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("sky"),
+            size: SIZE,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba8Unorm,
+            usage: TextureUsages::COPY_DST | TextureUsages::COPY_SRC | TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        Ok(Self { renderer: Renderer::with_device(&device, &queue), device, queue, texture })
+    }
+
+    /// Encodes the sky of a frame.
+    fn draw(&mut self, frame: u32) -> Outcome<wgpu::CommandEncoder> {
         let mut scene = Scene::preset(Preset::Standard);
-        scene.sun.elevation = 15.0 - 0.25 * f64::from(frame);
+        scene.sun.elevation = 15.0 - 0.25 * f64::from(frame % 120);
         let sky = Arc::new(SkyPlan::new(&scene.validated()?, Rgb::Srgb));
-        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        renderer.encode(&mut encoder, &sky, &camera, &Target::Texture(&view))?;
-        queue.submit([encoder.finish()]);
-        save(&device, &queue, &texture, &out.join(format!("{frame:04}.png")))?;
-    }
-    Ok(())
-}
-
-/// The program's own device. Kernels that are passed through to the driver are ready at once; elsewhere wgpu translates them first.
-fn device() -> Result<(wgpu::Device, wgpu::Queue), Box<dyn std::error::Error>> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))?;
-    Ok(pollster::block_on(adapter.request_device(&ResidentRenderer::device_descriptor(&adapter)))?)
-}
-
-fn arguments() -> Option<(u32, PathBuf)> {
-    let all: Vec<String> = std::env::args().skip(1).collect();
-    match all.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["--frames", frames, "--out", out] => Some((frames.parse().ok()?, out.into())),
-        _ => None,
+        let size = format!("{}x{}", SIZE.width, SIZE.height).parse()?;
+        let camera = CameraScene { projection: Projection::Perspective, size, ..Default::default() };
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let view = self.texture.create_view(&Default::default());
+        self.renderer.encode(&mut encoder, &sky, &camera, &Target::Texture(&view))?;
+        Ok(encoder)
     }
 }
 
-/// Copies a texture to a file.
-fn save(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    texture: &wgpu::Texture,
-    path: &Path,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let row = 4 * WIDTH;
-    let usage = BufferUsages::COPY_DST | BufferUsages::MAP_READ;
-    let size = u64::from(row * HEIGHT);
-    let buffer = device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false });
-    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
-    let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
-    encoder.copy_texture_to_buffer(texture.as_image_copy(), target, texture.size());
-    queue.submit([encoder.finish()]);
-    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-    device.poll(wgpu::PollType::wait_indefinitely())?;
-    let texels = buffer.slice(..).get_mapped_range()?;
-    let rgb: Vec<u8> = texels.chunks(4).flat_map(|texel| texel[..3].to_vec()).collect();
-    Ok(png::write(path, WIDTH, HEIGHT, &rgb)?.commit()?)
+/// A window, its surface, what draws the texture on it, and the sky.
+type Shown = (Arc<Window>, wgpu::Surface<'static>, TextureBlitter, Sky);
+
+/// Shows so many frames, and the last one on.
+struct Screen {
+    frames: u32,
+    frame: u32,
+    shown: Option<Shown>,
+}
+
+impl ApplicationHandler for Screen {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        let attributes = Window::default_attributes().with_inner_size(PhysicalSize::new(SIZE.width, SIZE.height));
+        let window = Arc::new(events.create_window(attributes.with_resizable(false)).expect("a window opens"));
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let surface = instance.create_surface(Arc::clone(&window)).expect("it can be drawn on");
+        let options = wgpu::RequestAdapterOptions { compatible_surface: Some(&surface), ..Default::default() };
+        let adapter = pollster::block_on(instance.request_adapter(&options)).expect("a device draws on it");
+        let sky = Sky::new(&adapter).expect("the device opens");
+        let mut config = surface.get_default_config(&adapter, SIZE.width, SIZE.height).expect("as it said");
+        config.format = config.format.remove_srgb_suffix(); // the texture holds sRGB already
+        surface.configure(&sky.device, &config);
+        self.shown = Some((window, surface, TextureBlitter::new(&sky.device, config.format), sky));
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        match (event, &mut self.shown) {
+            (WindowEvent::CloseRequested, _) => events.exit(),
+            (WindowEvent::RedrawRequested, Some((window, surface, blitter, sky))) => {
+                if let Success(shown) = surface.get_current_texture() {
+                    let mut encoder = sky.draw(self.frame.min(self.frames - 1)).expect("the sky is drawn");
+                    let [from, to] = [&sky.texture, &shown.texture].map(|of| of.create_view(&Default::default()));
+                    blitter.copy(&sky.device, &mut encoder, &from, &to);
+                    sky.queue.submit([encoder.finish()]);
+                    sky.queue.present(shown);
+                    self.frame += 1;
+                }
+                if self.frame < self.frames {
+                    window.request_redraw();
+                }
+            }
+            _ => {}
+        }
+    }
 }

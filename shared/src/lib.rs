@@ -30,6 +30,7 @@
 //! | [`lookup`] | the sky lookup: where its entries are, how a pixel reads them |
 //! | [`environment`] | environment maps: their smaller levels, and their irradiance in spherical harmonics |
 //! | [`kernels`] | the door: one function per kernel |
+//! | [`arithmetic`] | a kernel that measures how fast a device multiplies and adds |
 //!
 //! # Conventions
 //!
@@ -74,6 +75,7 @@
 
 pub use spirv_std::glam;
 
+pub mod arithmetic;
 pub mod azimuth;
 pub mod camera;
 pub mod cubic;

@@ -168,7 +168,7 @@ fn a_wrong_target_or_camera_is_refused_and_the_device_goes_on() {
     device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
 }
 
-/// The example of the library, which `cargo test` builds beside the tests.
+/// The example of the window's crate, which `cargo test` builds beside the tests.
 fn example(folder: &Path) -> Command {
     let path = program::binary().with_file_name("examples").join(format!("embed{}", std::env::consts::EXE_SUFFIX));
     assert!(path.is_file(), "{} is not built: `cargo test --workspace` builds it", path.display());
@@ -243,7 +243,10 @@ fn the_example_shows_its_sky_in_a_window() {
     // The sun has moved on from the first frame, and stands.
     assert!(first != last);
     wait::until("the last frame on the screen", || {
-        assert!(window.0.try_wait().unwrap().is_none(), "the window closed by itself");
+        assert!(
+            window.0.try_wait().unwrap().is_none(),
+            "the window closed by itself; what it loads is what test.sh installs beside Xvfb"
+        );
         screen(folder.path()).is_some_and(|shown| shown == last)
     });
 }

@@ -1,8 +1,8 @@
 //! A sky in a program's own device: a sun that moves, drawn frame by frame into a texture that a window shows, and never read back.
 //!
 //! ```sh
-//! cargo run --release --package sorairo --example embed                               # N frames if --frames N is given
-//! cargo run --release --package sorairo --example embed -- --frames 60 --out frames   # into files, without a window
+//! cargo run --release --package sorairo-view --example embed                               # N frames if --frames N is given
+//! cargo run --release --package sorairo-view --example embed -- --frames 60 --out frames   # into files, without a window
 //! ```
 
 mod save;

@@ -28,7 +28,9 @@
 //! | [`spectral`] | a direction in, a colour and the radiance at many wavelengths out |
 //! | [`disc`] | what the sun's disc adds to a pixel |
 //! | [`lookup`] | the sky lookup: where its entries are, how a pixel reads them |
+//! | [`environment`] | environment maps: their smaller levels, and their irradiance in spherical harmonics |
 //! | [`kernels`] | the door: one function per kernel |
+//! | [`arithmetic`] | a kernel that measures how fast a device multiplies and adds |
 //!
 //! # Conventions
 //!
@@ -73,10 +75,12 @@
 
 pub use spirv_std::glam;
 
+pub mod arithmetic;
 pub mod azimuth;
 pub mod camera;
 pub mod cubic;
 pub mod disc;
+pub mod environment;
 pub mod fit;
 pub mod geometry;
 pub mod ground;

@@ -36,6 +36,34 @@ pub fn store<T: Copy>(buffer: &mut [T], index: usize, value: T) {
     }
 }
 
+/// Element `index` of an array, as those that the invocations of a workgroup share; see [`fetch`].
+#[inline]
+pub fn fetch_in<T: Copy, const N: usize>(array: &[T; N], index: usize) -> T {
+    #[cfg(target_arch = "spirv")]
+    // SAFETY: as in `fetch`.
+    #[expect(unsafe_code, reason = "a bounds check is a branch around every load")]
+    unsafe {
+        *spirv_std::arch::IndexUnchecked::index_unchecked(array, index)
+    }
+    #[cfg(not(target_arch = "spirv"))]
+    array[index]
+}
+
+/// Stores `value` as element `index` of an array; see [`fetch_in`].
+#[inline]
+pub fn store_in<T: Copy, const N: usize>(array: &mut [T; N], index: usize, value: T) {
+    #[cfg(target_arch = "spirv")]
+    // SAFETY: as in `fetch`.
+    #[expect(unsafe_code, reason = "a bounds check is a branch around every store")]
+    unsafe {
+        *spirv_std::arch::IndexUnchecked::index_unchecked_mut(array, index) = value;
+    }
+    #[cfg(not(target_arch = "spirv"))]
+    {
+        array[index] = value;
+    }
+}
+
 /// `π` in single precision.
 pub const PI: f32 = core::f32::consts::PI;
 

@@ -50,8 +50,12 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
                 let direct = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
                 scene.render.path = PathChoice::Lookup;
                 let lookup = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
-                let mut runs =
-                    vec![(&direct, Kernel::Radiance, 4), (&direct, direct.kernel(), 3), (&lookup, lookup.kernel(), 3)];
+                let mut runs = vec![
+                    (&direct, Kernel::Radiance, 4),
+                    (&direct, direct.kernel(), 3),
+                    (&lookup, lookup.kernel(), 3),
+                    (&direct, Kernel::MultiplyAdds, 3),
+                ];
                 let spectral = (color == ColourPath::Folded).then(|| direct.clone().with_spectrum(&[450.0]).unwrap());
                 runs.extend(spectral.iter().map(|plan| (plan, plan.kernel(), 4)));
                 for (plan, kernel, channels) in runs {

@@ -1,5 +1,8 @@
 //! The sky in a program's own device: encoded into its commands, in its buffers and textures.
 
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 
 use sorairo::low_level::plan::Plan;
@@ -7,28 +10,8 @@ use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Scene};
 use sorairo::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use sorairo::{Error, PixelFormat, Renderer, ResidentRenderer, SkyPlan, Target};
 use sorairo_tests::compare::worst_in_images;
-use sorairo_tests::{gpu, program};
-
-/// A device as a program opens it, with some features of those that it has.
-fn opened(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))
-        .expect("a Vulkan device; on Debian: apt-get install mesa-vulkan-drivers libvulkan1");
-    // SAFETY: the one experimental feature is that the library's own kernels are passed through.
-    #[expect(unsafe_code, reason = "wgpu marks the feature as experimental")]
-    let experimental_features = unsafe { wgpu::ExperimentalFeatures::enabled() };
-    let descriptor = wgpu::DeviceDescriptor {
-        required_features: adapter.features() & features,
-        required_limits: adapter.limits(),
-        experimental_features,
-        ..Default::default()
-    };
-    pollster::block_on(adapter.request_device(&descriptor)).unwrap()
-}
-
-fn with_passthrough() -> (wgpu::Device, wgpu::Queue) {
-    opened(wgpu::Features::PASSTHROUGH_SHADERS)
-}
+use sorairo_tests::own_device::{buffer, opened, read, texels, texture, with_passthrough};
+use sorairo_tests::{gpu, program, wait};
 
 fn sky(sun: f64) -> Arc<SkyPlan> {
     let mut scene = Scene::preset(Preset::Standard);
@@ -51,53 +34,6 @@ fn cameras() -> Vec<CameraScene> {
     ]
 }
 
-fn texture(
-    device: &wgpu::Device,
-    (width, height): (u32, u32),
-    format: TextureFormat,
-    usage: TextureUsages,
-) -> wgpu::Texture {
-    device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage,
-        view_formats: &[],
-    })
-}
-
-fn buffer(device: &wgpu::Device, size: u64, usage: BufferUsages) -> wgpu::Buffer {
-    device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
-}
-
-/// The words of a buffer that can be copied from.
-fn read(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> Vec<u32> {
-    let staging = self::buffer(device, buffer.size(), BufferUsages::MAP_READ | BufferUsages::COPY_DST);
-    let mut encoder = device.create_command_encoder(&Default::default());
-    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
-    queue.submit([encoder.finish()]);
-    staging.slice(..).map_async(wgpu::MapMode::Read, |mapped| mapped.unwrap());
-    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-    bytemuck::cast_slice(&staging.slice(..).get_mapped_range().unwrap()).to_vec()
-}
-
-/// The words of a texture of so many words a texel.
-fn texels(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Texture, words: u32) -> Vec<u32> {
-    let (width, height) = (texture.width(), texture.height());
-    let row = (4 * words * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let copied = buffer(device, u64::from(row * height), BufferUsages::COPY_DST | BufferUsages::COPY_SRC);
-    let mut encoder = device.create_command_encoder(&Default::default());
-    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
-    let target = wgpu::TexelCopyBufferInfo { buffer: &copied, layout };
-    encoder.copy_texture_to_buffer(texture.as_image_copy(), target, texture.size());
-    queue.submit([encoder.finish()]);
-    let rows = read(device, queue, &copied);
-    rows.chunks(row as usize / 4).flat_map(|row| row[..(words * width) as usize].to_vec()).collect()
-}
-
 /// What the program's renderer makes of the same sky and camera.
 fn expected(sky: &Arc<SkyPlan>, camera: &CameraScene, pixel: PixelFormat) -> Vec<u32> {
     let plan = Plan::seen(sky, camera, pixel).unwrap();
@@ -117,12 +53,12 @@ fn a_sky_in_a_programs_own_textures_is_that_of_the_renderer() {
                 (TextureFormat::Rgba16Float, PixelFormat::HalfRgb),
                 (TextureFormat::Rgba32Float, PixelFormat::LinearRgba),
             ] {
-                let texture = texture(&device, size, format, TextureUsages::COPY_DST | TextureUsages::COPY_SRC);
+                let texture = texture(&device, size, 1, format, TextureUsages::COPY_DST | TextureUsages::COPY_SRC);
                 let mut encoder = device.create_command_encoder(&Default::default());
                 let target = texture.create_view(&Default::default());
                 renderer.encode(&mut encoder, &sky, &camera, &Target::Texture(&target)).unwrap();
                 queue.submit([encoder.finish()]);
-                let found = texels(&device, &queue, &texture, pixel.words());
+                let found = texels(&device, &queue, &texture, 0, pixel.words());
                 assert!(found == expected(&sky, &camera, pixel), "sun at {sun}, {camera:?}, {format:?}");
             }
         }
@@ -187,12 +123,12 @@ fn a_night_is_opaque_and_black() {
     let (device, queue) = with_passthrough();
     let mut renderer = ResidentRenderer::with_device(&device, &queue);
     let texture =
-        texture(&device, (100, 50), TextureFormat::Rgba8Unorm, TextureUsages::COPY_DST | TextureUsages::COPY_SRC);
+        texture(&device, (100, 50), 1, TextureFormat::Rgba8Unorm, TextureUsages::COPY_DST | TextureUsages::COPY_SRC);
     let mut encoder = device.create_command_encoder(&Default::default());
     let target = texture.create_view(&Default::default());
     renderer.encode(&mut encoder, &sky(-60.0), &cameras()[1], &Target::Texture(&target)).unwrap();
     queue.submit([encoder.finish()]);
-    let found = texels(&device, &queue, &texture, 1);
+    let found = texels(&device, &queue, &texture, 0, 1);
     assert!(found.len() == 5000 && found.iter().all(|&word| word == 0xff00_0000));
 }
 
@@ -202,7 +138,7 @@ fn a_wrong_target_or_camera_is_refused_and_the_device_goes_on() {
     let mut renderer = ResidentRenderer::with_device(&device, &queue);
     let (sky, camera) = (sky(20.0), cameras()[0].clone());
     let both = TextureUsages::COPY_DST | TextureUsages::COPY_SRC;
-    let view = |size, format, usage| texture(&device, size, format, usage).create_view(&Default::default());
+    let view = |size, format, usage| texture(&device, size, 1, format, usage).create_view(&Default::default());
     let small = buffer(&device, 100, BufferUsages::STORAGE | BufferUsages::COPY_DST);
     let unusable = buffer(&device, 12 * 128 * 64, BufferUsages::COPY_DST);
     let wrong_format = view((128, 64), TextureFormat::R32Float, both);
@@ -232,18 +168,28 @@ fn a_wrong_target_or_camera_is_refused_and_the_device_goes_on() {
     device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
 }
 
-/// The example of the library, which `cargo test` builds beside the tests.
+/// The example of the window's crate, which `cargo test` builds beside the tests.
+fn example(folder: &Path) -> Command {
+    let path = program::binary().with_file_name("examples").join(format!("embed{}", std::env::consts::EXE_SUFFIX));
+    assert!(path.is_file(), "{} is not built: `cargo test --workspace` builds it", path.display());
+    let mut command = Command::new(path);
+    for display in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+        command.env_remove(display);
+    }
+    command.current_dir(folder).env("XDG_RUNTIME_DIR", folder);
+    command
+}
+
+fn pixels(path: &Path) -> Vec<u8> {
+    image::open(path).unwrap().into_rgb8().into_raw()
+}
+
 #[test]
 fn the_example_draws_a_moving_sun_as_the_command_does() {
     let folder = tempfile::tempdir().unwrap();
-    let example = program::binary().with_file_name("examples").join(format!("embed{}", std::env::consts::EXE_SUFFIX));
-    let done = std::process::Command::new(&example)
-        .args(["--frames", "3", "--out", "frames"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap_or_else(|error| panic!("{}: {error}", example.display()));
+    let done = example(folder.path()).args(["--frames", "3", "--out", "frames"]).output().expect("it starts");
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    let pixels = |name: &str| image::open(folder.path().join(name)).unwrap().into_rgb8().into_raw();
+    let pixels = |name: &str| pixels(&folder.path().join(name));
     for (frame, sun) in [15.0, 14.75, 14.5].into_iter().enumerate() {
         let sun = format!("{sun}");
         let request =
@@ -252,6 +198,55 @@ fn the_example_draws_a_moving_sun_as_the_command_does() {
         assert!(pixels(&format!("frames/{frame:04}.png")) == pixels("sky.png"), "sun at {sun}");
     }
     assert_ne!(pixels("frames/0000.png"), pixels("frames/0002.png"));
-    let wrong = std::process::Command::new(&example).output().unwrap();
+    let wrong = example(folder.path()).arg("--out").output().unwrap();
     assert!(!wrong.status.success() && String::from_utf8_lossy(&wrong.stderr).contains("usage"));
+}
+
+/// A process that ends with the test.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Red, green and blue on the screen of an Xvfb with `-fbdir`: a dump in the format of xwd (X11/XWDFile.h) that the server keeps up to date.
+fn screen(folder: &Path) -> Option<Vec<u8>> {
+    const COLOUR_BYTES: usize = 12;
+    let bytes = std::fs::read(folder.join("Xvfb_screen0")).ok()?;
+    let field = |index: usize| Some(u32::from_be_bytes(bytes.get(4 * index..4 * index + 4)?.try_into().ok()?) as usize);
+    let (header, height, row, colours) = (field(0)?, field(5)?, field(12)?, field(19)?);
+    let first = header + COLOUR_BYTES * colours;
+    let pixels = bytes.get(first..first + height * row)?;
+    Some(pixels.chunks(4).flat_map(|pixel| [pixel[2], pixel[1], pixel[0]]).collect())
+}
+
+#[test]
+fn the_example_shows_its_sky_in_a_window() {
+    let folder = tempfile::tempdir().unwrap();
+    let done = example(folder.path()).args(["--frames", "2", "--out", "frames"]).output().expect("it starts");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let [first, last] = ["0000", "0001"].map(|name| pixels(&folder.path().join(format!("frames/{name}.png"))));
+    let mut server = Command::new("Xvfb");
+    server.args(["-displayfd", "1", "-screen", "0", "960x540x24", "-nolisten", "tcp", "-fbdir", "."]);
+    let started = server.current_dir(folder.path()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
+    let mut server = Running(started.expect("Xvfb starts: install it (Debian: apt-get install xvfb)"));
+    let mut display = String::new();
+    BufReader::new(server.0.stdout.take().unwrap()).read_line(&mut display).unwrap();
+    let empty = screen(folder.path()).expect("a screen");
+    assert!(empty.len() == last.len() && empty != last);
+    let display = format!(":{}", display.trim());
+    let mut window = Running(example(folder.path()).args(["--frames", "2"]).env("DISPLAY", display).spawn().unwrap());
+    // The sun has moved on from the first frame, and stands.
+    assert!(first != last);
+    wait::until("the last frame on the screen", || {
+        assert!(
+            window.0.try_wait().unwrap().is_none(),
+            "the window closed by itself; what it loads is what test.sh installs beside Xvfb"
+        );
+        screen(folder.path()).is_some_and(|shown| shown == last)
+    });
 }

@@ -19,9 +19,13 @@ pub fn run(arguments: &ViewArguments) -> Result<()> {
         screenshot: arguments.screenshot.as_deref(),
         frames: arguments.frames,
     };
-    if let Some((frames, time)) = sorairo_view::open(options, || device::open(device))? {
-        let seconds = time.as_secs_f64();
-        println!("{frames} skies in {seconds:.2} s: {:.1} a second", f64::from(frames) / seconds);
+    if let Some(sorairo_view::Counted { skies, size, time, drawn, read_back }) =
+        sorairo_view::open(options, || device::open(device))?
+    {
+        let (seconds, rate) = (time.as_secs_f64(), f64::from(skies) / time.as_secs_f64());
+        println!(
+            "{skies} skies of {size} in {seconds:.2} s: {rate:.1} a second; {drawn} drawn in place, {read_back} read back"
+        );
     }
     Ok(())
 }

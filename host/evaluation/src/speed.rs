@@ -11,6 +11,7 @@ use super::chart::{Chart, Panel, Point};
 use super::document::{Machine, make_folder, table, write};
 use super::error::plan;
 use super::moving_sun::{MovingSun, moving_suns};
+use super::roofline::{Roofline, roofline};
 use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated, streamed};
 use crate::problem::{Error, Result};
 use sorairo::low_level::device::{Device, DeviceKind, cpu};
@@ -98,6 +99,8 @@ pub struct Speed {
     lookup_megapixels_per_second: f64,
     /// Time of the CPU backend over that of the device, by the sky lookup and by the integral.
     cpu_over_device: [f64; 2],
+    /// What the device and the CPU do at most, and what their kernels reach of it, by light of one order.
+    rooflines: Vec<Roofline>,
     /// Wall time of a cold process that renders 1024x512 to PNG (ms).
     first_picture_ms: Spread,
     /// Largest memory that the process held (MiB), where the system tells.
@@ -125,6 +128,8 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     let orders = orders(device)?;
     stage("timing a sun that moves");
     let (moving_sun, moving_sun_on_cpu) = (moving_suns(device, COMMON)?, moving_suns(&cpu::device(), COMMON)?);
+    stage("measuring limits");
+    let rooflines = rooflines(device)?;
     stage("timing paths");
     let paths = paths(device)?;
     let speed = Speed {
@@ -141,6 +146,7 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
         orders,
         moving_sun,
         moving_sun_on_cpu,
+        rooflines,
         lookup_over_direct: paths.direct.median / paths.lookup.median,
         cpu_over_device: [paths.cpu_lookup.median / paths.lookup.median, paths.cpu_direct.median / paths.direct.median],
         first_picture_ms,
@@ -376,11 +382,42 @@ fn paths(device: &Device) -> Result<Paths> {
     Ok(Paths { lookup: times[0], direct: times[1], cpu_lookup: times[2], cpu_direct: times[3] })
 }
 
+/// The limits of the device and of the CPU, and what the kernels reach.
+fn rooflines(device: &Device) -> Result<Vec<Roofline>> {
+    let (with_lookup, direct) = (with_lookup(COMMON)?, integrated(COMMON)?);
+    let mut rooflines = vec![roofline(device, &with_lookup, &direct)?];
+    if device.kind != DeviceKind::Cpu {
+        rooflines.push(roofline(&cpu::device(), &with_lookup, &direct)?);
+    }
+    Ok(rooflines)
+}
+
 /// The largest resident memory of this process (MiB), as Linux tells it.
 fn peak_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     line.trim().strip_suffix(" kB")?.trim().parse::<f64>().ok().map(|kib| kib / 1024.0)
+}
+
+/// A roofline as a table.
+fn limits(roofline: &Roofline) -> String {
+    let rows = roofline.kernels.iter().map(|row| {
+        vec![
+            row.kernel.into(),
+            format!("{:.1}", row.megabytes),
+            format!("{:.0}", row.megaoperations),
+            format!("{:.2}", row.memory_ms),
+            format!("{:.2}", row.arithmetic_ms),
+            row.kernel_ms.to_string(),
+            format!("{:.0} %", 100.0 * row.reached),
+        ]
+    });
+    let head = ["kernel", "MB", "10⁶ operations", "memory (ms)", "arithmetic (ms)", "kernels (ms)", "reached"];
+    let Roofline { device, gigabytes_per_second, gigaoperations_per_second, .. } = roofline;
+    format!(
+        "{device}: {gigabytes_per_second:.1} GB/s written, {gigaoperations_per_second:.1}·10⁹ operations per second.\n\n{}\n",
+        table(&head, rows)
+    )
 }
 
 impl Speed {
@@ -442,6 +479,7 @@ impl Speed {
              * Peak memory of this run: {memory}.\n\n\
              ![Time against pixels](speed.png)\n\n{}\n\
              ## Kernels against writing the pixels once\n\n{COMMON}, 12 bytes a pixel, the rows that can be lit.\n\n{}\n\
+             ## What the kernels reach\n\n{}\n\
              ## Size of the sky lookup\n\n{COMMON}; RMSE against the integral at every pixel, divided by the image's mean.\n\n{}\n\
              ## Samples per piece\n\n512x256, every pixel integrated.\n\n{}\n\
              ## Light of all orders\n\n{COMMON}, standard preset; light scattered once over the same ground.\n\n{}\n\
@@ -454,6 +492,7 @@ impl Speed {
             self.first_picture_ms,
             table(&["way", "pixels", "kernels (ms)", "Mpx/s"], scaling),
             table(&["kernel", "kernels (ms)", "multiple"], multiples),
+            self.rooflines.iter().map(limits).collect::<String>(),
             table(&["projection", "lookup", "kernels (ms)", "RMSE ÷ mean"], lookups),
             table(&["samples per piece", "kernels (ms)"], steps),
             table(&["sun (°)", "", "scattered once (ms)", "all orders (ms)", "ratio"], orders),

@@ -29,6 +29,7 @@
 //! | the sun through the air | [`sun_transmittance`] |
 //! | many suns | [`of_each_sky`]; one after the other, [`SkyPlan::with_light_fields`] |
 //! | a device of one's own | [`Renderer::with_device`] |
+//! | an environment map on it, and its irradiance | `ResidentRenderer::encode_environment` |
 //!
 //! Features, all on by default: `gpu` (Vulkan devices, WebGPU in a browser), `cpu` (the CPU as a device), `encoding` (PNG and OpenEXR
 //! as bytes), `files` (as files), `scene-files` (TOML).
@@ -58,7 +59,7 @@ mod words;
 
 pub use device::Device;
 #[cfg(feature = "gpu")]
-pub use device::gpu::{ResidentRenderer, Target};
+pub use device::gpu::{EnvironmentTarget, ResidentRenderer, Target};
 pub use error::{Error, Result};
 pub use irradiance::{Harmonics, SkyLight};
 pub use plan::{LightFields, Plan, SkyPlan};

@@ -14,6 +14,7 @@ pub struct Canvas {
     renderer: ResidentRenderer,
     texture: Option<Texture>,
     drawn: Option<(Arc<SkyPlan>, CameraScene)>,
+    count: u32,
 }
 
 struct Texture {
@@ -26,7 +27,7 @@ impl Canvas {
     /// On the device that draws the window.
     pub fn new(state: &RenderState) -> Self {
         let renderer = ResidentRenderer::with_device(&state.device, &state.queue);
-        Self { state: state.clone(), renderer, texture: None, drawn: None }
+        Self { state: state.clone(), renderer, texture: None, drawn: None, count: 0 }
     }
 
     /// What a camera sees of a sky, as the window shows it.
@@ -46,8 +47,14 @@ impl Canvas {
             self.renderer.encode(&mut encoder, sky, camera, &Target::Texture(&texture.view))?;
             self.state.queue.submit([encoder.finish()]);
             self.drawn = Some((Arc::clone(sky), camera.clone()));
+            self.count += 1;
         }
         Ok(texture.id)
+    }
+
+    /// How often a sky was drawn.
+    pub fn count(&self) -> u32 {
+        self.count
     }
 }
 

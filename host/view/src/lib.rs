@@ -8,7 +8,6 @@ mod sky;
 mod window;
 
 use std::path::Path;
-use std::time::Duration;
 
 use eframe::egui;
 use eframe::egui_wgpu::WgpuConfiguration;
@@ -17,12 +16,15 @@ use sorairo::low_level::device::DeviceKind;
 use sorairo::low_level::files;
 
 use canvas::Canvas;
-pub use options::Options;
+pub use options::{Counted, Options};
 use sky::Worker;
-use window::{Shown, Window};
+use window::{Shown, Window, around};
 
 /// Size of the window as it opens (points).
 const WINDOW: [f32; 2] = [1280.0, 720.0];
+
+/// Size of the skies that are counted (points).
+const COUNTED: [f32; 2] = [960.0, 540.0];
 
 /// The smallest window in which everything can be read (points).
 const SMALLEST: [f32; 2] = [1024.0, 560.0];
@@ -42,17 +44,13 @@ pub enum Error {
 /// The result of anything that can end in an [`enum@Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// Opens the window on a device that `open_device` opens, and returns when it is closed: the skies that were counted, and the time that they
-/// took. A graphics device draws the sky where the window shows it.
+/// Opens the window on a device that `open_device` opens, and returns when it is closed: the skies that were counted, if any were to be. A graphics device draws the sky where the window shows it.
 ///
 /// # Errors
 ///
 /// [`Error::Sky`] for a wrong scene, device or file name, or a file that cannot be written; [`Error::NoWindow`] if there is no
 /// display or no window can be opened; for a screenshot, also what keeps the sky from being shown.
-pub fn open(
-    options: Options<'_>,
-    open_device: impl FnOnce() -> sorairo::Result<Device>,
-) -> Result<Option<(u32, Duration)>> {
+pub fn open(options: Options<'_>, open_device: impl FnOnce() -> sorairo::Result<Device>) -> Result<Option<Counted>> {
     if let Some(path) = options.screenshot {
         check_picture(path)?;
     }
@@ -64,6 +62,7 @@ pub fn open(
     let (name, on_canvas) = (name.clone(), *kind == DeviceKind::Gpu);
     let wgpu_options = if on_canvas { canvas::configuration(name.clone()) } else { WgpuConfiguration::default() };
     let worker = Worker::start((!on_canvas).then_some(device), move || wake.request_repaint());
+    let size = if options.frames.is_some() { around(COUNTED) } else { WINDOW };
     let mut window = Window::new(options, name, worker);
     let shown = Shown(&mut window);
     let creator: eframe::AppCreator<'_> = Box::new(move |creation| {
@@ -77,7 +76,7 @@ pub fn open(
             .with_title("sorairo")
             .with_app_id("sorairo")
             .with_icon(egui::IconData::default())
-            .with_inner_size(WINDOW)
+            .with_inner_size(size)
             .with_min_inner_size(SMALLEST),
         wgpu_options,
         // The sky's pixels are those of a file.

@@ -1,8 +1,9 @@
 //! What is asked of the window.
 
 use std::path::Path;
+use std::time::Duration;
 
-use sorairo::scene::ValidScene;
+use sorairo::scene::{Size, ValidScene};
 
 /// What the window shows as it opens.
 pub struct Options<'a> {
@@ -14,6 +15,21 @@ pub struct Options<'a> {
     pub point: Option<[f64; 2]>,
     /// The file that takes the window's content once all of it is shown; then the window closes.
     pub screenshot: Option<&'a Path>,
-    /// So many skies are shown while the sun moves; then the window closes.
+    /// So many skies of 960x540 points, where a perspective fills them, are shown while the sun moves; then the window closes.
     pub frames: Option<u32>,
+}
+
+/// Skies that were shown, each with its own sun, and what they took.
+#[derive(Clone, Copy, Debug)]
+pub struct Counted {
+    /// How many.
+    pub skies: u32,
+    /// Their size (pixels).
+    pub size: Size,
+    /// The time from the first to the last of them.
+    pub time: Duration,
+    /// Those that were drawn on the device that shows the window.
+    pub drawn: u32,
+    /// Those whose pixels came back from a device to be shown.
+    pub read_back: u32,
 }

@@ -19,7 +19,7 @@ use sorairo::{Error, Result, Scene};
 
 use super::canvas::Canvas;
 use super::day::Day;
-use super::options::Options;
+use super::options::{Counted, Options};
 use super::plot;
 use super::sky::{Answer, PointSpectrum, Request, Sky, Worker, direction_at};
 
@@ -40,6 +40,11 @@ const AROUND_THE_SKY: Color32 = Color32::from_gray(12);
 
 const CONTROLS_WIDTH: f32 = 300.0;
 const PLOT_HEIGHT: f32 = 252.0;
+
+/// The size of the window around a sky of a size (points).
+pub fn around([width, height]: [f32; 2]) -> [f32; 2] {
+    [CONTROLS_WIDTH + width, height + PLOT_HEIGHT]
+}
 
 /// The colours and the font of all windows.
 pub fn dress(context: &egui::Context) {
@@ -94,7 +99,10 @@ struct ShownSky {
 struct Frames {
     wanted: u32,
     shown: u32,
-    since: Option<Instant>,
+    /// When the counting began, and how many skies were drawn until then.
+    since: Option<(Instant, u32)>,
+    read_back: u32,
+    counted: Option<Counted>,
 }
 
 /// A picture of the window that is to be taken.
@@ -135,7 +143,7 @@ impl Window {
             shown: None,
             canvas: None,
             day: Day::default(),
-            frames: options.frames.map(|wanted| Frames { wanted, shown: 0, since: None }),
+            frames: options.frames.map(|wanted| Frames { wanted, shown: 0, since: None, read_back: 0, counted: None }),
             spectrum: None,
             fault: None,
             screenshot,
@@ -197,13 +205,34 @@ impl Window {
         if self.asked.is_some() && self.asked != self.answered {
             return;
         }
+        let drawn = self.canvas.as_ref().map_or(0, Canvas::count);
         if let Some(frames) = &mut self.frames {
-            // The first sky compiles the kernels.
-            match frames.since {
-                _ if frames.shown >= frames.wanted => return context.send_viewport_cmd(ViewportCommand::Close),
-                None if self.shown.is_some() => frames.since = Some(Instant::now()),
-                None => return,
-                Some(_) => frames.shown += 1,
+            let Some(shown) = &self.shown else { return };
+            let Some((since, before)) = frames.since else {
+                // The first sky compiles the kernels.
+                if drawn > 0 || shown.picture.is_some() {
+                    frames.since = Some((Instant::now(), drawn));
+                    frames.read_back = 0;
+                    self.scene.sun.elevation += FRAME_STEP;
+                } else {
+                    context.request_repaint();
+                }
+                return;
+            };
+            // The sky that comes now is drawn at the end of this frame, the last one before the next.
+            if frames.shown >= frames.wanted {
+                frames.counted.get_or_insert(Counted {
+                    skies: frames.shown,
+                    size: self.scene.camera.size,
+                    time: since.elapsed(),
+                    drawn: drawn - before,
+                    read_back: frames.read_back,
+                });
+                return context.send_viewport_cmd(ViewportCommand::Close);
+            }
+            frames.shown += 1;
+            if frames.shown >= frames.wanted {
+                return context.request_repaint();
             }
             self.scene.sun.elevation += FRAME_STEP;
         } else if self.day.is_playing {
@@ -212,9 +241,9 @@ impl Window {
         }
     }
 
-    /// Skies that were shown while they were counted, and the time that they took.
-    pub fn counted(&self) -> Option<(u32, Duration)> {
-        self.frames.as_ref().and_then(|frames| Some((frames.shown, frames.since?.elapsed())))
+    /// The skies that were counted.
+    pub fn counted(&self) -> Option<Counted> {
+        self.frames.as_ref()?.counted
     }
 
     fn take_answers(&mut self, context: &egui::Context) {
@@ -226,6 +255,9 @@ impl Window {
                     self.fault = None;
                     self.spectrum = computed.spectrum;
                     if let Some(sky) = computed.sky {
+                        if let Some(frames) = self.frames.as_mut().filter(|_| sky.picture.is_some()) {
+                            frames.read_back += 1;
+                        }
                         self.shown = Some(ShownSky::new(context, sky));
                     }
                 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use rayon::prelude::*;
+use sorairo_shared::arithmetic::multiply_adds_pixel;
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::{SENTINEL, lookup_colours, lookup_pixel, radiance_pixel, sky_pixel, spectrum_pixel};
 use sorairo_shared::lookup::{colours_per_entry, entries, store_entry};
@@ -76,6 +77,7 @@ fn store_pixel(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], 
             let size = plan.pixel_words() as usize;
             words[column as usize * size..][..size].fill(SENTINEL);
         }
+        Kernel::MultiplyAdds => multiply_adds_pixel(uniform, words, column, 0, variant),
         Kernel::SpectrumLinear | Kernel::SpectrumRegression => {
             spectrum_pixel(uniform, buffers, words, column, 0, plan.sky.fit_kind(), variant);
         }

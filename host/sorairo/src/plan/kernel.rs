@@ -26,6 +26,8 @@ pub enum Kernel {
     SpectrumRegression,
     /// Writes every word of the output once: the limit for any kernel, and the pattern by which an unwritten pixel is told.
     Fill,
+    /// Multiplies and adds, and writes every word once: the measure of a device's arithmetic.
+    MultiplyAdds,
 }
 
 impl Kernel {

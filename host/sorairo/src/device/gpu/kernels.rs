@@ -13,9 +13,9 @@ pub(super) struct Kernels {
     pub(super) layouts: KernelLayouts,
     /// Whether the driver takes SPIR-V as it is.
     passthrough: bool,
-    /// One for each value of the specialisation constant, of all kernels or of one.
-    modules: Mutex<HashMap<(Option<Kernel>, u32), wgpu::ShaderModule>>,
-    pipelines: Mutex<HashMap<(Kernel, u32), wgpu::ComputePipeline>>,
+    /// One for each value of the specialisation constant, of all entry points or of one.
+    modules: Mutex<HashMap<(Option<&'static str>, u32), wgpu::ShaderModule>>,
+    pipelines: Mutex<HashMap<(&'static str, u32), wgpu::ComputePipeline>>,
 }
 
 impl Kernels {
@@ -31,21 +31,32 @@ impl Kernels {
 
     /// The pipeline of a kernel for a variant.
     pub(super) fn pipeline(&self, device: &wgpu::Device, kernel: Kernel, variant: u32) -> wgpu::ComputePipeline {
+        self.pipeline_of(device, kernel.entry_point(), self.layouts(kernel), variant)
+    }
+
+    /// The pipeline of an entry point to which buffers are bound in this way, for a variant.
+    pub(super) fn pipeline_of(
+        &self,
+        device: &wgpu::Device,
+        entry_point: &'static str,
+        layouts: &Layouts,
+        variant: u32,
+    ) -> wgpu::ComputePipeline {
         let mut modules = self.modules.lock().expect("no holder of this lock panics");
-        let translated = (!self.passthrough).then_some(kernel);
+        let translated = (!self.passthrough).then_some(entry_point);
         let module = modules.entry((translated, variant)).or_insert_with(|| load(device, translated, variant));
         let mut pipelines = self.pipelines.lock().expect("no holder of this lock panics");
         let build = || {
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(kernel.entry_point()),
-                layout: Some(&self.layouts(kernel).pipeline),
+                label: Some(entry_point),
+                layout: Some(&layouts.pipeline),
                 module,
-                entry_point: Some(kernel.entry_point()),
+                entry_point: Some(entry_point),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             })
         };
-        pipelines.entry((kernel, variant)).or_insert_with(build).clone()
+        pipelines.entry((entry_point, variant)).or_insert_with(build).clone()
     }
 
     /// What is bound to a kernel.

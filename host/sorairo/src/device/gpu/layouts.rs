@@ -19,7 +19,7 @@ pub(super) struct Layouts {
 impl Layouts {
     /// A layout of some bindings, the first ones without a gap; `written` is the one that the kernels write. wgpu numbers the bindings of a layout
     /// anew where one is left out, and a shader that is passed through to the driver would not know.
-    fn new(device: &wgpu::Device, used: &'static [u32], written: u32) -> Self {
+    pub(super) fn new(device: &wgpu::Device, used: &'static [u32], written: u32) -> Self {
         let entry = |&binding: &u32| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
@@ -46,7 +46,7 @@ impl Layouts {
     }
 
     /// Buffers with the bytes that an image uses of each, as a pipeline takes them.
-    fn bind(&self, device: &wgpu::Device, buffers: &[(&wgpu::Buffer, u64)]) -> wgpu::BindGroup {
+    pub(super) fn bind(&self, device: &wgpu::Device, buffers: &[(&wgpu::Buffer, u64)]) -> wgpu::BindGroup {
         let entry = |&binding: &u32| {
             let (buffer, bytes) = buffers[binding as usize];
             let resource =

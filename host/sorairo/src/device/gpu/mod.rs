@@ -5,6 +5,7 @@
 mod adapters;
 #[cfg(not(target_arch = "wasm32"))]
 mod buffers;
+mod environment;
 mod kernels;
 mod layouts;
 mod module;
@@ -16,7 +17,8 @@ mod vulkan;
 
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::adapters::{DeviceInfo, Hardware, devices};
-pub use self::module::{SPIRV, specialised};
+pub use self::environment::EnvironmentTarget;
+pub use self::module::{SPIRV, entry_points, specialised};
 pub use self::resident::{ResidentRenderer, Target};
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::vulkan::{Gpu, open};

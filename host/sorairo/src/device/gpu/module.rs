@@ -7,14 +7,22 @@ use crate::plan::Kernel;
 /// The kernels, compiled by rust-gpu; `cargo xtask shaders` rebuilds them.
 pub const SPIRV: &[u8] = sorairo_shaders::SPIRV;
 
+/// The entry points that serve environment maps, which no plan asks for.
+pub(super) const OF_ENVIRONMENTS: [&str; 4] =
+    ["environment_level", "environment_half", "environment_rows", "environment_harmonics"];
+
+/// Every entry point of the module.
+pub fn entry_points() -> impl Iterator<Item = &'static str> {
+    Kernel::ALL.iter().map(|kernel| kernel.entry_point()).chain(OF_ENVIRONMENTS)
+}
+
 /// The shader module with its specialisation constant set: handed to the driver as it is, where wgpu allows that; or `translated` by naga, one
-/// kernel without what the others need, since a browser's compiler takes seconds for all of them.
-pub(super) fn load(device: &wgpu::Device, translated: Option<Kernel>, variant: u32) -> wgpu::ShaderModule {
+/// entry point without what the others need, since a browser's compiler takes seconds for all of them.
+pub(super) fn load(device: &wgpu::Device, translated: Option<&str>, variant: u32) -> wgpu::ShaderModule {
     let words = specialised(&bytemuck::pod_collect_to_vec::<u8, u32>(SPIRV), variant);
     match translated {
         None => {
-            let names = Kernel::ALL.iter().map(|kernel| kernel.entry_point());
-            let entry_points: Vec<_> = names
+            let entry_points: Vec<_> = entry_points()
                 .map(|name| wgpu::PassthroughShaderEntryPoint { name: name.into(), workgroup_size: (0, 0, 0) })
                 .collect();
             // SAFETY: the module is the one that the tests validate, compiled from this repository's own kernels, whose
@@ -29,8 +37,8 @@ pub(super) fn load(device: &wgpu::Device, translated: Option<Kernel>, variant: u
                 })
             }
         }
-        Some(kernel) => {
-            let source = wgpu::ShaderSource::Naga(Cow::Owned(alone(words, kernel)));
+        Some(entry_point) => {
+            let source = wgpu::ShaderSource::Naga(Cow::Owned(alone(words, entry_point)));
             let descriptor = wgpu::ShaderModuleDescriptor { label: Some("sorairo"), source };
             // SAFETY: the kernels' indices stay inside their buffers, and their loops are bounded.
             #[expect(unsafe_code, reason = "wgpu would add checks that the kernels do not need")]
@@ -41,12 +49,12 @@ pub(super) fn load(device: &wgpu::Device, translated: Option<Kernel>, variant: u
     }
 }
 
-/// One kernel of a module, and what it needs.
-fn alone(words: Vec<u32>, kernel: Kernel) -> naga::Module {
+/// One entry point of a module, and what it needs.
+fn alone(words: Vec<u32>, entry_point: &str) -> naga::Module {
     let options = naga::front::spv::Options::default();
     let parsed = naga::front::spv::Frontend::new(words.into_iter(), &options).parse();
     let mut module = parsed.expect("the tests read the module with naga");
-    module.entry_points.retain(|entry| entry.name == kernel.entry_point());
+    module.entry_points.retain(|entry| entry.name == entry_point);
     naga::compact::compact(&mut module, naga::compact::KeepUnused::No);
     module
 }

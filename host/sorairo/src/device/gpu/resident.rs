@@ -9,6 +9,7 @@ use sorairo_shared::lookup::{colours_per_entry, entries};
 use sorairo_shared::uniform::Uniform;
 use wgpu::util::DeviceExt;
 
+use super::environment::{self, Environment, EnvironmentTarget};
 use super::kernels::{Kernels, dispatch};
 use crate::device::quirks;
 use crate::device::rows::invocations_per_row;
@@ -30,7 +31,7 @@ pub enum Target<'a> {
 /// Draws skies in a program's own device.
 ///
 /// What a sky needs is uploaded when it is first drawn. A sky lookup is filled again only where the sky has changed, or the rows of an
-/// equirectangular image. So the commands of every [`ResidentRenderer::encode`] must be submitted, in their order.
+/// equirectangular image. So all commands that it encodes must be submitted, in their order.
 pub struct ResidentRenderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -39,6 +40,7 @@ pub struct ResidentRenderer {
     sky: Option<UploadedSky>,
     lookup: Option<FilledLookup>,
     pixels: Option<wgpu::Buffer>,
+    environment: Option<Environment>,
     /// Pixels without light, and their format.
     black: Option<(PixelFormat, wgpu::Buffer)>,
 }
@@ -73,6 +75,7 @@ impl ResidentRenderer {
             sky: None,
             lookup: None,
             pixels: None,
+            environment: None,
             black: None,
         }
     }
@@ -110,23 +113,8 @@ impl ResidentRenderer {
         target.check(&plan)?;
         let row_pixels = target.row_pixels(&plan);
         self.check_limits(&plan, row_pixels)?;
-        let kernel = plan.kernel();
-        let lit = plan.lit_rows.clone();
-        let uniform = Uniform { first_row: lit.start, rows: lit.len() as u32, row_pixels, ..plan.uniform };
         let output = self.output(&plan, row_pixels, target);
-        if !lit.is_empty() {
-            let fills_lookup = self.reserve_lookup(sky, &plan, camera);
-            let groups = self.bind(&plan, &uniform, &output);
-            if fills_lookup {
-                let pipeline = self.kernels.pipeline(&self.device, plan.lookup_kernel(), plan.variant);
-                let size = (entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP), 1);
-                dispatch(encoder, &pipeline, &groups.lookup, size, None);
-            }
-            let pipeline = self.kernels.pipeline(&self.device, kernel, plan.variant);
-            let columns = invocations_per_row(&plan, kernel).div_ceil(WORKGROUP_SIDE);
-            dispatch(encoder, &pipeline, &groups.pixels, (columns, uniform.rows.div_ceil(WORKGROUP_SIDE)), None);
-        }
-        self.copy_black(encoder, &plan, row_pixels, &output);
+        self.draw(encoder, &plan, camera, row_pixels, &output);
         if let Target::Texture(view) = target {
             let bytes_per_row = Some(4 * row_pixels * plan.pixel_words());
             let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
@@ -135,6 +123,64 @@ impl ResidentRenderer {
             encoder.copy_buffer_to_texture(source, view.texture().as_image_copy(), size);
         }
         Ok(())
+    }
+
+    /// Encodes a sky as an environment map with all of its levels, and the irradiance of what the map holds: what a program lights with.
+    ///
+    /// The map is equirectangular with north in its centre, and as large as the texture. A pixel of a level is the mean over its part of the
+    /// sphere, so that the last level, of one pixel, is the mean radiance; see [`sorairo_shared::environment`]. The irradiance has the order and the
+    /// axes of [`Harmonics`](crate::Harmonics). With `sun.disc` both hold the sun; without it, add a sun of your own.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Target`] for a texture or a buffer of the wrong size, usage, format or number of levels; [`Error::OutOfRange`] for a
+    /// texture that is larger than a camera; [`Error::Device`] for one that is too large for the device. Then nothing was encoded.
+    pub fn encode_environment(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        sky: &Arc<SkyPlan>,
+        target: &EnvironmentTarget<'_>,
+    ) -> Result<()> {
+        let format = target.check()?;
+        let size = Size { width: target.map.width(), height: target.map.height() };
+        let camera = CameraScene { projection: Projection::Equirectangular, size, ..CameraScene::default() };
+        let plan = Plan::seen(sky, &camera, PixelFormat::LinearRgba)?;
+        let row_pixels = environment::row_pixels(size);
+        self.check_limits(&plan, row_pixels)?;
+        environment::check_limits(&self.device.limits(), size)?;
+        let kept = self.environment.take().filter(|environment| environment.serves(size, format));
+        let environment = kept.unwrap_or_else(|| Environment::new(&self.device, size, format));
+        self.draw(encoder, &plan, &camera, row_pixels, environment.levels());
+        environment.encode(encoder, (&self.device, &self.kernels), target);
+        self.environment = Some(environment);
+        Ok(())
+    }
+
+    /// Encodes the kernels of a plan, whose pixels go into a buffer.
+    fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        plan: &Plan,
+        camera: &CameraScene,
+        row_pixels: u32,
+        output: &wgpu::Buffer,
+    ) {
+        let kernel = plan.kernel();
+        let lit = plan.lit_rows.clone();
+        let uniform = Uniform { first_row: lit.start, rows: lit.len() as u32, row_pixels, ..plan.uniform };
+        if !lit.is_empty() {
+            let fills_lookup = self.reserve_lookup(plan, camera);
+            let groups = self.bind(plan, &uniform, output);
+            if fills_lookup {
+                let pipeline = self.kernels.pipeline(&self.device, plan.lookup_kernel(), plan.variant);
+                let size = (entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP), 1);
+                dispatch(encoder, &pipeline, &groups.lookup, size, None);
+            }
+            let pipeline = self.kernels.pipeline(&self.device, kernel, plan.variant);
+            let columns = invocations_per_row(plan, kernel).div_ceil(WORKGROUP_SIDE);
+            dispatch(encoder, &pipeline, &groups.pixels, (columns, uniform.rows.div_ceil(WORKGROUP_SIDE)), None);
+        }
+        self.copy_black(encoder, plan, row_pixels, output);
     }
 
     fn check_limits(&self, plan: &Plan, row_pixels: u32) -> Result<()> {
@@ -179,7 +225,8 @@ impl ResidentRenderer {
     }
 
     /// Makes room for the plan's sky lookup; whether it has to be filled.
-    fn reserve_lookup(&mut self, sky: &Arc<SkyPlan>, plan: &Plan, camera: &CameraScene) -> bool {
+    fn reserve_lookup(&mut self, plan: &Plan, camera: &CameraScene) -> bool {
+        let sky = &plan.sky;
         let size = plan.lookup.size;
         let rows_of = (camera.projection == Projection::Equirectangular).then_some(camera.size);
         let is_filled = self.lookup.as_ref().is_some_and(|lookup| {

@@ -5,7 +5,6 @@ use std::collections::HashSet;
 use sorairo::PixelFormat;
 use sorairo::low_level::device::{self, Backend};
 use sorairo::low_level::plan::{Kernel, Plan};
-use sorairo::low_level::spectrum::FittedSpectrum;
 use sorairo::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo_shared::camera::{EQUIRECTANGULAR, pixel_view};
 use sorairo_shared::kernels::SENTINEL;
@@ -146,7 +145,7 @@ fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
             let worst = worst_in_images(&colours, &alone, 64, 3, 1e-6);
             // The same sums, in another order for a linear fit.
             assert!(worst.relative <= 1e-4, "{place}, colour: {worst:?}");
-            let fitted = FittedSpectrum::new(&plan.sky, &wavelengths);
+            let fitted = plan.spectral.as_ref().expect("a spectral image");
             for (column, row) in [(3, 2), (20, 9), (45, 14)] {
                 let view = pixel_view(&plan.uniform.camera, EQUIRECTANGULAR, column, row).direction;
                 let truth: Vec<f64> = fitted.radiance(view).into_iter().map(|radiance| radiance.max(0.0)).collect();

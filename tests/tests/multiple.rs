@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use sorairo::PixelFormat;
 use sorairo::low_level::irradiance::SkyLight;
 use sorairo::low_level::plan::quadrature::gauss_legendre;
-use sorairo::low_level::plan::{Plan, SkyPlan, direction};
-use sorairo::low_level::spectrum::{DenseSpectrum, FittedSpectrum};
+use sorairo::low_level::plan::{Plan, SkyPlan, SpectralPlan, direction};
+use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{Fit, GroundAlbedo, Orders, Preset, Rgb, Scene, SunSpectrum};
 use sorairo_evaluation::error::{Reference, plan};
 use sorairo_evaluation::judge::{coefficients, medium};
@@ -249,7 +249,7 @@ fn a_spectrum_by_day_is_that_of_each_wavelength() {
             let mut scene = Scene::preset(preset);
             (scene.sun.elevation, scene.observer.altitude) = (sun, altitude);
             let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
-            let (fitted, dense) = (FittedSpectrum::new(&sky, &wavelengths), DenseSpectrum::new(&sky, &wavelengths));
+            let (fitted, dense) = (SpectralPlan::new(&sky, &wavelengths), DenseSpectrum::new(&sky, &wavelengths));
             let mut worst = (0.0, String::new());
             for (i, elevation) in [0.5, 3.0, 10.0, 25.0, 45.0, 70.0, 90.0, -30.0, -80.0].into_iter().enumerate() {
                 let azimuth = scene.sun.azimuth + 30.0 * (i as f64);

@@ -31,15 +31,19 @@ impl SpectralIrradiance {
     ///
     /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene is not known.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Self> {
-        let spectra = Spectra::new(sky, wavelengths, Method::Fit)?;
-        let [up, down] = [DVec3::Z, -DVec3::Z].map(|normal| irradiance_on(normal, sky, &spectra, wavelengths));
-        Ok(Self {
+        Ok(Self::by(&Spectra::new(sky, wavelengths, Method::Fit)?, sky, wavelengths))
+    }
+
+    /// The same by spectra at these wavelengths.
+    pub(crate) fn by(spectra: &Spectra, sky: &SkyPlan, wavelengths: &[f64]) -> Self {
+        let [up, down] = [DVec3::Z, -DVec3::Z].map(|normal| irradiance_on(normal, sky, spectra, wavelengths));
+        Self {
             wavelength_nm: wavelengths.to_vec(),
             irradiance_w_m2_nm: up.diffuse,
             direct_irradiance_w_m2_nm: up.direct,
             ground_irradiance_w_m2_nm: down.ground,
             sun_irradiance_w_m2_nm: Sun::at(sky, wavelengths).spectral_irradiance(|_| 1.0),
-        })
+        }
     }
 }
 

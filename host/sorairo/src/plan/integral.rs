@@ -81,13 +81,14 @@ pub struct RayIntegral {
     pub uniform: Uniform,
     /// The atmosphere's optical properties at any wavelength.
     pub optics: Optics,
-    /// Wavelengths of the bands (nm), increasing.
+    /// Wavelengths of the bands (nm), increasing; those of a spectrum after those of colour.
     pub wavelengths: Vec<f64>,
     /// Optical properties at the bands, four to a group.
     pub bands: Vec<Bands>,
     /// Quadrature nodes of the ray integral on [0, 1], with their weights.
     pub quadrature: Vec<Vec2>,
-    /// What the integral must not skip: bits of [`variant::WHOLE_INTEGRAL`], [`variant::MULTIPLE`] and [`variant::GROUND`].
+    /// What the integral must not skip: bits of [`variant::WHOLE_INTEGRAL`], [`variant::MULTIPLE`] and [`variant::GROUND`]; and those of
+    /// [`variant::BANDS`].
     pub variant: u32,
     /// Orders of scattering.
     pub orders: Orders,
@@ -130,7 +131,7 @@ impl RayIntegral {
     pub fn setting(&self) -> Setting<'_> {
         let sun = self.uniform.sun.as_dvec4();
         let elevation = sun.z.atan2(sun.x.hypot(sun.y));
-        let of_first_order = self.variant & !variant::REST;
+        let of_first_order = self.variant & variant::WHOLE_INTEGRAL;
         Setting::new(&self.uniform.atmosphere, of_first_order, f64::from(self.uniform.altitude), elevation)
     }
 

@@ -120,7 +120,8 @@ fn parts(words: &[f32], wavelengths: usize) -> [Vec<f32>; 2] {
 
 #[test]
 fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
-    let wavelengths = [360.0, 405.5, 550.0, 650.0, 700.0, 830.0];
+    // More than may be bands themselves.
+    let wavelengths = [360.0, 380.5, 405.5, 440.0, 470.0, 500.0, 550.0, 600.0, 650.0, 700.0, 740.0, 780.0, 830.0];
     let mut seen = HashSet::new();
     for (sun, altitude, aerosol) in [(-4.0, 0.0, 0.005), (30.0, 0.0, 0.1), (30.0, 0.0, 0.0), (10.0, 8.0, 0.005)] {
         for (fit, color, bands) in ways().into_iter().filter(|(_, color, _)| *color == ColourPath::Folded) {

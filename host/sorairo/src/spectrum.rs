@@ -253,7 +253,7 @@ impl DenseSpectrum {
             ..sky.integral.clone()
         };
         Self {
-            integral: integral.with_multiple_light(),
+            integral: integral.with_spectral_light(),
             irradiance: wavelengths.iter().map(|&wavelength| optics.solar_irradiance(wavelength)).collect(),
         }
     }

@@ -244,6 +244,23 @@ mod tests {
     }
 
     #[test]
+    fn the_bands_of_a_spectrum_are_told_and_what_rays_say_of_them() {
+        let mut scene = Scene::preset(Preset::Standard);
+        scene.sun.elevation = 40.0;
+        let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        let of = |wavelengths: &[f64]| {
+            let plan = plan.clone().with_spectrum(wavelengths).unwrap();
+            explain(&plan, scene.camera.projection).join("\n")
+        };
+        let many: Vec<f64> = (0..41).map(|i| 380.0 + 10.0 * f64::from(i)).collect();
+        let text = of(&many);
+        assert!(text.contains("spectra: 41 wavelengths from 12 bands (433 525 564 632 380 "), "{text}");
+        assert!(text.contains("% on rays from which nothing was learnt; 1 % are allowed"), "{text}");
+        assert!(of(&[450.0, 550.0]).contains("spectra: 2 wavelengths from 6 bands (433 525 564 632 450 550 nm)"));
+        assert!(!explain(&plan, scene.camera.projection).join("\n").contains("spectra"));
+    }
+
+    #[test]
     fn a_night_computes_nothing() {
         let text = explained(|scene| scene.sun.elevation = -25.0, PixelFormat::LinearRgb);
         assert!(text.contains("night") && text.contains(" 0 back"), "{text}");

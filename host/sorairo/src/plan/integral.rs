@@ -21,6 +21,9 @@ const NEGLIGIBLE_DEPTH_ABOVE_TOP: f64 = 1e-4;
 /// those to infinity: single precision keeps 1e-5 of it.
 const OPAQUE_DEPTH: f64 = 50.0;
 
+/// How far the sum of all orders may be off where a spectrum is taken from it, relative to all light.
+const SPECTRAL_TOLERANCE: f64 = 2e-4;
+
 /// A constituent of a sky's light; see [`Parts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Constituent {
@@ -137,12 +140,32 @@ impl RayIntegral {
 
     /// The same with the light that the scene's orders of scattering add at these bands, where there are any.
     pub fn with_multiple_light(self) -> Self {
+        let resolution = Resolution::choose(&self.setting(), self.aerosol_depth());
+        self.with_light_of(&resolution)
+    }
+
+    /// The same for a spectrum; see [`Self::spectral_resolution`].
+    pub fn with_spectral_light(self) -> Self {
+        let resolution = self.spectral_resolution();
+        self.with_light_of(&resolution)
+    }
+
+    /// How finely a light field is resolved from which a spectrum is taken. Its series of orders ends closer to its limit than a colour's, so
+    /// that a wavelength has the same light whatever others are computed with it.
+    pub fn spectral_resolution(&self) -> Resolution {
+        let fine = Resolution::choose(&self.setting(), self.aerosol_depth());
+        Resolution {
+            tolerance: SPECTRAL_TOLERANCE * std::env::var("TOL").map_or(1.0, |s| s.parse::<f64>().unwrap()),
+            ..fine
+        }
+    }
+
+    fn with_light_of(self, resolution: &Resolution) -> Self {
         if self.variant & variant::MULTIPLE == 0 {
             return self;
         }
-        let setting = self.setting();
         let MultipleLight { lookup, values, orders } =
-            MultipleLight::new(&setting, &self.bands, &Resolution::choose(&setting, self.aerosol_depth()), self.orders);
+            MultipleLight::new(&self.setting(), &self.bands, resolution, self.orders);
         Self { uniform: Uniform { multiple: lookup, ..self.uniform }, multiple: values, orders_made: orders, ..self }
     }
 

@@ -11,17 +11,19 @@ use sorairo_shared::sky::Parts;
 use sorairo_shared::variant;
 
 use super::fit::SpectralFit;
-use super::fit::linear::{Interpolant, LinearFit};
+use super::fit::linear::{Interpolant, LinearFit, hats};
 use super::fit::regression::{Examples, Regression, Training, beside_more_bands, regress, spectrum_rows};
 use super::fit::training::{DARKEST, Place, Rays, known, multiples, sorted, spectral_rays};
 use super::integral::{Constituent, RayIntegral};
 use super::multiple::TOGETHER;
+use super::quadrature::gauss_legendre;
+use super::samples;
 use super::sky::SkyPlan;
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
 
-/// Bands (nm) that a spectrum takes beside the four of colour, the same for every sky: the best found over 48 skies, standard, hazy and of
-/// Mars, from the ground and from 12 km, with the sun from 60° to -12°.
+/// Bands (nm) that a spectrum takes beside the four of colour, the same for every sky: between those and beyond them, closer where ozone's
+/// cross-section bends. What they leave over 70 skies stands in `docs/decisions/04-regression-fit.md`.
 pub const BANDS: [f64; 8] = [365.0, 395.0, 480.0, 600.0, 665.0, 700.0, 750.0, 830.0];
 
 /// What a spectrum may be off by day, relative to itself or, where it is fainter, to [`FLOOR`] of its peak.
@@ -33,9 +35,9 @@ pub const BOUND_IN_TWILIGHT: f64 = 0.02;
 /// The part of a spectrum's peak below which errors are relative to that.
 pub const FLOOR: f64 = 0.05;
 
-/// Variance of a band's logarithm that says nothing: light is read between the entries of a lookup, which is off by some 7e-4, and slopes of
+/// Variance of a band's logarithm that says nothing: light is read between the entries of a lookup, which is off by some 3e-4, and slopes of
 /// both signs multiply it.
-const NOISE: f64 = 5e-7;
+const NOISE: f64 = 1e-7;
 
 /// Bands (nm) that lie closer tell nothing new of each other.
 const CLOSEST: f64 = 5.0;
@@ -223,9 +225,13 @@ fn beside_own(sky: &SkyPlan, others: Vec<f64>) -> RayIntegral {
 
 /// The sky's light at bands (nm) of a fit.
 fn at_bands(sky: &SkyPlan, fit: SpectralFit, wavelengths: Vec<f64>) -> RayIntegral {
-    let bands = fit.bands(&sky.integral.optics, &wavelengths);
-    let variant = sky.integral.variant & !variant::BANDS | fit.variant(wavelengths.len());
-    RayIntegral { wavelengths, bands, variant, ..sky.integral.clone() }.with_multiple_light()
+    let RayIntegral { uniform, optics, variant, .. } = &sky.integral;
+    let bands = fit.bands(optics, &wavelengths);
+    let samples =
+        sky.scene.render.steps.unwrap_or_else(|| samples::per_piece(&sky.scene, uniform, optics, &bands, *variant));
+    let variant = variant & !variant::BANDS | fit.variant(wavelengths.len());
+    let quadrature = gauss_legendre(samples);
+    RayIntegral { wavelengths, bands, variant, quadrature, ..sky.integral.clone() }.with_spectral_light()
 }
 
 /// Those of [`BANDS`] (nm) that lie among wavelengths asked for, in order, and apart from some bands. What lies beyond moves to their ends.
@@ -264,13 +270,39 @@ fn regressions(training: &Training<'_>, computed: &[f64], mut rays: Rays) -> Vec
     let with_bands =
         |spectrum: Vec<f64>| places.iter().map(|&place| spectrum[place]).chain(spectrum.iter().copied()).collect();
     let of = |constituent: Constituent| {
-        let spectra = std::mem::take(constituent.of_mut(&mut rays.spectra)).into_iter().flatten();
+        // The light field is a cubic between its nodes, and can touch zero where it is dark: such rays teach nothing.
+        let is_lit = |spectrum: &Vec<f64>| spectrum.iter().all(|&value| value > DARKEST);
+        let spectra = std::mem::take(constituent.of_mut(&mut rays.spectra)).into_iter().flatten().filter(is_lit);
         (constituent, training.chosen(constituent, spectra.map(with_bands).collect(), &all))
     };
     let examples: Vec<(Constituent, Examples)> = training.constituents().map(of).collect();
-    let regressed =
-        |(constituent, examples): (Constituent, Examples)| (constituent, regress(&examples, 0..computed.len(), NOISE));
+    let regressed = |(constituent, examples): (Constituent, Examples)| {
+        let regressions = regress(&examples, 0..computed.len(), NOISE);
+        let at_bands: Vec<&Regression> = places.iter().map(|&place| &regressions[place]).collect();
+        let right = |(&nm, regression)| right_at_bands(regression, &at_bands, &lines(bands, nm));
+        (constituent, computed.iter().zip(&regressions).map(right).collect())
+    };
     examples.into_par_iter().map(regressed).collect()
+}
+
+/// A regression to which the bands' own regressions add what they miss of the bands, by the weights of straight lines between them. The bands are
+/// right then, and what rays have that no other taught, such as what a lookup leaves, goes along.
+fn right_at_bands(regression: &Regression, at_bands: &[&Regression], weights: &[f64]) -> Regression {
+    let missed = |of: &dyn Fn(&Regression) -> f64| -> f64 {
+        at_bands.iter().zip(weights).map(|(at_band, weight)| weight * of(at_band)).sum()
+    };
+    let slope = |(band, slope): (usize, &f64)| slope + weights[band] - missed(&|at_band| at_band.slopes[band]);
+    Regression {
+        intercept: regression.intercept - missed(&|at_band| at_band.intercept),
+        slopes: regression.slopes.iter().enumerate().map(slope).collect(),
+    }
+}
+
+/// The weights of bands (nm, in any order) on the straight lines between them, level beyond their ends, at a wavelength (nm).
+fn lines(bands: &[f64], wavelength: f64) -> Vec<f64> {
+    let increasing = sorted(bands.iter().copied());
+    let weights = hats(&increasing, wavelength);
+    places(bands, &increasing).into_iter().map(|place| weights[place]).collect()
 }
 
 /// The regressions of a constituent at wavelengths (nm) between those at which they were computed. What of a spectrum's logarithm is not known
@@ -330,4 +362,87 @@ fn error(
         }
     }
     worst
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::direction;
+    use crate::scene::{Fit, Preset, Rgb, Scene};
+
+    fn sky(change: impl FnOnce(&mut Scene)) -> SkyPlan {
+        let mut scene = Scene::preset(Preset::Standard);
+        change(&mut scene);
+        SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb)
+    }
+
+    fn every(step: f64, first: f64, last: f64) -> Vec<f64> {
+        multiples(step, first, last).collect()
+    }
+
+    #[test]
+    fn bands_lie_among_the_wavelengths_that_are_asked_for_and_apart() {
+        let own = [433.0, 525.0, 564.0, 632.0];
+        assert_eq!(bands_beside(&own, &[360.0, 830.0]), BANDS);
+        let fewer = bands_beside(&own, &[400.0, 700.0]);
+        assert_eq!(fewer, [400.0, 480.0, 600.0, 665.0, 700.0]);
+        assert!(bands_beside(&own, &[432.0, 437.0]).is_empty());
+    }
+
+    #[test]
+    fn a_scene_that_names_its_bands_or_its_fit_keeps_them() {
+        let wavelengths = every(10.0, 380.0, 780.0);
+        let given = vec![400.0, 470.0, 540.0, 610.0, 700.0];
+        let own = sky(|scene| scene.render.bands = Some(given.clone()));
+        assert_eq!(SpectralPlan::new(&own, &wavelengths).integral.wavelengths, given);
+        let cubic = sky(|scene| scene.render.fit = Fit::Cubic);
+        assert!(matches!(SpectralPlan::new(&cubic, &wavelengths).fit, SpectrumFit::Linear(_)));
+        let night = sky(|scene| scene.sun.elevation = -40.0);
+        let dark = SpectralPlan::new(&night, &wavelengths).radiance(Vec3::Z);
+        assert_eq!(dark, vec![0.0; wavelengths.len()]);
+    }
+
+    #[test]
+    fn where_a_fit_will_not_do_each_wavelength_is_integrated_and_colour_stays() {
+        let sky = sky(|scene| scene.sun.elevation = 15.0);
+        let asked = every(25.0, 375.0, 825.0);
+        let (each, fitted) = (SpectralPlan::of_each(&sky, &asked, &asked), SpectralPlan::new(&sky, &asked));
+        assert!(matches!(each.fit, SpectrumFit::Linear(_)) && matches!(fitted.fit, SpectrumFit::Regression(_)));
+        let view = direction(20.0, 60.0).as_vec3();
+        for (each, fitted) in each.radiance(view).into_iter().zip(fitted.radiance(view)) {
+            assert!((fitted / each - 1.0).abs() < BOUND_BY_DAY, "{fitted}, {each}");
+        }
+        let [rows, colour] = [&each.rows(&sky), &sky.colour].map(|rows| rows.len());
+        assert!(rows > colour);
+        let of_colour = |plan: &SpectralPlan| {
+            let transfer = plan.integral.transfer(view);
+            let rows = plan.rows(&sky);
+            let groups = plan.integral.bands.len();
+            let channel = |channel: usize| -> f64 {
+                let weight = |band: usize| f64::from(rows[3 * (band / 4) + channel][band % 4]);
+                (0..groups * 4).map(|band| weight(band) * transfer.get(band).copied().unwrap_or(0.0)).sum()
+            };
+            Vec3::from_array([0, 1, 2].map(|i| channel(i) as f32))
+        };
+        let (found, expected) = (of_colour(&each), sky.radiance(view));
+        // Straight lines over 20 nm at most.
+        assert!((found - expected).abs().max_element() < 0.02 * expected.max_element(), "{found}, {expected}");
+    }
+
+    #[test]
+    fn wavelengths_between_those_computed_have_regressions_between_theirs() {
+        let optics = &sky(|_| {}).integral.optics;
+        let computed = [500.0, 505.0];
+        let regression = |nm: f64| Regression {
+            intercept: known(optics, Constituent::Air, nm).ln() - 2.0,
+            slopes: vec![0.25 + 0.01 * (nm - 500.0); 4],
+        };
+        let found =
+            &between(optics, Constituent::Air, &computed, &computed.map(regression), &[500.0, 502.5, 505.0])[..];
+        for (found, nm) in found.iter().zip([500.0, 502.5, 505.0]) {
+            assert!((found.intercept - regression(nm).intercept).abs() < 1e-12, "{nm}");
+        }
+        // Half way in the fourth power of the wavelength is hardly off half way.
+        assert!((found[1].slopes[0] - 0.275).abs() < 1e-3 && found[2].slopes[0] == 0.3, "{:?}", found[1]);
+    }
 }

@@ -66,8 +66,7 @@ pub fn spectral_rays(integral: &RayIntegral, wavelengths: &[f64]) -> [Rays; 2] {
         all.iter().flat_map(|row| row.cosines.iter().map(|&x| view_of(integral, row.mu, x))).collect();
     let (air, aerosol) = scattered_once(integral, &views, wavelengths);
     let sky = RayIntegral { bands: bands(&integral.optics, wavelengths), ..integral.clone() };
-    let fine = Resolution::choose(&sky.setting(), sky.aerosol_depth());
-    let (multiple, ground) = rest(integral, wavelengths, &all, &fine);
+    let (multiple, ground) = rest(integral, wavelengths, &all, &sky.spectral_resolution());
     let of = |constituent: Constituent, spectra: Vec<Option<Vec<f64>>>| {
         if constituent.is_in(integral.variant) { spectra } else { vec![None; views.len()] }
     };

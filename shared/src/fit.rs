@@ -2,6 +2,7 @@
 
 use crate::glam::{Vec3, Vec4};
 use crate::math::{exp, fetch, ln4, max, max4, min};
+use crate::variant;
 
 /// The coefficients of the cubic through four points, in Newton's form: the Vandermonde system
 /// `Σₖ aₖ xᵢᵏ = yᵢ`, solved by divided differences.
@@ -47,13 +48,20 @@ pub fn newton_value(wavelengths: Vec4, coefficients: Vec4, x: f32) -> f32 {
         + coefficients.x
 }
 
-/// Values of up to eight bands. With four bands or fewer the second half is zero.
+/// Values of up to twelve bands; zero for those that there are not.
 #[derive(Clone, Copy)]
-pub struct Octet {
+pub struct Dozen {
     /// The first four bands.
     pub first: Vec4,
     /// The next four.
     pub second: Vec4,
+    /// The last four.
+    pub third: Vec4,
+}
+
+impl Dozen {
+    /// No light at any band.
+    pub const DARK: Self = Self { first: Vec4::ZERO, second: Vec4::ZERO, third: Vec4::ZERO };
 }
 
 /// The largest of four values.
@@ -62,8 +70,18 @@ fn highest(x: Vec4) -> f32 {
     max(max(x.x, x.y), max(x.z, x.w))
 }
 
-/// Colour rows that an observer node takes.
-pub const ROWS_PER_NODE: u32 = 3;
+/// Colour rows that an observer node takes: one for each group of four bands, and one more.
+#[inline]
+pub fn rows_per_node(variant: u32) -> u32 {
+    let mut rows = 2;
+    if variant & variant::MORE_THAN_FOUR != 0 {
+        rows += 1;
+    }
+    if variant & variant::MORE_THAN_EIGHT != 0 {
+        rows += 1;
+    }
+    rows
+}
 
 /// The smallest transfer whose logarithm is taken; anything darker counts as this.
 pub const DARKEST: f32 = 1e-30;
@@ -83,6 +101,8 @@ pub struct Logarithms {
     first: Vec4,
     /// ln X at the next four bands.
     second: Vec4,
+    /// ln X at the last four bands.
+    third: Vec4,
     /// The logarithm of the brightest band.
     highest: f32,
     /// Whether any band is above zero.
@@ -90,31 +110,44 @@ pub struct Logarithms {
 }
 
 impl Logarithms {
-    /// Those of the integral at the bands, of which those past the fourth are looked at if there are `more_than_four`. With `solve`, the
-    /// Newton coefficients of `ln X` at the first four bands ([`newton_coefficients`]) take the place of the values themselves, so that the
+    /// Those of the integral at the bands, as many as the variant has. With `solve`, the Newton coefficients of `ln X` at the first four bands ([`newton_coefficients`]) take the place of the values themselves, so that the
     /// 4×4 system is solved at every pixel; `wavelengths` are the normalised ones of those bands.
     #[inline]
-    pub fn new(bands: Octet, more_than_four: bool, wavelengths: Vec4, solve: bool) -> Self {
+    pub fn new(bands: Dozen, wavelengths: Vec4, solve: bool, variant: u32) -> Self {
         let first = ln4(max4(bands.first, DARKEST));
-        let mut second = Vec4::ZERO;
+        let (mut second, mut third) = (Vec4::ZERO, Vec4::ZERO);
         let mut highest = highest(first);
-        if more_than_four {
+        let mut brightest = self::highest(bands.first);
+        if variant & variant::MORE_THAN_FOUR != 0 {
             second = ln4(max4(bands.second, DARKEST));
             highest = max(highest, self::highest(second));
+            brightest = max(brightest, self::highest(bands.second));
+        }
+        if variant & variant::MORE_THAN_EIGHT != 0 {
+            third = ln4(max4(bands.third, DARKEST));
+            highest = max(highest, self::highest(third));
+            brightest = max(brightest, self::highest(bands.third));
         }
         Self {
             first: if solve { newton_coefficients(wavelengths, first) } else { first },
             second,
+            third,
             highest,
-            lit: max(self::highest(bands.first), self::highest(bands.second)) > 0.0,
+            lit: brightest > 0.0,
         }
     }
 
-    /// X at an observer node: `exp(c + b · ln X)`, whose `b` stands in the colour rows `row` and `row + 1`, at most `rise`
-    /// logarithms above the brightest band. Without light it is what follows from [`DARKEST`].
+    /// X at an observer node: `exp(c + b · ln X)`, whose `b` begins in the colour row `row`, at most `rise` logarithms above the
+    /// brightest band. Without light it is what follows from [`DARKEST`].
     #[inline]
-    fn value(&self, colour: &[Vec4], row: usize, c: f32, rise: f32) -> f32 {
-        let exponent = c + fetch(colour, row).dot(self.first) + fetch(colour, row + 1).dot(self.second);
+    fn value(&self, colour: &[Vec4], row: usize, c: f32, rise: f32, variant: u32) -> f32 {
+        let mut exponent = c + fetch(colour, row).dot(self.first);
+        if variant & variant::MORE_THAN_FOUR != 0 {
+            exponent += fetch(colour, row + 1).dot(self.second);
+        }
+        if variant & variant::MORE_THAN_EIGHT != 0 {
+            exponent += fetch(colour, row + 2).dot(self.third);
+        }
         exp(min(exponent, self.highest + rise))
     }
 }
@@ -125,16 +158,17 @@ impl Logarithms {
 /// when the plan is made; the weights hold the observer, the sun and XYZ→RGB (Eqs. 4-8).
 /// The logarithm makes the fit of an extinction spectrum linear; the exponentials are as few as the nodes.
 ///
-/// Each node has three colour rows: `b_q` for the first four bands and for the next four, and (`c_q`, red, green, blue). All bands at
-/// zero give exactly zero.
+/// Each node has [`rows_per_node`]: `b_q` for each group of four bands, and (`c_q`, red, green, blue). All bands at zero give exactly
+/// zero.
 #[inline]
-pub fn regression_rgb(colour: &[Vec4], first_node: u32, nodes: u32, logarithms: &Logarithms) -> Vec3 {
+pub fn regression_rgb(colour: &[Vec4], first_node: u32, nodes: u32, logarithms: &Logarithms, variant: u32) -> Vec3 {
+    let rows = rows_per_node(variant);
     let mut rgb = Vec3::ZERO;
     let mut q = 0;
     while q < nodes {
-        let row = ((first_node + q) * ROWS_PER_NODE) as usize;
-        let last = fetch(colour, row + 2);
-        rgb += Vec3::new(last.y, last.z, last.w) * logarithms.value(colour, row, last.x, BRIGHTEST_RISE);
+        let row = ((first_node + q) * rows) as usize;
+        let last = fetch(colour, row + rows as usize - 1);
+        rgb += Vec3::new(last.y, last.z, last.w) * logarithms.value(colour, row, last.x, BRIGHTEST_RISE, variant);
         q += 1;
     }
     if logarithms.lit { rgb } else { Vec3::ZERO }
@@ -142,12 +176,12 @@ pub fn regression_rgb(colour: &[Vec4], first_node: u32, nodes: u32, logarithms: 
 
 /// One constituent's integral times the solar irradiance at one wavelength, by the regression fit (W·m⁻²·nm⁻¹).
 ///
-/// The wavelength's three colour rows begin at `row`, as those of a node of [`regression_rgb`] do; the last one holds (`c`,
-/// solar irradiance).
+/// The wavelength's colour rows begin at `row`, as those of a node of [`regression_rgb`] do; the last one holds (`c`, solar
+/// irradiance).
 #[inline]
-pub fn regression_value(colour: &[Vec4], row: usize, logarithms: &Logarithms) -> f32 {
-    let last = fetch(colour, row + 2);
-    let value = last.y * logarithms.value(colour, row, last.x, SPECTRUM_RISE);
+pub fn regression_value(colour: &[Vec4], row: usize, logarithms: &Logarithms, variant: u32) -> f32 {
+    let last = fetch(colour, row + rows_per_node(variant) as usize - 1);
+    let value = last.y * logarithms.value(colour, row, last.x, SPECTRUM_RISE, variant);
     if logarithms.lit { value } else { 0.0 }
 }
 

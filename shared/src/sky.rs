@@ -1,6 +1,6 @@
 //! The sky's colour in a direction: the light at the bands by its constituents, their phase functions, and the fit through the bands.
 
-use crate::fit::{Logarithms, Octet, regression_rgb};
+use crate::fit::{Dozen, Logarithms, regression_rgb};
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::ground::{ground_light, ground_seen};
@@ -168,11 +168,10 @@ fn linear_constituents(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3,
     sum
 }
 
-/// The light in a direction at up to eight bands, those of a regression fit, by its constituents; see [`light`].
+/// The light in a direction at up to twelve bands, those of a regression fit, by its constituents; see [`light`].
 #[inline]
-pub fn at_all_bands(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Parts<Octet> {
-    let dark = Octet { first: Vec4::ZERO, second: Vec4::ZERO };
-    let mut lights = Parts { air: dark, aerosol: dark, multiple: dark, ground: dark };
+pub fn at_all_bands(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Parts<Dozen> {
+    let mut lights = Parts { air: Dozen::DARK, aerosol: Dozen::DARK, multiple: Dozen::DARK, ground: Dozen::DARK };
     let mut group = 0;
     while group < buffers.bands.len() {
         let four = light(uniform, buffers, group, direction, variant);
@@ -181,11 +180,16 @@ pub fn at_all_bands(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, va
             lights.aerosol.first = four.aerosol;
             lights.multiple.first = four.multiple;
             lights.ground.first = four.ground;
-        } else {
+        } else if (variant & variant::MORE_THAN_FOUR != 0) & (group == 1) {
             lights.air.second = four.air;
             lights.aerosol.second = four.aerosol;
             lights.multiple.second = four.multiple;
             lights.ground.second = four.ground;
+        } else if variant & variant::MORE_THAN_EIGHT != 0 {
+            lights.air.third = four.air;
+            lights.aerosol.third = four.aerosol;
+            lights.multiple.third = four.multiple;
+            lights.ground.third = four.ground;
         }
         group += 1;
     }
@@ -197,29 +201,29 @@ pub fn at_all_bands(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, va
 pub fn regression_constituents(
     uniform: &Uniform,
     buffers: Buffers<'_>,
-    lights: Parts<Octet>,
+    lights: Parts<Dozen>,
     solve: bool,
     variant: u32,
 ) -> Constituents {
     let colour = buffers.colour;
-    let more_than_four = buffers.bands.len() > 1;
-    let air = Logarithms::new(lights.air, more_than_four, uniform.band_wavelengths, solve);
+    let (wavelengths, nodes) = (uniform.band_wavelengths, uniform.nodes);
+    let air = Logarithms::new(lights.air, wavelengths, solve, variant);
     let mut sum =
-        Constituents { air: regression_rgb(colour, 0, uniform.nodes, &air), aerosol: Vec3::ZERO, rest: Vec3::ZERO };
-    let mut first_node = uniform.nodes;
+        Constituents { air: regression_rgb(colour, 0, nodes, &air, variant), aerosol: Vec3::ZERO, rest: Vec3::ZERO };
+    let mut first_node = nodes;
     if variant & variant::AEROSOL != 0 {
-        let aerosol = Logarithms::new(lights.aerosol, more_than_four, uniform.band_wavelengths, solve);
-        sum.aerosol = regression_rgb(colour, first_node, uniform.nodes, &aerosol);
-        first_node += uniform.nodes;
+        let aerosol = Logarithms::new(lights.aerosol, wavelengths, solve, variant);
+        sum.aerosol = regression_rgb(colour, first_node, nodes, &aerosol, variant);
+        first_node += nodes;
     }
     if variant & variant::MULTIPLE != 0 {
-        let multiple = Logarithms::new(lights.multiple, more_than_four, uniform.band_wavelengths, solve);
-        sum.rest = regression_rgb(colour, first_node, uniform.nodes, &multiple);
-        first_node += uniform.nodes;
+        let multiple = Logarithms::new(lights.multiple, wavelengths, solve, variant);
+        sum.rest = regression_rgb(colour, first_node, nodes, &multiple, variant);
+        first_node += nodes;
     }
     if variant & variant::GROUND != 0 {
-        let ground = Logarithms::new(lights.ground, more_than_four, uniform.band_wavelengths, solve);
-        sum.rest += regression_rgb(colour, first_node, uniform.nodes, &ground);
+        let ground = Logarithms::new(lights.ground, wavelengths, solve, variant);
+        sum.rest += regression_rgb(colour, first_node, nodes, &ground, variant);
     }
     sum
 }

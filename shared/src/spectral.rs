@@ -2,9 +2,9 @@
 //!
 //! A pixel takes three words of linear RGB, then one for the radiance at each wavelength (W·m⁻²·sr⁻¹·nm⁻¹). The colour rows
 //! of the wavelengths follow those of the colour: for a fit that is linear in the transfer, one for each group of four bands; for
-//! the regression fit, three of each constituent that there is ([`regression_value`]).
+//! the regression fit, [`rows_per_node`] of each constituent that there is ([`regression_value`]).
 
-use crate::fit::{Logarithms, ROWS_PER_NODE, regression_value};
+use crate::fit::{Logarithms, regression_value, rows_per_node};
 use crate::glam::{Vec3, Vec4};
 use crate::math::{fetch, max, store};
 use crate::phase::ScatteringAngle;
@@ -91,31 +91,31 @@ fn store_regression(
     direction: Vec3,
     variant: u32,
 ) {
-    let Buffers { bands, colour, .. } = buffers;
+    let colour = buffers.colour;
     let angle = ScatteringAngle::of_ray(view_ray(uniform, direction));
     let lights = at_all_bands(uniform, buffers, direction, variant);
-    let more_than_four = bands.len() > 1;
-    let air = Logarithms::new(lights.air, more_than_four, Vec4::ZERO, false);
-    let aerosol = Logarithms::new(lights.aerosol, more_than_four, Vec4::ZERO, false);
-    let multiple = Logarithms::new(lights.multiple, more_than_four, Vec4::ZERO, false);
-    let ground = Logarithms::new(lights.ground, more_than_four, Vec4::ZERO, false);
+    let air = Logarithms::new(lights.air, Vec4::ZERO, false, variant);
+    let aerosol = Logarithms::new(lights.aerosol, Vec4::ZERO, false, variant);
+    let multiple = Logarithms::new(lights.multiple, Vec4::ZERO, false, variant);
+    let ground = Logarithms::new(lights.ground, Vec4::ZERO, false, variant);
     let phases = phases(uniform, angle);
-    let mut row = (constituent_count(variant) * uniform.nodes * ROWS_PER_NODE) as usize;
+    let rows = rows_per_node(variant) as usize;
+    let mut row = (constituent_count(variant) * uniform.nodes) as usize * rows;
     let mut i = 0;
     while i < uniform.spectral_wavelengths as usize {
-        let mut radiance = phases.air * regression_value(colour, row, &air);
-        row += ROWS_PER_NODE as usize;
+        let mut radiance = phases.air * regression_value(colour, row, &air, variant);
+        row += rows;
         if variant & variant::AEROSOL != 0 {
-            radiance += phases.aerosol * regression_value(colour, row, &aerosol);
-            row += ROWS_PER_NODE as usize;
+            radiance += phases.aerosol * regression_value(colour, row, &aerosol, variant);
+            row += rows;
         }
         if variant & variant::MULTIPLE != 0 {
-            radiance += regression_value(colour, row, &multiple);
-            row += ROWS_PER_NODE as usize;
+            radiance += regression_value(colour, row, &multiple, variant);
+            row += rows;
         }
         if variant & variant::GROUND != 0 {
-            radiance += regression_value(colour, row, &ground);
-            row += ROWS_PER_NODE as usize;
+            radiance += regression_value(colour, row, &ground, variant);
+            row += rows;
         }
         store(output, at + RGB_WORDS as usize + i, radiance.to_bits());
         i += 1;

@@ -36,6 +36,21 @@ pub const REST: u32 = MULTIPLE | GROUND;
 /// The bytes of a picture are dithered.
 pub const DITHER: u32 = 1 << 15;
 
+/// A regression fit has more than four bands.
+pub const MORE_THAN_FOUR: u32 = 1 << 16;
+/// A regression fit has more than eight bands; [`MORE_THAN_FOUR`] holds too.
+pub const MORE_THAN_EIGHT: u32 = 1 << 17;
+/// How many bands a regression fit has.
+pub const BANDS: u32 = MORE_THAN_FOUR | MORE_THAN_EIGHT;
+
+/// Those bits of [`BANDS`] that hold for so many bands.
+#[inline]
+pub fn of_bands(bands: usize) -> u32 {
+    let more_than_four = if bands > 4 { MORE_THAN_FOUR } else { 0 };
+    let more_than_eight = if bands > 8 { MORE_THAN_EIGHT } else { 0 };
+    more_than_four | more_than_eight
+}
+
 /// Where the projection stands.
 const PROJECTION_SHIFT: u32 = 8;
 /// Where the format of pixels stands.

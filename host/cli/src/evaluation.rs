@@ -3,7 +3,7 @@
 use sorairo::low_level::device;
 use sorairo_evaluation::bands::{Found, best};
 use sorairo_evaluation::metrics::Errors;
-use sorairo_evaluation::stress::Outcome;
+use sorairo_evaluation::stress::{Extent, Outcome};
 
 use crate::arguments::{BandsArguments, BenchArguments, EvaluationCommand, ReproduceArguments, StressArguments};
 use crate::error::{Error, Result};
@@ -77,7 +77,8 @@ fn stress(arguments: &StressArguments) -> Result<()> {
     let device = device::open(&memory::device(&arguments.device)?)?;
     let progress = Progress::start();
     let stage = |stage: &str| progress.stage(stage);
-    let done = sorairo_evaluation::stress::stress(&arguments.out, &device, arguments.minutes, arguments.seed, &stage);
+    let &StressArguments { minutes, seed, spectra, .. } = arguments;
+    let done = sorairo_evaluation::stress::stress(&arguments.out, &device, Extent { minutes, seed, spectra }, &stage);
     drop(progress);
     let done = done?;
     let line = |outcome: &Outcome| {

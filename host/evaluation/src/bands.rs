@@ -13,7 +13,7 @@ use super::metrics::Errors;
 use crate::problem::Result;
 use sorairo::Plan;
 use sorairo::low_level::error::check_range;
-use sorairo::low_level::plan::fit::regression::{Examples, LIT, node_wavelengths, regress};
+use sorairo::low_level::plan::fit::regression::{Examples, LIT, NO_NOISE, node_wavelengths, regress};
 use sorairo::low_level::plan::fit::training::{DARKEST, scattered_once, training_views};
 use sorairo::low_level::plan::integral::Constituent;
 use sorairo::low_level::spectra::observer;
@@ -244,7 +244,7 @@ impl Spectra {
             values: self.targets.clone(),
             weights: vec![1.0; self.training.len()],
         };
-        let regressions: Vec<_> = (0..nodes).map(|i| regress(&examples, i)).collect();
+        let regressions = regress(&examples, 0..nodes, NO_NOISE);
         let colours =
             plan.sky.training().node_weights(self.constituent, &examples, &regressions, &observer::wavelengths());
         for (rgb, judged) in rgb.iter_mut().zip(&self.judged) {

@@ -21,8 +21,9 @@ use crate::problem::Result;
 use sorairo::Device;
 use sorairo::PixelFormat;
 use sorairo::low_level::files::png;
+use sorairo::low_level::plan::SpectralPlan;
 use sorairo::low_level::plan::{Kernel, Plan};
-use sorairo::low_level::spectrum::{DenseSpectrum, FittedSpectrum};
+use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{ColourPath, Fit, Preset, Projection, Scene, Size};
 
 /// Elevations of the sun in the paper's Table 1 and Fig. 2 (degrees).
@@ -146,7 +147,7 @@ pub fn table_1() -> Result<Vec<Row>> {
         let views: Vec<Vec3> = pixels(&plans[0], 4).into_iter().flatten().collect();
         let reference: Vec<Vec<f64>> = views.par_iter().map(|&view| dense.radiance(view)).collect();
         for (plan, pairs) in plans.iter().zip(&mut pairs) {
-            let fitted = FittedSpectrum::new(&plan.sky, &wavelengths);
+            let fitted = SpectralPlan::of_own_bands(&plan.sky, &wavelengths);
             let of_view = |(view, reference): (&Vec3, &Vec<f64>)| {
                 fitted.radiance(*view).into_iter().zip(reference.iter().copied()).collect::<Vec<_>>()
             };

@@ -19,6 +19,7 @@ use crate::plan::sun_disc::Sun;
 use crate::plan::{LightFields, Plan};
 use crate::scene::{ColourObserver, ColourPath, ExrDepth, Fit, Rgb, Scene, ValidScene, WhiteBalance};
 use crate::spectral_irradiance::SpectralIrradiance;
+use crate::spectrum::Spectra;
 
 /// What to make of a scene.
 #[derive(Clone, Debug, Default)]
@@ -205,7 +206,7 @@ impl Job {
         let plan = &self.plan;
         let mut image = Image::of(plan, &self.scene);
         if self.formats.contains(&Format::RadianceScene) {
-            image.sun = Sun::at(&plan.sky, &plan.spectral).spectral_irradiance(|_| 1.0);
+            image.sun = Sun::at(&plan.sky, plan.wavelengths()).spectral_irradiance(|_| 1.0);
         }
         let begin = |(path, &format): (&PathBuf, &Format)| Writer::start(scope, path.clone(), format, image.clone());
         let files = Files { writers: self.outputs.iter().zip(&self.formats).map(begin).collect::<Result<_>>()? };
@@ -312,8 +313,9 @@ pub fn render(
         stage("measuring the sky's light");
         SkyLight::new(&plan.sky)
     });
-    let is_spectral = request.sky_light && !plan.spectral.is_empty();
-    let spectral_irradiance = is_spectral.then(|| SpectralIrradiance::new(&plan.sky, &plan.spectral)).transpose()?;
+    let spectral = plan.spectral.as_ref().filter(|_| request.sky_light);
+    let spectral_irradiance = spectral
+        .map(|spectral| SpectralIrradiance::by(&Spectra::planned(Arc::clone(spectral)), &plan.sky, plan.wavelengths()));
     Ok(Report {
         device: device.name,
         backend: device.kind,

@@ -31,15 +31,19 @@ impl SpectralIrradiance {
     ///
     /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene is not known.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Self> {
-        let spectra = Spectra::new(sky, wavelengths, Method::Fit)?;
-        let [up, down] = [DVec3::Z, -DVec3::Z].map(|normal| irradiance_on(normal, sky, &spectra, wavelengths));
-        Ok(Self {
+        Ok(Self::by(&Spectra::new(sky, wavelengths, Method::Fit)?, sky, wavelengths))
+    }
+
+    /// The same by spectra at these wavelengths.
+    pub(crate) fn by(spectra: &Spectra, sky: &SkyPlan, wavelengths: &[f64]) -> Self {
+        let [up, down] = [DVec3::Z, -DVec3::Z].map(|normal| irradiance_on(normal, sky, spectra, wavelengths));
+        Self {
             wavelength_nm: wavelengths.to_vec(),
             irradiance_w_m2_nm: up.diffuse,
             direct_irradiance_w_m2_nm: up.direct,
             ground_irradiance_w_m2_nm: down.ground,
             sun_irradiance_w_m2_nm: Sun::at(sky, wavelengths).spectral_irradiance(|_| 1.0),
-        })
+        }
     }
 }
 
@@ -61,14 +65,16 @@ mod tests {
             let sum = |values: &[f64]| -> f64 {
                 values.iter().zip(&spectral.wavelength_nm).map(|(value, &nm)| value * observer::width(nm)).sum()
             };
-            for (found, expected) in [
-                (sum(&spectral.irradiance_w_m2_nm), light.irradiance_w_m2),
-                (sum(&spectral.direct_irradiance_w_m2_nm), light.direct_irradiance_w_m2),
-                (sum(&spectral.ground_irradiance_w_m2_nm), light.ground_irradiance_w_m2),
-                (sum(&spectral.sun_irradiance_w_m2_nm), light.sun_irradiance_w_m2),
+            // The sun's terms are the same in another order. The sky's totals come from the bands of its colour, whose fit may be off by 0.3 % and
+            // whose series of orders by 0.4 %.
+            for (found, expected, tolerance) in [
+                (sum(&spectral.irradiance_w_m2_nm), light.irradiance_w_m2, 7e-3),
+                (sum(&spectral.direct_irradiance_w_m2_nm), light.direct_irradiance_w_m2, 1e-9),
+                (sum(&spectral.ground_irradiance_w_m2_nm), light.ground_irradiance_w_m2, 7e-3),
+                (sum(&spectral.sun_irradiance_w_m2_nm), light.sun_irradiance_w_m2, 1e-9),
             ] {
-                // The same terms in another order.
-                assert!((found - expected).abs() <= 1e-9 * expected, "sun at {sun}: {found}, not {expected}");
+                println!("sun at {sun}: {:.1e}", found / expected - 1.0);
+                assert!((found - expected).abs() <= tolerance * expected, "sun at {sun}: {found}, not {expected}");
             }
             assert!(light.irradiance_w_m2 > 0.0 && (light.sun_irradiance_w_m2 > 0.0) == (sun > 0.0), "{light:?}");
         }

@@ -1,21 +1,19 @@
 //! Spectra of the sky: in one direction, or in many; and how it looks there.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sorairo_shared::camera::pixel_view;
-use sorairo_shared::fit::SPECTRUM_RISE;
 use sorairo_shared::glam::{DVec3, Vec3};
 use sorairo_shared::variant::{self, ABOVE_TOP};
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use crate::error::{Error, Result, check_range};
-use crate::plan::fit::SpectralFit;
-use crate::plan::fit::regression::Regression;
-use crate::plan::fit::training::DARKEST;
-use crate::plan::integral::{Constituent, RayIntegral};
+use crate::plan::integral::RayIntegral;
 use crate::plan::quadrature::gauss_legendre;
 use crate::plan::upload::bands;
-use crate::plan::{Plan, SkyPlan, direction};
+use crate::plan::{Plan, SkyPlan, SpectralPlan, direction};
 use crate::spectra::{colour_temperature, observer};
 
 /// Samples per piece for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
@@ -140,29 +138,39 @@ pub enum Method {
 }
 
 /// Spectra of a sky at fixed wavelengths, in any direction. What all directions share is prepared once.
-pub struct Spectra<'a> {
-    by: By<'a>,
+pub struct Spectra {
+    by: By,
 }
 
 /// What gives the radiance.
-enum By<'a> {
-    Fit(FittedSpectrum<'a>),
+enum By {
+    Fit(Arc<SpectralPlan>),
     Dense(Box<DenseSpectrum>),
 }
 
-impl<'a> Spectra<'a> {
-    /// Prepares spectra at wavelengths in nm.
+impl Spectra {
+    /// Prepares spectra at wavelengths in nm; by the fit through as many bands as they need, see [`SpectralPlan`].
     ///
     /// # Errors
     ///
     /// [`Error::NotAllowed`] for a wavelength at which the scene is not known.
-    pub fn new(sky: &'a SkyPlan, wavelengths: &'a [f64], method: Method) -> Result<Self> {
+    pub fn new(sky: &SkyPlan, wavelengths: &[f64], method: Method) -> Result<Self> {
         check_wavelengths(sky, wavelengths)?;
         let by = match method {
-            Method::Fit => By::Fit(FittedSpectrum::new(sky, wavelengths)),
+            Method::Fit => By::Fit(Arc::new(SpectralPlan::new(sky, wavelengths))),
             Method::Dense => By::Dense(Box::new(DenseSpectrum::new(sky, wavelengths))),
         };
         Ok(Self { by })
+    }
+
+    /// Spectra that are planned.
+    pub(crate) fn planned(spectral: Arc<SpectralPlan>) -> Self {
+        Self { by: By::Fit(spectral) }
+    }
+
+    /// Spectra at the observer's wavelengths by the bands of the sky's colour, which are chosen for that.
+    pub(crate) fn for_colour(sky: &SkyPlan) -> Self {
+        Self::planned(Arc::new(SpectralPlan::of_own_bands(sky, &observer::wavelengths())))
     }
 
     /// Radiance at each wavelength towards an elevation and an azimuth (degrees, clockwise from north): W·m⁻²·sr⁻¹·nm⁻¹, at least 0.
@@ -190,7 +198,7 @@ impl<'a> Spectra<'a> {
     /// Radiance at each wavelength in a direction.
     pub(crate) fn radiance(&self, view: Vec3) -> Vec<f64> {
         let mut radiance = match &self.by {
-            By::Fit(fitted) => fitted.radiance(view),
+            By::Fit(planned) => planned.radiance(view),
             By::Dense(dense) => dense.radiance(view),
         };
         // A polynomial can pass below zero between its bands; light cannot.
@@ -199,18 +207,16 @@ impl<'a> Spectra<'a> {
     }
 }
 
-/// Colours of a sky in many directions (an elevation and an azimuth in degrees each): X, Y and Z of its observer by the spectrum of the fit at
-/// 380 to 780 nm by 5 nm (W·m⁻²·sr⁻¹; [`LUMENS_PER_WATT`](crate::low_level::irradiance::LUMENS_PER_WATT) times Y is the luminance in cd·m⁻²).
+/// Colours of a sky in many directions (an elevation and an azimuth in degrees each): X, Y and Z of its observer by the spectrum that
+/// the bands of colour give at 380 to 780 nm by 5 nm (W·m⁻²·sr⁻¹; [`LUMENS_PER_WATT`](crate::low_level::irradiance::LUMENS_PER_WATT) times Y is the luminance in cd·m⁻²).
 ///
 /// # Errors
 ///
 /// [`Error::OutOfRange`] for a direction.
 pub fn xyz(sky: &SkyPlan, directions: &[[f64; 2]]) -> Result<Vec<[f64; 3]>> {
-    let wavelengths = observer::wavelengths();
-    let spectra = Spectra::new(sky, &wavelengths, Method::Fit)?;
-    let radiances = spectra.in_directions(directions)?;
+    let radiances = Spectra::for_colour(sky).in_directions(directions)?;
     let of_direction = |spectrum: &[f64]| observer::xyz_of_samples(sky.observer, spectrum).to_array();
-    Ok(radiances.chunks_exact(wavelengths.len()).map(of_direction).collect())
+    Ok(radiances.chunks_exact(observer::wavelengths().len()).map(of_direction).collect())
 }
 
 /// Checks that a sky is known at wavelengths (nm).
@@ -226,55 +232,6 @@ pub fn check_wavelengths(sky: &SkyPlan, wavelengths: &[f64]) -> Result<()> {
             Err(Error::not_allowed("wavelengths", complaint))
         }
         None => Ok(()),
-    }
-}
-
-/// The spectrum that a sky's bands and fit give, at fixed wavelengths.
-pub struct FittedSpectrum<'a> {
-    sky: &'a SkyPlan,
-    wavelengths: &'a [f64],
-    /// Those of each constituent, made for these very wavelengths; empty for a linear fit.
-    regressions: Vec<(Constituent, Vec<Regression>)>,
-}
-
-impl<'a> FittedSpectrum<'a> {
-    /// Prepares the spectrum at wavelengths in nm.
-    pub fn new(sky: &'a SkyPlan, wavelengths: &'a [f64]) -> Self {
-        let training = sky.training();
-        let regressions = match sky.fit {
-            SpectralFit::Linear(_) => Vec::new(),
-            SpectralFit::Regression => training.regressions(wavelengths),
-        };
-        Self { sky, wavelengths, regressions }
-    }
-
-    /// Radiance at each wavelength in a direction (W·m⁻²·sr⁻¹·nm⁻¹).
-    pub fn radiance(&self, view: Vec3) -> Vec<f64> {
-        let SpectralFit::Linear(fit) = &self.sky.fit else { return self.by_regression(view) };
-        let integral = &self.sky.integral;
-        let at_bands = integral.transfer(view);
-        self.wavelengths.iter().map(|&wavelength| fit.radiance(&integral.optics, &at_bands, wavelength)).collect()
-    }
-
-    fn by_regression(&self, view: Vec3) -> Vec<f64> {
-        let integral = &self.sky.integral;
-        let (light, phases) = (integral.light(view), integral.phases(view));
-        let mut transfer = vec![0.0; self.wavelengths.len()];
-        for (constituent, regressions) in &self.regressions {
-            let at_bands = integral.at_bands(light.iter().map(|&group| constituent.of(group)));
-            if at_bands.iter().all(|&value| value == 0.0) {
-                continue;
-            }
-            let logarithms: Vec<f64> = at_bands.iter().map(|value| value.max(DARKEST).ln()).collect();
-            let phase = f64::from(constituent.of(phases));
-            let highest = at_bands.iter().copied().fold(DARKEST, f64::max) * f64::from(SPECTRUM_RISE).exp();
-            for ((sum, regression), &wavelength) in transfer.iter_mut().zip(regressions).zip(self.wavelengths) {
-                let albedo = constituent.albedo(&integral.optics, wavelength);
-                *sum += phase * albedo * regression.value(&logarithms).min(highest);
-            }
-        }
-        let lit = transfer.iter().zip(self.wavelengths);
-        lit.map(|(transfer, &wavelength)| transfer * integral.optics.solar_irradiance(wavelength)).collect()
     }
 }
 
@@ -296,7 +253,7 @@ impl DenseSpectrum {
             ..sky.integral.clone()
         };
         Self {
-            integral: integral.with_multiple_light(),
+            integral: integral.with_spectral_light(),
             irradiance: wavelengths.iter().map(|&wavelength| optics.solar_irradiance(wavelength)).collect(),
         }
     }

@@ -67,7 +67,8 @@ impl Surface {
     /// Those of [`Surface::irradiance`] for a direction.
     pub fn illuminance(self, sky: &SkyPlan) -> Result<Irradiance<f64>> {
         let lux = |spectrum: Vec<f64>| observer::LUMENS_PER_WATT * observer::xyz_of_samples(sky.observer, &spectrum).y;
-        Ok(self.irradiance(sky, &observer::wavelengths())?.map(lux))
+        let normal = self.normal()?;
+        Ok(irradiance_on(normal, sky, &Spectra::for_colour(sky), &observer::wavelengths()).map(lux))
     }
 }
 
@@ -75,7 +76,7 @@ impl Surface {
 pub(crate) fn irradiance_on(
     normal: DVec3,
     sky: &SkyPlan,
-    spectra: &Spectra<'_>,
+    spectra: &Spectra,
     wavelengths: &[f64],
 ) -> Irradiance<Vec<f64>> {
     let none = || vec![0.0; wavelengths.len()];

@@ -80,6 +80,9 @@ pub struct StressArguments {
     /// What the random numbers grow from: the same seed tries the same cases.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// Spectra of each turn (1 to 1 000 000).
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub spectra: u64,
     /// Device beside the CPU: auto, cpu, gpu, or part of the name of a Vulkan device.
     #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,

@@ -10,6 +10,7 @@ mod outcome;
 mod report;
 pub mod scenes;
 pub mod solve;
+pub mod spectra;
 
 pub use outcome::Outcome;
-pub use report::{Stress, stress};
+pub use report::{Extent, Stress, stress};

@@ -107,7 +107,7 @@ fn reference(scene: &Scene, wavelength: f64, view: (f64, f64), enough: f64, seed
 }
 
 /// A sky of the Earth: air of any law and pressure, haze up to an optical depth of 0.3 at 1 µm, any ground, seen from the ground to orbit.
-fn random_scene(rng: &mut ChaCha8Rng) -> Scene {
+pub(super) fn random_scene(rng: &mut ChaCha8Rng) -> Scene {
     let preset = if rng.random() { Preset::Standard } else { Preset::Earth };
     let mut scene = Scene::preset(preset);
     scene.sun.spectrum = SunSpectrum::Flat;
@@ -140,7 +140,7 @@ fn random_scene(rng: &mut ChaCha8Rng) -> Scene {
 }
 
 /// A direction (degrees) from which light comes; the horizon itself is left out, where the ground begins.
-fn random_view(rng: &mut ChaCha8Rng, scene: &Scene) -> (f64, f64) {
+pub(super) fn random_view(rng: &mut ChaCha8Rng, scene: &Scene) -> (f64, f64) {
     let lowest = if scene.observer.altitude > 0.0 { -90.0 } else { 0.2 };
     (rng.random_range(lowest..=90.0), scene.sun.azimuth + rng.random_range(0.0..=180.0))
 }

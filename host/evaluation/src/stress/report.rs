@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::integral::{self, Cell};
 use super::outcome::Outcome;
 use super::solve::{self, Form, condition, double, error_of, exact};
-use super::{error_map, figures, orders, scenes};
+use super::{error_map, figures, orders, scenes, spectra};
 use crate::document::{Machine, make_folder, table, write};
 use crate::problem::Result;
 use sorairo::Device;
@@ -25,14 +25,26 @@ struct Sweep<'a> {
 }
 
 /// Every sweep, on the CPU and, where a device is one, on the GPU.
-fn sweeps(device: &Device) -> Vec<Sweep<'_>> {
+fn sweeps(device: &Device, spectra: u64) -> Vec<Sweep<'_>> {
     vec![
         Sweep { name: "rays", cases: 12_800, run: Box::new(integral::integral) },
         Sweep { name: "skies", cases: 12, run: Box::new(orders::orders) },
+        Sweep { name: "spectra", cases: spectra, run: Box::new(spectra::spectra) },
         Sweep { name: "solves", cases: 50_000, run: Box::new(solve::solve) },
         Sweep { name: "scenes", cases: 140, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },
         Sweep { name: "refusals", cases: 500, run: Box::new(scenes::refusals) },
     ]
+}
+
+/// How much is tried.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// How long (minutes); every sweep has at least one turn.
+    pub minutes: f64,
+    /// What all random numbers grow from.
+    pub seed: u64,
+    /// Spectra of a turn.
+    pub spectra: u64,
 }
 
 /// What was tried, and what came of it.
@@ -82,10 +94,15 @@ const REPORTED: [[f64; 4]; 6] = [
 ///
 /// [`crate::Error::Folder`] for a folder that cannot be made; [`crate::Error::Sky`] for a device or a file that fails. Failed
 /// cases are no error; see [`Stress::failures`].
-pub fn stress(folder: &Path, device: &Device, minutes: f64, seed: u64, stage: &dyn Fn(&str)) -> Result<Stress> {
+pub fn stress(
+    folder: &Path,
+    device: &Device,
+    Extent { minutes, seed, spectra }: Extent,
+    stage: &dyn Fn(&str),
+) -> Result<Stress> {
     make_folder(folder)?;
     let end = Instant::now() + Duration::from_secs_f64(60.0 * minutes);
-    let sweeps = sweeps(device);
+    let sweeps = sweeps(device, spectra);
     let mut outcomes: Vec<Outcome> = Vec::new();
     for turn in 0.. {
         for (i, sweep) in sweeps.iter().enumerate() {

@@ -96,7 +96,7 @@ pub(super) fn whole(plan: &Plan, kernel: Kernel, run: impl FnOnce(&mut TakeRows<
 
 /// Hands out rows without light.
 fn black_rows(plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<()> {
-    let has_radiance = kernel == Kernel::Radiance || !plan.spectral.is_empty();
+    let has_radiance = kernel == Kernel::Radiance || plan.spectral.is_some();
     let black = if has_radiance { &[0] } else { plan.pixel.black() };
     let at_once = rows_at_once(plan);
     let words = black.repeat(words_per_row(plan, kernel) * at_once.min(rows.len() as u32) as usize / black.len());

@@ -48,7 +48,7 @@ impl Image {
             scene: scene.as_asked(),
             space: plan.sky.space,
             display: plan.sky.display(),
-            wavelengths: plan.spectral.clone(),
+            wavelengths: plan.wavelengths().to_vec(),
             sun: Vec::new(),
         }
     }

@@ -5,6 +5,7 @@ use sorairo_shared::variant::{self, PixelFormat};
 
 use super::image::Plan;
 use super::multiple::{COMPARED_DEPTH, NEGLIGIBLE, OrdersMade};
+use super::spectral::{HeldOut, SpectralPlan, SpectrumFit};
 use crate::scene::{Orders, Projection};
 
 /// What a plan does and leaves out, a sentence each.
@@ -12,6 +13,7 @@ pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
     let mut lines = vec![terms(plan)];
     lines.push(orders(plan));
     lines.extend(beyond_bounds(plan));
+    lines.extend(plan.spectral.as_ref().map(|spectral| spectra(spectral)));
     lines.extend(black_pixels(plan, projection));
     lines.push(path(plan));
     lines.push(bytes(plan));
@@ -89,6 +91,28 @@ fn beyond_bounds(plan: &Plan) -> Option<String> {
     (!beyond.is_empty()).then(|| format!("beyond bounds: {}", beyond.join("; ")))
 }
 
+/// How many bands a spectrum takes, where they are, and how good rays found them from which nothing was learnt.
+fn spectra(spectral: &SpectralPlan) -> String {
+    let (wavelengths, bands) = (spectral.wavelengths.len(), spectral.integral.wavelengths.len());
+    let at = spectral.integral.wavelengths.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+    let rays = "rays from which nothing was learnt";
+    let percent = |part: f64| 100.0 * part;
+    match (spectral.held_out, &spectral.fit) {
+        (Some(HeldOut { error, bound }), SpectrumFit::Regression(_)) => format!(
+            "spectra: {wavelengths} wavelengths from {bands} bands ({at} nm), within {:.2} % on {rays}; {} % are allowed",
+            percent(error),
+            percent(bound)
+        ),
+        (Some(HeldOut { error, bound }), SpectrumFit::Linear(_)) => format!(
+            "spectra: each of {wavelengths} wavelengths is integrated, {bands} bands with those of colour; a fit would be off by {:.2} % on {rays}, \
+             and {} % are allowed",
+            percent(error),
+            percent(bound)
+        ),
+        (None, _) => format!("spectra: {wavelengths} wavelengths from {bands} bands ({at} nm)"),
+    }
+}
+
 fn black_pixels(plan: &Plan, projection: Projection) -> Option<String> {
     let (width, height) = (u64::from(plan.width()), u64::from(plan.height()));
     let skipped = width * height - plan.lit_pixels();
@@ -110,7 +134,7 @@ fn black_pixels(plan: &Plan, projection: Projection) -> Option<String> {
 }
 
 fn path(plan: &Plan) -> String {
-    let samples = u64::from(plan.samples_per_piece()) * plan.sky.integral.bands.len() as u64;
+    let samples = u64::from(plan.samples_per_piece()) * plan.integral().bands.len() as u64;
     let pixels = plan.lit_pixels();
     match plan.lookup.size {
         Some(size) => {
@@ -139,7 +163,7 @@ fn bytes(plan: &Plan) -> String {
     let kind = match plan.pixel {
         PixelFormat::Picture => "8 bit sRGB packed on the device",
         PixelFormat::HalfRgb => "half floats packed on the device",
-        PixelFormat::LinearRgb if plan.spectral.is_empty() => "linear floats",
+        PixelFormat::LinearRgb if plan.spectral.is_none() => "linear floats",
         PixelFormat::LinearRgb => "linear floats and a spectrum",
         PixelFormat::LinearRgba => "linear floats and alpha",
     };
@@ -217,6 +241,23 @@ mod tests {
         assert!(thick.contains("the series of orders may be off by"), "{thick}");
         let peaked = standard(1.0, 0.95);
         assert!(peaked.contains("moments of more than degree 40 would hold up to"), "{peaked}");
+    }
+
+    #[test]
+    fn the_bands_of_a_spectrum_are_told_and_what_rays_say_of_them() {
+        let mut scene = Scene::preset(Preset::Standard);
+        scene.sun.elevation = 40.0;
+        let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        let of = |wavelengths: &[f64]| {
+            let plan = plan.clone().with_spectrum(wavelengths).unwrap();
+            explain(&plan, scene.camera.projection).join("\n")
+        };
+        let many: Vec<f64> = (0..41).map(|i| 380.0 + 10.0 * f64::from(i)).collect();
+        let text = of(&many);
+        assert!(text.contains("spectra: 41 wavelengths from 12 bands (433 525 564 632 380 "), "{text}");
+        assert!(text.contains("% on rays from which nothing was learnt; 1 % are allowed"), "{text}");
+        assert!(of(&[450.0, 550.0]).contains("spectra: 2 wavelengths from 6 bands (433 525 564 632 450 550 nm)"));
+        assert!(!explain(&plan, scene.camera.projection).join("\n").contains("spectra"));
     }
 
     #[test]

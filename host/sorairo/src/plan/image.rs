@@ -10,10 +10,12 @@ use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};
 use sorairo_shared::variant::{self, PixelFormat};
 
 use super::fit::SpectralFit;
+use super::integral::RayIntegral;
 use super::kernel::Kernel;
 use super::lookup::{self, Lookup, LookupSize};
 use super::multiple::LightFields;
 use super::sky::SkyPlan;
+use super::spectral::{SpectralPlan, SpectrumFit};
 use super::sun_disc::Sun;
 use super::{exposure, upload};
 use crate::error::{Error, Result};
@@ -28,8 +30,8 @@ pub struct Plan {
     pub uniform: Uniform,
     /// The colour rows: those of the sky, then the grid of the sun's disc or the rows of a spectral image.
     pub colour: Vec<Vec4>,
-    /// Wavelengths (nm) of a spectral image, increasing; empty for other images.
-    pub spectral: Vec<f64>,
+    /// The spectra of a spectral image; none of other images.
+    pub spectral: Option<Arc<SpectralPlan>>,
     /// What the kernels are specialised for; see [`variant`].
     pub variant: u32,
     /// How a pixel is stored.
@@ -98,7 +100,7 @@ impl Plan {
         let variant = variant::of(shown, upload::projection(scene.camera.projection), pixel as u32);
         let colour = [colours.rows.as_slice(), &grid].concat();
         let size = lookup.size;
-        let plan = Self { sky, uniform, colour, spectral: Vec::new(), variant, pixel, lit_rows, lookup };
+        let plan = Self { sky, uniform, colour, spectral: None, variant, pixel, lit_rows, lookup };
         match size {
             Some(size) => plan.with_lookup(size),
             None => plan,
@@ -140,21 +142,34 @@ impl Plan {
             let complaint = "= solve is a way to a colour; a spectral file takes render.color = folded";
             return Err(Error::not_allowed("render.color", complaint));
         }
-        let rows = if self.sky.is_night { Vec::new() } else { self.sky.spectrum_rows(wavelengths) };
+        let spectral = SpectralPlan::new(&self.sky, wavelengths);
+        let colour = if self.sky.is_night { Vec::new() } else { spectral.rows(&self.sky) };
         let reason =
             if self.sky.is_night { self.lookup.reason } else { "a spectrum is integrated at every pixel".into() };
+        let Uniform { multiple, .. } = spectral.integral.uniform;
         Ok(Self {
-            colour: [self.colour, rows].concat(),
-            uniform: Uniform { spectral_wavelengths: wavelengths.len() as u32, ..self.uniform },
-            spectral: wavelengths.to_vec(),
+            colour,
+            uniform: Uniform { multiple, spectral_wavelengths: wavelengths.len() as u32, ..self.uniform },
+            variant: self.variant & !variant::BANDS | spectral.integral.variant & variant::BANDS,
+            spectral: Some(Arc::new(spectral)),
             lookup: Lookup { size: None, reason },
             ..self
         })
     }
 
+    /// Wavelengths (nm) of a spectral image, as they were asked for; none of other images.
+    pub fn wavelengths(&self) -> &[f64] {
+        self.spectral.as_ref().map_or(&[], |spectral| &spectral.wavelengths)
+    }
+
+    /// The ray integral at the bands of the image.
+    pub fn integral(&self) -> &RayIntegral {
+        self.spectral.as_ref().map_or(&self.sky.integral, |spectral| &spectral.integral)
+    }
+
     /// Words that a pixel of the plan's image takes.
     pub fn pixel_words(&self) -> u32 {
-        if self.spectral.is_empty() { self.pixel.words() } else { spectral::words(&self.uniform) }
+        if self.spectral.is_none() { self.pixel.words() } else { spectral::words(&self.uniform) }
     }
 
     /// Linear RGB of the sky in a direction (W·m⁻²·sr⁻¹), integrated at that direction.
@@ -164,7 +179,7 @@ impl Plan {
 
     /// What the kernels read beside the uniform.
     pub fn buffers(&self) -> Buffers<'_> {
-        self.sky.integral.buffers(&self.colour)
+        self.integral().buffers(&self.colour)
     }
 
     /// Pixels of the rows that can be lit.
@@ -174,10 +189,13 @@ impl Plan {
 
     /// The kernel that computes the plan's pixels.
     pub fn kernel(&self) -> Kernel {
-        let is_spectral = !self.spectral.is_empty();
+        if let Some(spectral) = &self.spectral {
+            return match spectral.fit {
+                SpectrumFit::Linear(_) => Kernel::SpectrumLinear,
+                SpectrumFit::Regression(_) => Kernel::SpectrumRegression,
+            };
+        }
         match (&self.sky.fit, self.sky.colour_path) {
-            (SpectralFit::Linear(_), _) if is_spectral => Kernel::SpectrumLinear,
-            (SpectralFit::Regression, _) if is_spectral => Kernel::SpectrumRegression,
             _ if self.lookup.size.is_some() => Kernel::SkyLookup,
             (SpectralFit::Linear(_), ColourPath::Folded) => Kernel::SkyLinear,
             (SpectralFit::Linear(_), ColourPath::Solve) => Kernel::SkySolve,

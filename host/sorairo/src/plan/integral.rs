@@ -21,6 +21,9 @@ const NEGLIGIBLE_DEPTH_ABOVE_TOP: f64 = 1e-4;
 /// those to infinity: single precision keeps 1e-5 of it.
 const OPAQUE_DEPTH: f64 = 50.0;
 
+/// How far the sum of all orders may be off where a spectrum is taken from it, relative to all light.
+const SPECTRAL_TOLERANCE: f64 = 2e-4;
+
 /// A constituent of a sky's light; see [`Parts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Constituent {
@@ -81,13 +84,14 @@ pub struct RayIntegral {
     pub uniform: Uniform,
     /// The atmosphere's optical properties at any wavelength.
     pub optics: Optics,
-    /// Wavelengths of the bands (nm), increasing.
+    /// Wavelengths of the bands (nm), increasing; those of a spectrum after those of colour.
     pub wavelengths: Vec<f64>,
     /// Optical properties at the bands, four to a group.
     pub bands: Vec<Bands>,
     /// Quadrature nodes of the ray integral on [0, 1], with their weights.
     pub quadrature: Vec<Vec2>,
-    /// What the integral must not skip: bits of [`variant::WHOLE_INTEGRAL`], [`variant::MULTIPLE`] and [`variant::GROUND`].
+    /// What the integral must not skip: bits of [`variant::WHOLE_INTEGRAL`], [`variant::MULTIPLE`] and [`variant::GROUND`]; and those of
+    /// [`variant::BANDS`].
     pub variant: u32,
     /// Orders of scattering.
     pub orders: Orders,
@@ -132,19 +136,38 @@ impl RayIntegral {
     pub fn setting(&self) -> Setting<'_> {
         let sun = self.uniform.sun.as_dvec4();
         let elevation = sun.z.atan2(sun.x.hypot(sun.y));
-        let of_first_order = self.variant & !variant::REST;
+        let of_first_order = self.variant & variant::WHOLE_INTEGRAL;
         Setting::new(&self.uniform.atmosphere, of_first_order, f64::from(self.uniform.altitude), elevation)
     }
 
     /// The same with the light that the scene's orders of scattering add at these bands, where there are any.
     pub fn with_multiple_light(self) -> Self {
+        let resolution = Resolution::choose(&self.setting(), self.aerosol_depth());
+        self.with_light_of(&resolution)
+    }
+
+    /// The same for a spectrum; see [`Self::spectral_resolution`].
+    pub fn with_spectral_light(self) -> Self {
+        let resolution = self.spectral_resolution();
+        self.with_light_of(&resolution)
+    }
+
+    /// How finely a light field is resolved from which a spectrum is taken. Its series of orders ends closer to its limit than a colour's, so
+    /// that a wavelength has the same light whatever others are computed with it.
+    pub fn spectral_resolution(&self) -> Resolution {
+        let fine = Resolution::choose(&self.setting(), self.aerosol_depth());
+        Resolution {
+            tolerance: SPECTRAL_TOLERANCE * std::env::var("TOL").map_or(1.0, |s| s.parse::<f64>().unwrap()),
+            ..fine
+        }
+    }
+
+    fn with_light_of(self, resolution: &Resolution) -> Self {
         if self.variant & variant::MULTIPLE == 0 {
             return self;
         }
-        let setting = self.setting();
-        let resolution = Resolution::choose(&setting, self.aerosol_depth());
         let MultipleLight { lookup, values, orders } =
-            MultipleLight::new(&self.light_fields, &setting, &self.bands, &resolution, self.orders);
+            MultipleLight::new(&self.light_fields, &self.setting(), &self.bands, resolution, self.orders);
         Self { uniform: Uniform { multiple: lookup, ..self.uniform }, multiple: values, orders_made: orders, ..self }
     }
 

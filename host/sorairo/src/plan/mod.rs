@@ -1,7 +1,7 @@
 //! What to compute and what to skip, decided once per scene in double precision.
 //!
 //! [`SkyPlan`] decides what the sky alone depends on: samples, bands, fit, exposure. [`Plan`] decides what an image of it takes: the rows that can be
-//! lit, the sky lookup, the sun's disc.
+//! lit, the sky lookup, the sun's disc. [`SpectralPlan`] decides by which bands spectra are found.
 
 pub mod colour_space;
 pub mod directions;
@@ -16,6 +16,7 @@ pub mod multiple;
 pub mod quadrature;
 pub mod samples;
 mod sky;
+pub mod spectral;
 pub mod sun_disc;
 pub mod upload;
 
@@ -24,3 +25,4 @@ pub use image::Plan;
 pub use kernel::Kernel;
 pub use multiple::LightFields;
 pub use sky::{Colours, SkyPlan};
+pub use spectral::SpectralPlan;

@@ -58,9 +58,9 @@ impl SkyPlan {
         let (observer, colour_path) = (scene.render.observer, scene.render.color);
         let optics = scene.optics();
         let space = ColourSpace::new(rgb, scene.render.white_balance, observer, &optics);
-        let variant = integral::needed(scene, &optics);
         let wavelengths = fit::wavelengths(scene);
         let fit = SpectralFit::new(scene, &wavelengths);
+        let variant = integral::needed(scene, &optics) | fit.variant(wavelengths.len());
         let bands = fit.bands(&optics, &wavelengths);
         let nodes = fit.nodes(wavelengths.len());
         let uniform = upload::sky_uniform(scene, &wavelengths, nodes, &space);
@@ -123,11 +123,6 @@ impl SkyPlan {
     pub fn constituents(&self, view: Vec3) -> Constituents {
         let buffers = self.integral.buffers(&self.colours().rows);
         constituents(&self.integral.uniform, buffers, view, self.fit_kind(), self.integral.variant)
-    }
-
-    /// The colour rows of a spectral image at wavelengths (nm).
-    pub fn spectrum_rows(&self, wavelengths: &[f64]) -> Vec<Vec4> {
-        self.fit.spectrum_rows(&self.training(), wavelengths)
     }
 
     /// What a regression fit is made on.

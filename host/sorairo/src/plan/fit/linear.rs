@@ -100,7 +100,7 @@ fn lagrange(nodes: &[f64], x: f64) -> Vec<f64> {
 }
 
 /// The hat functions of increasing nodes at `x`.
-fn hats(nodes: &[f64], x: f64) -> Vec<f64> {
+pub fn hats(nodes: &[f64], x: f64) -> Vec<f64> {
     let mut weights = vec![0.0; nodes.len()];
     let above = nodes.partition_point(|&node| node <= x);
     if above == 0 {

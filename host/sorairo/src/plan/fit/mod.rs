@@ -7,6 +7,7 @@ pub mod training;
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::single::Bands;
 use sorairo_shared::sky::{LINEAR, REGRESSION, REGRESSION_SOLVED, SOLVED};
+use sorairo_shared::variant;
 
 use self::linear::{Interpolant, LinearFit};
 use self::regression::Training;
@@ -84,6 +85,14 @@ impl SpectralFit {
         }
     }
 
+    /// What the kernels are specialised for by so many bands: bits of [`variant::BANDS`].
+    pub fn variant(&self, bands: usize) -> u32 {
+        match self {
+            Self::Linear(_) => 0,
+            Self::Regression => variant::of_bands(bands),
+        }
+    }
+
     /// The kind of the fit, as the kernels name it; see [`sorairo_shared::sky`].
     pub fn kind(&self, path: ColourPath) -> u32 {
         match (self, path) {
@@ -102,14 +111,6 @@ impl SpectralFit {
             Self::Linear(fit) if solve => fit.observer_rows(optics, training.observer),
             Self::Linear(fit) => fit.folded(optics, training.observer, training.space),
             Self::Regression => training.nodes(solve),
-        }
-    }
-
-    /// The colour rows of a spectral image at wavelengths (nm).
-    pub fn spectrum_rows(&self, training: &Training<'_>, wavelengths: &[f64]) -> Vec<Vec4> {
-        match self {
-            Self::Linear(fit) => fit.spectrum_rows(&training.integral.optics, wavelengths),
-            Self::Regression => training.spectrum_rows(wavelengths),
         }
     }
 }

@@ -5,6 +5,8 @@
 //! a family of two parameters, and the affine function that is best for that family is far better than any that is fixed beforehand. It is found from some
 //! hundred rays, integrated at every wavelength, each time a plan is made.
 
+use std::ops::Range;
+
 use sorairo_shared::glam::{DVec3, Vec4};
 
 use super::training::{DARKEST, scattering_of, training_spectra};
@@ -12,13 +14,16 @@ use crate::plan::colour_space::ColourSpace;
 use crate::plan::integral::{Constituent, RayIntegral};
 use crate::scene::ColourObserver;
 use crate::spectra::observer;
-use crate::spectra::optics::{Coefficients, vec4};
+use crate::spectra::optics::{Coefficients, Optics, vec4};
 
 /// Regularisation of the regression, relative to the mean variance of the bands' logarithms: they are nearly dependent.
 const RIDGE: f64 = 1e-8;
 
 /// A ray counts as lit if it is at least this part of the brightest one.
 pub const LIT: f64 = 1e-11;
+
+/// A variance of the bands' logarithms that says nothing, where light is as exact as the training's: enough to keep the system solvable.
+pub const NO_NOISE: f64 = 1.491_668_146_240_041_3e-154;
 
 /// With fewer lit rays than this the regression leans on synthetic spectra.
 const FEW_RAYS: usize = 10;
@@ -55,17 +60,36 @@ impl Regression {
     pub fn value(&self, logarithms: &[f64]) -> f64 {
         (self.intercept + self.slopes.iter().zip(logarithms).map(|(a, b)| a * b).sum::<f64>()).exp()
     }
-
-    /// The slopes, filled up with zeros.
-    fn eight_slopes(&self) -> [f64; 8] {
-        std::array::from_fn(|i| self.slopes.get(i).copied().unwrap_or(0.0))
-    }
 }
 
-/// The three colour rows of an observer node.
-fn node_rows(slopes: [f64; 8], last: [f64; 4]) -> [Vec4; 3] {
-    let four = |from: usize| vec4(std::array::from_fn(|i| slopes[from + i]));
-    [four(0), four(4), vec4(last)]
+/// The colour rows of an observer node: the slopes of each group of four bands, filled up with zeros, then the last row.
+fn node_rows(slopes: &[f64], last: [f64; 4]) -> Vec<Vec4> {
+    let four = |group: &[f64]| vec4(std::array::from_fn(|i| group.get(i).copied().unwrap_or(0.0)));
+    slopes.chunks(4).map(four).chain([vec4(last)]).collect()
+}
+
+/// The rows of observer nodes through some groups of bands, to be read beside those through more: the others weigh nothing.
+pub fn beside_more_bands(rows: &[Vec4], groups: usize, more: usize) -> Vec<Vec4> {
+    let wider = |node: &[Vec4]| [&node[..groups], &vec![Vec4::ZERO; more - groups], &node[groups..]].concat();
+    rows.chunks(groups + 1).flat_map(wider).collect()
+}
+
+/// The rows of a spectral image: for each wavelength (nm) those of each constituent's regression; see
+/// [`sorairo_shared::fit::regression_value`].
+pub fn spectrum_rows(
+    optics: &Optics,
+    wavelengths: &[f64],
+    regressions: &[(Constituent, Vec<Regression>)],
+) -> Vec<Vec4> {
+    let rows = |(i, &wavelength): (usize, &f64)| {
+        let irradiance = optics.solar_irradiance(wavelength);
+        let of = move |(constituent, regressions): &(Constituent, Vec<Regression>)| {
+            let Regression { intercept, slopes } = &regressions[i];
+            node_rows(slopes, [*intercept, irradiance * constituent.albedo(optics, wavelength), 0.0, 0.0])
+        };
+        regressions.iter().flat_map(of).collect::<Vec<_>>()
+    };
+    wavelengths.iter().enumerate().flat_map(rows).collect()
 }
 
 /// What a regression fit is made on.
@@ -87,7 +111,7 @@ impl Training<'_> {
 
     /// The regressions of every constituent at some wavelengths (nm).
     pub fn regressions(&self, at: &[f64]) -> Vec<(Constituent, Vec<Regression>)> {
-        let regressions = |examples: &Examples| (0..at.len()).map(|i| regress(examples, i)).collect();
+        let regressions = |examples: &Examples| regress(examples, 0..at.len(), NO_NOISE);
         self.examples(at).iter().map(|(constituent, examples)| (*constituent, regressions(examples))).collect()
     }
 
@@ -99,46 +123,27 @@ impl Training<'_> {
         let at: Vec<f64> = nodes.iter().chain(&samples).copied().collect();
         let mut rows = Vec::new();
         for (constituent, examples) in self.examples(&at) {
-            let regressions: Vec<Regression> = (0..nodes.len()).map(|i| regress(&examples, i)).collect();
+            let regressions = regress(&examples, 0..nodes.len(), NO_NOISE);
             let weights = self.node_weights(constituent, &examples, &regressions, &samples);
             for (regression, rgb) in regressions.iter().zip(weights) {
-                let mut slopes = regression.eight_slopes();
-                if solve {
-                    let newton = self.for_newton_coefficients([slopes[0], slopes[1], slopes[2], slopes[3]]);
-                    slopes[..4].copy_from_slice(&newton);
-                }
-                rows.extend(node_rows(slopes, [regression.intercept, rgb.x, rgb.y, rgb.z]));
+                let slopes =
+                    if solve { self.for_newton_coefficients(&regression.slopes) } else { regression.slopes.clone() };
+                rows.extend(node_rows(&slopes, [regression.intercept, rgb.x, rgb.y, rgb.z]));
             }
         }
         rows
     }
 
-    /// The rows of a spectral image: for each wavelength (nm), the three rows of each constituent; see
-    /// [`sorairo_shared::fit::regression_value`].
-    pub fn spectrum_rows(&self, wavelengths: &[f64]) -> Vec<Vec4> {
-        let regressions = self.regressions(wavelengths);
-        let optics = &self.integral.optics;
-        let rows = |(i, &wavelength): (usize, &f64)| {
-            let irradiance = optics.solar_irradiance(wavelength);
-            let of = |(constituent, regressions): &(Constituent, Vec<Regression>)| {
-                let regression = &regressions[i];
-                let brightness = irradiance * constituent.albedo(optics, wavelength);
-                node_rows(regression.eight_slopes(), [regression.intercept, brightness, 0.0, 0.0])
-            };
-            regressions.iter().flat_map(of).collect::<Vec<_>>()
-        };
-        wavelengths.iter().enumerate().flat_map(rows).collect()
-    }
-
     /// Slopes on the values at four bands, as slopes on the Newton coefficients through them: their product with Newton's basis
     /// at the bands, a lower triangular matrix.
-    fn for_newton_coefficients(&self, slopes: [f64; 4]) -> [f64; 4] {
+    fn for_newton_coefficients(&self, slopes: &[f64]) -> Vec<f64> {
         let x: Vec<f64> =
             self.integral.wavelengths.iter().map(|&wavelength| observer::normalised(wavelength)).collect();
-        std::array::from_fn(|k| {
+        let coefficient = |k: usize| {
             let basis = |i: usize| (0..k).map(|j| x[i] - x[j]).product::<f64>();
             (k..4).map(|i| slopes[i] * basis(i)).sum()
-        })
+        };
+        (0..4).map(coefficient).collect()
     }
 
     /// The colour of each node (linear RGB): least squares of the observer's own sum over the examples.
@@ -194,7 +199,7 @@ impl Training<'_> {
     }
 
     /// The examples of a constituent among its spectra at the bands and at other wavelengths, `all` (nm).
-    fn chosen(&self, constituent: Constituent, spectra: Vec<Vec<f64>>, all: &[f64]) -> Examples {
+    pub fn chosen(&self, constituent: Constituent, spectra: Vec<Vec<f64>>, all: &[f64]) -> Examples {
         let values = all.len() - self.integral.wavelengths.len();
         let reference = self.integral.wavelengths.len() / 2;
         let brightest = spectra.iter().map(|spectrum| spectrum[reference]).fold(0.0, f64::max);
@@ -228,39 +233,37 @@ impl Training<'_> {
     }
 }
 
-/// Regression of ln X at the other wavelength `i` on ln X at the bands, by ridge regression around the mean. Every slope is
-/// taken relative to 1/n, so that what the ridge pulls towards is a grey change of all bands.
-pub fn regress(examples: &Examples, i: usize) -> Regression {
+/// Regressions of ln X at some of the other wavelengths on ln X at the bands, by ridge regression around the mean. Every slope is
+/// taken relative to 1/n, so that what the ridge pulls towards is a grey change of all bands. `noise` is the variance of a band's
+/// logarithm that says nothing; see [`NO_NOISE`].
+pub fn regress(examples: &Examples, values: Range<usize>, noise: f64) -> Vec<Regression> {
     let count = examples.bands.first().map_or(0, Vec::len);
     let total: f64 = examples.weights.iter().sum();
     let share = 1.0 / count as f64;
-    let residuals: Vec<f64> = examples
-        .values
-        .iter()
-        .zip(&examples.bands)
-        .map(|(values, bands)| values[i].ln() - bands.iter().sum::<f64>() * share)
-        .collect();
-    let rays = 0..examples.weights.len();
-    let mean =
-        |value: &dyn Fn(usize) -> f64| rays.clone().map(|ray| examples.weights[ray] * value(ray)).sum::<f64>() / total;
+    let mean = |value: &dyn Fn(usize) -> f64| {
+        examples.weights.iter().enumerate().map(|(ray, weight)| weight * value(ray)).sum::<f64>() / total
+    };
     let band_means: Vec<f64> = (0..count).map(|b| mean(&|ray| examples.bands[ray][b])).collect();
-    let residual_mean = mean(&|ray| residuals[ray]);
-    let mut matrix = vec![vec![0.0; count]; count];
-    let mut right = vec![0.0; count];
-    for a in 0..count {
-        for b in 0..count {
-            matrix[a][b] =
-                mean(&|ray| (examples.bands[ray][a] - band_means[a]) * (examples.bands[ray][b] - band_means[b]));
-        }
-        right[a] = mean(&|ray| (examples.bands[ray][a] - band_means[a]) * (residuals[ray] - residual_mean));
-    }
+    let deviation = |bands: &Vec<f64>| bands.iter().zip(&band_means).map(|(band, mean)| band - mean).collect();
+    let deviations: Vec<Vec<f64>> = examples.bands.iter().map(deviation).collect();
+    let grey: Vec<f64> = examples.bands.iter().map(|bands| bands.iter().sum::<f64>() * share).collect();
+    let covariance = |a: usize, b: usize| mean(&|ray| deviations[ray][a] * deviations[ray][b]);
+    let mut matrix: Vec<Vec<f64>> = (0..count).map(|a| (0..=a).map(|b| covariance(a, b)).collect()).collect();
     let trace: f64 = (0..count).map(|b| matrix[b][b]).sum();
     for (b, row) in matrix.iter_mut().enumerate() {
-        row[b] += RIDGE * share * trace + f64::MIN_POSITIVE.sqrt();
+        row[b] += RIDGE * share * trace + noise;
     }
-    let slopes = solve_symmetric(matrix, right);
-    let intercept = residual_mean - slopes.iter().zip(&band_means).map(|(a, b)| a * b).sum::<f64>();
-    Regression { intercept, slopes: slopes.into_iter().map(|slope| slope + share).collect() }
+    let decomposed = decomposed(matrix);
+    let regression = |i: usize| {
+        let residuals: Vec<f64> =
+            examples.values.iter().zip(&grey).map(|(values, grey)| values[i].ln() - grey).collect();
+        let residual_mean = mean(&|ray| residuals[ray]);
+        let right = (0..count).map(|a| mean(&|ray| deviations[ray][a] * (residuals[ray] - residual_mean))).collect();
+        let slopes = solved(&decomposed, right);
+        let intercept = residual_mean - slopes.iter().zip(&band_means).map(|(a, b)| a * b).sum::<f64>();
+        Regression { intercept, slopes: slopes.into_iter().map(|slope| slope + share).collect() }
+    };
+    values.map(regression).collect()
 }
 
 /// Least squares with columns scaled to unit size and a small ridge.
@@ -284,23 +287,28 @@ fn least_squares(rows: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
     for (c, row) in matrix.iter_mut().enumerate() {
         row[c] += RIDGE;
     }
-    solve_symmetric(matrix, target).into_iter().zip(size).map(|(value, size)| value / size).collect()
+    solved(&decomposed(matrix), target).into_iter().zip(size).map(|(value, size)| value / size).collect()
 }
 
-/// Solves a symmetric, positive definite system by Cholesky's decomposition.
-fn solve_symmetric(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
-    let n = right.len();
-    for i in 0..n {
+/// Cholesky's decomposition of a symmetric, positive definite matrix, of which the lower triangle is read.
+fn decomposed(mut matrix: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    for i in 0..matrix.len() {
         for j in 0..=i {
             let sum: f64 = matrix[i][j] - (0..j).map(|k| matrix[i][k] * matrix[j][k]).sum::<f64>();
             matrix[i][j] = if i == j { sum.max(f64::MIN_POSITIVE).sqrt() } else { sum / matrix[j][j] };
         }
     }
+    matrix
+}
+
+/// Solves a system by the decomposition of its matrix.
+fn solved(decomposed: &[Vec<f64>], mut right: Vec<f64>) -> Vec<f64> {
+    let n = right.len();
     for i in 0..n {
-        right[i] = (right[i] - (0..i).map(|k| matrix[i][k] * right[k]).sum::<f64>()) / matrix[i][i];
+        right[i] = (right[i] - (0..i).map(|k| decomposed[i][k] * right[k]).sum::<f64>()) / decomposed[i][i];
     }
     for i in (0..n).rev() {
-        right[i] = (right[i] - (i + 1..n).map(|k| matrix[k][i] * right[k]).sum::<f64>()) / matrix[i][i];
+        right[i] = (right[i] - (i + 1..n).map(|k| decomposed[k][i] * right[k]).sum::<f64>()) / decomposed[i][i];
     }
     right
 }
@@ -314,7 +322,7 @@ mod tests {
         let matrix = vec![vec![4.0, 1.0, 0.5], vec![1.0, 3.0, 0.2], vec![0.5, 0.2, 2.0]];
         let truth = [1.0, -2.0, 0.25];
         let right = matrix.iter().map(|row| row.iter().zip(truth).map(|(a, b)| a * b).sum()).collect();
-        for (value, expected) in solve_symmetric(matrix, right).iter().zip(truth) {
+        for (value, expected) in solved(&decomposed(matrix), right).iter().zip(truth) {
             assert!((value - expected).abs() < 1e-14);
         }
     }
@@ -324,7 +332,7 @@ mod tests {
         let law = |bands: &[f64]| 0.3 + 0.6 * bands[0] + 0.5 * bands[1];
         let bands: Vec<Vec<f64>> = (0..30).map(|i| vec![-f64::from(i) * 0.1, (f64::from(i) * 0.7).sin()]).collect();
         let values = bands.iter().map(|bands| vec![law(bands).exp()]).collect();
-        let regression = regress(&Examples { weights: vec![1.0; 30], bands, values }, 0);
+        let regression = &regress(&Examples { weights: vec![1.0; 30], bands, values }, 0..1, NO_NOISE)[0];
         let bands = [-0.7, 0.2];
         // The ridge leaves a part of 1e-8.
         assert!((regression.value(&bands) / law(&bands).exp() - 1.0).abs() < 1e-6);

@@ -37,22 +37,64 @@ pub fn scattering_of(constituent: Constituent, coefficients: Coefficients) -> f6
 pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> Parts<Vec<Vec<f64>>> {
     let (air, aerosol) = scattered_once(integral, &training_views(integral), wavelengths);
     let between = Between::new(&integral.wavelengths, wavelengths);
-    let (multiple, ground) = rest(integral, &between.computed);
+    let coarse = Resolution::for_training(&integral.setting(), integral.aerosol_depth());
+    let (multiple, ground) = rest(integral, &between.computed, &training_rows(integral), &coarse);
     let at_all = |spectra: Vec<Vec<f64>>, constituent| {
         let known = |&wavelength: &f64| known(&integral.optics, constituent, wavelength);
         let known = [&between.computed[..], wavelengths].map(|at| at.iter().map(known).collect::<Vec<f64>>());
         spectra.iter().map(|spectrum| between.at_all(spectrum, &known)).collect()
     };
+    let ground = ground.into_iter().flatten().collect();
     let (multiple, ground) = (at_all(multiple, Constituent::Multiple), at_all(ground, Constituent::Ground));
     Parts { air, aerosol, multiple, ground }
+}
+
+/// Light along rays, at wavelengths at each of which it was computed.
+pub struct Rays {
+    /// The directions.
+    pub views: Vec<Vec3>,
+    /// What is seen of each constituent in each of them: nothing of one that the sky does not have, nor of ground that is not met.
+    pub spectra: Parts<Vec<Option<Vec<f64>>>>,
+}
+
+/// Rays to learn spectra from, and others to try what was learnt, at wavelengths (nm) in a light field as fine as the sky's own: in a coarse one
+/// the ends of the spectrum are off by some per cent.
+pub fn spectral_rays(integral: &RayIntegral, wavelengths: &[f64]) -> [Rays; 2] {
+    let (learnt, tried) = (rows_with_horizon(integral), tried_rows(integral));
+    let all = [&learnt[..], &tried].concat();
+    let mut views: Vec<Vec3> =
+        all.iter().flat_map(|row| row.cosines.iter().map(|&x| view_of(integral, row.mu, x))).collect();
+    let (air, aerosol) = scattered_once(integral, &views, wavelengths);
+    let sky = RayIntegral { bands: bands(&integral.optics, wavelengths), ..integral.clone() };
+    let (multiple, ground) = rest(integral, wavelengths, &all, &sky.spectral_resolution());
+    let of = |constituent: Constituent, spectra: Vec<Option<Vec<f64>>>| {
+        if constituent.is_in(integral.variant) { spectra } else { vec![None; views.len()] }
+    };
+    let some = |spectra: Vec<Vec<f64>>| spectra.into_iter().map(Some).collect();
+    let mut spectra = Parts {
+        air: of(Constituent::Air, some(air)),
+        aerosol: of(Constituent::Aerosol, some(aerosol)),
+        multiple: of(Constituent::Multiple, some(multiple)),
+        ground: of(Constituent::Ground, ground),
+    };
+    let first = learnt.iter().map(|row| row.cosines.len()).sum();
+    let mut split = |constituent: Constituent| constituent.of_mut(&mut spectra).split_off(first);
+    let tried = Parts {
+        air: split(Constituent::Air),
+        aerosol: split(Constituent::Aerosol),
+        multiple: split(Constituent::Multiple),
+        ground: split(Constituent::Ground),
+    };
+    let tried = Rays { views: views.split_off(first), spectra: tried };
+    [Rays { views, spectra }, tried]
 }
 
 /// Wavelengths between others at which light is computed.
 struct Between {
     /// Those at which it is, increasing.
     computed: Vec<f64>,
-    /// For each wavelength the one below it, and how much the one above it weighs.
-    places: Vec<(usize, f64)>,
+    /// Where each wavelength lies among them.
+    places: Vec<Place>,
 }
 
 impl Between {
@@ -60,14 +102,7 @@ impl Between {
     fn new(bands: &[f64], wavelengths: &[f64]) -> Self {
         let computed = if wavelengths.len() > TOGETHER { every_step(bands, wavelengths) } else { wavelengths.to_vec() };
         let place = |(i, &wavelength): (usize, &f64)| {
-            if wavelengths.len() <= TOGETHER {
-                return (i, 0.0);
-            }
-            // Optical depths of air are linear in this.
-            let power = |nm: f64| (1000.0 / nm).powi(4);
-            let below = computed.partition_point(|&nm| nm <= wavelength).clamp(1, computed.len() - 1) - 1;
-            let (low, high) = (power(computed[below]), power(computed[below + 1]));
-            (below, (power(wavelength) - low) / (high - low))
+            if wavelengths.len() <= TOGETHER { Place { below: i, part: 0.0 } } else { Place::of(wavelength, &computed) }
         };
         let places = wavelengths.iter().enumerate().map(place).collect();
         Self { computed, places }
@@ -76,7 +111,7 @@ impl Between {
     /// A spectrum at all wavelengths: the logarithm of what is not known of it, at those computed and at all, goes with the optical depths.
     fn at_all(&self, computed: &[f64], [known, all]: &[Vec<f64>; 2]) -> Vec<f64> {
         let rest = |i: usize| (computed[i].max(DARKEST) / known[i]).ln();
-        let value = |(&(below, part), known): (&(usize, f64), &f64)| match part {
+        let value = |(&Place { below, part }, known): (&Place, &f64)| match part {
             0.0 => computed[below],
             _ => known * (rest(below) + part * (rest(below + 1) - rest(below))).exp(),
         };
@@ -84,23 +119,51 @@ impl Between {
     }
 }
 
+/// A wavelength between two others, at which light is computed.
+pub struct Place {
+    /// Which of those that are computed lies below it.
+    pub below: usize,
+    /// How much the one above it weighs.
+    pub part: f64,
+}
+
+impl Place {
+    /// That of a wavelength among others (nm, increasing, two at least).
+    pub fn of(wavelength: f64, computed: &[f64]) -> Self {
+        // Optical depths of air are linear in this.
+        let power = |nm: f64| (1000.0 / nm).powi(4);
+        let below = computed.partition_point(|&nm| nm <= wavelength).clamp(1, computed.len() - 1) - 1;
+        let (low, high) = (power(computed[below]), power(computed[below + 1]));
+        Self { below, part: (power(wavelength) - low) / (high - low) }
+    }
+}
+
 /// What is known of a constituent's spectrum: what scatters there and, of light that was scattered before, that about as much comes from the
 /// ground as its albedo.
-fn known(optics: &Optics, constituent: Constituent, wavelength: f64) -> f64 {
+pub fn known(optics: &Optics, constituent: Constituent, wavelength: f64) -> f64 {
     let scattering = scattering_of(constituent, optics.at(wavelength)).max(DARKEST);
     let from_ground = if constituent == Constituent::Multiple { optics.ground_albedo.at(wavelength) } else { 0.0 };
     scattering * (1.0 + from_ground)
 }
 
-/// Multiples of [`STEP`] between wavelengths (nm), their ends, beyond which spectra may not be known, and the bands.
+/// The bands, the ends of some wavelengths (nm), beyond which spectra may not be known, and multiples of a step between them.
 fn every_step(bands: &[f64], wavelengths: &[f64]) -> Vec<f64> {
     let first = wavelengths.iter().copied().fold(f64::MAX, f64::min);
     let last = wavelengths.iter().copied().fold(0.0, f64::max);
-    let steps = ((first / STEP).ceil() as u32..=(last / STEP).floor() as u32).map(|i| STEP * f64::from(i));
-    let mut all: Vec<f64> = steps.chain([first, last]).chain(bands.iter().copied()).collect();
-    all.sort_by(f64::total_cmp);
-    all.dedup();
-    all
+    sorted(multiples(STEP, first, last).chain([first, last]).chain(bands.iter().copied()))
+}
+
+/// The multiples of a step (nm) between two wavelengths.
+pub fn multiples(step: f64, first: f64, last: f64) -> impl Iterator<Item = f64> {
+    ((first / step).ceil() as u32..=(last / step).floor() as u32).map(move |i| step * f64::from(i))
+}
+
+/// Wavelengths (nm) in order, each once.
+pub fn sorted(wavelengths: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut wavelengths: Vec<f64> = wavelengths.collect();
+    wavelengths.sort_by(f64::total_cmp);
+    wavelengths.dedup();
+    wavelengths
 }
 
 /// Light of the first order along rays, by air and by aerosol before their phase functions, at wavelengths in nm (transfer times sr).
@@ -156,19 +219,22 @@ fn training_elevation(row: u32, rows: u32) -> f64 {
     90.0 * (f64::from(row) / f64::from(rows - 1)).powi(2)
 }
 
-/// Spectra of light that was scattered more than once, and of light from the ground, along training rays. They come from a coarse light
-/// field: only ratios between wavelengths are learnt from it.
-fn rest(integral: &RayIntegral, wavelengths: &[f64]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+/// Spectra of light that was scattered more than once along the rays of rows, and of light from the ground along those that meet it. For a
+/// colour they come from a coarse light field: only ratios between wavelengths are learnt from it.
+fn rest(
+    integral: &RayIntegral,
+    wavelengths: &[f64],
+    rows: &[Row],
+    resolution: &Resolution,
+) -> (Vec<Vec<f64>>, Vec<Option<Vec<f64>>>) {
     let has = |bit: u32| integral.variant & bit != 0;
     let (mut multiple, mut ground) = (Vec::new(), Vec::new());
     if !has(variant::REST) {
         return (multiple, ground);
     }
     let groups = bands(&integral.optics, wavelengths);
-    let rows = training_rows(integral);
     let setting = integral.setting();
-    let resolution = Resolution::for_training(&setting, integral.aerosol_depth());
-    let of_rows = || light_of_rows(&integral.light_fields, &setting, &groups, &resolution, integral.orders, &rows).0;
+    let of_rows = || light_of_rows(&integral.light_fields, &setting, &groups, resolution, integral.orders, rows).0;
     let diffuse = has(variant::MULTIPLE).then(of_rows);
     for (r, row) in rows.iter().enumerate() {
         for (c, &cosine) in row.cosines.iter().enumerate() {
@@ -181,9 +247,8 @@ fn rest(integral: &RayIntegral, wavelengths: &[f64]) -> (Vec<Vec<f64>>, Vec<Vec<
                 multiple.push(spectrum(&|group| along(group).scattered));
             }
             let seen = ground_of(integral, row.mu, cosine);
-            if has(variant::GROUND) && seen.is_seen {
-                ground.push(spectrum(&|group| ground_at(integral, &groups[group], seen, along(group))));
-            }
+            let of_ground = || spectrum(&|group| ground_at(integral, &groups[group], seen, along(group)));
+            ground.push((has(variant::GROUND) && seen.is_seen).then(of_ground));
         }
     }
     (multiple, ground)
@@ -196,10 +261,15 @@ fn ground_at(integral: &RayIntegral, group: &Bands, seen: GroundView, light: Lig
 
 /// The ground that a ray meets, by the cosines of its zenith angle and of its azimuth from the sun.
 fn ground_of(integral: &RayIntegral, mu: f64, cosine: f64) -> GroundView {
+    ground_seen(&integral.uniform.atmosphere, integral.ray(view_of(integral, mu, cosine)), integral.variant)
+}
+
+/// The direction of a ray, by the same cosines.
+fn view_of(integral: &RayIntegral, mu: f64, cosine: f64) -> Vec3 {
     let (to_sun, level) = (integral.uniform.bearing.as_dvec4().truncate(), (1.0 - mu * mu).max(0.0).sqrt());
     let across = DVec3::new(-to_sun.y, to_sun.x, 0.0);
     let view = (to_sun * cosine + across * (1.0 - cosine * cosine).max(0.0).sqrt()) * level + DVec3::Z * mu;
-    ground_seen(&integral.uniform.atmosphere, integral.ray(view.as_vec3()), integral.variant)
+    view.as_vec3()
 }
 
 /// The training rays as rows, from above the ground also those below the horizon; on the ground itself one that looks at it.
@@ -215,6 +285,36 @@ fn training_rows(integral: &RayIntegral) -> Vec<Row> {
         vec![Row { mu: -1.0, cosines: vec![1.0] }]
     };
     above.chain(below).collect()
+}
+
+/// The training rays as rows, and from above the ground others about the horizon, where most air is crossed and the ground begins.
+fn rows_with_horizon(integral: &RayIntegral) -> Vec<Row> {
+    let rows = training_rows(integral);
+    let cosines = rows[0].cosines.clone();
+    rows.into_iter().chain(about_horizon(integral, &[-1.5, -0.5, -0.05, 0.05, 0.4, 1.0], &cosines)).collect()
+}
+
+/// Rows of rays that lie between those from which spectra are learnt, near the sun and far from it.
+fn tried_rows(integral: &RayIntegral) -> Vec<Row> {
+    const ELEVATIONS: [f64; 8] = [0.3, 1.2, 2.3, 4.6, 10.0, 17.0, 31.0, 67.0];
+    const AZIMUTHS: [f64; 5] = [1.0, 12.0, 45.0, 100.0, 175.0];
+    let cosines = AZIMUTHS.map(|azimuth: f64| azimuth.to_radians().cos());
+    let below: &[f64] = if integral.uniform.altitude > 0.0 { &ELEVATIONS } else { &[] };
+    let all = ELEVATIONS.into_iter().chain(below.iter().map(|elevation| -elevation));
+    let rows = all.map(|elevation| row_at(elevation, &cosines));
+    rows.chain(about_horizon(integral, &[-0.9, -0.2, 0.01, 0.2], &cosines)).collect()
+}
+
+/// Rows at elevations above the horizon (degrees) of an observer above the ground; none for one on it.
+fn about_horizon(integral: &RayIntegral, above: &[f64], cosines: &[f64]) -> Vec<Row> {
+    let horizon = f64::from(integral.uniform.horizon).to_degrees();
+    let above = if integral.uniform.altitude > 0.0 { above } else { &[] };
+    above.iter().map(|above| row_at((horizon + above).max(-90.0), cosines)).collect()
+}
+
+/// A row at an elevation (degrees).
+fn row_at(elevation: f64, cosines: &[f64]) -> Row {
+    Row { mu: elevation.to_radians().sin(), cosines: cosines.to_vec() }
 }
 
 #[cfg(test)]

@@ -1,0 +1,448 @@
+//! Spectra of a sky, planned: from the light at a few bands to the radiance at any wavelengths.
+//!
+//! The four bands of colour leave the ends of a spectrum to extrapolation: 7.8 % at 380 nm by day. So a spectrum takes eight more, [`BANDS`], and
+//! learns from rays of the scene's own in a light field as fine as the sky's. Rays from which nothing was learnt tell whether that is good enough;
+//! where it is not, each wavelength is integrated. Up to eight wavelengths are bands themselves.
+
+use rayon::prelude::*;
+use sorairo_shared::fit::SPECTRUM_RISE;
+use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::sky::Parts;
+use sorairo_shared::variant;
+
+use super::fit::SpectralFit;
+use super::fit::linear::{Interpolant, LinearFit, hats};
+use super::fit::regression::{Examples, Regression, Training, beside_more_bands, regress, spectrum_rows};
+use super::fit::training::{DARKEST, Place, Rays, known, multiples, sorted, spectral_rays};
+use super::integral::{Constituent, RayIntegral};
+use super::multiple::TOGETHER;
+use super::quadrature::gauss_legendre;
+use super::samples;
+use super::sky::SkyPlan;
+use crate::spectra::observer;
+use crate::spectra::optics::Optics;
+
+/// Bands (nm) that a spectrum takes beside the four of colour, the same for every sky: between those and beyond them, closer where ozone's
+/// cross-section bends. What they leave over 70 skies stands in `docs/decisions/04-regression-fit.md`.
+pub const BANDS: [f64; 8] = [365.0, 395.0, 480.0, 600.0, 665.0, 700.0, 750.0, 830.0];
+
+/// What a spectrum may be off by day, relative to itself or, where it is fainter, to [`FLOOR`] of its peak.
+pub const BOUND_BY_DAY: f64 = 0.01;
+
+/// The same in twilight, which varies more from ray to ray.
+pub const BOUND_IN_TWILIGHT: f64 = 0.02;
+
+/// The part of a spectrum's peak below which errors are relative to that.
+pub const FLOOR: f64 = 0.05;
+
+/// Variance of a band's logarithm that says nothing: light is read between the entries of a lookup, which is off by some 3e-4, and slopes of
+/// both signs multiply it.
+const NOISE: f64 = 1e-7;
+
+/// Bands (nm) that lie closer tell nothing new of each other.
+const CLOSEST: f64 = 5.0;
+
+/// The most wavelengths at which training light is computed.
+const MOST_COMPUTED: usize = 2 * TOGETHER;
+
+/// Step (nm) between those at which it is where more are asked for: ozone's cross-section bends within ten.
+const STEP: f64 = 5.0;
+
+/// Step (nm) between the wavelengths that colour needs where each wavelength is integrated.
+const COLOUR_STEP: f64 = 20.0;
+
+/// What gives the radiance at wavelengths.
+#[derive(Clone, Debug)]
+pub enum SpectrumFit {
+    /// Weighted sums of the light at the bands.
+    Linear(LinearFit),
+    /// A regression of each constituent for each wavelength.
+    Regression(Vec<(Constituent, Vec<Regression>)>),
+}
+
+/// What rays say from which nothing was learnt.
+#[derive(Clone, Copy, Debug)]
+pub struct HeldOut {
+    /// The largest error of the regression.
+    pub error: f64,
+    /// What it may be.
+    pub bound: f64,
+}
+
+/// The spectra of a sky at some wavelengths.
+#[derive(Clone, Debug)]
+pub struct SpectralPlan {
+    /// The wavelengths (nm).
+    pub wavelengths: Vec<f64>,
+    /// The ray integral at the bands, of which those of colour come first.
+    pub integral: RayIntegral,
+    /// The fit through them.
+    pub fit: SpectrumFit,
+    /// How good a regression was found to be; none where nothing had to be learnt, or the scene chose its bands or its fit.
+    pub held_out: Option<HeldOut>,
+}
+
+impl SpectralPlan {
+    /// That of a sky at wavelengths (nm): through as many bands as they need, or through the scene's own if it names its bands or another fit.
+    pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
+        let is_chosen = sky.scene.render.bands.is_some() || !matches!(sky.fit, SpectralFit::Regression);
+        if sky.is_night || is_chosen || wavelengths.is_empty() {
+            return Self::of_own_bands(sky, wavelengths);
+        }
+        let asked = sorted(wavelengths.iter().copied());
+        let others: Vec<f64> = asked.iter().copied().filter(|nm| !sky.integral.wavelengths.contains(nm)).collect();
+        if others.len() <= BANDS.len() {
+            return Self::of_bands(sky, wavelengths, others);
+        }
+        Self::learnt(sky, wavelengths, &asked)
+    }
+
+    /// That of a sky by its own bands, those of its colour.
+    pub fn of_own_bands(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
+        let fit = match &sky.fit {
+            SpectralFit::Linear(fit) => SpectrumFit::Linear(fit.clone()),
+            SpectralFit::Regression if sky.is_night => SpectrumFit::Regression(Vec::new()),
+            SpectralFit::Regression => SpectrumFit::Regression(sky.training().regressions(wavelengths)),
+        };
+        Self { wavelengths: wavelengths.to_vec(), integral: sky.integral.clone(), fit, held_out: None }
+    }
+
+    /// That of wavelengths each of which is a band, one of the sky's or of `others`.
+    fn of_bands(sky: &SkyPlan, wavelengths: &[f64], others: Vec<f64>) -> Self {
+        let integral = beside_own(sky, others);
+        let regression = |&nm: &f64| {
+            let slope = |&band: &f64| if band == nm { 1.0 } else { 0.0 };
+            Regression { intercept: 0.0, slopes: integral.wavelengths.iter().map(slope).collect() }
+        };
+        let regressions: Vec<Regression> = wavelengths.iter().map(regression).collect();
+        let constituents = sky.training().constituents();
+        let fit = constituents.map(|constituent| (constituent, regressions.clone())).collect();
+        Self { wavelengths: wavelengths.to_vec(), fit: SpectrumFit::Regression(fit), integral, held_out: None }
+    }
+
+    /// That of more wavelengths, `asked` in order, through [`BANDS`] beside the sky's, or each itself.
+    fn learnt(sky: &SkyPlan, wavelengths: &[f64], asked: &[f64]) -> Self {
+        let integral = beside_own(sky, bands_beside(&sky.integral.wavelengths, asked));
+        let computed = computed(&integral.wavelengths, asked);
+        let [learnt, tried] = spectral_rays(&integral, &computed);
+        let training = Training { integral: &integral, observer: sky.observer, space: &sky.space };
+        let regressions = regressions(&training, &computed, learnt);
+        let bound = if integral.uniform.sun.z < 0.0 { BOUND_IN_TWILIGHT } else { BOUND_BY_DAY };
+        let error = error(&integral, &computed, &regressions, &tried, asked);
+        let held_out = Some(HeldOut { error, bound });
+        if error > bound {
+            return Self { held_out, ..Self::of_each(sky, wavelengths, asked) };
+        }
+        let at = |(constituent, regressions): (Constituent, Vec<Regression>)| {
+            (constituent, between(&integral.optics, constituent, &computed, &regressions, wavelengths))
+        };
+        let fit = SpectrumFit::Regression(regressions.into_iter().map(at).collect());
+        Self { wavelengths: wavelengths.to_vec(), integral, fit, held_out }
+    }
+
+    /// That of wavelengths each of which is a band, with others where an observer of colours would miss them.
+    fn of_each(sky: &SkyPlan, wavelengths: &[f64], asked: &[f64]) -> Self {
+        let is_missed = |nm: &f64| asked.iter().all(|asked| (asked - nm).abs() > 0.5 * COLOUR_STEP);
+        let between = multiples(COLOUR_STEP, observer::START, observer::END).filter(is_missed);
+        let bands = sorted(asked.iter().copied().chain(between));
+        let fit = LinearFit { wavelengths: bands.clone(), interpolant: Interpolant::Segments, of_radiance: false };
+        let integral = at_bands(sky, SpectralFit::Linear(fit.clone()), bands);
+        Self { wavelengths: wavelengths.to_vec(), integral, fit: SpectrumFit::Linear(fit), held_out: None }
+    }
+
+    /// The colour rows of a spectral image: those of colour, then those of the spectrum.
+    pub fn rows(&self, sky: &SkyPlan) -> Vec<Vec4> {
+        let optics = &self.integral.optics;
+        match &self.fit {
+            SpectrumFit::Linear(fit) => {
+                [fit.folded(optics, sky.observer, &sky.space), fit.spectrum_rows(optics, &self.wavelengths)].concat()
+            }
+            SpectrumFit::Regression(regressions) => {
+                let (own, all) = (sky.integral.bands.len(), self.integral.bands.len());
+                let colour = beside_more_bands(&sky.colours().rows, own, all);
+                [colour, spectrum_rows(optics, &self.wavelengths, regressions)].concat()
+            }
+        }
+    }
+
+    /// Radiance at each wavelength in a direction (W·m⁻²·sr⁻¹·nm⁻¹); by a polynomial it may lie below zero.
+    pub fn radiance(&self, view: Vec3) -> Vec<f64> {
+        let optics = &self.integral.optics;
+        match &self.fit {
+            SpectrumFit::Linear(fit) => {
+                let at_bands = self.integral.transfer(view);
+                self.wavelengths.iter().map(|&wavelength| fit.radiance(optics, &at_bands, wavelength)).collect()
+            }
+            SpectrumFit::Regression(regressions) => {
+                let light = self.integral.light(view);
+                let of =
+                    |constituent: Constituent| self.integral.at_bands(light.iter().map(|&group| constituent.of(group)));
+                radiance(&self.integral, &self.wavelengths, regressions, view, of)
+            }
+        }
+    }
+}
+
+/// Radiance by regressions at their wavelengths in a direction, from the light of each constituent at the bands.
+fn radiance(
+    integral: &RayIntegral,
+    wavelengths: &[f64],
+    regressions: &[(Constituent, Vec<Regression>)],
+    view: Vec3,
+    light: impl Fn(Constituent) -> Vec<f64>,
+) -> Vec<f64> {
+    let (optics, phases) = (&integral.optics, integral.phases(view));
+    let mut transfer = vec![0.0; wavelengths.len()];
+    for (constituent, regressions) in regressions {
+        let at_bands = light(*constituent);
+        if at_bands.iter().all(|&value| value == 0.0) {
+            continue;
+        }
+        let logarithms: Vec<f64> = at_bands.iter().map(|value| value.max(DARKEST).ln()).collect();
+        let phase = f64::from(constituent.of(phases));
+        let highest = at_bands.iter().copied().fold(DARKEST, f64::max) * f64::from(SPECTRUM_RISE).exp();
+        for ((sum, regression), &wavelength) in transfer.iter_mut().zip(regressions).zip(wavelengths) {
+            let albedo = constituent.albedo(optics, wavelength);
+            *sum += phase * albedo * regression.value(&logarithms).min(highest);
+        }
+    }
+    transfer
+        .iter()
+        .zip(wavelengths)
+        .map(|(transfer, &wavelength)| transfer * optics.solar_irradiance(wavelength))
+        .collect()
+}
+
+/// The sky's light at its own bands and at others (nm).
+fn beside_own(sky: &SkyPlan, others: Vec<f64>) -> RayIntegral {
+    let bands = [sky.integral.wavelengths.clone(), others].concat();
+    if bands.len() == sky.integral.wavelengths.len() {
+        sky.integral.clone()
+    } else {
+        at_bands(sky, SpectralFit::Regression, bands)
+    }
+}
+
+/// The sky's light at bands (nm) of a fit.
+fn at_bands(sky: &SkyPlan, fit: SpectralFit, wavelengths: Vec<f64>) -> RayIntegral {
+    let RayIntegral { uniform, optics, variant, .. } = &sky.integral;
+    let bands = fit.bands(optics, &wavelengths);
+    let samples =
+        sky.scene.render.steps.unwrap_or_else(|| samples::per_piece(&sky.scene, uniform, optics, &bands, *variant));
+    let variant = variant & !variant::BANDS | fit.variant(wavelengths.len());
+    let quadrature = gauss_legendre(samples);
+    RayIntegral { wavelengths, bands, variant, quadrature, ..sky.integral.clone() }.with_spectral_light()
+}
+
+/// Those of [`BANDS`] (nm) that lie among wavelengths asked for, in order, and apart from some bands. What lies beyond moves to their ends.
+fn bands_beside(own: &[f64], asked: &[f64]) -> Vec<f64> {
+    let mut all = own.to_vec();
+    for band in BANDS.map(|band| band.clamp(asked[0], asked[asked.len() - 1])) {
+        if all.iter().all(|other| (other - band).abs() >= CLOSEST) {
+            all.push(band);
+        }
+    }
+    all.split_off(own.len())
+}
+
+/// Wavelengths (nm) at which training light is computed, increasing: the bands, and those asked for or, if these are too many, every
+/// [`STEP`] between them that is not close to a band.
+fn computed(bands: &[f64], asked: &[f64]) -> Vec<f64> {
+    let all = sorted(bands.iter().chain(asked).copied());
+    if all.len() <= MOST_COMPUTED {
+        return all;
+    }
+    let (first, last) = (asked[0], asked[asked.len() - 1]);
+    let is_apart = |nm: &f64| bands.iter().all(|band| (band - nm).abs() > 0.5 * STEP);
+    sorted(multiples(STEP, first, last).filter(is_apart).chain([first, last]).chain(bands.iter().copied()))
+}
+
+/// Where each of some wavelengths (nm) stands among others.
+fn places(wavelengths: &[f64], all: &[f64]) -> Vec<usize> {
+    wavelengths.iter().map(|nm| all.partition_point(|other| other < nm)).collect()
+}
+
+/// The regressions of each constituent at the computed wavelengths (nm), as rays teach them.
+fn regressions(training: &Training<'_>, computed: &[f64], mut rays: Rays) -> Vec<(Constituent, Vec<Regression>)> {
+    let bands = &training.integral.wavelengths;
+    let places = places(bands, computed);
+    let all = [bands, computed].concat();
+    let with_bands =
+        |spectrum: Vec<f64>| places.iter().map(|&place| spectrum[place]).chain(spectrum.iter().copied()).collect();
+    let of = |constituent: Constituent| {
+        // The light field is a cubic between its nodes, and can touch zero where it is dark: such rays teach nothing.
+        let is_lit = |spectrum: &Vec<f64>| spectrum.iter().all(|&value| value > DARKEST);
+        let spectra = std::mem::take(constituent.of_mut(&mut rays.spectra)).into_iter().flatten().filter(is_lit);
+        (constituent, training.chosen(constituent, spectra.map(with_bands).collect(), &all))
+    };
+    let examples: Vec<(Constituent, Examples)> = training.constituents().map(of).collect();
+    let regressed = |(constituent, examples): (Constituent, Examples)| {
+        let regressions = regress(&examples, 0..computed.len(), NOISE);
+        let at_bands: Vec<&Regression> = places.iter().map(|&place| &regressions[place]).collect();
+        let right = |(&nm, regression)| right_at_bands(regression, &at_bands, &lines(bands, nm));
+        (constituent, computed.iter().zip(&regressions).map(right).collect())
+    };
+    examples.into_par_iter().map(regressed).collect()
+}
+
+/// A regression to which the bands' own regressions add what they miss of the bands, by the weights of straight lines between them. The bands are
+/// right then, and what rays have that no other taught, such as what a lookup leaves, goes along.
+fn right_at_bands(regression: &Regression, at_bands: &[&Regression], weights: &[f64]) -> Regression {
+    let missed = |of: &dyn Fn(&Regression) -> f64| -> f64 {
+        at_bands.iter().zip(weights).map(|(at_band, weight)| weight * of(at_band)).sum()
+    };
+    let slope = |(band, slope): (usize, &f64)| slope + weights[band] - missed(&|at_band| at_band.slopes[band]);
+    Regression {
+        intercept: regression.intercept - missed(&|at_band| at_band.intercept),
+        slopes: regression.slopes.iter().enumerate().map(slope).collect(),
+    }
+}
+
+/// The weights of bands (nm, in any order) on the straight lines between them, level beyond their ends, at a wavelength (nm).
+fn lines(bands: &[f64], wavelength: f64) -> Vec<f64> {
+    let increasing = sorted(bands.iter().copied());
+    let weights = hats(&increasing, wavelength);
+    places(bands, &increasing).into_iter().map(|place| weights[place]).collect()
+}
+
+/// The regressions of a constituent at wavelengths (nm) between those at which they were computed. What of a spectrum's logarithm is not known
+/// goes with the optical depths, and a regression is linear in what it is made of.
+fn between(
+    optics: &Optics,
+    constituent: Constituent,
+    computed: &[f64],
+    regressions: &[Regression],
+    wavelengths: &[f64],
+) -> Vec<Regression> {
+    let known = |nm: f64| known(optics, constituent, nm).ln();
+    let at = |&nm: &f64| {
+        let Place { below, part } = Place::of(nm, computed);
+        let (low, high) = (&regressions[below], &regressions[below + 1]);
+        let mix = |low: f64, high: f64| low + part * (high - low);
+        let rest = mix(low.intercept - known(computed[below]), high.intercept - known(computed[below + 1]));
+        let slopes = low.slopes.iter().zip(&high.slopes).map(|(&low, &high)| mix(low, high)).collect();
+        Regression { intercept: known(nm) + rest, slopes }
+    };
+    wavelengths.iter().map(at).collect()
+}
+
+/// The largest error of regressions at computed wavelengths (nm) within those asked for, along rays from which they did not learn.
+fn error(
+    integral: &RayIntegral,
+    computed: &[f64],
+    regressions: &[(Constituent, Vec<Regression>)],
+    rays: &Rays,
+    asked: &[f64],
+) -> f64 {
+    let bands = places(&integral.wavelengths, computed);
+    let judged = places(&[asked[0], asked[asked.len() - 1]], computed);
+    let judged = judged[0]..judged[1] + 1;
+    let Parts { air, aerosol, multiple, ground } = &rays.spectra;
+    let spectra = Parts { air, aerosol, multiple, ground };
+    let mut worst = 0.0;
+    for (ray, &view) in rays.views.iter().enumerate() {
+        let seen = |constituent: Constituent| constituent.of(spectra)[ray].as_ref();
+        let at_bands = |constituent: Constituent| {
+            seen(constituent).map_or(Vec::new(), |spectrum| bands.iter().map(|&place| spectrum[place]).collect())
+        };
+        let found = radiance(integral, computed, regressions, view, at_bands);
+        let phases = integral.phases(view);
+        let truth = |i: usize| {
+            let of = |constituent: Constituent| {
+                let albedo = constituent.albedo(&integral.optics, computed[i]);
+                seen(constituent).map_or(0.0, |spectrum| spectrum[i] * albedo * f64::from(constituent.of(phases)))
+            };
+            Constituent::ALL.map(of).iter().sum::<f64>() * integral.optics.solar_irradiance(computed[i])
+        };
+        let truth: Vec<f64> = (0..computed.len()).map(truth).collect();
+        let peak = truth[judged.clone()].iter().copied().fold(0.0, f64::max);
+        for i in judged.clone().filter(|_| peak > 0.0) {
+            let error = (found[i] - truth[i]).abs() / truth[i].max(FLOOR * peak);
+            worst = f64::max(worst, if error.is_nan() { f64::INFINITY } else { error });
+        }
+    }
+    worst
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::direction;
+    use crate::scene::{Fit, Preset, Rgb, Scene};
+
+    fn sky(change: impl FnOnce(&mut Scene)) -> SkyPlan {
+        let mut scene = Scene::preset(Preset::Standard);
+        change(&mut scene);
+        SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb)
+    }
+
+    fn every(step: f64, first: f64, last: f64) -> Vec<f64> {
+        multiples(step, first, last).collect()
+    }
+
+    #[test]
+    fn bands_lie_among_the_wavelengths_that_are_asked_for_and_apart() {
+        let own = [433.0, 525.0, 564.0, 632.0];
+        assert_eq!(bands_beside(&own, &[360.0, 830.0]), BANDS);
+        let fewer = bands_beside(&own, &[400.0, 700.0]);
+        assert_eq!(fewer, [400.0, 480.0, 600.0, 665.0, 700.0]);
+        assert!(bands_beside(&own, &[432.0, 437.0]).is_empty());
+    }
+
+    #[test]
+    fn a_scene_that_names_its_bands_or_its_fit_keeps_them() {
+        let wavelengths = every(10.0, 380.0, 780.0);
+        let given = vec![400.0, 470.0, 540.0, 610.0, 700.0];
+        let own = sky(|scene| scene.render.bands = Some(given.clone()));
+        assert_eq!(SpectralPlan::new(&own, &wavelengths).integral.wavelengths, given);
+        let cubic = sky(|scene| scene.render.fit = Fit::Cubic);
+        assert!(matches!(SpectralPlan::new(&cubic, &wavelengths).fit, SpectrumFit::Linear(_)));
+        let night = sky(|scene| scene.sun.elevation = -40.0);
+        let dark = SpectralPlan::new(&night, &wavelengths).radiance(Vec3::Z);
+        assert_eq!(dark, vec![0.0; wavelengths.len()]);
+    }
+
+    #[test]
+    fn where_a_fit_will_not_do_each_wavelength_is_integrated_and_colour_stays() {
+        let sky = sky(|scene| scene.sun.elevation = 15.0);
+        let asked = every(25.0, 375.0, 825.0);
+        let (each, fitted) = (SpectralPlan::of_each(&sky, &asked, &asked), SpectralPlan::new(&sky, &asked));
+        assert!(matches!(each.fit, SpectrumFit::Linear(_)) && matches!(fitted.fit, SpectrumFit::Regression(_)));
+        let view = direction(20.0, 60.0).as_vec3();
+        for (each, fitted) in each.radiance(view).into_iter().zip(fitted.radiance(view)) {
+            assert!((fitted / each - 1.0).abs() < BOUND_BY_DAY, "{fitted}, {each}");
+        }
+        let [rows, colour] = [&each.rows(&sky), &sky.colour].map(|rows| rows.len());
+        assert!(rows > colour);
+        let of_colour = |plan: &SpectralPlan| {
+            let transfer = plan.integral.transfer(view);
+            let rows = plan.rows(&sky);
+            let groups = plan.integral.bands.len();
+            let channel = |channel: usize| -> f64 {
+                let weight = |band: usize| f64::from(rows[3 * (band / 4) + channel][band % 4]);
+                (0..groups * 4).map(|band| weight(band) * transfer.get(band).copied().unwrap_or(0.0)).sum()
+            };
+            Vec3::from_array([0, 1, 2].map(|i| channel(i) as f32))
+        };
+        let (found, expected) = (of_colour(&each), sky.radiance(view));
+        // Straight lines over 20 nm at most.
+        assert!((found - expected).abs().max_element() < 0.02 * expected.max_element(), "{found}, {expected}");
+    }
+
+    #[test]
+    fn wavelengths_between_those_computed_have_regressions_between_theirs() {
+        let optics = &sky(|_| {}).integral.optics;
+        let computed = [500.0, 505.0];
+        let regression = |nm: f64| Regression {
+            intercept: known(optics, Constituent::Air, nm).ln() - 2.0,
+            slopes: vec![0.25 + 0.01 * (nm - 500.0); 4],
+        };
+        let found =
+            &between(optics, Constituent::Air, &computed, &computed.map(regression), &[500.0, 502.5, 505.0])[..];
+        for (found, nm) in found.iter().zip([500.0, 502.5, 505.0]) {
+            assert!((found.intercept - regression(nm).intercept).abs() < 1e-12, "{nm}");
+        }
+        // Half way in the fourth power of the wavelength is hardly off half way.
+        assert!((found[1].slopes[0] - 0.275).abs() < 1e-3 && found[2].slopes[0] == 0.3, "{:?}", found[1]);
+    }
+}

@@ -28,7 +28,7 @@ use crate::math::{exp, fetch, ln4, max, max4, min};
 ///
 /// With increasing wavelengths `Λ` is as small as the problem itself allows but for a constant; other orders lose more. It grows as
 /// the inverse cube of the spacing: rounding a value at one of the bands does the same to the exact cubic.
-#[inline]
+#[inline(always)]
 pub fn newton_coefficients(wavelengths: Vec4, values: Vec4) -> Vec4 {
     let d01 = (values.y - values.x) / (wavelengths.y - wavelengths.x);
     let d12 = (values.z - values.y) / (wavelengths.z - wavelengths.y);
@@ -93,7 +93,7 @@ impl Logarithms {
     /// Those of the integral at the bands, of which those past the fourth are looked at if there are `more_than_four`. With `solve`, the
     /// Newton coefficients of `ln X` at the first four bands ([`newton_coefficients`]) take the place of the values themselves, so that the
     /// 4×4 system is solved at every pixel; `wavelengths` are the normalised ones of those bands.
-    #[inline]
+    #[inline(always)]
     pub fn new(bands: Octet, more_than_four: bool, wavelengths: Vec4, solve: bool) -> Self {
         let first = ln4(max4(bands.first, DARKEST));
         let mut second = Vec4::ZERO;
@@ -112,7 +112,7 @@ impl Logarithms {
 
     /// X at an observer node: `exp(c + b · ln X)`, whose `b` stands in the colour rows `row` and `row + 1`, at most `rise`
     /// logarithms above the brightest band. Without light it is what follows from [`DARKEST`].
-    #[inline]
+    #[inline(always)]
     fn value(&self, colour: &[Vec4], row: usize, c: f32, rise: f32) -> f32 {
         let exponent = c + fetch(colour, row).dot(self.first) + fetch(colour, row + 1).dot(self.second);
         exp(min(exponent, self.highest + rise))
@@ -127,7 +127,7 @@ impl Logarithms {
 ///
 /// Each node has three colour rows: `b_q` for the first four bands and for the next four, and (`c_q`, red, green, blue). All bands at
 /// zero give exactly zero.
-#[inline]
+#[inline(always)]
 pub fn regression_rgb(colour: &[Vec4], first_node: u32, nodes: u32, logarithms: &Logarithms) -> Vec3 {
     let mut rgb = Vec3::ZERO;
     let mut q = 0;

@@ -7,13 +7,13 @@
 use crate::math::safe_sqrt;
 
 /// The place of an azimuth from the sun, given by its cosine, from 0 towards the sun to 1 away from it.
-#[inline]
+#[inline(always)]
 pub fn place_of_azimuth(cosine: f32) -> f32 {
     safe_sqrt(0.5 - 0.5 * cosine)
 }
 
 /// The cosine of the azimuth from the sun at a place.
-#[inline]
+#[inline(always)]
 pub fn cosine_at_place(place: f32) -> f32 {
     1.0 - 2.0 * place * place
 }

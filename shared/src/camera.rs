@@ -42,13 +42,13 @@ pub struct PixelView {
 
 /// The view through the centre of the pixel at (`column`, `row`), counted from the top left, in the projection
 /// [`EQUIRECTANGULAR`], [`FISHEYE`] or [`PERSPECTIVE`].
-#[inline]
+#[inline(always)]
 pub fn pixel_view(camera: &Camera, projection: u32, column: u32, row: u32) -> PixelView {
     position_view(camera, projection, Vec2::new(column as f32 + 0.5, row as f32 + 0.5))
 }
 
 /// The view through a position of the image, in pixels from its top left corner.
-#[inline]
+#[inline(always)]
 pub fn position_view(camera: &Camera, projection: u32, position: Vec2) -> PixelView {
     let size = Vec2::new(camera.width as f32, camera.height as f32);
     if projection == EQUIRECTANGULAR {
@@ -66,7 +66,7 @@ pub fn position_view(camera: &Camera, projection: u32, position: Vec2) -> PixelV
 
 /// Solid angle per area of the image at a position (pixels from the top left corner), to a factor that is one for the whole image:
 /// cos(elevation), sin(θ)/θ or cos³(θ), with θ the angle from the forward direction.
-#[inline]
+#[inline(always)]
 pub fn solid_angle_density(camera: &Camera, projection: u32, position: Vec2) -> f32 {
     let direction = position_view(camera, projection, position).direction;
     let forward = Vec3::new(camera.forward.x, camera.forward.y, camera.forward.z);
@@ -82,7 +82,7 @@ pub fn solid_angle_density(camera: &Camera, projection: u32, position: Vec2) -> 
 }
 
 /// `position` in [0, 1]² from the top left. Azimuth grows to the right, clockwise from the camera's.
-#[inline]
+#[inline(always)]
 fn equirectangular(camera: &Camera, position: Vec2) -> Vec3 {
     let (sin_azimuth, cos_azimuth) = sin_cos((position.x - 0.5) * 2.0 * PI);
     let (sin_elevation, cos_elevation) = sin_cos(elevation(position.y));
@@ -92,19 +92,19 @@ fn equirectangular(camera: &Camera, position: Vec2) -> Vec3 {
 }
 
 /// The elevation (radians) at a height of the image, in [0, 1] from its top.
-#[inline]
+#[inline(always)]
 fn elevation(y: f32) -> f32 {
     (0.5 - y) * PI
 }
 
 /// The elevation (radians) that an equirectangular image has at a height (pixels from its top).
-#[inline]
+#[inline(always)]
 pub fn equirectangular_elevation(camera: &Camera, y: f32) -> f32 {
     elevation(y / camera.height as f32)
 }
 
 /// `position` in units of the circle's radius.
-#[inline]
+#[inline(always)]
 fn fisheye(camera: &Camera, position: Vec2) -> PixelView {
     let radius = sqrt(position.x * position.x + position.y * position.y);
     let covered = radius <= 1.0;
@@ -117,7 +117,7 @@ fn fisheye(camera: &Camera, position: Vec2) -> PixelView {
 }
 
 /// `position` in units of half the image's width.
-#[inline]
+#[inline(always)]
 fn perspective(camera: &Camera, position: Vec2) -> Vec3 {
     let plane = position * camera.half_field;
     let v = camera.forward + camera.right * plane.x + camera.up * plane.y;

@@ -17,7 +17,7 @@ pub struct Stencil {
 /// The stencil at a position among `count` values, four at least; one-sided at the ends.
 ///
 /// Lagrange's polynomials on the nodes 0, 1, 2 and 3.
-#[inline]
+#[inline(always)]
 pub fn stencil(position: f32, count: u32) -> Stencil {
     let first = clamp(floor(position) - 1.0, 0.0, (count - 4) as f32);
     let a = position - first;

@@ -29,7 +29,7 @@ use crate::variant;
 ///
 /// With increasing wavelengths `Λ` is as small as the problem itself allows but for a constant; other orders lose more. It grows as
 /// the inverse cube of the spacing: rounding a value at one of the bands does the same to the exact cubic.
-#[inline]
+#[inline(always)]
 pub fn newton_coefficients(wavelengths: Vec4, values: Vec4) -> Vec4 {
     let d01 = (values.y - values.x) / (wavelengths.y - wavelengths.x);
     let d12 = (values.z - values.y) / (wavelengths.z - wavelengths.y);
@@ -112,7 +112,7 @@ pub struct Logarithms {
 impl Logarithms {
     /// Those of the integral at the bands, as many as the variant has. With `solve`, the Newton coefficients of `ln X` at the first four bands ([`newton_coefficients`]) take the place of the values themselves, so that the
     /// 4×4 system is solved at every pixel; `wavelengths` are the normalised ones of those bands.
-    #[inline]
+    #[inline(always)]
     pub fn new(bands: Dozen, wavelengths: Vec4, solve: bool, variant: u32) -> Self {
         let first = ln4(max4(bands.first, DARKEST));
         let (mut second, mut third) = (Vec4::ZERO, Vec4::ZERO);
@@ -139,7 +139,7 @@ impl Logarithms {
 
     /// X at an observer node: `exp(c + b · ln X)`, whose `b` begins in the colour row `row`, at most `rise` logarithms above the
     /// brightest band. Without light it is what follows from [`DARKEST`].
-    #[inline]
+    #[inline(always)]
     fn value(&self, colour: &[Vec4], row: usize, c: f32, rise: f32, variant: u32) -> f32 {
         let mut exponent = c + fetch(colour, row).dot(self.first);
         if variant & variant::MORE_THAN_FOUR != 0 {
@@ -160,7 +160,7 @@ impl Logarithms {
 ///
 /// Each node has [`rows_per_node`]: `b_q` for each group of four bands, and (`c_q`, red, green, blue). All bands at zero give exactly
 /// zero.
-#[inline]
+#[inline(always)]
 pub fn regression_rgb(colour: &[Vec4], first_node: u32, nodes: u32, logarithms: &Logarithms, variant: u32) -> Vec3 {
     let rows = rows_per_node(variant);
     let mut rgb = Vec3::ZERO;

@@ -47,7 +47,7 @@ pub struct Interval {
 
 impl Ray {
     /// The ray from `altitude` (km) along the unit vector `view`, with the sun along the unit vector `sun`.
-    #[inline]
+    #[inline(always)]
     pub fn new(altitude: f32, view: Vec3, sun: Vec3) -> Self {
         let nu = view.dot(sun);
         let cross = view.cross(sun);

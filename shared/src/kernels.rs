@@ -24,14 +24,13 @@ pub const LOOKUP_WORKGROUP: u32 = 64;
 pub const SENTINEL: u32 = 0x7fff_ffff;
 
 /// Stores a pixel's linear RGB as the variant's [`PixelFormat`] says; `row` counts from the dispatch's first row.
-#[inline]
+#[inline(always)]
 pub fn store_rgb(uniform: &Uniform, output: &mut [u32], column: u32, row: u32, rgb: Vec3, variant: u32) {
     let index = index(uniform, column, row);
     let format = variant::pixel_format(variant);
     if format == PixelFormat::Picture as u32 {
-        let is_dithered = variant & variant::DITHER != 0;
-        let threshold = if is_dithered { dither(column, uniform.first_row + row) } else { NEAREST };
-        store(output, index as usize, srgb8(rgb, uniform.exposure, threshold));
+        let word = picture_word(uniform, column, uniform.first_row + row, rgb, variant);
+        store(output, index as usize, word);
     } else if format == PixelFormat::HalfRgb as u32 {
         let at = 2 * index as usize;
         store(output, at, half_bits(rgb.x) | (half_bits(rgb.y) << 16));
@@ -48,8 +47,15 @@ pub fn store_rgb(uniform: &Uniform, output: &mut [u32], column: u32, row: u32, r
     }
 }
 
+/// A picture's word of a pixel's linear RGB; `row` counts from the image's top.
+#[inline(always)]
+pub fn picture_word(uniform: &Uniform, column: u32, row: u32, rgb: Vec3, variant: u32) -> u32 {
+    let is_dithered = variant & variant::DITHER != 0;
+    srgb8(rgb, uniform.exposure, if is_dithered { dither(column, row) } else { NEAREST })
+}
+
 /// Stores a pixel's radiance at a group of four bands (W·m⁻²·sr⁻¹·nm⁻¹); the groups of a pixel follow each other.
-#[inline]
+#[inline(always)]
 pub fn store_radiance(output: &mut [u32], index: u32, groups: u32, group: u32, radiance: Vec4) {
     let at = 4 * (index * groups + group) as usize;
     store(output, at, radiance.x.to_bits());
@@ -59,13 +65,13 @@ pub fn store_radiance(output: &mut [u32], index: u32, groups: u32, group: u32, r
 }
 
 /// The view through a pixel; `row` counts from the dispatch's first row.
-#[inline]
+#[inline(always)]
 pub fn view(uniform: &Uniform, column: u32, row: u32, variant: u32) -> PixelView {
     pixel_view(&uniform.camera, variant::projection(variant), column, uniform.first_row + row)
 }
 
 /// Kernel `radiance`: a pixel's radiance at every band, nothing more. This is where the paper's own GPU part ends.
-#[inline]
+#[inline(always)]
 pub fn radiance_pixel(
     uniform: &Uniform,
     buffers: Buffers<'_>,
@@ -89,7 +95,7 @@ pub fn radiance_pixel(
 
 /// Kernels `sky_linear`, `sky_solve`, `sky_regression` and `sky_regression_solve`: the sky's colour at a pixel by a fit of the
 /// kind [`crate::sky`] names, integrated at the pixel itself, and stored.
-#[inline]
+#[inline(always)]
 pub fn sky_pixel(
     uniform: &Uniform,
     buffers: Buffers<'_>,
@@ -112,7 +118,7 @@ pub fn sky_pixel(
 
 /// Kernels `spectrum_linear` and `spectrum_regression`: linear RGB and the radiance at every wavelength of a spectral image, see
 /// [`spectral`], integrated at the pixel itself, and stored.
-#[inline]
+#[inline(always)]
 pub fn spectrum_pixel(
     uniform: &Uniform,
     buffers: Buffers<'_>,
@@ -132,20 +138,20 @@ pub fn spectrum_pixel(
 }
 
 /// Kernels `lookup_linear` and `lookup_regression`: the colours of an entry of the sky lookup.
-#[inline]
+#[inline(always)]
 pub fn lookup_colours(uniform: &Uniform, buffers: Buffers<'_>, entry: u32, fit: u32, variant: u32) -> Constituents {
     constituents(uniform, buffers, lookup::entry_view(uniform, entry, variant), fit, variant)
 }
 
 /// Invocations of the kernel `sky_lookup` for a row: one for a pixel, or for a run of them.
-#[inline]
+#[inline(always)]
 pub fn lookup_invocations(uniform: &Uniform, variant: u32) -> u32 {
     if variant & variant::RUNS != 0 { uniform.camera.width / RUN } else { uniform.camera.width }
 }
 
 /// Kernel `sky_lookup`: the sky's colour from the sky lookup at a pixel, or at a run of pixels in a row, stored. `column` counts what an
 /// invocation does.
-#[inline]
+#[inline(always)]
 pub fn lookup_pixel(
     uniform: &Uniform,
     colour: &[Vec4],
@@ -168,7 +174,8 @@ pub fn lookup_pixel(
             }
             return;
         }
-        let place = lookup::along_row(uniform, entries, direction, whole_row, variant);
+        let place = lookup::row_place(uniform, direction);
+        let place = lookup::along_row(uniform, entries, place, whole_row, variant);
         let mut pixel = first;
         while pixel < first + RUN {
             let direction = view(uniform, pixel, row, variant).direction;
@@ -188,7 +195,7 @@ pub fn lookup_pixel(
 }
 
 /// Stores a colour of the sky, with the sun's disc before it.
-#[inline]
+#[inline(always)]
 fn store_looked_up(
     uniform: &Uniform,
     colour: &[Vec4],
@@ -206,7 +213,7 @@ fn store_looked_up(
 }
 
 /// Where a pixel stands in the output of its dispatch, in pixels.
-#[inline]
+#[inline(always)]
 fn index(uniform: &Uniform, column: u32, row: u32) -> u32 {
     row * uniform.row_pixels + column
 }

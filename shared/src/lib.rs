@@ -31,6 +31,7 @@
 //! | [`environment`] | environment maps: their smaller levels, and their irradiance in spherical harmonics |
 //! | [`kernels`] | the door: one function per kernel |
 //! | [`arithmetic`] | a kernel that measures how fast a device multiplies and adds |
+//! | `block` | the kernels for the CPU: pixels of a row, a block at a time; not for SPIR-V |
 //!
 //! # Conventions
 //!
@@ -65,6 +66,7 @@
 //! | regression fit | the fit by a regression on the scene's own rays (flag value `extinction`) |
 //! | linear fit | a fit whose colour is linear in the transfer at the bands: one matrix |
 //! | colour rows | the rows of numbers that turn bands into a colour: a matrix, or observer nodes; the disc's grid follows them |
+//! | block | neighbouring pixels of a row, or entries of a lookup, that the CPU computes together; each is a *lane* |
 //! | sky lookup | the small grid of directions that pixels are interpolated from (flag value `table`) |
 //! | spectral table | values over wavelength, as in a CSV file |
 //! | uniform | what every pixel of a dispatch shares; a *frame* is one image of a sequence |
@@ -77,6 +79,8 @@ pub use spirv_std::glam;
 
 pub mod arithmetic;
 pub mod azimuth;
+#[cfg(not(target_arch = "spirv"))]
+pub mod block;
 pub mod camera;
 pub mod cubic;
 pub mod disc;

@@ -22,13 +22,13 @@ use crate::variant;
 const HORIZON_MARGIN: f32 = 1e-5;
 
 /// Colours of an entry: air, aerosol, and the rest where there is any.
-#[inline]
+#[inline(always)]
 pub fn colours_per_entry(variant: u32) -> u32 {
     if variant & variant::REST != 0 { 3 } else { 2 }
 }
 
 /// Stores the colours of an entry.
-#[inline]
+#[inline(always)]
 pub fn store_entry(lookup: &mut [Vec4], entry: u32, colours: Constituents, variant: u32) {
     let at = (colours_per_entry(variant) * entry) as usize;
     store(lookup, at, colours.air.extend(0.0));
@@ -39,14 +39,14 @@ pub fn store_entry(lookup: &mut [Vec4], entry: u32, colours: Constituents, varia
 }
 
 /// Entries of the sky lookup, each of some colours; see [`colours_per_entry`].
-#[inline]
+#[inline(always)]
 pub fn entries(uniform: &Uniform) -> u32 {
     (uniform.lookup_above + uniform.lookup_below) * uniform.lookup_azimuths
 }
 
 /// The direction of an entry, for position `x` in [0, 1] from the horizon to the zenith (`above`) or the nadir, and cosine
 /// `c` of the azimuth from the sun.
-#[inline]
+#[inline(always)]
 pub fn grid_view(uniform: &Uniform, above: bool, x: f32, c: f32) -> Vec3 {
     let from_horizon = max(x * x, 0.0);
     let elevation = if above {
@@ -58,7 +58,7 @@ pub fn grid_view(uniform: &Uniform, above: bool, x: f32, c: f32) -> Vec3 {
 }
 
 /// The direction at an elevation (radians), for the cosine `c` of the azimuth from the sun.
-#[inline]
+#[inline(always)]
 fn towards(uniform: &Uniform, elevation: f32, c: f32) -> Vec3 {
     let (sine, cosine) = sin_cos(elevation);
     let s = safe_sqrt(1.0 - c * c);
@@ -66,13 +66,13 @@ fn towards(uniform: &Uniform, elevation: f32, c: f32) -> Vec3 {
     Vec3::new(cosine * (c * to_sun.x + s * across.x), cosine * (c * to_sun.y + s * across.y), sine)
 }
 
-#[inline]
+#[inline(always)]
 fn margin(uniform: &Uniform) -> f32 {
     if uniform.altitude > 0.0 { HORIZON_MARGIN } else { 0.0 }
 }
 
 /// The direction of the entry with this index.
-#[inline]
+#[inline(always)]
 pub fn entry_view(uniform: &Uniform, entry: u32, variant: u32) -> Vec3 {
     let row = entry / uniform.lookup_azimuths;
     let column = entry - row * uniform.lookup_azimuths;
@@ -92,26 +92,26 @@ pub const RUN: u32 = 4;
 
 /// Linear RGB of the sky in a direction, from the sky lookup: colours of air and aerosol between its entries, exact phase functions.
 /// `row` is that of the whole image.
-#[inline]
+#[inline(always)]
 pub fn sky_from_lookup(uniform: &Uniform, lookup: &[Vec4], view: Vec3, row: u32, variant: u32) -> Vec3 {
     if is_on_ground(view, variant) {
         return ground_beneath(uniform, variant);
     }
     if variant::projection(variant) == EQUIRECTANGULAR {
-        sky_along_row(uniform, along_row(uniform, lookup, view, row, variant), view, variant)
+        sky_along_row(uniform, along_row(uniform, lookup, row_place(uniform, view), row, variant), view, variant)
     } else {
         sky_in_grid(uniform, lookup, view, variant)
     }
 }
 
 /// Whether a view ends on the ground where it begins.
-#[inline]
+#[inline(always)]
 pub fn is_on_ground(view: Vec3, variant: u32) -> bool {
     (variant & variant::DESCENT == 0) & (view.z < 0.0)
 }
 
 /// Linear RGB of the ground on which the observer stands.
-#[inline]
+#[inline(always)]
 pub fn ground_beneath(uniform: &Uniform, variant: u32) -> Vec3 {
     if variant & variant::GROUND != 0 { rgb(uniform.ground) } else { Vec3::ZERO }
 }
@@ -119,20 +119,42 @@ pub fn ground_beneath(uniform: &Uniform, variant: u32) -> Vec3 {
 /// Colours at a place in a row of the lookup, and how they change from column to column.
 #[derive(Clone, Copy)]
 pub struct AlongRow {
-    column: f32,
-    air: Vec4,
-    air_slope: Vec4,
-    aerosol: Vec4,
-    aerosol_slope: Vec4,
-    rest: Vec4,
-    rest_slope: Vec4,
+    /// Columns from the sun's azimuth.
+    pub column: f32,
+    /// Colour of air; `w` unused, here and below.
+    pub air: Vec4,
+    /// Its change per column.
+    pub air_slope: Vec4,
+    /// Colour of aerosol.
+    pub aerosol: Vec4,
+    /// Its change per column.
+    pub aerosol_slope: Vec4,
+    /// Colour of the rest.
+    pub rest: Vec4,
+    /// Its change per column.
+    pub rest_slope: Vec4,
 }
 
-/// The place of a direction in an image's row.
-#[inline]
-pub fn along_row(uniform: &Uniform, lookup: &[Vec4], view: Vec3, row: u32, variant: u32) -> AlongRow {
+/// Where a direction is in its row of the lookup.
+#[derive(Clone, Copy)]
+pub struct RowPlace {
+    /// Columns from the sun's azimuth.
+    pub column: f32,
+    /// The entries about it.
+    pub near: Stencil,
+}
+
+/// Where a direction is in its row of the lookup.
+#[inline(always)]
+pub fn row_place(uniform: &Uniform, view: Vec3) -> RowPlace {
     let column = columns_from_sun(uniform, view);
-    let near = stencil(column, uniform.lookup_azimuths);
+    RowPlace { column, near: stencil(column, uniform.lookup_azimuths) }
+}
+
+/// The colours at a place in an image's row.
+#[inline(always)]
+pub fn along_row(uniform: &Uniform, lookup: &[Vec4], place: RowPlace, row: u32, variant: u32) -> AlongRow {
+    let RowPlace { column, near } = place;
     let colours = colours_per_entry(variant) as usize;
     let at = colours * (row * uniform.lookup_azimuths + near.first) as usize;
     let (air, air_slope) = cubic(lookup, at, colours, near);
@@ -148,7 +170,7 @@ pub fn along_row(uniform: &Uniform, lookup: &[Vec4], view: Vec3, row: u32, varia
 }
 
 /// A colour and its slope between four entries of so many colours.
-#[inline]
+#[inline(always)]
 fn cubic(lookup: &[Vec4], at: usize, colours: usize, near: Stencil) -> (Vec4, Vec4) {
     let (a, b) = (fetch(lookup, at), fetch(lookup, at + colours));
     let (c, d) = (fetch(lookup, at + 2 * colours), fetch(lookup, at + 3 * colours));
@@ -159,8 +181,14 @@ fn cubic(lookup: &[Vec4], at: usize, colours: usize, near: Stencil) -> (Vec4, Ve
 }
 
 /// Linear RGB of the sky in a direction in a row, at a place or just beside it.
-#[inline]
+#[inline(always)]
 pub fn sky_along_row(uniform: &Uniform, place: AlongRow, view: Vec3, variant: u32) -> Vec3 {
+    coloured(uniform, row_constituents(uniform, place, view, variant), view, variant)
+}
+
+/// Colours of the constituents in a direction in a row, at a place or just beside it.
+#[inline(always)]
+pub fn row_constituents(uniform: &Uniform, place: AlongRow, view: Vec3, variant: u32) -> Constituents {
     let beside = columns_from_sun(uniform, view) - place.column;
     let air = rgb(place.air + place.air_slope * beside);
     let mut aerosol = Vec3::ZERO;
@@ -171,12 +199,30 @@ pub fn sky_along_row(uniform: &Uniform, place: AlongRow, view: Vec3, variant: u3
     if variant & variant::REST != 0 {
         rest = rgb(place.rest + place.rest_slope * beside);
     }
-    coloured(uniform, Constituents { air, aerosol, rest }, view, variant)
+    Constituents { air, aerosol, rest }
 }
 
-/// Linear RGB of the sky in a direction, between four entries of a lookup that does not have the rows of its image.
-#[inline]
+/// Linear RGB of the sky in a direction, from a lookup that does not have the rows of its image.
+#[inline(always)]
 fn sky_in_grid(uniform: &Uniform, lookup: &[Vec4], view: Vec3, variant: u32) -> Vec3 {
+    let place = grid_place(uniform, view, variant);
+    coloured(uniform, grid_constituents(uniform, lookup, place, variant), view, variant)
+}
+
+/// A place between four entries of a lookup that does not have the rows of its image.
+#[derive(Clone, Copy)]
+pub struct GridPlace {
+    /// The entry before it in the row before it.
+    pub entry: u32,
+    /// How far it is from that entry to the next in the row, in [0, 1].
+    pub across: f32,
+    /// How far it is from that row to the next, in [0, 1].
+    pub down: f32,
+}
+
+/// The place of a direction.
+#[inline(always)]
+pub fn grid_place(uniform: &Uniform, view: Vec3, variant: u32) -> GridPlace {
     let elevation = 0.5 * PI - acos(view.z);
     let above = (variant & variant::DESCENT == 0) | (elevation >= uniform.horizon);
     let (from_horizon, first_row, rows) = if above {
@@ -188,10 +234,17 @@ fn sky_in_grid(uniform: &Uniform, lookup: &[Vec4], view: Vec3, variant: u32) -> 
     let x = columns_from_sun(uniform, view);
     let row = min(floor(y), (rows - 2) as f32);
     let column = min(floor(x), (uniform.lookup_azimuths - 2) as f32);
+    let entry = (first_row + row as u32) * uniform.lookup_azimuths + column as u32;
+    GridPlace { entry, across: x - column, down: y - row }
+}
+
+/// Colours of the constituents at a place.
+#[inline(always)]
+pub fn grid_constituents(uniform: &Uniform, lookup: &[Vec4], place: GridPlace, variant: u32) -> Constituents {
     let colours = colours_per_entry(variant) as usize;
-    let entry = colours * ((first_row + row as u32) * uniform.lookup_azimuths + column as u32) as usize;
+    let entry = colours * place.entry as usize;
     let below = entry + colours * uniform.lookup_azimuths as usize;
-    let (fx, fy) = (x - column, y - row);
+    let (fx, fy) = (place.across, place.down);
     let air = bilinear(lookup, entry, below, colours, fx, fy);
     let mut aerosol = Vec3::ZERO;
     if variant & variant::AEROSOL != 0 {
@@ -201,30 +254,30 @@ fn sky_in_grid(uniform: &Uniform, lookup: &[Vec4], view: Vec3, variant: u32) -> 
     if variant & variant::REST != 0 {
         rest = bilinear(lookup, entry + 2, below + 2, colours, fx, fy);
     }
-    coloured(uniform, Constituents { air, aerosol, rest }, view, variant)
+    Constituents { air, aerosol, rest }
 }
 
 /// Linear RGB of the sky in a direction from what was looked up for it.
-#[inline]
+#[inline(always)]
 fn coloured(uniform: &Uniform, constituents: Constituents, view: Vec3, variant: u32) -> Vec3 {
     with_phases(uniform, constituents, ScatteringAngle::between(view, uniform.sun.truncate()), variant)
 }
 
 /// Columns of the lookup between the sun's azimuth and a direction's.
-#[inline]
+#[inline(always)]
 fn columns_from_sun(uniform: &Uniform, view: Vec3) -> f32 {
     place_of_azimuth(cosine_from_sun(uniform, view)) * (uniform.lookup_azimuths - 1) as f32
 }
 
 /// The colour between four entries of so many colours, given the first of each of their two rows.
-#[inline]
+#[inline(always)]
 fn bilinear(lookup: &[Vec4], upper: usize, lower: usize, colours: usize, fx: f32, fy: f32) -> Vec3 {
     let left = mix(fetch(lookup, upper), fetch(lookup, lower), fy);
     let right = mix(fetch(lookup, upper + colours), fetch(lookup, lower + colours), fy);
     rgb(mix(left, right, fx))
 }
 
-#[inline]
+#[inline(always)]
 fn rgb(colour: Vec4) -> Vec3 {
     Vec3::new(colour.x, colour.y, colour.z)
 }

@@ -22,7 +22,7 @@ pub fn fetch<T: Copy>(buffer: &[T], index: usize) -> T {
 }
 
 /// Stores `value` as element `index` of a buffer; see [`fetch`].
-#[inline]
+#[inline(always)]
 pub fn store<T: Copy>(buffer: &mut [T], index: usize, value: T) {
     #[cfg(target_arch = "spirv")]
     // SAFETY: as in `fetch`.
@@ -107,7 +107,7 @@ pub fn sqrt(x: f32) -> f32 {
 }
 
 /// The largest integer not above `x`.
-#[inline]
+#[inline(always)]
 pub fn floor(x: f32) -> f32 {
     #[cfg(target_arch = "spirv")]
     return libm::floorf(x);
@@ -246,7 +246,7 @@ pub fn max4(x: Vec4, low: f32) -> Vec4 {
 ///
 /// The GPU's own instructions are only good to 2⁻¹¹ by the Vulkan specification, too coarse for a direction. The
 /// polynomials are those of Cephes' `sinf` and `cosf` (Moshier 1992) on `|r| <= π/4`.
-#[inline]
+#[inline(always)]
 pub fn sin_cos(x: f32) -> (f32, f32) {
     let quadrant = floor(x * core::f32::consts::FRAC_2_PI + 0.5);
     // π/2 in two parts, so that the subtraction is exact for the few quadrants allowed.
@@ -269,7 +269,7 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
 /// The angle in `[0, π]` whose cosine is `x`, to 4.5e-7 radians on every device.
 ///
 /// Hastings' polynomial (Abramowitz and Stegun 1964, 4.4.46). The GPU's own instruction is only good to 4096 ULP.
-#[inline]
+#[inline(always)]
 pub fn acos(x: f32) -> f32 {
     let y = min(if x < 0.0 { -x } else { x }, 1.0);
     let high = ((-1.262_491_1e-3 * y + 6.670_09e-3) * y - 1.708_812_6e-2) * y + 3.089_188_1e-2;
@@ -279,7 +279,7 @@ pub fn acos(x: f32) -> f32 {
 }
 
 /// The bits of the half float nearest to `x >= 0` (IEEE 754 binary16, ties to even); beyond its largest number, 65504, that.
-#[inline]
+#[inline(always)]
 pub fn half_bits(x: f32) -> u32 {
     const LARGEST: f32 = 65504.0;
     /// 2⁻¹⁴: below this the exponent stays and the step is 2⁻²⁴.
@@ -296,7 +296,7 @@ pub fn half_bits(x: f32) -> u32 {
 }
 
 /// `a + (b - a) t`.
-#[inline]
+#[inline(always)]
 pub fn mix(a: Vec4, b: Vec4, t: f32) -> Vec4 {
     a + (b - a) * t
 }

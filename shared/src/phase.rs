@@ -15,13 +15,13 @@ pub struct ScatteringAngle {
 
 impl ScatteringAngle {
     /// The angle between a ray and the sun.
-    #[inline]
+    #[inline(always)]
     pub fn of_ray(ray: Ray) -> Self {
         Self { cosine: ray.nu, sine_squared: ray.one_minus_nu_squared }
     }
 
     /// The angle between the unit vectors along the view and towards the sun.
-    #[inline]
+    #[inline(always)]
     pub fn between(view: Vec3, sun: Vec3) -> Self {
         let cross = view.cross(sun);
         Self { cosine: view.dot(sun), sine_squared: cross.dot(cross) }
@@ -33,7 +33,7 @@ impl ScatteringAngle {
 /// `nu` is the cosine of the scattering angle. The anisotropy `ε = (1 - ρ)/(1 + ρ/2)` is 1 for Rayleigh's spheres; molecules depolarise by
 /// `ρ`, that of air is 0.96 (Chandrasekhar 1950; Bucholtz 1995, <https://doi.org/10.1364/AO.34.002765>, Eq. 12). Its Legendre moments are
 /// `χ_0 = 1` and `χ_2 = ε/10`.
-#[inline]
+#[inline(always)]
 pub fn air_phase(anisotropy: f32, nu: f32) -> f32 {
     3.0 / (16.0 * PI) * ((4.0 - anisotropy) / 3.0 + anisotropy * (nu * nu))
 }
@@ -42,7 +42,7 @@ pub fn air_phase(anisotropy: f32, nu: f32) -> f32 {
 /// `3/(8π) (1 - g²)(1 + ν²) / ((2 + g²)(1 + g² - 2 g ν)^(3/2))`; its integral over the sphere is 1.
 ///
 /// `ν` is the cosine of the scattering angle, `g` the asymmetry in (-1, 1).
-#[inline]
+#[inline(always)]
 pub fn cornette_shanks_phase(angle: ScatteringAngle, g: f32) -> f32 {
     let nu = angle.cosine;
     // The peak lies ahead for g > 0 and behind for g < 0. (1 - |g|)² + 2|g|(1 - |ν|) is 1 + g² - 2gν on its side, and with 1 - |ν| from

@@ -22,14 +22,14 @@ pub struct RgbSpace {
 
 impl RgbSpace {
     /// Linear RGB from XYZ (Eq. 8), in the unit of `xyz`.
-    #[inline]
+    #[inline(always)]
     pub fn from_xyz(&self, xyz: Vec3) -> Vec3 {
         let xyz = xyz.extend(0.0);
         Vec3::new(self.red.dot(xyz), self.green.dot(xyz), self.blue.dot(xyz))
     }
 
     /// Luminance of linear RGB, in the unit of `rgb`.
-    #[inline]
+    #[inline(always)]
     pub fn luminance(&self, rgb: Vec3) -> f32 {
         self.red.w * rgb.x + self.green.w * rgb.y + self.blue.w * rgb.z
     }
@@ -40,7 +40,7 @@ impl RgbSpace {
 /// A nearly monochromatic twilight horizon lies outside Rec. 709 and has a negative component. It is mixed with the grey
 /// of its own luminance until that component is zero; a colour inside the gamut is returned unchanged. The primaries of XYZ
 /// make every colour that there is.
-#[inline]
+#[inline(always)]
 pub fn into_gamut(rgb: Vec3, space: &RgbSpace) -> Vec3 {
     let lowest = min(rgb.x, min(rgb.y, rgb.z));
     if lowest >= 0.0 {

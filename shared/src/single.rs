@@ -82,16 +82,16 @@ pub(crate) struct Place {
 #[derive(Clone, Copy)]
 pub(crate) struct TowardsObserver {
     /// Altitude of the ray's origin (km).
-    altitude: f32,
+    pub(crate) altitude: f32,
     /// Zenith cosine of the ray at its origin.
-    mu: f32,
+    pub(crate) mu: f32,
     /// Whether the ray rises along the piece.
-    rising: bool,
+    pub(crate) rising: bool,
     /// What the column densities from a place outwards are taken from (rising ray) or added to (falling ray) to give those between the
     /// observer and the place (km).
-    offset: ColumnDensities,
+    pub(crate) offset: ColumnDensities,
     /// The lowest point between the observer and a piece on which the ray rises.
-    lowest: LowestPoint,
+    pub(crate) lowest: LowestPoint,
 }
 
 impl TowardsObserver {
@@ -156,7 +156,7 @@ pub(crate) fn lit_place(
 
 /// The integrand of Eq. (1) at a lit place, with `β = 1`, `P = 1` and `E = 1`, times the weight of a sample there (km).
 #[inline(always)]
-fn integrand(
+pub(crate) fn integrand(
     atmosphere: &Atmosphere,
     bands: &Bands,
     towards_observer: TowardsObserver,
@@ -173,11 +173,11 @@ fn integrand(
 #[derive(Clone, Copy)]
 pub(crate) struct Piece {
     /// Distance of its low end along the ray (km).
-    low: f32,
+    pub(crate) low: f32,
     /// Altitude of its low end (km).
-    altitude: f32,
+    pub(crate) altitude: f32,
     /// Its length (km).
-    length: f32,
+    pub(crate) length: f32,
     /// Whether the ray rises from the low end on, and does not fall to it.
     pub(crate) rising: bool,
 }
@@ -216,7 +216,7 @@ fn sample(length: f32, k: f32, node: Vec2) -> (f32, f32) {
 }
 
 /// [`crowding`] of single scattering by the mean free path.
-const PER_MEAN_FREE_PATH: f32 = 0.05;
+pub(crate) const PER_MEAN_FREE_PATH: f32 = 0.05;
 
 /// The samples of a piece.
 ///
@@ -224,17 +224,17 @@ const PER_MEAN_FREE_PATH: f32 = 0.05;
 /// that they would lose as distances from an observer far above.
 #[derive(Clone, Copy)]
 pub(crate) struct Samples {
-    piece: Piece,
+    pub(crate) piece: Piece,
     /// Radius at the low end (km).
-    low_r: f32,
+    pub(crate) low_r: f32,
     /// Cosine of the angle between the vertical and the ray's rising direction at the low end.
-    low_mu: f32,
+    pub(crate) low_mu: f32,
     /// Radius times the cosine of the zenith angle of the sun at the low end (km).
-    low_r_mu_s: f32,
+    pub(crate) low_r_mu_s: f32,
     /// Cosine of the angle between the ray's rising direction and the sun.
-    nu: f32,
+    pub(crate) nu: f32,
     /// See [`crowding`].
-    k: f32,
+    pub(crate) k: f32,
 }
 
 impl Samples {

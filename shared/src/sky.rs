@@ -25,13 +25,13 @@ pub const REGRESSION: u32 = 2;
 pub const REGRESSION_SOLVED: u32 = 3;
 
 /// The ray from the observer in a direction.
-#[inline]
+#[inline(always)]
 pub fn view_ray(uniform: &Uniform, direction: Vec3) -> Ray {
     Ray::new(uniform.altitude, direction, Vec3::new(uniform.sun.x, uniform.sun.y, uniform.sun.z))
 }
 
 /// Transfer (sr⁻¹) of light scattered once, at four bands in a direction (Eq. 1).
-#[inline]
+#[inline(always)]
 pub fn first_order(uniform: &Uniform, bands: &Bands, quadrature: &[Vec2], direction: Vec3, variant: u32) -> Vec4 {
     let ray = view_ray(uniform, direction);
     let scattered = single_scattering(&uniform.atmosphere, bands, quadrature, ray, variant);
@@ -57,37 +57,52 @@ pub struct Parts<T> {
 }
 
 /// The light in a direction at a group of four bands, by its constituents (transfer; of air and aerosol times sr).
-#[inline]
+#[inline(always)]
 pub fn light(uniform: &Uniform, buffers: Buffers<'_>, group: usize, direction: Vec3, variant: u32) -> Parts<Vec4> {
     let ray = view_ray(uniform, direction);
     let bands = fetch(buffers.bands, group);
     let once = single_scattering(&uniform.atmosphere, &bands, buffers.quadrature, ray, variant);
-    let mut parts = Parts { air: once.air, aerosol: once.aerosol, multiple: Vec4::ZERO, ground: Vec4::ZERO };
+    let (multiple, ground) = rest_of_light(uniform, buffers, group, ray, direction, variant);
+    Parts { air: once.air, aerosol: once.aerosol, multiple, ground }
+}
+
+/// The light along a ray at a group of four bands that was scattered more than once, and that which the ground sends; see [`Parts`].
+#[inline(always)]
+pub fn rest_of_light(
+    uniform: &Uniform,
+    buffers: Buffers<'_>,
+    group: usize,
+    ray: Ray,
+    direction: Vec3,
+    variant: u32,
+) -> (Vec4, Vec4) {
+    let (mut multiple, mut sent_by_ground) = (Vec4::ZERO, Vec4::ZERO);
     let mut diffuse = Vec4::ZERO;
     if variant & variant::MULTIPLE != 0 {
         let (lookup, values) = (uniform.multiple, buffers.multiple);
         let place = multiple_lookup::place(lookup, &uniform.atmosphere, ray, cosine_from_sun(uniform, direction));
-        parts.multiple = multiple_lookup::scattered(lookup, values, place, group as u32);
+        multiple = multiple_lookup::scattered(lookup, values, place, group as u32);
         diffuse = multiple_lookup::diffuse_irradiance(lookup, values, place, group as u32);
     }
     if variant & variant::GROUND != 0 {
         let ground = ground_seen(&uniform.atmosphere, ray, variant);
         if ground.is_seen {
-            parts.ground = ground_light(&uniform.atmosphere, &bands, ground, diffuse, variant);
+            let bands = fetch(buffers.bands, group);
+            sent_by_ground = ground_light(&uniform.atmosphere, &bands, ground, diffuse, variant);
         }
     }
-    parts
+    (multiple, sent_by_ground)
 }
 
 /// Cosine of the azimuth of a direction from the sun.
-#[inline]
+#[inline(always)]
 pub fn cosine_from_sun(uniform: &Uniform, direction: Vec3) -> f32 {
     let along = direction.x * uniform.bearing.x + direction.y * uniform.bearing.y;
     clamp(along / max(sqrt(direction.x * direction.x + direction.y * direction.y), 1e-10), -1.0, 1.0)
 }
 
 /// Transfer (sr⁻¹) at a group of four bands in a direction, of all light.
-#[inline]
+#[inline(always)]
 pub fn transfer(uniform: &Uniform, buffers: Buffers<'_>, group: usize, direction: Vec3, variant: u32) -> Vec4 {
     let parts = light(uniform, buffers, group, direction, variant);
     let phases = phases(uniform, ScatteringAngle::of_ray(view_ray(uniform, direction)));
@@ -102,7 +117,7 @@ pub fn transfer(uniform: &Uniform, buffers: Buffers<'_>, group: usize, direction
 }
 
 /// The phase functions at an angle (sr⁻¹); 1 for light that has none left.
-#[inline]
+#[inline(always)]
 pub fn phases(uniform: &Uniform, angle: ScatteringAngle) -> Parts<f32> {
     Parts {
         air: air_phase(uniform.atmosphere.air_anisotropy, angle.cosine),
@@ -124,7 +139,7 @@ pub struct Constituents {
 }
 
 /// The sky of a ray from its constituents: phase functions, and the gamut of the display's primaries (W·m⁻²·sr⁻¹).
-#[inline]
+#[inline(always)]
 pub fn with_phases(uniform: &Uniform, constituents: Constituents, angle: ScatteringAngle, variant: u32) -> Vec3 {
     let mut rgb = constituents.air * air_phase(uniform.atmosphere.air_anisotropy, angle.cosine);
     if variant & variant::AEROSOL != 0 {
@@ -137,7 +152,7 @@ pub fn with_phases(uniform: &Uniform, constituents: Constituents, angle: Scatter
 }
 
 /// Colour of each constituent in a direction, by a [`LINEAR`] or a regression fit.
-#[inline]
+#[inline(always)]
 pub fn constituents(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, fit: u32, variant: u32) -> Constituents {
     if fit == LINEAR {
         linear_constituents(uniform, buffers, direction, variant)
@@ -147,25 +162,29 @@ pub fn constituents(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, fi
     }
 }
 
-#[inline]
+#[inline(always)]
 fn linear_constituents(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Constituents {
     let Buffers { bands, colour, .. } = buffers;
     let mut sum = Constituents { air: Vec3::ZERO, aerosol: Vec3::ZERO, rest: Vec3::ZERO };
     let mut group = 0;
     while group < bands.len() {
         let parts = light(uniform, buffers, group, direction, variant);
-        let red = fetch(colour, 3 * group);
-        let green = fetch(colour, 3 * group + 1);
-        let blue = fetch(colour, 3 * group + 2);
-        sum.air += Vec3::new(red.dot(parts.air), green.dot(parts.air), blue.dot(parts.air));
-        sum.aerosol += Vec3::new(red.dot(parts.aerosol), green.dot(parts.aerosol), blue.dot(parts.aerosol));
+        let rows = [fetch(colour, 3 * group), fetch(colour, 3 * group + 1), fetch(colour, 3 * group + 2)];
+        sum.air += linear_rgb(rows, parts.air);
+        sum.aerosol += linear_rgb(rows, parts.aerosol);
         if variant & variant::REST != 0 {
             let rest = parts.multiple + parts.ground * fetch(bands, group).albedo;
-            sum.rest += Vec3::new(red.dot(rest), green.dot(rest), blue.dot(rest));
+            sum.rest += linear_rgb(rows, rest);
         }
         group += 1;
     }
     sum
+}
+
+/// What a group of four bands adds to linear RGB by a [`LINEAR`] fit, whose colour rows of the group are given.
+#[inline(always)]
+pub fn linear_rgb(rows: [Vec4; 3], light: Vec4) -> Vec3 {
+    Vec3::new(rows[0].dot(light), rows[1].dot(light), rows[2].dot(light))
 }
 
 /// The light in a direction at up to twelve bands, those of a regression fit, by its constituents; see [`light`].
@@ -229,7 +248,7 @@ pub fn regression_constituents(
 }
 
 /// How many constituents a variant's light has.
-#[inline]
+#[inline(always)]
 pub fn constituent_count(variant: u32) -> u32 {
     let mut count = 1;
     if variant & variant::AEROSOL != 0 {
@@ -245,7 +264,7 @@ pub fn constituent_count(variant: u32) -> u32 {
 }
 
 /// Linear RGB of the sky in a direction (W·m⁻²·sr⁻¹).
-#[inline]
+#[inline(always)]
 pub fn sky(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, fit: u32, variant: u32) -> Vec3 {
     if fit == SOLVED {
         let bands = fetch(buffers.bands, 0);

@@ -14,7 +14,7 @@ const SHOULDER_START: f32 = 0.8;
 /// The peak of the three components is compressed and the others scale with it, so that the hue stays, fading to
 /// white far above 1. This is the compression of the Khronos PBR Neutral tone mapper (Khronos Group 2024,
 /// <https://github.com/KhronosGroup/ToneMapping>) without its Fresnel offset, which is meant for lit surfaces.
-#[inline]
+#[inline(always)]
 pub fn shoulder(rgb: Vec3) -> Vec3 {
     const DESATURATION: f32 = 0.15;
     let peak = max(rgb.x, max(rgb.y, rgb.z));
@@ -32,7 +32,7 @@ pub fn shoulder(rgb: Vec3) -> Vec3 {
 /// The sRGB transfer function of a linear value in [0, 1] (IEC 61966-2-1:1999), to 2e-5, a two-hundredth of an 8 bit step.
 ///
 /// The power 1/2.4 of `x` is the power 5/3 of `x^(1/4)`, close enough to a square for a short polynomial.
-#[inline]
+#[inline(always)]
 pub fn srgb_encode(linear: f32) -> f32 {
     let x = clamp(linear, 0.0, 1.0);
     let q = sqrt(sqrt(x));
@@ -53,7 +53,7 @@ pub const NEAREST: f32 = 0.5;
 /// They are the fractional parts of `column / g + row / g²` in 32 bits, with `g` the root of g³ = g + 1 (1.3247…): the lattice R₂ of M. Roberts, *The
 /// unreasonable effectiveness of quasirandom sequences* (2018), which has no period that an eye would find. It is the same in whole numbers on every
 /// device.
-#[inline]
+#[inline(always)]
 pub fn dither(column: u32, row: u32) -> f32 {
     const COLUMN: u32 = 0xc13f_a9a9;
     const ROW: u32 = 0x91e1_0da6;
@@ -66,7 +66,7 @@ pub fn dither(column: u32, row: u32) -> f32 {
 ///
 /// `exposure` multiplies the linear value, up to 1e30, white in every picture. A value becomes the byte above it where it has come so near that
 /// `threshold` (from 0 to below 1) makes up for the rest: [`NEAREST`], or [`dither`]. Returns red in the lowest byte, then green, blue, and 255.
-#[inline]
+#[inline(always)]
 pub fn srgb8(rgb: Vec3, exposure: f32, threshold: f32) -> u32 {
     let exposed = rgb * exposure;
     let compressed =

@@ -95,19 +95,19 @@ impl PixelFormat {
 }
 
 /// The number of a variant's projection, one of the camera's.
-#[inline]
+#[inline(always)]
 pub fn projection(variant: u32) -> u32 {
     (variant >> PROJECTION_SHIFT) & 3
 }
 
 /// The number of a variant's [`PixelFormat`].
-#[inline]
+#[inline(always)]
 pub fn pixel_format(variant: u32) -> u32 {
     (variant >> PIXEL_FORMAT_SHIFT) & 3
 }
 
 /// The variant for an integral, a projection and a [`PixelFormat`].
-#[inline]
+#[inline(always)]
 pub fn of(integral: u32, projection: u32, pixel_format: u32) -> u32 {
     integral | (projection << PROJECTION_SHIFT) | (pixel_format << PIXEL_FORMAT_SHIFT)
 }

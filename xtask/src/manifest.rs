@@ -16,9 +16,12 @@ pub const COMPILED: &str = "shader-crate/compiled";
 /// Any error of reading the files.
 pub fn source_hash(root: &Path) -> io::Result<String> {
     let mut files = vec![PathBuf::from("shared/Cargo.toml"), PathBuf::from("shader-crate/Cargo.toml")];
-    for folder in ["shared/src", "shader-crate/src"] {
-        for entry in std::fs::read_dir(root.join(folder))? {
-            files.push(Path::new(folder).join(entry?.file_name()));
+    let mut folders = vec![PathBuf::from("shared/src"), PathBuf::from("shader-crate/src")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(root.join(&folder))? {
+            let entry = entry?;
+            let found = if entry.file_type()?.is_dir() { &mut folders } else { &mut files };
+            found.push(folder.join(entry.file_name()));
         }
     }
     files.sort();

@@ -6,15 +6,18 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 use sorairo_shared::arithmetic::multiply_adds_pixel;
+use sorairo_shared::block::kernels::{lookup_entries, lookup_row, sky_row};
+use sorairo_shared::block::lanes::BLOCK;
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::kernels::{SENTINEL, lookup_colours, lookup_pixel, radiance_pixel, sky_pixel, spectrum_pixel};
-use sorairo_shared::lookup::{colours_per_entry, entries, store_entry};
+use sorairo_shared::kernels::{SENTINEL, radiance_pixel, sky_pixel, spectrum_pixel};
+use sorairo_shared::lookup::{colours_per_entry, entries};
+use sorairo_shared::sky::{LINEAR, REGRESSION};
 use sorairo_shared::uniform::Uniform;
 use web_time::Instant;
 
 use super::backend::{Backend, TakeRows, Times};
 use super::chosen::{Device, DeviceKind};
-use super::rows::{invocations_per_row, rows_at_once, words_per_row};
+use super::rows::words_per_row;
 use crate::error::Result;
 use crate::plan::{Kernel, Plan};
 
@@ -35,21 +38,18 @@ pub fn device() -> Device {
 impl Backend for Cpu {
     fn lit_rows(&self, plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<Times> {
         let row_words = words_per_row(plan, kernel);
-        let at_once = rows_at_once(plan).min(rows.len() as u32);
+        let at_once = rows_in_cache(plan).min(rows.len() as u32);
         let mut words = vec![0; row_words * at_once as usize];
         let start = Instant::now();
         let lookup = if kernel == Kernel::SkyLookup { sky_lookup(plan) } else { Vec::new() };
         let mut computing = start.elapsed();
-        let invocations = invocations_per_row(plan, kernel);
         for first in rows.clone().step_by(at_once as usize) {
             let start = Instant::now();
             let words = &mut words[..row_words * at_once.min(rows.end - first) as usize];
             words.par_chunks_mut(row_words).zip(first as usize..rows.end as usize).for_each(|(words, row)| {
                 // Each chunk is the output of a dispatch of one row.
                 let uniform = Uniform { first_row: row as u32, rows: 1, ..plan.uniform };
-                for column in 0..invocations {
-                    store_pixel(&uniform, plan, kernel, &lookup, words, column);
-                }
+                store_row(&uniform, plan, kernel, &lookup, words);
             });
             computing += start.elapsed();
             take(first, words)?;
@@ -58,30 +58,177 @@ impl Backend for Cpu {
     }
 }
 
+/// Rows that are computed at once: enough for all cores, few enough to be in a cache still when they are taken.
+fn rows_in_cache(plan: &Plan) -> u32 {
+    const PIXELS: u32 = 1 << 17;
+    (PIXELS / plan.width()).max(1)
+}
+
 /// The sky lookup of a plan.
 fn sky_lookup(plan: &Plan) -> Vec<Vec4> {
     let colours = colours_per_entry(plan.variant) as usize;
     let mut lookup = vec![Vec4::ZERO; colours * entries(&plan.uniform) as usize];
-    lookup.par_chunks_mut(colours).enumerate().for_each(|(entry, colours)| {
-        let rgb = lookup_colours(&plan.uniform, plan.buffers(), entry as u32, plan.sky.fit_kind(), plan.variant);
-        store_entry(colours, 0, rgb, plan.variant);
+    lookup.par_chunks_mut(BLOCK * colours).enumerate().for_each(|(block, entries)| {
+        let first = (BLOCK * block) as u32;
+        lookup_entries(&plan.uniform, plan.buffers(), entries, first, plan.sky.fit_kind(), plan.variant);
     });
     lookup
 }
 
-fn store_pixel(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], words: &mut [u32], column: u32) {
-    let (buffers, variant) = (plan.buffers(), plan.variant);
+/// A row of an image, that with which the uniform's dispatch begins.
+fn store_row(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], words: &mut [u32]) {
+    let (buffers, fit, variant) = (plan.buffers(), plan.sky.fit_kind(), plan.variant);
+    let columns = 0..plan.width();
     match kernel {
-        Kernel::Radiance => radiance_pixel(uniform, buffers, words, column, 0, variant),
-        Kernel::Fill => {
-            let size = plan.pixel_words() as usize;
-            words[column as usize * size..][..size].fill(SENTINEL);
+        Kernel::Radiance => columns.for_each(|column| radiance_pixel(uniform, buffers, words, column, 0, variant)),
+        Kernel::Fill => words.fill(SENTINEL),
+        Kernel::MultiplyAdds => columns.for_each(|column| multiply_adds_pixel(uniform, words, column, 0, variant)),
+        Kernel::SpectrumLinear => {
+            columns.for_each(|column| spectrum_pixel(uniform, buffers, words, column, 0, LINEAR, variant));
         }
-        Kernel::MultiplyAdds => multiply_adds_pixel(uniform, words, column, 0, variant),
-        Kernel::SpectrumLinear | Kernel::SpectrumRegression => {
-            spectrum_pixel(uniform, buffers, words, column, 0, plan.sky.fit_kind(), variant);
+        Kernel::SpectrumRegression => {
+            columns.for_each(|column| spectrum_pixel(uniform, buffers, words, column, 0, REGRESSION, variant));
         }
-        Kernel::SkyLookup => lookup_pixel(uniform, buffers.colour, lookup, words, column, 0, variant),
-        _ => sky_pixel(uniform, buffers, words, column, 0, plan.sky.fit_kind(), variant),
+        Kernel::SkyLookup => lookup_row(uniform, buffers.colour, lookup, words, variant),
+        Kernel::SkySolve => columns.for_each(|column| sky_pixel(uniform, buffers, words, column, 0, fit, variant)),
+        _ => sky_row(uniform, buffers, words, fit, variant),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sorairo_shared::block::kernels::plain;
+    use sorairo_shared::kernels::{lookup_colours, lookup_invocations, lookup_pixel};
+    use sorairo_shared::lookup::store_entry;
+    use sorairo_shared::variant::PixelFormat;
+
+    use super::*;
+    use crate::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
+
+    /// Neither a multiple of a block nor of eight lanes.
+    const SIZE: &str = "148x21";
+
+    const FORMATS: [PixelFormat; 4] =
+        [PixelFormat::LinearRgb, PixelFormat::Picture, PixelFormat::HalfRgb, PixelFormat::LinearRgba];
+
+    /// The rows of a plan's image in its middle and at its ends, each by `row`.
+    fn rows(plan: &Plan, row: impl Fn(&Uniform, &mut [u32])) -> Vec<u32> {
+        let rows = [0, 7, plan.height() / 2, plan.height() - 1].into_iter().filter(|row| plan.lit_rows.contains(row));
+        rows.flat_map(|first_row| {
+            let mut words = vec![SENTINEL; words_per_row(plan, plan.kernel())];
+            row(&Uniform { first_row, rows: 1, ..plan.uniform }, &mut words);
+            words
+        })
+        .collect()
+    }
+
+    /// The lookup of a plan, and rows of its image, by blocks as the device computes them, by blocks without AVX2, and pixel by pixel as a GPU does.
+    fn ways(plan: &Plan) -> [(Vec<Vec4>, Vec<u32>); 3] {
+        let (buffers, fit, variant) = (plan.buffers(), plan.sky.fit_kind(), plan.variant);
+        if plan.kernel() != Kernel::SkyLookup {
+            let by_blocks = rows(plan, |uniform, words| sky_row(uniform, buffers, words, fit, variant));
+            let by_plain_blocks = rows(plan, |uniform, words| plain::sky_row(uniform, buffers, words, fit, variant));
+            let by_pixels = rows(plan, |uniform, words| {
+                (0..plan.width()).for_each(|column| sky_pixel(uniform, buffers, words, column, 0, fit, variant));
+            });
+            return [by_blocks, by_plain_blocks, by_pixels].map(|rows| (Vec::new(), rows));
+        }
+        let lookup = sky_lookup(plan);
+        let colours = colours_per_entry(variant) as usize;
+        let mut plain_lookup = vec![Vec4::ZERO; lookup.len()];
+        for (block, entries) in plain_lookup.chunks_mut(BLOCK * colours).enumerate() {
+            plain::lookup_entries(&plan.uniform, buffers, entries, (BLOCK * block) as u32, fit, variant);
+        }
+        let mut entry_by_entry = vec![Vec4::ZERO; lookup.len()];
+        for entry in 0..entries(&plan.uniform) {
+            let rgb = lookup_colours(&plan.uniform, buffers, entry, fit, variant);
+            store_entry(&mut entry_by_entry, entry, rgb, variant);
+        }
+        let colour = buffers.colour;
+        let by_blocks = rows(plan, |uniform, words| lookup_row(uniform, colour, &lookup, words, variant));
+        let by_plain_blocks = rows(plan, |uniform, words| plain::lookup_row(uniform, colour, &lookup, words, variant));
+        let by_pixels = rows(plan, |uniform, words| {
+            for column in 0..lookup_invocations(uniform, variant) {
+                lookup_pixel(uniform, colour, &lookup, words, column, 0, variant);
+            }
+        });
+        [(lookup, by_blocks), (plain_lookup, by_plain_blocks), (entry_by_entry, by_pixels)]
+    }
+
+    /// Holds the ways of a scene's plan to each other.
+    fn check(scene: &Scene, format: PixelFormat) -> Plan {
+        let plan = Plan::new(&scene.validated().unwrap(), format);
+        let camera = &scene.camera;
+        let (projection, sun, altitude) = (camera.projection, scene.sun.elevation, scene.observer.altitude);
+        let what = format!("{projection:?}, {format:?}, {sun}°, {altitude} km, {:?}", plan.kernel());
+        let [blocks, plain, pixels] = ways(&plan);
+        assert!(blocks.1.len() > 100 && blocks.1.windows(13).any(|words| words[0] != words[12]), "{what}");
+        assert!(!blocks.1.contains(&SENTINEL), "{what}: a pixel is missing");
+        let bits = |lookup: &[Vec4]| lookup.iter().flat_map(|colour| colour.to_array().map(f32::to_bits)).collect();
+        let [blocks, plain, pixels] = [blocks, plain, pixels].map(|(lookup, rows)| [bits(&lookup), rows]);
+        // Every bit: on no way is a product fused with a sum, or a sum taken in another order.
+        assert!(blocks == plain, "{what}: with and without AVX2");
+        assert!(blocks == pixels, "{what}: in blocks and alone");
+        plan
+    }
+
+    fn scene(preset: Preset, sun: f64, projection: Projection) -> Scene {
+        let mut scene = Scene::preset(preset);
+        (scene.sun.elevation, scene.sun.azimuth, scene.sun.disc) = (sun, 40.0, true);
+        (scene.camera.projection, scene.camera.size) = (projection, SIZE.parse().unwrap());
+        if projection == Projection::Perspective {
+            scene.camera.look_elevation = Some(10.0);
+        }
+        scene
+    }
+
+    #[test]
+    fn pixels_have_the_same_bits_in_blocks_and_alone_with_and_without_avx2() {
+        let presets = [Preset::Standard, Preset::Paper, Preset::Hazy, Preset::Mountain, Preset::Mars];
+        let mut formats = FORMATS.into_iter().cycle();
+        for preset in presets {
+            for sun in [30.0, 3.0, -4.0] {
+                for projection in [Projection::Equirectangular, Projection::Fisheye, Projection::Perspective] {
+                    let mut scene = scene(preset, sun, projection);
+                    for path in [PathChoice::Direct, PathChoice::Lookup] {
+                        scene.render.path = path;
+                        check(&scene, formats.next().unwrap());
+                    }
+                    // Else a path would never meet every other format.
+                    formats.next();
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn pixels_in_runs_have_the_same_bits_in_blocks_and_alone_with_and_without_avx2() {
+        for (preset, format) in [(Preset::Earth, PixelFormat::LinearRgb), (Preset::Standard, PixelFormat::Picture)] {
+            let mut scene = scene(preset, 30.0, Projection::Equirectangular);
+            // Wide enough for runs, with a block of a few pixels at the end.
+            scene.camera.size = "1608x9".parse().unwrap();
+            scene.render.path = PathChoice::Lookup;
+            let plan = check(&scene, format);
+            assert!(plan.variant & sorairo_shared::variant::RUNS != 0, "{}", plan.lookup);
+        }
+    }
+
+    #[test]
+    fn every_fit_has_the_same_bits_in_blocks_and_alone_with_and_without_avx2() {
+        let six = Some(vec![435.0, 475.0, 506.0, 555.0, 608.0, 659.0]);
+        for (fit, color, bands) in [
+            (Fit::Cubic, ColourPath::Folded, None),
+            (Fit::Transfer, ColourPath::Folded, six.clone()),
+            (Fit::Extinction, ColourPath::Solve, None),
+            (Fit::Extinction, ColourPath::Folded, six),
+            (Fit::Dense, ColourPath::Folded, None),
+        ] {
+            let mut scene = scene(Preset::Standard, 20.0, Projection::Equirectangular);
+            (scene.render.fit, scene.render.color, scene.render.bands) = (fit, color, bands);
+            for path in [PathChoice::Direct, PathChoice::Lookup] {
+                scene.render.path = path;
+                check(&scene, PixelFormat::LinearRgb);
+            }
+        }
     }
 }

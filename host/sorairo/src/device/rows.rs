@@ -1,6 +1,6 @@
 //! How a plan's image is handed out in rows.
 
-#[cfg(any(feature = "cpu", feature = "gpu"))]
+#[cfg(feature = "gpu")]
 use sorairo_shared::kernels::lookup_invocations;
 
 use crate::plan::{Kernel, Plan};
@@ -15,7 +15,7 @@ pub(super) fn words_per_row(plan: &Plan, kernel: Kernel) -> usize {
 }
 
 /// Invocations of a kernel for a row.
-#[cfg(any(feature = "cpu", feature = "gpu"))]
+#[cfg(feature = "gpu")]
 pub(super) fn invocations_per_row(plan: &Plan, kernel: Kernel) -> u32 {
     if kernel == Kernel::SkyLookup { lookup_invocations(&plan.uniform, plan.variant) } else { plan.width() }
 }

@@ -1,0 +1,105 @@
+//! The pixels of a block: their directions, and how their colours are stored.
+
+use super::lanes::{BLOCK, Three, lanes};
+use crate::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, pixel_view};
+use crate::disc::disc_in_pixel;
+use crate::glam::{Vec3, Vec4};
+use crate::kernels::{picture_word, store_rgb};
+use crate::uniform::Uniform;
+use crate::variant::{self, PixelFormat};
+
+/// Neighbouring pixels of the row with which a dispatch begins.
+#[derive(Clone, Copy)]
+pub struct Pixels {
+    /// The column of the first.
+    pub first: u32,
+    /// How many they are: [`BLOCK`] at most.
+    pub count: usize,
+}
+
+impl Pixels {
+    /// The column of one of them.
+    #[inline(always)]
+    pub fn column(self, lane: usize) -> u32 {
+        self.first + lane as u32
+    }
+}
+
+/// The views through the pixels of a block; see [`crate::camera::PixelView`].
+pub struct Views {
+    /// Their directions.
+    pub directions: Three,
+    /// Whether the projection covers them at all.
+    pub covered: [bool; BLOCK],
+}
+
+/// The views through the pixels of a block.
+#[inline(always)]
+pub fn views(uniform: &Uniform, pixels: Pixels, variant: u32) -> Views {
+    match variant::projection(variant) {
+        EQUIRECTANGULAR => views_by(uniform, pixels, EQUIRECTANGULAR),
+        FISHEYE => views_by(uniform, pixels, FISHEYE),
+        _ => views_by(uniform, pixels, PERSPECTIVE),
+    }
+}
+
+#[inline(always)]
+fn views_by(uniform: &Uniform, pixels: Pixels, projection: u32) -> Views {
+    let mut views = Views { directions: Three::ZERO, covered: [false; BLOCK] };
+    for lane in lanes(pixels.count) {
+        let view = pixel_view(&uniform.camera, projection, pixels.column(lane), uniform.first_row);
+        views.directions.set(lane, view.direction);
+        views.covered[lane] = view.covered;
+    }
+    views
+}
+
+/// Adds the sun's disc to the sky before which it stands.
+#[inline(always)]
+pub fn add_disc(uniform: &Uniform, colour: &[Vec4], pixels: Pixels, sky: &mut Three, variant: u32) {
+    let row = uniform.first_row as f32;
+    let meets_row = (row + 1.0 > uniform.disc.top) & (row < uniform.disc.bottom);
+    if (variant & variant::SUN_DISC != 0) & meets_row {
+        for lane in lanes(pixels.count) {
+            let disc = disc_in_pixel(uniform, colour, pixels.column(lane), uniform.first_row, variant);
+            sky.set(lane, sky.get(lane) + disc);
+        }
+    }
+}
+
+/// Blackens what the projection does not cover.
+#[inline(always)]
+pub fn blacken(views: &Views, count: usize, rgb: &mut Three) {
+    for lane in lanes(count) {
+        let covered = rgb.get(lane);
+        rgb.set(lane, if views.covered[lane] { covered } else { Vec3::ZERO });
+    }
+}
+
+/// Stores the colours of a block as the variant's [`PixelFormat`] says; `output` holds its pixels alone.
+#[inline(always)]
+pub fn store_block(uniform: &Uniform, output: &mut [u32], pixels: Pixels, rgb: &Three, variant: u32) {
+    let format = variant::pixel_format(variant);
+    if format == PixelFormat::Picture as u32 {
+        if variant & variant::DITHER != 0 {
+            store_picture(uniform, output, pixels, rgb, variant::DITHER);
+        } else {
+            store_picture(uniform, output, pixels, rgb, 0);
+        }
+    } else if format == PixelFormat::LinearRgb as u32 {
+        for (pixel, lane) in output.as_chunks_mut::<3>().0.iter_mut().zip(lanes(pixels.count)) {
+            *pixel = rgb.get(lane).to_array().map(f32::to_bits);
+        }
+    } else {
+        for lane in lanes(pixels.count) {
+            store_rgb(uniform, output, lane as u32, 0, rgb.get(lane), variant);
+        }
+    }
+}
+
+#[inline(always)]
+fn store_picture(uniform: &Uniform, output: &mut [u32], pixels: Pixels, rgb: &Three, variant: u32) {
+    for (word, lane) in output.iter_mut().zip(lanes(pixels.count)) {
+        *word = picture_word(uniform, pixels.column(lane), uniform.first_row, rgb.get(lane), variant);
+    }
+}

@@ -119,6 +119,8 @@ mod tests {
             ("sun.elevation,sun.elevation\n1,2\n", "line 1, column 2: sun.elevation stands there twice"),
             ("preset\nearth\n", "column 1: the preset is that of all cases"),
             ("sun.elevation\n1\n100\n", "line 3, column 1: sun.elevation is 100; it must lie"),
+            ("sun.elevation\n1\n\n# a comment\n100\n", "line 5, column 1: sun.elevation is 100; it must lie"),
+            ("# a comment\nsun.elevation,sun.azimuth\n\n1\n", "line 4: the row has 1 values, and the header 2"),
             ("sun.elevation\nhigh\n", "line 2: sun.elevation: invalid type: string \"high\""),
             ("sun.elevation,sun.azimuth\n1\n", "line 2: the row has 1 values, and the header 2"),
             ("sun.elevation\n", "has no row"),

@@ -214,7 +214,7 @@ impl Plan {
 
     /// Samples per piece.
     pub fn samples_per_piece(&self) -> u32 {
-        self.sky.integral.quadrature.len() as u32
+        self.integral().quadrature.len() as u32
     }
 
     /// Width of the image (pixels).

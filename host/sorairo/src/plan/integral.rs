@@ -2,6 +2,7 @@
 
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
+use sorairo_shared::multiple_lookup::MultipleLookup;
 use sorairo_shared::phase::ScatteringAngle;
 use sorairo_shared::single::Bands;
 use sorairo_shared::sky::{Parts, light, phases, transfer, view_ray};
@@ -10,6 +11,7 @@ use sorairo_shared::variant;
 
 use super::directions::farthest_air;
 use super::multiple::{LightFields, MultipleLight, OrdersMade, Resolution, Setting};
+use super::upload;
 use crate::scene::{Orders, Scene};
 use crate::spectra::optics::Optics;
 
@@ -22,7 +24,7 @@ const NEGLIGIBLE_DEPTH_ABOVE_TOP: f64 = 1e-4;
 const OPAQUE_DEPTH: f64 = 50.0;
 
 /// How far the sum of all orders may be off where a spectrum is taken from it, relative to all light.
-const SPECTRAL_TOLERANCE: f64 = 2e-4;
+const SPECTRAL_TOLERANCE: f64 = 5e-4;
 
 /// A constituent of a sky's light; see [`Parts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,20 +148,11 @@ impl RayIntegral {
         self.with_light_of(&resolution)
     }
 
-    /// The same for a spectrum; see [`Self::spectral_resolution`].
+    /// The same for a spectrum. The series of orders ends closer to its limit than a colour's, so that a wavelength has the same light whatever
+    /// others are computed with it.
     pub fn with_spectral_light(self) -> Self {
-        let resolution = self.spectral_resolution();
-        self.with_light_of(&resolution)
-    }
-
-    /// How finely a light field is resolved from which a spectrum is taken. Its series of orders ends closer to its limit than a colour's, so
-    /// that a wavelength has the same light whatever others are computed with it.
-    pub fn spectral_resolution(&self) -> Resolution {
         let fine = Resolution::choose(&self.setting(), self.aerosol_depth());
-        Resolution {
-            tolerance: SPECTRAL_TOLERANCE * std::env::var("TOL").map_or(1.0, |s| s.parse::<f64>().unwrap()),
-            ..fine
-        }
+        self.with_light_of(&Resolution { tolerance: SPECTRAL_TOLERANCE, ..fine })
     }
 
     fn with_light_of(self, resolution: &Resolution) -> Self {
@@ -169,6 +162,44 @@ impl RayIntegral {
         let MultipleLight { lookup, values, orders } =
             MultipleLight::new(&self.light_fields, &self.setting(), &self.bands, resolution, self.orders);
         Self { uniform: Uniform { multiple: lookup, ..self.uniform }, multiple: values, orders_made: orders, ..self }
+    }
+
+    /// The same integral at some of its bands (nm), if these increase.
+    pub fn at_some(&self, wavelengths: Vec<f64>) -> Self {
+        let places: Vec<usize> =
+            wavelengths.iter().map(|nm| self.wavelengths.partition_point(|other| other < nm)).collect();
+        let lookup = MultipleLookup { groups: wavelengths.len().div_ceil(4) as u32, ..self.uniform.multiple };
+        let MultipleLookup { above, below, azimuths, .. } = lookup;
+        let entry = |first: u32, size: u32, four: &[usize], at: u32| {
+            let value = |i: usize| {
+                let place = four[i.min(four.len() - 1)];
+                self.multiple[(first + place as u32 / 4 * size + at) as usize][place % 4]
+            };
+            Vec4::from_array(std::array::from_fn(value))
+        };
+        let of_groups = |first: u32, size: u32| {
+            places
+                .chunks(4)
+                .flat_map(move |four| (0..size).map(move |at| (four, at)))
+                .map(move |(four, at)| entry(first, size, four, at))
+        };
+        let multiple = if self.multiple.is_empty() {
+            Vec::new()
+        } else {
+            let scattered = of_groups(0, (above + below) * azimuths);
+            scattered.chain(of_groups(self.uniform.multiple.entries(), below * azimuths)).collect()
+        };
+        Self {
+            bands: upload::bands(&self.optics, &wavelengths),
+            uniform: Uniform { multiple: lookup, ..self.uniform },
+            orders_made: self.orders_made.clone(),
+            optics: self.optics.clone(),
+            quadrature: self.quadrature.clone(),
+            light_fields: self.light_fields.clone(),
+            wavelengths,
+            multiple,
+            ..*self
+        }
     }
 
     /// The largest vertical optical depth of scattering by aerosol at the bands.

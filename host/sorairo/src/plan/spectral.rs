@@ -13,7 +13,7 @@ use sorairo_shared::variant;
 use super::fit::SpectralFit;
 use super::fit::linear::{Interpolant, LinearFit, hats};
 use super::fit::regression::{Examples, Regression, Training, beside_more_bands, regress, spectrum_rows};
-use super::fit::training::{DARKEST, Place, Rays, known, multiples, sorted, spectral_rays};
+use super::fit::training::{DARKEST, Place, known, light_along, multiples, sorted, spectral_views};
 use super::integral::{Constituent, RayIntegral};
 use super::multiple::TOGETHER;
 use super::quadrature::gauss_legendre;
@@ -120,15 +120,19 @@ impl SpectralPlan {
         Self { wavelengths: wavelengths.to_vec(), fit: SpectrumFit::Regression(fit), integral, held_out: None }
     }
 
-    /// That of more wavelengths, `asked` in order, through [`BANDS`] beside the sky's, or each itself.
+    /// That of more wavelengths, `asked` in order, through [`BANDS`] beside the sky's, or each itself. Light is computed at every one of them: that
+    /// at the bands is a part of it.
     fn learnt(sky: &SkyPlan, wavelengths: &[f64], asked: &[f64]) -> Self {
-        let integral = beside_own(sky, bands_beside(&sky.integral.wavelengths, asked));
-        let computed = computed(&integral.wavelengths, asked);
-        let [learnt, tried] = spectral_rays(&integral, &computed);
+        let own = &sky.integral.wavelengths;
+        let bands = [own.clone(), bands_beside(own, asked)].concat();
+        let computed = computed(&bands, asked);
+        let every = at_bands(sky, &SpectralFit::Regression, computed.clone(), &bands);
+        let integral = every.at_some(bands);
+        let [learnt, tried] = spectral_views(&integral);
         let training = Training { integral: &integral, observer: sky.observer, space: &sky.space };
-        let regressions = regressions(&training, &computed, learnt);
+        let regressions = regressions(&training, &computed, light_along(&every, &learnt));
         let bound = if integral.uniform.sun.z < 0.0 { BOUND_IN_TWILIGHT } else { BOUND_BY_DAY };
-        let error = error(&integral, &computed, &regressions, &tried, asked);
+        let error = error(&every, &integral, &regressions, &tried, asked);
         let held_out = Some(HeldOut { error, bound });
         if error > bound {
             return Self { held_out, ..Self::of_each(sky, wavelengths, asked) };
@@ -146,7 +150,7 @@ impl SpectralPlan {
         let between = multiples(COLOUR_STEP, observer::START, observer::END).filter(is_missed);
         let bands = sorted(asked.iter().copied().chain(between));
         let fit = LinearFit { wavelengths: bands.clone(), interpolant: Interpolant::Segments, of_radiance: false };
-        let integral = at_bands(sky, SpectralFit::Linear(fit.clone()), bands);
+        let integral = at_bands(sky, &SpectralFit::Linear(fit.clone()), bands.clone(), &bands);
         Self { wavelengths: wavelengths.to_vec(), integral, fit: SpectrumFit::Linear(fit), held_out: None }
     }
 
@@ -216,22 +220,23 @@ fn radiance(
 /// The sky's light at its own bands and at others (nm).
 fn beside_own(sky: &SkyPlan, others: Vec<f64>) -> RayIntegral {
     let bands = [sky.integral.wavelengths.clone(), others].concat();
-    if bands.len() == sky.integral.wavelengths.len() {
-        sky.integral.clone()
-    } else {
-        at_bands(sky, SpectralFit::Regression, bands)
-    }
+    at_bands(sky, &SpectralFit::Regression, bands.clone(), &bands)
 }
 
-/// The sky's light at bands (nm) of a fit.
-fn at_bands(sky: &SkyPlan, fit: SpectralFit, wavelengths: Vec<f64>) -> RayIntegral {
+/// The sky's light at wavelengths (nm), for a fit through some of them, whose rays are sampled as `bands` (nm) need it.
+fn at_bands(sky: &SkyPlan, fit: &SpectralFit, wavelengths: Vec<f64>, bands: &[f64]) -> RayIntegral {
     let RayIntegral { uniform, optics, variant, .. } = &sky.integral;
-    let bands = fit.bands(optics, &wavelengths);
+    let sampled = fit.bands(optics, bands);
     let samples =
-        sky.scene.render.steps.unwrap_or_else(|| samples::per_piece(&sky.scene, uniform, optics, &bands, *variant));
-    let variant = variant & !variant::BANDS | fit.variant(wavelengths.len());
-    let quadrature = gauss_legendre(samples);
-    RayIntegral { wavelengths, bands, variant, quadrature, ..sky.integral.clone() }.with_spectral_light()
+        sky.scene.render.steps.unwrap_or_else(|| samples::per_piece(&sky.scene, uniform, optics, &sampled, *variant));
+    RayIntegral {
+        bands: fit.bands(optics, &wavelengths),
+        wavelengths,
+        variant: variant & !variant::BANDS | fit.variant(bands.len()),
+        quadrature: gauss_legendre(samples),
+        ..sky.integral.clone()
+    }
+    .with_spectral_light()
 }
 
 /// Those of [`BANDS`] (nm) that lie among wavelengths asked for, in order, and apart from some bands. What lies beyond moves to their ends.
@@ -262,17 +267,21 @@ fn places(wavelengths: &[f64], all: &[f64]) -> Vec<usize> {
     wavelengths.iter().map(|nm| all.partition_point(|other| other < nm)).collect()
 }
 
-/// The regressions of each constituent at the computed wavelengths (nm), as rays teach them.
-fn regressions(training: &Training<'_>, computed: &[f64], mut rays: Rays) -> Vec<(Constituent, Vec<Regression>)> {
+/// The regressions of each constituent at the computed wavelengths (nm), as its spectra there teach them.
+fn regressions(
+    training: &Training<'_>,
+    computed: &[f64],
+    mut spectra: Parts<Vec<Vec<f64>>>,
+) -> Vec<(Constituent, Vec<Regression>)> {
     let bands = &training.integral.wavelengths;
     let places = places(bands, computed);
     let all = [bands, computed].concat();
     let with_bands =
         |spectrum: Vec<f64>| places.iter().map(|&place| spectrum[place]).chain(spectrum.iter().copied()).collect();
+    // Where there is no ground, no sun or no light, and where a cubic between dark entries of a lookup passes zero, a ray teaches nothing.
+    let is_lit = |spectrum: &Vec<f64>| spectrum.iter().all(|&value| value > DARKEST);
     let of = |constituent: Constituent| {
-        // The light field is a cubic between its nodes, and can touch zero where it is dark: such rays teach nothing.
-        let is_lit = |spectrum: &Vec<f64>| spectrum.iter().all(|&value| value > DARKEST);
-        let spectra = std::mem::take(constituent.of_mut(&mut rays.spectra)).into_iter().flatten().filter(is_lit);
+        let spectra = std::mem::take(constituent.of_mut(&mut spectra)).into_iter().filter(is_lit);
         (constituent, training.chosen(constituent, spectra.map(with_bands).collect(), &all))
     };
     let examples: Vec<(Constituent, Examples)> = training.constituents().map(of).collect();
@@ -326,42 +335,43 @@ fn between(
     wavelengths.iter().map(at).collect()
 }
 
-/// The largest error of regressions at computed wavelengths (nm) within those asked for, along rays from which they did not learn.
+/// The largest error of regressions through the bands of an integral at every wavelength that was computed within those asked for (nm), along
+/// rays from which they did not learn.
 fn error(
+    every: &RayIntegral,
     integral: &RayIntegral,
-    computed: &[f64],
     regressions: &[(Constituent, Vec<Regression>)],
-    rays: &Rays,
+    views: &[Vec3],
     asked: &[f64],
 ) -> f64 {
+    let computed = &every.wavelengths;
     let bands = places(&integral.wavelengths, computed);
     let judged = places(&[asked[0], asked[asked.len() - 1]], computed);
     let judged = judged[0]..judged[1] + 1;
-    let Parts { air, aerosol, multiple, ground } = &rays.spectra;
+    let Parts { air, aerosol, multiple, ground } = &light_along(every, views);
     let spectra = Parts { air, aerosol, multiple, ground };
-    let mut worst = 0.0;
-    for (ray, &view) in rays.views.iter().enumerate() {
-        let seen = |constituent: Constituent| constituent.of(spectra)[ray].as_ref();
-        let at_bands = |constituent: Constituent| {
-            seen(constituent).map_or(Vec::new(), |spectrum| bands.iter().map(|&place| spectrum[place]).collect())
-        };
-        let found = radiance(integral, computed, regressions, view, at_bands);
-        let phases = integral.phases(view);
+    let of_ray = |(ray, &view): (usize, &Vec3)| {
+        let seen = |constituent: Constituent| &constituent.of(spectra)[ray];
+        let at_bands = |constituent: Constituent| bands.iter().map(|&place| seen(constituent)[place]).collect();
+        let found = radiance(every, computed, regressions, view, at_bands);
+        let phases = every.phases(view);
         let truth = |i: usize| {
-            let of = |constituent: Constituent| {
-                let albedo = constituent.albedo(&integral.optics, computed[i]);
-                seen(constituent).map_or(0.0, |spectrum| spectrum[i] * albedo * f64::from(constituent.of(phases)))
+            let of = |(constituent, _): &(Constituent, Vec<Regression>)| {
+                seen(*constituent)[i]
+                    * constituent.albedo(&every.optics, computed[i])
+                    * f64::from(constituent.of(phases))
             };
-            Constituent::ALL.map(of).iter().sum::<f64>() * integral.optics.solar_irradiance(computed[i])
+            regressions.iter().map(of).sum::<f64>() * every.optics.solar_irradiance(computed[i])
         };
         let truth: Vec<f64> = (0..computed.len()).map(truth).collect();
         let peak = truth[judged.clone()].iter().copied().fold(0.0, f64::max);
-        for i in judged.clone().filter(|_| peak > 0.0) {
-            let error = (found[i] - truth[i]).abs() / truth[i].max(FLOOR * peak);
-            worst = f64::max(worst, if error.is_nan() { f64::INFINITY } else { error });
-        }
-    }
-    worst
+        let error = |i: usize| match (found[i] - truth[i]).abs() / truth[i].max(FLOOR * peak) {
+            error if error.is_nan() => f64::INFINITY,
+            error => error,
+        };
+        if peak > 0.0 { judged.clone().map(error).fold(0.0, f64::max) } else { 0.0 }
+    };
+    views.iter().enumerate().map(of_ray).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

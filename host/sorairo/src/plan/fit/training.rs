@@ -8,8 +8,10 @@ use rayon::prelude::*;
 use sorairo_shared::glam::{DVec3, Vec3, Vec4};
 use sorairo_shared::ground::{GroundView, ground_light, ground_seen};
 use sorairo_shared::multiple::single_scattering_of_many;
+use sorairo_shared::multiple_lookup;
 use sorairo_shared::single::Bands;
-use sorairo_shared::sky::Parts;
+use sorairo_shared::sky::{Parts, cosine_from_sun};
+use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
 use crate::plan::directions::direction;
@@ -37,56 +39,78 @@ pub fn scattering_of(constituent: Constituent, coefficients: Coefficients) -> f6
 pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> Parts<Vec<Vec<f64>>> {
     let (air, aerosol) = scattered_once(integral, &training_views(integral), wavelengths);
     let between = Between::new(&integral.wavelengths, wavelengths);
-    let coarse = Resolution::for_training(&integral.setting(), integral.aerosol_depth());
-    let (multiple, ground) = rest(integral, &between.computed, &training_rows(integral), &coarse);
+    let (multiple, ground) = rest(integral, &between.computed);
     let at_all = |spectra: Vec<Vec<f64>>, constituent| {
         let known = |&wavelength: &f64| known(&integral.optics, constituent, wavelength);
         let known = [&between.computed[..], wavelengths].map(|at| at.iter().map(known).collect::<Vec<f64>>());
         spectra.iter().map(|spectrum| between.at_all(spectrum, &known)).collect()
     };
-    let ground = ground.into_iter().flatten().collect();
     let (multiple, ground) = (at_all(multiple, Constituent::Multiple), at_all(ground, Constituent::Ground));
     Parts { air, aerosol, multiple, ground }
 }
 
-/// Light along rays, at wavelengths at each of which it was computed.
-pub struct Rays {
-    /// The directions.
-    pub views: Vec<Vec3>,
-    /// What is seen of each constituent in each of them: nothing of one that the sky does not have, nor of ground that is not met.
-    pub spectra: Parts<Vec<Option<Vec<f64>>>>,
+/// Directions of the rays from which a spectrum is learnt, and of others that lie between them. From above the ground both have some about the
+/// horizon, where most air is crossed and the ground begins.
+pub fn spectral_views(integral: &RayIntegral) -> [Vec<Vec3>; 2] {
+    let azimuths = training_grid(integral).1;
+    let learnt: Vec<f64> = (0..azimuths).map(|j| 180.0 * f64::from(j) / f64::from(azimuths - 1)).collect();
+    let about_horizon = views(integral, &above_horizon(integral, &[-1.5, -0.5, -0.05, 0.05, 0.4, 1.0]), &learnt);
+    let from_ground = integral.uniform.altitude == 0.0;
+    // What is seen of the ground from the ground itself is the same in every direction.
+    let down = from_ground.then_some(-Vec3::Z);
+    let learnt = training_views(integral).into_iter().chain(about_horizon).chain(down).collect();
+    const BETWEEN: [f64; 8] = [0.3, 1.2, 2.3, 4.6, 10.0, 17.0, 31.0, 67.0];
+    const AZIMUTHS: [f64; 5] = [1.0, 12.0, 45.0, 100.0, 175.0];
+    let below: &[f64] = if from_ground { &[] } else { &BETWEEN };
+    let all = BETWEEN.into_iter().chain(below.iter().map(|elevation| -elevation));
+    let elevations: Vec<f64> = all.chain(above_horizon(integral, &[-0.9, -0.2, 0.01, 0.2])).collect();
+    [learnt, views(integral, &elevations, &AZIMUTHS)]
 }
 
-/// Rays to learn spectra from, and others to try what was learnt, at wavelengths (nm) in a light field as fine as the sky's own: in a coarse one
-/// the ends of the spectrum are off by some per cent.
-pub fn spectral_rays(integral: &RayIntegral, wavelengths: &[f64]) -> [Rays; 2] {
-    let (learnt, tried) = (rows_with_horizon(integral), tried_rows(integral));
-    let all = [&learnt[..], &tried].concat();
-    let mut views: Vec<Vec3> =
-        all.iter().flat_map(|row| row.cosines.iter().map(|&x| view_of(integral, row.mu, x))).collect();
-    let (air, aerosol) = scattered_once(integral, &views, wavelengths);
-    let sky = RayIntegral { bands: bands(&integral.optics, wavelengths), ..integral.clone() };
-    let (multiple, ground) = rest(integral, wavelengths, &all, &sky.spectral_resolution());
-    let of = |constituent: Constituent, spectra: Vec<Option<Vec<f64>>>| {
-        if constituent.is_in(integral.variant) { spectra } else { vec![None; views.len()] }
+/// Elevations by what they lie above the horizon (degrees) of an observer above the ground; none for one on it.
+fn above_horizon(integral: &RayIntegral, above: &[f64]) -> Vec<f64> {
+    let horizon = f64::from(integral.uniform.horizon).to_degrees();
+    let above = if integral.uniform.altitude > 0.0 { above } else { &[] };
+    above.iter().map(|above| (horizon + above).max(-90.0)).collect()
+}
+
+/// The directions of elevations and of azimuths from the sun (degrees).
+fn views(integral: &RayIntegral, elevations: &[f64], azimuths: &[f64]) -> Vec<Vec3> {
+    let towards = |elevation: f64| {
+        azimuths.iter().map(move |azimuth| direction(elevation, integral.sun_azimuth + azimuth).as_vec3())
     };
-    let some = |spectra: Vec<Vec<f64>>| spectra.into_iter().map(Some).collect();
-    let mut spectra = Parts {
-        air: of(Constituent::Air, some(air)),
-        aerosol: of(Constituent::Aerosol, some(aerosol)),
-        multiple: of(Constituent::Multiple, some(multiple)),
-        ground: of(Constituent::Ground, ground),
+    elevations.iter().flat_map(|&elevation| towards(elevation)).collect()
+}
+
+/// Light along rays at the bands of an integral, by its constituents: what [`RayIntegral::light`] gives, but of many bands at once.
+pub fn light_along(integral: &RayIntegral, views: &[Vec3]) -> Parts<Vec<Vec<f64>>> {
+    let (air, aerosol) = scattered_once(integral, views, &integral.wavelengths);
+    let (multiple, ground) = views.par_iter().map(|&view| rest_along(integral, view)).unzip();
+    Parts { air, aerosol, multiple, ground }
+}
+
+/// Light along a ray that was scattered more than once, and that of the ground, from the lookup.
+fn rest_along(integral: &RayIntegral, view: Vec3) -> (Vec<f64>, Vec<f64>) {
+    let Uniform { atmosphere, multiple: lookup, .. } = &integral.uniform;
+    let (ray, values, has) = (integral.ray(view), &integral.multiple, |bit: u32| integral.variant & bit != 0);
+    let place = multiple_lookup::place(*lookup, atmosphere, ray, cosine_from_sun(&integral.uniform, view));
+    let seen = ground_seen(atmosphere, ray, integral.variant);
+    let of_group = |group: usize| {
+        let (scattered, diffuse) = if has(variant::MULTIPLE) {
+            let group = group as u32;
+            (
+                multiple_lookup::scattered(*lookup, values, place, group),
+                multiple_lookup::diffuse_irradiance(*lookup, values, place, group),
+            )
+        } else {
+            (Vec4::ZERO, Vec4::ZERO)
+        };
+        let is_ground = has(variant::GROUND) && seen.is_seen;
+        let of_ground = || ground_light(atmosphere, &integral.bands[group], seen, diffuse, integral.variant);
+        (scattered, if is_ground { of_ground() } else { Vec4::ZERO })
     };
-    let first = learnt.iter().map(|row| row.cosines.len()).sum();
-    let mut split = |constituent: Constituent| constituent.of_mut(&mut spectra).split_off(first);
-    let tried = Parts {
-        air: split(Constituent::Air),
-        aerosol: split(Constituent::Aerosol),
-        multiple: split(Constituent::Multiple),
-        ground: split(Constituent::Ground),
-    };
-    let tried = Rays { views: views.split_off(first), spectra: tried };
-    [Rays { views, spectra }, tried]
+    let (scattered, ground): (Vec<Vec4>, Vec<Vec4>) = (0..integral.bands.len()).map(of_group).unzip();
+    (integral.at_bands(scattered.into_iter()), integral.at_bands(ground.into_iter()))
 }
 
 /// Wavelengths between others at which light is computed.
@@ -219,22 +243,19 @@ fn training_elevation(row: u32, rows: u32) -> f64 {
     90.0 * (f64::from(row) / f64::from(rows - 1)).powi(2)
 }
 
-/// Spectra of light that was scattered more than once along the rays of rows, and of light from the ground along those that meet it. For a
-/// colour they come from a coarse light field: only ratios between wavelengths are learnt from it.
-fn rest(
-    integral: &RayIntegral,
-    wavelengths: &[f64],
-    rows: &[Row],
-    resolution: &Resolution,
-) -> (Vec<Vec<f64>>, Vec<Option<Vec<f64>>>) {
+/// Spectra of light that was scattered more than once, and of light from the ground, along training rays. They come from a coarse light
+/// field: only ratios between wavelengths are learnt from it.
+fn rest(integral: &RayIntegral, wavelengths: &[f64]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let has = |bit: u32| integral.variant & bit != 0;
     let (mut multiple, mut ground) = (Vec::new(), Vec::new());
     if !has(variant::REST) {
         return (multiple, ground);
     }
     let groups = bands(&integral.optics, wavelengths);
+    let rows = training_rows(integral);
     let setting = integral.setting();
-    let of_rows = || light_of_rows(&integral.light_fields, &setting, &groups, resolution, integral.orders, rows).0;
+    let resolution = Resolution::for_training(&setting, integral.aerosol_depth());
+    let of_rows = || light_of_rows(&integral.light_fields, &setting, &groups, &resolution, integral.orders, &rows).0;
     let diffuse = has(variant::MULTIPLE).then(of_rows);
     for (r, row) in rows.iter().enumerate() {
         for (c, &cosine) in row.cosines.iter().enumerate() {
@@ -247,8 +268,9 @@ fn rest(
                 multiple.push(spectrum(&|group| along(group).scattered));
             }
             let seen = ground_of(integral, row.mu, cosine);
-            let of_ground = || spectrum(&|group| ground_at(integral, &groups[group], seen, along(group)));
-            ground.push((has(variant::GROUND) && seen.is_seen).then(of_ground));
+            if has(variant::GROUND) && seen.is_seen {
+                ground.push(spectrum(&|group| ground_at(integral, &groups[group], seen, along(group))));
+            }
         }
     }
     (multiple, ground)
@@ -261,15 +283,10 @@ fn ground_at(integral: &RayIntegral, group: &Bands, seen: GroundView, light: Lig
 
 /// The ground that a ray meets, by the cosines of its zenith angle and of its azimuth from the sun.
 fn ground_of(integral: &RayIntegral, mu: f64, cosine: f64) -> GroundView {
-    ground_seen(&integral.uniform.atmosphere, integral.ray(view_of(integral, mu, cosine)), integral.variant)
-}
-
-/// The direction of a ray, by the same cosines.
-fn view_of(integral: &RayIntegral, mu: f64, cosine: f64) -> Vec3 {
     let (to_sun, level) = (integral.uniform.bearing.as_dvec4().truncate(), (1.0 - mu * mu).max(0.0).sqrt());
     let across = DVec3::new(-to_sun.y, to_sun.x, 0.0);
     let view = (to_sun * cosine + across * (1.0 - cosine * cosine).max(0.0).sqrt()) * level + DVec3::Z * mu;
-    view.as_vec3()
+    ground_seen(&integral.uniform.atmosphere, integral.ray(view.as_vec3()), integral.variant)
 }
 
 /// The training rays as rows, from above the ground also those below the horizon; on the ground itself one that looks at it.
@@ -285,36 +302,6 @@ fn training_rows(integral: &RayIntegral) -> Vec<Row> {
         vec![Row { mu: -1.0, cosines: vec![1.0] }]
     };
     above.chain(below).collect()
-}
-
-/// The training rays as rows, and from above the ground others about the horizon, where most air is crossed and the ground begins.
-fn rows_with_horizon(integral: &RayIntegral) -> Vec<Row> {
-    let rows = training_rows(integral);
-    let cosines = rows[0].cosines.clone();
-    rows.into_iter().chain(about_horizon(integral, &[-1.5, -0.5, -0.05, 0.05, 0.4, 1.0], &cosines)).collect()
-}
-
-/// Rows of rays that lie between those from which spectra are learnt, near the sun and far from it.
-fn tried_rows(integral: &RayIntegral) -> Vec<Row> {
-    const ELEVATIONS: [f64; 8] = [0.3, 1.2, 2.3, 4.6, 10.0, 17.0, 31.0, 67.0];
-    const AZIMUTHS: [f64; 5] = [1.0, 12.0, 45.0, 100.0, 175.0];
-    let cosines = AZIMUTHS.map(|azimuth: f64| azimuth.to_radians().cos());
-    let below: &[f64] = if integral.uniform.altitude > 0.0 { &ELEVATIONS } else { &[] };
-    let all = ELEVATIONS.into_iter().chain(below.iter().map(|elevation| -elevation));
-    let rows = all.map(|elevation| row_at(elevation, &cosines));
-    rows.chain(about_horizon(integral, &[-0.9, -0.2, 0.01, 0.2], &cosines)).collect()
-}
-
-/// Rows at elevations above the horizon (degrees) of an observer above the ground; none for one on it.
-fn about_horizon(integral: &RayIntegral, above: &[f64], cosines: &[f64]) -> Vec<Row> {
-    let horizon = f64::from(integral.uniform.horizon).to_degrees();
-    let above = if integral.uniform.altitude > 0.0 { above } else { &[] };
-    above.iter().map(|above| row_at((horizon + above).max(-90.0), cosines)).collect()
-}
-
-/// A row at an elevation (degrees).
-fn row_at(elevation: f64, cosines: &[f64]) -> Row {
-    Row { mu: elevation.to_radians().sin(), cosines: cosines.to_vec() }
 }
 
 #[cfg(test)]

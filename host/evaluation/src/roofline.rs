@@ -43,7 +43,7 @@ pub struct Reached {
     pub megabytes: f64,
     /// Megabytes that its invocations load from buffers, most of it from caches.
     pub loaded_megabytes: f64,
-    /// Operations in 10⁶, as [`Counts`] counts them.
+    /// Floating-point operations in 10⁶, as they are executed: each number of a sum, product, quotient, root or exponential one, a multiply-add two.
     pub megaoperations: f64,
     /// The part of them that is quotients, roots, exponentials and logarithms.
     pub slow_part: f64,

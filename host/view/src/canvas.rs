@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use eframe::egui::TextureId;
-use eframe::egui_wgpu::{RenderState, WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
+use eframe::egui::{PaintCallbackInfo, Rect, Shape};
+use eframe::egui_wgpu::{
+    Callback, CallbackResources, CallbackTrait, RenderState, WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew,
+};
 use sorairo::scene::{CameraScene, Size};
 use sorairo::wgpu;
 use sorairo::{ResidentRenderer, Result, SkyPlan, Target};
@@ -12,6 +14,7 @@ use sorairo::{ResidentRenderer, Result, SkyPlan, Target};
 pub struct Canvas {
     state: RenderState,
     renderer: ResidentRenderer,
+    screen: Screen,
     texture: Option<Texture>,
     drawn: Option<(Arc<SkyPlan>, CameraScene)>,
     count: u32,
@@ -20,26 +23,27 @@ pub struct Canvas {
 struct Texture {
     size: Size,
     view: wgpu::TextureView,
-    id: TextureId,
+    shown: Shown,
 }
 
 impl Canvas {
     /// On the device that draws the window.
     pub fn new(state: &RenderState) -> Self {
         let renderer = ResidentRenderer::with_device(&state.device, &state.queue);
-        Self { state: state.clone(), renderer, texture: None, drawn: None, count: 0 }
+        let screen = Screen::new(&state.device, state.target_format);
+        Self { state: state.clone(), renderer, screen, texture: None, drawn: None, count: 0 }
     }
 
-    /// What a camera sees of a sky, as the window shows it.
+    /// What a camera sees of a sky, as the window shows it in a part of its own.
     ///
     /// # Errors
     ///
     /// Those of [`ResidentRenderer::encode`].
-    pub fn show(&mut self, sky: &Arc<SkyPlan>, camera: &CameraScene) -> Result<TextureId> {
+    pub fn show(&mut self, rect: Rect, sky: &Arc<SkyPlan>, camera: &CameraScene) -> Result<Shape> {
         let is_drawn = self.drawn.as_ref().is_some_and(|(of, from)| Arc::ptr_eq(of, sky) && from == camera);
         let texture = match self.texture.take() {
             Some(texture) if texture.size == camera.size => texture,
-            other => Texture::new(&self.state, camera.size, other),
+            _ => Texture::new(&self.state.device, &self.screen, camera.size),
         };
         let texture = self.texture.insert(texture);
         if !is_drawn {
@@ -49,7 +53,7 @@ impl Canvas {
             self.drawn = Some((Arc::clone(sky), camera.clone()));
             self.count += 1;
         }
-        Ok(texture.id)
+        Ok(Shape::Callback(Callback::new_paint_callback(rect, texture.shown.clone())))
     }
 
     /// How often a sky was drawn.
@@ -59,9 +63,9 @@ impl Canvas {
 }
 
 impl Texture {
-    /// Of a size, in the place of another one.
-    fn new(state: &RenderState, size: Size, other: Option<Self>) -> Self {
-        let texture = state.device.create_texture(&wgpu::TextureDescriptor {
+    /// Of a size.
+    fn new(device: &wgpu::Device, screen: &Screen, size: Size) -> Self {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("sky"),
             size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 },
             mip_level_count: 1,
@@ -72,16 +76,63 @@ impl Texture {
             view_formats: &[],
         });
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let (device, filter) = (&state.device, wgpu::FilterMode::Nearest);
-        let mut renderer = state.renderer.write();
-        let id = match other {
-            Some(Self { id, .. }) => {
-                renderer.update_egui_texture_from_wgpu_texture(device, &view, filter, id);
-                id
-            }
-            None => renderer.register_native_texture(device, &view, filter),
-        };
-        Self { size, view, id }
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("sky"),
+            layout: &screen.pipeline.get_bind_group_layout(0),
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) }],
+        });
+        Self { size, view, shown: Shown { pipeline: screen.pipeline.clone(), group } }
+    }
+}
+
+/// Takes texels to the screen as they are. egui's own way filters each of them, which takes a driver in software longer than to compute the sky.
+struct Screen {
+    pipeline: wgpu::RenderPipeline,
+}
+
+impl Screen {
+    /// For the window's format.
+    fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
+        let module = device.create_shader_module(wgpu::include_wgsl!("texels.wgsl"));
+        // The texture holds sRGB already.
+        let entry_point = if format.is_srgb() { "linear_texel" } else { "texel" };
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("sky"),
+            layout: None,
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("corner"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: None,
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some(entry_point),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        Self { pipeline }
+    }
+}
+
+/// A texture on its way to the screen.
+#[derive(Clone)]
+struct Shown {
+    pipeline: wgpu::RenderPipeline,
+    group: wgpu::BindGroup,
+}
+
+impl CallbackTrait for Shown {
+    fn paint(&self, _: PaintCallbackInfo, pass: &mut wgpu::RenderPass<'static>, _: &CallbackResources) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.draw(0..3, 0..1);
     }
 }
 

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use eframe::egui::{
     self, Align2, Button, CentralPanel, Color32, ColorImage, CursorIcon, Event, FontData, FontDefinitions, FontFamily,
-    FontId, Frame, Key, Margin, Panel, Pos2, Rect, RichText, Sense, Slider, SliderClamping, Stroke, TextStyle,
-    TextureHandle, TextureId, TextureOptions, Ui, Vec2, ViewportCommand,
+    FontId, Frame, Key, Margin, Panel, Pos2, Rect, RichText, Sense, Shape, Slider, SliderClamping, Stroke, TextStyle,
+    TextureHandle, TextureOptions, Ui, Vec2, ViewportCommand,
 };
 use sorairo::Plan;
 use sorairo::low_level::files::png;
@@ -331,12 +331,12 @@ impl Window {
         let rect = picture_rect(ui.max_rect(), self.scene.camera.projection);
         let dragging = ui.input(|input| input.pointer.any_down());
         self.ask_for(rect.size() * ui.ctx().pixels_per_point(), if dragging { WIDEST_DRAGGED } else { WIDEST });
-        let Some(texture) = self.texture() else { return };
+        let Some(image) = self.image(rect) else { return };
         let response = ui.allocate_rect(rect, Sense::click_and_drag()).on_hover_cursor(CursorIcon::Crosshair);
         self.look_around(ui, &response, rect);
         let Some(shown) = &self.shown else { return };
         let painter = ui.painter_at(rect);
-        painter.image(texture, rect, Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0)), Color32::WHITE);
+        painter.add(image);
         let hovered = response.hover_pos().map(|at| fractions(rect, at));
         if let Some(direction) = hovered.and_then(|point| direction_at(&shown.plan, point)) {
             note(&painter, rect.left_bottom() + Vec2::new(10.0, -10.0), &in_words(direction));
@@ -350,14 +350,15 @@ impl Window {
         }
     }
 
-    /// The sky that is shown.
-    fn texture(&mut self) -> Option<TextureId> {
+    /// The sky that is shown, in its part of the window.
+    fn image(&mut self, rect: Rect) -> Option<Shape> {
         let shown = self.shown.as_ref()?;
         if let Some(picture) = &shown.picture {
-            return Some(picture.id());
+            let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+            return Some(Shape::image(picture.id(), rect, whole, Color32::WHITE));
         }
-        match self.canvas.as_mut()?.show(&shown.plan.sky, &self.scene.camera) {
-            Ok(texture) => Some(texture),
+        match self.canvas.as_mut()?.show(rect, &shown.plan.sky, &self.scene.camera) {
+            Ok(image) => Some(image),
             Err(fault) => {
                 self.fault = Some(fault);
                 None

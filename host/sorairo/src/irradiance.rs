@@ -252,6 +252,30 @@ mod tests {
     }
 
     #[test]
+    fn what_falls_from_the_sky_fades_with_its_colour_through_deep_twilight() {
+        let mut before: Option<SkyLight> = None;
+        for step in 0..14 {
+            let sun = -12.0 - 0.5 * f64::from(step);
+            let mut scene = Scene::preset(Preset::Standard);
+            scene.sun.elevation = sun;
+            let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+            let light = SkyLight::new(&sky);
+            let luminance = sky.integral.uniform.rgb.luminance(DVec3::from_array(light.irradiance_rgb).as_vec3());
+            let by_colour = LUMENS_PER_WATT * f64::from(luminance) / light.illuminance_lux;
+            println!("sun at {sun}: {:.2e} W/m², {by_colour:.3}", light.irradiance_w_m2);
+            // Two ways through the fit: the nodes of colour and the sum over wavelengths. What they learn from is a thousandth of a millionth of
+            // the day's light, on the edge of what cubics between the nodes of a light field resolve.
+            assert!((by_colour - 1.0).abs() < 0.06, "sun at {sun}: {by_colour}");
+            if let Some(before) = before {
+                let faded = light.irradiance_w_m2 / before.irradiance_w_m2;
+                // Half a degree takes a third of the light or more; it was 300 times as much once.
+                assert!(faded < 1.0 && faded > 0.3, "sun at {sun}: {faded}");
+            }
+            before = Some(light);
+        }
+    }
+
+    #[test]
     fn irradiance_is_the_sum_over_a_fine_grid() {
         for (sun, asymmetry, optical_depth) in
             [(-4.0, 0.8, 0.005), (5.0, 0.8, 0.3), (30.0, 0.95, 0.3), (90.0, 0.9, 0.1)]

@@ -40,13 +40,31 @@ pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> Parts<Ve
     let (air, aerosol) = scattered_once(integral, &training_views(integral), wavelengths);
     let between = Between::new(&integral.wavelengths, wavelengths);
     let (multiple, ground) = rest(integral, &between.computed);
-    let at_all = |spectra: Vec<Vec<f64>>, constituent| {
+    let at_all = |mut spectra: Vec<Vec<f64>>, constituent| {
+        without_undershoots(&mut spectra);
         let known = |&wavelength: &f64| known(&integral.optics, constituent, wavelength);
         let known = [&between.computed[..], wavelengths].map(|at| at.iter().map(known).collect::<Vec<f64>>());
         spectra.iter().map(|spectrum| between.at_all(spectrum, &known)).collect()
     };
     let (multiple, ground) = (at_all(multiple, Constituent::Multiple), at_all(ground, Constituent::Ground));
     Parts { air, aerosol, multiple, ground }
+}
+
+/// What stands for light below zero, relative to the brightest of its spectrum: about what twilight has at 380 nm.
+const UNDERSHOOT: f64 = 0.01;
+
+/// Where no direct light is left cubics between the nodes of a light field pass below zero at the shortest wavelengths. Their logarithms would
+/// be those of darkness, and a fit would learn from them how dark may turn into bright. So such rays are left out or, where most are like
+/// that, filled.
+fn without_undershoots(spectra: &mut Vec<Vec<f64>>) {
+    let is_whole = |spectrum: &Vec<f64>| spectrum.iter().all(|&value| value >= 0.0);
+    if 2 * spectra.iter().filter(|spectrum| is_whole(spectrum)).count() >= spectra.len() {
+        return spectra.retain(is_whole);
+    }
+    for spectrum in spectra {
+        let brightest = spectrum.iter().copied().fold(0.0, f64::max);
+        spectrum.iter_mut().filter(|value| **value < 0.0).for_each(|value| *value = UNDERSHOOT * brightest);
+    }
 }
 
 /// Directions of the rays from which a spectrum is learnt, and of others that lie between them. From above the ground both have some about the

@@ -74,17 +74,18 @@ fn of_a_sky(seed: u64, number: u64, count: u64) -> Vec<Case> {
     let peak = |spectrum: &Vec<f64>| spectrum.iter().copied().fold(0.0, f64::max);
     let brightest = expected.iter().map(peak).fold(0.0, f64::max);
     let bound = if scene.sun.elevation < 0.0 { BOUND_IN_TWILIGHT } else { BOUND_BY_DAY };
-    let case = |(&view, (found, expected)): (&(f64, f64), (&Vec<f64>, &Vec<f64>))| {
+    let is_integrated = matches!(planned.fit, SpectrumFit::Linear(_));
+    let case = |i: usize| {
+        let (view, found, expected) = (views[i], &found[i], &expected[i]);
         let floor = (FLOOR * peak(expected)).max(FAINT * brightest);
         let error = |i: usize| {
             let error = (found[i] - expected[i]).abs();
             if error == 0.0 { 0.0 } else { error / expected[i].max(floor) / bound }
         };
         let worst = (0..wavelengths.len()).max_by(|&a, &b| error(a).total_cmp(&error(b))).expect("wavelengths");
-        let is_integrated = matches!(planned.fit, SpectrumFit::Linear(_));
         Case { scene: scene.clone(), view, wavelength: wavelengths[worst], error: error(worst), is_integrated }
     };
-    views.iter().zip(found.iter().zip(&expected)).map(case).collect()
+    (0..views.len()).map(case).collect()
 }
 
 /// What the spectra towards views are held against (W·m⁻²·sr⁻¹·nm⁻¹).

@@ -52,13 +52,15 @@ pub fn constituents(
 ) -> BlockConstituents {
     let mut sum = BlockConstituents::DARK;
     let mut lights = [Parts { air: Four::ZERO, aerosol: Four::ZERO, multiple: Four::ZERO, ground: Four::ZERO }; GROUPS];
-    for group in 0..buffers.bands.len() {
+    let mut group = 0;
+    while group < buffers.bands.len() {
         let parts = light(uniform, buffers, group, directions, count, variant);
         if fit == LINEAR {
             add_linear(buffers, group, &parts, count, &mut sum, variant);
         } else {
             lights[group] = parts;
         }
+        group += 1;
     }
     if fit != LINEAR {
         let solve = fit == REGRESSION_SOLVED;

@@ -363,7 +363,7 @@ fn a_spectrum_leaves_the_colour_alone() {
     for (colour, pixel) in colours.chunks_exact(3).zip(both.chunks_exact(size)) {
         for (alone, beside) in colour.iter().zip(pixel).map(|(a, b)| (f32::from_bits(*a), f32::from_bits(*b))) {
             // The series of orders may be off by 0.4 %, and ends elsewhere with other bands.
-            assert!((alone - beside).abs() <= 4e-3 * alone.abs().max(1e-3), "{alone} {beside}");
+            assert!((alone - beside).abs() <= 4e-3 * sorairo_shared::math::max(alone.abs(), 1e-3), "{alone} {beside}");
         }
     }
 }

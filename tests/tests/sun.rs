@@ -201,7 +201,10 @@ fn a_disc_beyond_what_a_file_can_hold_is_refused() {
     let refused = |scene: &Scene, name: &str, named: &str| {
         let path = folder.path().join(name);
         let request = request(&path.display().to_string());
-        match scene.validated().and_then(|scene| sorairo::low_level::render::Job::new(&scene, &request)) {
+        match scene
+            .validated()
+            .and_then(|scene| sorairo::low_level::render::Job::new(&scene, &request, &sorairo::LightFields::default()))
+        {
             Err(error) => assert!(error.to_string().contains(named), "{error}"),
             Ok(_) => panic!("{name} is not refused"),
         }

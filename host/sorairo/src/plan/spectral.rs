@@ -422,7 +422,7 @@ mod tests {
         for (each, fitted) in each.radiance(view).into_iter().zip(fitted.radiance(view)) {
             assert!((fitted / each - 1.0).abs() < BOUND_BY_DAY, "{fitted}, {each}");
         }
-        let [rows, colour] = [&each.rows(&sky), &sky.colour].map(|rows| rows.len());
+        let [rows, colour] = [&each.rows(&sky), &sky.colours().rows].map(|rows| rows.len());
         assert!(rows > colour);
         let of_colour = |plan: &SpectralPlan| {
             let transfer = plan.integral.transfer(view);

@@ -7,7 +7,6 @@ use std::process::Stdio;
 use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 use sorairo::low_level::files::{Format, is_finished};
 use sorairo::scene::{ExrDepth, Scene};
 use sorairo_tests::program::{Ended, command, contents, read_exr, read_png, run, succeed};
@@ -166,59 +165,6 @@ fn json_lists_the_frames_whether_rendered_or_found() {
         expected["rendered"] = false.into();
         assert_eq!(*again, expected);
     }
-}
-
-#[test]
-fn the_light_of_frames_that_are_there_is_that_which_the_first_run_kept_unless_a_byte_of_it_changed() {
-    let folder = folder();
-    let (line, kept) =
-        ("sequence --device cpu --size 8x4 --sun-elevation 0:10:5 -o #.png", folder.path().join("light.json"));
-    let first = sequence(folder.path(), line)["frames"].clone();
-    let whole = std::fs::read_to_string(&kept).unwrap();
-    let rewrite = |change: &dyn Fn(&str) -> String, is_signed: bool| {
-        let light = change(whole.split_once("\"light\":").unwrap().1.trim_end().strip_suffix('}').unwrap());
-        let sum: String = Sha256::digest(&light).iter().map(|byte| format!("{byte:02x}")).collect();
-        let sum = if is_signed { &sum } else { &whole[13..77] };
-        std::fs::write(&kept, format!("{{\"checksum\":\"{sum}\",\"light\":{light}}}\n")).unwrap();
-    };
-    let key = "\"illuminance_lux\":";
-    let other = |light: &str| {
-        let mut parts = light.split(key);
-        let first = parts.next().unwrap().to_owned();
-        parts.fold(first, |text, part| format!("{text}{key}123456.5{}", &part[part.find(',').unwrap()..]))
-    };
-    let lux = |frames: &Value| {
-        frames.as_array().unwrap().iter().map(|frame| frame["illuminance_lux"].as_f64().unwrap()).collect::<Vec<_>>()
-    };
-    rewrite(&str::to_owned, false);
-    assert_eq!(std::fs::read_to_string(&kept).unwrap(), whole);
-
-    // What is kept is what is told, which nothing else shows without a clock.
-    rewrite(&other, true);
-    assert_eq!(lux(&sequence(folder.path(), line)["frames"]), [123456.5; 3]);
-    assert!(lux(&first).iter().all(|lux| (100.0..20_000.0).contains(lux)), "{first}");
-
-    // A changed byte, another version's frames, no such file: the light is computed, and kept once more.
-    let renamed = |light: &str| light.replacen('"', "\"0", 1);
-    let cases: [&dyn Fn(); 4] =
-        [&|| rewrite(&other, false), &|| rewrite(&renamed, true), &|| std::fs::write(&kept, "{").unwrap(), &|| {
-            std::fs::remove_file(&kept).unwrap()
-        }];
-    for spoil in cases {
-        spoil();
-        assert_eq!(lux(&sequence(folder.path(), line)["frames"]), lux(&first));
-        assert_eq!(std::fs::read_to_string(&kept).unwrap(), whole);
-    }
-
-    // Parts keep theirs beside those of the others; without --json nothing is kept.
-    std::fs::remove_file(&kept).unwrap();
-    for part in ["--frame 2", "--frames 0-1"] {
-        sequence(folder.path(), &format!("{line} {part}"));
-    }
-    assert_eq!(std::fs::read_to_string(&kept).unwrap(), whole);
-    std::fs::remove_file(&kept).unwrap();
-    succeed(folder.path(), &words(line));
-    assert!(!kept.exists());
 }
 
 #[test]

@@ -11,7 +11,6 @@ mod evaluation;
 pub mod flags;
 mod frames;
 mod help;
-mod kept_light;
 mod known;
 mod manifest;
 mod memory;

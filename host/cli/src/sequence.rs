@@ -13,7 +13,6 @@ use crate::cases::Cases;
 use crate::contact_sheet::contact_sheet;
 use crate::error::Result;
 use crate::frames;
-use crate::kept_light::{self, KeptLight};
 use crate::known;
 use crate::manifest;
 use crate::memory;
@@ -84,24 +83,17 @@ impl FrameReport {
 pub fn run(arguments: &SequenceArguments) -> Result<()> {
     let cases = arguments.table.as_deref().map(Cases::read).transpose()?;
     let frames = frames::all(arguments, cases.as_ref())?;
-    let mut chosen = frames::chosen(arguments, &frames)?;
+    let chosen = frames::chosen(arguments, &frames)?;
     let sheet = contact_sheet_path(&frames);
-    let light = kept_light::path(&frames);
-    let files = frames.iter().flat_map(|frame| &frame.request.outputs).chain([&sheet, &light]);
+    let files = frames.iter().flat_map(|frame| &frame.request.outputs).chain([&sheet]);
     refuse_scene_as_output(arguments.scene.as_deref(), files)?;
     let mut device = device::open(&memory::device(&arguments.device)?)?;
     sequence::make_folders(&chosen)?;
-    let known = if arguments.json { kept_light::read(&light) } else { KeptLight::new() };
-    let keys = if arguments.json { leave_out(&mut chosen, &known)? } else { Vec::new() };
-    let (mut keys, mut more) = (keys.iter(), KeptLight::new());
     let (mut rendered, mut skipped, mut reports) = (0, 0, Vec::new());
     let start = Instant::now();
     let mut progress = FrameProgress::start(chosen.len());
     let outcome = sequence::sequence(&chosen, &mut device, &mut |frame, ended, shown| {
-        // Frames end in their order.
-        let key = keys.next();
-        more.extend(key.cloned().zip(shown));
-        reports.push(FrameReport::new(frame, ended, shown.or_else(|| known.get(key?).copied())));
+        reports.push(FrameReport::new(frame, ended, shown));
         match ended {
             Ended::Rendered { .. } => rendered += 1,
             Ended::Found => skipped += 1,
@@ -110,10 +102,6 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
     });
     drop(progress);
     outcome?;
-    if !more.is_empty() {
-        // Without it the next run computes the light once more.
-        let _ = kept_light::add(&light, &frames, more);
-    }
     let seconds = start.elapsed().as_secs_f64();
     let is_other = |frame: &&Frame| chosen.binary_search_by_key(&frame.number, |chosen| chosen.number).is_err();
     let manifest = cases.is_some().then(|| manifest::path(&frames));
@@ -144,16 +132,6 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
         print_line(&serde_json::to_string(&summary).expect("a summary is plain data"))?;
     }
     Ok(())
-}
-
-/// Asks for no light that is known; gives the key of each frame.
-fn leave_out(frames: &mut [Frame], known: &KeptLight) -> Result<Vec<String>> {
-    let each = |frame: &mut Frame| {
-        let key = kept_light::key(frame)?;
-        frame.request.sky_light &= !known.contains_key(&key);
-        Ok(key)
-    };
-    frames.iter_mut().map(each).collect()
 }
 
 /// The contact sheet beside the frames.

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use sorairo_shared::glam::DVec3;
 use sorairo_shared::moments::{Moments, legendre};
 
@@ -23,7 +23,7 @@ const AZIMUTHS: u32 = 24;
 /// What falls from the sky, from its sun and from the ground on a level surface at the observer, and the brightness of the zenith.
 ///
 /// With the flat sun, which is 1 at every wavelength, all values are relative.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SkyLight {
     /// Diffuse irradiance, that of the sky without the sun itself, between 380 and 780 nm (W·m⁻²).
     pub irradiance_w_m2: f64,
@@ -52,7 +52,7 @@ pub struct SkyLight {
 ///
 /// The order is `Y_00, Y_1-1, Y_10, Y_11, Y_2-2, Y_2-1, Y_20, Y_21, Y_22`; x is north, y west and z up. Irradiance holds hardly any more than
 /// these (Ramamoorthi and Hanrahan 2001, *An efficient representation for irradiance environment maps*, DOI 10.1145/383259.383317, Eq. 7 and 8).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Harmonics {
     /// The coefficients.

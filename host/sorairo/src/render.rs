@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::thread::Scope;
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::device::{Device, DeviceKind, Times};
 use crate::error::{Error, Result};
@@ -239,7 +239,7 @@ fn pixel_format(scene: &Scene, formats: &[Format]) -> PixelFormat {
 }
 
 /// What an image shows, beside its pixels.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Shown {
     /// Factor from linear RGB to the picture's linear value, as a power of two.
     pub exposure_ev: f32,

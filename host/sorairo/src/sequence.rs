@@ -126,8 +126,8 @@ pub fn are_finished<'a>(frames: impl Iterator<Item = &'a Frame> + Clone) -> bool
 /// Renders the frames that are not there yet, in their order.
 ///
 /// A frame counts as there if each of its files is whole to the byte and names the same scene and version of the program.
-/// `ended` is called for each frame, in their order, with what it shows where its request asks for the sky's light. No frame's file holds that light,
-/// so it is computed for frames that are there already too, some hundredths of a second each. After an error the frames before it are whole and in place.
+/// `ended` is called for each frame, in their order, with what it shows where its request asks for the sky's light. No file holds that light, so it
+/// is computed for frames that are there already too, some hundredths of a second each. After an error the frames before it are whole and in place.
 ///
 /// # Errors
 ///

@@ -176,7 +176,7 @@ pub struct SequenceArguments {
     pub output: Vec<PathBuf>,
     #[command(flatten)]
     pub spectral: SpectralFlags,
-    /// Print one JSON object about the sequence and each of its frames to standard output; light.json beside the frames keeps their light.
+    /// Print one JSON object about the sequence and each of its frames to standard output.
     #[arg(long)]
     pub json: bool,
 }

@@ -214,7 +214,7 @@ fn a_wrong_table_is_refused_by_its_line() {
         ("380,1\n780,1\n500,1\n", "line 3: 500 nm follows 780 nm"),
         ("380,1\n500,nan\n780,1\n", "line 2: column 2 is \"nan\", not a finite number"),
         ("380,1\n500,\n780,1\n", "line 2: column 2 is empty"),
-        ("380,1\n500\n780,1\n", "line 2: 1 columns instead of 2"),
+        ("380,1\n500\n780,1\n", "line 2: 1 column instead of 2"),
         ("380,1\n500,-1\n780,1\n", "line 2: column 2 is -1; it must be 0 or more"),
         ("400,1\n700,1\n", "380 to 400 nm and 700 to 780 nm are missing"),
         ("", "at least two rows"),

@@ -296,13 +296,7 @@ fn parts_by_two_processes_are_the_whole_and_the_last_leaves_the_contact_sheet() 
         let ended: Ended = child.wait_with_output().unwrap().into();
         assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     }
-    // The two processes were not asked for light, which they would keep.
-    let files = |folder: &Path| {
-        let mut files = contents(&folder.join("f"));
-        files.remove("light.json");
-        files
-    };
-    assert!(files(parts.path()) == files(whole.path()));
+    assert!(contents(&parts.path().join("f")) == contents(&whole.path().join("f")));
 }
 
 #[test]
@@ -336,7 +330,7 @@ fn a_frame_a_task_is_byte_for_byte_the_whole_and_the_last_task_leaves_sheet_and_
         counts(&sequence(parts.path(), &format!("{times} --frames 9 --frames 2-3 --frame 8 --frame 3"))),
         (3, 0)
     );
-    assert_eq!(contents(&parts.path().join("t")).keys().collect::<Vec<_>>(), ["2.png", "3.png", "8.png", "light.json"]);
+    assert_eq!(contents(&parts.path().join("t")).keys().collect::<Vec<_>>(), ["2.png", "3.png", "8.png"]);
 }
 
 /// Three tasks of a farm, all of whose frames are there, and the summary of the second run again.

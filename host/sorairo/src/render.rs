@@ -258,8 +258,9 @@ impl Shown {
     /// # Errors
     ///
     /// Those of [`Format::of`].
-    pub fn of_request(request: &Request, scene: &ValidScene) -> Result<Self> {
-        Ok(Self::of(&Plan::new(scene, pixel_format(scene, &request.formats()?))))
+    pub fn of_request(request: &Request, scene: &ValidScene, light_fields: &LightFields) -> Result<Self> {
+        let pixel = pixel_format(scene, &request.formats()?);
+        Ok(Self::of(&Plan::with_light_fields(scene, pixel, light_fields)))
     }
 }
 

@@ -182,7 +182,7 @@ impl Work {
         let shown = match &job {
             _ if !request.sky_light => None,
             Some(job) => Some(job.shown()),
-            None => Some(Shown::of_request(request, scene)?),
+            None => Some(Shown::of_request(request, scene, light_fields)?),
         };
         Ok(Self { job, shown })
     }

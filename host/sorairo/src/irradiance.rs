@@ -108,14 +108,14 @@ fn harmonics(DVec3 { x, y, z }: DVec3) -> [f64; 9] {
 }
 
 impl SkyLight {
-    /// That of a sky: the integral of the radiance that the bands of its colour give, and of its RGB over the upper hemisphere, by Gauss-Legendre quadrature
+    /// That of a sky: the integral of its fitted spectrum and of its RGB over the upper hemisphere, by Gauss-Legendre quadrature
     /// with nodes crowded around the sun.
     pub fn new(sky: &SkyPlan) -> Self {
         if sky.is_night {
             return Self::default();
         }
         let wavelengths = observer::wavelengths();
-        let spectrum = SpectralPlan::of_own_bands(sky, &wavelengths);
+        let spectrum = SpectralPlan::new(sky, &wavelengths);
         let radiance = |view: DVec3| {
             let view = view.as_vec3();
             (sky.radiance(view).as_dvec3(), power_and_luminance(sky, &wavelengths, &spectrum.radiance(view)))

@@ -168,11 +168,6 @@ impl Spectra {
         Self { by: By::Fit(spectral) }
     }
 
-    /// Spectra at the observer's wavelengths by the bands of the sky's colour, which are chosen for that.
-    pub(crate) fn for_colour(sky: &SkyPlan) -> Self {
-        Self::planned(Arc::new(SpectralPlan::of_own_bands(sky, &observer::wavelengths())))
-    }
-
     /// Radiance at each wavelength towards an elevation and an azimuth (degrees, clockwise from north): W·m⁻²·sr⁻¹·nm⁻¹, at least 0.
     ///
     /// # Errors
@@ -207,14 +202,14 @@ impl Spectra {
     }
 }
 
-/// Colours of a sky in many directions (an elevation and an azimuth in degrees each): X, Y and Z of its observer by the spectrum that
-/// the bands of colour give at 380 to 780 nm by 5 nm (W·m⁻²·sr⁻¹; [`LUMENS_PER_WATT`](crate::low_level::irradiance::LUMENS_PER_WATT) times Y is the luminance in cd·m⁻²).
+/// Colours of a sky in many directions (an elevation and an azimuth in degrees each): X, Y and Z of its observer by the spectrum of the
+/// fit at 380 to 780 nm by 5 nm (W·m⁻²·sr⁻¹; [`LUMENS_PER_WATT`](crate::low_level::irradiance::LUMENS_PER_WATT) times Y is the luminance in cd·m⁻²).
 ///
 /// # Errors
 ///
 /// [`Error::OutOfRange`] for a direction.
 pub fn xyz(sky: &SkyPlan, directions: &[[f64; 2]]) -> Result<Vec<[f64; 3]>> {
-    let radiances = Spectra::for_colour(sky).in_directions(directions)?;
+    let radiances = Spectra::new(sky, &observer::wavelengths(), Method::Fit)?.in_directions(directions)?;
     let of_direction = |spectrum: &[f64]| observer::xyz_of_samples(sky.observer, spectrum).to_array();
     Ok(radiances.chunks_exact(observer::wavelengths().len()).map(of_direction).collect())
 }

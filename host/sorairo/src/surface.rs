@@ -67,8 +67,7 @@ impl Surface {
     /// Those of [`Surface::irradiance`] for a direction.
     pub fn illuminance(self, sky: &SkyPlan) -> Result<Irradiance<f64>> {
         let lux = |spectrum: Vec<f64>| observer::LUMENS_PER_WATT * observer::xyz_of_samples(sky.observer, &spectrum).y;
-        let normal = self.normal()?;
-        Ok(irradiance_on(normal, sky, &Spectra::for_colour(sky), &observer::wavelengths()).map(lux))
+        Ok(self.irradiance(sky, &observer::wavelengths())?.map(lux))
     }
 }
 

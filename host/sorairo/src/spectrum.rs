@@ -164,6 +164,7 @@ impl Spectra {
     }
 
     /// Spectra that are planned.
+    #[cfg(feature = "files")]
     pub(crate) fn planned(spectral: Arc<SpectralPlan>) -> Self {
         Self { by: By::Fit(spectral) }
     }

@@ -17,7 +17,7 @@ const MOST: usize = 128 << 20;
 
 /// Light fields that were computed before. A clone shares them.
 ///
-/// A light field depends on the air, the ground and a [centre](super::suns::centre) of suns; all scenes whose suns are near it have the same. What is
+/// A light field depends on the air, the ground and a centre of suns; all scenes whose suns are near it have the same. What is
 /// kept changes no value, only the time: a field that is not among them is computed as it would have been. Where they take more than
 /// 128 MiB, those that were not used for longest are dropped.
 #[derive(Clone, Default)]

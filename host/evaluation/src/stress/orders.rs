@@ -148,26 +148,34 @@ pub(super) fn random_view(rng: &mut ChaCha8Rng, scene: &Scene) -> (f64, f64) {
 impl std::fmt::Display for Case {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { scene, wavelength, view, found, reference, error } = self;
-        let (air, aerosol) = (&scene.atmosphere.air, &scene.atmosphere.aerosol);
+        let Estimate { mean, standard_error, .. } = reference;
         write!(
             f,
-            "{error:.2} of what is allowed: {found:.4e} instead of {:.4e} ± {:.1e} at {wavelength:.0} nm; view {:.2}°, {:.1}°; {:?}, sun {:.2}°, \
-             altitude {:.2} km, ground {:?}, {:.0} hPa, aerosol {:.4} of {:.2} over {:.2} km, g {:.3}",
-            reference.mean,
-            reference.standard_error,
-            view.0,
-            view.1,
-            scene.began_as(),
-            scene.sun.elevation,
-            scene.observer.altitude,
-            scene.ground.albedo,
-            air.pressure,
-            aerosol.optical_depth,
-            aerosol.single_scattering_albedo,
-            aerosol.scale_height,
-            aerosol.asymmetry
+            "{error:.2} of what is allowed: {found:.4e} instead of {mean:.4e} ± {standard_error:.1e} at {wavelength:.0} nm; {}",
+            seen(scene, *view)
         )
     }
+}
+
+/// A direction (degrees) in a random scene, and what is random in that.
+pub(super) fn seen(scene: &Scene, (elevation, azimuth): (f64, f64)) -> String {
+    let (air, aerosol) = (&scene.atmosphere.air, &scene.atmosphere.aerosol);
+    format!(
+        "view {elevation:.2}°, {azimuth:.1}°; {:?}, orders {:?}, sun {:.2}°, altitude {:.2} km, ground {:?}, {:.0} hPa, ozone {:.0} DU, aerosol {:.4}, \
+         Ångström {:.2}, {:.2} over {:.2} km, g {:.3}",
+        scene.began_as(),
+        scene.render.orders,
+        scene.sun.elevation,
+        scene.observer.altitude,
+        scene.ground.albedo,
+        air.pressure,
+        scene.atmosphere.ozone.column,
+        aerosol.optical_depth,
+        aerosol.angstrom_exponent,
+        aerosol.single_scattering_albedo,
+        aerosol.scale_height,
+        aerosol.asymmetry
+    )
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sorairo_oracle::scattered_radiance_bands;
 
-use super::orders::{random_scene, random_view};
+use super::orders::{random_scene, random_view, seen};
 use super::outcome::{Outcome, generator};
 use crate::judge;
 use sorairo::low_level::plan::spectral::{BOUND_BY_DAY, BOUND_IN_TWILIGHT, FLOOR, SpectrumFit};
@@ -118,26 +118,7 @@ fn random_wavelengths(rng: &mut ChaCha8Rng) -> Vec<f64> {
 impl std::fmt::Display for Case {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { scene, view, wavelength, error, .. } = self;
-        let (air, aerosol) = (&scene.atmosphere.air, &scene.atmosphere.aerosol);
-        write!(
-            f,
-            "{error:.2} of what is allowed at {wavelength:.1} nm; view {:.2}°, {:.1}°; {:?}, orders {:?}, sun {:.2}°, altitude {:.2} km, \
-             ground {:?}, {:.0} hPa, ozone {:.0} DU, aerosol {:.4}, Ångström {:.2}, {:.2} over {:.2} km, g {:.3}",
-            view.0,
-            view.1,
-            scene.began_as(),
-            scene.render.orders,
-            scene.sun.elevation,
-            scene.observer.altitude,
-            scene.ground.albedo,
-            air.pressure,
-            scene.atmosphere.ozone.column,
-            aerosol.optical_depth,
-            aerosol.angstrom_exponent,
-            aerosol.single_scattering_albedo,
-            aerosol.scale_height,
-            aerosol.asymmetry
-        )
+        write!(f, "{error:.2} of what is allowed at {wavelength:.1} nm; {}", seen(scene, *view))
     }
 }
 

@@ -2,7 +2,6 @@
 
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
-use sorairo_shared::multiple_lookup::MultipleLookup;
 use sorairo_shared::phase::ScatteringAngle;
 use sorairo_shared::single::Bands;
 use sorairo_shared::sky::{Parts, light, phases, transfer, view_ray};
@@ -11,7 +10,6 @@ use sorairo_shared::variant;
 
 use super::directions::farthest_air;
 use super::multiple::{LightFields, MultipleLight, OrdersMade, Resolution, Setting};
-use super::upload;
 use crate::scene::{Orders, Scene};
 use crate::spectra::optics::Optics;
 
@@ -25,6 +23,11 @@ const OPAQUE_DEPTH: f64 = 50.0;
 
 /// How far the sum of all orders may be off where a spectrum is taken from it, relative to all light.
 const SPECTRAL_TOLERANCE: f64 = 5e-4;
+
+/// The wavelength (nm) for whose extinction the samples of light scattered before, and of all that a fit learns from, are placed: the same for
+/// all, so that a wavelength has the same light whatever others are computed with it. Of those between 360 and 830 nm it leaves the smallest
+/// errors, 1 % at −12° and 0.3 % at 0° where samples of each wavelength's own leave 1.7 % and 0.4 %.
+const PLACED_FOR: f64 = 500.0;
 
 /// A constituent of a sky's light; see [`Parts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,12 +137,23 @@ impl RayIntegral {
         Buffers { bands: &self.bands, quadrature: &self.quadrature, colour, multiple: &self.multiple }
     }
 
+    /// The bands for which the samples of rays are placed where many wavelengths share them.
+    pub fn placed_for(&self) -> Bands {
+        self.optics.bands([PLACED_FOR; 4])
+    }
+
     /// What the light field around the observer depends on beside the wavelength.
     pub fn setting(&self) -> Setting<'_> {
         let sun = self.uniform.sun.as_dvec4();
         let elevation = sun.z.atan2(sun.x.hypot(sun.y));
         let of_first_order = self.variant & variant::WHOLE_INTEGRAL;
-        Setting::new(&self.uniform.atmosphere, of_first_order, f64::from(self.uniform.altitude), elevation)
+        Setting::new(
+            &self.uniform.atmosphere,
+            self.placed_for(),
+            of_first_order,
+            f64::from(self.uniform.altitude),
+            elevation,
+        )
     }
 
     /// The same with the light that the scene's orders of scattering add at these bands, where there are any.
@@ -148,11 +162,17 @@ impl RayIntegral {
         self.with_light_of(&resolution)
     }
 
-    /// The same for a spectrum. The series of orders ends closer to its limit than a colour's, so that a wavelength has the same light whatever
-    /// others are computed with it.
+    /// The same for a spectrum; see [`Self::spectral_resolution`].
     pub fn with_spectral_light(self) -> Self {
+        let resolution = self.spectral_resolution();
+        self.with_light_of(&resolution)
+    }
+
+    /// How finely the light field of a spectrum is resolved. The series of orders ends closer to its limit than a colour's, so that a wavelength
+    /// has the same light whatever others are computed with it.
+    pub fn spectral_resolution(&self) -> Resolution {
         let fine = Resolution::choose(&self.setting(), self.aerosol_depth());
-        self.with_light_of(&Resolution { tolerance: SPECTRAL_TOLERANCE, ..fine })
+        Resolution { tolerance: SPECTRAL_TOLERANCE, ..fine }
     }
 
     fn with_light_of(self, resolution: &Resolution) -> Self {
@@ -162,44 +182,6 @@ impl RayIntegral {
         let MultipleLight { lookup, values, orders } =
             MultipleLight::new(&self.light_fields, &self.setting(), &self.bands, resolution, self.orders);
         Self { uniform: Uniform { multiple: lookup, ..self.uniform }, multiple: values, orders_made: orders, ..self }
-    }
-
-    /// The same integral at some of its bands (nm), if these increase.
-    pub fn at_some(&self, wavelengths: Vec<f64>) -> Self {
-        let places: Vec<usize> =
-            wavelengths.iter().map(|nm| self.wavelengths.partition_point(|other| other < nm)).collect();
-        let lookup = MultipleLookup { groups: wavelengths.len().div_ceil(4) as u32, ..self.uniform.multiple };
-        let MultipleLookup { above, below, azimuths, .. } = lookup;
-        let entry = |first: u32, size: u32, four: &[usize], at: u32| {
-            let value = |i: usize| {
-                let place = four[i.min(four.len() - 1)];
-                self.multiple[(first + place as u32 / 4 * size + at) as usize][place % 4]
-            };
-            Vec4::from_array(std::array::from_fn(value))
-        };
-        let of_groups = |first: u32, size: u32| {
-            places
-                .chunks(4)
-                .flat_map(move |four| (0..size).map(move |at| (four, at)))
-                .map(move |(four, at)| entry(first, size, four, at))
-        };
-        let multiple = if self.multiple.is_empty() {
-            Vec::new()
-        } else {
-            let scattered = of_groups(0, (above + below) * azimuths);
-            scattered.chain(of_groups(self.uniform.multiple.entries(), below * azimuths)).collect()
-        };
-        Self {
-            bands: upload::bands(&self.optics, &wavelengths),
-            uniform: Uniform { multiple: lookup, ..self.uniform },
-            orders_made: self.orders_made.clone(),
-            optics: self.optics.clone(),
-            quadrature: self.quadrature.clone(),
-            light_fields: self.light_fields.clone(),
-            wavelengths,
-            multiple,
-            ..*self
-        }
     }
 
     /// The largest vertical optical depth of scattering by aerosol at the bands.

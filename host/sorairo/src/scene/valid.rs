@@ -29,6 +29,13 @@ impl ValidScene {
         scene
     }
 
+    /// The same air under a sun at another elevation (degrees), in the north.
+    pub(crate) fn under_sun(&self, elevation: f64) -> Self {
+        let mut scene = self.scene.clone();
+        (scene.sun.elevation, scene.sun.azimuth) = (elevation, 0.0);
+        Self { scene, seen_from: None }
+    }
+
     /// The same sky, exposed otherwise.
     ///
     /// # Errors

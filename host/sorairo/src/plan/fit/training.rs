@@ -212,13 +212,14 @@ pub fn sorted(wavelengths: impl Iterator<Item = f64>) -> Vec<f64> {
 pub fn scattered_once(integral: &RayIntegral, views: &[Vec3], wavelengths: &[f64]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let groups = bands(&integral.optics, wavelengths);
     let chunks: Vec<Wavelengths<TOGETHER>> = groups.chunks(TOGETHER / 4).map(Wavelengths::new).collect();
+    let placed_for = integral.placed_for();
     let along = |&view: &Vec3| {
         let (mut air, mut aerosol) = (Vec::new(), Vec::new());
         for chunk in &chunks {
             let light = single_scattering_of_many(
                 &integral.uniform.atmosphere,
                 &chunk.air,
-                &chunk.bands,
+                &placed_for,
                 &integral.quadrature,
                 integral.ray(view),
                 integral.variant,

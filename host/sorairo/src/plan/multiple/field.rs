@@ -272,7 +272,7 @@ impl<'a, const N: usize> Table<'a, N> {
                 (parts[a][0], parts[a][1]) = single_scattering_of_many(
                     setting.atmosphere,
                     &wavelengths.air,
-                    &wavelengths.bands,
+                    &setting.placed_for,
                     quadrature,
                     rays(cosine),
                     setting.variant,

@@ -1,10 +1,11 @@
-//! Light fields that are kept, for other suns, observers and questions of the same air.
+//! Light fields that are kept, and what was learnt in them, for other suns, observers and questions of the same air.
 
-use std::any::Any;
+use std::any::{Any, TypeId};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytemuck::{bytes_of, cast_slice};
+use sorairo_shared::single::Bands;
 
 use super::field::LightField;
 use super::rays::Wavelengths;
@@ -15,9 +16,9 @@ use crate::scene::Orders;
 /// What the fields that are kept may take together (bytes): some hundred of them, those of a day and its twilight.
 const MOST: usize = 128 << 20;
 
-/// Light fields that were computed before. A clone shares them.
+/// Light fields that were computed before, and what spectra were learnt in them. A clone shares them.
 ///
-/// A light field depends on the air, the ground and a centre of suns; all scenes whose suns are near it have the same. What is
+/// A light field depends on the air, the ground and a centre of suns; all scenes whose suns are near it have the same, and learn the same from it. What is
 /// kept changes no value, only the time: a field that is not among them is computed as it would have been. Where they take more than
 /// 128 MiB, those that were not used for longest are dropped.
 #[derive(Clone, Default)]
@@ -28,32 +29,41 @@ pub struct LightFields {
 struct Kept {
     key: Key,
     bytes: usize,
-    /// Of as many wavelengths as its key has.
-    field: Arc<dyn Any + Send + Sync>,
+    /// Of the type that its key has.
+    value: Arc<dyn Any + Send + Sync>,
 }
 
-/// All that a light field depends on.
+/// What is kept.
+pub trait Keep: Send + Sync + 'static {
+    /// The memory that it takes (bytes).
+    fn bytes(&self) -> usize;
+}
+
+impl<const N: usize> Keep for LightField<N> {
+    fn bytes(&self) -> usize {
+        LightField::bytes(self)
+    }
+}
+
+/// All that something kept depends on.
 #[derive(Clone, PartialEq)]
 struct Key {
-    wavelengths: usize,
+    of: TypeId,
     air: Vec<u8>,
     suns: Vec<f64>,
     resolution: Resolution,
     orders: Orders,
+    /// What else it depends on.
+    others: Vec<f64>,
 }
 
 impl Key {
-    fn new<const N: usize>(
-        setting: &Setting,
-        wavelengths: &Wavelengths<N>,
-        resolution: &Resolution,
-        orders: Orders,
-    ) -> Self {
-        let Wavelengths { air, bands, albedo } = wavelengths;
-        let spectra = [&air.air_scattering, &air.aerosol_scattering, &air.aerosol_extinction, &air.ozone_absorption];
-        let mut bytes = [bytes_of(setting.atmosphere), bytes_of(&setting.variant), bytes_of(bands)].concat();
-        spectra.into_iter().chain([albedo]).for_each(|lanes| bytes.extend_from_slice(cast_slice(&lanes.0)));
-        Self { wavelengths: N, air: bytes, suns: setting.suns.clone(), resolution: resolution.clone(), orders }
+    fn new<T: 'static>(setting: &Setting, spectra: &[&[f32]], resolution: &Resolution, orders: Orders) -> Self {
+        let mut air =
+            [bytes_of(setting.atmosphere), bytes_of(&setting.variant), bytes_of(&setting.placed_for)].concat();
+        spectra.iter().for_each(|values| air.extend_from_slice(cast_slice(values)));
+        let (suns, resolution) = (setting.suns.clone(), resolution.clone());
+        Self { of: TypeId::of::<T>(), air, suns, resolution, orders, others: Vec::new() }
     }
 }
 
@@ -66,25 +76,47 @@ impl LightFields {
         resolution: &Resolution,
         orders: Orders,
     ) -> Arc<LightField<N>> {
-        let key = Key::new(setting, wavelengths, resolution, orders);
-        if let Some(field) = self.find(&key) {
-            return field;
-        }
-        // Two threads that ask for the same at once compute it twice: a thread that waited for the other would hold up the work that the
-        // other may have handed to it.
-        let field = Arc::new(LightField::new(setting, wavelengths, resolution, orders));
-        self.keep(Kept { key, bytes: field.bytes(), field: field.clone() });
-        field
+        let Wavelengths { air, albedo } = wavelengths;
+        let air = [&air.air_scattering, &air.aerosol_scattering, &air.aerosol_extinction, &air.ozone_absorption];
+        let spectra = [air[0], air[1], air[2], air[3], albedo].map(|lanes| &lanes.0[..]);
+        let key = Key::new::<LightField<N>>(setting, &spectra, resolution, orders);
+        self.found_or_made(key, || LightField::new(setting, wavelengths, resolution, orders))
     }
 
-    fn find<const N: usize>(&self, key: &Key) -> Option<Arc<LightField<N>>> {
+    /// What was learnt from light at some bands about the centre of a setting, or is learnt now. It depends on no more of its setting than light
+    /// fields and the observer's altitude, and on `others`.
+    pub(in crate::plan) fn learnt<T: Keep>(
+        &self,
+        setting: &Setting,
+        bands: &[Bands],
+        (resolution, orders): (&Resolution, Orders),
+        mut others: Vec<f64>,
+        learn: impl FnOnce() -> T,
+    ) -> Arc<T> {
+        others.extend([setting.altitude, setting.centre.angle, setting.centre.reach]);
+        let key = Key { others, ..Key::new::<T>(setting, &[cast_slice(bands)], resolution, orders) };
+        self.found_or_made(key, learn)
+    }
+
+    fn found_or_made<T: Keep>(&self, key: Key, make: impl FnOnce() -> T) -> Arc<T> {
+        if let Some(found) = self.find(&key) {
+            return found;
+        }
+        // Two threads that ask for the same at once make it twice: a thread that waited for the other would hold up the work that the
+        // other may have handed to it.
+        let made = Arc::new(make());
+        self.keep(Kept { key, bytes: made.bytes(), value: made.clone() });
+        made
+    }
+
+    fn find<T: Keep>(&self, key: &Key) -> Option<Arc<T>> {
         let mut kept = self.kept();
         let at = kept.iter().position(|kept| kept.key == *key)?;
         // The last is the one that was used last.
         let found = kept.remove(at);
-        let field = Arc::clone(&found.field).downcast().ok();
+        let value = Arc::clone(&found.value).downcast().ok();
         kept.push(found);
-        field
+        value
     }
 
     fn keep(&self, new: Kept) {
@@ -178,7 +210,7 @@ mod tests {
         let key = light_fields.kept()[0].key.clone();
         for number in 0..5u8 {
             let key = Key { air: vec![number], ..key.clone() };
-            light_fields.keep(Kept { key, bytes: MOST / 3, field: Arc::new(()) });
+            light_fields.keep(Kept { key, bytes: MOST / 3, value: Arc::new(()) });
         }
         let left: Vec<Vec<u8>> = light_fields.kept().iter().map(|kept| kept.key.air.clone()).collect();
         assert_eq!(left, [[2], [3], [4]], "those that were used last");

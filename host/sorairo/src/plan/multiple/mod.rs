@@ -17,7 +17,7 @@ mod suns;
 mod view;
 
 pub use field::{LightField, OrdersMade};
-pub use kept::LightFields;
+pub use kept::{Keep, LightFields};
 pub use rays::Wavelengths;
 pub use resolution::{COMPARED_DEPTH, NEGLIGIBLE, Resolution};
 pub use setting::{Setting, cornette_shanks_moments};

@@ -20,8 +20,6 @@ const AIR: Moments = Moments { degree: 2, azimuthal: 2 };
 pub struct Wavelengths<const N: usize> {
     /// The air's optical properties.
     pub air: Spectrum<N>,
-    /// The first four of them, for which samples are placed: the shortest, at which air is thickest.
-    pub bands: Bands,
     /// Albedo of the ground.
     pub albedo: Lanes<N>,
 }
@@ -38,7 +36,7 @@ impl<const N: usize> Wavelengths<N> {
             aerosol_extinction: lanes(&|group| bands[group].aerosol_extinction),
             ozone_absorption: lanes(&|group| bands[group].ozone_absorption),
         };
-        Self { air, bands: bands[0], albedo: lanes(&|group| bands[group].albedo) }
+        Self { air, albedo: lanes(&|group| bands[group].albedo) }
     }
 }
 
@@ -119,7 +117,7 @@ impl<const N: usize> OwnedRay<N> {
             }
         };
         let (ray, ground) =
-            for_each_sample(setting.atmosphere, &wavelengths.bands, quadrature, ray, setting.variant, visit);
+            for_each_sample(setting.atmosphere, &setting.placed_for, quadrature, ray, setting.variant, visit);
         let ground = ground.is_seen.then(|| {
             let seen = wavelengths.air.transmittance(ground.along);
             Ground { distance: ground.distance, radiance: seen.times(&wavelengths.albedo).scaled(LAMBERT) }

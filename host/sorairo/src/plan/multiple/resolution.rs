@@ -51,7 +51,7 @@ impl Resolution {
     /// What a setting needs. `depth` is the largest optical depth at any band of scattering by aerosol.
     pub fn choose(setting: &Setting, depth: f64) -> Self {
         let low = setting.suns.last().is_some_and(|&sun| sun > DAY);
-        let twilight = setting.centre > FRAC_PI_2;
+        let twilight = setting.centre.angle > FRAC_PI_2;
         // The limb is seen.
         let high = setting.altitude > 2.0 * f64::from(setting.atmosphere.air.scale_height);
         let degree = degree(setting, depth);
@@ -109,7 +109,7 @@ impl Resolution {
             tolerance: 1e-2,
             ..fine
         };
-        if setting.centre <= LOW {
+        if setting.centre.angle <= LOW {
             return coarse;
         }
         Self {

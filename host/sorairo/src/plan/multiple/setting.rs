@@ -3,9 +3,10 @@
 use std::f64::consts::FRAC_PI_2;
 
 use sorairo_shared::profile::Atmosphere;
+use sorairo_shared::single::Bands;
 use sorairo_shared::variant;
 
-use super::suns::{centre, sun_nodes};
+use super::suns::{Centre, sun_nodes};
 use crate::plan::directions::horizon;
 
 /// The highest degree of a moment that a table may hold.
@@ -20,10 +21,12 @@ pub struct Setting<'a> {
     pub(super) variant: u32,
     /// Altitude of the observer (km).
     pub(super) altitude: f64,
+    /// For which the samples of a ray are placed.
+    pub(super) placed_for: Bands,
     /// Zenith angle of the sun (radians).
     pub(super) sun: f64,
-    /// That of the sun about which the table's stand; see [`centre`].
-    pub(super) centre: f64,
+    /// The sun about which the table's stand.
+    pub(super) centre: Centre,
     /// Zenith angles of the table's suns (radians); see [`sun_nodes`].
     pub(super) suns: Vec<f64>,
     /// `χ_2` of air.
@@ -33,8 +36,15 @@ pub struct Setting<'a> {
 }
 
 impl<'a> Setting<'a> {
-    /// For an atmosphere, what the integral of its light scattered once must not skip (see [`variant`]), an observer's altitude (km) and the sun's elevation (radians).
-    pub fn new(atmosphere: &'a Atmosphere, integral: u32, altitude: f64, sun_elevation: f64) -> Self {
+    /// For an atmosphere, the bands for which samples are placed, what the integral of its light scattered once must not skip (see
+    /// [`variant`]), an observer's altitude (km) and the sun's elevation (radians).
+    pub fn new(
+        atmosphere: &'a Atmosphere,
+        placed_for: Bands,
+        integral: u32,
+        altitude: f64,
+        sun_elevation: f64,
+    ) -> Self {
         let aerosol = if integral & variant::AEROSOL == 0 {
             Vec::new()
         } else {
@@ -42,8 +52,8 @@ impl<'a> Setting<'a> {
             moments.into_iter().map(|moment| moment as f32).collect()
         };
         let sun = FRAC_PI_2 - sun_elevation;
-        let centre = centre(atmosphere, altitude, sun);
-        let suns = sun_nodes(atmosphere, altitude, centre);
+        let centre = Centre::nearest(atmosphere, altitude, sun);
+        let suns = sun_nodes(atmosphere, altitude, centre.angle);
         let top = -horizon(f64::from(atmosphere.ground_radius), f64::from(atmosphere.depth));
         // A ray of the table crosses at most twice what the top of the atmosphere sees to its horizon.
         let meets_low_suns = suns.last().is_some_and(|darkest| darkest + 2.0 * top >= FRAC_PI_2);
@@ -52,12 +62,18 @@ impl<'a> Setting<'a> {
             atmosphere,
             variant: integral & !LOW | variant::DESCENT | if meets_low_suns { LOW } else { 0 },
             altitude,
+            placed_for,
             sun,
             centre,
             suns,
             air: 0.1 * atmosphere.air_anisotropy,
             aerosol,
         }
+    }
+
+    /// Elevations (degrees) of the suns that have the same light field: the lowest, the middle, the highest.
+    pub fn suns_of_light_field(&self) -> [f64; 3] {
+        self.centre.elevations()
     }
 }
 

@@ -3,6 +3,8 @@
 //! A light field is the same for every sun of the same air: what differs is the part of it that an observer sees. The suns of a table stand
 //! about one of a fixed row of suns, the centre, so that all scenes whose sun is near it have the very same table.
 
+use std::f64::consts::FRAC_PI_2;
+
 use sorairo_shared::profile::Atmosphere;
 
 use crate::plan::directions::horizon;
@@ -26,12 +28,28 @@ const CENTRES_BY_DAY: f64 = STEP_BY_DAY;
 /// Distance between two centres where the sun is low: half of it reaches as far as the shortest step.
 const CENTRES: f64 = 2.0 * STEP_BEYOND;
 
-/// The zenith angle (radians) of the centre that is nearest to a sun. The observer's altitude is in km.
-pub fn centre(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> f64 {
-    let ground = f64::from(atmosphere.ground_radius);
-    let farthest = -horizon(ground, altitude) - horizon(ground, f64::from(atmosphere.depth));
-    let distance = if sun + farthest < DAY { CENTRES_BY_DAY } else { CENTRES };
-    (sun / distance).round() * distance
+/// A sun of the fixed row.
+#[derive(Clone, Copy, Debug)]
+pub struct Centre {
+    /// Its zenith angle (radians).
+    pub angle: f64,
+    /// How far from it a sun is at most to which no other is nearer (radians).
+    pub reach: f64,
+}
+
+impl Centre {
+    /// The one that is nearest to a sun's zenith angle (radians). The observer's altitude is in km.
+    pub fn nearest(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> Self {
+        let ground = f64::from(atmosphere.ground_radius);
+        let farthest = -horizon(ground, altitude) - horizon(ground, f64::from(atmosphere.depth));
+        let distance = if sun + farthest < DAY { CENTRES_BY_DAY } else { CENTRES };
+        Self { angle: (sun / distance).round() * distance, reach: 0.5 * distance }
+    }
+
+    /// Elevations (degrees) of the suns about it: the lowest, its own, the highest.
+    pub fn elevations(self) -> [f64; 3] {
+        [1.0, 0.0, -1.0].map(|away| (FRAC_PI_2 - self.angle - away * self.reach).min(FRAC_PI_2).to_degrees())
+    }
 }
 
 /// Zenith angles of the sun at the places from which light comes (radians): about a centre, as far as air is seen, and in twilight
@@ -42,7 +60,7 @@ pub fn sun_nodes(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> Vec<f64> {
     let top = -horizon(ground, f64::from(atmosphere.depth));
     let brightest = (sun - seen - top).clamp(0.0, BRIGHT_ENOUGH);
     // Where the sun stands as far below the horizon as twice the top of the atmosphere can see, and some more, nothing is lit.
-    let night = std::f64::consts::FRAC_PI_2 + 2.5 * top;
+    let night = FRAC_PI_2 + 2.5 * top;
     let darkest = (sun + seen + top.min(DARK_MARGIN)).min(night);
     let step = |angle: f64| {
         let away = (angle - sun).abs();

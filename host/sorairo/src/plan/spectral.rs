@@ -2,8 +2,8 @@
 //!
 //! The four bands of colour leave the ends of a spectrum to extrapolation: 7.8 % at 380 nm by day. So a spectrum takes eight more, [`BANDS`], and
 //! learns from rays in a light field as fine as the sky's: under the lowest, the middle and the highest sun that have the same light field, so that
-//! what was learnt serves all suns between them. Rays under another, from which nothing was learnt, tell whether that is good enough; where it
-//! is not, each wavelength is integrated. Up to eight wavelengths are bands themselves.
+//! what was learnt serves all suns between them. Rays half way between two, from which nothing was learnt, tell whether that is good enough; where
+//! it is not, each wavelength is integrated. Up to eight wavelengths are bands themselves.
 
 use std::sync::Arc;
 
@@ -137,10 +137,10 @@ impl SpectralPlan {
         if lesson.error > bound {
             return Self { held_out, ..Self::of_each(sky, wavelengths, asked) };
         }
-        let at = |(constituent, regressions): &(Constituent, Vec<Regression>)| {
-            (*constituent, between(&integral.optics, *constituent, &lesson.computed, regressions, wavelengths))
+        let at = |(constituent, regressions): (Constituent, Vec<Regression>)| {
+            (constituent, between(&integral.optics, constituent, &lesson.computed, &regressions, wavelengths))
         };
-        let fit = SpectrumFit::Regression(lesson.regressions.iter().map(at).collect());
+        let fit = SpectrumFit::Regression(lesson.under(sky.scene.sun.elevation).into_iter().map(at).collect());
         Self { wavelengths: wavelengths.to_vec(), integral, fit, held_out }
     }
 
@@ -243,15 +243,15 @@ fn at_bands(scene: &Scene, sky: &RayIntegral, fit: &SpectralFit, wavelengths: Ve
 struct Lesson {
     /// The wavelengths at which light was computed (nm).
     computed: Vec<f64>,
-    /// The regressions of each constituent there.
-    regressions: Vec<(Constituent, Vec<Regression>)>,
-    /// Their largest error along rays from which they did not learn.
+    /// For some suns, by their elevation (degrees, increasing), the regressions of each constituent there.
+    suns: Vec<(f64, Vec<(Constituent, Vec<Regression>)>)>,
+    /// The largest error of those between two suns along rays from which they did not learn.
     error: f64,
 }
 
 impl Keep for Lesson {
     fn bytes(&self) -> usize {
-        let regressions = self.regressions.iter().flat_map(|(_, regressions)| regressions);
+        let regressions = self.suns.iter().flat_map(|(_, of_sun)| of_sun).flat_map(|(_, regressions)| regressions);
         let of = |regression: &Regression| size_of::<Regression>() + size_of_val(&regression.slopes[..]);
         regressions.map(of).sum::<usize>() + size_of_val(&self.computed[..])
     }
@@ -275,13 +275,27 @@ impl Lesson {
         let suns = sky.integral.setting().suns_of_light_field();
         let [_, middle, highest] = suns;
         let lit = |elevation: &f64| !is_night(&sky.scene.under_sun(*elevation));
-        let under = |elevation: f64| Taught::new(sky, elevation, &bands, &computed);
-        let taught: Vec<Taught> = suns.into_iter().filter(lit).map(under).collect();
-        let training = Training { integral: &taught[0].bands, observer: sky.observer, space: &sky.space };
-        let regressions = regressions(&training, &taught, &computed);
+        let learnt = |elevation: f64| (elevation, regressions(sky, &Taught::new(sky, elevation, &bands, &computed)));
+        let lesson = Self { suns: suns.into_iter().filter(lit).map(learnt).collect(), computed, error: 0.0 };
         let between = 0.5 * (middle + highest);
-        let error = error(&under(if lit(&between) { between } else { highest }), &regressions, ends);
-        Self { computed, regressions, error }
+        let between = if lit(&between) { between } else { highest };
+        let tried = Taught::new(sky, between, &bands, &lesson.computed);
+        Self { error: error(&tried, &lesson.under(between), ends), ..lesson }
+    }
+
+    /// The regressions under a sun at an elevation (degrees): between those of two suns.
+    fn under(&self, elevation: f64) -> Vec<(Constituent, Vec<Regression>)> {
+        let last = self.suns.len() - 1;
+        let above = self.suns.partition_point(|&(sun, _)| sun < elevation).min(last);
+        let below = above.saturating_sub(1);
+        let [(low, of_low), (high, of_high)] = [below, above].map(|at| &self.suns[at]);
+        let part = if high > low { ((elevation - low) / (high - low)).clamp(0.0, 1.0) } else { 1.0 };
+        let pairs = of_low.iter().zip(of_high);
+        let mix =
+            |((constituent, low), (_, high)): (&(Constituent, Vec<Regression>), &(Constituent, Vec<Regression>))| {
+                (*constituent, low.iter().zip(high).map(|(low, high)| low.towards(high, part)).collect())
+            };
+        pairs.map(mix).collect()
     }
 }
 
@@ -351,16 +365,16 @@ fn places(wavelengths: &[f64], all: &[f64]) -> Vec<usize> {
     wavelengths.iter().map(|nm| all.partition_point(|other| other < nm)).collect()
 }
 
-/// The regressions of each constituent at the computed wavelengths (nm), as skies teach them.
-fn regressions(training: &Training<'_>, skies: &[Taught], computed: &[f64]) -> Vec<(Constituent, Vec<Regression>)> {
-    let bands = &training.integral.wavelengths;
-    let all = [bands, computed].concat();
-    let mut spectra: Vec<Parts<Vec<Vec<f64>>>> =
-        skies.iter().map(|sky| sky.light_along(&spectral_views(&sky.bands)[0])).collect();
+/// The regressions of each constituent at every wavelength that was computed, as a sky teaches them.
+fn regressions(sky: &SkyPlan, taught: &Taught) -> Vec<(Constituent, Vec<Regression>)> {
+    let (bands, computed) = (&taught.bands.wavelengths, &taught.every.wavelengths);
+    let all = [&bands[..], computed].concat();
+    let training = Training { integral: &taught.bands, observer: sky.observer, space: &sky.space };
+    let mut spectra = taught.light_along(&spectral_views(&taught.bands)[0]);
     // Where there is no ground, no sun or no light, and where a cubic between dark entries of a lookup passes zero, a ray teaches nothing.
     let is_lit = |spectrum: &Vec<f64>| spectrum.iter().all(|&value| value > DARKEST);
     let of = |constituent: Constituent| {
-        let spectra = spectra.iter_mut().flat_map(|parts| std::mem::take(constituent.of_mut(parts))).filter(is_lit);
+        let spectra = std::mem::take(constituent.of_mut(&mut spectra)).into_iter().filter(is_lit);
         (constituent, training.chosen(constituent, spectra.collect(), &all))
     };
     let examples: Vec<(Constituent, Examples)> = training.constituents().map(of).collect();
@@ -407,10 +421,10 @@ fn between(
     let at = |&nm: &f64| {
         let Place { below, part } = Place::of(nm, computed);
         let (low, high) = (&regressions[below], &regressions[below + 1]);
-        let mix = |low: f64, high: f64| low + part * (high - low);
-        let rest = mix(low.intercept - known(computed[below]), high.intercept - known(computed[below + 1]));
-        let slopes = low.slopes.iter().zip(&high.slopes).map(|(&low, &high)| mix(low, high)).collect();
-        Regression { intercept: known(nm) + rest, slopes }
+        let mixed = low.towards(high, part);
+        let known_of_both = [below, below + 1].map(|at| known(computed[at]));
+        let known_between = known_of_both[0] + part * (known_of_both[1] - known_of_both[0]);
+        Regression { intercept: mixed.intercept + known(nm) - known_between, ..mixed }
     };
     wavelengths.iter().map(at).collect()
 }

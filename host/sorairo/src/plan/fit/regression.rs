@@ -56,6 +56,13 @@ pub struct Regression {
 }
 
 impl Regression {
+    /// What lies a part of the way from this to another.
+    pub fn towards(&self, other: &Self, part: f64) -> Self {
+        let mix = |from: f64, to: f64| from + part * (to - from);
+        let slopes = self.slopes.iter().zip(&other.slopes).map(|(&from, &to)| mix(from, to)).collect();
+        Self { intercept: mix(self.intercept, other.intercept), slopes }
+    }
+
     /// X at the regression's wavelength from ln X at the bands.
     pub fn value(&self, logarithms: &[f64]) -> f64 {
         (self.intercept + self.slopes.iter().zip(logarithms).map(|(a, b)| a * b).sum::<f64>()).exp()

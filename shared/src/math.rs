@@ -181,32 +181,41 @@ pub fn exp_lanes(values: &mut [f32]) {
 /// result. On the GPU: the `Log` instruction, 3 ULP by the Vulkan specification, and 2⁻²¹ for `x` between 1/2 and 2.
 #[inline(always)]
 pub fn ln4(x: Vec4) -> Vec4 {
+    Vec4::new(ln(x.x), ln(x.y), ln(x.z), ln(x.w))
+}
+
+/// `ln x` of as many normal `x > 0` as there are; see [`ln4`].
+#[inline(always)]
+pub fn ln_lanes(values: &mut [f32]) {
+    for value in values {
+        *value = ln(*value);
+    }
+}
+
+#[inline(always)]
+fn ln(x: f32) -> f32 {
     #[cfg(target_arch = "spirv")]
-    return Vec4::new(libm::logf(x.x), libm::logf(x.y), libm::logf(x.z), libm::logf(x.w));
+    return libm::logf(x);
     #[cfg(not(target_arch = "spirv"))]
     {
         const SQRT_HALF: i32 = core::f32::consts::FRAC_1_SQRT_2.to_bits() as i32;
-        let bits: [i32; 4] = bytemuck::cast(x);
-        let exponent = bits.map(|bits| (bits - SQRT_HALF) >> 23);
-        let [m0, m1, m2, m3] = bits;
-        let [n0, n1, n2, n3] = exponent;
-        let m: Vec4 = bytemuck::cast([m0 - (n0 << 23), m1 - (n1 << 23), m2 - (n2 << 23), m3 - (n3 << 23)]);
-        let n = Vec4::new(n0 as f32, n1 as f32, n2 as f32, n3 as f32);
-        let r = m - Vec4::ONE;
-        let polynomial = horner(
-            [
-                7.037_683_6e-2,
-                -1.151_461_03e-1,
-                1.167_699_87e-1,
-                -1.242_014_08e-1,
-                1.424_932_28e-1,
-                -1.666_805_77e-1,
-                2.000_071_48e-1,
-                -2.499_999_4e-1,
-                3.333_333_12e-1,
-            ],
-            r,
-        );
+        const COEFFICIENTS: [f32; 8] = [
+            -1.151_461_03e-1,
+            1.167_699_87e-1,
+            -1.242_014_08e-1,
+            1.424_932_28e-1,
+            -1.666_805_77e-1,
+            2.000_071_48e-1,
+            -2.499_999_4e-1,
+            3.333_333_12e-1,
+        ];
+        let bits = x.to_bits() as i32;
+        let exponent = (bits - SQRT_HALF) >> 23;
+        let (n, r) = (exponent as f32, f32::from_bits((bits - (exponent << 23)) as u32) - 1.0);
+        let mut polynomial = 7.037_683_6e-2;
+        for coefficient in COEFFICIENTS {
+            polynomial = polynomial * r + coefficient;
+        }
         let r2 = r * r;
         let low = polynomial * r * r2 + n * -2.121_944_4e-4 - r2 * 0.5;
         r + low + n * 0.693_359_4

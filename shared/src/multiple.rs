@@ -21,9 +21,9 @@
 //! that it keeps: what lies above would only alias.
 
 use crate::geometry::{Ray, shadow};
-use crate::glam::{Vec2, Vec4};
+use crate::glam::Vec2;
 use crate::ground::{GroundView, column_densities_to_sun, ground_on_way};
-use crate::math::{abs, acos, clamp, exp_lanes, fetch, ln4, max, min, sqrt};
+use crate::math::{abs, acos, clamp, exp_lanes, ln_lanes, max, min, sqrt};
 use crate::moments::{Axis, Moments, Stencil};
 use crate::profile::{
     Atmosphere, ColumnDensities, column_densities, column_densities_of_two, relative_densities, sun_column_densities,
@@ -351,11 +351,9 @@ pub struct SunPlace {
 pub struct Scratch<'a> {
     /// For each sun of the table and each azimuthal number the source towards the observer, at the wavelengths of a tile.
     pub sources: &'a mut [f32],
-    /// For each sun the size of its sources.
-    pub sizes: &'a mut [f32],
-    /// For each sun the logarithm of the size.
+    /// For each sun and each wavelength of a tile the logarithm of the size of its sources.
     pub logarithms: &'a mut [f32],
-    /// For each sight the size between those of four suns.
+    /// For each sight and each wavelength of a tile the size between those of four suns.
     pub scales: &'a mut [f32],
 }
 
@@ -430,40 +428,50 @@ fn sources<const N: usize, const T: usize>(
 /// The smallest size of a source that is divided by: its inverse is finite in single precision.
 const SMALLEST: f32 = 1e-36;
 
-/// The sizes of the sources of each sun, of so many values, and their logarithms. What is 1e-20 of the largest is nothing.
+/// Divides the sources of each sun, of so many values, by their size at each wavelength, and keeps its logarithm. What is 1e-20 of the
+/// largest is nothing.
 #[inline(always)]
 fn take_sizes<const T: usize>(of_sun: usize, scratch: &mut Scratch) {
-    let mut largest = 0.0;
-    for (sources, size) in scratch.sources.chunks_exact(of_sun).zip(scratch.sizes.iter_mut()) {
-        // As many sums as a processor has lanes.
+    let mut largest = [0.0; T];
+    for (sources, sizes) in scratch.sources.chunks_exact(of_sun).zip(scratch.logarithms.chunks_exact_mut(T)) {
         let mut sums = [0.0; T];
-        for tile in 0..sources.len() / T {
+        for tile in 0..of_sun / T {
             let lanes = tile_at::<T>(sources, tile);
             for i in 0..T {
                 sums[i] += abs(lanes[i]);
             }
         }
-        *size = 0.0;
-        for sum in sums {
-            *size += sum;
+        for i in 0..T {
+            largest[i] = max(largest[i], sums[i]);
         }
-        largest = max(largest, *size);
+        sizes.copy_from_slice(&sums);
     }
-    for (size, logarithm) in scratch.sizes.iter_mut().zip(scratch.logarithms.iter_mut()) {
-        *size = max(max(*size, largest * 1e-20), SMALLEST);
-        *logarithm = ln4(Vec4::splat(*size)).x;
+    for (sources, sizes) in scratch.sources.chunks_exact_mut(of_sun).zip(scratch.logarithms.chunks_exact_mut(T)) {
+        let mut inverse = [0.0; T];
+        for i in 0..T {
+            sizes[i] = max(max(sizes[i], largest[i] * 1e-20), SMALLEST);
+            inverse[i] = 1.0 / sizes[i];
+        }
+        for lanes in sources.chunks_exact_mut(T) {
+            for i in 0..T {
+                lanes[i] *= inverse[i];
+            }
+        }
     }
+    ln_lanes(scratch.logarithms);
 }
 
-/// The size that a source has at each place of a sun, between the logarithms of four. A cubic through logarithms may not leave their
+/// The sizes that a source has at each place of a sun, between the logarithms of four. A cubic through logarithms may not leave their
 /// range: where they fall off a cliff it would explode.
 #[inline(always)]
-fn take_scales(places: &[SunPlace], scratch: &mut Scratch) {
-    for (place, scale) in places.iter().zip(scratch.scales.iter_mut()) {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|i| fetch(scratch.logarithms, place.suns.first + i));
+fn take_scales<const T: usize>(places: &[SunPlace], scratch: &mut Scratch) {
+    for (place, scales) in places.iter().zip(scratch.scales.chunks_exact_mut(T)) {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| tile_at::<T>(scratch.logarithms, place.suns.first + i));
         let [wa, wb, wc, wd] = place.suns.weights;
-        let (low, high) = (min(min(a, b), min(c, d)), max(max(a, b), max(c, d)));
-        *scale = clamp(a * wa + b * wb + c * wc + d * wd, low, high);
+        for i in 0..T {
+            let (low, high) = (min(min(a[i], b[i]), min(c[i], d[i])), max(max(a[i], b[i]), max(c[i], d[i])));
+            scales[i] = min(max(a[i] * wa + b[i] * wb + c[i] * wc + d[i] * wd, low), high);
+        }
     }
     exp_lanes(scratch.scales);
 }
@@ -502,17 +510,10 @@ fn gather_tiles<const N: usize, const T: usize>(
             sources::<N, T>(table, ray, index, tile, scratch.sources);
             if table.logarithmic {
                 take_sizes::<T>(of_sun, scratch);
-                take_scales(places, scratch);
+                take_scales::<T>(places, scratch);
             }
             for (at, (place, light)) in places.iter().zip(light.iter_mut()).enumerate() {
-                let first = place.suns.first;
-                let mut weights = place.suns.weights;
-                if table.logarithmic {
-                    let scale = fetch(scratch.scales, at);
-                    for (i, weight) in weights.iter_mut().enumerate() {
-                        *weight *= scale / fetch(scratch.sizes, first + i);
-                    }
-                }
+                let SunPlace { suns: Stencil { first, weights }, .. } = *place;
                 let four = [0, 1, 2, 3].map(|i| &scratch.sources[(first + i) * of_sun..][..of_sun]);
                 let mut sum = [0.0; T];
                 // cos((m + 1) φ) = 2 cos φ cos(m φ) - cos((m - 1) φ)
@@ -526,6 +527,12 @@ fn gather_tiles<const N: usize, const T: usize>(
                     let next = 2.0 * place.cosine * value - before;
                     before = value;
                     value = next;
+                }
+                if table.logarithmic {
+                    let scales = tile_at::<T>(scratch.scales, at);
+                    for i in 0..T {
+                        sum[i] *= scales[i];
+                    }
                 }
                 for (light, sum) in light.0[tile * T..(tile + 1) * T].iter_mut().zip(sum) {
                     *light += sum;

@@ -388,7 +388,6 @@ fn sights<const N: usize>(ray: &OwnedRay<N>, suns: &[(f32, f32)], azimuths: &Azi
 /// Room in which light is gathered along one ray after the other.
 pub struct Room {
     sources: Vec<f32>,
-    sizes: Vec<f32>,
     logarithms: Vec<f32>,
     scales: Vec<f32>,
 }
@@ -398,16 +397,15 @@ impl Room {
     pub fn new<const N: usize>(suns: usize, of: Moments, sights: usize) -> Self {
         Self {
             sources: vec![0.0; suns * (of.azimuthal + 1) * lanes_of_tile::<N>()],
-            sizes: vec![0.0; suns],
-            logarithms: vec![0.0; suns],
-            scales: vec![0.0; sights],
+            logarithms: vec![0.0; suns * lanes_of_tile::<N>()],
+            scales: vec![0.0; sights * lanes_of_tile::<N>()],
         }
     }
 
     /// As the gathering takes it.
     pub fn scratch(&mut self) -> Scratch<'_> {
-        let Self { sources, sizes, logarithms, scales } = self;
-        Scratch { sources, sizes, logarithms, scales }
+        let Self { sources, logarithms, scales } = self;
+        Scratch { sources, logarithms, scales }
     }
 }
 

@@ -1,9 +1,9 @@
 //! Spectra of a sky, planned: from the light at a few bands to the radiance at any wavelengths.
 //!
 //! The four bands of colour leave the ends of a spectrum to extrapolation: 7.8 % at 380 nm by day. So a spectrum takes eight more, [`BANDS`], and
-//! learns from rays in a light field as fine as the sky's: under the lowest, the middle and the highest sun that have the same light field, so that
-//! what was learnt serves all suns between them. Rays half way between two, from which nothing was learnt, tell whether that is good enough; where
-//! it is not, each wavelength is integrated. Up to eight wavelengths are bands themselves.
+//! learns from rays in a light field as fine as the sky's: under the lowest and the highest sun that have the same light field, so that what
+//! was learnt serves all suns between them. Rays under one half way, from which nothing was learnt, tell whether that is good enough; where it is
+//! not, each wavelength is integrated. Up to eight wavelengths are bands themselves.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use super::directions::{direction, is_night};
 use super::fit::SpectralFit;
 use super::fit::linear::{Interpolant, LinearFit, hats};
 use super::fit::regression::{Examples, Regression, Training, beside_more_bands, regress, spectrum_rows};
-use super::fit::training::{DARKEST, Place, known, light_along, multiples, sorted, spectral_views};
+use super::fit::training::{DARKEST, Grid, Place, known, light_of, multiples, sorted, spectral_grids};
 use super::integral::{Constituent, RayIntegral, needed};
 use super::multiple::{Keep, TOGETHER};
 use super::quadrature::gauss_legendre;
@@ -129,9 +129,8 @@ impl SpectralPlan {
     /// That of more wavelengths, `asked` in order, through [`BANDS`] beside the sky's, or each itself.
     fn learnt(sky: &SkyPlan, wavelengths: &[f64], asked: &[f64]) -> Self {
         let own = &sky.integral.wavelengths;
-        let bands = [own.clone(), bands_beside(own, asked)].concat();
-        let integral = at_bands(&sky.scene, &sky.integral, &SpectralFit::Regression, bands.clone(), &bands);
-        let lesson = Lesson::of(sky, bands, asked);
+        let integral = beside_own(sky, bands_beside(own, asked));
+        let lesson = Lesson::of(sky, integral.wavelengths.clone(), asked);
         let bound = if integral.uniform.sun.z < 0.0 { BOUND_IN_TWILIGHT } else { BOUND_BY_DAY };
         let held_out = Some(HeldOut { error: lesson.error, bound });
         if lesson.error > bound {
@@ -151,7 +150,7 @@ impl SpectralPlan {
         let bands = sorted(asked.iter().copied().chain(between));
         let fit = LinearFit { wavelengths: bands.clone(), interpolant: Interpolant::Segments, of_radiance: false };
         let of_lines = SpectralFit::Linear(fit.clone());
-        let integral = at_bands(&sky.scene, &sky.integral, &of_lines, bands.clone(), &bands);
+        let integral = at_bands(&sky.scene, &sky.integral, &of_lines, bands.clone(), &bands).with_spectral_light();
         Self { wavelengths: wavelengths.to_vec(), integral, fit: SpectrumFit::Linear(fit), held_out: None }
     }
 
@@ -221,10 +220,11 @@ fn radiance(
 /// The sky's light at its own bands and at others (nm).
 fn beside_own(sky: &SkyPlan, others: Vec<f64>) -> RayIntegral {
     let bands = [sky.integral.wavelengths.clone(), others].concat();
-    at_bands(&sky.scene, &sky.integral, &SpectralFit::Regression, bands.clone(), &bands)
+    at_bands(&sky.scene, &sky.integral, &SpectralFit::Regression, bands.clone(), &bands).with_spectral_light()
 }
 
-/// The light of a scene's sky at wavelengths (nm), for a fit through some of them, whose rays are sampled as `bands` (nm) need it.
+/// The light of a scene's sky at wavelengths (nm), for a fit through some of them, whose rays are sampled as `bands` (nm) need it; without that which was
+/// scattered more than once.
 fn at_bands(scene: &Scene, sky: &RayIntegral, fit: &SpectralFit, wavelengths: Vec<f64>, bands: &[f64]) -> RayIntegral {
     let RayIntegral { uniform, optics, variant, .. } = sky;
     let sampled = fit.bands(optics, bands);
@@ -236,7 +236,6 @@ fn at_bands(scene: &Scene, sky: &RayIntegral, fit: &SpectralFit, wavelengths: Ve
         quadrature: gauss_legendre(samples),
         ..sky.clone()
     }
-    .with_spectral_light()
 }
 
 /// What the skies of all suns that have the same light field teach of their spectra.
@@ -272,14 +271,13 @@ impl Lesson {
     }
 
     fn new(sky: &SkyPlan, computed: Vec<f64>, bands: Vec<f64>, ends: [f64; 2]) -> Self {
-        let suns = sky.integral.setting().suns_of_light_field();
-        let [_, middle, highest] = suns;
+        let [lowest, middle, highest] = sky.integral.setting().suns_of_light_field();
         let lit = |elevation: &f64| !is_night(&sky.scene.under_sun(*elevation));
         let learnt = |elevation: f64| (elevation, regressions(sky, &Taught::new(sky, elevation, &bands, &computed)));
-        let lesson = Self { suns: suns.into_iter().filter(lit).map(learnt).collect(), computed, error: 0.0 };
-        let between = 0.5 * (middle + highest);
-        let between = if lit(&between) { between } else { highest };
-        let tried = Taught::new(sky, between, &bands, &lesson.computed);
+        let suns = [lowest, highest].into_iter().filter(lit).map(learnt).collect();
+        let between = if lit(&middle) { middle } else { highest };
+        let tried = Taught::new(sky, between, &bands, &computed);
+        let lesson = Self { computed, suns, error: 0.0 };
         Self { error: error(&tried, &lesson.under(between), ends), ..lesson }
     }
 
@@ -322,8 +320,8 @@ impl Taught {
     }
 
     /// The light of each constituent along rays: at the bands, then at every wavelength.
-    fn light_along(&self, views: &[Vec3]) -> Parts<Vec<Vec<f64>>> {
-        let (mut bands, mut every) = (light_along(&self.bands, views), light_along(&self.every, views));
+    fn light_of(&self, grids: &[Grid]) -> Parts<Vec<Vec<f64>>> {
+        let (mut bands, mut every) = (light_of(&self.bands, grids), light_of(&self.every, grids));
         let mut beside = |constituent: Constituent| -> Vec<Vec<f64>> {
             let [bands, every] = [&mut bands, &mut every].map(|parts| std::mem::take(constituent.of_mut(parts)));
             bands.into_iter().zip(every).map(|(bands, every)| [bands, every].concat()).collect()
@@ -370,7 +368,7 @@ fn regressions(sky: &SkyPlan, taught: &Taught) -> Vec<(Constituent, Vec<Regressi
     let (bands, computed) = (&taught.bands.wavelengths, &taught.every.wavelengths);
     let all = [&bands[..], computed].concat();
     let training = Training { integral: &taught.bands, observer: sky.observer, space: &sky.space };
-    let mut spectra = taught.light_along(&spectral_views(&taught.bands)[0]);
+    let mut spectra = taught.light_of(&spectral_grids(&taught.bands)[0]);
     // Where there is no ground, no sun or no light, and where a cubic between dark entries of a lookup passes zero, a ray teaches nothing.
     let is_lit = |spectrum: &Vec<f64>| spectrum.iter().all(|&value| value > DARKEST);
     let of = |constituent: Constituent| {
@@ -436,8 +434,9 @@ fn error(sky: &Taught, regressions: &[(Constituent, Vec<Regression>)], ends: [f6
     let computed = &every.wavelengths;
     let judged = places(&ends, computed);
     let judged = judged[0]..judged[1] + 1;
-    let [_, views] = spectral_views(bands);
-    let Parts { air, aerosol, multiple, ground } = &sky.light_along(&views);
+    let [_, grids] = spectral_grids(bands);
+    let views: Vec<Vec3> = grids.iter().flat_map(|grid| grid.views(bands)).collect();
+    let Parts { air, aerosol, multiple, ground } = &sky.light_of(&grids);
     let spectra = Parts { air, aerosol, multiple, ground };
     let of_ray = |(ray, &view): (usize, &Vec3)| {
         let seen = |constituent: Constituent| constituent.of(spectra)[ray].split_at(bands.wavelengths.len());

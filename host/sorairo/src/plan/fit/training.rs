@@ -8,10 +8,8 @@ use rayon::prelude::*;
 use sorairo_shared::glam::{DVec3, Vec3, Vec4};
 use sorairo_shared::ground::{GroundView, ground_light, ground_seen};
 use sorairo_shared::multiple::single_scattering_of_many;
-use sorairo_shared::multiple_lookup;
 use sorairo_shared::single::Bands;
-use sorairo_shared::sky::{Parts, cosine_from_sun};
-use sorairo_shared::uniform::Uniform;
+use sorairo_shared::sky::Parts;
 use sorairo_shared::variant;
 
 use crate::plan::directions::direction;
@@ -39,7 +37,10 @@ pub fn scattering_of(constituent: Constituent, coefficients: Coefficients) -> f6
 pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> Parts<Vec<Vec<f64>>> {
     let (air, aerosol) = scattered_once(integral, &training_views(integral), wavelengths);
     let between = Between::new(&integral.wavelengths, wavelengths);
-    let (multiple, ground) = rest(integral, &between.computed);
+    // Only ratios between wavelengths are learnt from it, so a coarse light field will do.
+    let coarse = Resolution::for_training(&integral.setting(), integral.aerosol_depth());
+    let (multiple, mut ground) = rest(integral, &between.computed, &training_rows(integral), &coarse);
+    ground.retain(|spectrum| spectrum.iter().any(|&value| value != 0.0));
     let at_all = |mut spectra: Vec<Vec<f64>>, constituent| {
         without_undershoots(&mut spectra);
         let known = |&wavelength: &f64| known(&integral.optics, constituent, wavelength);
@@ -67,22 +68,49 @@ fn without_undershoots(spectra: &mut Vec<Vec<f64>>) {
     }
 }
 
-/// Directions of the rays from which a spectrum is learnt, and of others that lie between them. From above the ground both have some about the
-/// horizon, where most air is crossed and the ground begins.
-pub fn spectral_views(integral: &RayIntegral) -> [Vec<Vec3>; 2] {
-    let azimuths = training_grid(integral).1;
-    let learnt: Vec<f64> = (0..azimuths).map(|j| 180.0 * f64::from(j) / f64::from(azimuths - 1)).collect();
-    let about_horizon = views(integral, &above_horizon(integral, &[-1.5, -0.5, -0.05, 0.05, 0.4, 1.0]), &learnt);
+/// Directions of some elevations, at some azimuths from the sun each (degrees).
+pub struct Grid {
+    elevations: Vec<f64>,
+    azimuths: Vec<f64>,
+}
+
+impl Grid {
+    /// The directions, row after row.
+    pub fn views(&self, integral: &RayIntegral) -> Vec<Vec3> {
+        let towards = |&elevation: &f64| {
+            let azimuths = self.azimuths.iter();
+            azimuths.map(move |azimuth| direction(elevation, integral.sun_azimuth + azimuth).as_vec3())
+        };
+        self.elevations.iter().flat_map(towards).collect()
+    }
+
+    fn rows(&self) -> impl Iterator<Item = Row> {
+        let cosines: Vec<f64> = self.azimuths.iter().map(|azimuth| azimuth.to_radians().cos()).collect();
+        self.elevations.iter().map(move |elevation| Row { mu: elevation.to_radians().sin(), cosines: cosines.clone() })
+    }
+}
+
+/// The rays from which a spectrum is learnt, and others that lie between them. From above the ground both have some about the horizon, where most
+/// air is crossed and the ground begins.
+pub fn spectral_grids(integral: &RayIntegral) -> [Vec<Grid>; 2] {
+    let (rows, columns) = training_grid(integral);
     let from_ground = integral.uniform.altitude == 0.0;
+    let both_sides = |elevations: Vec<f64>| -> Vec<f64> {
+        let below = elevations.iter().filter(|&&elevation| !from_ground && elevation > 0.0).map(|elevation| -elevation);
+        elevations.iter().copied().chain(below).collect()
+    };
+    let elevations = both_sides((0..rows).map(|row| training_elevation(row, rows)).collect());
+    let about_horizon = above_horizon(integral, &[-1.5, -0.5, -0.05, 0.05, 0.4, 1.0]);
+    let azimuths = (0..columns).map(|column| 180.0 * f64::from(column) / f64::from(columns - 1)).collect();
+    let learnt = Grid { elevations: [elevations, about_horizon].concat(), azimuths };
     // What is seen of the ground from the ground itself is the same in every direction.
-    let down = from_ground.then_some(-Vec3::Z);
-    let learnt = training_views(integral).into_iter().chain(about_horizon).chain(down).collect();
-    const BETWEEN: [f64; 8] = [0.3, 1.2, 2.3, 4.6, 10.0, 17.0, 31.0, 67.0];
-    const AZIMUTHS: [f64; 5] = [1.0, 12.0, 45.0, 100.0, 175.0];
-    let below: &[f64] = if from_ground { &[] } else { &BETWEEN };
-    let all = BETWEEN.into_iter().chain(below.iter().map(|elevation| -elevation));
-    let elevations: Vec<f64> = all.chain(above_horizon(integral, &[-0.9, -0.2, 0.01, 0.2])).collect();
-    [learnt, views(integral, &elevations, &AZIMUTHS)]
+    let down = from_ground.then(|| Grid { elevations: vec![-90.0], azimuths: vec![0.0] });
+    let between = both_sides(vec![0.3, 1.2, 2.3, 4.6, 10.0, 17.0, 31.0, 67.0]);
+    let tried = Grid {
+        elevations: [between, above_horizon(integral, &[-0.9, -0.2, 0.01, 0.2])].concat(),
+        azimuths: vec![1.0, 12.0, 45.0, 100.0, 175.0],
+    };
+    [std::iter::once(learnt).chain(down).collect(), vec![tried]]
 }
 
 /// Elevations by what they lie above the horizon (degrees) of an observer above the ground; none for one on it.
@@ -92,43 +120,14 @@ fn above_horizon(integral: &RayIntegral, above: &[f64]) -> Vec<f64> {
     above.iter().map(|above| (horizon + above).max(-90.0)).collect()
 }
 
-/// The directions of elevations and of azimuths from the sun (degrees).
-fn views(integral: &RayIntegral, elevations: &[f64], azimuths: &[f64]) -> Vec<Vec3> {
-    let towards = |elevation: f64| {
-        azimuths.iter().map(move |azimuth| direction(elevation, integral.sun_azimuth + azimuth).as_vec3())
-    };
-    elevations.iter().flat_map(|&elevation| towards(elevation)).collect()
-}
-
-/// Light along rays at the bands of an integral, by its constituents: what [`RayIntegral::light`] gives, but of many bands at once.
-pub fn light_along(integral: &RayIntegral, views: &[Vec3]) -> Parts<Vec<Vec<f64>>> {
-    let (air, aerosol) = scattered_once(integral, views, &integral.wavelengths);
-    let (multiple, ground) = views.par_iter().map(|&view| rest_along(integral, view)).unzip();
+/// Light along rays at the bands of an integral, by its constituents, in a light field as fine as that of its spectra; of what a sky does not have there
+/// is none.
+pub fn light_of(integral: &RayIntegral, grids: &[Grid]) -> Parts<Vec<Vec<f64>>> {
+    let views: Vec<Vec3> = grids.iter().flat_map(|grid| grid.views(integral)).collect();
+    let rows: Vec<Row> = grids.iter().flat_map(Grid::rows).collect();
+    let (air, aerosol) = scattered_once(integral, &views, &integral.wavelengths);
+    let (multiple, ground) = rest(integral, &integral.wavelengths, &rows, &integral.spectral_resolution());
     Parts { air, aerosol, multiple, ground }
-}
-
-/// Light along a ray that was scattered more than once, and that of the ground, from the lookup.
-fn rest_along(integral: &RayIntegral, view: Vec3) -> (Vec<f64>, Vec<f64>) {
-    let Uniform { atmosphere, multiple: lookup, .. } = &integral.uniform;
-    let (ray, values, has) = (integral.ray(view), &integral.multiple, |bit: u32| integral.variant & bit != 0);
-    let place = multiple_lookup::place(*lookup, atmosphere, ray, cosine_from_sun(&integral.uniform, view));
-    let seen = ground_seen(atmosphere, ray, integral.variant);
-    let of_group = |group: usize| {
-        let (scattered, diffuse) = if has(variant::MULTIPLE) {
-            let group = group as u32;
-            (
-                multiple_lookup::scattered(*lookup, values, place, group),
-                multiple_lookup::diffuse_irradiance(*lookup, values, place, group),
-            )
-        } else {
-            (Vec4::ZERO, Vec4::ZERO)
-        };
-        let is_ground = has(variant::GROUND) && seen.is_seen;
-        let of_ground = || ground_light(atmosphere, &integral.bands[group], seen, diffuse, integral.variant);
-        (scattered, if is_ground { of_ground() } else { Vec4::ZERO })
-    };
-    let (scattered, ground): (Vec<Vec4>, Vec<Vec4>) = (0..integral.bands.len()).map(of_group).unzip();
-    (integral.at_bands(scattered.into_iter()), integral.at_bands(ground.into_iter()))
 }
 
 /// Wavelengths between others at which light is computed.
@@ -262,19 +261,22 @@ fn training_elevation(row: u32, rows: u32) -> f64 {
     90.0 * (f64::from(row) / f64::from(rows - 1)).powi(2)
 }
 
-/// Spectra of light that was scattered more than once, and of light from the ground, along training rays. They come from a coarse light
-/// field: only ratios between wavelengths are learnt from it.
-fn rest(integral: &RayIntegral, wavelengths: &[f64]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+/// Spectra of light that was scattered more than once, and of light from the ground, along the rays of rows in a light field of a resolution; 0 where
+/// a ray meets no ground.
+fn rest(
+    integral: &RayIntegral,
+    wavelengths: &[f64],
+    rows: &[Row],
+    resolution: &Resolution,
+) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let has = |bit: u32| integral.variant & bit != 0;
     let (mut multiple, mut ground) = (Vec::new(), Vec::new());
     if !has(variant::REST) {
         return (multiple, ground);
     }
     let groups = bands(&integral.optics, wavelengths);
-    let rows = training_rows(integral);
     let setting = integral.setting();
-    let resolution = Resolution::for_training(&setting, integral.aerosol_depth());
-    let of_rows = || light_of_rows(&integral.light_fields, &setting, &groups, &resolution, integral.orders, &rows).0;
+    let of_rows = || light_of_rows(&integral.light_fields, &setting, &groups, resolution, integral.orders, rows).0;
     let diffuse = has(variant::MULTIPLE).then(of_rows);
     for (r, row) in rows.iter().enumerate() {
         for (c, &cosine) in row.cosines.iter().enumerate() {
@@ -287,8 +289,9 @@ fn rest(integral: &RayIntegral, wavelengths: &[f64]) -> (Vec<Vec<f64>>, Vec<Vec<
                 multiple.push(spectrum(&|group| along(group).scattered));
             }
             let seen = ground_of(integral, row.mu, cosine);
-            if has(variant::GROUND) && seen.is_seen {
-                ground.push(spectrum(&|group| ground_at(integral, &groups[group], seen, along(group))));
+            if has(variant::GROUND) {
+                let of_ground = |group: usize| ground_at(integral, &groups[group], seen, along(group));
+                ground.push(spectrum(&|group| if seen.is_seen { of_ground(group) } else { Vec4::ZERO }));
             }
         }
     }

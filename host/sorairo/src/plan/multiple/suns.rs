@@ -48,7 +48,9 @@ impl Centre {
 
     /// Elevations (degrees) of the suns about it: the lowest, its own, the highest.
     pub fn elevations(self) -> [f64; 3] {
-        [1.0, 0.0, -1.0].map(|away| (FRAC_PI_2 - self.angle - away * self.reach).min(FRAC_PI_2).to_degrees())
+        // Half way to the next centre, single precision would decide which is nearer.
+        const WITHIN: f64 = 0.99;
+        [WITHIN, 0.0, -WITHIN].map(|away| (FRAC_PI_2 - self.angle - away * self.reach).min(FRAC_PI_2).to_degrees())
     }
 }
 

@@ -19,6 +19,7 @@ use super::multiple::TOGETHER;
 use super::quadrature::gauss_legendre;
 use super::samples;
 use super::sky::SkyPlan;
+use crate::scene::ColourPath;
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
 
@@ -232,7 +233,7 @@ fn at_bands(sky: &SkyPlan, fit: &SpectralFit, wavelengths: Vec<f64>, bands: &[f6
     RayIntegral {
         bands: fit.bands(optics, &wavelengths),
         wavelengths,
-        variant: variant & !variant::BANDS | fit.variant(bands.len()),
+        variant: variant & !variant::FIT | fit.variant(bands.len(), ColourPath::Folded),
         quadrature: gauss_legendre(samples),
         ..sky.integral.clone()
     }

@@ -73,7 +73,7 @@ fn view(uniform: &Uniform, pixel: UVec2, variant: u32) -> PixelView {
     pixel_view(&uniform.camera, variant::projection(variant), pixel.x, uniform.first_row + pixel.y)
 }
 
-/// Words of a pixel that holds more than a colour: a spectrum beside it, or the radiance at every band.
+/// Words of a pixel that holds light by wavelength; see [`variant::LIGHT`].
 #[inline(always)]
 pub fn words_of_light(uniform: &Uniform, bands: &[Bands], variant: u32) -> u32 {
     if variant & variant::SPECTRUM != 0 { spectral::words(uniform) } else { 4 * bands.len() as u32 }
@@ -86,7 +86,7 @@ pub fn sky_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pi
     let view = view(uniform, pixel, variant);
     if view.covered {
         lit_pixel(uniform, buffers, output, pixel, view.direction, variant);
-    } else if variant & (variant::SPECTRUM | variant::AT_BANDS) != 0 {
+    } else if variant & variant::LIGHT != 0 {
         let words = words_of_light(uniform, buffers.bands, variant);
         let at = index(uniform, pixel) * words;
         let mut word = at;
@@ -107,8 +107,9 @@ fn lit_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pixel:
     let angle = ScatteringAngle::of_ray(view_ray(uniform, direction));
     let mut gathered = Gathered::DARK;
     let mut rgb = Vec3::ZERO;
+    let groups = variant::groups(buffers.bands.len(), variant);
     let mut group = 0;
-    while group < buffers.bands.len() {
+    loop {
         let parts = light(uniform, buffers, group, direction, variant);
         if is_linear_spectrum | (variant & variant::AT_BANDS != 0) {
             let bands = fetch(buffers.bands, group);
@@ -122,6 +123,10 @@ fn lit_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pixel:
             gathered.add(buffers, group, parts, variant);
         }
         group += 1;
+        // Of one group the compiler keeps no loop; and a processor that computes many pixels at once starts no pass in vain.
+        if (groups == 1) | (group >= groups) {
+            break;
+        }
     }
     if is_linear_spectrum {
         spectral::store_colour(output, at, into_gamut(rgb, &uniform.rgb));

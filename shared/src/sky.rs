@@ -235,10 +235,14 @@ impl Gathered {
 #[inline(always)]
 fn gathered(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Gathered {
     let mut gathered = Gathered::DARK;
+    let groups = variant::groups(buffers.bands.len(), variant);
     let mut group = 0;
-    while group < buffers.bands.len() {
+    loop {
         gathered.add(buffers, group, light(uniform, buffers, group, direction, variant), variant);
         group += 1;
+        if (groups == 1) | (group >= groups) {
+            break;
+        }
     }
     gathered
 }

@@ -47,7 +47,7 @@ pub const BANDS: u32 = MORE_THAN_FOUR | MORE_THAN_EIGHT;
 /// transfer: solve, observer sum and XYZ→RGB (Eqs. 4-8) are one matrix, whose rows for red, green and blue are the colour rows of each
 /// group of four bands.
 pub const REGRESSION: u32 = 1 << 18;
-/// The fit's 4×4 system is solved at every pixel. Without [`REGRESSION`] this is the paper's mathematics, step by step (Eqs. 4-8): the cubic
+/// The fit has four bands, and its 4×4 system is solved at every pixel. Without [`REGRESSION`] this is the paper's mathematics, step by step (Eqs. 4-8): the cubic
 /// through four bands, its sum over the observer nodes in the colour rows, XYZ→RGB.
 pub const SOLVED: u32 = 1 << 19;
 /// The fit: everything that its choice decides.
@@ -57,6 +57,8 @@ pub const FIT: u32 = BANDS | REGRESSION | SOLVED;
 pub const SPECTRUM: u32 = 1 << 20;
 /// A pixel holds the radiance at every band and no colour. This is where the paper's own GPU part ends.
 pub const AT_BANDS: u32 = 1 << 21;
+/// A pixel holds light by wavelength, beside its colour or in its place.
+pub const LIGHT: u32 = SPECTRUM | AT_BANDS;
 
 /// Those bits of [`BANDS`] that hold for so many bands.
 #[inline]
@@ -106,6 +108,20 @@ impl PixelFormat {
             Self::HalfRgb => 2,
             Self::LinearRgba => 4,
         }
+    }
+}
+
+/// Groups of four bands, of so many; where the fit says how many they are, the compiler knows it too.
+#[inline(always)]
+pub fn groups(groups: usize, variant: u32) -> usize {
+    if variant & MORE_THAN_EIGHT != 0 {
+        3
+    } else if variant & MORE_THAN_FOUR != 0 {
+        2
+    } else if variant & (REGRESSION | SOLVED) != 0 {
+        1
+    } else {
+        groups
     }
 }
 

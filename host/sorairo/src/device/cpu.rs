@@ -12,7 +12,7 @@ use sorairo_shared::glam::{UVec2, Vec4};
 use sorairo_shared::kernels::{SENTINEL, sky_pixel};
 use sorairo_shared::lookup::{colours_per_entry, entries};
 use sorairo_shared::uniform::Uniform;
-use sorairo_shared::variant::is_solved_cubic;
+use sorairo_shared::variant::{self, is_solved_cubic};
 use web_time::Instant;
 
 use super::backend::{Backend, TakeRows, Times};
@@ -83,7 +83,10 @@ fn store_row(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], wo
         Kernel::Fill => words.fill(SENTINEL),
         Kernel::MultiplyAdds => pixels.for_each(|pixel| multiply_adds_pixel(uniform, words, pixel, variant)),
         Kernel::SkyLookup => lookup_row(uniform, buffers.colour, lookup, words, variant),
-        _ if plan.holds_light() || is_solved_cubic(variant) => {
+        _ if plan.holds_light() => pixels.for_each(|pixel| sky_pixel(uniform, buffers, words, pixel, variant)),
+        _ if is_solved_cubic(variant) => {
+            // Known to the compiler, the fit is not chosen again at every pixel.
+            let variant = variant & !(variant::FIT | variant::LIGHT) | variant::SOLVED;
             pixels.for_each(|pixel| sky_pixel(uniform, buffers, words, pixel, variant));
         }
         _ => sky_row(uniform, buffers, words, variant),

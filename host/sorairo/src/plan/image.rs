@@ -146,7 +146,7 @@ impl Plan {
         let reason =
             if self.sky.is_night { self.lookup.reason } else { "a spectrum is integrated at every pixel".into() };
         let Uniform { multiple, .. } = spectral.integral.uniform;
-        let others = self.variant & !(variant::FIT | variant::AT_BANDS);
+        let others = self.variant & !(variant::FIT | variant::LIGHT);
         Ok(Self {
             colour,
             uniform: Uniform { multiple, spectral_wavelengths: wavelengths.len() as u32, ..self.uniform },
@@ -160,13 +160,13 @@ impl Plan {
     /// The same plan for an image that holds the radiance at every band and no colour. Every pixel is integrated.
     pub fn at_bands(self) -> Self {
         let reason = "radiance at the bands is integrated at every pixel".into();
-        let variant = self.variant & !variant::SPECTRUM | variant::AT_BANDS;
+        let variant = self.variant & !variant::LIGHT | variant::AT_BANDS;
         Self { variant, lookup: Lookup { size: None, reason }, ..self }
     }
 
-    /// Whether pixels hold more than a colour: a spectrum beside it, or the radiance at every band.
+    /// Whether pixels hold light by wavelength: a spectrum beside their colour, or the radiance at every band.
     pub fn holds_light(&self) -> bool {
-        self.variant & (variant::SPECTRUM | variant::AT_BANDS) != 0
+        self.variant & variant::LIGHT != 0
     }
 
     /// Wavelengths (nm) of a spectral image, as they were asked for; none of other images.

@@ -11,7 +11,7 @@ use crate::math::{fetch, half_bits, store};
 use crate::phase::ScatteringAngle;
 use crate::rgb::into_gamut;
 use crate::single::Bands;
-use crate::sky::{Constituents, Gathered, constituents, light, transfer_of_parts, view_ray};
+use crate::sky::{Constituents, Gathered, constituents, is_done, light, transfer_of_parts, view_ray};
 use crate::spectral;
 use crate::tone::{NEAREST, dither, srgb8};
 use crate::uniform::{Buffers, Uniform};
@@ -88,17 +88,22 @@ pub fn sky_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pi
         lit_pixel(uniform, buffers, output, pixel, view.direction, variant);
     } else if variant & variant::LIGHT != 0 {
         let words = words_of_light(uniform, buffers.bands, variant);
-        let at = index(uniform, pixel) * words;
-        let mut word = at;
-        while word < at + words {
-            store(output, word as usize, 0);
-            word += 1;
-        }
+        store_zeros(output, index(uniform, pixel) * words, words);
     } else {
         store_rgb(uniform, output, pixel, Vec3::ZERO, variant);
     }
 }
 
+#[inline(always)]
+fn store_zeros(output: &mut [u32], at: u32, words: u32) {
+    let mut word = 0;
+    while word < words {
+        store(output, (at + word) as usize, 0);
+        word += 1;
+    }
+}
+
+/// [`sky_pixel`] of a pixel that the projection covers.
 #[inline(always)]
 fn lit_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pixel: UVec2, direction: Vec3, variant: u32) {
     let has_spectrum = variant & variant::SPECTRUM != 0;
@@ -107,7 +112,7 @@ fn lit_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pixel:
     let angle = ScatteringAngle::of_ray(view_ray(uniform, direction));
     let mut gathered = Gathered::DARK;
     let mut rgb = Vec3::ZERO;
-    let groups = variant::groups(buffers.bands.len(), variant);
+    let groups = variant::group_count(buffers.bands.len(), variant);
     let mut group = 0;
     loop {
         let parts = light(uniform, buffers, group, direction, variant);
@@ -123,15 +128,16 @@ fn lit_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pixel:
             gathered.add(buffers, group, parts, variant);
         }
         group += 1;
-        // Of one group the compiler keeps no loop; and a processor that computes many pixels at once starts no pass in vain.
-        if (groups == 1) | (group >= groups) {
+        if is_done(group, groups) {
             break;
         }
     }
-    if is_linear_spectrum {
-        spectral::store_colour(output, at, into_gamut(rgb, &uniform.rgb));
-    } else if has_spectrum {
-        rgb = spectral::store_regression(uniform, buffers, output, at, gathered.lights, angle, variant);
+    if has_spectrum {
+        rgb = if is_linear_spectrum {
+            into_gamut(rgb, &uniform.rgb)
+        } else {
+            spectral::store_regression(uniform, buffers, output, at, gathered.lights, angle, variant)
+        };
         spectral::store_colour(output, at, rgb);
     } else if variant & variant::AT_BANDS == 0 {
         rgb = gathered.rgb(uniform, buffers, angle, variant);

@@ -231,16 +231,23 @@ impl Gathered {
     }
 }
 
+/// Whether a loop over groups of bands is at its end, asked after `group` of them: there a device that computes many pixels at once starts no
+/// pass in vain. Of a single group, whose number the variant tells, the compiler keeps no loop.
+#[inline(always)]
+pub fn is_done(group: usize, groups: usize) -> bool {
+    (groups == 1) | (group >= groups)
+}
+
 /// The light in a direction, at all bands.
 #[inline(always)]
 fn gathered(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Gathered {
     let mut gathered = Gathered::DARK;
-    let groups = variant::groups(buffers.bands.len(), variant);
+    let groups = variant::group_count(buffers.bands.len(), variant);
     let mut group = 0;
     loop {
         gathered.add(buffers, group, light(uniform, buffers, group, direction, variant), variant);
         group += 1;
-        if (groups == 1) | (group >= groups) {
+        if is_done(group, groups) {
             break;
         }
     }

@@ -111,9 +111,9 @@ impl PixelFormat {
     }
 }
 
-/// Groups of four bands, of so many; where the fit says how many they are, the compiler knows it too.
+/// The count of the groups of four bands: a number that the compiler knows, where the fit tells it.
 #[inline(always)]
-pub fn groups(groups: usize, variant: u32) -> usize {
+pub fn group_count(groups: usize, variant: u32) -> usize {
     if variant & MORE_THAN_EIGHT != 0 {
         3
     } else if variant & MORE_THAN_FOUR != 0 {

@@ -10,13 +10,10 @@ use sorairo_shared::environment::{
     COEFFICIENTS, CoefficientLanes, LevelStep, ROW_SUMS, RowLanes, half_pixel, keep_coefficients, keep_row_sums,
     level_pixel, store_coefficient, store_row_sum,
 };
-use sorairo_shared::kernels::{
-    SENTINEL, lookup_colours, lookup_invocations, lookup_pixel, radiance_pixel, sky_pixel, spectrum_pixel,
-};
+use sorairo_shared::kernels::{SENTINEL, lookup_colours, lookup_invocations, lookup_pixel, sky_pixel};
 use sorairo_shared::lookup::{entries, store_entry};
 use sorairo_shared::math::store;
 use sorairo_shared::single::Bands;
-use sorairo_shared::sky::{LINEAR, REGRESSION, REGRESSION_SOLVED, SOLVED};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use spirv_std::arch::workgroup_memory_barrier_with_group_sync;
 use spirv_std::glam::{UVec3, Vec2, Vec4};
@@ -41,25 +38,9 @@ pub fn fill(
     }
 }
 
-/// Radiance at every band.
+/// The sky, integrated at every pixel.
 #[spirv(compute(threads(16, 16)))]
-pub fn radiance(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
-) {
-    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        radiance_pixel(uniform, Buffers { bands, quadrature, colour: multiple, multiple }, output, id.x, id.y, variant);
-    }
-}
-
-/// The sky by a fit that is linear in the transfer.
-#[spirv(compute(threads(16, 16)))]
-pub fn sky_linear(
+pub fn sky(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
     #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
@@ -70,114 +51,13 @@ pub fn sky_linear(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
 ) {
     if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        sky_pixel(uniform, Buffers { bands, quadrature, colour, multiple }, output, id.x, id.y, LINEAR, variant);
+        sky_pixel(uniform, Buffers { bands, quadrature, colour, multiple }, output, id.truncate(), variant);
     }
 }
 
-/// The sky by explicit solve and observer sum.
-#[spirv(compute(threads(16, 16)))]
-pub fn sky_solve(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
-) {
-    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        sky_pixel(uniform, Buffers { bands, quadrature, colour, multiple }, output, id.x, id.y, SOLVED, variant);
-    }
-}
-
-/// The sky by the regression fit.
-#[spirv(compute(threads(16, 16)))]
-pub fn sky_regression(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
-) {
-    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        sky_pixel(uniform, Buffers { bands, quadrature, colour, multiple }, output, id.x, id.y, REGRESSION, variant);
-    }
-}
-
-/// The sky by the regression fit, its 4×4 system solved at every pixel.
-#[spirv(compute(threads(16, 16)))]
-pub fn sky_regression_solve(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
-) {
-    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        sky_pixel(
-            uniform,
-            Buffers { bands, quadrature, colour, multiple },
-            output,
-            id.x,
-            id.y,
-            REGRESSION_SOLVED,
-            variant,
-        );
-    }
-}
-
-/// Colour and spectrum by a fit that is linear in the transfer.
-#[spirv(compute(threads(16, 16)))]
-pub fn spectrum_linear(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
-) {
-    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        spectrum_pixel(uniform, Buffers { bands, quadrature, colour, multiple }, output, id.x, id.y, LINEAR, variant);
-    }
-}
-
-/// Colour and spectrum by the regression fit.
-#[spirv(compute(threads(16, 16)))]
-pub fn spectrum_regression(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
-) {
-    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        spectrum_pixel(
-            uniform,
-            Buffers { bands, quadrature, colour, multiple },
-            output,
-            id.x,
-            id.y,
-            REGRESSION,
-            variant,
-        );
-    }
-}
-
-/// The sky lookup by a fit that is linear in the transfer.
+/// The sky lookup.
 #[spirv(compute(threads(64)))]
-pub fn lookup_linear(
+pub fn lookup(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
     #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
@@ -188,38 +68,13 @@ pub fn lookup_linear(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] lookup: &mut [Vec4],
 ) {
     if id.x < entries(uniform) {
-        store_entry(
-            lookup,
-            id.x,
-            lookup_colours(uniform, Buffers { bands, quadrature, colour, multiple }, id.x, LINEAR, variant),
-            variant,
-        );
+        let buffers = Buffers { bands, quadrature, colour, multiple };
+        store_entry(lookup, id.x, lookup_colours(uniform, buffers, id.x, variant), variant);
     }
 }
 
-/// The sky lookup by the regression fit.
-#[spirv(compute(threads(64)))]
-pub fn lookup_regression(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] lookup: &mut [Vec4],
-) {
-    if id.x < entries(uniform) {
-        store_entry(
-            lookup,
-            id.x,
-            lookup_colours(uniform, Buffers { bands, quadrature, colour, multiple }, id.x, REGRESSION, variant),
-            variant,
-        );
-    }
-}
-
-/// The sky, interpolated from the sky lookup.
+/// The sky, interpolated from the sky lookup: a kernel of its own, since a browser compiles it in a fraction of the time that one with
+/// the integral takes.
 #[spirv(compute(threads(16, 16)))]
 pub fn sky_lookup(
     #[spirv(global_invocation_id)] id: UVec3,
@@ -230,7 +85,7 @@ pub fn sky_lookup(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
 ) {
     if (id.x < lookup_invocations(uniform, variant)) & (id.y < uniform.rows) {
-        lookup_pixel(uniform, colour, lookup, output, id.x, id.y, variant);
+        lookup_pixel(uniform, colour, lookup, output, id.truncate(), variant);
     }
 }
 
@@ -301,6 +156,6 @@ pub fn multiply_adds(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
 ) {
     if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        multiply_adds_pixel(uniform, output, id.x, id.y, variant);
+        multiply_adds_pixel(uniform, output, id.truncate(), variant);
     }
 }

@@ -110,10 +110,11 @@ pub struct Logarithms {
 }
 
 impl Logarithms {
-    /// Those of the integral at the bands, as many as the variant has. With `solve`, the Newton coefficients of `ln X` at the first four bands ([`newton_coefficients`]) take the place of the values themselves, so that the
-    /// 4×4 system is solved at every pixel; `wavelengths` are the normalised ones of those bands.
+    /// Those of the integral at the bands, as many as the variant has. By a fit that is [`variant::SOLVED`], the Newton coefficients of `ln X` at
+    /// the first four bands ([`newton_coefficients`]) take the place of the values themselves; `wavelengths` are the normalised ones of
+    /// those bands.
     #[inline(always)]
-    pub fn new(bands: Dozen, wavelengths: Vec4, solve: bool, variant: u32) -> Self {
+    pub fn new(bands: Dozen, wavelengths: Vec4, variant: u32) -> Self {
         let first = ln4(max4(bands.first, DARKEST));
         let (mut second, mut third) = (Vec4::ZERO, Vec4::ZERO);
         let mut highest = highest(first);
@@ -129,7 +130,7 @@ impl Logarithms {
             brightest = max(brightest, self::highest(bands.third));
         }
         Self {
-            first: if solve { newton_coefficients(wavelengths, first) } else { first },
+            first: if variant & variant::SOLVED != 0 { newton_coefficients(wavelengths, first) } else { first },
             second,
             third,
             highest,

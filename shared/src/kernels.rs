@@ -5,10 +5,13 @@
 
 use crate::camera::{EQUIRECTANGULAR, PixelView, pixel_view, position_view};
 use crate::disc::disc_in_pixel;
-use crate::glam::{Vec2, Vec3, Vec4};
+use crate::glam::{UVec2, Vec2, Vec3, Vec4};
 use crate::lookup::{self, RUN};
 use crate::math::{fetch, half_bits, store};
-use crate::sky::{Constituents, constituents, sky, transfer};
+use crate::phase::ScatteringAngle;
+use crate::rgb::into_gamut;
+use crate::single::Bands;
+use crate::sky::{Constituents, Gathered, constituents, is_done, light, transfer_of_parts, view_ray};
 use crate::spectral;
 use crate::tone::{NEAREST, dither, srgb8};
 use crate::uniform::{Buffers, Uniform};
@@ -23,13 +26,14 @@ pub const LOOKUP_WORKGROUP: u32 = 64;
 /// A bit pattern that no kernel stores, a NaN and a picture of alpha 0: what the output holds before a kernel runs.
 pub const SENTINEL: u32 = 0x7fff_ffff;
 
-/// Stores a pixel's linear RGB as the variant's [`PixelFormat`] says; `row` counts from the dispatch's first row.
+/// Stores a pixel's linear RGB as the variant's [`PixelFormat`] says. Of a pixel `x` is the column, and `y` the row counted from the dispatch's
+/// first.
 #[inline(always)]
-pub fn store_rgb(uniform: &Uniform, output: &mut [u32], column: u32, row: u32, rgb: Vec3, variant: u32) {
-    let index = index(uniform, column, row);
+pub fn store_rgb(uniform: &Uniform, output: &mut [u32], pixel: UVec2, rgb: Vec3, variant: u32) {
+    let index = index(uniform, pixel);
     let format = variant::pixel_format(variant);
     if format == PixelFormat::Picture as u32 {
-        let word = picture_word(uniform, column, uniform.first_row + row, rgb, variant);
+        let word = picture_word(uniform, pixel.x, uniform.first_row + pixel.y, rgb, variant);
         store(output, index as usize, word);
     } else if format == PixelFormat::HalfRgb as u32 {
         let at = 2 * index as usize;
@@ -54,93 +58,97 @@ pub fn picture_word(uniform: &Uniform, column: u32, row: u32, rgb: Vec3, variant
     srgb8(rgb, uniform.exposure, if is_dithered { dither(column, row) } else { NEAREST })
 }
 
-/// Stores a pixel's radiance at a group of four bands (W·m⁻²·sr⁻¹·nm⁻¹); the groups of a pixel follow each other.
+/// Stores a pixel's radiance at a group of four bands (W·m⁻²·sr⁻¹·nm⁻¹), from the word `at` on.
 #[inline(always)]
-pub fn store_radiance(output: &mut [u32], index: u32, groups: u32, group: u32, radiance: Vec4) {
-    let at = 4 * (index * groups + group) as usize;
+fn store_radiance(output: &mut [u32], at: usize, radiance: Vec4) {
     store(output, at, radiance.x.to_bits());
     store(output, at + 1, radiance.y.to_bits());
     store(output, at + 2, radiance.z.to_bits());
     store(output, at + 3, radiance.w.to_bits());
 }
 
-/// The view through a pixel; `row` counts from the dispatch's first row.
+/// The view through a pixel.
 #[inline(always)]
-pub fn view(uniform: &Uniform, column: u32, row: u32, variant: u32) -> PixelView {
-    pixel_view(&uniform.camera, variant::projection(variant), column, uniform.first_row + row)
+fn view(uniform: &Uniform, pixel: UVec2, variant: u32) -> PixelView {
+    pixel_view(&uniform.camera, variant::projection(variant), pixel.x, uniform.first_row + pixel.y)
 }
 
-/// Kernel `radiance`: a pixel's radiance at every band, nothing more. This is where the paper's own GPU part ends.
+/// Words of a pixel that holds light by wavelength; see [`variant::LIGHT`].
 #[inline(always)]
-pub fn radiance_pixel(
-    uniform: &Uniform,
-    buffers: Buffers<'_>,
-    output: &mut [u32],
-    column: u32,
-    row: u32,
-    variant: u32,
-) {
-    let view = view(uniform, column, row, variant);
-    let mut group = 0;
-    while group < buffers.bands.len() {
-        let mut radiance = Vec4::ZERO;
-        if view.covered {
-            let solar_irradiance = fetch(buffers.bands, group).solar_irradiance;
-            radiance = transfer(uniform, buffers, group, view.direction, variant) * solar_irradiance;
-        }
-        store_radiance(output, index(uniform, column, row), buffers.bands.len() as u32, group as u32, radiance);
-        group += 1;
-    }
+pub fn words_of_light(uniform: &Uniform, bands: &[Bands], variant: u32) -> u32 {
+    if variant & variant::SPECTRUM != 0 { spectral::words(uniform) } else { 4 * bands.len() as u32 }
 }
 
-/// Kernels `sky_linear`, `sky_solve`, `sky_regression` and `sky_regression_solve`: the sky's colour at a pixel by a fit of the
-/// kind [`crate::sky`] names, integrated at the pixel itself, and stored.
+/// Kernel `sky`: a pixel of the sky, integrated at the pixel itself, and stored: its colour, a spectrum beside it, or the radiance at
+/// every band.
 #[inline(always)]
-pub fn sky_pixel(
-    uniform: &Uniform,
-    buffers: Buffers<'_>,
-    output: &mut [u32],
-    column: u32,
-    row: u32,
-    fit: u32,
-    variant: u32,
-) {
-    let view = view(uniform, column, row, variant);
-    let mut rgb = Vec3::ZERO;
+pub fn sky_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pixel: UVec2, variant: u32) {
+    let view = view(uniform, pixel, variant);
     if view.covered {
-        rgb = sky(uniform, buffers, view.direction, fit, variant);
-        if variant & variant::SUN_DISC != 0 {
-            rgb += disc_in_pixel(uniform, buffers.colour, column, uniform.first_row + row, variant);
-        }
-    }
-    store_rgb(uniform, output, column, row, rgb, variant);
-}
-
-/// Kernels `spectrum_linear` and `spectrum_regression`: linear RGB and the radiance at every wavelength of a spectral image, see
-/// [`spectral`], integrated at the pixel itself, and stored.
-#[inline(always)]
-pub fn spectrum_pixel(
-    uniform: &Uniform,
-    buffers: Buffers<'_>,
-    output: &mut [u32],
-    column: u32,
-    row: u32,
-    fit: u32,
-    variant: u32,
-) {
-    let view = view(uniform, column, row, variant);
-    let at = (index(uniform, column, row) * spectral::words(uniform)) as usize;
-    if view.covered {
-        spectral::store_spectrum(uniform, buffers, output, at, view.direction, fit, variant);
+        lit_pixel(uniform, buffers, output, pixel, view.direction, variant);
+    } else if variant & variant::LIGHT != 0 {
+        let words = words_of_light(uniform, buffers.bands, variant);
+        store_zeros(output, index(uniform, pixel) * words, words);
     } else {
-        spectral::store_black(uniform, output, at);
+        store_rgb(uniform, output, pixel, Vec3::ZERO, variant);
     }
 }
 
-/// Kernels `lookup_linear` and `lookup_regression`: the colours of an entry of the sky lookup.
 #[inline(always)]
-pub fn lookup_colours(uniform: &Uniform, buffers: Buffers<'_>, entry: u32, fit: u32, variant: u32) -> Constituents {
-    constituents(uniform, buffers, lookup::entry_view(uniform, entry, variant), fit, variant)
+fn store_zeros(output: &mut [u32], at: u32, words: u32) {
+    let mut word = 0;
+    while word < words {
+        store(output, (at + word) as usize, 0);
+        word += 1;
+    }
+}
+
+/// [`sky_pixel`] of a pixel that the projection covers.
+#[inline(always)]
+fn lit_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pixel: UVec2, direction: Vec3, variant: u32) {
+    let has_spectrum = variant & variant::SPECTRUM != 0;
+    let is_linear_spectrum = has_spectrum & (variant & variant::REGRESSION == 0);
+    let at = (index(uniform, pixel) * words_of_light(uniform, buffers.bands, variant)) as usize;
+    let angle = ScatteringAngle::of_ray(view_ray(uniform, direction));
+    let mut gathered = Gathered::DARK;
+    let mut rgb = Vec3::ZERO;
+    let groups = variant::group_count(buffers.bands.len(), variant);
+    let mut group = 0;
+    loop {
+        let parts = light(uniform, buffers, group, direction, variant);
+        if is_linear_spectrum | (variant & variant::AT_BANDS != 0) {
+            let bands = fetch(buffers.bands, group);
+            let transfer = transfer_of_parts(uniform, parts, bands.albedo, angle, variant);
+            if is_linear_spectrum {
+                rgb += spectral::store_linear(uniform, buffers, output, at, group, transfer);
+            } else {
+                store_radiance(output, at + 4 * group, transfer * bands.solar_irradiance);
+            }
+        } else {
+            gathered.add(buffers, group, parts, variant);
+        }
+        group += 1;
+        if is_done(group, groups) {
+            break;
+        }
+    }
+    if has_spectrum {
+        rgb = if is_linear_spectrum {
+            into_gamut(rgb, &uniform.rgb)
+        } else {
+            spectral::store_regression(uniform, buffers, output, at, gathered.lights, angle, variant)
+        };
+        spectral::store_colour(output, at, rgb);
+    } else if variant & variant::AT_BANDS == 0 {
+        rgb = gathered.rgb(uniform, buffers, angle, variant);
+        store_rgb(uniform, output, pixel, with_disc(uniform, buffers.colour, pixel, rgb, variant), variant);
+    }
+}
+
+/// Kernel `lookup`: the colours of an entry of the sky lookup.
+#[inline(always)]
+pub fn lookup_colours(uniform: &Uniform, buffers: Buffers<'_>, entry: u32, variant: u32) -> Constituents {
+    constituents(uniform, buffers, lookup::entry_view(uniform, entry, variant), variant)
 }
 
 /// Invocations of the kernel `sky_lookup` for a row: one for a pixel, or for a run of them.
@@ -149,71 +157,62 @@ pub fn lookup_invocations(uniform: &Uniform, variant: u32) -> u32 {
     if variant & variant::RUNS != 0 { uniform.camera.width / RUN } else { uniform.camera.width }
 }
 
-/// Kernel `sky_lookup`: the sky's colour from the sky lookup at a pixel, or at a run of pixels in a row, stored. `column` counts what an
-/// invocation does.
+/// Kernel `sky_lookup`: the sky's colour from the sky lookup at a pixel, or at a run of pixels in a row, stored. `invocation.x` counts what an
+/// invocation does, `invocation.y` rows.
 #[inline(always)]
 pub fn lookup_pixel(
     uniform: &Uniform,
     colour: &[Vec4],
     entries: &[Vec4],
     output: &mut [u32],
-    column: u32,
-    row: u32,
+    invocation: UVec2,
     variant: u32,
 ) {
+    let row = uniform.first_row + invocation.y;
     if variant & variant::RUNS != 0 {
-        let first = RUN * column;
-        let whole_row = uniform.first_row + row;
-        let middle = Vec2::new((first + RUN / 2) as f32, whole_row as f32 + 0.5);
+        let mut pixel = UVec2::new(RUN * invocation.x, invocation.y);
+        let end = pixel.x + RUN;
+        let middle = Vec2::new((pixel.x + RUN / 2) as f32, row as f32 + 0.5);
         let direction = position_view(&uniform.camera, EQUIRECTANGULAR, middle).direction;
         if lookup::is_on_ground(direction, variant) {
-            let mut pixel = first;
-            while pixel < first + RUN {
-                store_rgb(uniform, output, pixel, row, lookup::ground_beneath(uniform, variant), variant);
-                pixel += 1;
+            while pixel.x < end {
+                store_rgb(uniform, output, pixel, lookup::ground_beneath(uniform, variant), variant);
+                pixel.x += 1;
             }
             return;
         }
         let place = lookup::row_place(uniform, direction);
-        let place = lookup::along_row(uniform, entries, place, whole_row, variant);
-        let mut pixel = first;
-        while pixel < first + RUN {
-            let direction = view(uniform, pixel, row, variant).direction;
+        let place = lookup::along_row(uniform, entries, place, row, variant);
+        while pixel.x < end {
+            let direction = view(uniform, pixel, variant).direction;
             let rgb = lookup::sky_along_row(uniform, place, direction, variant);
-            store_looked_up(uniform, colour, output, pixel, row, rgb, variant);
-            pixel += 1;
+            store_rgb(uniform, output, pixel, with_disc(uniform, colour, pixel, rgb, variant), variant);
+            pixel.x += 1;
         }
     } else {
-        let view = view(uniform, column, row, variant);
+        let pixel = invocation;
+        let view = view(uniform, pixel, variant);
         if view.covered {
-            let rgb = lookup::sky_from_lookup(uniform, entries, view.direction, uniform.first_row + row, variant);
-            store_looked_up(uniform, colour, output, column, row, rgb, variant);
+            let rgb = lookup::sky_from_lookup(uniform, entries, view.direction, row, variant);
+            store_rgb(uniform, output, pixel, with_disc(uniform, colour, pixel, rgb, variant), variant);
         } else {
-            store_rgb(uniform, output, column, row, Vec3::ZERO, variant);
+            store_rgb(uniform, output, pixel, Vec3::ZERO, variant);
         }
     }
 }
 
-/// Stores a colour of the sky, with the sun's disc before it.
+/// A colour of the sky at a pixel, with the sun's disc before it.
 #[inline(always)]
-fn store_looked_up(
-    uniform: &Uniform,
-    colour: &[Vec4],
-    output: &mut [u32],
-    column: u32,
-    row: u32,
-    sky: Vec3,
-    variant: u32,
-) {
+fn with_disc(uniform: &Uniform, colour: &[Vec4], pixel: UVec2, sky: Vec3, variant: u32) -> Vec3 {
     let mut rgb = sky;
     if variant & variant::SUN_DISC != 0 {
-        rgb += disc_in_pixel(uniform, colour, column, uniform.first_row + row, variant);
+        rgb += disc_in_pixel(uniform, colour, pixel.x, uniform.first_row + pixel.y, variant);
     }
-    store_rgb(uniform, output, column, row, rgb, variant);
+    rgb
 }
 
 /// Where a pixel stands in the output of its dispatch, in pixels.
 #[inline(always)]
-fn index(uniform: &Uniform, column: u32, row: u32) -> u32 {
-    row * uniform.row_pixels + column
+fn index(uniform: &Uniform, pixel: UVec2) -> u32 {
+    pixel.y * uniform.row_pixels + pixel.x
 }

@@ -285,7 +285,7 @@ fn integrate_piece(
     let samples = Samples::new(atmosphere, bands, ray, piece, PER_MEAN_FREE_PATH, variant);
     let mut sum = DARK;
     let mut i = 0;
-    while i < quadrature.len() {
+    loop {
         let (place, weight) = samples.at(shell, fetch(quadrature, i));
         let part = integrand(atmosphere, bands, towards_observer, place, weight, variant);
         sum.air += part.air;
@@ -293,6 +293,9 @@ fn integrate_piece(
             sum.aerosol += part.aerosol;
         }
         i += 1;
+        if i >= quadrature.len() {
+            break;
+        }
     }
     sum
 }
@@ -393,8 +396,9 @@ pub fn single_scattering(
     let mut index = if variant & variant::DESCENT != 0 { 0 } else { 1 };
     let step = if variant & variant::DESCENT != 0 { 1 } else { 2 };
     let pieces = if variant & variant::SHADOW != 0 { 4 } else { 2 };
-    while index < pieces {
-        let rising = index & 1 == 1;
+    let is_single = variant & (variant::DESCENT | variant::SHADOW) == 0;
+    loop {
+        let rising = is_single | (index & 1 == 1);
         let interval = way.lit(index & 2 == 2, rising);
         if interval.end > interval.start {
             let piece = way.piece(shell, interval, rising, variant);
@@ -403,6 +407,10 @@ pub fn single_scattering(
             sum.aerosol += part.aerosol;
         }
         index += step;
+        // Of one piece the compiler keeps no loop.
+        if is_single | (index >= pieces) {
+            break;
+        }
     }
     SingleScattering { air: sum.air * bands.air_scattering, aerosol: sum.aerosol * bands.aerosol_scattering }
 }

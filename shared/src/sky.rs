@@ -13,17 +13,6 @@ use crate::single::{Bands, single_scattering};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
 
-/// A fit that is linear in the transfer: solve, observer sum and XYZ→RGB (Eqs. 4-8) are one matrix, whose rows for red, green
-/// and blue are the colour rows of each group of four bands.
-pub const LINEAR: u32 = 0;
-/// The paper's mathematics, step by step (Eqs. 4-8): the cubic through four bands, its sum over the observer nodes in
-/// the colour rows, XYZ→RGB.
-pub const SOLVED: u32 = 1;
-/// The regression fit, separately for each constituent of the light; see [`regression_rgb`].
-pub const REGRESSION: u32 = 2;
-/// [`REGRESSION`] with its 4×4 system solved at every pixel.
-pub const REGRESSION_SOLVED: u32 = 3;
-
 /// The ray from the observer in a direction.
 #[inline(always)]
 pub fn view_ray(uniform: &Uniform, direction: Vec3) -> Ray {
@@ -105,13 +94,26 @@ pub fn cosine_from_sun(uniform: &Uniform, direction: Vec3) -> f32 {
 #[inline(always)]
 pub fn transfer(uniform: &Uniform, buffers: Buffers<'_>, group: usize, direction: Vec3, variant: u32) -> Vec4 {
     let parts = light(uniform, buffers, group, direction, variant);
-    let phases = phases(uniform, ScatteringAngle::of_ray(view_ray(uniform, direction)));
+    let angle = ScatteringAngle::of_ray(view_ray(uniform, direction));
+    transfer_of_parts(uniform, parts, fetch(buffers.bands, group).albedo, angle, variant)
+}
+
+/// The same of light whose constituents are known, over ground of this albedo.
+#[inline(always)]
+pub fn transfer_of_parts(
+    uniform: &Uniform,
+    parts: Parts<Vec4>,
+    albedo: Vec4,
+    angle: ScatteringAngle,
+    variant: u32,
+) -> Vec4 {
+    let phases = phases(uniform, angle);
     let mut transfer = parts.air * phases.air;
     if variant & variant::AEROSOL != 0 {
         transfer += parts.aerosol * phases.aerosol;
     }
     if variant & variant::REST != 0 {
-        transfer += parts.multiple + parts.ground * fetch(buffers.bands, group).albedo;
+        transfer += parts.multiple + parts.ground * albedo;
     }
     transfer
 }
@@ -151,68 +153,117 @@ pub fn with_phases(uniform: &Uniform, constituents: Constituents, angle: Scatter
     into_gamut(rgb, &uniform.rgb)
 }
 
-/// Colour of each constituent in a direction, by a [`LINEAR`] or a regression fit.
-#[inline(always)]
-pub fn constituents(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, fit: u32, variant: u32) -> Constituents {
-    if fit == LINEAR {
-        linear_constituents(uniform, buffers, direction, variant)
-    } else {
-        let lights = at_all_bands(uniform, buffers, direction, variant);
-        regression_constituents(uniform, buffers, lights, fit == REGRESSION_SOLVED, variant)
-    }
+/// What is kept of the light in a direction while group after group of its bands is integrated. The integral stands once in a kernel, whatever
+/// the fit.
+#[derive(Clone, Copy)]
+pub struct Gathered {
+    /// By a linear fit, the sum of the colours.
+    colours: Constituents,
+    /// By any other, the light itself at up to twelve bands.
+    pub lights: Parts<Dozen>,
 }
 
-#[inline(always)]
-fn linear_constituents(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Constituents {
-    let Buffers { bands, colour, .. } = buffers;
-    let mut sum = Constituents { air: Vec3::ZERO, aerosol: Vec3::ZERO, rest: Vec3::ZERO };
-    let mut group = 0;
-    while group < bands.len() {
-        let parts = light(uniform, buffers, group, direction, variant);
+impl Gathered {
+    /// No light.
+    pub const DARK: Self = Self {
+        colours: Constituents { air: Vec3::ZERO, aerosol: Vec3::ZERO, rest: Vec3::ZERO },
+        lights: Parts { air: Dozen::DARK, aerosol: Dozen::DARK, multiple: Dozen::DARK, ground: Dozen::DARK },
+    };
+
+    /// With the light at the next group of four bands.
+    #[inline(always)]
+    pub fn add(&mut self, buffers: Buffers<'_>, group: usize, four: Parts<Vec4>, variant: u32) {
+        if variant & (variant::REGRESSION | variant::SOLVED) == 0 {
+            self.add_colours(buffers, group, four, variant);
+        } else if group == 0 {
+            self.lights.air.first = four.air;
+            self.lights.aerosol.first = four.aerosol;
+            self.lights.multiple.first = four.multiple;
+            self.lights.ground.first = four.ground;
+        } else if (variant & variant::MORE_THAN_FOUR != 0) & (group == 1) {
+            self.lights.air.second = four.air;
+            self.lights.aerosol.second = four.aerosol;
+            self.lights.multiple.second = four.multiple;
+            self.lights.ground.second = four.ground;
+        } else if variant & variant::MORE_THAN_EIGHT != 0 {
+            self.lights.air.third = four.air;
+            self.lights.aerosol.third = four.aerosol;
+            self.lights.multiple.third = four.multiple;
+            self.lights.ground.third = four.ground;
+        }
+    }
+
+    #[inline(always)]
+    fn add_colours(&mut self, buffers: Buffers<'_>, group: usize, parts: Parts<Vec4>, variant: u32) {
+        let Buffers { bands, colour, .. } = buffers;
         let rows = [fetch(colour, 3 * group), fetch(colour, 3 * group + 1), fetch(colour, 3 * group + 2)];
-        sum.air += linear_rgb(rows, parts.air);
-        sum.aerosol += linear_rgb(rows, parts.aerosol);
+        self.colours.air += linear_rgb(rows, parts.air);
+        self.colours.aerosol += linear_rgb(rows, parts.aerosol);
         if variant & variant::REST != 0 {
             let rest = parts.multiple + parts.ground * fetch(bands, group).albedo;
-            sum.rest += linear_rgb(rows, rest);
+            self.colours.rest += linear_rgb(rows, rest);
         }
-        group += 1;
     }
-    sum
+
+    /// The colour of each constituent, by a linear or a regression fit.
+    #[inline(always)]
+    pub fn constituents(self, uniform: &Uniform, buffers: Buffers<'_>, variant: u32) -> Constituents {
+        if variant & variant::REGRESSION == 0 {
+            self.colours
+        } else {
+            regression_constituents(uniform, buffers, self.lights, variant)
+        }
+    }
+
+    /// Linear RGB of the sky (W·m⁻²·sr⁻¹) at a scattering angle.
+    #[inline(always)]
+    pub fn rgb(self, uniform: &Uniform, buffers: Buffers<'_>, angle: ScatteringAngle, variant: u32) -> Vec3 {
+        if variant::is_solved_cubic(variant) {
+            let Parts { air, aerosol, multiple, ground } = self.lights;
+            let four = Parts { air: air.first, aerosol: aerosol.first, multiple: multiple.first, ground: ground.first };
+            let bands = fetch(buffers.bands, 0);
+            let radiance = transfer_of_parts(uniform, four, bands.albedo, angle, variant) * bands.fit_irradiance;
+            let xyz = observe_cubic(uniform.band_wavelengths, radiance, buffers.colour);
+            into_gamut(uniform.rgb.from_xyz(xyz), &uniform.rgb)
+        } else {
+            with_phases(uniform, self.constituents(uniform, buffers, variant), angle, variant)
+        }
+    }
 }
 
-/// What a group of four bands adds to linear RGB by a [`LINEAR`] fit, whose colour rows of the group are given.
+/// Whether a loop over groups of bands is at its end, asked after `group` of them: there a device that computes many pixels at once starts no
+/// pass in vain. Of a single group, whose number the variant tells, the compiler keeps no loop.
+#[inline(always)]
+pub fn is_done(group: usize, groups: usize) -> bool {
+    (groups == 1) | (group >= groups)
+}
+
+/// The light in a direction, at all bands.
+#[inline(always)]
+fn gathered(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Gathered {
+    let mut gathered = Gathered::DARK;
+    let groups = variant::group_count(buffers.bands.len(), variant);
+    let mut group = 0;
+    loop {
+        gathered.add(buffers, group, light(uniform, buffers, group, direction, variant), variant);
+        group += 1;
+        if is_done(group, groups) {
+            break;
+        }
+    }
+    gathered
+}
+
+/// Colour of each constituent in a direction, by a linear or a regression fit.
+#[inline(always)]
+pub fn constituents(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Constituents {
+    gathered(uniform, buffers, direction, variant).constituents(uniform, buffers, variant)
+}
+
+/// What a group of four bands adds to linear RGB by a linear fit, whose colour rows of the group are given.
 #[inline(always)]
 pub fn linear_rgb(rows: [Vec4; 3], light: Vec4) -> Vec3 {
     Vec3::new(rows[0].dot(light), rows[1].dot(light), rows[2].dot(light))
-}
-
-/// The light in a direction at up to twelve bands, those of a regression fit, by its constituents; see [`light`].
-#[inline]
-pub fn at_all_bands(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Parts<Dozen> {
-    let mut lights = Parts { air: Dozen::DARK, aerosol: Dozen::DARK, multiple: Dozen::DARK, ground: Dozen::DARK };
-    let mut group = 0;
-    while group < buffers.bands.len() {
-        let four = light(uniform, buffers, group, direction, variant);
-        if group == 0 {
-            lights.air.first = four.air;
-            lights.aerosol.first = four.aerosol;
-            lights.multiple.first = four.multiple;
-            lights.ground.first = four.ground;
-        } else if (variant & variant::MORE_THAN_FOUR != 0) & (group == 1) {
-            lights.air.second = four.air;
-            lights.aerosol.second = four.aerosol;
-            lights.multiple.second = four.multiple;
-            lights.ground.second = four.ground;
-        } else if variant & variant::MORE_THAN_EIGHT != 0 {
-            lights.air.third = four.air;
-            lights.aerosol.third = four.aerosol;
-            lights.multiple.third = four.multiple;
-            lights.ground.third = four.ground;
-        }
-        group += 1;
-    }
-    lights
 }
 
 /// Linear RGB of each constituent by the regression fit, from the light at the bands.
@@ -221,27 +272,26 @@ pub fn regression_constituents(
     uniform: &Uniform,
     buffers: Buffers<'_>,
     lights: Parts<Dozen>,
-    solve: bool,
     variant: u32,
 ) -> Constituents {
     let colour = buffers.colour;
     let (wavelengths, nodes) = (uniform.band_wavelengths, uniform.nodes);
-    let air = Logarithms::new(lights.air, wavelengths, solve, variant);
+    let air = Logarithms::new(lights.air, wavelengths, variant);
     let mut sum =
         Constituents { air: regression_rgb(colour, 0, nodes, &air, variant), aerosol: Vec3::ZERO, rest: Vec3::ZERO };
     let mut first_node = nodes;
     if variant & variant::AEROSOL != 0 {
-        let aerosol = Logarithms::new(lights.aerosol, wavelengths, solve, variant);
+        let aerosol = Logarithms::new(lights.aerosol, wavelengths, variant);
         sum.aerosol = regression_rgb(colour, first_node, nodes, &aerosol, variant);
         first_node += nodes;
     }
     if variant & variant::MULTIPLE != 0 {
-        let multiple = Logarithms::new(lights.multiple, wavelengths, solve, variant);
+        let multiple = Logarithms::new(lights.multiple, wavelengths, variant);
         sum.rest = regression_rgb(colour, first_node, nodes, &multiple, variant);
         first_node += nodes;
     }
     if variant & variant::GROUND != 0 {
-        let ground = Logarithms::new(lights.ground, wavelengths, solve, variant);
+        let ground = Logarithms::new(lights.ground, wavelengths, variant);
         sum.rest += regression_rgb(colour, first_node, nodes, &ground, variant);
     }
     sum
@@ -265,14 +315,7 @@ pub fn constituent_count(variant: u32) -> u32 {
 
 /// Linear RGB of the sky in a direction (W·m⁻²·sr⁻¹).
 #[inline(always)]
-pub fn sky(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, fit: u32, variant: u32) -> Vec3 {
-    if fit == SOLVED {
-        let bands = fetch(buffers.bands, 0);
-        let radiance = transfer(uniform, buffers, 0, direction, variant) * bands.fit_irradiance;
-        let xyz = observe_cubic(uniform.band_wavelengths, radiance, buffers.colour);
-        into_gamut(uniform.rgb.from_xyz(xyz), &uniform.rgb)
-    } else {
-        let constituents = constituents(uniform, buffers, direction, fit, variant);
-        with_phases(uniform, constituents, ScatteringAngle::of_ray(view_ray(uniform, direction)), variant)
-    }
+pub fn sky(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Vec3 {
+    let angle = ScatteringAngle::of_ray(view_ray(uniform, direction));
+    gathered(uniform, buffers, direction, variant).rgb(uniform, buffers, angle, variant)
 }

@@ -4,14 +4,11 @@
 //! of the wavelengths follow those of the colour: for a fit that is linear in the transfer, one for each group of four bands; for
 //! the regression fit, [`rows_per_node`] of each constituent that there is ([`regression_value`]).
 
-use crate::fit::{Logarithms, regression_value, rows_per_node};
+use crate::fit::{Dozen, Logarithms, regression_value, rows_per_node};
 use crate::glam::{Vec3, Vec4};
 use crate::math::{fetch, max, store};
 use crate::phase::ScatteringAngle;
-use crate::rgb::into_gamut;
-use crate::sky::{
-    LINEAR, at_all_bands, constituent_count, phases, regression_constituents, transfer, view_ray, with_phases,
-};
+use crate::sky::{Parts, constituent_count, linear_rgb, phases, regression_constituents, with_phases};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
 
@@ -24,80 +21,54 @@ pub fn words(uniform: &Uniform) -> u32 {
     RGB_WORDS + uniform.spectral_wavelengths
 }
 
-/// Stores a pixel without light, whose words begin at `at`.
+/// Stores what a group of four bands adds to a spectrum by a linear fit, whose pixel's words begin at `at`; gives what it adds to
+/// linear RGB.
 #[inline]
-pub fn store_black(uniform: &Uniform, output: &mut [u32], at: usize) {
-    let mut i = 0;
-    while i < words(uniform) {
-        store(output, at + i as usize, 0);
-        i += 1;
-    }
-}
-
-/// Stores the colour and the spectrum in a direction, by a [`LINEAR`] or a regression fit; the pixel's words begin at `at`.
-#[inline]
-pub fn store_spectrum(
+pub fn store_linear(
     uniform: &Uniform,
     buffers: Buffers<'_>,
     output: &mut [u32],
     at: usize,
-    direction: Vec3,
-    fit: u32,
-    variant: u32,
-) {
-    if fit == LINEAR {
-        store_linear(uniform, buffers, output, at, direction, variant);
-    } else {
-        store_regression(uniform, buffers, output, at, direction, variant);
-    }
-}
-
-#[inline]
-fn store_linear(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], at: usize, direction: Vec3, variant: u32) {
+    group: usize,
+    transfer: Vec4,
+) -> Vec3 {
     let Buffers { bands, colour, .. } = buffers;
     let groups = bands.len();
-    let mut rgb = Vec3::ZERO;
-    let mut group = 0;
-    while group < groups {
-        let transfer = transfer(uniform, buffers, group, direction, variant);
-        let channel = |i: usize| fetch(colour, 3 * group + i).dot(transfer);
-        rgb += Vec3::new(channel(0), channel(1), channel(2));
-        let mut i = 0;
-        while i < uniform.spectral_wavelengths as usize {
-            let word = at + RGB_WORDS as usize + i;
-            let row = fetch(colour, (3 + i) * groups + group);
-            let mut radiance = row.dot(transfer);
-            if group > 0 {
-                radiance += f32::from_bits(fetch(output, word));
-            }
-            // A polynomial can pass below zero between its bands; light cannot.
-            if group + 1 == groups {
-                radiance = max(radiance, 0.0);
-            }
-            store(output, word, radiance.to_bits());
-            i += 1;
+    let mut i = 0;
+    while i < uniform.spectral_wavelengths as usize {
+        let word = at + RGB_WORDS as usize + i;
+        let row = fetch(colour, (3 + i) * groups + group);
+        let mut radiance = row.dot(transfer);
+        if group > 0 {
+            radiance += f32::from_bits(fetch(output, word));
         }
-        group += 1;
+        // A polynomial can pass below zero between its bands; light cannot.
+        if group + 1 == groups {
+            radiance = max(radiance, 0.0);
+        }
+        store(output, word, radiance.to_bits());
+        i += 1;
     }
-    store_colour(output, at, into_gamut(rgb, &uniform.rgb));
+    linear_rgb([fetch(colour, 3 * group), fetch(colour, 3 * group + 1), fetch(colour, 3 * group + 2)], transfer)
 }
 
+/// Stores the spectrum of light by the regression fit, likewise; gives linear RGB.
 #[inline]
-fn store_regression(
+pub fn store_regression(
     uniform: &Uniform,
     buffers: Buffers<'_>,
     output: &mut [u32],
     at: usize,
-    direction: Vec3,
+    lights: Parts<Dozen>,
+    angle: ScatteringAngle,
     variant: u32,
-) {
+) -> Vec3 {
     let colour = buffers.colour;
-    let angle = ScatteringAngle::of_ray(view_ray(uniform, direction));
-    let lights = at_all_bands(uniform, buffers, direction, variant);
-    let air = Logarithms::new(lights.air, Vec4::ZERO, false, variant);
-    let aerosol = Logarithms::new(lights.aerosol, Vec4::ZERO, false, variant);
-    let multiple = Logarithms::new(lights.multiple, Vec4::ZERO, false, variant);
-    let ground = Logarithms::new(lights.ground, Vec4::ZERO, false, variant);
+    let logarithms = |light| Logarithms::new(light, uniform.band_wavelengths, variant);
+    let air = logarithms(lights.air);
+    let aerosol = logarithms(lights.aerosol);
+    let multiple = logarithms(lights.multiple);
+    let ground = logarithms(lights.ground);
     let phases = phases(uniform, angle);
     let rows = rows_per_node(variant) as usize;
     let mut row = (constituent_count(variant) * uniform.nodes) as usize * rows;
@@ -120,12 +91,12 @@ fn store_regression(
         store(output, at + RGB_WORDS as usize + i, radiance.to_bits());
         i += 1;
     }
-    let constituents = regression_constituents(uniform, buffers, lights, false, variant);
-    store_colour(output, at, with_phases(uniform, constituents, angle, variant));
+    with_phases(uniform, regression_constituents(uniform, buffers, lights, variant), angle, variant)
 }
 
+/// Stores the colour of a pixel whose words begin at `at`.
 #[inline]
-fn store_colour(output: &mut [u32], at: usize, rgb: Vec3) {
+pub fn store_colour(output: &mut [u32], at: usize, rgb: Vec3) {
     store(output, at, rgb.x.to_bits());
     store(output, at + 1, rgb.y.to_bits());
     store(output, at + 2, rgb.z.to_bits());

@@ -43,6 +43,23 @@ pub const MORE_THAN_EIGHT: u32 = 1 << 17;
 /// How many bands a regression fit has.
 pub const BANDS: u32 = MORE_THAN_FOUR | MORE_THAN_EIGHT;
 
+/// The fit is the regression, separately for each constituent of the light; see [`crate::fit::regression_rgb`]. Without this bit it is linear in the
+/// transfer: solve, observer sum and XYZ→RGB (Eqs. 4-8) are one matrix, whose rows for red, green and blue are the colour rows of each
+/// group of four bands.
+pub const REGRESSION: u32 = 1 << 18;
+/// The fit has four bands, and its 4×4 system is solved at every pixel. Without [`REGRESSION`] this is the paper's mathematics, step by step (Eqs. 4-8): the cubic
+/// through four bands, its sum over the observer nodes in the colour rows, XYZ→RGB.
+pub const SOLVED: u32 = 1 << 19;
+/// The fit: everything that its choice decides.
+pub const FIT: u32 = BANDS | REGRESSION | SOLVED;
+
+/// A pixel holds a spectrum beside its colour; see [`crate::spectral`].
+pub const SPECTRUM: u32 = 1 << 20;
+/// A pixel holds the radiance at every band and no colour. This is where the paper's own GPU part ends.
+pub const AT_BANDS: u32 = 1 << 21;
+/// A pixel holds light by wavelength, beside its colour or in its place.
+pub const LIGHT: u32 = SPECTRUM | AT_BANDS;
+
 /// Those bits of [`BANDS`] that hold for so many bands.
 #[inline]
 pub fn of_bands(bands: usize) -> u32 {
@@ -92,6 +109,26 @@ impl PixelFormat {
             Self::LinearRgba => 4,
         }
     }
+}
+
+/// The count of the groups of four bands: a number that the compiler knows, where the fit tells it.
+#[inline(always)]
+pub fn group_count(groups: usize, variant: u32) -> usize {
+    if variant & MORE_THAN_EIGHT != 0 {
+        3
+    } else if variant & MORE_THAN_FOUR != 0 {
+        2
+    } else if variant & (REGRESSION | SOLVED) != 0 {
+        1
+    } else {
+        groups
+    }
+}
+
+/// Whether a fit is the paper's cubic, solved at every pixel.
+#[inline(always)]
+pub fn is_solved_cubic(variant: u32) -> bool {
+    variant & (REGRESSION | SOLVED) == SOLVED
 }
 
 /// The number of a variant's projection, one of the camera's.

@@ -39,7 +39,7 @@ fn ways() -> Vec<(Fit, ColourPath, Option<Vec<f64>>)> {
 
 #[test]
 fn every_kernel_agrees_with_the_cpu_over_whole_images() {
-    let mut seen = HashSet::new();
+    let (mut seen, mut made) = (HashSet::new(), HashSet::new());
     for preset in [Preset::Earth, Preset::Paper] {
         for sun in SUNS {
             for (fit, color, bands) in ways() {
@@ -49,8 +49,9 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
                 let direct = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
                 scene.render.path = PathChoice::Lookup;
                 let lookup = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+                let at_bands = direct.clone().at_bands();
                 let mut runs = vec![
-                    (&direct, Kernel::Radiance, 4),
+                    (&at_bands, at_bands.kernel(), 4),
                     (&direct, direct.kernel(), 3),
                     (&lookup, lookup.kernel(), 3),
                     (&direct, Kernel::MultiplyAdds, 3),
@@ -64,9 +65,12 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
                     println!("{preset:?}, {sun}°, {fit:?}, {kernel:?}: {:.1e} at {}", worst.relative, worst.place);
                     assert!(worst.relative <= SAME_FUNCTION, "{preset:?}, {sun}°, {fit:?}, {kernel:?}: {worst:?}");
                     seen.insert(kernel);
+                    let fit = plan.variant & (variant::REGRESSION | variant::SOLVED);
+                    let held = plan.variant & variant::LIGHT;
+                    made.insert((kernel, fit, held));
                     if kernel == Kernel::SkyLookup {
                         // Each device filled the table by this one.
-                        seen.insert(plan.lookup_kernel());
+                        seen.insert(Kernel::Lookup);
                     }
                 }
                 let filled =
@@ -79,6 +83,9 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
     }
     let unseen: Vec<_> = Kernel::ALL.iter().filter(|kernel| !seen.contains(kernel)).collect();
     assert!(unseen.is_empty(), "not compared: {unseen:?}");
+    // Of each fit the colours and the light at the bands; the spectra and the sky lookups of two.
+    let count = |of: Kernel| made.iter().filter(|(kernel, ..)| *kernel == of).count();
+    assert_eq!([Kernel::Sky, Kernel::SkyLookup].map(count), [4 + 4 + 2, 2]);
 }
 
 /// The default sky, its ground and its light of all orders: from the ground, from the air and from space, where the sun is high, low and set.
@@ -136,7 +143,7 @@ fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
             scene.atmosphere.aerosol.optical_depth = aerosol;
             let direct = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
             let plan = direct.clone().with_spectrum(&wavelengths).unwrap();
-            seen.insert(plan.kernel());
+            seen.insert(plan.variant & variant::REGRESSION);
             let reference = floats(&plan, &device::cpu::Cpu, plan.kernel());
             let image = floats(&plan, gpu(), plan.kernel());
             let place = format!("sun at {sun}, altitude {altitude}, {fit:?}");

@@ -17,8 +17,8 @@ use super::timing::{Job, Times, fitting_size, interleaved, job};
 use crate::problem::Result;
 use sorairo::Device;
 use sorairo::PixelFormat;
+use sorairo::low_level::plan::Plan;
 use sorairo::low_level::plan::fit::{CUBIC_BANDS, FIRST_ORDER_BANDS, TRANSFER_BANDS};
-use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::{ColourPath, Exposure, Fit, PathChoice, Preset, Scene, Size};
 
@@ -282,10 +282,11 @@ fn ways_at(device: &Device, size: Size) -> Result<Vec<Way>> {
     let regression = of(Fit::Extinction, ColourPath::Folded)?;
     let lookup = with_lookup(size)?;
     let (solved, folded) = (of(Fit::Cubic, ColourPath::Solve)?, of(Fit::Cubic, ColourPath::Folded)?);
+    let at_bands = solved.clone().at_bands();
     let irradiance = folded.buffers().bands[0].solar_irradiance;
     let matrix: [Vec4; 3] = [0, 1, 2].map(|row| folded.colour[row] / irradiance);
     let read_back = |finish: &dyn Fn(&[u32]) -> Vec<f32>| {
-        let run = device.backend.run(&solved, Kernel::Radiance)?;
+        let run = device.backend.run(&at_bands, at_bands.kernel())?;
         std::hint::black_box(finish(&run.words));
         Ok(run.kernel)
     };

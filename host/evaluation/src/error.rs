@@ -7,7 +7,8 @@
 use rayon::prelude::*;
 use sorairo_shared::glam::{DVec3, Vec3, Vec4};
 use sorairo_shared::observer::observe_cubic;
-use sorairo_shared::sky::{Constituents, SOLVED};
+use sorairo_shared::sky::Constituents;
+use sorairo_shared::variant::is_solved_cubic;
 
 use super::metrics::Errors;
 use crate::problem::Result;
@@ -97,7 +98,7 @@ pub fn true_xyz(scene: &Scene, views: &[Vec3]) -> Result<Vec<DVec3>> {
 /// A plan's XYZ in a direction, integrated there, before it is brought into the gamut of the display (W·m⁻²·sr⁻¹).
 pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
     let (sky, integral) = (&plan.sky, &plan.sky.integral);
-    if sky.fit_kind() == SOLVED {
+    if is_solved_cubic(integral.variant) {
         let irradiance = integral.bands[0].fit_irradiance.to_array();
         let transfer = integral.transfer(view);
         let radiance = Vec4::from_array(std::array::from_fn(|i| transfer[i] as f32 * irradiance[i]));

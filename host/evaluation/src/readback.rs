@@ -19,7 +19,7 @@ type Lane = [f32; LANES];
 /// Linear RGB of every pixel from its four radiances by the paper's mathematics (Eqs. 4-8): the cubic through the bands, its sum
 /// over the observer nodes, XYZ→RGB.
 ///
-/// `radiance` as the kernel `radiance` stores it; `wavelengths` and `observer` as [`sorairo_shared::observer::observe_cubic`] takes them.
+/// `radiance` as a pixel at bands stores it; `wavelengths` and `observer` as [`sorairo_shared::observer::observe_cubic`] takes them.
 pub fn solve(radiance: &[u32], wavelengths: Vec4, observer: &[Vec4], space: &RgbSpace) -> Vec<f32> {
     let rows = [space.red, space.green, space.blue].map(|row| [row.x, row.y, row.z]);
     each_group(radiance, space, |values| {
@@ -101,7 +101,6 @@ mod tests {
     use super::*;
     use crate::error::plan;
     use sorairo::low_level::device::{Backend, cpu::Cpu};
-    use sorairo::low_level::plan::Kernel;
     use sorairo::scene::Preset;
     use sorairo::scene::{ColourPath, Fit, Scene};
 
@@ -113,7 +112,8 @@ mod tests {
         let folded = plan(&scene).unwrap();
         scene.render.color = ColourPath::Solve;
         let solved = plan(&scene).unwrap();
-        let radiance = Cpu.run(&solved, Kernel::Radiance).unwrap().words;
+        let at_bands = solved.clone().at_bands();
+        let radiance = Cpu.run(&at_bands, at_bands.kernel()).unwrap().words;
         let irradiance = folded.buffers().bands[0].solar_irradiance;
         let matrix = [0, 1, 2].map(|row| folded.colour[row] / irradiance);
         let space = &solved.uniform.rgb;

@@ -21,8 +21,8 @@ use crate::problem::Result;
 use sorairo::Device;
 use sorairo::PixelFormat;
 use sorairo::low_level::files::png;
+use sorairo::low_level::plan::Plan;
 use sorairo::low_level::plan::SpectralPlan;
-use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{ColourPath, Fit, Preset, Projection, Scene, Size};
 
@@ -251,8 +251,9 @@ fn timing(device: &Device, size: Size) -> Result<Vec<Timing>> {
         (scene.render.color, scene.render.bands) = (color, bands);
         plan(&scene)
     };
-    let twelve = of(Fit::Dense, ColourPath::Folded, Some(wavelengths()))?;
+    let twelve = of(Fit::Dense, ColourPath::Folded, Some(wavelengths()))?.at_bands();
     let solve = of(Fit::Cubic, ColourPath::Solve, None)?;
+    let four = solve.clone().at_bands();
     let folded = of(Fit::Cubic, ColourPath::Folded, None)?;
     let regression = of(Fit::Extinction, ColourPath::Folded, None)?;
     let regression_solve = of(Fit::Extinction, ColourPath::Solve, None)?;
@@ -261,8 +262,8 @@ fn timing(device: &Device, size: Size) -> Result<Vec<Timing>> {
     looked_up_scene.camera.size = size;
     let lookup = looked_up(looked_up_scene)?;
     let named: Vec<(&str, Job)> = vec![
-        ("12 wavelengths, radiance only", job(device, &twelve, Kernel::Radiance)),
-        ("4 bands, radiance only", job(device, &solve, Kernel::Radiance)),
+        ("12 wavelengths, radiance only", job(device, &twelve, twelve.kernel())),
+        ("4 bands, radiance only", job(device, &four, four.kernel())),
         ("4 bands, cubic solved, 81 samples (the paper's steps)", job(device, &solve, solve.kernel())),
         ("4 bands, cubic or transfer, folded into one matrix", job(device, &folded, folded.kernel())),
         ("4 bands, regression, 4×4 solved", job(device, &regression_solve, regression_solve.kernel())),

@@ -8,7 +8,6 @@ use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::lookup_colours;
 use sorairo_shared::kernels::lookup_invocations;
 use sorairo_shared::lookup::{colours_per_entry, entries, store_entry};
-use sorairo_shared::sky::{LINEAR, REGRESSION};
 use sorairo_shared::uniform::Uniform;
 
 use super::interpreter::{Counts, Interpreter, Stored};
@@ -126,7 +125,7 @@ impl<'a> Committed<'a> {
             let side = SIDE.min(count);
             (0..side).map(move |index| (2 * index + 1) * count / (2 * side))
         };
-        let is_entry = kernel == self.plan.lookup_kernel();
+        let is_entry = kernel == Kernel::Lookup;
         let index = |column, row| if is_entry { [row * columns + column, 0, 0] } else { [column, row, 0] };
         let places: Vec<[u32; 3]> =
             along(rows).flat_map(|row| along(columns).map(move |column| index(column, row))).collect();
@@ -159,7 +158,7 @@ impl<'a> Committed<'a> {
         let pixels = Work::of(columns * rows, &self.counts(kernel, (columns, rows)), self.pixel_bytes() + lookup_bytes);
         let entries = entries(&self.uniform);
         let across = self.uniform.lookup_azimuths;
-        let counts = self.counts(self.plan.lookup_kernel(), (across, entries / across));
+        let counts = self.counts(Kernel::Lookup, (across, entries / across));
         pixels.and(Work::of(entries, &counts, lookup_bytes))
     }
 }
@@ -167,10 +166,9 @@ impl<'a> Committed<'a> {
 /// The sky lookup of a plan; empty if it has none.
 fn sky_lookup(plan: &Plan) -> Vec<Vec4> {
     let colours = colours_per_entry(plan.variant) as usize;
-    let fit = if plan.lookup_kernel() == Kernel::LookupLinear { LINEAR } else { REGRESSION };
     let mut lookup = vec![Vec4::ZERO; colours * entries(&plan.uniform) as usize];
     lookup.par_chunks_mut(colours).enumerate().for_each(|(entry, colours)| {
-        let rgb = lookup_colours(&plan.uniform, plan.buffers(), entry as u32, fit, plan.variant);
+        let rgb = lookup_colours(&plan.uniform, plan.buffers(), entry as u32, plan.variant);
         store_entry(colours, 0, rgb, plan.variant);
     });
     lookup

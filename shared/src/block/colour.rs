@@ -4,7 +4,7 @@ use super::integral::{BlockScattering, single_scattering_of_block};
 use super::lanes::{BLOCK, Four, Three, lanes};
 use crate::fit::{Dozen, Logarithms, regression_rgb};
 use crate::phase::ScatteringAngle;
-use crate::sky::{Constituents, LINEAR, Parts, REGRESSION_SOLVED, linear_rgb, rest_of_light, view_ray, with_phases};
+use crate::sky::{Constituents, Parts, linear_rgb, rest_of_light, view_ray, with_phases};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
 
@@ -40,31 +40,30 @@ impl BlockConstituents {
 /// Groups of four bands that a regression fit has, at most.
 const GROUPS: usize = 3;
 
-/// [`crate::sky::constituents`] in the directions of a block, by a [`LINEAR`] or a regression fit.
+/// [`crate::sky::constituents`] in the directions of a block, by a linear or a regression fit.
 #[inline(always)]
 pub fn constituents(
     uniform: &Uniform,
     buffers: Buffers<'_>,
     directions: &Three,
     count: usize,
-    fit: u32,
     variant: u32,
 ) -> BlockConstituents {
+    let is_regression = variant & variant::REGRESSION != 0;
     let mut sum = BlockConstituents::DARK;
     let mut lights = [Parts { air: Four::ZERO, aerosol: Four::ZERO, multiple: Four::ZERO, ground: Four::ZERO }; GROUPS];
     let mut group = 0;
     while group < buffers.bands.len() {
         let parts = light(uniform, buffers, group, directions, count, variant);
-        if fit == LINEAR {
-            add_linear(buffers, group, &parts, count, &mut sum, variant);
-        } else {
+        if is_regression {
             lights[group] = parts;
+        } else {
+            add_linear(buffers, group, &parts, count, &mut sum, variant);
         }
         group += 1;
     }
-    if fit != LINEAR {
-        let solve = fit == REGRESSION_SOLVED;
-        let mut fit = Fit { uniform, buffers, solve, count, first_node: 0, bands: variant & variant::BANDS };
+    if is_regression {
+        let mut fit = Fit { uniform, buffers, count, first_node: 0, fit: variant & variant::FIT };
         fit.add(lights.each_ref().map(|parts| &parts.air), &mut sum.air);
         if variant & variant::AEROSOL != 0 {
             fit.add(lights.each_ref().map(|parts| &parts.aerosol), &mut sum.aerosol);
@@ -107,7 +106,7 @@ fn light(
     parts
 }
 
-/// Adds what a group of four bands is to the colours, by a [`LINEAR`] fit.
+/// Adds what a group of four bands is to the colours, by a linear fit.
 #[inline(always)]
 fn add_linear(
     buffers: Buffers<'_>,
@@ -135,12 +134,11 @@ fn add_linear(
 struct Fit<'a> {
     uniform: &'a Uniform,
     buffers: Buffers<'a>,
-    solve: bool,
     count: usize,
     /// The first observer node of the next constituent.
     first_node: u32,
-    /// How many bands there are: bits of [`variant::BANDS`].
-    bands: u32,
+    /// Bits of [`variant::FIT`].
+    fit: u32,
 }
 
 impl Fit<'_> {
@@ -148,18 +146,18 @@ impl Fit<'_> {
     #[inline(always)]
     fn add(&mut self, light: [&Four; GROUPS], sum: &mut Three) {
         // Colour has four bands: what more would take is left out of its loops.
-        match self.bands {
-            0 => self.add_known(light, sum, 0),
-            bands => self.add_known(light, sum, bands),
+        match self.fit & variant::BANDS {
+            0 => self.add_known(light, sum, self.fit & !variant::BANDS),
+            _ => self.add_known(light, sum, self.fit),
         }
     }
 
     #[inline(always)]
-    fn add_known(&mut self, light: [&Four; GROUPS], sum: &mut Three, bands: u32) {
+    fn add_known(&mut self, light: [&Four; GROUPS], sum: &mut Three, fit: u32) {
         let wavelengths = self.uniform.band_wavelengths;
         let at_bands = |lane| {
             let [first, second, third] = light.map(|four| four.get(lane));
-            Logarithms::new(Dozen { first, second, third }, wavelengths, self.solve, bands)
+            Logarithms::new(Dozen { first, second, third }, wavelengths, fit)
         };
         let mut logarithms = [at_bands(0); BLOCK];
         for lane in lanes(self.count) {
@@ -168,7 +166,7 @@ impl Fit<'_> {
         let mut rgb = Three::ZERO;
         for node in self.first_node..self.first_node + self.uniform.nodes {
             for lane in lanes(self.count) {
-                let part = regression_rgb(self.buffers.colour, node, 1, &logarithms[lane], bands);
+                let part = regression_rgb(self.buffers.colour, node, 1, &logarithms[lane], fit);
                 rgb.set(lane, rgb.get(lane) + part);
             }
         }

@@ -12,11 +12,11 @@ use crate::glam::Vec4;
 use crate::lookup::{colours_per_entry, entry_view, store_entry};
 use crate::uniform::{Buffers, Uniform};
 
-/// Kernels `sky_linear`, `sky_regression` and `sky_regression_solve` for the row with which a dispatch begins, `output`; see
+/// Kernel `sky` for the row with which a dispatch begins, `output`, whose pixels hold colours alone, by any fit but the solved cubic; see
 /// [`crate::kernels::sky_pixel`].
 #[multiversion(targets("x86_64+avx+avx2"))]
-pub fn sky_row<'a>(uniform: &Uniform, buffers: Buffers<'a>, output: &mut [u32], fit: u32, variant: u32) {
-    plain::sky_row(uniform, buffers, output, fit, variant);
+pub fn sky_row<'a>(uniform: &Uniform, buffers: Buffers<'a>, output: &mut [u32], variant: u32) {
+    plain::sky_row(uniform, buffers, output, variant);
 }
 
 /// Kernel `sky_lookup` for the row with which a dispatch begins, `output`; see [`crate::kernels::lookup_pixel`].
@@ -25,18 +25,11 @@ pub fn lookup_row(uniform: &Uniform, colour: &[Vec4], entries: &[Vec4], output: 
     plain::lookup_row(uniform, colour, entries, output, variant);
 }
 
-/// Kernels `lookup_linear` and `lookup_regression` for some entries from `first` on, [`BLOCK`] at most, stored in `entries`, which holds no
+/// Kernel `lookup` for some entries from `first` on, [`BLOCK`] at most, stored in `entries`, which holds no
 /// others; see [`crate::kernels::lookup_colours`].
 #[multiversion(targets("x86_64+avx+avx2"))]
-pub fn lookup_entries<'a>(
-    uniform: &Uniform,
-    buffers: Buffers<'a>,
-    entries: &mut [Vec4],
-    first: u32,
-    fit: u32,
-    variant: u32,
-) {
-    plain::lookup_entries(uniform, buffers, entries, first, fit, variant);
+pub fn lookup_entries<'a>(uniform: &Uniform, buffers: Buffers<'a>, entries: &mut [Vec4], first: u32, variant: u32) {
+    plain::lookup_entries(uniform, buffers, entries, first, variant);
 }
 
 /// The same for any processor of its kind.
@@ -45,13 +38,13 @@ pub mod plain {
 
     /// See [`super::sky_row`].
     #[inline(always)]
-    pub fn sky_row(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], fit: u32, variant: u32) {
+    pub fn sky_row(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], variant: u32) {
         for (pixels, output) in blocks(uniform, output) {
             let views = views(uniform, pixels, variant);
             let mut sky = Three::ZERO;
             if views.covered.contains(&true) {
                 let (directions, count) = (&views.directions, pixels.count);
-                let constituents = constituents(uniform, buffers, directions, count, fit, variant);
+                let constituents = constituents(uniform, buffers, directions, count, variant);
                 sky = with_phases_of_block(uniform, &constituents, directions, count, variant);
                 add_disc(uniform, buffers.colour, pixels, &mut sky, variant);
                 blacken(&views, count, &mut sky);
@@ -77,20 +70,13 @@ pub mod plain {
 
     /// See [`super::lookup_entries`].
     #[inline(always)]
-    pub fn lookup_entries(
-        uniform: &Uniform,
-        buffers: Buffers<'_>,
-        entries: &mut [Vec4],
-        first: u32,
-        fit: u32,
-        variant: u32,
-    ) {
+    pub fn lookup_entries(uniform: &Uniform, buffers: Buffers<'_>, entries: &mut [Vec4], first: u32, variant: u32) {
         let count = entries.len() / colours_per_entry(variant) as usize;
         let mut directions = Three::ZERO;
         for lane in lanes(count) {
             directions.set(lane, entry_view(uniform, first + lane as u32, variant));
         }
-        let colours = constituents(uniform, buffers, &directions, count, fit, variant);
+        let colours = constituents(uniform, buffers, &directions, count, variant);
         for lane in lanes(count) {
             store_entry(entries, lane as u32, colours.get(lane), variant);
         }

@@ -3,7 +3,7 @@
 use super::lanes::{BLOCK, Three, lanes};
 use crate::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, pixel_view};
 use crate::disc::disc_in_pixel;
-use crate::glam::{Vec3, Vec4};
+use crate::glam::{UVec2, Vec3, Vec4};
 use crate::kernels::{picture_word, store_rgb};
 use crate::uniform::Uniform;
 use crate::variant::{self, PixelFormat};
@@ -92,7 +92,7 @@ pub fn store_block(uniform: &Uniform, output: &mut [u32], pixels: Pixels, rgb: &
         }
     } else {
         for lane in lanes(pixels.count) {
-            store_rgb(uniform, output, lane as u32, 0, rgb.get(lane), variant);
+            store_rgb(uniform, output, UVec2::new(lane as u32, 0), rgb.get(lane), variant);
         }
     }
 }

@@ -15,8 +15,8 @@ use super::outcome::{Outcome, generator};
 use crate::problem::Error;
 use sorairo::low_level::device::cpu::Cpu;
 use sorairo::low_level::device::{Backend, Device, DeviceKind};
+use sorairo::low_level::plan::Plan;
 use sorairo::low_level::plan::fit::linear::{Interpolant, LinearFit};
-use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::low_level::spectra::measured::MEASURED_RANGE;
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::keys::{self, DENSEST_TOP, KEYS, Key};
@@ -239,15 +239,15 @@ impl Case {
                 Ok(plan) => plan,
                 Err(error) => return faults.with(1, format!("a spectrum is refused: {error}")),
             },
-            _ => plan,
+            Looks::Bands => plan.at_bands(),
+            Looks::Colour => plan,
         };
-        let kernel = if self.looks == Looks::Bands { Kernel::Radiance } else { plan.kernel() };
         for device in devices {
             if device.refusal(&plan).is_some() {
                 faults.refused = true;
                 continue;
             }
-            match catch_unwind(AssertUnwindSafe(|| device.run(&plan, kernel))) {
+            match catch_unwind(AssertUnwindSafe(|| device.run(&plan, plan.kernel()))) {
                 Ok(Ok(run)) if self.looks == Looks::Colour => judge(&plan, &run.words, expected, &mut faults),
                 Ok(Ok(run)) => judge_floats(&run.words, &[], &mut faults),
                 Ok(Err(error)) => faults.add(1, || format!("the device fails: {error}")),
@@ -394,7 +394,7 @@ fn bands(fit: Fit, color: ColourPath, rng: &mut ChaCha8Rng) -> Vec<f64> {
 
 /// Linear RGB of a plan's pixels on the CPU, whatever the plan stores.
 fn colours(plan: &Plan) -> Vec<f32> {
-    let shown = plan.variant & (variant::WHOLE_INTEGRAL | variant::REST | variant::SUN_DISC);
+    let shown = plan.variant & (variant::WHOLE_INTEGRAL | variant::REST | variant::FIT | variant::SUN_DISC);
     let variant = variant::of(shown, variant::projection(plan.variant), PixelFormat::LinearRgb as u32);
     let plan = Plan { pixel: PixelFormat::LinearRgb, variant, ..plan.clone() };
     let run = Cpu.run(&plan, plan.kernel()).expect("a small image fits into memory");

@@ -30,7 +30,7 @@ impl std::ops::AddAssign for Times {
 #[derive(Clone, Debug)]
 pub struct Run {
     /// The pixels row by row from the top, in the layout of the plan's [`sorairo_shared::variant::PixelFormat`]; of a spectral image, in
-    /// that of [`sorairo_shared::spectral`].
+    /// that of [`sorairo_shared::spectral`]; of [`Plan::at_bands`] the radiance at every band.
     pub words: Vec<u32>,
     /// Time of the kernels: on the GPU's own clock where it has one.
     pub kernel: Duration,
@@ -56,10 +56,10 @@ pub trait Backend: Send + Sync {
     /// Those of [`Backend::lit_rows`].
     fn rows(&self, plan: &Plan, kernel: Kernel, first: u32, take: &mut TakeRows<'_>) -> Result<Times> {
         let Range { start, end } = plan.lit_rows;
-        black_rows(plan, kernel, first..start, take)?;
+        black_rows(plan, first..start, take)?;
         let lit = start.max(first)..end;
         let times = if lit.is_empty() { Times::default() } else { self.lit_rows(plan, kernel, lit, take)? };
-        black_rows(plan, kernel, end.max(first)..plan.height(), take)?;
+        black_rows(plan, end.max(first)..plan.height(), take)?;
         Ok(times)
     }
 
@@ -75,14 +75,14 @@ pub trait Backend: Send + Sync {
     ///
     /// Those of [`Backend::lit_rows`], and [`Error::Memory`] if the image does not fit into memory.
     fn run(&self, plan: &Plan, kernel: Kernel) -> Result<Run> {
-        whole(plan, kernel, |take| self.rows(plan, kernel, 0, take))
+        whole(plan, |take| self.rows(plan, kernel, 0, take))
     }
 }
 
 /// The whole image of a run that hands out its rows.
-pub(super) fn whole(plan: &Plan, kernel: Kernel, run: impl FnOnce(&mut TakeRows<'_>) -> Result<Times>) -> Result<Run> {
+pub(super) fn whole(plan: &Plan, run: impl FnOnce(&mut TakeRows<'_>) -> Result<Times>) -> Result<Run> {
     let mut words = Vec::new();
-    let total = words_per_row(plan, kernel).checked_mul(plan.height() as usize);
+    let total = words_per_row(plan).checked_mul(plan.height() as usize);
     if total.is_none_or(|total| words.try_reserve_exact(total).is_err()) {
         let (width, height) = (plan.width(), plan.height());
         return Err(Error::Memory(format!("an image of {width}x{height} pixels does not fit into memory")));
@@ -95,14 +95,13 @@ pub(super) fn whole(plan: &Plan, kernel: Kernel, run: impl FnOnce(&mut TakeRows<
 }
 
 /// Hands out rows without light.
-fn black_rows(plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<()> {
-    let has_radiance = kernel == Kernel::Radiance || plan.spectral.is_some();
-    let black = if has_radiance { &[0] } else { plan.pixel.black() };
+fn black_rows(plan: &Plan, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<()> {
+    let black = if plan.holds_light() { &[0] } else { plan.pixel.black() };
     let at_once = rows_at_once(plan);
-    let words = black.repeat(words_per_row(plan, kernel) * at_once.min(rows.len() as u32) as usize / black.len());
+    let words = black.repeat(words_per_row(plan) * at_once.min(rows.len() as u32) as usize / black.len());
     for first in rows.clone().step_by(at_once as usize) {
         let count = at_once.min(rows.end - first) as usize;
-        take(first, &words[..words_per_row(plan, kernel) * count])?;
+        take(first, &words[..words_per_row(plan) * count])?;
     }
     Ok(())
 }

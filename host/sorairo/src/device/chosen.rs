@@ -44,7 +44,7 @@ impl Device {
     ///
     /// Those of [`Backend::rows`]; [`Error::Device`] once no spare is left.
     pub fn rows(&mut self, plan: &Plan, kernel: Kernel, take: &mut TakeRows<'_>) -> Result<Times> {
-        let row_words = words_per_row(plan, kernel);
+        let row_words = words_per_row(plan);
         let next = Cell::new(0);
         let mut counted = |first: u32, rows: &[u32]| {
             take(first, rows)?;
@@ -65,7 +65,7 @@ impl Device {
     ///
     /// Those of [`Device::rows`], and [`Error::Memory`] if the image does not fit into memory.
     pub fn run(&mut self, plan: &Plan, kernel: Kernel) -> Result<Run> {
-        whole(plan, kernel, |take| self.rows(plan, kernel, take))
+        whole(plan, |take| self.rows(plan, kernel, take))
     }
 
     /// Puts the next spare that takes the plan in the place of a device that failed.

@@ -8,11 +8,11 @@ use rayon::prelude::*;
 use sorairo_shared::arithmetic::multiply_adds_pixel;
 use sorairo_shared::block::kernels::{lookup_entries, lookup_row, sky_row};
 use sorairo_shared::block::lanes::BLOCK;
-use sorairo_shared::glam::Vec4;
-use sorairo_shared::kernels::{SENTINEL, radiance_pixel, sky_pixel, spectrum_pixel};
+use sorairo_shared::glam::{UVec2, Vec4};
+use sorairo_shared::kernels::{SENTINEL, sky_pixel};
 use sorairo_shared::lookup::{colours_per_entry, entries};
-use sorairo_shared::sky::{LINEAR, REGRESSION};
 use sorairo_shared::uniform::Uniform;
+use sorairo_shared::variant::{self, is_solved_cubic};
 use web_time::Instant;
 
 use super::backend::{Backend, TakeRows, Times};
@@ -37,7 +37,7 @@ pub fn device() -> Device {
 
 impl Backend for Cpu {
     fn lit_rows(&self, plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<Times> {
-        let row_words = words_per_row(plan, kernel);
+        let row_words = words_per_row(plan);
         let at_once = rows_in_cache(plan).min(rows.len() as u32);
         let mut words = vec![0; row_words * at_once as usize];
         let start = Instant::now();
@@ -70,28 +70,26 @@ fn sky_lookup(plan: &Plan) -> Vec<Vec4> {
     let mut lookup = vec![Vec4::ZERO; colours * entries(&plan.uniform) as usize];
     lookup.par_chunks_mut(BLOCK * colours).enumerate().for_each(|(block, entries)| {
         let first = (BLOCK * block) as u32;
-        lookup_entries(&plan.uniform, plan.buffers(), entries, first, plan.sky.fit_kind(), plan.variant);
+        lookup_entries(&plan.uniform, plan.buffers(), entries, first, plan.variant);
     });
     lookup
 }
 
 /// A row of an image, that with which the uniform's dispatch begins.
 fn store_row(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], words: &mut [u32]) {
-    let (buffers, fit, variant) = (plan.buffers(), plan.sky.fit_kind(), plan.variant);
-    let columns = 0..plan.width();
+    let (buffers, variant) = (plan.buffers(), plan.variant);
+    let pixels = (0..plan.width()).map(|column| UVec2::new(column, 0));
     match kernel {
-        Kernel::Radiance => columns.for_each(|column| radiance_pixel(uniform, buffers, words, column, 0, variant)),
         Kernel::Fill => words.fill(SENTINEL),
-        Kernel::MultiplyAdds => columns.for_each(|column| multiply_adds_pixel(uniform, words, column, 0, variant)),
-        Kernel::SpectrumLinear => {
-            columns.for_each(|column| spectrum_pixel(uniform, buffers, words, column, 0, LINEAR, variant));
-        }
-        Kernel::SpectrumRegression => {
-            columns.for_each(|column| spectrum_pixel(uniform, buffers, words, column, 0, REGRESSION, variant));
-        }
+        Kernel::MultiplyAdds => pixels.for_each(|pixel| multiply_adds_pixel(uniform, words, pixel, variant)),
         Kernel::SkyLookup => lookup_row(uniform, buffers.colour, lookup, words, variant),
-        Kernel::SkySolve => columns.for_each(|column| sky_pixel(uniform, buffers, words, column, 0, fit, variant)),
-        _ => sky_row(uniform, buffers, words, fit, variant),
+        _ if plan.holds_light() => pixels.for_each(|pixel| sky_pixel(uniform, buffers, words, pixel, variant)),
+        _ if is_solved_cubic(variant) => {
+            // Known to the compiler, the fit is not chosen again at every pixel.
+            let variant = variant & !(variant::FIT | variant::LIGHT) | variant::SOLVED;
+            pixels.for_each(|pixel| sky_pixel(uniform, buffers, words, pixel, variant));
+        }
+        _ => sky_row(uniform, buffers, words, variant),
     }
 }
 
@@ -115,7 +113,7 @@ mod tests {
     fn rows(plan: &Plan, row: impl Fn(&Uniform, &mut [u32])) -> Vec<u32> {
         let rows = [0, 7, plan.height() / 2, plan.height() - 1].into_iter().filter(|row| plan.lit_rows.contains(row));
         rows.flat_map(|first_row| {
-            let mut words = vec![SENTINEL; words_per_row(plan, plan.kernel())];
+            let mut words = vec![SENTINEL; words_per_row(plan)];
             row(&Uniform { first_row, rows: 1, ..plan.uniform }, &mut words);
             words
         })
@@ -124,12 +122,12 @@ mod tests {
 
     /// The lookup of a plan, and rows of its image, by blocks as the device computes them, by blocks without AVX2, and pixel by pixel as a GPU does.
     fn ways(plan: &Plan) -> [(Vec<Vec4>, Vec<u32>); 3] {
-        let (buffers, fit, variant) = (plan.buffers(), plan.sky.fit_kind(), plan.variant);
+        let (buffers, variant) = (plan.buffers(), plan.variant);
         if plan.kernel() != Kernel::SkyLookup {
-            let by_blocks = rows(plan, |uniform, words| sky_row(uniform, buffers, words, fit, variant));
-            let by_plain_blocks = rows(plan, |uniform, words| plain::sky_row(uniform, buffers, words, fit, variant));
+            let by_blocks = rows(plan, |uniform, words| sky_row(uniform, buffers, words, variant));
+            let by_plain_blocks = rows(plan, |uniform, words| plain::sky_row(uniform, buffers, words, variant));
             let by_pixels = rows(plan, |uniform, words| {
-                (0..plan.width()).for_each(|column| sky_pixel(uniform, buffers, words, column, 0, fit, variant));
+                (0..plan.width()).for_each(|column| sky_pixel(uniform, buffers, words, UVec2::new(column, 0), variant));
             });
             return [by_blocks, by_plain_blocks, by_pixels].map(|rows| (Vec::new(), rows));
         }
@@ -137,11 +135,11 @@ mod tests {
         let colours = colours_per_entry(variant) as usize;
         let mut plain_lookup = vec![Vec4::ZERO; lookup.len()];
         for (block, entries) in plain_lookup.chunks_mut(BLOCK * colours).enumerate() {
-            plain::lookup_entries(&plan.uniform, buffers, entries, (BLOCK * block) as u32, fit, variant);
+            plain::lookup_entries(&plan.uniform, buffers, entries, (BLOCK * block) as u32, variant);
         }
         let mut entry_by_entry = vec![Vec4::ZERO; lookup.len()];
         for entry in 0..entries(&plan.uniform) {
-            let rgb = lookup_colours(&plan.uniform, buffers, entry, fit, variant);
+            let rgb = lookup_colours(&plan.uniform, buffers, entry, variant);
             store_entry(&mut entry_by_entry, entry, rgb, variant);
         }
         let colour = buffers.colour;
@@ -149,7 +147,7 @@ mod tests {
         let by_plain_blocks = rows(plan, |uniform, words| plain::lookup_row(uniform, colour, &lookup, words, variant));
         let by_pixels = rows(plan, |uniform, words| {
             for column in 0..lookup_invocations(uniform, variant) {
-                lookup_pixel(uniform, colour, &lookup, words, column, 0, variant);
+                lookup_pixel(uniform, colour, &lookup, words, UVec2::new(column, 0), variant);
             }
         });
         [(lookup, by_blocks), (plain_lookup, by_plain_blocks), (entry_by_entry, by_pixels)]

@@ -3,15 +3,13 @@
 #[cfg(feature = "gpu")]
 use sorairo_shared::kernels::lookup_invocations;
 
-use crate::plan::{Kernel, Plan};
+#[cfg(feature = "gpu")]
+use crate::plan::Kernel;
+use crate::plan::Plan;
 
-/// Words that a row of a kernel's output takes.
-pub(super) fn words_per_row(plan: &Plan, kernel: Kernel) -> usize {
-    let words_per_pixel = match kernel {
-        Kernel::Radiance => 4 * plan.buffers().bands.len(),
-        _ => plan.pixel_words() as usize,
-    };
-    plan.width() as usize * words_per_pixel
+/// Words that a row of an image takes.
+pub(super) fn words_per_row(plan: &Plan) -> usize {
+    plan.width() as usize * plan.pixel_words() as usize
 }
 
 /// Invocations of a kernel for a row.

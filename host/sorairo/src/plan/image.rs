@@ -5,17 +5,16 @@ use std::sync::Arc;
 
 use sorairo_shared::camera::Camera;
 use sorairo_shared::glam::{Vec3, Vec4};
-use sorairo_shared::spectral;
+use sorairo_shared::kernels::words_of_light;
 use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};
 use sorairo_shared::variant::{self, PixelFormat};
 
-use super::fit::SpectralFit;
 use super::integral::RayIntegral;
 use super::kernel::Kernel;
 use super::lookup::{self, Lookup, LookupSize};
 use super::multiple::LightFields;
 use super::sky::SkyPlan;
-use super::spectral::{SpectralPlan, SpectrumFit};
+use super::spectral::SpectralPlan;
 use super::sun_disc::Sun;
 use super::{exposure, upload};
 use crate::error::{Error, Result};
@@ -147,14 +146,27 @@ impl Plan {
         let reason =
             if self.sky.is_night { self.lookup.reason } else { "a spectrum is integrated at every pixel".into() };
         let Uniform { multiple, .. } = spectral.integral.uniform;
+        let others = self.variant & !(variant::FIT | variant::LIGHT);
         Ok(Self {
             colour,
             uniform: Uniform { multiple, spectral_wavelengths: wavelengths.len() as u32, ..self.uniform },
-            variant: self.variant & !variant::BANDS | spectral.integral.variant & variant::BANDS,
+            variant: others | spectral.integral.variant & variant::FIT | variant::SPECTRUM,
             spectral: Some(Arc::new(spectral)),
             lookup: Lookup { size: None, reason },
             ..self
         })
+    }
+
+    /// The same plan for an image that holds the radiance at every band and no colour. Every pixel is integrated.
+    pub fn at_bands(self) -> Self {
+        let reason = "radiance at the bands is integrated at every pixel".into();
+        let variant = self.variant & !variant::LIGHT | variant::AT_BANDS;
+        Self { variant, lookup: Lookup { size: None, reason }, ..self }
+    }
+
+    /// Whether pixels hold light by wavelength: a spectrum beside their colour, or the radiance at every band.
+    pub fn holds_light(&self) -> bool {
+        self.variant & variant::LIGHT != 0
     }
 
     /// Wavelengths (nm) of a spectral image, as they were asked for; none of other images.
@@ -169,7 +181,11 @@ impl Plan {
 
     /// Words that a pixel of the plan's image takes.
     pub fn pixel_words(&self) -> u32 {
-        if self.spectral.is_none() { self.pixel.words() } else { spectral::words(&self.uniform) }
+        if self.holds_light() {
+            words_of_light(&self.uniform, self.buffers().bands, self.variant)
+        } else {
+            self.pixel.words()
+        }
     }
 
     /// Linear RGB of the sky in a direction (W·m⁻²·sr⁻¹), integrated at that direction.
@@ -189,27 +205,7 @@ impl Plan {
 
     /// The kernel that computes the plan's pixels.
     pub fn kernel(&self) -> Kernel {
-        if let Some(spectral) = &self.spectral {
-            return match spectral.fit {
-                SpectrumFit::Linear(_) => Kernel::SpectrumLinear,
-                SpectrumFit::Regression(_) => Kernel::SpectrumRegression,
-            };
-        }
-        match (&self.sky.fit, self.sky.colour_path) {
-            _ if self.lookup.size.is_some() => Kernel::SkyLookup,
-            (SpectralFit::Linear(_), ColourPath::Folded) => Kernel::SkyLinear,
-            (SpectralFit::Linear(_), ColourPath::Solve) => Kernel::SkySolve,
-            (SpectralFit::Regression, ColourPath::Folded) => Kernel::SkyRegression,
-            (SpectralFit::Regression, ColourPath::Solve) => Kernel::SkyRegressionSolve,
-        }
-    }
-
-    /// The kernel that fills the sky lookup.
-    pub fn lookup_kernel(&self) -> Kernel {
-        match self.sky.fit {
-            SpectralFit::Linear(_) => Kernel::LookupLinear,
-            SpectralFit::Regression => Kernel::LookupRegression,
-        }
+        if self.lookup.size.is_some() { Kernel::SkyLookup } else { Kernel::Sky }
     }
 
     /// Samples per piece.

@@ -96,7 +96,7 @@ pub struct RayIntegral {
     /// Quadrature nodes of the ray integral on [0, 1], with their weights.
     pub quadrature: Vec<Vec2>,
     /// What the integral must not skip: bits of [`variant::WHOLE_INTEGRAL`], [`variant::MULTIPLE`] and [`variant::GROUND`]; and those of
-    /// [`variant::BANDS`].
+    /// [`variant::FIT`].
     pub variant: u32,
     /// Orders of scattering.
     pub orders: Orders,

@@ -60,7 +60,7 @@ impl SkyPlan {
         let space = ColourSpace::new(rgb, scene.render.white_balance, observer, &optics);
         let wavelengths = fit::wavelengths(scene);
         let fit = SpectralFit::new(scene, &wavelengths);
-        let variant = integral::needed(scene, &optics) | fit.variant(wavelengths.len());
+        let variant = integral::needed(scene, &optics) | fit.variant(wavelengths.len(), colour_path);
         let bands = fit.bands(&optics, &wavelengths);
         let nodes = fit.nodes(wavelengths.len());
         let uniform = upload::sky_uniform(scene, &wavelengths, nodes, &space);
@@ -116,23 +116,18 @@ impl SkyPlan {
     }
 
     fn radiance_by(&self, rows: &[Vec4], view: Vec3) -> Vec3 {
-        sky(&self.integral.uniform, self.integral.buffers(rows), view, self.fit_kind(), self.integral.variant)
+        sky(&self.integral.uniform, self.integral.buffers(rows), view, self.integral.variant)
     }
 
     /// Linear RGB of each constituent in a direction; not of a fit that is solved at every pixel.
     pub fn constituents(&self, view: Vec3) -> Constituents {
         let buffers = self.integral.buffers(&self.colours().rows);
-        constituents(&self.integral.uniform, buffers, view, self.fit_kind(), self.integral.variant)
+        constituents(&self.integral.uniform, buffers, view, self.integral.variant)
     }
 
     /// What a regression fit is made on.
     pub fn training(&self) -> Training<'_> {
         Training { integral: &self.integral, observer: self.observer, space: &self.space }
-    }
-
-    /// The kind of the fit, as the kernels name it; see [`sorairo_shared::sky`].
-    pub fn fit_kind(&self) -> u32 {
-        self.fit.kind(self.colour_path)
     }
 
     /// The space in which a picture shows the sky's linear RGB: sRGB under the same white balance.

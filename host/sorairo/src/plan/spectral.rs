@@ -24,7 +24,7 @@ use super::multiple::{Keep, TOGETHER};
 use super::quadrature::gauss_legendre;
 use super::sky::SkyPlan;
 use super::{samples, upload};
-use crate::scene::Scene;
+use crate::scene::{ColourPath, Scene};
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
 
@@ -232,7 +232,7 @@ fn at_bands(scene: &Scene, sky: &RayIntegral, fit: &SpectralFit, wavelengths: Ve
     RayIntegral {
         bands: fit.bands(optics, &wavelengths),
         wavelengths,
-        variant: variant & !variant::BANDS | fit.variant(bands.len()),
+        variant: variant & !variant::FIT | fit.variant(bands.len(), ColourPath::Folded),
         quadrature: gauss_legendre(samples),
         ..sky.clone()
     }

@@ -62,7 +62,7 @@ impl Kernels {
     /// What is bound to a kernel.
     fn layouts(&self, kernel: Kernel) -> &Layouts {
         match kernel {
-            Kernel::LookupLinear | Kernel::LookupRegression => &self.layouts.lookup,
+            Kernel::Lookup => &self.layouts.lookup,
             _ => &self.layouts.pixels,
         }
     }

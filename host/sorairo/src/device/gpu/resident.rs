@@ -172,7 +172,7 @@ impl ResidentRenderer {
             let fills_lookup = self.reserve_lookup(plan, camera);
             let groups = self.bind(plan, &uniform, output);
             if fills_lookup {
-                let pipeline = self.kernels.pipeline(&self.device, plan.lookup_kernel(), plan.variant);
+                let pipeline = self.kernels.pipeline(&self.device, Kernel::Lookup, plan.variant);
                 let size = (entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP), 1);
                 dispatch(encoder, &pipeline, &groups.lookup, size, None);
             }

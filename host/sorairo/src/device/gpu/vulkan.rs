@@ -193,7 +193,7 @@ impl Backend for Gpu {
         if let Some(refusal) = self.refusal(plan) {
             return Err(Error::Device(refusal));
         }
-        let row_bytes = 4 * words_per_row(plan, kernel) as u64;
+        let row_bytes = 4 * words_per_row(plan) as u64;
         let rows_per_strip = self.rows_per_strip(plan, row_bytes)?;
         let verify = kernel != Kernel::Fill && self.is_new(plan, kernel);
 
@@ -207,7 +207,7 @@ impl Backend for Gpu {
             row_bytes * u64::from(rows_per_strip),
         );
         let pipeline = |kernel| self.kernels.pipeline(&self.device, kernel, plan.variant);
-        let fill_lookup = (kernel == Kernel::SkyLookup).then(|| pipeline(plan.lookup_kernel()));
+        let fill_lookup = (kernel == Kernel::SkyLookup).then(|| pipeline(Kernel::Lookup));
         let pixels = pipeline(kernel);
         let sentinel = verify.then(|| pipeline(Kernel::Fill));
         self.check()?;

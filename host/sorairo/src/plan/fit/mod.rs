@@ -6,7 +6,6 @@ pub mod training;
 
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::single::Bands;
-use sorairo_shared::sky::{LINEAR, REGRESSION, REGRESSION_SOLVED, SOLVED};
 use sorairo_shared::variant;
 
 use self::linear::{Interpolant, LinearFit};
@@ -85,22 +84,13 @@ impl SpectralFit {
         }
     }
 
-    /// What the kernels are specialised for by so many bands: bits of [`variant::BANDS`].
-    pub fn variant(&self, bands: usize) -> u32 {
-        match self {
+    /// What the kernels are specialised for by so many bands and this way to a colour: bits of [`variant::FIT`].
+    pub fn variant(&self, bands: usize, path: ColourPath) -> u32 {
+        let fit = match self {
             Self::Linear(_) => 0,
-            Self::Regression => variant::of_bands(bands),
-        }
-    }
-
-    /// The kind of the fit, as the kernels name it; see [`sorairo_shared::sky`].
-    pub fn kind(&self, path: ColourPath) -> u32 {
-        match (self, path) {
-            (Self::Linear(_), ColourPath::Folded) => LINEAR,
-            (Self::Linear(_), ColourPath::Solve) => SOLVED,
-            (Self::Regression, ColourPath::Folded) => REGRESSION,
-            (Self::Regression, ColourPath::Solve) => REGRESSION_SOLVED,
-        }
+            Self::Regression => variant::REGRESSION | variant::of_bands(bands),
+        };
+        fit | if path == ColourPath::Solve { variant::SOLVED } else { 0 }
     }
 
     /// The colour rows, as the kernel of this way to a colour takes them: a matrix or observer nodes.

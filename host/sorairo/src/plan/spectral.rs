@@ -57,13 +57,16 @@ const STEP: f64 = 5.0;
 /// Step (nm) between the wavelengths that colour needs where each wavelength is integrated.
 const COLOUR_STEP: f64 = 20.0;
 
+/// The regressions of each constituent, one for each wavelength.
+pub type Regressions = Vec<(Constituent, Vec<Regression>)>;
+
 /// What gives the radiance at wavelengths.
 #[derive(Clone, Debug)]
 pub enum SpectrumFit {
     /// Weighted sums of the light at the bands.
     Linear(LinearFit),
     /// A regression of each constituent for each wavelength.
-    Regression(Vec<(Constituent, Vec<Regression>)>),
+    Regression(Regressions),
 }
 
 /// What rays say from which nothing was learnt.
@@ -243,7 +246,7 @@ struct Lesson {
     /// The wavelengths at which light was computed (nm).
     computed: Vec<f64>,
     /// For some suns, by their elevation (degrees, increasing), the regressions of each constituent there.
-    suns: Vec<(f64, Vec<(Constituent, Vec<Regression>)>)>,
+    suns: Vec<(f64, Regressions)>,
     /// The largest error of those between two suns along rays from which they did not learn.
     error: f64,
 }
@@ -282,18 +285,17 @@ impl Lesson {
     }
 
     /// The regressions under a sun at an elevation (degrees): between those of two suns.
-    fn under(&self, elevation: f64) -> Vec<(Constituent, Vec<Regression>)> {
+    fn under(&self, elevation: f64) -> Regressions {
         let last = self.suns.len() - 1;
         let above = self.suns.partition_point(|&(sun, _)| sun < elevation).min(last);
         let below = above.saturating_sub(1);
         let [(low, of_low), (high, of_high)] = [below, above].map(|at| &self.suns[at]);
         let part = if high > low { ((elevation - low) / (high - low)).clamp(0.0, 1.0) } else { 1.0 };
-        let pairs = of_low.iter().zip(of_high);
-        let mix =
-            |((constituent, low), (_, high)): (&(Constituent, Vec<Regression>), &(Constituent, Vec<Regression>))| {
-                (*constituent, low.iter().zip(high).map(|(low, high)| low.towards(high, part)).collect())
-            };
-        pairs.map(mix).collect()
+        let mix = |low: &[Regression], high: &[Regression]| -> Vec<Regression> {
+            low.iter().zip(high).map(|(low, high)| low.towards(high, part)).collect()
+        };
+        let both = of_low.iter().zip(of_high);
+        both.map(|((constituent, low), (_, high))| (*constituent, mix(low, high))).collect()
     }
 }
 
@@ -364,7 +366,7 @@ fn places(wavelengths: &[f64], all: &[f64]) -> Vec<usize> {
 }
 
 /// The regressions of each constituent at every wavelength that was computed, as a sky teaches them.
-fn regressions(sky: &SkyPlan, taught: &Taught) -> Vec<(Constituent, Vec<Regression>)> {
+fn regressions(sky: &SkyPlan, taught: &Taught) -> Regressions {
     let (bands, computed) = (&taught.bands.wavelengths, &taught.every.wavelengths);
     let all = [&bands[..], computed].concat();
     let training = Training { integral: &taught.bands, observer: sky.observer, space: &sky.space };

@@ -7,14 +7,22 @@ use crate::uniform::Uniform;
 /// Multiply-adds one after the other.
 const ROUNDS: u32 = 256;
 
-/// Operations of a pixel: a product and a sum for each of eight numbers that do not wait for each other.
-pub const OPERATIONS: u32 = 2 * 8 * ROUNDS;
+/// Numbers of a pixel, which do not wait for each other.
+const NUMBERS: usize = 8;
+
+/// Operations of a pixel: a product and a sum for each number and round.
+pub const OPERATIONS: u32 = 2 * NUMBERS as u32 * ROUNDS;
+
+/// What every number is multiplied with, and what is added: below 1, so that the sums stay finite, and not known when the kernel is compiled.
+#[inline(always)]
+fn factor(uniform: &Uniform) -> f32 {
+    1.0 / (uniform.exposure + 1.0)
+}
 
 /// Kernel `multiply_adds`: a pixel that only takes time.
 #[inline]
 pub fn multiply_adds_pixel(uniform: &Uniform, output: &mut [u32], pixel: UVec2, variant: u32) {
-    // Below 1, so that the sums stay finite, and not known when the kernel is compiled.
-    let factor = Vec4::splat(1.0 / (uniform.exposure + 1.0));
+    let factor = Vec4::splat(factor(uniform));
     let start = pixel.x as f32;
     let mut a = Vec4::new(start, start + 1.0, start + 2.0, start + 3.0);
     let mut b = a + Vec4::splat(4.0);
@@ -26,4 +34,23 @@ pub fn multiply_adds_pixel(uniform: &Uniform, output: &mut [u32], pixel: UVec2, 
     }
     let sum = a + b;
     store_rgb(uniform, output, pixel, Vec3::new(sum.x + sum.w, sum.y, sum.z), variant);
+}
+
+/// The colours of neighbouring pixels from column `first` on, each as [`multiply_adds_pixel`] has it.
+#[cfg(not(target_arch = "spirv"))]
+#[inline(always)]
+pub fn multiply_adds_of_neighbours<const PIXELS: usize>(uniform: &Uniform, first: u32) -> [Vec3; PIXELS] {
+    let factor = factor(uniform);
+    let start = |number: usize, pixel: usize| (first + pixel as u32) as f32 + number as f32;
+    let mut numbers: [[f32; PIXELS]; NUMBERS] =
+        std::array::from_fn(|number| std::array::from_fn(|pixel| start(number, pixel)));
+    for _ in 0..ROUNDS {
+        for pixels in &mut numbers {
+            for value in pixels {
+                *value = *value * factor + factor;
+            }
+        }
+    }
+    let sum = |number: usize, pixel: usize| numbers[number][pixel] + numbers[number + 4][pixel];
+    std::array::from_fn(|pixel| Vec3::new(sum(0, pixel) + sum(3, pixel), sum(1, pixel), sum(2, pixel)))
 }

@@ -8,6 +8,7 @@ use super::colour::{constituents, with_phases_of_block};
 use super::lanes::{BLOCK, Three, lanes};
 use super::lookup::sky_of_block;
 use super::pixels::{Pixels, add_disc, blacken, store_block, views};
+use crate::arithmetic::multiply_adds_of_neighbours;
 use crate::glam::Vec4;
 use crate::lookup::{colours_per_entry, entry_view, store_entry};
 use crate::uniform::{Buffers, Uniform};
@@ -30,6 +31,12 @@ pub fn lookup_row(uniform: &Uniform, colour: &[Vec4], entries: &[Vec4], output: 
 #[multiversion(targets("x86_64+avx+avx2"))]
 pub fn lookup_entries<'a>(uniform: &Uniform, buffers: Buffers<'a>, entries: &mut [Vec4], first: u32, variant: u32) {
     plain::lookup_entries(uniform, buffers, entries, first, variant);
+}
+
+/// Kernel `multiply_adds` for the row with which a dispatch begins, `output`; see [`crate::arithmetic`].
+#[multiversion(targets("x86_64+avx+avx2"))]
+pub fn multiply_adds_row(uniform: &Uniform, output: &mut [u32], variant: u32) {
+    plain::multiply_adds_row(uniform, output, variant);
 }
 
 /// The same for any processor of its kind.
@@ -81,7 +88,25 @@ pub mod plain {
             store_entry(entries, lane as u32, colours.get(lane), variant);
         }
     }
+
+    /// See [`super::multiply_adds_row`].
+    #[inline(always)]
+    pub fn multiply_adds_row(uniform: &Uniform, output: &mut [u32], variant: u32) {
+        for (pixels, output) in blocks(uniform, output) {
+            let mut rgb = Three::ZERO;
+            for first in lanes(pixels.count).step_by(SIDE_BY_SIDE) {
+                let colours = multiply_adds_of_neighbours::<SIDE_BY_SIDE>(uniform, pixels.column(first));
+                for (lane, colour) in lanes(pixels.count).skip(first).zip(colours) {
+                    rgb.set(lane, colour);
+                }
+            }
+            store_block(uniform, output, pixels, &rgb, variant);
+        }
+    }
 }
+
+/// Pixels whose eight numbers stay in the registers of AVX2 all the time.
+const SIDE_BY_SIDE: usize = 8;
 
 /// The blocks of a row, each with the words of its pixels.
 #[inline(always)]

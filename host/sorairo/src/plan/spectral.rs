@@ -277,7 +277,7 @@ impl Lesson {
         let [lowest, middle, highest] = sky.integral.setting().suns_of_light_field();
         let lit = |elevation: &f64| !is_night(&sky.scene.under_sun(*elevation));
         let learnt = |elevation: f64| (elevation, regressions(sky, &Taught::new(sky, elevation, &bands, &computed)));
-        let suns = [lowest, highest].into_iter().filter(lit).map(learnt).collect();
+        let suns = Some(lowest).filter(lit).into_iter().chain([highest]).map(learnt).collect();
         let between = if lit(&middle) { middle } else { highest };
         let tried = Taught::new(sky, between, &bands, &computed);
         let lesson = Self { computed, suns, error: 0.0 };

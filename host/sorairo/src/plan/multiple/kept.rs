@@ -150,7 +150,7 @@ impl fmt::Debug for LightFields {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::SkyPlan;
+    use crate::plan::{SkyPlan, SpectralPlan, direction};
     use crate::scene::{Preset, Rgb, Scene};
 
     /// The standard sky under a sun, after a change.
@@ -181,6 +181,24 @@ mod tests {
                 sky(before, &light_fields, |_| {}).integral.multiple,
                 "negative control"
             );
+        }
+    }
+
+    #[test]
+    fn a_spectrum_is_the_same_to_the_bit_with_what_another_sun_taught() {
+        let wavelengths: Vec<f64> = (0..=40).map(|i| 380.0 + 10.0 * f64::from(i)).collect();
+        let view = direction(20.0, 60.0).as_vec3();
+        let spectrum = |sun: f64, light_fields: &LightFields| {
+            SpectralPlan::new(&sky(sun, light_fields, |_| {}), &wavelengths).radiance(view)
+        };
+        for (before, sun) in [(41.0, 40.0), (-4.25, -4.0)] {
+            let light_fields = LightFields::default();
+            let other = spectrum(before, &light_fields);
+            let taught = count(&light_fields);
+            let found = spectrum(sun, &light_fields);
+            assert_eq!(found, spectrum(sun, &LightFields::default()), "sun at {sun}");
+            assert_eq!(count(&light_fields), taught, "sun at {sun}");
+            assert_ne!(found, other, "negative control");
         }
     }
 

@@ -85,7 +85,7 @@ impl LightFields {
 
     /// What was learnt from light at some bands about the centre of a setting, or is learnt now. It depends on no more of its setting than light
     /// fields and the observer's altitude, and on `others`.
-    pub(in crate::plan) fn learnt<T: Keep>(
+    pub(crate) fn learnt<T: Keep>(
         &self,
         setting: &Setting,
         bands: &[Bands],

@@ -1,5 +1,7 @@
 //! The measure of arithmetic: multiply-adds alone, in registers. What a kernel does more slowly than this it loses to something else.
 
+#[cfg(not(target_arch = "spirv"))]
+use crate::block::lanes::{Three, ZERO, lanes};
 use crate::glam::{UVec2, Vec3, Vec4};
 use crate::kernels::store_rgb;
 use crate::uniform::Uniform;
@@ -36,21 +38,28 @@ pub fn multiply_adds_pixel(uniform: &Uniform, output: &mut [u32], pixel: UVec2, 
     store_rgb(uniform, output, pixel, Vec3::new(sum.x + sum.w, sum.y, sum.z), variant);
 }
 
-/// The colours of neighbouring pixels from column `first` on, each as [`multiply_adds_pixel`] has it.
+/// The colours of a block of pixels from column `first` on, each as [`multiply_adds_pixel`] has it.
 #[cfg(not(target_arch = "spirv"))]
 #[inline(always)]
-pub fn multiply_adds_of_neighbours<const PIXELS: usize>(uniform: &Uniform, first: u32) -> [Vec3; PIXELS] {
+pub fn multiply_adds_of_block(uniform: &Uniform, first: u32, count: usize) -> Three {
     let factor = factor(uniform);
-    let start = |number: usize, pixel: usize| (first + pixel as u32) as f32 + number as f32;
-    let mut numbers: [[f32; PIXELS]; NUMBERS] =
-        std::array::from_fn(|number| std::array::from_fn(|pixel| start(number, pixel)));
+    let mut numbers = [ZERO; NUMBERS];
+    for (number, values) in numbers.iter_mut().enumerate() {
+        for lane in lanes(count) {
+            values[lane] = (first + lane as u32) as f32 + number as f32;
+        }
+    }
     for _ in 0..ROUNDS {
-        for pixels in &mut numbers {
-            for value in pixels {
-                *value = *value * factor + factor;
+        for values in &mut numbers {
+            for lane in lanes(count) {
+                values[lane] = values[lane] * factor + factor;
             }
         }
     }
-    let sum = |number: usize, pixel: usize| numbers[number][pixel] + numbers[number + 4][pixel];
-    std::array::from_fn(|pixel| Vec3::new(sum(0, pixel) + sum(3, pixel), sum(1, pixel), sum(2, pixel)))
+    let mut colours = Three::ZERO;
+    for lane in lanes(count) {
+        let sum = |number: usize| numbers[number][lane] + numbers[number + 4][lane];
+        colours.set(lane, Vec3::new(sum(0) + sum(3), sum(1), sum(2)));
+    }
+    colours
 }

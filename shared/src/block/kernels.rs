@@ -8,7 +8,7 @@ use super::colour::{constituents, with_phases_of_block};
 use super::lanes::{BLOCK, Three, lanes};
 use super::lookup::sky_of_block;
 use super::pixels::{Pixels, add_disc, blacken, store_block, views};
-use crate::arithmetic::multiply_adds_of_neighbours;
+use crate::arithmetic::multiply_adds_of_block;
 use crate::glam::Vec4;
 use crate::lookup::{colours_per_entry, entry_view, store_entry};
 use crate::uniform::{Buffers, Uniform};
@@ -93,20 +93,11 @@ pub mod plain {
     #[inline(always)]
     pub fn multiply_adds_row(uniform: &Uniform, output: &mut [u32], variant: u32) {
         for (pixels, output) in blocks(uniform, output) {
-            let mut rgb = Three::ZERO;
-            for first in lanes(pixels.count).step_by(SIDE_BY_SIDE) {
-                let colours = multiply_adds_of_neighbours::<SIDE_BY_SIDE>(uniform, pixels.column(first));
-                for (lane, colour) in lanes(pixels.count).skip(first).zip(colours) {
-                    rgb.set(lane, colour);
-                }
-            }
+            let rgb = multiply_adds_of_block(uniform, pixels.first, pixels.count);
             store_block(uniform, output, pixels, &rgb, variant);
         }
     }
 }
-
-/// Pixels whose eight numbers stay in the registers of AVX2 all the time.
-const SIDE_BY_SIDE: usize = 8;
 
 /// The blocks of a row, each with the words of its pixels.
 #[inline(always)]

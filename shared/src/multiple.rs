@@ -20,6 +20,8 @@
 //! Light of the first order is the integral of [`crate::single`] here too. Its table takes the phase function of aerosol as the sum of the moments
 //! that it keeps: what lies above would only alias.
 
+use core::ops::Range;
+
 use crate::geometry::{Ray, shadow};
 use crate::glam::Vec2;
 use crate::ground::{GroundView, column_densities_to_sun, ground_on_way};
@@ -376,14 +378,15 @@ fn add_rows<const T: usize>(sum: &mut [f32; T], rows: [&[f32; T]; 4], weights: [
     }
 }
 
-/// The source at a node of a ray towards its origin at the wavelengths of a tile, for each sun of a table and each azimuthal number:
-/// `Σ_l χ_l L_lm N_lm P_l^m`.
+/// The source at a node of a ray towards its origin at the wavelengths of a tile, for some suns of a table, one after the other from `first_sun`,
+/// and each azimuthal number: `Σ_l χ_l L_lm N_lm P_l^m`.
 #[inline(always)]
 fn sources<const N: usize, const T: usize>(
     table: MomentTable,
     ray: TableRay<N>,
     index: usize,
     tile: usize,
+    first_sun: usize,
     sources: &mut [f32],
 ) {
     let node = &ray.nodes[index];
@@ -394,7 +397,8 @@ fn sources<const N: usize, const T: usize>(
     let weights = node.altitudes.weights;
     let (air, aerosol) = (tile_at::<T>(&node.air.0, tile), tile_at::<T>(&node.aerosol.0, tile));
     let first_altitude = tile * table.altitudes + node.altitudes.first;
-    for (sun, sources) in sources.chunks_exact_mut(numbers * T).take(suns).enumerate() {
+    for (sun, sources) in sources.chunks_exact_mut(numbers * T).enumerate() {
+        let sun = first_sun + sun;
         // The four altitudes together: sums of four products each depend on each other only once a moment.
         let four = [0, 1, 2, 3].map(|i| &table.values[((first_altitude + i) * suns + sun) * count * T..][..count * T]);
         let rows = |moment: usize| four.map(|values| tile_at::<T>(values, moment));
@@ -428,12 +432,14 @@ fn sources<const N: usize, const T: usize>(
 /// The smallest size of a source that is divided by: its inverse is finite in single precision.
 const SMALLEST: f32 = 1e-36;
 
-/// Divides the sources of each sun, of so many values, by their size at each wavelength, and keeps its logarithm. What is 1e-20 of the
-/// largest is nothing.
+/// Divides the sources of each of some suns, of so many values, by their size at each wavelength, and keeps its logarithm. What is 1e-20 of
+/// the largest is nothing.
 #[inline(always)]
-fn take_sizes<const T: usize>(of_sun: usize, scratch: &mut Scratch) {
+fn take_sizes<const T: usize>(of_sun: usize, suns: Range<usize>, scratch: &mut Scratch) {
+    let sources = &mut scratch.sources[suns.start * of_sun..suns.end * of_sun];
+    let logarithms = &mut scratch.logarithms[suns.start * T..suns.end * T];
     let mut largest = [0.0; T];
-    for (sources, sizes) in scratch.sources.chunks_exact(of_sun).zip(scratch.logarithms.chunks_exact_mut(T)) {
+    for (sources, sizes) in sources.chunks_exact(of_sun).zip(logarithms.chunks_exact_mut(T)) {
         let mut sums = [0.0; T];
         for tile in 0..of_sun / T {
             let lanes = tile_at::<T>(sources, tile);
@@ -446,7 +452,7 @@ fn take_sizes<const T: usize>(of_sun: usize, scratch: &mut Scratch) {
         }
         sizes.copy_from_slice(&sums);
     }
-    for (sources, sizes) in scratch.sources.chunks_exact_mut(of_sun).zip(scratch.logarithms.chunks_exact_mut(T)) {
+    for (sources, sizes) in sources.chunks_exact_mut(of_sun).zip(logarithms.chunks_exact_mut(T)) {
         let mut inverse = [0.0; T];
         for i in 0..T {
             sizes[i] = max(max(sizes[i], largest[i] * 1e-20), SMALLEST);
@@ -458,7 +464,7 @@ fn take_sizes<const T: usize>(of_sun: usize, scratch: &mut Scratch) {
             }
         }
     }
-    ln_lanes(scratch.logarithms);
+    ln_lanes(logarithms);
 }
 
 /// The sizes that a source has at each place of a sun, between the logarithms of four. A cubic through logarithms may not leave their
@@ -474,6 +480,17 @@ fn take_scales<const T: usize>(places: &[SunPlace], scratch: &mut Scratch) {
         }
     }
     exp_lanes(scratch.scales);
+}
+
+/// The suns of a table between which places stand: a ray of an observer meets few of them.
+#[inline(always)]
+fn suns_of(places: &[SunPlace]) -> Range<usize> {
+    let (mut start, mut end) = (usize::MAX, 0);
+    for place in places {
+        start = start.min(place.suns.first);
+        end = end.max(place.suns.first + 4);
+    }
+    start.min(end)..end
 }
 
 /// Light gathered along a ray from the sources of a table, added to `light` for each sight; without that of the ground. `places` are the
@@ -507,9 +524,17 @@ fn gather_tiles<const N: usize, const T: usize>(
     let of_sun = (table.moments.azimuthal + 1) * T;
     for tile in 0..N / T {
         for (index, places) in places.chunks_exact(light.len()).enumerate() {
-            sources::<N, T>(table, ray, index, tile, scratch.sources);
+            let suns = suns_of(places);
+            sources::<N, T>(
+                table,
+                ray,
+                index,
+                tile,
+                suns.start,
+                &mut scratch.sources[suns.start * of_sun..suns.end * of_sun],
+            );
             if table.logarithmic {
-                take_sizes::<T>(of_sun, scratch);
+                take_sizes::<T>(of_sun, suns, scratch);
                 take_scales::<T>(places, scratch);
             }
             for (at, (place, light)) in places.iter().zip(light.iter_mut()).enumerate() {

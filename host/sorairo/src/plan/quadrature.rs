@@ -1,12 +1,24 @@
 //! The rule by which the ray integral is sampled.
 
+use std::sync::OnceLock;
+
 use sorairo_shared::glam::Vec2;
+
+/// The rules that have been computed, by their number of points.
+static RULES: [OnceLock<Vec<Vec2>>; 129] = [const { OnceLock::new() }; 129];
 
 /// Nodes and weights of Gauss-Legendre quadrature with `n` points on [0, 1], nodes increasing.
 ///
 /// Newton's method on the Legendre polynomial from Tricomi's estimate of its roots (Press et al. 2007, *Numerical
 /// Recipes*, 4.6.1); the rule is exact for polynomials of degree `2n - 1`.
 pub fn gauss_legendre(n: u32) -> Vec<Vec2> {
+    match RULES.get(n as usize) {
+        Some(rule) => rule.get_or_init(|| computed(n)).clone(),
+        None => computed(n),
+    }
+}
+
+fn computed(n: u32) -> Vec<Vec2> {
     let mut rule = vec![Vec2::ZERO; n as usize];
     for i in 0..n.div_ceil(2) {
         let (from_end, weight) = node_and_weight(n, i);

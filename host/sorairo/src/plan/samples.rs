@@ -135,11 +135,16 @@ const BETWEEN: [f64; 4] = [480.0, 530.0, 650.0, 700.0];
 /// A column density of ozone (DU) that can make the sky black in the middle of its band: three times the Earth's.
 const MUCH_OZONE: f64 = 1000.0;
 
+/// Whether a scene's samples depend on the bands: elsewhere those for one plan of its sky are those for any.
+pub fn depends_on_bands(scene: &Scene, integral: u32) -> bool {
+    integral & variant::OPAQUE != 0 || scene.atmosphere.ozone.column > MUCH_OZONE
+}
+
 /// The wavelengths at which a scene's error is measured. A scene that is black somewhere is tried with the plan's own bands too: samples
 /// are placed for the most opaque of four, and not all of the others need be at their best.
 fn test_bands(scene: &Scene, optics: &Optics, bands: &[Bands], integral: u32) -> Vec<Bands> {
     let mut tested = vec![optics.bands(TEST_WAVELENGTHS)];
-    if integral & variant::OPAQUE != 0 || scene.atmosphere.ozone.column > MUCH_OZONE {
+    if depends_on_bands(scene, integral) {
         tested.push(optics.bands(BETWEEN));
         tested.extend(bands.first());
         tested.extend(bands.get(1..).and_then(<[Bands]>::last));

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use sorairo_shared::fit::SPECTRUM_RISE;
-use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::sky::Parts;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
@@ -87,6 +87,8 @@ pub struct SpectralPlan {
     pub integral: RayIntegral,
     /// The fit through them.
     pub fit: SpectrumFit,
+    /// What light at the wavelengths is relative to.
+    lit_by: LitBy,
     /// How good a regression was found to be; none where nothing had to be learnt, or the scene chose its bands or its fit.
     pub held_out: Option<HeldOut>,
 }
@@ -113,7 +115,7 @@ impl SpectralPlan {
             SpectralFit::Regression if sky.is_night => SpectrumFit::Regression(Vec::new()),
             SpectralFit::Regression => SpectrumFit::Regression(sky.training().regressions(wavelengths)),
         };
-        Self { wavelengths: wavelengths.to_vec(), integral: sky.integral.clone(), fit, held_out: None }
+        Self::through(wavelengths, sky.integral.clone(), fit, None)
     }
 
     /// That of wavelengths each of which is a band, one of the sky's or of `others`.
@@ -126,7 +128,7 @@ impl SpectralPlan {
         let regressions: Vec<Regression> = wavelengths.iter().map(regression).collect();
         let constituents = sky.training().constituents();
         let fit = constituents.map(|constituent| (constituent, regressions.clone())).collect();
-        Self { wavelengths: wavelengths.to_vec(), fit: SpectrumFit::Regression(fit), integral, held_out: None }
+        Self::through(wavelengths, integral, SpectrumFit::Regression(fit), None)
     }
 
     /// That of more wavelengths, `asked` in order, through [`BANDS`] beside the sky's, or each itself.
@@ -143,7 +145,7 @@ impl SpectralPlan {
             (constituent, between(&integral.optics, constituent, &lesson.computed, &regressions, wavelengths))
         };
         let fit = SpectrumFit::Regression(lesson.under(sky.scene.sun.elevation).into_iter().map(at).collect());
-        Self { wavelengths: wavelengths.to_vec(), integral, fit, held_out }
+        Self::through(wavelengths, integral, fit, held_out)
     }
 
     /// That of wavelengths each of which is a band, with others where an observer of colours would miss them.
@@ -153,8 +155,13 @@ impl SpectralPlan {
         let bands = sorted(asked.iter().copied().chain(between));
         let fit = LinearFit { wavelengths: bands.clone(), interpolant: Interpolant::Segments, of_radiance: false };
         let of_lines = SpectralFit::Linear(fit.clone());
-        let integral = at_bands(&sky.scene, &sky.integral, &of_lines, bands.clone(), &bands).with_spectral_light();
-        Self { wavelengths: wavelengths.to_vec(), integral, fit: SpectrumFit::Linear(fit), held_out: None }
+        let integral = at_bands(sky, &of_lines, bands).with_spectral_light();
+        Self::through(wavelengths, integral, SpectrumFit::Linear(fit), None)
+    }
+
+    fn through(wavelengths: &[f64], integral: RayIntegral, fit: SpectrumFit, held_out: Option<HeldOut>) -> Self {
+        let lit_by = LitBy::new(&integral.optics, wavelengths);
+        Self { wavelengths: wavelengths.to_vec(), integral, fit, lit_by, held_out }
     }
 
     /// The colour rows of a spectral image: those of colour, then those of the spectrum.
@@ -184,8 +191,26 @@ impl SpectralPlan {
                 let light = self.integral.light(view);
                 let of =
                     |constituent: Constituent| self.integral.at_bands(light.iter().map(|&group| constituent.of(group)));
-                radiance(&self.integral, &self.wavelengths, regressions, view, of)
+                radiance(&self.integral, &self.lit_by, regressions, view, of)
             }
+        }
+    }
+}
+
+/// What light at some wavelengths is relative to.
+#[derive(Clone, Debug)]
+struct LitBy {
+    /// Irradiance of the sun above the atmosphere (W·m⁻²·nm⁻¹).
+    sun: Vec<f64>,
+    /// Albedo of the ground.
+    ground: Vec<f64>,
+}
+
+impl LitBy {
+    fn new(optics: &Optics, wavelengths: &[f64]) -> Self {
+        Self {
+            sun: wavelengths.iter().map(|&nm| optics.solar_irradiance(nm)).collect(),
+            ground: wavelengths.iter().map(|&nm| Constituent::Ground.albedo(optics, nm)).collect(),
         }
     }
 }
@@ -193,13 +218,13 @@ impl SpectralPlan {
 /// Radiance by regressions at their wavelengths in a direction, from the light of each constituent at the bands.
 fn radiance(
     integral: &RayIntegral,
-    wavelengths: &[f64],
+    lit_by: &LitBy,
     regressions: &[(Constituent, Vec<Regression>)],
     view: Vec3,
     light: impl Fn(Constituent) -> Vec<f64>,
 ) -> Vec<f64> {
-    let (optics, phases) = (&integral.optics, integral.phases(view));
-    let mut transfer = vec![0.0; wavelengths.len()];
+    let phases = integral.phases(view);
+    let mut transfer = vec![0.0; lit_by.sun.len()];
     for (constituent, regressions) in regressions {
         let at_bands = light(*constituent);
         if at_bands.iter().all(|&value| value == 0.0) {
@@ -208,37 +233,48 @@ fn radiance(
         let logarithms: Vec<f64> = at_bands.iter().map(|value| value.max(DARKEST).ln()).collect();
         let phase = f64::from(constituent.of(phases));
         let highest = at_bands.iter().copied().fold(DARKEST, f64::max) * f64::from(SPECTRUM_RISE).exp();
-        for ((sum, regression), &wavelength) in transfer.iter_mut().zip(regressions).zip(wavelengths) {
-            let albedo = constituent.albedo(optics, wavelength);
+        for ((sum, regression), ground) in transfer.iter_mut().zip(regressions).zip(&lit_by.ground) {
+            let albedo = if *constituent == Constituent::Ground { *ground } else { 1.0 };
             *sum += phase * albedo * regression.value(&logarithms).min(highest);
         }
     }
-    transfer
-        .iter()
-        .zip(wavelengths)
-        .map(|(transfer, &wavelength)| transfer * optics.solar_irradiance(wavelength))
-        .collect()
+    transfer.iter().zip(&lit_by.sun).map(|(transfer, sun)| transfer * sun).collect()
 }
 
 /// The sky's light at its own bands and at others (nm).
 fn beside_own(sky: &SkyPlan, others: Vec<f64>) -> RayIntegral {
     let bands = [sky.integral.wavelengths.clone(), others].concat();
-    at_bands(&sky.scene, &sky.integral, &SpectralFit::Regression, bands.clone(), &bands).with_spectral_light()
+    at_bands(sky, &SpectralFit::Regression, bands).with_spectral_light()
 }
 
-/// The light of a scene's sky at wavelengths (nm), for a fit through some of them, whose rays are sampled as `bands` (nm) need it; without that which was
-/// scattered more than once.
-fn at_bands(scene: &Scene, sky: &RayIntegral, fit: &SpectralFit, wavelengths: Vec<f64>, bands: &[f64]) -> RayIntegral {
-    let RayIntegral { uniform, optics, variant, .. } = sky;
-    let sampled = fit.bands(optics, bands);
-    let samples = scene.render.steps.unwrap_or_else(|| samples::per_piece(scene, uniform, optics, &sampled, *variant));
+/// The sky's light at bands (nm), sampled as they need it; without that which was scattered more than once.
+fn at_bands(sky: &SkyPlan, fit: &SpectralFit, bands: Vec<f64>) -> RayIntegral {
+    let own = &sky.integral;
+    let quadrature = if samples::depends_on_bands(&sky.scene, own.variant) {
+        sampled(&sky.scene, own, fit, &bands)
+    } else {
+        own.quadrature.clone()
+    };
+    let count = bands.len();
+    RayIntegral { quadrature, ..at_wavelengths(own, fit, bands, count) }
+}
+
+/// The light of a sky at wavelengths (nm), for a fit through so many bands; without that which was scattered more than once.
+fn at_wavelengths(sky: &RayIntegral, fit: &SpectralFit, wavelengths: Vec<f64>, bands: usize) -> RayIntegral {
     RayIntegral {
-        bands: fit.bands(optics, &wavelengths),
+        bands: fit.bands(&sky.optics, &wavelengths),
         wavelengths,
-        variant: variant & !variant::FIT | fit.variant(bands.len(), ColourPath::Folded),
-        quadrature: gauss_legendre(samples),
+        variant: sky.variant & !variant::FIT | fit.variant(bands, ColourPath::Folded),
         ..sky.clone()
     }
+}
+
+/// The rule by which the rays of a scene's sky are sampled as bands (nm) need it.
+fn sampled(scene: &Scene, sky: &RayIntegral, fit: &SpectralFit, bands: &[f64]) -> Vec<Vec2> {
+    let RayIntegral { uniform, optics, variant, .. } = sky;
+    let bands = fit.bands(optics, bands);
+    let fewest = || samples::per_piece(scene, uniform, optics, &bands, *variant);
+    gauss_legendre(scene.render.steps.unwrap_or_else(fewest))
 }
 
 /// What the skies of all suns that have the same light field teach of their spectra.
@@ -317,7 +353,9 @@ impl Taught {
             sun_azimuth: scene.sun.azimuth,
             ..sky.integral.clone()
         };
-        let at = |wavelengths: &[f64]| at_bands(&scene, &under, &SpectralFit::Regression, wavelengths.to_vec(), bands);
+        let fit = &SpectralFit::Regression;
+        let under = RayIntegral { quadrature: sampled(&scene, &under, fit, bands), ..under };
+        let at = |wavelengths: &[f64]| at_wavelengths(&under, fit, wavelengths.to_vec(), bands.len());
         Self { bands: at(bands), every: at(computed) }
     }
 
@@ -438,11 +476,12 @@ fn error(sky: &Taught, regressions: &[(Constituent, Vec<Regression>)], ends: [f6
     let judged = judged[0]..judged[1] + 1;
     let [_, grids] = spectral_grids(bands);
     let views: Vec<Vec3> = grids.iter().flat_map(|grid| grid.views(bands)).collect();
+    let lit_by = LitBy::new(&every.optics, computed);
     let Parts { air, aerosol, multiple, ground } = &sky.light_of(&grids);
     let spectra = Parts { air, aerosol, multiple, ground };
     let of_ray = |(ray, &view): (usize, &Vec3)| {
         let seen = |constituent: Constituent| constituent.of(spectra)[ray].split_at(bands.wavelengths.len());
-        let found = radiance(every, computed, regressions, view, |constituent| seen(constituent).0.to_vec());
+        let found = radiance(every, &lit_by, regressions, view, |constituent| seen(constituent).0.to_vec());
         let phases = every.phases(view);
         let truth = |i: usize| {
             let of = |(constituent, _): &(Constituent, Vec<Regression>)| {
@@ -450,7 +489,7 @@ fn error(sky: &Taught, regressions: &[(Constituent, Vec<Regression>)], ends: [f6
                     * constituent.albedo(&every.optics, computed[i])
                     * f64::from(constituent.of(phases))
             };
-            regressions.iter().map(of).sum::<f64>() * every.optics.solar_irradiance(computed[i])
+            regressions.iter().map(of).sum::<f64>() * lit_by.sun[i]
         };
         let truth: Vec<f64> = (0..computed.len()).map(truth).collect();
         let peak = truth[judged.clone()].iter().copied().fold(0.0, f64::max);

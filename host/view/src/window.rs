@@ -35,7 +35,8 @@ const NARROWEST: f64 = 1.0;
 /// How far the sun moves between skies that are counted (degrees).
 const FRAME_STEP: f64 = 0.05;
 
-/// What the window is cleared to: no second colour is drawn beneath the sky.
+/// The colour of the room that the sky leaves. It is drawn beside the sky and not beneath it, and panels are what the window is cleared to: a driver in
+/// software takes as long to paint them as to compute the sky.
 const AROUND_THE_SKY: Color32 = Color32::from_gray(12);
 
 const CONTROLS_WIDTH: f32 = 300.0;
@@ -122,8 +123,8 @@ impl eframe::App for Shown<'_> {
         self.0.show(ui);
     }
 
-    fn clear_color(&self, _: &egui::Visuals) -> [f32; 4] {
-        AROUND_THE_SKY.to_normalized_gamma_f32()
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        visuals.panel_fill.to_normalized_gamma_f32()
     }
 }
 
@@ -172,13 +173,13 @@ impl Window {
         self.keys(ui.ctx());
         self.play(ui.ctx());
         let style = Arc::clone(ui.style());
-        let frame = Frame::side_top_panel(&style).inner_margin(Margin::same(14));
+        let frame = Frame::side_top_panel(&style).fill(Color32::TRANSPARENT).inner_margin(Margin::same(14));
         Panel::left("controls")
             .resizable(false)
             .exact_size(CONTROLS_WIDTH)
             .frame(frame)
             .show(ui, |ui| self.controls(ui));
-        let frame = Frame::side_top_panel(&style).inner_margin(Margin::symmetric(14, 8));
+        let frame = Frame::side_top_panel(&style).fill(Color32::TRANSPARENT).inner_margin(Margin::symmetric(14, 8));
         Panel::bottom("spectrum").resizable(false).exact_size(PLOT_HEIGHT).frame(frame).show(ui, |ui| self.plot(ui));
         CentralPanel::no_frame().show(ui, |ui| self.sky(ui));
         self.take_screenshot(ui.ctx());
@@ -328,7 +329,10 @@ impl Window {
     }
 
     fn sky(&mut self, ui: &mut Ui) {
-        let rect = picture_rect(ui.max_rect(), self.scene.camera.projection);
+        let room = ui.max_rect();
+        let rect = picture_rect(room, self.scene.camera.projection);
+        let painter = ui.painter();
+        beside(room, rect).into_iter().for_each(|part| drop(painter.rect_filled(part, 0.0, AROUND_THE_SKY)));
         let dragging = ui.input(|input| input.pointer.any_down());
         self.ask_for(rect.size() * ui.ctx().pixels_per_point(), if dragging { WIDEST_DRAGGED } else { WIDEST });
         let Some(image) = self.image(rect) else { return };
@@ -533,6 +537,17 @@ fn picture_rect(room: Rect, projection: Projection) -> Rect {
         Projection::Perspective => (width, height),
     };
     Rect::from_center_size(room.center(), Vec2::new(width as f32, height as f32))
+}
+
+/// The parts of a room beside a picture in its middle; those that are there.
+fn beside(room: Rect, picture: Rect) -> Vec<Rect> {
+    let parts = [
+        room.with_max_y(picture.min.y),
+        room.with_min_y(picture.max.y),
+        room.with_max_x(picture.min.x),
+        room.with_min_x(picture.max.x),
+    ];
+    parts.into_iter().filter(Rect::is_positive).collect()
 }
 
 /// A position as fractions of a rectangle's width and height.

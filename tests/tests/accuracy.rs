@@ -16,7 +16,7 @@ const ELEVATIONS: [f64; 16] = [0.0, 0.1, 0.3, 0.7, 1.5, 3.0, 5.0, 8.0, 12.0, 18.
 fn compare_sky(scene: &Scene, above: f64) -> Worst {
     let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
     let bands: Vec<_> =
-        plan.sky.integral.wavelengths.iter().map(|&wavelength| coefficients(scene, wavelength)).collect();
+        plan.sky.integral().wavelengths.iter().map(|&wavelength| coefficients(scene, wavelength)).collect();
     let medium = medium(scene);
     let azimuths = (0..=12).map(|i| 15.0 * f64::from(i));
     let views: Vec<(f64, f64)> =
@@ -25,9 +25,9 @@ fn compare_sky(scene: &Scene, above: f64) -> Worst {
         .into_par_iter()
         .flat_map_iter(|(elevation, azimuth)| {
             let view = direction(elevation, azimuth).as_vec3();
-            let values = plan.sky.integral.transfer(view);
+            let values = plan.sky.integral().transfer(view);
             let references = scattered_radiance_bands(&medium, &bands, &ray(scene, elevation, azimuth));
-            let triples = values.into_iter().zip(references).zip(&plan.sky.integral.wavelengths);
+            let triples = values.into_iter().zip(references).zip(&plan.sky.integral().wavelengths);
             triples.map(move |((value, reference), nm)| {
                 (value, reference, format!("elevation {elevation}, azimuth {azimuth}, {nm} nm"))
             })

@@ -219,7 +219,7 @@ fn lights(sun: f64) -> Vec<f64> {
     let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
     let rows = (0..20).map(|row| 90.0 * (f64::from(row) / 19.0).powi(2));
     let views = rows.flat_map(|elevation| (0..7).map(move |column| direction(elevation, 30.0 * f64::from(column))));
-    let light: Vec<Vec<f64>> = views.map(|view| sky.integral.transfer(view.as_vec3())).collect();
+    let light: Vec<Vec<f64>> = views.map(|view| sky.integral().transfer(view.as_vec3())).collect();
     let brightest = |band: usize| light.iter().map(|ray| ray[band]).fold(0.0, f64::max);
     let floors = [0, 1, 2, 3].map(|band| 0.05 * brightest(band));
     light.iter().flat_map(|ray| ray.iter().zip(floors).map(|(value, floor)| value.max(floor))).collect()

@@ -139,7 +139,7 @@ fn sunlight_is_weakened_by_the_optical_depth_of_the_oracle() {
                 (-depth).exp()
             };
             let xyz = sorairo::low_level::spectra::observer::xyz(plan.sky.observer, |nm| {
-                plan.sky.integral.optics.solar_irradiance(nm) * transmittance(nm)
+                plan.sky.base.optics.solar_irradiance(nm) * transmittance(nm)
             });
             plan.sky.space.into_gamut(plan.sky.space.from_xyz * xyz)
         };

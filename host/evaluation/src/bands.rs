@@ -60,7 +60,7 @@ pub fn best(scene: &Scene, count: u32, sun_elevations: &[f64]) -> Result<Found> 
     check_range("count", f64::from(count), (3.0, 8.0), "wavelengths")?;
     let mut scene = scene.clone();
     (scene.render.fit, scene.render.color, scene.render.bands) = (Fit::Extinction, ColourPath::Folded, None);
-    let default_bands = plan(&scene)?.sky.integral.wavelengths.clone();
+    let default_bands = plan(&scene)?.sky.integral().wavelengths.clone();
     let suns: Vec<Sun> = sun_elevations.iter().map(|&sun| Sun::new(&scene, sun, count)).collect::<Result<_>>()?;
     if suns.iter().all(|sun| sun.reference.xyz.iter().all(|xyz| xyz.y <= 0.0)) {
         let complaint = "leave the whole sky dark; give at least one above -20 degrees";
@@ -207,7 +207,7 @@ impl Spectra {
         let searched: Vec<f64> = (SEARCHED.0..=SEARCHED.1).map(f64::from).collect();
         let targets: Vec<f64> = nodes.iter().copied().chain(observer::wavelengths()).collect();
         let all: Vec<f64> = searched.iter().chain(&targets).copied().collect();
-        let integral = &plan.sky.integral;
+        let integral = plan.sky.integral();
         let spectra = |views: &[Vec3], at: &[f64]| {
             let (air, aerosol) = scattered_once(integral, views, at);
             if constituent == Constituent::Air { air } else { aerosol }
@@ -219,7 +219,7 @@ impl Spectra {
         let ln = |values: &[f64]| values.iter().map(|value| value.max(DARKEST).ln()).collect::<Vec<f64>>();
         let judged = spectra(&reference.views, &searched);
         let judged = judged.iter().zip(&reference.views).map(|(ray, &view)| {
-            let phase = constituent.of(plan.sky.integral.phases(view));
+            let phase = constituent.of(plan.sky.integral().phases(view));
             ray.iter().any(|&value| value > 0.0).then(|| (ln(&ray[..searched.len()]), f64::from(phase)))
         });
         Self {

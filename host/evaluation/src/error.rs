@@ -97,7 +97,7 @@ pub fn true_xyz(scene: &Scene, views: &[Vec3]) -> Result<Vec<DVec3>> {
 
 /// A plan's XYZ in a direction, integrated there, before it is brought into the gamut of the display (W·m⁻²·sr⁻¹).
 pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
-    let (sky, integral) = (&plan.sky, &plan.sky.integral);
+    let (sky, integral) = (&plan.sky, plan.sky.integral());
     if is_solved_cubic(integral.variant) {
         let irradiance = integral.bands[0].fit_irradiance.to_array();
         let transfer = integral.transfer(view);

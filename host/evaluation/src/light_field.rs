@@ -65,7 +65,7 @@ pub fn light_fields() -> Result<Vec<Measured>> {
         let mut scene = Scene::preset(preset);
         (scene.sun.elevation, scene.render.fit) = (sun, Fit::Transfer);
         let sky = SkyPlan::new(&scene.validated()?, Rgb::Srgb);
-        measured.extend(of_sky(name, &sky.integral)?);
+        measured.extend(of_sky(name, sky.integral())?);
     }
     Ok(measured)
 }

@@ -175,7 +175,7 @@ struct Node {
 
 impl Node {
     fn direction(self, sky: &SkyPlan) -> DVec3 {
-        direction(self.elevation, sky.integral.sun_azimuth + self.azimuth)
+        direction(self.elevation, sky.base.sun_azimuth + self.azimuth)
     }
 
     /// On the other side of the vertical plane through the sun.
@@ -200,13 +200,13 @@ pub(crate) fn pairs(sky: &SkyPlan) -> [Vec<Pair>; 2] {
 
 /// Nodes of the hemisphere above, crowded around the sun.
 fn nodes(sky: &SkyPlan, elevations: u32, azimuths: u32) -> Vec<Node> {
-    let sun = f64::from(sky.integral.uniform.sun.z).asin().to_degrees().max(0.0);
+    let sun = f64::from(sky.base.uniform.sun.z).asin().to_degrees().max(0.0);
     nodes_between(&[(sun, 0.0), (sun, 90.0)], elevations, azimuths)
 }
 
 /// Nodes of the hemisphere below, crowded around the horizon.
 fn nodes_below(sky: &SkyPlan) -> Vec<Node> {
-    let horizon = f64::from(sky.integral.uniform.horizon).to_degrees();
+    let horizon = f64::from(sky.base.uniform.horizon).to_degrees();
     nodes_between(&[(horizon, 0.0), (horizon, -90.0)], ELEVATIONS, AZIMUTHS)
 }
 
@@ -260,7 +260,7 @@ mod tests {
             scene.sun.elevation = sun;
             let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
             let light = SkyLight::new(&sky);
-            let luminance = sky.integral.uniform.rgb.luminance(DVec3::from_array(light.irradiance_rgb).as_vec3());
+            let luminance = sky.base.uniform.rgb.luminance(DVec3::from_array(light.irradiance_rgb).as_vec3());
             let by_colour = LUMENS_PER_WATT * f64::from(luminance) / light.illuminance_lux;
             println!("sun at {sun}: {:.2e} W/m², {by_colour:.3}", light.irradiance_w_m2);
             // Two ways through the fit: the nodes of colour and the sum over wavelengths. What they learn from is a thousandth of a millionth of
@@ -345,7 +345,7 @@ mod tests {
         assert!(is_near(down, light.ground_irradiance_rgb[1]), "{down:?} {light:?}");
         // A wall that faces the sun, and one that turns its back.
         for azimuth in [0.0, 180.0] {
-            let normal = direction(0.0, sky.integral.sun_azimuth + azimuth);
+            let normal = direction(0.0, sky.base.sun_azimuth + azimuth);
             let mut nodes = nodes(&sky, ELEVATIONS, AZIMUTHS);
             nodes.extend(nodes_below(&sky));
             let fallen = |node: Node| {

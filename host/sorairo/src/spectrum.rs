@@ -221,7 +221,7 @@ pub fn xyz(sky: &SkyPlan, directions: &[[f64; 2]]) -> Result<Vec<[f64; 3]>> {
 ///
 /// [`Error::NotAllowed`] if it is not.
 pub fn check_wavelengths(sky: &SkyPlan, wavelengths: &[f64]) -> Result<()> {
-    let (shortest, longest) = sky.integral.optics.known_wavelengths();
+    let (shortest, longest) = sky.base.optics.known_wavelengths();
     match wavelengths.iter().find(|&&wavelength| !(shortest..=longest).contains(&wavelength)) {
         Some(outside) => {
             let complaint = format!("holds {outside}; wavelengths must lie between {shortest} and {longest} nm");
@@ -240,13 +240,13 @@ pub struct DenseSpectrum {
 impl DenseSpectrum {
     /// Prepares the spectrum at wavelengths in nm.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
-        let optics = &sky.integral.optics;
+        let optics = &sky.base.optics;
         let integral = RayIntegral {
             wavelengths: wavelengths.to_vec(),
             bands: bands(optics, wavelengths),
             quadrature: gauss_legendre(DENSE_STEPS),
-            variant: sky.integral.variant | ABOVE_TOP,
-            ..sky.integral.clone()
+            variant: sky.base.variant | ABOVE_TOP,
+            ..sky.base.clone()
         };
         Self {
             integral: integral.with_spectral_light(),

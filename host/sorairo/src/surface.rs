@@ -108,7 +108,7 @@ pub(crate) fn irradiance_on(
 pub fn sun_transmittance(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Vec<f64>> {
     check_wavelengths(sky, wavelengths)?;
     let facing = Sun::at(sky, wavelengths).spectral_irradiance(|_| 1.0);
-    let transmittance = |(facing, &nm): (f64, &f64)| match sky.integral.optics.solar_irradiance(nm) {
+    let transmittance = |(facing, &nm): (f64, &f64)| match sky.base.optics.solar_irradiance(nm) {
         // A spectrum of one's own may hold no light there.
         0.0 => 0.0,
         irradiance => facing / irradiance,
@@ -174,7 +174,7 @@ mod tests {
         // The disc is half a degree wide.
         assert!((direct(0.0, 0.0) / facing - 0.5).abs() < 1e-4);
         assert_eq!(direct(90.0, 300.0), 0.0);
-        let above = sky.integral.optics.solar_irradiance(500.0);
+        let above = sky.base.optics.solar_irradiance(500.0);
         assert!((facing / above / sun_transmittance(&sky, &wavelengths).unwrap()[0] - 1.0).abs() < 5e-5);
     }
 

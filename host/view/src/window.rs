@@ -331,8 +331,9 @@ impl Window {
     fn sky(&mut self, ui: &mut Ui) {
         let room = ui.max_rect();
         let rect = picture_rect(room, self.scene.camera.projection);
-        let painter = ui.painter();
-        beside(room, rect).into_iter().for_each(|part| drop(painter.rect_filled(part, 0.0, AROUND_THE_SKY)));
+        for part in beside(room, rect) {
+            ui.painter().rect_filled(part, 0.0, AROUND_THE_SKY);
+        }
         let dragging = ui.input(|input| input.pointer.any_down());
         self.ask_for(rect.size() * ui.ctx().pixels_per_point(), if dragging { WIDEST_DRAGGED } else { WIDEST });
         let Some(image) = self.image(rect) else { return };

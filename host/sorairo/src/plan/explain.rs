@@ -44,7 +44,7 @@ fn terms(plan: &Plan) -> String {
 
 /// How light of higher orders was computed, and how finely.
 fn orders(plan: &Plan) -> String {
-    let integral = &plan.sky.integral;
+    let integral = plan.sky.integral();
     let Some(made) = integral.orders_made.first() else {
         return "orders: 1 alone; no light field is computed".into();
     };
@@ -69,15 +69,15 @@ fn orders(plan: &Plan) -> String {
 
 /// What the bounds of the light field do not hold for: air and haze so thick that neither orders nor moments come to an end.
 fn beyond_bounds(plan: &Plan) -> Option<String> {
-    let made = plan.sky.integral.orders_made.first()?;
+    let made = plan.sky.integral().orders_made.first()?;
     let mut beyond = Vec::new();
-    let depth = plan.sky.integral.scattering_depth();
+    let depth = plan.sky.integral().scattering_depth();
     if depth > COMPARED_DEPTH {
         beyond.push(format!(
             "air and haze scatter with an optical depth of {depth:.1}; the error of a light field is known up to {COMPARED_DEPTH}"
         ));
     }
-    if plan.sky.integral.orders == Orders::All && made.error > made.tolerance {
+    if plan.sky.integral().orders == Orders::All && made.error > made.tolerance {
         let (error, tolerance) = (100.0 * made.error, 100.0 * made.tolerance);
         beyond.push(format!("the series of orders may be off by {error:.1} %, more than {tolerance:.1} %"));
     }

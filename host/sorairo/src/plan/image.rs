@@ -79,7 +79,7 @@ impl Plan {
             if shows_disc { sun.for_kernels(scene.camera.projection, &camera) } else { Default::default() };
         let exposure = match scene.render.exposure {
             Exposure::Auto if shows_disc && is_in_view(&disc, &camera) => {
-                let light = f64::from(sky.integral.uniform.rgb.luminance(sun.irradiance().rgb.as_vec3()));
+                let light = f64::from(sky.integral().uniform.rgb.luminance(sun.irradiance().rgb.as_vec3()));
                 exposure::with_disc(colours.exposure, light)
             }
             _ => colours.exposure,
@@ -91,11 +91,11 @@ impl Plan {
             disc: SunDisc { first_entry: colours.rows.len() as u32, ..disc },
             ground: colours.ground.extend(0.0),
             exposure,
-            ..sky.integral.uniform
+            ..sky.integral().uniform
         };
         let disc_shown = if shows_disc { variant::SUN_DISC } else { 0 };
         let is_dithered = pixel == PixelFormat::Picture && scene.render.dither == Dither::Ordered;
-        let shown = sky.integral.variant | disc_shown | if is_dithered { variant::DITHER } else { 0 };
+        let shown = sky.integral().variant | disc_shown | if is_dithered { variant::DITHER } else { 0 };
         let variant = variant::of(shown, upload::projection(scene.camera.projection), pixel as u32);
         let colour = [colours.rows.as_slice(), &grid].concat();
         let size = lookup.size;
@@ -176,7 +176,7 @@ impl Plan {
 
     /// The ray integral at the bands of the image.
     pub fn integral(&self) -> &RayIntegral {
-        self.spectral.as_ref().map_or(&self.sky.integral, |spectral| &spectral.integral)
+        self.spectral.as_ref().map_or_else(|| self.sky.integral(), |spectral| &spectral.integral)
     }
 
     /// Words that a pixel of the plan's image takes.
@@ -233,7 +233,7 @@ fn is_in_view(disc: &SunDisc, camera: &Camera) -> bool {
 /// Rows of the image that can be lit: none at night, and from black ground an equirectangular image is black below its middle.
 fn lit_rows(scene: &Scene, sky: &SkyPlan) -> Range<u32> {
     let height = scene.camera.size.height;
-    let is_black_below = scene.observer.altitude == 0.0 && sky.integral.variant & variant::GROUND == 0;
+    let is_black_below = scene.observer.altitude == 0.0 && sky.integral().variant & variant::GROUND == 0;
     if sky.is_night {
         0..0
     } else if scene.camera.projection == Projection::Equirectangular && is_black_below {

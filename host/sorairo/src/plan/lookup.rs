@@ -127,7 +127,7 @@ fn sized(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>, (rows, azimuths): 
         return grid(scene, (rows, azimuths));
     }
     let lit = lit_rows.end - lit_rows.start;
-    let from_top = (0.5 - f64::from(sky.integral.uniform.horizon) / PI) * f64::from(scene.camera.size.height);
+    let from_top = (0.5 - f64::from(sky.integral().uniform.horizon) / PI) * f64::from(scene.camera.size.height);
     let above = ((from_top + 0.5) as u32).min(lit);
     // On the ground itself what lies below is one colour.
     let below = if scene.observer.altitude > 0.0 { lit - above } else { 0 };
@@ -231,7 +231,7 @@ struct Cell {
 
 /// The cells about a row of a grid and some columns, midway between two each; an image that has its rows goes through columns by cubics.
 fn measure(sky: &SkyPlan, grid: (u32, u32), above: bool, row: f64, columns: &[f64], has_its_rows: bool) -> Vec<Cell> {
-    let uniform = &sky.integral.uniform;
+    let uniform = &sky.integral().uniform;
     let view = |row: f64, column: f64| {
         let (x, part) = (row / f64::from(grid.0 - 1), column / f64::from(grid.1 - 1));
         grid_view(uniform, above, x as f32, cosine_at_place(part as f32))
@@ -241,7 +241,7 @@ fn measure(sky: &SkyPlan, grid: (u32, u32), above: bool, row: f64, columns: &[f6
     let mut known = vec![None; 2 * grid.1 as usize];
     let mut of_row = |column: f64| *known[(2.0 * column) as usize].get_or_insert_with(|| constituents(row, column));
     let cell = |&column: &f64| {
-        let phases = sky.integral.phases(view(row, column));
+        let phases = sky.integral().phases(view(row, column));
         let luminance = |Constituents { air, aerosol, rest }: Constituents| {
             f64::from(uniform.rgb.luminance(air * phases.air + aerosol * phases.aerosol + rest))
         };

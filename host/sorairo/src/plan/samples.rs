@@ -283,7 +283,7 @@ mod tests {
     fn samples(change: impl FnOnce(&mut Scene)) -> u32 {
         let mut scene = Scene::preset(Preset::Earth).first_order();
         change(&mut scene);
-        SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb).integral.quadrature.len() as u32
+        SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb).base.quadrature.len() as u32
     }
 
     #[test]

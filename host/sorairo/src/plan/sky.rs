@@ -20,8 +20,8 @@ use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
 pub struct SkyPlan {
     /// The scene whose sky this is; its camera is one of those that may look at it.
     pub scene: ValidScene,
-    /// The ray integral at the bands.
-    pub integral: RayIntegral,
+    /// What is decided of the ray integral at the bands before light that was scattered more than once is computed: all that spectra take of it.
+    pub base: RayIntegral,
     /// The fit through the bands.
     pub fit: SpectralFit,
     /// How the fit becomes a colour.
@@ -32,7 +32,18 @@ pub struct SkyPlan {
     pub space: ColourSpace,
     /// Whether no air that can be seen is lit.
     pub is_night: bool,
+    integral: OnceLock<RayIntegral>,
     colours: OnceLock<Colours>,
+}
+
+/// What a cell holds, found when it is first asked for. Threads that ask at once all find it: one that waited for another would hold up work
+/// that the other may have handed to it.
+fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
+    if let Some(found) = cell.get() {
+        return found;
+    }
+    let found = find();
+    cell.get_or_init(|| found)
 }
 
 /// How the light of a sky becomes colours.
@@ -69,7 +80,7 @@ impl SkyPlan {
         let quadrature = gauss_legendre(samples);
         let sun_azimuth = scene.sun.azimuth;
         let is_night = directions::is_night(scene);
-        let integral = RayIntegral {
+        let base = RayIntegral {
             uniform,
             optics,
             wavelengths,
@@ -81,20 +92,19 @@ impl SkyPlan {
             orders_made: Vec::new(),
             light_fields: light_fields.clone(),
             sun_azimuth,
-        }
-        .with_multiple_light();
-        let colours = OnceLock::new();
-        Self { scene: scene.clone(), integral, fit, colour_path, observer, space, is_night, colours }
+        };
+        let (integral, colours) = (OnceLock::new(), OnceLock::new());
+        Self { scene: scene.clone(), base, fit, colour_path, observer, space, is_night, integral, colours }
+    }
+
+    /// The ray integral at the bands, with light of all orders: computed when it is first asked for.
+    pub fn integral(&self) -> &RayIntegral {
+        found_once(&self.integral, || self.base.clone().with_multiple_light())
     }
 
     /// How its light becomes colours: found when it is first asked for, since spectra take none of it.
     pub fn colours(&self) -> &Colours {
-        if let Some(colours) = self.colours.get() {
-            return colours;
-        }
-        // Threads that ask at once all find it: one that waited for another would hold up work that the other may have handed to it.
-        let colours = self.find_colours();
-        self.colours.get_or_init(|| colours)
+        found_once(&self.colours, || self.find_colours())
     }
 
     fn find_colours(&self) -> Colours {
@@ -103,10 +113,10 @@ impl SkyPlan {
         }
         let rows = self.fit.colour_rows(&self.training(), self.colour_path);
         let radiance = |view| self.radiance_by(&rows, view);
-        let variant = self.integral.variant;
+        let variant = self.base.variant;
         let stands_on_ground = variant & variant::GROUND != 0 && variant & variant::DESCENT == 0;
         let ground = if stands_on_ground { radiance(-Vec3::Z) } else { Vec3::ZERO };
-        let exposure = exposure::of(self.scene.render.exposure, &self.integral, radiance);
+        let exposure = exposure::of(self.scene.render.exposure, self.integral(), radiance);
         Colours { rows, ground, exposure }
     }
 
@@ -116,23 +126,23 @@ impl SkyPlan {
     }
 
     fn radiance_by(&self, rows: &[Vec4], view: Vec3) -> Vec3 {
-        sky(&self.integral.uniform, self.integral.buffers(rows), view, self.integral.variant)
+        sky(&self.integral().uniform, self.integral().buffers(rows), view, self.integral().variant)
     }
 
     /// Linear RGB of each constituent in a direction; not of a fit that is solved at every pixel.
     pub fn constituents(&self, view: Vec3) -> Constituents {
-        let buffers = self.integral.buffers(&self.colours().rows);
-        constituents(&self.integral.uniform, buffers, view, self.integral.variant)
+        let buffers = self.integral().buffers(&self.colours().rows);
+        constituents(&self.integral().uniform, buffers, view, self.integral().variant)
     }
 
     /// What a regression fit is made on.
     pub fn training(&self) -> Training<'_> {
-        Training { integral: &self.integral, observer: self.observer, space: &self.space }
+        Training { integral: self.integral(), observer: self.observer, space: &self.space }
     }
 
     /// The space in which a picture shows the sky's linear RGB: sRGB under the same white balance.
     pub fn display(&self) -> ColourSpace {
-        ColourSpace::new(Rgb::Srgb, self.space.balance, self.observer, &self.integral.optics)
+        ColourSpace::new(Rgb::Srgb, self.space.balance, self.observer, &self.base.optics)
     }
 }
 

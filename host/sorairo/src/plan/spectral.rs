@@ -101,7 +101,7 @@ impl SpectralPlan {
             return Self::of_own_bands(sky, wavelengths);
         }
         let asked = sorted(wavelengths.iter().copied());
-        let others: Vec<f64> = asked.iter().copied().filter(|nm| !sky.integral.wavelengths.contains(nm)).collect();
+        let others: Vec<f64> = asked.iter().copied().filter(|nm| !sky.base.wavelengths.contains(nm)).collect();
         if others.len() <= BANDS.len() {
             return Self::of_bands(sky, wavelengths, others);
         }
@@ -115,7 +115,7 @@ impl SpectralPlan {
             SpectralFit::Regression if sky.is_night => SpectrumFit::Regression(Vec::new()),
             SpectralFit::Regression => SpectrumFit::Regression(sky.training().regressions(wavelengths)),
         };
-        Self::through(wavelengths, sky.integral.clone(), fit, None)
+        Self::through(wavelengths, sky.integral().clone(), fit, None)
     }
 
     /// That of wavelengths each of which is a band, one of the sky's or of `others`.
@@ -126,14 +126,15 @@ impl SpectralPlan {
             Regression { intercept: 0.0, slopes: integral.wavelengths.iter().map(slope).collect() }
         };
         let regressions: Vec<Regression> = wavelengths.iter().map(regression).collect();
-        let constituents = sky.training().constituents();
+        let training = Training { integral: &integral, observer: sky.observer, space: &sky.space };
+        let constituents = training.constituents();
         let fit = constituents.map(|constituent| (constituent, regressions.clone())).collect();
         Self::through(wavelengths, integral, SpectrumFit::Regression(fit), None)
     }
 
     /// That of more wavelengths, `asked` in order, through [`BANDS`] beside the sky's, or each itself.
     fn learnt(sky: &SkyPlan, wavelengths: &[f64], asked: &[f64]) -> Self {
-        let own = &sky.integral.wavelengths;
+        let own = &sky.base.wavelengths;
         let integral = beside_own(sky, bands_beside(own, asked));
         let lesson = Lesson::of(sky, integral.wavelengths.clone(), asked);
         let bound = if integral.uniform.sun.z < 0.0 { BOUND_IN_TWILIGHT } else { BOUND_BY_DAY };
@@ -172,7 +173,7 @@ impl SpectralPlan {
                 [fit.folded(optics, sky.observer, &sky.space), fit.spectrum_rows(optics, &self.wavelengths)].concat()
             }
             SpectrumFit::Regression(regressions) => {
-                let (own, all) = (sky.integral.bands.len(), self.integral.bands.len());
+                let (own, all) = (sky.base.bands.len(), self.integral.bands.len());
                 let colour = beside_more_bands(&sky.colours().rows, own, all);
                 [colour, spectrum_rows(optics, &self.wavelengths, regressions)].concat()
             }
@@ -243,13 +244,13 @@ fn radiance(
 
 /// The sky's light at its own bands and at others (nm).
 fn beside_own(sky: &SkyPlan, others: Vec<f64>) -> RayIntegral {
-    let bands = [sky.integral.wavelengths.clone(), others].concat();
+    let bands = [sky.base.wavelengths.clone(), others].concat();
     at_bands(sky, &SpectralFit::Regression, bands).with_spectral_light()
 }
 
 /// The sky's light at bands (nm), sampled as they need it; without that which was scattered more than once.
 fn at_bands(sky: &SkyPlan, fit: &SpectralFit, bands: Vec<f64>) -> RayIntegral {
-    let own = &sky.integral;
+    let own = &sky.base;
     let quadrature = if samples::depends_on_bands(&sky.scene, own.variant) {
         sampled(&sky.scene, own, fit, &bands)
     } else {
@@ -300,17 +301,17 @@ impl Lesson {
     fn of(sky: &SkyPlan, bands: Vec<f64>, asked: &[f64]) -> Arc<Self> {
         let computed = computed(&bands, asked);
         let ends = [asked[0], asked[asked.len() - 1]];
-        let optical = upload::bands(&sky.integral.optics, &computed);
-        let every = RayIntegral { bands: optical.clone(), ..sky.integral.clone() };
+        let optical = upload::bands(&sky.base.optics, &computed);
+        let every = RayIntegral { bands: optical.clone(), ..sky.base.clone() };
         let (resolution, setting) = (every.spectral_resolution(), every.setting());
         let steps = sky.scene.render.steps.map_or(0.0, f64::from);
         let others = [&computed[..], &bands, &ends, &[steps]].concat();
         let learn = || Self::new(sky, computed, bands, ends);
-        sky.integral.light_fields.learnt(&setting, &optical, (&resolution, sky.integral.orders), others, learn)
+        sky.base.light_fields.learnt(&setting, &optical, (&resolution, sky.base.orders), others, learn)
     }
 
     fn new(sky: &SkyPlan, computed: Vec<f64>, bands: Vec<f64>, ends: [f64; 2]) -> Self {
-        let [lowest, middle, highest] = sky.integral.setting().suns_of_light_field();
+        let [lowest, middle, highest] = sky.base.setting().suns_of_light_field();
         let lit = |elevation: &f64| !is_night(&sky.scene.under_sun(*elevation));
         let learnt = |elevation: f64| (elevation, regressions(sky, &Taught::new(sky, elevation, &bands, &computed)));
         let suns = Some(lowest).filter(lit).into_iter().chain([highest]).map(learnt).collect();
@@ -345,13 +346,13 @@ impl Taught {
     /// The sky of the same air under a sun at an elevation (degrees).
     fn new(sky: &SkyPlan, elevation: f64, bands: &[f64], computed: &[f64]) -> Self {
         let scene = sky.scene.under_sun(elevation);
-        let RayIntegral { uniform, optics, variant, .. } = &sky.integral;
+        let RayIntegral { uniform, optics, variant, .. } = &sky.base;
         let towards = |elevation| direction(elevation, scene.sun.azimuth).as_vec3().extend(0.0);
         let under = RayIntegral {
             uniform: Uniform { sun: towards(elevation), bearing: towards(0.0), ..*uniform },
             variant: variant & !variant::WHOLE_INTEGRAL | needed(&scene, optics),
             sun_azimuth: scene.sun.azimuth,
-            ..sky.integral.clone()
+            ..sky.base.clone()
         };
         let fit = &SpectralFit::Regression;
         let under = RayIntegral { quadrature: sampled(&scene, &under, fit, bands), ..under };
@@ -582,7 +583,7 @@ mod tests {
 
     #[test]
     fn wavelengths_between_those_computed_have_regressions_between_theirs() {
-        let optics = &sky(|_| {}).integral.optics;
+        let optics = &sky(|_| {}).base.optics;
         let computed = [500.0, 505.0];
         let regression = |nm: f64| Regression {
             intercept: known(optics, Constituent::Air, nm).ln() - 2.0,

@@ -110,13 +110,13 @@ impl<'a> Sun<'a> {
 
     /// That of a sky at wavelengths (nm).
     pub fn at(sky: &'a SkyPlan, wavelengths: &[f64]) -> Self {
-        let sine = (SOLAR_RADIUS / (sky.integral.optics.sun_distance * ASTRONOMICAL_UNIT)).min(1.0);
-        let mean = |nm: f64| sky.integral.optics.solar_irradiance(nm) / (PI * sine * sine) / mean_darkening(nm);
+        let sine = (SOLAR_RADIUS / (sky.base.optics.sun_distance * ASTRONOMICAL_UNIT)).min(1.0);
+        let mean = |nm: f64| sky.base.optics.solar_irradiance(nm) / (PI * sine * sine) / mean_darkening(nm);
         Self {
             sky,
             radius: sine.asin(),
-            elevation: f64::from(sky.integral.uniform.sun.z).asin(),
-            horizon: f64::from(sky.integral.uniform.horizon),
+            elevation: f64::from(sky.base.uniform.sun.z).asin(),
+            horizon: f64::from(sky.base.uniform.horizon),
             spectrum: wavelengths.iter().map(|&nm| (nm, mean(nm))).collect(),
         }
     }
@@ -181,7 +181,7 @@ impl<'a> Sun<'a> {
     fn parts(&self) -> impl Iterator<Item = Part> {
         const RINGS: u32 = 16;
         const PLACES: u32 = 32;
-        let sun = self.sky.integral.uniform.sun.as_dvec4().truncate();
+        let sun = self.sky.base.uniform.sun.as_dvec4().truncate();
         let ahead = DVec2::new(sun.x, sun.y).normalize_or(DVec2::X);
         gauss_legendre(RINGS).into_iter().flat_map(move |ring| {
             // Rings of equal weight in the square of the sine from the centre.
@@ -207,13 +207,12 @@ impl<'a> Sun<'a> {
 
     /// Optical depth between the observer and the sun, for a place of the disc at the sine of an elevation, at each wavelength.
     fn depths(&self, height: f64) -> Vec<f64> {
-        let RayIntegral { uniform, optics, variant, .. } = &self.sky.integral;
+        let RayIntegral { uniform, optics, variant, .. } = &self.sky.base;
         // Towards the sun itself, tilted to the elevation asked for.
         let azimuth = f64::from(uniform.sun.y).atan2(f64::from(uniform.sun.x));
         let level = (1.0 - height * height).max(0.0).sqrt();
         let view = DVec3::new(level * azimuth.cos(), level * azimuth.sin(), height).as_vec3();
-        let (Ray { altitude, mu, .. }, length) =
-            inside_atmosphere(uniform.atmosphere.shell(), self.sky.integral.ray(view));
+        let (Ray { altitude, mu, .. }, length) = inside_atmosphere(uniform.atmosphere.shell(), self.sky.base.ray(view));
         let mut to_sun = DVec3::ZERO;
         if length > 0.0 {
             let variant = variant | variant::LOW_SUN | variant::ABOVE_TOP;
@@ -275,13 +274,8 @@ impl<'a> Sun<'a> {
         if half > (0.5 * width - 1.0).max(0.25 * width) {
             return [0.0, top, width, bottom];
         }
-        let bearing = self
-            .sky
-            .integral
-            .uniform
-            .bearing
-            .dot(camera.right)
-            .atan2(self.sky.integral.uniform.bearing.dot(camera.forward));
+        let bearing =
+            self.sky.base.uniform.bearing.dot(camera.right).atan2(self.sky.base.uniform.bearing.dot(camera.forward));
         let centre = (0.5 + f64::from(bearing) / (2.0 * PI)) * width;
         [centre - half, top, centre + half, bottom]
     }
@@ -289,7 +283,7 @@ impl<'a> Sun<'a> {
     /// Directions around the disc's edge.
     fn rim(&self) -> impl Iterator<Item = DVec3> {
         const PLACES: u32 = 64;
-        let sun = self.sky.integral.uniform.sun.as_dvec4().truncate();
+        let sun = self.sky.base.uniform.sun.as_dvec4().truncate();
         let (side, other) = sun.any_orthonormal_pair();
         let (sine, cosine) = self.radius.sin_cos();
         (0..PLACES).map(move |place| {

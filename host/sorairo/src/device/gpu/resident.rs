@@ -98,6 +98,8 @@ impl ResidentRenderer {
 
     /// Encodes what a camera sees of a sky into a target.
     ///
+    /// What nobody has asked of the sky before is computed here. [`SkyPlan::colours`], called where the sky is planned, leaves the frame little of it.
+    ///
     /// # Errors
     ///
     /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera; [`Error::Target`] for a target of the wrong size, usage or format;

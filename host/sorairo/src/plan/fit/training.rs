@@ -340,9 +340,9 @@ mod tests {
             scene.sun.elevation = sun;
             let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
             let wavelengths = observer::wavelengths();
-            let thinned = training_spectra(&sky.integral, &wavelengths);
+            let thinned = training_spectra(sky.integral(), &wavelengths);
             // 380 to 615 nm, all of which are computed together.
-            let computed = training_spectra(&sky.integral, &wavelengths[..TOGETHER]);
+            let computed = training_spectra(sky.integral(), &wavelengths[..TOGETHER]);
             for constituent in [Constituent::Multiple, Constituent::Ground] {
                 let (found, expected) = (constituent.of(thinned.clone()), constituent.of(computed.clone()));
                 let brightest = found.iter().map(|ray| ray[40]).fold(0.0, f64::max);

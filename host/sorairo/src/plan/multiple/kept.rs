@@ -173,12 +173,12 @@ mod tests {
             // One for the bands, one for what the fit is made on.
             assert_eq!(count(&light_fields), 2);
             let (kept, new) = (sky(sun, &light_fields, |_| {}), sky(sun, &LightFields::default(), |_| {}));
-            assert_eq!(kept.integral.multiple, new.integral.multiple, "sun at {sun}");
+            assert_eq!(kept.integral().multiple, new.integral().multiple, "sun at {sun}");
             assert_eq!(kept.colours().rows, new.colours().rows, "sun at {sun}");
             assert_eq!(count(&light_fields), 2, "sun at {sun}");
             assert_ne!(
-                kept.integral.multiple,
-                sky(before, &light_fields, |_| {}).integral.multiple,
+                kept.integral().multiple,
+                sky(before, &light_fields, |_| {}).integral().multiple,
                 "negative control"
             );
         }
@@ -224,7 +224,7 @@ mod tests {
     #[test]
     fn the_fields_that_are_kept_do_not_grow_without_end() {
         let light_fields = LightFields::default();
-        sky(40.0, &light_fields, |_| {});
+        sky(40.0, &light_fields, |_| {}).integral();
         let key = light_fields.kept()[0].key.clone();
         for number in 0..5u8 {
             let key = Key { air: vec![number], ..key.clone() };

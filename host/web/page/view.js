@@ -54,8 +54,16 @@ function place(marker, position) {
   marker.style.top = `${100 * position.y}%`;
 }
 
-/** Shows RGBA pixels on a canvas. */
-export function show(canvas, pixels, [width, height]) {
+/** Shows a picture on a canvas, which takes its size. The pixels stay on the device that drew them. */
+export function show(canvas, bitmap) {
+  canvas.width = bitmap.width;
+  canvas.height = bitmap.height;
+  canvas.getContext("bitmaprenderer").transferFromImageBitmap(bitmap);
+  canvas.hidden = false;
+}
+
+/** Paints RGBA pixels on a canvas. */
+export function paint(canvas, pixels, [width, height]) {
   canvas.width = width;
   canvas.height = height;
   canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels.buffer, pixels.byteOffset, pixels.length), width, height), 0, 0);

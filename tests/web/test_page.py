@@ -247,6 +247,31 @@ def test_the_error_map_tells_a_cubic_from_the_default(sky):
     expect(sky.page.locator("#map")).to_be_hidden()
 
 
+def test_an_error_map_covers_the_right_sky_alone(sky):
+    start(sky, PERSPECTIVE + "&sun.elevation=2&camera.size=64x32&errors=cubic&compare=sun.elevation%3D6")
+    seen = """part => {
+        const { left, top, width, height } = document.getElementById("frame").getBoundingClientRect();
+        return document.elementFromPoint(left + part * width, top + 0.1 * height).id;
+    }"""
+
+    def at(part):
+        """The canvas that a person sees there, in parts of the width."""
+        return sky.page.evaluate(seen, part)
+
+    divider = sky.page.locator("#divider")
+    divider.press("End")
+    assert (at(0.25), at(0.75)) == ("left", "left")
+    divider.press("Home")
+    assert (at(0.25), at(0.75)) == ("map", "map")
+    for _ in range(25):
+        divider.press("ArrowRight")
+    assert (at(0.25), at(0.75)) == ("left", "map")
+    sky.forget()
+    sky.page.evaluate("() => document.getElementById('single').click()")
+    sky.done()
+    assert (at(0.25), at(0.75)) == ("map", "map")
+
+
 def test_an_error_map_that_takes_long_keeps_no_picture_waiting(browser, server):
     sky = Sky(context(browser, service_workers="block"), server.address)
     # A map of a scene with one order of scattering never ends.

@@ -169,7 +169,7 @@ export class View {
     const percent = Math.min(100, Math.max(0, 100 * part));
     this.divider.style.left = `${percent}%`;
     this.divider.setAttribute("aria-valuenow", Math.round(percent));
-    document.getElementById("left").style.clipPath = `inset(0 ${100 - percent}% 0 0)`;
+    this.frame.style.setProperty("--divided", `${percent}%`);
   }
 
   /** Puts the divider where both skies can be seen beside the cards. */

@@ -21,7 +21,10 @@ PROGRAM = Path(os.environ.get("SORAIRO_PROGRAM", ROOT / "target/release/sorairo"
 CHROMIUM = os.environ.get("SORAIRO_CHROMIUM", "/usr/bin/chromium")
 
 PLAIN = ["--no-sandbox"]
-WEBGPU = [*PLAIN, "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable-unsafe-swiftshader"]
+# A device in software that computes, but is lost where it draws into a canvas: what shows the page shares no memory with it.
+COMPUTES = [*PLAIN, "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable-unsafe-swiftshader"]
+# The same device, and the page is shown by it too.
+WEBGPU = [*COMPUTES, "--enable-features=Vulkan", "--use-vulkan=swiftshader", "--use-angle=vulkan"]
 
 # Software compiles a kernel in seconds, and the machine may be loaded: far longer than anything takes, yet an end.
 PATIENCE = 180_000
@@ -136,18 +139,44 @@ class Sky:
 
     def pixels(self, canvas="right"):
         """Height × width × RGB of what a canvas shows."""
-        encoded = self.page.evaluate(
+        return self.decoded(
             """id => {
                 const canvas = document.getElementById(id);
-                const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-                let text = "";
-                for (let i = 0; i < data.length; i += 4096) text += String.fromCharCode(...data.subarray(i, i + 4096));
-                return [btoa(text), canvas.height, canvas.width];
+                const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", { willReadFrequently: true });
+                copy.drawImage(canvas, 0, 0);
+                return copy.getImageData(0, 0, canvas.width, canvas.height);
             }""",
             canvas,
         )
-        data, height, width = encoded
+
+    def picture(self):
+        """Height × width × RGB of the picture that stands there, as a studio of the page's own thread reads it back."""
+        size = re.search(r'camera.size = "(\d+)x(\d+)"', self.scene)
+        return self.decoded(
+            """async ([toml, width, height]) => {
+                const { Studio } = await import("./sorairo.js");
+                self.studio ??= await Studio.open("auto");
+                return { data: await self.studio.picture(toml), width, height };
+            }""",
+            [self.scene, int(size[1]), int(size[2])],
+        )
+
+    def decoded(self, image, *arguments):
+        """Height × width × RGB of the image that a function of the page gives."""
+        data, height, width = self.page.evaluate(
+            f"""async (...all) => {{
+                const {{ data, width, height }} = await ({image})(...all);
+                let text = "";
+                for (let i = 0; i < data.length; i += 4096) text += String.fromCharCode(...data.subarray(i, i + 4096));
+                return [btoa(text), height, width];
+            }}""",
+            *arguments,
+        )
         return numpy.frombuffer(base64.b64decode(data), numpy.uint8).reshape(height, width, 4)[..., :3].astype(int)
+
+    def worker_begins(self, script):
+        """Before the page is opened: its workers run a script before their own."""
+        self.page.route("**/worker.js", lambda route: route.fulfill(body=script + route.fetch().text(), content_type="text/javascript"))
 
     def value(self, key):
         """What the page's own scene file says of a key; None where the preset decides."""

@@ -247,6 +247,58 @@ def test_the_error_map_tells_a_cubic_from_the_default(sky):
     expect(sky.page.locator("#map")).to_be_hidden()
 
 
+def test_an_error_map_covers_the_right_sky_alone(sky):
+    start(sky, PERSPECTIVE + "&sun.elevation=2&camera.size=64x32&errors=cubic&compare=sun.elevation%3D6")
+    seen = """part => {
+        const { left, top, width, height } = document.getElementById("frame").getBoundingClientRect();
+        return document.elementFromPoint(left + part * width, top + 0.1 * height).id;
+    }"""
+
+    def at(part):
+        """The canvas that a person sees there, in parts of the width."""
+        return sky.page.evaluate(seen, part)
+
+    divider = sky.page.locator("#divider")
+    divider.press("End")
+    assert (at(0.25), at(0.75)) == ("left", "left")
+    divider.press("Home")
+    assert (at(0.25), at(0.75)) == ("map", "map")
+    for _ in range(25):
+        divider.press("ArrowRight")
+    assert (at(0.25), at(0.75)) == ("left", "map")
+    sky.forget()
+    sky.page.evaluate("() => document.getElementById('single').click()")
+    sky.done()
+    assert (at(0.25), at(0.75)) == ("map", "map")
+
+
+# What the page's own thread may ask: these plan no sky, as the module's own tests hold them to.
+PLAN_NOTHING = {"command", "direction", "keys", "presets", "scene", "start", "sun"}
+
+
+def test_a_hand_that_drags_lets_the_page_s_own_thread_plan_no_sky(browser, server):
+    sky = Sky(context(browser, service_workers="block"), server.address)
+
+    def listened(route):
+        # Every function of the module, and what opens a studio.
+        begins = r"^(?:export function (\w+)|    static (open))\(.*\) {$"
+        body, count = re.subn(begins, r"\g<0> if (self.document) (self.asked ??= []).push('\1\2');", route.fetch().text(), flags=re.MULTILINE)
+        assert count > len(PLAN_NOTHING)
+        route.fulfill(body=body, content_type="text/javascript")
+
+    sky.page.route("**/sorairo.js", listened)
+    sky.open(PERSPECTIVE + "&sun.elevation=-4&compare=sun.elevation%3D5" + PIXELS)
+    slider = sky.page.locator("[data-key='sun.elevation'] input[type=range]")
+    sky.forget()
+    slider.focus()
+    for _ in range(5):
+        slider.press("ArrowRight")
+    sky.done()
+    asked = sky.page.evaluate("() => self.asked")
+    assert {"direction", "scene", "sun"} <= set(asked) <= PLAN_NOTHING
+    sky.context.close()
+
+
 def test_an_error_map_that_takes_long_keeps_no_picture_waiting(browser, server):
     sky = Sky(context(browser, service_workers="block"), server.address)
     # A map of a scene with one order of scattering never ends.

@@ -7,7 +7,7 @@ import numpy
 import pytest
 from playwright.sync_api import expect
 
-from conftest import PATIENCE, PLAIN, SIZE, Sky, context
+from conftest import COMPUTES, PATIENCE, PLAIN, ROOT, SIZE, Sky, context, rgb
 
 SCENES = {
     "the whole sphere": "sun.elevation=30",
@@ -25,6 +25,8 @@ def test_every_pixel_is_that_of_the_native_program(sky, native_picture, scene):
     sky.go(scene + PIXELS)
     assert "WebGPU" in sky.device
     seen, rendered = sky.pixels(), native_picture(sky.scene)
+    # The same kernel on the same device, once into a canvas and once read back.
+    assert numpy.array_equal(seen, sky.picture())
     # Two devices may round a value to the two neighbours of a step of 8 bits.
     assert numpy.abs(seen - rendered).max() <= 1
     # The comparison would see another sky.
@@ -34,6 +36,130 @@ def test_every_pixel_is_that_of_the_native_program(sky, native_picture, scene):
 def higher(toml):
     """The scene with the sun a degree higher."""
     return re.sub(r"^sun.elevation = (.*)$", lambda found: f"sun.elevation = {float(found[1]) + 1}", toml, flags=re.MULTILINE)
+
+
+# What the browser is asked for by the worker.
+COUNTED = """
+    self.counts = { mapAsync: 0, transferToImageBitmap: 0 };
+    for (const [of, name] of [[GPUBuffer, "mapAsync"], [OffscreenCanvas, "transferToImageBitmap"]]) {
+        const asked = of.prototype[name];
+        of.prototype[name] = function (...what) { self.counts[name] += 1; return asked.apply(this, what); };
+    }
+"""
+
+
+def counts(sky):
+    """Of the read-backs and the pictures that went from the device into a canvas."""
+    found = sky.page.workers[0].evaluate("() => self.counts")
+    return found["mapAsync"], found["transferToImageBitmap"]
+
+
+def test_what_the_page_shows_is_never_read_back(browser, server):
+    sky = Sky(context(browser, service_workers="block"), server.address)
+    sky.worker_begins(COUNTED)
+    sky.open("sun.elevation=8" + PIXELS)
+    sky.go("sun.elevation=9&compare=sun.elevation%3D-2" + PIXELS)
+    assert "WebGPU" in sky.device
+    read_back, shown = counts(sky)
+    # Two skies come in one size or two; the first of all may be a glimpse by the processor.
+    assert (read_back, shown >= 3) == (0, True)
+    # What is saved is.
+    with sky.page.expect_download():
+        sky.page.evaluate("() => document.getElementById('save-png').click()")
+    assert counts(sky) == (1, shown)
+    assert sky.troubles == []
+    sky.context.close()
+
+
+def test_a_device_that_draws_into_no_canvas_is_read_back(chromium, server, native_picture):
+    sky = Sky(context(chromium(COMPUTES), service_workers="block"), server.address)
+    sky.worker_begins(COUNTED)
+    sky.open("sun.elevation=8&camera.projection=perspective" + PIXELS)
+    assert "WebGPU" in sky.device
+    assert numpy.abs(sky.pixels() - native_picture(sky.scene)).max() <= 1
+    sky.go("sun.elevation=-3&preset=no-ozone" + PIXELS)
+    assert numpy.abs(sky.pixels() - native_picture(sky.scene)).max() <= 1
+    read_back, tried = counts(sky)
+    assert (read_back >= 2, tried) == (True, 1)
+    expect(sky.complaint).to_be_hidden()
+    assert sky.troubles == []
+    sky.context.close()
+
+
+@pytest.mark.parametrize("scene", ["sun.elevation=4&camera.projection=perspective", "sun.elevation=30&sun.azimuth=50"])
+def test_a_person_sees_the_picture(sky, scene):
+    # The picture takes the window's size: a pixel of the canvas is one of the window.
+    sky.page.set_viewport_size({"width": 800, "height": 120})
+    sky.go(scene)
+    shown = sky.pixels()
+    # What stands before the sky is hidden, for the browser's own picture of the page.
+    marked = "visibility => document.querySelectorAll('.marker, #waiting').forEach((each) => { each.style.visibility = visibility; })"
+    sky.page.evaluate(marked, "hidden")
+    screenshot = rgb(sky.frame.screenshot())
+    sky.page.evaluate(marked, "")
+    assert numpy.array_equal(screenshot, shown)
+    # That would say little of a black window.
+    assert shown.mean() > 50
+
+
+def test_both_skies_and_their_sizes_change_together(sky):
+    sky.go("sun.elevation=8&compare=sun.elevation%3D-2" + PIXELS)
+    # Two pictures are shown together where the browser gets no turn between them.
+    sky.page.evaluate(
+        """() => {
+            self.shown = [];
+            let turn = 0;
+            const show = ImageBitmapRenderingContext.prototype.transferFromImageBitmap;
+            self.unwatched = () => { ImageBitmapRenderingContext.prototype.transferFromImageBitmap = show; };
+            ImageBitmapRenderingContext.prototype.transferFromImageBitmap = function (bitmap) {
+                const { id, width, height } = this.canvas;
+                self.shown.push({ id, turn, fits: width === bitmap.width && height === bitmap.height });
+                setTimeout(() => { turn += 1; }, 0);
+                return show.call(this, bitmap);
+            };
+        }"""
+    )
+    sky.go("sun.elevation=9&compare=sun.elevation%3D-3&camera.size=64x32")
+    sky.go("sun.elevation=9&compare=sun.elevation%3D-3" + PIXELS)
+    shown = sky.page.evaluate("() => { self.unwatched(); return self.shown; }")
+    assert len(shown) >= 4
+    for right, left in zip(shown[::2], shown[1::2], strict=True):
+        assert (right["id"], left["id"], left["turn"]) == ("right", "left", right["turn"])
+        assert right["fits"] and left["fits"]
+
+
+def test_a_worker_that_died_costs_no_picture(browser, server, native_picture):
+    sky = Sky(context(browser, service_workers="block"), server.address)
+    sky.open("sun.elevation=8" + PIXELS)
+    before = sky.pixels()
+    with sky.page.expect_event("worker"):
+        sky.page.workers[0].evaluate("() => { setTimeout(() => { throw new Error('it ends here'); }); }")
+        sky.page.wait_for_timeout(100)
+        assert sky.still_there(before)
+        sky.go("sun.elevation=10" + PIXELS)
+    assert "WebGPU" in sky.device
+    assert numpy.abs(sky.pixels() - native_picture(sky.scene)).max() <= 1
+    sky.context.close()
+
+
+def test_the_page_of_the_manual_shows_its_sky(browser, server, native_picture):
+    manual = (ROOT / "docs/browser.md").read_text()
+    (page,) = re.findall(r"```html\n(.*?)```", manual, re.DOTALL)
+    (toml,) = re.findall(r"studio\.bitmap\('(.*?)'\)", page)
+    sky = Sky(context(browser, service_workers="block"), server.address)
+    sky.page.route("**/own.html", lambda route: route.fulfill(body=page, content_type="text/html"))
+    sky.page.goto(server.address + "own.html")
+    sky.page.wait_for_function(
+        """() => {
+            const copy = new OffscreenCanvas(1, 1).getContext("2d");
+            copy.drawImage(document.getElementById("sky"), 0, 0);
+            return copy.getImageData(0, 0, 1, 1).data[3] > 0;
+        }""",
+        timeout=PATIENCE,
+    )
+    assert numpy.abs(sky.pixels("sky") - native_picture(toml.replace("\\n", "\n"))).max() <= 1
+    assert sky.troubles == []
+    sky.context.close()
 
 
 def test_the_processor_draws_where_there_is_no_webgpu(chromium, server, native_picture):
@@ -92,7 +218,7 @@ def test_the_processor_draws_what_a_small_device_cannot(browser, server, native_
             return device;
         };
     """
-    sky.page.route("**/worker.js", lambda route: route.fulfill(body=small + route.fetch().text(), content_type="text/javascript"))
+    sky.worker_begins(small)
     notice = sky.page.locator("#notice")
     sky.open("sun.elevation=8&camera.size=64x32")
     assert "WebGPU" in sky.device
@@ -116,7 +242,7 @@ def test_a_lost_device_costs_one_picture(browser, server, native_picture):
         const open = GPUAdapter.prototype.requestDevice;
         GPUAdapter.prototype.requestDevice = async function (...what) { return (self.device = await open.apply(this, what)); };
     """
-    sky.page.route("**/worker.js", lambda route: route.fulfill(body=keep + route.fetch().text(), content_type="text/javascript"))
+    sky.worker_begins(keep)
     sky.open("sun.elevation=8" + PIXELS)
     before = sky.pixels()
     sky.page.workers[0].evaluate("() => self.device.destroy()")

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sorairo_shared::camera::pixel_view;
+use sorairo_shared::camera::{PixelView, pixel_view};
 use sorairo_shared::glam::{DVec3, Vec3};
 use sorairo_shared::variant::{self, ABOVE_TOP};
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
@@ -12,8 +12,9 @@ use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 use crate::error::{Error, Result, check_range};
 use crate::plan::integral::RayIntegral;
 use crate::plan::quadrature::gauss_legendre;
-use crate::plan::upload::bands;
+use crate::plan::upload::{self, bands};
 use crate::plan::{Plan, SkyPlan, SpectralPlan, direction};
+use crate::scene::ValidScene;
 use crate::spectra::{colour_temperature, observer};
 
 /// Samples per piece for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
@@ -57,11 +58,20 @@ impl Direction {
     /// The direction of a pixel's centre, its azimuth from 0 to 360; columns count from the left, rows from the top. None where the
     /// projection covers nothing.
     pub fn of_pixel(plan: &Plan, column: u32, row: u32) -> Option<Self> {
-        let view = pixel_view(&plan.uniform.camera, variant::projection(plan.variant), column, row);
-        let [north, west, up] = view.direction.to_array().map(f64::from);
+        Self::of_view(pixel_view(&plan.uniform.camera, variant::projection(plan.variant), column, row))
+    }
+
+    /// The same of a pixel of a scene's image, without a plan of its sky.
+    pub fn of_scene_pixel(scene: &ValidScene, column: u32, row: u32) -> Option<Self> {
+        let projection = upload::projection(scene.camera.projection);
+        Self::of_view(pixel_view(&upload::camera(scene), projection, column, row))
+    }
+
+    fn of_view(PixelView { direction, covered }: PixelView) -> Option<Self> {
+        let [north, west, up] = direction.to_array().map(f64::from);
         let elevation = up.clamp(-1.0, 1.0).asin().to_degrees();
         let azimuth = (-west).atan2(north).to_degrees().rem_euclid(360.0);
-        view.covered.then_some(Self { elevation, azimuth })
+        covered.then_some(Self { elevation, azimuth })
     }
 }
 

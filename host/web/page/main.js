@@ -4,7 +4,7 @@ import init, * as sorairo from "./sorairo.js";
 import { address, parse, seenAlike, toml, withPreset } from "./scene.js";
 import { Controls, element, rounded } from "./controls.js";
 import { Painter, WorkerCalls } from "./renderer.js";
-import { View, lookOf, show } from "./view.js";
+import { View, lookOf, paint, show } from "./view.js";
 import { Dome, Place } from "./sun.js";
 import { Readout } from "./readout.js";
 import { Tour } from "./tour.js";
@@ -162,8 +162,8 @@ async function drawn(job, picture, last) {
   const right = await ask(job.scene);
   const tookRight = taken;
   left ||= await besides();
-  show(byId("right"), right.pixels, picture);
-  if (left) show(byId("left"), left.pixels, picture);
+  show(byId("right"), right.bitmap);
+  if (left) show(byId("left"), left.bitmap);
   byId("left").hidden = !state.beside;
   if (right.device) told(right, picture, tookRight);
   if (!last || painter.wanted !== job) return;
@@ -182,7 +182,7 @@ async function mapped(job, [width, height]) {
     byId("waiting").textContent = `Computing every wavelength, ${done + 1} of ${steps.length}`;
     const map = await mapper.call("errors", text(job.scene, small), job.errors);
     if (painter.wanted !== job) return;
-    show(byId("map"), map.pixels, small);
+    paint(byId("map"), map.pixels, small);
     legend(map.scale, job.errors);
   }
 }

@@ -54,8 +54,16 @@ function place(marker, position) {
   marker.style.top = `${100 * position.y}%`;
 }
 
-/** Shows RGBA pixels on a canvas. */
-export function show(canvas, pixels, [width, height]) {
+/** Shows a picture on a canvas, which takes its size. The pixels stay on the device that drew them. */
+export function show(canvas, bitmap) {
+  canvas.width = bitmap.width;
+  canvas.height = bitmap.height;
+  canvas.getContext("bitmaprenderer").transferFromImageBitmap(bitmap);
+  canvas.hidden = false;
+}
+
+/** Paints RGBA pixels on a canvas. */
+export function paint(canvas, pixels, [width, height]) {
   canvas.width = width;
   canvas.height = height;
   canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels.buffer, pixels.byteOffset, pixels.length), width, height), 0, 0);
@@ -161,7 +169,7 @@ export class View {
     const percent = Math.min(100, Math.max(0, 100 * part));
     this.divider.style.left = `${percent}%`;
     this.divider.setAttribute("aria-valuenow", Math.round(percent));
-    document.getElementById("left").style.clipPath = `inset(0 ${100 - percent}% 0 0)`;
+    this.frame.style.setProperty("--divided", `${percent}%`);
   }
 
   /** Puts the divider where both skies can be seen beside the cards. */

@@ -17,9 +17,9 @@ const calls = {
     glimpse = await sorairo.Studio.open("cpu");
   },
   async picture(toml, isGlimpse) {
-    if (isGlimpse && !studio) return { pixels: await glimpse.picture(toml) };
-    const pixels = await (await opened()).picture(toml);
-    return { pixels, exposure: sorairo.exposure(toml), device: studio.device, isGpu: studio.is_gpu, whyNotGpu: studio.why_not_gpu };
+    if (isGlimpse && !studio) return { bitmap: await glimpse.bitmap(toml) };
+    const bitmap = await (await opened()).bitmap(toml);
+    return { bitmap, exposure: sorairo.exposure(toml), device: studio.device, isGpu: studio.is_gpu, whyNotGpu: studio.why_not_gpu };
   },
   png: async (toml) => (await opened()).png(toml),
   exr: async (toml) => (await opened()).exr(toml),
@@ -33,8 +33,8 @@ self.onmessage = ({ data: { id, name, parameters } }) => {
   queue = queue.then(async () => {
     try {
       const value = await calls[name](...parameters);
-      const bytes = value?.pixels ?? value;
-      self.postMessage({ id, value }, bytes instanceof Uint8Array ? [bytes.buffer] : []);
+      const large = value?.bitmap ?? (value?.pixels ?? value)?.buffer;
+      self.postMessage({ id, value }, large ? [large] : []);
     } catch (error) {
       // A sentence is a complaint; anything else has left the instance in an unknown state.
       const dead = typeof error !== "string";

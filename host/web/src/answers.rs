@@ -101,9 +101,8 @@ pub fn exposure(toml: &str) -> Result<f32> {
 /// What is wrong with the scene.
 pub fn direction(toml: &str, column: u32, row: u32) -> Result<String> {
     let scene = read(toml)?;
-    let plan = Plan::seen(&sky(&scene, Rgb::Srgb), &scene.camera, PixelFormat::Picture)?;
-    let is_inside = column < plan.width() && row < plan.height();
-    let direction = if is_inside { Direction::of_pixel(&plan, column, row) } else { None };
+    let is_inside = column < scene.camera.size.width && row < scene.camera.size.height;
+    let direction = if is_inside { Direction::of_scene_pixel(&scene, column, row) } else { None };
     let found = direction.map(|Direction { elevation, azimuth }| json!({ "azimuth": azimuth, "elevation": elevation }));
     Ok(Value::from(found).to_string())
 }
@@ -197,6 +196,7 @@ fn colour(fitted: &[f32], dense: &[f32], luminance: [f32; 3]) -> [u8; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::skies::planned;
 
     fn json(text: &str) -> Value {
         serde_json::from_str(text).unwrap()
@@ -237,6 +237,21 @@ mod tests {
         assert_eq!(json(&direction(fisheye, 65, 32).unwrap()), Value::Null);
         let zenith = json(&direction(fisheye, 32, 32).unwrap());
         assert!(zenith["elevation"].as_f64().unwrap() > 89.9, "{zenith}");
+    }
+
+    #[test]
+    fn what_a_page_asks_at_every_movement_of_a_hand_plans_no_sky() {
+        let twilight = "sun.elevation = -4\ncamera.projection = \"perspective\"";
+        let asks = || {
+            for answer in [scene, sun, command, |toml: &str| direction(toml, 0, 0)] {
+                answer(twilight).unwrap();
+                assert_eq!(planned(), 0);
+            }
+            exposure(twilight).unwrap();
+            assert_eq!(planned(), 1);
+        };
+        // A thread of its own knows no sky of another test.
+        std::thread::scope(|scope| scope.spawn(asks).join().unwrap());
     }
 
     #[test]

@@ -4,6 +4,8 @@
 
 mod answers;
 #[cfg(target_arch = "wasm32")]
+mod canvas;
+#[cfg(target_arch = "wasm32")]
 mod gpu;
 mod skies;
 #[cfg(target_arch = "wasm32")]

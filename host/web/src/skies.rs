@@ -37,6 +37,12 @@ pub fn sky(scene: &ValidScene, rgb: Rgb) -> Arc<SkyPlan> {
     })
 }
 
+/// How many skies this thread has planned and still knows.
+#[cfg(test)]
+pub fn planned() -> usize {
+    LAST.with_borrow(Vec::len)
+}
+
 fn is_same_sky(one: &Scene, other: &Scene) -> bool {
     let mut seen = one.clone();
     seen.camera = other.camera.clone();

@@ -5,7 +5,9 @@ use sorairo::low_level::encoding::Image;
 use sorairo::scene::{Rgb, ValidScene};
 use sorairo::{Device, Error, PixelFormat, Plan};
 use wasm_bindgen::prelude::wasm_bindgen;
+use web_sys::ImageBitmap;
 
+use crate::canvas::bitmap_of;
 use crate::gpu::{Failure, Gpu};
 use crate::skies::{read, sky};
 
@@ -16,6 +18,15 @@ pub struct Studio {
     why_not_gpu: Option<String>,
     /// Why the CPU made the last picture although there is a device, if it did.
     too_small: Option<String>,
+    draws: Draws,
+}
+
+/// Whether WebGPU draws for a canvas of the page: some browsers have a device that computes, yet is lost where its first picture goes into a canvas.
+#[derive(Clone, Copy, PartialEq)]
+enum Draws {
+    Untried,
+    Yes,
+    No,
 }
 
 /// What computes.
@@ -35,21 +46,22 @@ impl Studio {
     /// A sentence for another word.
     pub async fn open(device: &str) -> Result<Self, String> {
         match device {
-            "auto" => Self::best().await,
+            "auto" => Self::best(Gpu::open().await),
             "cpu" => Ok(Self::on(By::Cpu(cpu()?), None)),
             other => Err(format!("{other:?} is not a device of a browser; allowed: auto, cpu")),
         }
     }
 
-    async fn best() -> Result<Self, String> {
-        match Gpu::open().await {
+    /// On WebGPU, or else on the CPU.
+    fn best(gpu: Result<Gpu, String>) -> Result<Self, String> {
+        match gpu {
             Ok(gpu) => Ok(Self::on(By::Gpu(Box::new(gpu)), None)),
             Err(reason) => Ok(Self::on(By::Cpu(cpu()?), Some(reason))),
         }
     }
 
     fn on(by: By, why_not_gpu: Option<String>) -> Self {
-        Self { by, why_not_gpu, too_small: None }
+        Self { by, why_not_gpu, too_small: None, draws: Draws::Untried }
     }
 
     /// The name of the device that made the last picture.
@@ -84,6 +96,21 @@ impl Studio {
         Ok(words.into_iter().flat_map(u32::to_le_bytes).collect())
     }
 
+    /// The picture of a scene for a canvas: the pixels of [`Studio::picture`], which stay on the device where WebGPU draws them.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Studio::picture`].
+    pub async fn bitmap(&mut self, toml: &str) -> Result<ImageBitmap, String> {
+        let scene = read(toml).map_err(sentence)?;
+        if let Some(bitmap) = self.drawn(&scene).await? {
+            return Ok(bitmap);
+        }
+        let (_, words) = self.pixels(&scene, Rgb::Srgb, PixelFormat::Picture).await?;
+        let bytes: Vec<_> = words.into_iter().flat_map(u32::to_le_bytes).collect();
+        bitmap_of(&bytes, scene.camera.size).await
+    }
+
     /// The bytes of a PNG of a scene's picture.
     ///
     /// # Errors
@@ -106,11 +133,46 @@ impl Studio {
         image.exr(&words).map_err(|error| error.to_string())
     }
 
+    /// The picture of a scene as WebGPU draws it for a canvas; none where it does not, and pixels are to be read.
+    async fn drawn(&mut self, scene: &ValidScene) -> Result<Option<ImageBitmap>, String> {
+        self.reopen().await?;
+        let By::Gpu(gpu) = &mut self.by else { return Ok(None) };
+        if self.draws == Draws::No {
+            return Ok(None);
+        }
+        match gpu.bitmap(&sky(scene, Rgb::Srgb), &scene.camera).await {
+            Ok(bitmap) => {
+                (self.draws, self.too_small) = (Draws::Yes, None);
+                Ok(Some(bitmap))
+            }
+            // Whoever reads the pixels finds out whether it is too small for them too.
+            Err(Failure::TooSmall(_)) => Ok(None),
+            Err(Failure::Refused(complaint)) => Err(complaint),
+            Err(Failure::Lost(_)) if self.draws == Draws::Untried => {
+                (self.draws, self.by) = (Draws::No, By::Nothing);
+                Ok(None)
+            }
+            Err(Failure::Lost(reason)) => Err(self.lose(&reason)),
+        }
+    }
+
+    /// Opens a device where the last one was lost.
+    async fn reopen(&mut self) -> Result<(), String> {
+        if matches!(self.by, By::Nothing) {
+            *self = Self { draws: self.draws, ..Self::best(Gpu::reopen().await)? };
+        }
+        Ok(())
+    }
+
+    /// Gives a device up, and says so.
+    fn lose(&mut self, reason: &str) -> String {
+        self.by = By::Nothing;
+        format!("The device failed ({reason}); the next picture opens another")
+    }
+
     /// The pixels of a scene in a space of RGB, and what is known beside them.
     async fn pixels(&mut self, scene: &ValidScene, rgb: Rgb, pixel: PixelFormat) -> Result<(Image, Vec<u32>), String> {
-        if matches!(self.by, By::Nothing) {
-            *self = Self::best().await?;
-        }
+        self.reopen().await?;
         let sky = sky(scene, rgb);
         let plan = Plan::seen(&sky, &scene.camera, pixel).map_err(sentence)?;
         self.too_small = None;
@@ -122,10 +184,7 @@ impl Studio {
                     self.too_small = Some(format!("{} is too small for this picture: {reason}", gpu.name));
                     cpu()?.run(&plan, plan.kernel()).map_err(sentence)?.words
                 }
-                Err(Failure::Lost(reason)) => {
-                    self.by = By::Nothing;
-                    return Err(format!("The device failed ({reason}); the next picture opens another"));
-                }
+                Err(Failure::Lost(reason)) => return Err(self.lose(&reason)),
             },
             By::Cpu(cpu) => cpu.run(&plan, plan.kernel()).map_err(sentence)?.words,
             By::Nothing => return Err("There is no device".into()),

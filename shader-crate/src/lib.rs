@@ -11,7 +11,7 @@ use sorairo_shared::environment::{
     level_pixel, store_coefficient, store_row_sum,
 };
 use sorairo_shared::kernels::{SENTINEL, lookup_colours, lookup_invocations, lookup_pixel, sky_pixel};
-use sorairo_shared::lookup::{entries, store_entry};
+use sorairo_shared::lookup::{entries, is_read, store_entry};
 use sorairo_shared::math::store;
 use sorairo_shared::single::Bands;
 use sorairo_shared::uniform::{Buffers, Uniform};
@@ -67,7 +67,7 @@ pub fn lookup(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] lookup: &mut [Vec4],
 ) {
-    if id.x < entries(uniform) {
+    if (id.x < entries(uniform)) && is_read(uniform, id.x, variant) {
         let buffers = Buffers { bands, quadrature, colour, multiple };
         store_entry(lookup, id.x, lookup_colours(uniform, buffers, id.x, variant), variant);
     }

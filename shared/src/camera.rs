@@ -1,7 +1,7 @@
 //! From a pixel to the direction it looks in.
 
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::math::{PI, acos, clamp, safe_sqrt, sin_cos, sqrt};
+use crate::math::{PI, abs, acos, clamp, safe_sqrt, sin_cos, sqrt};
 use bytemuck::{Pod, Zeroable};
 
 /// Whole sphere: columns are azimuths with the camera's azimuth in the centre, rows are elevations from the zenith down.
@@ -123,6 +123,19 @@ fn perspective(camera: &Camera, position: Vec2) -> Vec3 {
     let v = camera.forward + camera.right * plane.x + camera.up * plane.y;
     let inverse_length = 1.0 / sqrt(1.0 + plane.x * plane.x + plane.y * plane.y);
     Vec3::new(v.x, v.y, v.z) * inverse_length
+}
+
+/// Whether a direction may lie within an angle (radians, less than a quarter turn) of what a perspective sees: never false where it does.
+#[inline(always)]
+pub fn is_within(camera: &Camera, direction: Vec3, angle: f32) -> bool {
+    let (beyond, _) = sin_cos(angle);
+    let along = |axis: Vec4| axis.x * direction.x + axis.y * direction.y + axis.z * direction.z;
+    let (right, up, forward) = (along(camera.right), along(camera.up), along(camera.forward));
+    let across = camera.half_field;
+    let upright = camera.half_field * camera.height as f32 / camera.width as f32;
+    // The distances from the planes of the image's edges, each of which has two.
+    let within = |side: f32, half: f32| half * forward - abs(side) >= -beyond * sqrt(1.0 + half * half);
+    within(right, across) & within(up, upright)
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@
 //! columns go cubics. Where the columns lie far enough apart, [`RUN`] neighbouring pixels share the cubic's value and slope in their middle.
 
 use crate::azimuth::{cosine_at_place, place_of_azimuth};
-use crate::camera::{EQUIRECTANGULAR, equirectangular_elevation};
+use crate::camera::{EQUIRECTANGULAR, PERSPECTIVE, equirectangular_elevation, is_within};
 use crate::cubic::{Stencil, stencil};
 use crate::glam::{Vec3, Vec4};
 use crate::math::{PI, acos, fetch, floor, max, min, mix, safe_sqrt, sin_cos, store};
@@ -87,7 +87,36 @@ pub fn entry_view(uniform: &Uniform, entry: u32, variant: u32) -> Vec3 {
     grid_view(uniform, above, x, c)
 }
 
-/// Pixels of an equirectangular image that share their entries; see [`variant::RUNS`].
+/// Whether an entry has to be computed: no pixel of a perspective reads one that lies farther from what its camera sees than the cells about it reach.
+#[inline(always)]
+pub fn is_read(uniform: &Uniform, entry: u32, variant: u32) -> bool {
+    if (variant::projection(variant) != PERSPECTIVE) | (uniform.fills_whole_lookup != 0) {
+        return true;
+    }
+    let columns = uniform.lookup_azimuths;
+    let column = entry % columns;
+    let place = |column: u32| cosine_at_place(column as f32 / (columns - 1) as f32);
+    let last = columns - 1;
+    let (before, behind) = (if column > 0 { column - 1 } else { 0 }, if column < last { column + 1 } else { last });
+    // From an azimuth to the next the columns are farthest apart away from the sun, from a row to the next the rows away from the horizon.
+    let across = acos(place(behind)) - acos(place(before));
+    let (above, below) = (uniform.lookup_above, uniform.lookup_below);
+    let rows = if (below > 0) & (below < above) { below } else { above };
+    let down = 2.0 * PI / (rows - 1) as f32;
+    let view = entry_view(uniform, entry, variant);
+    let reach = across * (safe_sqrt(1.0 - view.z * view.z) + down) + down;
+    let mirrored = mirrored_at_sun(uniform, view);
+    (reach >= 0.5 * PI) | is_within(&uniform.camera, view, reach) | is_within(&uniform.camera, mirrored, reach)
+}
+
+/// The direction on the other side of the vertical plane through the sun, where the sky is the same.
+#[inline(always)]
+fn mirrored_at_sun(uniform: &Uniform, view: Vec3) -> Vec3 {
+    let across = Vec3::new(-uniform.bearing.y, uniform.bearing.x, 0.0);
+    view - across * (2.0 * view.dot(across))
+}
+
+/// Neighbouring pixels of an equirectangular image that share their entries; see [`variant::RUNS`].
 pub const RUN: u32 = 4;
 
 /// Linear RGB of the sky in a direction, from the sky lookup: colours of air and aerosol between its entries, exact phase functions.

@@ -54,8 +54,8 @@ pub struct Uniform {
     pub spectral_wavelengths: u32,
     /// Pixels from the start of a row of the output to that of the next: the image's width, or more where rows are aligned.
     pub row_pixels: u32,
-    /// Unused; fills the last 16 bytes.
-    pub padding: u32,
+    /// 1 where every entry of the sky lookup is computed, for any camera; 0 where those are that this one can see.
+    pub fills_whole_lookup: u32,
 }
 
 /// Where the sun's disc is in the image, and its grid of colours. The layout is that of a GPU buffer.

@@ -8,7 +8,9 @@ use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo_shared::camera::{EQUIRECTANGULAR, pixel_view};
 use sorairo_shared::kernels::SENTINEL;
+use sorairo_shared::lookup::{entries, is_read};
 use sorairo_shared::math::half_bits;
+use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::gpu::backend as gpu;
@@ -292,6 +294,34 @@ fn pixels_in_runs_agree_with_pixels_alone() {
         assert!(worst.relative > 0.0 && worst.relative <= 5e-4, "{sun}°, {altitude} km: {worst:?}");
         let worst = worst_in_images(&floats(&runs, gpu(), runs.kernel()), &images[0], 1608, 3, 1e-6);
         assert!(worst.relative <= SAME_FUNCTION, "{sun}°, {altitude} km: {worst:?}");
+    }
+}
+
+#[test]
+fn a_perspective_reads_no_entry_that_its_camera_did_not_ask_for() {
+    // Level, straight up, over the edge of a planet, and so wide that all is seen; towards the sun, across and away from it.
+    let looks = [(0.0, 10.0, 60.0), (0.0, 90.0, 20.0), (0.0, 70.0, 100.0), (12.0, -10.0, 150.0), (12.0, -85.0, 40.0)];
+    for ((altitude, elevation, fov), azimuth) in
+        looks.into_iter().flat_map(|look| [0.0, 95.0, 180.0].map(|a| (look, a)))
+    {
+        let mut scene = scene(Preset::Standard, 8.0, "96x54");
+        (scene.camera.projection, scene.render.path) = (Projection::Perspective, PathChoice::Lookup);
+        (scene.camera.look_elevation, scene.camera.look_azimuth) = (Some(elevation), Some(azimuth));
+        (scene.camera.fov, scene.observer.altitude) = (Some(fov), altitude);
+        let seen = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        let uniform = Uniform { fills_whole_lookup: 1, ..seen.uniform };
+        let whole = Plan { uniform, ..seen.clone() };
+        let what = format!("{altitude} km, {elevation}°, {azimuth}°, {fov}°");
+        let count = |plan: &Plan| {
+            (0..entries(&plan.uniform)).filter(|&entry| is_read(&plan.uniform, entry, plan.variant)).count()
+        };
+        let (read, all) = (count(&seen), count(&whole));
+        println!("{what}: {read} of {all} entries");
+        assert!(read > 0 && all == entries(&seen.uniform) as usize && (read < all || fov > 90.0), "{what}");
+        for device in [&device::cpu::Cpu as &dyn Backend, gpu()] {
+            let [seen, whole] = [&seen, &whole].map(|plan| floats(plan, device, plan.kernel()));
+            assert!(seen.iter().any(|&value| value > 0.0) && seen == whole, "{what}");
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use sorairo_shared::block::kernels::{lookup_entries, lookup_row, multiply_adds_r
 use sorairo_shared::block::lanes::BLOCK;
 use sorairo_shared::glam::{UVec2, Vec4};
 use sorairo_shared::kernels::{SENTINEL, sky_pixel};
-use sorairo_shared::lookup::{colours_per_entry, entries};
+use sorairo_shared::lookup::{colours_per_entry, entries, is_read};
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::{self, is_solved_cubic};
 use web_time::Instant;
@@ -69,7 +69,10 @@ fn sky_lookup(plan: &Plan) -> Vec<Vec4> {
     let mut lookup = vec![Vec4::ZERO; colours * entries(&plan.uniform) as usize];
     lookup.par_chunks_mut(BLOCK * colours).enumerate().for_each(|(block, entries)| {
         let first = (BLOCK * block) as u32;
-        lookup_entries(&plan.uniform, plan.buffers(), entries, first, plan.variant);
+        let count = (entries.len() / colours) as u32;
+        if (first..first + count).any(|entry| is_read(&plan.uniform, entry, plan.variant)) {
+            lookup_entries(&plan.uniform, plan.buffers(), entries, first, plan.variant);
+        }
     });
     lookup
 }
@@ -122,6 +125,7 @@ mod tests {
 
     /// The lookup of a plan, and rows of its image, by blocks as the device computes them, by blocks without AVX2, and pixel by pixel as a GPU does.
     fn ways(plan: &Plan) -> [(Vec<Vec4>, Vec<u32>); 3] {
+        let plan = &Plan { uniform: Uniform { fills_whole_lookup: 1, ..plan.uniform }, ..plan.clone() };
         let (buffers, variant) = (plan.buffers(), plan.variant);
         if plan.kernel() != Kernel::SkyLookup {
             let by_blocks = rows(plan, |uniform, words| sky_row(uniform, buffers, words, variant));

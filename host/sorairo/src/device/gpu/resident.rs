@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use sorairo_shared::camera::Camera;
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::{LOOKUP_WORKGROUP, WORKGROUP_SIDE};
 use sorairo_shared::lookup::{colours_per_entry, entries};
@@ -31,7 +32,7 @@ pub enum Target<'a> {
 /// Draws skies in a program's own device.
 ///
 /// What a sky needs is uploaded when it is first drawn. A sky lookup is filled again only where the sky has changed, or the rows of an
-/// equirectangular image. So all commands that it encodes must be submitted, in their order.
+/// equirectangular image; for the first camera that looks at a sky in perspective with what it sees, for the next one with all. So all commands that it encodes must be submitted, in their order.
 pub struct ResidentRenderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -59,7 +60,17 @@ struct FilledLookup {
     size: Option<LookupSize>,
     /// The size of an equirectangular image, whose rows the lookup has.
     rows_of: Option<Size>,
+    /// The camera in perspective for which it was filled; none where it was filled for any.
+    seen_by: Option<Camera>,
     buffer: wgpu::Buffer,
+}
+
+/// What of a sky lookup is to be filled.
+#[derive(Clone, Copy, PartialEq)]
+enum Fill {
+    Nothing,
+    Seen,
+    Whole,
 }
 
 impl ResidentRenderer {
@@ -171,9 +182,10 @@ impl ResidentRenderer {
         let lit = plan.lit_rows.clone();
         let uniform = Uniform { first_row: lit.start, rows: lit.len() as u32, row_pixels, ..plan.uniform };
         if !lit.is_empty() {
-            let fills_lookup = self.reserve_lookup(plan, camera);
+            let fill = self.reserve_lookup(plan, camera);
+            let uniform = Uniform { fills_whole_lookup: u32::from(fill == Fill::Whole), ..uniform };
             let groups = self.bind(plan, &uniform, output);
-            if fills_lookup {
+            if fill != Fill::Nothing {
                 let pipeline = self.kernels.pipeline(&self.device, Kernel::Lookup, plan.variant);
                 let size = (entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP), 1);
                 dispatch(encoder, &pipeline, &groups.lookup, size, None);
@@ -226,21 +238,30 @@ impl ResidentRenderer {
         self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
     }
 
-    /// Makes room for the plan's sky lookup; whether it has to be filled.
-    fn reserve_lookup(&mut self, plan: &Plan, camera: &CameraScene) -> bool {
+    /// Makes room for the plan's sky lookup; what of it is to be filled.
+    fn reserve_lookup(&mut self, plan: &Plan, camera: &CameraScene) -> Fill {
         let sky = &plan.sky;
         let size = plan.lookup.size;
         let rows_of = (camera.projection == Projection::Equirectangular).then_some(camera.size);
-        let is_filled = self.lookup.as_ref().is_some_and(|lookup| {
+        let looks = (camera.projection == Projection::Perspective).then_some(plan.uniform.camera);
+        let known = self.lookup.as_ref().filter(|lookup| {
             Arc::ptr_eq(&lookup.of, sky) && lookup.size == size && (size.is_none() || lookup.rows_of == rows_of)
         });
-        if !is_filled {
+        let fill = match known {
+            Some(FilledLookup { seen_by: None, .. }) => Fill::Nothing,
+            Some(FilledLookup { seen_by, .. }) if *seen_by == looks => Fill::Nothing,
+            Some(_) => Fill::Whole,
+            None if looks.is_some() => Fill::Seen,
+            None => Fill::Whole,
+        };
+        if fill != Fill::Nothing {
             let bytes = lookup_bytes(plan);
             let kept = self.lookup.take().map(|lookup| lookup.buffer).filter(|buffer| buffer.size() >= bytes);
             let buffer = kept.unwrap_or_else(|| self.empty("sky lookup", bytes, wgpu::BufferUsages::STORAGE));
-            self.lookup = Some(FilledLookup { of: Arc::clone(sky), size, rows_of, buffer });
+            let seen_by = looks.filter(|_| fill == Fill::Seen);
+            self.lookup = Some(FilledLookup { of: Arc::clone(sky), size, rows_of, seen_by, buffer });
         }
-        !is_filled && plan.kernel() == Kernel::SkyLookup
+        if plan.kernel() == Kernel::SkyLookup { fill } else { Fill::Nothing }
     }
 
     /// Binds a plan's buffers. The uniform and the colour rows are of this image alone: several may be encoded before any is submitted.

@@ -190,6 +190,26 @@ mod tests {
     }
 
     #[test]
+    fn what_a_perspective_sees_is_within_any_angle_of_it_and_what_lies_farther_is_not() {
+        let camera = camera(64, 32, 30f32.to_radians().tan());
+        for (column, row) in (0..32).flat_map(|row| (0..64).map(move |column| (column, row))) {
+            assert!(is_within(&camera, pixel_view(&camera, PERSPECTIVE, column, row).direction, 0.0));
+        }
+        // 30° to the side the picture ends, and 16.1° above its middle; behind the camera nothing is seen.
+        let towards = |azimuth: f32, elevation: f32| {
+            let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
+            Vec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin())
+        };
+        for (azimuth, elevation, beyond) in
+            [(40.0, 0.0, 10.0f32), (-40.0, 0.0, 10.0), (0.0, 26.1, 10.0), (0.0, -26.1, 10.0)]
+        {
+            let within = |degrees: f32| is_within(&camera, towards(azimuth, elevation), degrees.to_radians());
+            assert!(within(beyond + 0.1) && !within(beyond - 0.1), "{azimuth}°, {elevation}°");
+        }
+        assert!(!is_within(&camera, towards(180.0, 0.0), 0.5));
+    }
+
+    #[test]
     fn a_perspective_image_spans_its_horizontal_field() {
         let camera = camera(1000, 500, 30f32.to_radians().tan());
         let edge = pixel_view(&camera, PERSPECTIVE, 999, 250).direction;

@@ -98,7 +98,7 @@ pub fn is_read(uniform: &Uniform, entry: u32, variant: u32) -> bool {
     let place = |column: u32| cosine_at_place(column as f32 / (columns - 1) as f32);
     let last = columns - 1;
     let (before, behind) = (if column > 0 { column - 1 } else { 0 }, if column < last { column + 1 } else { last });
-    // From an azimuth to the next the columns are farthest apart away from the sun, from a row to the next the rows away from the horizon.
+    // Two columns lie farther apart the farther they are from the sun, and no two rows farther than this: of x² steps, the last is the longest.
     let across = acos(place(behind)) - acos(place(before));
     let (above, below) = (uniform.lookup_above, uniform.lookup_below);
     let rows = if (below > 0) & (below < above) { below } else { above };

@@ -33,7 +33,7 @@ pub fn first_order(uniform: &Uniform, bands: &Bands, quadrature: &[Vec2], direct
 }
 
 /// One value for each constituent of a sky's light.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Parts<T> {
     /// Light that air scatters and nothing scattered before, without its phase function.
     pub air: T,

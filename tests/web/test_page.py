@@ -59,15 +59,20 @@ def test_a_click_shows_the_spectrum_of_the_native_program(sky, native, tmp_path)
         expect(card).to_contain_text(word)
 
 
-def test_the_sliders_change_the_sky(sky):
-    start(sky, PERSPECTIVE + "&sun.elevation=10" + PIXELS)
-    before = sky.pixels()
+def raise_sun(sky, steps):
+    """By so many presses of a key on the slider."""
     slider = sky.page.locator("[data-key='sun.elevation'] input[type=range]")
     sky.forget()
     slider.focus()
-    for _ in range(10):
+    for _ in range(steps):
         slider.press("ArrowRight")
     sky.done()
+
+
+def test_the_sliders_change_the_sky(sky):
+    start(sky, PERSPECTIVE + "&sun.elevation=10" + PIXELS)
+    before = sky.pixels()
+    raise_sun(sky, 10)
     assert float(sky.value("sun.elevation")) > 10
     assert not sky.still_there(before)
     expect(sky.page.locator("#sun-text")).to_contain_text(f"{float(sky.value('sun.elevation')):.2f}°")
@@ -288,12 +293,7 @@ def test_a_hand_that_drags_lets_the_page_s_own_thread_plan_no_sky(browser, serve
 
     sky.page.route("**/sorairo.js", listened)
     sky.open(PERSPECTIVE + "&sun.elevation=-4&compare=sun.elevation%3D5" + PIXELS)
-    slider = sky.page.locator("[data-key='sun.elevation'] input[type=range]")
-    sky.forget()
-    slider.focus()
-    for _ in range(5):
-        slider.press("ArrowRight")
-    sky.done()
+    raise_sun(sky, 5)
     asked = sky.page.evaluate("() => self.asked")
     assert {"direction", "scene", "sun"} <= set(asked) <= PLAN_NOTHING
     sky.context.close()

@@ -173,13 +173,13 @@ impl Window {
         self.keys(ui.ctx());
         self.play(ui.ctx());
         let style = Arc::clone(ui.style());
-        let frame = Frame::side_top_panel(&style).fill(Color32::TRANSPARENT).inner_margin(Margin::same(14));
+        let panel = Frame::side_top_panel(&style).fill(Color32::TRANSPARENT);
         Panel::left("controls")
             .resizable(false)
             .exact_size(CONTROLS_WIDTH)
-            .frame(frame)
+            .frame(panel.inner_margin(Margin::same(14)))
             .show(ui, |ui| self.controls(ui));
-        let frame = Frame::side_top_panel(&style).fill(Color32::TRANSPARENT).inner_margin(Margin::symmetric(14, 8));
+        let frame = panel.inner_margin(Margin::symmetric(14, 8));
         Panel::bottom("spectrum").resizable(false).exact_size(PLOT_HEIGHT).frame(frame).show(ui, |ui| self.plot(ui));
         CentralPanel::no_frame().show(ui, |ui| self.sky(ui));
         self.take_screenshot(ui.ctx());

@@ -4,8 +4,11 @@ use std::sync::OnceLock;
 
 use sorairo_shared::glam::Vec2;
 
+/// Rules of fewer points than this are kept: those of all but rays that are sampled most finely.
+const KEPT: usize = 129;
+
 /// The rules that have been computed, by their number of points.
-static RULES: [OnceLock<Vec<Vec2>>; 129] = [const { OnceLock::new() }; 129];
+static RULES: [OnceLock<Vec<Vec2>>; KEPT] = [const { OnceLock::new() }; KEPT];
 
 /// Nodes and weights of Gauss-Legendre quadrature with `n` points on [0, 1], nodes increasing.
 ///

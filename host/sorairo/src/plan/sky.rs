@@ -36,16 +36,6 @@ pub struct SkyPlan {
     colours: OnceLock<Colours>,
 }
 
-/// What a cell holds, found when it is first asked for. Threads that ask at once all find it: one that waited for another would hold up work
-/// that the other may have handed to it.
-fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
-    if let Some(found) = cell.get() {
-        return found;
-    }
-    let found = find();
-    cell.get_or_init(|| found)
-}
-
 /// How the light of a sky becomes colours.
 #[derive(Clone, Debug)]
 pub struct Colours {
@@ -144,6 +134,16 @@ impl SkyPlan {
     pub fn display(&self) -> ColourSpace {
         ColourSpace::new(Rgb::Srgb, self.space.balance, self.observer, &self.base.optics)
     }
+}
+
+/// What a cell holds, found when it is first asked for. Threads that ask at once all find it: one that waited for another would hold up work
+/// that the other may have handed to it.
+fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
+    if let Some(found) = cell.get() {
+        return found;
+    }
+    let found = find();
+    cell.get_or_init(|| found)
 }
 
 /// What a scene has beside light that is scattered once: bits of [`variant::REST`].

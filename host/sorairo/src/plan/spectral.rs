@@ -203,16 +203,27 @@ impl SpectralPlan {
 struct LitBy {
     /// Irradiance of the sun above the atmosphere (W·m⁻²·nm⁻¹).
     sun: Vec<f64>,
-    /// Albedo of the ground.
-    ground: Vec<f64>,
+    /// What each constituent's light is multiplied with; see [`Constituent::albedo`].
+    albedo: Parts<Vec<f64>>,
 }
 
 impl LitBy {
     fn new(optics: &Optics, wavelengths: &[f64]) -> Self {
+        let albedo = |of: Constituent| wavelengths.iter().map(|&nm| of.albedo(optics, nm)).collect();
         Self {
             sun: wavelengths.iter().map(|&nm| optics.solar_irradiance(nm)).collect(),
-            ground: wavelengths.iter().map(|&nm| Constituent::Ground.albedo(optics, nm)).collect(),
+            albedo: Parts {
+                air: albedo(Constituent::Air),
+                aerosol: albedo(Constituent::Aerosol),
+                multiple: albedo(Constituent::Multiple),
+                ground: albedo(Constituent::Ground),
+            },
         }
+    }
+
+    fn albedo(&self, of: Constituent) -> &[f64] {
+        let Parts { air, aerosol, multiple, ground } = &self.albedo;
+        of.of(Parts { air, aerosol, multiple, ground })
     }
 }
 
@@ -234,8 +245,7 @@ fn radiance(
         let logarithms: Vec<f64> = at_bands.iter().map(|value| value.max(DARKEST).ln()).collect();
         let phase = f64::from(constituent.of(phases));
         let highest = at_bands.iter().copied().fold(DARKEST, f64::max) * f64::from(SPECTRUM_RISE).exp();
-        for ((sum, regression), ground) in transfer.iter_mut().zip(regressions).zip(&lit_by.ground) {
-            let albedo = if *constituent == Constituent::Ground { *ground } else { 1.0 };
+        for ((sum, regression), albedo) in transfer.iter_mut().zip(regressions).zip(lit_by.albedo(*constituent)) {
             *sum += phase * albedo * regression.value(&logarithms).min(highest);
         }
     }
@@ -486,9 +496,7 @@ fn error(sky: &Taught, regressions: &[(Constituent, Vec<Regression>)], ends: [f6
         let phases = every.phases(view);
         let truth = |i: usize| {
             let of = |(constituent, _): &(Constituent, Vec<Regression>)| {
-                seen(*constituent).1[i]
-                    * constituent.albedo(&every.optics, computed[i])
-                    * f64::from(constituent.of(phases))
+                seen(*constituent).1[i] * lit_by.albedo(*constituent)[i] * f64::from(constituent.of(phases))
             };
             regressions.iter().map(of).sum::<f64>() * lit_by.sun[i]
         };

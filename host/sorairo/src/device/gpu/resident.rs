@@ -32,7 +32,8 @@ pub enum Target<'a> {
 /// Draws skies in a program's own device.
 ///
 /// What a sky needs is uploaded when it is first drawn. A sky lookup is filled again only where the sky has changed, or the rows of an
-/// equirectangular image; for the first camera that looks at a sky in perspective with what it sees, for the next one with all. So all commands that it encodes must be submitted, in their order.
+/// equirectangular image. For the first camera that looks at a sky in perspective it is filled with what that sees, for the next one with all. So
+/// all commands that it encodes must be submitted, in their order.
 pub struct ResidentRenderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -109,7 +110,8 @@ impl ResidentRenderer {
 
     /// Encodes what a camera sees of a sky into a target.
     ///
-    /// What nobody has asked of the sky before is computed here. [`SkyPlan::colours`], called where the sky is planned, leaves the frame little of it.
+    /// What nobody has asked of the sky before is computed here. [`SkyPlan::colours`], called where the sky is planned, leaves the frame little
+    /// of it.
     ///
     /// # Errors
     ///
@@ -180,10 +182,15 @@ impl ResidentRenderer {
     ) {
         let kernel = plan.kernel();
         let lit = plan.lit_rows.clone();
-        let uniform = Uniform { first_row: lit.start, rows: lit.len() as u32, row_pixels, ..plan.uniform };
         if !lit.is_empty() {
             let fill = self.reserve_lookup(plan, camera);
-            let uniform = Uniform { fills_whole_lookup: u32::from(fill == Fill::Whole), ..uniform };
+            let uniform = Uniform {
+                first_row: lit.start,
+                rows: lit.len() as u32,
+                row_pixels,
+                fills_whole_lookup: u32::from(fill == Fill::Whole),
+                ..plan.uniform
+            };
             let groups = self.bind(plan, &uniform, output);
             if fill != Fill::Nothing {
                 let pipeline = self.kernels.pipeline(&self.device, Kernel::Lookup, plan.variant);

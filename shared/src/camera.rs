@@ -197,8 +197,8 @@ mod tests {
         }
         // 30° to the side the picture ends, and 16.1° above its middle; behind the camera nothing is seen.
         let towards = |azimuth: f32, elevation: f32| {
-            let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
-            Vec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin())
+            let ((across, along), (up, level)) = (sin_cos(azimuth.to_radians()), sin_cos(elevation.to_radians()));
+            Vec3::new(level * along, level * across, up)
         };
         for (azimuth, elevation, beyond) in
             [(40.0, 0.0, 10.0f32), (-40.0, 0.0, 10.0), (0.0, 26.1, 10.0), (0.0, -26.1, 10.0)]

@@ -62,6 +62,19 @@ pub struct Dozen {
 impl Dozen {
     /// No light at any band.
     pub const DARK: Self = Self { first: Vec4::ZERO, second: Vec4::ZERO, third: Vec4::ZERO };
+
+    /// Whether any of a variant's bands is above zero.
+    #[inline(always)]
+    pub fn is_lit(self, variant: u32) -> bool {
+        let mut brightest = highest(self.first);
+        if variant & variant::MORE_THAN_FOUR != 0 {
+            brightest = max(brightest, highest(self.second));
+        }
+        if variant & variant::MORE_THAN_EIGHT != 0 {
+            brightest = max(brightest, highest(self.third));
+        }
+        brightest > 0.0
+    }
 }
 
 /// The largest of four values.
@@ -118,23 +131,20 @@ impl Logarithms {
         let first = ln4(max4(bands.first, DARKEST));
         let (mut second, mut third) = (Vec4::ZERO, Vec4::ZERO);
         let mut highest = highest(first);
-        let mut brightest = self::highest(bands.first);
         if variant & variant::MORE_THAN_FOUR != 0 {
             second = ln4(max4(bands.second, DARKEST));
             highest = max(highest, self::highest(second));
-            brightest = max(brightest, self::highest(bands.second));
         }
         if variant & variant::MORE_THAN_EIGHT != 0 {
             third = ln4(max4(bands.third, DARKEST));
             highest = max(highest, self::highest(third));
-            brightest = max(brightest, self::highest(bands.third));
         }
         Self {
             first: if variant & variant::SOLVED != 0 { newton_coefficients(wavelengths, first) } else { first },
             second,
             third,
             highest,
-            lit: brightest > 0.0,
+            lit: bands.is_lit(variant),
         }
     }
 

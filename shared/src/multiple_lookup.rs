@@ -1,7 +1,7 @@
 //! The lookup of multiply scattered light: a grid of directions, between which every ray is interpolated.
 //!
 //! Light scattered more than once has no phase function left, and varies slowly with the direction: a few thousand entries hold it. As in
-//! [`crate::lookup`], rows are elevations, crowded towards the horizon on either side of it, and columns are places of [`crate::azimuth`]; between them it is interpolated by cubics. Rows of an observer outside the atmosphere are elevations where the ray
+//! [`crate::lookup`], rows are elevations, crowded towards the horizon on either side of it, and columns are places of [`crate::azimuth`]; between them it is interpolated by cubics, or on a finer grid by straight lines. Rows of an observer outside the atmosphere are elevations where the ray
 //! enters it, so that they resolve the limb from any distance; columns are the observer's own.
 //!
 //! An entry is the light that air and aerosol scatter towards the observer and, below the horizon, the diffuse irradiance of the
@@ -13,8 +13,9 @@ use crate::azimuth::place_of_azimuth;
 use crate::cubic::stencil;
 use crate::geometry::{Ray, inside_atmosphere};
 use crate::glam::Vec4;
-use crate::math::{PI, acos, clamp, fetch, max4, safe_sqrt};
+use crate::math::{PI, acos, clamp, fetch, floor, max4, min, mix, safe_sqrt};
 use crate::profile::Atmosphere;
+use crate::variant;
 
 /// Where the entries are. The layout is that of a GPU buffer.
 #[repr(C, align(16))]
@@ -103,23 +104,45 @@ pub fn place_at(lookup: MultipleLookup, mu: f32, c: f32) -> Place {
 
 /// Light that air and aerosol scatter towards the observer, neither for the first time, at a group of four bands (sr⁻¹).
 #[inline]
-pub fn scattered(lookup: MultipleLookup, values: &[Vec4], place: Place, group: u32) -> Vec4 {
+pub fn scattered(lookup: MultipleLookup, values: &[Vec4], place: Place, group: u32, variant: u32) -> Vec4 {
     if !place.is_lit {
         return Vec4::ZERO;
     }
     let (first_row, rows) = if place.is_above { (0, lookup.above) } else { (lookup.above, lookup.below) };
     let first_row = group * (lookup.above + lookup.below) + first_row;
-    max4(bicubic(values, first_row * lookup.azimuths, rows, lookup.azimuths, place), 0.0)
+    max4(between_entries(values, first_row * lookup.azimuths, rows, lookup.azimuths, place, variant), 0.0)
 }
 
 /// Diffuse irradiance of the ground in a direction below the horizon, at a group of four bands; 0 above it.
 #[inline]
-pub fn diffuse_irradiance(lookup: MultipleLookup, values: &[Vec4], place: Place, group: u32) -> Vec4 {
+pub fn diffuse_irradiance(lookup: MultipleLookup, values: &[Vec4], place: Place, group: u32, variant: u32) -> Vec4 {
     if place.is_above {
         return Vec4::ZERO;
     }
     let first = lookup.entries() + group * lookup.below * lookup.azimuths;
-    max4(bicubic(values, first, lookup.below, lookup.azimuths, place), 0.0)
+    max4(between_entries(values, first, lookup.below, lookup.azimuths, place, variant), 0.0)
+}
+
+/// Between the entries of a part, of which the first of all rows is given: by cubics, or by straight lines where the variant is
+/// [`variant::REFINED`].
+#[inline(always)]
+fn between_entries(values: &[Vec4], first: u32, rows: u32, columns: u32, place: Place, variant: u32) -> Vec4 {
+    if variant & variant::REFINED != 0 {
+        bilinear(values, first, rows, columns, place)
+    } else {
+        bicubic(values, first, rows, columns, place)
+    }
+}
+
+/// Between two times two entries, of which the first of all rows is given.
+#[inline(always)]
+fn bilinear(values: &[Vec4], first: u32, rows: u32, columns: u32, place: Place) -> Vec4 {
+    let row = min(floor(place.row), (rows - 2) as f32);
+    let column = min(floor(place.column), (columns - 2) as f32);
+    let at = (first + row as u32 * columns + column as u32) as usize;
+    let (up, across) = (place.row - row, place.column - column);
+    let in_row = |at: usize| mix(fetch(values, at), fetch(values, at + 1), across);
+    mix(in_row(at), in_row(at + columns as usize), up)
 }
 
 /// Between four times four entries, of which the first of all rows is given.
@@ -185,11 +208,11 @@ mod tests {
                     assert_eq!(place.is_above, side == 0.0);
                     let offset = 1000.0 * group as f32;
                     let expected = cubic(place.row, place.column, 20.0 + side + offset);
-                    let found = scattered(lookup, &values, place, group).x;
+                    let found = scattered(lookup, &values, place, group, 0).x;
                     // Sixteen terms with weights of up to one, each rounded by 6e-8 of up to 2000.
                     assert!((found - expected).abs() < 2e-3, "{mu} {c}: {found}, not {expected}");
                     if !place.is_above {
-                        let found = diffuse_irradiance(lookup, &values, place, group).x;
+                        let found = diffuse_irradiance(lookup, &values, place, group, 0).x;
                         let expected = cubic(place.row, place.column, 5e4 + offset);
                         assert!((found - expected).abs() < 5e-2, "{mu} {c}: {found}, not {expected}");
                     }

@@ -56,6 +56,9 @@ pub fn light(uniform: &Uniform, buffers: Buffers<'_>, group: usize, direction: V
 }
 
 /// The light along a ray at a group of four bands that was scattered more than once, and that which the ground sends; see [`Parts`].
+///
+/// What rays to the ground alone need stands in loops of one pass. A device that computes many pixels at once, llvmpipe among them, may
+/// take both sides of every branch, but makes no pass of a loop that none of its pixels enters.
 #[inline(always)]
 pub fn rest_of_light(
     uniform: &Uniform,
@@ -70,14 +73,23 @@ pub fn rest_of_light(
     if variant & variant::MULTIPLE != 0 {
         let (lookup, values) = (uniform.multiple, buffers.multiple);
         let place = multiple_lookup::place(lookup, &uniform.atmosphere, ray, cosine_from_sun(uniform, direction));
-        multiple = multiple_lookup::scattered(lookup, values, place, group as u32);
-        diffuse = multiple_lookup::diffuse_irradiance(lookup, values, place, group as u32);
+        multiple = multiple_lookup::scattered(lookup, values, place, group as u32, variant);
+        let mut is_due = !place.is_above;
+        while is_due {
+            diffuse = multiple_lookup::diffuse_irradiance(lookup, values, place, group as u32, variant);
+            is_due = false;
+        }
     }
     if variant & variant::GROUND != 0 {
-        let ground = ground_seen(&uniform.atmosphere, ray, variant);
-        if ground.is_seen {
-            let bands = fetch(buffers.bands, group);
-            sent_by_ground = ground_light(&uniform.atmosphere, &bands, ground, diffuse, variant);
+        // No ray from the level upwards meets the ground.
+        let mut is_due = ray.mu < 0.0;
+        while is_due {
+            let ground = ground_seen(&uniform.atmosphere, ray, variant);
+            if ground.is_seen {
+                let bands = fetch(buffers.bands, group);
+                sent_by_ground = ground_light(&uniform.atmosphere, &bands, ground, diffuse, variant);
+            }
+            is_due = false;
         }
     }
     (multiple, sent_by_ground)
@@ -291,8 +303,12 @@ pub fn regression_constituents(
         first_node += nodes;
     }
     if variant & variant::GROUND != 0 {
-        let ground = Logarithms::new(lights.ground, wavelengths, variant);
-        sum.rest += regression_rgb(colour, first_node, nodes, &ground, variant);
+        let mut is_due = lights.ground.is_lit(variant);
+        while is_due {
+            let ground = Logarithms::new(lights.ground, wavelengths, variant);
+            sum.rest += regression_rgb(colour, first_node, nodes, &ground, variant);
+            is_due = false;
+        }
     }
     sum
 }

@@ -53,6 +53,9 @@ pub const SOLVED: u32 = 1 << 19;
 /// The fit: everything that its choice decides.
 pub const FIT: u32 = BANDS | REGRESSION | SOLVED;
 
+/// The lookup of light that was scattered more than once is so fine that straight lines do between its entries.
+pub const REFINED: u32 = 1 << 22;
+
 /// A pixel holds a spectrum beside its colour; see [`crate::spectral`].
 pub const SPECTRUM: u32 = 1 << 20;
 /// A pixel holds the radiance at every band and no colour. This is where the paper's own GPU part ends.

@@ -1,6 +1,7 @@
 //! A plan in words: what it skips, and what that saves.
 
 use sorairo_shared::lookup::{RUN, colours_per_entry};
+use sorairo_shared::multiple_lookup::MultipleLookup;
 use sorairo_shared::variant::{self, PixelFormat};
 
 use super::image::Plan;
@@ -49,7 +50,12 @@ fn orders(plan: &Plan) -> String {
         return "orders: 1 alone; no light field is computed".into();
     };
     let OrdersMade { computed, ratio, error, degree, nodes: [altitudes, suns], .. } = made;
-    let lookup = &plan.uniform.multiple;
+    let directions = |lookup: &MultipleLookup| format!("{}x{}", lookup.above + lookup.below, lookup.azimuths);
+    let refined = if plan.variant & variant::REFINED == 0 {
+        String::new()
+    } else {
+        format!(", for pixels refined to {}", directions(&plan.uniform.multiple))
+    };
     let rest = if integral.orders == Orders::All {
         let ratio = ratio.map(|ratio| format!("{ratio:.3}")).join(" ");
         format!(
@@ -61,9 +67,8 @@ fn orders(plan: &Plan) -> String {
     };
     format!(
         "orders: a light field of {computed}, {rest}; moments up to degree {degree}, where aerosol has no more to say, over {altitudes} altitudes \
-         and {suns} suns; seen in {}x{} directions",
-        lookup.above + lookup.below,
-        lookup.azimuths
+         and {suns} suns; seen in {} directions{refined}",
+        directions(&integral.uniform.multiple)
     )
 }
 

@@ -12,7 +12,7 @@ use sorairo_shared::variant::{self, PixelFormat};
 use super::integral::RayIntegral;
 use super::kernel::Kernel;
 use super::lookup::{self, Lookup, LookupSize};
-use super::multiple::LightFields;
+use super::multiple::{LightFields, Refined};
 use super::sky::SkyPlan;
 use super::spectral::SpectralPlan;
 use super::sun_disc::Sun;
@@ -102,8 +102,19 @@ impl Plan {
         let plan = Self { sky, uniform, colour, spectral: None, variant, pixel, lit_rows, lookup };
         match size {
             Some(size) => plan.with_lookup(size),
-            None => plan,
+            None => plan.with_refined_light(),
         }
+    }
+
+    /// The same plan with multiply scattered light from the finer grid, where pixels that are integrated are more than its entries.
+    fn with_refined_light(self) -> Self {
+        let coarse = &self.sky.integral().uniform.multiple;
+        let finer = Refined::lookup_of(coarse);
+        if coarse.is_empty() || u64::from(finer.len()) > self.lit_pixels() {
+            return self;
+        }
+        let uniform = Uniform { multiple: finer, ..self.uniform };
+        Self { uniform, variant: self.variant | variant::REFINED, ..self }
     }
 
     /// The same plan with pixels that are looked up in a sky lookup of this size.
@@ -114,9 +125,10 @@ impl Plan {
                 lookup_above: size.above,
                 lookup_below: size.below,
                 lookup_azimuths: size.azimuths,
+                multiple: self.sky.integral().uniform.multiple,
                 ..self.uniform
             },
-            variant: self.variant & !variant::RUNS | runs,
+            variant: self.variant & !(variant::RUNS | variant::REFINED) | runs,
             lookup: Lookup { size: Some(size), ..self.lookup },
             ..self
         }
@@ -146,7 +158,7 @@ impl Plan {
         let reason =
             if self.sky.is_night { self.lookup.reason } else { "a spectrum is integrated at every pixel".into() };
         let Uniform { multiple, .. } = spectral.integral.uniform;
-        let others = self.variant & !(variant::FIT | variant::LIGHT);
+        let others = self.variant & !(variant::FIT | variant::LIGHT | variant::REFINED);
         Ok(Self {
             colour,
             uniform: Uniform { multiple, spectral_wavelengths: wavelengths.len() as u32, ..self.uniform },
@@ -195,7 +207,11 @@ impl Plan {
 
     /// What the kernels read beside the uniform.
     pub fn buffers(&self) -> Buffers<'_> {
-        self.integral().buffers(&self.colour)
+        let buffers = self.integral().buffers(&self.colour);
+        if self.variant & variant::REFINED == 0 {
+            return buffers;
+        }
+        Buffers { multiple: &self.sky.refined().values, ..buffers }
     }
 
     /// Pixels of the rows that can be lit.

@@ -10,7 +10,7 @@ use super::colour_space::ColourSpace;
 use super::fit::regression::Training;
 use super::fit::{self, SpectralFit};
 use super::integral::{self, RayIntegral};
-use super::multiple::LightFields;
+use super::multiple::{LightFields, Refined};
 use super::quadrature::gauss_legendre;
 use super::{directions, exposure, samples, upload};
 use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
@@ -33,6 +33,7 @@ pub struct SkyPlan {
     /// Whether no air that can be seen is lit.
     pub is_night: bool,
     integral: OnceLock<RayIntegral>,
+    refined: OnceLock<Refined>,
     colours: OnceLock<Colours>,
 }
 
@@ -83,13 +84,19 @@ impl SkyPlan {
             light_fields: light_fields.clone(),
             sun_azimuth,
         };
-        let (integral, colours) = (OnceLock::new(), OnceLock::new());
-        Self { scene: scene.clone(), base, fit, colour_path, observer, space, is_night, integral, colours }
+        let (integral, refined, colours) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        Self { scene: scene.clone(), base, fit, colour_path, observer, space, is_night, integral, refined, colours }
     }
 
     /// The ray integral at the bands, with light of all orders: computed when it is first asked for.
     pub fn integral(&self) -> &RayIntegral {
         found_once(&self.integral, || self.base.clone().with_multiple_light())
+    }
+
+    /// The lookup of multiply scattered light on a finer grid: made when it is first asked for.
+    pub fn refined(&self) -> &Refined {
+        let of = |integral: &RayIntegral| Refined::new(&integral.uniform.multiple, &integral.multiple);
+        found_once(&self.refined, || of(self.integral()))
     }
 
     /// How its light becomes colours: found when it is first asked for, since spectra take none of it.

@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 use crate::plan::lookup::LookupSize;
 use crate::plan::{Kernel, Plan, SkyPlan};
 use crate::scene::{CameraScene, Projection, Size};
-use sorairo_shared::variant::PixelFormat;
+use sorairo_shared::variant::{self, PixelFormat};
 
 /// Where an image goes.
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +50,8 @@ pub struct ResidentRenderer {
 /// The buffers of a sky, whoever looks at it.
 struct UploadedSky {
     of: Arc<SkyPlan>,
+    /// Whether its multiply scattered light is that of the finer grid.
+    is_refined: bool,
     bands: wgpu::Buffer,
     quadrature: wgpu::Buffer,
     multiple: wgpu::Buffer,
@@ -275,10 +277,13 @@ impl ResidentRenderer {
     fn bind(&mut self, plan: &Plan, uniform: &Uniform, output: &wgpu::Buffer) -> super::layouts::Groups {
         let buffers = plan.buffers();
         let storage = wgpu::BufferUsages::STORAGE;
-        let sky = match self.sky.take().filter(|uploaded| Arc::ptr_eq(&uploaded.of, &plan.sky)) {
+        let is_refined = plan.variant & variant::REFINED != 0;
+        let is_known = |sky: &UploadedSky| Arc::ptr_eq(&sky.of, &plan.sky) && sky.is_refined == is_refined;
+        let sky = match self.sky.take().filter(is_known) {
             Some(uploaded) => uploaded,
             None => UploadedSky {
                 of: Arc::clone(&plan.sky),
+                is_refined,
                 bands: filled(&self.device, "bands", bytemuck::cast_slice(buffers.bands), storage),
                 quadrature: filled(&self.device, "quadrature", bytemuck::cast_slice(buffers.quadrature), storage),
                 // A binding may not be empty.

@@ -101,7 +101,7 @@ impl<const N: usize> LightField<N> {
 
     /// The moments as the gathering takes them.
     pub fn tiles(&self) -> Tiles {
-        self.moments.tiles(&self.grid)
+        self.moments.tiles(&self.grid, self.moments.of)
     }
 
     /// Memory that its values take (bytes).
@@ -116,11 +116,19 @@ impl<const N: usize> LightField<N> {
 }
 
 impl<const N: usize> Values<N> {
-    fn tiles(&self, grid: &Grid) -> Tiles {
+    /// Those of the moments, as the gathering takes them, that are among `of`.
+    fn tiles(&self, grid: &Grid, of: Moments) -> Tiles {
+        let of = Moments { degree: of.degree.min(self.of.degree), azimuthal: of.azimuthal.min(self.of.azimuthal) };
         let lanes = lanes_of_tile::<N>();
-        let of_tile = |tile: usize| self.values.iter().flat_map(move |value| &value.0[tile * lanes..][..lanes]);
-        let values = (0..N / lanes).flat_map(of_tile).copied().collect();
-        Tiles { of: self.of, values, altitudes: grid.altitudes.len() }
+        let taken: Vec<usize> =
+            (0..=of.azimuthal).flat_map(|m| self.of.first(m)..=self.of.first(m) + of.degree - m).collect();
+        let mut values = Vec::with_capacity(self.values.len() / self.of.count() * of.count() * N);
+        for tile in 0..N / lanes {
+            for node in self.values.chunks_exact(self.of.count()) {
+                taken.iter().for_each(|&at| values.extend_from_slice(&node[at].0[tile * lanes..][..lanes]));
+            }
+        }
+        Tiles { of, values, altitudes: grid.altitudes.len() }
     }
 
     fn irradiance_at(&self, grid: &Grid, angle: f32) -> Lanes<N> {
@@ -192,12 +200,12 @@ impl<'a, const N: usize> Table<'a, N> {
     /// Light of all orders: some are computed, until what stands for the rest is near enough.
     fn all_orders(&self, made: &mut OrdersMade) -> Values<N> {
         let mut sum = self.first_order();
-        let mut second = self.next_order(&sum);
+        let mut second = self.next_order(&sum, self.resolution.next);
         made.computed = 2;
         // The order before the second; the sum itself while that is the first order alone.
         let mut first: Option<Values<N>> = None;
         loop {
-            let third = self.next_order(&second);
+            let third = self.next_order(&second, self.resolution.later);
             let means = [first.as_ref().unwrap_or(&sum), &second, &third].map(Values::means);
             let closing = Closing::new(&means, &sum.means());
             made.computed += 1;
@@ -218,7 +226,10 @@ impl<'a, const N: usize> Table<'a, N> {
         let mut sum = self.first_order();
         let mut last: Option<Values<N>> = None;
         while made.computed < orders {
-            let next = self.next_order(last.as_ref().unwrap_or(&sum));
+            let next = match &last {
+                None => self.next_order(&sum, self.resolution.next),
+                Some(last) => self.next_order(last, self.resolution.later),
+            };
             sum.add(&next, Lanes([1.0; N]));
             last = Some(next);
             made.computed += 1;
@@ -313,13 +324,13 @@ impl<'a, const N: usize> Table<'a, N> {
         fourier
     }
 
-    /// Light of the order after the one of `last`.
-    fn next_order(&self, last: &Values<N>) -> Values<N> {
-        let of = self.resolution.next;
-        let (tiles, azimuths) = (last.tiles(self.grid), self.azimuths.cosines.len());
+    /// Light of the order after the one of `last`, in these moments. Scattering mixes moments of different azimuthal numbers as little as the
+    /// vertical turns along a ray: those of `last` that are not among them are left out.
+    fn next_order(&self, last: &Values<N>, of: Moments) -> Values<N> {
+        let (tiles, azimuths) = (last.tiles(self.grid, of), self.azimuths.cosines.len());
         let table = tiles.table(self.grid, self.resolution.logarithmic);
         let rows = self.rays.par_iter().zip(&self.sights).map_init(
-            || Room::new::<N>(self.suns.len(), last.of, self.suns.len() * azimuths),
+            || Room::new::<N>(self.suns.len(), tiles.of, self.suns.len() * azimuths),
             |room, (ray, (sights, places))| {
                 let mut light = vec![Lanes::ZERO; sights.len()];
                 gather(table, ray.view(), places, &mut room.scratch(), &mut light);

@@ -12,8 +12,10 @@ use super::suns::DAY;
 pub struct Resolution {
     /// Moments of the first order's table.
     pub first: Moments,
-    /// Moments of the tables after it.
+    /// Moments of the second order's table.
     pub next: Moments,
+    /// Moments of the tables after it.
+    pub later: Moments,
     /// Altitudes.
     pub altitudes: usize,
     /// The share of them for thin air.
@@ -44,6 +46,9 @@ pub const COMPARED_DEPTH: f64 = 1.2;
 /// What moments may add that are left out, relative to the sun's light: less than 0.2 % of the sky's.
 pub const NEGLIGIBLE: f64 = 1.5e-4;
 
+/// The optical depth of scattering by aerosol above which light is gathered at more azimuths.
+const THICK_HAZE: f64 = 0.2;
+
 /// The zenith angle (radians) of the sun above which it is low for the spectra that a fit is made on.
 const LOW: f64 = 86.0 * PI / 180.0;
 
@@ -56,14 +61,15 @@ impl Resolution {
         let high = setting.altitude > 2.0 * f64::from(setting.atmosphere.air.scale_height);
         let degree = degree(setting, depth);
         let haze = depth > 0.02;
-        let azimuths = match (haze, low) {
-            (true, _) => 6,
+        let azimuths = match (depth > THICK_HAZE, haze || low) {
+            (true, _) => 5,
             (_, true) => 4,
             _ => 3,
         };
         Self {
             first: Moments { degree, azimuthal: degree },
             next: Moments { degree, azimuthal: degree.min(azimuths - 1) },
+            later: Moments { degree: (degree * 2 / 3).max(2), azimuthal: degree.min(azimuths - 1).min(3) },
             altitudes: match (twilight || high || (low && haze), low || haze) {
                 (true, _) => 12,
                 (_, true) => 10,
@@ -99,6 +105,7 @@ impl Resolution {
         let coarse = Self {
             first: Moments { degree, azimuthal: degree },
             next: Moments { degree: degree.min(4), azimuthal: 2 },
+            later: Moments { degree: degree.min(4), azimuthal: 2 },
             altitudes: fine.altitudes - 2,
             directions: [5, 2, 3],
             first_azimuths: 3,
@@ -114,6 +121,7 @@ impl Resolution {
         }
         Self {
             next: Moments { degree: degree.min(4), azimuthal: degree.min(3) },
+            later: Moments { degree: degree.min(4), azimuthal: degree.min(3) },
             altitudes: 9,
             directions: [6, 2, 6],
             first_azimuths: 4,

@@ -67,7 +67,7 @@ fn finer_row(part: &[Vec4], rows: Stencil, azimuths: u32, columns: &[Stencil]) -
 
 #[cfg(test)]
 mod tests {
-    use sorairo_shared::math::PI;
+    use sorairo_shared::math::{PI, max, sin_cos};
     use sorairo_shared::multiple_lookup::{diffuse_irradiance, place_at, scattered};
     use sorairo_shared::variant;
 
@@ -86,7 +86,7 @@ mod tests {
             padding: 0,
         };
         let values: Vec<Vec4> = (0..coarse.len())
-            .map(|i| Vec4::splat(2.0 + (0.7 * i as f32).sin()) * Vec4::new(1.0, 2.0, 3.0, 4.0))
+            .map(|i| Vec4::splat(2.0 + sin_cos(0.7 * i as f32).0) * Vec4::new(1.0, 2.0, 3.0, 4.0))
             .collect();
         let refined = Refined::new(&coarse, &values);
         assert_eq!(refined.values.len(), refined.lookup.len() as usize);
@@ -107,10 +107,10 @@ mod tests {
             let lines_of_coarse = of(coarse, &values, variant::REFINED);
             let farthest = |other: [[Vec4; 2]; 2]| {
                 let off = |i: usize, j: usize| (other[i][j] - cubics[i][j]).abs().max_element();
-                off(0, 0).max(off(0, 1)).max(off(1, 0)).max(off(1, 1))
+                max(max(off(0, 0), off(0, 1)), max(off(1, 0), off(1, 1)))
             };
-            worst = worst.max(farthest(lines));
-            apart = apart.max(farthest(lines_of_coarse));
+            worst = max(worst, farthest(lines));
+            apart = max(apart, farthest(lines_of_coarse));
         }
         // A sixteenth of what lines between the coarse rows leave, and some more where the columns' own part is the larger.
         assert!(worst < apart / 10.0, "{worst} of {apart}");

@@ -112,11 +112,10 @@ fn configurations(default: &Resolution) -> Vec<(Option<Varied>, String, Resoluti
 }
 
 fn of_degree(default: &Resolution, degree: usize) -> Resolution {
-    let next = if degree == 2 { 2 } else { degree - degree / 3 };
-    let azimuthal = default.next.azimuthal.min(next);
     Resolution {
         first: Moments { degree, azimuthal: degree },
-        next: Moments { degree: next, azimuthal },
+        next: Moments { degree, azimuthal: default.next.azimuthal.min(degree) },
+        later: Resolution::moments_of_later_orders(degree, default.azimuths),
         ..default.clone()
     }
 }
@@ -138,9 +137,11 @@ fn sized(default: &Resolution, factor: f64) -> Resolution {
     }
 }
 
-/// Three times as fine in everything.
+/// Three times as fine in everything, with every degree and twice as many azimuthal numbers in every order.
 fn finest(default: &Resolution) -> Resolution {
-    Resolution { tolerance: 1e-4, ..sized(&of_degree(default, default.first.degree + 16), 3.0) }
+    let finest = sized(&of_degree(default, default.first.degree + 16), 3.0);
+    let all = Moments { azimuthal: 2 * default.next.azimuthal, ..finest.next };
+    Resolution { tolerance: 1e-4, next: all, later: all, ..finest }
 }
 
 /// Transfer of all light at the bands along every ray, from that of light scattered once.

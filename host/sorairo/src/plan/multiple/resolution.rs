@@ -69,7 +69,7 @@ impl Resolution {
         Self {
             first: Moments { degree, azimuthal: degree },
             next: Moments { degree, azimuthal: degree.min(azimuths - 1) },
-            later: Moments { degree: (degree * 2 / 3).max(2), azimuthal: degree.min(azimuths - 1).min(3) },
+            later: Self::moments_of_later_orders(degree, azimuths),
             altitudes: match (twilight || high || (low && haze), low || haze) {
                 (true, _) => 12,
                 (_, true) => 10,
@@ -95,6 +95,11 @@ impl Resolution {
             tolerance: if low || haze || high { 2e-3 } else { 4e-3 },
             beyond_degree: beyond_degree(setting, depth, degree),
         }
+    }
+
+    /// The moments of the orders after the second, of a first order's degree and where light is gathered at so many azimuths.
+    pub fn moments_of_later_orders(degree: usize, azimuths: usize) -> Moments {
+        Moments { degree: (degree * 2 / 3).max(2), azimuthal: degree.min(azimuths - 1).min(3) }
     }
 
     /// That of spectra from which only ratios between wavelengths are learnt: a coarse one will do. Where the sun is low the ratios themselves

@@ -137,12 +137,13 @@ fn between_entries(values: &[Vec4], first: u32, rows: u32, columns: u32, place: 
 /// Between two times two entries, of which the first of all rows is given.
 #[inline(always)]
 fn bilinear(values: &[Vec4], first: u32, rows: u32, columns: u32, place: Place) -> Vec4 {
-    let row = min(floor(place.row), (rows - 2) as f32);
+    let first_row = min(floor(place.row), (rows - 2) as f32);
     let column = min(floor(place.column), (columns - 2) as f32);
-    let at = (first + row as u32 * columns + column as u32) as usize;
-    let (up, across) = (place.row - row, place.column - column);
-    let in_row = |at: usize| mix(fetch(values, at), fetch(values, at + 1), across);
-    mix(in_row(at), in_row(at + columns as usize), up)
+    let at = (first + first_row as u32 * columns + column as u32) as usize;
+    let (up, across) = (place.row - first_row, place.column - column);
+    let above = at + columns as usize;
+    let row = mix(fetch(values, at), fetch(values, at + 1), across);
+    mix(row, mix(fetch(values, above), fetch(values, above + 1), across), up)
 }
 
 /// Between four times four entries, of which the first of all rows is given.

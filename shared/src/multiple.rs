@@ -19,6 +19,9 @@
 //!
 //! Light of the first order is the integral of [`crate::single`] here too. Its table takes the phase function of aerosol as the sum of the moments
 //! that it keeps: what lies above would only alias.
+//!
+//! What is compiled for several kinds of processors hands no closure to the standard library: a function that is compiled for all of them cannot take one
+//! in, and would be called for every few numbers.
 
 use core::ops::Range;
 
@@ -219,9 +222,12 @@ pub fn single_scattering_of_lit_ray<const N: usize>(
     let mut light = [(Lanes::ZERO, Lanes::ZERO); 2];
     for node in ray.nodes {
         let inverse_radius = 1.0 / node.radius;
-        let mu_s =
-            sights.map(|sight| clamp((ray.radius * sight.mu_s + node.distance * sight.nu) * inverse_radius, -1.0, 1.0));
-        let sunlight = sunlight_of_two(atmosphere, spectrum, node, Vec2::new(mu_s[0], mu_s[1]), variant);
+        let mut mu_s = [0.0; 2];
+        for i in 0..2 {
+            let (here, nu) = (sights[i].mu_s, sights[i].nu);
+            mu_s[i] = clamp((ray.radius * here + node.distance * nu) * inverse_radius, -1.0, 1.0);
+        }
+        let sunlight = sunlight_of_two(atmosphere, spectrum, node, Vec2::from_array(mu_s), variant);
         for ((air, aerosol), sunlight) in light.iter_mut().zip(&sunlight) {
             air.add_product(&node.air, sunlight);
             aerosol.add_product(&node.aerosol, sunlight);
@@ -305,13 +311,20 @@ pub struct TableRay<'a, const N: usize> {
     pub of: Moments,
 }
 
-/// Wavelengths that are summed together: of so many a table stays in a processor's own cache, and the sources of a node in its first one.
+/// Lanes that are summed together: of so many a table stays in a processor's own cache, and the sources of a node in its first one.
 pub const TILE: usize = 16;
 
-/// Lanes of a tile of `N` wavelengths; `N` is a multiple of it.
+/// How the wavelengths of a light field lie in tiles of [`TILE`] lanes: so many wavelengths together, and as many suns, or multiples of an azimuth,
+/// as fill the tile.
 #[inline(always)]
-pub const fn lanes_of_tile<const N: usize>() -> usize {
+pub const fn wavelengths_of_tile<const N: usize>() -> usize {
     if N < TILE { N } else { TILE }
+}
+
+/// Suns, or multiples of an azimuth, of a tile.
+#[inline(always)]
+pub const fn suns_of_tile<const N: usize>() -> usize {
+    TILE / wavelengths_of_tile::<N>()
 }
 
 /// The moments of a light field at the altitudes and suns of a table.
@@ -319,7 +332,7 @@ pub const fn lanes_of_tile<const N: usize>() -> usize {
 pub struct MomentTable<'a> {
     /// Which.
     pub moments: Moments,
-    /// The moments, tile after tile of the wavelengths: in each, altitude after altitude, all of the first sun, then of the next.
+    /// The moments, tile after tile of the wavelengths: in each, altitude after altitude, all of the first suns that share a tile, then of the next.
     pub values: &'a [f32],
     /// Altitudes.
     pub altitudes: usize,
@@ -351,12 +364,29 @@ pub struct SunPlace {
 
 /// Room for the sources of a node.
 pub struct Scratch<'a> {
-    /// For each sun of the table and each azimuthal number the source towards the observer, at the wavelengths of a tile.
+    /// For the suns of each tile and each azimuthal number the source towards the observer, at the wavelengths of a tile.
+    pub sums: &'a mut [f32],
+    /// The same for each sun, relative to its size; its azimuthal numbers fill tiles.
     pub sources: &'a mut [f32],
     /// For each sun and each wavelength of a tile the logarithm of the size of its sources.
     pub logarithms: &'a mut [f32],
     /// For each sight and each wavelength of a tile the size between those of four suns.
     pub scales: &'a mut [f32],
+    /// For each sight and each wavelength of a tile the light, apart for the azimuthal numbers that share a tile.
+    pub light: &'a mut [f32],
+}
+
+/// Values of each of the [`Scratch`], in its order, for so many suns and the moments of a table of `N` wavelengths and so many sights.
+pub const fn scratch_sizes<const N: usize>(suns: usize, of: Moments, sights: usize) -> [usize; 5] {
+    let (wavelengths, together) = (wavelengths_of_tile::<N>(), suns_of_tile::<N>());
+    let suns = suns.next_multiple_of(together);
+    let sums = suns / together * (of.azimuthal + 1) * TILE;
+    [sums, suns * values_of_sun(of, wavelengths), suns * wavelengths, sights * wavelengths, sights * TILE]
+}
+
+/// Values of the sources of a sun at the wavelengths of a tile: those of its azimuthal numbers fill tiles.
+const fn values_of_sun(moments: Moments, wavelengths: usize) -> usize {
+    ((moments.azimuthal + 1) * wavelengths).next_multiple_of(TILE)
 }
 
 /// The lanes of a tile that begin at an index.
@@ -369,62 +399,81 @@ fn tile_at<const T: usize>(values: &[f32], index: usize) -> &[f32; T] {
     }
 }
 
-/// Adds four rows of a table, weighted, to the lanes of a tile.
+/// Four parts of a table, of a length each, a step apart.
 #[inline(always)]
-fn add_rows<const T: usize>(sum: &mut [f32; T], rows: [&[f32; T]; 4], weights: [f32; 4]) {
-    let [a, b, c, d] = rows;
-    for i in 0..T {
-        sum[i] += a[i] * weights[0] + b[i] * weights[1] + c[i] * weights[2] + d[i] * weights[3];
+fn four_parts(values: &[f32], first: usize, step: usize, length: usize) -> [&[f32]; 4] {
+    let part = |i: usize| &values[first + i * step..][..length];
+    [part(0), part(1), part(2), part(3)]
+}
+
+/// Adds a tile of each of four parts of a table, weighted, to the lanes of a tile.
+#[inline(always)]
+fn add_weighted(sum: &mut [f32; TILE], four: [&[f32]; 4], tile: usize, weights: [f32; 4], factor: f32) {
+    let [a, b, c, d]: [&[f32; TILE]; 4] =
+        [tile_at(four[0], tile), tile_at(four[1], tile), tile_at(four[2], tile), tile_at(four[3], tile)];
+    let [wa, wb, wc, wd] = weights;
+    for i in 0..TILE {
+        sum[i] += (a[i] * wa + b[i] * wb + c[i] * wc + d[i] * wd) * factor;
     }
 }
 
-/// The source at a node of a ray towards its origin at the wavelengths of a tile, for some suns of a table, one after the other from `first_sun`,
-/// and each azimuthal number: `Σ_l χ_l L_lm N_lm P_l^m`.
+/// Values at the wavelengths of a tile, the same for each of its suns.
 #[inline(always)]
-fn sources<const N: usize, const T: usize>(
+fn for_each_sun<const T: usize>(values: &[f32; T]) -> [f32; TILE] {
+    let mut lanes = [0.0; TILE];
+    for i in 0..TILE {
+        lanes[i] = values[i % T];
+    }
+    lanes
+}
+
+/// The source at a node of a ray towards its origin at the wavelengths of a tile, for some tiles of suns and each azimuthal number:
+/// `Σ_l χ_l L_lm N_lm P_l^m`. `sums` begin with those of the first sun of the table.
+#[inline(always)]
+fn take_sums<const N: usize, const T: usize>(
     table: MomentTable,
     ray: TableRay<N>,
     index: usize,
     tile: usize,
-    first_sun: usize,
-    sources: &mut [f32],
+    tiles_of_suns: Range<usize>,
+    sums: &mut [f32],
 ) {
     let node = &ray.nodes[index];
-    let (moments, suns) = (table.moments, table.suns.nodes.len());
-    let count = moments.count();
-    let numbers = moments.azimuthal + 1;
+    let (moments, groups) = (table.moments, table.suns.nodes.len().div_ceil(TILE / T));
+    let (numbers, of_group) = (moments.azimuthal + 1, moments.count() * TILE);
     let functions = if ray.functions.is_empty() { &[] } else { &ray.functions[index * ray.of.count()..] };
     let weights = node.altitudes.weights;
-    let (air, aerosol) = (tile_at::<T>(&node.air.0, tile), tile_at::<T>(&node.aerosol.0, tile));
+    let air = for_each_sun(tile_at::<T>(&node.air.0, tile));
+    let aerosol = for_each_sun(tile_at::<T>(&node.aerosol.0, tile));
     let first_altitude = tile * table.altitudes + node.altitudes.first;
-    for (sun, sources) in sources.chunks_exact_mut(numbers * T).enumerate() {
-        let sun = first_sun + sun;
+    for group in tiles_of_suns {
         // The four altitudes together: sums of four products each depend on each other only once a moment.
-        let four = [0, 1, 2, 3].map(|i| &table.values[((first_altitude + i) * suns + sun) * count * T..][..count * T]);
-        let rows = |moment: usize| four.map(|values| tile_at::<T>(values, moment));
-        for (m, source) in sources.chunks_exact_mut(T).enumerate() {
+        let first = (first_altitude * groups + group) * of_group;
+        let four = four_parts(table.values, first, groups * of_group, of_group);
+        let sums = &mut sums[group * numbers * TILE..][..numbers * TILE];
+        for (m, to) in sums.chunks_exact_mut(TILE).enumerate() {
             let first = moments.first(m);
-            let mut sum = [0.0; T];
+            let mut sum = [0.0; TILE];
             if !functions.is_empty() {
                 let functions = &functions[ray.of.first(m)..][..moments.degree + 1 - m];
                 for (l, &function) in functions.iter().enumerate() {
-                    add_rows(&mut sum, rows(first + l), weights.map(|weight| weight * function));
+                    add_weighted(&mut sum, four, first + l, weights, function);
                 }
-                for i in 0..T {
+                for i in 0..TILE {
                     sum[i] *= aerosol[i];
                 }
             }
             if m <= 2 {
-                let mut of_air = [0.0; T];
+                let mut of_air = [0.0; TILE];
                 if m == 0 {
-                    add_rows(&mut of_air, rows(0), weights.map(|weight| weight * node.air_functions[0]));
+                    add_weighted(&mut of_air, four, 0, weights, node.air_functions[0]);
                 }
-                add_rows(&mut of_air, rows(first + 2 - m), weights.map(|weight| weight * node.air_functions[m + 1]));
-                for i in 0..T {
+                add_weighted(&mut of_air, four, first + 2 - m, weights, node.air_functions[m + 1]);
+                for i in 0..TILE {
                     sum[i] += of_air[i] * air[i];
                 }
             }
-            source.copy_from_slice(&sum);
+            to.copy_from_slice(&sum);
         }
     }
 }
@@ -432,34 +481,42 @@ fn sources<const N: usize, const T: usize>(
 /// The smallest size of a source that is divided by: its inverse is finite in single precision.
 const SMALLEST: f32 = 1e-36;
 
-/// Divides the sources of each of some suns, of so many values, by their size at each wavelength, and keeps its logarithm. What is 1e-20 of
-/// the largest is nothing.
+/// Divides the sources of some tiles of suns by their size at each wavelength, and keeps its logarithm. What is 1e-20 of the largest is nothing.
 #[inline(always)]
-fn take_sizes<const T: usize>(of_sun: usize, suns: Range<usize>, scratch: &mut Scratch) {
-    let sources = &mut scratch.sources[suns.start * of_sun..suns.end * of_sun];
-    let logarithms = &mut scratch.logarithms[suns.start * T..suns.end * T];
-    let mut largest = [0.0; T];
-    for (sources, sizes) in sources.chunks_exact(of_sun).zip(logarithms.chunks_exact_mut(T)) {
-        let mut sums = [0.0; T];
-        for tile in 0..of_sun / T {
-            let lanes = tile_at::<T>(sources, tile);
-            for i in 0..T {
-                sums[i] += abs(lanes[i]);
+fn take_sizes<const T: usize>(numbers: usize, tiles_of_suns: Range<usize>, scratch: &mut Scratch) {
+    let of_group = numbers * TILE;
+    let sums = &mut scratch.sums[tiles_of_suns.start * of_group..tiles_of_suns.end * of_group];
+    let logarithms = &mut scratch.logarithms[tiles_of_suns.start * TILE..tiles_of_suns.end * TILE];
+    let mut largest = [0.0; TILE];
+    for (sums, sizes) in sums.chunks_exact(of_group).zip(logarithms.chunks_exact_mut(TILE)) {
+        let mut size = [0.0; TILE];
+        for number in 0..numbers {
+            let lanes = tile_at::<TILE>(sums, number);
+            for i in 0..TILE {
+                size[i] += abs(lanes[i]);
             }
         }
-        for i in 0..T {
-            largest[i] = max(largest[i], sums[i]);
+        for i in 0..TILE {
+            largest[i] = max(largest[i], size[i]);
         }
-        sizes.copy_from_slice(&sums);
+        sizes.copy_from_slice(&size);
     }
-    for (sources, sizes) in sources.chunks_exact_mut(of_sun).zip(logarithms.chunks_exact_mut(T)) {
-        let mut inverse = [0.0; T];
-        for i in 0..T {
-            sizes[i] = max(max(sizes[i], largest[i] * 1e-20), SMALLEST);
+    let mut least = [0.0; TILE];
+    for i in 0..TILE {
+        let mut of_all_suns = 0.0;
+        for sun in 0..TILE / T {
+            of_all_suns = max(of_all_suns, largest[sun * T + i % T]);
+        }
+        least[i] = max(of_all_suns * 1e-20, SMALLEST);
+    }
+    for (sums, sizes) in sums.chunks_exact_mut(of_group).zip(logarithms.chunks_exact_mut(TILE)) {
+        let mut inverse = [0.0; TILE];
+        for i in 0..TILE {
+            sizes[i] = max(sizes[i], least[i]);
             inverse[i] = 1.0 / sizes[i];
         }
-        for lanes in sources.chunks_exact_mut(T) {
-            for i in 0..T {
+        for lanes in sums.chunks_exact_mut(TILE) {
+            for i in 0..TILE {
                 lanes[i] *= inverse[i];
             }
         }
@@ -467,17 +524,35 @@ fn take_sizes<const T: usize>(of_sun: usize, suns: Range<usize>, scratch: &mut S
     ln_lanes(logarithms);
 }
 
+/// Puts the sources of each sun of some tiles together.
+#[inline(always)]
+fn take_sources<const T: usize>(numbers: usize, of_sun: usize, tiles_of_suns: Range<usize>, scratch: &mut Scratch) {
+    let together = TILE / T;
+    for group in tiles_of_suns {
+        let sums = &scratch.sums[group * numbers * TILE..][..numbers * TILE];
+        let sources = &mut scratch.sources[group * together * of_sun..][..together * of_sun];
+        for (sun, sources) in sources.chunks_exact_mut(of_sun).enumerate() {
+            for (number, source) in sources.chunks_exact_mut(T).take(numbers).enumerate() {
+                source.copy_from_slice(tile_at::<T>(sums, number * together + sun));
+            }
+        }
+    }
+}
+
 /// The sizes that a source has at each place of a sun, between the logarithms of four. A cubic through logarithms may not leave their
 /// range: where they fall off a cliff it would explode.
 #[inline(always)]
 fn take_scales<const T: usize>(places: &[SunPlace], scratch: &mut Scratch) {
     for (place, scales) in places.iter().zip(scratch.scales.chunks_exact_mut(T)) {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|i| tile_at::<T>(scratch.logarithms, place.suns.first + i));
-        let [wa, wb, wc, wd] = place.suns.weights;
+        let Stencil { first, weights: [wa, wb, wc, wd] } = place.suns;
+        let of_sun = |i: usize| tile_at::<T>(scratch.logarithms, first + i);
+        let [a, b, c, d] = [of_sun(0), of_sun(1), of_sun(2), of_sun(3)];
+        let mut between = [0.0; T];
         for i in 0..T {
             let (low, high) = (min(min(a[i], b[i]), min(c[i], d[i])), max(max(a[i], b[i]), max(c[i], d[i])));
-            scales[i] = min(max(a[i] * wa + b[i] * wb + c[i] * wc + d[i] * wd, low), high);
+            between[i] = min(max(a[i] * wa + b[i] * wb + c[i] * wc + d[i] * wd, low), high);
         }
+        scales.copy_from_slice(&between);
     }
     exp_lanes(scratch.scales);
 }
@@ -521,50 +596,61 @@ fn gather_tiles<const N: usize, const T: usize>(
     scratch: &mut Scratch,
     light: &mut [Lanes<N>],
 ) {
-    let of_sun = (table.moments.azimuthal + 1) * T;
+    let (numbers, of_sun) = (table.moments.azimuthal + 1, values_of_sun(table.moments, T));
     for tile in 0..N / T {
+        scratch.light.fill(0.0);
         for (index, places) in places.chunks_exact(light.len()).enumerate() {
             let suns = suns_of(places);
-            sources::<N, T>(
-                table,
-                ray,
-                index,
-                tile,
-                suns.start,
-                &mut scratch.sources[suns.start * of_sun..suns.end * of_sun],
-            );
+            let tiles_of_suns = suns.start * T / TILE..(suns.end * T).div_ceil(TILE);
+            take_sums::<N, T>(table, ray, index, tile, tiles_of_suns.clone(), scratch.sums);
             if table.logarithmic {
-                take_sizes::<T>(of_sun, suns, scratch);
+                take_sizes::<T>(numbers, tiles_of_suns.clone(), scratch);
                 take_scales::<T>(places, scratch);
             }
-            for (at, (place, light)) in places.iter().zip(light.iter_mut()).enumerate() {
-                let SunPlace { suns: Stencil { first, weights }, .. } = *place;
-                let four = [0, 1, 2, 3].map(|i| &scratch.sources[(first + i) * of_sun..][..of_sun]);
-                let mut sum = [0.0; T];
-                // cos((m + 1) φ) = 2 cos φ cos(m φ) - cos((m - 1) φ)
-                let (mut before, mut value) = (place.cosine, 1.0);
-                for m in 0..=table.moments.azimuthal {
-                    add_rows(
-                        &mut sum,
-                        four.map(|sources| tile_at::<T>(sources, m)),
-                        weights.map(|weight| weight * value),
-                    );
-                    let next = 2.0 * place.cosine * value - before;
-                    before = value;
-                    value = next;
-                }
+            take_sources::<T>(numbers, of_sun, tiles_of_suns, scratch);
+            for (at, (place, light)) in places.iter().zip(scratch.light.chunks_exact_mut(TILE)).enumerate() {
+                let mut sum = light_of_place::<T>(place, scratch.sources, of_sun);
                 if table.logarithmic {
-                    let scales = tile_at::<T>(scratch.scales, at);
-                    for i in 0..T {
+                    let scales = for_each_sun(tile_at::<T>(scratch.scales, at));
+                    for i in 0..TILE {
                         sum[i] *= scales[i];
                     }
                 }
-                for (light, sum) in light.0[tile * T..(tile + 1) * T].iter_mut().zip(sum) {
-                    *light += sum;
+                for i in 0..TILE {
+                    light[i] += sum[i];
                 }
             }
         }
+        for (light, lanes) in light.iter_mut().zip(scratch.light.chunks_exact(TILE)) {
+            for (i, &lane) in lanes.iter().enumerate() {
+                light.0[tile * T + i % T] += lane;
+            }
+        }
     }
+}
+
+/// The light that the sources of four suns send under a sun between them: `Σ_m S_m cos(m φ)`, apart for the azimuthal numbers that share a tile.
+#[inline(always)]
+fn light_of_place<const T: usize>(place: &SunPlace, sources: &[f32], of_sun: usize) -> [f32; TILE] {
+    let Stencil { first, weights: [wa, wb, wc, wd] } = place.suns;
+    let four = four_parts(sources, first * of_sun, of_sun, of_sun);
+    let mut sum = [0.0; TILE];
+    // cos((m + 1) φ) = 2 cos φ cos(m φ) - cos((m - 1) φ)
+    let (mut before, mut value) = (place.cosine, 1.0);
+    for at in 0..of_sun / TILE {
+        let mut multiples = [0.0; TILE];
+        for lanes in multiples.chunks_exact_mut(T) {
+            lanes.fill(value);
+            (before, value) = (value, 2.0 * place.cosine * value - before);
+        }
+        let [a, b, c, d]: [&[f32; TILE]; 4] =
+            [tile_at(four[0], at), tile_at(four[1], at), tile_at(four[2], at), tile_at(four[3], at)];
+        for i in 0..TILE {
+            let between: f32 = a[i] * wa + b[i] * wb + c[i] * wc + d[i] * wd;
+            sum[i] += between * multiples[i];
+        }
+    }
+    sum
 }
 
 /// The suns of all sights at a node of a ray, where they stand among the suns of a table: appended by `visit`, in the order of the sights.

@@ -2,14 +2,14 @@
 
 use crate::fit::{Dozen, Logarithms, regression_rgb};
 use crate::geometry::Ray;
-use crate::glam::{Vec2, Vec3, Vec4};
+use crate::glam::{Vec3, Vec4};
 use crate::ground::{ground_light, ground_seen};
 use crate::math::{clamp, fetch, max, sqrt};
 use crate::multiple_lookup;
 use crate::observer::observe_cubic;
 use crate::phase::{ScatteringAngle, air_phase, cornette_shanks_phase};
 use crate::rgb::into_gamut;
-use crate::single::{Bands, single_scattering};
+use crate::single::single_scattering;
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
 
@@ -19,21 +19,8 @@ pub fn view_ray(uniform: &Uniform, direction: Vec3) -> Ray {
     Ray::new(uniform.altitude, direction, Vec3::new(uniform.sun.x, uniform.sun.y, uniform.sun.z))
 }
 
-/// Transfer (sr⁻¹) of light scattered once, at four bands in a direction (Eq. 1).
-#[inline(always)]
-pub fn first_order(uniform: &Uniform, bands: &Bands, quadrature: &[Vec2], direction: Vec3, variant: u32) -> Vec4 {
-    let ray = view_ray(uniform, direction);
-    let scattered = single_scattering(&uniform.atmosphere, bands, quadrature, ray, variant);
-    let mut transfer = scattered.air * air_phase(uniform.atmosphere.air_anisotropy, ray.nu);
-    if variant & variant::AEROSOL != 0 {
-        transfer += scattered.aerosol
-            * cornette_shanks_phase(ScatteringAngle::of_ray(ray), uniform.atmosphere.aerosol_asymmetry);
-    }
-    transfer
-}
-
 /// One value for each constituent of a sky's light.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Parts<T> {
     /// Light that air scatters and nothing scattered before, without its phase function.
     pub air: T,

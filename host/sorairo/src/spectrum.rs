@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sorairo_shared::block::lanes::BLOCK;
 use sorairo_shared::camera::{PixelView, pixel_view};
 use sorairo_shared::glam::{DVec3, Vec3};
 use sorairo_shared::variant::{self, ABOVE_TOP};
@@ -198,14 +199,19 @@ impl Spectra {
             .iter()
             .map(|&[elevation, azimuth]| Direction { elevation, azimuth }.vector())
             .collect::<Result<_>>()?;
-        Ok(views.into_par_iter().flat_map_iter(|view| self.radiance(view)).collect())
+        Ok(views.par_chunks(BLOCK).flat_map_iter(|views| self.radiance_of_directions(views)).collect())
     }
 
     /// Radiance at each wavelength in a direction.
     pub(crate) fn radiance(&self, view: Vec3) -> Vec<f64> {
+        self.radiance_of_directions(&[view])
+    }
+
+    /// The same in many directions, one after the other.
+    fn radiance_of_directions(&self, views: &[Vec3]) -> Vec<f64> {
         let mut radiance = match &self.by {
-            By::Fit(planned) => planned.radiance(view),
-            By::Dense(dense) => dense.radiance(view),
+            By::Fit(planned) => planned.radiance_of_directions(views),
+            By::Dense(dense) => views.iter().flat_map(|&view| dense.radiance(view)).collect(),
         };
         // A polynomial can pass below zero between its bands; light cannot.
         radiance.iter_mut().for_each(|value| *value = value.max(0.0));

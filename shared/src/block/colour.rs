@@ -80,7 +80,7 @@ pub fn constituents(
 
 /// [`crate::sky::light`] in the directions of a block.
 #[inline(always)]
-fn light(
+pub fn light(
     uniform: &Uniform,
     buffers: Buffers<'_>,
     group: usize,

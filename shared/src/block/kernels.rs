@@ -4,13 +4,14 @@
 
 use multiversion::multiversion;
 
-use super::colour::{constituents, with_phases_of_block};
+use super::colour::{constituents, light, with_phases_of_block};
 use super::lanes::{BLOCK, Three, lanes};
 use super::lookup::sky_of_block;
 use super::pixels::{Pixels, add_disc, blacken, store_block, views};
 use crate::arithmetic::multiply_adds_of_block;
-use crate::glam::Vec4;
+use crate::glam::{Vec3, Vec4};
 use crate::lookup::{colours_per_entry, entry_view, store_entry};
+use crate::sky::Parts;
 use crate::uniform::{Buffers, Uniform};
 
 /// Kernel `sky` for the row with which a dispatch begins, `output`, whose pixels hold colours alone, by any fit but the solved cubic; see
@@ -37,6 +38,19 @@ pub fn lookup_entries<'a>(uniform: &Uniform, buffers: Buffers<'a>, entries: &mut
 #[multiversion(targets("x86_64+avx+avx2"))]
 pub fn multiply_adds_row(uniform: &Uniform, output: &mut [u32], variant: u32) {
     plain::multiply_adds_row(uniform, output, variant);
+}
+
+/// Light in some directions, [`BLOCK`] at most, by its constituents: that of the first at each group of bands, then of the next; see
+/// [`crate::sky::light`].
+#[multiversion(targets("x86_64+avx+avx2"))]
+pub fn light_of_directions<'a>(
+    uniform: &Uniform,
+    buffers: Buffers<'a>,
+    directions: &[Vec3],
+    output: &mut [Parts<Vec4>],
+    variant: u32,
+) {
+    plain::light_of_directions(uniform, buffers, directions, output, variant);
 }
 
 /// The same for any processor of its kind.
@@ -86,6 +100,33 @@ pub mod plain {
         let colours = constituents(uniform, buffers, &directions, count, variant);
         for lane in lanes(count) {
             store_entry(entries, lane as u32, colours.get(lane), variant);
+        }
+    }
+
+    /// See [`super::light_of_directions`].
+    #[inline(always)]
+    pub fn light_of_directions(
+        uniform: &Uniform,
+        buffers: Buffers<'_>,
+        directions: &[Vec3],
+        output: &mut [Parts<Vec4>],
+        variant: u32,
+    ) {
+        let (count, groups) = (directions.len(), buffers.bands.len());
+        let mut views = Three::ZERO;
+        for lane in lanes(count) {
+            views.set(lane, directions[lane]);
+        }
+        for group in 0..groups {
+            let Parts { air, aerosol, multiple, ground } = &light(uniform, buffers, group, &views, count, variant);
+            for lane in lanes(count) {
+                output[lane * groups + group] = Parts {
+                    air: air.get(lane),
+                    aerosol: aerosol.get(lane),
+                    multiple: multiple.get(lane),
+                    ground: ground.get(lane),
+                };
+            }
         }
     }
 

@@ -1,10 +1,12 @@
 //! The light of a sky along a ray at the bands, by its constituents, before any fit.
 
+use sorairo_shared::block::kernels::light_of_directions;
+use sorairo_shared::block::lanes::BLOCK;
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::phase::ScatteringAngle;
 use sorairo_shared::single::Bands;
-use sorairo_shared::sky::{Parts, light, phases, transfer, view_ray};
+use sorairo_shared::sky::{Parts, phases, transfer, view_ray};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
@@ -22,7 +24,7 @@ const NEGLIGIBLE_DEPTH_ABOVE_TOP: f64 = 1e-4;
 const OPAQUE_DEPTH: f64 = 50.0;
 
 /// How far the sum of all orders may be off where a spectrum is taken from it, relative to all light.
-const SPECTRAL_TOLERANCE: f64 = 5e-4;
+const SPECTRAL_TOLERANCE: f64 = 1e-3;
 
 /// The wavelength (nm) for whose extinction the samples of light scattered before, and of all that a fit learns from, are placed: the same for
 /// all, so that a wavelength has the same light whatever others are computed with it. Against six times as many samples it leaves 0.3 % at
@@ -127,9 +129,14 @@ impl RayIntegral {
         self.at_bands(groups.map(|group| transfer(&self.uniform, self.buffers(&[]), group, view, self.variant)))
     }
 
-    /// The light in a direction at each group of bands, by its constituents.
-    pub fn light(&self, view: Vec3) -> Vec<Parts<Vec4>> {
-        (0..self.bands.len()).map(|group| light(&self.uniform, self.buffers(&[]), group, view, self.variant)).collect()
+    /// The light in many directions, by its constituents: that of the first at each group of bands, then of the next.
+    pub fn light_of_directions(&self, views: &[Vec3]) -> Vec<Parts<Vec4>> {
+        let groups = self.bands.len();
+        let mut light = vec![Parts::default(); views.len() * groups];
+        for (views, light) in views.chunks(BLOCK).zip(light.chunks_mut(BLOCK * groups)) {
+            light_of_directions(&self.uniform, self.buffers(&[]), views, light, self.variant);
+        }
+        light
     }
 
     /// What the kernels read beside the uniform, with these colour rows.

@@ -1,10 +1,13 @@
 //! How a scene's rays are sampled: as few samples as keep the radiance within its error, measured on the scene's own rays.
 
 use rayon::prelude::*;
-use sorairo_shared::glam::{Vec2, Vec3};
+use sorairo_shared::block::kernels::light_of_directions;
+use sorairo_shared::block::lanes::BLOCK;
+use sorairo_shared::glam::{Vec2, Vec3, Vec4};
+use sorairo_shared::phase::ScatteringAngle;
 use sorairo_shared::single::Bands;
-use sorairo_shared::sky::first_order;
-use sorairo_shared::uniform::Uniform;
+use sorairo_shared::sky::{Parts, transfer_of_parts, view_ray};
+use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
 use super::directions::{direction, horizon};
@@ -84,9 +87,20 @@ struct Sky<'a> {
 impl Sky<'_> {
     /// The transfer at the test wavelengths along each view.
     fn transfer(&self, views: &[Vec3], samples: u32) -> Vec<Vec<f64>> {
-        let rule: Vec<Vec2> = gauss_legendre(samples);
-        let four = |bands, view| first_order(self.uniform, bands, &rule, view, self.integral).to_array().map(f64::from);
-        views.par_iter().map(|&view| self.bands.iter().flat_map(|bands| four(bands, view)).collect()).collect()
+        let quadrature: &[Vec2] = &gauss_legendre(samples);
+        let buffers = Buffers { bands: &self.bands, quadrature, colour: &[], multiple: &[] };
+        let (groups, variant) = (self.bands.len(), self.integral & !variant::REST);
+        let of_block = |views: &[Vec3]| {
+            let mut light = vec![Parts::default(); views.len() * groups];
+            light_of_directions(self.uniform, buffers, views, &mut light, variant);
+            let transfer = |(&view, light): (&Vec3, &[Parts<Vec4>])| {
+                let angle = ScatteringAngle::of_ray(view_ray(self.uniform, view));
+                let four = |&parts| transfer_of_parts(self.uniform, parts, Vec4::ZERO, angle, variant).to_array();
+                light.iter().flat_map(four).map(f64::from).collect()
+            };
+            views.iter().zip(light.chunks_exact(groups)).map(transfer).collect::<Vec<_>>()
+        };
+        views.par_chunks(BLOCK).flat_map_iter(of_block).collect()
     }
 
     /// The fewest samples, from a guess on, that keep the radiance along each view within [`TOLERANCE`]. `brightest` is the largest value of

@@ -182,17 +182,29 @@ impl SpectralPlan {
 
     /// Radiance at each wavelength in a direction (W·m⁻²·sr⁻¹·nm⁻¹); by a polynomial it may lie below zero.
     pub fn radiance(&self, view: Vec3) -> Vec<f64> {
+        self.radiance_of_directions(&[view])
+    }
+
+    /// The same in many directions, one after the other.
+    pub fn radiance_of_directions(&self, views: &[Vec3]) -> Vec<f64> {
         let optics = &self.integral.optics;
         match &self.fit {
             SpectrumFit::Linear(fit) => {
-                let at_bands = self.integral.transfer(view);
-                self.wavelengths.iter().map(|&wavelength| fit.radiance(optics, &at_bands, wavelength)).collect()
+                let of_view = |view: &Vec3| {
+                    let at_bands = self.integral.transfer(*view);
+                    self.wavelengths.iter().map(move |&wavelength| fit.radiance(optics, &at_bands, wavelength))
+                };
+                views.iter().flat_map(of_view).collect()
             }
             SpectrumFit::Regression(regressions) => {
-                let light = self.integral.light(view);
-                let of =
-                    |constituent: Constituent| self.integral.at_bands(light.iter().map(|&group| constituent.of(group)));
-                radiance(&self.integral, &self.lit_by, regressions, view, of)
+                let light = self.integral.light_of_directions(views);
+                let of_view = |(&view, light): (&Vec3, &[Parts<Vec4>])| {
+                    let of = |constituent: Constituent| {
+                        self.integral.at_bands(light.iter().map(|&group| constituent.of(group)))
+                    };
+                    radiance(&self.integral, &self.lit_by, regressions, view, of)
+                };
+                views.iter().zip(light.chunks_exact(self.integral.bands.len())).flat_map(of_view).collect()
             }
         }
     }

@@ -6,15 +6,15 @@ use sorairo_shared::glam::{Vec2, Vec3};
 use sorairo_shared::math::{acos, max};
 use sorairo_shared::moments::{Moments, legendre};
 use sorairo_shared::multiple::{
-    Lanes, MomentTable, Scratch, Sight, SunPlace, gather, lanes_of_tile, lit_from_end_to_end,
-    single_scattering_of_lit_ray, single_scattering_of_many, sunlight_on_ground,
+    Lanes, MomentTable, Scratch, Sight, SunPlace, TILE, gather, lit_from_end_to_end, scratch_sizes,
+    single_scattering_of_lit_ray, single_scattering_of_many, sunlight_on_ground, suns_of_tile, wavelengths_of_tile,
 };
 use sorairo_shared::variant;
 
 use super::grid::{Direction, Grid, directions};
 use super::rays::{OwnedRay, Wavelengths};
 use super::resolution::Resolution;
-use super::series::Closing;
+use super::series::{Closing, LAST};
 use super::setting::Setting;
 use crate::plan::quadrature::gauss_legendre;
 use crate::scene::Orders;
@@ -119,13 +119,21 @@ impl<const N: usize> Values<N> {
     /// Those of the moments, as the gathering takes them, that are among `of`.
     fn tiles(&self, grid: &Grid, of: Moments) -> Tiles {
         let of = Moments { degree: of.degree.min(self.of.degree), azimuthal: of.azimuthal.min(self.of.azimuthal) };
-        let lanes = lanes_of_tile::<N>();
+        let (lanes, together) = (wavelengths_of_tile::<N>(), suns_of_tile::<N>());
         let taken: Vec<usize> =
             (0..=of.azimuthal).flat_map(|m| self.of.first(m)..=self.of.first(m) + of.degree - m).collect();
-        let mut values = Vec::with_capacity(self.values.len() / self.of.count() * of.count() * N);
+        let (altitudes, suns) = (grid.altitudes.len(), grid.suns.len());
+        let mut values = Vec::with_capacity(altitudes * suns.next_multiple_of(together) * of.count() * N);
         for tile in 0..N / lanes {
-            for node in self.values.chunks_exact(self.of.count()) {
-                taken.iter().for_each(|&at| values.extend_from_slice(&node[at].0[tile * lanes..][..lanes]));
+            for suns in self.values.chunks_exact(suns * self.of.count()) {
+                for group in suns.chunks(together * self.of.count()) {
+                    for &at in &taken {
+                        let moment = group.iter().skip(at).step_by(self.of.count());
+                        moment.for_each(|values_of| values.extend_from_slice(&values_of.0[tile * lanes..][..lanes]));
+                        // Where suns do not fill a tile, the rest of it is dark.
+                        values.resize(values.len().next_multiple_of(TILE), 0.0);
+                    }
+                }
             }
         }
         Tiles { of, values, altitudes: grid.altitudes.len() }
@@ -200,24 +208,26 @@ impl<'a, const N: usize> Table<'a, N> {
     /// Light of all orders: some are computed, until what stands for the rest is near enough.
     fn all_orders(&self, made: &mut OrdersMade) -> Values<N> {
         let mut sum = self.first_order();
-        let mut second = self.next_order(&sum, self.resolution.next);
+        let mut before = sum.means();
+        // The orders that are not in the sum yet, and those before them.
+        let mut last = vec![self.next_order(&sum, self.resolution.next)];
         made.computed = 2;
-        // The order before the second; the sum itself while that is the first order alone.
-        let mut first: Option<Values<N>> = None;
         loop {
-            let third = self.next_order(&second, self.resolution.later);
-            let means = [first.as_ref().unwrap_or(&sum), &second, &third].map(Values::means);
-            let closing = Closing::new(&means, &sum.means());
+            last.push(self.next_order(&last[last.len() - 1], self.resolution.later));
             made.computed += 1;
+            let means: Vec<_> = std::iter::once(before.clone()).chain(last.iter().map(Values::means)).collect();
+            let closing = Closing::new(&means, &sum.means(), self.suns.len());
             made.error = closing.error;
             made.ratio = std::array::from_fn(|i| closing.ratio[i]);
             if closing.error <= made.tolerance || made.computed == MOST {
-                sum.add(&second, closing.second);
-                sum.add(&third, closing.third);
+                last.iter().zip(closing.factors).for_each(|(order, factor)| sum.add(order, factor));
                 return sum;
             }
-            sum.add(&second, Lanes([1.0; N]));
-            first = Some(std::mem::replace(&mut second, third));
+            if last.len() == LAST {
+                let oldest = last.remove(0);
+                sum.add(&oldest, Lanes([1.0; N]));
+                before = oldest.means();
+            }
         }
     }
 
@@ -398,25 +408,25 @@ fn sights<const N: usize>(ray: &OwnedRay<N>, suns: &[(f32, f32)], azimuths: &Azi
 
 /// Room in which light is gathered along one ray after the other.
 pub struct Room {
+    sums: Vec<f32>,
     sources: Vec<f32>,
     logarithms: Vec<f32>,
     scales: Vec<f32>,
+    light: Vec<f32>,
 }
 
 impl Room {
     /// For the suns and the moments of a table of `N` wavelengths and so many sights.
     pub fn new<const N: usize>(suns: usize, of: Moments, sights: usize) -> Self {
-        Self {
-            sources: vec![0.0; suns * (of.azimuthal + 1) * lanes_of_tile::<N>()],
-            logarithms: vec![0.0; suns * lanes_of_tile::<N>()],
-            scales: vec![0.0; sights * lanes_of_tile::<N>()],
-        }
+        let [sums, sources, logarithms, scales, light] =
+            scratch_sizes::<N>(suns, of, sights).map(|size| vec![0.0; size]);
+        Self { sums, sources, logarithms, scales, light }
     }
 
     /// As the gathering takes it.
     pub fn scratch(&mut self) -> Scratch<'_> {
-        let Self { sources, logarithms, scales } = self;
-        Scratch { sources, logarithms, scales }
+        let Self { sums, sources, logarithms, scales, light } = self;
+        Scratch { sums, sources, logarithms, scales, light }
     }
 }
 

@@ -93,7 +93,7 @@ impl Resolution {
             samples: if low { 7 } else { 5 },
             view_samples: if low { 10 } else { 8 },
             logarithmic: low,
-            tolerance: if low || haze || high { 2e-3 } else { 4e-3 },
+            tolerance: if !low && (haze || high) { 2e-3 } else { 4e-3 },
             beyond_degree: beyond_degree(setting, depth, degree),
         }
     }
@@ -120,7 +120,7 @@ impl Resolution {
             first_samples: 5,
             samples: 4,
             view_samples: 6,
-            tolerance: 1e-2,
+            tolerance: 2e-2,
             ..fine
         };
         if setting.centre.angle <= LOW {

@@ -168,6 +168,27 @@ fn a_wrong_target_or_camera_is_refused_and_the_device_goes_on() {
     device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
 }
 
+#[test]
+fn a_lost_device_is_told_before_anything_is_encoded_and_another_goes_on() {
+    let sky = sky(25.0);
+    let camera = &cameras()[0];
+    let encoded = |(device, queue): &(wgpu::Device, wgpu::Queue), is_lost: bool| {
+        let usage = TextureUsages::COPY_DST | TextureUsages::COPY_SRC;
+        let size = (camera.size.width, camera.size.height);
+        let texture = texture(device, size, 1, TextureFormat::Rgba8Unorm, usage);
+        let target = texture.create_view(&Default::default());
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let mut renderer = Renderer::with_device(device, queue);
+        if is_lost {
+            device.destroy();
+        }
+        renderer.encode(&mut encoder, &sky, camera, &Target::Texture(&target))
+    };
+    let lost = encoded(&with_passthrough(), true).unwrap_err();
+    assert!(matches!(&lost, Error::Device(complaint) if complaint.contains("lost")), "{lost}");
+    encoded(&with_passthrough(), false).unwrap();
+}
+
 /// The example of the window's crate, which `cargo test` builds beside the tests.
 fn example(folder: &Path) -> Command {
     let path = program::binary().with_file_name("examples").join(format!("embed{}", std::env::consts::EXE_SUFFIX));

@@ -1,7 +1,10 @@
 //! The sky in a program's own device: encoded into its own commands, without a read-back, a thread or a wait.
 
 use std::borrow::Cow;
+use std::future::Future;
+use std::pin::pin;
 use std::sync::Arc;
+use std::task::{Context, Poll, Waker};
 
 use sorairo_shared::camera::Camera;
 use sorairo_shared::glam::Vec4;
@@ -118,7 +121,7 @@ impl ResidentRenderer {
     /// # Errors
     ///
     /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera; [`Error::Target`] for a target of the wrong size, usage or format;
-    /// [`Error::Device`] for an image that is too large for the device. Then nothing was encoded.
+    /// [`Error::Device`] for an image that is too large for the device, or one that is lost (not told in a browser). Then nothing was encoded.
     pub fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -128,6 +131,7 @@ impl ResidentRenderer {
     ) -> Result<()> {
         let plan = Plan::seen(sky, camera, target.pixel()?)?;
         target.check(&plan)?;
+        self.check_present()?;
         let row_pixels = target.row_pixels(&plan);
         self.check_limits(&plan, row_pixels)?;
         let output = self.output(&plan, row_pixels, target);
@@ -159,6 +163,7 @@ impl ResidentRenderer {
         target: &EnvironmentTarget<'_>,
     ) -> Result<()> {
         let format = target.check()?;
+        self.check_present()?;
         let size = Size { width: target.map.width(), height: target.map.height() };
         let camera = CameraScene { projection: Projection::Equirectangular, size, ..CameraScene::default() };
         let plan = Plan::seen(sky, &camera, PixelFormat::LinearRgba)?;
@@ -204,6 +209,21 @@ impl ResidentRenderer {
             dispatch(encoder, &pipeline, &groups.pixels, (columns, uniform.rows.div_ceil(WORKGROUP_SIDE)), None);
         }
         self.copy_black(encoder, plan, row_pixels, output);
+    }
+
+    /// Whether the device is still there. wgpu tells no one of a lost one but the program, which may have a callback for it; but nothing can be made in it
+    /// any more, and what is used without having been made is an error of a scope. In a browser that answer comes only after the frame.
+    fn check_present(&self) -> Result<()> {
+        if cfg!(target_arch = "wasm32") {
+            return Ok(());
+        }
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let buffer = self.empty("made in a device that is there", 4, wgpu::BufferUsages::COPY_DST);
+        self.queue.write_buffer(&buffer, 0, &[]);
+        match pin!(scope.pop()).poll(&mut Context::from_waker(Waker::noop())) {
+            Poll::Ready(Some(_)) => Err(Error::Device("it is lost".into())),
+            _ => Ok(()),
+        }
     }
 
     fn check_limits(&self, plan: &Plan, row_pixels: u32) -> Result<()> {

@@ -459,7 +459,12 @@ fn passed_by(scene: &Scene, wavelength: f64) -> f64 {
 fn a_measured_sky_is_as_bright_as_the_computed_one() {
     let folder = tempfile::tempdir().unwrap();
     let outcomes = measured(folder.path(), &|_| {}).unwrap();
-    assert!(outcomes[2].rmse_over_mean < 0.1 && (outcomes[2].irradiance_ratio - 1.0).abs() < 0.03, "{:?}", outcomes[2]);
+    // As near as the best of the models that were run under the same atmosphere and sun (Bruneton 2016: 11.2 to 11.9 %), and nearer with an aerosol
+    // that was chosen.
+    for (atmosphere, most) in [("the published comparison", 0.11), ("aerosol chosen for the scans", 0.095)] {
+        let outcome = outcomes.iter().find(|outcome| outcome.atmosphere == atmosphere).unwrap();
+        assert!(outcome.rmse_over_mean < most && (outcome.irradiance_ratio - 1.0).abs() < 0.03, "{outcome:?}");
+    }
     for outcome in outcomes {
         println!("{outcome:?}");
         assert!(outcome.compared > 4000);

@@ -24,7 +24,7 @@ const LAST: f64 = 720.0;
 /// Directions closer to the sun than this (degrees) are left out: there the aerosol's phase function alone is judged, and the instrument's glare.
 const NEAREST_TO_SUN: f64 = 15.0;
 
-/// The sun's distance on that day (au).
+/// The sun's distance on that day (au); its light above the atmosphere is known for 1 au.
 const SUN_DISTANCE: f64 = 1.0130;
 
 /// One direction of a scan.
@@ -52,7 +52,7 @@ pub struct Outcome {
     pub compared: usize,
 }
 
-/// Compares the scans with the sky under three atmospheres, and writes `measured.md`, `measured.csv`, `measured.json` and
+/// Compares the scans with the sky under some atmospheres, and writes `measured.md`, `measured.csv`, `measured.json` and
 /// `measured.png` into a folder.
 ///
 /// # Errors
@@ -82,15 +82,13 @@ pub fn measured(folder: &Path, stage: &dyn Fn(&str)) -> Result<Vec<Outcome>> {
 type Change = fn(&mut Scene);
 
 /// The atmospheres.
-const ATMOSPHERES: [(&str, Change); 3] = [
+const ATMOSPHERES: [(&str, Change); 4] = [
+    // The models of the comparison were run under a sun at 1 au (atmosphere.cc of Bruneton 2016, <https://github.com/ebruneton/clear-sky-models>).
     ("the published comparison", |scene| {
-        // That under which the models of the comparison were run: air as it is, no ozone, aerosol .04 λ^-.8 of albedo .8 and asymmetry .7.
-        scene.atmosphere.ozone.column = 0.0;
-        let aerosol = &mut scene.atmosphere.aerosol;
-        (aerosol.optical_depth, aerosol.angstrom_exponent) = (0.04, 0.8);
-        (aerosol.single_scattering_albedo, aerosol.asymmetry) = (0.8, 0.7);
-        aerosol.scale_height = 1.2;
+        published(scene);
+        scene.sun.distance = 1.0;
     }),
+    ("the same, the sun as far as it was", published),
     ("the standard preset", |_| {}),
     ("aerosol chosen for the scans", |scene| {
         // Nobody measured the aerosol of that day. Single-scattering albedo and asymmetry are those of clean air of the mid-Atlantic coast from 440
@@ -105,6 +103,15 @@ const ATMOSPHERES: [(&str, Change); 3] = [
     }),
 ];
 
+/// The atmosphere under which the models of the comparison were run: air as it is, no ozone, aerosol .04 λ^-.8 of albedo .8 and asymmetry .7.
+fn published(scene: &mut Scene) {
+    scene.atmosphere.ozone.column = 0.0;
+    let aerosol = &mut scene.atmosphere.aerosol;
+    (aerosol.optical_depth, aerosol.angstrom_exponent) = (0.04, 0.8);
+    (aerosol.single_scattering_albedo, aerosol.asymmetry) = (0.8, 0.7);
+    aerosol.scale_height = 1.2;
+}
+
 /// Every band and direction of the scans that is compared.
 ///
 /// # Errors
@@ -114,7 +121,6 @@ pub fn compare(change: Change) -> Result<Vec<Comparison>> {
     let mut comparisons = Vec::new();
     let bands = bands();
     let middles: Vec<f64> = bands.iter().map(|band| band + 0.5 * WIDTH).collect();
-    let irradiance: Vec<f64> = bands.iter().map(|&band| solar_irradiance(band)).collect();
     for (scan, directions) in scans() {
         let mut scene = Scene::preset(Preset::Standard);
         scene.atmosphere.air.spectrum = AirSpectrum::Bodhaine;
@@ -122,7 +128,10 @@ pub fn compare(change: Change) -> Result<Vec<Comparison>> {
         // Lines of the sun's spectrum lie within a band: the transfer is smooth, and takes the band's own mean of the sun.
         scene.sun.spectrum = SunSpectrum::Flat;
         (scene.sun.elevation, scene.sun.azimuth) = (directions[0].sun_elevation, directions[0].sun_azimuth);
+        scene.sun.distance = SUN_DISTANCE;
         change(&mut scene);
+        let distance = std::mem::replace(&mut scene.sun.distance, 1.0);
+        let irradiance: Vec<f64> = bands.iter().map(|&band| solar_irradiance(band, distance)).collect();
         let sky = SkyPlan::new(&scene.validated()?, Rgb::Srgb);
         let dense = DenseSpectrum::new(&sky, &middles);
         let sun = direction(directions[0].sun_elevation, directions[0].sun_azimuth);
@@ -182,11 +191,11 @@ fn cosine_weight(elevation: f64) -> f64 {
     elevation.to_radians().sin() * solid_angle / RINGS[ring].1
 }
 
-/// Mean irradiance of the sun in a measured band on that day (W·m⁻²·nm⁻¹).
-fn solar_irradiance(band: f64) -> f64 {
+/// Mean irradiance of the sun at a distance (au) in a measured band (W·m⁻²·nm⁻¹).
+fn solar_irradiance(band: f64, distance: f64) -> f64 {
     const PARTS: u32 = 47;
     let at = |part: u32| SunSpectrum::AstmG173.at(band + WIDTH * (f64::from(part) + 0.5) / f64::from(PARTS));
-    (0..PARTS).map(at).sum::<f64>() / f64::from(PARTS) / SUN_DISTANCE.powi(2)
+    (0..PARTS).map(at).sum::<f64>() / f64::from(PARTS) / distance.powi(2)
 }
 
 /// Lower ends of the measured bands that are compared (nm).
@@ -234,7 +243,28 @@ fn csv(rows: &[(&str, Vec<Comparison>)]) -> String {
     text
 }
 
+/// Published models in the same atmosphere under the same sun, as implemented by Bruneton (2016,
+/// <https://github.com/ebruneton/clear-sky-models>), against all fifteen scans of the day over the same range: RMSE divided by the mean, irradiance of
+/// the sky divided by the measured one, ratios about 400, 550 and 700 nm.
+const PUBLISHED: [(&str, f64, f64, [f64; 3]); 6] = [
+    ("Nishita 1996, two orders, mended", 0.112, 0.94, [0.92, 0.97, 0.88]),
+    ("Bruneton 2008, four orders", 0.119, 1.00, [1.00, 0.99, 0.89]),
+    ("Haber 2005", 0.192, 0.91, [0.97, 0.90, 0.82]),
+    ("Nishita 1993, one order", 0.44, 0.70, [0.56, 0.65, 0.61]),
+    ("Hosek 2012", 0.68, 1.32, [1.70, 1.55, 1.18]),
+    ("Preetham 1999", 1.51, 2.41, [2.34, 2.40, 2.28]),
+];
+
 fn markdown(outcomes: &[Outcome]) -> String {
+    let others = PUBLISHED.map(|(model, rmse, irradiance, ratios)| {
+        vec![
+            model.to_owned(),
+            format!("{:.1} %", 100.0 * rmse),
+            format!("{irradiance:.2}"),
+            ratios.map(|ratio| format!("{ratio:.2}")).join(" / "),
+        ]
+    });
+    let head_of_others = ["published model", "RMSE ÷ mean", "sky irradiance ÷ measured", "ratio at 400 / 550 / 700 nm"];
     let head = ["atmosphere", "RMSE ÷ mean", "sky irradiance ÷ measured", "ratio at 400 / 550 / 700 nm", "values"];
     let row = |o: &Outcome| {
         vec![
@@ -247,9 +277,11 @@ fn markdown(outcomes: &[Outcome]) -> String {
     };
     format!(
         "# The measured sky\n\nTwo scans of 27 May 2013 in Ithaca, New York (Kider et al. 2014), of which directions {NEAREST_TO_SUN}° and more from \
-         the sun and bands up to {LAST} nm are compared; the sun at {SUN_DISTANCE} au, light of all orders, grass. `measured.csv` has every value.\n\n{}\n\
+         the sun and bands up to {LAST} nm are compared; the sun at {SUN_DISTANCE} au but where the published models had it, at 1; light of all orders, grass. `measured.csv` has every value.\n\n{}\n\
          ![Measured, and under each atmosphere](measured.png)\n\nA row for each scan: as measured, then under each atmosphere in the order of the \
-         table, all exposed alike; the zenith in the middle, north on top, east on the left. Near the sun nothing is compared.\n",
-        table(&head, outcomes.iter().map(row))
+         table, all exposed alike; the zenith in the middle, north on top, east on the left. Near the sun nothing is compared.\n\nBeside it, models in the \
+         atmosphere and under the sun of the first row, against all fifteen scans of that day (Bruneton 2016):\n\n{}",
+        table(&head, outcomes.iter().map(row)),
+        table(&head_of_others, others)
     )
 }

@@ -12,6 +12,8 @@ pub struct Stencil {
     pub weights: Vec4,
     /// The weights of the cubic's slope, per step from one to the next.
     pub slopes: Vec4,
+    /// The weights of half of its second derivative.
+    pub bends: Vec4,
 }
 
 /// The stencil at a position among `count` values, four at least; one-sided at the ends.
@@ -29,7 +31,8 @@ pub fn stencil(position: f32, count: u32) -> Stencil {
         (a * b + a * d + b * d) * -0.5,
         (a * b + a * c + b * c) * (1.0 / 6.0),
     );
-    Stencil { first: first as u32, weights, slopes }
+    let bends = Vec4::new((b + c + d) * (-1.0 / 6.0), (a + c + d) * 0.5, (a + b + d) * -0.5, (a + b + c) * (1.0 / 6.0));
+    Stencil { first: first as u32, weights, slopes, bends }
 }
 
 #[cfg(test)]
@@ -37,18 +40,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cubic_and_its_slope_are_exact_between_any_two_values() {
+    fn a_cubic_its_slope_and_its_bend_are_exact_between_any_two_values() {
         let cubic = |x: f32| ((0.5 * x - 2.0) * x + 1.0) * x - 3.0;
         let slope = |x: f32| (1.5 * x - 4.0) * x + 1.0;
+        let bend = |x: f32| 1.5 * x - 2.0;
         for count in [4, 5, 9] {
             for i in 0..=40 {
                 let x = (count - 1) as f32 * i as f32 / 40.0;
-                let Stencil { first, weights, slopes } = stencil(x, count);
+                let Stencil { first, weights, slopes, bends } = stencil(x, count);
                 assert!(first + 4 <= count);
                 let values = Vec4::from_array([0, 1, 2, 3].map(|k| cubic((first + k) as f32)));
                 // Four products of up to 250, each rounded by 6e-8.
                 assert!((weights.dot(values) - cubic(x)).abs() < 2e-4, "{x} of {count}");
                 assert!((slopes.dot(values) - slope(x)).abs() < 2e-4, "{x} of {count}");
+                assert!((bends.dot(values) - bend(x)).abs() < 2e-4, "{x} of {count}");
             }
         }
     }

@@ -5,7 +5,7 @@
 //! every pixel, and so is the horizon.
 //!
 //! The rows of an equirectangular image are elevations too. Its lookup has the same rows, and nothing is interpolated between them; between
-//! columns go cubics. Where the columns lie far enough apart, [`RUN`] neighbouring pixels share the cubic's value and slope in their middle.
+//! columns go cubics. Where the columns lie far enough apart, [`RUN`] neighbouring pixels share the cubic's value, slope and bend in their middle.
 
 use crate::azimuth::{cosine_at_place, place_of_azimuth};
 use crate::camera::{EQUIRECTANGULAR, PERSPECTIVE, equirectangular_elevation, is_within};
@@ -117,7 +117,7 @@ fn mirrored_at_sun(uniform: &Uniform, view: Vec3) -> Vec3 {
 }
 
 /// Neighbouring pixels of an equirectangular image that share their entries; see [`variant::RUNS`].
-pub const RUN: u32 = 4;
+pub const RUN: u32 = 8;
 
 /// Linear RGB of the sky in a direction, from the sky lookup: colours of air and aerosol between its entries, exact phase functions.
 /// `row` is that of the whole image.
@@ -150,18 +150,34 @@ pub fn ground_beneath(uniform: &Uniform, variant: u32) -> Vec3 {
 pub struct AlongRow {
     /// Columns from the sun's azimuth.
     pub column: f32,
-    /// Colour of air; `w` unused, here and below.
-    pub air: Vec4,
+    /// Of air.
+    pub air: Parabola,
+    /// Of aerosol.
+    pub aerosol: Parabola,
+    /// Of the rest.
+    pub rest: Parabola,
+}
+
+/// A colour about a place; `w` is unused.
+#[derive(Clone, Copy)]
+pub struct Parabola {
+    /// There.
+    pub value: Vec4,
     /// Its change per column.
-    pub air_slope: Vec4,
-    /// Colour of aerosol.
-    pub aerosol: Vec4,
-    /// Its change per column.
-    pub aerosol_slope: Vec4,
-    /// Colour of the rest.
-    pub rest: Vec4,
-    /// Its change per column.
-    pub rest_slope: Vec4,
+    pub slope: Vec4,
+    /// Half of the change of that per column.
+    pub bend: Vec4,
+}
+
+impl Parabola {
+    /// No light.
+    pub const DARK: Self = Self { value: Vec4::ZERO, slope: Vec4::ZERO, bend: Vec4::ZERO };
+
+    /// The colour so many columns beside the place.
+    #[inline(always)]
+    fn beside(self, columns: f32) -> Vec3 {
+        rgb(self.value + (self.slope + self.bend * columns) * columns)
+    }
 }
 
 /// Where a direction is in its row of the lookup.
@@ -186,27 +202,26 @@ pub fn along_row(uniform: &Uniform, lookup: &[Vec4], place: RowPlace, row: u32, 
     let RowPlace { column, near } = place;
     let colours = colours_per_entry(variant) as usize;
     let at = colours * (row * uniform.lookup_azimuths + near.first) as usize;
-    let (air, air_slope) = cubic(lookup, at, colours, near);
-    let (mut aerosol, mut aerosol_slope) = (Vec4::ZERO, Vec4::ZERO);
+    let (mut aerosol, mut rest) = (Parabola::DARK, Parabola::DARK);
     if variant & variant::AEROSOL != 0 {
-        (aerosol, aerosol_slope) = cubic(lookup, at + 1, colours, near);
+        aerosol = cubic(lookup, at + 1, colours, near);
     }
-    let (mut rest, mut rest_slope) = (Vec4::ZERO, Vec4::ZERO);
     if variant & variant::REST != 0 {
-        (rest, rest_slope) = cubic(lookup, at + 2, colours, near);
+        rest = cubic(lookup, at + 2, colours, near);
     }
-    AlongRow { column, air, air_slope, aerosol, aerosol_slope, rest, rest_slope }
+    AlongRow { column, air: cubic(lookup, at, colours, near), aerosol, rest }
 }
 
-/// A colour and its slope between four entries of so many colours.
+/// A colour, its slope and its bend between four entries of so many colours.
 #[inline(always)]
-fn cubic(lookup: &[Vec4], at: usize, colours: usize, near: Stencil) -> (Vec4, Vec4) {
+fn cubic(lookup: &[Vec4], at: usize, colours: usize, near: Stencil) -> Parabola {
     let (a, b) = (fetch(lookup, at), fetch(lookup, at + colours));
     let (c, d) = (fetch(lookup, at + 2 * colours), fetch(lookup, at + 3 * colours));
-    (
-        a * near.weights.x + b * near.weights.y + c * near.weights.z + d * near.weights.w,
-        a * near.slopes.x + b * near.slopes.y + c * near.slopes.z + d * near.slopes.w,
-    )
+    Parabola {
+        value: a * near.weights.x + b * near.weights.y + c * near.weights.z + d * near.weights.w,
+        slope: a * near.slopes.x + b * near.slopes.y + c * near.slopes.z + d * near.slopes.w,
+        bend: a * near.bends.x + b * near.bends.y + c * near.bends.z + d * near.bends.w,
+    }
 }
 
 /// Linear RGB of the sky in a direction in a row, at a place or just beside it.
@@ -219,16 +234,14 @@ pub fn sky_along_row(uniform: &Uniform, place: AlongRow, view: Vec3, variant: u3
 #[inline(always)]
 pub fn row_constituents(uniform: &Uniform, place: AlongRow, view: Vec3, variant: u32) -> Constituents {
     let beside = columns_from_sun(uniform, view) - place.column;
-    let air = rgb(place.air + place.air_slope * beside);
-    let mut aerosol = Vec3::ZERO;
+    let (mut aerosol, mut rest) = (Vec3::ZERO, Vec3::ZERO);
     if variant & variant::AEROSOL != 0 {
-        aerosol = rgb(place.aerosol + place.aerosol_slope * beside);
+        aerosol = place.aerosol.beside(beside);
     }
-    let mut rest = Vec3::ZERO;
     if variant & variant::REST != 0 {
-        rest = rgb(place.rest + place.rest_slope * beside);
+        rest = place.rest.beside(beside);
     }
-    Constituents { air, aerosol, rest }
+    Constituents { air: place.air.beside(beside), aerosol, rest }
 }
 
 /// Linear RGB of the sky in a direction, from a lookup that does not have the rows of its image.

@@ -7,8 +7,8 @@ use crate::camera::{EQUIRECTANGULAR, position_view};
 use crate::cubic::Stencil;
 use crate::glam::{Vec2, Vec4};
 use crate::lookup::{
-    AlongRow, GridPlace, RUN, RowPlace, along_row, grid_constituents, grid_place, ground_beneath, is_on_ground,
-    row_constituents, row_place,
+    GridPlace, RUN, RowPlace, along_row, grid_constituents, grid_place, ground_beneath, is_on_ground, row_constituents,
+    row_place,
 };
 use crate::uniform::Uniform;
 use crate::variant;
@@ -25,7 +25,7 @@ pub fn sky_of_block(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, views: 
         return ground;
     }
     let constituents = if variant::projection(variant) == EQUIRECTANGULAR {
-        along_row_of_block(uniform, entries, pixels, views, variant).constituents(uniform, views, pixels.count)
+        along_row_of_block(uniform, entries, pixels, views, variant)
     } else {
         in_grid(uniform, entries, pixels, views, variant)
     };
@@ -41,53 +41,7 @@ pub fn sky_of_block(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, views: 
     sky
 }
 
-/// An [`AlongRow`] of each pixel.
-struct BlockAlongRow {
-    column: Lanes,
-    colours: BlockConstituents,
-    slopes: BlockConstituents,
-}
-
-impl BlockAlongRow {
-    const NONE: Self = Self { column: ZERO, colours: BlockConstituents::DARK, slopes: BlockConstituents::DARK };
-
-    #[inline(always)]
-    fn set(&mut self, lane: usize, place: AlongRow) {
-        self.column[lane] = place.column;
-        self.colours.air.set(lane, place.air.truncate());
-        self.slopes.air.set(lane, place.air_slope.truncate());
-        self.colours.aerosol.set(lane, place.aerosol.truncate());
-        self.slopes.aerosol.set(lane, place.aerosol_slope.truncate());
-        self.colours.rest.set(lane, place.rest.truncate());
-        self.slopes.rest.set(lane, place.rest_slope.truncate());
-    }
-
-    #[inline(always)]
-    fn get(&self, lane: usize) -> AlongRow {
-        AlongRow {
-            column: self.column[lane],
-            air: self.colours.air.get(lane).extend(0.0),
-            air_slope: self.slopes.air.get(lane).extend(0.0),
-            aerosol: self.colours.aerosol.get(lane).extend(0.0),
-            aerosol_slope: self.slopes.aerosol.get(lane).extend(0.0),
-            rest: self.colours.rest.get(lane).extend(0.0),
-            rest_slope: self.slopes.rest.get(lane).extend(0.0),
-        }
-    }
-
-    #[inline(always)]
-    fn constituents(&self, uniform: &Uniform, views: &Views, count: usize) -> BlockConstituents {
-        const ALL: u32 = variant::AEROSOL | variant::REST;
-        let mut sum = BlockConstituents::DARK;
-        for lane in lanes(count) {
-            // What the variant leaves out is zero here, and stays so.
-            sum.set(lane, row_constituents(uniform, self.get(lane), views.directions.get(lane), ALL));
-        }
-        sum
-    }
-}
-
-/// The colours along the row at each pixel, or in the middle of its run.
+/// Constituents along the row, of each pixel at its own place or beside the middle of its run.
 #[inline(always)]
 fn along_row_of_block(
     uniform: &Uniform,
@@ -95,29 +49,42 @@ fn along_row_of_block(
     pixels: Pixels,
     views: &Views,
     variant: u32,
-) -> BlockAlongRow {
-    let mut places = Places::NONE;
-    let mut run = 1;
+) -> BlockConstituents {
     if variant & variant::RUNS != 0 {
-        run = RUN as usize;
-        for index in lanes(pixels.count / run) {
-            let middle = (pixels.first + RUN * index as u32 + RUN / 2) as f32;
-            let middle = Vec2::new(middle, uniform.first_row as f32 + 0.5);
-            places.set(index, row_place(uniform, position_view(&uniform.camera, EQUIRECTANGULAR, middle).direction));
-        }
-    } else {
-        for lane in lanes(pixels.count) {
-            places.set(lane, row_place(uniform, views.directions.get(lane)));
+        return along_runs(uniform, entries, pixels, views, variant);
+    }
+    let mut places = Places::NONE;
+    for lane in lanes(pixels.count) {
+        places.set(lane, row_place(uniform, views.directions.get(lane)));
+    }
+    let mut sum = BlockConstituents::DARK;
+    for lane in lanes(pixels.count) {
+        let place = along_row(uniform, entries, places.get(lane), uniform.first_row, variant);
+        sum.set(lane, row_constituents(uniform, place, views.directions.get(lane), variant));
+    }
+    sum
+}
+
+/// The same of a row in runs.
+#[inline(always)]
+fn along_runs(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, views: &Views, variant: u32) -> BlockConstituents {
+    const ALL: u32 = variant::AEROSOL | variant::REST;
+    let mut places = Places::NONE;
+    for index in lanes(pixels.count / RUN as usize) {
+        let middle = (pixels.first + RUN * index as u32 + RUN / 2) as f32;
+        let middle = Vec2::new(middle, uniform.first_row as f32 + 0.5);
+        places.set(index, row_place(uniform, position_view(&uniform.camera, EQUIRECTANGULAR, middle).direction));
+    }
+    let mut sum = BlockConstituents::DARK;
+    for index in lanes(pixels.count / RUN as usize) {
+        let place = along_row(uniform, entries, places.get(index), uniform.first_row, variant);
+        // What the variant leaves out is dark here, and stays so.
+        for lane in 0..RUN as usize {
+            let lane = (RUN as usize * index + lane) % BLOCK;
+            sum.set(lane, row_constituents(uniform, place, views.directions.get(lane), ALL));
         }
     }
-    let mut rows = BlockAlongRow::NONE;
-    for index in lanes(pixels.count / run) {
-        let row = along_row(uniform, entries, places.get(index), uniform.first_row, variant);
-        for lane in index * run..(index + 1) * run {
-            rows.set(lane, row);
-        }
-    }
-    rows
+    sum
 }
 
 /// A [`RowPlace`] of each pixel or run.
@@ -126,10 +93,12 @@ struct Places {
     first: [u32; BLOCK],
     weights: Four,
     slopes: Four,
+    bends: Four,
 }
 
 impl Places {
-    const NONE: Self = Self { column: ZERO, first: [0; BLOCK], weights: Four::ZERO, slopes: Four::ZERO };
+    const NONE: Self =
+        Self { column: ZERO, first: [0; BLOCK], weights: Four::ZERO, slopes: Four::ZERO, bends: Four::ZERO };
 
     #[inline(always)]
     fn set(&mut self, lane: usize, place: RowPlace) {
@@ -137,11 +106,17 @@ impl Places {
         self.first[lane] = place.near.first;
         self.weights.set(lane, place.near.weights);
         self.slopes.set(lane, place.near.slopes);
+        self.bends.set(lane, place.near.bends);
     }
 
     #[inline(always)]
     fn get(&self, lane: usize) -> RowPlace {
-        let near = Stencil { first: self.first[lane], weights: self.weights.get(lane), slopes: self.slopes.get(lane) };
+        let near = Stencil {
+            first: self.first[lane],
+            weights: self.weights.get(lane),
+            slopes: self.slopes.get(lane),
+            bends: self.bends.get(lane),
+        };
         RowPlace { column: self.column[lane], near }
     }
 }

@@ -59,7 +59,7 @@ fn orders(plan: &Plan) -> String {
     let rest = if integral.orders == Orders::All {
         let ratio = ratio.map(|ratio| format!("{ratio:.3}")).join(" ");
         format!(
-            "then all after them from the last three (ratio at the first bands {ratio}), off by {:.2} % of all light at most",
+            "then all after them from the last of these (ratio at the first bands {ratio}), off by {:.2} % of all light at most",
             100.0 * error
         )
     } else {
@@ -217,7 +217,7 @@ mod tests {
     fn the_orders_of_a_sky_are_told() {
         let all = explained(|scene| *scene = Scene::preset(Preset::Standard), PixelFormat::Picture);
         assert!(
-            all.contains("orders: a light field of") && all.contains("all after them from the last three"),
+            all.contains("orders: a light field of") && all.contains("all after them from the last of these"),
             "{all}"
         );
         assert!(!all.contains("black ground"), "{all}");

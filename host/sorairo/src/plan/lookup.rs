@@ -209,8 +209,8 @@ impl Sampled {
     }
 }
 
-/// Pixels between two entries of a row, from which runs share a place: a run then reaches an eighth of the way to the next entry, where a
-/// straight line is off by d² / 2 of a second difference, a sixteenth of what it is off midway between two.
+/// Pixels between two entries of a row, from which runs share a place: a run then reaches a quarter of the way to the next entry, where a
+/// parabola is off by d³ / 6 of a third difference, 0.003 of it.
 const PIXELS_BETWEEN_ENTRIES: f64 = 16.0;
 
 /// Whether the pixels of an image can be looked up in [`variant::RUNS`] in a sky lookup of this size.

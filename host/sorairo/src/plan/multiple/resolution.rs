@@ -34,7 +34,7 @@ pub struct Resolution {
     pub view_samples: u32,
     /// Whether what lies between suns is interpolated relative to its logarithm.
     pub logarithmic: bool,
-    /// How far the sum of all orders may be off, relative to all light.
+    /// How far the sum of all orders may be off, relative to all light. Under low suns what is told is three to ten times what is off.
     pub tolerance: f64,
     /// What moments of a higher degree than the first order's would add, relative to the sun's light.
     pub beyond_degree: f64,

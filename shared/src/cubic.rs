@@ -16,6 +16,9 @@ pub struct Stencil {
     pub bends: Vec4,
 }
 
+/// The weights of a sixth of the cubic's third derivative, which is the same everywhere.
+pub const TWISTS: Vec4 = Vec4::new(-1.0 / 6.0, 0.5, -0.5, 1.0 / 6.0);
+
 /// The stencil at a position among `count` values, four at least; one-sided at the ends.
 ///
 /// Lagrange's polynomials on the nodes 0, 1, 2 and 3.
@@ -40,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cubic_its_slope_and_its_bend_are_exact_between_any_two_values() {
+    fn a_cubic_and_its_derivatives_are_exact_between_any_two_values() {
         let cubic = |x: f32| ((0.5 * x - 2.0) * x + 1.0) * x - 3.0;
         let slope = |x: f32| (1.5 * x - 4.0) * x + 1.0;
         let bend = |x: f32| 1.5 * x - 2.0;
@@ -54,6 +57,7 @@ mod tests {
                 assert!((weights.dot(values) - cubic(x)).abs() < 2e-4, "{x} of {count}");
                 assert!((slopes.dot(values) - slope(x)).abs() < 2e-4, "{x} of {count}");
                 assert!((bends.dot(values) - bend(x)).abs() < 2e-4, "{x} of {count}");
+                assert!((TWISTS.dot(values) - 0.5).abs() < 2e-4, "{x} of {count}");
             }
         }
     }

@@ -3,13 +3,14 @@
 //! A kernel is a pure function of the uniform, the buffers and an index. A GPU entry point fetches its index, calls
 //! the function and stores the result; the CPU calls the same function in a loop.
 
-use crate::camera::{EQUIRECTANGULAR, PixelView, pixel_view, position_view};
+use crate::camera::{PixelView, pixel_view};
 use crate::disc::disc_in_pixel;
-use crate::glam::{UVec2, Vec2, Vec3, Vec4};
-use crate::lookup::{self, RUN};
+use crate::glam::{UVec2, Vec3, Vec4};
+use crate::lookup;
 use crate::math::{fetch, half_bits, store};
 use crate::phase::ScatteringAngle;
 use crate::rgb::into_gamut;
+use crate::run::{self, Circle, Middle, RUN, Run};
 use crate::single::Bands;
 use crate::sky::{Constituents, Gathered, constituents, is_done, light, transfer_of_parts, view_ray};
 use crate::spectral;
@@ -172,8 +173,7 @@ pub fn lookup_pixel(
     if variant & variant::RUNS != 0 {
         let mut pixel = UVec2::new(RUN * invocation.x, invocation.y);
         let end = pixel.x + RUN;
-        let middle = Vec2::new((pixel.x + RUN / 2) as f32, row as f32 + 0.5);
-        let direction = position_view(&uniform.camera, EQUIRECTANGULAR, middle).direction;
+        let direction = run::middle_direction(uniform, pixel.x, row);
         if lookup::is_on_ground(direction, variant) {
             while pixel.x < end {
                 store_rgb(uniform, output, pixel, lookup::ground_beneath(uniform, variant), variant);
@@ -181,13 +181,14 @@ pub fn lookup_pixel(
             }
             return;
         }
-        let place = lookup::row_place(uniform, direction);
-        let place = lookup::along_row(uniform, entries, place, row, variant);
-        while pixel.x < end {
-            let direction = view(uniform, pixel, variant).direction;
-            let rgb = lookup::sky_along_row(uniform, place, direction, variant);
+        let (circle, middle) = (Circle::of_row(uniform, row), Middle::towards(uniform, direction));
+        let run = Run::new(uniform, entries, circle, middle, row, variant);
+        let mut index = 0;
+        while index < RUN {
+            let rgb = run.sky(uniform, index, variant);
             store_rgb(uniform, output, pixel, with_disc(uniform, colour, pixel, rgb, variant), variant);
             pixel.x += 1;
+            index += 1;
         }
     } else {
         let pixel = invocation;

@@ -28,6 +28,7 @@
 //! | [`spectral`] | a direction in, a colour and the radiance at many wavelengths out |
 //! | [`disc`] | what the sun's disc adds to a pixel |
 //! | [`lookup`] | the sky lookup: where its entries are, how a pixel reads them |
+//! | [`run`] | pixels of a row that share what the sky lookup holds about their middle |
 //! | [`environment`] | environment maps: their smaller levels, and their irradiance in spherical harmonics |
 //! | [`kernels`] | the door: one function per kernel |
 //! | [`arithmetic`] | a kernel that measures how fast a device multiplies and adds |
@@ -99,6 +100,7 @@ pub mod observer;
 pub mod phase;
 pub mod profile;
 pub mod rgb;
+pub mod run;
 pub mod single;
 pub mod sky;
 pub mod spectral;

@@ -5,7 +5,7 @@
 //! every pixel, and so is the horizon.
 //!
 //! The rows of an equirectangular image are elevations too. Its lookup has the same rows, and nothing is interpolated between them; between
-//! columns go cubics. Where the columns lie far enough apart, [`RUN`] neighbouring pixels share the cubic's value, slope and bend in their middle.
+//! columns go cubics. Where the columns lie far enough apart, neighbouring pixels share what they read; see [`crate::run`].
 
 use crate::azimuth::{cosine_at_place, place_of_azimuth};
 use crate::camera::{EQUIRECTANGULAR, PERSPECTIVE, equirectangular_elevation, is_within};
@@ -116,9 +116,6 @@ fn mirrored_at_sun(uniform: &Uniform, view: Vec3) -> Vec3 {
     view - across * (2.0 * view.dot(across))
 }
 
-/// Neighbouring pixels of an equirectangular image that share their entries; see [`variant::RUNS`].
-pub const RUN: u32 = 8;
-
 /// Linear RGB of the sky in a direction, from the sky lookup: colours of air and aerosol between its entries, exact phase functions.
 /// `row` is that of the whole image.
 #[inline(always)]
@@ -127,7 +124,7 @@ pub fn sky_from_lookup(uniform: &Uniform, lookup: &[Vec4], view: Vec3, row: u32,
         return ground_beneath(uniform, variant);
     }
     if variant::projection(variant) == EQUIRECTANGULAR {
-        sky_along_row(uniform, along_row(uniform, lookup, row_place(uniform, view), row, variant), view, variant)
+        coloured(uniform, along_row(uniform, lookup, row_place(uniform, view), row, variant), view, variant)
     } else {
         sky_in_grid(uniform, lookup, view, variant)
     }
@@ -145,103 +142,49 @@ pub fn ground_beneath(uniform: &Uniform, variant: u32) -> Vec3 {
     if variant & variant::GROUND != 0 { rgb(uniform.ground) } else { Vec3::ZERO }
 }
 
-/// Colours at a place in a row of the lookup, and how they change from column to column.
-#[derive(Clone, Copy)]
-pub struct AlongRow {
-    /// Columns from the sun's azimuth.
-    pub column: f32,
-    /// Of air.
-    pub air: Parabola,
-    /// Of aerosol.
-    pub aerosol: Parabola,
-    /// Of the rest.
-    pub rest: Parabola,
-}
-
-/// A colour about a place; `w` is unused.
-#[derive(Clone, Copy)]
-pub struct Parabola {
-    /// There.
-    pub value: Vec4,
-    /// Its change per column.
-    pub slope: Vec4,
-    /// Half of the change of that per column.
-    pub bend: Vec4,
-}
-
-impl Parabola {
-    /// No light.
-    pub const DARK: Self = Self { value: Vec4::ZERO, slope: Vec4::ZERO, bend: Vec4::ZERO };
-
-    /// The colour so many columns beside the place.
-    #[inline(always)]
-    fn beside(self, columns: f32) -> Vec3 {
-        rgb(self.value + (self.slope + self.bend * columns) * columns)
-    }
-}
-
-/// Where a direction is in its row of the lookup.
-#[derive(Clone, Copy)]
-pub struct RowPlace {
-    /// Columns from the sun's azimuth.
-    pub column: f32,
-    /// The entries about it.
-    pub near: Stencil,
-}
-
-/// Where a direction is in its row of the lookup.
+/// The entries about a direction in its row of the lookup.
 #[inline(always)]
-pub fn row_place(uniform: &Uniform, view: Vec3) -> RowPlace {
-    let column = columns_from_sun(uniform, view);
-    RowPlace { column, near: stencil(column, uniform.lookup_azimuths) }
+pub fn row_place(uniform: &Uniform, view: Vec3) -> Stencil {
+    stencil(columns_from_sun(uniform, view), uniform.lookup_azimuths)
 }
 
-/// The colours at a place in an image's row.
+/// Colours of the constituents between four entries of an image's row.
 #[inline(always)]
-pub fn along_row(uniform: &Uniform, lookup: &[Vec4], place: RowPlace, row: u32, variant: u32) -> AlongRow {
-    let RowPlace { column, near } = place;
-    let colours = colours_per_entry(variant) as usize;
-    let at = colours * (row * uniform.lookup_azimuths + near.first) as usize;
-    let (mut aerosol, mut rest) = (Parabola::DARK, Parabola::DARK);
-    if variant & variant::AEROSOL != 0 {
-        aerosol = cubic(lookup, at + 1, colours, near);
-    }
-    if variant & variant::REST != 0 {
-        rest = cubic(lookup, at + 2, colours, near);
-    }
-    AlongRow { column, air: cubic(lookup, at, colours, near), aerosol, rest }
-}
-
-/// A colour, its slope and its bend between four entries of so many colours.
-#[inline(always)]
-fn cubic(lookup: &[Vec4], at: usize, colours: usize, near: Stencil) -> Parabola {
-    let (a, b) = (fetch(lookup, at), fetch(lookup, at + colours));
-    let (c, d) = (fetch(lookup, at + 2 * colours), fetch(lookup, at + 3 * colours));
-    Parabola {
-        value: a * near.weights.x + b * near.weights.y + c * near.weights.z + d * near.weights.w,
-        slope: a * near.slopes.x + b * near.slopes.y + c * near.slopes.z + d * near.slopes.w,
-        bend: a * near.bends.x + b * near.bends.y + c * near.bends.z + d * near.bends.w,
-    }
-}
-
-/// Linear RGB of the sky in a direction in a row, at a place or just beside it.
-#[inline(always)]
-pub fn sky_along_row(uniform: &Uniform, place: AlongRow, view: Vec3, variant: u32) -> Vec3 {
-    coloured(uniform, row_constituents(uniform, place, view, variant), view, variant)
-}
-
-/// Colours of the constituents in a direction in a row, at a place or just beside it.
-#[inline(always)]
-pub fn row_constituents(uniform: &Uniform, place: AlongRow, view: Vec3, variant: u32) -> Constituents {
-    let beside = columns_from_sun(uniform, view) - place.column;
+pub fn along_row(uniform: &Uniform, lookup: &[Vec4], near: Stencil, row: u32, variant: u32) -> Constituents {
+    let at = (colours_per_entry(variant) * (row * uniform.lookup_azimuths + near.first)) as usize;
     let (mut aerosol, mut rest) = (Vec3::ZERO, Vec3::ZERO);
     if variant & variant::AEROSOL != 0 {
-        aerosol = place.aerosol.beside(beside);
+        aerosol = FourEntries::fetch(lookup, at + 1, variant).weighted(near.weights);
     }
     if variant & variant::REST != 0 {
-        rest = place.rest.beside(beside);
+        rest = FourEntries::fetch(lookup, at + 2, variant).weighted(near.weights);
     }
-    Constituents { air: place.air.beside(beside), aerosol, rest }
+    Constituents { air: FourEntries::fetch(lookup, at, variant).weighted(near.weights), aerosol, rest }
+}
+
+/// A colour of four entries that follow each other in a row.
+#[derive(Clone, Copy)]
+pub struct FourEntries(Vec4, Vec4, Vec4, Vec4);
+
+impl FourEntries {
+    /// Those of the first of which the colour stands at `at`.
+    #[inline(always)]
+    pub fn fetch(lookup: &[Vec4], at: usize, variant: u32) -> Self {
+        let colours = colours_per_entry(variant) as usize;
+        Self(
+            fetch(lookup, at),
+            fetch(lookup, at + colours),
+            fetch(lookup, at + 2 * colours),
+            fetch(lookup, at + 3 * colours),
+        )
+    }
+
+    /// Their sum, each with its weight.
+    #[inline(always)]
+    pub fn weighted(self, weights: Vec4) -> Vec3 {
+        let Self(a, b, c, d) = self;
+        rgb(a * weights.x + b * weights.y + c * weights.z + d * weights.w)
+    }
 }
 
 /// Linear RGB of the sky in a direction, from a lookup that does not have the rows of its image.

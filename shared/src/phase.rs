@@ -2,29 +2,43 @@
 
 use crate::geometry::Ray;
 use crate::glam::Vec3;
-use crate::math::{PI, max, sqrt};
+use crate::math::{PI, abs, max, sqrt};
 
 /// The angle by which light is scattered.
 #[derive(Clone, Copy)]
 pub struct ScatteringAngle {
     /// Its cosine `ν`.
     pub cosine: f32,
-    /// `1 - ν²`, which near 0 and 180 degrees has more digits than the cosine.
-    pub sine_squared: f32,
+    /// `1 - ν`, which near the sun has more digits than the cosine.
+    pub from_sun: f32,
+    /// `1 + ν`, which opposite the sun has more digits.
+    pub from_antisun: f32,
 }
 
 impl ScatteringAngle {
     /// The angle between a ray and the sun.
     #[inline(always)]
     pub fn of_ray(ray: Ray) -> Self {
-        Self { cosine: ray.nu, sine_squared: ray.one_minus_nu_squared }
+        Self::new(ray.nu, ray.one_minus_nu_squared)
     }
 
     /// The angle between the unit vectors along the view and towards the sun.
     #[inline(always)]
     pub fn between(view: Vec3, sun: Vec3) -> Self {
         let cross = view.cross(sun);
-        Self { cosine: view.dot(sun), sine_squared: cross.dot(cross) }
+        Self::new(view.dot(sun), cross.dot(cross))
+    }
+
+    /// The angle of a cosine, and of `1 - ν²` with all its digits.
+    #[inline(always)]
+    pub fn new(cosine: f32, sine_squared: f32) -> Self {
+        let far = 1.0 + abs(cosine);
+        let near = sine_squared / far;
+        if cosine > 0.0 {
+            Self { cosine, from_sun: near, from_antisun: far }
+        } else {
+            Self { cosine, from_sun: far, from_antisun: near }
+        }
     }
 }
 
@@ -45,10 +59,8 @@ pub fn air_phase(anisotropy: f32, nu: f32) -> f32 {
 #[inline(always)]
 pub fn cornette_shanks_phase(angle: ScatteringAngle, g: f32) -> f32 {
     let nu = angle.cosine;
-    // The peak lies ahead for g > 0 and behind for g < 0. (1 - |g|)² + 2|g|(1 - |ν|) is 1 + g² - 2gν on its side, and with 1 - |ν| from
-    // the sine it keeps its digits there.
-    let (strength, toward_peak) = if g < 0.0 { (-g, -nu) } else { (g, nu) };
-    let from_peak = if toward_peak > 0.0 { angle.sine_squared / (1.0 + toward_peak) } else { 1.0 - toward_peak };
+    // The peak lies ahead for g > 0 and behind for g < 0. (1 - |g|)² + 2|g|(1 - |ν|) is 1 + g² - 2gν on its side, and keeps its digits there.
+    let (strength, from_peak) = if g < 0.0 { (-g, angle.from_antisun) } else { (g, angle.from_sun) };
     let narrowness = 1.0 - strength;
     let spread = max(narrowness * narrowness + 2.0 * strength * from_peak, 1e-12);
     let scale = 3.0 / (8.0 * PI) * narrowness * (1.0 + strength) / (2.0 + g * g);
@@ -66,7 +78,7 @@ mod tests {
     }
 
     fn angle(nu: f32) -> ScatteringAngle {
-        ScatteringAngle { cosine: nu, sine_squared: ((1.0 - f64::from(nu)) * (1.0 + f64::from(nu))) as f32 }
+        ScatteringAngle::new(nu, ((1.0 - f64::from(nu)) * (1.0 + f64::from(nu))) as f32)
     }
 
     /// At g = ±0.99 the peak is half a degree wide: a cosine in single precision alone lost 1.5e-3 of it.
@@ -80,7 +92,7 @@ mod tests {
                 let spread = 1.0 + wide * wide - 2.0 * wide.abs() * cosine;
                 let truth = 3.0 / (8.0 * std::f64::consts::PI) * (1.0 - wide * wide) * (1.0 + cosine * cosine)
                     / ((2.0 + wide * wide) * spread.powf(1.5));
-                let angle = ScatteringAngle { cosine: (side * cosine) as f32, sine_squared: (sine * sine) as f32 };
+                let angle = ScatteringAngle::new((side * cosine) as f32, (sine * sine) as f32);
                 let error = f64::from(cornette_shanks_phase(angle, g)) / truth - 1.0;
                 // Ten roundings.
                 assert!(error.abs() < 6e-7, "g = {g}, {degrees} degrees: {error:e}");

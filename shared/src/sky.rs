@@ -139,6 +139,11 @@ pub struct Constituents {
     pub rest: Vec3,
 }
 
+impl Constituents {
+    /// No light.
+    pub const DARK: Self = Self { air: Vec3::ZERO, aerosol: Vec3::ZERO, rest: Vec3::ZERO };
+}
+
 /// The sky of a ray from its constituents: phase functions, and the gamut of the display's primaries (W·m⁻²·sr⁻¹).
 #[inline(always)]
 pub fn with_phases(uniform: &Uniform, constituents: Constituents, angle: ScatteringAngle, variant: u32) -> Vec3 {
@@ -165,7 +170,7 @@ pub struct Gathered {
 impl Gathered {
     /// No light.
     pub const DARK: Self = Self {
-        colours: Constituents { air: Vec3::ZERO, aerosol: Vec3::ZERO, rest: Vec3::ZERO },
+        colours: Constituents::DARK,
         lights: Parts { air: Dozen::DARK, aerosol: Dozen::DARK, multiple: Dozen::DARK, ground: Dozen::DARK },
     };
 

@@ -22,8 +22,8 @@ pub const OPAQUE: u32 = 128;
 /// Everything that concerns the integral of light scattered once; right for every scene.
 pub const WHOLE_INTEGRAL: u32 = 63 | OPAQUE;
 
-/// Pixels are looked up in runs of a few, which share their entries: only in an equirectangular image whose width is a
-/// multiple of that, and where the entries lie so much farther apart that a run reaches hardly beyond them.
+/// Pixels are looked up in runs, which share their entries: only in an equirectangular image whose width is a multiple of a run, and where a run
+/// reaches no farther than to the next entry; see [`crate::run`].
 pub const RUNS: u32 = 1 << 12;
 
 /// There is light that was scattered more than once.

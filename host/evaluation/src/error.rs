@@ -104,7 +104,7 @@ pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
         let radiance = Vec4::from_array(std::array::from_fn(|i| transfer[i] as f32 * irradiance[i]));
         return observe_cubic(integral.uniform.band_wavelengths, radiance, &sky.colours().rows).as_dvec3();
     }
-    let (phases, Constituents { air, aerosol, rest }) = (integral.phases(view), sky.constituents(view));
+    let (phases, Constituents { air, aerosol, rest }) = (integral.phases(view), sky.constituents(&[view])[0]);
     let rgb = air * phases.air + aerosol * phases.aerosol + rest;
     sky.space.from_xyz.inverse() * rgb.as_dvec3()
 }

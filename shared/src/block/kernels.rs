@@ -8,11 +8,13 @@ use super::colour::{constituents, light, with_phases_of_block};
 use super::lanes::{BLOCK, Three, lanes};
 use super::lookup::sky_of_block;
 use super::pixels::{Pixels, add_disc, blacken, store_block, views};
+use super::run::sky_of_runs;
 use crate::arithmetic::multiply_adds_of_block;
 use crate::glam::{Vec3, Vec4};
 use crate::lookup::{colours_per_entry, entry_view, store_entry};
-use crate::sky::Parts;
+use crate::sky::{Constituents, Parts};
 use crate::uniform::{Buffers, Uniform};
+use crate::variant;
 
 /// Kernel `sky` for the row with which a dispatch begins, `output`, whose pixels hold colours alone, by any fit but the solved cubic; see
 /// [`crate::kernels::sky_pixel`].
@@ -53,6 +55,25 @@ pub fn light_of_directions<'a>(
     plain::light_of_directions(uniform, buffers, directions, output, variant);
 }
 
+/// Colours of the constituents in some directions, [`BLOCK`] at most, by any fit but the solved cubic; see [`crate::sky::constituents`].
+#[multiversion(targets("x86_64+avx+avx2"))]
+pub fn constituents_of_directions<'a>(
+    uniform: &Uniform,
+    buffers: Buffers<'a>,
+    directions: &[Vec3],
+    output: &mut [Constituents],
+    variant: u32,
+) {
+    let (count, mut views) = (directions.len(), Three::ZERO);
+    for lane in lanes(count) {
+        views.set(lane, directions[lane]);
+    }
+    let colours = constituents(uniform, buffers, &views, count, variant);
+    for lane in lanes(count) {
+        output[lane] = colours.get(lane);
+    }
+}
+
 /// The same for any processor of its kind.
 pub mod plain {
     use super::*;
@@ -77,6 +98,9 @@ pub mod plain {
     /// See [`super::lookup_row`].
     #[inline(always)]
     pub fn lookup_row(uniform: &Uniform, colour: &[Vec4], entries: &[Vec4], output: &mut [u32], variant: u32) {
+        if variant & variant::RUNS != 0 {
+            return lookup_runs(uniform, colour, entries, output, variant);
+        }
         for (pixels, output) in blocks(uniform, output) {
             let views = views(uniform, pixels, variant);
             let mut sky = Three::ZERO;
@@ -85,6 +109,16 @@ pub mod plain {
                 add_disc(uniform, colour, pixels, &mut sky, variant);
                 blacken(&views, pixels.count, &mut sky);
             }
+            store_block(uniform, output, pixels, &sky, variant);
+        }
+    }
+
+    /// [`lookup_row`] of a variant with runs.
+    #[inline(always)]
+    fn lookup_runs(uniform: &Uniform, colour: &[Vec4], entries: &[Vec4], output: &mut [u32], variant: u32) {
+        for (pixels, output) in blocks(uniform, output) {
+            let mut sky = sky_of_runs(uniform, entries, pixels, variant);
+            add_disc(uniform, colour, pixels, &mut sky, variant);
             store_block(uniform, output, pixels, &sky, variant);
         }
     }

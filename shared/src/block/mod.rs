@@ -14,3 +14,4 @@ pub mod kernels;
 pub mod lanes;
 pub mod lookup;
 pub mod pixels;
+pub mod run;

@@ -207,8 +207,8 @@ mod tests {
     fn pixels_in_runs_have_the_same_bits_in_blocks_and_alone_with_and_without_avx2() {
         for (preset, format) in [(Preset::Earth, PixelFormat::LinearRgb), (Preset::Standard, PixelFormat::Picture)] {
             let mut scene = scene(preset, 30.0, Projection::Equirectangular);
-            // Wide enough for runs, with a block of a few pixels at the end.
-            scene.camera.size = "1608x9".parse().unwrap();
+            // Wide enough for runs, with a block of a few pixels at the end, and high enough for a disc of few samples in a pixel.
+            scene.camera.size = "1616x640".parse().unwrap();
             scene.render.path = PathChoice::Lookup;
             let plan = check(&scene, format);
             assert!(plan.variant & sorairo_shared::variant::RUNS != 0, "{}", plan.lookup);

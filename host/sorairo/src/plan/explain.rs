@@ -1,7 +1,8 @@
 //! A plan in words: what it skips, and what that saves.
 
-use sorairo_shared::lookup::{RUN, colours_per_entry};
+use sorairo_shared::lookup::colours_per_entry;
 use sorairo_shared::multiple_lookup::MultipleLookup;
+use sorairo_shared::run::RUN;
 use sorairo_shared::variant::{self, PixelFormat};
 
 use super::image::Plan;
@@ -145,7 +146,7 @@ fn path(plan: &Plan) -> String {
         Some(size) => {
             let entries = size.entries();
             let runs = if plan.variant & variant::RUNS != 0 {
-                format!("; {RUN} pixels share a place between them")
+                format!("; {RUN} pixels share their entries")
             } else {
                 String::new()
             };

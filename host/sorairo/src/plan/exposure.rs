@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use rayon::prelude::*;
 use sorairo_shared::glam::Vec3;
 
 use super::directions::direction;
@@ -12,11 +11,12 @@ use crate::scene::{Exposure, MOST_STOPS};
 /// The linear value of a picture (of 1) at which the sky's mean luminance is shown.
 const MIDDLE: f64 = 0.25;
 
-/// The exposure factor that is asked for, of a sky by its ray integral and its linear RGB in a direction.
-pub fn of(exposure: Exposure, integral: &RayIntegral, radiance: impl Fn(Vec3) -> Vec3 + Sync) -> f32 {
+/// The exposure factor that is asked for, of a sky by its ray integral and its linear RGB in directions.
+pub fn of(exposure: Exposure, integral: &RayIntegral, radiances: impl Fn(&[Vec3]) -> Vec<Vec3>) -> f32 {
+    let luminance = |rgb| f64::from(integral.uniform.rgb.luminance(rgb));
     match exposure {
         Exposure::Stops(stops) => stops.exp2() as f32,
-        Exposure::Auto => automatic(integral, &|view| f64::from(integral.uniform.rgb.luminance(radiance(view)))),
+        Exposure::Auto => automatic(integral, &|views| radiances(views).into_iter().map(luminance).collect()),
     }
 }
 
@@ -27,8 +27,8 @@ pub fn with_disc(factor: f32, light: f64) -> f32 {
     (MIDDLE / mean).max((-MOST_STOPS).exp2()) as f32
 }
 
-/// The luminance in a direction.
-type Luminance<'a> = dyn Fn(Vec3) -> f64 + Sync + 'a;
+/// The luminance in some directions.
+type Luminances<'a> = dyn Fn(&[Vec3]) -> Vec<f64> + 'a;
 
 /// The exposure factor that shows the sky's mean luminance at `MIDDLE`.
 ///
@@ -37,11 +37,11 @@ type Luminance<'a> = dyn Fn(Vec3) -> f64 + Sync + 'a;
 /// space). It depends on the sky alone, not on the camera, so that the pictures of one scene match. Where few directions alone are lit, more
 /// are looked at. A night without any light gets 1. Skies that are darker or brighter than the exposures that may be asked for,
 /// [`MOST_STOPS`], are shown at the last of them.
-fn automatic(integral: &RayIntegral, luminance: &Luminance<'_>) -> f32 {
+fn automatic(integral: &RayIntegral, luminances: &Luminances<'_>) -> f32 {
     let sun = integral.sun_azimuth;
     let (upper, lower) = ((0.0, 1.0), below(integral));
     let mean = [1, 8].into_iter().find_map(|finer| {
-        mean_log_luminance(luminance, sun, upper, finer).or_else(|| mean_log_luminance(luminance, sun, lower, finer))
+        mean_log_luminance(luminances, sun, upper, finer).or_else(|| mean_log_luminance(luminances, sun, lower, finer))
     });
     mean.map_or(1.0, |mean| (MIDDLE / mean.exp()).clamp((-MOST_STOPS).exp2(), MOST_STOPS.exp2()) as f32)
 }
@@ -57,7 +57,7 @@ fn below(integral: &RayIntegral) -> (f64, f64) {
 
 /// Mean logarithm of the luminance over the directions whose sine of the elevation lies within `height` above `lowest`, `finer` times as
 /// many in elevation and azimuth as will do for most skies; `None` if they are black. `sun` is its azimuth (degrees).
-fn mean_log_luminance(luminance: &Luminance<'_>, sun: f64, (lowest, height): (f64, f64), finer: u32) -> Option<f64> {
+fn mean_log_luminance(luminances: &Luminances<'_>, sun: f64, (lowest, height): (f64, f64), finer: u32) -> Option<f64> {
     let (elevations, azimuths) = (8 * finer, 12 * finer);
     let view = |place: u32| {
         let (i, j) = (place / azimuths, place % azimuths);
@@ -66,8 +66,8 @@ fn mean_log_luminance(luminance: &Luminance<'_>, sun: f64, (lowest, height): (f6
         let azimuth = sun + (f64::from(j) + 0.5) * 360.0 / f64::from(azimuths);
         direction(sine.asin().to_degrees(), azimuth).as_vec3()
     };
-    let luminances: Vec<f64> = (0..elevations * azimuths).into_par_iter().map(|place| luminance(view(place))).collect();
-    let lit: Vec<f64> = luminances.into_iter().filter(|&luminance| luminance > 0.0).map(f64::ln).collect();
+    let views: Vec<Vec3> = (0..elevations * azimuths).map(view).collect();
+    let lit: Vec<f64> = luminances(&views).into_iter().filter(|&luminance| luminance > 0.0).map(f64::ln).collect();
     (!lit.is_empty()).then(|| lit.iter().sum::<f64>() / lit.len() as f64)
 }
 

@@ -4,14 +4,14 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::ops::Range;
 
-use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_shared::azimuth::cosine_at_place;
 use sorairo_shared::camera::EQUIRECTANGULAR;
-use sorairo_shared::cubic::{Stencil, stencil};
-use sorairo_shared::glam::Vec4;
+use sorairo_shared::cubic::stencil;
+use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::kernels::LOOKUP_WORKGROUP;
-use sorairo_shared::lookup::{RUN, grid_view};
+use sorairo_shared::lookup::grid_view;
+use sorairo_shared::run::RUN;
 use sorairo_shared::sky::Constituents;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
@@ -178,15 +178,15 @@ impl Sampled {
         let sides: &[bool] = if scene.observer.altitude > 0.0 { &[true, false] } else { &[true] };
         // Spread as on the coarsest grid, each in the middle of a cell.
         let places = |cells: u32, step: usize, of: u32| {
-            (0..cells).step_by(step).map(move |i| (f64::from(i) / f64::from(cells) * f64::from(of)).floor() + 0.5)
+            (0..cells).step_by(step).map(move |i| 2 * (f64::from(i) / f64::from(cells) * f64::from(of)) as u32 + 1)
         };
         // A finer grid's cells are more alike from row to row.
         let row_step = if grid == COARSEST { 2 } else { 4 };
-        let columns: Vec<f64> = places(COARSEST.1 - 1, 2, grid.1 - 1).collect();
         let rows = |&above| places(COARSEST.0 - 1, row_step, grid.0 - 1).map(move |row| (above, row));
-        let at: Vec<(bool, f64)> = sides.iter().flat_map(rows).collect();
-        let of_row = |(above, row)| measure(sky, grid, above, row, &columns, has_its_rows);
-        let cells: Vec<Cell> = at.into_par_iter().flat_map_iter(of_row).collect();
+        let of_row =
+            |(above, row)| places(COARSEST.1 - 1, 2, grid.1 - 1).map(move |column| Place { above, row, column });
+        let middles: Vec<Place> = sides.iter().flat_map(rows).flat_map(of_row).collect();
+        let cells = measure(sky, grid, &middles, has_its_rows);
         let mean = cells.iter().map(|cell| cell.luminance).sum::<f64>() / cells.len() as f64;
         Self { grid, has_its_rows, cells, mean }
     }
@@ -209,17 +209,24 @@ impl Sampled {
     }
 }
 
-/// Pixels between two entries of a row, from which runs share a place: a run then reaches a quarter of the way to the next entry, where a
-/// parabola is off by d³ / 6 of a third difference, 0.003 of it.
-const PIXELS_BETWEEN_ENTRIES: f64 = 16.0;
+/// Whether runs of pixels, of which the one in the middle says between which entries all are, reach no farther than to the next entry: there the
+/// cubic of the cell beside theirs is off by as much at most as within its own.
+fn runs_are_short(width: u32, azimuths: u32) -> bool {
+    let closest_entries = f64::from(width) / (PI * f64::from(azimuths - 1));
+    f64::from(RUN / 2) <= closest_entries
+}
+
+/// The most samples along a side of a pixel of the sun's disc with which pixels run: an invocation computes those of a run one after the other.
+const MOST_SAMPLES_IN_RUNS: u32 = 32;
 
 /// Whether the pixels of an image can be looked up in [`variant::RUNS`] in a sky lookup of this size.
 ///
 /// Entries are closest together at the sun's azimuth; see [`sorairo_shared::azimuth`].
 pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
     let width = uniform.camera.width;
-    let closest = f64::from(width) / (PI * f64::from(size.azimuths - 1));
-    variant::projection(variant) == EQUIRECTANGULAR && width.is_multiple_of(RUN) && closest >= PIXELS_BETWEEN_ENTRIES
+    let has_fine_disc = variant & variant::SUN_DISC != 0 && uniform.disc.samples > MOST_SAMPLES_IN_RUNS;
+    let is_level = variant::projection(variant) == EQUIRECTANGULAR;
+    is_level && width.is_multiple_of(RUN) && runs_are_short(width, size.azimuths) && !has_fine_disc
 }
 
 /// What interpolation does to one cell.
@@ -229,38 +236,69 @@ struct Cell {
     error_along_azimuth: f64,
 }
 
-/// The cells about a row of a grid and some columns, midway between two each; an image that has its rows goes through columns by cubics.
-fn measure(sky: &SkyPlan, grid: (u32, u32), above: bool, row: f64, columns: &[f64], has_its_rows: bool) -> Vec<Cell> {
+/// A place between the entries of a grid, in halves of the distance from one to the next.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Place {
+    above: bool,
+    row: u32,
+    column: u32,
+}
+
+impl Place {
+    /// Its direction.
+    fn view(self, uniform: &Uniform, grid: (u32, u32)) -> Vec3 {
+        let part = |halves: u32, entries: u32| f64::from(halves) / f64::from(2 * (entries - 1));
+        let (x, across) = (part(self.row, grid.0), part(self.column, grid.1));
+        grid_view(uniform, self.above, x as f32, cosine_at_place(across as f32))
+    }
+
+    /// The column of entries, from the first.
+    fn column(self) -> f32 {
+        0.5 * self.column as f32
+    }
+
+    /// What its value is interpolated from: the entries of a cubic along the row, or the edges of its cell before and behind it, above and below.
+    fn neighbours(self, grid: (u32, u32), has_its_rows: bool) -> [Self; 4] {
+        let Self { row, column, .. } = self;
+        if has_its_rows {
+            let first = 2 * stencil(self.column(), grid.1).first;
+            return [0, 2, 4, 6].map(|halves| Self { column: first + halves, ..self });
+        }
+        let along = [column - 1, column + 1].map(|column| Self { column, ..self });
+        let across = [row - 1, row + 1].map(|row| Self { row, ..self });
+        [along[0], along[1], across[0], across[1]]
+    }
+}
+
+/// The cells about some places of a grid; an image that has its rows goes through columns by cubics.
+fn measure(sky: &SkyPlan, grid: (u32, u32), middles: &[Place], has_its_rows: bool) -> Vec<Cell> {
     let uniform = &sky.integral().uniform;
-    let view = |row: f64, column: f64| {
-        let (x, part) = (row / f64::from(grid.0 - 1), column / f64::from(grid.1 - 1));
-        grid_view(uniform, above, x as f32, cosine_at_place(part as f32))
-    };
-    let constituents = |row: f64, column: f64| sky.constituents(view(row, column));
-    // Neighbours share most of what lies between them: at the columns and midway between two.
-    let mut known = vec![None; 2 * grid.1 as usize];
-    let mut of_row = |column: f64| *known[(2.0 * column) as usize].get_or_insert_with(|| constituents(row, column));
-    let cell = |&column: &f64| {
-        let phases = sky.integral().phases(view(row, column));
+    // Neighbours share most of what lies between them.
+    let around = |&middle: &Place| std::iter::once(middle).chain(middle.neighbours(grid, has_its_rows));
+    let mut places: Vec<Place> = middles.iter().flat_map(around).collect();
+    places.sort_unstable();
+    places.dedup();
+    let views: Vec<Vec3> = places.iter().map(|place| place.view(uniform, grid)).collect();
+    let constituents = sky.constituents(&views);
+    let at = |place: Place| constituents[places.binary_search(&place).expect("every neighbour is among the places")];
+    let cell = |&place: &Place| {
+        let phases = sky.integral().phases(place.view(uniform, grid));
         let luminance = |Constituents { air, aerosol, rest }: Constituents| {
             f64::from(uniform.rgb.luminance(air * phases.air + aerosol * phases.aerosol + rest))
         };
-        let middle = luminance(of_row(column));
-        let between = |a, b| (0.5 * (luminance(a) + luminance(b)) - middle).abs();
+        let middle = luminance(at(place));
+        let neighbours = place.neighbours(grid, has_its_rows).map(|neighbour| luminance(at(neighbour)));
         let (error_along_elevation, error_along_azimuth) = if has_its_rows {
-            let Stencil { first, weights, .. } = stencil(column as f32, grid.1);
-            let nodes = weights.to_array().into_iter().zip(first..);
-            let cubic: f64 = nodes.map(|(weight, node)| f64::from(weight) * luminance(of_row(f64::from(node)))).sum();
+            let weights = stencil(place.column(), grid.1).weights.to_array().map(f64::from);
+            let cubic: f64 = weights.into_iter().zip(neighbours).map(|(weight, value)| weight * value).sum();
             (0.0, (cubic - middle).abs())
         } else {
-            (
-                between(constituents(row - 0.5, column), constituents(row + 0.5, column)),
-                between(of_row(column - 0.5), of_row(column + 0.5)),
-            )
+            let [before, behind, above, below] = neighbours;
+            ((0.5 * (above + below) - middle).abs(), (0.5 * (before + behind) - middle).abs())
         };
         Cell { luminance: middle.abs(), error_along_elevation, error_along_azimuth }
     };
-    columns.iter().map(cell).collect()
+    middles.iter().map(cell).collect()
 }
 
 #[cfg(test)]

@@ -2,8 +2,12 @@
 
 use std::sync::OnceLock;
 
+use rayon::prelude::*;
+use sorairo_shared::block::kernels::constituents_of_directions;
+use sorairo_shared::block::lanes::BLOCK;
 use sorairo_shared::glam::{Vec3, Vec4};
-use sorairo_shared::sky::{Constituents, constituents, sky};
+use sorairo_shared::phase::ScatteringAngle;
+use sorairo_shared::sky::{Constituents, sky, with_phases};
 use sorairo_shared::variant;
 
 use super::colour_space::ColourSpace;
@@ -109,11 +113,11 @@ impl SkyPlan {
             return Colours { rows: Vec::new(), ground: Vec3::ZERO, exposure: 1.0 };
         }
         let rows = self.fit.colour_rows(&self.training(), self.colour_path);
-        let radiance = |view| self.radiance_by(&rows, view);
         let variant = self.base.variant;
         let stands_on_ground = variant & variant::GROUND != 0 && variant & variant::DESCENT == 0;
-        let ground = if stands_on_ground { radiance(-Vec3::Z) } else { Vec3::ZERO };
-        let exposure = exposure::of(self.scene.render.exposure, self.integral(), radiance);
+        let ground = if stands_on_ground { self.radiance_by(&rows, -Vec3::Z) } else { Vec3::ZERO };
+        let radiances = |views: &[Vec3]| self.radiances_by(&rows, views);
+        let exposure = exposure::of(self.scene.render.exposure, self.integral(), radiances);
         Colours { rows, ground, exposure }
     }
 
@@ -126,10 +130,31 @@ impl SkyPlan {
         sky(&self.integral().uniform, self.integral().buffers(rows), view, self.integral().variant)
     }
 
-    /// Linear RGB of each constituent in a direction; not of a fit that is solved at every pixel.
-    pub fn constituents(&self, view: Vec3) -> Constituents {
-        let buffers = self.integral().buffers(&self.colours().rows);
-        constituents(&self.integral().uniform, buffers, view, self.integral().variant)
+    /// Linear RGB in many directions.
+    fn radiances_by(&self, rows: &[Vec4], views: &[Vec3]) -> Vec<Vec3> {
+        if self.colour_path == ColourPath::Solve {
+            return views.par_iter().map(|&view| self.radiance_by(rows, view)).collect();
+        }
+        let integral = self.integral();
+        let phased = |(&view, constituents): (&Vec3, Constituents)| {
+            let angle = ScatteringAngle::of_ray(integral.ray(view));
+            with_phases(&integral.uniform, constituents, angle, integral.variant)
+        };
+        views.iter().zip(self.constituents_by(rows, views)).map(phased).collect()
+    }
+
+    /// Linear RGB of each constituent in many directions; not of a fit that is solved at every pixel.
+    pub fn constituents(&self, views: &[Vec3]) -> Vec<Constituents> {
+        self.constituents_by(&self.colours().rows, views)
+    }
+
+    fn constituents_by(&self, rows: &[Vec4], views: &[Vec3]) -> Vec<Constituents> {
+        let integral = self.integral();
+        let mut found = vec![Constituents::DARK; views.len()];
+        views.par_chunks(BLOCK).zip(found.par_chunks_mut(BLOCK)).for_each(|(views, found)| {
+            constituents_of_directions(&integral.uniform, integral.buffers(rows), views, found, integral.variant);
+        });
+        found
     }
 
     /// What a regression fit is made on.

@@ -15,6 +15,7 @@ use sorairo_shared::variant;
 use crate::plan::directions::direction;
 use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::multiple::{Light, Resolution, Row, TOGETHER, Wavelengths, light_of_rows};
+use crate::plan::quadrature::gauss_legendre;
 use crate::plan::upload::bands;
 use crate::spectra::optics::{Coefficients, Optics};
 
@@ -23,6 +24,8 @@ pub const DARKEST: f64 = sorairo_shared::fit::DARKEST as f64;
 
 /// Step (nm) between the wavelengths that are computed where more are asked for than are computed together.
 const STEP: f64 = 10.0;
+
+const FEWEST_SAMPLES: u32 = 12;
 
 /// What scatters light towards the observer as one of its constituents (km⁻¹), or 1 for the ground's.
 pub fn scattering_of(constituent: Constituent, coefficients: Coefficients) -> f64 {
@@ -35,9 +38,11 @@ pub fn scattering_of(constituent: Constituent, coefficients: Coefficients) -> f6
 
 /// Spectra of every constituent along the training rays at wavelengths (nm); of what a sky does not have there are none.
 pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> Parts<Vec<Vec<f64>>> {
-    let (air, aerosol) = scattered_once(integral, &training_views(integral), wavelengths);
+    // Only ratios between wavelengths are learnt: a quarter of the samples, and a coarse light field, will do.
+    let quadrature = gauss_legendre((integral.quadrature.len() as u32 / 4).max(FEWEST_SAMPLES));
+    let coarsely_sampled = RayIntegral { quadrature, ..integral.clone() };
+    let (air, aerosol) = scattered_once(&coarsely_sampled, &training_views(integral), wavelengths);
     let between = Between::new(&integral.wavelengths, wavelengths);
-    // Only ratios between wavelengths are learnt from it, so a coarse light field will do.
     let coarse = Resolution::for_training(&integral.setting(), integral.aerosol_depth());
     let (multiple, mut ground) = rest(integral, &between.computed, &training_rows(integral), &coarse);
     ground.retain(|spectrum| spectrum.iter().any(|&value| value != 0.0));

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use sorairo_shared::moments::Moments;
 
 use super::setting::{HIGHEST_DEGREE, Setting};
-use super::suns::DAY;
+use super::suns::{DAY, LOW};
 
 /// How finely a light field is resolved.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,9 +49,6 @@ pub const NEGLIGIBLE: f64 = 1.5e-4;
 /// The optical depth of scattering by aerosol above which light is gathered at more azimuths. At 0.3 four leave 0.18 % rms against a Monte Carlo's and
 /// five 0.08; in thinner haze both leave the same.
 const THICK_HAZE: f64 = 0.2;
-
-/// The zenith angle (radians) of the sun above which it is low for the spectra that a fit is made on.
-const LOW: f64 = 86.0 * PI / 180.0;
 
 impl Resolution {
     /// What a setting needs. `depth` is the largest optical depth at any band of scattering by aerosol.

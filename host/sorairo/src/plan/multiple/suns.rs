@@ -11,6 +11,8 @@ use crate::plan::directions::horizon;
 
 /// The zenith angle (radians) up to which a sun is one of day: beyond it light falls off fast.
 pub const DAY: f64 = 78.0 * DEGREE;
+/// The zenith angle (radians) above which the spectra of a sun change from place to place.
+pub const LOW: f64 = 86.0 * DEGREE;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Step between the suns of a day.
 const STEP_BY_DAY: f64 = 5.0 * DEGREE;
@@ -25,8 +27,10 @@ const BRIGHT_ENOUGH: f64 = 84.0 * DEGREE;
 
 /// Distance between two centres by day: that of the nodes.
 const CENTRES_BY_DAY: f64 = STEP_BY_DAY;
-/// Distance between two centres where the sun is low: half of it reaches as far as the shortest step.
-const CENTRES: f64 = 2.0 * STEP_BEYOND;
+/// Distance between two centres where the sun is low.
+const CENTRES: f64 = 4.0 * STEP_BEYOND;
+/// Distance between two centres about the horizon and below it, where light changes fastest: half of it reaches as far as the shortest step.
+const CENTRES_IN_TWILIGHT: f64 = 2.0 * STEP_BEYOND;
 
 /// A sun of the fixed row.
 #[derive(Clone, Copy, Debug)]
@@ -42,8 +46,12 @@ impl Centre {
     pub fn nearest(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> Self {
         let ground = f64::from(atmosphere.ground_radius);
         let farthest = -horizon(ground, altitude) - horizon(ground, f64::from(atmosphere.depth));
-        let distance = if sun + farthest < DAY { CENTRES_BY_DAY } else { CENTRES };
-        Self { angle: (sun / distance).round() * distance, reach: 0.5 * distance }
+        let nearest = |distance: f64| Self { angle: (sun / distance).round() * distance, reach: 0.5 * distance };
+        if sun + farthest < DAY {
+            return nearest(CENTRES_BY_DAY);
+        }
+        let low = nearest(CENTRES);
+        if low.angle < LOW + 0.5 * STEP_BEYOND { low } else { nearest(CENTRES_IN_TWILIGHT) }
     }
 
     /// Elevations (degrees) of the suns about it: the lowest, its own, the highest.

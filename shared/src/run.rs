@@ -1,0 +1,284 @@
+//! Runs: neighbouring pixels of a row of an equirectangular image, which share what the sky lookup holds about their middle.
+//!
+//! A row is a circle of one elevation `e` about the zenith. With the sun at `e_s`, and `φ` the azimuth from it, the angle `θ` from the sun
+//! follows from the haversines:
+//!
+//! `1 - cos θ = 1 - cos(e - e_s) + 2 cos e cos e_s sin²(φ/2)`, and `1 + cos θ = 1 - cos(e + e_s) + 2 cos e cos e_s cos²(φ/2)`.
+//!
+//! `sin(φ/2)` is the place along the columns of the lookup, too; see [`crate::azimuth`]. Of every pixel a run turns one half angle by a little,
+//! and both the colours of the constituents and their phase functions follow from it.
+
+use crate::camera::{EQUIRECTANGULAR, equirectangular_elevation, position_view};
+use crate::cubic::{Stencil, TWISTS, stencil};
+use crate::glam::{Vec2, Vec3, Vec4};
+use crate::lookup::{FourEntries, colours_per_entry};
+use crate::math::{PI, abs, max, sin_cos, sqrt};
+use crate::phase::ScatteringAngle;
+use crate::sky::{Constituents, with_phases};
+use crate::uniform::Uniform;
+use crate::variant;
+
+/// Pixels of a run; see [`variant::RUNS`].
+pub const RUN: u32 = 16;
+
+/// Sine and cosine of half an azimuth from the sun, which grows to the right of the image.
+#[derive(Clone, Copy)]
+pub struct HalfAzimuth {
+    /// Negative to the left of the sun.
+    pub sine: f32,
+    /// Negative farther to the right than the antisolar point.
+    pub cosine: f32,
+}
+
+impl HalfAzimuth {
+    /// That of a direction; 0 at the zenith.
+    #[inline(always)]
+    fn of_direction(uniform: &Uniform, direction: Vec3) -> Self {
+        let (x, y) = (direction.x, direction.y);
+        let level = 1.0 / max(sqrt(x * x + y * y), 1e-10);
+        let cosine = (x * uniform.bearing.x + y * uniform.bearing.y) * level;
+        let sine = (x * uniform.bearing.y - y * uniform.bearing.x) * level;
+        // The larger of the two from a root, the other from their product, which is half of the sine.
+        let larger = sqrt(0.5 + 0.5 * abs(cosine));
+        let smaller = 0.5 * abs(sine) / larger;
+        let side = if sine < 0.0 { -1.0 } else { 1.0 };
+        if cosine < 0.0 {
+            Self { sine: side * larger, cosine: smaller }
+        } else {
+            Self { sine: side * smaller, cosine: larger }
+        }
+    }
+
+    /// Turned to the right by a small angle (radians of the half).
+    ///
+    /// Series of sine and cosine, of which the next terms are below 4e-7 for angles of 0.13, the longest run of the narrowest image.
+    #[inline(always)]
+    fn turned(self, angle: f32) -> Self {
+        let square = angle * angle;
+        let sine = angle * (1.0 - square * (1.0 / 6.0));
+        let cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0));
+        Self { sine: self.sine * cosine + self.cosine * sine, cosine: self.cosine * cosine - self.sine * sine }
+    }
+}
+
+/// The circle of one elevation on which the pixels of a row lie, as it lies about the sun.
+#[derive(Clone, Copy)]
+pub struct Circle {
+    /// `1 - cos(e - e_s)`.
+    from_sun: f32,
+    /// `1 - cos(e + e_s)`.
+    from_antisun: f32,
+    /// `2 cos e cos e_s`.
+    breadth: f32,
+}
+
+impl Circle {
+    /// The circle of a row of the whole image.
+    #[inline(always)]
+    pub fn of_row(uniform: &Uniform, row: u32) -> Self {
+        let (sine, cosine) = sin_cos(equirectangular_elevation(&uniform.camera, row as f32 + 0.5));
+        Self::at_elevation(uniform, sine, cosine)
+    }
+
+    /// The circle of an elevation with this sine and cosine.
+    #[inline(always)]
+    fn at_elevation(uniform: &Uniform, sine: f32, cosine: f32) -> Self {
+        let sun = sqrt(uniform.sun.x * uniform.sun.x + uniform.sun.y * uniform.sun.y);
+        // Half the squared chord between two points of the unit circle is 1 - cos of the angle between them, without a loss of digits.
+        let (level, up, down) = (cosine - sun, sine - uniform.sun.z, sine + uniform.sun.z);
+        Self {
+            from_sun: 0.5 * (level * level + up * up),
+            from_antisun: 0.5 * (level * level + down * down),
+            breadth: 2.0 * cosine * sun,
+        }
+    }
+
+    /// The angle between the sun and a place on the circle.
+    #[inline(always)]
+    fn scattering_angle(self, half: HalfAzimuth) -> ScatteringAngle {
+        let from_sun = self.from_sun + self.breadth * half.sine * half.sine;
+        let from_antisun = self.from_antisun + self.breadth * half.cosine * half.cosine;
+        ScatteringAngle { cosine: 1.0 - from_sun, from_sun, from_antisun }
+    }
+}
+
+/// The middle of a run.
+#[derive(Clone, Copy)]
+pub struct Middle {
+    /// Half its azimuth.
+    pub half: HalfAzimuth,
+    /// Columns of the lookup from the sun's azimuth to its own.
+    pub column: f32,
+    /// The entries about it.
+    pub near: Stencil,
+}
+
+impl Middle {
+    /// The middle of a run, which lies in this direction.
+    #[inline(always)]
+    pub fn towards(uniform: &Uniform, direction: Vec3) -> Self {
+        let half = HalfAzimuth::of_direction(uniform, direction);
+        let column = abs(half.sine) * (uniform.lookup_azimuths - 1) as f32;
+        Self { half, column, near: stencil(column, uniform.lookup_azimuths) }
+    }
+}
+
+/// The direction of the middle of the run that begins with a pixel of the image.
+#[inline(always)]
+pub fn middle_direction(uniform: &Uniform, column: u32, row: u32) -> Vec3 {
+    let middle = Vec2::new((column + RUN / 2) as f32, row as f32 + 0.5);
+    position_view(&uniform.camera, EQUIRECTANGULAR, middle).direction
+}
+
+/// What the pixels of a run share.
+#[derive(Clone, Copy)]
+pub struct Run {
+    circle: Circle,
+    middle: HalfAzimuth,
+    column: f32,
+    air: Cubic,
+    aerosol: Cubic,
+    rest: Cubic,
+}
+
+impl Run {
+    /// The run about a middle, in a row of the whole image.
+    #[inline(always)]
+    pub fn new(uniform: &Uniform, lookup: &[Vec4], circle: Circle, middle: Middle, row: u32, variant: u32) -> Self {
+        let Middle { half, column, near } = middle;
+        let at = (colours_per_entry(variant) * (row * uniform.lookup_azimuths + near.first)) as usize;
+        let (mut aerosol, mut rest) = (Cubic::DARK, Cubic::DARK);
+        if variant & variant::AEROSOL != 0 {
+            aerosol = Cubic::new(lookup, at + 1, near, variant);
+        }
+        if variant & variant::REST != 0 {
+            rest = Cubic::new(lookup, at + 2, near, variant);
+        }
+        Self { circle, middle: half, column, air: Cubic::new(lookup, at, near, variant), aerosol, rest }
+    }
+
+    /// Linear RGB of the sky at one of its pixels, counted from 0.
+    #[inline(always)]
+    pub fn sky(self, uniform: &Uniform, pixel: u32, variant: u32) -> Vec3 {
+        // Half of the azimuth between two columns of the image.
+        let step = PI / uniform.camera.width as f32;
+        let half = self.middle.turned((pixel as f32 + (0.5 - 0.5 * RUN as f32)) * step);
+        let beside = abs(half.sine) * (uniform.lookup_azimuths - 1) as f32 - self.column;
+        let (mut aerosol, mut rest) = (Vec3::ZERO, Vec3::ZERO);
+        if variant & variant::AEROSOL != 0 {
+            aerosol = self.aerosol.beside(beside);
+        }
+        if variant & variant::REST != 0 {
+            rest = self.rest.beside(beside);
+        }
+        let constituents = Constituents { air: self.air.beside(beside), aerosol, rest };
+        with_phases(uniform, constituents, self.circle.scattering_angle(half), variant)
+    }
+}
+
+/// The cubic of a colour along the columns, about the middle of a run.
+#[derive(Clone, Copy)]
+struct Cubic {
+    /// The colour there.
+    value: Vec3,
+    /// Its change per column.
+    slope: Vec3,
+    /// Half of the change of that per column.
+    bend: Vec3,
+    /// A third of the change of that.
+    twist: Vec3,
+}
+
+impl Cubic {
+    const DARK: Self = Self { value: Vec3::ZERO, slope: Vec3::ZERO, bend: Vec3::ZERO, twist: Vec3::ZERO };
+
+    /// That between four entries, of the first of which a colour stands at `at`.
+    #[inline(always)]
+    fn new(lookup: &[Vec4], at: usize, near: Stencil, variant: u32) -> Self {
+        let four = FourEntries::fetch(lookup, at, variant);
+        Self {
+            value: four.weighted(near.weights),
+            slope: four.weighted(near.slopes),
+            bend: four.weighted(near.bends),
+            twist: four.weighted(TWISTS),
+        }
+    }
+
+    /// The colour so many columns beside the middle.
+    #[inline(always)]
+    fn beside(self, columns: f32) -> Vec3 {
+        self.value + (self.slope + (self.bend + self.twist * columns) * columns) * columns
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    /// The sun at an elevation in the south-west.
+    fn uniform(elevation: f64) -> Uniform {
+        let ((south, west), (up, level)) = (std::f64::consts::FRAC_PI_4.sin_cos(), elevation.to_radians().sin_cos());
+        Uniform {
+            sun: Vec4::new(-(level * south) as f32, (level * west) as f32, up as f32, 0.0),
+            bearing: Vec4::new(-south as f32, west as f32, 0.0, 0.0),
+            ..Uniform::zeroed()
+        }
+    }
+
+    /// So many radians to the right of the sun, in double precision.
+    fn view(elevation: f64, azimuth: f64) -> [f64; 3] {
+        let (sine, cosine) = (azimuth - 0.75 * std::f64::consts::PI).sin_cos();
+        let (up, level) = elevation.to_radians().sin_cos();
+        [level * cosine, -level * sine, up]
+    }
+
+    fn rounded([x, y, z]: [f64; 3]) -> Vec3 {
+        Vec3::new(x as f32, y as f32, z as f32)
+    }
+
+    #[test]
+    fn a_turned_half_azimuth_is_that_of_the_direction_there() {
+        for turned in [-0.13f32, -0.001, 0.0, 0.02, 0.05] {
+            for degrees in [-180.0f64, -179.9, -90.0, -20.0, -0.01, 0.0, 0.01, 3.0, 89.0, 135.0, 179.99] {
+                let azimuth = degrees.to_radians();
+                let found = HalfAzimuth::of_direction(&uniform(20.0), rounded(view(40.0, azimuth))).turned(turned);
+                let (sine, cosine) = (0.5 * azimuth + f64::from(turned)).sin_cos();
+                // The same place, whichever of the two signs it has there.
+                let side =
+                    if f64::from(found.cosine) * cosine + f64::from(found.sine) * sine < 0.0 { -1.0 } else { 1.0 };
+                let error =
+                    (side * f64::from(found.sine) - sine).abs().max((side * f64::from(found.cosine) - cosine).abs());
+                // Ten roundings of numbers below one, and the next term of the longer turn's sine.
+                assert!(error < 1e-6, "{degrees} degrees and {turned}: {error:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_circle_keeps_the_digits_of_small_angles_from_the_sun_and_from_its_opposite() {
+        let mut smallest = f64::MAX;
+        for sun in [0.0, 20.0, 89.0, -5.0] {
+            let uniform = uniform(sun);
+            let towards_sun = view(sun, 0.0);
+            for elevation in [sun, sun + 0.3, -sun, 0.05 - sun, 60.0, -30.0] {
+                for degrees in [0.0f64, 0.2, -0.5, 40.0, 180.0, 179.8] {
+                    let truth = view(elevation, degrees.to_radians());
+                    let nu: f64 = (0..3).map(|i| truth[i] * towards_sun[i]).sum();
+                    let direction = rounded(truth);
+                    let (sine, cosine) = elevation.to_radians().sin_cos();
+                    let circle = Circle::at_elevation(&uniform, sine as f32, cosine as f32);
+                    let angle = circle.scattering_angle(HalfAzimuth::of_direction(&uniform, direction));
+                    let relative = |found: f32, truth: f64| (f64::from(found) - truth).abs() / (truth + 1e-7);
+                    let worst = relative(angle.from_sun, 1.0 - nu).max(relative(angle.from_antisun, 1.0 + nu));
+                    smallest = smallest.min(1.0 - nu);
+                    // Directions are rounded by 6e-8: of an angle of 0.2 degrees that is 2e-5, twice that of its square, and 1e-5 where it is 1e-7.
+                    // A cosine has five roundings of numbers up to two.
+                    assert!(worst < 1e-4, "sun {sun}, {elevation}, {degrees} degrees: {worst:e}");
+                    assert!((f64::from(angle.cosine) - nu).abs() < 8e-7, "sun {sun}, {elevation}, {degrees} degrees");
+                }
+            }
+        }
+        assert!(smallest < 1e-5, "nothing near the sun was seen");
+    }
+}

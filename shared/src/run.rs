@@ -51,7 +51,7 @@ impl HalfAzimuth {
 
     /// Turned to the right by a small angle (radians of the half).
     ///
-    /// Series of sine and cosine, of which the next terms are below 4e-7 for angles of 0.13, the longest run of the narrowest image.
+    /// Series of sine and cosine, of which the next terms are below 2e-8 for angles of 0.07, half of a run in the narrowest image.
     #[inline(always)]
     fn turned(self, angle: f32) -> Self {
         let square = angle * angle;
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_turned_half_azimuth_is_that_of_the_direction_there() {
-        for turned in [-0.13f32, -0.001, 0.0, 0.02, 0.05] {
+        for turned in [-0.07f32, -0.001, 0.0, 0.02, 0.05] {
             for degrees in [-180.0f64, -179.9, -90.0, -20.0, -0.01, 0.0, 0.01, 3.0, 89.0, 135.0, 179.99] {
                 let azimuth = degrees.to_radians();
                 let found = HalfAzimuth::of_direction(&uniform(20.0), rounded(view(40.0, azimuth))).turned(turned);
@@ -249,8 +249,8 @@ mod tests {
                     if f64::from(found.cosine) * cosine + f64::from(found.sine) * sine < 0.0 { -1.0 } else { 1.0 };
                 let error =
                     (side * f64::from(found.sine) - sine).abs().max((side * f64::from(found.cosine) - cosine).abs());
-                // Ten roundings of numbers below one, and the next term of the longer turn's sine.
-                assert!(error < 1e-6, "{degrees} degrees and {turned}: {error:e}");
+                // Ten roundings of numbers below one.
+                assert!(error < 6e-7, "{degrees} degrees and {turned}: {error:e}");
             }
         }
     }

@@ -23,7 +23,7 @@ pub const OPAQUE: u32 = 128;
 pub const WHOLE_INTEGRAL: u32 = 63 | OPAQUE;
 
 /// Pixels are looked up in runs, which share their entries: only in an equirectangular image whose width is a multiple of a run, and where a run
-/// reaches no farther than to the next entry; see [`crate::run`].
+/// reaches no farther than half way to the next entry; see [`crate::run`].
 pub const RUNS: u32 = 1 << 12;
 
 /// There is light that was scattered more than once.

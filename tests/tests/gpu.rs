@@ -277,22 +277,31 @@ fn check_lookup(mut scene: Scene) {
 /// Pixels that share entries of the sky lookup reach hardly beyond them: where they do, the colour is as good as anywhere.
 #[test]
 fn pixels_in_runs_agree_with_pixels_alone() {
-    for (sun, altitude, disc) in
-        [(0.0, 0.0, false), (5.0, 0.0, true), (30.0, 0.0, false), (60.0, 0.0, false), (3.0, 12.0, false)]
-    {
-        // Wide enough for sky lookups of 26 columns, and for a disc of few samples in a pixel.
-        let mut scene = scene(Preset::Earth, sun, "1616x640");
+    // Wide enough for sky lookups of 26 columns and for a disc of few samples in a pixel.
+    const WIDE: &str = "1616x640";
+    for (sun, altitude, disc, size) in [
+        (0.0, 0.0, false, WIDE),
+        (5.0, 0.0, true, WIDE),
+        (30.0, 0.0, false, WIDE),
+        (60.0, 0.0, false, WIDE),
+        (3.0, 12.0, false, WIDE),
+        // So narrow that runs reach half way to the next entry.
+        (0.0, 0.0, false, "1072x536"),
+        (30.0, 0.0, false, "720x360"),
+    ] {
+        let mut scene = scene(Preset::Earth, sun, size);
         (scene.observer.altitude, scene.render.path) = (altitude, PathChoice::Lookup);
         (scene.sun.azimuth, scene.sun.disc) = (77.7, disc);
         let runs = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
         assert!(runs.variant & variant::RUNS != 0, "{sun}°: {}", runs.lookup);
         let alone = Plan { variant: runs.variant & !variant::RUNS, ..runs.clone() };
         let images = [&runs, &alone].map(|plan| floats(plan, &device::cpu::Cpu, plan.kernel()));
+        let width = runs.width() as usize;
         // Half of what the sky lookup itself may be off by.
-        let worst = worst_in_images(&images[0], &images[1], 1616, 3, 1e-6);
-        println!("sun {sun}, altitude {altitude}: {:.1e} at {}", worst.relative, worst.place);
+        let worst = worst_in_images(&images[0], &images[1], width, 3, 1e-6);
+        println!("{size}, sun {sun}, altitude {altitude}: {:.1e} at {}", worst.relative, worst.place);
         assert!(worst.relative > 0.0 && worst.relative <= 5e-4, "{sun}°, {altitude} km: {worst:?}");
-        let worst = worst_in_images(&floats(&runs, gpu(), runs.kernel()), &images[0], 1616, 3, 1e-6);
+        let worst = worst_in_images(&floats(&runs, gpu(), runs.kernel()), &images[0], width, 3, 1e-6);
         assert!(worst.relative <= SAME_FUNCTION, "{sun}°, {altitude} km: {worst:?}");
     }
 }

@@ -209,11 +209,11 @@ impl Sampled {
     }
 }
 
-/// Whether runs of pixels, of which the one in the middle says between which entries all are, reach no farther than to the next entry: there the
-/// cubic of the cell beside theirs is off by as much at most as within its own.
+/// Whether runs of pixels, of which the one in the middle says between which entries all are, reach no farther than half way into the next cell: there
+/// the cubic of the cell beside it is off by as much as in the middle of its own.
 fn runs_are_short(width: u32, azimuths: u32) -> bool {
     let closest_entries = f64::from(width) / (PI * f64::from(azimuths - 1));
-    f64::from(RUN / 2) <= closest_entries
+    f64::from(RUN) <= closest_entries
 }
 
 /// The most samples along a side of a pixel of the sun's disc with which pixels run: an invocation computes those of a run one after the other.

@@ -25,6 +25,7 @@ pub const DARKEST: f64 = sorairo_shared::fit::DARKEST as f64;
 /// Step (nm) between the wavelengths that are computed where more are asked for than are computed together.
 const STEP: f64 = 10.0;
 
+/// Samples on a piece of a training ray, at least, of an image that has as many: what a smooth integrand takes.
 const FEWEST_SAMPLES: u32 = 12;
 
 /// What scatters light towards the observer as one of its constituents (km⁻¹), or 1 for the ground's.
@@ -39,7 +40,8 @@ pub fn scattering_of(constituent: Constituent, coefficients: Coefficients) -> f6
 /// Spectra of every constituent along the training rays at wavelengths (nm); of what a sky does not have there are none.
 pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> Parts<Vec<Vec<f64>>> {
     // Only ratios between wavelengths are learnt: a quarter of the samples, and a coarse light field, will do.
-    let quadrature = gauss_legendre((integral.quadrature.len() as u32 / 4).max(FEWEST_SAMPLES));
+    let samples = integral.quadrature.len() as u32;
+    let quadrature = gauss_legendre((samples / 4).max(FEWEST_SAMPLES).min(samples));
     let coarsely_sampled = RayIntegral { quadrature, ..integral.clone() };
     let (air, aerosol) = scattered_once(&coarsely_sampled, &training_views(integral), wavelengths);
     let between = Between::new(&integral.wavelengths, wavelengths);

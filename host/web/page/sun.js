@@ -93,6 +93,8 @@ export class Place {
     let last = performance.now();
     while (this.#playing) {
       const now = await new Promise(requestAnimationFrame);
+      // Who stops in between has asked for the last picture already.
+      if (!this.#playing) return;
       const minutes = Math.floor(((now - last) / 1000) * PACE);
       if (minutes < 1) continue;
       last = now;

@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn a_sky_is_the_same_to_the_bit_with_the_light_fields_of_another() {
-        for (before, sun) in [(41.0, 40.0), (5.25, 5.0), (-4.25, -4.0)] {
+        for (before, sun) in [(41.0, 40.0), (6.25, 6.0), (-4.25, -4.0)] {
             let light_fields = LightFields::default();
             sky(before, &light_fields, |_| {}).colours();
             // One for the bands, one for what the fit is made on.

@@ -194,7 +194,8 @@ fn four_bands_hold_the_colour_of_all_light() {
 /// seen to pass from one to the other.
 #[test]
 fn the_sky_does_not_jump_where_its_light_field_changes() {
-    // Half way between two centres: 5° apart by day, 2° where the sun is low, 1° in twilight. In twilight each of two fields is as far off as the reference tells.
+    // Half way between two centres: 5° apart by day, 2° where the sun is low, 1° in twilight. Each of two fields is as far off as the reference tells: 0.1 %
+    // where the sun is low, more in twilight.
     let borders =
         [(62.5, 0.000_5), (27.5, 0.000_5), (13.0, 0.0015), (5.0, 0.0015), (0.5, 0.003), (-3.5, 0.004), (-9.5, 0.003)];
     for (border, bound) in borders {

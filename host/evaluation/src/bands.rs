@@ -209,7 +209,7 @@ impl Spectra {
         let all: Vec<f64> = searched.iter().chain(&targets).copied().collect();
         let integral = plan.sky.integral();
         let spectra = |views: &[Vec3], at: &[f64]| {
-            let (air, aerosol) = scattered_once(integral, views, at);
+            let (air, aerosol) = scattered_once(integral, &integral.quadrature, views, at);
             if constituent == Constituent::Air { air } else { aerosol }
         };
         let mut rays = spectra(&training_views(integral), &all);

@@ -64,14 +64,7 @@ pub fn constituents_of_directions<'a>(
     output: &mut [Constituents],
     variant: u32,
 ) {
-    let (count, mut views) = (directions.len(), Three::ZERO);
-    for lane in lanes(count) {
-        views.set(lane, directions[lane]);
-    }
-    let colours = constituents(uniform, buffers, &views, count, variant);
-    for lane in lanes(count) {
-        output[lane] = colours.get(lane);
-    }
+    plain::constituents_of_directions(uniform, buffers, directions, output, variant);
 }
 
 /// The same for any processor of its kind.
@@ -146,11 +139,7 @@ pub mod plain {
         output: &mut [Parts<Vec4>],
         variant: u32,
     ) {
-        let (count, groups) = (directions.len(), buffers.bands.len());
-        let mut views = Three::ZERO;
-        for lane in lanes(count) {
-            views.set(lane, directions[lane]);
-        }
+        let (views, count, groups) = (block_of(directions), directions.len(), buffers.bands.len());
         for group in 0..groups {
             let Parts { air, aerosol, multiple, ground } = &light(uniform, buffers, group, &views, count, variant);
             for lane in lanes(count) {
@@ -164,6 +153,22 @@ pub mod plain {
         }
     }
 
+    /// See [`super::constituents_of_directions`].
+    #[inline(always)]
+    pub fn constituents_of_directions(
+        uniform: &Uniform,
+        buffers: Buffers<'_>,
+        directions: &[Vec3],
+        output: &mut [Constituents],
+        variant: u32,
+    ) {
+        let (views, count) = (block_of(directions), directions.len());
+        let colours = constituents(uniform, buffers, &views, count, variant);
+        for lane in lanes(count) {
+            output[lane] = colours.get(lane);
+        }
+    }
+
     /// See [`super::multiply_adds_row`].
     #[inline(always)]
     pub fn multiply_adds_row(uniform: &Uniform, output: &mut [u32], variant: u32) {
@@ -172,6 +177,16 @@ pub mod plain {
             store_block(uniform, output, pixels, &rgb, variant);
         }
     }
+}
+
+/// Directions as a block has them.
+#[inline(always)]
+fn block_of(directions: &[Vec3]) -> Three {
+    let mut views = Three::ZERO;
+    for lane in lanes(directions.len()) {
+        views.set(lane, directions[lane]);
+    }
+    views
 }
 
 /// The blocks of a row, each with the words of its pixels.

@@ -98,12 +98,15 @@ fn store_row(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], wo
 #[cfg(test)]
 mod tests {
     use sorairo_shared::arithmetic::multiply_adds_pixel;
-    use sorairo_shared::block::kernels::plain;
+    use sorairo_shared::block::kernels::{constituents_of_directions, light_of_directions, plain};
+    use sorairo_shared::glam::Vec3;
     use sorairo_shared::kernels::{lookup_colours, lookup_invocations, lookup_pixel};
     use sorairo_shared::lookup::store_entry;
+    use sorairo_shared::sky::{Constituents, Parts, constituents, light};
     use sorairo_shared::variant::PixelFormat;
 
     use super::*;
+    use crate::plan::directions::direction;
     use crate::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
 
     /// Neither a multiple of a block nor of eight lanes.
@@ -212,6 +215,38 @@ mod tests {
             scene.render.path = PathChoice::Lookup;
             let plan = check(&scene, format);
             assert!(plan.variant & sorairo_shared::variant::RUNS != 0, "{}", plan.lookup);
+        }
+    }
+
+    #[test]
+    fn directions_have_the_same_bits_in_blocks_and_alone_with_and_without_avx2() {
+        for sun in [30.0, -4.0] {
+            let scene = scene(Preset::Standard, sun, Projection::Equirectangular);
+            let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+            let (uniform, buffers, variant) = (&plan.uniform, plan.buffers(), plan.variant);
+            let (groups, azimuths) = (buffers.bands.len(), [0.0, 40.0, 130.0, 220.0]);
+            let views: Vec<Vec3> =
+                (0..13).map(|i| direction(1.0 + 7.0 * f64::from(i), azimuths[i as usize % 4]).as_vec3()).collect();
+            let rgb = |colours: &[Constituents]| -> Vec<[Vec3; 3]> {
+                colours.iter().map(|&Constituents { air, aerosol, rest }| [air, aerosol, rest]).collect()
+            };
+            let [mut blocks, mut plain] = [const { [Constituents::DARK; 13] }; 2];
+            constituents_of_directions(uniform, buffers, &views, &mut blocks, variant);
+            plain::constituents_of_directions(uniform, buffers, &views, &mut plain, variant);
+            let alone: Vec<_> = views.iter().map(|&view| constituents(uniform, buffers, view, variant)).collect();
+            assert!(rgb(&blocks).iter().flatten().all(|colour| colour.max_element() > 0.0), "{sun}°");
+            assert!(rgb(&blocks) == rgb(&plain) && rgb(&blocks) == rgb(&alone), "{sun}°");
+
+            let of_light = |light: &[Parts<Vec4>]| -> Vec<[Vec4; 4]> {
+                light.iter().map(|&Parts { air, aerosol, multiple, ground }| [air, aerosol, multiple, ground]).collect()
+            };
+            let [mut blocks, mut plain] = [vec![Parts::default(); 13 * groups], vec![Parts::default(); 13 * groups]];
+            light_of_directions(uniform, buffers, &views, &mut blocks, variant);
+            plain::light_of_directions(uniform, buffers, &views, &mut plain, variant);
+            let all = |&view: &Vec3| (0..groups).map(move |group| light(uniform, buffers, group, view, variant));
+            let alone: Vec<_> = views.iter().flat_map(all).collect();
+            assert!(of_light(&blocks).iter().all(|parts| parts[0].max_element() > 0.0), "{sun}°");
+            assert!(of_light(&blocks) == of_light(&plain) && of_light(&blocks) == of_light(&alone), "{sun}°");
         }
     }
 

@@ -5,7 +5,7 @@
 //! optical depths and albedo, whose spectra are known.
 
 use rayon::prelude::*;
-use sorairo_shared::glam::{DVec3, Vec3, Vec4};
+use sorairo_shared::glam::{DVec3, Vec2, Vec3, Vec4};
 use sorairo_shared::ground::{GroundView, ground_light, ground_seen};
 use sorairo_shared::multiple::single_scattering_of_many;
 use sorairo_shared::single::Bands;
@@ -42,8 +42,7 @@ pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> Parts<Ve
     // Only ratios between wavelengths are learnt: a quarter of the samples, and a coarse light field, will do.
     let samples = integral.quadrature.len() as u32;
     let quadrature = gauss_legendre((samples / 4).max(FEWEST_SAMPLES).min(samples));
-    let coarsely_sampled = RayIntegral { quadrature, ..integral.clone() };
-    let (air, aerosol) = scattered_once(&coarsely_sampled, &training_views(integral), wavelengths);
+    let (air, aerosol) = scattered_once(integral, &quadrature, &training_views(integral), wavelengths);
     let between = Between::new(&integral.wavelengths, wavelengths);
     let coarse = Resolution::for_training(&integral.setting(), integral.aerosol_depth());
     let (multiple, mut ground) = rest(integral, &between.computed, &training_rows(integral), &coarse);
@@ -132,7 +131,7 @@ fn above_horizon(integral: &RayIntegral, above: &[f64]) -> Vec<f64> {
 pub fn light_of(integral: &RayIntegral, grids: &[Grid]) -> Parts<Vec<Vec<f64>>> {
     let views: Vec<Vec3> = grids.iter().flat_map(|grid| grid.views(integral)).collect();
     let rows: Vec<Row> = grids.iter().flat_map(Grid::rows).collect();
-    let (air, aerosol) = scattered_once(integral, &views, &integral.wavelengths);
+    let (air, aerosol) = scattered_once(integral, &integral.quadrature, &views, &integral.wavelengths);
     let (multiple, ground) = rest(integral, &integral.wavelengths, &rows, &integral.spectral_resolution());
     Parts { air, aerosol, multiple, ground }
 }
@@ -214,8 +213,14 @@ pub fn sorted(wavelengths: impl Iterator<Item = f64>) -> Vec<f64> {
     wavelengths
 }
 
-/// Light of the first order along rays, by air and by aerosol before their phase functions, at wavelengths in nm (transfer times sr).
-pub fn scattered_once(integral: &RayIntegral, views: &[Vec3], wavelengths: &[f64]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+/// Light of the first order along rays, by air and by aerosol before their phase functions, at wavelengths in nm (transfer times sr), by a rule of
+/// quadrature on each piece.
+pub fn scattered_once(
+    integral: &RayIntegral,
+    quadrature: &[Vec2],
+    views: &[Vec3],
+    wavelengths: &[f64],
+) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let groups = bands(&integral.optics, wavelengths);
     let chunks: Vec<Wavelengths<TOGETHER>> = groups.chunks(TOGETHER / 4).map(Wavelengths::new).collect();
     let placed_for = integral.placed_for();
@@ -226,7 +231,7 @@ pub fn scattered_once(integral: &RayIntegral, views: &[Vec3], wavelengths: &[f64
                 &integral.uniform.atmosphere,
                 &chunk.air,
                 &placed_for,
-                &integral.quadrature,
+                quadrature,
                 integral.ray(view),
                 integral.variant,
             );

@@ -51,6 +51,7 @@ impl Centre {
             return nearest(CENTRES_BY_DAY);
         }
         let low = nearest(CENTRES);
+        // Whole degrees, rounded: a half step decides as none would.
         if low.angle < LOW + 0.5 * STEP_BEYOND { low } else { nearest(CENTRES_IN_TWILIGHT) }
     }
 

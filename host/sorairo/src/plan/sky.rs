@@ -112,7 +112,9 @@ impl SkyPlan {
         if self.is_night {
             return Colours { rows: Vec::new(), ground: Vec3::ZERO, exposure: 1.0 };
         }
-        let rows = self.fit.colour_rows(&self.training(), self.colour_path);
+        // The fit learns from light of its own, so that neither waits for the other.
+        let learn = || self.fit.colour_rows(&self.training(), self.colour_path);
+        let (rows, _) = rayon::join(learn, || self.integral());
         let variant = self.base.variant;
         let stands_on_ground = variant & variant::GROUND != 0 && variant & variant::DESCENT == 0;
         let ground = if stands_on_ground { self.radiance_by(&rows, -Vec3::Z) } else { Vec3::ZERO };
@@ -159,7 +161,7 @@ impl SkyPlan {
 
     /// What a regression fit is made on.
     pub fn training(&self) -> Training<'_> {
-        Training { integral: self.integral(), observer: self.observer, space: &self.space }
+        Training { integral: &self.base, observer: self.observer, space: &self.space }
     }
 
     /// The space in which a picture shows the sky's linear RGB: sRGB under the same white balance.

@@ -190,7 +190,8 @@ impl<'a, const N: usize> Table<'a, N> {
         let quadrature = gauss_legendre(resolution.samples);
         let ray = |direction: &Direction| {
             let altitude = grid.altitudes[direction.altitude];
-            OwnedRay::new(setting, wavelengths, grid, &quadrature, resolution.first, altitude, direction.mu)
+            // No order gathers more of the one before than the second of the first.
+            OwnedRay::new(setting, wavelengths, grid, &quadrature, resolution.next, altitude, direction.mu)
         };
         let rays: Vec<OwnedRay<N>> = directions.par_iter().map(ray).collect();
         let functions = rays.iter().map(|ray| functions_of(resolution.first, ray.mu, ray.sine)).collect();

@@ -13,15 +13,19 @@ use crate::plan::directions::horizon;
 pub const DAY: f64 = 78.0 * DEGREE;
 /// The zenith angle (radians) above which the spectra of a sun change from place to place.
 pub const LOW: f64 = 86.0 * DEGREE;
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// One degree (radians).
+pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Step between the suns of a day.
 const STEP_BY_DAY: f64 = 5.0 * DEGREE;
 /// Step between low suns over the part of the planet that is seen.
 const STEP_SEEN: f64 = 2.0 * DEGREE;
 /// Unit of the steps beyond it, which grow: 1, 3, 5 and so on.
 const STEP_BEYOND: f64 = 0.5 * DEGREE;
-/// How far behind the seen part of the planet the sun matters where it is lower.
-const DARK_MARGIN: f64 = 8.0 * DEGREE;
+/// The part of a low sun's elevation that a step takes at least: light falls off the faster, the nearer the sun is to the horizon. With two fifths no light
+/// field is farther from a finer one than with steps of half a degree.
+const STEP_OF_ELEVATION: f64 = 1.0 / 3.0;
+/// How far behind the seen part of the planet the sun matters where it is lower: with 8° nothing comes nearer to a finer light field.
+const DARK_MARGIN: f64 = 5.0 * DEGREE;
 /// In twilight light comes from where the sun stands as high as this zenith angle.
 const BRIGHT_ENOUGH: f64 = 84.0 * DEGREE;
 
@@ -75,13 +79,10 @@ pub fn sun_nodes(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> Vec<f64> {
     let darkest = (sun + seen + top.min(DARK_MARGIN)).min(night);
     let step = |angle: f64| {
         let away = (angle - sun).abs();
-        if angle < DAY {
-            STEP_BY_DAY
-        } else if away < seen {
-            STEP_SEEN
-        } else {
-            (STEP_BEYOND * (2.0 * ((away - seen) / STEP_BEYOND).sqrt() + 1.0)).min(STEP_BY_DAY)
-        }
+        let from_seen =
+            if away < seen { STEP_SEEN } else { STEP_BEYOND * (2.0 * ((away - seen) / STEP_BEYOND).sqrt() + 1.0) };
+        let from_horizon = STEP_OF_ELEVATION * (FRAC_PI_2 - angle);
+        if angle < DAY { STEP_BY_DAY } else { from_seen.max(from_horizon).min(STEP_BY_DAY) }
     };
     // A step may not be much longer than the one behind it.
     let stepped = |angle: f64, sign: f64| {

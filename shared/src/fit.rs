@@ -1,7 +1,8 @@
 //! The spectrum between the bands: a fit through the integrated values, by one small linear solve per pixel.
 
 use crate::glam::{Vec3, Vec4};
-use crate::math::{exp, fetch, ln4, max, max4, min};
+use crate::math::{exp, fetch, fetch_in, ln4, max, max4, min};
+use crate::uniform::NODE_ROWS;
 use crate::variant;
 
 /// The coefficients of the cubic through four points, in Newton's form: the Vandermonde system
@@ -83,7 +84,7 @@ fn highest(x: Vec4) -> f32 {
     max(max(x.x, x.y), max(x.z, x.w))
 }
 
-/// Colour rows that an observer node takes: one for each group of four bands, and one more.
+/// Rows that an observer node takes: one for each group of four bands, and one more.
 #[inline]
 pub fn rows_per_node(variant: u32) -> u32 {
     let mut rows = 2;
@@ -148,17 +149,10 @@ impl Logarithms {
         }
     }
 
-    /// X at an observer node: `exp(c + b · ln X)`, whose `b` begins in the colour row `row`, at most `rise` logarithms above the
-    /// brightest band. Without light it is what follows from [`DARKEST`].
+    /// X at a wavelength: `exp(c + b · ln X)`, the exponent given, at most `rise` logarithms above the brightest band. Without light it is what follows
+    /// from [`DARKEST`].
     #[inline(always)]
-    fn value(&self, colour: &[Vec4], row: usize, c: f32, rise: f32, variant: u32) -> f32 {
-        let mut exponent = c + fetch(colour, row).dot(self.first);
-        if variant & variant::MORE_THAN_FOUR != 0 {
-            exponent += fetch(colour, row + 1).dot(self.second);
-        }
-        if variant & variant::MORE_THAN_EIGHT != 0 {
-            exponent += fetch(colour, row + 2).dot(self.third);
-        }
+    fn value(&self, exponent: f32, rise: f32) -> f32 {
         exp(min(exponent, self.highest + rise))
     }
 }
@@ -172,14 +166,27 @@ impl Logarithms {
 /// Each node has [`rows_per_node`]: `b_q` for each group of four bands, and (`c_q`, red, green, blue). All bands at zero give exactly
 /// zero.
 #[inline(always)]
-pub fn regression_rgb(colour: &[Vec4], first_node: u32, nodes: u32, logarithms: &Logarithms, variant: u32) -> Vec3 {
+pub fn regression_rgb(
+    node_rows: &[Vec4; NODE_ROWS],
+    first_node: u32,
+    nodes: u32,
+    logarithms: &Logarithms,
+    variant: u32,
+) -> Vec3 {
     let rows = rows_per_node(variant);
     let mut rgb = Vec3::ZERO;
     let mut q = 0;
     while q < nodes {
         let row = ((first_node + q) * rows) as usize;
-        let last = fetch(colour, row + rows as usize - 1);
-        rgb += Vec3::new(last.y, last.z, last.w) * logarithms.value(colour, row, last.x, BRIGHTEST_RISE, variant);
+        let last = fetch_in(node_rows, row + rows as usize - 1);
+        let mut exponent = last.x + fetch_in(node_rows, row).dot(logarithms.first);
+        if variant & variant::MORE_THAN_FOUR != 0 {
+            exponent += fetch_in(node_rows, row + 1).dot(logarithms.second);
+        }
+        if variant & variant::MORE_THAN_EIGHT != 0 {
+            exponent += fetch_in(node_rows, row + 2).dot(logarithms.third);
+        }
+        rgb += Vec3::new(last.y, last.z, last.w) * logarithms.value(exponent, BRIGHTEST_RISE);
         q += 1;
     }
     if logarithms.lit { rgb } else { Vec3::ZERO }
@@ -187,12 +194,19 @@ pub fn regression_rgb(colour: &[Vec4], first_node: u32, nodes: u32, logarithms: 
 
 /// One constituent's integral times the solar irradiance at one wavelength, by the regression fit (W·m⁻²·nm⁻¹).
 ///
-/// The wavelength's colour rows begin at `row`, as those of a node of [`regression_rgb`] do; the last one holds (`c`, solar
+/// The wavelength's rows begin at `row` of the colour rows, like those of a node of [`regression_rgb`]; the last one holds (`c`, solar
 /// irradiance).
 #[inline]
 pub fn regression_value(colour: &[Vec4], row: usize, logarithms: &Logarithms, variant: u32) -> f32 {
     let last = fetch(colour, row + rows_per_node(variant) as usize - 1);
-    let value = last.y * logarithms.value(colour, row, last.x, SPECTRUM_RISE, variant);
+    let mut exponent = last.x + fetch(colour, row).dot(logarithms.first);
+    if variant & variant::MORE_THAN_FOUR != 0 {
+        exponent += fetch(colour, row + 1).dot(logarithms.second);
+    }
+    if variant & variant::MORE_THAN_EIGHT != 0 {
+        exponent += fetch(colour, row + 2).dot(logarithms.third);
+    }
+    let value = last.y * logarithms.value(exponent, SPECTRUM_RISE);
     if logarithms.lit { value } else { 0.0 }
 }
 

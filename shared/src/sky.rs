@@ -211,11 +211,11 @@ impl Gathered {
 
     /// The colour of each constituent, by a linear or a regression fit.
     #[inline(always)]
-    pub fn constituents(self, uniform: &Uniform, buffers: Buffers<'_>, variant: u32) -> Constituents {
+    pub fn constituents(self, uniform: &Uniform, variant: u32) -> Constituents {
         if variant & variant::REGRESSION == 0 {
             self.colours
         } else {
-            regression_constituents(uniform, buffers, self.lights, variant)
+            regression_constituents(uniform, self.lights, variant)
         }
     }
 
@@ -230,7 +230,7 @@ impl Gathered {
             let xyz = observe_cubic(uniform.band_wavelengths, radiance, buffers.colour);
             into_gamut(uniform.rgb.from_xyz(xyz), &uniform.rgb)
         } else {
-            with_phases(uniform, self.constituents(uniform, buffers, variant), angle, variant)
+            with_phases(uniform, self.constituents(uniform, variant), angle, variant)
         }
     }
 }
@@ -261,7 +261,7 @@ fn gathered(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u
 /// Colour of each constituent in a direction, by a linear or a regression fit.
 #[inline(always)]
 pub fn constituents(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Constituents {
-    gathered(uniform, buffers, direction, variant).constituents(uniform, buffers, variant)
+    gathered(uniform, buffers, direction, variant).constituents(uniform, variant)
 }
 
 /// What a group of four bands adds to linear RGB by a linear fit, whose colour rows of the group are given.
@@ -272,33 +272,30 @@ pub fn linear_rgb(rows: [Vec4; 3], light: Vec4) -> Vec3 {
 
 /// Linear RGB of each constituent by the regression fit, from the light at the bands.
 #[inline]
-pub fn regression_constituents(
-    uniform: &Uniform,
-    buffers: Buffers<'_>,
-    lights: Parts<Dozen>,
-    variant: u32,
-) -> Constituents {
-    let colour = buffers.colour;
+pub fn regression_constituents(uniform: &Uniform, lights: Parts<Dozen>, variant: u32) -> Constituents {
     let (wavelengths, nodes) = (uniform.band_wavelengths, uniform.nodes);
     let air = Logarithms::new(lights.air, wavelengths, variant);
-    let mut sum =
-        Constituents { air: regression_rgb(colour, 0, nodes, &air, variant), aerosol: Vec3::ZERO, rest: Vec3::ZERO };
+    let mut sum = Constituents {
+        air: regression_rgb(&uniform.node_rows, 0, nodes, &air, variant),
+        aerosol: Vec3::ZERO,
+        rest: Vec3::ZERO,
+    };
     let mut first_node = nodes;
     if variant & variant::AEROSOL != 0 {
         let aerosol = Logarithms::new(lights.aerosol, wavelengths, variant);
-        sum.aerosol = regression_rgb(colour, first_node, nodes, &aerosol, variant);
+        sum.aerosol = regression_rgb(&uniform.node_rows, first_node, nodes, &aerosol, variant);
         first_node += nodes;
     }
     if variant & variant::MULTIPLE != 0 {
         let multiple = Logarithms::new(lights.multiple, wavelengths, variant);
-        sum.rest = regression_rgb(colour, first_node, nodes, &multiple, variant);
+        sum.rest = regression_rgb(&uniform.node_rows, first_node, nodes, &multiple, variant);
         first_node += nodes;
     }
     if variant & variant::GROUND != 0 {
         let mut is_due = lights.ground.is_lit(variant);
         while is_due {
             let ground = Logarithms::new(lights.ground, wavelengths, variant);
-            sum.rest += regression_rgb(colour, first_node, nodes, &ground, variant);
+            sum.rest += regression_rgb(&uniform.node_rows, first_node, nodes, &ground, variant);
             is_due = false;
         }
     }

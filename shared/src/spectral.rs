@@ -1,14 +1,14 @@
 //! The sky's colour and spectrum in a direction: what a pixel of a spectral image holds.
 //!
-//! A pixel takes three words of linear RGB, then one for the radiance at each wavelength (W·m⁻²·sr⁻¹·nm⁻¹). The colour rows
-//! of the wavelengths follow those of the colour: for a fit that is linear in the transfer, one for each group of four bands; for
-//! the regression fit, [`rows_per_node`] of each constituent that there is ([`regression_value`]).
+//! A pixel takes three words of linear RGB, then one for the radiance at each wavelength (W·m⁻²·sr⁻¹·nm⁻¹). A fit that is linear
+//! in the transfer has one colour row of each wavelength for each group of four bands, which follow those of the colour; the regression fit has
+//! [`rows_per_node`] of each constituent that there is ([`regression_value`]).
 
 use crate::fit::{Dozen, Logarithms, regression_value, rows_per_node};
 use crate::glam::{Vec3, Vec4};
 use crate::math::{fetch, max, store};
 use crate::phase::ScatteringAngle;
-use crate::sky::{Parts, constituent_count, linear_rgb, phases, regression_constituents, with_phases};
+use crate::sky::{Parts, linear_rgb, phases, regression_constituents, with_phases};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
 
@@ -71,7 +71,7 @@ pub fn store_regression(
     let ground = logarithms(lights.ground);
     let phases = phases(uniform, angle);
     let rows = rows_per_node(variant) as usize;
-    let mut row = (constituent_count(variant) * uniform.nodes) as usize * rows;
+    let mut row = 0;
     let mut i = 0;
     while i < uniform.spectral_wavelengths as usize {
         let mut radiance = phases.air * regression_value(colour, row, &air, variant);
@@ -91,7 +91,7 @@ pub fn store_regression(
         store(output, at + RGB_WORDS as usize + i, radiance.to_bits());
         i += 1;
     }
-    with_phases(uniform, regression_constituents(uniform, buffers, lights, variant), angle, variant)
+    with_phases(uniform, regression_constituents(uniform, lights, variant), angle, variant)
 }
 
 /// Stores the colour of a pixel whose words begin at `at`.

@@ -9,6 +9,9 @@ use crate::profile::Atmosphere;
 use crate::rgb::RgbSpace;
 use crate::single::Bands;
 
+/// Rows of observer nodes that the uniform has room for: the four of each of sixteen nodes of each of four constituents.
+pub const NODE_ROWS: usize = 256;
+
 /// Everything that every pixel of a dispatch shares. The layout is that of a GPU uniform buffer.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -39,7 +42,7 @@ pub struct Uniform {
     pub rows: u32,
     /// Factor from linear RGB to a picture's linear value.
     pub exposure: f32,
-    /// Observer nodes of a regression fit for each constituent of the light; 0 for other fits. In the colour rows those of the constituents that
+    /// Observer nodes of a regression fit for each constituent of the light; 0 for other fits. In `node_rows` those of the constituents that
     /// there are follow each other in the order of [`crate::sky::Parts`].
     pub nodes: u32,
     /// Rows of the sky lookup above the horizon; 0 without one. For an equirectangular image they are its own.
@@ -56,6 +59,9 @@ pub struct Uniform {
     pub row_pixels: u32,
     /// 1 where every entry of the sky lookup is computed, for any camera; 0 where those are that this one can see.
     pub fills_whole_lookup: u32,
+    /// The rows of the observer nodes of a regression fit; see [`crate::fit::regression_rgb`]. Every pixel reads all of them: a device that fetches for
+    /// several pixels at a time knows of a uniform, and of no buffer, that all fetch the same.
+    pub node_rows: [Vec4; NODE_ROWS],
 }
 
 /// Where the sun's disc is in the image, and its grid of colours. The layout is that of a GPU buffer.
@@ -95,7 +101,7 @@ pub struct Buffers<'a> {
     pub bands: &'a [Bands],
     /// Quadrature nodes: (place, weight) on [0, 1].
     pub quadrature: &'a [Vec2],
-    /// The colour rows, as the fit takes them.
+    /// The colour rows of a linear fit, as the fit takes them, then those of the wavelengths of a spectral image or the grid of the sun's disc.
     pub colour: &'a [Vec4],
     /// The lookup of light that was scattered more than once; see [`crate::multiple_lookup`].
     pub multiple: &'a [Vec4],

@@ -63,7 +63,7 @@ pub fn constituents(
         group += 1;
     }
     if is_regression {
-        let mut fit = Fit { uniform, buffers, count, first_node: 0, fit: variant & variant::FIT };
+        let mut fit = Fit { uniform, count, first_node: 0, fit: variant & variant::FIT };
         fit.add(lights.each_ref().map(|parts| &parts.air), &mut sum.air);
         if variant & variant::AEROSOL != 0 {
             fit.add(lights.each_ref().map(|parts| &parts.aerosol), &mut sum.aerosol);
@@ -133,7 +133,6 @@ fn add_linear(
 /// A regression fit, constituent after constituent.
 struct Fit<'a> {
     uniform: &'a Uniform,
-    buffers: Buffers<'a>,
     count: usize,
     /// The first observer node of the next constituent.
     first_node: u32,
@@ -166,7 +165,7 @@ impl Fit<'_> {
         let mut rgb = Three::ZERO;
         for node in self.first_node..self.first_node + self.uniform.nodes {
             for lane in lanes(self.count) {
-                let part = regression_rgb(self.buffers.colour, node, 1, &logarithms[lane], fit);
+                let part = regression_rgb(&self.uniform.node_rows, node, 1, &logarithms[lane], fit);
                 rgb.set(lane, rgb.get(lane) + part);
             }
         }

@@ -84,20 +84,21 @@ impl Plan {
             }
             _ => colours.exposure,
         };
+        let (uniform, rows) = upload::with_rows(sky.integral().uniform, &colours.rows, sky.integral().variant);
         let uniform = Uniform {
             camera,
             rows: camera.height,
             row_pixels: camera.width,
-            disc: SunDisc { first_entry: colours.rows.len() as u32, ..disc },
+            disc: SunDisc { first_entry: rows.len() as u32, ..disc },
             ground: colours.ground.extend(0.0),
             exposure,
-            ..sky.integral().uniform
+            ..uniform
         };
         let disc_shown = if shows_disc { variant::SUN_DISC } else { 0 };
         let is_dithered = pixel == PixelFormat::Picture && scene.render.dither == Dither::Ordered;
         let shown = sky.integral().variant | disc_shown | if is_dithered { variant::DITHER } else { 0 };
         let variant = variant::of(shown, upload::projection(scene.camera.projection), pixel as u32);
-        let colour = [colours.rows.as_slice(), &grid].concat();
+        let colour = [rows, &grid].concat();
         let size = lookup.size;
         let plan = Self { sky, uniform, colour, spectral: None, variant, pixel, lit_rows, lookup };
         match size {
@@ -154,15 +155,17 @@ impl Plan {
             return Err(Error::not_allowed("render.color", complaint));
         }
         let spectral = SpectralPlan::new(&self.sky, wavelengths);
-        let colour = if self.sky.is_night { Vec::new() } else { spectral.rows(&self.sky) };
+        let [of_colour, of_spectrum] = if self.sky.is_night { Default::default() } else { spectral.rows(&self.sky) };
+        let fit = spectral.integral.variant & variant::FIT;
+        let (uniform, rows) = upload::with_rows(self.uniform, &of_colour, fit);
         let reason =
             if self.sky.is_night { self.lookup.reason } else { "a spectrum is integrated at every pixel".into() };
         let Uniform { multiple, .. } = spectral.integral.uniform;
         let others = self.variant & !(variant::FIT | variant::LIGHT | variant::REFINED);
         Ok(Self {
-            colour,
-            uniform: Uniform { multiple, spectral_wavelengths: wavelengths.len() as u32, ..self.uniform },
-            variant: others | spectral.integral.variant & variant::FIT | variant::SPECTRUM,
+            colour: [rows, &of_spectrum].concat(),
+            uniform: Uniform { multiple, spectral_wavelengths: wavelengths.len() as u32, ..uniform },
+            variant: others | fit | variant::SPECTRUM,
             spectral: Some(Arc::new(spectral)),
             lookup: Lookup { size: None, reason },
             ..self

@@ -129,7 +129,9 @@ impl SkyPlan {
     }
 
     fn radiance_by(&self, rows: &[Vec4], view: Vec3) -> Vec3 {
-        sky(&self.integral().uniform, self.integral().buffers(rows), view, self.integral().variant)
+        let integral = self.integral();
+        let (uniform, rows) = upload::with_rows(integral.uniform, rows, integral.variant);
+        sky(&uniform, integral.buffers(rows), view, integral.variant)
     }
 
     /// Linear RGB in many directions.
@@ -152,9 +154,10 @@ impl SkyPlan {
 
     fn constituents_by(&self, rows: &[Vec4], views: &[Vec3]) -> Vec<Constituents> {
         let integral = self.integral();
+        let (uniform, rows) = upload::with_rows(integral.uniform, rows, integral.variant);
         let mut found = vec![Constituents::DARK; views.len()];
         views.par_chunks(BLOCK).zip(found.par_chunks_mut(BLOCK)).for_each(|(views, found)| {
-            constituents_of_directions(&integral.uniform, integral.buffers(rows), views, found, integral.variant);
+            constituents_of_directions(&uniform, integral.buffers(rows), views, found, integral.variant);
         });
         found
     }

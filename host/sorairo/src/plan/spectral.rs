@@ -165,17 +165,17 @@ impl SpectralPlan {
         Self { wavelengths: wavelengths.to_vec(), integral, fit, lit_by, held_out }
     }
 
-    /// The colour rows of a spectral image: those of colour, then those of the spectrum.
-    pub fn rows(&self, sky: &SkyPlan) -> Vec<Vec4> {
+    /// The rows of a spectral image: those of colour, and those of the spectrum.
+    pub fn rows(&self, sky: &SkyPlan) -> [Vec<Vec4>; 2] {
         let optics = &self.integral.optics;
         match &self.fit {
             SpectrumFit::Linear(fit) => {
-                [fit.folded(optics, sky.observer, &sky.space), fit.spectrum_rows(optics, &self.wavelengths)].concat()
+                [fit.folded(optics, sky.observer, &sky.space), fit.spectrum_rows(optics, &self.wavelengths)]
             }
             SpectrumFit::Regression(regressions) => {
                 let (own, all) = (sky.base.bands.len(), self.integral.bands.len());
                 let colour = beside_more_bands(&sky.colours().rows, own, all);
-                [colour, spectrum_rows(optics, &self.wavelengths, regressions)].concat()
+                [colour, spectrum_rows(optics, &self.wavelengths, regressions)]
             }
         }
     }
@@ -584,11 +584,12 @@ mod tests {
         for (each, fitted) in each.radiance(view).into_iter().zip(fitted.radiance(view)) {
             assert!((fitted / each - 1.0).abs() < BOUND_BY_DAY, "{fitted}, {each}");
         }
-        let [rows, colour] = [&each.rows(&sky), &sky.colours().rows].map(|rows| rows.len());
-        assert!(rows > colour);
+        let [of_colour, of_spectrum] = each.rows(&sky);
+        let groups = each.integral.bands.len();
+        assert_eq!([of_colour.len(), of_spectrum.len()], [3 * groups, asked.len() * groups]);
         let of_colour = |plan: &SpectralPlan| {
             let transfer = plan.integral.transfer(view);
-            let rows = plan.rows(&sky);
+            let [rows, _] = plan.rows(&sky);
             let groups = plan.integral.bands.len();
             let channel = |channel: usize| -> f64 {
                 let weight = |band: usize| f64::from(rows[3 * (band / 4) + channel][band % 4]);

@@ -5,7 +5,8 @@ use sorairo_shared::camera::{self, Camera};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::profile::{Atmosphere, Exponential};
 use sorairo_shared::single::Bands;
-use sorairo_shared::uniform::Uniform;
+use sorairo_shared::uniform::{NODE_ROWS, Uniform};
+use sorairo_shared::variant;
 
 use super::colour_space::ColourSpace;
 use super::directions::{direction, horizon};
@@ -30,6 +31,16 @@ pub fn sky_uniform(scene: &Scene, wavelengths: &[f64], nodes: u32, space: &Colou
         horizon: horizon(scene.atmosphere.ground_radius, scene.observer.altitude) as f32,
         ..Uniform::zeroed()
     }
+}
+
+/// The uniform and the colour rows of a buffer that hold the rows by which a fit becomes a colour: those of a regression are the uniform's.
+pub fn with_rows(uniform: Uniform, rows: &[Vec4], variant: u32) -> (Uniform, &[Vec4]) {
+    if variant & variant::REGRESSION == 0 {
+        return (uniform, rows);
+    }
+    let mut node_rows = [Vec4::ZERO; NODE_ROWS];
+    node_rows[..rows.len()].copy_from_slice(rows);
+    (Uniform { node_rows, ..uniform }, &[])
 }
 
 /// The optical properties at wavelengths (nm), four to a group; the last one fills its group.

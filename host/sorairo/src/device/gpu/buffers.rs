@@ -3,7 +3,7 @@
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::lookup::{colours_per_entry, entries};
 
-use super::layouts::{Groups, KernelLayouts};
+use super::layouts::{Groups, KernelLayouts, not_empty};
 use super::readback::{Clock, Slot};
 use crate::plan::Plan;
 
@@ -90,10 +90,8 @@ impl DeviceBuffers {
         let uniform_bytes = self.uniform.upload(device, queue, bytemuck::bytes_of(&plan.uniform));
         let bands_bytes = self.bands.upload(device, queue, bytemuck::cast_slice(buffers.bands));
         let quadrature_bytes = self.quadrature.upload(device, queue, bytemuck::cast_slice(buffers.quadrature));
-        let colour_bytes = self.colour.upload(device, queue, bytemuck::cast_slice(buffers.colour));
-        // A binding may not be empty.
-        let multiple = if buffers.multiple.is_empty() { &[Vec4::ZERO] } else { buffers.multiple };
-        let multiple_bytes = self.multiple.upload(device, queue, bytemuck::cast_slice(multiple));
+        let colour_bytes = self.colour.upload(device, queue, &not_empty(buffers.colour));
+        let multiple_bytes = self.multiple.upload(device, queue, &not_empty(buffers.multiple));
         let bound = [
             (self.uniform.get(), uniform_bytes),
             (self.bands.get(), bands_bytes),

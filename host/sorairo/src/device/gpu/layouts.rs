@@ -1,6 +1,9 @@
 //! How buffers are bound to the kernels.
 
+use std::borrow::Cow;
 use std::num::NonZero;
+
+use sorairo_shared::glam::Vec4;
 
 /// The bindings of the kernels that fill the sky lookup, and of those that write pixels.
 pub(super) struct Groups {
@@ -79,5 +82,14 @@ impl KernelLayouts {
     /// Buffers in the order of the bindings, with the bytes that an image uses of each.
     pub(super) fn bind(&self, device: &wgpu::Device, buffers: &[(&wgpu::Buffer, u64); 7]) -> Groups {
         Groups { lookup: self.lookup.bind(device, buffers), pixels: self.pixels.bind(device, buffers) }
+    }
+}
+
+/// The bytes of some values for a binding, which may not be empty.
+pub(super) fn not_empty(values: &[Vec4]) -> Cow<'_, [u8]> {
+    if values.is_empty() {
+        bytemuck::bytes_of(&Vec4::ZERO).to_vec().into()
+    } else {
+        bytemuck::cast_slice(values).into()
     }
 }

@@ -1,6 +1,5 @@
 //! The sky in a program's own device: encoded into its own commands, without a read-back, a thread or a wait.
 
-use std::borrow::Cow;
 use std::future::Future;
 use std::pin::pin;
 use std::sync::Arc;
@@ -15,6 +14,7 @@ use wgpu::util::DeviceExt;
 
 use super::environment::{self, Environment, EnvironmentTarget};
 use super::kernels::{Kernels, dispatch};
+use super::layouts::not_empty;
 use crate::device::quirks;
 use crate::device::rows::invocations_per_row;
 use crate::error::{Error, Result};
@@ -350,14 +350,6 @@ fn filled(device: &wgpu::Device, label: &'static str, contents: &[u8], usage: wg
 fn lookup_bytes(plan: &Plan) -> u64 {
     let colours = u64::from(colours_per_entry(plan.variant));
     colours * size_of::<Vec4>() as u64 * u64::from(entries(&plan.uniform)).max(1)
-}
-
-fn not_empty(values: &[Vec4]) -> Cow<'_, [u8]> {
-    if values.is_empty() {
-        bytemuck::bytes_of(&Vec4::ZERO).to_vec().into()
-    } else {
-        bytemuck::cast_slice(values).into()
-    }
 }
 
 impl Target<'_> {

@@ -85,13 +85,21 @@ pub fn words_of_light(uniform: &Uniform, bands: &[Bands], variant: u32) -> u32 {
 #[inline(always)]
 pub fn sky_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pixel: UVec2, variant: u32) {
     let view = view(uniform, pixel, variant);
-    if view.covered {
-        lit_pixel(uniform, buffers, output, pixel, view.direction, variant);
-    } else if variant & variant::LIGHT != 0 {
+    let holds_light = variant & variant::LIGHT != 0;
+    let mut rgb = Vec3::ZERO;
+    if view.covered & (holds_light | !lookup::is_on_ground(view.direction, variant)) {
+        rgb = lit_pixel(uniform, buffers, output, pixel, view.direction, variant);
+    } else if holds_light {
         let words = words_of_light(uniform, buffers.bands, variant);
         store_zeros(output, index(uniform, pixel) * words, words);
-    } else {
-        store_rgb(uniform, output, pixel, Vec3::ZERO, variant);
+    } else if view.covered {
+        rgb = lookup::ground_beneath(uniform, variant);
+    }
+    if !holds_light {
+        if view.covered {
+            rgb = with_disc(uniform, buffers.colour, pixel, rgb, variant);
+        }
+        store_rgb(uniform, output, pixel, rgb, variant);
     }
 }
 
@@ -104,9 +112,16 @@ fn store_zeros(output: &mut [u32], at: u32, words: u32) {
     }
 }
 
-/// [`sky_pixel`] of a pixel that the projection covers.
+/// The sky of [`sky_pixel`]: its linear RGB (W·m⁻²·sr⁻¹), none at every band. Light by wavelength is stored.
 #[inline(always)]
-fn lit_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pixel: UVec2, direction: Vec3, variant: u32) {
+fn lit_pixel(
+    uniform: &Uniform,
+    buffers: Buffers<'_>,
+    output: &mut [u32],
+    pixel: UVec2,
+    direction: Vec3,
+    variant: u32,
+) -> Vec3 {
     let has_spectrum = variant & variant::SPECTRUM != 0;
     let is_linear_spectrum = has_spectrum & (variant & variant::REGRESSION == 0);
     let at = (index(uniform, pixel) * words_of_light(uniform, buffers.bands, variant)) as usize;
@@ -142,8 +157,8 @@ fn lit_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pixel:
         spectral::store_colour(output, at, rgb);
     } else if variant & variant::AT_BANDS == 0 {
         rgb = gathered.rgb(uniform, buffers, angle, variant);
-        store_rgb(uniform, output, pixel, with_disc(uniform, buffers.colour, pixel, rgb, variant), variant);
     }
+    rgb
 }
 
 /// Kernel `lookup`: the colours of an entry of the sky lookup.

@@ -7,7 +7,7 @@ use multiversion::multiversion;
 use super::colour::{constituents, light, with_phases_of_block};
 use super::lanes::{BLOCK, Three, lanes};
 use super::lookup::sky_of_block;
-use super::pixels::{Pixels, add_disc, blacken, store_block, views};
+use super::pixels::{Pixels, add_disc, are_on_ground, blacken, put_ground, store_block, views};
 use super::run::sky_of_runs;
 use crate::arithmetic::multiply_adds_of_block;
 use crate::glam::{Vec3, Vec4};
@@ -79,8 +79,11 @@ pub mod plain {
             let mut sky = Three::ZERO;
             if views.covered.contains(&true) {
                 let (directions, count) = (&views.directions, pixels.count);
-                let constituents = constituents(uniform, buffers, directions, count, variant);
-                sky = with_phases_of_block(uniform, &constituents, directions, count, variant);
+                if !are_on_ground(&views, count, variant) {
+                    let constituents = constituents(uniform, buffers, directions, count, variant);
+                    sky = with_phases_of_block(uniform, &constituents, directions, count, variant);
+                }
+                put_ground(uniform, &views, count, &mut sky, variant);
                 add_disc(uniform, buffers.colour, pixels, &mut sky, variant);
                 blacken(&views, count, &mut sky);
             }

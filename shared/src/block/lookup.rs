@@ -2,11 +2,11 @@
 
 use super::colour::{BlockConstituents, with_phases_of_block};
 use super::lanes::{BLOCK, Four, Three, lanes};
-use super::pixels::{Pixels, Views};
+use super::pixels::{Pixels, Views, put_ground};
 use crate::camera::EQUIRECTANGULAR;
 use crate::cubic::Stencil;
 use crate::glam::Vec4;
-use crate::lookup::{GridPlace, along_row, grid_constituents, grid_place, ground_beneath, is_on_ground, row_place};
+use crate::lookup::{GridPlace, along_row, grid_constituents, grid_place, is_on_ground, row_place};
 use crate::uniform::Uniform;
 use crate::variant;
 
@@ -16,9 +16,7 @@ pub fn sky_of_block(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, views: 
     // Rows of the lookup are rows of an equirectangular image, none of which is of sky and of ground at once.
     if variant::projection(variant) == EQUIRECTANGULAR && is_on_ground(views.directions.get(0), variant) {
         let mut ground = Three::ZERO;
-        for lane in lanes(pixels.count) {
-            ground.set(lane, ground_beneath(uniform, variant));
-        }
+        put_ground(uniform, views, pixels.count, &mut ground, variant);
         return ground;
     }
     let constituents = if variant::projection(variant) == EQUIRECTANGULAR {
@@ -27,14 +25,7 @@ pub fn sky_of_block(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, views: 
         in_grid(uniform, entries, pixels, views, variant)
     };
     let mut sky = with_phases_of_block(uniform, &constituents, &views.directions, pixels.count, variant);
-    if variant & variant::DESCENT == 0 {
-        let ground = ground_beneath(uniform, variant);
-        for lane in lanes(pixels.count) {
-            let above = sky.get(lane);
-            let on_ground = is_on_ground(views.directions.get(lane), variant);
-            sky.set(lane, if on_ground { ground } else { above });
-        }
-    }
+    put_ground(uniform, views, pixels.count, &mut sky, variant);
     sky
 }
 

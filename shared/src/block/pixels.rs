@@ -5,6 +5,7 @@ use crate::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, pixel_view};
 use crate::disc::disc_in_pixel;
 use crate::glam::{UVec2, Vec3, Vec4};
 use crate::kernels::{picture_word, store_rgb};
+use crate::lookup::{ground_beneath, is_on_ground};
 use crate::uniform::Uniform;
 use crate::variant::{self, PixelFormat};
 
@@ -52,6 +53,29 @@ fn views_by(uniform: &Uniform, pixels: Pixels, projection: u32) -> Views {
         views.covered[lane] = view.covered;
     }
     views
+}
+
+/// Whether all views of a block end on the ground where they begin.
+#[inline(always)]
+pub fn are_on_ground(views: &Views, count: usize, variant: u32) -> bool {
+    let mut are_on_ground = true;
+    for lane in lanes(count) {
+        are_on_ground &= is_on_ground(views.directions.get(lane), variant);
+    }
+    are_on_ground
+}
+
+/// Sets what ends on the ground where it begins to the ground's colour.
+#[inline(always)]
+pub fn put_ground(uniform: &Uniform, views: &Views, count: usize, sky: &mut Three, variant: u32) {
+    if variant & variant::DESCENT == 0 {
+        let ground = ground_beneath(uniform, variant);
+        for lane in lanes(count) {
+            let above = sky.get(lane);
+            let is_on_ground = is_on_ground(views.directions.get(lane), variant);
+            sky.set(lane, if is_on_ground { ground } else { above });
+        }
+    }
 }
 
 /// Adds the sun's disc to the sky before which it stands.

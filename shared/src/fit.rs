@@ -112,15 +112,15 @@ pub const SPECTRUM_RISE: f32 = 10.0;
 #[derive(Clone, Copy)]
 pub struct Logarithms {
     /// ln X at the first four bands, or the Newton coefficients of its cubic.
-    first: Vec4,
+    pub(crate) first: Vec4,
     /// ln X at the next four bands.
-    second: Vec4,
+    pub(crate) second: Vec4,
     /// ln X at the last four bands.
-    third: Vec4,
+    pub(crate) third: Vec4,
     /// The logarithm of the brightest band.
-    highest: f32,
+    pub(crate) highest: f32,
     /// Whether any band is above zero.
-    lit: bool,
+    pub(crate) lit: bool,
 }
 
 impl Logarithms {

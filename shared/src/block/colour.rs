@@ -1,7 +1,7 @@
 //! Colours of the directions of a block: the steps of [`crate::sky`], each for all directions.
 
 use super::integral::{BlockScattering, single_scattering_of_block};
-use super::lanes::{BLOCK, Four, Three, lanes};
+use super::lanes::{BLOCK, Four, Lanes, Three, ZERO, lanes};
 use crate::fit::{Dozen, Logarithms, regression_rgb};
 use crate::phase::ScatteringAngle;
 use crate::sky::{Constituents, Parts, linear_rgb, rest_of_light, view_ray, with_phases};
@@ -130,6 +130,41 @@ fn add_linear(
     }
 }
 
+/// [`Logarithms`] of each pixel.
+struct BlockLogarithms {
+    first: Four,
+    second: Four,
+    third: Four,
+    highest: Lanes,
+    lit: [bool; BLOCK],
+}
+
+impl BlockLogarithms {
+    const ZERO: Self =
+        Self { first: Four::ZERO, second: Four::ZERO, third: Four::ZERO, highest: ZERO, lit: [false; BLOCK] };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, logarithms: Logarithms) {
+        let Logarithms { first, second, third, highest, lit } = logarithms;
+        self.first.set(lane, first);
+        self.second.set(lane, second);
+        self.third.set(lane, third);
+        self.highest[lane] = highest;
+        self.lit[lane] = lit;
+    }
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> Logarithms {
+        Logarithms {
+            first: self.first.get(lane),
+            second: self.second.get(lane),
+            third: self.third.get(lane),
+            highest: self.highest[lane],
+            lit: self.lit[lane],
+        }
+    }
+}
+
 /// A regression fit, constituent after constituent.
 struct Fit<'a> {
     uniform: &'a Uniform,
@@ -158,14 +193,14 @@ impl Fit<'_> {
             let [first, second, third] = light.map(|four| four.get(lane));
             Logarithms::new(Dozen { first, second, third }, wavelengths, fit)
         };
-        let mut logarithms = [at_bands(0); BLOCK];
+        let mut logarithms = BlockLogarithms::ZERO;
         for lane in lanes(self.count) {
-            logarithms[lane] = at_bands(lane);
+            logarithms.set(lane, at_bands(lane));
         }
         let mut rgb = Three::ZERO;
         for node in self.first_node..self.first_node + self.uniform.nodes {
             for lane in lanes(self.count) {
-                let part = regression_rgb(&self.uniform.node_rows, node, 1, &logarithms[lane], fit);
+                let part = regression_rgb(&self.uniform.node_rows, node, 1, &logarithms.get(lane), fit);
                 rgb.set(lane, rgb.get(lane) + part);
             }
         }

@@ -10,7 +10,8 @@ use sorairo_shared::environment::{
     COEFFICIENTS, CoefficientLanes, LevelStep, ROW_SUMS, RowLanes, half_pixel, keep_coefficients, keep_row_sums,
     level_pixel, store_coefficient, store_row_sum,
 };
-use sorairo_shared::kernels::{SENTINEL, lookup_colours, lookup_invocations, lookup_pixel, sky_pixel};
+use sorairo_shared::kernels::{self, SENTINEL, lookup_colours, lookup_invocations, lookup_pixel, sky_pixel};
+use sorairo_shared::light_field::{self, FieldBuffers, FieldUniform};
 use sorairo_shared::lookup::{entries, is_read, store_entry};
 use sorairo_shared::math::store;
 use sorairo_shared::single::Bands;
@@ -144,6 +145,158 @@ pub fn environment_harmonics(
     workgroup_memory_barrier_with_group_sync();
     if lane < COEFFICIENTS {
         store_coefficient(kept, coefficients, lane);
+    }
+}
+
+/// The light at the bands in listed directions.
+#[spirv(compute(threads(64)))]
+pub fn look(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] views: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] found: &mut [Vec4],
+) {
+    if (id.x as usize) < views.len() * bands.len() {
+        let buffers = Buffers { bands, quadrature, colour, multiple };
+        kernels::look(uniform, buffers, views, found, id.x, variant);
+    }
+}
+
+/// The nodes of rays, and where rays begin and end.
+#[spirv(compute(threads(64)))]
+pub fn field_nodes(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &FieldUniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] tables: &[f32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] functions: &mut [f32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
+) {
+    if id.x < uniform.invocations {
+        let buffers = FieldBuffers { bands, quadrature, tables };
+        light_field::field_node(uniform, buffers, functions, values, id.x as usize, variant);
+    }
+}
+
+/// The spherical functions of rays and suns.
+#[spirv(compute(threads(64)))]
+pub fn field_functions(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &FieldUniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] tables: &[f32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] functions: &mut [f32],
+) {
+    if id.x < uniform.invocations {
+        light_field::field_function(uniform, tables, functions, id.x as usize);
+    }
+}
+
+/// Light of the first order in sights.
+#[spirv(compute(threads(64)))]
+pub fn field_first(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &FieldUniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] tables: &[f32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
+) {
+    if id.x < uniform.invocations {
+        let buffers = FieldBuffers { bands, quadrature, tables };
+        light_field::field_first(uniform, buffers, values, id.x as usize, variant);
+    }
+}
+
+/// Its coefficients, after the phase functions.
+#[spirv(compute(threads(64)))]
+pub fn field_first_fourier(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &FieldUniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] tables: &[f32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] functions: &mut [f32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
+) {
+    if id.x < uniform.invocations {
+        light_field::field_first_fourier(uniform, tables, functions, values, id.x as usize, variant);
+    }
+}
+
+/// The sources at the nodes of rays.
+#[spirv(compute(threads(64)))]
+pub fn field_sources(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &FieldUniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] functions: &mut [f32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] orders: &mut [Vec4],
+) {
+    if id.x < uniform.invocations {
+        light_field::field_source(uniform, functions, values, orders, id.x as usize, variant);
+    }
+}
+
+/// Light gathered from them.
+#[spirv(compute(threads(64)))]
+pub fn field_gather(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &FieldUniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] tables: &[f32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] orders: &mut [Vec4],
+) {
+    if id.x < uniform.invocations {
+        light_field::field_gather(uniform, tables, values, orders, id.x as usize);
+    }
+}
+
+/// Its coefficients.
+#[spirv(compute(threads(64)))]
+pub fn field_fourier(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &FieldUniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] tables: &[f32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
+) {
+    if id.x < uniform.invocations {
+        light_field::field_fourier(uniform, tables, values, id.x as usize);
+    }
+}
+
+/// Moments of an order.
+#[spirv(compute(threads(64)))]
+pub fn field_moments(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &FieldUniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] tables: &[f32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] functions: &mut [f32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] orders: &mut [Vec4],
+) {
+    if id.x < uniform.invocations {
+        light_field::field_moment(uniform, tables, functions, values, orders, id.x as usize);
+    }
+}
+
+/// The sum of all orders.
+#[spirv(compute(threads(64)))]
+pub fn field_sum(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &FieldUniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] tables: &[f32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] orders: &mut [Vec4],
+) {
+    if id.x < uniform.invocations {
+        light_field::field_sum(uniform, tables, orders, id.x as usize);
     }
 }
 

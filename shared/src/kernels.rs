@@ -12,7 +12,7 @@ use crate::phase::ScatteringAngle;
 use crate::rgb::into_gamut;
 use crate::run::{self, Circle, Middle, RUN, Run};
 use crate::single::Bands;
-use crate::sky::{Constituents, Gathered, constituents, is_done, light, transfer_of_parts, view_ray};
+use crate::sky::{Constituents, Gathered, Parts, constituents, is_done, light, transfer_of_parts, view_ray};
 use crate::spectral;
 use crate::tone::{NEAREST, dither, srgb8};
 use crate::uniform::{Buffers, Uniform};
@@ -159,6 +159,23 @@ fn lit_pixel(
         rgb = gathered.rgb(uniform, buffers, angle, variant);
     }
     rgb
+}
+
+/// Values of a direction and a group of bands that [`look`] stores.
+pub const PARTS: usize = 4;
+
+/// Kernel `look`: the light in a listed direction at a group of bands, by its constituents; see [`light`].
+#[inline(always)]
+pub fn look(uniform: &Uniform, buffers: Buffers<'_>, views: &[Vec4], found: &mut [Vec4], index: u32, variant: u32) {
+    let groups = buffers.bands.len() as u32;
+    let view = fetch(views, (index / groups) as usize);
+    let Parts { air, aerosol, multiple, ground } =
+        light(uniform, buffers, (index % groups) as usize, view.truncate(), variant);
+    let at = PARTS * index as usize;
+    store(found, at, air);
+    store(found, at + 1, aerosol);
+    store(found, at + 2, multiple);
+    store(found, at + 3, ground);
 }
 
 /// Kernel `lookup`: the colours of an entry of the sky lookup.

@@ -16,7 +16,8 @@
 //! | [`single`] | light scattered once: the integrand, then the integral (Eqs. 1-3) |
 //! | [`ground`] | what falls on the ground, and what it sends back |
 //! | [`moments`] | moments of a light field, and interpolation between the nodes of a table |
-//! | `multiple` | light scattered more than once: the source of a light field, gathered along a ray; not for SPIR-V |
+//! | [`light_field`] | the light field on a device: what each of its kernels does for one index |
+//! | `multiple` | the light field on a processor, many wavelengths at a time: the source of a light field, gathered along a ray; not for SPIR-V |
 //! | [`multiple_lookup`] | the lookup of that light: where its entries are, how a ray reads them |
 //! | [`fit`] | the spectrum between the bands: Newton's cubic, the regression fit (Eqs. 4-6) |
 //! | [`observer`] | the sum over a colour observer (Eq. 7) |
@@ -90,6 +91,7 @@ pub mod fit;
 pub mod geometry;
 pub mod ground;
 pub mod kernels;
+pub mod light_field;
 pub mod lookup;
 pub mod math;
 pub mod moments;

@@ -10,7 +10,6 @@
 //! with `μ` the cosine of the zenith angle, `P_l^m` the associated Legendre functions and `N_lm` such that the integral of `Y_lm²` over
 //! the sphere is 1. The moment `L_lm` is then the integral of `L(v) Y_lm(v)`.
 
-use crate::glam::Vec4;
 use crate::math::{PI, clamp, fetch, sqrt, store};
 
 /// Which moments a table holds: those of a degree `l` up to `degree` and an azimuthal number `m` up to `azimuthal`, one `m` after the
@@ -27,7 +26,8 @@ impl Moments {
     /// Where the moments of an azimuthal number begin, with that of the degree `m`.
     #[inline]
     pub fn first(self, m: usize) -> usize {
-        m * (self.degree + 1) - m * m.saturating_sub(1) / 2
+        // Written so that nothing lies below zero in between: a shader has no saturating subtraction.
+        m * (2 * self.degree + 3 - m) / 2
     }
 
     /// How many there are.
@@ -37,14 +37,14 @@ impl Moments {
     }
 }
 
-/// The functions `N_lm P_l^m(μ)` of all `moments` at `μ`, in their order; `sine` is `√(1 - μ²)`.
+/// The functions `N_lm P_l^m(μ)` of all `moments` at `μ`, in their order from an index on; `sine` is `√(1 - μ²)`.
 ///
 /// Upward recursions of functions that are normalised already (Holmes and Featherstone 2002, Eqs. 11-13,
 /// <https://doi.org/10.1007/s00190-002-0216-2>): in single precision 2e-6 of the largest up to degree 48.
-pub fn legendre(moments: Moments, mu: f32, sine: f32, functions: &mut [f32]) {
+pub fn legendre(moments: Moments, mu: f32, sine: f32, functions: &mut [f32], first: usize) {
     let mut diagonal = sqrt(0.25 / PI);
     let mut m = 0;
-    let mut at = 0;
+    let mut at = first;
     while m <= moments.azimuthal {
         if m > 0 {
             // The cosine of the azimuth brings a factor √2 with m = 1.
@@ -89,12 +89,17 @@ pub fn phase_from_moments(chi: &[f32], nu: f32) -> f32 {
 }
 
 /// Nodes between which a function is interpolated by the cubic through four of them.
+///
+/// They stand in a list of numbers: the nodes, increasing and four at least, then for each four neighbours the four inverse products of their differences,
+/// Lagrange's denominators.
 #[derive(Clone, Copy)]
 pub struct Axis<'a> {
-    /// The nodes, increasing; four at least.
-    pub nodes: &'a [f32],
-    /// For each four neighbours the inverse of the products of their differences: Lagrange's denominators.
-    pub inverse_products: &'a [Vec4],
+    /// The list.
+    pub values: &'a [f32],
+    /// Where the nodes begin in it.
+    pub first: usize,
+    /// Nodes.
+    pub count: usize,
 }
 
 /// Four neighbours of an axis and the weights of their values.
@@ -110,22 +115,28 @@ impl Axis<'_> {
     /// The stencil at `x`, which is taken to the nearest end where it lies outside. The neighbours are looked for from `guess` on.
     #[inline(always)]
     pub fn stencil(self, x: f32, guess: usize) -> Stencil {
-        let last = self.nodes.len() - 1;
-        let x = clamp(x, fetch(self.nodes, 0), fetch(self.nodes, last));
+        let last = self.count - 1;
+        let x = clamp(x, self.node(0), self.node(last));
         let mut first = if guess + 3 > last { last - 3 } else { guess };
-        while (first + 3 < last) && (x >= fetch(self.nodes, first + 2)) {
+        while (first + 3 < last) && (x >= self.node(first + 2)) {
             first += 1;
         }
-        while (first > 0) && (x < fetch(self.nodes, first + 1)) {
+        while (first > 0) && (x < self.node(first + 1)) {
             first -= 1;
         }
-        let inverse = fetch(self.inverse_products, first);
-        let a = x - fetch(self.nodes, first);
-        let b = x - fetch(self.nodes, first + 1);
-        let c = x - fetch(self.nodes, first + 2);
-        let d = x - fetch(self.nodes, first + 3);
+        let a = x - self.node(first);
+        let b = x - self.node(first + 1);
+        let c = x - self.node(first + 2);
+        let d = x - self.node(first + 3);
         let (ab, cd) = (a * b, c * d);
-        Stencil { first, weights: [b * cd * inverse.x, a * cd * inverse.y, ab * d * inverse.z, ab * c * inverse.w] }
+        let inverse = move |i: usize| fetch(self.values, self.first + self.count + 4 * first + i);
+        let weights = [b * cd * inverse(0), a * cd * inverse(1), ab * d * inverse(2), ab * c * inverse(3)];
+        Stencil { first, weights }
+    }
+
+    #[inline(always)]
+    fn node(self, index: usize) -> f32 {
+        fetch(self.values, self.first + index)
     }
 }
 
@@ -137,7 +148,7 @@ mod tests {
 
     fn functions(mu: f64) -> Vec<f64> {
         let mut functions = vec![0.0; ALL.count()];
-        legendre(ALL, mu as f32, (1.0 - mu * mu).sqrt() as f32, &mut functions);
+        legendre(ALL, mu as f32, (1.0 - mu * mu).sqrt() as f32, &mut functions, 0);
         functions.into_iter().map(f64::from).collect()
     }
 
@@ -179,16 +190,14 @@ mod tests {
     #[test]
     fn a_cubic_is_interpolated_exactly() {
         let nodes = [0.0f32, 0.3, 1.0, 1.2, 2.0, 3.5];
-        let inverse_products: Vec<Vec4> = (0..3)
-            .map(|first| {
-                let product = |a: usize| {
-                    let others = (0..4).filter(|&b| b != a);
-                    1.0 / others.map(|b| nodes[first + a] - nodes[first + b]).product::<f32>()
-                };
-                Vec4::new(product(0), product(1), product(2), product(3))
-            })
-            .collect();
-        let axis = Axis { nodes: &nodes, inverse_products: &inverse_products };
+        let inverse_product = |first: usize, a: usize| {
+            let others = (0..4).filter(|&b| b != a);
+            1.0 / others.map(|b| nodes[first + a] - nodes[first + b]).product::<f32>()
+        };
+        let inverse_products = (0..3).flat_map(|first| (0..4).map(move |a| inverse_product(first, a)));
+        // Behind numbers that are others'.
+        let values: Vec<f32> = [7.0; 3].into_iter().chain(nodes).chain(inverse_products).collect();
+        let axis = Axis { values: &values, first: 3, count: nodes.len() };
         let cubic = |x: f32| ((0.3 * x - 1.0) * x + 0.2) * x + 2.0;
         for guess in 0..6 {
             for x in [0.0f32, 0.1, 0.3, 1.1, 1.7, 3.0, 3.5] {

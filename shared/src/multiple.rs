@@ -25,15 +25,14 @@
 
 use core::ops::Range;
 
-use crate::geometry::{Ray, shadow};
-use crate::glam::Vec2;
+use crate::geometry::Ray;
+use crate::glam::{Vec2, Vec4};
 use crate::ground::{GroundView, column_densities_to_sun, ground_on_way};
-use crate::math::{abs, acos, clamp, exp_lanes, ln_lanes, max, min, sqrt};
+use crate::light_field::{NodePlace, PER_MEAN_FREE_PATH, PieceSamples, SMALLEST, Sample, Sight, SunPlace};
+use crate::math::{abs, exp_lanes, ln_lanes, max, min};
 use crate::moments::{Axis, Moments, Stencil};
-use crate::profile::{
-    Atmosphere, ColumnDensities, column_densities, column_densities_of_two, relative_densities, sun_column_densities,
-};
-use crate::single::{Bands, Samples, TowardsObserver, Way, direction, lit_place};
+use crate::profile::{Atmosphere, ColumnDensities, column_densities_of_two, sun_column_densities};
+use crate::single::{Bands, Samples, TowardsObserver, Way, lit_place};
 use crate::variant;
 
 /// Values at some wavelengths, which share a path: loops over them that a compiler spreads over as many lanes as there are.
@@ -119,27 +118,6 @@ impl<const N: usize> Spectrum<N> {
     }
 }
 
-/// How much a mean free path of light counts where the samples of a ray crowd, relative to the length over which the density falls off;
-/// see [`crate::single`]. Light scattered more than once comes from the dense air at once, where that of the sun does not reach.
-const PER_MEAN_FREE_PATH: f32 = 0.4;
-
-/// A sample of a view ray.
-#[derive(Clone, Copy)]
-pub struct Sample {
-    /// Distance from where the ray enters the atmosphere, or begins (km).
-    pub distance: f32,
-    /// Altitude (km).
-    pub altitude: f32,
-    /// Cosine of the zenith angle of the ray.
-    pub mu: f32,
-    /// The length that it stands for (km).
-    pub weight: f32,
-    /// Relative densities of (air, aerosol).
-    pub density: Vec2,
-    /// Column densities towards the observer (km).
-    pub to_observer: ColumnDensities,
-}
-
 /// Visits the samples of a whole ray, dark or lit: each of its pieces has as many as `quadrature` has nodes. The ray is returned from where it
 /// enters the atmosphere, with the ground where it meets it. `variant` is one in which a ray can descend.
 #[inline(always)]
@@ -156,17 +134,8 @@ pub fn for_each_sample(
     for rising in [false, true] {
         let interval = way.lit(false, rising);
         if interval.end > interval.start {
-            let piece = way.piece(shell, interval, rising, variant & !variant::SHADOW);
-            let towards_observer = TowardsObserver::new(atmosphere, way.ray, way.lowest, rising, variant);
-            let samples = Samples::new(atmosphere, bands, way.ray, piece, PER_MEAN_FREE_PATH, variant);
-            for &node in quadrature {
-                let (place, weight) = samples.at(shell, node);
-                let density = relative_densities(atmosphere, place.altitude, variant);
-                let outwards = column_densities(atmosphere, place.altitude, density, place.mu, variant);
-                let to_observer = towards_observer.column_densities(atmosphere, place, outwards, variant);
-                let mu = place.mu * direction(rising);
-                visit(Sample { distance: place.distance, altitude: place.altitude, mu, weight, density, to_observer });
-            }
+            let samples = PieceSamples::new(atmosphere, bands, way, interval, rising, variant);
+            quadrature.iter().for_each(|&node| visit(samples.at(atmosphere, node, variant)));
         }
     }
     (way.ray, ground_on_way(atmosphere, way, variant))
@@ -200,13 +169,6 @@ pub fn sunlight_on_ground<const N: usize>(
     spectrum.transmittance(column_densities_to_sun(atmosphere, mu_s, variant)).scaled(max(mu_s, 0.0))
 }
 
-/// Whether the sun lights all of a ray.
-pub fn lit_from_end_to_end(atmosphere: &Atmosphere, ray: Ray) -> bool {
-    let way = Way::new(atmosphere.shell(), ray, variant::DESCENT);
-    let shadow = shadow(atmosphere.shell(), way.ray);
-    (shadow.end <= shadow.start) | (shadow.start >= way.length)
-}
-
 /// Light scattered once along a ray of a table that is lit from end to end by two suns, of air and of aerosol, before their phase functions.
 #[cfg_attr(
     not(target_arch = "spirv"),
@@ -221,12 +183,7 @@ pub fn single_scattering_of_lit_ray<const N: usize>(
 ) -> [(Lanes<N>, Lanes<N>); 2] {
     let mut light = [(Lanes::ZERO, Lanes::ZERO); 2];
     for node in ray.nodes {
-        let inverse_radius = 1.0 / node.radius;
-        let mut mu_s = [0.0; 2];
-        for i in 0..2 {
-            let (here, nu) = (sights[i].mu_s, sights[i].nu);
-            mu_s[i] = clamp((ray.radius * here + node.distance * nu) * inverse_radius, -1.0, 1.0);
-        }
+        let mu_s = sights.map(|sight| node.place.mu_s(ray.radius, sight));
         let sunlight = sunlight_of_two(atmosphere, spectrum, node, Vec2::from_array(mu_s), variant);
         for ((air, aerosol), sunlight) in light.iter_mut().zip(&sunlight) {
             air.add_product(&node.air, sunlight);
@@ -276,14 +233,8 @@ pub fn single_scattering_of_many<const N: usize>(
 /// A node of a ray through a table: what every sun and every azimuth share.
 #[derive(Clone, Copy)]
 pub struct RayNode<const N: usize> {
-    /// Cosine of the zenith angle of the ray there.
-    pub mu: f32,
-    /// Its sine.
-    pub sine: f32,
-    /// Distance from the ray's origin (km).
-    pub distance: f32,
-    /// Distance from the planet's centre (km).
-    pub radius: f32,
+    /// Where it is.
+    pub place: NodePlace,
     /// Altitude (km).
     pub altitude: f32,
     /// Relative densities of (air, aerosol).
@@ -291,7 +242,7 @@ pub struct RayNode<const N: usize> {
     /// Its place between the altitudes of the table.
     pub altitudes: Stencil,
     /// `N_00 P_0^0`, then `χ_2 N_2m P_2^m` of air for `m = 0, 1, 2`, in the ray's direction there.
-    pub air_functions: [f32; 4],
+    pub air_functions: Vec4,
     /// What scatters there and is seen: `T β ρ` of air times the length that the node stands for.
     pub air: Lanes<N>,
     /// That of aerosol.
@@ -340,26 +291,6 @@ pub struct MomentTable<'a> {
     pub suns: Axis<'a>,
     /// Whether what lies between suns is interpolated relative to its logarithm: where the sun sets, light falls by powers of ten.
     pub logarithmic: bool,
-}
-
-/// A sun as a ray's origin sees it.
-#[derive(Clone, Copy)]
-pub struct Sight {
-    /// Cosine of the zenith angle of the sun at the ray's origin.
-    pub mu_s: f32,
-    /// Cosine of the angle between the ray and the sun.
-    pub nu: f32,
-    /// A sun of the table near it, where the search begins.
-    pub near: usize,
-}
-
-/// A sun as a node of a ray sees it.
-#[derive(Clone, Copy)]
-pub struct SunPlace {
-    /// Its place between the suns of the table.
-    pub suns: Stencil,
-    /// Cosine of its azimuth from the ray.
-    pub cosine: f32,
 }
 
 /// Room for the sources of a node.
@@ -439,7 +370,7 @@ fn take_sums<const N: usize, const T: usize>(
     sums: &mut [f32],
 ) {
     let node = &ray.nodes[index];
-    let (moments, groups) = (table.moments, table.suns.nodes.len().div_ceil(TILE / T));
+    let (moments, groups) = (table.moments, table.suns.count.div_ceil(TILE / T));
     let (numbers, of_group) = (moments.azimuthal + 1, moments.count() * TILE);
     let functions = if ray.functions.is_empty() { &[] } else { &ray.functions[index * ray.of.count()..] };
     let weights = node.altitudes.weights;
@@ -465,10 +396,11 @@ fn take_sums<const N: usize, const T: usize>(
             }
             if m <= 2 {
                 let mut of_air = [0.0; TILE];
+                let functions = node.air_functions.to_array();
                 if m == 0 {
-                    add_weighted(&mut of_air, four, 0, weights, node.air_functions[0]);
+                    add_weighted(&mut of_air, four, 0, weights, functions[0]);
                 }
-                add_weighted(&mut of_air, four, first + 2 - m, weights, node.air_functions[m + 1]);
+                add_weighted(&mut of_air, four, first + 2 - m, weights, functions[m + 1]);
                 for i in 0..TILE {
                     sum[i] += of_air[i] * air[i];
                 }
@@ -478,17 +410,25 @@ fn take_sums<const N: usize, const T: usize>(
     }
 }
 
-/// The smallest size of a source that is divided by: its inverse is finite in single precision.
-const SMALLEST: f32 = 1e-36;
-
-/// Divides the sources of some tiles of suns by their size at each wavelength, and keeps its logarithm. What is 1e-20 of the largest is nothing.
+/// Divides the sources of some tiles of suns by their size at each wavelength, and keeps its logarithm. What is [`SMALLEST`] of what scatters is nothing.
 #[inline(always)]
-fn take_sizes<const T: usize>(numbers: usize, tiles_of_suns: Range<usize>, scratch: &mut Scratch) {
+fn take_sizes<const N: usize, const T: usize>(
+    node: &RayNode<N>,
+    tile: usize,
+    numbers: usize,
+    tiles_of_suns: Range<usize>,
+    scratch: &mut Scratch,
+) {
     let of_group = numbers * TILE;
     let sums = &mut scratch.sums[tiles_of_suns.start * of_group..tiles_of_suns.end * of_group];
     let logarithms = &mut scratch.logarithms[tiles_of_suns.start * TILE..tiles_of_suns.end * TILE];
-    let mut largest = [0.0; TILE];
-    for (sums, sizes) in sums.chunks_exact(of_group).zip(logarithms.chunks_exact_mut(TILE)) {
+    let air = for_each_sun(tile_at::<T>(&node.air.0, tile));
+    let aerosol = for_each_sun(tile_at::<T>(&node.aerosol.0, tile));
+    let mut least = [0.0; TILE];
+    for i in 0..TILE {
+        least[i] = max((air[i] + aerosol[i]) * SMALLEST[0], SMALLEST[1]);
+    }
+    for (sums, sizes) in sums.chunks_exact_mut(of_group).zip(logarithms.chunks_exact_mut(TILE)) {
         let mut size = [0.0; TILE];
         for number in 0..numbers {
             let lanes = tile_at::<TILE>(sums, number);
@@ -496,25 +436,12 @@ fn take_sizes<const T: usize>(numbers: usize, tiles_of_suns: Range<usize>, scrat
                 size[i] += abs(lanes[i]);
             }
         }
-        for i in 0..TILE {
-            largest[i] = max(largest[i], size[i]);
-        }
-        sizes.copy_from_slice(&size);
-    }
-    let mut least = [0.0; TILE];
-    for i in 0..TILE {
-        let mut of_all_suns = 0.0;
-        for sun in 0..TILE / T {
-            of_all_suns = max(of_all_suns, largest[sun * T + i % T]);
-        }
-        least[i] = max(of_all_suns * 1e-20, SMALLEST);
-    }
-    for (sums, sizes) in sums.chunks_exact_mut(of_group).zip(logarithms.chunks_exact_mut(TILE)) {
         let mut inverse = [0.0; TILE];
         for i in 0..TILE {
-            sizes[i] = max(sizes[i], least[i]);
-            inverse[i] = 1.0 / sizes[i];
+            size[i] = max(size[i], least[i]);
+            inverse[i] = 1.0 / size[i];
         }
+        sizes.copy_from_slice(&size);
         for lanes in sums.chunks_exact_mut(TILE) {
             for i in 0..TILE {
                 lanes[i] *= inverse[i];
@@ -604,7 +531,7 @@ fn gather_tiles<const N: usize, const T: usize>(
             let tiles_of_suns = suns.start * T / TILE..(suns.end * T).div_ceil(TILE);
             take_sums::<N, T>(table, ray, index, tile, tiles_of_suns.clone(), scratch.sums);
             if table.logarithmic {
-                take_sizes::<T>(numbers, tiles_of_suns.clone(), scratch);
+                take_sizes::<N, T>(&ray.nodes[index], tile, numbers, tiles_of_suns.clone(), scratch);
                 take_scales::<T>(places, scratch);
             }
             take_sources::<T>(numbers, of_sun, tiles_of_suns, scratch);
@@ -662,13 +589,7 @@ pub fn suns_along<const N: usize>(
     sights: &[Sight],
     mut visit: impl FnMut(SunPlace),
 ) {
-    let node = &ray.nodes[index];
-    let inverse_radius = 1.0 / node.radius;
-    let inverse_sine = if node.sine > 1e-6 { 1.0 / node.sine } else { 0.0 };
-    for sight in sights {
-        let mu_s = clamp((ray.radius * sight.mu_s + node.distance * sight.nu) * inverse_radius, -1.0, 1.0);
-        let sine_s = sqrt(max(1.0 - mu_s * mu_s, 1e-12));
-        let cosine = clamp((sight.nu - node.mu * mu_s) * inverse_sine / sine_s, -1.0, 1.0);
-        visit(SunPlace { suns: suns.stencil(acos(mu_s), sight.near), cosine });
+    for &sight in sights {
+        visit(ray.nodes[index].place.sun(suns, ray.radius, sight));
     }
 }

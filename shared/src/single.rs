@@ -275,14 +275,12 @@ fn integrate_piece(
     atmosphere: &Atmosphere,
     bands: &Bands,
     quadrature: &[Vec2],
-    ray: Ray,
-    lowest: f32,
-    piece: Piece,
+    (ray, lowest): (Ray, f32),
+    samples: Samples,
     variant: u32,
 ) -> SingleScattering {
     let shell = atmosphere.shell();
-    let towards_observer = TowardsObserver::new(atmosphere, ray, lowest, piece.rising, variant);
-    let samples = Samples::new(atmosphere, bands, ray, piece, PER_MEAN_FREE_PATH, variant);
+    let towards_observer = TowardsObserver::new(atmosphere, ray, lowest, samples.piece.rising, variant);
     let mut sum = DARK;
     let mut i = 0;
     loop {
@@ -389,6 +387,20 @@ pub fn single_scattering(
     ray: Ray,
     variant: u32,
 ) -> SingleScattering {
+    single_scattering_placed_for(atmosphere, bands, bands, PER_MEAN_FREE_PATH, quadrature, ray, variant)
+}
+
+/// The same with samples that are placed for other bands, where a mean free path of light counts as much as is said; see `crowding`.
+#[inline(always)]
+pub(crate) fn single_scattering_placed_for(
+    atmosphere: &Atmosphere,
+    bands: &Bands,
+    placed_for: &Bands,
+    per_mean_free_path: f32,
+    quadrature: &[Vec2],
+    ray: Ray,
+    variant: u32,
+) -> SingleScattering {
     let shell = atmosphere.shell();
     let way = Way::new(shell, ray, variant);
     let mut sum = DARK;
@@ -402,7 +414,8 @@ pub fn single_scattering(
         let interval = way.lit(index & 2 == 2, rising);
         if interval.end > interval.start {
             let piece = way.piece(shell, interval, rising, variant);
-            let part = integrate_piece(atmosphere, bands, quadrature, way.ray, way.lowest, piece, variant);
+            let samples = Samples::new(atmosphere, placed_for, way.ray, piece, per_mean_free_path, variant);
+            let part = integrate_piece(atmosphere, bands, quadrature, (way.ray, way.lowest), samples, variant);
             sum.air += part.air;
             sum.aerosol += part.aerosol;
         }

@@ -90,7 +90,7 @@ const SECOND_DEGREE: Moments = Moments { degree: 2, azimuthal: 2 };
 fn harmonics(DVec3 { x, y, z }: DVec3) -> [f64; 9] {
     let level = x.hypot(y);
     let mut functions = [0.0; 6];
-    legendre(SECOND_DEGREE, z as f32, level as f32, &mut functions);
+    legendre(SECOND_DEGREE, z as f32, level as f32, &mut functions, 0);
     let [zeroth, first_0, second_0, first_1, second_1, second_2] = functions.map(f64::from);
     let (cosine, sine) = if level > 0.0 { (x / level, y / level) } else { (1.0, 0.0) };
     let (cosine_2, sine_2) = (cosine * cosine - sine * sine, 2.0 * sine * cosine);

@@ -16,7 +16,7 @@ use sorairo_shared::sky::Constituents;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
-use super::sky::SkyPlan;
+use super::sky::{SkyPlan, found_once};
 use crate::scene::{ColourPath, PathChoice, Projection, Scene};
 
 /// How far the sky lookup's colours may lie from the integral's, relative to the luminance of the direction or a tenth of the
@@ -117,12 +117,12 @@ pub fn choose(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>) -> Lookup {
 }
 
 /// A sky lookup of some rows on each side of the horizon, and columns.
-fn grid(scene: &Scene, (rows, azimuths): (u32, u32)) -> LookupSize {
+fn grid(scene: &Scene, (rows, azimuths): Entries) -> LookupSize {
     LookupSize { above: rows, below: if scene.observer.altitude > 0.0 { rows } else { 0 }, azimuths }
 }
 
 /// The sky lookup that stands for such a grid: an equirectangular image has its own rows, and as many columns as fit.
-fn sized(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>, (rows, azimuths): (u32, u32)) -> LookupSize {
+fn sized(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>, (rows, azimuths): Entries) -> LookupSize {
     if scene.camera.projection != Projection::Equirectangular {
         return grid(scene, (rows, azimuths));
     }
@@ -139,19 +139,30 @@ const LINEAR: f64 = 2.0;
 /// See [`LINEAR`].
 const CUBIC: f64 = 4.0;
 
-/// The size that keeps interpolation within the tolerance, from its error on the coarsest grid, and then on the grid that follows from it.
+/// Rows on a side of the horizon, and columns.
+type Entries = (u32, u32);
+
+/// The size that keeps interpolation within the tolerance; `sized` makes a sky lookup of rows and columns.
+fn size_for(scene: &Scene, sky: &SkyPlan, sized: impl Fn(Entries) -> LookupSize) -> Option<LookupSize> {
+    let has_its_rows = scene.camera.projection == Projection::Equirectangular;
+    let grid = (*found_once(&sky.lookup_grids[usize::from(has_its_rows)], || enough(sky, has_its_rows)))?;
+    let size = sized(grid);
+    (size.azimuths == grid.1).then_some(size)
+}
+
+/// Rows and columns that keep interpolation within the tolerance, from its error on the coarsest grid, and then on the grid that follows from it; none
+/// where they are too many.
 ///
 /// Midway between two entries, linear interpolation of a smooth function is off by an eighth of its second difference, which falls as the
 /// square of the spacing, and a cubic by a part of its fourth difference, which falls as the fourth power. The error is measured there, on
-/// sample cells, in both directions; the number of entries follows from it, and `sized` makes a sky lookup of rows and columns. Where
-/// the coarsest grid skips what is narrower than its cells, the second one shows it.
-fn size_for(scene: &Scene, sky: &SkyPlan, sized: impl Fn((u32, u32)) -> LookupSize) -> Option<LookupSize> {
-    let has_its_rows = scene.camera.projection == Projection::Equirectangular;
-    let allowed = |(rows, azimuths): (u32, u32)| (has_its_rows || rows <= LARGEST.0) && azimuths <= LARGEST.1;
-    let sampled = |grid| Sampled::new(scene, sky, grid, has_its_rows);
+/// sample cells, in both directions; the number of entries follows from it. Where the coarsest grid skips what is narrower than its cells, the
+/// second one shows it.
+fn enough(sky: &SkyPlan, has_its_rows: bool) -> Option<Entries> {
+    let allowed = |(rows, azimuths): Entries| (has_its_rows || rows <= LARGEST.0) && azimuths <= LARGEST.1;
+    let sampled = |grid| Sampled::new(sky, grid, has_its_rows);
     let coarsest = sampled(COARSEST);
     if coarsest.mean <= 0.0 {
-        return Some(sized(COARSEST));
+        return Some(COARSEST);
     }
     let grid = coarsest.enough();
     if !allowed(grid) {
@@ -159,13 +170,12 @@ fn size_for(scene: &Scene, sky: &SkyPlan, sized: impl Fn((u32, u32)) -> LookupSi
     }
     let finer = sampled(grid).enough();
     let grid = (grid.0.max(finer.0), grid.1.max(finer.1));
-    let size = sized(grid);
-    (allowed(grid) && size.azimuths == grid.1).then_some(size)
+    allowed(grid).then_some(grid)
 }
 
 /// What interpolation does to sample cells of a grid.
 struct Sampled {
-    grid: (u32, u32),
+    grid: Entries,
     has_its_rows: bool,
     cells: Vec<Cell>,
     /// The mean luminance.
@@ -174,8 +184,8 @@ struct Sampled {
 
 impl Sampled {
     /// Of a grid of rows and columns; an image that has its rows goes through columns by cubics.
-    fn new(scene: &Scene, sky: &SkyPlan, grid: (u32, u32), has_its_rows: bool) -> Self {
-        let sides: &[bool] = if scene.observer.altitude > 0.0 { &[true, false] } else { &[true] };
+    fn new(sky: &SkyPlan, grid: Entries, has_its_rows: bool) -> Self {
+        let sides: &[bool] = if sky.scene.observer.altitude > 0.0 { &[true, false] } else { &[true] };
         // Spread as on the coarsest grid, each in the middle of a cell.
         let places = |cells: u32, step: usize, of: u32| {
             (0..cells).step_by(step).map(move |i| 2 * (f64::from(i) / f64::from(cells) * f64::from(of)) as u32 + 1)
@@ -246,7 +256,7 @@ struct Place {
 
 impl Place {
     /// Its direction.
-    fn view(self, uniform: &Uniform, grid: (u32, u32)) -> Vec3 {
+    fn view(self, uniform: &Uniform, grid: Entries) -> Vec3 {
         let part = |halves: u32, entries: u32| f64::from(halves) / f64::from(2 * (entries - 1));
         let (x, across) = (part(self.row, grid.0), part(self.column, grid.1));
         grid_view(uniform, self.above, x as f32, cosine_at_place(across as f32))
@@ -258,7 +268,7 @@ impl Place {
     }
 
     /// What its value is interpolated from: the entries of a cubic along the row, or the edges of its cell before and behind it, above and below.
-    fn neighbours(self, grid: (u32, u32), has_its_rows: bool) -> [Self; 4] {
+    fn neighbours(self, grid: Entries, has_its_rows: bool) -> [Self; 4] {
         let Self { row, column, .. } = self;
         if has_its_rows {
             let first = 2 * stencil(self.column(), grid.1).first;
@@ -271,7 +281,7 @@ impl Place {
 }
 
 /// The cells about some places of a grid; an image that has its rows goes through columns by cubics.
-fn measure(sky: &SkyPlan, grid: (u32, u32), middles: &[Place], has_its_rows: bool) -> Vec<Cell> {
+fn measure(sky: &SkyPlan, grid: Entries, middles: &[Place], has_its_rows: bool) -> Vec<Cell> {
     let uniform = &sky.integral().uniform;
     // Neighbours share most of what lies between them.
     let around = |&middle: &Place| std::iter::once(middle).chain(middle.neighbours(grid, has_its_rows));

@@ -13,6 +13,7 @@ pub mod integral;
 mod kernel;
 pub mod lookup;
 pub mod multiple;
+pub mod on_device;
 pub mod quadrature;
 pub mod samples;
 mod sky;

@@ -11,6 +11,7 @@ use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
 use super::directions::{direction, horizon};
+use super::on_device::{Look, PlanDevice};
 use super::quadrature::gauss_legendre;
 use crate::scene::Scene;
 use crate::spectra::optics::Optics;
@@ -60,9 +61,16 @@ pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
 /// more are taken until a rule of twice as many, and of 96 at least, agrees on the test rays. What takes more than a smooth day is seldom
 /// worst on these: there a second set of rays, between them, has to agree too.
 ///
-/// `bands` are the plan's own.
-pub fn per_piece(scene: &Scene, uniform: &Uniform, optics: &Optics, bands: &[Bands], integral: u32) -> u32 {
-    let sky = Sky { uniform, bands: test_bands(scene, optics, bands, integral), integral };
+/// `bands` are the plan's own. With a device the rays are integrated there.
+pub fn per_piece(
+    scene: &Scene,
+    uniform: &Uniform,
+    optics: &Optics,
+    bands: &[Bands],
+    integral: u32,
+    device: Option<&dyn PlanDevice>,
+) -> u32 {
+    let sky = Sky { uniform, bands: test_bands(scene, optics, bands, integral), integral, device };
     let guess = if scene.sun.elevation >= 5.0 { SMOOTH } else { 48 };
     let mut brightest = Vec::new();
     let first = sky.fewest(test_views(scene, &FIRST), &mut brightest, guess);
@@ -82,23 +90,49 @@ struct Sky<'a> {
     uniform: &'a Uniform,
     bands: Vec<Bands>,
     integral: u32,
+    device: Option<&'a dyn PlanDevice>,
 }
 
 impl Sky<'_> {
+    /// The transfer at the test wavelengths along each view, by rules of so many samples.
+    fn transfers(&self, views: &[Vec3], samples: [u32; 2]) -> [Vec<Vec<f64>>; 2] {
+        let on_device = self.device.and_then(|device| self.transfers_on(device, views, samples));
+        on_device.unwrap_or_else(|| samples.map(|samples| self.transfer(views, samples)))
+    }
+
+    /// The same on a device.
+    fn transfers_on(&self, device: &dyn PlanDevice, views: &[Vec3], samples: [u32; 2]) -> Option<[Vec<Vec<f64>>; 2]> {
+        let rules = samples.map(gauss_legendre);
+        let look = |quadrature| {
+            let buffers = Buffers { bands: &self.bands, quadrature, colour: &[], multiple: &[] };
+            Look { uniform: self.uniform, buffers, variant: self.variant(), views }
+        };
+        let [values, references]: [_; 2] = device.look(&[look(&rules[0]), look(&rules[1])])?.try_into().ok()?;
+        Some([values, references].map(|light| self.of_views(views, &light)))
+    }
+
+    fn variant(&self) -> u32 {
+        self.integral & !variant::REST
+    }
+
+    /// The transfer along each view, from the light at each group of bands.
+    fn of_views(&self, views: &[Vec3], light: &[Parts<Vec4>]) -> Vec<Vec<f64>> {
+        let transfer = |(&view, light): (&Vec3, &[Parts<Vec4>])| {
+            let angle = ScatteringAngle::of_ray(view_ray(self.uniform, view));
+            let four = |&parts| transfer_of_parts(self.uniform, parts, Vec4::ZERO, angle, self.variant()).to_array();
+            light.iter().flat_map(four).map(f64::from).collect()
+        };
+        views.iter().zip(light.chunks_exact(self.bands.len())).map(transfer).collect()
+    }
+
     /// The transfer at the test wavelengths along each view.
     fn transfer(&self, views: &[Vec3], samples: u32) -> Vec<Vec<f64>> {
         let quadrature: &[Vec2] = &gauss_legendre(samples);
         let buffers = Buffers { bands: &self.bands, quadrature, colour: &[], multiple: &[] };
-        let (groups, variant) = (self.bands.len(), self.integral & !variant::REST);
         let of_block = |views: &[Vec3]| {
-            let mut light = vec![Parts::default(); views.len() * groups];
-            light_of_directions(self.uniform, buffers, views, &mut light, variant);
-            let transfer = |(&view, light): (&Vec3, &[Parts<Vec4>])| {
-                let angle = ScatteringAngle::of_ray(view_ray(self.uniform, view));
-                let four = |&parts| transfer_of_parts(self.uniform, parts, Vec4::ZERO, angle, variant).to_array();
-                light.iter().flat_map(four).map(f64::from).collect()
-            };
-            views.iter().zip(light.chunks_exact(groups)).map(transfer).collect::<Vec<_>>()
+            let mut light = vec![Parts::default(); views.len() * self.bands.len()];
+            light_of_directions(self.uniform, buffers, views, &mut light, self.variant());
+            self.of_views(views, &light)
         };
         views.par_chunks(BLOCK).flat_map_iter(of_block).collect()
     }
@@ -108,8 +142,7 @@ impl Sky<'_> {
     fn fewest(&self, mut views: Vec<Vec3>, brightest: &mut Vec<f64>, guess: u32) -> u32 {
         let mut samples = guess;
         while samples < MOST {
-            let values = self.transfer(&views, samples);
-            let references = self.transfer(&views, (2 * samples).max(FEWEST_OF_REFERENCE));
+            let [values, references] = self.transfers(&views, [samples, (2 * samples).max(FEWEST_OF_REFERENCE)]);
             *brightest = largest(brightest, &references);
             let errors = values.iter().zip(&references).map(|(value, reference)| worst(value, reference, brightest));
             let errors: Vec<f64> = errors.collect();

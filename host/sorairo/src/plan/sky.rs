@@ -7,7 +7,8 @@ use sorairo_shared::block::kernels::constituents_of_directions;
 use sorairo_shared::block::lanes::BLOCK;
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::phase::ScatteringAngle;
-use sorairo_shared::sky::{Constituents, sky, with_phases};
+use sorairo_shared::sky::{Constituents, Gathered, Parts, sky, with_phases};
+use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
 use super::colour_space::ColourSpace;
@@ -15,6 +16,7 @@ use super::fit::regression::Training;
 use super::fit::{self, SpectralFit};
 use super::integral::{self, RayIntegral};
 use super::multiple::{LightFields, Refined};
+use super::on_device::{Look, PlanDevice};
 use super::quadrature::gauss_legendre;
 use super::{directions, exposure, samples, upload};
 use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
@@ -39,6 +41,9 @@ pub struct SkyPlan {
     integral: OnceLock<RayIntegral>,
     refined: OnceLock<Refined>,
     colours: OnceLock<Colours>,
+    /// Rows and columns of a sky lookup that are enough, none where no lookup is: of one of its own, and of one that has the rows of its image. Found when a
+    /// camera first asks; see [`super::lookup`].
+    pub(super) lookup_grids: [OnceLock<Option<(u32, u32)>>; 2],
 }
 
 /// How the light of a sky becomes colours.
@@ -70,8 +75,8 @@ impl SkyPlan {
         let bands = fit.bands(&optics, &wavelengths);
         let nodes = fit.nodes(wavelengths.len());
         let uniform = upload::sky_uniform(scene, &wavelengths, nodes, &space);
-        let samples =
-            scene.render.steps.unwrap_or_else(|| samples::per_piece(scene, &uniform, &optics, &bands, variant));
+        let fewest = || samples::per_piece(scene, &uniform, &optics, &bands, variant, light_fields.device());
+        let samples = scene.render.steps.unwrap_or_else(fewest);
         let quadrature = gauss_legendre(samples);
         let sun_azimuth = scene.sun.azimuth;
         let is_night = directions::is_night(scene);
@@ -88,8 +93,19 @@ impl SkyPlan {
             light_fields: light_fields.clone(),
             sun_azimuth,
         };
-        let (integral, refined, colours) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        Self { scene: scene.clone(), base, fit, colour_path, observer, space, is_night, integral, refined, colours }
+        Self {
+            scene: scene.clone(),
+            base,
+            fit,
+            colour_path,
+            observer,
+            space,
+            is_night,
+            integral: OnceLock::new(),
+            refined: OnceLock::new(),
+            colours: OnceLock::new(),
+            lookup_grids: Default::default(),
+        }
     }
 
     /// The ray integral at the bands, with light of all orders: computed when it is first asked for.
@@ -155,6 +171,11 @@ impl SkyPlan {
     fn constituents_by(&self, rows: &[Vec4], views: &[Vec3]) -> Vec<Constituents> {
         let integral = self.integral();
         let (uniform, rows) = upload::with_rows(integral.uniform, rows, integral.variant);
+        if let Some(device) = integral.light_fields.device()
+            && let Some(found) = constituents_on(device, &uniform, integral.buffers(rows), views, integral.variant)
+        {
+            return found;
+        }
         let mut found = vec![Constituents::DARK; views.len()];
         views.par_chunks(BLOCK).zip(found.par_chunks_mut(BLOCK)).for_each(|(views, found)| {
             constituents_of_directions(&uniform, integral.buffers(rows), views, found, integral.variant);
@@ -173,9 +194,26 @@ impl SkyPlan {
     }
 }
 
+/// Linear RGB of each constituent in many directions, from the light that a device finds there.
+fn constituents_on(
+    device: &dyn PlanDevice,
+    uniform: &Uniform,
+    buffers: Buffers<'_>,
+    views: &[Vec3],
+    variant: u32,
+) -> Option<Vec<Constituents>> {
+    let light = device.look(&[Look { uniform, buffers, variant, views }])?.pop()?;
+    let of_view = |groups: &[Parts<Vec4>]| {
+        let mut gathered = Gathered::DARK;
+        (0..).zip(groups).for_each(|(group, &parts)| gathered.add(buffers, group, parts, variant));
+        gathered.constituents(uniform, variant)
+    };
+    Some(light.chunks_exact(buffers.bands.len()).map(of_view).collect())
+}
+
 /// What a cell holds, found when it is first asked for. Threads that ask at once all find it: one that waited for another would hold up work
 /// that the other may have handed to it.
-fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
+pub(super) fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
     if let Some(found) = cell.get() {
         return found;
     }

@@ -136,8 +136,8 @@ impl Environment {
             pixels: storage("environment map", bytes, copied | wgpu::BufferUsages::COPY_DST),
             halves: (texels == Texels::Half).then(|| storage("environment map, halves", bytes / 2, copied)),
             rows: storage("rows of an environment map", PIXEL_BYTES * row_sums, wgpu::BufferUsages::empty()),
-            in_place: Layouts::new(device, &[0, 1], 1),
-            beside: Layouts::new(device, &[0, 1, 2], 2),
+            in_place: Layouts::new(device, &[0, 1], &[1]),
+            beside: Layouts::new(device, &[0, 1, 2], &[2]),
         }
     }
 

@@ -20,9 +20,9 @@ pub(super) struct Layouts {
 }
 
 impl Layouts {
-    /// A layout of some bindings, the first ones without a gap; `written` is the one that the kernels write. wgpu numbers the bindings of a layout
+    /// A layout of some bindings, the first ones without a gap; `written` are those that the kernels write. wgpu numbers the bindings of a layout
     /// anew where one is left out, and a shader that is passed through to the driver would not know.
-    pub(super) fn new(device: &wgpu::Device, used: &'static [u32], written: u32) -> Self {
+    pub(super) fn new(device: &wgpu::Device, used: &'static [u32], written: &[u32]) -> Self {
         let entry = |&binding: &u32| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
@@ -30,7 +30,7 @@ impl Layouts {
                 ty: if binding == 0 {
                     wgpu::BufferBindingType::Uniform
                 } else {
-                    wgpu::BufferBindingType::Storage { read_only: binding != written }
+                    wgpu::BufferBindingType::Storage { read_only: !written.contains(&binding) }
                 },
                 has_dynamic_offset: false,
                 min_binding_size: None,
@@ -50,11 +50,16 @@ impl Layouts {
 
     /// Buffers with the bytes that an image uses of each, as a pipeline takes them.
     pub(super) fn bind(&self, device: &wgpu::Device, buffers: &[(&wgpu::Buffer, u64)]) -> wgpu::BindGroup {
-        let entry = |&binding: &u32| {
-            let (buffer, bytes) = buffers[binding as usize];
-            let resource =
-                wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size: NonZero::new(bytes) });
-            wgpu::BindGroupEntry { binding, resource }
+        let of = |&(buffer, bytes)| wgpu::BufferBinding { buffer, offset: 0, size: NonZero::new(bytes) };
+        let bindings: Vec<_> = buffers.iter().map(of).collect();
+        self.bind_parts(device, &bindings)
+    }
+
+    /// Parts of buffers, as a pipeline takes them.
+    pub(super) fn bind_parts(&self, device: &wgpu::Device, parts: &[wgpu::BufferBinding<'_>]) -> wgpu::BindGroup {
+        let entry = |&binding: &u32| wgpu::BindGroupEntry {
+            binding,
+            resource: wgpu::BindingResource::Buffer(parts[binding as usize].clone()),
         };
         let entries: Vec<_> = self.used.iter().map(entry).collect();
         device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -74,8 +79,8 @@ pub(super) struct KernelLayouts {
 impl KernelLayouts {
     pub(super) fn new(device: &wgpu::Device) -> Self {
         Self {
-            lookup: Layouts::new(device, &[0, 1, 2, 3, 4, 5], 5),
-            pixels: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], 6),
+            lookup: Layouts::new(device, &[0, 1, 2, 3, 4, 5], &[5]),
+            pixels: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], &[6]),
         }
     }
 

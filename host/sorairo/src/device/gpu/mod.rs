@@ -10,6 +10,8 @@ mod kernels;
 mod layouts;
 mod module;
 #[cfg(not(target_arch = "wasm32"))]
+mod planner;
+#[cfg(not(target_arch = "wasm32"))]
 mod readback;
 mod resident;
 #[cfg(not(target_arch = "wasm32"))]
@@ -19,6 +21,8 @@ mod vulkan;
 pub use self::adapters::{DeviceInfo, Hardware, devices};
 pub use self::environment::EnvironmentTarget;
 pub use self::module::{SPIRV, entry_points, specialised};
+#[cfg(not(target_arch = "wasm32"))]
+pub use self::planner::light_fields;
 pub use self::resident::{ResidentRenderer, Target};
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::vulkan::{Gpu, open};

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use crate::plan::Kernel;
+use crate::plan::on_device::FieldKernel;
 
 /// The kernels, compiled by rust-gpu; `cargo xtask shaders` rebuilds them.
 pub const SPIRV: &[u8] = sorairo_shaders::SPIRV;
@@ -11,9 +12,14 @@ pub const SPIRV: &[u8] = sorairo_shaders::SPIRV;
 pub(super) const OF_ENVIRONMENTS: [&str; 4] =
     ["environment_level", "environment_half", "environment_rows", "environment_harmonics"];
 
+/// The entry point that looks in directions.
+pub(super) const LOOK: &str = "look";
+
 /// Every entry point of the module.
 pub fn entry_points() -> impl Iterator<Item = &'static str> {
-    Kernel::ALL.iter().map(|kernel| kernel.entry_point()).chain(OF_ENVIRONMENTS)
+    let of_fields = FieldKernel::ALL.iter().map(|kernel| kernel.entry_point());
+    let of_images = Kernel::ALL.iter().map(|kernel| kernel.entry_point());
+    of_images.chain(of_fields).chain([LOOK]).chain(OF_ENVIRONMENTS)
 }
 
 /// The shader module with its specialisation constant set: handed to the driver as it is, where wgpu allows that; or `translated` by naga, one

@@ -10,11 +10,12 @@ use sorairo_shared::ground::{GroundView, ground_light, ground_seen};
 use sorairo_shared::multiple::single_scattering_of_many;
 use sorairo_shared::single::Bands;
 use sorairo_shared::sky::Parts;
+use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
 use crate::plan::directions::direction;
 use crate::plan::integral::{Constituent, RayIntegral};
-use crate::plan::multiple::{Light, Resolution, Row, TOGETHER, Wavelengths, light_of_rows};
+use crate::plan::multiple::{self, Light, Resolution, Row, TOGETHER, Wavelengths, light_of_rows};
 use crate::plan::quadrature::gauss_legendre;
 use crate::plan::upload::bands;
 use crate::spectra::optics::{Coefficients, Optics};
@@ -222,6 +223,9 @@ pub fn scattered_once(
     wavelengths: &[f64],
 ) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let groups = bands(&integral.optics, wavelengths);
+    if let Some(found) = scattered_once_on_device(integral, quadrature, views, &groups, wavelengths.len()) {
+        return found;
+    }
     let chunks: Vec<Wavelengths<TOGETHER>> = groups.chunks(TOGETHER / 4).map(Wavelengths::new).collect();
     let placed_for = integral.placed_for();
     let along = |&view: &Vec3| {
@@ -243,6 +247,33 @@ pub fn scattered_once(
         (air, aerosol)
     };
     views.par_iter().map(along).unzip()
+}
+
+/// The same on the device of the integral, if there is one that can.
+fn scattered_once_on_device(
+    integral: &RayIntegral,
+    quadrature: &[Vec2],
+    views: &[Vec3],
+    groups: &[Bands],
+    wavelengths: usize,
+) -> Option<(Vec<Vec<f64>>, Vec<Vec<f64>>)> {
+    let device = integral.light_fields.device()?;
+    let Uniform { atmosphere, altitude, sun, .. } = &integral.uniform;
+    let rays = (*altitude, views, sun.truncate());
+    let light = multiple::scattered_once(
+        device,
+        atmosphere,
+        (groups, &integral.placed_for()),
+        quadrature,
+        rays,
+        integral.variant,
+    )?;
+    let spectrum = |ray: &[[Vec4; 2]], of: usize| {
+        let values = ray.iter().flat_map(|both| both[of].to_array()).map(f64::from);
+        values.take(wavelengths).collect()
+    };
+    let of_ray = |ray: &[[Vec4; 2]]| (spectrum(ray, 0), spectrum(ray, 1));
+    Some(light.chunks_exact(groups.len()).map(of_ray).unzip())
 }
 
 /// Directions of the training rays: crowded towards the horizon, over half of the azimuths, which mirror the other half.

@@ -3,11 +3,12 @@
 use rayon::prelude::*;
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3};
+use sorairo_shared::light_field::{Sight, SunPlace, lit_from_end_to_end};
 use sorairo_shared::math::{acos, max};
 use sorairo_shared::moments::{Moments, legendre};
 use sorairo_shared::multiple::{
-    Lanes, MomentTable, Scratch, Sight, SunPlace, TILE, gather, lit_from_end_to_end, scratch_sizes,
-    single_scattering_of_lit_ray, single_scattering_of_many, sunlight_on_ground, suns_of_tile, wavelengths_of_tile,
+    Lanes, MomentTable, Scratch, TILE, gather, scratch_sizes, single_scattering_of_lit_ray, single_scattering_of_many,
+    sunlight_on_ground, suns_of_tile, wavelengths_of_tile,
 };
 use sorairo_shared::variant;
 
@@ -48,6 +49,20 @@ pub struct OrdersMade {
     pub nodes: [usize; 2],
 }
 
+impl OrdersMade {
+    /// Of the first order alone.
+    pub(super) fn of(resolution: &Resolution, grid: &Grid) -> Self {
+        Self {
+            computed: 1,
+            degree: resolution.first.degree,
+            tolerance: resolution.tolerance,
+            beyond_degree: resolution.beyond_degree,
+            nodes: [grid.altitudes.len(), grid.suns.len()],
+            ..Self::default()
+        }
+    }
+}
+
 /// Moments of a light field at the nodes of a grid, and the irradiance of the ground.
 pub struct Values<const N: usize> {
     of: Moments,
@@ -84,14 +99,7 @@ impl<const N: usize> LightField<N> {
     pub fn new(setting: &Setting, wavelengths: &Wavelengths<N>, resolution: &Resolution, orders: Orders) -> Self {
         let grid = Grid::new(setting, resolution.altitudes, resolution.thin_air);
         let table = Table::new(setting, wavelengths, resolution, &grid);
-        let mut made = OrdersMade {
-            computed: 1,
-            degree: resolution.first.degree,
-            tolerance: resolution.tolerance,
-            beyond_degree: resolution.beyond_degree,
-            nodes: [grid.altitudes.len(), grid.suns.len()],
-            ..OrdersMade::default()
-        };
+        let mut made = OrdersMade::of(resolution, &grid);
         let moments = match orders {
             Orders::All => table.all_orders(&mut made),
             Orders::UpTo(orders) => table.orders_up_to(orders.saturating_sub(1).max(1), &mut made),
@@ -434,19 +442,19 @@ impl Room {
 /// The functions `N_lm P_l^m` of a direction.
 fn functions_of(of: Moments, mu: f32, sine: f32) -> Vec<f32> {
     let mut functions = vec![0.0; of.count()];
-    legendre(of, mu, sine, &mut functions);
+    legendre(of, mu, sine, &mut functions, 0);
     functions
 }
 
 /// Azimuths from the sun in the middles of equal parts of the half circle: cosines of as many multiples are orthogonal there.
-struct Azimuths {
+pub(super) struct Azimuths {
     cosines: Vec<f32>,
     /// For each multiple `j` and each azimuth, what the value there adds to the amplitude of `cos(j φ)`.
     amplitudes: Vec<f32>,
 }
 
 impl Azimuths {
-    fn new(count: usize) -> Self {
+    pub(super) fn new(count: usize) -> Self {
         let azimuth = |a: usize| std::f64::consts::PI * (a as f64 + 0.5) / count as f64;
         let amplitude = |j: usize, a: usize| {
             let norm = if j == 0 { 1.0 } else { 2.0 };
@@ -456,6 +464,11 @@ impl Azimuths {
             cosines: (0..count).map(|a| azimuth(a).cos() as f32).collect(),
             amplitudes: (0..count).flat_map(|j| (0..count).map(move |a| amplitude(j, a))).collect(),
         }
+    }
+
+    /// The cosines, then the amplitudes.
+    pub(super) fn list(self) -> impl Iterator<Item = f32> {
+        self.cosines.into_iter().chain(self.amplitudes)
     }
 
     /// What the values add to the amplitude of `cos(j φ)`.

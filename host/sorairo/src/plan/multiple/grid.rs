@@ -1,17 +1,17 @@
 //! Where a table of the light field has its nodes: altitudes and directions.
 
-use sorairo_shared::glam::Vec4;
+use sorairo_shared::light_field::place_of_altitude;
 use sorairo_shared::moments::Axis;
 
 use super::setting::Setting;
 use crate::plan::directions::horizon;
 use crate::plan::quadrature::gauss_legendre;
 
-/// The nodes of an axis of the table, with what interpolation between them needs.
+/// The nodes of an axis of the table, with what interpolation between them needs; see [`Axis`].
 pub struct Nodes {
-    /// The nodes as the interpolation knows them.
-    places: Vec<f32>,
-    inverse_products: Vec<Vec4>,
+    /// The list that interpolation takes.
+    pub values: Vec<f32>,
+    count: usize,
 }
 
 impl Nodes {
@@ -21,14 +21,14 @@ impl Nodes {
             let product: f64 = (0..4).filter(|&b| b != a).map(|b| four[a] - four[b]).product();
             (1.0 / product) as f32
         };
-        let inverse_products =
-            places.windows(4).map(|four| Vec4::from_array(std::array::from_fn(|a| inverse_product(four, a)))).collect();
-        Self { places: places.iter().map(|&place| place as f32).collect(), inverse_products }
+        let inverse_products = places.windows(4).flat_map(|four| (0..4).map(move |a| inverse_product(four, a)));
+        let values = places.iter().map(|&place| place as f32).chain(inverse_products).collect();
+        Self { values, count: places.len() }
     }
 
     /// As the interpolation takes them.
     pub fn axis(&self) -> Axis<'_> {
-        Axis { nodes: &self.places, inverse_products: &self.inverse_products }
+        Axis { values: &self.values, first: 0, count: self.count }
     }
 }
 
@@ -36,45 +36,33 @@ impl Nodes {
 pub struct Grid {
     /// Altitudes (km), from the ground to the top of the atmosphere.
     pub altitudes: Vec<f64>,
-    /// The same as places; see [`Grid::place_of`].
+    /// The same as places; see [`place_of_altitude`].
     pub places: Nodes,
     /// Zenith angles of the sun (radians).
     pub suns: Vec<f64>,
     /// The same.
     pub sun_angles: Nodes,
-    thin_air: f64,
+    /// The share of altitudes for thin air.
+    pub thin_air: f32,
 }
 
 impl Grid {
-    /// For a setting, a number of altitudes and the share of them for thin air; see [`Grid::place_of`].
-    pub fn new(setting: &Setting, altitudes: usize, thin_air: f64) -> Self {
+    /// For a setting, a number of altitudes and the share of them for thin air.
+    pub fn new(setting: &Setting, altitudes: usize, thin_air: f32) -> Self {
         let altitudes = altitude_nodes(setting, altitudes, thin_air);
         let places: Vec<f64> = altitudes.iter().map(|&altitude| place_of(setting, thin_air, altitude)).collect();
         let suns = setting.suns.clone();
         Self { places: Nodes::new(&places), sun_angles: Nodes::new(&suns), altitudes, suns, thin_air }
     }
-
-    /// An altitude (km) as a place along the axis of altitudes, in which the light field is interpolated: where it changes, an altitude
-    /// takes more room. By day it changes with the air above and below, in the scale heights of air and of aerosol; in twilight what is lit
-    /// is thin air, which has a larger share.
-    pub fn place_of(&self, setting: &Setting, altitude: f64) -> f64 {
-        place_of(setting, self.thin_air, altitude)
-    }
 }
 
-fn place_of(setting: &Setting, thin_air: f64, altitude: f64) -> f64 {
-    /// Of what is not for thin air, the share for air and the rest for aerosol.
-    const FOR_AIR: f64 = 0.58;
-    let atmosphere = setting.atmosphere;
-    let crossed = |scale_height: f32| 1.0 - (-altitude / f64::from(scale_height)).exp();
-    let air = FOR_AIR * crossed(atmosphere.air.scale_height);
-    let aerosol = (1.0 - FOR_AIR) * crossed(atmosphere.aerosol.scale_height);
-    (1.0 - thin_air) * (air + aerosol) + thin_air * (altitude / f64::from(atmosphere.depth)).sqrt()
+fn place_of(setting: &Setting, thin_air: f32, altitude: f64) -> f64 {
+    f64::from(place_of_altitude(setting.atmosphere, thin_air, altitude as f32))
 }
 
 /// So many altitudes (km), at equal distances of their places.
-fn altitude_nodes(setting: &Setting, count: usize, thin_air: f64) -> Vec<f64> {
-    /// Halves of the atmosphere's depth: to 1e-9 of it.
+fn altitude_nodes(setting: &Setting, count: usize, thin_air: f32) -> Vec<f64> {
+    /// Halves of the atmosphere's depth: as near as single precision tells places apart.
     const HALVINGS: u32 = 30;
     let depth = f64::from(setting.atmosphere.depth);
     let top = place_of(setting, thin_air, depth);

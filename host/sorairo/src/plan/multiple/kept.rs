@@ -7,10 +7,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use bytemuck::{bytes_of, cast_slice};
 use sorairo_shared::single::Bands;
 
+use super::device_field::DeviceField;
 use super::field::LightField;
 use super::rays::Wavelengths;
 use super::resolution::Resolution;
 use super::setting::Setting;
+use crate::plan::on_device::PlanDevice;
 use crate::scene::Orders;
 
 /// What the fields that are kept may take together (bytes): some hundred of them, those of a day and its twilight.
@@ -24,6 +26,8 @@ const MOST: usize = 128 << 20;
 #[derive(Clone, Default)]
 pub struct LightFields {
     kept: Arc<Mutex<Vec<Kept>>>,
+    /// Where they are computed, if not on the processor.
+    device: Option<Arc<dyn PlanDevice>>,
 }
 
 struct Kept {
@@ -68,6 +72,39 @@ impl Key {
 }
 
 impl LightFields {
+    /// None yet; those to come are computed and kept on a device, and so is what else a plan integrates. Where the device cannot, the processor does.
+    pub fn on_device(device: Arc<dyn PlanDevice>) -> Self {
+        Self { device: Some(device), ..Self::default() }
+    }
+
+    /// None yet, on the same device.
+    pub fn emptied(&self) -> Self {
+        Self { device: self.device.clone(), ..Self::default() }
+    }
+
+    /// The device on which they are computed, if it is not the processor.
+    pub(crate) fn device(&self) -> Option<&dyn PlanDevice> {
+        self.device.as_deref()
+    }
+
+    /// The same as [`Self::get`] on a device; none where it cannot.
+    pub(super) fn get_on_device<const N: usize>(
+        &self,
+        device: &dyn PlanDevice,
+        setting: &Setting,
+        bands: &[Bands],
+        resolution: &Resolution,
+        orders: Orders,
+    ) -> Option<Arc<DeviceField>> {
+        let key = Key::new::<DeviceField>(setting, &[cast_slice(bands)], resolution, orders);
+        if let Some(found) = self.find(&key) {
+            return Some(found);
+        }
+        let made = Arc::new(DeviceField::new::<N>(device, setting, bands, resolution, orders)?);
+        self.keep(Kept { key, bytes: made.bytes(), value: made.clone() });
+        Some(made)
+    }
+
     /// The light field that all this makes: a kept one, or a new one, which is kept.
     pub(super) fn get<const N: usize>(
         &self,

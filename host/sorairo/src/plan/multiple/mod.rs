@@ -6,6 +6,7 @@
 //! The light field is computed by successive orders over a table of altitudes and suns. What each resolution leaves was measured against
 //! tables four times as fine, and those against a Monte Carlo reference.
 
+mod device_field;
 mod field;
 mod grid;
 mod kept;
@@ -17,6 +18,7 @@ mod setting;
 mod suns;
 mod view;
 
+pub use device_field::scattered_once;
 pub use field::{LightField, OrdersMade};
 pub use kept::{Keep, LightFields};
 pub use rays::Wavelengths;

@@ -3,18 +3,14 @@
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::ground::LAMBERT;
+use sorairo_shared::light_field::{NodePlace, Sample, Sight, SunPlace, functions_of_air, place_of_altitude};
 use sorairo_shared::math::safe_sqrt;
 use sorairo_shared::moments::{Moments, legendre};
-use sorairo_shared::multiple::{
-    Lanes, RayNode, Sample, Sight, Spectrum, SunPlace, TableRay, for_each_sample, suns_along,
-};
+use sorairo_shared::multiple::{Lanes, RayNode, Spectrum, TableRay, for_each_sample, suns_along};
 use sorairo_shared::single::Bands;
 
 use super::grid::Grid;
 use super::setting::Setting;
-
-/// The moments that air scatters.
-const AIR: Moments = Moments { degree: 2, azimuthal: 2 };
 
 /// What scatters, absorbs and reflects at some wavelengths.
 pub struct Wavelengths<const N: usize> {
@@ -87,32 +83,29 @@ impl<const N: usize> OwnedRay<N> {
         };
         let mut near = 0;
         let visit = |sample: Sample| {
-            let altitudes = {
-                let place = grid.place_of(setting, f64::from(sample.altitude));
-                grid.places.axis().stencil(place as f32, near)
-            };
+            let place = place_of_altitude(setting.atmosphere, grid.thin_air, sample.altitude);
+            let altitudes = grid.places.axis().stencil(place, near);
             near = altitudes.first;
             let sine = safe_sqrt(1.0 - sample.mu * sample.mu);
             let seen = wavelengths.air.transmittance(sample.to_observer).scaled(sample.weight);
-            let mut air_functions = [0.0; 6];
-            legendre(AIR, sample.mu, sine, &mut air_functions);
-            let [zeroth, _, second, _, second_1, second_2] = air_functions;
             nodes.push(RayNode {
-                mu: sample.mu,
-                sine,
-                distance: sample.distance,
-                radius: ground_radius + sample.altitude,
+                place: NodePlace {
+                    mu: sample.mu,
+                    sine,
+                    distance: sample.distance,
+                    radius: ground_radius + sample.altitude,
+                },
                 altitude: sample.altitude,
                 density: sample.density,
                 altitudes,
-                air_functions: [zeroth, setting.air * second, setting.air * second_1, setting.air * second_2],
+                air_functions: functions_of_air(setting.air, sample.mu, sine),
                 air: seen.times(&wavelengths.air.air_scattering).scaled(sample.density.x),
                 aerosol: seen.times(&wavelengths.air.aerosol_scattering).scaled(sample.density.y),
             });
             if !setting.aerosol.is_empty() {
                 let from = functions.len();
                 functions.resize(from + of.count(), 0.0);
-                legendre(of, sample.mu, sine, &mut functions[from..]);
+                legendre(of, sample.mu, sine, &mut functions, from);
                 functions[from..].iter_mut().zip(&chi).for_each(|(function, chi)| *function *= chi);
             }
         };

@@ -20,7 +20,7 @@ pub struct Resolution {
     /// Altitudes.
     pub altitudes: usize,
     /// The share of them for thin air.
-    pub thin_air: f64,
+    pub thin_air: f32,
     /// Directions above the level, from there to the horizon and below it.
     pub directions: [u32; 3],
     /// Azimuths at which light of the first order is integrated.

@@ -5,11 +5,13 @@ use std::f64::consts::FRAC_PI_2;
 use rayon::prelude::*;
 use sorairo_shared::azimuth::cosine_at_place;
 use sorairo_shared::glam::{Vec2, Vec4};
+use sorairo_shared::light_field::Sight;
 use sorairo_shared::math::acos;
-use sorairo_shared::multiple::{Lanes, Sight, gather};
+use sorairo_shared::multiple::{Lanes, gather};
 use sorairo_shared::multiple_lookup::MultipleLookup;
 use sorairo_shared::single::Bands;
 
+use super::device_field;
 use super::field::{LightField, OrdersMade, Room, Tiles};
 use super::kept::LightFields;
 use super::rays::{OwnedRay, Wavelengths};
@@ -118,6 +120,12 @@ fn of_groups<const N: usize>(
     orders: Orders,
     rows: &[Row],
 ) -> (Vec<Vec<Vec<Light>>>, OrdersMade) {
+    if let Some(device) = fields.device()
+        && let Some(field) = fields.get_on_device::<N>(device, setting, bands, resolution, orders)
+        && let Some(light) = device_field::light_of_rows(device, &field, setting, bands, resolution, rows)
+    {
+        return (light, field.orders.clone());
+    }
     let wavelengths = &Wavelengths::<N>::new(bands);
     let field = &*fields.get(setting, wavelengths, resolution, orders);
     let view = View {
@@ -215,7 +223,12 @@ impl<const N: usize> View<'_, N> {
             altitude,
             *mu,
         );
-        let sights: Vec<Sight> = cosines.iter().map(|&cosine| self.sight(*mu, cosine)).collect();
+        let near = field.grid.suns.len() / 2;
+        let sight = |&cosine: &f64| {
+            let [mu_s, nu] = sight(setting, *mu, cosine);
+            Sight { mu_s, nu, near }
+        };
+        let sights: Vec<Sight> = cosines.iter().map(sight).collect();
         let mut light = vec![Lanes::ZERO; cosines.len()];
         let table = self.tiles.table(&field.grid, self.resolution.logarithmic);
         let mut room = Room::new::<N>(field.grid.suns.len(), table.moments, sights.len());
@@ -229,20 +242,20 @@ impl<const N: usize> View<'_, N> {
         };
         light.into_iter().zip(&sights).map(light_of).collect()
     }
+}
 
-    /// The sun where such a ray enters the atmosphere, or begins.
-    fn sight(&self, mu: f64, cosine: f64) -> Sight {
-        let setting = self.setting;
-        let (ground, depth) = (f64::from(setting.atmosphere.ground_radius), f64::from(setting.atmosphere.depth));
-        let (sine_s, mu_s) = setting.sun.sin_cos();
-        let nu = mu * mu_s + (1.0 - mu * mu).max(0.0).sqrt() * sine_s * cosine;
-        let mut mu_s_there = mu_s;
-        if setting.altitude > depth {
-            let (r, top) = (ground + setting.altitude, ground + depth);
-            let nearest = r * (1.0 - mu * mu).max(0.0).sqrt();
-            let entry = -r * mu - ((top - nearest).max(0.0) * (top + nearest)).sqrt();
-            mu_s_there = (r * mu_s + entry * nu) / top;
-        }
-        Sight { mu_s: mu_s_there as f32, nu: nu as f32, near: self.field.grid.suns.len() / 2 }
+/// The sun where a ray enters the atmosphere, or begins: the cosines of its zenith angle and of its angle from the ray. The ray has a cosine of its own zenith
+/// angle at the observer, and of its azimuth from the sun.
+pub(super) fn sight(setting: &Setting, mu: f64, cosine: f64) -> [f32; 2] {
+    let (ground, depth) = (f64::from(setting.atmosphere.ground_radius), f64::from(setting.atmosphere.depth));
+    let (sine_s, mu_s) = setting.sun.sin_cos();
+    let nu = mu * mu_s + (1.0 - mu * mu).max(0.0).sqrt() * sine_s * cosine;
+    let mut mu_s_there = mu_s;
+    if setting.altitude > depth {
+        let (r, top) = (ground + setting.altitude, ground + depth);
+        let nearest = r * (1.0 - mu * mu).max(0.0).sqrt();
+        let entry = -r * mu - ((top - nearest).max(0.0) * (top + nearest)).sqrt();
+        mu_s_there = (r * mu_s + entry * nu) / top;
     }
+    [mu_s_there as f32, nu as f32]
 }

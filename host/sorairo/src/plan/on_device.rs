@@ -1,0 +1,120 @@
+//! What a plan asks of a device that integrates for it. A plan knows no device: it says which kernels run after each other, and takes what comes back.
+
+use std::any::Any;
+use std::ops::Range;
+use std::sync::Arc;
+
+use sorairo_shared::glam::{Vec2, Vec3, Vec4};
+use sorairo_shared::light_field::FieldUniform;
+use sorairo_shared::single::Bands;
+use sorairo_shared::sky::Parts;
+use sorairo_shared::uniform::{Buffers, Uniform};
+
+/// Memory of a device, given back when the last that holds it is dropped.
+pub type Memory = Arc<dyn Any + Send + Sync>;
+
+/// A device that integrates what a plan needs.
+pub trait PlanDevice: Send + Sync {
+    /// Room for so many numbers of four bytes each; none where the device has not so much.
+    fn reserve(&self, numbers: usize) -> Option<Memory>;
+
+    /// Runs steps one after the other; then copies values of the orders to where they are kept, and returns others. None where the device cannot.
+    fn run(
+        &self,
+        work: &Work<'_>,
+        steps: &[Step],
+        keep: Option<Keeping<'_>>,
+        read: Option<Reading>,
+    ) -> Option<Vec<Vec4>>;
+
+    /// The light in directions of some skies, one sky after the other: for each direction and group of bands that of each constituent. None where the device
+    /// cannot.
+    fn look(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>>;
+}
+
+/// Directions of a sky.
+pub struct Look<'a> {
+    /// What the kernels are told of the sky.
+    pub uniform: &'a Uniform,
+    /// What they read beside it.
+    pub buffers: Buffers<'a>,
+    /// For which they are specialised.
+    pub variant: u32,
+    /// The directions.
+    pub views: &'a [Vec3],
+}
+
+/// What steps read and write.
+pub struct Work<'a> {
+    /// For which the kernels are specialised.
+    pub variant: u32,
+    /// Optical properties at the bands, four to a group.
+    pub bands: &'a [Bands],
+    /// The rules by which rays are sampled: those that are gathered along, and those of light scattered once.
+    pub quadratures: [&'a [Vec2]; 2],
+    /// Lists of numbers.
+    pub tables: &'a [f32],
+    /// What kernels leave for each other: functions, values, orders.
+    pub memory: [&'a Memory; 3],
+}
+
+/// Values of the orders, and where they go.
+pub struct Keeping<'a> {
+    /// Which.
+    pub values: Range<usize>,
+    /// The memory whose first values they become.
+    pub to: &'a Memory,
+}
+
+/// Values that come back.
+pub enum Reading {
+    /// Of what kernels leave for each other.
+    Values(Range<usize>),
+    /// Of the orders.
+    Orders(Range<usize>),
+}
+
+/// A dispatch.
+#[derive(Clone, Copy)]
+pub struct Step {
+    /// Its kernel.
+    pub kernel: FieldKernel,
+    /// What its invocations share.
+    pub uniform: FieldUniform,
+}
+
+/// A kernel of the light field, by the name of its GPU entry point; see [`sorairo_shared::light_field`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
+#[strum(serialize_all = "snake_case")]
+#[expect(missing_docs, reason = "the module of the kernels has a table of them")]
+pub enum FieldKernel {
+    FieldNodes,
+    FieldFunctions,
+    FieldFirst,
+    FieldFirstFourier,
+    FieldSources,
+    FieldGather,
+    FieldFourier,
+    FieldMoments,
+    FieldSum,
+}
+
+impl FieldKernel {
+    /// Every kernel of the light field.
+    pub const ALL: &[Self] = <Self as strum::VariantArray>::VARIANTS;
+
+    /// The name of the kernel's GPU entry point.
+    pub fn entry_point(self) -> &'static str {
+        self.into()
+    }
+
+    /// Whether it is specialised for what a scene has; others are the same for all.
+    pub fn is_specialised(self) -> bool {
+        matches!(self, Self::FieldNodes | Self::FieldFirst | Self::FieldFirstFourier | Self::FieldSources)
+    }
+
+    /// Which of the rules by which rays are sampled it takes.
+    pub fn quadrature(self) -> usize {
+        usize::from(self == Self::FieldFirst)
+    }
+}

@@ -1,0 +1,101 @@
+//! Plans whose light is integrated on a device, against those of the processor. Without a Vulkan device these tests fail.
+
+use std::sync::Arc;
+
+use sorairo::low_level::device::gpu;
+use sorairo::low_level::device::{Backend, cpu::Cpu};
+use sorairo::low_level::plan::integral::RayIntegral;
+use sorairo::scene::{GroundAlbedo, Orders, PathChoice, Preset, Rgb, Scene};
+use sorairo::{LightFields, PixelFormat, Plan, SkyPlan};
+use sorairo_tests::compare::worst_in_images;
+use sorairo_tests::own_device::with_passthrough;
+
+/// What the devices' own `exp` and `ln` leave of sums over orders, relative to the brightest entry under the same sun: with optical depths up to 40 that
+/// still reach 1e-6 of it, 2e-4, as of the kernels of images.
+const SAME_FUNCTION: f64 = 2e-4;
+
+fn skies() -> Vec<(String, Scene)> {
+    let of = |name: &str, preset, sun: f64, change: &dyn Fn(&mut Scene)| {
+        let mut scene = Scene::preset(preset);
+        scene.sun.elevation = sun;
+        change(&mut scene);
+        (format!("{name}, sun at {sun}°"), scene)
+    };
+    let mut skies = Vec::new();
+    for sun in [60.0, 15.0, 5.0, 0.5, -4.0, -8.0] {
+        skies.push(of("standard", Preset::Standard, sun, &|_| {}));
+    }
+    for sun in [30.0, 2.0] {
+        skies.push(of("hazy", Preset::Hazy, sun, &|_| {}));
+        skies.push(of("12 km over snow", Preset::Standard, sun, &|scene| {
+            scene.observer.altitude = 12.0;
+            scene.ground.albedo = GroundAlbedo::Grey(0.9);
+        }));
+        skies.push(of("400 km", Preset::Standard, sun, &|scene| scene.observer.altitude = 400.0));
+        skies.push(of("without aerosol", Preset::Standard, sun, &|scene| scene.atmosphere.aerosol.optical_depth = 0.0));
+        skies.push(of("three orders", Preset::Standard, sun, &|scene| scene.render.orders = Orders::UpTo(3)));
+    }
+    skies
+}
+
+fn planned(scene: &Scene, fields: &LightFields) -> Arc<SkyPlan> {
+    Arc::new(SkyPlan::with_light_fields(&scene.clone().validated().unwrap(), Rgb::Srgb, fields))
+}
+
+/// The largest difference of two lists, relative to the larger of a value and a thousandth of the brightest.
+fn apart(found: &[f32], expected: &[f32]) -> f64 {
+    assert_eq!(found.len(), expected.len());
+    let brightest = expected.iter().copied().fold(0.0, f32::max);
+    assert!(brightest > 0.0, "nothing is compared");
+    let off = |(found, expected): (&f32, &f32)| {
+        let off = f64::from(found - expected).abs() / f64::from(expected.abs().max(1e-3 * brightest));
+        if off.is_nan() { f64::INFINITY } else { off }
+    };
+    found.iter().zip(expected).map(off).fold(0.0, f64::max)
+}
+
+#[test]
+fn multiply_scattered_light_of_a_device_is_that_of_the_processor() {
+    let (device, queue) = with_passthrough();
+    let on_device = gpu::light_fields(&device, &queue);
+    let mut seen = Vec::new();
+    for (name, scene) in skies() {
+        let [found, expected] =
+            [&on_device, &LightFields::default()].map(|fields| planned(&scene, fields).integral().clone());
+        let flat = |integral: &RayIntegral| -> Vec<f32> {
+            integral.multiple.iter().flat_map(|value| value.to_array()).collect()
+        };
+        let off = apart(&flat(&found), &flat(&expected));
+        println!("{name}: {off:.1e}, {} orders", found.orders_made[0].computed);
+        assert!(off < SAME_FUNCTION, "{name}: {off:e}");
+        assert_eq!(found.orders_made[0].computed, expected.orders_made[0].computed, "{name}");
+        assert_eq!(found.quadrature, expected.quadrature, "{name}");
+        seen.push(flat(&expected));
+    }
+    assert!(apart(&seen[1], &seen[0]) > 0.1, "negative control");
+}
+
+#[test]
+fn pictures_of_a_sky_planned_on_a_device_are_those_of_the_processor() {
+    let (device, queue) = with_passthrough();
+    let on_device = gpu::light_fields(&device, &queue);
+    for (name, mut scene) in skies() {
+        scene.camera.size = "128x64".parse().unwrap();
+        for path in [PathChoice::Lookup, PathChoice::Direct] {
+            scene.render.path = path;
+            let scene = scene.clone().validated().unwrap();
+            let [found, expected] = [&on_device, &LightFields::default()]
+                .map(|fields| Plan::with_light_fields(&scene, PixelFormat::LinearRgb, fields));
+            let image = |plan: &Plan| -> Vec<f32> {
+                Cpu.run(plan, plan.kernel()).unwrap().words.into_iter().map(f32::from_bits).collect()
+            };
+            let worst = worst_in_images(&image(&found), &image(&expected), 128, 3, 1e-3);
+            let exposure = f64::from(found.uniform.exposure / expected.uniform.exposure) - 1.0;
+            println!("{name}, {path:?}: {:.1e}, exposure {exposure:.1e}", worst.relative);
+            // The fit learns from light that is off by that much, and has slopes of up to ten. A sky lookup may have a row more or less: either is within 1e-3
+            // of the integral.
+            let bound = if path == PathChoice::Lookup { 1e-3 } else { 10.0 * SAME_FUNCTION };
+            assert!(worst.relative < bound && exposure.abs() < bound, "{name}, {path:?}: {worst:?}, {exposure:e}");
+        }
+    }
+}

@@ -10,8 +10,8 @@ use sorairo_shared::environment::{
     COEFFICIENTS, CoefficientLanes, LevelStep, ROW_SUMS, RowLanes, half_pixel, keep_coefficients, keep_row_sums,
     level_pixel, store_coefficient, store_row_sum,
 };
+use sorairo_shared::field_kernels::{self, FieldBuffers, FieldUniform};
 use sorairo_shared::kernels::{self, SENTINEL, lookup_colours, lookup_invocations, lookup_pixel, sky_pixel};
-use sorairo_shared::light_field::{self, FieldBuffers, FieldUniform};
 use sorairo_shared::lookup::{entries, is_read, store_entry};
 use sorairo_shared::math::store;
 use sorairo_shared::single::Bands;
@@ -181,7 +181,7 @@ pub fn field_nodes(
 ) {
     if id.x < uniform.invocations {
         let buffers = FieldBuffers { bands, quadrature, tables };
-        light_field::field_node(uniform, buffers, functions, values, id.x as usize, variant);
+        field_kernels::field_node(uniform, buffers, functions, values, id.x as usize, variant);
     }
 }
 
@@ -194,7 +194,7 @@ pub fn field_functions(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] functions: &mut [f32],
 ) {
     if id.x < uniform.invocations {
-        light_field::field_function(uniform, tables, functions, id.x as usize);
+        field_kernels::field_function(uniform, tables, functions, id.x as usize);
     }
 }
 
@@ -211,7 +211,7 @@ pub fn field_first(
 ) {
     if id.x < uniform.invocations {
         let buffers = FieldBuffers { bands, quadrature, tables };
-        light_field::field_first(uniform, buffers, values, id.x as usize, variant);
+        field_kernels::field_first(uniform, buffers, values, id.x as usize, variant);
     }
 }
 
@@ -226,7 +226,7 @@ pub fn field_first_fourier(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        light_field::field_first_fourier(uniform, tables, functions, values, id.x as usize, variant);
+        field_kernels::field_first_fourier(uniform, tables, functions, values, id.x as usize, variant);
     }
 }
 
@@ -241,7 +241,7 @@ pub fn field_sources(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] orders: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        light_field::field_source(uniform, functions, values, orders, id.x as usize, variant);
+        field_kernels::field_source(uniform, functions, values, orders, id.x as usize, variant);
     }
 }
 
@@ -255,7 +255,7 @@ pub fn field_gather(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] orders: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        light_field::field_gather(uniform, tables, values, orders, id.x as usize);
+        field_kernels::field_gather(uniform, tables, values, orders, id.x as usize);
     }
 }
 
@@ -268,7 +268,7 @@ pub fn field_fourier(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        light_field::field_fourier(uniform, tables, values, id.x as usize);
+        field_kernels::field_fourier(uniform, tables, values, id.x as usize);
     }
 }
 
@@ -283,7 +283,7 @@ pub fn field_moments(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] orders: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        light_field::field_moment(uniform, tables, functions, values, orders, id.x as usize);
+        field_kernels::field_moment(uniform, tables, functions, values, orders, id.x as usize);
     }
 }
 
@@ -296,7 +296,7 @@ pub fn field_sum(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] orders: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        light_field::field_sum(uniform, tables, orders, id.x as usize);
+        field_kernels::field_sum(uniform, tables, orders, id.x as usize);
     }
 }
 

@@ -16,7 +16,8 @@
 //! | [`single`] | light scattered once: the integrand, then the integral (Eqs. 1-3) |
 //! | [`ground`] | what falls on the ground, and what it sends back |
 //! | [`moments`] | moments of a light field, and interpolation between the nodes of a table |
-//! | [`light_field`] | the light field on a device: what each of its kernels does for one index |
+//! | [`light_field`] | the light field: what its rays cross, wherever it is computed |
+//! | [`field_kernels`] | the light field on a device: what each of its kernels does for one index |
 //! | `multiple` | the light field on a processor, many wavelengths at a time: the source of a light field, gathered along a ray; not for SPIR-V |
 //! | [`multiple_lookup`] | the lookup of that light: where its entries are, how a ray reads them |
 //! | [`fit`] | the spectrum between the bands: Newton's cubic, the regression fit (Eqs. 4-6) |
@@ -87,6 +88,7 @@ pub mod camera;
 pub mod cubic;
 pub mod disc;
 pub mod environment;
+pub mod field_kernels;
 pub mod fit;
 pub mod geometry;
 pub mod ground;

@@ -2,6 +2,7 @@
 
 pub mod compare;
 pub mod gpu;
+pub mod interpreted;
 pub mod own_device;
 pub mod program;
 pub mod python;

@@ -1,14 +1,16 @@
 //! Plans whose light is integrated on a device, against those of the processor. Without a Vulkan device these tests fail.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use sorairo::low_level::device::gpu;
 use sorairo::low_level::device::{Backend, cpu::Cpu};
-use sorairo::low_level::plan::integral::RayIntegral;
-use sorairo::scene::{GroundAlbedo, Orders, PathChoice, Preset, Rgb, Scene};
-use sorairo::{LightFields, PixelFormat, Plan, SkyPlan};
+use sorairo::scene::{CameraScene, GroundAlbedo, Orders, PathChoice, Preset, Projection, Rgb, Scene};
+use sorairo::{LightFields, PixelFormat, Plan, SkyPlan, wgpu};
+use sorairo_shared::glam::Vec4;
 use sorairo_tests::compare::worst_in_images;
-use sorairo_tests::own_device::with_passthrough;
+use sorairo_tests::interpreted::Interpreted;
+use sorairo_tests::own_device::{opened, with_passthrough};
 
 /// What the devices' own `exp` and `ln` leave of sums over orders, relative to the brightest entry under the same sun: with optical depths up to 40 that
 /// still reach 1e-6 of it, 2e-4, as of the kernels of images.
@@ -42,16 +44,21 @@ fn planned(scene: &Scene, fields: &LightFields) -> Arc<SkyPlan> {
     Arc::new(SkyPlan::with_light_fields(&scene.clone().validated().unwrap(), Rgb::Srgb, fields))
 }
 
+fn flat(values: &[Vec4]) -> Vec<f32> {
+    values.iter().flat_map(|value| value.to_array()).collect()
+}
+
 /// The largest difference of two lists, relative to the larger of a value and a thousandth of the brightest.
 fn apart(found: &[f32], expected: &[f32]) -> f64 {
     assert_eq!(found.len(), expected.len());
-    let brightest = expected.iter().copied().fold(0.0, f32::max);
+    let [found, expected] = [found, expected].map(|list| list.iter().map(|&value| f64::from(value)));
+    let brightest = expected.clone().fold(0.0, f64::max);
     assert!(brightest > 0.0, "nothing is compared");
-    let off = |(found, expected): (&f32, &f32)| {
-        let off = f64::from(found - expected).abs() / f64::from(expected.abs().max(1e-3 * brightest));
+    let off = |(found, expected): (f64, f64)| {
+        let off = (found - expected).abs() / expected.abs().max(1e-3 * brightest);
         if off.is_nan() { f64::INFINITY } else { off }
     };
-    found.iter().zip(expected).map(off).fold(0.0, f64::max)
+    found.zip(expected).map(off).fold(0.0, f64::max)
 }
 
 #[test]
@@ -62,15 +69,12 @@ fn multiply_scattered_light_of_a_device_is_that_of_the_processor() {
     for (name, scene) in skies() {
         let [found, expected] =
             [&on_device, &LightFields::default()].map(|fields| planned(&scene, fields).integral().clone());
-        let flat = |integral: &RayIntegral| -> Vec<f32> {
-            integral.multiple.iter().flat_map(|value| value.to_array()).collect()
-        };
-        let off = apart(&flat(&found), &flat(&expected));
+        let off = apart(&flat(&found.multiple), &flat(&expected.multiple));
         println!("{name}: {off:.1e}, {} orders", found.orders_made[0].computed);
         assert!(off < SAME_FUNCTION, "{name}: {off:e}");
         assert_eq!(found.orders_made[0].computed, expected.orders_made[0].computed, "{name}");
         assert_eq!(found.quadrature, expected.quadrature, "{name}");
-        seen.push(flat(&expected));
+        seen.push(flat(&expected.multiple));
     }
     assert!(apart(&seen[1], &seen[0]) > 0.1, "negative control");
 }
@@ -98,4 +102,69 @@ fn pictures_of_a_sky_planned_on_a_device_are_those_of_the_processor() {
             assert!(worst.relative < bound && exposure.abs() < bound, "{name}, {path:?}: {worst:?}, {exposure:e}");
         }
     }
+}
+
+#[test]
+fn a_device_that_passes_nothing_through_plans_the_same_sky() {
+    let (device, queue) = opened(wgpu::Features::empty());
+    let scene = &skies()[3].1;
+    let [found, expected] = [&gpu::light_fields(&device, &queue), &LightFields::default()]
+        .map(|fields| planned(scene, fields).integral().clone());
+    let off = apart(&flat(&found.multiple), &flat(&expected.multiple));
+    assert!(off > 0.0 && off < SAME_FUNCTION, "{off:e}");
+}
+
+#[test]
+fn where_the_device_is_lost_the_processor_plans() {
+    let (device, queue) = with_passthrough();
+    let fields = gpu::light_fields(&device, &queue);
+    let scene = &skies()[0].1;
+    let rows = |fields: &LightFields| planned(scene, fields).colours().rows.clone();
+    let before = rows(&fields);
+    device.destroy();
+    let (lost, processor) = (rows(&fields.emptied()), rows(&LightFields::default()));
+    assert!(lost == processor, "to the bit");
+    assert!(before != processor, "negative control: a device rounds in its own way");
+    // Fields that are kept in it are lost with it.
+    assert!(rows(&fields) == processor);
+}
+
+#[test]
+fn kernels_of_plans_on_a_device_are_their_functions_on_the_processor() {
+    let (device, queue) = with_passthrough();
+    let mut seen = HashSet::new();
+    for (name, scene) in skies().into_iter().filter(|(name, _)| name.contains("sun at 2°") || name.contains("-4°")) {
+        let interpreted = Arc::new(Interpreted::default());
+        let fields = LightFields::on_device(interpreted.clone());
+        let [found, expected] =
+            [&gpu::light_fields(&device, &queue), &fields].map(|fields| planned(&scene, fields).integral().clone());
+        assert!(interpreted.calls() > 0);
+        let off = apart(&flat(&found.multiple), &flat(&expected.multiple));
+        println!("{name}: {off:.1e}");
+        assert!(off < SAME_FUNCTION, "{name}: {off:e}");
+        seen.insert(found.variant);
+    }
+    assert!(seen.len() > 3, "skies of several variants");
+}
+
+#[test]
+fn a_sky_that_a_device_planned_is_drawn_without_asking_it_again() {
+    let device = Arc::new(Interpreted::default());
+    let sky = planned(&skies()[1].1, &LightFields::on_device(device.clone()));
+    assert!(device.calls() > 0, "its samples");
+    sky.colours();
+    let asked = device.calls();
+    for projection in [Projection::Equirectangular, Projection::Perspective, Projection::Fisheye] {
+        for pixel in [PixelFormat::LinearRgb, PixelFormat::Picture] {
+            let camera = CameraScene { projection, size: "256x128".parse().unwrap(), ..CameraScene::default() };
+            Plan::seen(&sky, &camera, pixel).unwrap();
+        }
+    }
+    assert_eq!(device.calls(), asked);
+    // A sun near by finds the light fields made; the other questions are asked again.
+    let mut near = skies()[1].1.clone();
+    near.sun.elevation += 0.01;
+    let again = planned(&near, &sky.base.light_fields);
+    again.colours();
+    assert!(device.calls() > asked && device.calls() < 2 * asked, "{} after {asked}", device.calls());
 }

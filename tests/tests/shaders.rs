@@ -66,7 +66,8 @@ fn naga_validates_the_committed_module_and_finds_every_kernel() {
     for entry in &module.entry_points {
         let expected = match entry.name.as_str() {
             "environment_rows" | "environment_harmonics" => [LANES, 1, 1],
-            "lookup" => [LOOKUP_WORKGROUP, 1, 1],
+            "lookup" | "look" => [LOOKUP_WORKGROUP, 1, 1],
+            name if name.starts_with("field_") => [LOOKUP_WORKGROUP, 1, 1],
             _ => [WORKGROUP_SIDE, WORKGROUP_SIDE, 1],
         };
         assert_eq!(entry.workgroup_size, expected, "{}", entry.name);

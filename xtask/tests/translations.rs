@@ -5,6 +5,7 @@ use naga::back::pipeline_constants::process_overrides;
 use naga::back::{PipelineConstants, hlsl, msl, wgsl};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, ShaderStage};
+use sorairo_shared::field_kernels::FieldUniform;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::{self, PixelFormat};
 
@@ -49,7 +50,7 @@ fn each_kernel(mut translate: impl FnMut(&str, &Module, &ModuleInfo)) {
             kernels += 1;
         }
     }
-    assert_eq!(kernels, 9 * variants().len());
+    assert_eq!(kernels, 19 * variants().len());
 }
 
 #[test]
@@ -91,7 +92,7 @@ fn every_kernel_has_a_translation_for_webgpu_that_can_be_read_again() {
 fn kernels_keep_to_the_limits_that_every_interface_has() {
     let module = module();
     let info = validated(&module);
-    assert!(size_of::<Uniform>() <= UNIFORM_BYTES);
+    assert!(size_of::<Uniform>() <= UNIFORM_BYTES && size_of::<FieldUniform>() <= UNIFORM_BYTES);
     for (i, entry) in module.entry_points.iter().enumerate() {
         let used = |space: fn(AddressSpace) -> bool| {
             let of_entry = info.get_entry_point(i);

@@ -54,9 +54,9 @@ pub fn moving_suns(device: &Device, size: Size) -> Result<Vec<MovingSun>> {
 fn moving_sun(device: &Device, size: Size, from: f64) -> Result<MovingSun> {
     let elevation = |frame: u32| from - STEP * f64::from(frame);
     let (mut plans, mut kernels, mut frames) = (Vec::new(), Vec::new(), Vec::new());
-    let light_fields = LightFields::default();
+    let light_fields = device.backend.light_fields();
     // A frame of another sky readies the device's pipelines and buffers.
-    frame(device, size, from, &LightFields::default())?;
+    frame(device, size, from, &light_fields.emptied())?;
     for number in 0..FRAMES {
         let (plan, kernel, whole) = frame(device, size, elevation(number), &light_fields)?;
         plans.push(plan);

@@ -14,9 +14,10 @@ use super::moving_sun::{MovingSun, moving_suns};
 use super::roofline::{Roofline, roofline};
 use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated, streamed};
 use crate::problem::{Error, Result};
+use sorairo::PixelFormat;
 use sorairo::low_level::device::{Device, DeviceKind, cpu};
 use sorairo::low_level::plan::lookup::LookupSize;
-use sorairo::low_level::plan::{Kernel, Plan};
+use sorairo::low_level::plan::{Kernel, LightFields, Plan};
 use sorairo::scene::{Orders, PathChoice, Preset, Projection, Scene, Size};
 
 /// The image on which paths and kernels are compared.
@@ -70,6 +71,18 @@ struct OrdersRow {
     all_over_once: f64,
 }
 
+/// What the plan of an image takes whose light is integrated on the device, beside one that the processor integrates; each with its light fields to be made,
+/// and with those of a sun near by.
+#[derive(Clone, Debug, Serialize)]
+struct PlanRow {
+    /// Elevation of the sun (degrees).
+    sun: f64,
+    on_processor_ms: Spread,
+    on_device_ms: Spread,
+    on_processor_with_fields_ms: Spread,
+    on_device_with_fields_ms: Spread,
+}
+
 /// Everything that was measured. The JSON keeps the keys that it always had.
 #[derive(Clone, Debug, Serialize)]
 pub struct Speed {
@@ -86,6 +99,8 @@ pub struct Speed {
     lookups: Vec<LookupRow>,
     steps: Vec<StepRow>,
     orders: Vec<OrdersRow>,
+    /// None on the CPU.
+    plans: Vec<PlanRow>,
     /// Frames of a sun that moves, on the device and on the CPU.
     moving_sun: Vec<MovingSun>,
     moving_sun_on_cpu: Vec<MovingSun>,
@@ -126,6 +141,8 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     let steps = steps(device)?;
     stage("timing orders of scattering");
     let orders = orders(device)?;
+    stage("timing plans");
+    let plans = plans(device)?;
     stage("timing a sun that moves");
     let (moving_sun, moving_sun_on_cpu) = (moving_suns(device, COMMON)?, moving_suns(&cpu::device(), COMMON)?);
     stage("measuring limits");
@@ -144,6 +161,7 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
         lookups,
         steps,
         orders,
+        plans,
         moving_sun,
         moving_sun_on_cpu,
         rooflines,
@@ -359,6 +377,47 @@ fn planning(scene: &Scene) -> Job<'_> {
     })
 }
 
+/// Plans of the default sky on the processor and on the device, each time of another sun that has the same light fields.
+fn plans(device: &Device) -> Result<Vec<PlanRow>> {
+    let Some(own) = device.backend.own_light_fields() else { return Ok(Vec::new()) };
+    let row = |sun: f64| {
+        let kept = [LightFields::default(), own.emptied()];
+        let mut number = 0;
+        let mut next = || {
+            number += 1;
+            let mut scene = Scene::preset(Preset::Standard);
+            // No two plans are of the same sun.
+            (scene.sun.elevation, scene.camera.size) = (sun + 1e-4 * f64::from(number), COMMON);
+            scene
+        };
+        let mut planned = |fields: LightFields| -> Result<Duration> {
+            let scene = next().validated()?;
+            let start = Instant::now();
+            std::hint::black_box(Plan::with_light_fields(&scene, PixelFormat::LinearRgb, &fields));
+            Ok(start.elapsed())
+        };
+        let mut times: [Vec<Duration>; 4] = Default::default();
+        for round in 0..=ROUNDS {
+            let fields = [LightFields::default(), own.emptied(), kept[0].clone(), kept[1].clone()];
+            for (times, fields) in times.iter_mut().zip(fields) {
+                let time = planned(fields)?;
+                if round > 0 {
+                    times.push(time);
+                }
+            }
+        }
+        let [processor, device, processor_with_fields, device_with_fields] = times.map(Spread::of);
+        Ok(PlanRow {
+            sun,
+            on_processor_ms: processor,
+            on_device_ms: device,
+            on_processor_with_fields_ms: processor_with_fields,
+            on_device_with_fields_ms: device_with_fields,
+        })
+    };
+    SUNS_OF_ORDERS.into_iter().map(row).collect()
+}
+
 /// Times of an image's kernels (ms).
 struct Paths {
     lookup: Spread,
@@ -452,6 +511,11 @@ impl Speed {
                 format!("{:.2}", row.all_over_once),
             ]
         });
+        let plans = self.plans.iter().map(|row| {
+            let columns =
+                [row.on_processor_ms, row.on_device_ms, row.on_processor_with_fields_ms, row.on_device_with_fields_ms];
+            [row.sun.to_string()].into_iter().chain(columns.map(|spread| spread.to_string())).collect()
+        });
         let on_both = self.moving_sun.iter().map(|row| ("this device", row));
         let on_both = on_both.chain(self.moving_sun_on_cpu.iter().map(|row| ("CPU", row)));
         let moving_sun = on_both.map(|(device, row)| {
@@ -483,6 +547,7 @@ impl Speed {
              ## Size of the sky lookup\n\n{COMMON}; RMSE against the integral at every pixel, divided by the image's mean.\n\n{}\n\
              ## Samples per piece\n\n512x256, every pixel integrated.\n\n{}\n\
              ## Light of all orders\n\n{COMMON}, standard preset; light scattered once over the same ground.\n\n{}\n\
+             ## Plans\n\n{COMMON}, standard preset, all orders (ms).\n\n{}\n\
              ## A sun that moves\n\n{COMMON}, standard preset, all orders; frames a quarter of a degree apart.\n\n{}",
             self.machine,
             self.lookup_over_direct,
@@ -496,6 +561,7 @@ impl Speed {
             table(&["projection", "lookup", "kernels (ms)", "RMSE ÷ mean"], lookups),
             table(&["samples per piece", "kernels (ms)"], steps),
             table(&["sun (°)", "", "scattered once (ms)", "all orders (ms)", "ratio"], orders),
+            table(&["sun (°)", "processor", "device", "processor, fields kept", "device, fields kept"], plans),
             table(
                 &["device", "sun (°)", "plan (ms)", "kernels (ms)", "plan ÷ kernels", "frame (ms)", "mean frame (ms)"],
                 moving_sun

@@ -8,7 +8,7 @@ use eframe::egui_wgpu::{
 };
 use sorairo::scene::{CameraScene, Size};
 use sorairo::wgpu;
-use sorairo::{ResidentRenderer, Result, SkyPlan, Target};
+use sorairo::{LightFields, ResidentRenderer, Result, SkyPlan, Target};
 
 /// A texture of the window on which skies are drawn.
 pub struct Canvas {
@@ -32,6 +32,11 @@ impl Canvas {
         let renderer = ResidentRenderer::with_device(&state.device, &state.queue);
         let screen = Screen::new(&state.device, state.target_format);
         Self { state: state.clone(), renderer, screen, texture: None, drawn: None, count: 0 }
+    }
+
+    /// Light fields for the skies that it shows.
+    pub fn light_fields(&self) -> LightFields {
+        self.renderer.light_fields()
     }
 
     /// What a camera sees of a sky, as the window shows it in a part of its own.

@@ -1,7 +1,7 @@
 //! The skies and spectra of the window, computed on a thread of their own.
 
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -79,6 +79,8 @@ pub struct Worker {
     requests: Sender<Request>,
     answers: Receiver<Answer>,
     thread: JoinHandle<()>,
+    /// Those of the sky that is planned next.
+    light_fields: Arc<Mutex<LightFields>>,
 }
 
 impl Worker {
@@ -91,8 +93,15 @@ impl Worker {
             let _ = sender.send(answer);
             wake();
         };
-        let thread = std::thread::spawn(move || work(device, &received, answer));
-        Self { requests, answers, thread }
+        let light_fields = Arc::<Mutex<LightFields>>::default();
+        let next = Arc::clone(&light_fields);
+        let thread = std::thread::spawn(move || work(device, &next, &received, answer));
+        Self { requests, answers, thread, light_fields }
+    }
+
+    /// Takes the light fields of skies to come from these.
+    pub fn take_from(&self, light_fields: LightFields) {
+        *self.light_fields.lock().expect("no holder of this lock panics") = light_fields;
     }
 
     /// Asks for what is computed next; it takes the place of all that was asked for and not begun.
@@ -112,10 +121,15 @@ impl Worker {
     }
 }
 
-fn work(mut device: Option<Device>, requests: &Receiver<Request>, answer: impl Fn(Answer)) {
+fn work(
+    mut device: Option<Device>,
+    light_fields: &Mutex<LightFields>,
+    requests: &Receiver<Request>,
+    answer: impl Fn(Answer),
+) {
     let mut latest: Option<(Scene, Arc<Plan>)> = None;
-    let light_fields = LightFields::default();
     while let Ok(request) = requests.recv() {
+        let light_fields = light_fields.lock().expect("no holder of this lock panics").clone();
         let request = requests.try_iter().last().unwrap_or(request);
         let result = compute(device.as_mut(), &mut latest, &light_fields, &request);
         answer(Answer { request, result });

@@ -154,6 +154,7 @@ impl Window {
 
     /// Lets the window's own device draw the sky.
     pub fn draw_on(&mut self, canvas: Canvas) {
+        self.worker.take_from(canvas.light_fields());
         self.canvas = Some(canvas);
     }
 

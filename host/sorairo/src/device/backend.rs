@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::rows::{rows_at_once, words_per_row};
 use crate::error::{Error, Result};
-use crate::plan::{Kernel, Plan};
+use crate::plan::{Kernel, LightFields, Plan};
 
 /// Where rows of an image go: the number of the first, and the words of one or more whole rows. An error ends the run.
 pub type TakeRows<'a> = dyn FnMut(u32, &[u32]) -> Result<()> + 'a;
@@ -66,6 +66,16 @@ pub trait Backend: Send + Sync {
     /// Why this device would not compute a plan's kernels to their end; `None` if it would. [`Backend::lit_rows`] then is an
     /// [`Error::Device`] with these words.
     fn refusal(&self, _plan: &Plan) -> Option<String> {
+        None
+    }
+
+    /// Light fields for plans that wait for nobody's files: on a device that is hardware of its own they are computed there, with what else a plan integrates.
+    fn light_fields(&self) -> LightFields {
+        LightFields::default()
+    }
+
+    /// Light fields that are computed on this device, be it of software; none where the processor is the device.
+    fn own_light_fields(&self) -> Option<LightFields> {
         None
     }
 

@@ -5,41 +5,21 @@ use std::fmt;
 use std::ops::Range;
 
 use serde::Serialize;
-use sorairo_shared::azimuth::cosine_at_place;
 use sorairo_shared::camera::EQUIRECTANGULAR;
-use sorairo_shared::cubic::stencil;
-use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::LOOKUP_WORKGROUP;
-use sorairo_shared::lookup::grid_view;
 use sorairo_shared::run::RUN;
-use sorairo_shared::sky::Constituents;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
-use super::sky::{SkyPlan, found_once};
+use super::lookup_grid::{COARSEST, Entries, LARGEST, TOLERANCE};
+use super::sky::SkyPlan;
 use crate::scene::{ColourPath, PathChoice, Projection, Scene};
-
-/// How far the sky lookup's colours may lie from the integral's, relative to the luminance of the direction or a tenth of the
-/// sky's mean, whichever is larger: about a third of what the fit leaves.
-const TOLERANCE: f64 = 1e-3;
-
-/// How far they may lie from it anywhere, relative to the brightest direction: as far as single precision lets an explicit solve
-/// and a folded matrix differ.
-const TOLERANCE_OF_BRIGHTEST: f64 = 1e-4;
-
-/// The sky lookup may not be finer than this; a sky that needs more is integrated at every pixel.
-const LARGEST: (u32, u32) = (512, 256);
 
 /// Most entries of a sky lookup that has the rows of its image: of three colours they take 128 MiB, which every Vulkan device takes as one
 /// buffer, and one dispatch fills them.
 const MOST_ENTRIES: u64 = (1 << 27) / (3 * size_of::<Vec4>() as u64);
 const _: () = assert!(MOST_ENTRIES <= 65_535 * LOOKUP_WORKGROUP as u64);
-
-/// The coarsest sky lookup, with which its error is measured.
-const COARSEST: (u32, u32) = (48, 16);
-
-/// The sky lookup may not have fewer columns than this: farther apart the error is no longer that of a low difference.
-const FEWEST_AZIMUTHS: u32 = 8;
 
 /// The sky lookup pays from this many pixels per entry: an entry costs one integral, and a pixel a small part of one.
 const PIXELS_PER_ENTRY: u64 = 2;
@@ -134,89 +114,12 @@ fn sized(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>, (rows, azimuths): 
     LookupSize { above, below, azimuths: azimuths.min((MOST_ENTRIES / u64::from(above + below)) as u32) }
 }
 
-/// Powers of the spacing by which the errors of straight lines and of cubics fall.
-const LINEAR: f64 = 2.0;
-/// See [`LINEAR`].
-const CUBIC: f64 = 4.0;
-
-/// Rows on a side of the horizon, and columns.
-type Entries = (u32, u32);
-
 /// The size that keeps interpolation within the tolerance; `sized` makes a sky lookup of rows and columns.
 fn size_for(scene: &Scene, sky: &SkyPlan, sized: impl Fn(Entries) -> LookupSize) -> Option<LookupSize> {
     let has_its_rows = scene.camera.projection == Projection::Equirectangular;
-    let grid = (*found_once(&sky.lookup_grids[usize::from(has_its_rows)], || enough(sky, has_its_rows)))?;
+    let grid = sky.lookup_grid(has_its_rows)?;
     let size = sized(grid);
     (size.azimuths == grid.1).then_some(size)
-}
-
-/// Rows and columns that keep interpolation within the tolerance, from its error on the coarsest grid, and then on the grid that follows from it; none
-/// where they are too many.
-///
-/// Midway between two entries, linear interpolation of a smooth function is off by an eighth of its second difference, which falls as the
-/// square of the spacing, and a cubic by a part of its fourth difference, which falls as the fourth power. The error is measured there, on
-/// sample cells, in both directions; the number of entries follows from it. Where the coarsest grid skips what is narrower than its cells, the
-/// second one shows it.
-fn enough(sky: &SkyPlan, has_its_rows: bool) -> Option<Entries> {
-    let allowed = |(rows, azimuths): Entries| (has_its_rows || rows <= LARGEST.0) && azimuths <= LARGEST.1;
-    let sampled = |grid| Sampled::new(sky, grid, has_its_rows);
-    let coarsest = sampled(COARSEST);
-    if coarsest.mean <= 0.0 {
-        return Some(COARSEST);
-    }
-    let grid = coarsest.enough();
-    if !allowed(grid) {
-        return None;
-    }
-    let finer = sampled(grid).enough();
-    let grid = (grid.0.max(finer.0), grid.1.max(finer.1));
-    allowed(grid).then_some(grid)
-}
-
-/// What interpolation does to sample cells of a grid.
-struct Sampled {
-    grid: Entries,
-    has_its_rows: bool,
-    cells: Vec<Cell>,
-    /// The mean luminance.
-    mean: f64,
-}
-
-impl Sampled {
-    /// Of a grid of rows and columns; an image that has its rows goes through columns by cubics.
-    fn new(sky: &SkyPlan, grid: Entries, has_its_rows: bool) -> Self {
-        let sides: &[bool] = if sky.scene.observer.altitude > 0.0 { &[true, false] } else { &[true] };
-        // Spread as on the coarsest grid, each in the middle of a cell.
-        let places = |cells: u32, step: usize, of: u32| {
-            (0..cells).step_by(step).map(move |i| 2 * (f64::from(i) / f64::from(cells) * f64::from(of)) as u32 + 1)
-        };
-        // A finer grid's cells are more alike from row to row.
-        let row_step = if grid == COARSEST { 2 } else { 4 };
-        let rows = |&above| places(COARSEST.0 - 1, row_step, grid.0 - 1).map(move |row| (above, row));
-        let of_row =
-            |(above, row)| places(COARSEST.1 - 1, 2, grid.1 - 1).map(move |column| Place { above, row, column });
-        let middles: Vec<Place> = sides.iter().flat_map(rows).flat_map(of_row).collect();
-        let cells = measure(sky, grid, &middles, has_its_rows);
-        let mean = cells.iter().map(|cell| cell.luminance).sum::<f64>() / cells.len() as f64;
-        Self { grid, has_its_rows, cells, mean }
-    }
-
-    /// Rows and columns that are enough.
-    fn enough(&self) -> (u32, u32) {
-        let brightest = self.cells.iter().map(|cell| cell.luminance).fold(0.0, f64::max);
-        let allowed =
-            |cell: &Cell| (TOLERANCE * cell.luminance.max(0.1 * self.mean)).min(TOLERANCE_OF_BRIGHTEST * brightest);
-        let worst =
-            |error: fn(&Cell) -> f64| self.cells.iter().map(|cell| error(cell) / allowed(cell)).fold(0.0, f64::max);
-        // Each direction that is interpolated may take its part of the tolerance.
-        let (parts, power) = if self.has_its_rows { (1.0, CUBIC) } else { (2.0, LINEAR) };
-        let entries = |entries: u32, error: f64, power: f64| {
-            1 + (f64::from(entries - 1) * (parts * error).powf(1.0 / power)).ceil() as u32
-        };
-        let above = entries(self.grid.0, worst(|cell| cell.error_along_elevation), LINEAR).max(COARSEST.0);
-        let azimuths = entries(self.grid.1, worst(|cell| cell.error_along_azimuth), power).max(FEWEST_AZIMUTHS);
-        (above, azimuths)
-    }
 }
 
 /// Whether runs of pixels, of which the one in the middle says between which entries all are, reach no farther than half way into the next cell: there
@@ -237,78 +140,6 @@ pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
     let has_fine_disc = variant & variant::SUN_DISC != 0 && uniform.disc.samples > MOST_SAMPLES_IN_RUNS;
     let is_level = variant::projection(variant) == EQUIRECTANGULAR;
     is_level && width.is_multiple_of(RUN) && runs_are_short(width, size.azimuths) && !has_fine_disc
-}
-
-/// What interpolation does to one cell.
-struct Cell {
-    luminance: f64,
-    error_along_elevation: f64,
-    error_along_azimuth: f64,
-}
-
-/// A place between the entries of a grid, in halves of the distance from one to the next.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Place {
-    above: bool,
-    row: u32,
-    column: u32,
-}
-
-impl Place {
-    /// Its direction.
-    fn view(self, uniform: &Uniform, grid: Entries) -> Vec3 {
-        let part = |halves: u32, entries: u32| f64::from(halves) / f64::from(2 * (entries - 1));
-        let (x, across) = (part(self.row, grid.0), part(self.column, grid.1));
-        grid_view(uniform, self.above, x as f32, cosine_at_place(across as f32))
-    }
-
-    /// The column of entries, from the first.
-    fn column(self) -> f32 {
-        0.5 * self.column as f32
-    }
-
-    /// What its value is interpolated from: the entries of a cubic along the row, or the edges of its cell before and behind it, above and below.
-    fn neighbours(self, grid: Entries, has_its_rows: bool) -> [Self; 4] {
-        let Self { row, column, .. } = self;
-        if has_its_rows {
-            let first = 2 * stencil(self.column(), grid.1).first;
-            return [0, 2, 4, 6].map(|halves| Self { column: first + halves, ..self });
-        }
-        let along = [column - 1, column + 1].map(|column| Self { column, ..self });
-        let across = [row - 1, row + 1].map(|row| Self { row, ..self });
-        [along[0], along[1], across[0], across[1]]
-    }
-}
-
-/// The cells about some places of a grid; an image that has its rows goes through columns by cubics.
-fn measure(sky: &SkyPlan, grid: Entries, middles: &[Place], has_its_rows: bool) -> Vec<Cell> {
-    let uniform = &sky.integral().uniform;
-    // Neighbours share most of what lies between them.
-    let around = |&middle: &Place| std::iter::once(middle).chain(middle.neighbours(grid, has_its_rows));
-    let mut places: Vec<Place> = middles.iter().flat_map(around).collect();
-    places.sort_unstable();
-    places.dedup();
-    let views: Vec<Vec3> = places.iter().map(|place| place.view(uniform, grid)).collect();
-    let constituents = sky.constituents(&views);
-    let at = |place: Place| constituents[places.binary_search(&place).expect("every neighbour is among the places")];
-    let cell = |&place: &Place| {
-        let phases = sky.integral().phases(place.view(uniform, grid));
-        let luminance = |Constituents { air, aerosol, rest }: Constituents| {
-            f64::from(uniform.rgb.luminance(air * phases.air + aerosol * phases.aerosol + rest))
-        };
-        let middle = luminance(at(place));
-        let neighbours = place.neighbours(grid, has_its_rows).map(|neighbour| luminance(at(neighbour)));
-        let (error_along_elevation, error_along_azimuth) = if has_its_rows {
-            let weights = stencil(place.column(), grid.1).weights.to_array().map(f64::from);
-            let cubic: f64 = weights.into_iter().zip(neighbours).map(|(weight, value)| weight * value).sum();
-            (0.0, (cubic - middle).abs())
-        } else {
-            let [before, behind, above, below] = neighbours;
-            ((0.5 * (above + below) - middle).abs(), (0.5 * (before + behind) - middle).abs())
-        };
-        Cell { luminance: middle.abs(), error_along_elevation, error_along_azimuth }
-    };
-    middles.iter().map(cell).collect()
 }
 
 #[cfg(test)]

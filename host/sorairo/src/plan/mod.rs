@@ -12,6 +12,7 @@ mod image;
 pub mod integral;
 mod kernel;
 pub mod lookup;
+mod lookup_grid;
 pub mod multiple;
 pub mod on_device;
 pub mod quadrature;

@@ -4,8 +4,8 @@ use std::any::Any;
 use std::ops::Range;
 use std::sync::Arc;
 
+use sorairo_shared::field_kernels::FieldUniform;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
-use sorairo_shared::light_field::FieldUniform;
 use sorairo_shared::single::Bands;
 use sorairo_shared::sky::Parts;
 use sorairo_shared::uniform::{Buffers, Uniform};
@@ -83,7 +83,7 @@ pub struct Step {
     pub uniform: FieldUniform,
 }
 
-/// A kernel of the light field, by the name of its GPU entry point; see [`sorairo_shared::light_field`].
+/// A kernel of the light field, by the name of its GPU entry point; see [`sorairo_shared::field_kernels`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "the module of the kernels has a table of them")]

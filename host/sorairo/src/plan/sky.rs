@@ -15,6 +15,7 @@ use super::colour_space::ColourSpace;
 use super::fit::regression::Training;
 use super::fit::{self, SpectralFit};
 use super::integral::{self, RayIntegral};
+use super::lookup_grid::{self, Entries, Seen};
 use super::multiple::{LightFields, Refined};
 use super::on_device::{Look, PlanDevice};
 use super::quadrature::gauss_legendre;
@@ -41,9 +42,8 @@ pub struct SkyPlan {
     integral: OnceLock<RayIntegral>,
     refined: OnceLock<Refined>,
     colours: OnceLock<Colours>,
-    /// Rows and columns of a sky lookup that are enough, none where no lookup is: of one of its own, and of one that has the rows of its image. Found when a
-    /// camera first asks; see [`super::lookup`].
-    pub(super) lookup_grids: [OnceLock<Option<(u32, u32)>>; 2],
+    /// Of a sky lookup of its own, and of one that has the rows of its image.
+    lookup_grids: [OnceLock<Option<Entries>>; 2],
 }
 
 /// How the light of a sky becomes colours.
@@ -124,6 +124,17 @@ impl SkyPlan {
         found_once(&self.colours, || self.find_colours())
     }
 
+    /// Rows and columns of a sky lookup that are enough, none where it would be too large: of one that has the rows of its image, or of one of its own. Found
+    /// when it is first asked for; with the colours where a device finds both.
+    pub fn lookup_grid(&self, has_its_rows: bool) -> Option<Entries> {
+        self.lookup_grid_by(&self.colours().rows, has_its_rows)
+    }
+
+    fn lookup_grid_by(&self, rows: &[Vec4], has_its_rows: bool) -> Option<Entries> {
+        let seen = Seen { integral: self.integral(), constituents: &|views| self.constituents_by(rows, views) };
+        *found_once(&self.lookup_grids[usize::from(has_its_rows)], || lookup_grid::enough(&seen, has_its_rows))
+    }
+
     fn find_colours(&self) -> Colours {
         if self.is_night {
             return Colours { rows: Vec::new(), ground: Vec3::ZERO, exposure: 1.0 };
@@ -136,6 +147,12 @@ impl SkyPlan {
         let ground = if stands_on_ground { self.radiance_by(&rows, -Vec3::Z) } else { Vec3::ZERO };
         let radiances = |views: &[Vec3]| self.radiances_by(&rows, views);
         let exposure = exposure::of(self.scene.render.exposure, self.integral(), radiances);
+        if self.base.light_fields.device().is_some() && self.colour_path != ColourPath::Solve {
+            // Whoever draws the sky then waits for no device.
+            for has_its_rows in [false, true] {
+                self.lookup_grid_by(&rows, has_its_rows);
+            }
+        }
         Colours { rows, ground, exposure }
     }
 
@@ -213,7 +230,7 @@ fn constituents_on(
 
 /// What a cell holds, found when it is first asked for. Threads that ask at once all find it: one that waited for another would hold up work
 /// that the other may have handed to it.
-pub(super) fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
+fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
     if let Some(found) = cell.get() {
         return found;
     }

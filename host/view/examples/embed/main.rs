@@ -56,7 +56,7 @@ impl Sky {
             view_formats: &[],
         });
         let renderer = Renderer::with_device(&device, &queue);
-        Ok(Self { device, queue, texture, renderer, light_fields: LightFields::default() })
+        Ok(Self { light_fields: renderer.light_fields(), device, queue, texture, renderer })
     }
 
     /// Encodes the sky of a frame.

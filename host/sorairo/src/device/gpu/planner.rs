@@ -1,15 +1,18 @@
 //! What a plan integrates, in a device: light fields and what is seen of them.
 
 use std::any::Any;
+use std::future::Future;
 use std::num::NonZero;
+use std::ops::Range;
+use std::pin::pin;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll, Waker};
 
 use bytemuck::{bytes_of, cast_slice};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::{LOOKUP_WORKGROUP, PARTS};
-use sorairo_shared::light_field::FieldUniform;
 use sorairo_shared::sky::Parts;
-use wgpu::util::DeviceExt;
+use sorairo_shared::uniform::Buffers;
 
 use super::kernels::Kernels;
 use super::layouts::Layouts;
@@ -83,15 +86,8 @@ impl PlanDevice for Planner {
         if bytes > limits.max_buffer_size.min(limits.max_storage_buffer_binding_size) {
             return None;
         }
-        let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
-        let fits = |buffer: &wgpu::Buffer| (bytes..=4 * bytes).contains(&buffer.size());
-        let kept = free.iter().position(fits).map(|at| free.remove(at));
-        let buffer = kept.unwrap_or_else(|| {
-            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
-            let label = Some("plan");
-            self.device.create_buffer(&wgpu::BufferDescriptor { label, size: bytes, usage, mapped_at_creation: false })
-        });
-        Some(Arc::new(Pooled { buffer, free: Arc::clone(&self.free) }))
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        self.guarded(|| Some(self.pooled(bytes, usage)))
     }
 
     fn run(
@@ -101,38 +97,44 @@ impl PlanDevice for Planner {
         keep: Option<Keeping<'_>>,
         read: Option<Reading>,
     ) -> Option<Vec<Vec4>> {
-        let limits = self.device.limits();
+        self.guarded(|| self.run_steps(work, steps, keep, read))
+    }
+
+    fn look(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>> {
+        self.guarded(|| self.look_at(at))
+    }
+}
+
+impl Planner {
+    fn run_steps(
+        &self,
+        work: &Work<'_>,
+        steps: &[Step],
+        keep: Option<Keeping<'_>>,
+        read: Option<Reading>,
+    ) -> Option<Vec<Vec4>> {
         let groups = |step: &Step| step.uniform.invocations.div_ceil(LOOKUP_WORKGROUP);
-        if steps.iter().any(|step| groups(step) > limits.max_compute_workgroups_per_dimension) {
+        if steps.iter().any(|step| groups(step) > self.device.limits().max_compute_workgroups_per_dimension) {
             return None;
         }
         let [functions, values, orders] = work.memory.map(buffer_of);
         let (functions, values, orders) = (functions?, values?, orders?);
-        let storage = wgpu::BufferUsages::STORAGE;
-        let bands = self.filled(cast_slice(work.bands), storage);
-        let quadratures = work.quadratures.map(|rule| self.filled(cast_slice(rule), storage));
-        let tables = self.filled(cast_slice(work.tables), storage);
-        let stride = size_of::<FieldUniform>().next_multiple_of(limits.min_uniform_buffer_offset_alignment as usize);
-        let mut bytes = vec![0; stride * steps.len()];
-        for (bytes, step) in bytes.chunks_exact_mut(stride).zip(steps) {
-            bytes[..size_of::<FieldUniform>()].copy_from_slice(bytes_of(&step.uniform));
-        }
-        let uniforms = self.filled(&bytes, wgpu::BufferUsages::UNIFORM);
+        let mut upload = Upload::new(&self.device);
+        let lists = [cast_slice(work.bands), cast_slice(work.tables)].map(|list| upload.add(list));
+        let quadratures = work.quadratures.map(|rule| upload.add(cast_slice(rule)));
+        let uniforms: Vec<_> = steps.iter().map(|step| upload.add(bytes_of(&step.uniform))).collect();
+        let memory = self.uploaded(&upload)?;
+        let uploaded = buffer_of(&memory)?;
+        let part = |at: &Part| at.of(uploaded);
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        for (number, step) in steps.iter().enumerate() {
-            let uniform = wgpu::BufferBinding {
-                buffer: &uniforms,
-                offset: (number * stride) as u64,
-                size: NonZero::new(size_of::<FieldUniform>() as u64),
-            };
-            let quadrature = &quadratures[step.kernel.quadrature()];
-            let parts = [&bands, quadrature, &tables, functions, values, orders].map(whole);
-            let parts = [&[uniform][..], &parts].concat();
-            let entry_point = step.kernel.entry_point();
+        for (step, uniform) in steps.iter().zip(&uniforms) {
+            let [bands, tables] = lists.each_ref().map(part);
+            let quadrature = part(&quadratures[step.kernel.quadrature()]);
+            let [functions, values, orders] = [functions, values, orders].map(whole);
+            let parts = [part(uniform), bands, quadrature, tables, functions, values, orders];
             let variant = if step.kernel.is_specialised() { work.variant } else { 0 };
-            let pipeline = self.kernels.pipeline_of(&self.device, entry_point, &self.fields, variant);
-            pass.set_pipeline(&pipeline);
+            pass.set_pipeline(&self.pipeline(step.kernel.entry_point(), &self.fields, variant));
             pass.set_bind_group(0, &self.fields.bind_parts(&self.device, &parts), &[]);
             pass.dispatch_workgroups(groups(step), 1, 1);
         }
@@ -141,82 +143,147 @@ impl PlanDevice for Planner {
             let bytes = VALUE * values.len() as u64;
             encoder.copy_buffer_to_buffer(orders, VALUE * values.start as u64, buffer_of(to)?, 0, bytes);
         }
-        let (from, range) = match read {
-            Some(Reading::Values(range)) => (values, range),
-            Some(Reading::Orders(range)) => (orders, range),
+        let part = |range: Range<usize>| Part { first: VALUE * range.start as u64, bytes: VALUE * range.len() as u64 };
+        match read {
+            Some(Reading::Values(range)) => self.read(encoder, &[(values, part(range))])?.pop(),
+            Some(Reading::Orders(range)) => self.read(encoder, &[(orders, part(range))])?.pop(),
             None => {
                 self.queue.submit([encoder.finish()]);
-                return Some(Vec::new());
+                Some(Vec::new())
             }
-        };
-        let bytes = VALUE * range.len() as u64;
-        self.read(encoder, &[(from, VALUE * range.start as u64, bytes)])?.pop()
+        }
     }
 
-    fn look(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>> {
-        let storage = wgpu::BufferUsages::STORAGE;
+    fn look_at(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>> {
+        let mut upload = Upload::new(&self.device);
+        let add = |Look { uniform, buffers, views, .. }: &Look<'_>| {
+            let views: Vec<Vec4> = views.iter().map(|view| view.extend(0.0)).collect();
+            let Buffers { bands, quadrature, colour, multiple } = buffers;
+            let lists = [cast_slice(bands), cast_slice(quadrature), cast_slice(colour), cast_slice(multiple)];
+            let lists = lists.map(|list| upload.add(list));
+            (upload.add(bytes_of(*uniform)), lists, upload.add(cast_slice(&views)))
+        };
+        let parts: Vec<_> = at.iter().map(add).collect();
+        let memory = self.uploaded(&upload)?;
+        let uploaded = buffer_of(&memory)?;
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         let mut found = Vec::new();
-        for Look { uniform, buffers, variant, views } in at {
-            let views: Vec<Vec4> = views.iter().map(|view| view.extend(0.0)).collect();
-            let uniform = self.filled(bytes_of(*uniform), wgpu::BufferUsages::UNIFORM);
-            let lists = [
-                cast_slice(buffers.bands),
-                cast_slice(buffers.quadrature),
-                cast_slice(buffers.colour),
-                cast_slice(buffers.multiple),
-                cast_slice(&views),
-            ];
-            let lists = lists.map(|list| self.filled(list, storage));
+        for (Look { buffers, views, variant, .. }, (uniform, lists, views_at)) in at.iter().zip(&parts) {
             let invocations = views.len() * buffers.bands.len();
-            let bytes = VALUE * (PARTS * invocations) as u64;
-            let memory = self.reserve(bytes as usize / 4)?;
-            let parts: Vec<_> = [&uniform].into_iter().chain(&lists).chain([buffer_of(&memory)?]).map(whole).collect();
-            pass.set_pipeline(&self.kernels.pipeline_of(&self.device, LOOK, &self.looks, *variant));
+            let memory = self.reserve(4 * PARTS * invocations)?;
+            let [bands, quadrature, colour, multiple] = lists.each_ref().map(|list| list.of(uploaded));
+            let (uniform, views) = (uniform.of(uploaded), views_at.of(uploaded));
+            let parts = [uniform, bands, quadrature, colour, multiple, views, whole(buffer_of(&memory)?)];
+            pass.set_pipeline(&self.pipeline(LOOK, &self.looks, *variant));
             pass.set_bind_group(0, &self.looks.bind_parts(&self.device, &parts), &[]);
             pass.dispatch_workgroups((invocations as u32).div_ceil(LOOKUP_WORKGROUP), 1, 1);
-            found.push((memory, bytes));
+            found.push((memory, Part { first: 0, bytes: VALUE * (PARTS * invocations) as u64 }));
         }
         drop(pass);
-        let parts = found.iter().map(|(memory, bytes)| Some((buffer_of(memory)?, 0, *bytes)));
+        let parts = found.iter().map(|(memory, part)| Some((buffer_of(memory)?, *part)));
         let found = self.read(encoder, &parts.collect::<Option<Vec<_>>>()?)?;
         let parts = |of: &[Vec4]| Parts { air: of[0], aerosol: of[1], multiple: of[2], ground: of[3] };
         Some(found.iter().map(|values| values.chunks_exact(PARTS).map(parts).collect()).collect())
     }
-}
 
-impl Planner {
-    fn filled(&self, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
-        // A binding may not be empty.
-        let contents = if contents.is_empty() { &[0; 16] } else { contents };
-        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some("plan"), contents, usage })
+    fn pipeline(&self, entry_point: &'static str, layouts: &Layouts, variant: u32) -> wgpu::ComputePipeline {
+        self.kernels.pipeline_of(&self.device, entry_point, layouts, variant)
     }
 
-    /// Submits commands, and waits for parts of buffers: each where it begins, and its bytes.
-    fn read(&self, mut encoder: wgpu::CommandEncoder, parts: &[(&wgpu::Buffer, u64, u64)]) -> Option<Vec<Vec<Vec4>>> {
-        let all = parts.iter().map(|(.., bytes)| bytes).sum();
-        let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("plan, read back"),
-            size: all,
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
+    /// A buffer of these bytes at least.
+    fn pooled(&self, bytes: u64, usage: wgpu::BufferUsages) -> Memory {
+        let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
+        let fits = |buffer: &wgpu::Buffer| buffer.usage() == usage && (bytes..=4 * bytes).contains(&buffer.size());
+        let kept = free.iter().position(fits).map(|at| free.remove(at));
+        let size = bytes.next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
+        let descriptor = wgpu::BufferDescriptor { label: Some("plan"), size, usage, mapped_at_creation: false };
+        let buffer = kept.unwrap_or_else(|| self.device.create_buffer(&descriptor));
+        Arc::new(Pooled { buffer, free: Arc::clone(&self.free) })
+    }
+
+    /// A buffer of what kernels read.
+    fn uploaded(&self, upload: &Upload) -> Option<Memory> {
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+        let memory = self.pooled(upload.bytes.len() as u64, usage);
+        self.queue.write_buffer(buffer_of(&memory)?, 0, &upload.bytes);
+        Some(memory)
+    }
+
+    /// Submits commands, and waits for parts of buffers.
+    fn read(&self, mut encoder: wgpu::CommandEncoder, parts: &[(&wgpu::Buffer, Part)]) -> Option<Vec<Vec<Vec4>>> {
+        let all = parts.iter().map(|(_, part)| part.bytes).sum();
+        let memory = self.pooled(all, wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ);
+        let staging = buffer_of(&memory)?;
         let mut to = 0;
-        for (buffer, from, bytes) in parts {
-            encoder.copy_buffer_to_buffer(buffer, *from, &staging, to, *bytes);
-            to += bytes;
+        for (buffer, part) in parts {
+            encoder.copy_buffer_to_buffer(buffer, part.first, staging, to, part.bytes);
+            to += part.bytes;
         }
         let submission = self.queue.submit([encoder.finish()]);
-        staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-        self.device.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None }).ok()?;
-        let mapped = mapped(&staging, all).ok()?;
-        let mut rest = &mapped[..];
-        let part = |(.., bytes): &(&wgpu::Buffer, u64, u64)| {
-            let (part, others) = rest.split_at(*bytes as usize);
-            rest = others;
-            bytemuck::pod_collect_to_vec(part)
+        staging.slice(..all).map_async(wgpu::MapMode::Read, |_| {});
+        let polled = self.device.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None });
+        let read = polled.ok().and_then(|_| {
+            let mapped = mapped(staging, all).ok()?;
+            let mut rest = &mapped[..];
+            let part = |(_, part): &(&wgpu::Buffer, Part)| {
+                let (values, others) = rest.split_at(part.bytes as usize);
+                rest = others;
+                bytemuck::pod_collect_to_vec(values)
+            };
+            Some(parts.iter().map(part).collect())
+        });
+        staging.unmap();
+        read
+    }
+
+    /// What some work finds, or nothing where the device complained. The program whose device it is hears of none of that.
+    fn guarded<T>(&self, work: impl FnOnce() -> Option<T>) -> Option<T> {
+        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let found = work();
+        let complained = |scope: wgpu::ErrorScopeGuard| {
+            let answer = pin!(scope.pop()).poll(&mut Context::from_waker(Waker::noop()));
+            !matches!(answer, Poll::Ready(None))
         };
-        Some(parts.iter().map(part).collect())
+        // The last that was pushed is the first to be asked.
+        let [of_memory, of_validation] = [memory, validation].map(complained);
+        found.filter(|_| !of_memory && !of_validation)
+    }
+}
+
+/// A part of a buffer.
+#[derive(Clone, Copy)]
+struct Part {
+    first: u64,
+    bytes: u64,
+}
+
+impl Part {
+    fn of(self, buffer: &wgpu::Buffer) -> wgpu::BufferBinding<'_> {
+        wgpu::BufferBinding { buffer, offset: self.first, size: NonZero::new(self.bytes) }
+    }
+}
+
+/// What kernels read, one after the other in one buffer.
+struct Upload {
+    bytes: Vec<u8>,
+    alignment: usize,
+}
+
+impl Upload {
+    fn new(device: &wgpu::Device) -> Self {
+        let limits = device.limits();
+        let alignment = limits.min_uniform_buffer_offset_alignment.max(limits.min_storage_buffer_offset_alignment);
+        Self { bytes: Vec::new(), alignment: alignment as usize }
+    }
+
+    /// Adds some bytes; where they are. A binding may not be empty.
+    fn add(&mut self, bytes: &[u8]) -> Part {
+        let first = self.bytes.len();
+        self.bytes.extend_from_slice(if bytes.is_empty() { &[0; 16] } else { bytes });
+        let part = Part { first: first as u64, bytes: (self.bytes.len() - first) as u64 };
+        self.bytes.resize(self.bytes.len().next_multiple_of(self.alignment), 0);
+        part
     }
 }

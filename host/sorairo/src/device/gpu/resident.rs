@@ -19,7 +19,7 @@ use crate::device::quirks;
 use crate::device::rows::invocations_per_row;
 use crate::error::{Error, Result};
 use crate::plan::lookup::LookupSize;
-use crate::plan::{Kernel, Plan, SkyPlan};
+use crate::plan::{Kernel, LightFields, Plan, SkyPlan};
 use crate::scene::{CameraScene, Projection, Size};
 use sorairo_shared::variant::{self, PixelFormat};
 
@@ -97,6 +97,17 @@ impl ResidentRenderer {
         }
     }
 
+    /// Light fields for the plans of the skies that it draws; see [`SkyPlan::with_light_fields`]. Where the device is hardware of its own, light fields and what
+    /// else a plan integrates are computed there; else by the processor, whose cores a device of software would take. In a browser, where nobody may wait, by
+    /// the processor too.
+    pub fn light_fields(&self) -> LightFields {
+        #[cfg(not(target_arch = "wasm32"))]
+        if self.device.adapter_info().device_type != wgpu::DeviceType::Cpu {
+            return super::planner::light_fields(&self.device, &self.queue);
+        }
+        LightFields::default()
+    }
+
     /// What to ask of an adapter for a device that draws skies: all of its limits and, where it is there, the feature without which wgpu
     /// translates the kernels.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
@@ -116,7 +127,7 @@ impl ResidentRenderer {
     /// Encodes what a camera sees of a sky into a target.
     ///
     /// What nobody has asked of the sky before is computed here. [`SkyPlan::colours`], called where the sky is planned, leaves the frame little
-    /// of it.
+    /// of it; of a sky whose light fields are on a device nothing that waits for that.
     ///
     /// # Errors
     ///

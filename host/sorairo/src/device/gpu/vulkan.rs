@@ -12,6 +12,7 @@ use sorairo_shared::uniform::Uniform;
 use super::adapters::{adapters, instance};
 use super::buffers::{DeviceBuffers, STRIPS_UNDER_WAY};
 use super::kernels::{Kernels, dispatch};
+use super::planner;
 use super::readback::{Slot, mapped};
 use super::resident::ResidentRenderer;
 use crate::device::backend::{Backend, TakeRows, Times};
@@ -19,7 +20,7 @@ use crate::device::chosen::{Device, DeviceKind};
 use crate::device::quirks;
 use crate::device::rows::{invocations_per_row, rows_at_once, words_per_row};
 use crate::error::{Error, Result};
-use crate::plan::{Kernel, Plan};
+use crate::plan::{Kernel, LightFields, Plan};
 
 /// A Vulkan device with the kernels loaded.
 pub struct Gpu {
@@ -39,6 +40,8 @@ pub struct Gpu {
     /// The most rounds that the loops of an invocation may make together.
     most_rounds: u64,
     has_timestamps: bool,
+    /// Whether it is more than software on the processor's cores.
+    is_hardware: bool,
     /// Whether the copy of pixels is timed too.
     times_copies: bool,
 }
@@ -115,6 +118,7 @@ impl Gpu {
             most_groups: limits.max_compute_workgroups_per_dimension,
             most_rounds: quirks::most_rounds(&adapter.get_info().driver),
             has_timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
+            is_hardware: adapter.get_info().device_type != wgpu::DeviceType::Cpu,
             times_copies: features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS),
         })
     }
@@ -179,6 +183,14 @@ impl Gpu {
 }
 
 impl Backend for Gpu {
+    fn light_fields(&self) -> LightFields {
+        if self.is_hardware { planner::light_fields(&self.device, &self.queue) } else { LightFields::default() }
+    }
+
+    fn own_light_fields(&self) -> Option<LightFields> {
+        Some(planner::light_fields(&self.device, &self.queue))
+    }
+
     fn refusal(&self, plan: &Plan) -> Option<String> {
         let rounds = quirks::rounds(plan);
         (rounds >= self.most_rounds).then(|| {

@@ -214,6 +214,9 @@ pub fn sorted(wavelengths: impl Iterator<Item = f64>) -> Vec<f64> {
     wavelengths
 }
 
+/// Spectra along rays, of air and of aerosol.
+pub type AirAndAerosol = (Vec<Vec<f64>>, Vec<Vec<f64>>);
+
 /// Light of the first order along rays, by air and by aerosol before their phase functions, at wavelengths in nm (transfer times sr), by a rule of
 /// quadrature on each piece.
 pub fn scattered_once(
@@ -221,7 +224,7 @@ pub fn scattered_once(
     quadrature: &[Vec2],
     views: &[Vec3],
     wavelengths: &[f64],
-) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+) -> AirAndAerosol {
     let groups = bands(&integral.optics, wavelengths);
     if let Some(found) = scattered_once_on_device(integral, quadrature, views, &groups, wavelengths.len()) {
         return found;
@@ -256,7 +259,7 @@ fn scattered_once_on_device(
     views: &[Vec3],
     groups: &[Bands],
     wavelengths: usize,
-) -> Option<(Vec<Vec<f64>>, Vec<Vec<f64>>)> {
+) -> Option<AirAndAerosol> {
     let device = integral.light_fields.device()?;
     let Uniform { atmosphere, altitude, sun, .. } = &integral.uniform;
     let rays = (*altitude, views, sun.truncate());

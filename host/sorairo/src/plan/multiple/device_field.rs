@@ -1,14 +1,14 @@
-//! The light field on a device, planned: which kernels of [`sorairo_shared::light_field`] run after each other, and what lies where.
+//! The light field on a device, planned: which kernels of [`sorairo_shared::field_kernels`] run after each other, and what lies where.
 //!
 //! The plan decides, the device runs; what comes back between is the mean radiance of each order, from which the processor tells how many orders are
 //! enough. It is the same light field as [`super::field`]'s, by the same rules.
 
 use std::ops::Range;
 
-use sorairo_shared::glam::{UVec2, Vec2, Vec3, Vec4};
-use sorairo_shared::light_field::{
+use sorairo_shared::field_kernels::{
     FieldUniform, OF_FIRST, OF_LISTED_RAY, Orders as OrdersAt, Tables, Values as ValuesAt,
 };
+use sorairo_shared::glam::{UVec2, Vec2, Vec3, Vec4};
 use sorairo_shared::moments::Moments;
 use sorairo_shared::multiple::Lanes;
 use sorairo_shared::profile::Atmosphere;
@@ -16,11 +16,10 @@ use sorairo_shared::single::Bands;
 
 use super::field::{Azimuths, OrdersMade};
 use super::grid::{Direction, Grid, directions};
-use super::kept::Keep;
 use super::resolution::Resolution;
 use super::series::{Closing, LAST};
 use super::setting::Setting;
-use super::view::{Light, Row, sight};
+use super::sights::{Light, Row, sight};
 use crate::plan::on_device::{FieldKernel, Keeping, Memory, PlanDevice, Reading, Step, Work};
 use crate::plan::quadrature::gauss_legendre;
 use crate::scene::Orders;
@@ -61,15 +60,10 @@ impl Room {
 pub struct DeviceField {
     memory: Memory,
     grid: Grid,
-    bytes: usize,
+    /// Memory that it takes (bytes).
+    pub bytes: usize,
     /// How it was made.
     pub orders: OrdersMade,
-}
-
-impl Keep for DeviceField {
-    fn bytes(&self) -> usize {
-        self.bytes
-    }
 }
 
 /// Bytes of a value.
@@ -408,9 +402,9 @@ pub fn light_of_rows(
         // Shorter rows repeat their last ray.
         let cosine = |column: usize| row.cosines[column.min(row.cosines.len() - 1)];
         let sight = |column| sight(setting, row.mu, cosine(column));
-        (0..columns).map(sight).flat_map(|[mu_s, nu]| [mu_s, nu]).collect::<Vec<f32>>()
+        (0..columns).map(sight).collect::<Vec<[f32; 2]>>()
     };
-    tables.sights = lists.add(rows.iter().flat_map(of_row));
+    tables.sights = lists.add(rows.iter().flat_map(of_row).flatten());
     let (groups, rays, suns) = (bands.len(), rows.len(), field.grid.suns.len());
     let nodes = rays * 2 * resolution.view_samples as usize;
     let first = resolution.first;

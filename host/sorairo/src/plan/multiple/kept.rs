@@ -49,6 +49,12 @@ impl<const N: usize> Keep for LightField<N> {
     }
 }
 
+impl Keep for DeviceField {
+    fn bytes(&self) -> usize {
+        self.bytes
+    }
+}
+
 /// All that something kept depends on.
 #[derive(Clone, PartialEq)]
 struct Key {

@@ -15,6 +15,7 @@ mod refined;
 mod resolution;
 mod series;
 mod setting;
+mod sights;
 mod suns;
 mod view;
 
@@ -25,4 +26,5 @@ pub use rays::Wavelengths;
 pub use refined::Refined;
 pub use resolution::{COMPARED_DEPTH, NEGLIGIBLE, Resolution};
 pub use setting::{Setting, cornette_shanks_moments};
-pub use view::{Light, MultipleLight, Row, TOGETHER, View, light_of_rows};
+pub use sights::{Light, Row};
+pub use view::{MultipleLight, TOGETHER, View, light_of_rows};

@@ -1,0 +1,850 @@
+//! The light field on a device: what each of its kernels does for one index.
+//!
+//! The theory is that of `multiple`, which computes the same on a processor, a tile of suns at a time. Here an invocation has one value, for a group of four
+//! bands, and the steps follow each other as dispatches:
+//!
+//! | kernel | of each | computes |
+//! | --- | --- | --- |
+//! | `field_nodes` | sample of a ray | what every sun and azimuth share: air, aerosol, the place between altitudes |
+//! | `field_functions` | ray, and sun | the spherical functions of its direction |
+//! | `field_first` | sight of a ray | the sun's light, scattered once or reflected; of a listed ray, for the fit to learn from, without what the ground reflects |
+//! | `field_first_fourier` | ray, sun and azimuthal number | its coefficient, after the phase functions |
+//! | `field_sources` | sample of a ray, and sun | the source that an order of the light field makes |
+//! | `field_gather` | sight of a ray | the light gathered from the sources |
+//! | `field_fourier` | ray, sun and azimuthal number | the coefficient of what was gathered |
+//! | `field_moments` | altitude, sun and moment | the moment of the order; and the irradiance of the ground |
+//! | `field_sum` | altitude, sun and moment | the orders, each times its factor |
+//!
+//! A *sight* of a ray is a sun seen from its origin at an azimuth.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::geometry::Ray;
+use crate::glam::{UVec2, Vec2, Vec3, Vec4};
+use crate::ground::{LAMBERT, direct_irradiance, ground_on_way};
+use crate::light_field::{
+    NodePlace, PER_MEAN_FREE_PATH, PieceSamples, SMALLEST, Sample, Sight, SunPlace, functions_of_air,
+    lit_from_end_to_end, place_of_altitude,
+};
+use crate::math::{PI, abs, acos, exp4, fetch, ln4, max, max4, safe_sqrt, store};
+use crate::moments::{Axis, Moments, Stencil, legendre};
+use crate::profile::{Atmosphere, column_densities, sun_column_densities};
+use crate::single::{Bands, SingleScattering, Way, optical_depth, single_scattering_placed_for};
+use crate::variant;
+
+/// [`Moments`] from a uniform, where they are the highest degree and the highest azimuthal number.
+#[inline(always)]
+fn moments_of(of: UVec2) -> Moments {
+    Moments { degree: of.x as usize, azimuthal: of.y as usize }
+}
+
+/// What every invocation of a kernel of the light field shares. The layout is that of a GPU uniform buffer.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct FieldUniform {
+    /// Planet and profiles.
+    pub atmosphere: Atmosphere,
+    /// For which the samples of a ray are placed.
+    pub placed_for: Bands,
+    /// Moments, as their highest degree and azimuthal number: of the first order, and of the directions of rays and suns.
+    pub first: UVec2,
+    /// Moments of the second order.
+    pub next: UVec2,
+    /// Moments of the orders after it.
+    pub later: UVec2,
+    /// Moments whose functions the nodes of the rays know.
+    pub at_nodes: UVec2,
+    /// Moments of the order that is gathered.
+    pub last: UVec2,
+    /// Those of them that are gathered.
+    pub taken: UVec2,
+    /// Moments of the order that is made.
+    pub of: UVec2,
+    /// Invocations of the dispatch.
+    pub invocations: u32,
+    /// Groups of four bands.
+    pub groups: u32,
+    /// Rays: those of a table, or of an observer.
+    pub rays: u32,
+    /// Samples on each of the two pieces of a ray.
+    pub samples: u32,
+    /// Altitudes of the table.
+    pub altitudes: u32,
+    /// Suns of the table.
+    pub suns: u32,
+    /// Sights of a ray.
+    pub sights: u32,
+    /// Azimuths of a ray of a table, whose sights are every sun at each of them; 0 for an observer's, whose sights are listed.
+    pub azimuths: u32,
+    /// 1 where what lies between suns is interpolated relative to its logarithm.
+    pub logarithmic: u32,
+    /// Orders that are summed.
+    pub orders: u32,
+    /// The share of altitudes for thin air; see [`place_of_altitude`].
+    pub thin_air: f32,
+    /// `χ_2` of air.
+    pub air: f32,
+    /// Unused; fills the last 16 bytes.
+    pub padding0: u32,
+    /// Unused, too.
+    pub padding1: u32,
+    /// Where the lists begin that the host wrote.
+    pub tables: Tables,
+    /// Where things begin that kernels leave for each other.
+    pub values: Values,
+    /// Where the orders of the light field are.
+    pub kept: Orders,
+}
+
+/// Where lists begin in [`FieldBuffers::tables`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Tables {
+    /// The axis of altitudes; see [`Axis`].
+    pub altitudes: u32,
+    /// The axis of suns.
+    pub suns: u32,
+    /// Of each ray its altitude (km), the cosine and the sine of its zenith angle, and its part of the integral over the cosine.
+    pub rays: u32,
+    /// Of each altitude its first ray, and the end.
+    pub first_rays: u32,
+    /// Of each sun the sine and the cosine of its zenith angle.
+    pub sun_angles: u32,
+    /// Cosines of the azimuths, then what the value at each adds to the amplitudes of their multiples.
+    pub azimuths: u32,
+    /// `χ_l` of aerosol.
+    pub aerosol: u32,
+    /// Of each sight of an observer's rays the cosines of the sun's zenith angle and of its angle from the ray, or listed rays.
+    pub sights: u32,
+    /// Of each order and each band how much it counts.
+    pub factors: u32,
+    /// Unused; fills the last 16 bytes.
+    pub padding0: u32,
+    /// Unused, too.
+    pub padding1: u32,
+    /// Unused, too.
+    pub padding2: u32,
+}
+
+/// Where things begin that kernels leave for each other: the first three in the functions, the others among the values.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Values {
+    /// Functions of aerosol at each node.
+    pub node_functions: u32,
+    /// Functions of each ray's direction.
+    pub ray_functions: u32,
+    /// Functions of each sun's.
+    pub sun_functions: u32,
+    /// Of each node where it is, its place between altitudes, the functions of air, and what is there.
+    pub nodes: u32,
+    /// Of each node what air and aerosol scatter and is seen.
+    pub scatterers: u32,
+    /// Of each ray its origin, and the ground that it meets.
+    pub origins: u32,
+    /// Of each ray what an irradiance of 1 on that ground adds to it.
+    pub grounds: u32,
+    /// Sources.
+    pub sources: u32,
+    /// Light of each sight; of the first order by constituents, of an observer with the irradiance of the ground.
+    pub light: u32,
+    /// Coefficients of `cos(m φ)`.
+    pub fourier: u32,
+    /// Unused; fills the last 16 bytes.
+    pub padding0: u32,
+    /// Unused, too.
+    pub padding1: u32,
+}
+
+/// Where the orders of a light field are, each with its moments and after them the irradiance of the ground.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Orders {
+    /// The one that is gathered.
+    pub last: u32,
+    /// The one that is made.
+    pub of: u32,
+    /// The mean radiances of the one that is made.
+    pub means: u32,
+    /// The sum.
+    pub sum: u32,
+}
+
+/// What kernels of the light field read.
+#[derive(Clone, Copy)]
+pub struct FieldBuffers<'a> {
+    /// Optical properties at the bands, four to a group.
+    pub bands: &'a [Bands],
+    /// Quadrature nodes: (place, weight) on [0, 1].
+    pub quadrature: &'a [Vec2],
+    /// Lists of numbers; see [`Tables`].
+    pub tables: &'a [f32],
+}
+
+/// Values of a node but those of its bands.
+const OF_NODE: usize = 4;
+/// Values of a ray's origin.
+const OF_ORIGIN: usize = 2;
+/// Values of a sight's light of the first order: of air, of aerosol, of the ground.
+pub const OF_FIRST: usize = 3;
+
+impl FieldUniform {
+    #[inline(always)]
+    fn group_count(&self) -> usize {
+        self.groups as usize
+    }
+
+    #[inline(always)]
+    fn nodes_of_ray(&self) -> usize {
+        2 * self.samples as usize
+    }
+
+    #[inline(always)]
+    fn sun_axis<'a>(&self, tables: &'a [f32]) -> Axis<'a> {
+        Axis { values: tables, first: self.tables.suns as usize, count: self.suns as usize }
+    }
+
+    #[inline(always)]
+    fn altitude_axis<'a>(&self, tables: &'a [f32]) -> Axis<'a> {
+        Axis { values: tables, first: self.tables.altitudes as usize, count: self.altitudes as usize }
+    }
+
+    /// Where the sources of a node under a sun begin.
+    #[inline(always)]
+    fn source(&self, node: usize, sun: usize, group: usize) -> usize {
+        let of_sun = (self.taken.y as usize + 2) * self.group_count();
+        self.values.sources as usize + (node * self.suns as usize + sun) * of_sun + group
+    }
+
+    /// Where an order's irradiance of the ground begins, after its moments.
+    #[inline(always)]
+    fn irradiance(&self, order: u32, of: UVec2) -> usize {
+        let moments = self.altitudes as usize * self.suns as usize * moments_of(of).count();
+        order as usize + moments * self.group_count()
+    }
+}
+
+/// A ray as the tables have it: altitude (km), the cosine and the sine of its zenith angle, weight.
+#[inline(always)]
+fn ray_of(uniform: &FieldUniform, tables: &[f32], ray: usize) -> Vec4 {
+    four_of(tables, uniform.tables.rays as usize + 4 * ray)
+}
+
+#[inline(always)]
+fn four_of(tables: &[f32], at: usize) -> Vec4 {
+    Vec4::new(fetch(tables, at), fetch(tables, at + 1), fetch(tables, at + 2), fetch(tables, at + 3))
+}
+
+/// Kernel `field_nodes`: a node of a ray; with its first, the ray's origin and the ground that it meets.
+#[inline(always)]
+pub fn field_node(
+    uniform: &FieldUniform,
+    buffers: FieldBuffers<'_>,
+    functions: &mut [f32],
+    values: &mut [Vec4],
+    node: usize,
+    variant: u32,
+) {
+    let atmosphere = &uniform.atmosphere;
+    let (ray_number, index) = (node / uniform.nodes_of_ray(), node % uniform.nodes_of_ray());
+    let ray = ray_of(uniform, buffers.tables, ray_number);
+    let in_plane = Ray::new(ray.x, Vec3::new(ray.z, 0.0, ray.y), Vec3::Z);
+    let way = Way::new(atmosphere.shell(), in_plane, variant & !variant::SHADOW);
+    if index == 0 {
+        store_origin(uniform, buffers, values, ray_number, way, variant);
+    }
+    let rising = index >= uniform.samples as usize;
+    let interval = way.lit(false, rising);
+    let at = uniform.values.nodes as usize + OF_NODE * node;
+    if interval.end > interval.start {
+        let samples = PieceSamples::new(atmosphere, &uniform.placed_for, way, interval, rising, variant);
+        let quadrature = fetch(buffers.quadrature, index % uniform.samples as usize);
+        let sample = samples.at(atmosphere, quadrature, variant);
+        let sine = safe_sqrt(1.0 - sample.mu * sample.mu);
+        let place = place_of_altitude(atmosphere, uniform.thin_air, sample.altitude);
+        let Stencil { first, weights } = uniform.altitude_axis(buffers.tables).stencil(place, 0);
+        let radius = atmosphere.ground_radius + sample.altitude;
+        store(values, at, Vec4::new(sample.mu, sine, sample.distance, radius));
+        store(values, at + 1, Vec4::from_array(weights));
+        store(values, at + 2, functions_of_air(uniform.air, sample.mu, sine));
+        store(values, at + 3, Vec4::new(sample.altitude, sample.density.x, sample.density.y, first as f32));
+        if variant & variant::AEROSOL != 0 {
+            store_aerosol_functions(uniform, buffers.tables, functions, node, Vec2::new(sample.mu, sine));
+        }
+        store_scatterers(uniform, buffers.bands, values, node, sample);
+    } else {
+        // A node of no ray: its radius says so.
+        store(values, at, Vec4::ZERO);
+    }
+}
+
+#[inline(always)]
+fn store_origin(
+    uniform: &FieldUniform,
+    buffers: FieldBuffers<'_>,
+    values: &mut [Vec4],
+    ray: usize,
+    way: Way,
+    variant: u32,
+) {
+    let atmosphere = &uniform.atmosphere;
+    let Vec4 { x: altitude, z: sine, .. } = ray_of(uniform, buffers.tables, ray);
+    let ground = ground_on_way(atmosphere, way, variant);
+    let radius = atmosphere.ground_radius + way.ray.altitude;
+    // Where a ray from outside enters, it is as far from the planet's centre as anywhere else.
+    let sine = sine * ((atmosphere.ground_radius + altitude) / radius);
+    let at = uniform.values.origins as usize + OF_ORIGIN * ray;
+    let is_seen = if ground.is_seen { 1.0 } else { 0.0 };
+    store(values, at, Vec4::new(radius, way.ray.mu, sine, ground.distance));
+    store(values, at + 1, Vec4::new(is_seen, 0.0, 0.0, 0.0));
+    let mut group = 0;
+    while group < uniform.group_count() {
+        let bands = fetch(buffers.bands, group);
+        let seen = exp4(-optical_depth(&bands, ground.along)) * bands.albedo * (LAMBERT * is_seen);
+        store(values, uniform.values.grounds as usize + ray * uniform.group_count() + group, seen);
+        group += 1;
+    }
+}
+
+/// The functions of a node's direction times `χ_l`; `angle` is the cosine and the sine of its zenith angle.
+#[inline(always)]
+fn store_aerosol_functions(uniform: &FieldUniform, tables: &[f32], functions: &mut [f32], node: usize, angle: Vec2) {
+    let moments = moments_of(uniform.at_nodes);
+    let first = uniform.values.node_functions as usize + node * moments.count();
+    legendre(moments, angle.x, angle.y, functions, first);
+    let mut at = first;
+    let mut m = 0;
+    while m <= moments.azimuthal {
+        let mut l = m;
+        while l <= moments.degree {
+            let chi = fetch(tables, uniform.tables.aerosol as usize + l);
+            let function = fetch(functions, at);
+            store(functions, at, function * chi);
+            at += 1;
+            l += 1;
+        }
+        m += 1;
+    }
+}
+
+/// What air and aerosol of a node scatter and is seen: `T β ρ` times the length that it stands for.
+#[inline(always)]
+fn store_scatterers(uniform: &FieldUniform, bands: &[Bands], values: &mut [Vec4], node: usize, sample: Sample) {
+    let mut group = 0;
+    while group < uniform.group_count() {
+        let bands = fetch(bands, group);
+        let seen = exp4(-optical_depth(&bands, sample.to_observer)) * sample.weight;
+        let at = scatterers_at(uniform, node, group);
+        store(values, at, seen * bands.air_scattering * sample.density.x);
+        store(values, at + 1, seen * bands.aerosol_scattering * sample.density.y);
+        group += 1;
+    }
+}
+
+#[inline(always)]
+fn scatterers_at(uniform: &FieldUniform, node: usize, group: usize) -> usize {
+    uniform.values.scatterers as usize + 2 * (node * uniform.group_count() + group)
+}
+
+/// Where a node is; its radius is 0 for one of no ray.
+#[inline(always)]
+fn place_of_node(uniform: &FieldUniform, values: &[Vec4], node: usize) -> NodePlace {
+    let place = fetch(values, uniform.values.nodes as usize + OF_NODE * node);
+    NodePlace { mu: place.x, sine: place.y, distance: place.z, radius: place.w }
+}
+
+/// Kernel `field_functions`: the spherical functions of a ray's direction or, after those of all rays, of a sun's.
+#[inline(always)]
+pub fn field_function(uniform: &FieldUniform, tables: &[f32], functions: &mut [f32], index: usize) {
+    let moments = moments_of(uniform.first);
+    let rays = uniform.rays as usize;
+    if index < rays {
+        let ray = ray_of(uniform, tables, index);
+        let at = uniform.values.ray_functions as usize + index * moments.count();
+        legendre(moments, ray.y, ray.z, functions, at);
+    } else {
+        let sun = index - rays;
+        let angle = sun_angle(uniform, tables, sun);
+        let at = uniform.values.sun_functions as usize + sun * moments.count();
+        legendre(moments, angle.y, angle.x, functions, at);
+    }
+}
+
+/// Sine and cosine of the zenith angle of a sun of the table.
+#[inline(always)]
+fn sun_angle(uniform: &FieldUniform, tables: &[f32], sun: usize) -> Vec2 {
+    let at = uniform.tables.sun_angles as usize + 2 * sun;
+    Vec2::new(fetch(tables, at), fetch(tables, at + 1))
+}
+
+/// A ray's origin: its radius (km), the cosine and the sine of the zenith angle there, the distance of the ground (km).
+#[inline(always)]
+fn origin_of(uniform: &FieldUniform, values: &[Vec4], ray: usize) -> Vec4 {
+    fetch(values, uniform.values.origins as usize + OF_ORIGIN * ray)
+}
+
+#[inline(always)]
+fn meets_ground(uniform: &FieldUniform, values: &[Vec4], ray: usize) -> bool {
+    fetch(values, uniform.values.origins as usize + OF_ORIGIN * ray + 1).x > 0.0
+}
+
+/// A sight of a ray of a table: a sun at one of the azimuths.
+#[inline(always)]
+fn table_sight(uniform: &FieldUniform, tables: &[f32], origin: Vec4, sight: usize) -> Sight {
+    let azimuths = uniform.azimuths as usize;
+    let (sun, azimuth) = (sight / azimuths, sight % azimuths);
+    let angle = sun_angle(uniform, tables, sun);
+    let cosine = fetch(tables, uniform.tables.azimuths as usize + azimuth);
+    let near = if sun > 0 { sun - 1 } else { 0 };
+    Sight { mu_s: angle.y, nu: origin.y * angle.y + origin.z * angle.x * cosine, near }
+}
+
+/// Kernel `field_first`: light of the first order at a group of bands in a sight of a table's ray, by its constituents before their phase functions; without
+/// azimuths that of a listed ray, which is no table's and whose ground is left out.
+#[inline(always)]
+pub fn field_first(uniform: &FieldUniform, buffers: FieldBuffers<'_>, values: &mut [Vec4], index: usize, variant: u32) {
+    let atmosphere = &uniform.atmosphere;
+    let (place, group) = (index / uniform.group_count(), index % uniform.group_count());
+    let bands = fetch(buffers.bands, group);
+    let is_of_table = uniform.azimuths > 0;
+    let (mut ray_number, mut sight) = (0, Sight { mu_s: 0.0, nu: 0.0, near: 0 });
+    let mut of_ground = Vec4::ZERO;
+    let ray;
+    if is_of_table {
+        ray_number = place / uniform.sights as usize;
+        let sight_number = place % uniform.sights as usize;
+        let origin = origin_of(uniform, values, ray_number);
+        sight = table_sight(uniform, buffers.tables, origin, sight_number);
+        ray = table_ray(uniform, buffers.tables, ray_number, sight_number);
+        if meets_ground(uniform, values, ray_number) {
+            let mu_s = mu_s_on_ground(atmosphere, origin, sight);
+            let seen = fetch(values, uniform.values.grounds as usize + ray_number * uniform.group_count() + group);
+            of_ground = direct_irradiance(atmosphere, &bands, mu_s, variant) * seen;
+        }
+    } else {
+        ray = listed_ray(uniform, buffers.tables, place);
+    }
+    let light = if is_of_table && ((variant & variant::SHADOW == 0) || lit_from_end_to_end(atmosphere, ray)) {
+        lit_ray(uniform, values, &bands, (ray_number, group), sight, variant)
+    } else {
+        let placed_for = &uniform.placed_for;
+        let (quadrature, crowding) = (buffers.quadrature, PER_MEAN_FREE_PATH);
+        single_scattering_placed_for(atmosphere, &bands, placed_for, crowding, quadrature, ray, variant)
+    };
+    let at = uniform.values.light as usize + OF_FIRST * index;
+    store(values, at, light.air);
+    store(values, at + 1, light.aerosol);
+    store(values, at + 2, of_ground);
+}
+
+/// A ray of a table, with the sun of a sight.
+#[inline(always)]
+fn table_ray(uniform: &FieldUniform, tables: &[f32], ray: usize, sight: usize) -> Ray {
+    let azimuths = uniform.azimuths as usize;
+    let of_ray = ray_of(uniform, tables, ray);
+    let sun = sun_angle(uniform, tables, sight / azimuths);
+    let cosine = fetch(tables, uniform.tables.azimuths as usize + sight % azimuths);
+    let view = Vec3::new(of_ray.z * cosine, of_ray.z * safe_sqrt(1.0 - cosine * cosine), of_ray.y);
+    Ray::new(of_ray.x, view, Vec3::new(sun.x, 0.0, sun.y))
+}
+
+/// Numbers of a listed ray: its altitude (km), its direction, that of the sun.
+pub const OF_LISTED_RAY: usize = 7;
+
+#[inline(always)]
+fn listed_ray(uniform: &FieldUniform, tables: &[f32], ray: usize) -> Ray {
+    let at = uniform.tables.sights as usize + OF_LISTED_RAY * ray;
+    let vector = move |at: usize| Vec3::new(fetch(tables, at), fetch(tables, at + 1), fetch(tables, at + 2));
+    Ray::new(fetch(tables, at), vector(at + 1), vector(at + 4))
+}
+
+/// Cosine of the zenith angle of a sight's sun where a ray meets the ground.
+#[inline(always)]
+fn mu_s_on_ground(atmosphere: &Atmosphere, origin: Vec4, sight: Sight) -> f32 {
+    (origin.x * sight.mu_s + origin.w * sight.nu) / atmosphere.ground_radius
+}
+
+/// Light scattered once along a ray of a table that is lit from end to end, at a group of bands, of air and of aerosol before their phase functions.
+#[inline(always)]
+fn lit_ray(
+    uniform: &FieldUniform,
+    values: &[Vec4],
+    bands: &Bands,
+    (ray, group): (usize, usize),
+    sight: Sight,
+    variant: u32,
+) -> SingleScattering {
+    let atmosphere = &uniform.atmosphere;
+    let radius = origin_of(uniform, values, ray).x;
+    let (mut air, mut aerosol) = (Vec4::ZERO, Vec4::ZERO);
+    let mut node = ray * uniform.nodes_of_ray();
+    let end = node + uniform.nodes_of_ray();
+    while node < end {
+        let place = place_of_node(uniform, values, node);
+        if place.radius > 0.0 {
+            let there = fetch(values, uniform.values.nodes as usize + OF_NODE * node + 3);
+            let (altitude, density) = (there.x, Vec2::new(there.y, there.z));
+            let mu_s = place.mu_s(radius, sight);
+            let outwards = column_densities(atmosphere, altitude, density, abs(mu_s), variant);
+            let along = sun_column_densities(atmosphere, altitude, outwards, mu_s, variant);
+            let sunlight = exp4(-optical_depth(bands, along));
+            let at = scatterers_at(uniform, node, group);
+            air += fetch(values, at) * sunlight;
+            aerosol += fetch(values, at + 1) * sunlight;
+        }
+        node += 1;
+    }
+    SingleScattering { air, aerosol }
+}
+
+/// Kernel `field_first_fourier`: the coefficient of `cos(n φ)` of the first order's light, after the phase functions, for a ray, a sun and a group of bands.
+///
+/// What was integrated at some azimuths is a sum of their multiples `cos(j φ)`. The phase functions are sums of `cos(m φ)` by the addition theorem, and the
+/// integral over the circle of three cosines is left.
+#[inline(always)]
+pub fn field_first_fourier(
+    uniform: &FieldUniform,
+    tables: &[f32],
+    functions: &[f32],
+    values: &mut [Vec4],
+    index: usize,
+    variant: u32,
+) {
+    let (groups, suns) = (uniform.group_count(), uniform.suns as usize);
+    let numbers = uniform.first.y as usize + 1;
+    let (place, group) = (index / groups, index % groups);
+    let (under_sun, n) = (place / numbers, place % numbers);
+    let (ray, sun) = (under_sun / suns, under_sun % suns);
+    let azimuths = uniform.azimuths as usize;
+    let mut coefficient = Vec4::ZERO;
+    let mut j = 0;
+    while j < azimuths {
+        let (mut air, mut aerosol, mut ground) = (Vec4::ZERO, Vec4::ZERO, Vec4::ZERO);
+        let mut azimuth = 0;
+        while azimuth < azimuths {
+            let share = amplitude(uniform, tables, j, azimuth);
+            let sight = (ray * suns + sun) * azimuths + azimuth;
+            let at = uniform.values.light as usize + OF_FIRST * (sight * groups + group);
+            air += fetch(values, at) * share;
+            aerosol += fetch(values, at + 1) * share;
+            ground += fetch(values, at + 2) * share;
+            azimuth += 1;
+        }
+        let of_multiple = move |m: usize| phases(uniform, tables, functions, (ray, sun), m, variant);
+        let difference = n.abs_diff(j);
+        let mut phases = of_multiple(difference) + of_multiple(n + j);
+        if difference == 0 {
+            phases += of_multiple(0);
+        }
+        if n + j == 0 {
+            phases += of_multiple(0);
+        }
+        phases *= 0.5 * PI;
+        coefficient += air * phases.x + aerosol * phases.y + ground * phases.z;
+        j += 1;
+    }
+    store(values, uniform.values.fourier as usize + index, coefficient);
+}
+
+/// What the value at an azimuth adds to the amplitude of `cos(j φ)`.
+#[inline(always)]
+fn amplitude(uniform: &FieldUniform, tables: &[f32], j: usize, azimuth: usize) -> f32 {
+    let azimuths = uniform.azimuths as usize;
+    fetch(tables, uniform.tables.azimuths as usize + azimuths * (1 + j) + azimuth)
+}
+
+/// The coefficients of `cos(m φ)` of the phase functions of (air, aerosol, what has none) between a ray's direction and a sun's.
+#[inline(always)]
+fn phases(
+    uniform: &FieldUniform,
+    tables: &[f32],
+    functions: &[f32],
+    (ray, sun): (usize, usize),
+    m: usize,
+    variant: u32,
+) -> Vec3 {
+    let moments = moments_of(uniform.first);
+    let mut phases = Vec3::new(0.0, 0.0, if m == 0 { 1.0 } else { 0.0 });
+    if m <= moments.azimuthal {
+        let of_ray = uniform.values.ray_functions as usize + ray * moments.count() + moments.first(m);
+        let of_sun = uniform.values.sun_functions as usize + sun * moments.count() + moments.first(m);
+        let product = move |l: usize| fetch(functions, of_ray + l - m) * fetch(functions, of_sun + l - m);
+        if m == 0 {
+            phases.x += product(0);
+        }
+        if m <= 2 {
+            phases.x += uniform.air * product(2);
+        }
+        if variant & variant::AEROSOL != 0 {
+            let mut l = m;
+            while l <= moments.degree {
+                phases.y += fetch(tables, uniform.tables.aerosol as usize + l) * product(l);
+                l += 1;
+            }
+        }
+    }
+    phases
+}
+
+/// Kernel `field_sources`: the source at a node of a ray towards its origin, under a sun and for each azimuthal number: `Σ_l χ_l L_lm N_lm P_l^m`; where what
+/// lies between suns is interpolated by logarithms, relative to its size, whose logarithm follows.
+#[inline(always)]
+pub fn field_source(
+    uniform: &FieldUniform,
+    functions: &[f32],
+    values: &mut [Vec4],
+    orders: &[Vec4],
+    index: usize,
+    variant: u32,
+) {
+    let (groups, suns) = (uniform.group_count(), uniform.suns as usize);
+    let (place, group) = (index / groups, index % groups);
+    let (node, sun) = (place / suns, place % suns);
+    let at = uniform.values.nodes as usize + OF_NODE * node;
+    if fetch(values, at).w > 0.0 {
+        let (weights, of_air) = (fetch(values, at + 1), fetch(values, at + 2));
+        let first_altitude = fetch(values, at + 3).w as usize;
+        let (taken, last, known) = (moments_of(uniform.taken), moments_of(uniform.last), moments_of(uniform.at_nodes));
+        let of_sun = last.count() * groups;
+        let first = uniform.kept.last as usize + (first_altitude * suns + sun) * of_sun + group;
+        let step = suns * of_sun;
+        let moment = move |number: usize| {
+            let at = first + number * groups;
+            fetch(orders, at) * weights.x
+                + fetch(orders, at + step) * weights.y
+                + fetch(orders, at + 2 * step) * weights.z
+                + fetch(orders, at + 3 * step) * weights.w
+        };
+        let scatterers = scatterers_at(uniform, node, group);
+        let (air, aerosol) = (fetch(values, scatterers), fetch(values, scatterers + 1));
+        let to = uniform.source(node, sun, group);
+        let mut size = Vec4::ZERO;
+        let mut m = 0;
+        while m <= taken.azimuthal {
+            let mut source = Vec4::ZERO;
+            if variant & variant::AEROSOL != 0 {
+                let of_aerosol = uniform.values.node_functions as usize + node * known.count() + known.first(m);
+                let mut l = m;
+                while l <= taken.degree {
+                    source += moment(last.first(m) + l - m) * fetch(functions, of_aerosol + l - m);
+                    l += 1;
+                }
+                source *= aerosol;
+            }
+            if m == 0 {
+                source += (moment(0) * of_air.x + moment(2) * of_air.y) * air;
+            } else if m == 1 {
+                source += moment(last.first(1) + 1) * of_air.z * air;
+            } else if m == 2 {
+                source += moment(last.first(2)) * of_air.w * air;
+            }
+            store(values, to + m * groups, source);
+            size += source.abs();
+            m += 1;
+        }
+        if uniform.logarithmic != 0 {
+            let least = max4((air + aerosol) * SMALLEST[0], SMALLEST[1]);
+            size = Vec4::new(max(size.x, least.x), max(size.y, least.y), max(size.z, least.z), max(size.w, least.w));
+            let inverse = Vec4::ONE / size;
+            m = 0;
+            while m <= taken.azimuthal {
+                let source = fetch(values, to + m * groups);
+                store(values, to + m * groups, source * inverse);
+                m += 1;
+            }
+            store(values, to + m * groups, ln4(size));
+        }
+    }
+}
+
+/// Kernel `field_gather`: the light that is gathered in a sight of a ray at a group of bands, with that of the ground for a ray of a table; for an observer's
+/// the irradiance of the ground stands beside it.
+#[inline(always)]
+pub fn field_gather(uniform: &FieldUniform, tables: &[f32], values: &mut [Vec4], orders: &[Vec4], index: usize) {
+    let groups = uniform.group_count();
+    let (place, group) = (index / groups, index % groups);
+    let (ray, number) = (place / uniform.sights as usize, place % uniform.sights as usize);
+    let origin = origin_of(uniform, values, ray);
+    let is_of_table = uniform.azimuths > 0;
+    let sight = if is_of_table {
+        table_sight(uniform, tables, origin, number)
+    } else {
+        let at = uniform.tables.sights as usize + 2 * place;
+        Sight { mu_s: fetch(tables, at), nu: fetch(tables, at + 1), near: uniform.suns as usize / 2 }
+    };
+    let axis = uniform.sun_axis(tables);
+    let mut light = Vec4::ZERO;
+    let mut node = ray * uniform.nodes_of_ray();
+    let end = node + uniform.nodes_of_ray();
+    while node < end {
+        let there = place_of_node(uniform, values, node);
+        if there.radius > 0.0 {
+            let SunPlace { suns, cosine } = there.sun(axis, origin.x, sight);
+            light += light_of_node(uniform, values, (node, group), suns, cosine);
+        }
+        node += 1;
+    }
+    let mut irradiance = Vec4::ZERO;
+    if meets_ground(uniform, values, ray) {
+        let Stencil { first, weights } =
+            axis.stencil(acos(mu_s_on_ground(&uniform.atmosphere, origin, sight)), sight.near);
+        let from = uniform.irradiance(uniform.kept.last, uniform.last) + first * groups + group;
+        irradiance = fetch(orders, from) * weights[0]
+            + fetch(orders, from + groups) * weights[1]
+            + fetch(orders, from + 2 * groups) * weights[2]
+            + fetch(orders, from + 3 * groups) * weights[3];
+        if is_of_table {
+            light += irradiance * fetch(values, uniform.values.grounds as usize + ray * groups + group);
+        }
+    }
+    if is_of_table {
+        store(values, uniform.values.light as usize + index, light);
+    } else {
+        store(values, uniform.values.light as usize + 2 * index, light);
+        store(values, uniform.values.light as usize + 2 * index + 1, irradiance);
+    }
+}
+
+/// The light that the sources of a node send under a sun between four: `Σ_m S_m cos(m φ)`.
+#[inline(always)]
+fn light_of_node(
+    uniform: &FieldUniform,
+    values: &[Vec4],
+    (node, group): (usize, usize),
+    suns: Stencil,
+    cosine: f32,
+) -> Vec4 {
+    let groups = uniform.group_count();
+    let numbers = uniform.taken.y as usize + 1;
+    let step = (numbers + 1) * groups;
+    let weights = suns.weights;
+    let first = uniform.source(node, suns.first, group);
+    let mut sum = Vec4::ZERO;
+    // cos((m + 1) φ) = 2 cos φ cos(m φ) - cos((m - 1) φ)
+    let (mut before, mut value) = (cosine, 1.0);
+    let mut m = 0;
+    while m < numbers {
+        let at = first + m * groups;
+        let between = fetch(values, at) * weights[0]
+            + fetch(values, at + step) * weights[1]
+            + fetch(values, at + 2 * step) * weights[2]
+            + fetch(values, at + 3 * step) * weights[3];
+        sum += between * value;
+        let next = 2.0 * cosine * value - before;
+        before = value;
+        value = next;
+        m += 1;
+    }
+    if uniform.logarithmic != 0 {
+        let at = first + numbers * groups;
+        let (a, b) = (fetch(values, at), fetch(values, at + step));
+        let (c, d) = (fetch(values, at + 2 * step), fetch(values, at + 3 * step));
+        // A cubic through logarithms may not leave their range: where they fall off a cliff it would explode.
+        let (low, high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
+        let between = a * weights[0] + b * weights[1] + c * weights[2] + d * weights[3];
+        sum *= exp4(between.max(low).min(high));
+    }
+    sum
+}
+
+/// Kernel `field_fourier`: the integral over the circle of the light that was gathered against `cos(m φ)`, for a ray, a sun and a group of bands.
+#[inline(always)]
+pub fn field_fourier(uniform: &FieldUniform, tables: &[f32], values: &mut [Vec4], index: usize) {
+    let groups = uniform.group_count();
+    let numbers = uniform.of.y as usize + 1;
+    let (place, group) = (index / groups, index % groups);
+    let (under_sun, m) = (place / numbers, place % numbers);
+    let azimuths = uniform.azimuths as usize;
+    let around = if m == 0 { 2.0 * PI } else { PI };
+    let mut coefficient = Vec4::ZERO;
+    let mut azimuth = 0;
+    while azimuth < azimuths {
+        let at = uniform.values.light as usize + (under_sun * azimuths + azimuth) * groups + group;
+        coefficient += fetch(values, at) * (around * amplitude(uniform, tables, m, azimuth));
+        azimuth += 1;
+    }
+    store(values, uniform.values.fourier as usize + index, coefficient);
+}
+
+/// Kernel `field_moments`: a moment of an order at an altitude, under a sun and at a group of bands; after those of all altitudes the irradiance of the
+/// ground.
+#[inline(always)]
+pub fn field_moment(
+    uniform: &FieldUniform,
+    tables: &[f32],
+    functions: &[f32],
+    values: &[Vec4],
+    orders: &mut [Vec4],
+    index: usize,
+) {
+    let (groups, suns) = (uniform.group_count(), uniform.suns as usize);
+    let (of, first) = (moments_of(uniform.of), moments_of(uniform.first));
+    let (place, group) = (index / groups, index % groups);
+    let (under_sun, moment) = (place / of.count(), place % of.count());
+    let (mut altitude, mut sun) = (under_sun / suns, under_sun % suns);
+    let is_irradiance = altitude >= uniform.altitudes as usize;
+    if is_irradiance {
+        altitude = 0;
+        sun = place - uniform.altitudes as usize * suns * of.count();
+    }
+    let mut m = 0;
+    while !is_irradiance & (moment >= of.first(m + 1)) {
+        m += 1;
+    }
+    let function = first.first(m) + moment - of.first(m);
+    let starts = uniform.tables.first_rays as usize;
+    let mut ray = fetch(tables, starts + altitude) as usize;
+    let end = fetch(tables, starts + altitude + 1) as usize;
+    let mut sum = Vec4::ZERO;
+    while ray < end {
+        let of_ray = ray_of(uniform, tables, ray);
+        let fourier = uniform.values.fourier as usize + ((ray * suns + sun) * (of.azimuthal + 1) + m) * groups + group;
+        let weight = if is_irradiance {
+            max(of_ray.y, 0.0)
+        } else {
+            fetch(functions, uniform.values.ray_functions as usize + ray * first.count() + function)
+        };
+        sum += fetch(values, fourier) * (weight * of_ray.w);
+        ray += 1;
+    }
+    store(orders, uniform.kept.of as usize + index, sum);
+    if !is_irradiance & (moment == 0) {
+        store(orders, uniform.kept.means as usize + under_sun * groups + group, sum);
+    }
+}
+
+/// Kernel `field_sum`: a moment, or the irradiance of the ground, of all orders, each times its factor.
+#[inline(always)]
+pub fn field_sum(uniform: &FieldUniform, tables: &[f32], orders: &mut [Vec4], index: usize) {
+    let groups = uniform.group_count();
+    let nodes = uniform.altitudes as usize * uniform.suns as usize;
+    let (first, next, later) = (moments_of(uniform.first), moments_of(uniform.next), moments_of(uniform.later));
+    let (place, group) = (index / groups, index % groups);
+    let (node, moment) = (place / first.count(), place % first.count());
+    let is_irradiance = node >= nodes;
+    let mut m = 0;
+    while !is_irradiance & (moment >= first.first(m + 1)) {
+        m += 1;
+    }
+    let degree = m + moment - first.first(m);
+    let mut sum = fetch(orders, uniform.kept.of as usize + index);
+    let mut at = uniform.kept.last as usize;
+    let mut order = 0;
+    while order < uniform.orders as usize {
+        // A choice between two places in memory is none that SPIR-V has: each number is chosen by itself.
+        let of = Moments {
+            degree: if order == 0 { next.degree } else { later.degree },
+            azimuthal: if order == 0 { next.azimuthal } else { later.azimuthal },
+        };
+        let factor = four_of(tables, uniform.tables.factors as usize + 4 * (order * groups + group));
+        if is_irradiance {
+            let sun = place - nodes * first.count();
+            sum += fetch(orders, at + (nodes * of.count() + sun) * groups + group) * factor;
+        } else if (m <= of.azimuthal) & (degree <= of.degree) {
+            sum += fetch(orders, at + (node * of.count() + of.first(m) + degree - m) * groups + group) * factor;
+        }
+        at += (nodes * of.count() + uniform.suns as usize) * groups;
+        order += 1;
+    }
+    store(orders, uniform.kept.sum as usize + index, sum);
+}

@@ -215,9 +215,9 @@ pub fn field_first(
     }
 }
 
-/// Its coefficients, after the phase functions.
+/// The coefficients of the phase functions.
 #[spirv(compute(threads(64)))]
-pub fn field_first_fourier(
+pub fn field_phases(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
     #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &FieldUniform,
@@ -226,7 +226,20 @@ pub fn field_first_fourier(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        field_kernels::field_first_fourier(uniform, tables, functions, values, id.x as usize, variant);
+        field_kernels::field_phase(uniform, tables, functions, values, id.x as usize, variant);
+    }
+}
+
+/// Coefficients of the first order's light, after the phase functions.
+#[spirv(compute(threads(64)))]
+pub fn field_first_fourier(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &FieldUniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] tables: &[f32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
+) {
+    if id.x < uniform.invocations {
+        field_kernels::field_first_fourier(uniform, tables, values, id.x as usize);
     }
 }
 

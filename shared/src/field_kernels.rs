@@ -7,6 +7,7 @@
 //! | --- | --- | --- |
 //! | `field_nodes` | sample of a ray | what every sun and azimuth share: air, aerosol, the place between altitudes |
 //! | `field_functions` | ray, and sun | the spherical functions of its direction |
+//! | `field_phases` | ray, sun and azimuthal number | the phase functions' coefficient |
 //! | `field_first` | sight of a ray | the sun's light, scattered once or reflected; of a listed ray, for the fit to learn from, without what the ground reflects |
 //! | `field_first_fourier` | ray, sun and azimuthal number | its coefficient, after the phase functions |
 //! | `field_sources` | sample of a ray, and sun | the source that an order of the light field makes |
@@ -148,12 +149,12 @@ pub struct Values {
     pub sources: u32,
     /// Light of each sight; of the first order by constituents, of an observer with the irradiance of the ground.
     pub light: u32,
+    /// Those of the phase functions for each ray and sun.
+    pub phases: u32,
     /// Coefficients of `cos(m φ)`.
     pub fourier: u32,
     /// Unused; fills the last 16 bytes.
-    pub padding0: u32,
-    /// Unused, too.
-    pub padding1: u32,
+    pub padding: u32,
 }
 
 /// Where the orders of a light field are, each with its moments and after them the irradiance of the ground.
@@ -497,12 +498,10 @@ fn lit_ray(
     SingleScattering { air, aerosol }
 }
 
-/// Kernel `field_first_fourier`: the coefficient of `cos(n φ)` of the first order's light, after the phase functions, for a ray, a sun and a group of bands.
-///
-/// What was integrated at some azimuths is a sum of their multiples `cos(j φ)`. The phase functions are sums of `cos(m φ)` by the addition theorem, and the
-/// integral over the circle of three cosines is left.
+/// Kernel `field_phases`: the coefficients of `cos(m φ)` of the phase functions of (air, aerosol, what has none) between a ray's direction and a sun's, by the
+/// addition theorem.
 #[inline(always)]
-pub fn field_first_fourier(
+pub fn field_phase(
     uniform: &FieldUniform,
     tables: &[f32],
     functions: &[f32],
@@ -510,11 +509,39 @@ pub fn field_first_fourier(
     index: usize,
     variant: u32,
 ) {
-    let (groups, suns) = (uniform.group_count(), uniform.suns as usize);
+    let moments = moments_of(uniform.first);
+    let suns = uniform.suns as usize;
+    let (under_sun, m) = (index / (moments.azimuthal + 1), index % (moments.azimuthal + 1));
+    let of_ray = uniform.values.ray_functions as usize + under_sun / suns * moments.count() + moments.first(m);
+    let of_sun = uniform.values.sun_functions as usize + under_sun % suns * moments.count() + moments.first(m);
+    let product = move |l: usize| fetch(functions, of_ray + l - m) * fetch(functions, of_sun + l - m);
+    let mut phases = Vec4::new(0.0, 0.0, if m == 0 { 1.0 } else { 0.0 }, 0.0);
+    if m == 0 {
+        phases.x += product(0);
+    }
+    if m <= 2 {
+        phases.x += uniform.air * product(2);
+    }
+    if variant & variant::AEROSOL != 0 {
+        let mut l = m;
+        while l <= moments.degree {
+            phases.y += fetch(tables, uniform.tables.aerosol as usize + l) * product(l);
+            l += 1;
+        }
+    }
+    store(values, uniform.values.phases as usize + index, phases);
+}
+
+/// Kernel `field_first_fourier`: the coefficient of `cos(n φ)` of the first order's light, after the phase functions, for a ray, a sun and a group of bands.
+///
+/// What was integrated at some azimuths is a sum of their multiples `cos(j φ)`. The phase functions are sums of `cos(m φ)` by the addition theorem, and the
+/// integral over the circle of three cosines is left.
+#[inline(always)]
+pub fn field_first_fourier(uniform: &FieldUniform, tables: &[f32], values: &mut [Vec4], index: usize) {
+    let groups = uniform.group_count();
     let numbers = uniform.first.y as usize + 1;
     let (place, group) = (index / groups, index % groups);
     let (under_sun, n) = (place / numbers, place % numbers);
-    let (ray, sun) = (under_sun / suns, under_sun % suns);
     let azimuths = uniform.azimuths as usize;
     let mut coefficient = Vec4::ZERO;
     let mut j = 0;
@@ -523,24 +550,23 @@ pub fn field_first_fourier(
         let mut azimuth = 0;
         while azimuth < azimuths {
             let share = amplitude(uniform, tables, j, azimuth);
-            let sight = (ray * suns + sun) * azimuths + azimuth;
+            let sight = under_sun * azimuths + azimuth;
             let at = uniform.values.light as usize + OF_FIRST * (sight * groups + group);
             air += fetch(values, at) * share;
             aerosol += fetch(values, at + 1) * share;
             ground += fetch(values, at + 2) * share;
             azimuth += 1;
         }
-        let of_multiple = move |m: usize| phases(uniform, tables, functions, (ray, sun), m, variant);
         let difference = n.abs_diff(j);
-        let mut phases = of_multiple(difference) + of_multiple(n + j);
+        let mut both = phases(uniform, values, under_sun, difference) + phases(uniform, values, under_sun, n + j);
         if difference == 0 {
-            phases += of_multiple(0);
+            both += phases(uniform, values, under_sun, 0);
         }
         if n + j == 0 {
-            phases += of_multiple(0);
+            both += phases(uniform, values, under_sun, 0);
         }
-        phases *= 0.5 * PI;
-        coefficient += air * phases.x + aerosol * phases.y + ground * phases.z;
+        both *= 0.5 * PI;
+        coefficient += air * both.x + aerosol * both.y + ground * both.z;
         j += 1;
     }
     store(values, uniform.values.fourier as usize + index, coefficient);
@@ -553,37 +579,15 @@ fn amplitude(uniform: &FieldUniform, tables: &[f32], j: usize, azimuth: usize) -
     fetch(tables, uniform.tables.azimuths as usize + azimuths * (1 + j) + azimuth)
 }
 
-/// The coefficients of `cos(m φ)` of the phase functions of (air, aerosol, what has none) between a ray's direction and a sun's.
+/// The coefficients of `cos(m φ)` of the phase functions that [`field_phase`] found.
 #[inline(always)]
-fn phases(
-    uniform: &FieldUniform,
-    tables: &[f32],
-    functions: &[f32],
-    (ray, sun): (usize, usize),
-    m: usize,
-    variant: u32,
-) -> Vec3 {
-    let moments = moments_of(uniform.first);
-    let mut phases = Vec3::new(0.0, 0.0, if m == 0 { 1.0 } else { 0.0 });
-    if m <= moments.azimuthal {
-        let of_ray = uniform.values.ray_functions as usize + ray * moments.count() + moments.first(m);
-        let of_sun = uniform.values.sun_functions as usize + sun * moments.count() + moments.first(m);
-        let product = move |l: usize| fetch(functions, of_ray + l - m) * fetch(functions, of_sun + l - m);
-        if m == 0 {
-            phases.x += product(0);
-        }
-        if m <= 2 {
-            phases.x += uniform.air * product(2);
-        }
-        if variant & variant::AEROSOL != 0 {
-            let mut l = m;
-            while l <= moments.degree {
-                phases.y += fetch(tables, uniform.tables.aerosol as usize + l) * product(l);
-                l += 1;
-            }
-        }
+fn phases(uniform: &FieldUniform, values: &[Vec4], under_sun: usize, m: usize) -> Vec4 {
+    let highest = uniform.first.y as usize;
+    if m <= highest {
+        fetch(values, uniform.values.phases as usize + under_sun * (highest + 1) + m)
+    } else {
+        Vec4::ZERO
     }
-    phases
 }
 
 /// Kernel `field_sources`: the source at a node of a ray towards its origin, under a sun and for each azimuthal number: `Σ_l χ_l L_lm N_lm P_l^m`; where what

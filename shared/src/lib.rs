@@ -69,6 +69,8 @@
 //! | regression fit | the fit by a regression on the scene's own rays (flag value `extinction`) |
 //! | linear fit | a fit whose colour is linear in the transfer at the bands: one matrix |
 //! | colour rows | the rows of numbers that turn bands into a colour: a matrix, or observer nodes; the disc's grid follows them |
+//! | sight | a sun seen from a ray's origin, at an azimuth |
+//! | run | sixteen neighbouring pixels of a row that are looked up together |
 //! | block | neighbouring pixels of a row, or entries of a lookup, that the CPU computes together; each is a *lane* |
 //! | sky lookup | the small grid of directions that pixels are interpolated from (flag value `table`) |
 //! | spectral table | values over wavelength, as in a CSV file |

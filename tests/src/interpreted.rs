@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use sorairo::low_level::plan::on_device::{FieldKernel, Keeping, Look, Memory, PlanDevice, Reading, Step, Work};
 use sorairo_shared::field_kernels::{
     FieldBuffers, field_first, field_first_fourier, field_fourier, field_function, field_gather, field_moment,
-    field_node, field_source, field_sum,
+    field_node, field_phase, field_source, field_sum,
 };
 use sorairo_shared::glam::{Vec2, Vec4};
 use sorairo_shared::kernels::{PARTS, look};
@@ -66,9 +66,8 @@ impl PlanDevice for Interpreted {
                     FieldKernel::FieldNodes => field_node(uniform, buffers, functions, values, i, variant),
                     FieldKernel::FieldFunctions => field_function(uniform, tables, functions, i),
                     FieldKernel::FieldFirst => field_first(uniform, buffers, values, i, variant),
-                    FieldKernel::FieldFirstFourier => {
-                        field_first_fourier(uniform, tables, functions, values, i, variant);
-                    }
+                    FieldKernel::FieldPhases => field_phase(uniform, tables, functions, values, i, variant),
+                    FieldKernel::FieldFirstFourier => field_first_fourier(uniform, tables, values, i),
                     FieldKernel::FieldSources => field_source(uniform, functions, values, orders, i, variant),
                     FieldKernel::FieldGather => field_gather(uniform, tables, values, orders, i),
                     FieldKernel::FieldFourier => field_fourier(uniform, tables, values, i),
@@ -106,12 +105,13 @@ impl PlanDevice for Interpreted {
 const WITH_FUNCTIONS: [FieldKernel; 5] = [
     FieldKernel::FieldNodes,
     FieldKernel::FieldFunctions,
-    FieldKernel::FieldFirstFourier,
+    FieldKernel::FieldPhases,
     FieldKernel::FieldSources,
     FieldKernel::FieldMoments,
 ];
-const WITH_VALUES: [FieldKernel; 7] = [
+const WITH_VALUES: [FieldKernel; 8] = [
     FieldKernel::FieldNodes,
+    FieldKernel::FieldPhases,
     FieldKernel::FieldFirst,
     FieldKernel::FieldFirstFourier,
     FieldKernel::FieldSources,

@@ -258,6 +258,36 @@ fn every_order_adds_light() {
     assert!((all / sums[4] - 1.0).abs() < 2e-3, "{all} {sums:?}");
 }
 
+/// From the ground itself all of it that is seen is one place, as bright from every side. Pixels take that colour as the plan found it.
+#[test]
+fn the_ground_that_is_stood_on_has_one_colour() {
+    for path in [PathChoice::Direct, PathChoice::Lookup] {
+        for sun in [30.0, 5.0, -4.0] {
+            let mut scene = Scene::preset(Preset::Standard);
+            scene.ground.albedo = GroundAlbedo::Grey(0.4);
+            (scene.sun.elevation, scene.render.path, scene.camera.size) = (sun, path, "64x32".parse().unwrap());
+            let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+            let words = device::cpu::device().run(&plan, plan.kernel()).unwrap().words;
+            let pixels: Vec<Vec3> =
+                words.chunks_exact(3).map(|rgb| Vec3::from_array([0, 1, 2].map(|i| f32::from_bits(rgb[i])))).collect();
+            let (sky, ground) = pixels.split_at(16 * 64);
+            for elevation in [-0.5, -20.0, -89.0] {
+                let integrated = plan.radiance(direction(elevation, 130.0).as_vec3());
+                // The same sums for a ray that is as long: none.
+                assert!(
+                    (ground[0] - integrated).abs().max_element() < 1e-6 * integrated.max_element(),
+                    "{path:?}, {sun}°"
+                );
+            }
+            assert!(
+                ground.iter().all(|&pixel| pixel == ground[0]) && ground[0].min_element() > 0.0,
+                "{path:?}, {sun}°"
+            );
+            assert!(sky.iter().any(|&pixel| pixel != sky[0]), "negative control");
+        }
+    }
+}
+
 /// The ground under the observer sends back what falls on it: its albedo times the irradiance by sun and sky, over π.
 #[test]
 fn the_ground_is_as_bright_as_the_light_that_falls_on_it() {

@@ -50,7 +50,7 @@ fn each_kernel(mut translate: impl FnMut(&str, &Module, &ModuleInfo)) {
             kernels += 1;
         }
     }
-    assert_eq!(kernels, 19 * variants().len());
+    assert_eq!(kernels, 20 * variants().len());
 }
 
 #[test]

@@ -90,6 +90,7 @@ pub struct Step {
 pub enum FieldKernel {
     FieldNodes,
     FieldFunctions,
+    FieldPhases,
     FieldFirst,
     FieldFirstFourier,
     FieldSources,
@@ -110,7 +111,7 @@ impl FieldKernel {
 
     /// Whether it is specialised for what a scene has; others are the same for all.
     pub fn is_specialised(self) -> bool {
-        matches!(self, Self::FieldNodes | Self::FieldFirst | Self::FieldFirstFourier | Self::FieldSources)
+        matches!(self, Self::FieldNodes | Self::FieldPhases | Self::FieldFirst | Self::FieldSources)
     }
 
     /// Which of the rules by which rays are sampled it takes.

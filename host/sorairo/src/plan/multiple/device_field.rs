@@ -25,8 +25,8 @@ use crate::plan::quadrature::gauss_legendre;
 use crate::scene::Orders;
 
 /// The orders that are computed before the device is asked for their means, and after each time that they were not enough.
-const AT_FIRST: usize = 5;
-const AT_ONCE: usize = 3;
+const AT_FIRST: usize = 4;
+const AT_ONCE: usize = 2;
 
 /// The most orders that are computed.
 const MOST: usize = 24;
@@ -154,6 +154,7 @@ impl<'a, const N: usize> Table<'a, N> {
             ray_functions: functions.take(rays * first.count()),
             sun_functions: functions.take(suns * first.count()),
             light: values.take(rays * suns * light * groups),
+            phases: values.take(rays * suns * (first.azimuthal + 1)),
             fourier: values.take(rays * suns * (first.azimuthal + 1) * groups),
             ..along_rays(&mut functions, &mut values, next, [rays, nodes, suns, groups], next.azimuthal)
         };
@@ -243,6 +244,7 @@ impl<'a, const N: usize> Table<'a, N> {
             return vec![
                 step(FieldKernel::FieldNodes, uniform, nodes),
                 step(FieldKernel::FieldFunctions, uniform, rays + suns),
+                step(FieldKernel::FieldPhases, uniform, rays * suns * (of.azimuthal as u32 + 1)),
                 step(FieldKernel::FieldFirst, uniform, rays * uniform.sights * groups),
                 step(FieldKernel::FieldFirstFourier, uniform, under_suns * (of.azimuthal as u32 + 1)),
                 step(FieldKernel::FieldMoments, uniform, of_moments),

@@ -17,6 +17,7 @@
 //! | [`ground`] | what falls on the ground, and what it sends back |
 //! | [`moments`] | moments of a light field, and interpolation between the nodes of a table |
 //! | [`light_field`] | the light field: what its rays cross, wherever it is computed |
+//! | [`field_uniform`] | what crosses the bus for the light field on a device, and where things lie there |
 //! | [`field_kernels`] | the light field on a device: what each of its kernels does for one index |
 //! | `multiple` | the light field on a processor, many wavelengths at a time: the source of a light field, gathered along a ray; not for SPIR-V |
 //! | [`multiple_lookup`] | the lookup of that light: where its entries are, how a ray reads them |
@@ -91,6 +92,7 @@ pub mod cubic;
 pub mod disc;
 pub mod environment;
 pub mod field_kernels;
+pub mod field_uniform;
 pub mod fit;
 pub mod geometry;
 pub mod ground;

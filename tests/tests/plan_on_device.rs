@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use sorairo::low_level::device::gpu;
 use sorairo::low_level::device::{Backend, cpu::Cpu};
+use sorairo::low_level::plan::{SpectralPlan, direction};
 use sorairo::scene::{CameraScene, GroundAlbedo, Orders, PathChoice, Preset, Projection, Rgb, Scene};
 use sorairo::{LightFields, PixelFormat, Plan, SkyPlan, wgpu};
 use sorairo_shared::glam::Vec4;
@@ -102,6 +103,29 @@ fn pictures_of_a_sky_planned_on_a_device_are_those_of_the_processor() {
             assert!(worst.relative < bound && exposure.abs() < bound, "{name}, {path:?}: {worst:?}, {exposure:e}");
         }
     }
+}
+
+#[test]
+fn spectra_of_a_sky_planned_on_a_device_are_those_of_the_processor() {
+    let (device, queue) = with_passthrough();
+    let on_device = gpu::light_fields(&device, &queue);
+    let wavelengths: Vec<f64> = (0..=40).map(|i| 380.0 + 10.0 * f64::from(i)).collect();
+    let views =
+        [(2.0, 0.0), (20.0, 60.0), (75.0, 170.0)].map(|(elevation, azimuth)| direction(elevation, azimuth).as_vec3());
+    let mut before = Vec::new();
+    for (name, scene) in skies().into_iter().filter(|(name, _)| name.starts_with("standard")) {
+        let spectra = |fields: &LightFields| -> Vec<f32> {
+            let plan = SpectralPlan::new(&planned(&scene, fields), &wavelengths);
+            plan.radiance_of_directions(&views).into_iter().map(|radiance| radiance as f32).collect()
+        };
+        let (found, expected) = (spectra(&on_device), spectra(&LightFields::default()));
+        let off = apart(&found, &expected);
+        println!("{name}: {off:.1e}");
+        // As of pictures: slopes of up to ten multiply what the light is off.
+        assert!(off < 10.0 * SAME_FUNCTION, "{name}: {off:e}");
+        before.push(expected);
+    }
+    assert!(apart(&before[1], &before[0]) > 0.1, "negative control");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use sorairo::low_level::device::gpu;
+use sorairo::low_level::device::gpu::{Module, specialised};
 use sorairo_shared::environment::LANES;
 use sorairo_shared::kernels::{LOOKUP_WORKGROUP, WORKGROUP_SIDE};
 use sorairo_shared::variant;
@@ -41,35 +41,42 @@ fn the_source_hash_notices_a_changed_source() {
 
 #[test]
 fn a_specialised_module_is_valid_and_holds_its_constant() {
-    let words: Vec<u32> = gpu::SPIRV.chunks(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect();
+    for module in Module::ALL {
+        holds_its_constant(module);
+    }
+}
+
+fn holds_its_constant(module: Module) {
+    let words: Vec<u32> = module.spirv().chunks(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect();
     for value in [0, variant::WHOLE_INTEGRAL, variant::of(variant::AEROSOL, 2, 1)] {
-        let specialised = gpu::specialised(&words, value);
-        assert!(specialised.len() < words.len(), "no decoration was left out");
-        let bytes: Vec<u8> = specialised.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let patched = specialised(&words, value);
+        assert!(patched.len() < words.len(), "no decoration was left out");
+        let bytes: Vec<u8> = patched.iter().flat_map(|word| word.to_le_bytes()).collect();
         let module = naga::front::spv::parse_u8_slice(&bytes, &naga::front::spv::Options::default()).unwrap();
         assert!(module.overrides.is_empty(), "the specialisation constant is left");
         Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module).unwrap();
     }
-    assert_ne!(gpu::specialised(&words, 0), gpu::specialised(&words, 1));
+    assert_ne!(specialised(&words, 0), specialised(&words, 1));
 }
 
 #[test]
-fn naga_validates_the_committed_module_and_finds_every_kernel() {
-    let module = naga::front::spv::parse_u8_slice(gpu::SPIRV, &naga::front::spv::Options::default()).unwrap();
-    Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module).unwrap();
-    let mut found: Vec<&str> = module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
-    found.sort_unstable();
-    let mut expected: Vec<&str> = gpu::entry_points().collect();
-    expected.sort_unstable();
-    assert_eq!(found, expected);
-    assert_eq!(kept_manifest()["entry_points"], serde_json::json!(expected));
-    for entry in &module.entry_points {
-        let expected = match entry.name.as_str() {
-            "environment_rows" | "environment_harmonics" => [LANES, 1, 1],
-            "lookup" | "look" => [LOOKUP_WORKGROUP, 1, 1],
-            name if name.starts_with("field_") => [LOOKUP_WORKGROUP, 1, 1],
-            _ => [WORKGROUP_SIDE, WORKGROUP_SIDE, 1],
-        };
-        assert_eq!(entry.workgroup_size, expected, "{}", entry.name);
+fn naga_validates_the_committed_modules_and_finds_every_kernel() {
+    for (compiled, file) in Module::ALL.into_iter().zip(["images.spv", "plans.spv"]) {
+        let module = naga::front::spv::parse_u8_slice(compiled.spirv(), &naga::front::spv::Options::default()).unwrap();
+        Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module).unwrap();
+        let mut found: Vec<&str> = module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
+        found.sort_unstable();
+        let mut expected = compiled.entry_points();
+        expected.sort_unstable();
+        assert_eq!(found, expected);
+        assert_eq!(kept_manifest()["modules"][file]["entry_points"], serde_json::json!(expected));
+        for entry in &module.entry_points {
+            let expected = match (compiled, entry.name.as_str()) {
+                (_, "environment_rows" | "environment_harmonics") => [LANES, 1, 1],
+                (Module::Plans, _) | (_, "lookup") => [LOOKUP_WORKGROUP, 1, 1],
+                _ => [WORKGROUP_SIDE, WORKGROUP_SIDE, 1],
+            };
+            assert_eq!(entry.workgroup_size, expected, "{}", entry.name);
+        }
     }
 }

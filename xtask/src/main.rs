@@ -28,7 +28,8 @@ use spirv_builder::{ModuleResult, SpirvBuilder};
 /// SPIR-V 1.3: later versions have instructions that naga does not read.
 const TARGET: &str = "spirv-unknown-vulkan1.1";
 const COMPILER: &str = "rust-gpu 0.10.0";
-const MODULE: &str = "sorairo.spv";
+/// The modules, by the features of the shader crate of which they are made.
+const MODULES: [&str; 2] = ["images", "plans"];
 const MANIFEST: &str = "manifest.json";
 
 fn main() -> ExitCode {
@@ -99,33 +100,42 @@ fn root() -> Result<&'static Path, Box<dyn Error>> {
 
 fn shaders(check: bool) -> Result<String, Box<dyn Error>> {
     let root = root()?;
-    let (module, mut entry_points) = compile(&root.join("shader-crate"))?;
-    entry_points.sort();
+    let (mut files, mut modules) = (Vec::new(), serde_json::Map::new());
+    for feature in MODULES {
+        let (module, mut entry_points) = compile(&root.join("shader-crate"), feature)?;
+        entry_points.sort();
+        let sha256: String = Sha256::digest(&module).iter().map(|byte| format!("{byte:02x}")).collect();
+        let name = format!("{feature}.spv");
+        modules.insert(name.clone(), serde_json::json!({ "entry_points": entry_points, "sha256": sha256 }));
+        files.push((name, module));
+    }
     let manifest = serde_json::json!({
         "generator": "cargo xtask shaders",
         "compiler": COMPILER,
         "target": TARGET,
-        "entry_points": entry_points,
+        "modules": modules,
         "source_sha256": manifest::source_hash(root)?,
-        "module_sha256": Sha256::digest(&module).iter().map(|byte| format!("{byte:02x}")).collect::<String>(),
     });
-    let manifest = format!("{manifest:#}\n");
+    files.push((MANIFEST.into(), format!("{manifest:#}\n").into_bytes()));
     let folder = root.join(manifest::COMPILED);
     if check {
-        let same = |name: &str, built: &[u8]| std::fs::read(folder.join(name)).is_ok_and(|kept| kept == built);
-        if !same(MODULE, &module) || !same(MANIFEST, manifest.as_bytes()) {
+        let same =
+            |(name, built): &(String, Vec<u8>)| std::fs::read(folder.join(name)).is_ok_and(|kept| kept == *built);
+        if !files.iter().all(same) {
             return Err("the compiled shaders differ from their sources; run `cargo xtask shaders`".into());
         }
-        return Ok(format!("{MODULE} and {MANIFEST} are what their sources give"));
+        return Ok("the compiled shaders are what their sources give".into());
     }
     std::fs::create_dir_all(&folder)?;
-    std::fs::write(folder.join(MODULE), &module)?;
-    std::fs::write(folder.join(MANIFEST), manifest)?;
-    Ok(format!("{MODULE}: {} bytes, {} entry points", module.len(), entry_points.len()))
+    for (name, contents) in &files {
+        std::fs::write(folder.join(name), contents)?;
+    }
+    let sizes = files.iter().map(|(name, contents)| format!("{name}: {} bytes", contents.len()));
+    Ok(sizes.collect::<Vec<_>>().join(", "))
 }
 
-/// Compiles the shader crate to one module; returns its bytes and the names of its entry points.
-fn compile(shader_crate: &Path) -> Result<(Vec<u8>, Vec<String>), Box<dyn Error>> {
+/// Compiles the shader crate with a feature to one module; returns its bytes and the names of its entry points.
+fn compile(shader_crate: &Path, feature: &str) -> Result<(Vec<u8>, Vec<String>), Box<dyn Error>> {
     let mut builder = match std::env::var_os("RUSTC_CODEGEN_SPIRV") {
         Some(backend) => {
             let mut builder = SpirvBuilder::new(shader_crate, TARGET);
@@ -139,6 +149,8 @@ fn compile(shader_crate: &Path) -> Result<(Vec<u8>, Vec<String>), Box<dyn Error>
         }
     };
     builder.build_script.defaults = false;
+    builder.shader_crate_features.default_features = false;
+    builder.shader_crate_features.features = vec![feature.into()];
     let result = builder.build()?;
     let ModuleResult::SingleModule(path) = &result.module else {
         return Err("the shaders did not compile to one module".into());

@@ -5,11 +5,12 @@ use naga::back::pipeline_constants::process_overrides;
 use naga::back::{PipelineConstants, hlsl, msl, wgsl};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, ShaderStage};
-use sorairo_shared::field_kernels::FieldUniform;
+use sorairo_shared::field_uniform::FieldUniform;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::{self, PixelFormat};
 
-const SPIRV: &[u8] = include_bytes!("../../shader-crate/compiled/sorairo.spv");
+const SPIRV: [&[u8]; 2] =
+    [include_bytes!("../../shader-crate/compiled/images.spv"), include_bytes!("../../shader-crate/compiled/plans.spv")];
 
 /// WebGPU's default limits (W3C, *WebGPU*, 3.6.2), which no device may undercut.
 const STORAGE_BUFFERS: usize = 8;
@@ -27,8 +28,8 @@ fn variants() -> [u32; 4] {
     ]
 }
 
-fn module() -> Module {
-    naga::front::spv::parse_u8_slice(SPIRV, &naga::front::spv::Options::default()).unwrap()
+fn modules() -> [Module; 2] {
+    SPIRV.map(|spirv| naga::front::spv::parse_u8_slice(spirv, &naga::front::spv::Options::default()).unwrap())
 }
 
 fn validated(module: &Module) -> ModuleInfo {
@@ -37,17 +38,18 @@ fn validated(module: &Module) -> ModuleInfo {
 
 /// Calls a translator with every kernel alone, for each variant.
 fn each_kernel(mut translate: impl FnMut(&str, &Module, &ModuleInfo)) {
-    let module = module();
-    let info = validated(&module);
     let mut kernels = 0;
-    for entry in &module.entry_points {
-        for variant in variants() {
-            let constants = PipelineConstants::from([("0".to_owned(), f64::from(variant))]);
-            let alone = Some((ShaderStage::Compute, entry.name.as_str()));
-            let (specialised, info) = process_overrides(&module, &info, alone, &constants).unwrap();
-            assert_eq!(specialised.entry_points.len(), 1);
-            translate(&entry.name, &specialised, &info);
-            kernels += 1;
+    for module in modules() {
+        let info = validated(&module);
+        for entry in &module.entry_points {
+            for variant in variants() {
+                let constants = PipelineConstants::from([("0".to_owned(), f64::from(variant))]);
+                let alone = Some((ShaderStage::Compute, entry.name.as_str()));
+                let (specialised, info) = process_overrides(&module, &info, alone, &constants).unwrap();
+                assert_eq!(specialised.entry_points.len(), 1);
+                translate(&entry.name, &specialised, &info);
+                kernels += 1;
+            }
         }
     }
     assert_eq!(kernels, 20 * variants().len());
@@ -90,9 +92,12 @@ fn every_kernel_has_a_translation_for_webgpu_that_can_be_read_again() {
 
 #[test]
 fn kernels_keep_to_the_limits_that_every_interface_has() {
-    let module = module();
-    let info = validated(&module);
     assert!(size_of::<Uniform>() <= UNIFORM_BYTES && size_of::<FieldUniform>() <= UNIFORM_BYTES);
+    modules().iter().for_each(keeps_to_limits);
+}
+
+fn keeps_to_limits(module: &Module) {
+    let info = validated(module);
     for (i, entry) in module.entry_points.iter().enumerate() {
         let used = |space: fn(AddressSpace) -> bool| {
             let of_entry = info.get_entry_point(i);
@@ -111,7 +116,7 @@ fn kernels_keep_to_the_limits_that_every_interface_has() {
 
 #[test]
 fn a_kernel_that_is_none_is_told() {
-    let mut module = module();
+    let [mut module, _] = modules();
     module.entry_points[0].workgroup_size = [0, 1, 1];
     assert!(Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module).is_err());
 }

@@ -100,7 +100,8 @@ struct Committed<'a> {
 
 impl<'a> Committed<'a> {
     fn new(plan: &'a Plan) -> Self {
-        let words = gpu::specialised(&bytemuck::pod_collect_to_vec::<u8, u32>(gpu::SPIRV), plan.variant);
+        let words =
+            gpu::specialised(&bytemuck::pod_collect_to_vec::<u8, u32>(gpu::Module::Images.spirv()), plan.variant);
         let options = naga::front::spv::Options::default();
         let module = naga::front::spv::Frontend::new(words.into_iter(), &options).parse();
         let lit = &plan.lit_rows;

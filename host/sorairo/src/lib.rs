@@ -29,6 +29,7 @@
 //! | the sun through the air | [`sun_transmittance`] |
 //! | many suns | [`of_each_sky`]; one after the other, [`SkyPlan::with_light_fields`] |
 //! | a device of one's own | [`Renderer::with_device`] |
+//! | plans whose light that device integrates | `ResidentRenderer::light_fields`, then [`SkyPlan::with_light_fields`] |
 //! | an environment map on it, and its irradiance | `ResidentRenderer::encode_environment` |
 //!
 //! Features, all on by default: `gpu` (Vulkan devices, WebGPU in a browser), `cpu` (the CPU as a device), `encoding` (PNG and OpenEXR

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::ops::Range;
 use std::sync::Arc;
 
-use sorairo_shared::field_kernels::FieldUniform;
+use sorairo_shared::field_uniform::FieldUniform;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::single::Bands;
 use sorairo_shared::sky::Parts;

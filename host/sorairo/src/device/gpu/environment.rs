@@ -7,7 +7,7 @@ use wgpu::util::DeviceExt;
 
 use super::kernels::{Kernels, dispatch};
 use super::layouts::Layouts;
-use super::module::OF_ENVIRONMENTS;
+use super::module::{Module, OF_ENVIRONMENTS};
 use crate::error::{Error, Result};
 use crate::scene::Size;
 
@@ -162,7 +162,7 @@ impl Environment {
         let whole = |buffer| (buffer, wgpu::Buffer::size(buffer));
         let mut run = |entry_point, layouts: &Layouts, buffers: &[(&wgpu::Buffer, u64)], groups| {
             // No variant makes any difference to them.
-            let pipeline = kernels.pipeline_of(device, entry_point, layouts, 0);
+            let pipeline = kernels.pipeline_of(device, Module::Images, entry_point, layouts, 0);
             dispatch(encoder, &pipeline, &layouts.bind(device, buffers), groups, None);
         };
         let groups = |of: &Level| (of.width.div_ceil(WORKGROUP_SIDE), of.height.div_ceil(WORKGROUP_SIDE));

@@ -4,8 +4,11 @@ use std::collections::HashMap;
 use std::sync::Mutex;
 
 use super::layouts::{KernelLayouts, Layouts};
-use super::module::load;
+use super::module::{Module, load};
 use crate::plan::Kernel;
+
+/// A module for a value of the specialisation constant, of all entry points or of one.
+type Loaded = (Module, Option<&'static str>, u32);
 
 /// The kernels of a device.
 pub(super) struct Kernels {
@@ -13,8 +16,7 @@ pub(super) struct Kernels {
     pub(super) layouts: KernelLayouts,
     /// Whether the driver takes SPIR-V as it is.
     passthrough: bool,
-    /// One for each value of the specialisation constant, of all entry points or of one.
-    modules: Mutex<HashMap<(Option<&'static str>, u32), wgpu::ShaderModule>>,
+    modules: Mutex<HashMap<Loaded, wgpu::ShaderModule>>,
     pipelines: Mutex<HashMap<(&'static str, u32), wgpu::ComputePipeline>>,
 }
 
@@ -31,20 +33,22 @@ impl Kernels {
 
     /// The pipeline of a kernel for a variant.
     pub(super) fn pipeline(&self, device: &wgpu::Device, kernel: Kernel, variant: u32) -> wgpu::ComputePipeline {
-        self.pipeline_of(device, kernel.entry_point(), self.layouts(kernel), variant)
+        self.pipeline_of(device, Module::Images, kernel.entry_point(), self.layouts(kernel), variant)
     }
 
-    /// The pipeline of an entry point to which buffers are bound in this way, for a variant.
+    /// The pipeline of a module's entry point to which buffers are bound in this way, for a variant.
     pub(super) fn pipeline_of(
         &self,
         device: &wgpu::Device,
+        module: Module,
         entry_point: &'static str,
         layouts: &Layouts,
         variant: u32,
     ) -> wgpu::ComputePipeline {
         let mut modules = self.modules.lock().expect("no holder of this lock panics");
         let translated = (!self.passthrough).then_some(entry_point);
-        let module = modules.entry((translated, variant)).or_insert_with(|| load(device, translated, variant));
+        let load = || load(device, module, translated, variant);
+        let module = modules.entry((module, translated, variant)).or_insert_with(load);
         let mut pipelines = self.pipelines.lock().expect("no holder of this lock panics");
         let build = || {
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {

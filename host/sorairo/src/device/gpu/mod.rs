@@ -20,7 +20,7 @@ mod vulkan;
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::adapters::{DeviceInfo, Hardware, devices};
 pub use self::environment::EnvironmentTarget;
-pub use self::module::{SPIRV, entry_points, specialised};
+pub use self::module::{Module, specialised};
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::planner::light_fields;
 pub use self::resident::{ResidentRenderer, Target};

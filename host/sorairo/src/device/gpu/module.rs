@@ -3,32 +3,65 @@
 use std::borrow::Cow;
 
 use crate::plan::Kernel;
+#[cfg(not(target_arch = "wasm32"))]
 use crate::plan::on_device::FieldKernel;
 
-/// The kernels, compiled by rust-gpu; `cargo xtask shaders` rebuilds them.
-pub const SPIRV: &[u8] = sorairo_shaders::SPIRV;
+/// A module of kernels, compiled by rust-gpu; `cargo xtask shaders` rebuilds them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Module {
+    /// What draws the sky, lights with it and measures a device.
+    Images,
+    /// What plans ask of a device. Nobody does in a browser, which has no need to load it.
+    #[cfg(not(target_arch = "wasm32"))]
+    Plans,
+}
+
+impl Module {
+    /// Every module.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub const ALL: [Self; 2] = [Self::Images, Self::Plans];
+
+    /// Its SPIR-V.
+    pub fn spirv(self) -> &'static [u8] {
+        match self {
+            Self::Images => sorairo_shaders::IMAGES,
+            #[cfg(not(target_arch = "wasm32"))]
+            Self::Plans => sorairo_shaders::PLANS,
+        }
+    }
+
+    /// Its entry points.
+    pub fn entry_points(self) -> Vec<&'static str> {
+        match self {
+            Self::Images => Kernel::ALL.iter().map(|kernel| kernel.entry_point()).chain(OF_ENVIRONMENTS).collect(),
+            #[cfg(not(target_arch = "wasm32"))]
+            Self::Plans => FieldKernel::ALL.iter().map(|kernel| kernel.entry_point()).chain([LOOK]).collect(),
+        }
+    }
+}
 
 /// The entry points that serve environment maps, which no plan asks for.
 pub(super) const OF_ENVIRONMENTS: [&str; 4] =
     ["environment_level", "environment_half", "environment_rows", "environment_harmonics"];
 
 /// The entry point that looks in directions.
+#[cfg(not(target_arch = "wasm32"))]
 pub(super) const LOOK: &str = "look";
-
-/// Every entry point of the module.
-pub fn entry_points() -> impl Iterator<Item = &'static str> {
-    let of_fields = FieldKernel::ALL.iter().map(|kernel| kernel.entry_point());
-    let of_images = Kernel::ALL.iter().map(|kernel| kernel.entry_point());
-    of_images.chain(of_fields).chain([LOOK]).chain(OF_ENVIRONMENTS)
-}
 
 /// The shader module with its specialisation constant set: handed to the driver as it is, where wgpu allows that; or `translated` by naga, one
 /// entry point without what the others need, since a browser's compiler takes seconds for all of them.
-pub(super) fn load(device: &wgpu::Device, translated: Option<&str>, variant: u32) -> wgpu::ShaderModule {
-    let words = specialised(&bytemuck::pod_collect_to_vec::<u8, u32>(SPIRV), variant);
+pub(super) fn load(
+    device: &wgpu::Device,
+    module: Module,
+    translated: Option<&str>,
+    variant: u32,
+) -> wgpu::ShaderModule {
+    let words = specialised(&bytemuck::pod_collect_to_vec::<u8, u32>(module.spirv()), variant);
     match translated {
         None => {
-            let entry_points: Vec<_> = entry_points()
+            let entry_points: Vec<_> = module
+                .entry_points()
+                .into_iter()
                 .map(|name| wgpu::PassthroughShaderEntryPoint { name: name.into(), workgroup_size: (0, 0, 0) })
                 .collect();
             // SAFETY: the module is the one that the tests validate, compiled from this repository's own kernels, whose

@@ -16,7 +16,7 @@ use sorairo_shared::uniform::Buffers;
 
 use super::kernels::Kernels;
 use super::layouts::Layouts;
-use super::module::LOOK;
+use super::module::{LOOK, Module};
 use super::readback::mapped;
 use crate::plan::multiple::LightFields;
 use crate::plan::on_device::{Keeping, Look, Memory, PlanDevice, Reading, Step, Work};
@@ -188,7 +188,7 @@ impl Planner {
     }
 
     fn pipeline(&self, entry_point: &'static str, layouts: &Layouts, variant: u32) -> wgpu::ComputePipeline {
-        self.kernels.pipeline_of(&self.device, entry_point, layouts, variant)
+        self.kernels.pipeline_of(&self.device, Module::Plans, entry_point, layouts, variant)
     }
 
     /// A buffer of these bytes at least.

@@ -5,21 +5,18 @@
 
 use std::ops::Range;
 
-use sorairo_shared::field_kernels::{
-    FieldUniform, OF_FIRST, OF_LISTED_RAY, Orders as OrdersAt, Tables, Values as ValuesAt,
-};
-use sorairo_shared::glam::{UVec2, Vec2, Vec3, Vec4};
+use sorairo_shared::field_uniform::{FieldUniform, Orders as OrdersAt, Tables, Values as ValuesAt};
+use sorairo_shared::glam::{Vec2, Vec4};
 use sorairo_shared::moments::Moments;
 use sorairo_shared::multiple::Lanes;
-use sorairo_shared::profile::Atmosphere;
 use sorairo_shared::single::Bands;
 
+use super::device_lists::{Lists, NUMBERS, Room, along_rays, both, of_ray, uniform_of};
 use super::field::{Azimuths, OrdersMade};
 use super::grid::{Direction, Grid, directions};
 use super::resolution::Resolution;
 use super::series::{Closing, LAST};
 use super::setting::Setting;
-use super::sights::{Light, Row, sight};
 use crate::plan::on_device::{FieldKernel, Keeping, Memory, PlanDevice, Reading, Step, Work};
 use crate::plan::quadrature::gauss_legendre;
 use crate::scene::Orders;
@@ -31,35 +28,12 @@ const AT_ONCE: usize = 2;
 /// The most orders that are computed.
 const MOST: usize = 24;
 
-/// Lists of numbers that a device reads.
-#[derive(Default)]
-struct Lists(Vec<f32>);
-
-impl Lists {
-    /// Adds a list; where it begins.
-    fn add(&mut self, list: impl IntoIterator<Item = f32>) -> u32 {
-        let first = self.0.len();
-        self.0.extend(list);
-        first as u32
-    }
-}
-
-/// Room that is handed out from its beginning.
-#[derive(Default)]
-struct Room(usize);
-
-impl Room {
-    /// Takes some of it; where that begins.
-    fn take(&mut self, numbers: usize) -> u32 {
-        self.0 += numbers;
-        (self.0 - numbers) as u32
-    }
-}
-
 /// A light field that stays in a device: the moments of its sum and the irradiance of the ground.
 pub struct DeviceField {
-    memory: Memory,
-    grid: Grid,
+    /// Where its values are.
+    pub memory: Memory,
+    /// Altitudes and suns.
+    pub grid: Grid,
     /// Memory that it takes (bytes).
     pub bytes: usize,
     /// How it was made.
@@ -68,11 +42,42 @@ pub struct DeviceField {
 
 /// Bytes of a value.
 const VALUE: usize = size_of::<Vec4>();
-/// Numbers of a value.
-const NUMBERS: usize = 4;
+/// The moments of an order, counted from 0.
+fn moments_of(resolution: &Resolution, order: usize) -> Moments {
+    match order {
+        0 => resolution.first,
+        1 => resolution.next,
+        _ => resolution.later,
+    }
+}
 
-fn both(of: Moments) -> UVec2 {
-    UVec2::new(of.degree as u32, of.azimuthal as u32)
+/// Where the orders of a light field are.
+struct OrderPlaces {
+    orders: Vec<u32>,
+    /// Of each order, and their end.
+    means: Vec<u32>,
+    sum: u32,
+    end: usize,
+}
+
+impl OrderPlaces {
+    /// Of so many orders at so many altitudes, suns and groups of bands.
+    fn new(resolution: &Resolution, orders: usize, [altitudes, suns, groups]: [usize; 3]) -> Self {
+        let mut room = Room::default();
+        let nodes = altitudes * suns;
+        let mut order = |order| room.take((nodes * moments_of(resolution, order).count() + suns) * groups);
+        let (orders_at, sum) = ((0..orders).map(&mut order).collect(), order(0));
+        let means = (0..=orders).map(|_| room.take(nodes * groups)).collect();
+        Self { orders: orders_at, means, sum, end: room.0 }
+    }
+}
+
+/// Lists the rays of a light field, and where those of each altitude begin.
+fn add_directions(lists: &mut Lists, tables: &mut Tables, grid: &Grid, directions: &[Direction]) {
+    let ray = |direction: &Direction| of_ray(grid.altitudes[direction.altitude], direction.mu, direction.weight);
+    tables.rays = lists.add(directions.iter().flat_map(ray));
+    let first_ray = |altitude| directions.partition_point(|direction| direction.altitude < altitude) as f32;
+    tables.first_rays = lists.add((0..=grid.altitudes.len()).map(first_ray));
 }
 
 /// What all orders of a light field share.
@@ -87,10 +92,7 @@ struct Table<'a, const N: usize> {
     uniform: FieldUniform,
     /// Where the azimuths of the first order are listed.
     first_azimuths: u32,
-    /// Where the orders begin, and their means; the end of all.
-    orders: Vec<u32>,
-    means: Vec<u32>,
-    sum: u32,
+    places: OrderPlaces,
     quadratures: [Vec<Vec2>; 2],
     memory: [Memory; 3],
 }
@@ -136,17 +138,13 @@ impl<'a, const N: usize> Table<'a, N> {
         let grid = Grid::new(setting, resolution.altitudes, resolution.thin_air);
         let directions = directions(setting, &grid.altitudes, resolution.directions);
         let mut lists = Lists::default();
-        let mut tables = lists_of_grid(&mut lists, setting, &grid);
-        let ray = |direction: &Direction| of_ray(grid.altitudes[direction.altitude], direction.mu, direction.weight);
-        tables.rays = lists.add(directions.iter().flat_map(ray));
-        let first_ray = |altitude| directions.partition_point(|direction| direction.altitude < altitude) as f32;
-        tables.first_rays = lists.add((0..=grid.altitudes.len()).map(first_ray));
+        let mut tables = lists.add_grid(setting, &grid);
+        add_directions(&mut lists, &mut tables, &grid, &directions);
         let first_azimuths = lists.add(Azimuths::new(resolution.first_azimuths).list());
         tables.azimuths = lists.add(Azimuths::new(resolution.azimuths).list());
-
         let (groups, rays, suns) = (bands.len(), directions.len(), grid.suns.len());
         let nodes = rays * 2 * resolution.samples as usize;
-        let Resolution { first, next, later, .. } = *resolution;
+        let Resolution { first, next, .. } = *resolution;
         let mut functions = Room::default();
         let mut values = Room::default();
         let light = 3 * resolution.first_azimuths.max(resolution.azimuths.div_ceil(3));
@@ -158,21 +156,7 @@ impl<'a, const N: usize> Table<'a, N> {
             fourier: values.take(rays * suns * (first.azimuthal + 1) * groups),
             ..along_rays(&mut functions, &mut values, next, [rays, nodes, suns, groups], next.azimuthal)
         };
-        let mut of_orders = Room::default();
-        let of_order = |order: usize| {
-            if order == 0 {
-                first
-            } else if order == 1 {
-                next
-            } else {
-                later
-            }
-        };
-        let sun_nodes = grid.altitudes.len() * suns;
-        let mut order = |of: Moments| of_orders.take((sun_nodes * of.count() + suns) * groups);
-        let orders: Vec<u32> = (0..most).map(|number| order(of_order(number))).collect();
-        let sum = order(first);
-        let means = (0..=most).map(|_| of_orders.take(sun_nodes * groups)).collect();
+        let places = OrderPlaces::new(resolution, most, [grid.altitudes.len(), suns, groups]);
         let uniform = FieldUniform {
             at_nodes: both(next),
             rays: rays as u32,
@@ -183,7 +167,7 @@ impl<'a, const N: usize> Table<'a, N> {
             values: at,
             ..uniform_of(setting, resolution, &grid, groups)
         };
-        let memory = [functions.0, NUMBERS * values.0, NUMBERS * of_orders.0].map(|numbers| device.reserve(numbers));
+        let memory = [functions.0, NUMBERS * values.0, NUMBERS * places.end].map(|numbers| device.reserve(numbers));
         let [Some(functions), Some(values), Some(of_orders)] = memory else { return None };
         Some(Self {
             device,
@@ -194,9 +178,7 @@ impl<'a, const N: usize> Table<'a, N> {
             lists,
             uniform,
             first_azimuths,
-            orders,
-            means,
-            sum,
+            places,
             quadratures: [resolution.samples, resolution.first_samples].map(gauss_legendre),
             memory: [functions, values, of_orders],
         })
@@ -212,24 +194,16 @@ impl<'a, const N: usize> Table<'a, N> {
         }
     }
 
-    fn moments_of(&self, order: usize) -> Moments {
-        match order {
-            0 => self.resolution.first,
-            1 => self.resolution.next,
-            _ => self.resolution.later,
-        }
-    }
-
     /// The steps of an order, counted from 0; see [`super::field`].
     fn steps(&self, order: usize) -> Vec<Step> {
-        let of = self.moments_of(order);
+        let of = moments_of(self.resolution, order);
         let mut uniform = FieldUniform {
             of: both(of),
             kept: OrdersAt {
-                last: self.orders[order.saturating_sub(1)],
-                of: self.orders[order],
-                means: self.means[order],
-                sum: self.sum,
+                last: self.places.orders[order.saturating_sub(1)],
+                of: self.places.orders[order],
+                means: self.places.means[order],
+                sum: self.places.sum,
             },
             ..self.uniform
         };
@@ -250,7 +224,7 @@ impl<'a, const N: usize> Table<'a, N> {
                 step(FieldKernel::FieldMoments, uniform, of_moments),
             ];
         }
-        let last = self.moments_of(order - 1);
+        let last = moments_of(self.resolution, order - 1);
         uniform.last = both(last);
         uniform.taken =
             both(Moments { degree: of.degree.min(last.degree), azimuthal: of.azimuthal.min(last.azimuthal) });
@@ -265,7 +239,7 @@ impl<'a, const N: usize> Table<'a, N> {
     /// Computes orders; returns the mean radiances of each at all nodes.
     fn compute(&self, orders: Range<usize>) -> Option<Vec<Vec<Lanes<N>>>> {
         let steps: Vec<Step> = orders.clone().flat_map(|order| self.steps(order)).collect();
-        let means = self.means[orders.start] as usize..self.means[orders.end] as usize;
+        let means = self.places.means[orders.start] as usize..self.places.means[orders.end] as usize;
         let read = self.device.run(&self.work(&self.lists.0), &steps, None, Some(Reading::Orders(means)))?;
         let nodes = self.grid.altitudes.len() * self.grid.suns.len();
         let mean = |groups: &[Vec4]| {
@@ -314,173 +288,17 @@ impl<'a, const N: usize> Table<'a, N> {
             invocations: values as u32,
             orders: factors.len() as u32,
             kept: OrdersAt {
-                of: self.orders[0],
-                last: self.orders.get(1).copied().unwrap_or_default(),
+                of: self.places.orders[0],
+                last: self.places.orders.get(1).copied().unwrap_or_default(),
                 means: 0,
-                sum: self.sum,
+                sum: self.places.sum,
             },
             ..uniform
         };
-        let memory = self.device.reserve(NUMBERS * values)?;
-        let keep = Keeping { values: self.sum as usize..self.sum as usize + values, to: &memory };
+        let (memory, first) = (self.device.reserve(NUMBERS * values)?, self.places.sum as usize);
+        let keep = Keeping { values: first..first + values, to: &memory };
         let step = Step { kernel: FieldKernel::FieldSum, uniform };
         self.device.run(&self.work(&self.lists.0), &[step], Some(keep), None)?;
         Some(DeviceField { memory, grid: self.grid, bytes: VALUE * values, orders })
     }
-}
-
-/// The lists of altitudes, suns and aerosol.
-fn lists_of_grid(lists: &mut Lists, setting: &Setting, grid: &Grid) -> Tables {
-    Tables {
-        altitudes: lists.add(grid.places.values.iter().copied()),
-        suns: lists.add(grid.sun_angles.values.iter().copied()),
-        sun_angles: lists.add(grid.suns.iter().flat_map(|sun| [sun.sin() as f32, sun.cos() as f32])),
-        aerosol: lists.add(setting.aerosol.iter().copied()),
-        ..Tables::default()
-    }
-}
-
-/// A ray as the lists have it.
-fn of_ray(altitude: f64, mu: f64, weight: f64) -> [f32; 4] {
-    [altitude as f32, mu as f32, (1.0 - mu * mu).max(0.0).sqrt() as f32, weight as f32]
-}
-
-/// Room for what rays cross, and for the sources of so many azimuthal numbers: `counts` of rays, their nodes, suns and groups.
-fn along_rays(
-    functions: &mut Room,
-    values: &mut Room,
-    known: Moments,
-    counts: [usize; 4],
-    azimuthal: usize,
-) -> ValuesAt {
-    let [rays, nodes, suns, groups] = counts;
-    ValuesAt {
-        node_functions: functions.take(nodes * known.count()),
-        nodes: values.take(4 * nodes),
-        scatterers: values.take(2 * nodes * groups),
-        origins: values.take(2 * rays),
-        grounds: values.take(rays * groups),
-        sources: values.take(nodes * suns * (azimuthal + 2) * groups),
-        ..ValuesAt::default()
-    }
-}
-
-/// What the kernels of a light field share, whatever their rays.
-fn uniform_of(setting: &Setting, resolution: &Resolution, grid: &Grid, groups: usize) -> FieldUniform {
-    FieldUniform {
-        first: both(resolution.first),
-        next: both(resolution.next),
-        later: both(resolution.later),
-        groups: groups as u32,
-        altitudes: grid.altitudes.len() as u32,
-        suns: grid.suns.len() as u32,
-        logarithmic: u32::from(resolution.logarithmic),
-        thin_air: resolution.thin_air,
-        air: setting.air,
-        ..empty(setting.atmosphere, &setting.placed_for)
-    }
-}
-
-/// A uniform of nothing.
-fn empty(atmosphere: &Atmosphere, placed_for: &Bands) -> FieldUniform {
-    let nothing: FieldUniform = bytemuck::Zeroable::zeroed();
-    FieldUniform { atmosphere: *atmosphere, placed_for: *placed_for, ..nothing }
-}
-
-/// Multiply scattered light along the rays of rows in a light field on a device: for each group of bands, row and ray.
-pub fn light_of_rows(
-    device: &dyn PlanDevice,
-    field: &DeviceField,
-    setting: &Setting,
-    bands: &[Bands],
-    resolution: &Resolution,
-    rows: &[Row],
-) -> Option<Vec<Vec<Vec<Light>>>> {
-    let mut lists = Lists::default();
-    let mut tables = lists_of_grid(&mut lists, setting, &field.grid);
-    let columns = rows.iter().map(|row| row.cosines.len()).max()?;
-    tables.rays = lists.add(rows.iter().flat_map(|row| of_ray(setting.altitude, row.mu, 0.0)));
-    let of_row = |row: &Row| {
-        // Shorter rows repeat their last ray.
-        let cosine = |column: usize| row.cosines[column.min(row.cosines.len() - 1)];
-        let sight = |column| sight(setting, row.mu, cosine(column));
-        (0..columns).map(sight).collect::<Vec<[f32; 2]>>()
-    };
-    tables.sights = lists.add(rows.iter().flat_map(of_row).flatten());
-    let (groups, rays, suns) = (bands.len(), rows.len(), field.grid.suns.len());
-    let nodes = rays * 2 * resolution.view_samples as usize;
-    let first = resolution.first;
-    let (mut functions, mut values) = (Room::default(), Room::default());
-    let light = rays * columns * groups;
-    let at = ValuesAt {
-        light: values.take(2 * light),
-        ..along_rays(&mut functions, &mut values, first, [rays, nodes, suns, groups], first.azimuthal)
-    };
-    let uniform = FieldUniform {
-        at_nodes: both(first),
-        last: both(first),
-        taken: both(first),
-        rays: rays as u32,
-        samples: resolution.view_samples,
-        sights: columns as u32,
-        tables,
-        values: at,
-        ..uniform_of(setting, resolution, &field.grid, groups)
-    };
-    let step = |kernel, invocations: usize| Step {
-        kernel,
-        uniform: FieldUniform { invocations: invocations as u32, ..uniform },
-    };
-    let steps = [
-        step(FieldKernel::FieldNodes, nodes),
-        step(FieldKernel::FieldSources, nodes * suns * groups),
-        step(FieldKernel::FieldGather, light),
-    ];
-    let quadrature = gauss_legendre(resolution.view_samples);
-    let (functions, values) = (device.reserve(functions.0)?, device.reserve(NUMBERS * values.0)?);
-    let work = Work {
-        variant: setting.variant,
-        bands,
-        quadratures: [&quadrature, &quadrature],
-        tables: &lists.0,
-        memory: [&functions, &values, &field.memory],
-    };
-    let from = at.light as usize;
-    let read = device.run(&work, &steps, None, Some(Reading::Values(from..from + 2 * light)))?;
-    let of_ray = |group: usize, row: usize, column: usize| {
-        let at = 2 * ((row * columns + column) * groups + group);
-        Light { scattered: read[at], diffuse_irradiance: read[at + 1] }
-    };
-    let of_row = |group, row: usize| (0..rows[row].cosines.len()).map(|column| of_ray(group, row, column)).collect();
-    Some((0..groups).map(|group| (0..rows.len()).map(|row| of_row(group, row)).collect()).collect())
-}
-
-/// Light scattered once along rays, from an altitude (km) in some directions under a sun: for each ray and group of bands that of air and of aerosol, before
-/// their phase functions.
-pub fn scattered_once(
-    device: &dyn PlanDevice,
-    atmosphere: &Atmosphere,
-    (bands, placed_for): (&[Bands], &Bands),
-    quadrature: &[Vec2],
-    (altitude, views, sun): (f32, &[Vec3], Vec3),
-    variant: u32,
-) -> Option<Vec<[Vec4; 2]>> {
-    let mut lists = Lists::default();
-    let of_ray = |view: &Vec3| -> [f32; OF_LISTED_RAY] { [altitude, view.x, view.y, view.z, sun.x, sun.y, sun.z] };
-    let sights = lists.add(views.iter().flat_map(of_ray));
-    let count = views.len() * bands.len();
-    let mut uniform =
-        FieldUniform { invocations: count as u32, groups: bands.len() as u32, ..empty(atmosphere, placed_for) };
-    uniform.tables.sights = sights;
-    let (values, none) = (device.reserve(NUMBERS * OF_FIRST * count)?, device.reserve(NUMBERS)?);
-    let work = Work {
-        variant,
-        bands,
-        quadratures: [quadrature, quadrature],
-        tables: &lists.0,
-        memory: [&none, &values, &none],
-    };
-    let steps = [Step { kernel: FieldKernel::FieldFirst, uniform }];
-    let read = device.run(&work, &steps, None, Some(Reading::Values(0..OF_FIRST * count)))?;
-    Some(read.chunks_exact(OF_FIRST).map(|of| [of[0], of[1]]).collect())
 }

@@ -7,6 +7,8 @@
 //! tables four times as fine, and those against a Monte Carlo reference.
 
 mod device_field;
+mod device_lists;
+mod device_rays;
 mod field;
 mod grid;
 mod kept;
@@ -19,7 +21,7 @@ mod sights;
 mod suns;
 mod view;
 
-pub use device_field::scattered_once;
+pub use device_rays::scattered_once;
 pub use field::{LightField, OrdersMade};
 pub use kept::{Keep, LightFields};
 pub use rays::Wavelengths;

@@ -11,7 +11,7 @@ use sorairo_shared::multiple::{Lanes, gather};
 use sorairo_shared::multiple_lookup::MultipleLookup;
 use sorairo_shared::single::Bands;
 
-use super::device_field;
+use super::device_rays;
 use super::field::{LightField, OrdersMade, Room, Tiles};
 use super::kept::LightFields;
 use super::rays::{OwnedRay, Wavelengths};
@@ -105,7 +105,7 @@ fn of_groups<const N: usize>(
 ) -> (Vec<Vec<Vec<Light>>>, OrdersMade) {
     if let Some(device) = fields.device()
         && let Some(field) = fields.get_on_device::<N>(device, setting, bands, resolution, orders)
-        && let Some(light) = device_field::light_of_rows(device, &field, setting, bands, resolution, rows)
+        && let Some(light) = device_rays::light_of_rows(device, &field, setting, bands, resolution, rows)
     {
         return (light, field.orders.clone());
     }

@@ -1,0 +1,153 @@
+//! What draws the sky, lights with it, and measures a device.
+#![expect(clippy::too_many_arguments, reason = "each binding is an argument")]
+
+use sorairo_shared::arithmetic::multiply_adds_pixel;
+use sorairo_shared::environment::{
+    COEFFICIENTS, CoefficientLanes, LevelStep, ROW_SUMS, RowLanes, half_pixel, keep_coefficients, keep_row_sums,
+    level_pixel, store_coefficient, store_row_sum,
+};
+use sorairo_shared::kernels::{SENTINEL, lookup_colours, lookup_invocations, lookup_pixel, sky_pixel};
+use sorairo_shared::lookup::{entries, is_read, store_entry};
+use sorairo_shared::math::store;
+use sorairo_shared::single::Bands;
+use sorairo_shared::uniform::{Buffers, Uniform};
+use spirv_std::arch::workgroup_memory_barrier_with_group_sync;
+use spirv_std::glam::{UVec3, Vec2, Vec4};
+use spirv_std::spirv;
+
+/// Fills the output with the sentinel.
+#[spirv(compute(threads(16, 16), entry_point_name = "fill"))]
+pub fn fill(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(num_workgroups)] groups: UVec3,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
+) {
+    let invocations = groups.x * 16 * groups.y * 16;
+    let mut at = (id.y * groups.x * 16 + id.x) as usize;
+    while at < output.len() {
+        store(output, at, SENTINEL);
+        at += invocations as usize;
+    }
+}
+
+/// The sky, integrated at every pixel.
+#[spirv(compute(threads(16, 16), entry_point_name = "sky"))]
+pub fn sky(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
+) {
+    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
+        sky_pixel(uniform, Buffers { bands, quadrature, colour, multiple }, output, id.truncate(), variant);
+    }
+}
+
+/// The sky lookup.
+#[spirv(compute(threads(64), entry_point_name = "lookup"))]
+pub fn lookup(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] lookup: &mut [Vec4],
+) {
+    if (id.x < entries(uniform)) && is_read(uniform, id.x, variant) {
+        let buffers = Buffers { bands, quadrature, colour, multiple };
+        store_entry(lookup, id.x, lookup_colours(uniform, buffers, id.x, variant), variant);
+    }
+}
+
+/// The sky, interpolated from the sky lookup: a kernel of its own, since a browser compiles it in a fraction of the time that one with
+/// the integral takes.
+#[spirv(compute(threads(16, 16), entry_point_name = "sky_lookup"))]
+pub fn sky_lookup(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] lookup: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
+) {
+    if (id.x < lookup_invocations(uniform, variant)) & (id.y < uniform.rows) {
+        lookup_pixel(uniform, colour, lookup, output, id.truncate(), variant);
+    }
+}
+
+/// The next level of an environment map.
+#[spirv(compute(threads(16, 16), entry_point_name = "environment_level"))]
+pub fn environment_level(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] step: &LevelStep,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] levels: &mut [Vec4],
+) {
+    if (id.x < step.target.width) & (id.y < step.target.height) {
+        level_pixel(step, levels, id.x, id.y);
+    }
+}
+
+/// A level of an environment map in half floats.
+#[spirv(compute(threads(16, 16), entry_point_name = "environment_half"))]
+pub fn environment_half(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] step: &LevelStep,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] levels: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] halves: &mut [u32],
+) {
+    if (id.x < step.target.width) & (id.y < step.target.height) {
+        half_pixel(step, levels, halves, id.x, id.y);
+    }
+}
+
+/// Each row of an environment map, summed against the functions of the azimuth; a workgroup has a row.
+#[spirv(compute(threads(64), entry_point_name = "environment_rows"))]
+pub fn environment_rows(
+    #[spirv(workgroup_id)] group: UVec3,
+    #[spirv(local_invocation_index)] lane: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] step: &LevelStep,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] levels: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] rows: &mut [Vec4],
+    #[spirv(workgroup)] kept: &mut RowLanes,
+) {
+    keep_row_sums(step, levels, group.x, lane, kept);
+    workgroup_memory_barrier_with_group_sync();
+    if lane < ROW_SUMS {
+        store_row_sum(kept, rows, group.x, lane);
+    }
+}
+
+/// The coefficients of an environment map's irradiance, by one workgroup.
+#[spirv(compute(threads(64), entry_point_name = "environment_harmonics"))]
+pub fn environment_harmonics(
+    #[spirv(local_invocation_index)] lane: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] step: &LevelStep,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] rows: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] coefficients: &mut [Vec4],
+    #[spirv(workgroup)] kept: &mut CoefficientLanes,
+) {
+    keep_coefficients(step, rows, lane, kept);
+    workgroup_memory_barrier_with_group_sync();
+    if lane < COEFFICIENTS {
+        store_coefficient(kept, coefficients, lane);
+    }
+}
+
+/// Multiply-adds alone.
+#[spirv(compute(threads(16, 16), entry_point_name = "multiply_adds"))]
+pub fn multiply_adds(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
+) {
+    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
+        multiply_adds_pixel(uniform, output, id.truncate(), variant);
+    }
+}

@@ -5,10 +5,12 @@ use std::sync::Arc;
 
 use sorairo::low_level::device::gpu;
 use sorairo::low_level::device::{Backend, cpu::Cpu};
+use sorairo::low_level::plan::on_device::{Keeping, Look, Memory, PlanDevice, Reading, Step, Work};
 use sorairo::low_level::plan::{SpectralPlan, direction};
 use sorairo::scene::{CameraScene, GroundAlbedo, Orders, PathChoice, Preset, Projection, Rgb, Scene};
 use sorairo::{LightFields, PixelFormat, Plan, SkyPlan, wgpu};
 use sorairo_shared::glam::Vec4;
+use sorairo_shared::sky::Parts;
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::interpreted::Interpreted;
 use sorairo_tests::own_device::{opened, with_passthrough};
@@ -191,4 +193,33 @@ fn a_sky_that_a_device_planned_is_drawn_without_asking_it_again() {
     let again = planned(&near, &sky.base.light_fields);
     again.colours();
     assert!(device.calls() > asked && device.calls() < 2 * asked, "{} after {asked}", device.calls());
+}
+
+/// A device whose kernels write nothing.
+struct Broken(Interpreted);
+
+impl PlanDevice for Broken {
+    fn reserve(&self, numbers: usize) -> Option<Memory> {
+        self.0.reserve(numbers)
+    }
+
+    fn run(&self, work: &Work<'_>, _: &[Step], keep: Option<Keeping<'_>>, read: Option<Reading>) -> Option<Vec<Vec4>> {
+        self.0.run(work, &[], keep, read)
+    }
+
+    fn look(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>> {
+        let nothing = Parts { air: Vec4::NAN, ..Parts::default() };
+        Some(at.iter().map(|look| vec![nothing; look.views.len() * look.buffers.bands.len()]).collect())
+    }
+}
+
+#[test]
+fn where_the_device_finds_no_numbers_the_processor_plans() {
+    let scene = &skies()[2].1;
+    let colours = |fields: &LightFields| {
+        let sky = planned(scene, fields);
+        (sky.integral().multiple.clone(), sky.colours().rows.clone(), sky.colours().exposure, sky.lookup_grid(true))
+    };
+    let broken = LightFields::on_device(Arc::new(Broken(Interpreted::default())));
+    assert!(colours(&broken) == colours(&LightFields::default()), "to the bit");
 }

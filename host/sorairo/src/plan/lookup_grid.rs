@@ -42,27 +42,107 @@ pub struct Seen<'a> {
     pub constituents: &'a dyn Fn(&[Vec3]) -> Vec<Constituents>,
 }
 
-/// Rows and columns that keep interpolation within the tolerance, from its error on the coarsest grid, and then on the grid that follows from it; none
+/// For each kind of lookup, whether it has the rows of its image, rows and columns that keep interpolation within the tolerance, from its error on the coarsest grid, and then on the grid that follows from it; none
 /// where they are too many.
 ///
 /// Midway between two entries, linear interpolation of a smooth function is off by an eighth of its second difference, which falls as the
 /// square of the spacing, and a cubic by a part of its fourth difference, which falls as the fourth power. The error is measured there, on
 /// sample cells, in both directions; the number of entries follows from it. Where the coarsest grid skips what is narrower than its cells, the
 /// second one shows it.
-pub fn enough(sky: &Seen, has_its_rows: bool) -> Option<Entries> {
-    let allowed = |(rows, azimuths): Entries| (has_its_rows || rows <= LARGEST.0) && azimuths <= LARGEST.1;
-    let sampled = |grid| Sampled::new(sky, grid, has_its_rows);
-    let coarsest = sampled(COARSEST);
-    if coarsest.mean <= 0.0 {
-        return Some(COARSEST);
+pub fn enough(sky: &Seen, kinds: &[bool]) -> Vec<Option<Entries>> {
+    let coarsest = sampled(sky, kinds.iter().map(|&has_its_rows| (COARSEST, has_its_rows)));
+    let finer: Vec<Option<Entries>> = coarsest.iter().map(Sampled::next).collect();
+    let asked = finer.iter().zip(kinds).filter_map(|(grid, &has_its_rows)| Some(((*grid)?, has_its_rows)));
+    let mut found = sampled(sky, asked).into_iter();
+    let last = |(coarsest, grid): (&Sampled, Option<Entries>)| match grid {
+        Some(grid) => {
+            let finer = found.next()?.enough();
+            let grid = (grid.0.max(finer.0), grid.1.max(finer.1));
+            coarsest.allows(grid).then_some(grid)
+        }
+        None => (coarsest.mean <= 0.0).then_some(COARSEST),
+    };
+    coarsest.iter().zip(finer).map(last).collect()
+}
+
+/// What interpolation does to sample cells of some grids, all looked at together: a device is asked once.
+fn sampled(sky: &Seen, grids: impl Iterator<Item = (Entries, bool)>) -> Vec<Sampled> {
+    let uniform = &sky.integral.uniform;
+    let chosen: Vec<Chosen> = grids.map(|(grid, has_its_rows)| Chosen::new(uniform, grid, has_its_rows)).collect();
+    let views: Vec<Vec3> =
+        chosen.iter().flat_map(|of| of.places.iter().map(|place| place.view(uniform, of.grid))).collect();
+    if views.is_empty() {
+        return Vec::new();
     }
-    let grid = coarsest.enough();
-    if !allowed(grid) {
-        return None;
+    let constituents = (sky.constituents)(&views);
+    let mut rest = &constituents[..];
+    let of_chosen = |of: Chosen| {
+        let (found, others) = rest.split_at(of.places.len());
+        rest = others;
+        of.sampled(sky.integral, found)
+    };
+    chosen.into_iter().map(of_chosen).collect()
+}
+
+/// Sample cells of a grid.
+struct Chosen {
+    grid: Entries,
+    has_its_rows: bool,
+    /// Their middles.
+    middles: Vec<Place>,
+    /// These, and what is interpolated for them, in order: neighbours share most of what lies between them.
+    places: Vec<Place>,
+}
+
+impl Chosen {
+    /// Of a grid of rows and columns; an image that has its rows goes through columns by cubics.
+    fn new(uniform: &Uniform, grid: Entries, has_its_rows: bool) -> Self {
+        let sides: &[bool] = if uniform.altitude > 0.0 { &[true, false] } else { &[true] };
+        // Spread as on the coarsest grid, each in the middle of a cell.
+        let places = |cells: u32, step: usize, of: u32| {
+            (0..cells).step_by(step).map(move |i| 2 * (f64::from(i) / f64::from(cells) * f64::from(of)) as u32 + 1)
+        };
+        // A finer grid's cells are more alike from row to row.
+        let row_step = if grid == COARSEST { 2 } else { 4 };
+        let rows = |&above| places(COARSEST.0 - 1, row_step, grid.0 - 1).map(move |row| (above, row));
+        let of_row =
+            |(above, row)| places(COARSEST.1 - 1, 2, grid.1 - 1).map(move |column| Place { above, row, column });
+        let middles: Vec<Place> = sides.iter().flat_map(rows).flat_map(of_row).collect();
+        let around = |&middle: &Place| std::iter::once(middle).chain(middle.neighbours(grid, has_its_rows));
+        let mut places: Vec<Place> = middles.iter().flat_map(around).collect();
+        places.sort_unstable();
+        places.dedup();
+        Self { grid, has_its_rows, middles, places }
     }
-    let finer = sampled(grid).enough();
-    let grid = (grid.0.max(finer.0), grid.1.max(finer.1));
-    allowed(grid).then_some(grid)
+
+    /// What interpolation does to them, from linear RGB of each constituent at all places.
+    fn sampled(self, integral: &RayIntegral, constituents: &[Constituents]) -> Sampled {
+        let Self { grid, has_its_rows, .. } = self;
+        let uniform = &integral.uniform;
+        let at = |place: Place| {
+            constituents[self.places.binary_search(&place).expect("every neighbour is among the places")]
+        };
+        let cell = |&place: &Place| {
+            let phases = integral.phases(place.view(uniform, grid));
+            let luminance = |Constituents { air, aerosol, rest }: Constituents| {
+                f64::from(uniform.rgb.luminance(air * phases.air + aerosol * phases.aerosol + rest))
+            };
+            let middle = luminance(at(place));
+            let neighbours = place.neighbours(grid, has_its_rows).map(|neighbour| luminance(at(neighbour)));
+            let (error_along_elevation, error_along_azimuth) = if has_its_rows {
+                let weights = stencil(place.column(), grid.1).weights.to_array().map(f64::from);
+                let cubic: f64 = weights.into_iter().zip(neighbours).map(|(weight, value)| weight * value).sum();
+                (0.0, (cubic - middle).abs())
+            } else {
+                let [before, behind, above, below] = neighbours;
+                ((0.5 * (above + below) - middle).abs(), (0.5 * (before + behind) - middle).abs())
+            };
+            Cell { luminance: middle.abs(), error_along_elevation, error_along_azimuth }
+        };
+        let cells: Vec<Cell> = self.middles.iter().map(cell).collect();
+        let mean = cells.iter().map(|cell| cell.luminance).sum::<f64>() / cells.len() as f64;
+        Sampled { grid, has_its_rows, cells, mean }
+    }
 }
 
 /// What interpolation does to sample cells of a grid.
@@ -75,22 +155,13 @@ struct Sampled {
 }
 
 impl Sampled {
-    /// Of a grid of rows and columns; an image that has its rows goes through columns by cubics.
-    fn new(sky: &Seen, grid: Entries, has_its_rows: bool) -> Self {
-        let sides: &[bool] = if sky.integral.uniform.altitude > 0.0 { &[true, false] } else { &[true] };
-        // Spread as on the coarsest grid, each in the middle of a cell.
-        let places = |cells: u32, step: usize, of: u32| {
-            (0..cells).step_by(step).map(move |i| 2 * (f64::from(i) / f64::from(cells) * f64::from(of)) as u32 + 1)
-        };
-        // A finer grid's cells are more alike from row to row.
-        let row_step = if grid == COARSEST { 2 } else { 4 };
-        let rows = |&above| places(COARSEST.0 - 1, row_step, grid.0 - 1).map(move |row| (above, row));
-        let of_row =
-            |(above, row)| places(COARSEST.1 - 1, 2, grid.1 - 1).map(move |column| Place { above, row, column });
-        let middles: Vec<Place> = sides.iter().flat_map(rows).flat_map(of_row).collect();
-        let cells = measure(sky, grid, &middles, has_its_rows);
-        let mean = cells.iter().map(|cell| cell.luminance).sum::<f64>() / cells.len() as f64;
-        Self { grid, has_its_rows, cells, mean }
+    fn allows(&self, (rows, azimuths): Entries) -> bool {
+        (self.has_its_rows || rows <= LARGEST.0) && azimuths <= LARGEST.1
+    }
+
+    /// The grid to look at next, if there is light and it is not too large.
+    fn next(&self) -> Option<Entries> {
+        (self.mean > 0.0).then(|| self.enough()).filter(|&grid| self.allows(grid))
     }
 
     /// Rows and columns that are enough.
@@ -150,35 +221,4 @@ impl Place {
         let across = [row - 1, row + 1].map(|row| Self { row, ..self });
         [along[0], along[1], across[0], across[1]]
     }
-}
-
-/// The cells about some places of a grid; an image that has its rows goes through columns by cubics.
-fn measure(sky: &Seen, grid: Entries, middles: &[Place], has_its_rows: bool) -> Vec<Cell> {
-    let uniform = &sky.integral.uniform;
-    // Neighbours share most of what lies between them.
-    let around = |&middle: &Place| std::iter::once(middle).chain(middle.neighbours(grid, has_its_rows));
-    let mut places: Vec<Place> = middles.iter().flat_map(around).collect();
-    places.sort_unstable();
-    places.dedup();
-    let views: Vec<Vec3> = places.iter().map(|place| place.view(uniform, grid)).collect();
-    let constituents = (sky.constituents)(&views);
-    let at = |place: Place| constituents[places.binary_search(&place).expect("every neighbour is among the places")];
-    let cell = |&place: &Place| {
-        let phases = sky.integral.phases(place.view(uniform, grid));
-        let luminance = |Constituents { air, aerosol, rest }: Constituents| {
-            f64::from(uniform.rgb.luminance(air * phases.air + aerosol * phases.aerosol + rest))
-        };
-        let middle = luminance(at(place));
-        let neighbours = place.neighbours(grid, has_its_rows).map(|neighbour| luminance(at(neighbour)));
-        let (error_along_elevation, error_along_azimuth) = if has_its_rows {
-            let weights = stencil(place.column(), grid.1).weights.to_array().map(f64::from);
-            let cubic: f64 = weights.into_iter().zip(neighbours).map(|(weight, value)| weight * value).sum();
-            (0.0, (cubic - middle).abs())
-        } else {
-            let [before, behind, above, below] = neighbours;
-            ((0.5 * (above + below) - middle).abs(), (0.5 * (before + behind) - middle).abs())
-        };
-        Cell { luminance: middle.abs(), error_along_elevation, error_along_azimuth }
-    };
-    middles.iter().map(cell).collect()
 }

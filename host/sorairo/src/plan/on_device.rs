@@ -32,6 +32,32 @@ pub trait PlanDevice: Send + Sync {
     fn look(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>>;
 }
 
+/// A device of whose answers those are taken that are numbers: what a driver makes of a kernel is not known before.
+pub struct Checked(pub Arc<dyn PlanDevice>);
+
+impl PlanDevice for Checked {
+    fn reserve(&self, numbers: usize) -> Option<Memory> {
+        self.0.reserve(numbers)
+    }
+
+    fn run(
+        &self,
+        work: &Work<'_>,
+        steps: &[Step],
+        keep: Option<Keeping<'_>>,
+        read: Option<Reading>,
+    ) -> Option<Vec<Vec4>> {
+        self.0.run(work, steps, keep, read).filter(|values| values.iter().all(|value| value.is_finite()))
+    }
+
+    fn look(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>> {
+        let are_finite = |&Parts { air, aerosol, multiple, ground }: &Parts<Vec4>| {
+            [air, aerosol, multiple, ground].into_iter().all(Vec4::is_finite)
+        };
+        self.0.look(at).filter(|found| found.iter().flatten().all(are_finite))
+    }
+}
+
 /// Directions of a sky.
 pub struct Look<'a> {
     /// What the kernels are told of the sky.

@@ -127,12 +127,13 @@ impl SkyPlan {
     /// Rows and columns of a sky lookup that are enough, none where it would be too large: of one that has the rows of its image, or of one of its own. Found
     /// when it is first asked for; with the colours where a device finds both.
     pub fn lookup_grid(&self, has_its_rows: bool) -> Option<Entries> {
-        self.lookup_grid_by(&self.colours().rows, has_its_rows)
+        let find = || self.find_lookup_grids(&self.colours().rows, &[has_its_rows])[0];
+        *found_once(&self.lookup_grids[usize::from(has_its_rows)], find)
     }
 
-    fn lookup_grid_by(&self, rows: &[Vec4], has_its_rows: bool) -> Option<Entries> {
-        let seen = Seen { integral: self.integral(), constituents: &|views| self.constituents_by(rows, views) };
-        *found_once(&self.lookup_grids[usize::from(has_its_rows)], || lookup_grid::enough(&seen, has_its_rows))
+    fn find_lookup_grids(&self, rows: &[Vec4], kinds: &[bool]) -> Vec<Option<Entries>> {
+        let constituents = |views: &[Vec3]| self.constituents_by(rows, views);
+        lookup_grid::enough(&Seen { integral: self.integral(), constituents: &constituents }, kinds)
     }
 
     fn find_colours(&self) -> Colours {
@@ -149,9 +150,10 @@ impl SkyPlan {
         let exposure = exposure::of(self.scene.render.exposure, self.integral(), radiances);
         if self.base.light_fields.device().is_some() && self.colour_path != ColourPath::Solve {
             // Whoever draws the sky then waits for no device.
-            for has_its_rows in [false, true] {
-                self.lookup_grid_by(&rows, has_its_rows);
-            }
+            let found = self.find_lookup_grids(&rows, &[false, true]);
+            self.lookup_grids.iter().zip(found).for_each(|(cell, grid)| {
+                cell.get_or_init(|| grid);
+            });
         }
         Colours { rows, ground, exposure }
     }

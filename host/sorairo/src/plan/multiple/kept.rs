@@ -12,7 +12,7 @@ use super::field::LightField;
 use super::rays::Wavelengths;
 use super::resolution::Resolution;
 use super::setting::Setting;
-use crate::plan::on_device::PlanDevice;
+use crate::plan::on_device::{Checked, PlanDevice};
 use crate::scene::Orders;
 
 /// What the fields that are kept may take together (bytes): some hundred of them, those of a day and its twilight.
@@ -80,7 +80,7 @@ impl Key {
 impl LightFields {
     /// None yet; those to come are computed and kept on a device, and so is what else a plan integrates. Where the device cannot, the processor does.
     pub fn on_device(device: Arc<dyn PlanDevice>) -> Self {
-        Self { device: Some(device), ..Self::default() }
+        Self { device: Some(Arc::new(Checked(device))), ..Self::default() }
     }
 
     /// None yet, on the same device.

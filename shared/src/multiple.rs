@@ -183,8 +183,9 @@ pub fn single_scattering_of_lit_ray<const N: usize>(
 ) -> [(Lanes<N>, Lanes<N>); 2] {
     let mut light = [(Lanes::ZERO, Lanes::ZERO); 2];
     for node in ray.nodes {
-        let mu_s = sights.map(|sight| node.place.mu_s(ray.radius, sight));
-        let sunlight = sunlight_of_two(atmosphere, spectrum, node, Vec2::from_array(mu_s), variant);
+        let [first, second] = sights;
+        let mu_s = Vec2::new(node.place.mu_s(ray.radius, first), node.place.mu_s(ray.radius, second));
+        let sunlight = sunlight_of_two(atmosphere, spectrum, node, mu_s, variant);
         for ((air, aerosol), sunlight) in light.iter_mut().zip(&sunlight) {
             air.add_product(&node.air, sunlight);
             aerosol.add_product(&node.aerosol, sunlight);

@@ -24,8 +24,8 @@ use crate::plan::on_device::{Keeping, Look, Memory, PlanDevice, Reading, Step, W
 /// Bytes of a value.
 const VALUE: u64 = size_of::<Vec4>() as u64;
 
-/// The most buffers that wait to be used again.
-const MOST_FREE: usize = 16;
+/// Bytes of the buffers that wait to be used again, at most.
+const MOST_FREE: u64 = 256 << 20;
 
 /// Light fields that are computed and kept in a program's device, with what else the plans that take them integrate: [`crate::SkyPlan::with_light_fields`].
 ///
@@ -64,7 +64,7 @@ impl Drop for Pooled {
     fn drop(&mut self) {
         let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
         free.push(self.buffer.clone());
-        if free.len() > MOST_FREE {
+        while free.iter().map(wgpu::Buffer::size).sum::<u64>() > MOST_FREE {
             free.remove(0);
         }
     }

@@ -40,15 +40,9 @@ impl PlanDevice for Interpreted {
         Some(Arc::new(Mutex::new(vec![UNWRITTEN; numbers.div_ceil(4)])))
     }
 
-    fn run(
-        &self,
-        work: &Work<'_>,
-        steps: &[Step],
-        keep: Option<Keeping<'_>>,
-        read: Option<Reading>,
-    ) -> Option<Vec<Vec4>> {
+    fn run(&self, work: &Work<'_>) -> Option<Vec<Vec4>> {
         self.calls.fetch_add(1, Ordering::Relaxed);
-        for Step { kernel, uniform } in steps {
+        for Step { kernel, uniform } in work.steps {
             let quadrature: &[Vec2] = work.quadratures[kernel.quadrature()];
             let (tables, variant) = (work.tables, work.variant);
             let buffers = FieldBuffers { bands: work.bands, quadrature, tables };
@@ -77,11 +71,11 @@ impl PlanDevice for Interpreted {
                 }
             }
         }
-        if let Some(Keeping { values, to }) = keep {
-            let kept = values_of(work.memory[2])[values].to_vec();
+        if let Some(Keeping { values, to }) = &work.keep {
+            let kept = values_of(work.memory[2])[values.clone()].to_vec();
             values_of(to)[..kept.len()].copy_from_slice(&kept);
         }
-        Some(match read {
+        Some(match work.read.clone() {
             Some(Reading::Values(range)) => values_of(work.memory[1])[range].to_vec(),
             Some(Reading::Orders(range)) => values_of(work.memory[2])[range].to_vec(),
             None => Vec::new(),

@@ -18,10 +18,10 @@ pub const TOLERANCE: f64 = 1e-3;
 const TOLERANCE_OF_BRIGHTEST: f64 = 1e-4;
 
 /// The sky lookup may not be finer than this; a sky that needs more is integrated at every pixel.
-pub const LARGEST: (u32, u32) = (512, 256);
+pub const LARGEST: Entries = (512, 256);
 
 /// The coarsest sky lookup, with which its error is measured.
-pub const COARSEST: (u32, u32) = (48, 16);
+pub const COARSEST: Entries = (48, 16);
 
 /// The sky lookup may not have fewer columns than this: farther apart the error is no longer that of a low difference.
 const FEWEST_AZIMUTHS: u32 = 8;
@@ -165,7 +165,7 @@ impl Sampled {
     }
 
     /// Rows and columns that are enough.
-    fn enough(&self) -> (u32, u32) {
+    fn enough(&self) -> Entries {
         let brightest = self.cells.iter().map(|cell| cell.luminance).fold(0.0, f64::max);
         let allowed =
             |cell: &Cell| (TOLERANCE * cell.luminance.max(0.1 * self.mean)).min(TOLERANCE_OF_BRIGHTEST * brightest);

@@ -18,14 +18,8 @@ pub trait PlanDevice: Send + Sync {
     /// Room for so many numbers of four bytes each; none where the device has not so much.
     fn reserve(&self, numbers: usize) -> Option<Memory>;
 
-    /// Runs steps one after the other; then copies values of the orders to where they are kept, and returns others. None where the device cannot.
-    fn run(
-        &self,
-        work: &Work<'_>,
-        steps: &[Step],
-        keep: Option<Keeping<'_>>,
-        read: Option<Reading>,
-    ) -> Option<Vec<Vec4>>;
+    /// Does some work, and returns what it reads back. None where the device cannot.
+    fn run(&self, work: &Work<'_>) -> Option<Vec<Vec4>>;
 
     /// The light in directions of some skies, one sky after the other: for each direction and group of bands that of each constituent. None where the device
     /// cannot.
@@ -40,14 +34,8 @@ impl PlanDevice for Checked {
         self.0.reserve(numbers)
     }
 
-    fn run(
-        &self,
-        work: &Work<'_>,
-        steps: &[Step],
-        keep: Option<Keeping<'_>>,
-        read: Option<Reading>,
-    ) -> Option<Vec<Vec4>> {
-        self.0.run(work, steps, keep, read).filter(|values| values.iter().all(|value| value.is_finite()))
+    fn run(&self, work: &Work<'_>) -> Option<Vec<Vec4>> {
+        self.0.run(work).filter(|values| values.iter().all(|value| value.is_finite()))
     }
 
     fn look(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>> {
@@ -70,8 +58,10 @@ pub struct Look<'a> {
     pub views: &'a [Vec3],
 }
 
-/// What steps read and write.
+/// Steps that run one after the other, and what they read and write; then values of the orders are copied to where they are kept, and others read back.
 pub struct Work<'a> {
+    /// The steps.
+    pub steps: &'a [Step],
     /// For which the kernels are specialised.
     pub variant: u32,
     /// Optical properties at the bands, four to a group.
@@ -82,6 +72,10 @@ pub struct Work<'a> {
     pub tables: &'a [f32],
     /// What kernels leave for each other: functions, values, orders.
     pub memory: [&'a Memory; 3],
+    /// What is kept.
+    pub keep: Option<Keeping<'a>>,
+    /// What is read back.
+    pub read: Option<Reading>,
 }
 
 /// Values of the orders, and where they go.
@@ -93,6 +87,7 @@ pub struct Keeping<'a> {
 }
 
 /// Values that come back.
+#[derive(Clone)]
 pub enum Reading {
     /// Of what kernels leave for each other.
     Values(Range<usize>),

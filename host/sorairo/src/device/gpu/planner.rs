@@ -90,14 +90,8 @@ impl PlanDevice for Planner {
         self.guarded(|| Some(self.pooled(bytes, usage)))
     }
 
-    fn run(
-        &self,
-        work: &Work<'_>,
-        steps: &[Step],
-        keep: Option<Keeping<'_>>,
-        read: Option<Reading>,
-    ) -> Option<Vec<Vec4>> {
-        self.guarded(|| self.run_steps(work, steps, keep, read))
+    fn run(&self, work: &Work<'_>) -> Option<Vec<Vec4>> {
+        self.guarded(|| self.run_steps(work))
     }
 
     fn look(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>> {
@@ -106,15 +100,9 @@ impl PlanDevice for Planner {
 }
 
 impl Planner {
-    fn run_steps(
-        &self,
-        work: &Work<'_>,
-        steps: &[Step],
-        keep: Option<Keeping<'_>>,
-        read: Option<Reading>,
-    ) -> Option<Vec<Vec4>> {
+    fn run_steps(&self, work: &Work<'_>) -> Option<Vec<Vec4>> {
         let groups = |step: &Step| step.uniform.invocations.div_ceil(LOOKUP_WORKGROUP);
-        if steps.iter().any(|step| groups(step) > self.device.limits().max_compute_workgroups_per_dimension) {
+        if work.steps.iter().any(|step| groups(step) > self.device.limits().max_compute_workgroups_per_dimension) {
             return None;
         }
         let [functions, values, orders] = work.memory.map(buffer_of);
@@ -122,13 +110,13 @@ impl Planner {
         let mut upload = Upload::new(&self.device);
         let lists = [cast_slice(work.bands), cast_slice(work.tables)].map(|list| upload.add(list));
         let quadratures = work.quadratures.map(|rule| upload.add(cast_slice(rule)));
-        let uniforms: Vec<_> = steps.iter().map(|step| upload.add(bytes_of(&step.uniform))).collect();
+        let uniforms: Vec<_> = work.steps.iter().map(|step| upload.add(bytes_of(&step.uniform))).collect();
         let memory = self.uploaded(&upload)?;
         let uploaded = buffer_of(&memory)?;
         let part = |at: &Part| at.of(uploaded);
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        for (step, uniform) in steps.iter().zip(&uniforms) {
+        for (step, uniform) in work.steps.iter().zip(&uniforms) {
             let [bands, tables] = lists.each_ref().map(part);
             let quadrature = part(&quadratures[step.kernel.quadrature()]);
             let [functions, values, orders] = [functions, values, orders].map(whole);
@@ -139,12 +127,12 @@ impl Planner {
             pass.dispatch_workgroups(groups(step), 1, 1);
         }
         drop(pass);
-        if let Some(Keeping { values, to }) = keep {
+        if let Some(Keeping { values, to }) = &work.keep {
             let bytes = VALUE * values.len() as u64;
             encoder.copy_buffer_to_buffer(orders, VALUE * values.start as u64, buffer_of(to)?, 0, bytes);
         }
         let part = |range: Range<usize>| Part { first: VALUE * range.start as u64, bytes: VALUE * range.len() as u64 };
-        match read {
+        match work.read.clone() {
             Some(Reading::Values(range)) => self.read(encoder, &[(values, part(range))])?.pop(),
             Some(Reading::Orders(range)) => self.read(encoder, &[(orders, part(range))])?.pop(),
             None => {

@@ -12,10 +12,10 @@ use sorairo_shared::multiple::Lanes;
 use sorairo_shared::single::Bands;
 
 use super::device_lists::{Lists, NUMBERS, Room, along_rays, both, of_ray, uniform_of};
-use super::field::{Azimuths, OrdersMade};
+use super::field::{Azimuths, MOST, OrdersMade};
 use super::grid::{Direction, Grid, directions};
 use super::resolution::Resolution;
-use super::series::{Closing, LAST};
+use super::series::Series;
 use super::setting::Setting;
 use crate::plan::on_device::{FieldKernel, Keeping, Memory, PlanDevice, Reading, Step, Work};
 use crate::plan::quadrature::gauss_legendre;
@@ -24,9 +24,6 @@ use crate::scene::Orders;
 /// The orders that are computed before the device is asked for their means, and after each time that they were not enough.
 const AT_FIRST: usize = 4;
 const AT_ONCE: usize = 2;
-
-/// The most orders that are computed.
-const MOST: usize = 24;
 
 /// A light field that stays in a device: the moments of its sum and the irradiance of the ground.
 pub struct DeviceField {
@@ -42,6 +39,7 @@ pub struct DeviceField {
 
 /// Bytes of a value.
 const VALUE: usize = size_of::<Vec4>();
+
 /// The moments of an order, counted from 0.
 fn moments_of(resolution: &Resolution, order: usize) -> Moments {
     match order {
@@ -107,10 +105,10 @@ impl DeviceField {
         orders: Orders,
     ) -> Option<Self> {
         let most = match orders {
-            Orders::All => MOST,
+            Orders::All => MOST as usize,
             Orders::UpTo(orders) => (orders as usize).saturating_sub(1).max(1),
         };
-        if most > MOST {
+        if most > MOST as usize {
             return None;
         }
         let table = Table::<N>::new(device, setting, bands, resolution, most)?;
@@ -184,13 +182,16 @@ impl<'a, const N: usize> Table<'a, N> {
         })
     }
 
-    fn work<'b>(&'b self, tables: &'b [f32]) -> Work<'b> {
+    fn work<'b>(&'b self, steps: &'b [Step], keep: Option<Keeping<'b>>, read: Option<Reading>) -> Work<'b> {
         Work {
+            steps,
             variant: self.setting.variant,
             bands: self.bands,
             quadratures: [&self.quadratures[0], &self.quadratures[1]],
-            tables,
+            tables: &self.lists.0,
             memory: [&self.memory[0], &self.memory[1], &self.memory[2]],
+            keep,
+            read,
         }
     }
 
@@ -240,7 +241,7 @@ impl<'a, const N: usize> Table<'a, N> {
     fn compute(&self, orders: Range<usize>) -> Option<Vec<Vec<Lanes<N>>>> {
         let steps: Vec<Step> = orders.clone().flat_map(|order| self.steps(order)).collect();
         let means = self.places.means[orders.start] as usize..self.places.means[orders.end] as usize;
-        let read = self.device.run(&self.work(&self.lists.0), &steps, None, Some(Reading::Orders(means)))?;
+        let read = self.device.run(&self.work(&steps, None, Some(Reading::Orders(means))))?;
         let nodes = self.grid.altitudes.len() * self.grid.suns.len();
         let mean = |groups: &[Vec4]| {
             let mut lanes = Lanes::ZERO;
@@ -254,25 +255,19 @@ impl<'a, const N: usize> Table<'a, N> {
     /// Light of all orders: some are computed, until what stands for the rest is near enough. How often each of those after the first counts.
     fn all_orders(&self, made: &mut OrdersMade) -> Option<Vec<Lanes<N>>> {
         let mut means = self.compute(0..AT_FIRST)?;
-        let mut sum = means[0].clone();
-        // The last that is in the sum, and the last that is looked at.
-        let (mut before, mut last) = (0, 2);
+        let mut series = Series::new(means[0].clone(), self.grid.suns.len());
+        let mut next = 1;
         loop {
-            if last >= means.len() {
-                means.extend(self.compute(means.len()..(means.len() + AT_ONCE).min(MOST))?);
+            if next == means.len() {
+                means.extend(self.compute(next..(next + AT_ONCE).min(MOST as usize))?);
             }
-            let closing = Closing::new(&means[before..=last], &sum, self.grid.suns.len());
-            made.computed = last as u32 + 1;
-            made.error = closing.error;
-            made.ratio = std::array::from_fn(|i| closing.ratio[i]);
-            if closing.error <= made.tolerance || last + 1 == MOST {
-                return Some([vec![Lanes([1.0; N]); before], closing.factors].concat());
+            let closing = series.close(means[next].clone());
+            made.computed += 1;
+            if let Some(closing) = closing.filter(|closing| made.is_closed_by(closing)) {
+                let in_sum = next - closing.factors.len();
+                return Some([vec![Lanes([1.0; N]); in_sum], closing.factors].concat());
             }
-            if last - before == LAST {
-                before += 1;
-                sum.iter_mut().zip(&means[before]).for_each(|(sum, mean)| sum.add_scaled(mean, 1.0));
-            }
-            last += 1;
+            next += 1;
         }
     }
 
@@ -298,7 +293,7 @@ impl<'a, const N: usize> Table<'a, N> {
         let (memory, first) = (self.device.reserve(NUMBERS * values)?, self.places.sum as usize);
         let keep = Keeping { values: first..first + values, to: &memory };
         let step = Step { kernel: FieldKernel::FieldSum, uniform };
-        self.device.run(&self.work(&self.lists.0), &[step], Some(keep), None)?;
+        self.device.run(&self.work(&[step], Some(keep), None))?;
         Some(DeviceField { memory, grid: self.grid, bytes: VALUE * values, orders })
     }
 }

@@ -65,15 +65,17 @@ pub fn light_of_rows(
     ];
     let quadrature = gauss_legendre(resolution.view_samples);
     let (functions, values) = (device.reserve(functions.0)?, device.reserve(NUMBERS * values.0)?);
-    let work = Work {
+    let from = at.light as usize;
+    let read = device.run(&Work {
+        steps: &steps,
         variant: setting.variant,
         bands,
         quadratures: [&quadrature, &quadrature],
         tables: &lists.0,
         memory: [&functions, &values, &field.memory],
-    };
-    let from = at.light as usize;
-    let read = device.run(&work, &steps, None, Some(Reading::Values(from..from + 2 * light)))?;
+        keep: None,
+        read: Some(Reading::Values(from..from + 2 * light)),
+    })?;
     let of_ray = |group: usize, row: usize, column: usize| {
         let at = 2 * ((row * columns + column) * groups + group);
         Light { scattered: read[at], diffuse_irradiance: read[at + 1] }
@@ -100,14 +102,15 @@ pub fn scattered_once(
         FieldUniform { invocations: count as u32, groups: bands.len() as u32, ..empty(atmosphere, placed_for) };
     uniform.tables.sights = sights;
     let (values, none) = (device.reserve(NUMBERS * OF_FIRST * count)?, device.reserve(NUMBERS)?);
-    let work = Work {
+    let read = device.run(&Work {
+        steps: &[Step { kernel: FieldKernel::FieldFirst, uniform }],
         variant,
         bands,
         quadratures: [quadrature, quadrature],
         tables: &lists.0,
         memory: [&none, &values, &none],
-    };
-    let steps = [Step { kernel: FieldKernel::FieldFirst, uniform }];
-    let read = device.run(&work, &steps, None, Some(Reading::Values(0..OF_FIRST * count)))?;
+        keep: None,
+        read: Some(Reading::Values(0..OF_FIRST * count)),
+    })?;
     Some(read.chunks_exact(OF_FIRST).map(|of| [of[0], of[1]]).collect())
 }

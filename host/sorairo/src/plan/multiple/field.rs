@@ -15,7 +15,7 @@ use sorairo_shared::variant;
 use super::grid::{Direction, Grid, directions};
 use super::rays::{OwnedRay, Wavelengths};
 use super::resolution::Resolution;
-use super::series::{Closing, LAST};
+use super::series::{Closing, LAST, Series};
 use super::setting::Setting;
 use crate::plan::quadrature::gauss_legendre;
 use crate::scene::Orders;
@@ -61,6 +61,13 @@ impl OrdersMade {
             ..Self::default()
         }
     }
+
+    /// Takes what stands for the rest; whether it is near enough, or as near as it gets.
+    pub(super) fn is_closed_by<const N: usize>(&mut self, closing: &Closing<N>) -> bool {
+        self.error = closing.error;
+        self.ratio = std::array::from_fn(|i| closing.ratio[i]);
+        self.error <= self.tolerance || self.computed == MOST
+    }
 }
 
 /// Moments of a light field at the nodes of a grid, and the irradiance of the ground.
@@ -92,7 +99,7 @@ struct Fourier<const N: usize> {
 }
 
 /// The most orders that are computed before what is left is taken as it is.
-const MOST: u32 = 24;
+pub(super) const MOST: u32 = 24;
 
 impl<const N: usize> LightField<N> {
     /// The light of a sky that was scattered once or more often, up to the order before the last that is asked for.
@@ -217,25 +224,23 @@ impl<'a, const N: usize> Table<'a, N> {
     /// Light of all orders: some are computed, until what stands for the rest is near enough.
     fn all_orders(&self, made: &mut OrdersMade) -> Values<N> {
         let mut sum = self.first_order();
-        let mut before = sum.means();
-        // The orders that are not in the sum yet, and those before them.
-        let mut last = vec![self.next_order(&sum, self.resolution.next)];
-        made.computed = 2;
+        let mut series = Series::new(sum.means(), self.suns.len());
+        // The orders that are not in the sum yet.
+        let mut last: Vec<Values<N>> = Vec::new();
         loop {
-            last.push(self.next_order(&last[last.len() - 1], self.resolution.later));
+            let next = match last.last() {
+                None => self.next_order(&sum, self.resolution.next),
+                Some(last) => self.next_order(last, self.resolution.later),
+            };
+            if last.len() == LAST {
+                sum.add(&last.remove(0), Lanes([1.0; N]));
+            }
+            let closing = series.close(next.means());
+            last.push(next);
             made.computed += 1;
-            let means: Vec<_> = std::iter::once(before.clone()).chain(last.iter().map(Values::means)).collect();
-            let closing = Closing::new(&means, &sum.means(), self.suns.len());
-            made.error = closing.error;
-            made.ratio = std::array::from_fn(|i| closing.ratio[i]);
-            if closing.error <= made.tolerance || made.computed == MOST {
+            if let Some(closing) = closing.filter(|closing| made.is_closed_by(closing)) {
                 last.iter().zip(closing.factors).for_each(|(order, factor)| sum.add(order, factor));
                 return sum;
-            }
-            if last.len() == LAST {
-                let oldest = last.remove(0);
-                sum.add(&oldest, Lanes([1.0; N]));
-                before = oldest.means();
             }
         }
     }

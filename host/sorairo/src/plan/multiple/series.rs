@@ -35,7 +35,7 @@ pub struct Closing<const N: usize> {
 impl<const N: usize> Closing<N> {
     /// From the mean radiances at all nodes of an order and of those after it, [`LAST`] at most, and those of the sum of all up to the first of them. The
     /// nodes are those of so many suns, altitude after altitude.
-    pub fn new(orders: &[Vec<Lanes<N>>], sum: &[Lanes<N>], suns: usize) -> Self {
+    fn new(orders: &[Vec<Lanes<N>>], sum: &[Lanes<N>], suns: usize) -> Self {
         let after = orders.len() - 1;
         let mut closing = Self { factors: vec![Lanes([1.0; N]); after], ratio: [0.0; N], error: 0.0 };
         let at = |means: &[Lanes<N>], band: usize| -> Vec<f64> {
@@ -51,6 +51,32 @@ impl<const N: usize> Closing<N> {
             closing.error = closing.error.max(of_band.error);
         }
         closing
+    }
+}
+
+/// The orders of a light field, taken one after the other: those that are summed, and the last few, which are closed.
+pub struct Series<const N: usize> {
+    /// Mean radiances at all nodes of the last that is in the sum and of those after it.
+    means: Vec<Vec<Lanes<N>>>,
+    /// Those of the sum.
+    sum: Vec<Lanes<N>>,
+    suns: usize,
+}
+
+impl<const N: usize> Series<N> {
+    /// From the mean radiances of the first order at the nodes of so many suns, altitude after altitude.
+    pub fn new(first: Vec<Lanes<N>>, suns: usize) -> Self {
+        Self { means: vec![first.clone()], sum: first, suns }
+    }
+
+    /// Takes the next order; what stands for all after the sum, once two orders follow it. Where [`LAST`] follow it already, the first of them joins it.
+    pub fn close(&mut self, next: Vec<Lanes<N>>) -> Option<Closing<N>> {
+        if self.means.len() > LAST {
+            self.means.remove(0);
+            self.sum.iter_mut().zip(&self.means[0]).for_each(|(sum, mean)| sum.add_scaled(mean, 1.0));
+        }
+        self.means.push(next);
+        (self.means.len() > 2).then(|| Closing::new(&self.means, &self.sum, self.suns))
     }
 }
 

@@ -17,16 +17,15 @@ LONG = "sky.radiance(np.linspace(0, 90, 100_000), 120, np.linspace(380, 780, 81)
 def test_python_runs_while_a_sky_is_computed():
     sky = sorairo.Sky(sun_elevation=10)
     wavelengths = np.linspace(380, 780, 81)
-    computing = threading.Thread(target=lambda: sky.radiance(np.linspace(0, 90, 200), 120, wavelengths, method="dense"))
-    ticks, start = 0, time.monotonic()
+    # Hundreds of sleeps long, so that a quicker machine leaves room for the ticks.
+    computing = threading.Thread(target=lambda: sky.radiance(np.linspace(0, 90, 2000), 120, wavelengths, method="dense"))
+    ticks = 0
     computing.start()
     while computing.is_alive():
         time.sleep(0.002)
         ticks += 1
-    seconds = time.monotonic() - start
-    print(f"{ticks} ticks in {seconds:.2f} s")
     # With the lock held there would be one, after the work.
-    assert seconds > 0.1 and ticks > 10
+    assert ticks > 10
 
 
 def test_threads_share_a_sky():

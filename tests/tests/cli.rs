@@ -932,8 +932,17 @@ fn bench_writes_time_against_error_and_speed() {
     for name in ["report.md", "bench.csv", "bench.json", "pareto.svg", "pareto.png"] {
         assert!(folder.path().join("b").join(name).metadata().expect(name).len() > 100, "{name} is empty");
     }
-    succeed(folder.path(), &["bench", "--speed", "--quick", "--out", "s"]);
-    let json = std::fs::read_to_string(folder.path().join("s/speed.json")).expect("figures");
-    let speed: Value = serde_json::from_str(&json).expect("JSON");
-    assert!(speed["table_over_direct"].as_f64().is_some_and(|ratio| ratio.is_finite() && ratio > 0.0), "{speed}");
+    let printed = succeed(folder.path(), &["bench", "--speed", "--json", "--quick", "--out", "s"]);
+    let speed: Value = serde_json::from_str(&printed.stdout).expect("JSON");
+    let written = std::fs::read_to_string(folder.path().join("s/speed.json")).expect("figures");
+    assert_eq!(speed, serde_json::from_str::<Value>(&written).expect("JSON"), "what is printed is what is written");
+    let of_a_sun = ["/median_plan_over_kernels", "/mean_frame_ms", "/mean_resident_frame_ms"];
+    let of_a_sun = of_a_sun.map(|figure| format!("/moving_sun/2{figure}"));
+    let figures = ["/table_over_direct", "/multiples/1/times_fill", "/cpu_over_device/0", "/orders/8/all_over_once"];
+    let figures =
+        figures.map(String::from).into_iter().chain(of_a_sun).chain(["/rooflines/1/kernels/2/reached".into()]);
+    for figure in figures {
+        let is_measured = speed.pointer(&figure).and_then(Value::as_f64).is_some_and(|number| number > 0.0);
+        assert!(is_measured, "{figure} of {speed}");
+    }
 }

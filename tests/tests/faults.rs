@@ -275,7 +275,7 @@ fn written(folder: &Path, before: &BTreeSet<String>) -> u64 {
 fn an_interruption_is_one_sentence_and_leaves_nothing() {
     for name in ["INT", "TERM", "HUP"] {
         let folder = tempfile::tempdir().unwrap();
-        let size = ["--size", "8192x4096", "--path", "direct"];
+        let size = ["--size", "8192x4096", "--path", "direct", "--steps", "1024"];
         let child = command(folder.path(), &[&BOTH[..], &size].concat()).stderr(Stdio::piped()).spawn().unwrap();
         // The many pixels that are left take minutes.
         wait::until("the first bytes of two files", || unfinished(folder.path()).len() == 2);
@@ -291,7 +291,7 @@ fn an_interruption_is_one_sentence_and_leaves_nothing() {
 #[test]
 fn a_file_that_another_process_is_writing_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();
-    let size = ["--size", "8192x4096", "--path", "direct"];
+    let size = ["--size", "8192x4096", "--path", "direct", "--steps", "1024"];
     let mut slow = start(folder.path(), &[&BOTH[..], &size].concat());
     wait::until("the first bytes of two files", || unfinished(folder.path()).len() == 2);
     succeed(folder.path(), &["render", "--device", "cpu", "--size", "8x4", "-o", "other.png"]);

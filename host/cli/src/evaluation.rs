@@ -1,5 +1,6 @@
 //! The commands that measure: `bands`, `reproduce`, `bench`, `stress`.
 
+use serde::Serialize;
 use sorairo::low_level::device;
 use sorairo_evaluation::bands::{Found, best};
 use sorairo_evaluation::metrics::Errors;
@@ -30,9 +31,13 @@ fn bands(arguments: &BandsArguments) -> Result<()> {
     drop(progress);
     let found = found?;
     if arguments.json {
-        return print_line(&serde_json::to_string(&found).expect("a search is plain data"));
+        return print_line(&json(&found));
     }
     print_line(&table(&found))
+}
+
+fn json(measured: &impl Serialize) -> String {
+    serde_json::to_string(measured).expect("measurements are plain data")
 }
 
 /// `sorairo reproduce`.
@@ -62,14 +67,19 @@ fn bench(arguments: &BenchArguments) -> Result<()> {
     let device = device::open(&memory::device(&arguments.device)?)?;
     let progress = Progress::start();
     let stage = |stage: &str| progress.stage(stage);
-    let (done, name) = if arguments.speed {
-        (sorairo_evaluation::speed::speed(&arguments.out, &device, arguments.quick, &stage).map(drop), "speed.md")
+    let BenchArguments { out, quick, .. } = arguments;
+    let done = if arguments.speed {
+        sorairo_evaluation::speed::speed(out, &device, *quick, &stage).map(|speed| json(&speed))
     } else {
-        (sorairo_evaluation::bench::bench(&arguments.out, &device, arguments.quick, &stage).map(drop), "report.md")
+        sorairo_evaluation::bench::bench(out, &device, *quick, &stage).map(|bench| json(&bench))
     };
     drop(progress);
-    done?;
-    print_line(&arguments.out.join(name).display().to_string())
+    let measured = done?;
+    if arguments.json {
+        return print_line(&measured);
+    }
+    let report = if arguments.speed { "speed.md" } else { "report.md" };
+    print_line(&out.join(report).display().to_string())
 }
 
 /// `sorairo stress`: prints what each sweep found, and fails if a case did.

@@ -17,6 +17,7 @@ pub mod picture;
 mod problem;
 pub mod readback;
 pub mod reproduce;
+mod resident;
 pub mod roofline;
 pub mod speed;
 pub mod stress;

@@ -7,6 +7,7 @@ use sorairo::low_level::plan::{LightFields, Plan};
 use sorairo::scene::{Preset, Scene, Size};
 use sorairo::{Device, PixelFormat};
 
+use super::resident::Resident;
 use super::timing::Spread;
 use crate::problem::Result;
 
@@ -40,6 +41,12 @@ pub struct MovingSun {
     pub mean_frame_ms: f64,
     /// The mean time of a plan over that of the kernels.
     pub plan_over_kernels: f64,
+    /// The median of the one over that of the other.
+    pub median_plan_over_kernels: f64,
+    /// Time of a frame whose pixels stay in a device of a program's own (ms); none on the CPU.
+    pub resident_frame_ms: Option<Spread>,
+    /// The mean of the same (ms).
+    pub mean_resident_frame_ms: Option<f64>,
 }
 
 /// Renders the suns of [`STARTS`] on a device.
@@ -48,39 +55,59 @@ pub struct MovingSun {
 ///
 /// A device that fails.
 pub fn moving_suns(device: &Device, size: Size) -> Result<Vec<MovingSun>> {
-    STARTS.into_iter().map(|from| moving_sun(device, size, from)).collect()
+    let mut resident = Resident::beside(device, size)?;
+    STARTS.into_iter().map(|from| moving_sun(device, resident.as_mut(), size, from)).collect()
 }
 
-fn moving_sun(device: &Device, size: Size, from: f64) -> Result<MovingSun> {
-    let elevation = |frame: u32| from - STEP * f64::from(frame);
+fn moving_sun(device: &Device, resident: Option<&mut Resident>, size: Size, from: f64) -> Result<MovingSun> {
+    let scenes: Vec<Scene> = (0..FRAMES).map(|frame| sky(size, from - STEP * f64::from(frame))).collect();
     let (mut plans, mut kernels, mut frames) = (Vec::new(), Vec::new(), Vec::new());
     let light_fields = device.backend.light_fields();
     // A frame of another sky readies the device's pipelines and buffers.
-    frame(device, size, from, &light_fields.emptied())?;
-    for number in 0..FRAMES {
-        let (plan, kernel, whole) = frame(device, size, elevation(number), &light_fields)?;
+    frame(device, &scenes[0], &light_fields.emptied())?;
+    for scene in &scenes {
+        let (plan, kernel, whole) = frame(device, scene, &light_fields)?;
         plans.push(plan);
         kernels.push(kernel);
         frames.push(whole);
     }
+    let resident = resident.map(|resident| resident_frames(resident, &scenes)).transpose()?;
     let mean = |times: &[Duration]| times.iter().sum::<Duration>().as_secs_f64() * 1e3 / f64::from(FRAMES);
+    let (mean_plan_ms, mean_frame_ms) = (mean(&plans), mean(&frames));
+    let plan_over_kernels = mean_plan_ms / mean(&kernels);
+    let (plan_ms, kernel_ms) = (Spread::of(plans), Spread::of(kernels));
     Ok(MovingSun {
         from,
-        to: elevation(FRAMES - 1),
+        to: scenes[FRAMES as usize - 1].sun.elevation,
         frames: FRAMES,
-        mean_plan_ms: mean(&plans),
-        mean_frame_ms: mean(&frames),
-        plan_over_kernels: mean(&plans) / mean(&kernels),
-        plan_ms: Spread::of(plans),
-        kernel_ms: Spread::of(kernels),
+        plan_ms,
+        mean_plan_ms,
+        kernel_ms,
         frame_ms: Spread::of(frames),
+        mean_frame_ms,
+        plan_over_kernels,
+        median_plan_over_kernels: plan_ms.median / kernel_ms.median,
+        mean_resident_frame_ms: resident.as_deref().map(mean),
+        resident_frame_ms: resident.map(Spread::of),
     })
 }
 
-/// The times of a plan, of its kernels and of the whole frame.
-fn frame(device: &Device, size: Size, sun: f64, light_fields: &LightFields) -> Result<(Duration, Duration, Duration)> {
+/// The times of the same frames in a program's own device.
+fn resident_frames(resident: &mut Resident, scenes: &[Scene]) -> Result<Vec<Duration>> {
+    let light_fields = resident.light_fields();
+    resident.frame(&scenes[0], &light_fields.emptied())?;
+    scenes.iter().map(|scene| resident.frame(scene, &light_fields)).collect()
+}
+
+/// The default sky under a sun.
+fn sky(size: Size, sun: f64) -> Scene {
     let mut scene = Scene::preset(Preset::Standard);
     (scene.sun.elevation, scene.camera.size) = (sun, size);
+    scene
+}
+
+/// The times of a plan, of its kernels and of the whole frame.
+fn frame(device: &Device, scene: &Scene, light_fields: &LightFields) -> Result<(Duration, Duration, Duration)> {
     let start = Instant::now();
     let plan = Plan::with_light_fields(&scene.validated()?, PixelFormat::LinearRgb, light_fields);
     let planned = start.elapsed();

@@ -76,13 +76,22 @@ os.waitpid(child, 0)
     assert "before this process was forked" in done.stdout, done.stderr
 
 
+def is_begun(folder):
+    """Whether a file is being written; one by which the folder is tried stays empty, and may go while it is looked at."""
+    try:
+        return any(file.stat().st_size for file in folder.iterdir())
+    except FileNotFoundError:
+        return False
+
+
 def test_ctrl_c_interrupts_the_command(tmp_path):
-    # Some tens of seconds of work.
-    arguments = ["render", "--size=8000x4000", "--path=direct", "--device=cpu", "-osky.exr"]
+    # Hundreds of times the work that is done once the first rows are there.
+    arguments = ["render", "--size=16000x8000", "--path=direct", "--device=cpu", "-osky.exr"]
     process = subprocess.Popen(
         [Path(sys.executable).with_name("sorairo"), *arguments], cwd=tmp_path, stderr=subprocess.PIPE, text=True
     )
-    time.sleep(2)
+    while process.poll() is None and not is_begun(tmp_path):
+        time.sleep(0.002)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 130 and "interrupted" in said

@@ -180,6 +180,14 @@ impl Spectra {
         Self { by: By::Fit(spectral) }
     }
 
+    /// The wavelengths (nm) at which rays are integrated, in no order.
+    pub fn bands(&self) -> &[f64] {
+        match &self.by {
+            By::Fit(planned) => &planned.integral.wavelengths,
+            By::Dense(dense) => &dense.integral.wavelengths,
+        }
+    }
+
     /// Radiance at each wavelength towards an elevation and an azimuth (degrees, clockwise from north): W·m⁻²·sr⁻¹·nm⁻¹, at least 0.
     ///
     /// # Errors

@@ -20,7 +20,7 @@ const BANDS: Color32 = Color32::from_gray(170);
 
 /// Says what the lines of the plot are, from the right to the left.
 pub fn legend(ui: &mut Ui, spectrum: &PointSpectrum) {
-    let count = spectrum.plan.sky.base.wavelengths.len();
+    let count = spectrum.bands.len();
     for (name, mark, colour) in [
         ("bands".to_owned(), "┆", BANDS),
         (format!("{count} bands and their fit"), "━", FITTED),
@@ -61,7 +61,7 @@ pub fn show(ui: &mut Ui, spectrum: &PointSpectrum) {
             plot.bar_chart(bars);
             plot.line(dense);
             plot.line(fitted);
-            for &band in &spectrum.plan.sky.base.wavelengths {
+            for &band in &spectrum.bands {
                 let line = VLine::new("bands", band).color(BANDS).width(1.0);
                 plot.vline(line.style(LineStyle::dashed_dense()).allow_hover(false));
             }

@@ -9,7 +9,7 @@ use eframe::egui::{Color32, ColorImage};
 use sorairo::Device;
 use sorairo::Plan;
 use sorairo::low_level::spectra::observer;
-use sorairo::low_level::spectrum::{Direction, Sample, spectrum};
+use sorairo::low_level::spectrum::{Direction, Method, Sample, Spectra};
 use sorairo::scene::Rgb;
 use sorairo::{LightFields, PixelFormat, Result, Scene, SkyPlan};
 
@@ -62,7 +62,9 @@ pub struct PointSpectrum {
     pub towards: Direction,
     /// Radiance over the observer's range.
     pub samples: Vec<Sample>,
-    /// The plan whose bands and observer it has.
+    /// The bands (nm) through which the fit goes.
+    pub bands: Vec<f64>,
+    /// The plan whose observer it has.
     pub plan: Arc<Plan>,
 }
 
@@ -194,8 +196,14 @@ pub fn colour(pixel: u32) -> Color32 {
 
 fn point_spectrum(plan: &Arc<Plan>, point: [f64; 2]) -> Result<Option<PointSpectrum>> {
     let Some(towards) = direction_at(plan, point) else { return Ok(None) };
-    let samples = spectrum(&plan.sky, towards.elevation, towards.azimuth, &observer::wavelengths())?;
-    Ok(Some(PointSpectrum { towards, samples, plan: Arc::clone(plan) }))
+    let wavelengths = observer::wavelengths();
+    let by = |method| Spectra::new(&plan.sky, &wavelengths, method);
+    let (fitted, dense) = (by(Method::Fit)?, by(Method::Dense)?);
+    let radiance = |spectra: &Spectra| spectra.towards(towards.elevation, towards.azimuth);
+    let pairs = radiance(&fitted)?.into_iter().zip(radiance(&dense)?);
+    let sample = |(&wavelength_nm, (radiance, dense)): (&f64, (f64, f64))| Sample { wavelength_nm, radiance, dense };
+    let samples = wavelengths.iter().zip(pairs).map(sample).collect();
+    Ok(Some(PointSpectrum { towards, samples, bands: fitted.bands().to_vec(), plan: Arc::clone(plan) }))
 }
 
 #[cfg(test)]

@@ -64,6 +64,9 @@ pub struct BenchArguments {
     /// Measure speed instead: kernels against writing their pixels, sizes, sky lookups, samples, a cold start.
     #[arg(long)]
     pub speed: bool,
+    /// Print what was measured as one JSON object, in place of the report's name.
+    #[arg(long)]
+    pub json: bool,
     /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
     #[arg(long, default_value = "auto", value_name = "NAME")]
     pub device: String,

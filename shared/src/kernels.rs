@@ -31,7 +31,12 @@ pub const SENTINEL: u32 = 0x7fff_ffff;
 /// first.
 #[inline(always)]
 pub fn store_rgb(uniform: &Uniform, output: &mut [u32], pixel: UVec2, rgb: Vec3, variant: u32) {
-    let index = index(uniform, pixel);
+    store_rgb_at(uniform, output, index(uniform, pixel), pixel, rgb, variant);
+}
+
+/// [`store_rgb`] of a pixel that stands at an index of the output.
+#[inline(always)]
+fn store_rgb_at(uniform: &Uniform, output: &mut [u32], index: u32, pixel: UVec2, rgb: Vec3, variant: u32) {
     let format = variant::pixel_format(variant);
     if format == PixelFormat::Picture as u32 {
         let word = picture_word(uniform, pixel.x, uniform.first_row + pixel.y, rgb, variant);
@@ -215,12 +220,13 @@ pub fn lookup_pixel(
         }
         let (circle, middle) = (Circle::of_row(uniform, row), Middle::towards(uniform, direction));
         let run = Run::new(uniform, entries, circle, middle, row, variant);
-        let mut index = 0;
-        while index < RUN {
-            let rgb = run.sky(uniform, index, variant);
-            store_rgb(uniform, output, pixel, with_disc(uniform, colour, pixel, rgb, variant), variant);
+        let first = index(uniform, pixel);
+        let mut of_run = 0;
+        while of_run < RUN {
+            let rgb = with_disc(uniform, colour, pixel, run.sky(of_run, variant), variant);
+            store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
             pixel.x += 1;
-            index += 1;
+            of_run += 1;
         }
     } else {
         let pixel = invocation;

@@ -44,27 +44,87 @@ impl ScatteringAngle {
 
 /// The phase function of air, `3/(16π) ((4 - ε)/3 + ε ν²)`, in sr⁻¹; its integral over the sphere is 1.
 ///
-/// `nu` is the cosine of the scattering angle. The anisotropy `ε = (1 - ρ)/(1 + ρ/2)` is 1 for Rayleigh's spheres; molecules depolarise by
-/// `ρ`, that of air is 0.96 (Chandrasekhar 1950; Bucholtz 1995, <https://doi.org/10.1364/AO.34.002765>, Eq. 12). Its Legendre moments are
-/// `χ_0 = 1` and `χ_2 = ε/10`.
-#[inline(always)]
-pub fn air_phase(anisotropy: f32, nu: f32) -> f32 {
-    3.0 / (16.0 * PI) * ((4.0 - anisotropy) / 3.0 + anisotropy * (nu * nu))
+/// The anisotropy `ε = (1 - ρ)/(1 + ρ/2)` is 1 for Rayleigh's spheres; molecules depolarise by `ρ`, that of air is 0.96 (Chandrasekhar 1950; Bucholtz 1995,
+/// <https://doi.org/10.1364/AO.34.002765>, Eq. 12). Its Legendre moments are `χ_0 = 1` and `χ_2 = ε/10`.
+#[derive(Clone, Copy)]
+pub struct AirPhase {
+    /// Its value across.
+    across: f32,
+    /// What it grows by with the square of the cosine.
+    growth: f32,
+}
+
+impl AirPhase {
+    /// That of an anisotropy.
+    #[inline(always)]
+    pub fn new(anisotropy: f32) -> Self {
+        const SCALE: f32 = 3.0 / (16.0 * PI);
+        Self { across: SCALE / 3.0 * (4.0 - anisotropy), growth: SCALE * anisotropy }
+    }
+
+    /// At an angle with this cosine (sr⁻¹).
+    #[inline(always)]
+    pub fn at(self, nu: f32) -> f32 {
+        self.across + self.growth * (nu * nu)
+    }
 }
 
 /// The phase function of aerosol by Cornette and Shanks (1992, <https://doi.org/10.1364/AO.31.003152>, Eq. 8), in sr⁻¹:
 /// `3/(8π) (1 - g²)(1 + ν²) / ((2 + g²)(1 + g² - 2 g ν)^(3/2))`; its integral over the sphere is 1.
 ///
 /// `ν` is the cosine of the scattering angle, `g` the asymmetry in (-1, 1).
+#[derive(Clone, Copy)]
+pub struct AerosolPhase {
+    /// `3/(8π) (1 - g²) / (2 + g²)`.
+    scale: f32,
+    /// `(1 - |g|)²`.
+    narrowest: f32,
+    /// `2 |g|`.
+    widening: f32,
+    /// Whether the peak lies behind: `g < 0`.
+    pub is_backward: bool,
+}
+
+impl AerosolPhase {
+    /// That of an asymmetry.
+    #[inline(always)]
+    pub fn new(g: f32) -> Self {
+        let strength = abs(g);
+        let narrowness = 1.0 - strength;
+        Self {
+            scale: 3.0 / (8.0 * PI) * narrowness * (1.0 + strength) / (2.0 + g * g),
+            narrowest: narrowness * narrowness,
+            widening: 2.0 * strength,
+            is_backward: g < 0.0,
+        }
+    }
+
+    /// At an angle (sr⁻¹).
+    #[inline(always)]
+    pub fn at(self, angle: ScatteringAngle) -> f32 {
+        self.beside_peak(angle.cosine, if self.is_backward { angle.from_antisun } else { angle.from_sun })
+    }
+
+    /// At an angle with the cosine `ν`, and `1 - |ν|` on the side of the peak (sr⁻¹).
+    ///
+    /// `(1 - |g|)² + 2|g|(1 - |ν|)` is `1 + g² - 2gν` there, and keeps its digits.
+    #[inline(always)]
+    pub fn beside_peak(self, nu: f32, from_peak: f32) -> f32 {
+        let spread = max(self.narrowest + self.widening * from_peak, 1e-12);
+        self.scale * (1.0 + nu * nu) / (spread * sqrt(spread))
+    }
+}
+
+/// The phase function of air at an angle (sr⁻¹); see [`AirPhase`].
+#[inline(always)]
+pub fn air_phase(anisotropy: f32, nu: f32) -> f32 {
+    AirPhase::new(anisotropy).at(nu)
+}
+
+/// The phase function of aerosol at an angle (sr⁻¹); see [`AerosolPhase`].
 #[inline(always)]
 pub fn cornette_shanks_phase(angle: ScatteringAngle, g: f32) -> f32 {
-    let nu = angle.cosine;
-    // The peak lies ahead for g > 0 and behind for g < 0. (1 - |g|)² + 2|g|(1 - |ν|) is 1 + g² - 2gν on its side, and keeps its digits there.
-    let (strength, from_peak) = if g < 0.0 { (-g, angle.from_antisun) } else { (g, angle.from_sun) };
-    let narrowness = 1.0 - strength;
-    let spread = max(narrowness * narrowness + 2.0 * strength * from_peak, 1e-12);
-    let scale = 3.0 / (8.0 * PI) * narrowness * (1.0 + strength) / (2.0 + g * g);
-    scale * (1.0 + nu * nu) / (spread * sqrt(spread))
+    AerosolPhase::new(g).at(angle)
 }
 
 #[cfg(test)]

@@ -31,7 +31,13 @@ impl RgbSpace {
     /// Luminance of linear RGB, in the unit of `rgb`.
     #[inline(always)]
     pub fn luminance(&self, rgb: Vec3) -> f32 {
-        self.red.w * rgb.x + self.green.w * rgb.y + self.blue.w * rgb.z
+        self.luminance_parts().dot(rgb)
+    }
+
+    /// The parts of the primaries in the luminance.
+    #[inline(always)]
+    pub fn luminance_parts(&self) -> Vec3 {
+        Vec3::new(self.red.w, self.green.w, self.blue.w)
     }
 }
 
@@ -42,11 +48,17 @@ impl RgbSpace {
 /// make every colour that there is.
 #[inline(always)]
 pub fn into_gamut(rgb: Vec3, space: &RgbSpace) -> Vec3 {
+    into_gamut_by(rgb, space.luminance_parts())
+}
+
+/// [`into_gamut`] by the parts of the primaries in the luminance.
+#[inline(always)]
+pub fn into_gamut_by(rgb: Vec3, parts: Vec3) -> Vec3 {
     let lowest = min(rgb.x, min(rgb.y, rgb.z));
     if lowest >= 0.0 {
         rgb
     } else {
-        let luminance = max(space.luminance(rgb), 0.0);
+        let luminance = max(parts.dot(rgb), 0.0);
         let mixed = Vec3::splat(luminance) + (rgb - Vec3::splat(luminance)) * (luminance / (luminance - lowest));
         Vec3::new(max(mixed.x, 0.0), max(mixed.y, 0.0), max(mixed.z, 0.0))
     }

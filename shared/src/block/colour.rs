@@ -179,10 +179,10 @@ impl Fit<'_> {
     /// Adds the colours of the next constituent, from its light at each group of four bands.
     #[inline(always)]
     fn add(&mut self, light: [&Four; GROUPS], sum: &mut Three) {
-        // Colour has four bands: what more would take is left out of its loops.
-        match self.fit & variant::BANDS {
-            0 => self.add_known(light, sum, self.fit & !variant::BANDS),
-            _ => self.add_known(light, sum, self.fit),
+        // Colour has four bands. A loop over lanes that asks for more at run time is not spread over them: the constant must stand here as one.
+        match self.fit {
+            variant::REGRESSION => self.add_known(light, sum, variant::REGRESSION),
+            other => self.add_known(light, sum, other),
         }
     }
 

@@ -41,7 +41,7 @@ fn sky_on_circle(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, circle: Ci
         let run = Run::new(uniform, entries, circle, middles.get(index), uniform.first_row, variant);
         for pixel in 0..RUN {
             let lane = (RUN as usize * index + pixel as usize) % BLOCK;
-            sky.set(lane, run.sky(uniform, pixel, variant));
+            sky.set(lane, run.sky(pixel, variant));
         }
     }
     sky

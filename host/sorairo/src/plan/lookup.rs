@@ -134,12 +134,15 @@ const MOST_SAMPLES_IN_RUNS: u32 = 32;
 
 /// Whether the pixels of an image can be looked up in [`variant::RUNS`] in a sky lookup of this size.
 ///
-/// Entries are closest together at the sun's azimuth; see [`sorairo_shared::azimuth`].
+/// Entries are closest together at the sun's azimuth; see [`sorairo_shared::azimuth`]. Aerosol whose phase function has its peak behind has no runs; see
+/// [`sorairo_shared::run`].
 pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
     let width = uniform.camera.width;
     let has_fine_disc = variant & variant::SUN_DISC != 0 && uniform.disc.samples > MOST_SAMPLES_IN_RUNS;
     let is_level = variant::projection(variant) == EQUIRECTANGULAR;
-    is_level && width.is_multiple_of(RUN) && runs_are_short(width, size.azimuths) && !has_fine_disc
+    let scatters_back = variant & variant::AEROSOL != 0 && uniform.atmosphere.aerosol_asymmetry < 0.0;
+    let fits = width.is_multiple_of(RUN) && runs_are_short(width, size.azimuths);
+    is_level && fits && !has_fine_disc && !scatters_back
 }
 
 #[cfg(test)]
@@ -162,6 +165,16 @@ mod tests {
         let from_12_km = lookup(|scene| scene.observer.altitude = 12.0).size.expect("a sky lookup");
         // 3.5° of 180° lie between level and the horizon.
         assert_eq!((from_12_km.above, from_12_km.below), (266, 246));
+    }
+
+    #[test]
+    fn pixels_run_where_aerosol_scatters_forward() {
+        let runs = |asymmetry| {
+            let mut scene = Scene::preset(Preset::Earth).first_order();
+            (scene.atmosphere.aerosol.asymmetry, scene.camera.size) = (asymmetry, Size { width: 1920, height: 960 });
+            Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb).variant & variant::RUNS != 0
+        };
+        assert!(runs(0.7) && runs(0.0) && !runs(-0.2));
     }
 
     #[test]

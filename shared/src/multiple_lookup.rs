@@ -73,7 +73,7 @@ pub struct Place {
 }
 
 /// The place of a ray from any altitude, whose azimuth from the sun has the cosine `c`.
-#[inline]
+#[inline(always)]
 pub fn place(lookup: MultipleLookup, atmosphere: &Atmosphere, ray: Ray, c: f32) -> Place {
     let mut mu = ray.mu;
     let mut is_lit = true;
@@ -89,7 +89,7 @@ pub fn place(lookup: MultipleLookup, atmosphere: &Atmosphere, ray: Ray, c: f32) 
 
 /// The place of a direction with the cosine `mu` of its zenith angle, where the ray enters the atmosphere or begins, and the cosine `c` of its
 /// azimuth from the sun.
-#[inline]
+#[inline(always)]
 pub fn place_at(lookup: MultipleLookup, mu: f32, c: f32) -> Place {
     let elevation = 0.5 * PI - acos(mu);
     let is_above = elevation >= lookup.horizon;
@@ -103,7 +103,7 @@ pub fn place_at(lookup: MultipleLookup, mu: f32, c: f32) -> Place {
 }
 
 /// Light that air and aerosol scatter towards the observer, neither for the first time, at a group of four bands (sr⁻¹).
-#[inline]
+#[inline(always)]
 pub fn scattered(lookup: MultipleLookup, values: &[Vec4], place: Place, group: u32, variant: u32) -> Vec4 {
     if !place.is_lit {
         return Vec4::ZERO;
@@ -114,7 +114,7 @@ pub fn scattered(lookup: MultipleLookup, values: &[Vec4], place: Place, group: u
 }
 
 /// Diffuse irradiance of the ground in a direction below the horizon, at a group of four bands; 0 above it.
-#[inline]
+#[inline(always)]
 pub fn diffuse_irradiance(lookup: MultipleLookup, values: &[Vec4], place: Place, group: u32, variant: u32) -> Vec4 {
     if place.is_above {
         return Vec4::ZERO;
@@ -147,7 +147,7 @@ fn bilinear(values: &[Vec4], first: u32, rows: u32, columns: u32, place: Place) 
 }
 
 /// Between four times four entries, of which the first of all rows is given.
-#[inline]
+#[inline(always)]
 fn bicubic(values: &[Vec4], first: u32, rows: u32, columns: u32, place: Place) -> Vec4 {
     let (across_rows, across_columns) = (stencil(place.row, rows), stencil(place.column, columns));
     let at = (first + across_rows.first * columns + across_columns.first) as usize;
@@ -160,7 +160,7 @@ fn bicubic(values: &[Vec4], first: u32, rows: u32, columns: u32, place: Place) -
 }
 
 /// Between four neighbours in a row.
-#[inline]
+#[inline(always)]
 fn between(values: &[Vec4], at: usize, weights: Vec4) -> Vec4 {
     fetch(values, at) * weights.x
         + fetch(values, at + 1) * weights.y

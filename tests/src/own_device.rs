@@ -8,6 +8,18 @@ use sorairo::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 ///
 /// If there is no device; the words say what to install.
 pub fn opened(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {
+    opened_within(features, |limits| limits)
+}
+
+/// The same within some limits, made of those that the device has.
+///
+/// # Panics
+///
+/// As [`opened`].
+pub fn opened_within(
+    features: wgpu::Features,
+    limits: impl FnOnce(wgpu::Limits) -> wgpu::Limits,
+) -> (wgpu::Device, wgpu::Queue) {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))
         .expect("a Vulkan device; on Debian: apt-get install mesa-vulkan-drivers libvulkan1");
@@ -16,7 +28,7 @@ pub fn opened(features: wgpu::Features) -> (wgpu::Device, wgpu::Queue) {
     let experimental_features = unsafe { wgpu::ExperimentalFeatures::enabled() };
     let descriptor = wgpu::DeviceDescriptor {
         required_features: adapter.features() & features,
-        required_limits: adapter.limits(),
+        required_limits: limits(adapter.limits()),
         experimental_features,
         ..Default::default()
     };

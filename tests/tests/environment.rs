@@ -10,7 +10,7 @@ use sorairo_shared::environment::{Level, LevelStep, level_pixel, levels};
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::math::half_bits;
 use sorairo_tests::gpu;
-use sorairo_tests::own_device::{buffer, opened, read, texels, texture, with_passthrough};
+use sorairo_tests::own_device::{buffer, opened, opened_within, read, texels, texture, with_passthrough};
 
 type OwnDevice = (wgpu::Device, wgpu::Queue);
 
@@ -271,4 +271,27 @@ fn a_wrong_target_is_refused_before_anything_is_encoded() {
     queue.submit([encoder.finish()]);
     device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
     assert!(read(device, queue, &storage).iter().any(|&word| word != 0));
+}
+
+#[test]
+fn a_map_beyond_a_limit_is_refused_and_the_device_makes_a_smaller_one() {
+    let own = opened_within(wgpu::Features::PASSTHROUGH_SHADERS, |limits| wgpu::Limits {
+        max_storage_buffer_binding_size: 1 << 20,
+        ..limits
+    });
+    let encoded = |size| {
+        let (device, queue) = &own;
+        let map = map(device, size, TextureFormat::Rgba32Float);
+        let harmonics = buffer(device, HARMONICS, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let target = EnvironmentTarget { map: &map, harmonics: &harmonics };
+        let done = ResidentRenderer::with_device(device, queue).encode_environment(&mut encoder, &sky(20.0), &target);
+        queue.submit([encoder.finish()]);
+        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        done
+    };
+    // Its first level alone takes 2 MB.
+    let refused = encoded((512, 256)).unwrap_err();
+    assert!(matches!(&refused, Error::Device(told) if told.contains("limits")), "{refused}");
+    encoded((64, 32)).unwrap();
 }

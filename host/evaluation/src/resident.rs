@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use sorairo::low_level::device::DeviceKind;
+use sorairo::low_level::device::{DeviceKind, gpu};
 use sorairo::low_level::plan::LightFields;
 use sorairo::scene::{Rgb, Scene, Size};
 use sorairo::wgpu;
@@ -30,10 +30,7 @@ impl Resident {
             return Ok(None);
         }
         let failed = |why: String| sorairo::Error::Device(format!("{} cannot be opened again: {why}", device.name));
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-        let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
-        let adapter = adapters.into_iter().find(|adapter| adapter.get_info().name == device.name);
-        let adapter = adapter.ok_or_else(|| failed("it is gone".into()))?;
+        let adapter = gpu::adapter(&device.name).ok_or_else(|| failed("it is gone".into()))?;
         let descriptor = ResidentRenderer::device_descriptor(&adapter);
         let (device, queue) =
             pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| failed(error.to_string()))?;

@@ -13,7 +13,7 @@
 //! ```
 //!
 //! A [`Scene`] is what a person asks for; a [`Plan`] decides once, in double precision, what to compute; a [`Device`] runs the kernels
-//! of `sorairo-shared`, on a Vulkan device or on the CPU. [`Renderer`] does these in one call, [`render()`] from a scene to files without
+//! of `sorairo-shared`, on a graphics device or on the CPU. [`Renderer`] does these in one call, [`render()`] from a scene to files without
 //! ever holding the image whole. `ResidentRenderer` draws a [`SkyPlan`] into the buffers and textures of a program's own device, and reads nothing
 //! back. What these are made of is in [`low_level`].
 //!
@@ -32,8 +32,9 @@
 //! | plans whose light that device integrates | `ResidentRenderer::light_fields`, then [`SkyPlan::with_light_fields`] |
 //! | an environment map on it, and its irradiance | `ResidentRenderer::encode_environment` |
 //!
-//! Features, all on by default: `gpu` (Vulkan devices, WebGPU in a browser), `cpu` (the CPU as a device), `encoding` (PNG and OpenEXR
-//! as bytes), `files` (as files), `scene-files` (TOML).
+//! Features, all on by default: `vulkan`, `metal`, `dx12` and `webgpu` (graphics devices, each where its platform has it), `cpu` (the CPU as a device),
+//! `encoding` (PNG and OpenEXR as bytes), `files` (as files), `scene-files` (TOML). `gpu` alone is for programs with a device of their own, whose
+//! interfaces are theirs to choose.
 
 mod device;
 #[cfg(feature = "encoding")]

@@ -97,7 +97,7 @@ fn reason(error: &eframe::Error) -> String {
     let text = error.to_string().replace('\n', " ");
     match error {
         eframe::Error::WinitEventLoop(_) => text.rsplit(": ").next().unwrap_or_default().to_owned(),
-        eframe::Error::Wgpu(_) => format!("no Vulkan device draws on it ({text})"),
+        eframe::Error::Wgpu(_) => format!("no graphics device draws on it ({text})"),
         _ => text,
     }
 }

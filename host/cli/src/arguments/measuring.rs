@@ -48,7 +48,7 @@ pub struct ReproduceArguments {
     /// Compare with measured skies instead, and write measured.md, measured.csv and measured.json.
     #[arg(long)]
     pub measured: bool,
-    /// Device that is timed: auto, cpu, gpu, or part of the name of a Vulkan device.
+    /// Device that is timed: auto, cpu, gpu, or part of the name of a graphics device.
     #[arg(long, default_value = "auto", value_name = "NAME")]
     pub device: String,
 }
@@ -67,7 +67,7 @@ pub struct BenchArguments {
     /// Print what was measured as one JSON object, in place of the report's name.
     #[arg(long)]
     pub json: bool,
-    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
+    /// Device: auto, cpu, gpu, or part of the name of a graphics device.
     #[arg(long, default_value = "auto", value_name = "NAME")]
     pub device: String,
 }
@@ -86,7 +86,7 @@ pub struct StressArguments {
     /// Spectra of each turn (1 to 1 000 000).
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub spectra: u64,
-    /// Device beside the CPU: auto, cpu, gpu, or part of the name of a Vulkan device.
+    /// Device beside the CPU: auto, cpu, gpu, or part of the name of a graphics device.
     #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,
 }

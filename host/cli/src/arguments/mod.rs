@@ -167,7 +167,7 @@ pub struct SequenceArguments {
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub sky: SharedFlags,
-    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
+    /// Device: auto, cpu, gpu, or part of the name of a graphics device.
     #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,
     /// Files to write, .png, .exr, .spectral.exr, .hsr or .rad; a run of # in the file name becomes the number of the frame with as many digits or more. The

@@ -38,7 +38,7 @@ pub struct SceneArguments {
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     flags: SceneFlags,
-    /// Device: auto, cpu, gpu, or part of the name of a Vulkan device.
+    /// Device: auto, cpu, gpu, or part of the name of a graphics device.
     #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,
 }
@@ -58,7 +58,7 @@ pub fn number(text: &str) -> std::result::Result<f64, String> {
 /// The name of a device, or a part of it.
 pub fn device(text: &str) -> std::result::Result<String, String> {
     if text.trim().is_empty() {
-        return Err("auto, cpu, gpu, or part of the name of a Vulkan device is wanted".into());
+        return Err("auto, cpu, gpu, or part of the name of a graphics device is wanted".into());
     }
     Ok(text.into())
 }

@@ -26,7 +26,7 @@ PARTS = ("direct", "diffuse", "ground", "global")
 def device(choice: str = "auto") -> str:
     """The name of the device that `choice` stands for in `Sky.render`.
 
-    `"auto"` is the best Vulkan device, and the CPU where there is none; `"cpu"`, `"gpu"` or a part of a device's name choose.
+    `"auto"` is the best graphics device, and the CPU where there is none; `"cpu"`, `"gpu"` or a part of a device's name choose.
 
     Raises `ValueError` for a name that no device has, `RuntimeError` if the device cannot be opened.
     """

@@ -17,7 +17,7 @@ use crate::plan::{Kernel, Plan};
 pub enum DeviceKind {
     /// The cores of the CPU.
     Cpu,
-    /// A Vulkan device.
+    /// A graphics device.
     Gpu,
 }
 

@@ -15,9 +15,9 @@ use crate::error::{Error, Result};
 pub use self::backend::{Backend, Run, TakeRows, Times};
 pub use self::chosen::{Device, DeviceKind, Spare};
 
-/// Opens the device that `choice` names: `auto`, `cpu`, `gpu`, or part of the name of a Vulkan device.
+/// Opens the device that `choice` names: `auto`, `cpu`, `gpu`, or part of the name of a graphics device.
 ///
-/// `auto` takes the best Vulkan device, and the CPU where there is none, with a warning to the log. If a Vulkan device fails
+/// `auto` takes the best graphics device, and the CPU where there is none, with a warning to the log. If a graphics device fails
 /// later, it is opened once more; after that `auto` goes on with the CPU.
 ///
 /// # Errors
@@ -25,7 +25,7 @@ pub use self::chosen::{Device, DeviceKind, Spare};
 /// [`Error::NoSuchDevice`] if there is no such device, naming those that there are; [`Error::Device`] if it cannot be opened.
 pub fn open(choice: &str) -> Result<Device> {
     let auto = choice.eq_ignore_ascii_case("auto");
-    if choice.eq_ignore_ascii_case("cpu") || auto && !HAS_VULKAN {
+    if choice.eq_ignore_ascii_case("cpu") || auto && !HAS_GPU {
         return on_cpu().ok_or_else(|| no_such_device(choice));
     }
     let wanted = if auto || choice.eq_ignore_ascii_case("gpu") { String::new() } else { choice.to_owned() };
@@ -38,7 +38,7 @@ pub fn open(choice: &str) -> Result<Device> {
             }
             Ok(device)
         }
-        Ok(None) if auto => instead("no Vulkan device found".into()),
+        Ok(None) if auto => instead(format!("no {INTERFACES} device found")),
         Ok(None) => Err(no_such_device(choice)),
         Err(Error::Device(fault)) if auto => instead(fault),
         Err(error) => Err(error),
@@ -62,8 +62,17 @@ fn on_cpu() -> Option<Device> {
     None
 }
 
-/// Whether a Vulkan device may be there. In a browser a device is the program's own: see `ResidentRenderer`.
-const HAS_VULKAN: bool = cfg!(all(feature = "gpu", not(target_arch = "wasm32")));
+/// The interfaces of this platform's graphics devices.
+const INTERFACES: &str = if cfg!(target_vendor = "apple") {
+    "Metal"
+} else if cfg!(windows) {
+    "Vulkan or Direct3D 12"
+} else {
+    "Vulkan"
+};
+
+/// Whether a graphics device may be there. In a browser a device is the program's own: see `ResidentRenderer`.
+const HAS_GPU: bool = cfg!(all(feature = "gpu", not(target_arch = "wasm32")));
 
 #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 use gpu::open as on_gpu;
@@ -73,7 +82,7 @@ fn on_gpu(_wanted: &str) -> Result<Option<Device>> {
     Ok(None)
 }
 
-/// The names of the Vulkan devices, best first.
+/// The names of the graphics devices, best first.
 fn names_of_gpus() -> Vec<String> {
     #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
     return gpu::devices().into_iter().map(|device| device.name).collect();

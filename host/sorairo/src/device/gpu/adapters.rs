@@ -1,8 +1,8 @@
-//! The Vulkan devices of this machine.
+//! The graphics devices of this machine.
 
 use serde::Serialize;
 
-/// A Vulkan device as `sorairo devices` lists it.
+/// A graphics device as `sorairo devices` lists it.
 #[derive(Clone, Debug, Serialize)]
 pub struct DeviceInfo {
     /// The device's name.
@@ -11,17 +11,11 @@ pub struct DeviceInfo {
     pub kind: Hardware,
     /// The driver and its version.
     pub driver: String,
+    /// The interface through which it computes: Vulkan, Metal or Direct3D 12.
+    pub interface: &'static str,
 }
 
-pub(super) fn instance() -> wgpu::Instance {
-    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    descriptor.backends = wgpu::Backends::VULKAN;
-    // Validation layers cost more than an image where they are installed.
-    descriptor.flags = wgpu::InstanceFlags::empty();
-    wgpu::Instance::new(descriptor)
-}
-
-/// What a Vulkan device is made of, best first.
+/// What a graphics device is made of, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, strum::Display)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
@@ -50,16 +44,45 @@ impl Hardware {
     }
 }
 
-/// The Vulkan devices, best first.
-pub(super) fn adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
-    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
-    adapters.sort_by_key(|adapter| Hardware::of(adapter.get_info().device_type));
+/// The interfaces whose devices are opened, by wgpu's names for them. wgpu has those of this platform alone, and of these the ones that features chose.
+const INTERFACES: wgpu::Backends = wgpu::Backends::VULKAN.union(wgpu::Backends::METAL).union(wgpu::Backends::DX12);
+
+fn interface(backend: wgpu::Backend) -> &'static str {
+    match backend {
+        wgpu::Backend::Metal => "Metal",
+        wgpu::Backend::Dx12 => "Direct3D 12",
+        _ => "Vulkan",
+    }
+}
+
+/// The graphics devices, best first. One that two interfaces have comes first by Vulkan, which takes the kernels as they are.
+fn adapters() -> Vec<wgpu::Adapter> {
+    // Without any, wgpu has no instance.
+    if !wgpu::Instance::enabled_backend_features().intersects(INTERFACES) {
+        return Vec::new();
+    }
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = INTERFACES;
+    // Validation layers cost more than an image where they are installed.
+    descriptor.flags = wgpu::InstanceFlags::empty();
+    let instance = wgpu::Instance::new(descriptor);
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(INTERFACES));
+    adapters.sort_by_key(|adapter| {
+        let info = adapter.get_info();
+        (Hardware::of(info.device_type), info.backend != wgpu::Backend::Vulkan)
+    });
     adapters
 }
 
-/// The Vulkan devices of this machine, best first.
+/// The best graphics device whose name contains `wanted`, ignoring case.
+pub fn adapter(wanted: &str) -> Option<wgpu::Adapter> {
+    let wanted = wanted.to_lowercase();
+    adapters().into_iter().find(|adapter| adapter.get_info().name.to_lowercase().contains(&wanted))
+}
+
+/// The graphics devices of this machine, best first.
 pub fn devices() -> Vec<DeviceInfo> {
-    adapters(&instance())
+    adapters()
         .iter()
         .map(|adapter| {
             let info = adapter.get_info();
@@ -67,6 +90,7 @@ pub fn devices() -> Vec<DeviceInfo> {
                 name: info.name,
                 kind: Hardware::of(info.device_type),
                 driver: format!("{} {}", info.driver, info.driver_info).trim().into(),
+                interface: interface(info.backend),
             }
         })
         .collect()

@@ -1,4 +1,4 @@
-//! The buffers of an image on a Vulkan device, kept for the next.
+//! The buffers of an image on a graphics device, kept for the next.
 
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::lookup::{colours_per_entry, entries};

@@ -1,7 +1,7 @@
 //! The kernels of a device: modules and pipelines, made when they are first needed and kept.
 
 use std::collections::HashMap;
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
 use super::layouts::{KernelLayouts, Layouts};
 use super::module::{Module, load};
@@ -12,8 +12,8 @@ type Loaded = (Module, Option<&'static str>, u32);
 
 /// The kernels of a device.
 pub(super) struct Kernels {
-    /// How buffers are bound to them.
-    pub(super) layouts: KernelLayouts,
+    /// How buffers are bound to them: made when it is first asked for, since a device may lack the bindings.
+    layouts: OnceLock<KernelLayouts>,
     /// Whether the driver takes SPIR-V as it is.
     passthrough: bool,
     modules: Mutex<HashMap<Loaded, wgpu::ShaderModule>>,
@@ -24,8 +24,8 @@ impl Kernels {
     /// Those of a device; nothing is compiled yet.
     pub(super) fn new(device: &wgpu::Device) -> Self {
         Self {
-            layouts: KernelLayouts::new(device),
-            passthrough: device.features().contains(wgpu::Features::PASSTHROUGH_SHADERS),
+            layouts: OnceLock::new(),
+            passthrough: takes_spirv(device),
             modules: Mutex::default(),
             pipelines: Mutex::default(),
         }
@@ -33,7 +33,11 @@ impl Kernels {
 
     /// The pipeline of a kernel for a variant.
     pub(super) fn pipeline(&self, device: &wgpu::Device, kernel: Kernel, variant: u32) -> wgpu::ComputePipeline {
-        self.pipeline_of(device, Module::Images, kernel.entry_point(), self.layouts(kernel), variant)
+        let layouts = match kernel {
+            Kernel::Lookup => &self.layouts(device).lookup,
+            _ => &self.layouts(device).pixels,
+        };
+        self.pipeline_of(device, Module::Images, kernel.entry_point(), layouts, variant)
     }
 
     /// The pipeline of a module's entry point to which buffers are bound in this way, for a variant.
@@ -63,13 +67,16 @@ impl Kernels {
         pipelines.entry((entry_point, variant)).or_insert_with(build).clone()
     }
 
-    /// What is bound to a kernel.
-    fn layouts(&self, kernel: Kernel) -> &Layouts {
-        match kernel {
-            Kernel::Lookup => &self.layouts.lookup,
-            _ => &self.layouts.pixels,
-        }
+    /// How buffers are bound to the kernels.
+    pub(super) fn layouts(&self, device: &wgpu::Device) -> &KernelLayouts {
+        self.layouts.get_or_init(|| KernelLayouts::new(device))
     }
+}
+
+/// Whether SPIR-V reaches the driver as it is. Other interfaces pass their own languages through, by the same feature.
+fn takes_spirv(device: &wgpu::Device) -> bool {
+    let has_feature = device.features().contains(wgpu::Features::PASSTHROUGH_SHADERS);
+    has_feature && device.adapter_info().backend == wgpu::Backend::Vulkan
 }
 
 /// Encodes a kernel over so many workgroups.

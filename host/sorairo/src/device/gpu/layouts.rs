@@ -11,6 +11,9 @@ pub(super) struct Groups {
     pub(super) pixels: wgpu::BindGroup,
 }
 
+/// Storage buffers that are bound to a kernel, at most.
+pub(super) const STORAGE_BUFFERS: u32 = 6;
+
 /// A bind group layout and the pipeline layout on it.
 pub(super) struct Layouts {
     bindings: wgpu::BindGroupLayout,

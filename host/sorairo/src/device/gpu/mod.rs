@@ -1,5 +1,5 @@
 //! The kernels on a graphics device, from the SPIR-V that travels with the program. [`ResidentRenderer`] encodes them and waits for nothing, on any
-//! interface; what waits is of Vulkan alone, since a browser lets nobody wait.
+//! interface; what waits is not there in a browser, which lets nobody wait.
 
 #[cfg(not(target_arch = "wasm32"))]
 mod adapters;
@@ -10,19 +10,19 @@ mod kernels;
 mod layouts;
 mod module;
 #[cfg(not(target_arch = "wasm32"))]
+mod native;
+#[cfg(not(target_arch = "wasm32"))]
 mod planner;
 #[cfg(not(target_arch = "wasm32"))]
 mod readback;
 mod resident;
-#[cfg(not(target_arch = "wasm32"))]
-mod vulkan;
 
 #[cfg(not(target_arch = "wasm32"))]
-pub use self::adapters::{DeviceInfo, Hardware, devices};
+pub use self::adapters::{DeviceInfo, Hardware, adapter, devices};
 pub use self::environment::EnvironmentTarget;
 pub use self::module::{Module, specialised};
 #[cfg(not(target_arch = "wasm32"))]
+pub use self::native::{Gpu, open};
+#[cfg(not(target_arch = "wasm32"))]
 pub use self::planner::light_fields;
 pub use self::resident::{ResidentRenderer, Target};
-#[cfg(not(target_arch = "wasm32"))]
-pub use self::vulkan::{Gpu, open};

@@ -15,7 +15,7 @@ use sorairo_shared::sky::Parts;
 use sorairo_shared::uniform::Buffers;
 
 use super::kernels::Kernels;
-use super::layouts::Layouts;
+use super::layouts::{Layouts, STORAGE_BUFFERS};
 use super::module::{LOOK, Module};
 use super::readback::mapped;
 use crate::plan::multiple::LightFields;
@@ -32,6 +32,9 @@ const MOST_FREE: u64 = 256 << 20;
 /// A plan then waits for the device a few times; it does so on the thread that plans, never where commands are encoded. What the device cannot do, such as
 /// one that is lost, the processor does.
 pub fn light_fields(device: &wgpu::Device, queue: &wgpu::Queue) -> LightFields {
+    if device.limits().max_storage_buffers_per_shader_stage < STORAGE_BUFFERS {
+        return LightFields::default();
+    }
     LightFields::on_device(Arc::new(Planner {
         kernels: Kernels::new(device),
         fields: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], &[4, 5, 6]),

@@ -1,4 +1,4 @@
-//! What comes back from a Vulkan device: strips of pixels, and the device's own clock.
+//! What comes back from a graphics device: strips of pixels, and the device's own clock.
 
 use std::time::Duration;
 

@@ -9,12 +9,12 @@ use sorairo_shared::camera::Camera;
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::{LOOKUP_WORKGROUP, WORKGROUP_SIDE};
 use sorairo_shared::lookup::{colours_per_entry, entries};
-use sorairo_shared::uniform::Uniform;
+use sorairo_shared::uniform::{Buffers, Uniform};
 use wgpu::util::DeviceExt;
 
 use super::environment::{self, Environment, EnvironmentTarget};
 use super::kernels::{Kernels, dispatch};
-use super::layouts::not_empty;
+use super::layouts::{STORAGE_BUFFERS, not_empty};
 use crate::device::quirks;
 use crate::device::rows::invocations_per_row;
 use crate::error::{Error, Result};
@@ -28,7 +28,8 @@ use sorairo_shared::variant::{self, PixelFormat};
 pub enum Target<'a> {
     /// A storage buffer: pixel after pixel, row after row from the top, without gaps.
     Buffer(&'a wgpu::Buffer, PixelFormat),
-    /// A texture of `rgba8unorm` (a picture: exposed sRGB), `rgba16float` or `rgba32float` (linear RGB and 1). Its size is the camera's.
+    /// A texture of `rgba8unorm` (a picture: exposed sRGB), `rgba16float` or `rgba32float` (linear RGB and 1). Its size is the camera's. Its first
+    /// level is drawn.
     Texture(&'a wgpu::TextureView),
 }
 
@@ -241,17 +242,27 @@ impl ResidentRenderer {
         let limits = self.device.limits();
         let too_large = |what: &str| Err(Error::Device(format!("its limits do not allow {what} of this image")));
         let bytes = 4 * u64::from(row_pixels) * u64::from(plan.height()) * u64::from(plan.pixel_words());
-        if bytes > limits.max_buffer_size.min(limits.max_storage_buffer_binding_size) {
+        let largest = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+        if bytes > largest {
             return too_large("the pixels");
         }
-        if lookup_bytes(plan) > limits.max_buffer_size.min(limits.max_storage_buffer_binding_size) {
+        if lookup_bytes(plan) > largest {
             return too_large("the sky lookup");
+        }
+        let Buffers { bands, quadrature, colour, multiple } = plan.buffers();
+        let read = [size_of_val(bands), size_of_val(quadrature), size_of_val(colour), size_of_val(multiple)];
+        if read.into_iter().any(|bytes| bytes as u64 > largest) {
+            return too_large("what the kernels read");
         }
         let groups = plan.width().max(plan.height()).div_ceil(WORKGROUP_SIDE);
         if groups.max(entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP)) > limits.max_compute_workgroups_per_dimension {
             return too_large("the workgroups");
         }
-        if limits.max_storage_buffers_per_shader_stage < 6 || limits.max_compute_invocations_per_workgroup < 256 {
+        let has_uniform = limits.max_uniform_buffer_binding_size >= size_of::<Uniform>() as u64;
+        if !has_uniform
+            || limits.max_storage_buffers_per_shader_stage < STORAGE_BUFFERS
+            || limits.max_compute_invocations_per_workgroup < WORKGROUP_SIDE * WORKGROUP_SIDE
+        {
             return too_large("the kernels");
         }
         if quirks::rounds(plan) >= self.most_rounds {
@@ -325,7 +336,8 @@ impl ResidentRenderer {
         let uniform = filled(&self.device, "uniform", bytemuck::bytes_of(uniform), wgpu::BufferUsages::UNIFORM);
         let lookup = self.lookup.as_ref().expect("it was reserved").buffer.clone();
         let bound = [&uniform, &sky.bands, &sky.quadrature, &colour, &sky.multiple, &lookup, output];
-        let groups = self.kernels.layouts.bind(&self.device, &bound.map(|buffer| (buffer, buffer.size())));
+        let groups =
+            self.kernels.layouts(&self.device).bind(&self.device, &bound.map(|buffer| (buffer, buffer.size())));
         self.sky = Some(sky);
         groups
     }
@@ -400,6 +412,9 @@ impl Target<'_> {
                 let texture = view.texture();
                 if !texture.usage().contains(wgpu::TextureUsages::COPY_DST) {
                     return wrong("is a texture without the usage COPY_DST".into());
+                }
+                if texture.sample_count() != 1 {
+                    return wrong("is a texture of several samples a pixel; it takes one".into());
                 }
                 let size = texture.size();
                 if (size.width, size.height, size.depth_or_array_layers) != (width, height, 1) {

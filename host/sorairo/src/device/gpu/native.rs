@@ -1,4 +1,4 @@
-//! A Vulkan device that computes images in strips, and waits for them.
+//! A device of the library's own that computes images in strips, and waits for them.
 
 use std::collections::{HashSet, VecDeque};
 use std::ops::Range;
@@ -9,7 +9,7 @@ use sorairo_shared::kernels::{LOOKUP_WORKGROUP, SENTINEL, WORKGROUP_SIDE};
 use sorairo_shared::lookup::entries;
 use sorairo_shared::uniform::Uniform;
 
-use super::adapters::{adapters, instance};
+use super::adapters::adapter;
 use super::buffers::{DeviceBuffers, STRIPS_UNDER_WAY};
 use super::kernels::{Kernels, dispatch};
 use super::planner;
@@ -22,7 +22,7 @@ use crate::device::rows::{invocations_per_row, rows_at_once, words_per_row};
 use crate::error::{Error, Result};
 use crate::plan::{Kernel, LightFields, Plan};
 
-/// A Vulkan device with the kernels loaded.
+/// A graphics device with the kernels loaded.
 pub struct Gpu {
     name: String,
     device: wgpu::Device,
@@ -46,7 +46,7 @@ pub struct Gpu {
     times_copies: bool,
 }
 
-/// Opens the best Vulkan device whose name contains `wanted`, ignoring case; `None` if there is none.
+/// Opens the best graphics device whose name contains `wanted`, ignoring case; `None` if there is none.
 ///
 /// # Errors
 ///
@@ -62,11 +62,7 @@ impl Gpu {
     ///
     /// [`Error::Device`] if the device is there and cannot be opened.
     pub fn open(wanted: &str) -> Result<Option<Self>> {
-        let wanted = wanted.to_lowercase();
-        let instance = instance();
-        let adapter =
-            adapters(&instance).into_iter().find(|adapter| adapter.get_info().name.to_lowercase().contains(&wanted));
-        let Some(adapter) = adapter else { return Ok(None) };
+        let Some(adapter) = adapter(wanted) else { return Ok(None) };
         let name = adapter.get_info().name;
         let gpu =
             Self::new(&adapter).map_err(|error| Error::Device(format!("device {name:?} cannot be opened: {error}")))?;
@@ -214,7 +210,7 @@ impl Backend for Gpu {
         let mut buffers = std::mem::take(&mut *kept);
         let groups = buffers.fill(
             (&self.device, &self.queue),
-            &self.kernels.layouts,
+            self.kernels.layouts(&self.device),
             plan,
             row_bytes * u64::from(rows_per_strip),
         );

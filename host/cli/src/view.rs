@@ -6,7 +6,7 @@ use sorairo::low_level::device;
 use crate::arguments::ViewArguments;
 use crate::error::Result;
 #[cfg(feature = "view")]
-use crate::memory;
+use crate::{memory, output::print_line};
 
 /// `sorairo view`.
 #[cfg(feature = "view")]
@@ -23,9 +23,18 @@ pub fn run(arguments: &ViewArguments) -> Result<()> {
         sorairo_view::open(options, || device::open(device))?
     {
         let (seconds, rate) = (time.as_secs_f64(), f64::from(skies) / time.as_secs_f64());
-        println!(
-            "{skies} skies of {size} in {seconds:.2} s: {rate:.1} a second; {drawn} drawn in place, {read_back} read back"
-        );
+        let line = if arguments.json {
+            let count = serde_json::json!({
+                "skies": skies, "size": size.to_string(), "seconds": seconds, "skies_per_second": rate,
+                "drawn_in_place": drawn, "read_back": read_back,
+            });
+            count.to_string()
+        } else {
+            format!(
+                "{skies} skies of {size} in {seconds:.2} s: {rate:.1} a second; {drawn} drawn in place, {read_back} read back"
+            )
+        };
+        print_line(&line)?;
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! `sorairo bench --speed`: what an image costs, against writing its pixels once.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -83,6 +83,17 @@ struct PlanRow {
     on_device_with_fields_ms: Spread,
 }
 
+/// What the window shows while its sun moves, as `sorairo view --frames` counts it.
+#[derive(Clone, Debug, Serialize)]
+struct Window {
+    size: String,
+    /// In each of some runs.
+    skies: u32,
+    skies_per_second: Spread,
+    /// Skies whose pixels were read back, in all runs.
+    read_back: u32,
+}
+
 /// Everything that was measured. The JSON keeps the keys that it always had.
 #[derive(Clone, Debug, Serialize)]
 pub struct Speed {
@@ -114,6 +125,10 @@ pub struct Speed {
     lookup_megapixels_per_second: f64,
     /// Time of the CPU backend over that of the device, by the sky lookup and by the integral.
     cpu_over_device: [f64; 2],
+    /// The same of the default sky, in light of all orders.
+    cpu_over_device_in_all_orders: [f64; 2],
+    /// None where this build has no window, or no display would show it.
+    window: Option<Window>,
     /// What the device and the CPU do at most, and what their kernels reach of it, by light of one order.
     rooflines: Vec<Roofline>,
     /// Wall time of a cold process that renders 1024x512 to PNG (ms).
@@ -131,6 +146,8 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     make_folder(folder)?;
     stage("timing a cold process");
     let first_picture_ms = cold_process(folder, &device.name, device.kind)?;
+    stage("counting skies of the window");
+    let window = window(device)?;
     stage("timing sizes");
     let scaling = scaling(device, if quick { 21 } else { 25 })?;
     stage("timing kernels");
@@ -148,7 +165,8 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     stage("measuring limits");
     let rooflines = rooflines(device)?;
     stage("timing paths");
-    let paths = paths(device)?;
+    let paths = paths(device, [with_lookup(COMMON)?, integrated(COMMON)?])?;
+    let in_all_orders = self::paths(device, in_all_orders()?)?;
     let speed = Speed {
         machine: Machine::new(device),
         rounds: ROUNDS,
@@ -166,7 +184,9 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
         moving_sun_on_cpu,
         rooflines,
         lookup_over_direct: paths.direct.median / paths.lookup.median,
-        cpu_over_device: [paths.cpu_lookup.median / paths.lookup.median, paths.cpu_direct.median / paths.direct.median],
+        cpu_over_device: paths.cpu_over_device(),
+        cpu_over_device_in_all_orders: in_all_orders.cpu_over_device(),
+        window,
         first_picture_ms,
         peak_memory_mib: peak_memory(),
     };
@@ -178,8 +198,7 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
 
 /// Starts this program anew and renders a picture, several times.
 fn cold_process(folder: &Path, device: &str, kind: DeviceKind) -> Result<Spread> {
-    let failed = |error: std::io::Error| Error::Nothing(format!("the program cannot be started anew: {error}"));
-    let program = std::env::current_exe().map_err(failed)?;
+    let program = program()?;
     let picture = folder.join(".first-picture.png");
     let mut durations = Vec::new();
     for _ in 0..ROUNDS {
@@ -196,7 +215,7 @@ fn cold_process(folder: &Path, device: &str, kind: DeviceKind) -> Result<Spread>
             .arg(&picture)
             .stderr(Stdio::null())
             .status()
-            .map_err(failed)?;
+            .map_err(not_started)?;
         durations.push(start.elapsed());
         if !status.success() {
             return Err(Error::Nothing("a cold process did not render its picture".into()));
@@ -205,6 +224,41 @@ fn cold_process(folder: &Path, device: &str, kind: DeviceKind) -> Result<Spread>
     // What is left of it is no part of the report.
     let _ = std::fs::remove_file(&picture);
     Ok(Spread::of(durations))
+}
+
+/// Opens the window several times, and has it count its skies.
+fn window(device: &Device) -> Result<Option<Window>> {
+    const RUNS: usize = 3;
+    const SKIES: u32 = 120;
+    let mut runs = Vec::new();
+    for _ in 0..RUNS {
+        let skies = SKIES.to_string();
+        let name = if device.kind == DeviceKind::Cpu { "cpu" } else { &device.name };
+        let counting = ["view", "--projection", "perspective", "--frames", &skies, "--json", "--device", name];
+        let ended = Command::new(program()?).args(counting).stderr(Stdio::null()).output().map_err(not_started)?;
+        if !ended.status.success() {
+            return Ok(None);
+        }
+        runs.push(serde_json::from_slice::<serde_json::Value>(&ended.stdout).unwrap_or_default());
+    }
+    let number = |run: &serde_json::Value, key: &str| run[key].as_f64().unwrap_or(f64::NAN);
+    let mut rates: Vec<f64> = runs.iter().map(|run| number(run, "skies_per_second")).collect();
+    rates.sort_by(f64::total_cmp);
+    Ok(Some(Window {
+        size: runs[0]["size"].as_str().unwrap_or_default().into(),
+        skies: SKIES,
+        skies_per_second: Spread { median: rates[RUNS / 2], min: rates[0], max: rates[RUNS - 1] },
+        read_back: runs.iter().map(|run| number(run, "read_back") as u32).sum(),
+    }))
+}
+
+fn not_started(error: std::io::Error) -> Error {
+    Error::Nothing(format!("the program cannot be started anew: {error}"))
+}
+
+/// This program.
+fn program() -> Result<PathBuf> {
+    std::env::current_exe().map_err(not_started)
 }
 
 /// The default plan of an image, every pixel integrated.
@@ -426,11 +480,25 @@ struct Paths {
     cpu_direct: Spread,
 }
 
+impl Paths {
+    /// Time of the CPU backend over that of the device, by the sky lookup and by the integral.
+    fn cpu_over_device(&self) -> [f64; 2] {
+        [self.cpu_lookup.median / self.lookup.median, self.cpu_direct.median / self.direct.median]
+    }
+}
+
+/// The default sky in light of all orders: by the sky lookup, and every pixel integrated.
+fn in_all_orders() -> Result<[Plan; 2]> {
+    let mut scene = Scene::preset(Preset::Standard);
+    scene.camera.size = COMMON;
+    let with_lookup = looked_up(scene.clone())?;
+    scene.render.path = PathChoice::Direct;
+    Ok([with_lookup, plan(&scene)?])
+}
+
 /// The sky lookup against the integral at every pixel, and the CPU backend against the device, in one run.
-fn paths(device: &Device) -> Result<Paths> {
+fn paths(device: &Device, [with_lookup, direct]: [Plan; 2]) -> Result<Paths> {
     let cpu = cpu::device();
-    let with_lookup = with_lookup(COMMON)?;
-    let direct = integrated(COMMON)?;
     let mut jobs = vec![
         repeated(job(device, &with_lookup, with_lookup.kernel()), 8),
         job(device, &direct, direct.kernel()),
@@ -530,6 +598,11 @@ impl Speed {
             ]
         });
         let [cpu_lookup, cpu_direct] = self.cpu_over_device;
+        let [all_lookup, all_direct] = self.cpu_over_device_in_all_orders;
+        let window = self.window.as_ref().map_or("not counted, without a display or a window".into(), |window| {
+            let Window { size, skies_per_second: Spread { median, min, max }, read_back, .. } = window;
+            format!("{median:.1} ({min:.1}–{max:.1}) skies of {size} a second, {read_back} read back")
+        });
         let memory = self.peak_memory_mib.map_or("not told by this system".into(), |mib| format!("{mib:.0} MiB"));
         format!(
             "# Speed\n\nOn {}. Medians (shortest–longest) of {ROUNDS} runs in ms, after one to warm up, in turn with their rivals, and as \
@@ -538,7 +611,9 @@ impl Speed {
              * Sky lookup over the integral at every pixel, {COMMON}: **{:.1}** times the pixels per second.\n\
              * Sky lookup, {COMMON}, of which the upper half can be lit: **{:.0}** million pixels per second ({} ms).\n\
              * Time against pixels above 2²⁰, sky lookup: exponent **{:.3}**.\n\
-             * CPU backend over this device, time: **{cpu_lookup:.2}** by the lookup, **{cpu_direct:.2}** by the integral.\n\
+             * CPU backend over this device, time: **{cpu_lookup:.2}** by the lookup, **{cpu_direct:.2}** by the integral; of the \
+             default sky in light of all orders {all_lookup:.2} and {all_direct:.2}.\n\
+             * The window: {window}.\n\
              * A cold process, 1024x512 to PNG: **{} ms**.\n\
              * Peak memory of this run: {memory}.\n\n\
              ![Time against pixels](speed.png)\n\n{}\n\

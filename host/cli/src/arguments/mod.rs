@@ -223,6 +223,9 @@ pub struct ViewArguments {
     /// Show so many skies while the sun rises, print how many there were a second, and close.
     #[arg(long, value_name = "N", conflicts_with = "screenshot", value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
+    /// Print the count as one JSON object.
+    #[arg(long, requires = "frames")]
+    pub json: bool,
 }
 
 fn fractions(text: &str) -> std::result::Result<[f64; 2], String> {

@@ -120,9 +120,29 @@ fn fisheye(camera: &Camera, position: Vec2) -> PixelView {
 #[inline(always)]
 fn perspective(camera: &Camera, position: Vec2) -> Vec3 {
     let plane = position * camera.half_field;
-    let v = camera.forward + camera.right * plane.x + camera.up * plane.y;
     let inverse_length = 1.0 / sqrt(1.0 + plane.x * plane.x + plane.y * plane.y);
-    Vec3::new(v.x, v.y, v.z) * inverse_length
+    towards_plane(camera, plane) * inverse_length
+}
+
+/// Towards a place of the plane at unit distance, in that unit.
+#[inline(always)]
+fn towards_plane(camera: &Camera, plane: Vec2) -> Vec3 {
+    let v = camera.forward + camera.right * plane.x + camera.up * plane.y;
+    Vec3::new(v.x, v.y, v.z)
+}
+
+/// The direction at a position of a perspective image (pixels from its top left corner): a vector whose part into the image is 1, so that it is linear in the position.
+#[inline(always)]
+pub fn perspective_vector(camera: &Camera, position: Vec2) -> Vec3 {
+    let from_centre = Vec2::new(position.x - 0.5 * camera.width as f32, 0.5 * camera.height as f32 - position.y);
+    towards_plane(camera, from_centre * (2.0 / camera.width as f32) * camera.half_field)
+}
+
+/// The change of [`perspective_vector`] from a pixel to the one on its right.
+#[inline(always)]
+pub fn perspective_step(camera: &Camera) -> Vec3 {
+    let step = camera.right * (2.0 / camera.width as f32 * camera.half_field);
+    Vec3::new(step.x, step.y, step.z)
 }
 
 /// Whether a direction may lie within an angle (radians, less than a quarter turn) of what a perspective sees: never false where it does.

@@ -1,6 +1,6 @@
 //! Cubics through four neighbours of a row of equidistant values.
 
-use crate::glam::Vec4;
+use crate::glam::{Vec3, Vec4};
 use crate::math::{clamp, floor};
 
 /// Four neighbours about a position, and what each adds to the cubic through them there.
@@ -18,6 +18,52 @@ pub struct Stencil {
 
 /// The weights of a sixth of the cubic's third derivative, which is the same everywhere.
 pub const TWISTS: Vec4 = Vec4::new(-1.0 / 6.0, 0.5, -0.5, 1.0 / 6.0);
+
+/// The cubic of a colour, about a position.
+#[derive(Clone, Copy)]
+pub struct ColourCubic {
+    /// The colour there.
+    pub value: Vec3,
+    /// Its change per step.
+    pub slope: Vec3,
+    /// Half of the change of that per step.
+    pub bend: Vec3,
+    /// A third of the change of that.
+    pub twist: Vec3,
+}
+
+impl ColourCubic {
+    /// No light.
+    pub const DARK: Self = Self { value: Vec3::ZERO, slope: Vec3::ZERO, bend: Vec3::ZERO, twist: Vec3::ZERO };
+
+    /// Adds what one of the four colours of a stencil, counted from 0, is to the cubic.
+    #[inline(always)]
+    pub fn add(&mut self, colour: Vec3, of: Stencil, index: u32) {
+        self.value += colour * lane(of.weights, index);
+        self.slope += colour * lane(of.slopes, index);
+        self.bend += colour * lane(of.bends, index);
+        self.twist += colour * lane(TWISTS, index);
+    }
+
+    /// The colour so many steps beside the position.
+    #[inline(always)]
+    pub fn beside(self, steps: f32) -> Vec3 {
+        self.value + (self.slope + (self.bend + self.twist * steps) * steps) * steps
+    }
+}
+
+#[inline(always)]
+fn lane(four: Vec4, index: u32) -> f32 {
+    if index == 0 {
+        four.x
+    } else if index == 1 {
+        four.y
+    } else if index == 2 {
+        four.z
+    } else {
+        four.w
+    }
+}
 
 /// The stencil at a position among `count` values, four at least; one-sided at the ends.
 ///
@@ -41,6 +87,20 @@ pub fn stencil(position: f32, count: u32) -> Stencil {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_cubic_of_a_colour_goes_through_its_four_colours() {
+        let colours = [3.0f32, -1.0, 0.5, 7.0];
+        let middle = stencil(1.5, 4);
+        let mut cubic = ColourCubic::DARK;
+        for (index, &colour) in (0..).zip(&colours) {
+            cubic.add(Vec3::new(colour, 2.0 * colour, 0.0), middle, index);
+        }
+        for (place, colour) in [-1.5, -0.5, 0.5, 1.5].into_iter().zip(colours) {
+            // A dozen roundings of numbers below ten.
+            assert!((cubic.beside(place) - Vec3::new(colour, 2.0 * colour, 0.0)).abs().max_element() < 1e-5);
+        }
+    }
 
     #[test]
     fn a_cubic_and_its_derivatives_are_exact_between_any_two_values() {

@@ -3,11 +3,12 @@
 //! A kernel is a pure function of the uniform, the buffers and an index. A GPU entry point fetches its index, calls
 //! the function and stores the result; the CPU calls the same function in a loop.
 
-use crate::camera::{PixelView, pixel_view};
+use crate::camera::{PERSPECTIVE, PixelView, pixel_view};
 use crate::disc::disc_in_pixel;
 use crate::glam::{UVec2, Vec3, Vec4};
 use crate::lookup;
 use crate::math::{fetch, half_bits, store};
+use crate::perspective_run::PerspectiveRun;
 use crate::phase::ScatteringAngle;
 use crate::rgb::into_gamut;
 use crate::run::{self, Circle, Middle, RUN, Run};
@@ -210,7 +211,7 @@ pub fn lookup_pixel(
     if variant & variant::RUNS != 0 {
         let mut pixel = UVec2::new(RUN * invocation.x, invocation.y);
         let end = pixel.x + RUN;
-        let direction = run::middle_direction(uniform, pixel.x, row);
+        let direction = run::middle_direction(uniform, pixel.x, row, variant);
         if lookup::is_on_ground(direction, variant) {
             while pixel.x < end {
                 store_rgb(uniform, output, pixel, lookup::ground_beneath(uniform, variant), variant);
@@ -218,10 +219,20 @@ pub fn lookup_pixel(
             }
             return;
         }
-        let (circle, middle) = (Circle::of_row(uniform, row), Middle::towards(uniform, direction));
-        let run = Run::new(uniform, entries, circle, middle, row, variant);
         let first = index(uniform, pixel);
         let mut of_run = 0;
+        if variant::projection(variant) == PERSPECTIVE {
+            let run = PerspectiveRun::new(uniform, entries, pixel.x, row, variant);
+            while of_run < RUN {
+                let rgb = with_disc(uniform, colour, pixel, run.sky(of_run, variant), variant);
+                store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
+                pixel.x += 1;
+                of_run += 1;
+            }
+            return;
+        }
+        let (circle, middle) = (Circle::of_row(uniform, row), Middle::towards(uniform, direction));
+        let run = Run::new(uniform, entries, circle, middle, row, variant);
         while of_run < RUN {
             let rgb = with_disc(uniform, colour, pixel, run.sky(of_run, variant), variant);
             store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);

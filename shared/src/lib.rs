@@ -105,6 +105,7 @@ pub mod moments;
 pub mod multiple;
 pub mod multiple_lookup;
 pub mod observer;
+pub mod perspective_run;
 pub mod phase;
 pub mod profile;
 pub mod rgb;

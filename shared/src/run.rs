@@ -1,4 +1,5 @@
-//! Runs: neighbouring pixels of a row of an equirectangular image, which share what the sky lookup holds about their middle.
+//! Runs: neighbouring pixels of a row of an equirectangular image, which share what the sky lookup holds about their middle. Those of a perspective are in
+//! [`crate::perspective_run`].
 //!
 //! A row is a circle of one elevation `e` about the zenith. With the sun at `e_s`, and `φ` the azimuth from it, the angle `θ` from the sun
 //! follows from the haversines:
@@ -10,8 +11,8 @@
 //!
 //! What does not change along a run is computed before its pixels: a compiler of shaders moves nothing out of a loop.
 
-use crate::camera::{EQUIRECTANGULAR, equirectangular_elevation, position_view};
-use crate::cubic::{Stencil, TWISTS, stencil};
+use crate::camera::{equirectangular_elevation, position_view};
+use crate::cubic::{ColourCubic, Stencil, TWISTS, stencil};
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::lookup::{FourEntries, colours_per_entry};
 use crate::math::{PI, abs, max, sin_cos, sqrt};
@@ -136,9 +137,14 @@ impl Middle {
 
 /// The direction of the middle of the run that begins with a pixel of the image.
 #[inline(always)]
-pub fn middle_direction(uniform: &Uniform, column: u32, row: u32) -> Vec3 {
-    let middle = Vec2::new((column + RUN / 2) as f32, row as f32 + 0.5);
-    position_view(&uniform.camera, EQUIRECTANGULAR, middle).direction
+pub fn middle_direction(uniform: &Uniform, column: u32, row: u32, variant: u32) -> Vec3 {
+    position_view(&uniform.camera, variant::projection(variant), middle_position(column, row)).direction
+}
+
+/// Where the middle of that run is (pixels from the image's top left corner).
+#[inline(always)]
+pub fn middle_position(column: u32, row: u32) -> Vec2 {
+    Vec2::new((column + RUN / 2) as f32, row as f32 + 0.5)
 }
 
 /// What the pixels of a run share.
@@ -152,9 +158,9 @@ pub struct Run {
     nearest: f32,
     /// What it grows by with the square of the columns.
     growth: f32,
-    air: Cubic,
-    aerosol: Cubic,
-    rest: Cubic,
+    air: ColourCubic,
+    aerosol: ColourCubic,
+    rest: ColourCubic,
     air_phase: AirPhase,
     aerosol_phase: AerosolPhase,
     /// The parts of the primaries in the luminance.
@@ -167,12 +173,12 @@ impl Run {
     pub fn new(uniform: &Uniform, lookup: &[Vec4], circle: Circle, middle: Middle, row: u32, variant: u32) -> Self {
         let Middle { half, column, near } = middle;
         let at = (colours_per_entry(variant) * (row * uniform.lookup_azimuths + near.first)) as usize;
-        let (mut aerosol, mut rest) = (Cubic::DARK, Cubic::DARK);
+        let (mut aerosol, mut rest) = (ColourCubic::DARK, ColourCubic::DARK);
         if variant & variant::AEROSOL != 0 {
-            aerosol = Cubic::new(lookup, at + 1, near, variant);
+            aerosol = cubic(lookup, at + 1, near, variant);
         }
         if variant & variant::REST != 0 {
-            rest = Cubic::new(lookup, at + 2, near, variant);
+            rest = cubic(lookup, at + 2, near, variant);
         }
         // Half of the azimuth between two columns of the image.
         let step = PI / uniform.camera.width as f32;
@@ -182,7 +188,7 @@ impl Run {
             middle: column,
             nearest: circle.nearest,
             growth: circle.breadth / (columns * columns),
-            air: Cubic::new(lookup, at, near, variant),
+            air: cubic(lookup, at, near, variant),
             aerosol,
             rest,
             air_phase: AirPhase::new(uniform.atmosphere.air_anisotropy),
@@ -209,38 +215,15 @@ impl Run {
     }
 }
 
-/// The cubic of a colour along the columns, about the middle of a run.
-#[derive(Clone, Copy)]
-struct Cubic {
-    /// The colour there.
-    value: Vec3,
-    /// Its change per column.
-    slope: Vec3,
-    /// Half of the change of that per column.
-    bend: Vec3,
-    /// A third of the change of that.
-    twist: Vec3,
-}
-
-impl Cubic {
-    const DARK: Self = Self { value: Vec3::ZERO, slope: Vec3::ZERO, bend: Vec3::ZERO, twist: Vec3::ZERO };
-
-    /// That between four entries, of the first of which a colour stands at `at`.
-    #[inline(always)]
-    fn new(lookup: &[Vec4], at: usize, near: Stencil, variant: u32) -> Self {
-        let four = FourEntries::fetch(lookup, at, variant);
-        Self {
-            value: four.weighted(near.weights),
-            slope: four.weighted(near.slopes),
-            bend: four.weighted(near.bends),
-            twist: four.weighted(TWISTS),
-        }
-    }
-
-    /// The colour so many columns beside the middle.
-    #[inline(always)]
-    fn beside(self, columns: f32) -> Vec3 {
-        self.value + (self.slope + (self.bend + self.twist * columns) * columns) * columns
+/// The cubic along the columns between four entries, of the first of which a colour stands at `at`.
+#[inline(always)]
+fn cubic(lookup: &[Vec4], at: usize, near: Stencil, variant: u32) -> ColourCubic {
+    let four = FourEntries::fetch(lookup, at, variant);
+    ColourCubic {
+        value: four.weighted(near.weights),
+        slope: four.weighted(near.slopes),
+        bend: four.weighted(near.bends),
+        twist: four.weighted(TWISTS),
     }
 }
 

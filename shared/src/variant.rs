@@ -22,8 +22,8 @@ pub const OPAQUE: u32 = 128;
 /// Everything that concerns the integral of light scattered once; right for every scene.
 pub const WHOLE_INTEGRAL: u32 = 63 | OPAQUE;
 
-/// Pixels are looked up in runs, which share their entries: only in an equirectangular image whose width is a multiple of a run, where a run
-/// reaches no farther than half way to the next entry, and where aerosol does not scatter back; see [`crate::run`].
+/// Pixels are looked up in runs, which share what they read: only in images whose width is a multiple of a run; see [`crate::run`] and
+/// [`crate::perspective_run`].
 pub const RUNS: u32 = 1 << 12;
 
 /// There is light that was scattered more than once.

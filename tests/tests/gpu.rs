@@ -306,14 +306,52 @@ fn pixels_in_runs_agree_with_pixels_alone() {
     }
 }
 
+/// Of a run in a perspective four places are looked up: a cubic through them is as near to the integral as pixels are that are looked up alone.
+#[test]
+fn a_perspective_in_runs_agrees_with_pixels_alone_and_with_the_integral() {
+    for (sun, elevation, fov, from_sun, disc, asymmetry) in [
+        (30.0, 15.0, 60.0, 0.0, false, 0.7),
+        (30.0, 88.0, 60.0, 20.0, false, 0.7),
+        (60.0, 60.0, 90.0, 3.0, true, 0.7),
+        (5.0, 10.0, 60.0, 0.0, false, 0.7),
+        (5.0, 10.0, 60.0, 170.0, false, -0.6),
+        (-4.0, 8.0, 60.0, 0.0, false, 0.7),
+        (12.0, 6.0, 20.0, 90.0, false, 0.85),
+    ] {
+        let mut scene = scene(Preset::Standard, sun, "640x352");
+        (scene.camera.projection, scene.camera.fov) = (Projection::Perspective, Some(fov));
+        (scene.camera.look_elevation, scene.camera.look_azimuth) = (Some(elevation), Some(77.7 + from_sun));
+        (scene.sun.azimuth, scene.sun.disc, scene.render.path) = (77.7, disc, PathChoice::Lookup);
+        scene.atmosphere.aerosol.asymmetry = asymmetry;
+        let runs = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        let what = format!("sun {sun}, look {elevation}, {from_sun} from the sun, field {fov}, {}", runs.lookup);
+        assert!(runs.variant & variant::RUNS != 0, "{what}");
+        let alone = Plan { variant: runs.variant & !variant::RUNS, ..runs.clone() };
+        scene.render.path = PathChoice::Direct;
+        let direct = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        let [in_runs, alone, direct] =
+            [&runs, &alone, &direct].map(|plan| floats(plan, &device::cpu::Cpu, plan.kernel()));
+        // The sun's disc is a million times as bright as the sky.
+        let above = if disc { 1e-8 } else { 1e-3 };
+        let worst = |image: &[f32], reference: &[f32]| worst_in_images(image, reference, 640, 3, above);
+        let [error, error_alone, apart] =
+            [worst(&in_runs, &direct), worst(&alone, &direct), worst(&in_runs, &alone)].map(|worst| worst.relative);
+        println!("{what}: off by {error:.1e}, alone by {error_alone:.1e}, apart {apart:.1e}");
+        // A cubic may be off by 1.6 times what its four places are off by, and the places need not be those where a pixel alone is at its worst.
+        assert!(apart > 0.0 && error <= 1.6 * error_alone.max(1e-4), "{what}: {error:e}, alone {error_alone:e}");
+        let on_gpu = worst_in_images(&floats(&runs, gpu(), runs.kernel()), &in_runs, 640, 3, 1e-6);
+        assert!(on_gpu.relative <= SAME_FUNCTION, "{what}: {on_gpu:?}");
+    }
+}
+
 #[test]
 fn a_perspective_reads_no_entry_that_its_camera_did_not_ask_for() {
     // Level, straight up, over the edge of a planet, and so wide that all is seen; towards the sun, across and away from it.
     let looks = [(0.0, 10.0, 60.0), (0.0, 90.0, 20.0), (0.0, 70.0, 100.0), (12.0, -10.0, 150.0), (12.0, -85.0, 40.0)];
-    for ((altitude, elevation, fov), azimuth) in
-        looks.into_iter().flat_map(|look| [0.0, 95.0, 180.0].map(|a| (look, a)))
-    {
-        let mut scene = scene(Preset::Standard, 8.0, "96x54");
+    // A narrow image is looked up pixel by pixel, a wide one in runs.
+    let looks = looks.into_iter().flat_map(|look| ["96x54", "640x360"].map(|size| (look, size)));
+    for (((altitude, elevation, fov), size), azimuth) in looks.flat_map(|look| [0.0, 95.0, 180.0].map(|a| (look, a))) {
+        let mut scene = scene(Preset::Standard, 8.0, size);
         (scene.camera.projection, scene.render.path) = (Projection::Perspective, PathChoice::Lookup);
         (scene.camera.look_elevation, scene.camera.look_azimuth) = (Some(elevation), Some(azimuth));
         (scene.camera.fov, scene.observer.altitude) = (Some(fov), altitude);

@@ -18,11 +18,12 @@ const UNIFORM_BYTES: usize = 65_536;
 const INVOCATIONS: u32 = 256;
 
 /// The least and the most that a kernel is compiled with, in every format of pixels.
-fn variants() -> [u32; 4] {
+fn variants() -> [u32; 5] {
     let whole = variant::WHOLE_INTEGRAL | variant::REST | variant::SUN_DISC;
     [
         variant::of(0, 0, PixelFormat::LinearRgb as u32),
         variant::of(variant::AEROSOL | variant::RUNS, 0, PixelFormat::Picture as u32),
+        variant::of(variant::AEROSOL | variant::REST | variant::RUNS, 2, PixelFormat::Picture as u32),
         variant::of(whole, 1, PixelFormat::HalfRgb as u32),
         variant::of(whole, 2, PixelFormat::LinearRgba as u32),
     ]

@@ -2,17 +2,19 @@
 
 use super::lanes::{BLOCK, Four, Lanes, Three, ZERO, lanes};
 use super::pixels::Pixels;
+use crate::camera::{EQUIRECTANGULAR, PERSPECTIVE, position_view};
 use crate::cubic::Stencil;
 use crate::glam::Vec4;
 use crate::lookup::{ground_beneath, is_on_ground};
-use crate::run::{Circle, HalfAzimuth, Middle, RUN, Run, middle_direction};
+use crate::perspective_run::PerspectiveRun;
+use crate::run::{Circle, HalfAzimuth, Middle, RUN, Run, middle_direction, middle_position};
 use crate::uniform::Uniform;
 use crate::variant;
 
 /// Linear RGB of the sky at each pixel of a block that is all of runs.
 #[inline(always)]
 pub fn sky_of_runs(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, variant: u32) -> Three {
-    let first = middle_direction(uniform, pixels.first, uniform.first_row);
+    let first = middle_direction(uniform, pixels.first, uniform.first_row, variant);
     if is_on_ground(first, variant) {
         let mut ground = Three::ZERO;
         for lane in lanes(pixels.count) {
@@ -21,19 +23,40 @@ pub fn sky_of_runs(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, variant:
         return ground;
     }
     let circle = Circle::of_row(uniform, uniform.first_row);
+    let is_perspective = variant::projection(variant) == PERSPECTIVE;
     const REST: u32 = variant::AEROSOL | variant::REST;
     match (variant & variant::AEROSOL != 0, variant & variant::REST != 0) {
+        (true, false) if is_perspective => sky_of_perspective(uniform, entries, pixels, variant::AEROSOL),
+        (true, true) if is_perspective => sky_of_perspective(uniform, entries, pixels, REST),
+        _ if is_perspective => sky_of_perspective(uniform, entries, pixels, variant),
         (true, false) => sky_on_circle(uniform, entries, pixels, circle, variant::AEROSOL),
         (true, true) => sky_on_circle(uniform, entries, pixels, circle, REST),
         _ => sky_on_circle(uniform, entries, pixels, circle, variant),
     }
 }
 
+/// The same in a perspective.
+#[inline(always)]
+fn sky_of_perspective(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, variant: u32) -> Three {
+    let mut sky = Three::ZERO;
+    for index in lanes(pixels.count / RUN as usize) {
+        let column = pixels.first + RUN * index as u32;
+        let run = PerspectiveRun::new(uniform, entries, column, uniform.first_row, variant);
+        for pixel in 0..RUN {
+            let lane = (RUN as usize * index + pixel as usize) % BLOCK;
+            sky.set(lane, run.sky(pixel, variant));
+        }
+    }
+    sky
+}
+
 #[inline(always)]
 fn sky_on_circle(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, circle: Circle, variant: u32) -> Three {
     let mut middles = Middles::NONE;
     for index in lanes(pixels.count / RUN as usize) {
-        let direction = middle_direction(uniform, pixels.first + RUN * index as u32, uniform.first_row);
+        let column = pixels.first + RUN * index as u32;
+        let direction =
+            position_view(&uniform.camera, EQUIRECTANGULAR, middle_position(column, uniform.first_row)).direction;
         middles.set(index, Middle::towards(uniform, direction));
     }
     let mut sky = Three::ZERO;

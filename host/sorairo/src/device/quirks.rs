@@ -1,6 +1,7 @@
 //! What drivers do that no specification says.
 
 use sorairo_shared::observer::OBSERVER_NODES;
+use sorairo_shared::perspective_run::PLACES;
 use sorairo_shared::run::RUN;
 use sorairo_shared::sky::constituent_count;
 use sorairo_shared::variant;
@@ -26,7 +27,7 @@ pub(super) fn rounds(plan: &Plan) -> u64 {
     let uniform = &plan.uniform;
     let wavelengths = 1 + u64::from(uniform.spectral_wavelengths);
     let disc = 1 + has(variant::SUN_DISC) * u64::from(uniform.disc.samples).pow(2);
-    let pixels = if has(variant::RUNS) > 0 { u64::from(RUN) } else { 1 };
+    let pixels = if has(variant::RUNS) > 0 { u64::from(RUN + PLACES + 1) } else { 1 };
     let fit = u64::from(constituent_count(plan.variant) * uniform.nodes + OBSERVER_NODES);
     /// Rounds of a loop of one pass, the last look at its end among them. Two of each group of bands are for the ground, and one of the fit.
     const ONE_PASS: u64 = 2;

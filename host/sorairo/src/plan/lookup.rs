@@ -5,7 +5,7 @@ use std::fmt;
 use std::ops::Range;
 
 use serde::Serialize;
-use sorairo_shared::camera::EQUIRECTANGULAR;
+use sorairo_shared::camera::{EQUIRECTANGULAR, PERSPECTIVE};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::LOOKUP_WORKGROUP;
 use sorairo_shared::run::RUN;
@@ -132,17 +132,31 @@ fn runs_are_short(width: u32, azimuths: u32) -> bool {
 /// The most samples along a side of a pixel of the sun's disc with which pixels run: an invocation computes those of a run one after the other.
 const MOST_SAMPLES_IN_RUNS: u32 = 32;
 
+/// Whether a run of a perspective image, as wide as it is seen in the middle, reaches over four cells at most where they are narrowest: a cubic along it is then off by less
+/// than a hundredth of what straight lines leave between entries. With the scale `L` of the sky's features the lines leave `h²/8L²` at the spacing `h`, which the tolerance
+/// keeps below `L/15`, and the cubic `(4h/3)⁴/24L⁴`.
+fn perspective_runs_are_short(uniform: &Uniform, azimuths: u32) -> bool {
+    let run = f64::from(RUN) * 2.0 * f64::from(uniform.camera.half_field) / f64::from(uniform.camera.width);
+    // Columns lie closest together at the sun's azimuth.
+    let narrowest = 2.0 / f64::from(azimuths - 1);
+    run <= 4.0 * narrowest
+}
+
 /// Whether the pixels of an image can be looked up in [`variant::RUNS`] in a sky lookup of this size.
 ///
-/// Entries are closest together at the sun's azimuth; see [`sorairo_shared::azimuth`]. Aerosol whose phase function has its peak behind has no runs; see
-/// [`sorairo_shared::run`].
+/// Entries are closest together at the sun's azimuth; see [`sorairo_shared::azimuth`]. In an equirectangular image aerosol whose phase function has its peak
+/// behind has no runs, see [`sorairo_shared::run`]; in a perspective an observer above the ground has none, whose rows cross the horizon.
 pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
     let width = uniform.camera.width;
     let has_fine_disc = variant & variant::SUN_DISC != 0 && uniform.disc.samples > MOST_SAMPLES_IN_RUNS;
-    let is_level = variant::projection(variant) == EQUIRECTANGULAR;
     let scatters_back = variant & variant::AEROSOL != 0 && uniform.atmosphere.aerosol_asymmetry < 0.0;
-    let fits = width.is_multiple_of(RUN) && runs_are_short(width, size.azimuths);
-    is_level && fits && !has_fine_disc && !scatters_back
+    let crosses_horizon = variant & variant::DESCENT != 0 || uniform.camera.right.z != 0.0;
+    let has_short_runs = match variant::projection(variant) {
+        EQUIRECTANGULAR => !scatters_back && runs_are_short(width, size.azimuths),
+        PERSPECTIVE => !crosses_horizon && perspective_runs_are_short(uniform, size.azimuths),
+        _ => false,
+    };
+    width.is_multiple_of(RUN) && !has_fine_disc && has_short_runs
 }
 
 #[cfg(test)]

@@ -1,0 +1,110 @@
+//! Runs of a perspective image: neighbouring pixels of a row, between a few places of which the colours of the constituents are interpolated.
+//!
+//! A row lies on a great circle. Along it the sky without its phase functions is smooth, across the zenith too: a cubic goes through four places, the ends of
+//! the run among them, so that neighbouring runs meet. From the ground no row crosses the horizon, since the camera stands upright.
+//!
+//! With the direction `v` not yet of unit length, `v`, `v · s` and `v × s` are linear along the row, and so the angle from the sun `s` costs each pixel one root:
+//! `cos θ = v · s / |v|`, `sin² θ = |v × s|² / |v|²`.
+
+use crate::camera::{perspective_step, perspective_vector};
+use crate::cubic::{ColourCubic, Stencil, stencil};
+use crate::glam::{Vec3, Vec4};
+use crate::lookup::{grid_constituents, grid_place};
+use crate::math::sqrt;
+use crate::phase::{AerosolPhase, AirPhase, ScatteringAngle};
+use crate::rgb::into_gamut_by;
+use crate::run::{RUN, middle_position};
+use crate::uniform::Uniform;
+use crate::variant;
+
+/// Places of a run that are looked up.
+pub const PLACES: u32 = 4;
+
+/// Pixels from one of them to the next.
+const SPACING: f32 = RUN as f32 / (PLACES - 1) as f32;
+
+/// What the pixels of a run share.
+#[derive(Clone, Copy)]
+pub struct PerspectiveRun {
+    /// The direction in the middle, whose part into the image is of unit length, and its change per pixel.
+    middle: Vec3,
+    step: Vec3,
+    /// Its product with the unit vector towards the sun, likewise.
+    cosine: f32,
+    cosine_step: f32,
+    sine: Vec3,
+    sine_step: Vec3,
+    air: ColourCubic,
+    aerosol: ColourCubic,
+    rest: ColourCubic,
+    air_phase: AirPhase,
+    aerosol_phase: AerosolPhase,
+    /// The parts of the primaries in the luminance.
+    luminance: Vec3,
+}
+
+impl PerspectiveRun {
+    /// The run that begins with a pixel of the whole image.
+    #[inline(always)]
+    pub fn new(uniform: &Uniform, lookup: &[Vec4], column: u32, row: u32, variant: u32) -> Self {
+        let sun = Vec3::new(uniform.sun.x, uniform.sun.y, uniform.sun.z);
+        let middle = perspective_vector(&uniform.camera, middle_position(column, row));
+        let step = perspective_step(&uniform.camera);
+        let mut run = Self {
+            middle,
+            step,
+            cosine: middle.dot(sun),
+            cosine_step: step.dot(sun),
+            sine: middle.cross(sun),
+            sine_step: step.cross(sun),
+            air: ColourCubic::DARK,
+            aerosol: ColourCubic::DARK,
+            rest: ColourCubic::DARK,
+            air_phase: AirPhase::new(uniform.atmosphere.air_anisotropy),
+            aerosol_phase: AerosolPhase::new(uniform.atmosphere.aerosol_asymmetry),
+            luminance: uniform.rgb.luminance_parts(),
+        };
+        let near = stencil(0.5 * (PLACES - 1) as f32, PLACES);
+        let mut place = 0;
+        while place < PLACES {
+            run.look(uniform, lookup, near, place, variant);
+            place += 1;
+        }
+        run
+    }
+
+    /// Looks up one of the places.
+    #[inline(always)]
+    fn look(&mut self, uniform: &Uniform, lookup: &[Vec4], near: Stencil, place: u32, variant: u32) {
+        let vector = self.middle + self.step * (SPACING * place as f32 - 0.5 * RUN as f32);
+        let view = vector * (1.0 / sqrt(vector.dot(vector)));
+        let found = grid_constituents(uniform, lookup, grid_place(uniform, view, variant), variant);
+        self.air.add(found.air, near, place);
+        if variant & variant::AEROSOL != 0 {
+            self.aerosol.add(found.aerosol, near, place);
+        }
+        if variant & variant::REST != 0 {
+            self.rest.add(found.rest, near, place);
+        }
+    }
+
+    /// Linear RGB of the sky at one of its pixels, counted from 0; as [`crate::sky::with_phases`] makes it of its constituents.
+    #[inline(always)]
+    pub fn sky(self, pixel: u32, variant: u32) -> Vec3 {
+        let beside = pixel as f32 + (0.5 - 0.5 * RUN as f32);
+        let vector = self.middle + self.step * beside;
+        let sine = self.sine + self.sine_step * beside;
+        let inverse = 1.0 / sqrt(vector.dot(vector));
+        let cosine = (self.cosine + self.cosine_step * beside) * inverse;
+        let angle = ScatteringAngle::new(cosine, sine.dot(sine) * (inverse * inverse));
+        let places = beside * (1.0 / SPACING);
+        let mut rgb = self.air.beside(places) * self.air_phase.at(angle.cosine);
+        if variant & variant::AEROSOL != 0 {
+            rgb += self.aerosol.beside(places) * self.aerosol_phase.at(angle);
+        }
+        if variant & variant::REST != 0 {
+            rgb += self.rest.beside(places);
+        }
+        into_gamut_by(rgb, self.luminance)
+    }
+}

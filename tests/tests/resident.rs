@@ -32,6 +32,8 @@ fn cameras() -> Vec<CameraScene> {
         camera(Projection::Fisheye, "60x60"),
         CameraScene { look_azimuth: Some(100.0), ..camera(Projection::Perspective, "90x45") },
         CameraScene { look_azimuth: Some(-80.0), ..camera(Projection::Perspective, "90x45") },
+        // Wide enough for runs.
+        CameraScene { look_azimuth: Some(60.0), ..camera(Projection::Perspective, "640x352") },
     ]
 }
 

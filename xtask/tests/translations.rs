@@ -12,10 +12,13 @@ use sorairo_shared::variant::{self, PixelFormat};
 const SPIRV: [&[u8]; 2] =
     [include_bytes!("../../shader-crate/compiled/images.spv"), include_bytes!("../../shader-crate/compiled/plans.spv")];
 
-/// WebGPU's default limits (W3C, *WebGPU*, 3.6.2), which no device may undercut.
+/// WebGPU's default limits (W3C, *WebGPU*, 3.6.2), which no device may undercut: those of Metal (31 buffers, 32 KiB for a threadgroup) and Direct3D 12 (1024
+/// threads, 32 KiB for a group) are wider.
 const STORAGE_BUFFERS: usize = 8;
 const UNIFORM_BYTES: usize = 65_536;
 const INVOCATIONS: u32 = 256;
+const WORKGROUP_SIZES: [u32; 3] = [256, 256, 64];
+const WORKGROUP_BYTES: u32 = 16_384;
 
 /// The least and the most that a kernel is compiled with, in every format of pixels.
 fn variants() -> [u32; 5] {
@@ -94,11 +97,14 @@ fn every_kernel_has_a_translation_for_webgpu_that_can_be_read_again() {
 #[test]
 fn kernels_keep_to_the_limits_that_every_interface_has() {
     assert!(size_of::<Uniform>() <= UNIFORM_BYTES && size_of::<FieldUniform>() <= UNIFORM_BYTES);
-    modules().iter().for_each(keeps_to_limits);
+    // Those of environment maps share memory, those of plans do not.
+    assert_eq!(modules().each_ref().map(keeps_to_limits), [true, false]);
 }
 
-fn keeps_to_limits(module: &Module) {
+/// Checks every entry point of a module; whether any of them shares memory in its workgroups.
+fn keeps_to_limits(module: &Module) -> bool {
     let info = validated(module);
+    let mut shares = false;
     for (i, entry) in module.entry_points.iter().enumerate() {
         let used = |space: fn(AddressSpace) -> bool| {
             let of_entry = info.get_entry_point(i);
@@ -108,11 +114,21 @@ fn keeps_to_limits(module: &Module) {
         let storage = used(|space| matches!(space, AddressSpace::Storage { .. }));
         assert!((1..=STORAGE_BUFFERS).contains(&storage), "{}: {storage} storage buffers", entry.name);
         assert!(entry.workgroup_size.iter().product::<u32>() <= INVOCATIONS, "{}", entry.name);
+        assert!(entry.workgroup_size.iter().zip(WORKGROUP_SIZES).all(|(&size, most)| size <= most), "{}", entry.name);
+        let of_entry = info.get_entry_point(i);
+        let shared = module
+            .global_variables
+            .iter()
+            .filter(|(handle, global)| global.space == AddressSpace::WorkGroup && !of_entry[*handle].is_empty());
+        let bytes: u32 = shared.map(|(_, global)| module.types[global.ty].inner.size(module.to_ctx())).sum();
+        assert!(bytes <= WORKGROUP_BYTES, "{}: {bytes} bytes of a workgroup", entry.name);
+        shares |= bytes > 0;
     }
     for (_, global) in module.global_variables.iter().filter(|(_, global)| global.binding.is_some()) {
         let binding = global.binding.as_ref().unwrap();
         assert!(binding.group == 0 && binding.binding <= 6, "{binding:?}");
     }
+    shares
 }
 
 #[test]

@@ -7,13 +7,12 @@
 //! `cos θ = v · s / |v|`, `sin² θ = |v × s|² / |v|²`.
 
 use crate::camera::{perspective_step, perspective_vector};
-use crate::cubic::{ColourCubic, Stencil, stencil};
+use crate::cubic::{Stencil, stencil};
 use crate::glam::{Vec3, Vec4};
 use crate::lookup::{grid_constituents, grid_place};
 use crate::math::sqrt;
-use crate::phase::{AerosolPhase, AirPhase, ScatteringAngle};
-use crate::rgb::into_gamut_by;
-use crate::run::{RUN, middle_position};
+use crate::phase::ScatteringAngle;
+use crate::run::{Colours, RUN, from_middle, middle_position};
 use crate::uniform::Uniform;
 use crate::variant;
 
@@ -34,13 +33,7 @@ pub struct PerspectiveRun {
     cosine_step: f32,
     sine: Vec3,
     sine_step: Vec3,
-    air: ColourCubic,
-    aerosol: ColourCubic,
-    rest: ColourCubic,
-    air_phase: AirPhase,
-    aerosol_phase: AerosolPhase,
-    /// The parts of the primaries in the luminance.
-    luminance: Vec3,
+    colours: Colours,
 }
 
 impl PerspectiveRun {
@@ -57,12 +50,7 @@ impl PerspectiveRun {
             cosine_step: step.dot(sun),
             sine: middle.cross(sun),
             sine_step: step.cross(sun),
-            air: ColourCubic::DARK,
-            aerosol: ColourCubic::DARK,
-            rest: ColourCubic::DARK,
-            air_phase: AirPhase::new(uniform.atmosphere.air_anisotropy),
-            aerosol_phase: AerosolPhase::new(uniform.atmosphere.aerosol_asymmetry),
-            luminance: uniform.rgb.luminance_parts(),
+            colours: Colours::dark(uniform),
         };
         let near = stencil(0.5 * (PLACES - 1) as f32, PLACES);
         let mut place = 0;
@@ -79,32 +67,24 @@ impl PerspectiveRun {
         let vector = self.middle + self.step * (SPACING * place as f32 - 0.5 * RUN as f32);
         let view = vector * (1.0 / sqrt(vector.dot(vector)));
         let found = grid_constituents(uniform, lookup, grid_place(uniform, view, variant), variant);
-        self.air.add(found.air, near, place);
+        self.colours.air.add(found.air, near, place);
         if variant & variant::AEROSOL != 0 {
-            self.aerosol.add(found.aerosol, near, place);
+            self.colours.aerosol.add(found.aerosol, near, place);
         }
         if variant & variant::REST != 0 {
-            self.rest.add(found.rest, near, place);
+            self.colours.rest.add(found.rest, near, place);
         }
     }
 
-    /// Linear RGB of the sky at one of its pixels, counted from 0; as [`crate::sky::with_phases`] makes it of its constituents.
+    /// Linear RGB of the sky at one of its pixels, counted from 0.
     #[inline(always)]
     pub fn sky(self, pixel: u32, variant: u32) -> Vec3 {
-        let beside = pixel as f32 + (0.5 - 0.5 * RUN as f32);
+        let beside = from_middle(pixel);
         let vector = self.middle + self.step * beside;
         let sine = self.sine + self.sine_step * beside;
         let inverse = 1.0 / sqrt(vector.dot(vector));
         let cosine = (self.cosine + self.cosine_step * beside) * inverse;
         let angle = ScatteringAngle::new(cosine, sine.dot(sine) * (inverse * inverse));
-        let places = beside * (1.0 / SPACING);
-        let mut rgb = self.air.beside(places) * self.air_phase.at(angle.cosine);
-        if variant & variant::AEROSOL != 0 {
-            rgb += self.aerosol.beside(places) * self.aerosol_phase.at(angle);
-        }
-        if variant & variant::REST != 0 {
-            rgb += self.rest.beside(places);
-        }
-        into_gamut_by(rgb, self.luminance)
+        self.colours.sky(beside * (1.0 / SPACING), angle, variant)
     }
 }

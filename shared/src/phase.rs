@@ -82,7 +82,7 @@ pub struct AerosolPhase {
     /// `2 |g|`.
     widening: f32,
     /// Whether the peak lies behind: `g < 0`.
-    pub is_backward: bool,
+    is_backward: bool,
 }
 
 impl AerosolPhase {
@@ -100,18 +100,13 @@ impl AerosolPhase {
     }
 
     /// At an angle (sr⁻¹).
+    ///
+    /// `(1 - |g|)² + 2|g|(1 - |ν|)` is `1 + g² - 2gν` on the side of the peak, and keeps its digits there.
     #[inline(always)]
     pub fn at(self, angle: ScatteringAngle) -> f32 {
-        self.beside_peak(angle.cosine, if self.is_backward { angle.from_antisun } else { angle.from_sun })
-    }
-
-    /// At an angle with the cosine `ν`, and `1 - |ν|` on the side of the peak (sr⁻¹).
-    ///
-    /// `(1 - |g|)² + 2|g|(1 - |ν|)` is `1 + g² - 2gν` there, and keeps its digits.
-    #[inline(always)]
-    pub fn beside_peak(self, nu: f32, from_peak: f32) -> f32 {
+        let from_peak = if self.is_backward { angle.from_antisun } else { angle.from_sun };
         let spread = max(self.narrowest + self.widening * from_peak, 1e-12);
-        self.scale * (1.0 + nu * nu) / (spread * sqrt(spread))
+        self.scale * (1.0 + angle.cosine * angle.cosine) / (spread * sqrt(spread))
     }
 }
 

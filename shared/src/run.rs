@@ -16,7 +16,7 @@ use crate::cubic::{ColourCubic, Stencil, TWISTS, stencil};
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::lookup::{FourEntries, colours_per_entry};
 use crate::math::{PI, abs, max, sin_cos, sqrt};
-use crate::phase::{AerosolPhase, AirPhase};
+use crate::phase::{AerosolPhase, AirPhase, ScatteringAngle};
 use crate::rgb::into_gamut_by;
 use crate::uniform::Uniform;
 use crate::variant;
@@ -147,6 +147,50 @@ pub fn middle_position(column: u32, row: u32) -> Vec2 {
     Vec2::new((column + RUN / 2) as f32, row as f32 + 0.5)
 }
 
+/// The colours of the constituents along a run, and what makes the sky of them.
+#[derive(Clone, Copy)]
+pub struct Colours {
+    /// Air, before its phase function.
+    pub air: ColourCubic,
+    /// Aerosol, likewise.
+    pub aerosol: ColourCubic,
+    /// The rest.
+    pub rest: ColourCubic,
+    air_phase: AirPhase,
+    aerosol_phase: AerosolPhase,
+    /// The parts of the primaries in the luminance.
+    luminance: Vec3,
+}
+
+impl Colours {
+    /// Without light.
+    #[inline(always)]
+    pub fn dark(uniform: &Uniform) -> Self {
+        Self {
+            air: ColourCubic::DARK,
+            aerosol: ColourCubic::DARK,
+            rest: ColourCubic::DARK,
+            air_phase: AirPhase::new(uniform.atmosphere.air_anisotropy),
+            aerosol_phase: AerosolPhase::new(uniform.atmosphere.aerosol_asymmetry),
+            luminance: uniform.rgb.luminance_parts(),
+        }
+    }
+
+    /// Linear RGB of the sky so many steps of the cubics beside the run's middle, at an angle from the sun; as [`crate::sky::with_phases`] makes it of
+    /// constituents.
+    #[inline(always)]
+    pub fn sky(self, steps: f32, angle: ScatteringAngle, variant: u32) -> Vec3 {
+        let mut rgb = self.air.beside(steps) * self.air_phase.at(angle.cosine);
+        if variant & variant::AEROSOL != 0 {
+            rgb += self.aerosol.beside(steps) * self.aerosol_phase.at(angle);
+        }
+        if variant & variant::REST != 0 {
+            rgb += self.rest.beside(steps);
+        }
+        into_gamut_by(rgb, self.luminance)
+    }
+}
+
 /// What the pixels of a run share.
 #[derive(Clone, Copy)]
 pub struct Run {
@@ -158,13 +202,7 @@ pub struct Run {
     nearest: f32,
     /// What it grows by with the square of the columns.
     growth: f32,
-    air: ColourCubic,
-    aerosol: ColourCubic,
-    rest: ColourCubic,
-    air_phase: AirPhase,
-    aerosol_phase: AerosolPhase,
-    /// The parts of the primaries in the luminance.
-    luminance: Vec3,
+    colours: Colours,
 }
 
 impl Run {
@@ -173,12 +211,13 @@ impl Run {
     pub fn new(uniform: &Uniform, lookup: &[Vec4], circle: Circle, middle: Middle, row: u32, variant: u32) -> Self {
         let Middle { half, column, near } = middle;
         let at = (colours_per_entry(variant) * (row * uniform.lookup_azimuths + near.first)) as usize;
-        let (mut aerosol, mut rest) = (ColourCubic::DARK, ColourCubic::DARK);
+        let mut colours = Colours::dark(uniform);
+        colours.air = cubic(lookup, at, near, variant);
         if variant & variant::AEROSOL != 0 {
-            aerosol = cubic(lookup, at + 1, near, variant);
+            colours.aerosol = cubic(lookup, at + 1, near, variant);
         }
         if variant & variant::REST != 0 {
-            rest = cubic(lookup, at + 2, near, variant);
+            colours.rest = cubic(lookup, at + 2, near, variant);
         }
         // Half of the azimuth between two columns of the image.
         let step = PI / uniform.camera.width as f32;
@@ -188,31 +227,25 @@ impl Run {
             middle: column,
             nearest: circle.nearest,
             growth: circle.breadth / (columns * columns),
-            air: cubic(lookup, at, near, variant),
-            aerosol,
-            rest,
-            air_phase: AirPhase::new(uniform.atmosphere.air_anisotropy),
-            aerosol_phase: AerosolPhase::new(uniform.atmosphere.aerosol_asymmetry),
-            luminance: uniform.rgb.luminance_parts(),
+            colours,
         }
     }
 
-    /// Linear RGB of the sky at one of its pixels, counted from 0; as [`crate::sky::with_phases`] makes it of its constituents.
+    /// Linear RGB of the sky at one of its pixels, counted from 0.
     #[inline(always)]
     pub fn sky(self, pixel: u32, variant: u32) -> Vec3 {
-        let columns = self.columns.at(pixel as f32 + (0.5 - 0.5 * RUN as f32));
-        let beside = abs(columns) - self.middle;
+        let columns = self.columns.at(from_middle(pixel));
         let from_sun = self.nearest + self.growth * (columns * columns);
-        let nu = 1.0 - from_sun;
-        let mut rgb = self.air.beside(beside) * self.air_phase.at(nu);
-        if variant & variant::AEROSOL != 0 {
-            rgb += self.aerosol.beside(beside) * self.aerosol_phase.beside_peak(nu, from_sun);
-        }
-        if variant & variant::REST != 0 {
-            rgb += self.rest.beside(beside);
-        }
-        into_gamut_by(rgb, self.luminance)
+        // Opposite the sun digits are missing, which only a peak that lies behind would need.
+        let angle = ScatteringAngle { cosine: 1.0 - from_sun, from_sun, from_antisun: 2.0 - from_sun };
+        self.colours.sky(abs(columns) - self.middle, angle, variant)
     }
+}
+
+/// Pixels from the middle of a run to the centre of one of its pixels, counted from 0.
+#[inline(always)]
+pub fn from_middle(pixel: u32) -> f32 {
+    pixel as f32 + (0.5 - 0.5 * RUN as f32)
 }
 
 /// The cubic along the columns between four entries, of the first of which a colour stands at `at`.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::bench::{looked_up, with_lookup};
 use super::chart::{Chart, Panel, Point};
@@ -226,6 +226,14 @@ fn cold_process(folder: &Path, device: &str, kind: DeviceKind) -> Result<Spread>
     Ok(Spread::of(durations))
 }
 
+/// What `sorairo view --frames N --json` prints.
+#[derive(Deserialize)]
+struct Count {
+    size: String,
+    skies_per_second: f64,
+    read_back: u32,
+}
+
 /// Opens the window several times, and has it count its skies.
 fn window(device: &Device) -> Result<Option<Window>> {
     const RUNS: usize = 3;
@@ -239,16 +247,16 @@ fn window(device: &Device) -> Result<Option<Window>> {
         if !ended.status.success() {
             return Ok(None);
         }
-        runs.push(serde_json::from_slice::<serde_json::Value>(&ended.stdout).unwrap_or_default());
+        let unread = |error| Error::Nothing(format!("the window's count cannot be read: {error}"));
+        runs.push(serde_json::from_slice::<Count>(&ended.stdout).map_err(unread)?);
     }
-    let number = |run: &serde_json::Value, key: &str| run[key].as_f64().unwrap_or(f64::NAN);
-    let mut rates: Vec<f64> = runs.iter().map(|run| number(run, "skies_per_second")).collect();
+    let mut rates: Vec<f64> = runs.iter().map(|run| run.skies_per_second).collect();
     rates.sort_by(f64::total_cmp);
     Ok(Some(Window {
-        size: runs[0]["size"].as_str().unwrap_or_default().into(),
+        size: runs[0].size.clone(),
         skies: SKIES,
         skies_per_second: Spread { median: rates[RUNS / 2], min: rates[0], max: rates[RUNS - 1] },
-        read_back: runs.iter().map(|run| number(run, "read_back") as u32).sum(),
+        read_back: runs.iter().map(|run| run.read_back).sum(),
     }))
 }
 

@@ -22,16 +22,15 @@ pub fn sky_of_runs(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, variant:
         }
         return ground;
     }
-    let circle = Circle::of_row(uniform, uniform.first_row);
     let is_perspective = variant::projection(variant) == PERSPECTIVE;
     const REST: u32 = variant::AEROSOL | variant::REST;
     match (variant & variant::AEROSOL != 0, variant & variant::REST != 0) {
         (true, false) if is_perspective => sky_of_perspective(uniform, entries, pixels, variant::AEROSOL),
         (true, true) if is_perspective => sky_of_perspective(uniform, entries, pixels, REST),
         _ if is_perspective => sky_of_perspective(uniform, entries, pixels, variant),
-        (true, false) => sky_on_circle(uniform, entries, pixels, circle, variant::AEROSOL),
-        (true, true) => sky_on_circle(uniform, entries, pixels, circle, REST),
-        _ => sky_on_circle(uniform, entries, pixels, circle, variant),
+        (true, false) => sky_on_circle(uniform, entries, pixels, variant::AEROSOL),
+        (true, true) => sky_on_circle(uniform, entries, pixels, REST),
+        _ => sky_on_circle(uniform, entries, pixels, variant),
     }
 }
 
@@ -51,7 +50,8 @@ fn sky_of_perspective(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, varia
 }
 
 #[inline(always)]
-fn sky_on_circle(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, circle: Circle, variant: u32) -> Three {
+fn sky_on_circle(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, variant: u32) -> Three {
+    let circle = Circle::of_row(uniform, uniform.first_row);
     let mut middles = Middles::NONE;
     for index in lanes(pixels.count / RUN as usize) {
         let column = pixels.first + RUN * index as u32;

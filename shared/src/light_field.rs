@@ -2,7 +2,7 @@
 //!
 //! The theory is that of `multiple`, which computes it on a processor; [`crate::field_kernels`] does on a device.
 
-use crate::geometry::{Interval, Ray, shadow};
+use crate::geometry::{Interval, Ray, altitude_from, shadow};
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::math::{PI, acos, clamp, exp, max, sqrt};
 use crate::moments::{Axis, Stencil};
@@ -33,7 +33,7 @@ pub struct Sample {
 
 /// The samples on a part of a ray, dark or lit, on which it only rises or only falls.
 #[derive(Clone, Copy)]
-pub(crate) struct PieceSamples {
+pub struct PieceSamples {
     samples: Samples,
     towards_observer: TowardsObserver,
     rising: bool,
@@ -58,9 +58,35 @@ impl PieceSamples {
         }
     }
 
+    /// Altitude (km) at a distance (km) from the low end.
+    #[inline(always)]
+    pub fn altitude(self, atmosphere: &Atmosphere, from_low: f32) -> f32 {
+        altitude_from(atmosphere.shell(), self.samples.piece.altitude, self.samples.low_mu, from_low)
+    }
+
+    /// Length of the piece (km).
+    #[inline(always)]
+    pub fn length(self) -> f32 {
+        self.samples.piece.length
+    }
+
+    /// Whether the ray rises along it.
+    #[inline(always)]
+    pub fn is_rising(self) -> bool {
+        self.rising
+    }
+
+    /// The quadrature node whose sample stands at a distance (km) from the low end, for a length (km).
+    #[inline(always)]
+    pub fn node(self, from_low: f32, weight: f32) -> Vec2 {
+        let (length, k) = (self.length(), self.samples.k);
+        let stretched = length + k * from_low;
+        Vec2::new(from_low * (1.0 + k) / stretched, weight * (1.0 + k) * length / (stretched * stretched))
+    }
+
     /// The one at a quadrature node.
     #[inline(always)]
-    pub(crate) fn at(self, atmosphere: &Atmosphere, node: Vec2, variant: u32) -> Sample {
+    pub fn at(self, atmosphere: &Atmosphere, node: Vec2, variant: u32) -> Sample {
         let (place, weight) = self.samples.at(atmosphere.shell(), node);
         let density = relative_densities(atmosphere, place.altitude, variant);
         let outwards = column_densities(atmosphere, place.altitude, density, place.mu, variant);

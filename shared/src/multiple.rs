@@ -28,7 +28,7 @@ use core::ops::Range;
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec4};
 use crate::ground::{GroundView, column_densities_to_sun, ground_on_way};
-use crate::light_field::{NodePlace, PER_MEAN_FREE_PATH, PieceSamples, SMALLEST, Sample, Sight, SunPlace};
+use crate::light_field::{NodePlace, PER_MEAN_FREE_PATH, PieceSamples, SMALLEST, Sight, SunPlace};
 use crate::math::{abs, exp_lanes, ln_lanes, max, min};
 use crate::moments::{Axis, Moments, Stencil};
 use crate::profile::{Atmosphere, ColumnDensities, column_densities_of_two, sun_column_densities};
@@ -118,24 +118,22 @@ impl<const N: usize> Spectrum<N> {
     }
 }
 
-/// Visits the samples of a whole ray, dark or lit: each of its pieces has as many as `quadrature` has nodes. The ray is returned from where it
-/// enters the atmosphere, with the ground where it meets it. `variant` is one in which a ray can descend.
+/// Visits the pieces of a whole ray, dark or lit, from its origin on. The ray is returned from where it enters the atmosphere, with the ground
+/// where it meets it. `variant` is one in which a ray can descend.
 #[inline(always)]
-pub fn for_each_sample(
+pub fn for_each_piece(
     atmosphere: &Atmosphere,
     bands: &Bands,
-    quadrature: &[Vec2],
     ray: Ray,
     variant: u32,
-    mut visit: impl FnMut(Sample),
+    mut visit: impl FnMut(PieceSamples),
 ) -> (Ray, GroundView) {
     let shell = atmosphere.shell();
     let way = Way::new(shell, ray, variant & !variant::SHADOW);
     for rising in [false, true] {
         let interval = way.lit(false, rising);
         if interval.end > interval.start {
-            let samples = PieceSamples::new(atmosphere, bands, way, interval, rising, variant);
-            quadrature.iter().for_each(|&node| visit(samples.at(atmosphere, node, variant)));
+            visit(PieceSamples::new(atmosphere, bands, way, interval, rising, variant));
         }
     }
     (way.ray, ground_on_way(atmosphere, way, variant))

@@ -459,7 +459,7 @@ fn a_wrong_scene_exits_with_2_and_one_sentence() {
         ("atmosphere.aerosol.angstrom_exponent", "6", "between -5 and 5"),
         ("atmosphere.aerosol.scale_height", "nan", "between 0.05 and 63.6 km"),
         ("atmosphere.aerosol.single_scattering_albedo", "1.01", "between 0 and 1"),
-        ("atmosphere.aerosol.asymmetry", "1", "between -0.99 and 0.99"),
+        ("atmosphere.aerosol.asymmetry", "1", "between -0.9 and 0.99"),
         ("atmosphere.ozone.column", "-1", "between 0 and 2000 Dobson units"),
         ("atmosphere.ozone.bottom", "-1", "between 0 and 100 km"),
         ("atmosphere.ozone.peak", "10", "between 10.1 and 100 km"),

@@ -11,7 +11,7 @@ use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
 use super::directions::farthest_air;
-use super::multiple::{LightFields, MultipleLight, OrdersMade, Resolution, Setting};
+use super::multiple::{COMPARED_DEPTH, LightFields, MultipleLight, OrdersMade, Resolution, Setting};
 use crate::scene::{Orders, Scene};
 use crate::spectra::optics::Optics;
 
@@ -22,6 +22,9 @@ const NEGLIGIBLE_DEPTH_ABOVE_TOP: f64 = 1e-4;
 /// The optical depth of a level ray at the ground up to which the column densities of short stretches may be differences of
 /// those to infinity: single precision keeps 1e-5 of it.
 const OPAQUE_DEPTH: f64 = 50.0;
+
+/// The error of all light above which it is told without being asked for.
+const TOLD_UNASKED: f64 = 0.05;
 
 /// How far the sum of all orders may be off where a spectrum is taken from it, relative to all light.
 const SPECTRAL_TOLERANCE: f64 = 1e-3;
@@ -188,6 +191,7 @@ impl RayIntegral {
         }
         let MultipleLight { lookup, values, orders } =
             MultipleLight::new(&self.light_fields, &self.setting(), &self.bands, resolution, self.orders);
+        warn_of_error(&orders, self.scattering_depth());
         Self { uniform: Uniform { multiple: lookup, ..self.uniform }, multiple: values, orders_made: orders, ..self }
     }
 
@@ -234,4 +238,16 @@ pub fn needed(scene: &Scene, optics: &Optics) -> u32 {
         | bit(from_above, variant::DESCENT)
         | bit(low_sun, variant::LOW_SUN)
         | bit(optics.level_depth() > OPAQUE_DEPTH, variant::OPAQUE)
+}
+
+/// Says how far light of all orders may be off where that is much, or where nothing is known of it.
+fn warn_of_error(orders: &[OrdersMade], depth: f64) {
+    let error = orders.iter().map(|made| made.error).fold(0.0, f64::max);
+    if error > TOLD_UNASKED || depth > COMPARED_DEPTH {
+        let told = 100.0 * orders.iter().map(OrdersMade::told).fold(0.0, f64::max);
+        log::warn!(
+            "air and haze scatter with an optical depth of {depth:.3}: light of all orders may be off by {told:.1} %; it was compared with published \
+             layers up to {COMPARED_DEPTH}"
+        );
+    }
 }

@@ -32,6 +32,15 @@ fn computed(n: u32) -> Vec<Vec2> {
     rule
 }
 
+/// The nodes of [`gauss_legendre`] and their weights, increasing, in double precision.
+pub fn nodes_and_weights(n: u32) -> Vec<(f64, f64)> {
+    let node = |i: u32| match node_and_weight(n, i.min(n - 1 - i)) {
+        (from_end, weight) if 2 * i < n => (from_end, weight),
+        (from_end, weight) => (1.0 - from_end, weight),
+    };
+    (0..n).map(node).collect()
+}
+
 /// The node `i` from an end of [0, 1], as its distance from that end, and its weight.
 fn node_and_weight(n: u32, i: u32) -> (f64, f64) {
     /// Newton's method squares the error: a step as small as this leaves none.

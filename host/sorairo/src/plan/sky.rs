@@ -16,11 +16,12 @@ use super::fit::regression::Training;
 use super::fit::{self, SpectralFit};
 use super::integral::{self, RayIntegral};
 use super::lookup_grid::{self, Entries, Seen};
-use super::multiple::{LightFields, Refined};
+use super::multiple::{AerosolMoments, LightFields, Refined};
 use super::on_device::{Look, PlanDevice};
 use super::quadrature::gauss_legendre;
 use super::{directions, exposure, samples, upload};
 use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
+use crate::spectra::optics::Optics;
 
 /// A sky that can be looked at.
 #[derive(Clone, Debug)]
@@ -67,7 +68,7 @@ impl SkyPlan {
     /// are near each other share it. Those that it lacks are added.
     pub fn with_light_fields(scene: &ValidScene, rgb: Rgb, light_fields: &LightFields) -> Self {
         let (observer, colour_path) = (scene.render.observer, scene.render.color);
-        let optics = scene.optics();
+        let optics = Optics { forward_peak: forward_peak(scene), ..scene.optics() };
         let space = ColourSpace::new(rgb, scene.render.white_balance, observer, &optics);
         let wavelengths = fit::wavelengths(scene);
         let fit = SpectralFit::new(scene, &wavelengths);
@@ -238,6 +239,15 @@ fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
     }
     let found = find();
     cell.get_or_init(|| found)
+}
+
+/// The forward peak of aerosol that light scattered more than once does not resolve; none where there is no such light.
+fn forward_peak(scene: &Scene) -> f64 {
+    let has_aerosol = scene.atmosphere.aerosol.optical_depth > 0.0;
+    if scene.render.orders == Orders::UpTo(1) || !has_aerosol {
+        return 0.0;
+    }
+    AerosolMoments::new(scene.atmosphere.aerosol.asymmetry as f32).peak
 }
 
 /// What a scene has beside light that is scattered once: bits of [`variant::REST`].

@@ -182,7 +182,7 @@ pub static KEYS: &[Key] = &[
     number!(atmosphere.aerosol.single_scattering_albedo, "", At(0.0), At(1.0)),
     key!(atmosphere.aerosol.single_scattering_albedo_spectrum, WordsOrTable(words::<AlbedoSpectrum>))
         .rule(plausible::aerosol_albedo),
-    number!(atmosphere.aerosol.asymmetry, "", At(-0.99), At(0.99)),
+    number!(atmosphere.aerosol.asymmetry, "", At(-0.9), At(0.99)),
     // Behind a layer that is opaque itself, the samples of a ray would have to follow every edge of its tent.
     number!(atmosphere.ozone.column, "Dobson units", At(0.0), At(2e3)),
     number!(atmosphere.ozone.bottom, "km", At(0.0), DEPTH).matters(has_ozone),

@@ -29,6 +29,7 @@ impl Scene {
             albedo_spectrum: a.aerosol.single_scattering_albedo_spectrum.clone(),
             // Without ozone its layer may be anywhere, and as thin as nothing.
             ozone_peak_density: if a.ozone.column > 0.0 { a.ozone.column * DOBSON_UNIT / half_base } else { 0.0 },
+            forward_peak: 0.0,
             cross_section: a.ozone.cross_section.clone(),
             ground_albedo: self.ground.albedo.clone(),
             sun: self.sun.spectrum.clone(),

@@ -34,6 +34,8 @@ pub struct Optics {
     pub albedo_spectrum: AlbedoSpectrum,
     /// Molecules of ozone per m³ where it is densest.
     pub ozone_peak_density: f64,
+    /// The part of the light scattered by aerosol that goes straight ahead, and counts as not scattered where bands are integrated.
+    pub forward_peak: f64,
     /// Absorption cross-section of ozone.
     pub cross_section: OzoneCrossSection,
     /// Albedo of the ground.
@@ -108,9 +110,15 @@ impl Optics {
             + level(self.aerosol_scale_height, coefficients.aerosol_extinction)
     }
 
-    /// The coefficients at four wavelengths (nm), as the kernels take them.
+    /// The coefficients at four wavelengths (nm), as the kernels take them: extinction by aerosol is without the forward peak, scattering whole. Light
+    /// that was scattered once then has the whole phase function, and what the peak scatters on the way is not lost (Nakajima and Tanaka 1988,
+    /// <https://doi.org/10.1016/0022-4073(88)90031-3>, Eq. 5).
     pub fn bands(&self, wavelengths: [f64; 4]) -> Bands {
-        let at = wavelengths.map(|wavelength| self.at(wavelength));
+        let at = wavelengths.map(|wavelength| {
+            let whole = self.at(wavelength);
+            let aerosol_extinction = whole.aerosol_extinction - self.forward_peak * whole.aerosol_scattering;
+            Coefficients { aerosol_extinction, ..whole }
+        });
         let solar_irradiance = vec4(wavelengths.map(|wavelength| self.solar_irradiance(wavelength)));
         Bands {
             air_scattering: vec4(at.map(|c| c.air_scattering)),

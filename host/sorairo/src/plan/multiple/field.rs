@@ -13,9 +13,11 @@ use sorairo_shared::multiple::{
 use sorairo_shared::variant;
 
 use super::grid::{Direction, Grid, directions};
+use super::plane_parallel::Layers;
 use super::rays::{OwnedRay, Wavelengths};
 use super::resolution::Resolution;
-use super::series::{Closing, LAST, Series};
+use super::sampling::{Sampling, altitudes_by_depth};
+use super::series::{Closing, LAST, Series, dark};
 use super::setting::Setting;
 use crate::plan::quadrature::gauss_legendre;
 use crate::scene::Orders;
@@ -37,8 +39,12 @@ pub struct OrdersMade {
     pub computed: u32,
     /// The ratio of the last two at each band of the first group; none where so many were asked for.
     pub ratio: [f32; 4],
-    /// How far that may be off, relative to all light.
+    /// How far the sum of all orders may be off, relative to all light.
     pub error: f64,
+    /// How far the resolution may be off; see [`Resolution::leaves`].
+    pub leaves: f64,
+    /// Whether what remains of the orders is that of a plane atmosphere.
+    pub thick: bool,
     /// How far it should be off at most; see [`Resolution::tolerance`].
     pub tolerance: f64,
     /// What moments of a higher degree would add; see [`Resolution::beyond_degree`].
@@ -56,10 +62,17 @@ impl OrdersMade {
             computed: 1,
             degree: resolution.first.degree,
             tolerance: resolution.tolerance,
+            leaves: resolution.leaves,
+            thick: resolution.thick,
             beyond_degree: resolution.beyond_degree,
             nodes: [grid.altitudes.len(), grid.suns.len()],
             ..Self::default()
         }
+    }
+
+    /// How far the light may be off, relative to all of it: by its orders and by its resolution.
+    pub fn told(&self) -> f64 {
+        self.error + self.leaves
     }
 
     /// Takes what stands for the rest; whether it is near enough, or as near as it gets.
@@ -71,10 +84,14 @@ impl OrdersMade {
 }
 
 /// Moments of a light field at the nodes of a grid, and the irradiance of the ground.
+#[derive(Clone)]
 pub struct Values<const N: usize> {
-    of: Moments,
-    values: Vec<Lanes<N>>,
-    irradiance: Vec<Lanes<N>>,
+    /// Which moments.
+    pub(super) of: Moments,
+    /// The moments of each altitude and sun.
+    pub(super) values: Vec<Lanes<N>>,
+    /// Irradiance of the ground under each sun.
+    pub(super) irradiance: Vec<Lanes<N>>,
 }
 
 /// Moments at the nodes of a grid, tile after tile of the wavelengths.
@@ -101,13 +118,21 @@ struct Fourier<const N: usize> {
 /// The most orders that are computed before what is left is taken as it is.
 pub(super) const MOST: u32 = 24;
 
+/// A correction of thick air's light is made while it is smaller than this part of the one before.
+const LEAST_GAIN: f64 = 0.6;
+
 impl<const N: usize> LightField<N> {
     /// The light of a sky that was scattered once or more often, up to the order before the last that is asked for.
     pub fn new(setting: &Setting, wavelengths: &Wavelengths<N>, resolution: &Resolution, orders: Orders) -> Self {
-        let grid = Grid::new(setting, resolution.altitudes, resolution.thin_air);
+        let grid = if resolution.thick {
+            Grid::of(setting, altitudes_by_depth(setting, wavelengths), resolution.thin_air)
+        } else {
+            Grid::new(setting, resolution.altitudes, resolution.thin_air)
+        };
         let table = Table::new(setting, wavelengths, resolution, &grid);
         let mut made = OrdersMade::of(resolution, &grid);
         let moments = match orders {
+            Orders::All if resolution.thick => table.all_orders_of_thick_air(&mut made),
             Orders::All => table.all_orders(&mut made),
             Orders::UpTo(orders) => table.orders_up_to(orders.saturating_sub(1).max(1), &mut made),
         };
@@ -164,17 +189,34 @@ impl<const N: usize> Values<N> {
         self.values.iter().step_by(self.of.count()).copied().collect()
     }
 
-    /// Adds another light field, times a factor at each band.
+    /// Adds another light field, times a factor at each band, as far as both have the same moments.
     fn add(&mut self, other: &Self, factor: Lanes<N>) {
+        let degree = self.of.degree.min(other.of.degree);
         for (to, from) in self.values.chunks_mut(self.of.count()).zip(other.values.chunks(other.of.count())) {
-            for m in 0..=other.of.azimuthal {
-                let count = other.of.degree + 1 - m;
+            for m in 0..=self.of.azimuthal.min(other.of.azimuthal).min(degree) {
+                let count = degree + 1 - m;
                 let from = &from[other.of.first(m)..][..count];
                 to[self.of.first(m)..].iter_mut().zip(from).for_each(|(to, from)| to.add_product(from, &factor));
             }
         }
         self.irradiance.iter_mut().zip(&other.irradiance).for_each(|(to, from)| to.add_product(from, &factor));
     }
+}
+
+/// The largest mean radiance of a sum of light fields, relative to that of another at the same node, or to a part of the brightest under the same sun.
+fn relative_size<const N: usize>(parts: &[&Values<N>], of: &Values<N>, suns: usize) -> f64 {
+    let parts: Vec<Vec<Lanes<N>>> = parts.iter().map(|part| part.means()).collect();
+    let all = of.means();
+    let mut largest: f64 = 0.0;
+    for lane in 0..N {
+        let light: Vec<f64> = all.iter().map(|mean| f64::from(mean.0[lane])).collect();
+        let dark = dark(&light, suns);
+        for (node, light) in light.iter().enumerate().filter(|(node, _)| dark[node % suns] > 0.0) {
+            let part: f64 = parts.iter().map(|part| f64::from(part[node].0[lane])).sum();
+            largest = largest.max(part.abs() / light.max(dark[node % suns]));
+        }
+    }
+    largest
 }
 
 fn largest<const N: usize>(of: &Lanes<N>) -> f32 {
@@ -202,11 +244,11 @@ struct Table<'a, const N: usize> {
 impl<'a, const N: usize> Table<'a, N> {
     fn new(setting: &'a Setting, wavelengths: &'a Wavelengths<N>, resolution: &'a Resolution, grid: &'a Grid) -> Self {
         let directions = directions(setting, &grid.altitudes, resolution.directions);
-        let quadrature = gauss_legendre(resolution.samples);
+        let sampling = Sampling::new(resolution, resolution.samples);
         let ray = |direction: &Direction| {
             let altitude = grid.altitudes[direction.altitude];
             // No order gathers more of the one before than the second of the first.
-            OwnedRay::new(setting, wavelengths, grid, &quadrature, resolution.next, altitude, direction.mu)
+            OwnedRay::new(setting, wavelengths, grid, &sampling, resolution.next, altitude, direction.mu)
         };
         let rays: Vec<OwnedRay<N>> = directions.par_iter().map(ray).collect();
         let functions = rays.iter().map(|ray| functions_of(resolution.first, ray.mu, ray.sine)).collect();
@@ -242,6 +284,43 @@ impl<'a, const N: usize> Table<'a, N> {
                 last.iter().zip(closing.factors).for_each(|(order, factor)| sum.add(order, factor));
                 return sum;
             }
+        }
+    }
+
+    /// Light of all orders in thick air: the first two are computed; what remains is that of a plane atmosphere, which is then corrected by
+    /// what one more scattering of it, in this one, says that it lacks. Where light is scattered thousands of times the errors of single
+    /// scatterings would add up to more than a plane atmosphere is off, and nothing is corrected.
+    fn all_orders_of_thick_air(&self, made: &mut OrdersMade) -> Values<N> {
+        let layers = Layers::new(self.setting, self.wavelengths, self.grid);
+        let further = |light: &Values<N>| layers.further_orders(self.setting, self.wavelengths, self.grid, light);
+        let whole = Lanes([1.0; N]);
+        let mut sum = self.first_order();
+        let mut last = self.next_order(&sum, self.resolution.next);
+        sum.add(&last, whole);
+        made.computed += 1;
+        let mut correction = further(&last);
+        sum.add(&correction, whole);
+        if !self.resolution.corrected {
+            return sum;
+        }
+        let mut before = f64::INFINITY;
+        loop {
+            last.add(&correction, whole);
+            let mut lacking = self.next_order(&last, self.resolution.later);
+            lacking.add(&correction, Lanes([-1.0; N]));
+            correction = further(&lacking);
+            let off = relative_size(&[&lacking, &correction], &sum, self.suns.len());
+            if off > LEAST_GAIN * before {
+                return sum;
+            }
+            made.computed += 1;
+            made.error = off;
+            sum.add(&lacking, whole);
+            sum.add(&correction, whole);
+            if off < self.resolution.tolerance {
+                return sum;
+            }
+            (last, before) = (lacking, off);
         }
     }
 

@@ -49,10 +49,21 @@ pub struct Grid {
 impl Grid {
     /// For a setting, a number of altitudes and the share of them for thin air.
     pub fn new(setting: &Setting, altitudes: usize, thin_air: f32) -> Self {
-        let altitudes = altitude_nodes(setting, altitudes, thin_air);
+        Self::of(setting, altitude_nodes(setting, altitudes, thin_air), thin_air)
+    }
+
+    /// For a setting and altitudes (km), increasing from the ground to the top of the atmosphere.
+    pub fn of(setting: &Setting, altitudes: Vec<f64>, thin_air: f32) -> Self {
         let places: Vec<f64> = altitudes.iter().map(|&altitude| place_of(setting, thin_air, altitude)).collect();
         let suns = setting.suns.clone();
         Self { places: Nodes::new(&places), sun_angles: Nodes::new(&suns), altitudes, suns, thin_air }
+    }
+}
+
+impl Grid {
+    /// An altitude (km) as a place among those of the table.
+    pub fn place_of(&self, setting: &Setting, altitude: f32) -> f32 {
+        place_of_altitude(setting.atmosphere, self.thin_air, altitude)
     }
 }
 

@@ -4,7 +4,8 @@
 //! # What is chosen, and why
 //!
 //! The light field is computed by successive orders over a table of altitudes and suns. What each resolution leaves was measured against
-//! tables four times as fine, and those against a Monte Carlo reference.
+//! tables four times as fine, and those against a Monte Carlo reference. In thick layers, where orders do not come to an end, [`sampling`] says where altitudes
+//! and samples stand and [`plane_parallel`] sums what remains.
 
 mod device_field;
 mod device_lists;
@@ -12,9 +13,11 @@ mod device_rays;
 mod field;
 mod grid;
 mod kept;
+mod plane_parallel;
 mod rays;
 mod refined;
 mod resolution;
+mod sampling;
 mod series;
 mod setting;
 mod sights;
@@ -27,6 +30,6 @@ pub use kept::{Keep, LightFields};
 pub use rays::Wavelengths;
 pub use refined::Refined;
 pub use resolution::{COMPARED_DEPTH, NEGLIGIBLE, Resolution};
-pub use setting::{Setting, cornette_shanks_moments};
+pub use setting::{AerosolMoments, Setting};
 pub use sights::{Light, Row};
 pub use view::{MultipleLight, TOGETHER, View, light_of_rows};

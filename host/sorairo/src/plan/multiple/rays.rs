@@ -1,15 +1,16 @@
 //! Rays through a table of the light field: what every sun and azimuth shares.
 
 use sorairo_shared::geometry::Ray;
-use sorairo_shared::glam::{Vec2, Vec3, Vec4};
+use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::ground::LAMBERT;
-use sorairo_shared::light_field::{NodePlace, Sample, Sight, SunPlace, functions_of_air, place_of_altitude};
+use sorairo_shared::light_field::{NodePlace, PieceSamples, Sample, Sight, SunPlace, functions_of_air};
 use sorairo_shared::math::safe_sqrt;
 use sorairo_shared::moments::{Moments, legendre};
-use sorairo_shared::multiple::{Lanes, RayNode, Spectrum, TableRay, for_each_sample, suns_along};
+use sorairo_shared::multiple::{Lanes, RayNode, Spectrum, TableRay, for_each_piece, suns_along};
 use sorairo_shared::single::Bands;
 
 use super::grid::Grid;
+use super::sampling::Sampling;
 use super::setting::Setting;
 
 /// What scatters, absorbs and reflects at some wavelengths.
@@ -61,12 +62,12 @@ pub struct OwnedRay<const N: usize> {
 }
 
 impl<const N: usize> OwnedRay<N> {
-    /// The ray from an altitude (km) with the cosine `mu` of its zenith angle, sampled by a quadrature; its nodes know the functions of `of`.
+    /// The ray from an altitude (km) with the cosine `mu` of its zenith angle; its nodes know the functions of `of`.
     pub fn new(
         setting: &Setting,
         wavelengths: &Wavelengths<N>,
         grid: &Grid,
-        quadrature: &[Vec2],
+        sampling: &Sampling,
         of: Moments,
         altitude: f64,
         mu: f64,
@@ -74,7 +75,7 @@ impl<const N: usize> OwnedRay<N> {
         let sine = (1.0 - mu * mu).max(0.0).sqrt();
         let ray = Ray::new(altitude as f32, Vec3::new(sine as f32, 0.0, mu as f32), Vec3::Z);
         let ground_radius = setting.atmosphere.ground_radius;
-        let mut nodes = Vec::with_capacity(2 * quadrature.len());
+        let mut nodes = Vec::with_capacity(2 * sampling.fewest());
         let mut functions = Vec::with_capacity(nodes.capacity() * of.count());
         let chi: Vec<f32> = if setting.aerosol.is_empty() {
             Vec::new()
@@ -82,8 +83,8 @@ impl<const N: usize> OwnedRay<N> {
             (0..=of.azimuthal).flat_map(|m| &setting.aerosol[m..=of.degree]).copied().collect()
         };
         let mut near = 0;
-        let visit = |sample: Sample| {
-            let place = place_of_altitude(setting.atmosphere, grid.thin_air, sample.altitude);
+        let mut visit = |sample: Sample| {
+            let place = grid.place_of(setting, sample.altitude);
             let altitudes = grid.places.axis().stencil(place, near);
             near = altitudes.first;
             let sine = safe_sqrt(1.0 - sample.mu * sample.mu);
@@ -109,8 +110,12 @@ impl<const N: usize> OwnedRay<N> {
                 functions[from..].iter_mut().zip(&chi).for_each(|(function, chi)| *function *= chi);
             }
         };
-        let (ray, ground) =
-            for_each_sample(setting.atmosphere, &setting.placed_for, quadrature, ray, setting.variant, visit);
+        let mut depth = [0.0; 2];
+        let of_piece = |piece: PieceSamples| {
+            let rule = sampling.of_piece(setting, wavelengths, piece, &mut depth);
+            rule.iter().for_each(|&node| visit(piece.at(setting.atmosphere, node, setting.variant)));
+        };
+        let (ray, ground) = for_each_piece(setting.atmosphere, &setting.placed_for, ray, setting.variant, of_piece);
         let ground = ground.is_seen.then(|| {
             let seen = wavelengths.air.transmittance(ground.along);
             Ground { distance: ground.distance, radiance: seen.times(&wavelengths.albedo).scaled(LAMBERT) }

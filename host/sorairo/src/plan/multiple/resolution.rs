@@ -17,6 +17,11 @@ pub struct Resolution {
     pub next: Moments,
     /// Moments of the tables after it.
     pub later: Moments,
+    /// Whether altitudes and samples follow the optical depth, and what remains of the orders is taken from a plane atmosphere; then the counts of
+    /// both are those that thin air takes.
+    pub thick: bool,
+    /// Whether what a plane atmosphere says of thick air is corrected for what it lacks.
+    pub corrected: bool,
     /// Altitudes.
     pub altitudes: usize,
     /// The share of them for thin air.
@@ -35,14 +40,24 @@ pub struct Resolution {
     pub view_samples: u32,
     /// Whether what lies between suns is interpolated relative to its logarithm.
     pub logarithmic: bool,
+    /// How far a direction's light may be off by the resolution itself, relative to itself or to a twentieth of the brightest: what light fields were off
+    /// against a Monte Carlo's and against published thick layers. No more is known than for which air and sun.
+    pub leaves: f64,
     /// How far the sum of all orders may be off, relative to all light. Under low suns what is told is three to ten times what is off.
     pub tolerance: f64,
     /// What moments of a higher degree than the first order's would add, relative to the sun's light.
     pub beyond_degree: f64,
 }
 
-/// The vertical optical depth of scattering up to which light fields were compared with a Monte Carlo's. Their samples are as many in thicker air.
-pub const COMPARED_DEPTH: f64 = 1.2;
+/// The vertical optical depth of scattering up to which light fields were compared with published layers.
+pub const COMPARED_DEPTH: f64 = 300.0;
+
+/// The vertical optical depth above which a layer is thick: where samples that follow the density alone miss a mean free path.
+const THICK: f64 = 1.2;
+
+/// The optical depth of scattering, less what goes straight ahead, up to which the light of a plane atmosphere is corrected. At 30 corrections leave
+/// 0.2 % and what they correct 0.7, at 100 0.5 and 0.7, at 300 they diverge.
+const MOST_CORRECTED: f64 = 50.0;
 
 /// What moments may add that are left out, relative to the sun's light: less than 0.2 % of the sky's.
 pub const NEGLIGIBLE: f64 = 1.5e-4;
@@ -73,6 +88,8 @@ impl Resolution {
             _ => 3,
         };
         Self {
+            thick: vertical_depth(setting) > THICK,
+            corrected: diffusive_depth(setting) < MOST_CORRECTED,
             first: Moments { degree, azimuthal: degree },
             next: Moments { degree, azimuthal: degree.min(azimuths - 1) },
             later: Self::moments_of_later_orders(degree, azimuths),
@@ -98,6 +115,7 @@ impl Resolution {
             samples: if low { 7 } else { 5 },
             view_samples: if low { 10 } else { 8 },
             logarithmic: meets_low_suns,
+            leaves: leaves(setting, depth),
             tolerance: match (meets_low_suns, low) {
                 // What is told is that under the lowest sun of the table, of which an observer sees little.
                 (true, false) => 8e-3,
@@ -149,6 +167,40 @@ impl Resolution {
         }
     }
 }
+
+/// The vertical optical depth of extinction where samples are placed.
+fn vertical_depth(setting: &Setting) -> f64 {
+    let (atmosphere, bands) = (setting.atmosphere, &setting.placed_for);
+    let air = bands.air_scattering.x * atmosphere.air.scale_height;
+    let aerosol = bands.aerosol_extinction.x * atmosphere.aerosol.scale_height;
+    f64::from(if setting.aerosol.is_empty() { air } else { air + aerosol })
+}
+
+/// The vertical optical depth of scattering there, each constituent's times `1 - g`: that of isotropic scattering which spreads light alike.
+fn diffusive_depth(setting: &Setting) -> f64 {
+    let (atmosphere, bands) = (setting.atmosphere, &setting.placed_for);
+    let ahead = setting.aerosol.get(1).map_or(1.0, |&g| g);
+    let aerosol = bands.aerosol_scattering.x * atmosphere.aerosol.scale_height * (1.0 - ahead);
+    f64::from(bands.air_scattering.x * atmosphere.air.scale_height + aerosol)
+}
+
+/// See [`Resolution::leaves`].
+fn leaves(setting: &Setting, depth: f64) -> f64 {
+    if diffusive_depth(setting) >= MOST_CORRECTED {
+        return 0.03;
+    }
+    match setting.sun {
+        _ if vertical_depth(setting) > THICK => 0.01,
+        sun if sun > LOWEST_COMPARED => 0.1,
+        sun if sun > FRAC_PI_2 => 0.01,
+        sun if sun > DAY => 0.005,
+        _ if depth > THICK_HAZE => 0.005,
+        _ => 0.0025,
+    }
+}
+
+/// The zenith angle (radians) of the lowest sun under which light fields were compared with a Monte Carlo's.
+const LOWEST_COMPARED: f64 = FRAC_PI_2 + 12.5 * DEGREE;
 
 /// The degree up to which the moments of aerosol matter: to where light that it scattered twice has little left.
 fn degree(setting: &Setting, depth: f64) -> usize {

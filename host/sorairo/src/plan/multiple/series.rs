@@ -123,7 +123,7 @@ impl OfBand {
 }
 
 /// For each sun a part, [`DARK`], of the brightest light under it.
-fn dark(sum: &[f64], suns: usize) -> Vec<f64> {
+pub(super) fn dark(sum: &[f64], suns: usize) -> Vec<f64> {
     let brightest = |sun: usize| sum.iter().skip(sun).step_by(suns).copied().fold(0.0, f64::max);
     (0..suns).map(|sun| DARK * brightest(sun)).collect()
 }

@@ -31,8 +31,31 @@ pub struct Setting<'a> {
     pub(super) suns: Vec<f64>,
     /// `χ_2` of air.
     pub(super) air: f32,
-    /// `χ_l` of aerosol; empty without it.
+    /// `χ_l` of aerosol without its forward peak; empty without aerosol.
     pub(super) aerosol: Vec<f32>,
+    /// The forward peak: the part of the light scattered by aerosol that counts as not scattered.
+    pub(super) forward_peak: f64,
+}
+
+/// The phase function of aerosol as light scattered more than once takes it: moments up to [`HIGHEST_DEGREE`] of what is left without a forward peak, which
+/// counts as no scattering (delta-M, Wiscombe 1977, <https://doi.org/10.1175/1520-0469(1977)034%3C1408:TDMRYA%3E2.0.CO;2>). What such moments
+/// hold has no peak.
+pub struct AerosolMoments {
+    /// `χ_l = (χ_l' - f) / (1 - f)` of the whole phase function's `χ_l'`.
+    pub chi: Vec<f64>,
+    /// `f`, in [0, 1).
+    pub peak: f64,
+}
+
+impl AerosolMoments {
+    /// For an asymmetry in (-1, 1).
+    pub fn new(asymmetry: f32) -> Self {
+        /// The highest moment that is left: with an asymmetry of 0.85 or less the whole phase function is.
+        const LEFT: f64 = 2e-3;
+        let whole = cornette_shanks_moments(f64::from(asymmetry), HIGHEST_DEGREE);
+        let peak = if asymmetry > 0.0 { (whole[HIGHEST_DEGREE] - LEFT).max(0.0) } else { 0.0 };
+        Self { chi: whole.into_iter().map(|chi| (chi - peak) / (1.0 - peak)).collect(), peak }
+    }
 }
 
 impl<'a> Setting<'a> {
@@ -45,11 +68,11 @@ impl<'a> Setting<'a> {
         altitude: f64,
         sun_elevation: f64,
     ) -> Self {
-        let aerosol = if integral & variant::AEROSOL == 0 {
-            Vec::new()
+        let AerosolMoments { chi, peak } = AerosolMoments::new(atmosphere.aerosol_asymmetry);
+        let (aerosol, forward_peak) = if integral & variant::AEROSOL == 0 {
+            (Vec::new(), 0.0)
         } else {
-            let moments = cornette_shanks_moments(f64::from(atmosphere.aerosol_asymmetry), HIGHEST_DEGREE);
-            moments.into_iter().map(|moment| moment as f32).collect()
+            (chi.into_iter().map(|moment| moment as f32).collect(), peak)
         };
         let sun = FRAC_PI_2 - sun_elevation;
         let centre = Centre::nearest(atmosphere, altitude, sun);
@@ -68,7 +91,14 @@ impl<'a> Setting<'a> {
             suns,
             air: 0.1 * atmosphere.air_anisotropy,
             aerosol,
+            forward_peak,
         }
+    }
+
+    /// Bands whose scattering by aerosol is without the forward peak, as their extinction is.
+    pub(super) fn without_peak(&self, bands: &[Bands]) -> Vec<Bands> {
+        let left = 1.0 - self.forward_peak as f32;
+        bands.iter().map(|&bands| Bands { aerosol_scattering: bands.aerosol_scattering * left, ..bands }).collect()
     }
 
     /// Elevations (degrees) of the suns that have the same light field: the lowest, the middle, the highest.
@@ -82,7 +112,7 @@ impl<'a> Setting<'a> {
 ///
 /// With `a_l = (l + 1)/(2l + 1)` and `b_l = l/(2l + 1)`:
 /// `χ_l = 3/(2(2 + g²)) [g^l (1 + a_l b_{l+1} + b_l a_{l-1}) + a_l a_{l+1} g^{l+2} + b_l b_{l-1} g^{l-2}]`.
-pub fn cornette_shanks_moments(g: f64, degree: usize) -> Vec<f64> {
+fn cornette_shanks_moments(g: f64, degree: usize) -> Vec<f64> {
     let a = |l: f64| (l + 1.0) / (2.0 * l + 1.0);
     let b = |l: f64| l / (2.0 * l + 1.0);
     let power = |l: i32| g.powi(l);

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use rayon::prelude::*;
 use sorairo_shared::azimuth::cosine_at_place;
-use sorairo_shared::glam::{Vec2, Vec4};
+use sorairo_shared::glam::Vec4;
 use sorairo_shared::light_field::Sight;
 use sorairo_shared::math::acos;
 use sorairo_shared::multiple::{Lanes, gather};
@@ -16,10 +16,10 @@ use super::field::{LightField, OrdersMade, Room, Tiles};
 use super::kept::LightFields;
 use super::rays::{OwnedRay, Wavelengths};
 use super::resolution::Resolution;
+use super::sampling::Sampling;
 use super::setting::Setting;
 use super::sights::{Light, Row, sight};
 use crate::plan::directions::horizon;
-use crate::plan::quadrature::gauss_legendre;
 use crate::scene::Orders;
 
 /// Wavelengths that are computed together, at most: what a path costs is shared by as many.
@@ -103,13 +103,16 @@ fn of_groups<const N: usize>(
     orders: Orders,
     rows: &[Row],
 ) -> (Vec<Vec<Vec<Light>>>, OrdersMade) {
-    if let Some(device) = fields.device()
+    // Samples that follow the optical depth are no list that a device takes, nor is scattering without a peak.
+    if !resolution.thick
+        && setting.forward_peak == 0.0
+        && let Some(device) = fields.device()
         && let Some(field) = fields.get_on_device::<N>(device, setting, bands, resolution, orders)
         && let Some(light) = device_rays::light_of_rows(device, &field, setting, bands, resolution, rows)
     {
         return (light, field.orders.clone());
     }
-    let wavelengths = &Wavelengths::<N>::new(bands);
+    let wavelengths = &Wavelengths::<N>::new(&setting.without_peak(bands));
     let field = &*fields.get(setting, wavelengths, resolution, orders);
     let view = View {
         setting,
@@ -117,7 +120,7 @@ fn of_groups<const N: usize>(
         resolution,
         field,
         tiles: field.tiles(),
-        quadrature: gauss_legendre(resolution.view_samples),
+        sampling: Sampling::new(resolution, resolution.view_samples),
     };
     let light: Vec<Vec<LightOfMany<N>>> = rows.par_iter().map(|row| view.light(row)).collect();
     let of_group = |group| light.iter().map(|row| row.iter().map(|light| light.of_group(group)).collect()).collect();
@@ -187,8 +190,8 @@ pub struct View<'a, const N: usize> {
     pub field: &'a LightField<N>,
     /// Its moments, as they are gathered.
     pub tiles: Tiles,
-    /// Rule of the rays' integrals.
-    pub quadrature: Vec<Vec2>,
+    /// How the rays are sampled.
+    pub sampling: Sampling,
 }
 
 impl<const N: usize> View<'_, N> {
@@ -197,15 +200,8 @@ impl<const N: usize> View<'_, N> {
         let (setting, field) = (self.setting, self.field);
         let Row { mu, cosines } = row;
         let altitude = setting.altitude;
-        let ray = OwnedRay::new(
-            setting,
-            self.wavelengths,
-            &field.grid,
-            &self.quadrature,
-            self.resolution.first,
-            altitude,
-            *mu,
-        );
+        let ray =
+            OwnedRay::new(setting, self.wavelengths, &field.grid, &self.sampling, self.resolution.first, altitude, *mu);
         let near = field.grid.suns.len() / 2;
         let sight = |&cosine: &f64| {
             let [mu_s, nu] = sight(setting, *mu, cosine);

@@ -20,6 +20,7 @@ use super::multiple::{LightFields, Refined};
 use super::on_device::{Look, PlanDevice};
 use super::quadrature::gauss_legendre;
 use super::{directions, exposure, samples, upload};
+use crate::error::Result;
 use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
 
 /// A sky that can be looked at.
@@ -75,7 +76,7 @@ impl SkyPlan {
         let bands = fit.bands(&optics, &wavelengths);
         let nodes = fit.nodes(wavelengths.len());
         let uniform = upload::sky_uniform(scene, &wavelengths, nodes, &space);
-        let fewest = || samples::per_piece(scene, &uniform, &optics, &bands, variant, light_fields.device());
+        let fewest = || samples::per_piece(scene, &uniform, &optics, &bands, variant, light_fields);
         let samples = scene.render.steps.unwrap_or_else(fewest);
         let quadrature = gauss_legendre(samples);
         let sun_azimuth = scene.sun.azimuth;
@@ -148,7 +149,7 @@ impl SkyPlan {
         let ground = if stands_on_ground { self.radiance_by(&rows, -Vec3::Z) } else { Vec3::ZERO };
         let radiances = |views: &[Vec3]| self.radiances_by(&rows, views);
         let exposure = exposure::of(self.scene.render.exposure, self.integral(), radiances);
-        if self.base.light_fields.device().is_some() && self.colour_path != ColourPath::Solve {
+        if self.base.light_fields.has_device() && self.colour_path != ColourPath::Solve {
             // Whoever draws the sky then waits for no device.
             let found = self.find_lookup_grids(&rows, &[false, true]);
             self.lookup_grids.iter().zip(found).for_each(|(cell, grid)| {
@@ -190,14 +191,14 @@ impl SkyPlan {
     fn constituents_by(&self, rows: &[Vec4], views: &[Vec3]) -> Vec<Constituents> {
         let integral = self.integral();
         let (uniform, rows) = upload::with_rows(integral.uniform, rows, integral.variant);
-        if let Some(device) = integral.light_fields.device()
-            && let Some(found) = constituents_on(device, &uniform, integral.buffers(rows), views, integral.variant)
-        {
+        let buffers = integral.buffers(rows);
+        let on_device = |device: &dyn PlanDevice| constituents_on(device, &uniform, buffers, views, integral.variant);
+        if let Some(found) = integral.light_fields.ask_device(on_device) {
             return found;
         }
         let mut found = vec![Constituents::DARK; views.len()];
         views.par_chunks(BLOCK).zip(found.par_chunks_mut(BLOCK)).for_each(|(views, found)| {
-            constituents_of_directions(&uniform, integral.buffers(rows), views, found, integral.variant);
+            constituents_of_directions(&uniform, buffers, views, found, integral.variant);
         });
         found
     }
@@ -220,14 +221,14 @@ fn constituents_on(
     buffers: Buffers<'_>,
     views: &[Vec3],
     variant: u32,
-) -> Option<Vec<Constituents>> {
-    let light = device.look(&[Look { uniform, buffers, variant, views }])?.pop()?;
+) -> Result<Vec<Constituents>> {
+    let light = device.look(&[Look { uniform, buffers, variant, views }])?.pop().expect("as many answers as skies");
     let of_view = |groups: &[Parts<Vec4>]| {
         let mut gathered = Gathered::DARK;
         (0..).zip(groups).for_each(|(group, &parts)| gathered.add(buffers, group, parts, variant));
         gathered.constituents(uniform, variant)
     };
-    Some(light.chunks_exact(buffers.bands.len()).map(of_view).collect())
+    Ok(light.chunks_exact(buffers.bands.len()).map(of_view).collect())
 }
 
 /// What a cell holds, found when it is first asked for. Threads that ask at once all find it: one that waited for another would hold up work

@@ -103,11 +103,13 @@ fn of_groups<const N: usize>(
     orders: Orders,
     rows: &[Row],
 ) -> (Vec<Vec<Vec<Light>>>, OrdersMade) {
-    if let Some(device) = fields.device()
-        && let Some(field) = fields.get_on_device::<N>(device, setting, bands, resolution, orders)
-        && let Some(light) = device_rays::light_of_rows(device, &field, setting, bands, resolution, rows)
-    {
-        return (light, field.orders.clone());
+    let on_device = fields.ask_device(|device| {
+        let field = fields.get_on_device::<N>(device, setting, bands, resolution, orders)?;
+        let light = device_rays::light_of_rows(device, &field, setting, bands, resolution, rows)?;
+        Ok((light, field.orders.clone()))
+    });
+    if let Some(found) = on_device {
+        return found;
     }
     let wavelengths = &Wavelengths::<N>::new(bands);
     let field = &*fields.get(setting, wavelengths, resolution, orders);

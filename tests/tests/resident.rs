@@ -90,6 +90,53 @@ fn skies_encoded_before_any_is_submitted_do_not_disturb_each_other() {
     }
 }
 
+/// Whole numbers below a bound, the same in each run of the tests.
+fn random_numbers() -> impl FnMut(usize) -> usize {
+    let mut state = 1u64;
+    move |below| {
+        // Knuth, The Art of Computer Programming 2, 3.3.4, table 1, line 26.
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (state >> 33) as usize % below
+    }
+}
+
+#[test]
+fn encoders_may_be_dropped_and_submitted_in_any_order() {
+    let (device, queue) = with_passthrough();
+    let mut renderer = ResidentRenderer::with_device(&device, &queue);
+    let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+    let cameras = &cameras()[..5];
+    let images: Vec<_> = [40.0, 3.0]
+        .map(sky)
+        .iter()
+        .flat_map(|sky| {
+            cameras.iter().map(|camera| (sky.clone(), camera, expected(sky, camera, PixelFormat::LinearRgb)))
+        })
+        .collect();
+    let mut random = random_numbers();
+    let (mut drawn, mut dropped) = (0, 0);
+    for round in 0..16 {
+        let mut waiting = Vec::new();
+        for _ in 0..4 {
+            let (sky, camera, expected) = &images[random(images.len())];
+            let output = buffer(&device, 12 * u64::from(camera.size.width * camera.size.height), usage);
+            let mut encoder = device.create_command_encoder(&Default::default());
+            renderer.encode(&mut encoder, sky, camera, &Target::Buffer(&output, PixelFormat::LinearRgb)).unwrap();
+            if random(2) == 0 {
+                dropped += 1;
+            } else {
+                waiting.insert(random(waiting.len() + 1), (encoder, output, expected, camera));
+            }
+        }
+        for (encoder, output, expected, camera) in waiting {
+            queue.submit([encoder.finish()]);
+            assert!(read(&device, &queue, &output) == *expected, "round {round}, {camera:?}");
+            drawn += 1;
+        }
+    }
+    assert!(drawn > 20 && dropped > 20, "{drawn} drawn, {dropped} dropped");
+}
+
 #[test]
 fn a_device_that_passes_nothing_through_draws_the_same_sky() {
     let (device, queue) = opened(wgpu::Features::empty());

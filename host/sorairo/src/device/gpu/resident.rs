@@ -1,4 +1,5 @@
-//! The sky in a program's own device: encoded into its own commands, without a read-back, a thread or a wait.
+//! The sky in a program's own device: encoded into its own commands, without a read-back, a thread or a wait. Only what fills a sky lookup, once for a sky, is
+//! submitted by the renderer itself.
 
 use std::future::Future;
 use std::pin::pin;
@@ -36,8 +37,9 @@ pub enum Target<'a> {
 /// Draws skies in a program's own device.
 ///
 /// What a sky needs is uploaded when it is first drawn. A sky lookup is filled again only where the sky has changed, or the rows of an
-/// equirectangular image. For the first camera that looks at a sky in perspective it is filled with what that sees, for the next one with all. So
-/// all commands that it encodes must be submitted, in their order.
+/// equirectangular image. For the first camera that looks at a sky in perspective it is filled with what that sees, for the next one with all. The renderer
+/// submits what fills a lookup by itself, into a buffer that no other sky has. So commands that it encodes into a program's encoders may be submitted in any
+/// order, or dropped.
 pub struct ResidentRenderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -212,15 +214,23 @@ impl ResidentRenderer {
             };
             let groups = self.bind(plan, &uniform, output);
             if fill != Fill::Nothing {
-                let pipeline = self.kernels.pipeline(&self.device, Kernel::Lookup, plan.variant);
-                let size = (entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP), 1);
-                dispatch(encoder, &pipeline, &groups.lookup, size, None);
+                self.fill_lookup(plan, &groups.lookup);
             }
             let pipeline = self.kernels.pipeline(&self.device, kernel, plan.variant);
             let columns = invocations_per_row(plan, kernel).div_ceil(WORKGROUP_SIDE);
             dispatch(encoder, &pipeline, &groups.pixels, (columns, uniform.rows.div_ceil(WORKGROUP_SIDE)), None);
         }
         self.copy_black(encoder, plan, row_pixels, output);
+    }
+
+    /// Fills a plan's sky lookup, by commands of its own: whether a program submits what it has encoded is not known.
+    fn fill_lookup(&self, plan: &Plan, group: &wgpu::BindGroup) {
+        let pipeline = self.kernels.pipeline(&self.device, Kernel::Lookup, plan.variant);
+        let size = (entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP), 1);
+        let label = Some("sky lookup");
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
+        dispatch(&mut encoder, &pipeline, group, size, None);
+        self.queue.submit([encoder.finish()]);
     }
 
     /// Whether the device is still there. wgpu tells no one of a lost one but the program, which may have a callback for it; but nothing can be made in it
@@ -306,9 +316,10 @@ impl ResidentRenderer {
             None => Fill::Whole,
         };
         if fill != Fill::Nothing {
-            let bytes = lookup_bytes(plan);
-            let kept = self.lookup.take().map(|lookup| lookup.buffer).filter(|buffer| buffer.size() >= bytes);
-            let buffer = kept.unwrap_or_else(|| self.empty("sky lookup", bytes, wgpu::BufferUsages::STORAGE));
+            // The lookup of another sky may be read by commands that are submitted later.
+            let kept = known.map(|lookup| lookup.buffer.clone());
+            let empty = || self.empty("sky lookup", lookup_bytes(plan), wgpu::BufferUsages::STORAGE);
+            let buffer = kept.unwrap_or_else(empty);
             let seen_by = looks.filter(|_| fill == Fill::Seen);
             self.lookup = Some(FilledLookup { of: Arc::clone(sky), size, rows_of, seen_by, buffer });
         }
@@ -359,7 +370,7 @@ impl ResidentRenderer {
         encoder.copy_buffer_to_buffer(black, 0, output, offset, bytes);
     }
 
-    /// The queue to which the commands go.
+    /// The queue to which the commands go, and by which a sky lookup is filled.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
     }

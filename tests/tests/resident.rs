@@ -11,7 +11,9 @@ use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Scene};
 use sorairo::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use sorairo::{Error, PixelFormat, Renderer, ResidentRenderer, SkyPlan, Target};
 use sorairo_tests::compare::worst_in_images;
-use sorairo_tests::own_device::{buffer, opened, opened_within, read, texels, texture, with_passthrough};
+use sorairo_tests::own_device::{
+    buffer, opened, opened_within, read, texels, texels_of_layer, texture, with_passthrough,
+};
 use sorairo_tests::{gpu, program, wait};
 
 fn sky(sun: f64) -> Arc<SkyPlan> {
@@ -65,6 +67,88 @@ fn a_sky_in_a_programs_own_textures_is_that_of_the_renderer() {
                 assert!(found == expected(&sky, &camera, pixel), "sun at {sun}, {camera:?}, {format:?}");
             }
         }
+    }
+}
+
+#[test]
+fn a_part_of_a_texture_takes_the_sky_and_the_rest_stays() {
+    let (device, queue) = with_passthrough();
+    let mut renderer = Renderer::with_device(&device, &queue);
+    let sky = sky(25.0);
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: 128, height: 128, depth_or_array_layers: 6 },
+        mip_level_count: 2,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: TextureFormat::Rgba16Float,
+        usage: TextureUsages::COPY_DST | TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let face = |side: u32, look_azimuth: f64| CameraScene {
+        projection: Projection::Perspective,
+        size: format!("{side}x{side}").parse().unwrap(),
+        fov: Some(90.0),
+        look_azimuth: Some(look_azimuth),
+        ..CameraScene::default()
+    };
+    // A face of a cube, a face of its next level, a corner of a third.
+    let parts = [(0, [0, 0, 2], face(128, 90.0)), (1, [0, 0, 3], face(64, 180.0)), (0, [64, 32, 5], face(50, 270.0))];
+    let mut encoder = device.create_command_encoder(&Default::default());
+    for (mip_level, [x, y, z], camera) in &parts {
+        let (origin, aspect) = (wgpu::Origin3d { x: *x, y: *y, z: *z }, wgpu::TextureAspect::All);
+        let part = wgpu::TexelCopyTextureInfo { texture: &texture, mip_level: *mip_level, origin, aspect };
+        renderer.encode(&mut encoder, &sky, camera, &Target::Part(part)).unwrap();
+    }
+    queue.submit([encoder.finish()]);
+    for (mip_level, [x, y, z], camera) in &parts {
+        let side = 128 >> mip_level;
+        let rows = expected(&sky, camera, PixelFormat::HalfRgb);
+        let found = texels_of_layer(&device, &queue, &texture, (*mip_level, *z), 2);
+        for row in 0..side {
+            let found = &found[(2 * side * row) as usize..][..2 * side as usize];
+            let drawn = if (*y..y + camera.size.height).contains(&row) {
+                let first = (2 * camera.size.width * (row - y)) as usize;
+                let black = |pixels: u32| vec![0; 2 * pixels as usize];
+                [
+                    black(*x),
+                    rows[first..][..2 * camera.size.width as usize].to_vec(),
+                    black(side - x - camera.size.width),
+                ]
+                .concat()
+            } else {
+                vec![0; 2 * side as usize]
+            };
+            assert!(found == drawn, "level {mip_level}, layer {z}, row {row}");
+        }
+    }
+    let untouched = texels_of_layer(&device, &queue, &texture, (0, 1), 2);
+    assert!(untouched.len() == 2 * 128 * 128 && untouched.iter().all(|&word| word == 0));
+}
+
+#[test]
+fn a_camera_that_has_turned_around_sees_what_it_saw() {
+    let (device, queue) = with_passthrough();
+    let mut renderer = Renderer::with_device(&device, &queue);
+    let sky = sky(25.0);
+    let bytes = 4 * 90 * 45;
+    let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+    let mut seen_at = |look_azimuth: f64| {
+        let camera = CameraScene { look_azimuth: Some(look_azimuth), ..cameras()[3].clone() };
+        let output = buffer(&device, bytes, usage);
+        let mut encoder = device.create_command_encoder(&Default::default());
+        renderer.encode(&mut encoder, &sky, &camera, &Target::Buffer(&output, PixelFormat::Picture)).map(|()| {
+            queue.submit([encoder.finish()]);
+            read(&device, &queue, &output)
+        })
+    };
+    let before = seen_at(100.0).unwrap();
+    for turned in [460.0, 100.0 + 360.0 * 1e6] {
+        assert!(seen_at(turned).unwrap() == before, "{turned}");
+    }
+    assert!(seen_at(100.5).unwrap() != before, "negative control");
+    for wrong in [f64::NAN, f64::INFINITY] {
+        assert!(matches!(seen_at(wrong), Err(Error::OutOfRange { .. })), "{wrong}");
     }
 }
 
@@ -205,7 +289,43 @@ fn a_wrong_target_or_camera_is_refused_and_the_device_goes_on() {
         view_formats: &[],
     });
     let many_samples = many_samples.create_view(&Default::default());
+    let parted = |size, layers, levels, dimension| {
+        device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { depth_or_array_layers: layers, ..size },
+            mip_level_count: levels,
+            sample_count: 1,
+            dimension,
+            format: TextureFormat::Rgba8Unorm,
+            usage: both,
+            view_formats: &[],
+        })
+    };
+    let size = wgpu::Extent3d { width: 128, height: 64, depth_or_array_layers: 1 };
+    let [cube, levels] =
+        [(6, 1), (1, 3)].map(|(layers, levels)| parted(size, layers, levels, wgpu::TextureDimension::D2));
+    let deep = parted(size, 4, 1, wgpu::TextureDimension::D3);
+    let of_layer = wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2),
+        base_array_layer: 2,
+        array_layer_count: Some(1),
+        ..Default::default()
+    };
+    let of_level = wgpu::TextureViewDescriptor { base_mip_level: 1, ..Default::default() };
+    let (layer, level) = (cube.create_view(&of_layer), levels.create_view(&of_level));
+    let part = |texture, mip_level, [x, y, z]: [u32; 3]| {
+        let (origin, aspect) = (wgpu::Origin3d { x, y, z }, wgpu::TextureAspect::All);
+        Target::Part(wgpu::TexelCopyTextureInfo { texture, mip_level, origin, aspect })
+    };
     for (target, words) in [
+        (Target::Texture(&layer), "6 layers and 1 levels, and wgpu does not tell which"),
+        (Target::Texture(&level), "1 layers and 3 levels, and wgpu does not tell which"),
+        (part(&cube, 0, [0, 0, 6]), "layer 6 and level 0 of a texture with 6 layers and 1 levels"),
+        (part(&levels, 3, [0, 0, 0]), "layer 0 and level 3 of a texture with 1 layers and 3 levels"),
+        (part(&levels, 1, [0, 0, 0]), "a level of 64x32, where the camera's 128x64 do not fit"),
+        (part(&cube, 0, [1, 0, 0]), "begins at 1,0 of a level of 128x64"),
+        (part(&cube, 0, [0, u32::MAX, 0]), "where the camera's 128x64 do not fit"),
+        (part(&deep, 0, [0, 0, 1]), "another dimension than D2"),
         (Target::Buffer(&small, PixelFormat::LinearRgb), "100 bytes; 128x64 pixels take 98304"),
         (Target::Buffer(&unusable, PixelFormat::LinearRgb), "without the usages STORAGE"),
         (Target::Texture(&wrong_format), "the format R32Float; Rgba8Unorm"),

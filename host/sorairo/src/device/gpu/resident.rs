@@ -29,9 +29,11 @@ use sorairo_shared::variant::{self, PixelFormat};
 pub enum Target<'a> {
     /// A storage buffer: pixel after pixel, row after row from the top, without gaps.
     Buffer(&'a wgpu::Buffer, PixelFormat),
-    /// A texture of `rgba8unorm` (a picture: exposed sRGB), `rgba16float` or `rgba32float` (linear RGB and 1). Its size is the camera's. Its first
-    /// level is drawn.
+    /// A texture of `rgba8unorm` (a picture: exposed sRGB), `rgba16float` or `rgba32float` (linear RGB and 1). Its size is the camera's. It has one layer and
+    /// one level, since wgpu does not tell which of them a view shows.
     Texture(&'a wgpu::TextureView),
+    /// A part of such a texture, as large as the camera's image: a level, and where the part begins in it (pixels, and a layer), such as a cube's face.
+    Part(wgpu::TexelCopyTextureInfo<'a>),
 }
 
 /// Draws skies in a program's own device.
@@ -150,12 +152,12 @@ impl ResidentRenderer {
         self.check_limits(&plan, row_pixels)?;
         let output = self.output(&plan, row_pixels, target);
         self.draw(encoder, &plan, camera, row_pixels, &output);
-        if let Target::Texture(view) = target {
+        if let Some(part) = target.part() {
             let bytes_per_row = Some(4 * row_pixels * plan.pixel_words());
             let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
             let source = wgpu::TexelCopyBufferInfo { buffer: &output, layout };
             let size = wgpu::Extent3d { width: plan.width(), height: plan.height(), depth_or_array_layers: 1 };
-            encoder.copy_buffer_to_texture(source, view.texture().as_image_copy(), size);
+            encoder.copy_buffer_to_texture(source, part, size);
         }
         Ok(())
     }
@@ -387,18 +389,29 @@ fn lookup_bytes(plan: &Plan) -> u64 {
 }
 
 impl Target<'_> {
+    /// Where its pixels go in a texture; none of a buffer.
+    fn part(&self) -> Option<wgpu::TexelCopyTextureInfo<'_>> {
+        match self {
+            Self::Buffer(..) => None,
+            Self::Texture(view) => Some(view.texture().as_image_copy()),
+            Self::Part(part) => Some(*part),
+        }
+    }
+
     /// How its pixels are stored.
     fn pixel(&self) -> Result<PixelFormat> {
-        match self {
-            Self::Buffer(_, pixel) => Ok(*pixel),
-            Self::Texture(view) => match view.texture().format() {
-                wgpu::TextureFormat::Rgba8Unorm => Ok(PixelFormat::Picture),
-                wgpu::TextureFormat::Rgba16Float => Ok(PixelFormat::HalfRgb),
-                wgpu::TextureFormat::Rgba32Float => Ok(PixelFormat::LinearRgba),
-                other => Err(Error::Target(format!(
-                    "has the format {other:?}; Rgba8Unorm, Rgba16Float or Rgba32Float is drawn into"
-                ))),
-            },
+        let format = match self {
+            Self::Buffer(_, pixel) => return Ok(*pixel),
+            Self::Texture(view) => view.texture().format(),
+            Self::Part(part) => part.texture.format(),
+        };
+        match format {
+            wgpu::TextureFormat::Rgba8Unorm => Ok(PixelFormat::Picture),
+            wgpu::TextureFormat::Rgba16Float => Ok(PixelFormat::HalfRgb),
+            wgpu::TextureFormat::Rgba32Float => Ok(PixelFormat::LinearRgba),
+            other => Err(Error::Target(format!(
+                "has the format {other:?}; Rgba8Unorm, Rgba16Float or Rgba32Float is drawn into"
+            ))),
         }
     }
 
@@ -421,18 +434,41 @@ impl Target<'_> {
             }
             Self::Texture(view) => {
                 let texture = view.texture();
-                if !texture.usage().contains(wgpu::TextureUsages::COPY_DST) {
-                    return wrong("is a texture without the usage COPY_DST".into());
-                }
-                if texture.sample_count() != 1 {
-                    return wrong("is a texture of several samples a pixel; it takes one".into());
+                check_texture(texture)?;
+                let (layers, levels) = (texture.depth_or_array_layers(), texture.mip_level_count());
+                if (layers, levels) != (1, 1) {
+                    return wrong(format!(
+                        "is a view of a texture with {layers} layers and {levels} levels, and wgpu does not tell which of them it shows; name the layer \
+                         and the level with Target::Part"
+                    ));
                 }
                 let size = texture.size();
-                if (size.width, size.height, size.depth_or_array_layers) != (width, height, 1) {
+                if (size.width, size.height) != (width, height) {
                     return wrong(format!(
                         "is a texture of {}x{}; the camera has {width}x{height}",
                         size.width, size.height
                     ));
+                }
+            }
+            Self::Part(wgpu::TexelCopyTextureInfo { texture, mip_level, origin, aspect }) => {
+                check_texture(texture)?;
+                let (layers, levels) = (texture.depth_or_array_layers(), texture.mip_level_count());
+                if origin.z >= layers || *mip_level >= levels {
+                    return wrong(format!(
+                        "is layer {} and level {mip_level} of a texture with {layers} layers and {levels} levels, counted from 0",
+                        origin.z
+                    ));
+                }
+                let size = texture.size().mip_level_size(*mip_level, wgpu::TextureDimension::D2);
+                let fits = |from: u32, length: u32, side: u32| from.checked_add(length).is_some_and(|end| end <= side);
+                if !fits(origin.x, width, size.width) || !fits(origin.y, height, size.height) {
+                    return wrong(format!(
+                        "begins at {},{} of a level of {}x{}, where the camera's {width}x{height} do not fit",
+                        origin.x, origin.y, size.width, size.height
+                    ));
+                }
+                if *aspect != wgpu::TextureAspect::All {
+                    return wrong(format!("is the aspect {aspect:?} of a texture; All is drawn into"));
                 }
             }
         }
@@ -443,10 +479,25 @@ impl Target<'_> {
     fn row_pixels(&self, plan: &Plan) -> u32 {
         match self {
             Self::Buffer(..) => plan.width(),
-            Self::Texture(_) => {
+            Self::Texture(_) | Self::Part(_) => {
                 let bytes = 4 * plan.pixel_words();
                 (plan.width() * bytes).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT) / bytes
             }
         }
     }
+}
+
+/// Refuses a texture into no part of which pixels can be copied.
+fn check_texture(texture: &wgpu::Texture) -> Result<()> {
+    let wrong = |complaint: &str| Err(Error::Target(complaint.into()));
+    if !texture.usage().contains(wgpu::TextureUsages::COPY_DST) {
+        return wrong("is a texture without the usage COPY_DST");
+    }
+    if texture.sample_count() != 1 {
+        return wrong("is a texture of several samples a pixel; it takes one");
+    }
+    if texture.dimension() != wgpu::TextureDimension::D2 {
+        return wrong("is a texture of another dimension than D2");
+    }
+    Ok(())
 }

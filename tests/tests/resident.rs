@@ -9,7 +9,7 @@ use std::sync::Arc;
 use sorairo::low_level::plan::Plan;
 use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Scene};
 use sorairo::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use sorairo::{Error, PixelFormat, Renderer, ResidentRenderer, SkyPlan, Target};
+use sorairo::{EnvironmentTarget, Error, LightFields, PixelFormat, Renderer, ResidentRenderer, SkyPlan, Target};
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::own_device::{
     buffer, opened, opened_within, read, texels, texels_of_layer, texture, with_passthrough,
@@ -237,6 +237,90 @@ fn a_device_that_passes_nothing_through_draws_the_same_sky() {
     // Another compiler orders the same sums in another way.
     let worst = worst_in_images(&found, &expected, 128, 3, 1e-6);
     assert!(worst.relative <= 2e-4, "{worst:?}");
+}
+
+#[test]
+fn a_renderer_that_is_warm_compiles_nothing_through_a_day() {
+    let (device, queue) = with_passthrough();
+    let mut renderer = ResidentRenderer::with_device(&device, &queue);
+    let mut scene = Scene::preset(Preset::Standard);
+    scene.sun.disc = true;
+    let camera = cameras().pop().unwrap();
+    let output = buffer(&device, 12 * 640 * 352, BufferUsages::STORAGE | BufferUsages::COPY_DST);
+    let map = texture(&device, (32, 16), 6, TextureFormat::Rgba16Float, TextureUsages::COPY_DST);
+    let harmonics = buffer(&device, 144, BufferUsages::STORAGE);
+    let valid = scene.validated().unwrap();
+    let warm_up = renderer.warm_up(&valid, &camera, PixelFormat::Picture);
+    std::thread::spawn(warm_up).join().unwrap();
+    std::thread::spawn(renderer.warm_up_environment(&valid, "32x16".parse().unwrap())).join().unwrap();
+    let warm = renderer.pipelines();
+    for sun in [60.0, 9.0, 4.0, 0.1, -3.0, -7.5, -13.0] {
+        scene.sun.elevation = sun;
+        let sky = Arc::new(SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb));
+        let mut encoder = device.create_command_encoder(&Default::default());
+        renderer.encode(&mut encoder, &sky, &camera, &Target::Buffer(&output, PixelFormat::Picture)).unwrap();
+        let target = EnvironmentTarget { map: &map, harmonics: &harmonics };
+        renderer.encode_environment(&mut encoder, &sky, &target).unwrap();
+        queue.submit([encoder.finish()]);
+        assert_eq!(renderer.pipelines(), warm, "sun at {sun}");
+    }
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let other = Target::Buffer(&output, PixelFormat::LinearRgb);
+    renderer.encode(&mut encoder, &sky(60.0), &camera, &other).unwrap();
+    assert!(renderer.pipelines() > warm, "negative control: another format");
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+}
+
+#[test]
+fn light_fields_that_are_asked_for_twice_are_the_same() {
+    let (device, queue) = with_passthrough();
+    let renderer = ResidentRenderer::with_device(&device, &queue);
+    let backend = gpu::backend();
+    for (name, ask) in [
+        ("renderer", &|| renderer.light_fields()),
+        ("device", &|| backend.light_fields()),
+        ("device's own", &|| backend.own_light_fields().unwrap()),
+    ] as [(&str, &dyn Fn() -> LightFields); 3]
+    {
+        SkyPlan::with_light_fields(&sky(25.0).scene, Rgb::Srgb, &ask()).integral();
+        let kept = format!("{:?}", ask());
+        assert!(kept.starts_with("LightFields") && kept != format!("{:?}", ask().emptied()), "{name}: {kept}");
+    }
+}
+
+#[test]
+fn pipelines_are_compiled_with_the_cache_of_a_program() {
+    let adapter = wgpu::Instance::default().request_adapter(&wgpu::RequestAdapterOptions::default());
+    let adapter = pollster::block_on(adapter).expect("a Vulkan device; on Debian: apt-get install mesa-vulkan-drivers");
+    let open = || {
+        pollster::block_on(adapter.request_device(&ResidentRenderer::device_descriptor(&adapter))).expect("it opens")
+    };
+    let [(device, queue), (other, _)] = [open(), open()];
+    assert!(device.features().contains(wgpu::Features::PIPELINE_CACHE), "the descriptor asks for what Vulkan has");
+    let cache = |device: &wgpu::Device| {
+        let descriptor = wgpu::PipelineCacheDescriptor { label: None, data: None, fallback: true };
+        // SAFETY: there is no data that a driver could have written for another device.
+        #[expect(unsafe_code, reason = "wgpu cannot check what is in a cache")]
+        unsafe {
+            device.create_pipeline_cache(&descriptor)
+        }
+    };
+    let (sky, camera) = (sky(25.0), cameras()[0].clone());
+    let bytes = 12 * u64::from(camera.size.width * camera.size.height);
+    let output = buffer(&device, bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC);
+    let complaint = |cache: wgpu::PipelineCache| {
+        let mut renderer = ResidentRenderer::with_device(&device, &queue).with_pipeline_cache(cache);
+        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let target = Target::Buffer(&output, PixelFormat::LinearRgb);
+        renderer.encode(&mut encoder, &sky, &camera, &target).unwrap();
+        queue.submit([encoder.finish()]);
+        pollster::block_on(scope.pop())
+    };
+    assert!(complaint(cache(&device)).is_none());
+    assert!(read(&device, &queue, &output) == expected(&sky, &camera, PixelFormat::LinearRgb));
+    // A cache of another device is an error of wgpu's, which shows that the cache is used.
+    assert!(complaint(cache(&other)).is_some());
 }
 
 #[test]

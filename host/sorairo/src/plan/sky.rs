@@ -19,6 +19,7 @@ use super::lookup_grid::{self, Entries, Seen};
 use super::multiple::{LightFields, Refined};
 use super::on_device::{Look, PlanDevice};
 use super::quadrature::gauss_legendre;
+use super::sun_disc::{Sun, SunIrradiance};
 use super::{directions, exposure, samples, upload};
 use crate::error::Result;
 use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
@@ -43,6 +44,8 @@ pub struct SkyPlan {
     integral: OnceLock<RayIntegral>,
     refined: OnceLock<Refined>,
     colours: OnceLock<Colours>,
+    disc_grid: OnceLock<Vec<Vec4>>,
+    sun_irradiance: OnceLock<SunIrradiance>,
     /// Of a sky lookup of its own, and of one that has the rows of its image.
     lookup_grids: [OnceLock<Option<Entries>>; 2],
 }
@@ -105,6 +108,8 @@ impl SkyPlan {
             integral: OnceLock::new(),
             refined: OnceLock::new(),
             colours: OnceLock::new(),
+            disc_grid: OnceLock::new(),
+            sun_irradiance: OnceLock::new(),
             lookup_grids: Default::default(),
         }
     }
@@ -123,6 +128,17 @@ impl SkyPlan {
     /// How its light becomes colours: found when it is first asked for, since spectra take none of it.
     pub fn colours(&self) -> &Colours {
         found_once(&self.colours, || self.find_colours())
+    }
+
+    /// The grid from which kernels read the sun's disc; see [`Sun::grid`]. Computed when it is first asked for.
+    pub fn disc_grid(&self) -> &[Vec4] {
+        let grid: &Vec<Vec4> = found_once(&self.disc_grid, || Sun::new(self).grid());
+        grid
+    }
+
+    /// What falls from the sun's disc; see [`Sun::irradiance`]. Computed when it is first asked for.
+    pub fn sun_irradiance(&self) -> &SunIrradiance {
+        found_once(&self.sun_irradiance, || Sun::new(self).irradiance())
     }
 
     /// Rows and columns of a sky lookup that are enough, none where it would be too large: of one that has the rows of its image, or of one of its own. Found
@@ -155,6 +171,10 @@ impl SkyPlan {
             self.lookup_grids.iter().zip(found).for_each(|(cell, grid)| {
                 cell.get_or_init(|| grid);
             });
+        }
+        if self.scene.sun.disc {
+            // A frame then computes none of it.
+            rayon::join(|| self.disc_grid(), || self.sun_irradiance());
         }
         Colours { rows, ground, exposure }
     }
@@ -242,7 +262,7 @@ fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
 }
 
 /// What a scene has beside light that is scattered once: bits of [`variant::REST`].
-fn rest(scene: &Scene) -> u32 {
+pub(super) fn rest(scene: &Scene) -> u32 {
     let multiple = if scene.render.orders == Orders::UpTo(1) { 0 } else { variant::MULTIPLE };
     let ground = if scene.ground.albedo.is_black() { 0 } else { variant::GROUND };
     multiple | ground

@@ -445,6 +445,11 @@ pub fn problems(scene: &Scene) -> Vec<Error> {
     KEYS.iter().filter_map(|key| key.check(scene).err()).collect()
 }
 
+/// Checks the keys of one table of a scene.
+pub(super) fn check_table(table: &str, scene: &Scene) -> Result<()> {
+    KEYS.iter().filter(|key| key.table_and_name().0 == table).try_for_each(|key| key.check(scene))
+}
+
 fn listed(words: &[Word]) -> String {
     words.iter().map(|word| format!("`{}`", word.name)).collect::<Vec<_>>().join(", ")
 }

@@ -33,6 +33,11 @@ const MOST_FREE: u64 = 256 << 20;
 /// A plan then waits for the device a few times; it does so on the thread that plans, never where commands are encoded. What the device fails to do, such as
 /// one that is lost, the processor does, with one warning to the log: see [`LightFields::on_device`].
 pub fn light_fields(device: &wgpu::Device, queue: &wgpu::Queue) -> LightFields {
+    light_fields_by(Arc::new(Kernels::new(device)), device, queue)
+}
+
+/// The same by kernels that others use too.
+pub(super) fn light_fields_by(kernels: Arc<Kernels>, device: &wgpu::Device, queue: &wgpu::Queue) -> LightFields {
     let buffers = device.limits().max_storage_buffers_per_shader_stage;
     if buffers < STORAGE_BUFFERS {
         let name = device.adapter_info().name;
@@ -42,7 +47,7 @@ pub fn light_fields(device: &wgpu::Device, queue: &wgpu::Queue) -> LightFields {
         return LightFields::default();
     }
     LightFields::on_device(Arc::new(Planner {
-        kernels: Kernels::new(device),
+        kernels,
         fields: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], &[4, 5, 6]),
         looks: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], &[6]),
         free: Arc::default(),
@@ -57,7 +62,7 @@ type Free = Arc<Mutex<Vec<wgpu::Buffer>>>;
 struct Planner {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    kernels: Kernels,
+    kernels: Arc<Kernels>,
     fields: Layouts,
     looks: Layouts,
     free: Free,

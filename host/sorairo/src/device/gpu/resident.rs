@@ -3,7 +3,7 @@
 
 use std::future::Future;
 use std::pin::pin;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::task::{Context, Poll, Waker};
 
 use sorairo_shared::camera::Camera;
@@ -20,8 +20,8 @@ use crate::device::quirks;
 use crate::device::rows::invocations_per_row;
 use crate::error::{Error, Result};
 use crate::plan::lookup::LookupSize;
-use crate::plan::{Kernel, LightFields, Plan, SkyPlan};
-use crate::scene::{CameraScene, Projection, Size};
+use crate::plan::{Kernel, LightFields, Plan, SkyPlan, day};
+use crate::scene::{CameraScene, Projection, Size, ValidScene};
 use sorairo_shared::variant::{self, PixelFormat};
 
 /// Where an image goes.
@@ -45,7 +45,8 @@ pub enum Target<'a> {
 pub struct ResidentRenderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    kernels: Kernels,
+    kernels: Arc<Kernels>,
+    light_fields: OnceLock<LightFields>,
     most_rounds: u64,
     sky: Option<UploadedSky>,
     lookup: Option<FilledLookup>,
@@ -90,7 +91,8 @@ impl ResidentRenderer {
     /// Without [`wgpu::Features::PASSTHROUGH_SHADERS`] wgpu translates the kernels, which takes some seconds for the first image of a kind.
     pub fn with_device(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         Self {
-            kernels: Kernels::new(device),
+            kernels: Arc::new(Kernels::new(device)),
+            light_fields: OnceLock::new(),
             most_rounds: quirks::most_rounds(&device.adapter_info().driver),
             device: device.clone(),
             queue: queue.clone(),
@@ -102,26 +104,74 @@ impl ResidentRenderer {
         }
     }
 
-    /// Light fields for the plans of the skies that it draws; see [`SkyPlan::with_light_fields`]. Where the device is hardware of its own, light fields and what
+    /// The same renderer, whose pipelines a cache of the program's keeps; before any is compiled. A device has caches with [`wgpu::Features::PIPELINE_CACHE`],
+    /// for which [`Self::device_descriptor`] asks where it is there.
+    #[must_use]
+    pub fn with_pipeline_cache(self, cache: wgpu::PipelineCache) -> Self {
+        let kernels = Kernels::new(&self.device).with_cache(cache);
+        Self { kernels: Arc::new(kernels), ..self }
+    }
+
+    /// The work of compiling the pipelines that a camera's images of a scene's sky take, under any sun from the zenith to the night: any thread may do it, such
+    /// as `std::thread::spawn(renderer.warm_up(&scene, &camera, pixel))`. [`Self::encode`] compiles what it lacks, which takes tens of milliseconds a pipeline,
+    /// and hundreds where wgpu translates the kernels.
+    ///
+    /// Of the scene all but the sun's place and the camera counts; of the camera its projection and size.
+    pub fn warm_up(
+        &self,
+        scene: &ValidScene,
+        camera: &CameraScene,
+        pixel: PixelFormat,
+    ) -> impl FnOnce() + 'static + use<> {
+        let (device, kernels) = (self.device.clone(), Arc::clone(&self.kernels));
+        let of_a_day = day::kernels(scene, camera, pixel);
+        move || {
+            for (kernel, variant) in of_a_day {
+                kernels.pipeline(&device, kernel, variant);
+            }
+        }
+    }
+
+    /// The same for environment maps of a size; see [`Self::encode_environment`].
+    pub fn warm_up_environment(&self, scene: &ValidScene, size: Size) -> impl FnOnce() + 'static + use<> {
+        let (device, kernels) = (self.device.clone(), Arc::clone(&self.kernels));
+        let of_images = self.warm_up(scene, &environment::camera(size), PixelFormat::LinearRgba);
+        move || {
+            of_images();
+            environment::compile(&device, &kernels);
+        }
+    }
+
+    /// How many pipelines it has compiled.
+    pub fn pipelines(&self) -> usize {
+        self.kernels.count()
+    }
+
+    /// Light fields for the plans of the skies that it draws, the same ones each time that they are asked for; see [`SkyPlan::with_light_fields`]. Where the device is hardware of its own, light fields and what
     /// else a plan integrates are computed there; else by the processor, whose cores a device of software would take. In a browser, where nobody may wait, by
     /// the processor too.
     pub fn light_fields(&self) -> LightFields {
+        self.light_fields.get_or_init(|| self.new_light_fields()).clone()
+    }
+
+    fn new_light_fields(&self) -> LightFields {
         #[cfg(not(target_arch = "wasm32"))]
         if self.device.adapter_info().device_type != wgpu::DeviceType::Cpu {
-            return super::planner::light_fields(&self.device, &self.queue);
+            return super::planner::light_fields_by(Arc::clone(&self.kernels), &self.device, &self.queue);
         }
         LightFields::default()
     }
 
-    /// What to ask of an adapter for a device that draws skies: all of its limits and, where it is there, the feature without which wgpu
-    /// translates the kernels.
+    /// What to ask of an adapter for a device that draws skies: all of its limits and, where they are there, the feature without which wgpu
+    /// translates the kernels and that of pipeline caches.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         // SAFETY: the one experimental feature used is that the library's own kernels are passed through, see `module`.
         #[expect(unsafe_code, reason = "wgpu marks the feature as experimental")]
         let experimental_features = unsafe { wgpu::ExperimentalFeatures::enabled() };
         wgpu::DeviceDescriptor {
             label: Some("sorairo"),
-            required_features: adapter.features() & wgpu::Features::PASSTHROUGH_SHADERS,
+            required_features: adapter.features()
+                & (wgpu::Features::PASSTHROUGH_SHADERS | wgpu::Features::PIPELINE_CACHE),
             required_limits: adapter.limits(),
             experimental_features,
             memory_hints: wgpu::MemoryHints::Performance,
@@ -181,7 +231,7 @@ impl ResidentRenderer {
         let format = target.check()?;
         self.check_present()?;
         let size = Size { width: target.map.width(), height: target.map.height() };
-        let camera = CameraScene { projection: Projection::Equirectangular, size, ..CameraScene::default() };
+        let camera = environment::camera(size);
         let plan = Plan::seen(sky, &camera, PixelFormat::LinearRgba)?;
         let row_pixels = environment::row_pixels(size);
         self.check_limits(&plan, row_pixels)?;

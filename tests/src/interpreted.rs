@@ -4,6 +4,7 @@ use std::any::Any;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 
+use sorairo::Result;
 use sorairo::low_level::plan::on_device::{FieldKernel, Keeping, Look, Memory, PlanDevice, Reading, Step, Work};
 use sorairo_shared::field_kernels::{
     field_first, field_first_fourier, field_fourier, field_function, field_gather, field_moment, field_node,
@@ -36,11 +37,15 @@ fn values_of(memory: &Memory) -> MutexGuard<'_, Vec<Vec4>> {
 }
 
 impl PlanDevice for Interpreted {
-    fn reserve(&self, numbers: usize) -> Option<Memory> {
-        Some(Arc::new(Mutex::new(vec![UNWRITTEN; numbers.div_ceil(4)])))
+    fn name(&self) -> String {
+        "the processor, one invocation after the other".into()
     }
 
-    fn run(&self, work: &Work<'_>) -> Option<Vec<Vec4>> {
+    fn reserve(&self, numbers: usize) -> Result<Memory> {
+        Ok(Arc::new(Mutex::new(vec![UNWRITTEN; numbers.div_ceil(4)])))
+    }
+
+    fn run(&self, work: &Work<'_>) -> Result<Vec<Vec4>> {
         self.calls.fetch_add(1, Ordering::Relaxed);
         for Step { kernel, uniform } in work.steps {
             let quadrature: &[Vec2] = work.quadratures[kernel.quadrature()];
@@ -75,14 +80,14 @@ impl PlanDevice for Interpreted {
             let kept = values_of(work.memory[2])[values.clone()].to_vec();
             values_of(to)[..kept.len()].copy_from_slice(&kept);
         }
-        Some(match work.read.clone() {
+        Ok(match work.read.clone() {
             Some(Reading::Values(range)) => values_of(work.memory[1])[range].to_vec(),
             Some(Reading::Orders(range)) => values_of(work.memory[2])[range].to_vec(),
             None => Vec::new(),
         })
     }
 
-    fn look(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>> {
+    fn look(&self, at: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>> {
         self.calls.fetch_add(1, Ordering::Relaxed);
         let look_at = |Look { uniform, buffers, variant, views }: &Look<'_>| {
             let views: Vec<Vec4> = views.iter().map(|view| view.extend(0.0)).collect();
@@ -92,7 +97,7 @@ impl PlanDevice for Interpreted {
             let parts = |of: &[Vec4]| Parts { air: of[0], aerosol: of[1], multiple: of[2], ground: of[3] };
             found.chunks_exact(PARTS).map(parts).collect()
         };
-        Some(at.iter().map(look_at).collect())
+        Ok(at.iter().map(look_at).collect())
     }
 }
 

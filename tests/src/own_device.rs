@@ -96,6 +96,21 @@ pub fn texels(
     mip_level: u32,
     words: u32,
 ) -> Vec<u32> {
+    texels_of_layer(device, queue, texture, (mip_level, 0), words)
+}
+
+/// The same of a level and a layer.
+///
+/// # Panics
+///
+/// As [`texels`].
+pub fn texels_of_layer(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+    (mip_level, layer): (u32, u32),
+    words: u32,
+) -> Vec<u32> {
     let side = |length: u32| (length >> mip_level).max(1);
     let (width, height) = (side(texture.width()), side(texture.height()));
     let row = (4 * words * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
@@ -103,7 +118,8 @@ pub fn texels(
     let mut encoder = device.create_command_encoder(&Default::default());
     let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
     let target = wgpu::TexelCopyBufferInfo { buffer: &copied, layout };
-    let source = wgpu::TexelCopyTextureInfo { mip_level, ..texture.as_image_copy() };
+    let origin = wgpu::Origin3d { z: layer, ..wgpu::Origin3d::ZERO };
+    let source = wgpu::TexelCopyTextureInfo { mip_level, origin, ..texture.as_image_copy() };
     let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
     encoder.copy_texture_to_buffer(source, target, size);
     queue.submit([encoder.finish()]);

@@ -226,6 +226,27 @@ fn maps_are_encoded_beside_images_and_one_after_the_other() {
 }
 
 #[test]
+fn a_map_is_whole_after_one_whose_encoder_was_dropped() {
+    let own = with_passthrough();
+    let (device, queue) = &own;
+    let mut renderer = ResidentRenderer::with_device(device, queue);
+    let (sky, map) = (sky(40.0), map(device, (64, 32), TextureFormat::Rgba32Float));
+    let harmonics = buffer(device, HARMONICS, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
+    for is_submitted in [false, true] {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let target = EnvironmentTarget { map: &map, harmonics: &harmonics };
+        renderer.encode_environment(&mut encoder, &sky, &target).unwrap();
+        if is_submitted {
+            queue.submit([encoder.finish()]);
+        }
+    }
+    let alone = draw(&own, &sky, (64, 32), TextureFormat::Rgba32Float);
+    for (level, expected) in (0..).zip(&alone.levels) {
+        assert!(*expected == texels(device, queue, &map, level, 4), "level {level}");
+    }
+}
+
+#[test]
 fn a_wrong_target_is_refused_before_anything_is_encoded() {
     let (device, queue) = &with_passthrough();
     let mut renderer = ResidentRenderer::with_device(device, queue);

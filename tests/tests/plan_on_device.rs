@@ -1,14 +1,14 @@
 //! Plans whose light is integrated on a device, against those of the processor. Without a Vulkan device these tests fail.
 
 use std::collections::HashSet;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use sorairo::low_level::device::gpu;
 use sorairo::low_level::device::{Backend, cpu::Cpu};
-use sorairo::low_level::plan::on_device::{Look, Memory, PlanDevice, Work};
+use sorairo::low_level::plan::on_device::{DeviceUses, Look, Memory, PlanDevice, Work};
 use sorairo::low_level::plan::{SpectralPlan, direction};
 use sorairo::scene::{CameraScene, GroundAlbedo, Orders, PathChoice, Preset, Projection, Rgb, Scene};
-use sorairo::{LightFields, PixelFormat, Plan, SkyPlan, wgpu};
+use sorairo::{Error, LightFields, PixelFormat, Plan, Result, SkyPlan, wgpu};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::sky::Parts;
 use sorairo_tests::compare::worst_in_images;
@@ -64,14 +64,28 @@ fn apart(found: &[f32], expected: &[f32]) -> f64 {
     found.zip(expected).map(off).fold(0.0, f64::max)
 }
 
+/// What `plan` finds with light fields of a device that answers every question, and is asked some.
+///
+/// # Panics
+///
+/// If the processor answered any in its place: it would be compared with itself.
+fn by_device_alone<T>(name: &str, fields: &LightFields, plan: impl FnOnce(&LightFields) -> T) -> T {
+    let before = fields.device_uses();
+    let found = plan(fields);
+    let DeviceUses { answered, failed } = fields.device_uses();
+    assert!(failed == before.failed, "{name}: the processor took the place of the device");
+    assert!(answered > before.answered, "{name}: nobody asked the device");
+    found
+}
+
 #[test]
 fn multiply_scattered_light_of_a_device_is_that_of_the_processor() {
     let (device, queue) = with_passthrough();
     let on_device = gpu::light_fields(&device, &queue);
     let mut seen = Vec::new();
     for (name, scene) in skies() {
-        let [found, expected] =
-            [&on_device, &LightFields::default()].map(|fields| planned(&scene, fields).integral().clone());
+        let integral = |fields: &LightFields| planned(&scene, fields).integral().clone();
+        let (found, expected) = (by_device_alone(&name, &on_device, integral), integral(&LightFields::default()));
         let off = apart(&flat(&found.multiple), &flat(&expected.multiple));
         println!("{name}: {off:.1e}, {} orders", found.orders_made[0].computed);
         assert!(off < SAME_FUNCTION, "{name}: {off:e}");
@@ -91,8 +105,8 @@ fn pictures_of_a_sky_planned_on_a_device_are_those_of_the_processor() {
         for path in [PathChoice::Lookup, PathChoice::Direct] {
             scene.render.path = path;
             let scene = scene.clone().validated().unwrap();
-            let [found, expected] = [&on_device, &LightFields::default()]
-                .map(|fields| Plan::with_light_fields(&scene, PixelFormat::LinearRgb, fields));
+            let plan = |fields: &LightFields| Plan::with_light_fields(&scene, PixelFormat::LinearRgb, fields);
+            let (found, expected) = (by_device_alone(&name, &on_device, plan), plan(&LightFields::default()));
             let image = |plan: &Plan| -> Vec<f32> {
                 Cpu.run(plan, plan.kernel()).unwrap().words.into_iter().map(f32::from_bits).collect()
             };
@@ -120,7 +134,7 @@ fn spectra_of_a_sky_planned_on_a_device_are_those_of_the_processor() {
             let plan = SpectralPlan::new(&planned(&scene, fields), &wavelengths);
             plan.radiance_of_directions(&views).into_iter().map(|radiance| radiance as f32).collect()
         };
-        let (found, expected) = (spectra(&on_device), spectra(&LightFields::default()));
+        let (found, expected) = (by_device_alone(&name, &on_device, spectra), spectra(&LightFields::default()));
         let off = apart(&found, &expected);
         println!("{name}: {off:.1e}");
         // As of pictures: slopes of up to ten multiply what the light is off.
@@ -134,8 +148,9 @@ fn spectra_of_a_sky_planned_on_a_device_are_those_of_the_processor() {
 fn a_device_that_passes_nothing_through_plans_the_same_sky() {
     let (device, queue) = opened(wgpu::Features::empty());
     let scene = &skies()[3].1;
-    let [found, expected] = [&gpu::light_fields(&device, &queue), &LightFields::default()]
-        .map(|fields| planned(scene, fields).integral().clone());
+    let integral = |fields: &LightFields| planned(scene, fields).integral().clone();
+    let on_device = gpu::light_fields(&device, &queue);
+    let (found, expected) = (by_device_alone("translated", &on_device, integral), integral(&LightFields::default()));
     let off = apart(&flat(&found.multiple), &flat(&expected.multiple));
     assert!(off > 0.0 && off < SAME_FUNCTION, "{off:e}");
 }
@@ -153,6 +168,7 @@ fn where_the_device_is_lost_the_processor_plans() {
     assert!(before != processor, "negative control: a device rounds in its own way");
     // Fields that are kept in it are lost with it.
     assert!(rows(&fields) == processor);
+    assert!(fields.device_uses().failed > 0);
 }
 
 #[test]
@@ -162,9 +178,8 @@ fn kernels_of_plans_on_a_device_are_their_functions_on_the_processor() {
     for (name, scene) in skies().into_iter().filter(|(name, _)| name.contains("sun at 2°") || name.contains("-4°")) {
         let interpreted = Arc::new(Interpreted::default());
         let fields = LightFields::on_device(interpreted.clone());
-        let [found, expected] =
-            [&gpu::light_fields(&device, &queue), &fields].map(|fields| planned(&scene, fields).integral().clone());
-        assert!(interpreted.calls() > 0);
+        let [found, expected] = [&gpu::light_fields(&device, &queue), &fields]
+            .map(|fields| by_device_alone(&name, fields, |fields| planned(&scene, fields).integral().clone()));
         let off = apart(&flat(&found.multiple), &flat(&expected.multiple));
         println!("{name}: {off:.1e}");
         assert!(off < SAME_FUNCTION, "{name}: {off:e}");
@@ -195,15 +210,19 @@ fn a_sky_that_a_device_planned_is_drawn_without_asking_it_again() {
     assert!(device.calls() > asked && device.calls() < 2 * asked, "{} after {asked}", device.calls());
 }
 
-/// A device whose kernels write nothing.
-struct Broken(Interpreted);
+/// A device of some name whose kernels write nothing.
+struct Broken(Interpreted, &'static str);
 
 impl PlanDevice for Broken {
-    fn reserve(&self, numbers: usize) -> Option<Memory> {
+    fn name(&self) -> String {
+        self.1.into()
+    }
+
+    fn reserve(&self, numbers: usize) -> Result<Memory> {
         self.0.reserve(numbers)
     }
 
-    fn run(&self, work: &Work<'_>) -> Option<Vec<Vec4>> {
+    fn run(&self, work: &Work<'_>) -> Result<Vec<Vec4>> {
         let &Work { variant, bands, quadratures, tables, memory, .. } = work;
         self.0.run(&Work {
             steps: &[],
@@ -217,9 +236,9 @@ impl PlanDevice for Broken {
         })
     }
 
-    fn look(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>> {
+    fn look(&self, at: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>> {
         let nothing = Parts { air: Vec4::NAN, ..Parts::default() };
-        Some(at.iter().map(|look| vec![nothing; look.views.len() * look.buffers.bands.len()]).collect())
+        Ok(at.iter().map(|look| vec![nothing; look.views.len() * look.buffers.bands.len()]).collect())
     }
 }
 
@@ -230,6 +249,75 @@ fn where_the_device_finds_no_numbers_the_processor_plans() {
         let sky = planned(scene, fields);
         (sky.integral().multiple.clone(), sky.colours().rows.clone(), sky.colours().exposure, sky.lookup_grid(true))
     };
-    let broken = LightFields::on_device(Arc::new(Broken(Interpreted::default())));
+    let broken = LightFields::on_device(Arc::new(Broken(Interpreted::default(), "broken")));
     assert!(colours(&broken) == colours(&LightFields::default()), "to the bit");
+}
+
+/// A device that has no memory left.
+struct Full;
+
+impl PlanDevice for Full {
+    fn name(&self) -> String {
+        "Full".into()
+    }
+
+    fn reserve(&self, _: usize) -> Result<Memory> {
+        Err(Error::Device("it has no memory left".into()))
+    }
+
+    fn run(&self, _: &Work<'_>) -> Result<Vec<Vec4>> {
+        self.reserve(1).map(|_| Vec::new())
+    }
+
+    fn look(&self, _: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>> {
+        self.reserve(1).map(|_| Vec::new())
+    }
+}
+
+/// Warnings of the library.
+struct Warnings(Mutex<Vec<String>>);
+
+static WARNINGS: Warnings = Warnings(Mutex::new(Vec::new()));
+
+impl log::Log for Warnings {
+    fn enabled(&self, _: &log::Metadata<'_>) -> bool {
+        true
+    }
+
+    fn log(&self, record: &log::Record<'_>) {
+        if record.level() == log::Level::Warn {
+            self.0.lock().unwrap().push(record.args().to_string());
+        }
+    }
+
+    fn flush(&self) {}
+}
+
+#[test]
+fn a_device_that_fails_plans_is_told_once_and_every_failure_counts() {
+    log::set_logger(&WARNINGS).unwrap();
+    log::set_max_level(log::LevelFilter::Warn);
+    let scene = &skies()[2].1;
+    for (device, reason) in [
+        (Arc::new(Full) as Arc<dyn PlanDevice>, "it has no memory left"),
+        (Arc::new(Broken(Interpreted::default(), "told")), "its kernels return values that are not finite"),
+    ] {
+        let name = device.name();
+        let fields = LightFields::on_device(device);
+        planned(scene, &fields).colours();
+        let after_one = fields.device_uses();
+        // Its samples, what the fit learns, its light field, its exposure.
+        assert!(after_one.failed >= 4 && after_one.answered == 0, "{name}: {after_one:?}");
+        planned(scene, &fields.emptied()).colours();
+        assert!(fields.device_uses().failed > after_one.failed, "{name}: they count together");
+        let warnings = WARNINGS.0.lock().unwrap();
+        let warnings: Vec<_> = warnings.iter().filter(|warning| warning.contains(&format!("{name:?}"))).collect();
+        assert!(warnings.len() == 1 && warnings[0].contains(reason), "{warnings:?}");
+        assert!(warnings[0].ends_with("planning on the CPU"), "{warnings:?}");
+    }
+    let fields = LightFields::on_device(Arc::new(Interpreted::default()));
+    planned(scene, &fields).colours();
+    let DeviceUses { answered, failed } = fields.device_uses();
+    assert!(answered > 0 && failed == 0, "negative control");
+    assert_eq!(LightFields::default().device_uses(), DeviceUses::default(), "the processor is no device");
 }

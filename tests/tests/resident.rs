@@ -9,9 +9,11 @@ use std::sync::Arc;
 use sorairo::low_level::plan::Plan;
 use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Scene};
 use sorairo::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use sorairo::{Error, PixelFormat, Renderer, ResidentRenderer, SkyPlan, Target};
+use sorairo::{EnvironmentTarget, Error, LightFields, PixelFormat, Renderer, ResidentRenderer, SkyPlan, Target};
 use sorairo_tests::compare::worst_in_images;
-use sorairo_tests::own_device::{buffer, opened, opened_within, read, texels, texture, with_passthrough};
+use sorairo_tests::own_device::{
+    buffer, opened, opened_within, read, texels, texels_of_layer, texture, with_passthrough,
+};
 use sorairo_tests::{gpu, program, wait};
 
 fn sky(sun: f64) -> Arc<SkyPlan> {
@@ -69,6 +71,88 @@ fn a_sky_in_a_programs_own_textures_is_that_of_the_renderer() {
 }
 
 #[test]
+fn a_part_of_a_texture_takes_the_sky_and_the_rest_stays() {
+    let (device, queue) = with_passthrough();
+    let mut renderer = Renderer::with_device(&device, &queue);
+    let sky = sky(25.0);
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: 128, height: 128, depth_or_array_layers: 6 },
+        mip_level_count: 2,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: TextureFormat::Rgba16Float,
+        usage: TextureUsages::COPY_DST | TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let face = |side: u32, look_azimuth: f64| CameraScene {
+        projection: Projection::Perspective,
+        size: format!("{side}x{side}").parse().unwrap(),
+        fov: Some(90.0),
+        look_azimuth: Some(look_azimuth),
+        ..CameraScene::default()
+    };
+    // A face of a cube, a face of its next level, a corner of a third.
+    let parts = [(0, [0, 0, 2], face(128, 90.0)), (1, [0, 0, 3], face(64, 180.0)), (0, [64, 32, 5], face(50, 270.0))];
+    let mut encoder = device.create_command_encoder(&Default::default());
+    for (mip_level, [x, y, z], camera) in &parts {
+        let (origin, aspect) = (wgpu::Origin3d { x: *x, y: *y, z: *z }, wgpu::TextureAspect::All);
+        let part = wgpu::TexelCopyTextureInfo { texture: &texture, mip_level: *mip_level, origin, aspect };
+        renderer.encode(&mut encoder, &sky, camera, &Target::Part(part)).unwrap();
+    }
+    queue.submit([encoder.finish()]);
+    for (mip_level, [x, y, z], camera) in &parts {
+        let side = 128 >> mip_level;
+        let rows = expected(&sky, camera, PixelFormat::HalfRgb);
+        let found = texels_of_layer(&device, &queue, &texture, (*mip_level, *z), 2);
+        for row in 0..side {
+            let found = &found[(2 * side * row) as usize..][..2 * side as usize];
+            let drawn = if (*y..y + camera.size.height).contains(&row) {
+                let first = (2 * camera.size.width * (row - y)) as usize;
+                let black = |pixels: u32| vec![0; 2 * pixels as usize];
+                [
+                    black(*x),
+                    rows[first..][..2 * camera.size.width as usize].to_vec(),
+                    black(side - x - camera.size.width),
+                ]
+                .concat()
+            } else {
+                vec![0; 2 * side as usize]
+            };
+            assert!(found == drawn, "level {mip_level}, layer {z}, row {row}");
+        }
+    }
+    let untouched = texels_of_layer(&device, &queue, &texture, (0, 1), 2);
+    assert!(untouched.len() == 2 * 128 * 128 && untouched.iter().all(|&word| word == 0));
+}
+
+#[test]
+fn a_camera_that_has_turned_around_sees_what_it_saw() {
+    let (device, queue) = with_passthrough();
+    let mut renderer = Renderer::with_device(&device, &queue);
+    let sky = sky(25.0);
+    let bytes = 4 * 90 * 45;
+    let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+    let mut seen_at = |look_azimuth: f64| {
+        let camera = CameraScene { look_azimuth: Some(look_azimuth), ..cameras()[3].clone() };
+        let output = buffer(&device, bytes, usage);
+        let mut encoder = device.create_command_encoder(&Default::default());
+        renderer.encode(&mut encoder, &sky, &camera, &Target::Buffer(&output, PixelFormat::Picture)).map(|()| {
+            queue.submit([encoder.finish()]);
+            read(&device, &queue, &output)
+        })
+    };
+    let before = seen_at(100.0).unwrap();
+    for turned in [460.0, 100.0 + 360.0 * 1e6] {
+        assert!(seen_at(turned).unwrap() == before, "{turned}");
+    }
+    assert!(seen_at(100.5).unwrap() != before, "negative control");
+    for wrong in [f64::NAN, f64::INFINITY] {
+        assert!(matches!(seen_at(wrong), Err(Error::OutOfRange { .. })), "{wrong}");
+    }
+}
+
+#[test]
 fn skies_encoded_before_any_is_submitted_do_not_disturb_each_other() {
     let (device, queue) = with_passthrough();
     let mut renderer = ResidentRenderer::with_device(&device, &queue);
@@ -90,6 +174,53 @@ fn skies_encoded_before_any_is_submitted_do_not_disturb_each_other() {
     }
 }
 
+/// Whole numbers below a bound, the same in each run of the tests.
+fn random_numbers() -> impl FnMut(usize) -> usize {
+    let mut state = 1u64;
+    move |below| {
+        // Knuth, The Art of Computer Programming 2, 3.3.4, table 1, line 26.
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (state >> 33) as usize % below
+    }
+}
+
+#[test]
+fn encoders_may_be_dropped_and_submitted_in_any_order() {
+    let (device, queue) = with_passthrough();
+    let mut renderer = ResidentRenderer::with_device(&device, &queue);
+    let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+    let cameras = &cameras()[..5];
+    let images: Vec<_> = [40.0, 3.0]
+        .map(sky)
+        .iter()
+        .flat_map(|sky| {
+            cameras.iter().map(|camera| (sky.clone(), camera, expected(sky, camera, PixelFormat::LinearRgb)))
+        })
+        .collect();
+    let mut random = random_numbers();
+    let (mut drawn, mut dropped) = (0, 0);
+    for round in 0..16 {
+        let mut waiting = Vec::new();
+        for _ in 0..4 {
+            let (sky, camera, expected) = &images[random(images.len())];
+            let output = buffer(&device, 12 * u64::from(camera.size.width * camera.size.height), usage);
+            let mut encoder = device.create_command_encoder(&Default::default());
+            renderer.encode(&mut encoder, sky, camera, &Target::Buffer(&output, PixelFormat::LinearRgb)).unwrap();
+            if random(2) == 0 {
+                dropped += 1;
+            } else {
+                waiting.insert(random(waiting.len() + 1), (encoder, output, expected, camera));
+            }
+        }
+        for (encoder, output, expected, camera) in waiting {
+            queue.submit([encoder.finish()]);
+            assert!(read(&device, &queue, &output) == *expected, "round {round}, {camera:?}");
+            drawn += 1;
+        }
+    }
+    assert!(drawn > 20 && dropped > 20, "{drawn} drawn, {dropped} dropped");
+}
+
 #[test]
 fn a_device_that_passes_nothing_through_draws_the_same_sky() {
     let (device, queue) = opened(wgpu::Features::empty());
@@ -106,6 +237,90 @@ fn a_device_that_passes_nothing_through_draws_the_same_sky() {
     // Another compiler orders the same sums in another way.
     let worst = worst_in_images(&found, &expected, 128, 3, 1e-6);
     assert!(worst.relative <= 2e-4, "{worst:?}");
+}
+
+#[test]
+fn a_renderer_that_is_warm_compiles_nothing_through_a_day() {
+    let (device, queue) = with_passthrough();
+    let mut renderer = ResidentRenderer::with_device(&device, &queue);
+    let mut scene = Scene::preset(Preset::Standard);
+    scene.sun.disc = true;
+    let camera = cameras().pop().unwrap();
+    let output = buffer(&device, 12 * 640 * 352, BufferUsages::STORAGE | BufferUsages::COPY_DST);
+    let map = texture(&device, (32, 16), 6, TextureFormat::Rgba16Float, TextureUsages::COPY_DST);
+    let harmonics = buffer(&device, 144, BufferUsages::STORAGE);
+    let valid = scene.validated().unwrap();
+    let warm_up = renderer.warm_up(&valid, &camera, PixelFormat::Picture);
+    std::thread::spawn(warm_up).join().unwrap();
+    std::thread::spawn(renderer.warm_up_environment(&valid, "32x16".parse().unwrap())).join().unwrap();
+    let warm = renderer.pipelines();
+    for sun in [60.0, 9.0, 4.0, 0.1, -3.0, -7.5, -13.0] {
+        scene.sun.elevation = sun;
+        let sky = Arc::new(SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb));
+        let mut encoder = device.create_command_encoder(&Default::default());
+        renderer.encode(&mut encoder, &sky, &camera, &Target::Buffer(&output, PixelFormat::Picture)).unwrap();
+        let target = EnvironmentTarget { map: &map, harmonics: &harmonics };
+        renderer.encode_environment(&mut encoder, &sky, &target).unwrap();
+        queue.submit([encoder.finish()]);
+        assert_eq!(renderer.pipelines(), warm, "sun at {sun}");
+    }
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let other = Target::Buffer(&output, PixelFormat::LinearRgb);
+    renderer.encode(&mut encoder, &sky(60.0), &camera, &other).unwrap();
+    assert!(renderer.pipelines() > warm, "negative control: another format");
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+}
+
+#[test]
+fn light_fields_that_are_asked_for_twice_are_the_same() {
+    let (device, queue) = with_passthrough();
+    let renderer = ResidentRenderer::with_device(&device, &queue);
+    let backend = gpu::backend();
+    for (name, ask) in [
+        ("renderer", &|| renderer.light_fields()),
+        ("device", &|| backend.light_fields()),
+        ("device's own", &|| backend.own_light_fields().unwrap()),
+    ] as [(&str, &dyn Fn() -> LightFields); 3]
+    {
+        SkyPlan::with_light_fields(&sky(25.0).scene, Rgb::Srgb, &ask()).integral();
+        let kept = format!("{:?}", ask());
+        assert!(kept.starts_with("LightFields") && kept != format!("{:?}", ask().emptied()), "{name}: {kept}");
+    }
+}
+
+#[test]
+fn pipelines_are_compiled_with_the_cache_of_a_program() {
+    let adapter = wgpu::Instance::default().request_adapter(&wgpu::RequestAdapterOptions::default());
+    let adapter = pollster::block_on(adapter).expect("a Vulkan device; on Debian: apt-get install mesa-vulkan-drivers");
+    let open = || {
+        pollster::block_on(adapter.request_device(&ResidentRenderer::device_descriptor(&adapter))).expect("it opens")
+    };
+    let [(device, queue), (other, _)] = [open(), open()];
+    assert!(device.features().contains(wgpu::Features::PIPELINE_CACHE), "the descriptor asks for what Vulkan has");
+    let cache = |device: &wgpu::Device| {
+        let descriptor = wgpu::PipelineCacheDescriptor { label: None, data: None, fallback: true };
+        // SAFETY: there is no data that a driver could have written for another device.
+        #[expect(unsafe_code, reason = "wgpu cannot check what is in a cache")]
+        unsafe {
+            device.create_pipeline_cache(&descriptor)
+        }
+    };
+    let (sky, camera) = (sky(25.0), cameras()[0].clone());
+    let bytes = 12 * u64::from(camera.size.width * camera.size.height);
+    let output = buffer(&device, bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC);
+    let complaint = |cache: wgpu::PipelineCache| {
+        let mut renderer = ResidentRenderer::with_device(&device, &queue).with_pipeline_cache(cache);
+        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let target = Target::Buffer(&output, PixelFormat::LinearRgb);
+        renderer.encode(&mut encoder, &sky, &camera, &target).unwrap();
+        queue.submit([encoder.finish()]);
+        pollster::block_on(scope.pop())
+    };
+    assert!(complaint(cache(&device)).is_none());
+    assert!(read(&device, &queue, &output) == expected(&sky, &camera, PixelFormat::LinearRgb));
+    // A cache of another device is an error of wgpu's, which shows that the cache is used.
+    assert!(complaint(cache(&other)).is_some());
 }
 
 #[test]
@@ -158,7 +373,43 @@ fn a_wrong_target_or_camera_is_refused_and_the_device_goes_on() {
         view_formats: &[],
     });
     let many_samples = many_samples.create_view(&Default::default());
+    let parted = |size, layers, levels, dimension| {
+        device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { depth_or_array_layers: layers, ..size },
+            mip_level_count: levels,
+            sample_count: 1,
+            dimension,
+            format: TextureFormat::Rgba8Unorm,
+            usage: both,
+            view_formats: &[],
+        })
+    };
+    let size = wgpu::Extent3d { width: 128, height: 64, depth_or_array_layers: 1 };
+    let [cube, levels] =
+        [(6, 1), (1, 3)].map(|(layers, levels)| parted(size, layers, levels, wgpu::TextureDimension::D2));
+    let deep = parted(size, 4, 1, wgpu::TextureDimension::D3);
+    let of_layer = wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2),
+        base_array_layer: 2,
+        array_layer_count: Some(1),
+        ..Default::default()
+    };
+    let of_level = wgpu::TextureViewDescriptor { base_mip_level: 1, ..Default::default() };
+    let (layer, level) = (cube.create_view(&of_layer), levels.create_view(&of_level));
+    let part = |texture, mip_level, [x, y, z]: [u32; 3]| {
+        let (origin, aspect) = (wgpu::Origin3d { x, y, z }, wgpu::TextureAspect::All);
+        Target::Part(wgpu::TexelCopyTextureInfo { texture, mip_level, origin, aspect })
+    };
     for (target, words) in [
+        (Target::Texture(&layer), "6 layers and 1 levels, and wgpu does not tell which"),
+        (Target::Texture(&level), "1 layers and 3 levels, and wgpu does not tell which"),
+        (part(&cube, 0, [0, 0, 6]), "layer 6 and level 0 of a texture with 6 layers and 1 levels"),
+        (part(&levels, 3, [0, 0, 0]), "layer 0 and level 3 of a texture with 1 layers and 3 levels"),
+        (part(&levels, 1, [0, 0, 0]), "a level of 64x32, where the camera's 128x64 do not fit"),
+        (part(&cube, 0, [1, 0, 0]), "begins at 1,0 of a level of 128x64"),
+        (part(&cube, 0, [0, u32::MAX, 0]), "where the camera's 128x64 do not fit"),
+        (part(&deep, 0, [0, 0, 1]), "another dimension than D2"),
         (Target::Buffer(&small, PixelFormat::LinearRgb), "100 bytes; 128x64 pixels take 98304"),
         (Target::Buffer(&unusable, PixelFormat::LinearRgb), "without the usages STORAGE"),
         (Target::Texture(&wrong_format), "the format R32Float; Rgba8Unorm"),

@@ -62,7 +62,7 @@ pub fn moving_suns(device: &Device, size: Size) -> Result<Vec<MovingSun>> {
 fn moving_sun(device: &Device, resident: Option<&mut Resident>, size: Size, from: f64) -> Result<MovingSun> {
     let scenes: Vec<Scene> = (0..FRAMES).map(|frame| sky(size, from - STEP * f64::from(frame))).collect();
     let (mut plans, mut kernels, mut frames) = (Vec::new(), Vec::new(), Vec::new());
-    let light_fields = device.backend.light_fields();
+    let light_fields = device.backend.light_fields().emptied();
     // A frame of another sky readies the device's pipelines and buffers.
     frame(device, &scenes[0], &light_fields.emptied())?;
     for scene in &scenes {
@@ -94,7 +94,7 @@ fn moving_sun(device: &Device, resident: Option<&mut Resident>, size: Size, from
 
 /// The times of the same frames in a program's own device.
 fn resident_frames(resident: &mut Resident, scenes: &[Scene]) -> Result<Vec<Duration>> {
-    let light_fields = resident.light_fields();
+    let light_fields = resident.light_fields().emptied();
     resident.frame(&scenes[0], &light_fields.emptied())?;
     scenes.iter().map(|scene| resident.frame(scene, &light_fields)).collect()
 }

@@ -70,6 +70,7 @@ pub trait Backend: Send + Sync {
     }
 
     /// Light fields for plans that wait for nobody's files: on a device that is hardware of its own they are computed there, with what else a plan integrates.
+    /// A graphics device has the same ones each time that it is asked.
     fn light_fields(&self) -> LightFields {
         LightFields::default()
     }

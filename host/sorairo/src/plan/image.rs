@@ -60,7 +60,7 @@ impl Plan {
     ///
     /// Those of [`Scene::validated`] for the camera; [`Error::NotAllowed`] for a picture of a sky that was not planned in sRGB.
     pub fn seen(sky: &Arc<SkyPlan>, camera: &CameraScene, pixel: PixelFormat) -> Result<Self> {
-        let scene = Scene { camera: camera.clone(), ..Scene::clone(&sky.scene) }.validated()?;
+        let scene = sky.scene.seen_by(camera)?;
         if pixel == PixelFormat::Picture && sky.space.rgb != Rgb::Srgb {
             return Err(Error::not_allowed("render.rgb", "of this sky is not srgb, and a picture is"));
         }
@@ -74,12 +74,14 @@ impl Plan {
         let lookup = lookup::choose(scene, &sky, &lit_rows);
         let camera = upload::camera(scene);
         let shows_disc = scene.sun.disc && !sky.is_night;
-        let sun = Sun::new(&sky);
-        let (disc, grid) =
-            if shows_disc { sun.for_kernels(scene.camera.projection, &camera) } else { Default::default() };
+        let (disc, grid) = if shows_disc {
+            (Sun::at(&sky, &[]).for_kernels(scene.camera.projection, &camera), sky.disc_grid())
+        } else {
+            Default::default()
+        };
         let exposure = match scene.render.exposure {
             Exposure::Auto if shows_disc && is_in_view(&disc, &camera) => {
-                let light = f64::from(sky.integral().uniform.rgb.luminance(sun.irradiance().rgb.as_vec3()));
+                let light = f64::from(sky.integral().uniform.rgb.luminance(sky.sun_irradiance().rgb.as_vec3()));
                 exposure::with_disc(colours.exposure, light)
             }
             _ => colours.exposure,
@@ -94,11 +96,8 @@ impl Plan {
             exposure,
             ..uniform
         };
-        let disc_shown = if shows_disc { variant::SUN_DISC } else { 0 };
-        let is_dithered = pixel == PixelFormat::Picture && scene.render.dither == Dither::Ordered;
-        let shown = sky.integral().variant | disc_shown | if is_dithered { variant::DITHER } else { 0 };
-        let variant = variant::of(shown, upload::projection(scene.camera.projection), pixel as u32);
-        let colour = [rows, &grid].concat();
+        let variant = of_image(sky.integral().variant, scene, scene.camera.projection, shows_disc, pixel);
+        let colour = [rows, grid].concat();
         let size = lookup.size;
         let plan = Self { sky, uniform, colour, spectral: None, variant, pixel, lit_rows, lookup };
         match size {
@@ -241,6 +240,14 @@ impl Plan {
     pub fn height(&self) -> u32 {
         self.uniform.camera.height
     }
+}
+
+/// What the kernels of an image are specialised for, with or without the sun's disc, where those of its sky are for `sky`.
+pub(super) fn of_image(sky: u32, scene: &Scene, projection: Projection, shows_disc: bool, pixel: PixelFormat) -> u32 {
+    let disc = if shows_disc { variant::SUN_DISC } else { 0 };
+    let is_dithered = pixel == PixelFormat::Picture && scene.render.dither == Dither::Ordered;
+    let dither = if is_dithered { variant::DITHER } else { 0 };
+    variant::of(sky | disc | dither, upload::projection(projection), pixel as u32)
 }
 
 /// Whether an image shows any of the sun's disc.

@@ -1,5 +1,7 @@
 //! The kernels that a plan can ask for.
 
+use sorairo_shared::variant;
+
 /// A kernel of `sorairo-shared`, by the name of its GPU entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(serialize_all = "snake_case")]
@@ -19,6 +21,15 @@ pub enum Kernel {
 impl Kernel {
     /// Every kernel that a device runs.
     pub const ALL: &[Self] = <Self as strum::VariantArray>::VARIANTS;
+
+    /// What the kernel is specialised for in images of a variant: the variant without the bits that it does not read, so that images share its pipeline.
+    pub fn variant(self, of_image: u32) -> u32 {
+        match self {
+            // Neither the disc nor how pixels are stored.
+            Self::Lookup => of_image & !(variant::SUN_DISC | variant::DITHER | variant::RUNS | variant::of(0, 0, 3)),
+            _ => of_image,
+        }
+    }
 
     /// The name of the kernel's GPU entry point.
     pub fn entry_point(self) -> &'static str {

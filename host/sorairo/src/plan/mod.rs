@@ -4,6 +4,7 @@
 //! lit, the sky lookup, the sun's disc. [`SpectralPlan`] decides by which bands spectra are found.
 
 pub mod colour_space;
+pub mod day;
 pub mod directions;
 pub mod explain;
 mod exposure;

@@ -3,6 +3,7 @@
 use std::any::Any;
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use sorairo_shared::field_uniform::FieldUniform;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
@@ -10,40 +11,111 @@ use sorairo_shared::single::Bands;
 use sorairo_shared::sky::Parts;
 use sorairo_shared::uniform::{Buffers, Uniform};
 
+use crate::error::{Error, Result};
+
 /// Memory of a device, given back when the last that holds it is dropped.
 pub type Memory = Arc<dyn Any + Send + Sync>;
 
-/// A device that integrates what a plan needs.
+/// A device that integrates what a plan needs. What it cannot do is an [`Error::Device`] that says why.
 pub trait PlanDevice: Send + Sync {
-    /// Room for so many numbers of four bytes each; none where the device has not so much.
-    fn reserve(&self, numbers: usize) -> Option<Memory>;
+    /// The device's name.
+    fn name(&self) -> String;
 
-    /// Does some work, and returns what it reads back. None where the device cannot.
-    fn run(&self, work: &Work<'_>) -> Option<Vec<Vec4>>;
+    /// Room for so many numbers of four bytes each.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Device`] where the device has not so much.
+    fn reserve(&self, numbers: usize) -> Result<Memory>;
 
-    /// The light in directions of some skies, one sky after the other: for each direction and group of bands that of each constituent. None where the device
-    /// cannot.
-    fn look(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>>;
+    /// Does some work, and returns what it reads back.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Device`] where the device cannot.
+    fn run(&self, work: &Work<'_>) -> Result<Vec<Vec4>>;
+
+    /// The light in directions of some skies, one sky after the other: for each direction and group of bands that of each constituent.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Device`] where the device cannot.
+    fn look(&self, at: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>>;
 }
 
-/// A device of whose answers those are taken that are numbers: what a driver makes of a kernel is not known before.
-pub struct Checked(pub Arc<dyn PlanDevice>);
+/// How often plans asked a device to integrate, and what came of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DeviceUses {
+    /// Questions that the device answered.
+    pub answered: usize,
+    /// Questions that the device failed, and that the processor answered in its place.
+    pub failed: usize,
+}
 
-impl PlanDevice for Checked {
-    fn reserve(&self, numbers: usize) -> Option<Memory> {
-        self.0.reserve(numbers)
+/// A device as plans ask it. Answers that are not finite count as failures: what a driver makes of a kernel is not known before.
+pub struct AskedDevice {
+    device: Arc<dyn PlanDevice>,
+    answered: AtomicUsize,
+    failed: AtomicUsize,
+}
+
+impl AskedDevice {
+    /// A device that nobody has asked yet.
+    pub fn new(device: Arc<dyn PlanDevice>) -> Self {
+        Self { device, answered: AtomicUsize::new(0), failed: AtomicUsize::new(0) }
     }
 
-    fn run(&self, work: &Work<'_>) -> Option<Vec<Vec4>> {
-        self.0.run(work).filter(|values| values.iter().all(|value| value.is_finite()))
+    /// The answer of the device to a question. A failure is counted, the first one told to the log; the caller then computes on the processor.
+    pub fn ask<T>(&self, question: impl FnOnce(&dyn PlanDevice) -> Result<T>) -> Option<T> {
+        match question(self) {
+            Ok(answer) => {
+                self.answered.fetch_add(1, Ordering::Relaxed);
+                Some(answer)
+            }
+            Err(fault) => {
+                if self.failed.fetch_add(1, Ordering::Relaxed) == 0 {
+                    log::warn!(
+                        "device {:?} failed to integrate for a plan ({fault}); planning on the CPU",
+                        self.name()
+                    );
+                }
+                None
+            }
+        }
     }
 
-    fn look(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>> {
+    /// How often it was asked.
+    pub fn uses(&self) -> DeviceUses {
+        let count = |counter: &AtomicUsize| counter.load(Ordering::Relaxed);
+        DeviceUses { answered: count(&self.answered), failed: count(&self.failed) }
+    }
+}
+
+impl PlanDevice for AskedDevice {
+    fn name(&self) -> String {
+        self.device.name()
+    }
+
+    fn reserve(&self, numbers: usize) -> Result<Memory> {
+        self.device.reserve(numbers)
+    }
+
+    fn run(&self, work: &Work<'_>) -> Result<Vec<Vec4>> {
+        let values = self.device.run(work)?;
+        if values.iter().all(|value| value.is_finite()) { Ok(values) } else { Err(not_finite()) }
+    }
+
+    fn look(&self, at: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>> {
+        let found = self.device.look(at)?;
         let are_finite = |&Parts { air, aerosol, multiple, ground }: &Parts<Vec4>| {
             [air, aerosol, multiple, ground].into_iter().all(Vec4::is_finite)
         };
-        self.0.look(at).filter(|found| found.iter().flatten().all(are_finite))
+        if found.iter().flatten().all(are_finite) { Ok(found) } else { Err(not_finite()) }
     }
+}
+
+fn not_finite() -> Error {
+    Error::Device("its kernels return values that are not finite".into())
 }
 
 /// Directions of a sky.

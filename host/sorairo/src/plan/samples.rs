@@ -11,8 +11,10 @@ use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
 use super::directions::{direction, horizon};
+use super::multiple::LightFields;
 use super::on_device::{Look, PlanDevice};
 use super::quadrature::gauss_legendre;
+use crate::error::Result;
 use crate::scene::Scene;
 use crate::spectra::optics::Optics;
 
@@ -61,16 +63,16 @@ pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
 /// more are taken until a rule of twice as many, and of 96 at least, agrees on the test rays. What takes more than a smooth day is seldom
 /// worst on these: there a second set of rays, between them, has to agree too.
 ///
-/// `bands` are the plan's own. With a device the rays are integrated there.
+/// `bands` are the plan's own. Where light fields have a device, the rays are integrated there.
 pub fn per_piece(
     scene: &Scene,
     uniform: &Uniform,
     optics: &Optics,
     bands: &[Bands],
     integral: u32,
-    device: Option<&dyn PlanDevice>,
+    light_fields: &LightFields,
 ) -> u32 {
-    let sky = Sky { uniform, bands: test_bands(scene, optics, bands, integral), integral, device };
+    let sky = Sky { uniform, bands: test_bands(scene, optics, bands, integral), integral, light_fields };
     let guess = if scene.sun.elevation >= 5.0 { SMOOTH } else { 48 };
     let mut brightest = Vec::new();
     let first = sky.fewest(test_views(scene, &FIRST), &mut brightest, guess);
@@ -90,25 +92,25 @@ struct Sky<'a> {
     uniform: &'a Uniform,
     bands: Vec<Bands>,
     integral: u32,
-    device: Option<&'a dyn PlanDevice>,
+    light_fields: &'a LightFields,
 }
 
 impl Sky<'_> {
     /// The transfer at the test wavelengths along each view, by rules of so many samples.
     fn transfers(&self, views: &[Vec3], samples: [u32; 2]) -> [Vec<Vec<f64>>; 2] {
-        let on_device = self.device.and_then(|device| self.transfers_on(device, views, samples));
+        let on_device = self.light_fields.ask_device(|device| self.transfers_on(device, views, samples));
         on_device.unwrap_or_else(|| samples.map(|samples| self.transfer(views, samples)))
     }
 
     /// The same on a device.
-    fn transfers_on(&self, device: &dyn PlanDevice, views: &[Vec3], samples: [u32; 2]) -> Option<[Vec<Vec<f64>>; 2]> {
+    fn transfers_on(&self, device: &dyn PlanDevice, views: &[Vec3], samples: [u32; 2]) -> Result<[Vec<Vec<f64>>; 2]> {
         let rules = samples.map(gauss_legendre);
         let look = |quadrature| {
             let buffers = Buffers { bands: &self.bands, quadrature, colour: &[], multiple: &[] };
             Look { uniform: self.uniform, buffers, variant: self.variant(), views }
         };
-        let [values, references]: [_; 2] = device.look(&[look(&rules[0]), look(&rules[1])])?.try_into().ok()?;
-        Some([values, references].map(|light| self.of_views(views, &light)))
+        let light: [_; 2] = device.look(&rules.each_ref().map(|rule| look(rule)))?.try_into().expect("two answers");
+        Ok(light.map(|light| self.of_views(views, &light)))
     }
 
     fn variant(&self) -> u32 {

@@ -19,7 +19,9 @@ use super::lookup_grid::{self, Entries, Seen};
 use super::multiple::{AerosolMoments, LightFields, Refined};
 use super::on_device::{Look, PlanDevice};
 use super::quadrature::gauss_legendre;
+use super::sun_disc::{Sun, SunIrradiance};
 use super::{directions, exposure, samples, upload};
+use crate::error::Result;
 use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
 use crate::spectra::optics::Optics;
 
@@ -43,6 +45,8 @@ pub struct SkyPlan {
     integral: OnceLock<RayIntegral>,
     refined: OnceLock<Refined>,
     colours: OnceLock<Colours>,
+    disc_grid: OnceLock<Vec<Vec4>>,
+    sun_irradiance: OnceLock<SunIrradiance>,
     /// Of a sky lookup of its own, and of one that has the rows of its image.
     lookup_grids: [OnceLock<Option<Entries>>; 2],
 }
@@ -76,7 +80,7 @@ impl SkyPlan {
         let bands = fit.bands(&optics, &wavelengths);
         let nodes = fit.nodes(wavelengths.len());
         let uniform = upload::sky_uniform(scene, &wavelengths, nodes, &space);
-        let fewest = || samples::per_piece(scene, &uniform, &optics, &bands, variant, light_fields.device());
+        let fewest = || samples::per_piece(scene, &uniform, &optics, &bands, variant, light_fields);
         let samples = scene.render.steps.unwrap_or_else(fewest);
         let quadrature = gauss_legendre(samples);
         let sun_azimuth = scene.sun.azimuth;
@@ -105,6 +109,8 @@ impl SkyPlan {
             integral: OnceLock::new(),
             refined: OnceLock::new(),
             colours: OnceLock::new(),
+            disc_grid: OnceLock::new(),
+            sun_irradiance: OnceLock::new(),
             lookup_grids: Default::default(),
         }
     }
@@ -123,6 +129,17 @@ impl SkyPlan {
     /// How its light becomes colours: found when it is first asked for, since spectra take none of it.
     pub fn colours(&self) -> &Colours {
         found_once(&self.colours, || self.find_colours())
+    }
+
+    /// The grid from which kernels read the sun's disc; see [`Sun::grid`]. Computed when it is first asked for.
+    pub fn disc_grid(&self) -> &[Vec4] {
+        let grid: &Vec<Vec4> = found_once(&self.disc_grid, || Sun::new(self).grid());
+        grid
+    }
+
+    /// What falls from the sun's disc; see [`Sun::irradiance`]. Computed when it is first asked for.
+    pub fn sun_irradiance(&self) -> &SunIrradiance {
+        found_once(&self.sun_irradiance, || Sun::new(self).irradiance())
     }
 
     /// Rows and columns of a sky lookup that are enough, none where it would be too large: of one that has the rows of its image, or of one of its own. Found
@@ -149,12 +166,16 @@ impl SkyPlan {
         let ground = if stands_on_ground { self.radiance_by(&rows, -Vec3::Z) } else { Vec3::ZERO };
         let radiances = |views: &[Vec3]| self.radiances_by(&rows, views);
         let exposure = exposure::of(self.scene.render.exposure, self.integral(), radiances);
-        if self.base.light_fields.device().is_some() && self.colour_path != ColourPath::Solve {
+        if self.base.light_fields.has_device() && self.colour_path != ColourPath::Solve {
             // Whoever draws the sky then waits for no device.
             let found = self.find_lookup_grids(&rows, &[false, true]);
             self.lookup_grids.iter().zip(found).for_each(|(cell, grid)| {
                 cell.get_or_init(|| grid);
             });
+        }
+        if self.scene.sun.disc {
+            // A frame then computes none of it.
+            rayon::join(|| self.disc_grid(), || self.sun_irradiance());
         }
         Colours { rows, ground, exposure }
     }
@@ -191,14 +212,14 @@ impl SkyPlan {
     fn constituents_by(&self, rows: &[Vec4], views: &[Vec3]) -> Vec<Constituents> {
         let integral = self.integral();
         let (uniform, rows) = upload::with_rows(integral.uniform, rows, integral.variant);
-        if let Some(device) = integral.light_fields.device()
-            && let Some(found) = constituents_on(device, &uniform, integral.buffers(rows), views, integral.variant)
-        {
+        let buffers = integral.buffers(rows);
+        let on_device = |device: &dyn PlanDevice| constituents_on(device, &uniform, buffers, views, integral.variant);
+        if let Some(found) = integral.light_fields.ask_device(on_device) {
             return found;
         }
         let mut found = vec![Constituents::DARK; views.len()];
         views.par_chunks(BLOCK).zip(found.par_chunks_mut(BLOCK)).for_each(|(views, found)| {
-            constituents_of_directions(&uniform, integral.buffers(rows), views, found, integral.variant);
+            constituents_of_directions(&uniform, buffers, views, found, integral.variant);
         });
         found
     }
@@ -221,14 +242,14 @@ fn constituents_on(
     buffers: Buffers<'_>,
     views: &[Vec3],
     variant: u32,
-) -> Option<Vec<Constituents>> {
-    let light = device.look(&[Look { uniform, buffers, variant, views }])?.pop()?;
+) -> Result<Vec<Constituents>> {
+    let light = device.look(&[Look { uniform, buffers, variant, views }])?.pop().expect("as many answers as skies");
     let of_view = |groups: &[Parts<Vec4>]| {
         let mut gathered = Gathered::DARK;
         (0..).zip(groups).for_each(|(group, &parts)| gathered.add(buffers, group, parts, variant));
         gathered.constituents(uniform, variant)
     };
-    Some(light.chunks_exact(buffers.bands.len()).map(of_view).collect())
+    Ok(light.chunks_exact(buffers.bands.len()).map(of_view).collect())
 }
 
 /// What a cell holds, found when it is first asked for. Threads that ask at once all find it: one that waited for another would hold up work
@@ -251,7 +272,7 @@ fn forward_peak(scene: &Scene) -> f64 {
 }
 
 /// What a scene has beside light that is scattered once: bits of [`variant::REST`].
-fn rest(scene: &Scene) -> u32 {
+pub(super) fn rest(scene: &Scene) -> u32 {
     let multiple = if scene.render.orders == Orders::UpTo(1) { 0 } else { variant::MULTIPLE };
     let ground = if scene.ground.albedo.is_black() { 0 } else { variant::GROUND };
     multiple | ground

@@ -296,7 +296,7 @@ fn at_wavelengths(sky: &RayIntegral, fit: &SpectralFit, wavelengths: Vec<f64>, b
 fn sampled(scene: &Scene, sky: &RayIntegral, fit: &SpectralFit, bands: &[f64]) -> Vec<Vec2> {
     let RayIntegral { uniform, optics, variant, .. } = sky;
     let bands = fit.bands(optics, bands);
-    let fewest = || samples::per_piece(scene, uniform, optics, &bands, *variant, sky.light_fields.device());
+    let fewest = || samples::per_piece(scene, uniform, optics, &bands, *variant, &sky.light_fields);
     gauss_legendre(scene.render.steps.unwrap_or_else(fewest))
 }
 

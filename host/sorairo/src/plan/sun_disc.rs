@@ -121,18 +121,24 @@ impl<'a> Sun<'a> {
         }
     }
 
-    /// The disc for the kernels, and its grid of linear RGB; the grid's place is not known yet.
-    pub fn for_kernels(&self, projection: Projection, camera: &Camera) -> (SunDisc, Vec<Vec4>) {
+    /// The grid of linear RGB from which kernels read the disc, whatever camera sees it.
+    pub fn grid(&self) -> Vec<Vec4> {
         let (lowest, highest) = self.heights();
-        let grid = (0..ELEVATIONS * LIMB_COSINES).map(|entry| {
+        let entry = |entry| {
             let part = |index: u32, count: u32| f64::from(index) / f64::from(count - 1);
             let height = lowest + (highest - lowest) * part(entry / LIMB_COSINES, ELEVATIONS);
             let limb_cosine = part(entry % LIMB_COSINES, LIMB_COSINES);
             self.rgb(&self.depths(height), limb_cosine).as_vec3().extend(0.0)
-        });
+        };
+        (0..ELEVATIONS * LIMB_COSINES).map(entry).collect()
+    }
+
+    /// The disc for the kernels, at any wavelengths; the place of its grid is not known yet.
+    pub fn for_kernels(&self, projection: Projection, camera: &Camera) -> SunDisc {
+        let (lowest, highest) = self.heights();
         let [left, top, right, bottom] = self.bounds(projection, camera).map(|edge| edge as f32);
         let across = f64::from(right - left).min(f64::from(bottom - top)).max(1e-3);
-        let disc = SunDisc {
+        SunDisc {
             left,
             top,
             right,
@@ -145,8 +151,7 @@ impl<'a> Sun<'a> {
             samples: (SAMPLES_ACROSS / across).ceil().clamp(2.0, MOST_SAMPLES) as u32,
             padding0: 0,
             padding1: 0,
-        };
-        (disc, grid.collect())
+        }
     }
 
     /// What falls from the disc, as far as the ground does not hide it; of a sun at the nodes of the observer.

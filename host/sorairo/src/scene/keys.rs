@@ -34,6 +34,8 @@ pub struct Key {
     /// Whether it may be the name of a CSV file beside those words.
     or_table: bool,
     field: &'static dyn Field,
+    /// Whether its number is an angle of which whole turns are nothing: any is allowed, and the range is that in which it is usually given.
+    wraps: bool,
     /// Whether it matters in a scene.
     matters: fn(&Scene) -> bool,
     /// What stands in for a key that is not given, where that is not one value.
@@ -219,7 +221,7 @@ pub static KEYS: &[Key] = &[
         )
     )
     .otherwise(|| format!("fisheye {}, perspective {}", Projection::FISHEYE.fov, Projection::PERSPECTIVE.fov)),
-    number!(camera.look_azimuth, "degrees", At(-360.0), At(360.0)).otherwise(|| {
+    number!(camera.look_azimuth, "degrees", At(-360.0), At(360.0)).wraps().otherwise(|| {
         let [perspective, fisheye] = [Projection::PERSPECTIVE, Projection::FISHEYE].map(|view| view.azimuth);
         format!("{perspective}, north; fisheye {fisheye}, which puts north on top")
     }),
@@ -281,6 +283,7 @@ impl Key {
             or_words: None,
             or_table: false,
             field,
+            wraps: false,
             matters: |_| true,
             otherwise: None,
             rule: None,
@@ -299,6 +302,11 @@ impl Key {
 
     const fn or_table(mut self) -> Self {
         self.or_table = true;
+        self
+    }
+
+    const fn wraps(mut self) -> Self {
+        self.wraps = true;
         self
     }
 
@@ -379,6 +387,9 @@ impl Key {
             Allowed::Range { low, high, .. } => {
                 let words = self.or_words.map(|words| format!(", {}", listed(&words()))).unwrap_or_default();
                 let table = if self.or_table { ", or the name of a .csv file" } else { "" };
+                if self.wraps {
+                    return "any number: 360 is a whole turn".into();
+                }
                 format!("{} to {}{words}{table}", low.words(), high.words())
             }
             Allowed::Words(words) => listed(&words()),
@@ -395,7 +406,8 @@ impl Key {
     /// Whether its number lies in its range.
     pub(super) fn check_range(&self, scene: &Scene) -> Result<()> {
         let Allowed::Range { number, low, high } = &self.allowed else { return Ok(()) };
-        match number.number(scene).filter(|_| (self.matters)(scene)) {
+        let is_any = |number: &f64| self.wraps && number.is_finite();
+        match number.number(scene).filter(|number| (self.matters)(scene) && !is_any(number)) {
             Some(number) => check_range(self.name, number, (low.of(scene), high.of(scene)), self.unit),
             None => Ok(()),
         }
@@ -431,6 +443,11 @@ pub fn find(name: &str) -> Option<&'static Key> {
 /// What is wrong with a scene, key by key.
 pub fn problems(scene: &Scene) -> Vec<Error> {
     KEYS.iter().filter_map(|key| key.check(scene).err()).collect()
+}
+
+/// Checks the keys of one table of a scene.
+pub(super) fn check_table(table: &str, scene: &Scene) -> Result<()> {
+    KEYS.iter().filter(|key| key.table_and_name().0 == table).try_for_each(|key| key.check(scene))
 }
 
 fn listed(words: &[Word]) -> String {

@@ -2,6 +2,7 @@
 
 use std::ops::Deref;
 
+use super::camera::CameraScene;
 use super::keys;
 use super::place::{Place, Time, sun_position};
 use super::preset::Scene;
@@ -34,6 +35,17 @@ impl ValidScene {
         let mut scene = self.scene.clone();
         (scene.sun.elevation, scene.sun.azimuth) = (elevation, 0.0);
         Self { scene, seen_from: None }
+    }
+
+    /// The same sky before another camera, which alone is checked.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Scene::validated`] for the camera.
+    pub(crate) fn seen_by(&self, camera: &CameraScene) -> Result<Self> {
+        let scene = Scene { camera: camera.clone(), ..self.scene.clone() };
+        keys::check_table("camera", &scene)?;
+        Ok(Self { scene, seen_from: self.seen_from })
     }
 
     /// The same sky, exposed otherwise.

@@ -9,7 +9,7 @@ use super::kernels::{Kernels, dispatch};
 use super::layouts::Layouts;
 use super::module::{Module, OF_ENVIRONMENTS};
 use crate::error::{Error, Result};
-use crate::scene::Size;
+use crate::scene::{CameraScene, Projection, Size};
 
 /// Pixels to a multiple of which rows are aligned: 256 bytes of half floats, as a copy to a texture asks.
 const ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT / 8;
@@ -72,6 +72,24 @@ impl EnvironmentTarget<'_> {
     }
 }
 
+/// The camera of a map.
+pub(super) fn camera(size: Size) -> CameraScene {
+    CameraScene { projection: Projection::Equirectangular, size, ..CameraScene::default() }
+}
+
+/// How buffers are bound to the kernels of environment maps: to those that write where they read, and to the others.
+fn layouts(device: &wgpu::Device) -> [Layouts; 2] {
+    [Layouts::new(device, &[0, 1], &[1]), Layouts::new(device, &[0, 1, 2], &[2])]
+}
+
+/// Compiles the kernels of environment maps.
+pub(super) fn compile(device: &wgpu::Device, kernels: &Kernels) {
+    let [in_place, beside] = layouts(device);
+    for (entry_point, layouts) in OF_ENVIRONMENTS.into_iter().zip([&in_place, &beside, &beside, &beside]) {
+        kernels.pipeline_of(device, Module::Images, entry_point, layouts, 0);
+    }
+}
+
 /// Bytes of the coefficients.
 const HARMONICS_BYTES: u64 = COEFFICIENTS as u64 * PIXEL_BYTES;
 
@@ -127,6 +145,7 @@ impl Environment {
             device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
         };
         let copied = wgpu::BufferUsages::COPY_SRC;
+        let [in_place, beside] = layouts(device);
         let (bytes, row_sums) = (PIXEL_BYTES * pixels(size), u64::from(ROW_SUMS * size.height));
         Self {
             size,
@@ -136,8 +155,8 @@ impl Environment {
             pixels: storage("environment map", bytes, copied | wgpu::BufferUsages::COPY_DST),
             halves: (texels == Texels::Half).then(|| storage("environment map, halves", bytes / 2, copied)),
             rows: storage("rows of an environment map", PIXEL_BYTES * row_sums, wgpu::BufferUsages::empty()),
-            in_place: Layouts::new(device, &[0, 1], &[1]),
-            beside: Layouts::new(device, &[0, 1, 2], &[2]),
+            in_place,
+            beside,
         }
     }
 

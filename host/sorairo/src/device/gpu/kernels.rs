@@ -1,6 +1,7 @@
 //! The kernels of a device: modules and pipelines, made when they are first needed and kept.
 
 use std::collections::HashMap;
+use std::hash::Hash;
 use std::sync::{Mutex, OnceLock};
 
 use super::layouts::{KernelLayouts, Layouts};
@@ -16,6 +17,8 @@ pub(super) struct Kernels {
     layouts: OnceLock<KernelLayouts>,
     /// Whether the driver takes SPIR-V as it is.
     passthrough: bool,
+    /// Where the driver keeps what it compiles, if the program has such a place.
+    cache: Option<wgpu::PipelineCache>,
     modules: Mutex<HashMap<Loaded, wgpu::ShaderModule>>,
     pipelines: Mutex<HashMap<(&'static str, u32), wgpu::ComputePipeline>>,
 }
@@ -26,9 +29,15 @@ impl Kernels {
         Self {
             layouts: OnceLock::new(),
             passthrough: takes_spirv(device),
+            cache: None,
             modules: Mutex::default(),
             pipelines: Mutex::default(),
         }
+    }
+
+    /// The same, whose pipelines a cache of the driver's keeps.
+    pub(super) fn with_cache(self, cache: wgpu::PipelineCache) -> Self {
+        Self { cache: Some(cache), ..self }
     }
 
     /// The pipeline of a kernel for a variant.
@@ -37,7 +46,7 @@ impl Kernels {
             Kernel::Lookup => &self.layouts(device).lookup,
             _ => &self.layouts(device).pixels,
         };
-        self.pipeline_of(device, Module::Images, kernel.entry_point(), layouts, variant)
+        self.pipeline_of(device, Module::Images, kernel.entry_point(), layouts, kernel.variant(variant))
     }
 
     /// The pipeline of a module's entry point to which buffers are bound in this way, for a variant.
@@ -49,28 +58,41 @@ impl Kernels {
         layouts: &Layouts,
         variant: u32,
     ) -> wgpu::ComputePipeline {
-        let mut modules = self.modules.lock().expect("no holder of this lock panics");
-        let translated = (!self.passthrough).then_some(entry_point);
-        let load = || load(device, module, translated, variant);
-        let module = modules.entry((module, translated, variant)).or_insert_with(load);
-        let mut pipelines = self.pipelines.lock().expect("no holder of this lock panics");
-        let build = || {
+        let key = (entry_point, variant);
+        found_or_made(&self.pipelines, key, || {
+            let translated = (!self.passthrough).then_some(entry_point);
+            let load = || load(device, module, translated, variant);
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry_point),
                 layout: Some(&layouts.pipeline),
-                module,
+                module: &found_or_made(&self.modules, (module, translated, variant), load),
                 entry_point: Some(entry_point),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
+                cache: self.cache.as_ref(),
             })
-        };
-        pipelines.entry((entry_point, variant)).or_insert_with(build).clone()
+        })
+    }
+
+    /// How many pipelines are compiled.
+    pub(super) fn count(&self) -> usize {
+        self.pipelines.lock().expect("no holder of this lock panics").len()
     }
 
     /// How buffers are bound to the kernels.
     pub(super) fn layouts(&self, device: &wgpu::Device) -> &KernelLayouts {
         self.layouts.get_or_init(|| KernelLayouts::new(device))
     }
+}
+
+/// What a map holds at a key, or else what is made now. The map is not locked meanwhile: a frame does not wait for what another thread compiles, but compiles
+/// the same once more if it needs that.
+fn found_or_made<K: Eq + Hash, V: Clone>(map: &Mutex<HashMap<K, V>>, key: K, make: impl FnOnce() -> V) -> V {
+    let lock = || map.lock().expect("no holder of this lock panics");
+    let found = lock().get(&key).cloned();
+    found.unwrap_or_else(|| {
+        let made = make();
+        lock().entry(key).or_insert(made).clone()
+    })
 }
 
 /// Whether SPIR-V reaches the driver as it is. Other interfaces pass their own languages through, by the same feature.

@@ -2,7 +2,7 @@
 
 use std::collections::{HashSet, VecDeque};
 use std::ops::Range;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use sorairo_shared::kernels::{LOOKUP_WORKGROUP, SENTINEL, WORKGROUP_SIDE};
@@ -30,6 +30,8 @@ pub struct Gpu {
     kernels: Kernels,
     /// What one image leaves to the next.
     buffers: Mutex<DeviceBuffers>,
+    light_fields: OnceLock<LightFields>,
+    own_light_fields: OnceLock<LightFields>,
     /// Kernels and sizes whose output was seen to be whole.
     verified: Mutex<HashSet<(Kernel, u32, u32, u32)>>,
     fault: Arc<Mutex<Option<String>>>,
@@ -108,6 +110,8 @@ impl Gpu {
             device,
             queue,
             buffers: Mutex::default(),
+            light_fields: OnceLock::new(),
+            own_light_fields: OnceLock::new(),
             verified: Mutex::default(),
             fault,
             largest_buffer: limits.max_buffer_size.min(limits.max_storage_buffer_binding_size),
@@ -180,11 +184,13 @@ impl Gpu {
 
 impl Backend for Gpu {
     fn light_fields(&self) -> LightFields {
-        if self.is_hardware { planner::light_fields(&self.device, &self.queue) } else { LightFields::default() }
+        let on_processor = || self.light_fields.get_or_init(LightFields::default).clone();
+        self.own_light_fields().filter(|_| self.is_hardware).unwrap_or_else(on_processor)
     }
 
     fn own_light_fields(&self) -> Option<LightFields> {
-        Some(planner::light_fields(&self.device, &self.queue))
+        let new = || planner::light_fields(&self.device, &self.queue);
+        Some(self.own_light_fields.get_or_init(new).clone())
     }
 
     fn refusal(&self, plan: &Plan) -> Option<String> {

@@ -18,6 +18,7 @@ use super::kernels::Kernels;
 use super::layouts::{Layouts, STORAGE_BUFFERS};
 use super::module::{LOOK, Module};
 use super::readback::mapped;
+use crate::error::{Error, Result};
 use crate::plan::multiple::LightFields;
 use crate::plan::on_device::{Keeping, Look, Memory, PlanDevice, Reading, Step, Work};
 
@@ -29,14 +30,24 @@ const MOST_FREE: u64 = 256 << 20;
 
 /// Light fields that are computed and kept in a program's device, with what else the plans that take them integrate: [`crate::SkyPlan::with_light_fields`].
 ///
-/// A plan then waits for the device a few times; it does so on the thread that plans, never where commands are encoded. What the device cannot do, such as
-/// one that is lost, the processor does.
+/// A plan then waits for the device a few times; it does so on the thread that plans, never where commands are encoded. What the device fails to do, such as
+/// one that is lost, the processor does, with one warning to the log: see [`LightFields::on_device`].
 pub fn light_fields(device: &wgpu::Device, queue: &wgpu::Queue) -> LightFields {
-    if device.limits().max_storage_buffers_per_shader_stage < STORAGE_BUFFERS {
+    light_fields_by(Arc::new(Kernels::new(device)), device, queue)
+}
+
+/// The same by kernels that others use too.
+pub(super) fn light_fields_by(kernels: Arc<Kernels>, device: &wgpu::Device, queue: &wgpu::Queue) -> LightFields {
+    let buffers = device.limits().max_storage_buffers_per_shader_stage;
+    if buffers < STORAGE_BUFFERS {
+        let name = device.adapter_info().name;
+        log::warn!(
+            "device {name:?} binds {buffers} storage buffers, and plans take {STORAGE_BUFFERS}; planning on the CPU"
+        );
         return LightFields::default();
     }
     LightFields::on_device(Arc::new(Planner {
-        kernels: Kernels::new(device),
+        kernels,
         fields: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], &[4, 5, 6]),
         looks: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], &[6]),
         free: Arc::default(),
@@ -51,7 +62,7 @@ type Free = Arc<Mutex<Vec<wgpu::Buffer>>>;
 struct Planner {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    kernels: Kernels,
+    kernels: Arc<Kernels>,
     fields: Layouts,
     looks: Layouts,
     free: Free,
@@ -73,9 +84,9 @@ impl Drop for Pooled {
     }
 }
 
-fn buffer_of(memory: &Memory) -> Option<&wgpu::Buffer> {
+fn buffer_of(memory: &Memory) -> &wgpu::Buffer {
     let memory: &dyn Any = &**memory;
-    memory.downcast_ref::<Pooled>().map(|pooled| &pooled.buffer)
+    &memory.downcast_ref::<Pooled>().expect("memory that a planner gave").buffer
 }
 
 fn whole(buffer: &wgpu::Buffer) -> wgpu::BufferBinding<'_> {
@@ -83,39 +94,42 @@ fn whole(buffer: &wgpu::Buffer) -> wgpu::BufferBinding<'_> {
 }
 
 impl PlanDevice for Planner {
-    fn reserve(&self, numbers: usize) -> Option<Memory> {
+    fn name(&self) -> String {
+        self.device.adapter_info().name
+    }
+
+    fn reserve(&self, numbers: usize) -> Result<Memory> {
         let bytes = 4 * (numbers as u64).max(4);
         let limits = self.device.limits();
         if bytes > limits.max_buffer_size.min(limits.max_storage_buffer_binding_size) {
-            return None;
+            return Err(Error::Device(format!("its limits do not allow a buffer of {bytes} bytes")));
         }
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
-        self.guarded(|| Some(self.pooled(bytes, usage)))
+        self.guarded(|| Ok(self.pooled(bytes, usage)))
     }
 
-    fn run(&self, work: &Work<'_>) -> Option<Vec<Vec4>> {
+    fn run(&self, work: &Work<'_>) -> Result<Vec<Vec4>> {
         self.guarded(|| self.run_steps(work))
     }
 
-    fn look(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>> {
+    fn look(&self, at: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>> {
         self.guarded(|| self.look_at(at))
     }
 }
 
 impl Planner {
-    fn run_steps(&self, work: &Work<'_>) -> Option<Vec<Vec4>> {
+    fn run_steps(&self, work: &Work<'_>) -> Result<Vec<Vec4>> {
         let groups = |step: &Step| step.uniform.invocations.div_ceil(LOOKUP_WORKGROUP);
         if work.steps.iter().any(|step| groups(step) > self.device.limits().max_compute_workgroups_per_dimension) {
-            return None;
+            return Err(Error::Device("its limits do not allow the workgroups of a light field".into()));
         }
         let [functions, values, orders] = work.memory.map(buffer_of);
-        let (functions, values, orders) = (functions?, values?, orders?);
         let mut upload = Upload::new(&self.device);
         let lists = [cast_slice(work.bands), cast_slice(work.tables)].map(|list| upload.add(list));
         let quadratures = work.quadratures.map(|rule| upload.add(cast_slice(rule)));
         let uniforms: Vec<_> = work.steps.iter().map(|step| upload.add(bytes_of(&step.uniform))).collect();
-        let memory = self.uploaded(&upload)?;
-        let uploaded = buffer_of(&memory)?;
+        let memory = self.uploaded(&upload);
+        let uploaded = buffer_of(&memory);
         let part = |at: &Part| at.of(uploaded);
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
@@ -132,20 +146,20 @@ impl Planner {
         drop(pass);
         if let Some(Keeping { values, to }) = &work.keep {
             let bytes = VALUE * values.len() as u64;
-            encoder.copy_buffer_to_buffer(orders, VALUE * values.start as u64, buffer_of(to)?, 0, bytes);
+            encoder.copy_buffer_to_buffer(orders, VALUE * values.start as u64, buffer_of(to), 0, bytes);
         }
         let part = |range: Range<usize>| Part { first: VALUE * range.start as u64, bytes: VALUE * range.len() as u64 };
         match work.read.clone() {
-            Some(Reading::Values(range)) => self.read(encoder, &[(values, part(range))])?.pop(),
-            Some(Reading::Orders(range)) => self.read(encoder, &[(orders, part(range))])?.pop(),
+            Some(Reading::Values(range)) => Ok(self.read(encoder, &[(values, part(range))])?.concat()),
+            Some(Reading::Orders(range)) => Ok(self.read(encoder, &[(orders, part(range))])?.concat()),
             None => {
                 self.queue.submit([encoder.finish()]);
-                Some(Vec::new())
+                Ok(Vec::new())
             }
         }
     }
 
-    fn look_at(&self, at: &[Look<'_>]) -> Option<Vec<Vec<Parts<Vec4>>>> {
+    fn look_at(&self, at: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>> {
         let mut upload = Upload::new(&self.device);
         let add = |Look { uniform, buffers, views, .. }: &Look<'_>| {
             let views: Vec<Vec4> = views.iter().map(|view| view.extend(0.0)).collect();
@@ -155,8 +169,8 @@ impl Planner {
             (upload.add(bytes_of(*uniform)), lists, upload.add(cast_slice(&views)))
         };
         let parts: Vec<_> = at.iter().map(add).collect();
-        let memory = self.uploaded(&upload)?;
-        let uploaded = buffer_of(&memory)?;
+        let memory = self.uploaded(&upload);
+        let uploaded = buffer_of(&memory);
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         let mut found = Vec::new();
@@ -165,17 +179,17 @@ impl Planner {
             let memory = self.reserve(4 * PARTS * invocations)?;
             let [bands, quadrature, colour, multiple] = lists.each_ref().map(|list| list.of(uploaded));
             let (uniform, views) = (uniform.of(uploaded), views_at.of(uploaded));
-            let parts = [uniform, bands, quadrature, colour, multiple, views, whole(buffer_of(&memory)?)];
+            let parts = [uniform, bands, quadrature, colour, multiple, views, whole(buffer_of(&memory))];
             pass.set_pipeline(&self.pipeline(LOOK, &self.looks, *variant));
             pass.set_bind_group(0, &self.looks.bind_parts(&self.device, &parts), &[]);
             pass.dispatch_workgroups((invocations as u32).div_ceil(LOOKUP_WORKGROUP), 1, 1);
             found.push((memory, Part { first: 0, bytes: VALUE * (PARTS * invocations) as u64 }));
         }
         drop(pass);
-        let parts = found.iter().map(|(memory, part)| Some((buffer_of(memory)?, *part)));
-        let found = self.read(encoder, &parts.collect::<Option<Vec<_>>>()?)?;
+        let parts: Vec<_> = found.iter().map(|(memory, part)| (buffer_of(memory), *part)).collect();
+        let found = self.read(encoder, &parts)?;
         let parts = |of: &[Vec4]| Parts { air: of[0], aerosol: of[1], multiple: of[2], ground: of[3] };
-        Some(found.iter().map(|values| values.chunks_exact(PARTS).map(parts).collect()).collect())
+        Ok(found.iter().map(|values| values.chunks_exact(PARTS).map(parts).collect()).collect())
     }
 
     fn pipeline(&self, entry_point: &'static str, layouts: &Layouts, variant: u32) -> wgpu::ComputePipeline {
@@ -194,18 +208,18 @@ impl Planner {
     }
 
     /// A buffer of what kernels read.
-    fn uploaded(&self, upload: &Upload) -> Option<Memory> {
+    fn uploaded(&self, upload: &Upload) -> Memory {
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let memory = self.pooled(upload.bytes.len() as u64, usage);
-        self.queue.write_buffer(buffer_of(&memory)?, 0, &upload.bytes);
-        Some(memory)
+        self.queue.write_buffer(buffer_of(&memory), 0, &upload.bytes);
+        memory
     }
 
     /// Submits commands, and waits for parts of buffers.
-    fn read(&self, mut encoder: wgpu::CommandEncoder, parts: &[(&wgpu::Buffer, Part)]) -> Option<Vec<Vec<Vec4>>> {
+    fn read(&self, mut encoder: wgpu::CommandEncoder, parts: &[(&wgpu::Buffer, Part)]) -> Result<Vec<Vec<Vec4>>> {
         let all = parts.iter().map(|(_, part)| part.bytes).sum();
         let memory = self.pooled(all, wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ);
-        let staging = buffer_of(&memory)?;
+        let staging = buffer_of(&memory);
         let mut to = 0;
         for (buffer, part) in parts {
             encoder.copy_buffer_to_buffer(buffer, part.first, staging, to, part.bytes);
@@ -214,32 +228,37 @@ impl Planner {
         let submission = self.queue.submit([encoder.finish()]);
         staging.slice(..all).map_async(wgpu::MapMode::Read, |_| {});
         let polled = self.device.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None });
-        let read = polled.ok().and_then(|_| {
-            let mapped = mapped(staging, all).ok()?;
+        let not_answered = |error: wgpu::PollError| Error::Device(format!("it does not answer: {error}"));
+        let read = polled.map_err(not_answered).and_then(|_| {
+            let mapped = mapped(staging, all)?;
             let mut rest = &mapped[..];
             let part = |(_, part): &(&wgpu::Buffer, Part)| {
                 let (values, others) = rest.split_at(part.bytes as usize);
                 rest = others;
                 bytemuck::pod_collect_to_vec(values)
             };
-            Some(parts.iter().map(part).collect())
+            Ok(parts.iter().map(part).collect())
         });
         staging.unmap();
         read
     }
 
-    /// What some work finds, or nothing where the device complained. The program whose device it is hears of none of that.
-    fn guarded<T>(&self, work: impl FnOnce() -> Option<T>) -> Option<T> {
+    /// What some work finds, or what the device complained of. The error handlers of the program whose device it is hear of none of that.
+    fn guarded<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
         let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let found = work();
-        let complained = |scope: wgpu::ErrorScopeGuard| {
-            let answer = pin!(scope.pop()).poll(&mut Context::from_waker(Waker::noop()));
-            !matches!(answer, Poll::Ready(None))
-        };
+        let complaint =
+            |scope: wgpu::ErrorScopeGuard| match pin!(scope.pop()).poll(&mut Context::from_waker(Waker::noop())) {
+                Poll::Ready(error) => error.map(|error| error.to_string()),
+                Poll::Pending => Some("it does not say whether it complained".into()),
+            };
         // The last that was pushed is the first to be asked.
-        let [of_memory, of_validation] = [memory, validation].map(complained);
-        found.filter(|_| !of_memory && !of_validation)
+        let [of_memory, of_validation] = [memory, validation].map(complaint);
+        match of_memory.or(of_validation) {
+            Some(complaint) => Err(Error::Device(complaint.split_whitespace().collect::<Vec<_>>().join(" "))),
+            None => found,
+        }
     }
 }
 

@@ -1,8 +1,9 @@
-//! The sky in a program's own device: encoded into its own commands, without a read-back, a thread or a wait.
+//! The sky in a program's own device: encoded into its own commands, without a read-back, a thread or a wait. Only what fills a sky lookup, once for a sky, is
+//! submitted by the renderer itself.
 
 use std::future::Future;
 use std::pin::pin;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::task::{Context, Poll, Waker};
 
 use sorairo_shared::camera::Camera;
@@ -19,8 +20,8 @@ use crate::device::quirks;
 use crate::device::rows::invocations_per_row;
 use crate::error::{Error, Result};
 use crate::plan::lookup::LookupSize;
-use crate::plan::{Kernel, LightFields, Plan, SkyPlan};
-use crate::scene::{CameraScene, Projection, Size};
+use crate::plan::{Kernel, LightFields, Plan, SkyPlan, day};
+use crate::scene::{CameraScene, Projection, Size, ValidScene};
 use sorairo_shared::variant::{self, PixelFormat};
 
 /// Where an image goes.
@@ -28,20 +29,24 @@ use sorairo_shared::variant::{self, PixelFormat};
 pub enum Target<'a> {
     /// A storage buffer: pixel after pixel, row after row from the top, without gaps.
     Buffer(&'a wgpu::Buffer, PixelFormat),
-    /// A texture of `rgba8unorm` (a picture: exposed sRGB), `rgba16float` or `rgba32float` (linear RGB and 1). Its size is the camera's. Its first
-    /// level is drawn.
+    /// A texture of `rgba8unorm` (a picture: exposed sRGB), `rgba16float` or `rgba32float` (linear RGB and 1). Its size is the camera's. It has one layer and
+    /// one level, since wgpu does not tell which of them a view shows.
     Texture(&'a wgpu::TextureView),
+    /// A part of such a texture, as large as the camera's image: a level, and where the part begins in it (pixels, and a layer), such as a cube's face.
+    Part(wgpu::TexelCopyTextureInfo<'a>),
 }
 
 /// Draws skies in a program's own device.
 ///
 /// What a sky needs is uploaded when it is first drawn. A sky lookup is filled again only where the sky has changed, or the rows of an
-/// equirectangular image. For the first camera that looks at a sky in perspective it is filled with what that sees, for the next one with all. So
-/// all commands that it encodes must be submitted, in their order.
+/// equirectangular image. For the first camera that looks at a sky in perspective it is filled with what that sees, for the next one with all. The renderer
+/// submits what fills a lookup by itself, into a buffer that no other sky has. So commands that it encodes into a program's encoders may be submitted in any
+/// order, or dropped.
 pub struct ResidentRenderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    kernels: Kernels,
+    kernels: Arc<Kernels>,
+    light_fields: OnceLock<LightFields>,
     most_rounds: u64,
     sky: Option<UploadedSky>,
     lookup: Option<FilledLookup>,
@@ -86,7 +91,8 @@ impl ResidentRenderer {
     /// Without [`wgpu::Features::PASSTHROUGH_SHADERS`] wgpu translates the kernels, which takes some seconds for the first image of a kind.
     pub fn with_device(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         Self {
-            kernels: Kernels::new(device),
+            kernels: Arc::new(Kernels::new(device)),
+            light_fields: OnceLock::new(),
             most_rounds: quirks::most_rounds(&device.adapter_info().driver),
             device: device.clone(),
             queue: queue.clone(),
@@ -98,26 +104,74 @@ impl ResidentRenderer {
         }
     }
 
-    /// Light fields for the plans of the skies that it draws; see [`SkyPlan::with_light_fields`]. Where the device is hardware of its own, light fields and what
+    /// The same renderer, whose pipelines a cache of the program's keeps; before any is compiled. A device has caches with [`wgpu::Features::PIPELINE_CACHE`],
+    /// for which [`Self::device_descriptor`] asks where it is there.
+    #[must_use]
+    pub fn with_pipeline_cache(self, cache: wgpu::PipelineCache) -> Self {
+        let kernels = Kernels::new(&self.device).with_cache(cache);
+        Self { kernels: Arc::new(kernels), ..self }
+    }
+
+    /// The work of compiling the pipelines that a camera's images of a scene's sky take, under any sun from the zenith to the night: any thread may do it, such
+    /// as `std::thread::spawn(renderer.warm_up(&scene, &camera, pixel))`. [`Self::encode`] compiles what it lacks, which takes tens of milliseconds a pipeline,
+    /// and hundreds where wgpu translates the kernels.
+    ///
+    /// Of the scene all but the sun's place and the camera counts; of the camera its projection and size.
+    pub fn warm_up(
+        &self,
+        scene: &ValidScene,
+        camera: &CameraScene,
+        pixel: PixelFormat,
+    ) -> impl FnOnce() + 'static + use<> {
+        let (device, kernels) = (self.device.clone(), Arc::clone(&self.kernels));
+        let of_a_day = day::kernels(scene, camera, pixel);
+        move || {
+            for (kernel, variant) in of_a_day {
+                kernels.pipeline(&device, kernel, variant);
+            }
+        }
+    }
+
+    /// The same for environment maps of a size; see [`Self::encode_environment`].
+    pub fn warm_up_environment(&self, scene: &ValidScene, size: Size) -> impl FnOnce() + 'static + use<> {
+        let (device, kernels) = (self.device.clone(), Arc::clone(&self.kernels));
+        let of_images = self.warm_up(scene, &environment::camera(size), PixelFormat::LinearRgba);
+        move || {
+            of_images();
+            environment::compile(&device, &kernels);
+        }
+    }
+
+    /// How many pipelines it has compiled.
+    pub fn pipelines(&self) -> usize {
+        self.kernels.count()
+    }
+
+    /// Light fields for the plans of the skies that it draws, the same ones each time that they are asked for; see [`SkyPlan::with_light_fields`]. Where the device is hardware of its own, light fields and what
     /// else a plan integrates are computed there; else by the processor, whose cores a device of software would take. In a browser, where nobody may wait, by
     /// the processor too.
     pub fn light_fields(&self) -> LightFields {
+        self.light_fields.get_or_init(|| self.new_light_fields()).clone()
+    }
+
+    fn new_light_fields(&self) -> LightFields {
         #[cfg(not(target_arch = "wasm32"))]
         if self.device.adapter_info().device_type != wgpu::DeviceType::Cpu {
-            return super::planner::light_fields(&self.device, &self.queue);
+            return super::planner::light_fields_by(Arc::clone(&self.kernels), &self.device, &self.queue);
         }
         LightFields::default()
     }
 
-    /// What to ask of an adapter for a device that draws skies: all of its limits and, where it is there, the feature without which wgpu
-    /// translates the kernels.
+    /// What to ask of an adapter for a device that draws skies: all of its limits and, where they are there, the feature without which wgpu
+    /// translates the kernels and that of pipeline caches.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         // SAFETY: the one experimental feature used is that the library's own kernels are passed through, see `module`.
         #[expect(unsafe_code, reason = "wgpu marks the feature as experimental")]
         let experimental_features = unsafe { wgpu::ExperimentalFeatures::enabled() };
         wgpu::DeviceDescriptor {
             label: Some("sorairo"),
-            required_features: adapter.features() & wgpu::Features::PASSTHROUGH_SHADERS,
+            required_features: adapter.features()
+                & (wgpu::Features::PASSTHROUGH_SHADERS | wgpu::Features::PIPELINE_CACHE),
             required_limits: adapter.limits(),
             experimental_features,
             memory_hints: wgpu::MemoryHints::Performance,
@@ -148,12 +202,12 @@ impl ResidentRenderer {
         self.check_limits(&plan, row_pixels)?;
         let output = self.output(&plan, row_pixels, target);
         self.draw(encoder, &plan, camera, row_pixels, &output);
-        if let Target::Texture(view) = target {
+        if let Some(part) = target.part() {
             let bytes_per_row = Some(4 * row_pixels * plan.pixel_words());
             let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
             let source = wgpu::TexelCopyBufferInfo { buffer: &output, layout };
             let size = wgpu::Extent3d { width: plan.width(), height: plan.height(), depth_or_array_layers: 1 };
-            encoder.copy_buffer_to_texture(source, view.texture().as_image_copy(), size);
+            encoder.copy_buffer_to_texture(source, part, size);
         }
         Ok(())
     }
@@ -177,7 +231,7 @@ impl ResidentRenderer {
         let format = target.check()?;
         self.check_present()?;
         let size = Size { width: target.map.width(), height: target.map.height() };
-        let camera = CameraScene { projection: Projection::Equirectangular, size, ..CameraScene::default() };
+        let camera = environment::camera(size);
         let plan = Plan::seen(sky, &camera, PixelFormat::LinearRgba)?;
         let row_pixels = environment::row_pixels(size);
         self.check_limits(&plan, row_pixels)?;
@@ -212,15 +266,23 @@ impl ResidentRenderer {
             };
             let groups = self.bind(plan, &uniform, output);
             if fill != Fill::Nothing {
-                let pipeline = self.kernels.pipeline(&self.device, Kernel::Lookup, plan.variant);
-                let size = (entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP), 1);
-                dispatch(encoder, &pipeline, &groups.lookup, size, None);
+                self.fill_lookup(plan, &groups.lookup);
             }
             let pipeline = self.kernels.pipeline(&self.device, kernel, plan.variant);
             let columns = invocations_per_row(plan, kernel).div_ceil(WORKGROUP_SIDE);
             dispatch(encoder, &pipeline, &groups.pixels, (columns, uniform.rows.div_ceil(WORKGROUP_SIDE)), None);
         }
         self.copy_black(encoder, plan, row_pixels, output);
+    }
+
+    /// Fills a plan's sky lookup, by commands of its own: whether a program submits what it has encoded is not known.
+    fn fill_lookup(&self, plan: &Plan, group: &wgpu::BindGroup) {
+        let pipeline = self.kernels.pipeline(&self.device, Kernel::Lookup, plan.variant);
+        let size = (entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP), 1);
+        let label = Some("sky lookup");
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
+        dispatch(&mut encoder, &pipeline, group, size, None);
+        self.queue.submit([encoder.finish()]);
     }
 
     /// Whether the device is still there. wgpu tells no one of a lost one but the program, which may have a callback for it; but nothing can be made in it
@@ -306,9 +368,10 @@ impl ResidentRenderer {
             None => Fill::Whole,
         };
         if fill != Fill::Nothing {
-            let bytes = lookup_bytes(plan);
-            let kept = self.lookup.take().map(|lookup| lookup.buffer).filter(|buffer| buffer.size() >= bytes);
-            let buffer = kept.unwrap_or_else(|| self.empty("sky lookup", bytes, wgpu::BufferUsages::STORAGE));
+            // The lookup of another sky may be read by commands that are submitted later.
+            let kept = known.map(|lookup| lookup.buffer.clone());
+            let empty = || self.empty("sky lookup", lookup_bytes(plan), wgpu::BufferUsages::STORAGE);
+            let buffer = kept.unwrap_or_else(empty);
             let seen_by = looks.filter(|_| fill == Fill::Seen);
             self.lookup = Some(FilledLookup { of: Arc::clone(sky), size, rows_of, seen_by, buffer });
         }
@@ -359,7 +422,7 @@ impl ResidentRenderer {
         encoder.copy_buffer_to_buffer(black, 0, output, offset, bytes);
     }
 
-    /// The queue to which the commands go.
+    /// The queue to which the commands go, and by which a sky lookup is filled.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
     }
@@ -376,18 +439,29 @@ fn lookup_bytes(plan: &Plan) -> u64 {
 }
 
 impl Target<'_> {
+    /// Where its pixels go in a texture; none of a buffer.
+    fn part(&self) -> Option<wgpu::TexelCopyTextureInfo<'_>> {
+        match self {
+            Self::Buffer(..) => None,
+            Self::Texture(view) => Some(view.texture().as_image_copy()),
+            Self::Part(part) => Some(*part),
+        }
+    }
+
     /// How its pixels are stored.
     fn pixel(&self) -> Result<PixelFormat> {
-        match self {
-            Self::Buffer(_, pixel) => Ok(*pixel),
-            Self::Texture(view) => match view.texture().format() {
-                wgpu::TextureFormat::Rgba8Unorm => Ok(PixelFormat::Picture),
-                wgpu::TextureFormat::Rgba16Float => Ok(PixelFormat::HalfRgb),
-                wgpu::TextureFormat::Rgba32Float => Ok(PixelFormat::LinearRgba),
-                other => Err(Error::Target(format!(
-                    "has the format {other:?}; Rgba8Unorm, Rgba16Float or Rgba32Float is drawn into"
-                ))),
-            },
+        let format = match self {
+            Self::Buffer(_, pixel) => return Ok(*pixel),
+            Self::Texture(view) => view.texture().format(),
+            Self::Part(part) => part.texture.format(),
+        };
+        match format {
+            wgpu::TextureFormat::Rgba8Unorm => Ok(PixelFormat::Picture),
+            wgpu::TextureFormat::Rgba16Float => Ok(PixelFormat::HalfRgb),
+            wgpu::TextureFormat::Rgba32Float => Ok(PixelFormat::LinearRgba),
+            other => Err(Error::Target(format!(
+                "has the format {other:?}; Rgba8Unorm, Rgba16Float or Rgba32Float is drawn into"
+            ))),
         }
     }
 
@@ -410,18 +484,41 @@ impl Target<'_> {
             }
             Self::Texture(view) => {
                 let texture = view.texture();
-                if !texture.usage().contains(wgpu::TextureUsages::COPY_DST) {
-                    return wrong("is a texture without the usage COPY_DST".into());
-                }
-                if texture.sample_count() != 1 {
-                    return wrong("is a texture of several samples a pixel; it takes one".into());
+                check_texture(texture)?;
+                let (layers, levels) = (texture.depth_or_array_layers(), texture.mip_level_count());
+                if (layers, levels) != (1, 1) {
+                    return wrong(format!(
+                        "is a view of a texture with {layers} layers and {levels} levels, and wgpu does not tell which of them it shows; name the layer \
+                         and the level with Target::Part"
+                    ));
                 }
                 let size = texture.size();
-                if (size.width, size.height, size.depth_or_array_layers) != (width, height, 1) {
+                if (size.width, size.height) != (width, height) {
                     return wrong(format!(
                         "is a texture of {}x{}; the camera has {width}x{height}",
                         size.width, size.height
                     ));
+                }
+            }
+            Self::Part(wgpu::TexelCopyTextureInfo { texture, mip_level, origin, aspect }) => {
+                check_texture(texture)?;
+                let (layers, levels) = (texture.depth_or_array_layers(), texture.mip_level_count());
+                if origin.z >= layers || *mip_level >= levels {
+                    return wrong(format!(
+                        "is layer {} and level {mip_level} of a texture with {layers} layers and {levels} levels, counted from 0",
+                        origin.z
+                    ));
+                }
+                let size = texture.size().mip_level_size(*mip_level, wgpu::TextureDimension::D2);
+                let fits = |from: u32, length: u32, side: u32| from.checked_add(length).is_some_and(|end| end <= side);
+                if !fits(origin.x, width, size.width) || !fits(origin.y, height, size.height) {
+                    return wrong(format!(
+                        "begins at {},{} of a level of {}x{}, where the camera's {width}x{height} do not fit",
+                        origin.x, origin.y, size.width, size.height
+                    ));
+                }
+                if *aspect != wgpu::TextureAspect::All {
+                    return wrong(format!("is the aspect {aspect:?} of a texture; All is drawn into"));
                 }
             }
         }
@@ -432,10 +529,25 @@ impl Target<'_> {
     fn row_pixels(&self, plan: &Plan) -> u32 {
         match self {
             Self::Buffer(..) => plan.width(),
-            Self::Texture(_) => {
+            Self::Texture(_) | Self::Part(_) => {
                 let bytes = 4 * plan.pixel_words();
                 (plan.width() * bytes).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT) / bytes
             }
         }
     }
+}
+
+/// Refuses a texture into no part of which pixels can be copied.
+fn check_texture(texture: &wgpu::Texture) -> Result<()> {
+    let wrong = |complaint: &str| Err(Error::Target(complaint.into()));
+    if !texture.usage().contains(wgpu::TextureUsages::COPY_DST) {
+        return wrong("is a texture without the usage COPY_DST");
+    }
+    if texture.sample_count() != 1 {
+        return wrong("is a texture of several samples a pixel; it takes one");
+    }
+    if texture.dimension() != wgpu::TextureDimension::D2 {
+        return wrong("is a texture of another dimension than D2");
+    }
+    Ok(())
 }

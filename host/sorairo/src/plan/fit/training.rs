@@ -16,6 +16,7 @@ use sorairo_shared::variant;
 use crate::plan::directions::direction;
 use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::multiple::{self, Light, Resolution, Row, TOGETHER, Wavelengths, light_of_rows};
+use crate::plan::on_device::PlanDevice;
 use crate::plan::quadrature::gauss_legendre;
 use crate::plan::upload::bands;
 use crate::spectra::optics::{Coefficients, Optics};
@@ -260,17 +261,13 @@ fn scattered_once_on_device(
     groups: &[Bands],
     wavelengths: usize,
 ) -> Option<AirAndAerosol> {
-    let device = integral.light_fields.device()?;
     let Uniform { atmosphere, altitude, sun, .. } = &integral.uniform;
     let rays = (*altitude, views, sun.truncate());
-    let light = multiple::scattered_once(
-        device,
-        atmosphere,
-        (groups, &integral.placed_for()),
-        quadrature,
-        rays,
-        integral.variant,
-    )?;
+    let bands = (groups, &integral.placed_for());
+    let ask = |device: &dyn PlanDevice| {
+        multiple::scattered_once(device, atmosphere, bands, quadrature, rays, integral.variant)
+    };
+    let light = integral.light_fields.ask_device(ask)?;
     let spectrum = |ray: &[[Vec4; 2]], of: usize| {
         let values = ray.iter().flat_map(|both| both[of].to_array()).map(f64::from);
         values.take(wavelengths).collect()

@@ -17,6 +17,7 @@ use super::grid::{Direction, Grid, directions};
 use super::resolution::Resolution;
 use super::series::Series;
 use super::setting::Setting;
+use crate::error::{Error, Result};
 use crate::plan::on_device::{FieldKernel, Keeping, Memory, PlanDevice, Reading, Step, Work};
 use crate::plan::quadrature::gauss_legendre;
 use crate::scene::Orders;
@@ -103,13 +104,13 @@ impl DeviceField {
         bands: &[Bands],
         resolution: &Resolution,
         orders: Orders,
-    ) -> Option<Self> {
+    ) -> Result<Self> {
         let most = match orders {
             Orders::All => MOST as usize,
             Orders::UpTo(orders) => (orders as usize).saturating_sub(1).max(1),
         };
         if most > MOST as usize {
-            return None;
+            return Err(Error::Device(format!("it adds up at most {MOST} orders")));
         }
         let table = Table::<N>::new(device, setting, bands, resolution, most)?;
         let mut made = OrdersMade::of(resolution, &table.grid);
@@ -132,7 +133,7 @@ impl<'a, const N: usize> Table<'a, N> {
         bands: &'a [Bands],
         resolution: &'a Resolution,
         most: usize,
-    ) -> Option<Self> {
+    ) -> Result<Self> {
         let grid = Grid::new(setting, resolution.altitudes, resolution.thin_air);
         let directions = directions(setting, &grid.altitudes, resolution.directions);
         let mut lists = Lists::default();
@@ -165,9 +166,9 @@ impl<'a, const N: usize> Table<'a, N> {
             values: at,
             ..uniform_of(setting, resolution, &grid, groups)
         };
-        let memory = [functions.0, NUMBERS * values.0, NUMBERS * places.end].map(|numbers| device.reserve(numbers));
-        let [Some(functions), Some(values), Some(of_orders)] = memory else { return None };
-        Some(Self {
+        let reserve = |numbers| device.reserve(numbers);
+        let memory = [reserve(functions.0)?, reserve(NUMBERS * values.0)?, reserve(NUMBERS * places.end)?];
+        Ok(Self {
             device,
             setting,
             bands,
@@ -178,7 +179,7 @@ impl<'a, const N: usize> Table<'a, N> {
             first_azimuths,
             places,
             quadratures: [resolution.samples, resolution.first_samples].map(gauss_legendre),
-            memory: [functions, values, of_orders],
+            memory,
         })
     }
 
@@ -238,7 +239,7 @@ impl<'a, const N: usize> Table<'a, N> {
     }
 
     /// Computes orders; returns the mean radiances of each at all nodes.
-    fn compute(&self, orders: Range<usize>) -> Option<Vec<Vec<Lanes<N>>>> {
+    fn compute(&self, orders: Range<usize>) -> Result<Vec<Vec<Lanes<N>>>> {
         let steps: Vec<Step> = orders.clone().flat_map(|order| self.steps(order)).collect();
         let means = self.places.means[orders.start] as usize..self.places.means[orders.end] as usize;
         let read = self.device.run(&self.work(&steps, None, Some(Reading::Orders(means))))?;
@@ -249,11 +250,11 @@ impl<'a, const N: usize> Table<'a, N> {
             lanes
         };
         let of_order = |order: &[Vec4]| order.chunks_exact(self.bands.len()).map(mean).collect();
-        Some(read.chunks_exact(nodes * self.bands.len()).map(of_order).collect())
+        Ok(read.chunks_exact(nodes * self.bands.len()).map(of_order).collect())
     }
 
     /// Light of all orders: some are computed, until what stands for the rest is near enough. How often each of those after the first counts.
-    fn all_orders(&self, made: &mut OrdersMade) -> Option<Vec<Lanes<N>>> {
+    fn all_orders(&self, made: &mut OrdersMade) -> Result<Vec<Lanes<N>>> {
         let mut means = self.compute(0..AT_FIRST)?;
         let mut series = Series::new(means[0].clone(), self.grid.suns.len());
         let mut next = 1;
@@ -265,14 +266,14 @@ impl<'a, const N: usize> Table<'a, N> {
             made.computed += 1;
             if let Some(closing) = closing.filter(|closing| made.is_closed_by(closing)) {
                 let in_sum = next - closing.factors.len();
-                return Some([vec![Lanes([1.0; N]); in_sum], closing.factors].concat());
+                return Ok([vec![Lanes([1.0; N]); in_sum], closing.factors].concat());
             }
             next += 1;
         }
     }
 
     /// The sum of the first order and those after it, as often as each counts.
-    fn sum(mut self, factors: &[Lanes<N>], orders: OrdersMade) -> Option<DeviceField> {
+    fn sum(mut self, factors: &[Lanes<N>], orders: OrdersMade) -> Result<DeviceField> {
         let groups = self.bands.len();
         let count = self.resolution.first.count();
         let values = (self.grid.altitudes.len() * self.grid.suns.len() * count + self.grid.suns.len()) * groups;
@@ -294,6 +295,6 @@ impl<'a, const N: usize> Table<'a, N> {
         let keep = Keeping { values: first..first + values, to: &memory };
         let step = Step { kernel: FieldKernel::FieldSum, uniform };
         self.device.run(&self.work(&[step], Some(keep), None))?;
-        Some(DeviceField { memory, grid: self.grid, bytes: VALUE * values, orders })
+        Ok(DeviceField { memory, grid: self.grid, bytes: VALUE * values, orders })
     }
 }

@@ -11,6 +11,7 @@ use super::device_lists::{Lists, NUMBERS, Room, along_rays, both, empty, of_ray,
 use super::resolution::Resolution;
 use super::setting::Setting;
 use super::sights::{Light, Row, sight};
+use crate::error::Result;
 use crate::plan::on_device::{FieldKernel, PlanDevice, Reading, Step, Work};
 use crate::plan::quadrature::gauss_legendre;
 
@@ -22,10 +23,10 @@ pub fn light_of_rows(
     bands: &[Bands],
     resolution: &Resolution,
     rows: &[Row],
-) -> Option<Vec<Vec<Vec<Light>>>> {
+) -> Result<Vec<Vec<Vec<Light>>>> {
     let mut lists = Lists::default();
     let mut tables = lists.add_grid(setting, &field.grid);
-    let columns = rows.iter().map(|row| row.cosines.len()).max()?;
+    let columns = rows.iter().map(|row| row.cosines.len()).max().unwrap_or_default();
     tables.rays = lists.add(rows.iter().flat_map(|row| of_ray(setting.altitude, row.mu, 0.0)));
     let of_row = |row: &Row| {
         // Shorter rows repeat their last ray.
@@ -81,7 +82,7 @@ pub fn light_of_rows(
         Light { scattered: read[at], diffuse_irradiance: read[at + 1] }
     };
     let of_row = |group, row: usize| (0..rows[row].cosines.len()).map(|column| of_ray(group, row, column)).collect();
-    Some((0..groups).map(|group| (0..rows.len()).map(|row| of_row(group, row)).collect()).collect())
+    Ok((0..groups).map(|group| (0..rows.len()).map(|row| of_row(group, row)).collect()).collect())
 }
 
 /// Light scattered once along rays, from an altitude (km) in some directions under a sun: for each ray and group of bands that of air and of aerosol, before
@@ -93,7 +94,7 @@ pub fn scattered_once(
     quadrature: &[Vec2],
     (altitude, views, sun): (f32, &[Vec3], Vec3),
     variant: u32,
-) -> Option<Vec<[Vec4; 2]>> {
+) -> Result<Vec<[Vec4; 2]>> {
     let mut lists = Lists::default();
     let of_ray = |view: &Vec3| -> [f32; OF_LISTED_RAY] { [altitude, view.x, view.y, view.z, sun.x, sun.y, sun.z] };
     let sights = lists.add(views.iter().flat_map(of_ray));
@@ -112,5 +113,5 @@ pub fn scattered_once(
         keep: None,
         read: Some(Reading::Values(0..OF_FIRST * count)),
     })?;
-    Some(read.chunks_exact(OF_FIRST).map(|of| [of[0], of[1]]).collect())
+    Ok(read.chunks_exact(OF_FIRST).map(|of| [of[0], of[1]]).collect())
 }

@@ -12,7 +12,8 @@ use super::field::LightField;
 use super::rays::Wavelengths;
 use super::resolution::Resolution;
 use super::setting::Setting;
-use crate::plan::on_device::{Checked, PlanDevice};
+use crate::error::Result;
+use crate::plan::on_device::{AskedDevice, DeviceUses, PlanDevice};
 use crate::scene::Orders;
 
 /// What the fields that are kept may take together (bytes): some hundred of them, those of a day and its twilight.
@@ -27,7 +28,7 @@ const MOST: usize = 128 << 20;
 pub struct LightFields {
     kept: Arc<Mutex<Vec<Kept>>>,
     /// Where they are computed, if not on the processor.
-    device: Option<Arc<dyn PlanDevice>>,
+    device: Option<Arc<AskedDevice>>,
 }
 
 struct Kept {
@@ -78,9 +79,10 @@ impl Key {
 }
 
 impl LightFields {
-    /// None yet; those to come are computed and kept on a device, and so is what else a plan integrates. Where the device cannot, the processor does.
+    /// None yet; those to come are computed and kept on a device, and so is what else a plan integrates. Where the device fails, the processor does: the first
+    /// failure is a warning in the log, and [`Self::device_uses`] counts them.
     pub fn on_device(device: Arc<dyn PlanDevice>) -> Self {
-        Self { device: Some(Arc::new(Checked(device))), ..Self::default() }
+        Self { device: Some(Arc::new(AskedDevice::new(device))), ..Self::default() }
     }
 
     /// None yet, on the same device.
@@ -88,12 +90,23 @@ impl LightFields {
         Self { device: self.device.clone(), ..Self::default() }
     }
 
-    /// The device on which they are computed, if it is not the processor.
-    pub(crate) fn device(&self) -> Option<&dyn PlanDevice> {
-        self.device.as_deref()
+    /// Whether a device integrates for plans, and not the processor.
+    pub(crate) fn has_device(&self) -> bool {
+        self.device.is_some()
     }
 
-    /// The same as [`Self::get`] on a device; none where it cannot.
+    /// The answer of the device to a question; none where there is no device or where it fails, and the processor has to answer.
+    pub(crate) fn ask_device<T>(&self, question: impl FnOnce(&dyn PlanDevice) -> Result<T>) -> Option<T> {
+        self.device.as_ref()?.ask(question)
+    }
+
+    /// How often plans asked the device of these light fields to integrate, and what came of it; all zero where the processor integrates. Clones, and those
+    /// of [`Self::emptied`], count together.
+    pub fn device_uses(&self) -> DeviceUses {
+        self.device.as_ref().map(|device| device.uses()).unwrap_or_default()
+    }
+
+    /// The same as [`Self::get`] on a device.
     pub(super) fn get_on_device<const N: usize>(
         &self,
         device: &dyn PlanDevice,
@@ -101,14 +114,14 @@ impl LightFields {
         bands: &[Bands],
         resolution: &Resolution,
         orders: Orders,
-    ) -> Option<Arc<DeviceField>> {
+    ) -> Result<Arc<DeviceField>> {
         let key = Key::new::<DeviceField>(setting, &[cast_slice(bands)], resolution, orders);
         if let Some(found) = self.find(&key) {
-            return Some(found);
+            return Ok(found);
         }
         let made = Arc::new(DeviceField::new::<N>(device, setting, bands, resolution, orders)?);
         self.keep(Kept { key, bytes: made.bytes(), value: made.clone() });
-        Some(made)
+        Ok(made)
     }
 
     /// The light field that all this makes: a kept one, or a new one, which is kept.

@@ -20,6 +20,7 @@ use super::sampling::Sampling;
 use super::setting::Setting;
 use super::sights::{Light, Row, sight};
 use crate::plan::directions::horizon;
+use crate::plan::on_device::PlanDevice;
 use crate::scene::Orders;
 
 /// Wavelengths that are computed together, at most: what a path costs is shared by as many.
@@ -104,13 +105,14 @@ fn of_groups<const N: usize>(
     rows: &[Row],
 ) -> (Vec<Vec<Vec<Light>>>, OrdersMade) {
     // Samples that follow the optical depth are no list that a device takes, nor is scattering without a peak.
-    if !resolution.thick
-        && setting.forward_peak == 0.0
-        && let Some(device) = fields.device()
-        && let Some(field) = fields.get_on_device::<N>(device, setting, bands, resolution, orders)
-        && let Some(light) = device_rays::light_of_rows(device, &field, setting, bands, resolution, rows)
-    {
-        return (light, field.orders.clone());
+    let device_has_it = !resolution.thick && setting.forward_peak == 0.0;
+    let ask = |device: &dyn PlanDevice| {
+        let field = fields.get_on_device::<N>(device, setting, bands, resolution, orders)?;
+        let light = device_rays::light_of_rows(device, &field, setting, bands, resolution, rows)?;
+        Ok((light, field.orders.clone()))
+    };
+    if device_has_it && let Some(found) = fields.ask_device(ask) {
+        return found;
     }
     let wavelengths = &Wavelengths::<N>::new(&setting.without_peak(bands));
     let field = &*fields.get(setting, wavelengths, resolution, orders);

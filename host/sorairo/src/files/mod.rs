@@ -17,6 +17,6 @@ pub use check::{check_distinct, check_room, check_writable, make_folder};
 pub use format::Format;
 pub use radiance_scene::check_radiance;
 pub use signature::{is_finished, png_text, signature};
-pub use staged::{Staged, commit_all, remove_unfinished, stage};
+pub use staged::{Staged, Standstill, commit_all, remove_unfinished, stage};
 pub use wavelengths::{MOST_WAVELENGTHS, default_wavelengths, wavelengths};
 pub use writer::{Writer, write};

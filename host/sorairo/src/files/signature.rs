@@ -19,7 +19,7 @@ use crate::scene::Scene;
 ///
 /// Every byte of the file counts: one that is missing, changed or added makes it another.
 pub fn is_finished(path: &Path, format: Format, scene: &Scene, wavelengths: &[f64]) -> bool {
-    let Ok(file) = File::open(path) else { return false };
+    let Some(file) = open(path) else { return false };
     let label = match format {
         Format::RadiancePicture => {
             return is_radiance_picture(&mut BufReader::new(file), scene, wavelengths).unwrap_or(false);
@@ -42,8 +42,13 @@ pub fn signature(format: Format, scene: &Scene, wavelengths: &[f64]) -> String {
 
 /// The text of a PNG under a keyword, if the file is whole and this version of the program wrote it.
 pub fn png_text(path: &Path, keyword: &str) -> Option<String> {
-    let (software, text) = png_texts(File::open(path).ok()?, keyword)?;
+    let (software, text) = png_texts(open(path)?, keyword)?;
     (software == SOFTWARE).then_some(text)
+}
+
+/// An ordinary file; to open a pipe is to wait for whoever writes into it.
+fn open(path: &Path) -> Option<File> {
+    if path.is_file() { File::open(path).ok() } else { None }
 }
 
 /// Whether a picture of Radiance has the header and as many pixels as one of this scene, and the checksum of its pixels.

@@ -87,6 +87,85 @@ fn a_map_says_whether_the_sun_is_in_it() {
     }
 }
 
+/// The kind and the data of each chunk of a PNG.
+fn png_chunks(path: &Path) -> Vec<(String, Vec<u8>)> {
+    let bytes = std::fs::read(path).unwrap();
+    let (mut rest, mut chunks) = (&bytes[8..], Vec::new());
+    while let [a, b, c, d, after @ ..] = rest {
+        let length = u32::from_be_bytes([*a, *b, *c, *d]) as usize;
+        chunks.push((String::from_utf8(after[..4].to_vec()).unwrap(), after[4..4 + length].to_vec()));
+        rest = &after[4 + length + 4..];
+    }
+    chunks
+}
+
+#[test]
+fn a_png_says_that_it_is_srgb() {
+    let folder = folder();
+    let small = ["--device", "cpu", "--size", "8x4", "--rgb", "rec2020", "-o", "a#.png"];
+    succeed(folder.path(), &[&["sequence", "--sun-elevation", "5:5:1"], &small[..]].concat());
+    succeed(folder.path(), &[&["render", "-o", "linear.exr"], &small[..]].concat());
+    for name in ["a0.png", "contact.png", "a#.png"] {
+        let chunks = png_chunks(&folder.path().join(name));
+        let kinds: Vec<&str> = chunks.iter().map(|(kind, _)| kind.as_str()).collect();
+        let at = kinds.iter().position(|&kind| kind == "sRGB").unwrap_or_else(|| panic!("{name}: {kinds:?}"));
+        assert!(at < kinds.iter().position(|&kind| kind == "IDAT").unwrap(), "{name}: {kinds:?}");
+        // One byte: the intent, relative to the white of the display.
+        assert_eq!(chunks[at].1, [1], "{name}");
+    }
+}
+
+#[test]
+fn an_exr_says_in_openexrs_own_words_what_it_is() {
+    let folder = folder();
+    let attributes = |flags: &str| {
+        let line = format!("render --device cpu --size 8x4 -o a.exr {flags}");
+        succeed(folder.path(), &line.split_whitespace().collect::<Vec<_>>());
+        read_first_flat_layer_from_file(folder.path().join("a.exr")).unwrap().layer_data.attributes
+    };
+    let map = attributes("--place 43.06,141.35 --time 2026-06-21T04:30:07.5+09:00");
+    assert_eq!(map.environment_map, Some(exr::meta::attribute::EnvironmentMap::LatitudeLongitude));
+    // UTC is local time and the offset together.
+    assert_eq!(map.capture_date.map(|date| date.to_string()).as_deref(), Some("2026:06:21 04:30:07"));
+    assert_eq!((map.utc_offset, map.latitude, map.longitude), (Some(-32400.0), Some(43.06), Some(141.35)));
+    // 683 lm/W, as for Y.
+    assert!((map.white_luminance.unwrap() - 683.0).abs() < 0.01, "{:?}", map.white_luminance);
+    let view = attributes("--projection perspective");
+    assert_eq!((view.environment_map, view.capture_date, view.latitude), (None, None, None));
+}
+
+#[test]
+fn an_exr_is_packed_as_was_asked_and_holds_the_same() {
+    use exr::prelude::Compression;
+    let folder = folder();
+    // Neither side fills the blocks of 16 and 32 lines.
+    let render = |exr: &str, compression: &str| {
+        let flags = ["render", "--device", "cpu", "--size", "250x121", "-o", "a.exr", "--exr", exr];
+        succeed(folder.path(), &[&flags[..], &["--exr-compression", compression]].concat());
+        let path = folder.path().join("a.exr");
+        let file = read_first_flat_layer_from_file(&path).unwrap();
+        let channels = file.layer_data.channel_data.list.iter().map(|channel| channel.sample_data.clone());
+        (file.layer_data.encoding.compression, channels.collect::<Vec<_>>(), path.metadata().unwrap().len())
+    };
+    for (exr, usual, most) in [("f32", Compression::PIZ, 0.6), ("f16", Compression::ZIP16, 0.5)] {
+        let (compression, pixels, runs) = render(exr, "rle");
+        assert_eq!(compression, Compression::RLE);
+        for (name, expected) in [
+            ("none", Compression::Uncompressed),
+            ("zips", Compression::ZIP1),
+            ("zip", Compression::ZIP16),
+            ("piz", Compression::PIZ),
+            ("auto", usual),
+        ] {
+            let (compression, found, bytes) = render(exr, name);
+            assert_eq!(compression, expected, "{exr}, {name}");
+            assert!(found == pixels, "{exr}, {name}: other pixels");
+            // What nobody chose is much smaller than runs of equal bytes.
+            assert!(name != "auto" || (bytes as f64) < most * runs as f64, "{exr}: {bytes} of {runs} bytes");
+        }
+    }
+}
+
 #[test]
 fn automatic_exposure_knows_the_suns_disc_when_it_is_in_view() {
     let folder = folder();

@@ -10,6 +10,9 @@ use crate::spectra::table_file::TableFile;
 /// The program, as files name it.
 pub(crate) const SOFTWARE: &str = concat!("sorairo ", env!("CARGO_PKG_VERSION"));
 
+/// The keyword of the text of a PNG that names it.
+pub(crate) const SOFTWARE_KEYWORD: &str = "Software";
+
 /// The name of the attribute of an EXR, and the keyword of the text of a PNG, that hold the scene in TOML.
 pub(crate) const SCENE: &str = "sorairoScene";
 

@@ -30,6 +30,8 @@ pub struct Render {
     pub dither: Dither,
     /// Depth of EXR files.
     pub exr: ExrDepth,
+    /// Compression of EXR files; all of these keep every bit.
+    pub exr_compression: ExrCompression,
     /// The space of the linear RGB in EXR files. Pictures are always sRGB.
     pub rgb: Rgb,
     /// The colour observer.
@@ -50,6 +52,7 @@ impl Default for Render {
             exposure: Exposure::Auto,
             dither: Dither::Ordered,
             exr: ExrDepth::Full,
+            exr_compression: ExrCompression::Auto,
             rgb: Rgb::Srgb,
             observer: ColourObserver::Cie1931,
             white_balance: WhiteBalance::None,
@@ -154,6 +157,28 @@ pub enum ExrDepth {
     #[serde(rename = "f32")]
     #[strum(serialize = "f32")]
     Full,
+}
+
+/// Compression of EXR files.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum ExrCompression {
+    /// `piz` for 32 bits and `zip` for 16, which make the smallest files; `zips` where lines are very long.
+    #[default]
+    Auto,
+    /// Wavelets, 32 lines at a time: smallest for 32 bits.
+    Piz,
+    /// Deflate, 16 lines at a time: smallest for 16 bits.
+    Zip,
+    /// Deflate, line by line.
+    Zips,
+    /// Runs of equal bytes: quickest, and hardly smaller than none.
+    Rle,
+    /// None.
+    None,
 }
 
 /// How the bytes of pictures are rounded.

@@ -167,6 +167,78 @@ fn an_exr_is_packed_as_was_asked_and_holds_the_same() {
 }
 
 #[test]
+fn the_usual_names_take_the_place_of_own_files_alone() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let render = |flags: &str| {
+        let line = format!("render --device cpu --size 8x4 {flags}");
+        run(folder.path(), &line.split_whitespace().collect::<Vec<_>>())
+    };
+    assert!(!render("").stderr.contains("replaced"));
+    // Of another scene, by this program.
+    let again = render("--sun-elevation 3 --json");
+    assert!(again.stderr.contains("sky.png (replaced), sky.exr (replaced):"), "{}", again.stderr);
+    assert_eq!(json(&again)["replaced"], Value::from(vec!["sky.png", "sky.exr"]));
+    let whole = ["sky.png", "sky.exr"].map(|name| std::fs::read(at(name)).unwrap());
+    for (name, whole) in ["sky.png", "sky.exr"].into_iter().zip(&whole) {
+        let mut changed = whole.clone();
+        *changed.last_mut().unwrap() ^= 1;
+        // By another program, cut off, changed by another.
+        for foreign in [&b"mine"[..], &[], &whole[..whole.len() - 1], &changed] {
+            std::fs::write(at(name), foreign).unwrap();
+            let before = contents(folder.path());
+            for (flags, words) in [("", "--force"), ("--no-clobber", "exists"), ("-n -o b.png -o sky.exr", "exists")] {
+                if flags.contains("-o") && name == "sky.png" {
+                    continue;
+                }
+                let ended = render(flags);
+                assert_eq!(ended.code, Some(2), "{name}, {flags}: {}", ended.stderr);
+                let sentence = ended.stderr.lines().find(|line| line.starts_with("sorairo: ")).unwrap();
+                assert!(sentence.contains(words), "{name}, {flags}: {sentence}");
+                assert!(contents(folder.path()) == before, "{name}, {flags}: something was written");
+            }
+            let named = render(&format!("-o {name}"));
+            assert!(named.code == Some(0) && named.stderr.contains(&format!("{name} (replaced):")), "{named:?}");
+            std::fs::write(at(name), foreign).unwrap();
+            assert_eq!(render("--force").code, Some(0));
+            assert!(contents(folder.path())[name] != foreign);
+        }
+    }
+    assert!(render("--no-clobber").code == Some(2) && render("-n -o new.png").code == Some(0));
+    assert_eq!(render("--force --no-clobber").code, Some(2));
+}
+
+#[test]
+fn frames_their_sheet_and_new_scenes_take_no_foreign_places_either() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("frames")).unwrap();
+    let sequence = |flags: &str| {
+        let line = format!("sequence --device cpu --size 8x4 --sun-elevation 0:1:1 {flags}");
+        run(folder.path(), &line.split_whitespace().collect::<Vec<_>>())
+    };
+    for name in ["frames/sky.0000.png", "frames/contact.png"] {
+        std::fs::write(folder.path().join(name), "mine").unwrap();
+        let ended = sequence("");
+        assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+        assert!(ended.stderr.contains(name) && ended.stderr.contains("--force"), "{}", ended.stderr);
+        assert_eq!(std::fs::read(folder.path().join(name)).unwrap(), b"mine");
+        assert_eq!(sequence("--force").code, Some(0));
+        assert!(std::fs::read(folder.path().join(name)).unwrap() != b"mine");
+    }
+    // Own frames of other scenes are.
+    let ended = sequence("--albedo 0.5");
+    assert!(ended.stderr.contains("2 frames rendered, 2 of them replaced, 0 skipped"), "{}", ended.stderr);
+    assert_eq!(sequence("--albedo 0.5 --no-clobber").code, Some(0));
+    assert_eq!(sequence("--albedo 0.1 --no-clobber").code, Some(2));
+
+    std::fs::write(folder.path().join("scene.toml"), "mine").unwrap();
+    for (flag, code) in [("--no-clobber", 2), ("--quiet", 2), ("--force", 0)] {
+        assert_eq!(run(folder.path(), &["scene", "new", flag]).code, Some(code), "{flag}");
+        assert_eq!(std::fs::read(folder.path().join("scene.toml")).unwrap() == b"mine", code == 2);
+    }
+}
+
+#[test]
 fn automatic_exposure_knows_the_suns_disc_when_it_is_in_view() {
     let folder = folder();
     let exposure = |flags: &str| {

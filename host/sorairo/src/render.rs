@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::device::{Device, DeviceKind, Times};
 use crate::error::{Error, Result};
-use crate::files::{self, Format, Image, Staged, Writer};
+use crate::files::{self, Format, Image, Replace, Staged, Writer};
 use crate::irradiance::SkyLight;
 use sorairo_shared::variant::PixelFormat;
 
@@ -32,6 +32,8 @@ pub struct Request {
     pub wavelengths: Option<Vec<f64>>,
     /// Whether to measure the downwelling irradiance.
     pub sky_light: bool,
+    /// Which files that are there already it may replace.
+    pub replace: Replace,
 }
 
 impl Request {
@@ -124,6 +126,9 @@ pub struct Report {
     /// The files written.
     #[serde(serialize_with = "as_text")]
     pub outputs: Vec<PathBuf>,
+    /// Those of them that took the place of a file.
+    #[serde(serialize_with = "as_text")]
+    pub replaced: Vec<PathBuf>,
 }
 
 /// Paths as text, whatever bytes their names hold.
@@ -142,6 +147,7 @@ pub struct Job {
     pub plan: Plan,
     outputs: Vec<PathBuf>,
     formats: Vec<Format>,
+    replace: Replace,
     scene: ValidScene,
 }
 
@@ -174,7 +180,12 @@ impl Job {
         if !spectral.is_empty() {
             plan = plan.with_spectrum(&spectral)?;
         }
-        Ok(Self { plan, outputs: outputs.clone(), formats, scene: scene.clone() })
+        Ok(Self { plan, outputs: outputs.clone(), formats, replace: request.replace, scene: scene.clone() })
+    }
+
+    /// Its outputs that would take the place of a file.
+    pub fn replaced(&self) -> Vec<PathBuf> {
+        self.outputs.iter().filter(|path| path.is_file()).cloned().collect()
     }
 
     /// What the image shows.
@@ -196,13 +207,14 @@ impl Job {
     ///
     /// # Errors
     ///
-    /// [`Error::Device`] if every device failed, [`Error::NotAllowed`] if the image is too wide for the device,
-    /// [`Error::Write`] if a file cannot be written.
+    /// [`Error::FileExists`] or [`Error::ForeignFile`] if a file that is there must stay; [`Error::Device`] if every device failed, [`Error::NotAllowed`] if the
+    /// image is too wide for the device, [`Error::Write`] if a file cannot be written.
     pub fn compute<'scope>(
         &self,
         scope: &'scope Scope<'scope, '_>,
         device: &mut Device,
     ) -> Result<(Times, Files<'scope>)> {
+        self.outputs.iter().try_for_each(|path| self.replace.check(path))?;
         let plan = &self.plan;
         let mut image = Image::of(plan, &self.scene);
         if self.formats.contains(&Format::RadianceScene) {
@@ -302,6 +314,7 @@ pub fn render(
     let planned = start.elapsed();
     stage("opening the device");
     let mut device = open()?;
+    let replaced = job.replaced();
     stage("computing the sky");
     let (times, encoding) = std::thread::scope(|scope| {
         let (times, files) = job.compute(scope, &mut device)?;
@@ -342,6 +355,7 @@ pub fn render(
         encode_ms: ms(encoding),
         total_ms: ms(start.elapsed()),
         outputs: request.outputs.clone(),
+        replaced,
     })
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::format::Format;
 use super::place::{folder, names_folder, plain, refused, resolved};
+use super::signature::is_own;
 use super::staged;
 use crate::error::{Error, Result};
 use crate::scene::{ExrDepth, Size};
@@ -35,6 +36,35 @@ pub fn check_writable(path: &Path) -> Result<()> {
             Ok(())
         }
         Err(error) => Err(refused(path, &error)),
+    }
+}
+
+/// Which files that are there already may be replaced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Replace {
+    /// All.
+    #[default]
+    All,
+    /// Those that this program wrote; see [`is_own`](super::is_own).
+    Own,
+    /// None.
+    None,
+}
+
+impl Replace {
+    /// Checks that a file may be written where `path` says.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::FileExists`] or [`Error::ForeignFile`] if what is there must stay.
+    pub fn check(self, path: &Path) -> Result<()> {
+        let path_of = || path.to_owned();
+        match self {
+            _ if path.symlink_metadata().is_err() => Ok(()),
+            Self::None => Err(Error::FileExists { path: path_of() }),
+            Self::Own if !is_own(path) => Err(Error::ForeignFile { path: path_of() }),
+            Self::Own | Self::All => Ok(()),
+        }
     }
 }
 

@@ -253,29 +253,96 @@ fn automatic_exposure_knows_the_suns_disc_when_it_is_in_view() {
     assert_eq!(exposure(&format!("{camera}180 --sun-disc")), sky);
 }
 
-#[cfg(unix)]
 #[test]
-fn a_pixel_that_half_floats_do_not_reach_is_an_error() {
+fn light_that_half_floats_would_cut_off_is_refused_with_the_exposure_that_keeps_it() {
     let folder = folder();
     std::fs::write(folder.path().join("near.toml"), "sun.distance = 0.01\nsun.elevation = 60\n").unwrap();
-    for device in ["cpu", "gpu"] {
-        for outputs in [&["-o", "a.exr"][..], &["-o", "a.exr", "-o", "a.png"], &["-o", "a.spectral.exr"]] {
-            let render = ["render", "--device", device, "--size", "64x32", "--scene", "near.toml", "--exr"];
-            let ended = run(folder.path(), &[&render[..], &["f16"], outputs].concat());
-            assert_eq!(ended.code, Some(2), "{outputs:?}: {}", ended.stderr);
-            assert!(
-                ended.stderr.contains("--exr (render.exr) is f16") && ended.stderr.contains("65504"),
-                "{}",
-                ended.stderr
-            );
-            assert_eq!(names(folder.path()), ["near.toml"]);
+    for (device, outputs) in
+        [("cpu", "-o a.exr"), ("gpu", "-o a.exr"), ("cpu", "-o a.exr -o a.png"), ("cpu", "-o a.spectral.exr")]
+    {
+        let render = |flags: &str| {
+            let line = format!("render --device {device} --size 64x32 --scene near.toml --exr f16 {outputs} {flags}");
+            run(folder.path(), &line.split_whitespace().collect::<Vec<_>>())
+        };
+        let ended = render("--exr-exposure 0");
+        assert_eq!(ended.code, Some(2), "{outputs}: {}", ended.stderr);
+        for words in ["--exr (render.exr) is f16", "65504", "% of the image's light would be lost", "--exr-exposure -"]
+        {
+            assert!(ended.stderr.contains(words), "{outputs}: no {words:?} in {}", ended.stderr);
         }
-        succeed(
-            folder.path(),
-            &["render", "--device", device, "--size", "64x32", "--scene", "near.toml", "-o", "a.exr"],
-        );
-        std::fs::remove_file(folder.path().join("a.exr")).unwrap();
+        assert_eq!(names(folder.path()), ["near.toml"]);
+        // The exposure that it names is enough, and so is the one that nobody chose.
+        let named = ended.stderr.split("--exr-exposure ").nth(1).unwrap().split(' ').next().unwrap();
+        for flags in [&format!("--exr-exposure {named}")[..], ""] {
+            let ended = render(flags);
+            assert_eq!(ended.code, Some(0), "{outputs} {flags}: {}", ended.stderr);
+        }
+        names(folder.path()).iter().filter(|name| *name != "near.toml").for_each(|name| {
+            std::fs::remove_file(folder.path().join(name)).unwrap();
+        });
     }
+}
+
+/// The values of an EXR, channel after channel, as radiance; and by how many stops they are exposed.
+fn exposed(path: &Path) -> (Vec<Vec<f32>>, f32) {
+    use exr::prelude::{AttributeValue, FlatSamples};
+    let file = read_first_flat_layer_from_file(path).unwrap();
+    let attributes = &file.layer_data.attributes;
+    let Some(AttributeValue::F32(stops)) = attributes.other.get(&exr::prelude::Text::from("sorairoExposure")) else {
+        panic!("{}: no exposure", path.display())
+    };
+    // The luminance of 1 says the same to programs that know OpenEXR's own attribute.
+    let white = attributes.white_luminance.unwrap() * stops.exp2();
+    assert!((white / 683.0 - 1.0).abs() < 1e-4, "{white}");
+    let values = |samples: &FlatSamples| match samples {
+        FlatSamples::F16(samples) => samples.iter().map(|value| value.to_f32() / stops.exp2()).collect(),
+        FlatSamples::F32(samples) => samples.iter().map(|value| value / stops.exp2()).collect(),
+        FlatSamples::U32(_) => panic!("whole numbers"),
+    };
+    (file.layer_data.channel_data.list.iter().map(|channel| values(&channel.sample_data)).collect(), *stops)
+}
+
+#[test]
+fn half_floats_hold_the_suns_disc_and_the_light_of_twilight() {
+    let folder = folder();
+    for (flags, is_brighter, sign) in [
+        // Eight times what half floats reach, at this size of a pixel.
+        ("-o NAME.exr --sun-disc --size 512x256 --sun-elevation 40", true, -1.0),
+        // A quarter of these pixels became 0.
+        ("-o NAME.spectral.exr --wavelengths 550 --size 64x32 --sun-elevation -12", false, 1.0),
+        ("-o NAME.exr --size 64x32 --sun-elevation 40", false, 0.0),
+    ] {
+        let render = |name: &str, more: &str| {
+            let line = format!("render --device cpu {} {more}", flags.replace("NAME", name));
+            succeed(folder.path(), &line.split_whitespace().collect::<Vec<_>>());
+            let extension = if flags.contains("spectral") { "spectral.exr" } else { "exr" };
+            exposed(&folder.path().join(format!("{name}.{extension}")))
+        };
+        let (full, none) = render("full", "");
+        let (half, stops) = render("half", "--exr f16");
+        assert_eq!(none, 0.0);
+        // By day as it is, where nothing is lost.
+        assert!(
+            if sign == 0.0 { stops == 0.0 } else { stops * sign > 0.0 && stops == stops.round() },
+            "{flags}: {stops}"
+        );
+        let brightest = full.iter().flatten().copied().fold(0.0, f32::max);
+        assert_eq!(brightest > 65504.0, is_brighter, "{flags}: {brightest}");
+        for (full, half) in full.iter().flatten().zip(half.iter().flatten()) {
+            // Half floats have 11 bits, fewer below 2⁻¹⁴ of what they hold.
+            let allowed = full * 2f32.powi(-11) + 2f32.powi(-25 - stops as i32);
+            assert!((full - half).abs() <= allowed && (*full == 0.0 || *half > 0.0), "{flags}: {half} for {full}");
+        }
+        // An exposure by hand holds in 32 bits too.
+        let (by_hand, stops) = render("hand", "--exr-exposure -3");
+        assert!(stops == -3.0 && by_hand == full, "{flags}");
+    }
+    let line = "render --device cpu -o a.spectral.exr --wavelengths 550 --size 64x32 --sun-elevation -12 --exr f16";
+    let words = |more: &str| format!("{line} {more}").split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    let ended = |more| run(folder.path(), &words(more).iter().map(String::as_str).collect::<Vec<_>>());
+    let weak = ended("--exr-exposure 0").stderr;
+    assert!(weak.contains("of the values that are not 0 lie below 6.1e-5") && weak.contains("become 0"), "{weak}");
+    assert!(!ended("").stderr.contains("become 0"));
 }
 
 #[test]

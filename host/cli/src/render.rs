@@ -36,7 +36,7 @@ fn summary(report: &Report) -> String {
     };
     let outputs: Vec<_> = report.outputs.iter().map(output).collect();
     format!(
-        "{}: {}x{} pixels, sun at elevation {:.2}°, azimuth {:.2}°, exposure {:+.2} EV, {} samples per piece, {}\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
+        "{}: {}x{} pixels, sun at elevation {:.2}°, azimuth {:.2}°, exposure {:+.2} EV, {}{} samples per piece, {}\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
          encoding {:.1} ms, total {:.1} ms",
         outputs.join(", "),
         report.width,
@@ -44,6 +44,7 @@ fn summary(report: &Report) -> String {
         report.sun_elevation,
         report.sun_azimuth,
         report.exposure_ev,
+        if report.exr_exposure_ev == 0.0 { String::new() } else { format!("of EXR {:+} EV, ", report.exr_exposure_ev) },
         report.steps,
         report.path,
         report.device,

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use sorairo_shared::math::half_bits;
 
 use super::checksum::{self, CHECKSUM, LinesChecksum};
-use super::label::{SCENE, SOFTWARE, channel_names, scene_text};
+use super::label::{EXPOSURE, SCENE, SOFTWARE, channel_names, scene_text};
 use super::spectral;
 use crate::irradiance::LUMENS_PER_WATT;
 use crate::plan::colour_space::chromaticities;
@@ -27,6 +27,8 @@ struct Labels<'a> {
     render: &'a Render,
     sun: &'a Sun,
     projection: Projection,
+    /// Stops by which values are exposed.
+    exposure: f32,
 }
 
 impl Labels<'_> {
@@ -37,14 +39,15 @@ impl Labels<'_> {
         attribute::Chromaticities { red, green, blue, white }
     }
 
-    /// What was rendered, by what, and what white is: its luminance (cd·m⁻²) where the sun is a real one, and what counts as neutral
+    /// What was rendered, by what, and what white is: its luminance (cd·m⁻²), before the exposure, where the sun is a real one, and what counts as neutral
     /// where a white balance chose it. Whether it is an environment map: OpenEXR's have north, its z axis, in their centre and west on their left as
     /// ours have. The place and the time that put the sun there.
     fn layer(&self) -> LayerAttributes {
         let mut attributes = LayerAttributes::named("sky");
         attributes.comments = Some(self.comments().as_str().into());
         attributes.software_name = Some(SOFTWARE.into());
-        attributes.white_luminance = (self.sun.spectrum != SunSpectrum::Flat).then_some(LUMENS_PER_WATT as f32);
+        let white = LUMENS_PER_WATT as f32 / self.exposure.exp2();
+        attributes.white_luminance = (self.sun.spectrum != SunSpectrum::Flat).then_some(white);
         attributes.adopted_neutral =
             (self.render.white_balance != WhiteBalance::None).then(|| self.chromaticities().white);
         attributes.environment_map =
@@ -84,14 +87,15 @@ impl Labels<'_> {
             Orders::UpTo(order) => format!("light of up to {order} orders"),
         };
         let disc = if self.sun.disc { "with the sun's disc" } else { "without the sun's disc" };
-        format!("{light}, {disc}; radiance weighted by the {observer} observer, {unit}, {space}{balance}")
+        let exposed = if self.exposure == 0.0 { String::new() } else { format!(", times 2^{}", self.exposure) };
+        format!("{light}, {disc}; radiance weighted by the {observer} observer, {unit}{exposed}, {space}{balance}")
     }
 }
 
-/// The header of linear RGB, losslessly compressed, with its chromaticities and its scene; where there are wavelengths (nm), of a
+/// The header of linear RGB, losslessly compressed, with its chromaticities, its scene and by how many stops it is exposed; where there are wavelengths (nm), of a
 /// spectral image.
 ///
-pub(super) fn header(width: u32, height: u32, scene: &Scene, wavelengths: &[f64]) -> Header {
+pub(super) fn header(width: u32, height: u32, scene: &Scene, exposure: f32, wavelengths: &[f64]) -> Header {
     let sample_type = match scene.render.exr {
         ExrDepth::Full => SampleType::F32,
         ExrDepth::Half => SampleType::F16,
@@ -99,9 +103,9 @@ pub(super) fn header(width: u32, height: u32, scene: &Scene, wavelengths: &[f64]
     let names = channel_names(wavelengths);
     let channels: SmallVec<[_; 5]> =
         names.iter().map(|name| ChannelDescription::named(name.as_str(), sample_type)).collect();
-    let labels = Labels { render: &scene.render, sun: &scene.sun, projection: scene.camera.projection };
+    let labels = Labels { render: &scene.render, sun: &scene.sun, projection: scene.camera.projection, exposure };
     let mut attributes = labels.layer();
-    let mut others = vec![(CHECKSUM, AttributeValue::I32(0))];
+    let mut others = vec![(CHECKSUM, AttributeValue::I32(0)), (EXPOSURE, AttributeValue::F32(exposure))];
     if !wavelengths.is_empty() {
         others.extend(spectral::attributes());
     }
@@ -231,20 +235,20 @@ impl<W: Write + Seek> Lines<'_, '_, W> {
 }
 
 /// The bytes of a line whose pixels hold red, green and blue, and then what other values there are: blue, green, red, and the
-/// first so many of the others.
-pub(super) fn line_of_floats(pixels: &[f32], pixel_words: usize, others: usize, depth: ExrDepth) -> Vec<u8> {
-    let channel = |channel: usize| pixels.iter().skip(channel).step_by(pixel_words).copied();
+/// first so many of the others; each times a factor.
+pub(super) fn line_of_floats(
+    pixels: &[f32],
+    pixel_words: usize,
+    others: usize,
+    depth: ExrDepth,
+    factor: f32,
+) -> Vec<u8> {
+    let channel = |channel: usize| pixels.iter().skip(channel).step_by(pixel_words).map(|value| value * factor);
     let samples = [2, 1, 0].into_iter().chain(3..3 + others).flat_map(channel);
     match depth {
         ExrDepth::Full => samples.flat_map(f32::to_ne_bytes).collect(),
         ExrDepth::Half => samples.flat_map(|value| (half_bits(value) as u16).to_ne_bytes()).collect(),
     }
-}
-
-/// [`line_of_floats`] of half floats as the device packed them: two words a pixel.
-pub(super) fn line_of_halves(words: &[u32]) -> Vec<u8> {
-    let halves = |shift: u32, word: usize| words.iter().skip(word).step_by(2).map(move |word| (word >> shift) as u16);
-    halves(0, 1).chain(halves(16, 0)).chain(halves(0, 0)).flat_map(u16::to_ne_bytes).collect()
 }
 
 #[cfg(test)]
@@ -255,9 +259,10 @@ mod tests {
     fn a_line_is_stored_channel_by_channel() {
         // Two pixels with one wavelength.
         let pixels = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-        let stored =
-            |others| -> Vec<f32> { bytemuck::cast_slice(&line_of_floats(&pixels, 4, others, ExrDepth::Full)).to_vec() };
-        assert_eq!(stored(1), [2.0, 6.0, 1.0, 5.0, 0.0, 4.0, 3.0, 7.0]);
-        assert_eq!(stored(0), [2.0, 6.0, 1.0, 5.0, 0.0, 4.0]);
+        let stored = |others| -> Vec<f32> {
+            bytemuck::cast_slice(&line_of_floats(&pixels, 4, others, ExrDepth::Full, 2.0)).to_vec()
+        };
+        assert_eq!(stored(1), [4.0, 12.0, 2.0, 10.0, 0.0, 8.0, 6.0, 14.0]);
+        assert_eq!(stored(0), [4.0, 12.0, 2.0, 10.0, 0.0, 8.0]);
     }
 }

@@ -16,6 +16,9 @@ pub(crate) const SOFTWARE_KEYWORD: &str = "Software";
 /// The name of the attribute of an EXR, and the keyword of the text of a PNG, that hold the scene in TOML.
 pub(crate) const SCENE: &str = "sorairoScene";
 
+/// The name of the attribute of an EXR that holds by how many stops its values are exposed.
+pub(crate) const EXPOSURE: &str = "sorairoExposure";
+
 /// The scene as files hold it: in TOML with the sun where it stands, and in comments the place and the time that put it there, and the
 /// checksums of the tables that the scene only names.
 pub(crate) fn scene_text(scene: &Scene) -> String {

@@ -13,7 +13,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
 use super::place::{folder, resolved, unwritable};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// How names of unfinished files begin. The digits are random, so that no one else's file begins like this.
 const PREFIX: &str = ".sorairo-unfinished-93fd04c58be1a276-";
@@ -121,7 +121,8 @@ pub fn stage(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Resul
         drop(writer);
         Ok(Staged { file, path: path.to_owned(), place })
     };
-    attempt().map_err(|error| unwritable(path, &error))
+    // What an encoder refuses is its own sentence.
+    attempt().map_err(|error| error.downcast::<Error>().unwrap_or_else(|error| unwritable(path, &error)))
 }
 
 /// While it lives, no thread of the process begins a file or moves one to its place.

@@ -30,6 +30,8 @@ pub struct Render {
     pub dither: Dither,
     /// Depth of EXR files.
     pub exr: ExrDepth,
+    /// Exposure of EXR files (stops): their values are the radiance times two to this power, and the header says so.
+    pub exr_exposure: Exposure,
     /// Compression of EXR files; all of these keep every bit.
     pub exr_compression: ExrCompression,
     /// The space of the linear RGB in EXR files. Pictures are always sRGB.
@@ -52,6 +54,7 @@ impl Default for Render {
             exposure: Exposure::Auto,
             dither: Dither::Ordered,
             exr: ExrDepth::Full,
+            exr_exposure: Exposure::Auto,
             exr_compression: ExrCompression::Auto,
             rgb: Rgb::Srgb,
             observer: ColourObserver::Cie1931,
@@ -253,11 +256,11 @@ pub enum ColourPath {
 /// Exposures, by hand and automatic, lie within so many stops of 1.
 pub const MOST_STOPS: f64 = 50.0;
 
-/// Exposure of pictures.
+/// An exposure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "ExposureText", into = "ExposureText")]
 pub enum Exposure {
-    /// From the mean luminance of the sky above the horizon; see `plan::exposure`.
+    /// Of pictures from the mean luminance of the sky above the horizon, of half floats from the brightest; see `plan::exposure`.
     Auto,
     /// Linear RGB times 2^EV (-50 to 50).
     Stops(f64),

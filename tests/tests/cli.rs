@@ -87,6 +87,157 @@ fn a_map_says_whether_the_sun_is_in_it() {
     }
 }
 
+/// The kind and the data of each chunk of a PNG.
+fn png_chunks(path: &Path) -> Vec<(String, Vec<u8>)> {
+    let bytes = std::fs::read(path).unwrap();
+    let (mut rest, mut chunks) = (&bytes[8..], Vec::new());
+    while let [a, b, c, d, after @ ..] = rest {
+        let length = u32::from_be_bytes([*a, *b, *c, *d]) as usize;
+        chunks.push((String::from_utf8(after[..4].to_vec()).unwrap(), after[4..4 + length].to_vec()));
+        rest = &after[4 + length + 4..];
+    }
+    chunks
+}
+
+#[test]
+fn a_png_says_that_it_is_srgb() {
+    let folder = folder();
+    let small = ["--device", "cpu", "--size", "8x4", "--rgb", "rec2020", "-o", "a#.png"];
+    succeed(folder.path(), &[&["sequence", "--sun-elevation", "5:5:1"], &small[..]].concat());
+    succeed(folder.path(), &[&["render", "-o", "linear.exr"], &small[..]].concat());
+    for name in ["a0.png", "contact.png", "a#.png"] {
+        let chunks = png_chunks(&folder.path().join(name));
+        let kinds: Vec<&str> = chunks.iter().map(|(kind, _)| kind.as_str()).collect();
+        let at = kinds.iter().position(|&kind| kind == "sRGB").unwrap_or_else(|| panic!("{name}: {kinds:?}"));
+        assert!(at < kinds.iter().position(|&kind| kind == "IDAT").unwrap(), "{name}: {kinds:?}");
+        // One byte: the intent, relative to the white of the display.
+        assert_eq!(chunks[at].1, [1], "{name}");
+    }
+}
+
+#[test]
+fn an_exr_says_in_openexrs_own_words_what_it_is() {
+    let folder = folder();
+    let attributes = |flags: &str| {
+        let line = format!("render --device cpu --size 8x4 -o a.exr {flags}");
+        succeed(folder.path(), &line.split_whitespace().collect::<Vec<_>>());
+        read_first_flat_layer_from_file(folder.path().join("a.exr")).unwrap().layer_data.attributes
+    };
+    let map = attributes("--place 43.06,141.35 --time 2026-06-21T04:30:07.5+09:00");
+    assert_eq!(map.environment_map, Some(exr::meta::attribute::EnvironmentMap::LatitudeLongitude));
+    // UTC is local time and the offset together.
+    assert_eq!(map.capture_date.map(|date| date.to_string()).as_deref(), Some("2026:06:21 04:30:07"));
+    assert_eq!((map.utc_offset, map.latitude, map.longitude), (Some(-32400.0), Some(43.06), Some(141.35)));
+    // 683 lm/W, as for Y.
+    assert!((map.white_luminance.unwrap() - 683.0).abs() < 0.01, "{:?}", map.white_luminance);
+    let view = attributes("--projection perspective");
+    assert_eq!((view.environment_map, view.capture_date, view.latitude), (None, None, None));
+}
+
+#[test]
+fn an_exr_is_packed_as_was_asked_and_holds_the_same() {
+    use exr::prelude::Compression;
+    let folder = folder();
+    // Neither side fills the blocks of 16 and 32 lines.
+    let render = |exr: &str, compression: &str| {
+        let flags = ["render", "--device", "cpu", "--size", "250x121", "-o", "a.exr", "--exr", exr];
+        succeed(folder.path(), &[&flags[..], &["--exr-compression", compression]].concat());
+        let path = folder.path().join("a.exr");
+        let file = read_first_flat_layer_from_file(&path).unwrap();
+        let channels = file.layer_data.channel_data.list.iter().map(|channel| channel.sample_data.clone());
+        (file.layer_data.encoding.compression, channels.collect::<Vec<_>>(), path.metadata().unwrap().len())
+    };
+    for (exr, usual, most) in [("f32", Compression::PIZ, 0.6), ("f16", Compression::ZIP16, 0.5)] {
+        let (compression, pixels, runs) = render(exr, "rle");
+        assert_eq!(compression, Compression::RLE);
+        for (name, expected) in [
+            ("none", Compression::Uncompressed),
+            ("zips", Compression::ZIP1),
+            ("zip", Compression::ZIP16),
+            ("piz", Compression::PIZ),
+            ("auto", usual),
+        ] {
+            let (compression, found, bytes) = render(exr, name);
+            assert_eq!(compression, expected, "{exr}, {name}");
+            assert!(found == pixels, "{exr}, {name}: other pixels");
+            // What nobody chose is much smaller than runs of equal bytes.
+            assert!(name != "auto" || (bytes as f64) < most * runs as f64, "{exr}: {bytes} of {runs} bytes");
+        }
+    }
+}
+
+#[test]
+fn the_usual_names_take_the_place_of_own_files_alone() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let render = |flags: &str| {
+        let line = format!("render --device cpu --size 8x4 {flags}");
+        run(folder.path(), &line.split_whitespace().collect::<Vec<_>>())
+    };
+    assert!(!render("").stderr.contains("replaced"));
+    // Of another scene, by this program.
+    let again = render("--sun-elevation 3 --json");
+    assert!(again.stderr.contains("sky.png (replaced), sky.exr (replaced):"), "{}", again.stderr);
+    assert_eq!(json(&again)["replaced"], Value::from(vec!["sky.png", "sky.exr"]));
+    let whole = ["sky.png", "sky.exr"].map(|name| std::fs::read(at(name)).unwrap());
+    for (name, whole) in ["sky.png", "sky.exr"].into_iter().zip(&whole) {
+        let mut changed = whole.clone();
+        *changed.last_mut().unwrap() ^= 1;
+        // By another program, cut off, changed by another.
+        for foreign in [&b"mine"[..], &[], &whole[..whole.len() - 1], &changed] {
+            std::fs::write(at(name), foreign).unwrap();
+            let before = contents(folder.path());
+            for (flags, words) in [("", "--force"), ("--no-clobber", "exists"), ("-n -o b.png -o sky.exr", "exists")] {
+                if flags.contains("-o") && name == "sky.png" {
+                    continue;
+                }
+                let ended = render(flags);
+                assert_eq!(ended.code, Some(2), "{name}, {flags}: {}", ended.stderr);
+                let sentence = ended.stderr.lines().find(|line| line.starts_with("sorairo: ")).unwrap();
+                assert!(sentence.contains(words), "{name}, {flags}: {sentence}");
+                assert!(contents(folder.path()) == before, "{name}, {flags}: something was written");
+            }
+            let named = render(&format!("-o {name}"));
+            assert!(named.code == Some(0) && named.stderr.contains(&format!("{name} (replaced):")), "{named:?}");
+            std::fs::write(at(name), foreign).unwrap();
+            assert_eq!(render("--force").code, Some(0));
+            assert!(contents(folder.path())[name] != foreign);
+        }
+    }
+    assert!(render("--no-clobber").code == Some(2) && render("-n -o new.png").code == Some(0));
+    assert_eq!(render("--force --no-clobber").code, Some(2));
+}
+
+#[test]
+fn frames_their_sheet_and_new_scenes_take_no_foreign_places_either() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("frames")).unwrap();
+    let sequence = |flags: &str| {
+        let line = format!("sequence --device cpu --size 8x4 --sun-elevation 0:1:1 {flags}");
+        run(folder.path(), &line.split_whitespace().collect::<Vec<_>>())
+    };
+    for name in ["frames/sky.0000.png", "frames/contact.png"] {
+        std::fs::write(folder.path().join(name), "mine").unwrap();
+        let ended = sequence("");
+        assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+        assert!(ended.stderr.contains(name) && ended.stderr.contains("--force"), "{}", ended.stderr);
+        assert_eq!(std::fs::read(folder.path().join(name)).unwrap(), b"mine");
+        assert_eq!(sequence("--force").code, Some(0));
+        assert!(std::fs::read(folder.path().join(name)).unwrap() != b"mine");
+    }
+    // Own frames of other scenes are.
+    let ended = sequence("--albedo 0.5");
+    assert!(ended.stderr.contains("2 frames rendered, 2 of them replaced, 0 skipped"), "{}", ended.stderr);
+    assert_eq!(sequence("--albedo 0.5 --no-clobber").code, Some(0));
+    assert_eq!(sequence("--albedo 0.1 --no-clobber").code, Some(2));
+
+    std::fs::write(folder.path().join("scene.toml"), "mine").unwrap();
+    for (flag, code) in [("--no-clobber", 2), ("--quiet", 2), ("--force", 0)] {
+        assert_eq!(run(folder.path(), &["scene", "new", flag]).code, Some(code), "{flag}");
+        assert_eq!(std::fs::read(folder.path().join("scene.toml")).unwrap() == b"mine", code == 2);
+    }
+}
+
 #[test]
 fn automatic_exposure_knows_the_suns_disc_when_it_is_in_view() {
     let folder = folder();
@@ -102,29 +253,96 @@ fn automatic_exposure_knows_the_suns_disc_when_it_is_in_view() {
     assert_eq!(exposure(&format!("{camera}180 --sun-disc")), sky);
 }
 
-#[cfg(unix)]
 #[test]
-fn a_pixel_that_half_floats_do_not_reach_is_an_error() {
+fn light_that_half_floats_would_cut_off_is_refused_with_the_exposure_that_keeps_it() {
     let folder = folder();
     std::fs::write(folder.path().join("near.toml"), "sun.distance = 0.01\nsun.elevation = 60\n").unwrap();
-    for device in ["cpu", "gpu"] {
-        for outputs in [&["-o", "a.exr"][..], &["-o", "a.exr", "-o", "a.png"], &["-o", "a.spectral.exr"]] {
-            let render = ["render", "--device", device, "--size", "64x32", "--scene", "near.toml", "--exr"];
-            let ended = run(folder.path(), &[&render[..], &["f16"], outputs].concat());
-            assert_eq!(ended.code, Some(2), "{outputs:?}: {}", ended.stderr);
-            assert!(
-                ended.stderr.contains("--exr (render.exr) is f16") && ended.stderr.contains("65504"),
-                "{}",
-                ended.stderr
-            );
-            assert_eq!(names(folder.path()), ["near.toml"]);
+    for (device, outputs) in
+        [("cpu", "-o a.exr"), ("gpu", "-o a.exr"), ("cpu", "-o a.exr -o a.png"), ("cpu", "-o a.spectral.exr")]
+    {
+        let render = |flags: &str| {
+            let line = format!("render --device {device} --size 64x32 --scene near.toml --exr f16 {outputs} {flags}");
+            run(folder.path(), &line.split_whitespace().collect::<Vec<_>>())
+        };
+        let ended = render("--exr-exposure 0");
+        assert_eq!(ended.code, Some(2), "{outputs}: {}", ended.stderr);
+        for words in ["--exr (render.exr) is f16", "65504", "% of the image's light would be lost", "--exr-exposure -"]
+        {
+            assert!(ended.stderr.contains(words), "{outputs}: no {words:?} in {}", ended.stderr);
         }
-        succeed(
-            folder.path(),
-            &["render", "--device", device, "--size", "64x32", "--scene", "near.toml", "-o", "a.exr"],
-        );
-        std::fs::remove_file(folder.path().join("a.exr")).unwrap();
+        assert_eq!(names(folder.path()), ["near.toml"]);
+        // The exposure that it names is enough, and so is the one that nobody chose.
+        let named = ended.stderr.split("--exr-exposure ").nth(1).unwrap().split(' ').next().unwrap();
+        for flags in [&format!("--exr-exposure {named}")[..], ""] {
+            let ended = render(flags);
+            assert_eq!(ended.code, Some(0), "{outputs} {flags}: {}", ended.stderr);
+        }
+        names(folder.path()).iter().filter(|name| *name != "near.toml").for_each(|name| {
+            std::fs::remove_file(folder.path().join(name)).unwrap();
+        });
     }
+}
+
+/// The values of an EXR, channel after channel, as radiance; and by how many stops they are exposed.
+fn exposed(path: &Path) -> (Vec<Vec<f32>>, f32) {
+    use exr::prelude::{AttributeValue, FlatSamples};
+    let file = read_first_flat_layer_from_file(path).unwrap();
+    let attributes = &file.layer_data.attributes;
+    let Some(AttributeValue::F32(stops)) = attributes.other.get(&exr::prelude::Text::from("sorairoExposure")) else {
+        panic!("{}: no exposure", path.display())
+    };
+    // The luminance of 1 says the same to programs that know OpenEXR's own attribute.
+    let white = attributes.white_luminance.unwrap() * stops.exp2();
+    assert!((white / 683.0 - 1.0).abs() < 1e-4, "{white}");
+    let values = |samples: &FlatSamples| match samples {
+        FlatSamples::F16(samples) => samples.iter().map(|value| value.to_f32() / stops.exp2()).collect(),
+        FlatSamples::F32(samples) => samples.iter().map(|value| value / stops.exp2()).collect(),
+        FlatSamples::U32(_) => panic!("whole numbers"),
+    };
+    (file.layer_data.channel_data.list.iter().map(|channel| values(&channel.sample_data)).collect(), *stops)
+}
+
+#[test]
+fn half_floats_hold_the_suns_disc_and_the_light_of_twilight() {
+    let folder = folder();
+    for (flags, is_brighter, sign) in [
+        // Eight times what half floats reach, at this size of a pixel.
+        ("-o NAME.exr --sun-disc --size 512x256 --sun-elevation 40", true, -1.0),
+        // A quarter of these pixels became 0.
+        ("-o NAME.spectral.exr --wavelengths 550 --size 64x32 --sun-elevation -12", false, 1.0),
+        ("-o NAME.exr --size 64x32 --sun-elevation 40", false, 0.0),
+    ] {
+        let render = |name: &str, more: &str| {
+            let line = format!("render --device cpu {} {more}", flags.replace("NAME", name));
+            succeed(folder.path(), &line.split_whitespace().collect::<Vec<_>>());
+            let extension = if flags.contains("spectral") { "spectral.exr" } else { "exr" };
+            exposed(&folder.path().join(format!("{name}.{extension}")))
+        };
+        let (full, none) = render("full", "");
+        let (half, stops) = render("half", "--exr f16");
+        assert_eq!(none, 0.0);
+        // By day as it is, where nothing is lost.
+        assert!(
+            if sign == 0.0 { stops == 0.0 } else { stops * sign > 0.0 && stops == stops.round() },
+            "{flags}: {stops}"
+        );
+        let brightest = full.iter().flatten().copied().fold(0.0, f32::max);
+        assert_eq!(brightest > 65504.0, is_brighter, "{flags}: {brightest}");
+        for (full, half) in full.iter().flatten().zip(half.iter().flatten()) {
+            // Half floats have 11 bits, fewer below 2⁻¹⁴ of what they hold.
+            let allowed = full * 2f32.powi(-11) + 2f32.powi(-25 - stops as i32);
+            assert!((full - half).abs() <= allowed && (*full == 0.0 || *half > 0.0), "{flags}: {half} for {full}");
+        }
+        // An exposure by hand holds in 32 bits too.
+        let (by_hand, stops) = render("hand", "--exr-exposure -3");
+        assert!(stops == -3.0 && by_hand == full, "{flags}");
+    }
+    let line = "render --device cpu -o a.spectral.exr --wavelengths 550 --size 64x32 --sun-elevation -12 --exr f16";
+    let words = |more: &str| format!("{line} {more}").split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    let ended = |more| run(folder.path(), &words(more).iter().map(String::as_str).collect::<Vec<_>>());
+    let weak = ended("--exr-exposure 0").stderr;
+    assert!(weak.contains("of the values that are not 0 lie below 6.1e-5") && weak.contains("become 0"), "{weak}");
+    assert!(!ended("").stderr.contains("become 0"));
 }
 
 #[test]

@@ -36,8 +36,19 @@ fn map(device: &wgpu::Device, (width, height): (u32, u32), format: TextureFormat
     texture(device, (width, height), count, format, TextureUsages::COPY_DST | TextureUsages::COPY_SRC)
 }
 
-fn draw((device, queue): &OwnDevice, sky: &Arc<SkyPlan>, size: (u32, u32), format: TextureFormat) -> Drawn {
+fn draw(device: &OwnDevice, sky: &Arc<SkyPlan>, size: (u32, u32), format: TextureFormat) -> Drawn {
+    draw_exposed(device, sky, size, format, 0.0)
+}
+
+fn draw_exposed(
+    (device, queue): &OwnDevice,
+    sky: &Arc<SkyPlan>,
+    size: (u32, u32),
+    format: TextureFormat,
+    stops: f32,
+) -> Drawn {
     let mut renderer = ResidentRenderer::with_device(device, queue);
+    renderer.set_linear_exposure(stops);
     let map = map(device, size, format);
     let harmonics = buffer(device, HARMONICS, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
     let mut encoder = device.create_command_encoder(&Default::default());
@@ -143,6 +154,69 @@ fn a_map_of_half_floats_is_the_same_map_rounded() {
             assert!(rounded.eq(half.iter().copied()), "{size:?}, level {level}");
         }
         assert_eq!(half.harmonics, single.harmonics);
+    }
+}
+
+#[test]
+fn an_exposed_map_of_half_floats_keeps_the_light_of_the_suns_disc() {
+    let device = with_passthrough();
+    let mut scene = Scene::preset(Preset::Standard);
+    (scene.sun.elevation, scene.sun.azimuth, scene.sun.disc) = (25.0, 120.0, true);
+    let sky = Arc::new(SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb));
+    let size = (512, 256);
+    let camera = CameraScene { size: "512x256".parse().unwrap(), ..CameraScene::default() };
+    let stops = ResidentRenderer::exposure_of_halves(&sky, &camera).unwrap();
+    assert!(stops < 0.0 && stops == stops.round(), "{stops}");
+    let single = draw(&device, &sky, size, TextureFormat::Rgba32Float);
+    let light = mean(&floats(&single.levels[0]), 256);
+    let halves = |words: &[u32]| {
+        let value = |bits: u32| exr::prelude::f16::from_bits(bits as u16).to_f32();
+        let texel = |words: &[u32]| Vec4::from_array([words[0], words[0] >> 16, words[1], words[1] >> 16].map(value));
+        words.chunks(2).map(texel).collect::<Vec<_>>()
+    };
+    let part = |drawn: &Drawn, level: usize, stops: f32| {
+        let found = mean(&halves(&drawn.levels[level]), 256 >> level);
+        std::array::from_fn::<f64, 3, _>(|i| found[i] / f64::from(stops.exp2()) / light[i])
+    };
+    // The sun sends several times the light of the sky, and its pixels end at 65504.
+    let cut = part(&draw(&device, &sky, size, TextureFormat::Rgba16Float), 0, 0.0);
+    assert!(cut.iter().all(|&part| part < 0.6), "{cut:?}");
+    let exposed = draw_exposed(&device, &sky, size, TextureFormat::Rgba16Float, stops);
+    for level in 0..9 {
+        // A half float has 11 bits, so that each pixel is right to 2⁻¹¹.
+        let found = part(&exposed, level, stops);
+        assert!(found.iter().all(|part| (part - 1.0).abs() < 5e-4), "{level}: {found:?}");
+        assert!(halves(&exposed.levels[level]).iter().all(|pixel| pixel.w == 1.0));
+    }
+    for (exposed, single) in exposed.harmonics.iter().zip(&single.harmonics) {
+        // Every number of the sums is smaller by the same power of two.
+        assert_eq!(*exposed, *single * stops.exp2());
+    }
+}
+
+#[test]
+fn an_exposure_scales_what_is_linear_and_leaves_pictures_as_they_are() {
+    use sorairo::low_level::device::Backend;
+    use sorairo::low_level::device::cpu::Cpu;
+    use sorairo::scene::{ColourPath, Fit, PathChoice};
+    for (fit, color, path) in [
+        (Fit::Extinction, ColourPath::Folded, PathChoice::Lookup),
+        (Fit::Extinction, ColourPath::Folded, PathChoice::Direct),
+        (Fit::Transfer, ColourPath::Folded, PathChoice::Lookup),
+        (Fit::Cubic, ColourPath::Solve, PathChoice::Direct),
+    ] {
+        let mut scene = Scene::preset(Preset::Standard);
+        (scene.sun.elevation, scene.sun.disc, scene.camera.size) = (20.0, true, "64x32".parse().unwrap());
+        (scene.render.fit, scene.render.color, scene.render.path) = (fit, color, path);
+        let scene = scene.validated().unwrap();
+        let words = |pixel, stops| {
+            let plan = Plan::new(&scene, pixel).exposed(stops);
+            Cpu.run(&plan, plan.kernel()).unwrap().words
+        };
+        assert!(words(PixelFormat::Picture, -6.0) == words(PixelFormat::Picture, 0.0), "{fit:?}");
+        let [plain, exposed] = [0.0, -6.0].map(|stops| words(PixelFormat::LinearRgb, stops));
+        let is_scaled = |(plain, exposed): (&u32, &u32)| f32::from_bits(*plain) / 64.0 == f32::from_bits(*exposed);
+        assert!(plain.iter().any(|&word| word != 0) && plain.iter().zip(&exposed).all(is_scaled), "{fit:?}");
     }
 }
 

@@ -303,6 +303,43 @@ fn a_file_that_another_process_is_writing_is_left_alone() {
     assert_eq!(contents(folder.path()).into_keys().collect::<Vec<_>>(), ["other.png"]);
 }
 
+/// A pipe has no end until somebody writes into it, and what a person calls their own is theirs.
+#[cfg(unix)]
+#[test]
+fn a_persons_own_files_and_pipes_beside_the_outputs_are_neither_opened_nor_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = |name: &str| {
+        let made = std::process::Command::new("mkfifo").arg(folder.path().join(name)).status().unwrap();
+        assert!(made.success(), "mkfifo {name}");
+    };
+    pipe(".sorairo-x");
+    for name in [".sorairo-mine.txt", ".sorairo-abcdef"] {
+        std::fs::write(folder.path().join(name), "mine").unwrap();
+    }
+    let sequence = ["sequence", "--device", "cpu", "--size", "8x4", "--sun-elevation", "0:1:1", "-o", "a#.png"];
+    for arguments in [&["render", "--device", "cpu", "--size", "8x4", "-o", "a.png"][..], &sequence] {
+        succeed_in_time(folder.path(), arguments);
+    }
+    let there = ["a.png", "a0.png", "a1.png", "contact.png"];
+    assert_eq!(names(folder.path()), [&[".sorairo-abcdef", ".sorairo-mine.txt", ".sorairo-x"][..], &there].concat());
+    // A frame whose place a pipe has is refused, and not waited for.
+    std::fs::remove_file(folder.path().join("a1.png")).unwrap();
+    pipe("a1.png");
+    let mut child = command(folder.path(), &sequence).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    wait::until("the end of a run", || child.try_wait().unwrap().is_some());
+    let ended: Ended = child.wait_with_output().unwrap().into();
+    assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+    assert!(ended.stderr.contains("a1.png") && ended.stderr.contains("no ordinary file"), "{}", ended.stderr);
+}
+
+/// A run that succeeds, or a test that fails where it hangs.
+#[cfg(unix)]
+fn succeed_in_time(folder: &Path, arguments: &[&str]) {
+    let mut child = start(folder, arguments);
+    wait::until("the end of a run", || child.try_wait().unwrap().is_some());
+    assert!(child.wait().unwrap().success(), "{arguments:?}");
+}
+
 #[test]
 fn sixteen_processes_at_once_finish_with_correct_files() {
     let folder = tempfile::tempdir().unwrap();

@@ -4,7 +4,7 @@ use sorairo::PixelFormat;
 use sorairo::Plan;
 use sorairo::low_level::device::{self, Backend};
 use sorairo::low_level::irradiance::SkyLight;
-use sorairo::scene::{ColourPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
+use sorairo::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo_evaluation::judge::{coefficients, medium};
 use sorairo_oracle::column_to_top;
 use sorairo_shared::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, solid_angle_density};
@@ -212,7 +212,4 @@ fn a_disc_beyond_what_a_file_can_hold_is_refused() {
     refused(&scene, "a.spectral.exr", "sun.disc");
     scene.sun.distance = 60.0;
     refused(&scene, "a.exr", "50");
-    scene.sun.distance = 1.0;
-    scene.render.exr = ExrDepth::Half;
-    refused(&scene, "a.exr", "render.exr = f32");
 }

@@ -94,6 +94,10 @@ impl fmt::Display for Error {
 fn with_flags(error: &Sky) -> String {
     match error {
         Sky::InFile { .. } | Sky::FileExists { .. } => error.to_string(),
+        Sky::ForeignFile { path } => format!(
+            "{} exists, and sorairo did not write it as it stands; --force replaces it, -o takes another name",
+            path.display()
+        ),
         Sky::InFrame { number, error } => format!("frame {number}: {}", with_flags(error)),
         Sky::NoSuchDevice { .. } => format!("--device {error}"),
         Sky::FileName { .. } | Sky::SharedFile { .. } | Sky::NotWritable { .. } | Sky::Write { .. } => {

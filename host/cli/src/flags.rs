@@ -59,7 +59,7 @@ const SKY: [SceneFlag; 14] = [
 ];
 
 /// The flags of images alone.
-const IMAGE: [SceneFlag; 12] = [
+const IMAGE: [SceneFlag; 14] = [
     SceneFlag { key: "sun.disc", name: "--sun-disc", takes: Takes::Nothing },
     word("camera.projection", "--projection"),
     value("camera.size", "--size", "WxH", text_of::<Size>),
@@ -69,6 +69,8 @@ const IMAGE: [SceneFlag; 12] = [
     word("render.color", "--color"),
     word("render.dither", "--dither"),
     word("render.exr", "--exr"),
+    value("render.exr_exposure", "--exr-exposure", "EV", exposure),
+    word("render.exr_compression", "--exr-compression"),
     word("render.rgb", "--rgb"),
     word("render.white_balance", "--white-balance"),
     word("render.path", "--path"),

@@ -82,6 +82,6 @@ fn fail_at_the_file_size_limit() {
 fn interrupted() {
     output::end_line();
     output::print_error("sorairo: interrupted; files that were not finished are removed");
-    files::remove_unfinished();
+    let _until_the_end = files::remove_unfinished();
     std::process::exit(INTERRUPTED)
 }

@@ -112,11 +112,11 @@ impl FrameProgress {
     pub fn ended(&mut self, how: Ended) {
         let took = std::mem::replace(&mut self.last, Instant::now()).elapsed();
         match how {
-            Ended::Rendered { direct: true } => {
+            Ended::Rendered { direct: true, .. } => {
                 self.direct.frames += 1;
                 self.direct.time += took;
             }
-            Ended::Rendered { direct: false } => {}
+            Ended::Rendered { direct: false, .. } => {}
             Ended::Found => self.skipped += 1,
         }
         self.bar.set_message(format!("{} skipped{}", self.skipped, self.direct));

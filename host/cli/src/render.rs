@@ -1,5 +1,7 @@
 //! The command that renders a sky.
 
+use std::path::PathBuf;
+
 use sorairo::low_level::device;
 use sorairo::low_level::render::{self, Report};
 
@@ -28,9 +30,13 @@ pub fn run(arguments: &RenderArguments) -> Result<()> {
 
 /// A rendering in two lines.
 fn summary(report: &Report) -> String {
-    let outputs: Vec<_> = report.outputs.iter().map(|path| path.display().to_string()).collect();
+    let output = |path: &PathBuf| {
+        let replaced = if report.replaced.contains(path) { " (replaced)" } else { "" };
+        format!("{}{replaced}", path.display())
+    };
+    let outputs: Vec<_> = report.outputs.iter().map(output).collect();
     format!(
-        "{}: {}x{} pixels, sun at elevation {:.2}°, azimuth {:.2}°, exposure {:+.2} EV, {} samples per piece, {}\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
+        "{}: {}x{} pixels, sun at elevation {:.2}°, azimuth {:.2}°, exposure {:+.2} EV, {}{} samples per piece, {}\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
          encoding {:.1} ms, total {:.1} ms",
         outputs.join(", "),
         report.width,
@@ -38,6 +44,7 @@ fn summary(report: &Report) -> String {
         report.sun_elevation,
         report.sun_azimuth,
         report.exposure_ev,
+        if report.exr_exposure_ev == 0.0 { String::new() } else { format!("of EXR {:+} EV, ", report.exr_exposure_ev) },
         report.steps,
         report.path,
         report.device,

@@ -13,8 +13,9 @@ use crate::output::{print_error, print_line, print_note};
 /// Runs one of them.
 pub fn run(command: &SceneCommand) -> Result<()> {
     match command {
-        SceneCommand::New { file, preset } => {
-            text::create(file, &reference::commented(*preset)).map_err(unnamed)?;
+        SceneCommand::New { file, preset, replace } => {
+            let write = if replace.force { text::replace } else { text::create };
+            write(file, &reference::commented(*preset)).map_err(unnamed)?;
             print_note(&format!("{}: every key of the preset {}", file.display(), word(*preset)));
             Ok(())
         }

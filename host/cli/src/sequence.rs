@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 use sorairo::low_level::device::{self, DeviceKind};
+use sorairo::low_level::files::Replace;
 use sorairo::low_level::render::Shown;
 use sorairo::low_level::sequence::{self, Ended, Frame};
 
@@ -30,6 +31,8 @@ struct Summary {
     count: usize,
     /// Frames that this run rendered.
     rendered: u32,
+    /// Frames that this run rendered in the place of other files.
+    replaced: u32,
     /// Frames of this run that were there already.
     skipped: u32,
     /// Time from the first frame to the last (s).
@@ -87,15 +90,21 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
     let sheet = contact_sheet_path(&frames);
     let files = frames.iter().flat_map(|frame| &frame.request.outputs).chain([&sheet]);
     refuse_scene_as_output(arguments.scene.as_deref(), files)?;
+    // Nobody names the sheet.
+    let replaces = if arguments.replace.force { Replace::All } else { Replace::Own };
+    replaces.check(&sheet)?;
     let mut device = device::open(&memory::device(&arguments.device)?)?;
     sequence::make_folders(&chosen)?;
-    let (mut rendered, mut skipped, mut reports) = (0, 0, Vec::new());
+    let (mut rendered, mut replaced, mut skipped, mut reports) = (0, 0, 0, Vec::new());
     let start = Instant::now();
     let mut progress = FrameProgress::start(chosen.len());
     let outcome = sequence::sequence(&chosen, &mut device, &mut |frame, ended, shown| {
         reports.push(FrameReport::new(frame, ended, shown));
         match ended {
-            Ended::Rendered { .. } => rendered += 1,
+            Ended::Rendered { replaced: has_replaced, .. } => {
+                rendered += 1;
+                replaced += u32::from(has_replaced);
+            }
             Ended::Found => skipped += 1,
         }
         progress.ended(ended);
@@ -110,6 +119,7 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
     let is_known = rendered == 0 && known::are_whole(&frames, &made_of()?, &sheet, manifest.as_deref());
     let is_whole = is_known || sequence::are_finished(frames.iter().filter(is_other));
     if is_whole && !is_known {
+        arguments.replace.or(Replace::All).check(&sheet)?;
         contact_sheet(&sheet, &frames, &made_of()?, &mut device)?;
         if let Some(cases) = &cases {
             manifest::write(cases, &frames)?;
@@ -120,6 +130,7 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
         backend: device.kind,
         count: frames.len(),
         rendered,
+        replaced,
         skipped,
         seconds,
         frames_per_second: f64::from(rendered) / seconds,
@@ -141,12 +152,13 @@ fn contact_sheet_path(frames: &[Frame]) -> PathBuf {
 }
 
 fn in_a_line(summary: &Summary) -> String {
-    let Summary { device, count, rendered, skipped, seconds, frames_per_second, .. } = summary;
+    let Summary { device, count, rendered, replaced, skipped, seconds, frames_per_second, .. } = summary;
+    let replaced = if *replaced > 0 { format!("{replaced} of them replaced, ") } else { String::new() };
     let sheet = match &summary.contact_sheet {
         Some(path) => format!("contact sheet {path}"),
         None => "no contact sheet, because frames are missing".into(),
     };
     format!(
-        "{rendered} frames rendered, {skipped} skipped, of {count}, in {seconds:.1} s ({frames_per_second:.1} frames/s) on {device}; {sheet}"
+        "{rendered} frames rendered, {replaced}{skipped} skipped, of {count}, in {seconds:.1} s ({frames_per_second:.1} frames/s) on {device}; {sheet}"
     )
 }

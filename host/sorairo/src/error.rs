@@ -82,6 +82,12 @@ pub enum Error {
         /// Its name.
         path: PathBuf,
     },
+    /// There is a file already that this program did not write, or that has changed since, and nobody asked for its name.
+    #[error("{} exists, and this program did not write it as it stands; choose another name, or move it away", path.display())]
+    ForeignFile {
+        /// Its name.
+        path: PathBuf,
+    },
     /// Something is asked of spectral files, and no file is one.
     #[error("{key} needs a spectral file: NAME.spectral.exr, NAME.hsr, or NAME.exr where every EXR file is spectral")]
     NoSpectralFile {

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::device::{Device, DeviceKind, Times};
 use crate::error::{Error, Result};
-use crate::files::{self, Format, Image, Staged, Writer};
+use crate::files::{self, Format, Image, Replace, Staged, Writer};
 use crate::irradiance::SkyLight;
 use sorairo_shared::variant::PixelFormat;
 
@@ -17,7 +17,7 @@ use crate::plan::explain::explain;
 use crate::plan::lookup::Lookup;
 use crate::plan::sun_disc::Sun;
 use crate::plan::{LightFields, Plan};
-use crate::scene::{ColourObserver, ColourPath, ExrDepth, Fit, Rgb, Scene, ValidScene, WhiteBalance};
+use crate::scene::{ColourObserver, ColourPath, Fit, Rgb, Scene, ValidScene, WhiteBalance};
 use crate::spectral_irradiance::SpectralIrradiance;
 use crate::spectrum::Spectra;
 
@@ -32,6 +32,8 @@ pub struct Request {
     pub wavelengths: Option<Vec<f64>>,
     /// Whether to measure the downwelling irradiance.
     pub sky_light: bool,
+    /// Which files that are there already it may replace.
+    pub replace: Replace,
 }
 
 impl Request {
@@ -105,6 +107,8 @@ pub struct Report {
     pub explain: Vec<String>,
     /// Factor from linear RGB to the picture's linear value, as a power of two.
     pub exposure_ev: f32,
+    /// Stops by which the values of EXR files are exposed, as their headers say.
+    pub exr_exposure_ev: f32,
     /// The downwelling irradiance, if it was asked for.
     #[serde(flatten)]
     pub sky_light: Option<SkyLight>,
@@ -124,6 +128,9 @@ pub struct Report {
     /// The files written.
     #[serde(serialize_with = "as_text")]
     pub outputs: Vec<PathBuf>,
+    /// Those of them that took the place of a file.
+    #[serde(serialize_with = "as_text")]
+    pub replaced: Vec<PathBuf>,
 }
 
 /// Paths as text, whatever bytes their names hold.
@@ -142,6 +149,7 @@ pub struct Job {
     pub plan: Plan,
     outputs: Vec<PathBuf>,
     formats: Vec<Format>,
+    replace: Replace,
     scene: ValidScene,
 }
 
@@ -155,13 +163,7 @@ impl Job {
         let outputs = &request.outputs;
         let formats = request.formats()?;
         let spectral = request.wavelengths_of(scene, &formats)?;
-        let pixel = pixel_format(scene, &formats);
-        if scene.sun.disc && scene.render.exr == ExrDepth::Half && formats.contains(&Format::Exr) {
-            return Err(Error::not_allowed(
-                "sun.disc",
-                "needs render.exr = f32: the disc is brighter than half floats reach",
-            ));
-        }
+        let pixel = pixel_format(&formats);
         files::check_radiance(outputs, &formats, &scene.camera)?;
         for path in outputs {
             files::check_writable(path)?;
@@ -174,7 +176,12 @@ impl Job {
         if !spectral.is_empty() {
             plan = plan.with_spectrum(&spectral)?;
         }
-        Ok(Self { plan, outputs: outputs.clone(), formats, scene: scene.clone() })
+        Ok(Self { plan, outputs: outputs.clone(), formats, replace: request.replace, scene: scene.clone() })
+    }
+
+    /// Its outputs that would take the place of a file.
+    pub fn replaced(&self) -> Vec<PathBuf> {
+        self.outputs.iter().filter(|path| path.is_file()).cloned().collect()
     }
 
     /// What the image shows.
@@ -187,22 +194,18 @@ impl Job {
         self.plan.lookup.size.is_none()
     }
 
-    /// Whether a file holds half floats.
-    fn has_halves(&self) -> bool {
-        self.scene.render.exr == ExrDepth::Half && self.formats.iter().any(|&format| format != Format::Png)
-    }
-
     /// Computes the pixels; each file is encoded meanwhile, on a thread of its own.
     ///
     /// # Errors
     ///
-    /// [`Error::Device`] if every device failed, [`Error::NotAllowed`] if the image is too wide for the device,
-    /// [`Error::Write`] if a file cannot be written.
+    /// [`Error::FileExists`] or [`Error::ForeignFile`] if a file that is there must stay; [`Error::Device`] if every device failed, [`Error::NotAllowed`] if the
+    /// image is too wide for the device, [`Error::Write`] if a file cannot be written.
     pub fn compute<'scope>(
         &self,
         scope: &'scope Scope<'scope, '_>,
         device: &mut Device,
     ) -> Result<(Times, Files<'scope>)> {
+        self.outputs.iter().try_for_each(|path| self.replace.check(path))?;
         let plan = &self.plan;
         let mut image = Image::of(plan, &self.scene);
         if self.formats.contains(&Format::RadianceScene) {
@@ -212,9 +215,6 @@ impl Job {
         let files = Files { writers: self.outputs.iter().zip(&self.formats).map(begin).collect::<Result<_>>()? };
         let computing = device.rows(plan, plan.kernel(), &mut |_, rows| {
             check_rows(plan.pixel, rows)?;
-            if self.has_halves() {
-                check_halves(plan.pixel, rows)?;
-            }
             let rows: Arc<[u32]> = rows.into();
             files.writers.iter().try_for_each(|writer| writer.take(Arc::clone(&rows)))
         });
@@ -229,13 +229,9 @@ impl Job {
 
 /// How pixels are stored for files of these formats. A picture alone is packed on the device, 4 bytes a pixel; a linear image serves for
 /// both.
-fn pixel_format(scene: &Scene, formats: &[Format]) -> PixelFormat {
-    match scene.render.exr {
-        _ if formats.iter().any(|format| format.is_spectral()) => PixelFormat::LinearRgb,
-        _ if !formats.contains(&Format::Exr) => PixelFormat::Picture,
-        ExrDepth::Half if !formats.contains(&Format::Png) => PixelFormat::HalfRgb,
-        _ => PixelFormat::LinearRgb,
-    }
+fn pixel_format(formats: &[Format]) -> PixelFormat {
+    let is_linear = formats.iter().any(|&format| format.is_spectral() || format == Format::Exr);
+    if is_linear { PixelFormat::LinearRgb } else { PixelFormat::Picture }
 }
 
 /// What an image shows, beside its pixels.
@@ -243,6 +239,8 @@ fn pixel_format(scene: &Scene, formats: &[Format]) -> PixelFormat {
 pub struct Shown {
     /// Factor from linear RGB to the picture's linear value, as a power of two.
     pub exposure_ev: f32,
+    /// Stops by which the values of EXR files are exposed, as their headers say.
+    pub exr_exposure_ev: f32,
     /// What falls from its sky.
     #[serde(flatten)]
     pub sky_light: SkyLight,
@@ -250,7 +248,11 @@ pub struct Shown {
 
 impl Shown {
     fn of(plan: &Plan) -> Self {
-        Self { exposure_ev: plan.uniform.exposure.log2(), sky_light: SkyLight::new(&plan.sky) }
+        Self {
+            exposure_ev: plan.uniform.exposure.log2(),
+            exr_exposure_ev: plan.linear_exposure(plan.sky.scene.render.exr),
+            sky_light: SkyLight::new(&plan.sky),
+        }
     }
 
     /// That of a request whose files are there already.
@@ -259,7 +261,7 @@ impl Shown {
     ///
     /// Those of [`Format::of`].
     pub fn of_request(request: &Request, scene: &ValidScene, light_fields: &LightFields) -> Result<Self> {
-        let pixel = pixel_format(scene, &request.formats()?);
+        let pixel = pixel_format(&request.formats()?);
         Ok(Self::of(&Plan::with_light_fields(scene, pixel, light_fields)))
     }
 }
@@ -302,6 +304,7 @@ pub fn render(
     let planned = start.elapsed();
     stage("opening the device");
     let mut device = open()?;
+    let replaced = job.replaced();
     stage("computing the sky");
     let (times, encoding) = std::thread::scope(|scope| {
         let (times, files) = job.compute(scope, &mut device)?;
@@ -334,6 +337,7 @@ pub fn render(
         path: plan.lookup.clone(),
         explain: explain(plan, scene.camera.projection),
         exposure_ev: plan.uniform.exposure.log2(),
+        exr_exposure_ev: plan.linear_exposure(scene.render.exr),
         sky_light,
         spectral_irradiance,
         plan_ms: ms(planned),
@@ -342,24 +346,8 @@ pub fn render(
         encode_ms: ms(encoding),
         total_ms: ms(start.elapsed()),
         outputs: request.outputs.clone(),
+        replaced,
     })
-}
-
-/// Refuses rows that hold what half floats do not reach; kernels store their largest number for it.
-fn check_halves(pixel: PixelFormat, rows: &[u32]) -> Result<()> {
-    const LARGEST: f32 = 65_504.0;
-    const LARGEST_BITS: u32 = 0x7bff;
-    let is_beyond = match pixel {
-        PixelFormat::Picture => false,
-        PixelFormat::LinearRgb | PixelFormat::LinearRgba => rows.iter().any(|&word| f32::from_bits(word) > LARGEST),
-        PixelFormat::HalfRgb => rows.iter().any(|&word| word & 0xffff == LARGEST_BITS || word >> 16 == LARGEST_BITS),
-    };
-    if is_beyond {
-        let complaint =
-            format!("is f16, and a pixel is brighter than {LARGEST}, the most that half floats hold; f32 holds it");
-        return Err(Error::not_allowed("render.exr", complaint));
-    }
-    Ok(())
 }
 
 /// Refuses rows that hold what no kernel stores: the sentinel of a pixel that was never written, or what no radiance is.

@@ -59,6 +59,7 @@ impl Renderer {
             rgb: bytemuck::allocation::cast_vec(run.words),
             exposure: plan.uniform.exposure,
             scene: scene.clone(),
+            exr_exposure: plan.linear_exposure(scene.render.exr),
             space: plan.sky.space,
             display: plan.sky.display(),
         })
@@ -78,6 +79,7 @@ pub struct Image {
     pub exposure: f32,
     /// What was rendered.
     pub scene: Scene,
+    exr_exposure: f32,
     space: ColourSpace,
     display: ColourSpace,
 }
@@ -113,6 +115,7 @@ impl Image {
             height: self.height,
             pixel: PixelFormat::LinearRgb,
             exposure: self.exposure,
+            exr_exposure: self.exr_exposure,
             scene: self.scene.clone(),
             space: self.space,
             display: self.display,

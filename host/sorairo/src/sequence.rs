@@ -33,6 +33,8 @@ pub enum Ended {
     Rendered {
         /// Whether every pixel was integrated, which takes several times as long as the sky lookup.
         direct: bool,
+        /// Whether a file of it took the place of another.
+        replaced: bool,
     },
     /// Its files were there already, whole, and show its scene.
     Found,
@@ -142,8 +144,9 @@ pub fn sequence(frames: &[Frame], device: &mut Device, ended: &mut OnEnd<'_>) ->
             let Work { job, shown } = work.map_err(|error| of_frame(frame, error))?;
             let files = match job {
                 Some(job) => {
+                    let replaced = !job.replaced().is_empty();
                     let (_, files) = job.compute(scope, device).map_err(|error| of_frame(frame, error))?;
-                    Some((files, Ended::Rendered { direct: job.is_direct() }))
+                    Some((files, Ended::Rendered { direct: job.is_direct(), replaced }))
                 }
                 None => None,
             };

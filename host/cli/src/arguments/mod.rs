@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use sorairo::low_level::files::Replace;
 use sorairo::low_level::render::Request;
 use sorairo::scene::Preset;
 use sorairo::scene::place::Time;
@@ -19,7 +20,7 @@ use crate::ranges::{FrameChoice, FrameExposure, Numbers, elevations, wavelengths
 
 #[cfg(feature = "evaluation")]
 pub use measuring::{BandsArguments, BenchArguments, EvaluationCommand, ReproduceArguments, StressArguments};
-pub use shared::{SceneArguments, SpectralFlags, scene};
+pub use shared::{ReplaceFlags, SceneArguments, SpectralFlags, scene};
 use shared::{device, number};
 
 /// Renders the clear sky in full spectrum on the GPU.
@@ -71,7 +72,7 @@ pub enum Command {
 
 #[derive(Subcommand)]
 pub enum SceneCommand {
-    /// Writes a scene file with every key at its default and a comment above each; never over an existing file.
+    /// Writes a scene file with every key at its default and a comment above each; over an existing file with --force alone.
     New {
         /// File to write.
         #[arg(default_value = "scene.toml")]
@@ -79,6 +80,8 @@ pub enum SceneCommand {
         /// Named atmosphere whose values are written.
         #[arg(long, default_value = "standard", value_parser = word_of::<Preset>())]
         preset: Preset,
+        #[command(flatten)]
+        replace: ReplaceFlags,
     },
     /// Says whether a file is a scene, and names everything that is wrong with it.
     Check {
@@ -121,9 +124,12 @@ impl SceneFile {
 pub struct RenderArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// File to write, .png, .exr, .spectral.exr, .hsr or .rad; may be given more than once [default: sky.png and sky.exr].
+    /// File to write, .png, .exr, .spectral.exr, .hsr or .rad; may be given more than once [default: sky.png and sky.exr, in the place of
+    /// files that sorairo wrote, and of no others].
     #[arg(short = 'o', long = "output", value_name = "OUT")]
     output: Vec<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceFlags,
     #[command(flatten)]
     spectral: SpectralFlags,
     /// Print what the plan skips, and what that saves (with --json, as its `explain`).
@@ -171,9 +177,11 @@ pub struct SequenceArguments {
     #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,
     /// Files to write, .png, .exr, .spectral.exr, .hsr or .rad; a run of # in the file name becomes the number of the frame with as many digits or more. The
-    /// folder is made. May be given more than once.
-    #[arg(short = 'o', long = "output", value_name = "OUT", default_value = "frames/sky.####.png")]
-    pub output: Vec<PathBuf>,
+    /// folder is made. May be given more than once [default: frames/sky.####.png, in the place of files that sorairo wrote, and of no others].
+    #[arg(short = 'o', long = "output", value_name = "OUT")]
+    output: Vec<PathBuf>,
+    #[command(flatten)]
+    pub replace: ReplaceFlags,
     #[command(flatten)]
     pub spectral: SpectralFlags,
     /// Print one JSON object about the sequence and each of its frames to standard output.
@@ -252,8 +260,28 @@ pub struct DevicesArguments {
 impl RenderArguments {
     /// What to write and to measure.
     pub fn request(&self) -> Request {
-        let usual = || vec!["sky.png".into(), "sky.exr".into()];
-        let outputs = if self.output.is_empty() { usual() } else { self.output.clone() };
-        Request { sky_light: self.json, ..self.spectral.request(outputs) }
+        Request {
+            sky_light: self.json,
+            ..request(&self.output, &["sky.png", "sky.exr"], &self.replace, &self.spectral)
+        }
     }
+}
+
+impl SequenceArguments {
+    /// What to write and to measure.
+    pub fn request(&self) -> Request {
+        Request {
+            sky_light: self.json,
+            ..request(&self.output, &["frames/sky.####.png"], &self.replace, &self.spectral)
+        }
+    }
+}
+
+/// A request for files of these names, or else of the usual ones: nobody named those, so another program's files stay.
+fn request(outputs: &[PathBuf], usual: &[&str], replace: &ReplaceFlags, spectral: &SpectralFlags) -> Request {
+    let (outputs, allowed) = match outputs {
+        [] => (usual.iter().map(PathBuf::from).collect(), Replace::Own),
+        named => (named.to_vec(), Replace::All),
+    };
+    Request { replace: replace.or(allowed), ..spectral.request(outputs) }
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use sorairo::low_level::files::Replace;
 use sorairo::low_level::render::Request;
 use sorairo::scene::ValidScene;
 
@@ -26,7 +27,29 @@ impl SpectralFlags {
     /// What is asked of files.
     pub fn request(&self, outputs: Vec<PathBuf>) -> Request {
         let wavelengths = self.wavelengths.as_ref().map(|wavelengths| wavelengths.to_vec());
-        Request { outputs, spectral: self.spectral, wavelengths, sky_light: false }
+        Request { outputs, spectral: self.spectral, wavelengths, ..Request::default() }
+    }
+}
+
+/// What becomes of files that are there already.
+#[derive(Args)]
+pub struct ReplaceFlags {
+    /// Replace files that are there already, whatever wrote them.
+    #[arg(short, long, conflicts_with = "no_clobber")]
+    pub force: bool,
+    /// Replace no file that is there already.
+    #[arg(short, long)]
+    pub no_clobber: bool,
+}
+
+impl ReplaceFlags {
+    /// What they allow where `usual` holds without them.
+    pub fn or(&self, usual: Replace) -> Replace {
+        match self {
+            Self { no_clobber: true, .. } => Replace::None,
+            Self { force: true, .. } => Replace::All,
+            _ => usual,
+        }
     }
 }
 

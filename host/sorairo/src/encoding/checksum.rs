@@ -11,7 +11,7 @@ use exr::block::chunk::{Chunk, CompressedBlock};
 /// The name of the attribute.
 pub(crate) const CHECKSUM: &str = "sorairoChecksum";
 
-/// The checksum of the lines of a file, which stand at its end.
+/// The checksum of the blocks of lines of a file, which stand at its end.
 #[derive(Default)]
 pub(super) struct LinesChecksum {
     hasher: Hasher,
@@ -19,7 +19,7 @@ pub(super) struct LinesChecksum {
 }
 
 impl LinesChecksum {
-    /// That of one line: its number, its length, its bytes.
+    /// That of one block: the number of its first line, its length, its bytes.
     pub(super) fn of(chunk: &Chunk) -> io::Result<Self> {
         let CompressedBlock::ScanLine(line) = &chunk.compressed_block else {
             return Err(io::Error::other("the image is not stored in lines"));

@@ -8,11 +8,12 @@ use sorairo_shared::rgb::into_gamut;
 use sorairo_shared::tone::{NEAREST, dither, srgb8};
 use sorairo_shared::variant::PixelFormat;
 
+use super::halves::Losses;
 use super::label::{SCENE, scene_text};
 use super::{exr, png};
 use crate::plan::Plan;
 use crate::plan::colour_space::ColourSpace;
-use crate::scene::{Dither, Scene, ValidScene};
+use crate::scene::{Dither, ExrDepth, Scene, ValidScene};
 
 /// What is known of an image beside its pixels.
 #[derive(Clone, Debug)]
@@ -25,6 +26,8 @@ pub struct Image {
     pub pixel: PixelFormat,
     /// Factor from linear RGB to a picture's linear value, where the pixels arrive linear.
     pub exposure: f32,
+    /// Stops by which the values of an EXR are exposed.
+    pub exr_exposure: f32,
     /// What it shows.
     pub scene: Scene,
     /// The space of linear pixels.
@@ -45,6 +48,7 @@ impl Image {
             height: plan.height(),
             pixel: plan.pixel,
             exposure: plan.uniform.exposure,
+            exr_exposure: plan.linear_exposure(scene.render.exr),
             scene: scene.as_asked(),
             space: plan.sky.space,
             display: plan.sky.display(),
@@ -131,22 +135,27 @@ pub(crate) fn linear<W: Read + Write + Seek>(
     wavelengths: &[f64],
     mut strips: impl Iterator<Item: AsRef<[u32]> + Sync>,
 ) -> io::Result<()> {
-    let Image { width, height, pixel, scene, .. } = image;
-    let pixel_words = image.pixel_words();
-    exr::encode(output, exr::header(*width, *height, scene, wavelengths), |lines| {
+    let Image { width, height, scene, exr_exposure: exposure, .. } = image;
+    if image.pixel != PixelFormat::LinearRgb {
+        return Err(io::Error::other("the pixels are not linear RGB in 32 bits"));
+    }
+    let (pixel_words, depth, factor) = (image.pixel_words(), scene.render.exr, exposure.exp2());
+    let mut losses = Losses::default();
+    exr::encode(output, exr::header(*width, *height, scene, *exposure, wavelengths), |lines| {
         let line_words = *width as usize * pixel_words;
         strips.try_for_each(|rows| {
-            let rows = rows.as_ref();
-            lines.write(rows.len() / line_words, |line| {
-                let words = &rows[line * line_words..][..line_words];
-                match pixel {
-                    PixelFormat::HalfRgb => exr::line_of_halves(words),
-                    _ => {
-                        let pixels = bytemuck::cast_slice(words);
-                        exr::line_of_floats(pixels, pixel_words, wavelengths.len(), scene.render.exr)
-                    }
-                }
+            let pixels: &[f32] = bytemuck::cast_slice(rows.as_ref());
+            if depth == ExrDepth::Half {
+                losses = losses + Losses::of(pixels, factor);
+            }
+            lines.write(pixels.len() / line_words, |line| {
+                let pixels = &pixels[line * line_words..][..line_words];
+                exr::line_of_floats(pixels, pixel_words, wavelengths.len(), depth, factor)
             })
         })
-    })
+    })?;
+    if let Some(weakness) = losses.weakness() {
+        log::warn!("an EXR of 16 bits: {weakness}");
+    }
+    losses.refuse_cut(*exposure).map_err(io::Error::other)
 }

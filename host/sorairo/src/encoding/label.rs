@@ -10,8 +10,14 @@ use crate::spectra::table_file::TableFile;
 /// The program, as files name it.
 pub(crate) const SOFTWARE: &str = concat!("sorairo ", env!("CARGO_PKG_VERSION"));
 
+/// The keyword of the text of a PNG that names it.
+pub(crate) const SOFTWARE_KEYWORD: &str = "Software";
+
 /// The name of the attribute of an EXR, and the keyword of the text of a PNG, that hold the scene in TOML.
 pub(crate) const SCENE: &str = "sorairoScene";
+
+/// The name of the attribute of an EXR that holds by how many stops its values are exposed.
+pub(crate) const EXPOSURE: &str = "sorairoExposure";
 
 /// The scene as files hold it: in TOML with the sun where it stands, and in comments the place and the time that put it there, and the
 /// checksums of the tables that the scene only names.

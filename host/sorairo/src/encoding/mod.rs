@@ -2,6 +2,7 @@
 
 pub(crate) mod checksum;
 pub mod exr;
+mod halves;
 mod image;
 pub(crate) mod label;
 pub mod png;

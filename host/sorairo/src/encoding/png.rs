@@ -2,9 +2,9 @@
 
 use std::io::{self, Write};
 
-use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
+use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter, SrgbRenderingIntent};
 
-use super::label::SOFTWARE;
+use super::label::{SOFTWARE, SOFTWARE_KEYWORD};
 
 /// The bytes (red, green, blue) of packed pixels.
 pub fn unpack(pixels: &[u32]) -> Vec<u8> {
@@ -32,7 +32,9 @@ pub(crate) fn encode(
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(Compression::Fast);
     encoder.set_filter(Filter::Sub);
-    encoder.add_itxt_chunk("Software".into(), SOFTWARE.into()).map_err(plain)?;
+    // The picture is made for the eye already: brought into range, and into the gamut.
+    encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
+    encoder.add_itxt_chunk(SOFTWARE_KEYWORD.into(), SOFTWARE.into()).map_err(plain)?;
     if let Some((keyword, text)) = text {
         encoder.add_itxt_chunk(keyword.into(), text).map_err(plain)?;
     }

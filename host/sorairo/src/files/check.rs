@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::format::Format;
 use super::place::{folder, names_folder, plain, refused, resolved};
+use super::signature::is_own;
 use super::staged;
 use crate::error::{Error, Result};
 use crate::scene::{ExrDepth, Size};
@@ -38,6 +39,35 @@ pub fn check_writable(path: &Path) -> Result<()> {
     }
 }
 
+/// Which files that are there already may be replaced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Replace {
+    /// All.
+    #[default]
+    All,
+    /// Those that this program wrote; see [`is_own`](super::is_own).
+    Own,
+    /// None.
+    None,
+}
+
+impl Replace {
+    /// Checks that a file may be written where `path` says.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::FileExists`] or [`Error::ForeignFile`] if what is there must stay.
+    pub fn check(self, path: &Path) -> Result<()> {
+        let path_of = || path.to_owned();
+        match self {
+            _ if path.symlink_metadata().is_err() => Ok(()),
+            Self::None => Err(Error::FileExists { path: path_of() }),
+            Self::Own if !is_own(path) => Err(Error::ForeignFile { path: path_of() }),
+            Self::Own | Self::All => Ok(()),
+        }
+    }
+}
+
 /// Makes the folder of a file where it is missing.
 ///
 /// # Errors
@@ -58,12 +88,12 @@ pub fn make_folder(path: &Path) -> Result<()> {
 ///
 /// [`Error::NoRoom`] that names the least, and what is free.
 pub fn check_room(path: &Path, format: Format, size: Size, depth: ExrDepth, wavelengths: u64) -> Result<()> {
-    // Deflate leaves at least a part in 1032; a run of at most 128 equal bytes in EXR leaves two.
+    // Deflate leaves at least a part in 1032, and EXR's other compressions leave more.
     let bytes_per_channel = if depth == ExrDepth::Full { 4 } else { 2 };
     let (bytes_per_pixel, strongest) = match format {
         Format::Png => (3, 1032),
-        Format::Exr => (3 * bytes_per_channel, 64),
-        Format::SpectralExr => ((3 + wavelengths) * bytes_per_channel, 64),
+        Format::Exr => (3 * bytes_per_channel, 1032),
+        Format::SpectralExr => ((3 + wavelengths) * bytes_per_channel, 1032),
         Format::RadiancePicture => (wavelengths + 1, 1),
         Format::RadianceScene => (0, 1),
     };

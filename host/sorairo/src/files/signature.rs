@@ -11,7 +11,7 @@ use crc32fast::Hasher;
 use super::format::Format;
 use super::{radiance_picture, radiance_scene};
 use crate::encoding::checksum;
-use crate::encoding::label::{SCENE, SOFTWARE, channel_names, scene_text};
+use crate::encoding::label::{SCENE, SOFTWARE, SOFTWARE_KEYWORD, channel_names, scene_text};
 use crate::scene::Scene;
 
 /// Whether a file is whole, and was written by this version of the program for this scene; a spectral file, for these wavelengths
@@ -19,7 +19,7 @@ use crate::scene::Scene;
 ///
 /// Every byte of the file counts: one that is missing, changed or added makes it another.
 pub fn is_finished(path: &Path, format: Format, scene: &Scene, wavelengths: &[f64]) -> bool {
-    let Ok(file) = File::open(path) else { return false };
+    let Some(file) = open(path) else { return false };
     let label = match format {
         Format::RadiancePicture => {
             return is_radiance_picture(&mut BufReader::new(file), scene, wavelengths).unwrap_or(false);
@@ -29,8 +29,10 @@ pub fn is_finished(path: &Path, format: Format, scene: &Scene, wavelengths: &[f6
             return text.is_ok_and(|text| radiance_scene::is_whole(&text, scene, wavelengths));
         }
         Format::Png => png_texts(file, SCENE),
-        Format::Exr => exr_label(file, &channel_names(&[])),
-        Format::SpectralExr => exr_label(file, &channel_names(wavelengths)),
+        Format::Exr | Format::SpectralExr => {
+            let channels = channel_names(if format == Format::Exr { &[] } else { wavelengths });
+            exr_label(file).filter(|label| label.channels == channels).map(|label| (label.software, label.scene))
+        }
     };
     label.is_some_and(|(software, text)| software == SOFTWARE && text == scene_text(scene))
 }
@@ -40,10 +42,26 @@ pub fn signature(format: Format, scene: &Scene, wavelengths: &[f64]) -> String {
     format!("{SOFTWARE}\n{format:?}\n{wavelengths:?}\n{}", scene_text(scene))
 }
 
+/// Whether a file is a picture or an EXR that is whole and was written by this program, whatever its version and its scene.
+pub fn is_own(path: &Path) -> bool {
+    let Some(file) = open(path) else { return false };
+    let software = match Format::of(path, false) {
+        Ok(Format::Png) => png_texts(file, SOFTWARE_KEYWORD).map(|(software, _)| software),
+        Ok(Format::Exr | Format::SpectralExr) => exr_label(file).map(|label| label.software),
+        _ => None,
+    };
+    software.is_some_and(|software| software.split(' ').next() == Some(env!("CARGO_PKG_NAME")))
+}
+
 /// The text of a PNG under a keyword, if the file is whole and this version of the program wrote it.
 pub fn png_text(path: &Path, keyword: &str) -> Option<String> {
-    let (software, text) = png_texts(File::open(path).ok()?, keyword)?;
+    let (software, text) = png_texts(open(path)?, keyword)?;
     (software == SOFTWARE).then_some(text)
+}
+
+/// An ordinary file; to open a pipe is to wait for whoever writes into it.
+fn open(path: &Path) -> Option<File> {
+    if path.is_file() { File::open(path).ok() } else { None }
 }
 
 /// Whether a picture of Radiance has the header and as many pixels as one of this scene, and the checksum of its pixels.
@@ -75,7 +93,7 @@ fn png_texts(file: File, keyword: &str) -> Option<(String, String)> {
     let reader = ::png::Decoder::new(file).read_info().ok()?;
     let texts = &reader.info().utf8_text;
     let text = |keyword: &str| texts.iter().find(|chunk| chunk.keyword == keyword)?.get_text().ok();
-    Some((text("Software")?, text(keyword)?))
+    Some((text(SOFTWARE_KEYWORD)?, text(keyword)?))
 }
 
 /// Whether a file is a PNG whose chunks have their checksums, and nothing after the last.
@@ -105,18 +123,23 @@ fn array<const N: usize>(file: &mut impl Read) -> io::Result<[u8; N]> {
     file.read_exact(&mut bytes).map(|()| bytes)
 }
 
-/// Program and scene of an EXR of these channels that is whole.
-fn exr_label(mut file: File, channels: &[String]) -> Option<(String, String)> {
+/// What an EXR says of itself.
+struct ExrLabel {
+    software: String,
+    scene: String,
+    channels: Vec<String>,
+}
+
+/// What an EXR says of itself, if it is whole.
+fn exr_label(mut file: File) -> Option<ExrLabel> {
     if !checksum::is_right(&file).ok()? {
         return None;
     }
     file.rewind().ok()?;
     let meta = MetaData::read_from_buffered(BufReader::new(file), true).ok()?;
     let header = meta.headers.first()?;
-    if !header.channels.list.iter().map(|channel| channel.name.to_string()).eq(channels.iter().cloned()) {
-        return None;
-    }
+    let channels = header.channels.list.iter().map(|channel| channel.name.to_string()).collect();
     let software = header.own_attributes.software_name.as_ref()?.to_string();
     let AttributeValue::Text(scene) = header.own_attributes.other.get(&Text::from(SCENE))? else { return None };
-    Some((software, scene.to_string()))
+    Some(ExrLabel { software, scene: scene.to_string(), channels })
 }

@@ -1,9 +1,10 @@
 //! Files that are written beside their place and take it when they are whole.
 //!
-//! A file that is being written is called `.sorairo-` and some letters, and is locked. Whatever ends the process ends the
-//! lock: a file of that name without one was abandoned, and the next run removes it.
+//! A file that is being written has a name that nothing else has, and is locked. Whatever ends the process ends the lock: a file of such a
+//! name without one was abandoned, and the next run removes it.
 
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -12,9 +13,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
 use super::place::{folder, resolved, unwritable};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
-const PREFIX: &str = ".sorairo-";
+/// How names of unfinished files begin. The digits are random, so that no one else's file begins like this.
+const PREFIX: &str = ".sorairo-unfinished-93fd04c58be1a276-";
+
+/// Random letters and digits that follow, so many.
+const RANDOM: usize = 6;
 
 /// Files of this process that have not taken their places.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
@@ -88,7 +93,8 @@ fn keep(place: &Path) -> io::Result<Option<Unfinished>> {
     if !place.try_exists()? {
         return Ok(None);
     }
-    let kept = tempfile::Builder::new().prefix(PREFIX).make_in(folder(place), |name| {
+    let mut begun = unfinished();
+    let kept = builder().make_in(folder(place), |name| {
         // Not every file system has a second name for a file.
         std::fs::hard_link(place, name).or_else(|_| std::fs::copy(place, name).map(drop))?;
         File::open(name).inspect_err(|_| drop(std::fs::remove_file(name)))
@@ -96,7 +102,7 @@ fn keep(place: &Path) -> io::Result<Option<Unfinished>> {
     // The lock of another program serves as well.
     let _ = kept.as_file().try_lock();
     let path = kept.path().to_owned();
-    unfinished().insert(path.clone());
+    begun.insert(path.clone());
     Ok(Some(Unfinished { file: Some(kept), path }))
 }
 
@@ -115,26 +121,30 @@ pub fn stage(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Resul
         drop(writer);
         Ok(Staged { file, path: path.to_owned(), place })
     };
-    attempt().map_err(|error| unwritable(path, &error))
+    // What an encoder refuses is its own sentence.
+    attempt().map_err(|error| error.downcast::<Error>().unwrap_or_else(|error| unwritable(path, &error)))
 }
 
-/// Removes every file that this process has begun and not finished, and lets it begin none after: what a process does that is told to end.
-///
-/// A thread that would begin a file waits from now on.
-pub fn remove_unfinished() {
+/// While it lives, no thread of the process begins a file or moves one to its place.
+pub struct Standstill(#[expect(dead_code, reason = "it is held")] MutexGuard<'static, BTreeSet<PathBuf>>);
+
+/// Removes every file that this process has begun and not finished. Its renders that still run fail, with their places as they were; later ones
+/// write again once the standstill is dropped. A process that ends keeps it until it has ended.
+pub fn remove_unfinished() -> Standstill {
     let unfinished = unfinished();
     for path in unfinished.iter() {
         // What cannot be removed is removed by the next run.
         let _ = std::fs::remove_file(path);
     }
-    std::mem::forget(unfinished);
+    Standstill(unfinished)
 }
 
-/// Removes what processes that were killed have left in a folder.
+/// Removes what processes that were killed have left in a folder, and touches nothing else.
 pub(super) fn remove_abandoned(folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
-        if !entry.file_name().to_string_lossy().starts_with(PREFIX) {
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if !(is_file && is_unfinished(&entry.file_name())) {
             continue;
         }
         if let Ok(file) = File::open(entry.path())
@@ -143,6 +153,18 @@ pub(super) fn remove_abandoned(folder: &Path) {
             let _ = std::fs::remove_file(entry.path());
         }
     }
+}
+
+/// Whether a file name is that of an unfinished file.
+fn is_unfinished(name: &OsStr) -> bool {
+    let random = name.to_str().and_then(|name| name.strip_prefix(PREFIX));
+    random.is_some_and(|random| random.len() == RANDOM && random.bytes().all(|byte| byte.is_ascii_alphanumeric()))
+}
+
+fn builder() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX).rand_bytes(RANDOM);
+    builder
 }
 
 /// A locked file that is removed when it is dropped.
@@ -175,8 +197,8 @@ impl Drop for Unfinished {
 /// A new locked file in a folder.
 pub(super) fn create(folder: &Path) -> io::Result<Unfinished> {
     loop {
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(PREFIX);
+        #[cfg_attr(not(unix), expect(unused_mut, reason = "Unix alone has modes"))]
+        let mut builder = builder();
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
@@ -209,8 +231,78 @@ mod tests {
         stage(path, |file| file.write_all(b"new")).unwrap()
     }
 
+    /// One process has one set of unfinished files.
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+    fn alone() -> MutexGuard<'static, ()> {
+        ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    #[test]
+    fn a_process_that_gave_up_its_files_writes_again() {
+        let _alone = alone();
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name);
+        std::fs::write(place("old"), "was here before").unwrap();
+        let given_up = staged(&place("given up"));
+        let _ = remove_unfinished();
+        assert_eq!(names(folder.path()), ["old"]);
+
+        let (later, written) = (place("old"), std::sync::mpsc::channel());
+        let writing = std::thread::spawn(move || {
+            // What was given up takes its partner with it.
+            let both = commit_all(vec![staged(&later), given_up]);
+            let _ = written.0.send((both, staged(&later).commit()));
+        });
+        let limit = std::time::Duration::from_secs(20);
+        let (both, again) = written.1.recv_timeout(limit).expect("a writer of a process that gave up hangs");
+        writing.join().unwrap();
+        assert!(matches!(&both, Err(crate::Error::Write { path, .. }) if *path == place("given up")), "{both:?}");
+        again.unwrap();
+        assert_eq!(names(folder.path()), ["old"]);
+        assert_eq!(std::fs::read_to_string(place("old")).unwrap(), "new");
+    }
+
+    #[test]
+    fn nothing_is_begun_while_a_process_stands_still() {
+        let _alone = alone();
+        let folder = tempfile::tempdir().unwrap();
+        let still = remove_unfinished();
+        let path = folder.path().join("later");
+        let writing = std::thread::spawn(move || staged(&path).commit());
+        std::thread::sleep(std::time::Duration::from_millis(50));
+        assert!(names(folder.path()).is_empty());
+        drop(still);
+        writing.join().unwrap().unwrap();
+        assert_eq!(names(folder.path()), ["later"]);
+    }
+
+    #[test]
+    fn only_abandoned_files_of_this_program_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let abandoned = format!("{PREFIX}aZ09bY");
+        let kept = [".sorairo-x", ".sorairo-abcdef", &format!("{PREFIX}aZ09b"), &format!("{PREFIX}a.09bY")];
+        for name in kept.iter().copied().chain([abandoned.as_str()]) {
+            std::fs::write(folder.path().join(name), "somebody's").unwrap();
+        }
+        let of_a_folder = format!("{PREFIX}folder");
+        std::fs::create_dir(folder.path().join(&of_a_folder)).unwrap();
+        remove_abandoned(folder.path());
+        let mut expected: Vec<&str> = kept.into_iter().chain([of_a_folder.as_str()]).collect();
+        expected.sort_unstable();
+        assert_eq!(names(folder.path()), expected);
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = folder.read_dir().unwrap();
+        let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
     #[test]
     fn if_one_file_cannot_take_its_place_all_places_are_as_before() {
+        let _alone = alone();
         let folder = tempfile::tempdir().unwrap();
         let place = |name: &str| folder.path().join(name);
         std::fs::write(place("old"), "was here before").unwrap();
@@ -219,9 +311,7 @@ mod tests {
         std::fs::create_dir(place("blocked")).unwrap();
         let error = commit_all(files.into()).unwrap_err();
         assert!(matches!(&error, crate::Error::Write { path, .. } if *path == place("blocked")), "{error}");
-        let mut names: Vec<_> = folder.path().read_dir().unwrap().map(|entry| entry.unwrap().file_name()).collect();
-        names.sort();
-        assert_eq!(names, ["blocked", "old"]);
+        assert_eq!(names(folder.path()), ["blocked", "old"]);
         assert_eq!(std::fs::read_to_string(place("old")).unwrap(), "was here before");
 
         std::fs::remove_dir(place("blocked")).unwrap();

@@ -1,11 +1,22 @@
-//! Text files that a person goes on to edit: never over an existing file.
+//! Text files that a person goes on to edit: over an existing file only where that is asked for.
 
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
+use super::check::check_writable;
 use super::place::{folder, refused, unwritable};
-use super::staged;
+use super::staged::{self, stage};
 use crate::error::{Error, Result};
+
+/// Writes a file, in the place of one that is there.
+///
+/// # Errors
+///
+/// [`Error::NotWritable`] if no file can be written there, [`Error::Write`] if it cannot be written. Then what was there stays.
+pub fn replace(path: &Path, text: &str) -> Result<()> {
+    check_writable(path)?;
+    stage(path, |file| file.write_all(text.as_bytes()))?.commit()
+}
 
 /// Writes a new file.
 ///

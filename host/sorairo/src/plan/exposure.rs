@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use sorairo_shared::glam::Vec3;
+use sorairo_shared::math::clamp;
 
 use super::directions::direction;
 use super::integral::RayIntegral;
@@ -25,6 +26,21 @@ pub fn of(exposure: Exposure, integral: &RayIntegral, radiances: impl Fn(&[Vec3]
 pub fn with_disc(factor: f32, light: f64) -> f32 {
     let mean = MIDDLE / f64::from(factor) + light / (2.0 * PI);
     (MIDDLE / mean).max((-MOST_STOPS).exp2()) as f32
+}
+
+/// The largest number that half floats hold.
+pub const LARGEST_HALF: f32 = 65_504.0;
+
+/// The smallest number of which half floats keep all of their digits (2⁻¹⁴).
+pub const SMALLEST_HALF: f32 = 6.103_515_6e-5;
+
+/// Stops by which half floats are exposed whose brightest value would be `brightest`: none where that is far from both ends of their range, so
+/// that what is ten thousand times darker keeps its digits too; else as many as bring it near the upper end. A black sky has none.
+pub fn of_halves(brightest: f32) -> f32 {
+    /// The brightest is known from some directions alone; others may be four times as bright.
+    const ROOM: f32 = LARGEST_HALF / 4.0;
+    let is_safe = brightest == 0.0 || (1.0..=ROOM).contains(&brightest);
+    if is_safe { 0.0 } else { clamp((ROOM / brightest).log2().floor(), -MOST_STOPS as f32, MOST_STOPS as f32) }
 }
 
 /// The luminance in some directions.
@@ -90,6 +106,20 @@ mod tests {
         [555.2190765158207, 553.2064932090339, 560.5704240441789, 664.38256683192], "color": "solve", "steps": null,
         "path": "direct", "exposure": "auto", "exr": "f32", "rgb": "rec2020", "observer": "cie1931", "white_balance":
         "none"}}"#;
+
+    #[test]
+    fn halves_are_exposed_where_they_would_lose_either_end() {
+        use super::{LARGEST_HALF, of_halves};
+        for brightest in [0.0, 1.0, 250.0, 16_000.0] {
+            assert_eq!(of_halves(brightest), 0.0);
+        }
+        for brightest in [1e-12, 3e-5, 0.99, 17_000.0, 2.9e6, 1e10] {
+            let exposed = brightest * of_halves(brightest).exp2();
+            assert!((LARGEST_HALF / 8.0..=LARGEST_HALF / 4.0).contains(&exposed), "{brightest}: {exposed}");
+        }
+        // An exposure that may be asked for.
+        assert_eq!(of_halves(1e-30), 50.0);
+    }
 
     /// Bands that lie close together leave a colour to a spot of this twilight, between the directions that the exposure was taken from.
     #[test]

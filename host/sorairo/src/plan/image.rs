@@ -1,11 +1,14 @@
 //! The image of a sky, planned.
 
+use std::f32::consts::FRAC_PI_4;
 use std::ops::Range;
 use std::sync::Arc;
 
 use sorairo_shared::camera::Camera;
+use sorairo_shared::fit::rows_per_node;
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::kernels::words_of_light;
+use sorairo_shared::math::{max, min};
 use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};
 use sorairo_shared::variant::{self, PixelFormat};
 
@@ -16,9 +19,9 @@ use super::multiple::{LightFields, Refined};
 use super::sky::SkyPlan;
 use super::spectral::SpectralPlan;
 use super::sun_disc::Sun;
-use super::{exposure, upload};
+use super::{directions, exposure, upload};
 use crate::error::{Error, Result};
-use crate::scene::{CameraScene, ColourPath, Dither, Exposure, Projection, Rgb, Scene, ValidScene};
+use crate::scene::{CameraScene, ColourPath, Dither, Exposure, ExrDepth, Projection, Rgb, Scene, ValidScene};
 
 /// Everything that the kernels of one image need, and nothing that they do not.
 #[derive(Clone, Debug)]
@@ -214,6 +217,74 @@ impl Plan {
             return buffers;
         }
         Buffers { multiple: &self.sky.refined().values, ..buffers }
+    }
+
+    /// Stops by which linear values are exposed for a file or a target: what the scene asks for, or else what half floats need where they hold
+    /// them (see [`exposure::of_halves`]), or none.
+    pub fn linear_exposure(&self, depth: ExrDepth) -> f32 {
+        match (self.sky.scene.render.exr_exposure, depth) {
+            (Exposure::Stops(stops), _) => stops as f32,
+            (Exposure::Auto, ExrDepth::Full) => 0.0,
+            (Exposure::Auto, ExrDepth::Half) => exposure::of_halves(self.brightest()),
+        }
+    }
+
+    /// The same plan with linear RGB exposed by so many stops, and a picture as before.
+    pub fn exposed(mut self, stops: f32) -> Self {
+        if stops == 0.0 {
+            return self;
+        }
+        let factor = stops.exp2();
+        // Of a regression's rows the last of a node alone is a colour; its first number is not.
+        if self.variant & variant::REGRESSION != 0 {
+            let rows = rows_per_node(self.variant) as usize;
+            let colours = self.uniform.node_rows.iter_mut().skip(rows - 1).step_by(rows);
+            colours.for_each(|row| *row *= Vec4::new(1.0, factor, factor, factor));
+        }
+        // The last number of a row by which a cubic is observed is a wavelength.
+        let last = if variant::is_solved_cubic(self.variant) { 1.0 } else { factor };
+        self.colour.iter_mut().for_each(|row| *row *= Vec4::new(factor, factor, factor, last));
+        self.uniform.ground *= factor;
+        self.uniform.exposure /= factor;
+        self
+    }
+
+    /// What half floats cut off of the sun's disc in the pixels that it covers (a part of its light there), and the stops that would keep it; none where
+    /// they hold it.
+    pub fn cut_of_disc(&self) -> Option<(f32, f32)> {
+        if self.variant & variant::SUN_DISC == 0 {
+            return None;
+        }
+        let disc = &self.uniform.disc;
+        // The box about the disc, of which a circle covers π/4; where that is less than a pixel, the mean over it is less than the disc.
+        let pixels = (disc.right - disc.left) * (disc.bottom - disc.top) * FRAC_PI_4;
+        let grid = self.colour[disc.first_entry as usize..].iter().map(|rgb| rgb.truncate().max_element());
+        let peak = grid.fold(0.0, max) * min(pixels, 1.0);
+        (peak > exposure::LARGEST_HALF).then(|| {
+            let ratio = exposure::LARGEST_HALF / peak;
+            // A stop more than that, for the sky that stands behind.
+            (1.0 - ratio, ratio.log2().floor() - 1.0)
+        })
+    }
+
+    /// The largest of linear RGB in directions over the whole sphere, close to each other about the sun and above the horizon beneath it; and of the
+    /// sun's disc before them, where it is shown.
+    fn brightest(&self) -> f32 {
+        let uniform = &self.sky.base.uniform;
+        let (sun, horizon) = (f64::from(uniform.sun.z).asin().to_degrees(), f64::from(uniform.horizon).to_degrees());
+        let elevations = [-75.0, -45.0, -15.0, 15.0, 45.0, 75.0].into_iter();
+        let elevations = elevations.chain([0.1, 0.5, 2.0, 5.0].map(|above| horizon + above));
+        let elevations = elevations.chain([-3.0, -0.3, 0.0, 0.3, 3.0].map(|off| (sun + off).clamp(-90.0, 90.0)));
+        let azimuths = [0.0, 3.0, 30.0, 90.0, 180.0].map(|off| self.sky.base.sun_azimuth + off);
+        let view = |elevation| azimuths.map(|azimuth| directions::direction(elevation, azimuth).as_vec3());
+        let views: Vec<Vec3> = elevations.flat_map(view).collect();
+        let largest = |colours: &[Vec3]| colours.iter().map(|rgb| rgb.max_element()).fold(0.0, max);
+        let sky = largest(&self.sky.radiances(&views));
+        if self.variant & variant::SUN_DISC == 0 {
+            return sky;
+        }
+        let grid = self.colour[self.uniform.disc.first_entry as usize..].iter().map(|rgb| rgb.truncate());
+        sky + largest(&grid.collect::<Vec<_>>())
     }
 
     /// Pixels of the rows that can be lit.

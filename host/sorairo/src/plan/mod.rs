@@ -7,7 +7,7 @@ pub mod colour_space;
 pub mod day;
 pub mod directions;
 pub mod explain;
-mod exposure;
+pub(crate) mod exposure;
 pub mod fit;
 mod image;
 pub mod integral;

@@ -185,6 +185,11 @@ impl SkyPlan {
         self.radiance_by(&self.colours().rows, view)
     }
 
+    /// Linear RGB in many directions; none at night.
+    pub fn radiances(&self, views: &[Vec3]) -> Vec<Vec3> {
+        if self.is_night { Vec::new() } else { self.radiances_by(&self.colours().rows, views) }
+    }
+
     fn radiance_by(&self, rows: &[Vec4], view: Vec3) -> Vec3 {
         let integral = self.integral();
         let (uniform, rows) = upload::with_rows(integral.uniform, rows, integral.variant);

@@ -12,7 +12,9 @@ use super::field::{Field, NumberField, Present, Way};
 use super::plausible;
 use super::preset::{Preset, Scene};
 use super::rules;
-use super::settings::{ColourPath, Dither, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, Render, Rgb, WhiteBalance};
+use super::settings::{
+    ColourPath, Dither, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, Render, Rgb, WhiteBalance,
+};
 use super::sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, Sun};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
@@ -242,6 +244,9 @@ pub static KEYS: &[Key] = &[
         .otherwise(|| "\"auto\", from the mean luminance of the sky".into()),
     key!(render.dither, one_of::<Dither>()),
     key!(render.exr, one_of::<ExrDepth>()),
+    number!(render.exr_exposure, "stops", At(-MOST_STOPS), At(MOST_STOPS))
+        .otherwise(|| "\"auto\", 0 but where half floats would lose the brightest or the darkest of a sky".into()),
+    key!(render.exr_compression, one_of::<ExrCompression>()),
     key!(render.rgb, one_of::<Rgb>()),
     key!(render.observer, one_of::<ColourObserver>()),
     key!(render.white_balance, one_of::<WhiteBalance>()),

@@ -45,6 +45,18 @@ impl fmt::Display for Place {
     }
 }
 
+impl Time {
+    /// Date and time of day as a clock there shows them, in a format of `chrono`.
+    pub(crate) fn local(self, format: &str) -> String {
+        self.0.format(format).to_string()
+    }
+
+    /// How far that clock is ahead of universal time (s).
+    pub(crate) fn seconds_east(self) -> i32 {
+        self.0.offset().local_minus_utc()
+    }
+}
+
 impl FromStr for Time {
     type Err = String;
 

@@ -30,6 +30,10 @@ pub struct Render {
     pub dither: Dither,
     /// Depth of EXR files.
     pub exr: ExrDepth,
+    /// Exposure of EXR files (stops): their values are the radiance times two to this power, and the header says so.
+    pub exr_exposure: Exposure,
+    /// Compression of EXR files; all of these keep every bit.
+    pub exr_compression: ExrCompression,
     /// The space of the linear RGB in EXR files. Pictures are always sRGB.
     pub rgb: Rgb,
     /// The colour observer.
@@ -50,6 +54,8 @@ impl Default for Render {
             exposure: Exposure::Auto,
             dither: Dither::Ordered,
             exr: ExrDepth::Full,
+            exr_exposure: Exposure::Auto,
+            exr_compression: ExrCompression::Auto,
             rgb: Rgb::Srgb,
             observer: ColourObserver::Cie1931,
             white_balance: WhiteBalance::None,
@@ -156,6 +162,28 @@ pub enum ExrDepth {
     Full,
 }
 
+/// Compression of EXR files.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum ExrCompression {
+    /// `piz` for 32 bits and `zip` for 16, which make the smallest files; `zips` where lines are very long.
+    #[default]
+    Auto,
+    /// Wavelets, 32 lines at a time: smallest for 32 bits.
+    Piz,
+    /// Deflate, 16 lines at a time: smallest for 16 bits.
+    Zip,
+    /// Deflate, line by line.
+    Zips,
+    /// Runs of equal bytes: quickest, and hardly smaller than none.
+    Rle,
+    /// None.
+    None,
+}
+
 /// How the bytes of pictures are rounded.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
@@ -228,11 +256,11 @@ pub enum ColourPath {
 /// Exposures, by hand and automatic, lie within so many stops of 1.
 pub const MOST_STOPS: f64 = 50.0;
 
-/// Exposure of pictures.
+/// An exposure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "ExposureText", into = "ExposureText")]
 pub enum Exposure {
-    /// From the mean luminance of the sky above the horizon; see `plan::exposure`.
+    /// Of pictures from the mean luminance of the sky above the horizon, of half floats from the brightest; see `plan::exposure`.
     Auto,
     /// Linear RGB times 2^EV (-50 to 50).
     Stops(f64),

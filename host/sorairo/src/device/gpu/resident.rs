@@ -13,7 +13,7 @@ use sorairo_shared::lookup::{colours_per_entry, entries};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use wgpu::util::DeviceExt;
 
-use super::environment::{self, Environment, EnvironmentTarget};
+use super::environment::{self, Environment, EnvironmentTarget, Texels};
 use super::kernels::{Kernels, dispatch};
 use super::layouts::{STORAGE_BUFFERS, not_empty};
 use crate::device::quirks;
@@ -21,7 +21,7 @@ use crate::device::rows::invocations_per_row;
 use crate::error::{Error, Result};
 use crate::plan::lookup::LookupSize;
 use crate::plan::{Kernel, LightFields, Plan, SkyPlan, day};
-use crate::scene::{CameraScene, Projection, Size, ValidScene};
+use crate::scene::{CameraScene, ExrDepth, Projection, Size, ValidScene};
 use sorairo_shared::variant::{self, PixelFormat};
 
 /// Where an image goes.
@@ -54,6 +54,10 @@ pub struct ResidentRenderer {
     environment: Option<Environment>,
     /// Pixels without light, and their format.
     black: Option<(PixelFormat, wgpu::Buffer)>,
+    /// Stops by which linear RGB is exposed.
+    linear_exposure: f32,
+    /// Whether it was said already that half floats cut the sun's disc.
+    has_told_of_cut: bool,
 }
 
 /// The buffers of a sky, whoever looks at it.
@@ -101,6 +105,8 @@ impl ResidentRenderer {
             pixels: None,
             environment: None,
             black: None,
+            linear_exposure: 0.0,
+            has_told_of_cut: false,
         }
     }
 
@@ -145,6 +151,27 @@ impl ResidentRenderer {
     /// How many pipelines it has compiled.
     pub fn pipelines(&self) -> usize {
         self.kernels.count()
+    }
+
+    /// Exposes what is drawn in linear RGB from now on by so many stops, the levels and the harmonics of environment maps too: half floats end at 65504,
+    /// and the sun's disc is forty times as bright. Pictures stay as they are. [`ResidentRenderer::exposure_of_halves`] says what a view needs.
+    pub fn set_linear_exposure(&mut self, stops: f32) {
+        if self.linear_exposure != stops {
+            self.linear_exposure = stops;
+            self.has_told_of_cut = false;
+            // Its entries are colours.
+            self.lookup = None;
+        }
+    }
+
+    /// Stops by which half floats keep the brightest of what a camera sees of a sky, the sun's disc included, and digits of the darkest; 0 where they
+    /// do as they are.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera.
+    pub fn exposure_of_halves(sky: &Arc<SkyPlan>, camera: &CameraScene) -> Result<f32> {
+        Ok(Plan::seen(sky, camera, PixelFormat::HalfRgb)?.linear_exposure(ExrDepth::Half))
     }
 
     /// Light fields for the plans of the skies that it draws, the same ones each time that they are asked for; see [`SkyPlan::with_light_fields`]. Where the device is hardware of its own, light fields and what
@@ -195,7 +222,7 @@ impl ResidentRenderer {
         camera: &CameraScene,
         target: &Target<'_>,
     ) -> Result<()> {
-        let plan = Plan::seen(sky, camera, target.pixel()?)?;
+        let plan = self.plan(sky, camera, target.pixel()?, target.pixel()? == PixelFormat::HalfRgb)?;
         target.check(&plan)?;
         self.check_present()?;
         let row_pixels = target.row_pixels(&plan);
@@ -232,7 +259,7 @@ impl ResidentRenderer {
         self.check_present()?;
         let size = Size { width: target.map.width(), height: target.map.height() };
         let camera = environment::camera(size);
-        let plan = Plan::seen(sky, &camera, PixelFormat::LinearRgba)?;
+        let plan = self.plan(sky, &camera, PixelFormat::LinearRgba, format == Texels::Half)?;
         let row_pixels = environment::row_pixels(size);
         self.check_limits(&plan, row_pixels)?;
         environment::check_limits(&self.device.limits(), size)?;
@@ -242,6 +269,29 @@ impl ResidentRenderer {
         environment.encode(encoder, (&self.device, &self.kernels), target);
         self.environment = Some(environment);
         Ok(())
+    }
+
+    /// What a camera sees of a sky, exposed; told where half floats would cut it.
+    fn plan(
+        &mut self,
+        sky: &Arc<SkyPlan>,
+        camera: &CameraScene,
+        pixel: PixelFormat,
+        becomes_halves: bool,
+    ) -> Result<Plan> {
+        let plan = Plan::seen(sky, camera, pixel)?.exposed(self.linear_exposure);
+        if becomes_halves
+            && !self.has_told_of_cut
+            && let Some((lost, stops)) = plan.cut_of_disc()
+        {
+            self.has_told_of_cut = true;
+            log::warn!(
+                "half floats end at 65504, and the sun's disc is brighter: about {:.0} % of its light is lost in this target; set_linear_exposure({}) keeps it",
+                100.0 * lost,
+                self.linear_exposure + stops
+            );
+        }
+        Ok(plan)
     }
 
     /// Encodes the kernels of a plan, whose pixels go into a buffer.

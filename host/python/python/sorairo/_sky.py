@@ -47,8 +47,8 @@ class Sky:
     albedo : float or str, optional
         What the ground reflects: 0 to 1, a measured surface such as `"grass"` or `"snow"`, or a CSV file.
     place : (float, float) or str, optional
-        Latitude and longitude (degrees north and east), in place of the sun's direction, which they give with `time` by the Solar Position
-        Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003).
+        Latitude and longitude on the Earth (degrees north and east), in place of the sun's direction and distance, which they give with `time` by
+        the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003).
     time : datetime.datetime or str, optional
         A time with an offset from UTC.
     scene : path, optional

@@ -327,7 +327,9 @@ impl Lesson {
         let every = RayIntegral { bands: optical.clone(), ..sky.base.clone() };
         let (resolution, setting) = (every.spectral_resolution(), every.setting());
         let steps = sky.scene.render.steps.map_or(0.0, f64::from);
-        let others = [&computed[..], &bands, &ends, &[steps]].concat();
+        // Errors are judged where the sun's spectrum has its lines; how far it is does not matter.
+        let sun: Vec<f64> = computed.iter().map(|&nm| sky.base.optics.sun.at(nm)).collect();
+        let others = [&computed[..], &bands, &ends, &[steps], &sun].concat();
         let learn = || Self::new(sky, computed, bands, ends);
         sky.base.light_fields.learnt(&setting, &optical, (&resolution, sky.base.orders), others, learn)
     }
@@ -499,7 +501,7 @@ fn error(sky: &Taught, regressions: &[(Constituent, Vec<Regression>)], ends: [f6
     let judged = judged[0]..judged[1] + 1;
     let [_, grids] = spectral_grids(bands);
     let views: Vec<Vec3> = grids.iter().flat_map(|grid| grid.views(bands)).collect();
-    let lit_by = LitBy::new(&every.optics, computed);
+    let lit_by = LitBy::new(&Optics { sun_distance: 1.0, ..every.optics.clone() }, computed);
     let Parts { air, aerosol, multiple, ground } = &sky.light_of(&grids);
     let spectra = Parts { air, aerosol, multiple, ground };
     let of_ray = |(ray, &view): (usize, &Vec3)| {

@@ -55,9 +55,10 @@ its line, and so is a value beyond what nature has in the unit of its key, such 
 
 ## Place and time
 
-`place` and `time` together stand for the sun's elevation and azimuth at the observer's altitude. They come from the Solar Position
-Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003) and hold for the Earth. The direction is geometric: the
-renderer's rays are straight, so refraction, which lifts the real sun by 0.5° at the horizon, is left out.
+`place` and `time` together stand for the sun's elevation and azimuth at the observer's altitude, and for its distance, 0.983 to 1.017 au. They
+come from the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003) and hold for the Earth: on a planet of another
+radius they are refused. The direction is geometric: the renderer's rays are straight, so refraction, which lifts the real sun by 0.5° at the
+horizon, is left out.
 ";
 
 fn entry(key: &Key, flag: Option<&str>) -> String {

@@ -29,7 +29,7 @@ pub fn solar_irradiance() -> &'static Table<1> {
     embedded(&TABLE, include_str!("../../data/astm_g173_extraterrestrial.csv"))
 }
 
-/// Absorption cross-section of ozone at 233 K (m²), 360-830 nm.
+/// Absorption cross-section of ozone at 233 K (m²), 365-835 nm: means over 10 nm, in the middles of which they stand.
 pub fn ozone_cross_section() -> &'static Table<1> {
     static TABLE: OnceLock<Table<1>> = OnceLock::new();
     embedded(&TABLE, include_str!("../../data/ozone_cross_section_233K.csv"))
@@ -85,7 +85,8 @@ mod tests {
     fn the_embedded_tables_cover_the_visible_range() {
         assert!((cie1931().at(555.0)[1] - 1.0).abs() < 1e-3);
         assert!((solar_irradiance().at(550.0)[0] - 1.86).abs() < 0.1);
-        assert_eq!(ozone_cross_section().at(600.0)[0], 5.019e-25);
-        assert_eq!(ozone_cross_section().at(605.0)[0], 0.5 * (5.019e-25 + 4.305e-25));
+        // The mean over 600 to 610 nm, and half way to that of the next ten.
+        assert_eq!(ozone_cross_section().at(605.0)[0], 5.019e-25);
+        assert_eq!(ozone_cross_section().at(610.0)[0], 0.5 * (5.019e-25 + 4.305e-25));
     }
 }

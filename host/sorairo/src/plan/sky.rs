@@ -67,7 +67,7 @@ impl SkyPlan {
     /// are near each other share it. Those that it lacks are added.
     pub fn with_light_fields(scene: &ValidScene, rgb: Rgb, light_fields: &LightFields) -> Self {
         let (observer, colour_path) = (scene.render.observer, scene.render.color);
-        let optics = scene.optics();
+        let optics = scene.optics().over_steps();
         let space = ColourSpace::new(rgb, scene.render.white_balance, observer, &optics);
         let wavelengths = fit::wavelengths(scene);
         let fit = SpectralFit::new(scene, &wavelengths);
@@ -105,6 +105,25 @@ impl SkyPlan {
             refined: OnceLock::new(),
             colours: OnceLock::new(),
             lookup_grids: Default::default(),
+        }
+    }
+
+    /// The same sky as spectra take it: its optics are those at the wavelengths themselves, in the place of means. The bands of colour keep theirs.
+    pub(super) fn at_wavelengths(&self) -> Self {
+        let optics = self.scene.optics();
+        let integral = OnceLock::new();
+        if let Some(found) = self.integral.get().filter(|_| optics.is_on_steps()) {
+            let _ = integral.set(RayIntegral { optics: optics.clone(), ..found.clone() });
+        }
+        Self {
+            scene: self.scene.clone(),
+            base: RayIntegral { optics, ..self.base.clone() },
+            fit: self.fit.clone(),
+            integral,
+            refined: OnceLock::new(),
+            colours: OnceLock::new(),
+            lookup_grids: Default::default(),
+            ..*self
         }
     }
 

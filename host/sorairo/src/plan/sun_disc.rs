@@ -16,6 +16,7 @@ use super::quadrature::gauss_legendre;
 use super::sky::SkyPlan;
 use crate::scene::Projection;
 use crate::spectra::observer;
+use crate::spectra::optics::{Coefficients, Optics};
 
 /// Nominal radius of the sun (km; IAU 2015 resolution B3).
 const SOLAR_RADIUS: f64 = 695_700.0;
@@ -89,6 +90,8 @@ pub struct Sun<'a> {
     horizon: f64,
     /// Per wavelength (nm): itself, irradiance over the disc's projected solid angle (W·m⁻²·sr⁻¹·nm⁻¹).
     spectrum: Vec<(f64, f64)>,
+    /// What weakens it at each wavelength.
+    coefficients: Vec<Coefficients>,
 }
 
 /// What falls from the disc.
@@ -120,21 +123,26 @@ struct Part {
 }
 
 impl<'a> Sun<'a> {
-    /// That of a sky, at the observer nodes.
+    /// That of a sky at the observer nodes, each with the means over what it stands for.
     pub fn new(sky: &'a SkyPlan) -> Self {
-        Self::at(sky, &observer::wavelengths())
+        Self::as_read(sky, &sky.base.optics, &observer::wavelengths())
     }
 
-    /// That of a sky at wavelengths (nm).
+    /// That of a sky at wavelengths (nm) themselves.
     pub fn at(sky: &'a SkyPlan, wavelengths: &[f64]) -> Self {
-        let sine = (SOLAR_RADIUS / (sky.base.optics.sun_distance * ASTRONOMICAL_UNIT)).min(1.0);
-        let mean = |nm: f64| sky.base.optics.solar_irradiance(nm) / (PI * sine * sine) / mean_darkening(nm);
+        Self::as_read(sky, &sky.scene.optics(), wavelengths)
+    }
+
+    fn as_read(sky: &'a SkyPlan, optics: &Optics, wavelengths: &[f64]) -> Self {
+        let sine = (SOLAR_RADIUS / (optics.sun_distance * ASTRONOMICAL_UNIT)).min(1.0);
+        let mean = |nm: f64| optics.solar_irradiance(nm) / (PI * sine * sine) / mean_darkening(nm);
         Self {
             sky,
             radius: sine.asin(),
             elevation: f64::from(sky.base.uniform.sun.z).asin(),
             horizon: f64::from(sky.base.uniform.horizon),
             spectrum: wavelengths.iter().map(|&nm| (nm, mean(nm))).collect(),
+            coefficients: wavelengths.iter().map(|&nm| optics.at(nm)).collect(),
         }
     }
 
@@ -239,7 +247,7 @@ impl<'a> Sun<'a> {
 
     /// Optical depth between the observer and the sun, for a place of the disc at the sine of an elevation, at each wavelength.
     fn depths(&self, height: f64) -> Vec<f64> {
-        let RayIntegral { uniform, optics, variant, .. } = &self.sky.base;
+        let RayIntegral { uniform, variant, .. } = &self.sky.base;
         // Towards the sun itself, tilted to the elevation asked for.
         let azimuth = f64::from(uniform.sun.y).atan2(f64::from(uniform.sun.x));
         let level = (1.0 - height * height).max(0.0).sqrt();
@@ -252,11 +260,10 @@ impl<'a> Sun<'a> {
             let outwards = column_densities(&uniform.atmosphere, altitude, density, abs(mu), variant);
             to_sun = sun_column_densities(&uniform.atmosphere, altitude, outwards, mu, variant).as_dvec3();
         }
-        let depth = |nm: f64| {
-            let c = optics.at(nm);
+        let depth = |c: &Coefficients| {
             c.air_scattering * to_sun.x + c.aerosol_extinction * to_sun.y + c.ozone_absorption * to_sun.z
         };
-        self.spectrum.iter().map(|&(nm, _)| depth(nm)).collect()
+        self.coefficients.iter().map(depth).collect()
     }
 
     /// Radiance at each wavelength (W·m⁻²·sr⁻¹·nm⁻¹).

@@ -53,6 +53,9 @@ rows are linear. Wavelengths increase from row to row and cover 380 to 780 nm. L
 other line may name the columns. A row that stands twice, is out of order, negative, or not of two finite numbers is refused by
 its line, and so is a value beyond what nature has in the unit of its key, such as a cross-section in cm². Where tables end, `render.bands` and the wavelengths of spectra end too.
 
+Colours, irradiances over all wavelengths and illuminances take from a table, and from the sun's, the mean around each 5 nm of their sum, weighed by
+the sun: lines between those wavelengths count, however fine. A spectrum at a wavelength takes what the table holds at that wavelength itself.
+
 ## Place and time
 
 `place` and `time` together stand for the sun's elevation and azimuth at the observer's altitude, and for its distance, 0.983 to 1.017 au. They

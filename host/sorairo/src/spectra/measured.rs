@@ -2,7 +2,9 @@
 
 use std::sync::OnceLock;
 
+use super::mean;
 use super::table::Table;
+use super::table_file::TableFile;
 
 /// The wavelengths (nm) that the tables of ozone and of the CIE 1931 observer cover.
 pub const MEASURED_RANGE: (f64, f64) = (360.0, 830.0);
@@ -27,6 +29,12 @@ pub fn cie2015() -> &'static Table<3> {
 pub fn solar_irradiance() -> &'static Table<1> {
     static TABLE: OnceLock<Table<1>> = OnceLock::new();
     embedded(&TABLE, include_str!("../../data/astm_g173_extraterrestrial.csv"))
+}
+
+/// The same in means over what a node of the observer's sum stands for, as the file of a person's own that holds them.
+pub(super) fn solar_irradiance_over_steps() -> &'static TableFile {
+    static TABLE: OnceLock<TableFile> = OnceLock::new();
+    TABLE.get_or_init(|| TableFile::holding("astm-g173", mean::over_steps(solar_irradiance(), None)))
 }
 
 /// Absorption cross-section of ozone at 233 K (m²), 365-835 nm: means over 10 nm, in the middles of which they stand.

@@ -1,6 +1,7 @@
 //! Light of all orders against a Monte Carlo reference that shares nothing with the method; its header says how it was made.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use sorairo::PixelFormat;
 use sorairo::low_level::device;
@@ -8,8 +9,9 @@ use sorairo::low_level::irradiance::SkyLight;
 use sorairo::low_level::plan::quadrature::gauss_legendre;
 use sorairo::low_level::plan::spectral::{BOUND_BY_DAY, BOUND_IN_TWILIGHT, FLOOR};
 use sorairo::low_level::plan::{Plan, SkyPlan, SpectralPlan, direction};
+use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::low_level::spectrum::DenseSpectrum;
-use sorairo::scene::{Fit, GroundAlbedo, Orders, PathChoice, Preset, Rgb, Scene, SunSpectrum};
+use sorairo::scene::{Fit, GroundAlbedo, Orders, OzoneCrossSection, PathChoice, Preset, Rgb, Scene, SunSpectrum};
 use sorairo_evaluation::error::{Reference, plan};
 use sorairo_evaluation::judge::{coefficients, medium};
 use sorairo_evaluation::measured::measured;
@@ -53,6 +55,12 @@ fn rows() -> Vec<Row> {
     lines.map(row).collect()
 }
 
+/// The cross-section of ozone that the reference was computed with: means over 10 nm, taken as points where these begin.
+fn ozone_of_the_reference() -> OzoneCrossSection {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/data/ozone_cross_section_of_the_references.csv");
+    OzoneCrossSection::File(TableFile::read(Path::new(file)).unwrap())
+}
+
 /// The scene of a row: the atmospheres of the reference's header, under a sun of 1 at every wavelength.
 fn scene(row: &Row) -> Scene {
     let mut scene = Scene::preset(Preset::Earth);
@@ -61,6 +69,7 @@ fn scene(row: &Row) -> Scene {
     scene.observer.altitude = row.altitude;
     scene.ground.albedo = GroundAlbedo::Grey(row.albedo);
     scene.render.orders = Orders::All;
+    scene.atmosphere.ozone.cross_section = ozone_of_the_reference();
     let aerosol = &mut scene.atmosphere.aerosol;
     match row.case.as_str() {
         "earth" => {}

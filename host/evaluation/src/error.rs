@@ -88,7 +88,7 @@ pub fn true_xyz(scene: &Scene, views: &[Vec3]) -> Result<Vec<DVec3>> {
     let mut cheapest = scene.clone();
     (cheapest.render.fit, cheapest.render.bands) = (Fit::Transfer, None);
     cheapest.render.color = ColourPath::Folded;
-    let dense = DenseSpectrum::new(&plan(&cheapest)?.sky, &observer::wavelengths());
+    let dense = DenseSpectrum::over_steps(&plan(&cheapest)?.sky);
     let weights: Vec<DVec3> =
         observer::wavelengths().into_iter().map(|nm| observer::weights(scene.render.observer, nm)).collect();
     let sum = |view: &Vec3| dense.radiance(*view).into_iter().zip(&weights).map(|(radiance, &w)| w * radiance).sum();

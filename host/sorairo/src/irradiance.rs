@@ -115,7 +115,7 @@ impl SkyLight {
             return Self::default();
         }
         let wavelengths = observer::wavelengths();
-        let spectrum = SpectralPlan::new(sky, &wavelengths);
+        let spectrum = SpectralPlan::over_steps(sky);
         let radiance = |view: DVec3| {
             let view = view.as_vec3();
             (sky.radiance(view).as_dvec3(), power_and_luminance(sky, &wavelengths, &spectrum.radiance(view)))
@@ -233,7 +233,9 @@ fn crowded(n: u32, from: f64, to: f64) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{GroundAlbedo, Orders, Preset, Rgb, Scene};
+    use crate::scene::{Fit, GroundAlbedo, Orders, Preset, Rgb, Scene, SunSpectrum};
+    use crate::spectra::table::Table;
+    use crate::spectra::table_file::TableFile;
 
     fn sky(sun: f64, change: impl FnOnce(&mut Scene)) -> SkyPlan {
         let mut scene = Scene::preset(Preset::Earth).first_order();
@@ -307,6 +309,78 @@ mod tests {
         assert!((2e3..2e4).contains(&light.illuminance_lux), "{light:?}");
         assert!((500.0..1e4).contains(&light.luminance_zenith_cd_m2), "{light:?}");
         assert!((10.0..200.0).contains(&light.irradiance_w_m2), "{light:?}");
+    }
+
+    /// A table of a nanometre a row that has all of it in every fifth, shifted by some.
+    fn lines(shift: u32, height: f64) -> TableFile {
+        let value = |nm: u32| if (nm + shift) % 5 == 0 { height } else { 0.0 };
+        TableFile::holding("lines.csv", Table::of((360..=830).map(|nm| (f64::from(nm), [value(nm)]))))
+    }
+
+    /// What sums over the observer's nodes say of a sky.
+    fn sums(sky: &SkyPlan) -> Vec<f64> {
+        let light = SkyLight::new(sky);
+        let rgb = [light.irradiance_rgb, light.ground_irradiance_rgb, light.sun_irradiance_rgb].concat();
+        let surface = crate::Surface::default().illuminance(sky).unwrap();
+        let measured = [light.irradiance_w_m2, light.sun_irradiance_w_m2, light.illuminance_lux, surface.global];
+        let zenith = crate::spectrum::xyz(sky, &[[90.0, 0.0]]).unwrap().concat();
+        [&rgb[..], &measured, &zenith, &[light.luminance_zenith_cd_m2]].concat()
+    }
+
+    fn assert_alike(found: &[f64], expected: &[f64], what: &str) {
+        let errors = found.iter().zip(expected).map(|(found, expected)| (found / expected - 1.0).abs());
+        let worst = errors.fold(0.0, |worst: f64, error| if error <= worst { worst } else { error });
+        println!("{what}: {worst:.1e}");
+        // What a fit that learnt from other numbers in the last digit leaves.
+        assert!(found.len() == expected.len() && worst < 1e-3, "{what}: {worst}");
+    }
+
+    #[test]
+    fn spectral_lines_give_sums_the_light_of_their_mean_wherever_they_lie() {
+        for fit in [Fit::Extinction, Fit::Dense, Fit::Transfer] {
+            let of = |spectrum: SunSpectrum, albedo: GroundAlbedo| {
+                sums(&sky(30.0, |scene| {
+                    (scene.sun.spectrum, scene.ground.albedo, scene.render.fit) =
+                        (spectrum.clone(), albedo.clone(), fit);
+                    scene.render.orders = Orders::UpTo(2);
+                }))
+            };
+            let grey = of(SunSpectrum::Flat, GroundAlbedo::Grey(0.2));
+            for shift in [0, 1, 2] {
+                let sun = of(SunSpectrum::File(lines(shift, 5.0)), GroundAlbedo::Grey(0.2));
+                assert_alike(&sun, &grey, &format!("{fit:?}, sun, {shift} nm"));
+                let ground = of(SunSpectrum::Flat, GroundAlbedo::File(lines(shift, 1.0)));
+                assert_alike(&ground, &grey, &format!("{fit:?}, ground, {shift} nm"));
+            }
+        }
+    }
+
+    #[test]
+    fn ground_that_reflects_where_the_sun_shines_is_as_bright_as_both_say() {
+        let of = |spectrum: SunSpectrum, albedo: GroundAlbedo| {
+            let light = SkyLight::new(&sky(30.0, |scene| {
+                (scene.sun.spectrum, scene.ground.albedo) = (spectrum.clone(), albedo.clone());
+            }));
+            light.ground_irradiance_rgb[1]
+        };
+        let (sun, white) = (SunSpectrum::File(lines(0, 5.0)), of(SunSpectrum::Flat, GroundAlbedo::Grey(0.9)));
+        let [air, with, beside] = [
+            of(SunSpectrum::Flat, GroundAlbedo::Grey(0.0)),
+            of(sun.clone(), GroundAlbedo::File(lines(0, 0.9))),
+            of(sun, GroundAlbedo::File(lines(2, 0.9))),
+        ];
+        // Of lines that are triangles two thirds of the product are left of what is lit; beside them nothing reflects.
+        assert!(((with - air) / (white - air) - 2.0 / 3.0).abs() < 0.01, "{with} of {white}");
+        assert!((beside - air).abs() < 1e-3 * white, "{beside}, not {air}");
+    }
+
+    #[test]
+    fn a_spectrum_says_what_a_table_holds_at_its_wavelengths() {
+        let sun = sky(30.0, |scene| scene.sun.spectrum = SunSpectrum::File(lines(0, 5.0)));
+        let flat = sky(30.0, |scene| scene.sun.spectrum = SunSpectrum::Flat);
+        let at = |sky: &SkyPlan| SpectralPlan::new(sky, &[500.0, 502.0]).radiance(DVec3::Z.as_vec3());
+        let (lines, flat) = (at(&sun), at(&flat));
+        assert!((lines[0] / flat[0] - 5.0).abs() < 1e-6 && lines[1] == 0.0, "{lines:?}, {flat:?}");
     }
 
     #[test]

@@ -36,13 +36,14 @@ impl SpectralIrradiance {
 
     /// The same by spectra at these wavelengths.
     pub(crate) fn by(spectra: &Spectra, sky: &SkyPlan, wavelengths: &[f64]) -> Self {
-        let [up, down] = [DVec3::Z, -DVec3::Z].map(|normal| irradiance_on(normal, sky, spectra, wavelengths));
+        let sun = Sun::at(sky, wavelengths);
+        let [up, down] = [DVec3::Z, -DVec3::Z].map(|normal| irradiance_on(normal, sky, spectra, &sun));
         Self {
             wavelength_nm: wavelengths.to_vec(),
             irradiance_w_m2_nm: up.diffuse,
             direct_irradiance_w_m2_nm: up.direct,
             ground_irradiance_w_m2_nm: down.ground,
-            sun_irradiance_w_m2_nm: Sun::at(sky, wavelengths).spectral_irradiance(|_| 1.0),
+            sun_irradiance_w_m2_nm: sun.spectral_irradiance(|_| 1.0),
         }
     }
 }
@@ -51,7 +52,7 @@ impl SpectralIrradiance {
 mod tests {
     use super::*;
     use crate::irradiance::SkyLight;
-    use crate::scene::{Rgb, Scene};
+    use crate::scene::{Rgb, Scene, SunSpectrum};
     use crate::spectra::observer;
 
     #[test]
@@ -59,6 +60,8 @@ mod tests {
         for sun in [40.0, 3.0, -3.0] {
             let mut scene = Scene::default();
             scene.sun.elevation = sun;
+            // Of its own spectrum sums take means.
+            scene.sun.spectrum = SunSpectrum::Flat;
             let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
             let (light, spectral) =
                 (SkyLight::new(&sky), SpectralIrradiance::new(&sky, &observer::wavelengths()).unwrap());

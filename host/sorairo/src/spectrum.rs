@@ -14,8 +14,9 @@ use crate::error::{Error, Result, check_range};
 use crate::plan::integral::RayIntegral;
 use crate::plan::quadrature::gauss_legendre;
 use crate::plan::upload::{self, bands};
-use crate::plan::{Plan, SkyPlan, SpectralPlan, direction};
+use crate::plan::{Plan, SkyPlan, SpectralPlan, direction, optics_of};
 use crate::scene::ValidScene;
+use crate::spectra::optics::Optics;
 use crate::spectra::{colour_temperature, observer};
 
 /// Samples per piece for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
@@ -174,6 +175,11 @@ impl Spectra {
         Ok(Self { by })
     }
 
+    /// Spectra at the nodes of the observer, for sums over them; see [`SpectralPlan::over_steps`].
+    pub(crate) fn over_steps(sky: &SkyPlan) -> Self {
+        Self { by: By::Fit(Arc::new(SpectralPlan::over_steps(sky))) }
+    }
+
     /// Spectra that are planned.
     #[cfg(feature = "files")]
     pub(crate) fn planned(spectral: Arc<SpectralPlan>) -> Self {
@@ -228,13 +234,13 @@ impl Spectra {
 }
 
 /// Colours of a sky in many directions (an elevation and an azimuth in degrees each): X, Y and Z of its observer by the spectrum of the
-/// fit at 380 to 780 nm by 5 nm (W·m⁻²·sr⁻¹; [`LUMENS_PER_WATT`](crate::low_level::irradiance::LUMENS_PER_WATT) times Y is the luminance in cd·m⁻²).
+/// fit at 380 to 780 nm, in means over 5 nm (W·m⁻²·sr⁻¹; [`LUMENS_PER_WATT`](crate::low_level::irradiance::LUMENS_PER_WATT) times Y is the luminance in cd·m⁻²).
 ///
 /// # Errors
 ///
 /// [`Error::OutOfRange`] for a direction.
 pub fn xyz(sky: &SkyPlan, directions: &[[f64; 2]]) -> Result<Vec<[f64; 3]>> {
-    let radiances = Spectra::new(sky, &observer::wavelengths(), Method::Fit)?.in_directions(directions)?;
+    let radiances = Spectra::over_steps(sky).in_directions(directions)?;
     let of_direction = |spectrum: &[f64]| observer::xyz_of_samples(sky.observer, spectrum).to_array();
     Ok(radiances.chunks_exact(observer::wavelengths().len()).map(of_direction).collect())
 }
@@ -245,7 +251,7 @@ pub fn xyz(sky: &SkyPlan, directions: &[[f64; 2]]) -> Result<Vec<[f64; 3]>> {
 ///
 /// [`Error::NotAllowed`] if it is not.
 pub fn check_wavelengths(sky: &SkyPlan, wavelengths: &[f64]) -> Result<()> {
-    let (shortest, longest) = sky.base.optics.known_wavelengths();
+    let (shortest, longest) = sky.scene.optics().known_wavelengths();
     match wavelengths.iter().find(|&&wavelength| !(shortest..=longest).contains(&wavelength)) {
         Some(outside) => {
             let complaint = format!("holds {outside}; wavelengths must lie between {shortest} and {longest} nm");
@@ -262,11 +268,20 @@ pub struct DenseSpectrum {
 }
 
 impl DenseSpectrum {
-    /// Prepares the spectrum at wavelengths in nm.
+    /// Prepares the spectrum at wavelengths in nm, at which tables say what holds.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
-        let optics = &sky.base.optics;
+        Self::as_read(sky, &optics_of(&sky.scene), wavelengths)
+    }
+
+    /// The same at the nodes of the observer, for sums over them; see [`SpectralPlan::over_steps`].
+    pub fn over_steps(sky: &SkyPlan) -> Self {
+        Self::as_read(sky, &sky.base.optics, &observer::wavelengths())
+    }
+
+    fn as_read(sky: &SkyPlan, optics: &Optics, wavelengths: &[f64]) -> Self {
         let integral = RayIntegral {
             wavelengths: wavelengths.to_vec(),
+            optics: optics.clone(),
             bands: bands(optics, wavelengths),
             quadrature: gauss_legendre(DENSE_STEPS),
             variant: sky.base.variant | ABOVE_TOP,

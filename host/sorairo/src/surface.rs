@@ -57,7 +57,8 @@ impl Surface {
     /// at which the scene is not known.
     pub fn irradiance(self, sky: &SkyPlan, wavelengths: &[f64]) -> Result<Irradiance<Vec<f64>>> {
         let normal = self.normal()?;
-        Ok(irradiance_on(normal, sky, &Spectra::new(sky, wavelengths, Method::Fit)?, wavelengths))
+        let spectra = Spectra::new(sky, wavelengths, Method::Fit)?;
+        Ok(irradiance_on(normal, sky, &spectra, &Sun::at(sky, wavelengths)))
     }
 
     /// Illuminance (lx) by the sky's observer.
@@ -67,21 +68,16 @@ impl Surface {
     /// Those of [`Surface::irradiance`] for a direction.
     pub fn illuminance(self, sky: &SkyPlan) -> Result<Irradiance<f64>> {
         let lux = |spectrum: Vec<f64>| observer::LUMENS_PER_WATT * observer::xyz_of_samples(sky.observer, &spectrum).y;
-        Ok(self.irradiance(sky, &observer::wavelengths())?.map(lux))
+        Ok(irradiance_on(self.normal()?, sky, &Spectra::over_steps(sky), &Sun::new(sky)).map(lux))
     }
 }
 
-/// Spectral irradiance (W·m⁻²·nm⁻¹) of a surface by its normal, from spectra at wavelengths in nm.
-pub(crate) fn irradiance_on(
-    normal: DVec3,
-    sky: &SkyPlan,
-    spectra: &Spectra,
-    wavelengths: &[f64],
-) -> Irradiance<Vec<f64>> {
-    let none = || vec![0.0; wavelengths.len()];
-    let direct = Sun::at(sky, wavelengths).spectral_irradiance(|view| view.dot(normal));
+/// Spectral irradiance (W·m⁻²·nm⁻¹) of a surface by its normal, from spectra and the sun at the same wavelengths.
+pub(crate) fn irradiance_on(normal: DVec3, sky: &SkyPlan, spectra: &Spectra, sun: &Sun<'_>) -> Irradiance<Vec<f64>> {
+    let direct = sun.spectral_irradiance(|view| view.dot(normal));
+    let none = vec![0.0; direct.len()];
     if sky.is_night {
-        return Irradiance { global: direct.clone(), direct, diffuse: none(), ground: none() };
+        return Irradiance { global: direct.clone(), direct, diffuse: none.clone(), ground: none };
     }
     let cosine = |view: DVec3| view.dot(normal).max(0.0);
     let [diffuse, ground] = pairs(sky).map(|pairs| {
@@ -91,7 +87,7 @@ pub(crate) fn irradiance_on(
         let facing: Vec<_> = weighted.filter(|(_, weight)| *weight > 0.0).collect();
         let lit: Vec<_> = facing.par_iter().map(|(view, _)| spectra.radiance(view.as_vec3())).collect();
         // One after the other, so that equal skies have equal sums.
-        lit.iter().zip(facing).fold(none(), |sum, (radiance, (_, weight))| {
+        lit.iter().zip(facing).fold(none.clone(), |sum, (radiance, (_, weight))| {
             sum.iter().zip(radiance).map(|(sum, value)| sum + value * weight).collect()
         })
     });
@@ -100,7 +96,7 @@ pub(crate) fn irradiance_on(
 }
 
 /// The part of the sun's irradiance at the top of the atmosphere that reaches a surface at the observer which faces the sun, at wavelengths in
-/// nm: the mean over the disc, of which the ground may hide a part; good to 4e-5, what the sum over the disc leaves.
+/// nm: the mean over the disc, of which the ground may hide a part.
 ///
 /// # Errors
 ///
@@ -108,7 +104,8 @@ pub(crate) fn irradiance_on(
 pub fn sun_transmittance(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Vec<f64>> {
     check_wavelengths(sky, wavelengths)?;
     let facing = Sun::at(sky, wavelengths).spectral_irradiance(|_| 1.0);
-    let transmittance = |(facing, &nm): (f64, &f64)| match sky.base.optics.solar_irradiance(nm) {
+    let optics = sky.scene.optics();
+    let transmittance = |(facing, &nm): (f64, &f64)| match optics.solar_irradiance(nm) {
         // A spectrum of one's own may hold no light there.
         0.0 => 0.0,
         irradiance => facing / irradiance,
@@ -174,7 +171,7 @@ mod tests {
         // The disc is half a degree wide.
         assert!((direct(0.0, 0.0) / facing - 0.5).abs() < 1e-4);
         assert_eq!(direct(90.0, 300.0), 0.0);
-        let above = sky.base.optics.solar_irradiance(500.0);
+        let above = sky.scene.optics().solar_irradiance(500.0);
         assert!((facing / above / sun_transmittance(&sky, &wavelengths).unwrap()[0] - 1.0).abs() < 5e-5);
     }
 

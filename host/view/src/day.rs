@@ -1,7 +1,7 @@
 //! A day of the sun at a latitude, played.
 
 use eframe::egui::{Slider, Ui};
-use sorairo::scene::place::{Place, Time, sun_position};
+use sorairo::scene::place::{Place, SunPosition, Time, sun_position};
 
 /// Minutes of a day that a step takes: a quarter of a degree.
 const STEP: u32 = 1;
@@ -22,8 +22,8 @@ impl Default for Day {
 }
 
 impl Day {
-    /// Elevation and azimuth of the sun (degrees) a step later.
-    pub fn next(&mut self) -> (f64, f64) {
+    /// Where the sun stands a step later.
+    pub fn next(&mut self) -> SunPosition {
         self.minute = (self.minute + STEP) % (24 * 60);
         let (hour, minute) = (self.minute / 60, self.minute % 60);
         let time: Time =
@@ -58,11 +58,12 @@ mod tests {
     #[test]
     fn a_day_at_midsummer_has_its_noon_in_the_south() {
         let mut day = Day::default();
-        let suns: Vec<(f64, f64)> = (0..24 * 60).map(|_| day.next()).collect();
-        let (highest, azimuth) = suns.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        let suns: Vec<SunPosition> = (0..24 * 60).map(|_| day.next()).collect();
+        let SunPosition { elevation: highest, azimuth, .. } =
+            suns.iter().copied().max_by(|a, b| a.elevation.total_cmp(&b.elevation)).unwrap();
         // 90° less the latitude and the obliquity; the sun is in the south to the minute that a step takes.
         assert!((highest - (90.0 - 43.0 + 23.44)).abs() < 0.02, "{highest}");
         assert!((azimuth - 180.0).abs() < 1.0, "{azimuth}");
-        assert!(suns.iter().any(|sun| sun.0 < -23.0));
+        assert!(suns.iter().any(|sun| sun.elevation < -23.0));
     }
 }

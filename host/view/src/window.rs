@@ -14,6 +14,7 @@ use sorairo::Plan;
 use sorairo::low_level::files::png;
 use sorairo::low_level::spectrum::Direction;
 use sorairo::scene::command::command;
+use sorairo::scene::place::SunPosition;
 use sorairo::scene::{Exposure, GroundAlbedo, Orders, Projection, Size};
 use sorairo::{Error, Result, Scene};
 
@@ -238,8 +239,11 @@ impl Window {
             }
             self.scene.sun.elevation += FRAME_STEP;
         } else if self.day.is_playing {
-            let (elevation, azimuth) = self.day.next();
+            let SunPosition { elevation, azimuth, distance } = self.day.next();
             (self.scene.sun.elevation, self.scene.sun.azimuth) = (elevation, azimuth);
+            if self.scene.is_on_earth() {
+                self.scene.sun.distance = distance;
+            }
         }
     }
 

@@ -357,7 +357,7 @@ async function start() {
   controls = new Controls(JSON.parse(sorairo.keys()), changed);
   dome = new Dome(setSun, hands.settle);
   place = new Place({
-    set: (keys, following) => attempt({ scene: { ...without(state.scene, "sun.elevation", "sun.azimuth"), ...keys } }, { following }),
+    set: (keys, following) => attempt({ scene: { ...without(state.scene, "sun.elevation", "sun.azimuth", "sun.distance"), ...keys } }, { following }),
     angles: () => setSun(state.sun, false),
     idle: () => painter.idle,
   });

@@ -118,7 +118,8 @@ pub fn spectrum(toml: &str, azimuth: f64, elevation: f64) -> Result<String> {
     let radiance = Spectra::new(&sky, &wavelengths, Method::Fit)?.towards(elevation, azimuth)?;
     let colour = xyz(&sky, &[[elevation, azimuth]])?.remove(0);
     let appearance = appearances(&sky, &towards)?.remove(0);
-    let sun = |&wavelength: &f64| sky.base.optics.solar_irradiance(wavelength);
+    let optics = sky.scene.optics();
+    let sun = |&wavelength: &f64| optics.solar_irradiance(wavelength);
     Ok(json!({
         "wavelengths_nm": wavelengths,
         "radiance": radiance,

@@ -4,12 +4,15 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 use sorairo_oracle::{
-    AirLaw, Atmosphere, Coefficients, Estimate, Medium, OZONE_CROSS_SECTION_233K, Paths, Ray, Spectrum, column_to_top,
-    direction, radiance_of_all_orders, radiance_of_orders, scattered_radiance, sunlit_ground_radiance,
+    AirLaw, Atmosphere, Coefficients, Estimate, Medium, Paths, Ray, Spectrum, column_to_top, direction,
+    radiance_of_all_orders, radiance_of_orders, scattered_radiance, sunlit_ground_radiance,
 };
 
 /// Rows that two other solvers agree about; its header says how they were made.
 const REFERENCE: &str = include_str!("../../data/multiple_scattering_reference.csv");
+
+/// Its cross-section of ozone, which took means over 10 nm as points where these begin.
+const REFERENCE_OZONE: &str = include_str!("../../data/ozone_cross_section_of_the_references.csv");
 
 const EARTH: Medium = Medium {
     ground_radius_km: 6360.0,
@@ -99,7 +102,7 @@ fn atmosphere(case: &str, ground_albedo: f64) -> Atmosphere {
         ozone_bottom_km: 10.0,
         ozone_peak_km: 25.0,
         ozone_top_km: 40.0,
-        ozone_cross_section_m2: OZONE_CROSS_SECTION_233K,
+        ozone_cross_section_m2: Spectrum::from_csv(REFERENCE_OZONE),
     }
 }
 

@@ -47,8 +47,8 @@ class Sky:
     albedo : float or str, optional
         What the ground reflects: 0 to 1, a measured surface such as `"grass"` or `"snow"`, or a CSV file.
     place : (float, float) or str, optional
-        Latitude and longitude (degrees north and east), in place of the sun's direction, which they give with `time` by the Solar Position
-        Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003).
+        Latitude and longitude on the Earth (degrees north and east), in place of the sun's direction and distance, which they give with `time` by
+        the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003).
     time : datetime.datetime or str, optional
         A time with an offset from UTC.
     scene : path, optional
@@ -141,7 +141,8 @@ class Sky:
     def xyz(self, elevation: ArrayLike, azimuth: ArrayLike) -> NDArray[np.float64]:
         """Colour of the sky in directions: X, Y and Z (W·m⁻²·sr⁻¹, weighted by the scene's observer), without the sun's disc.
 
-        The sum of the observer's functions with the radiance of the fit at 380 to 780 nm by 5 nm. Directions are those of `radiance`; the
+        The sum of the observer's functions with the radiance of the fit from 380 to 780 nm, in means over 5 nm: what the sun's spectrum and tables of
+        one's own have between counts, as it does not in `radiance`, which is that at the wavelengths themselves. Directions are those of `radiance`; the
         array has their shape and an axis of three at its end.
         """
         elevations, azimuths = directions_of(elevation, azimuth)

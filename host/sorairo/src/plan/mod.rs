@@ -27,5 +27,6 @@ pub use directions::direction;
 pub use image::Plan;
 pub use kernel::Kernel;
 pub use multiple::LightFields;
+pub(crate) use sky::optics_of;
 pub use sky::{Colours, SkyPlan};
 pub use spectral::SpectralPlan;

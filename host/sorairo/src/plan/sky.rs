@@ -72,7 +72,7 @@ impl SkyPlan {
     /// are near each other share it. Those that it lacks are added.
     pub fn with_light_fields(scene: &ValidScene, rgb: Rgb, light_fields: &LightFields) -> Self {
         let (observer, colour_path) = (scene.render.observer, scene.render.color);
-        let optics = Optics { forward_peak: forward_peak(scene), ..scene.optics() };
+        let optics = optics_of(scene).over_steps();
         let space = ColourSpace::new(rgb, scene.render.white_balance, observer, &optics);
         let wavelengths = fit::wavelengths(scene);
         let fit = SpectralFit::new(scene, &wavelengths);
@@ -112,6 +112,27 @@ impl SkyPlan {
             disc_grid: OnceLock::new(),
             sun_irradiance: OnceLock::new(),
             lookup_grids: Default::default(),
+        }
+    }
+
+    /// The same sky as spectra take it: its optics are those at the wavelengths themselves, in the place of means. The bands of colour keep theirs.
+    pub(super) fn at_wavelengths(&self) -> Self {
+        let optics = optics_of(&self.scene);
+        let integral = OnceLock::new();
+        if let Some(found) = self.integral.get().filter(|_| optics.is_on_steps()) {
+            let _ = integral.set(RayIntegral { optics: optics.clone(), ..found.clone() });
+        }
+        Self {
+            scene: self.scene.clone(),
+            base: RayIntegral { optics, ..self.base.clone() },
+            fit: self.fit.clone(),
+            integral,
+            refined: OnceLock::new(),
+            colours: OnceLock::new(),
+            disc_grid: OnceLock::new(),
+            sun_irradiance: OnceLock::new(),
+            lookup_grids: Default::default(),
+            ..*self
         }
     }
 
@@ -265,6 +286,11 @@ fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
     }
     let found = find();
     cell.get_or_init(|| found)
+}
+
+/// A scene's optical properties as its orders of scattering take them.
+pub(crate) fn optics_of(scene: &Scene) -> Optics {
+    Optics { forward_peak: forward_peak(scene), ..scene.optics() }
 }
 
 /// The forward peak of aerosol that light scattered more than once does not resolve; none where there is no such light.

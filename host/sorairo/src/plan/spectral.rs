@@ -94,14 +94,27 @@ pub struct SpectralPlan {
 }
 
 impl SpectralPlan {
-    /// That of a sky at wavelengths (nm): through as many bands as they need, or through the scene's own if it names its bands or another fit.
+    /// That of a sky at wavelengths (nm): through as many bands as they need, or through the scene's own if it names its bands or another fit. Tables
+    /// say what holds at each wavelength itself.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
+        Self::as_read(&sky.at_wavelengths(), wavelengths)
+    }
+
+    /// That of a sky at the nodes of the observer, for sums over them: of tables it takes the means over what each node stands for, and so the sun's
+    /// lines and what lies between the nodes count.
+    pub fn over_steps(sky: &SkyPlan) -> Self {
+        Self::as_read(sky, &observer::wavelengths())
+    }
+
+    /// That of a sky whose optics are read at wavelengths (nm), or about them.
+    fn as_read(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
         let is_chosen = sky.scene.render.bands.is_some() || !matches!(sky.fit, SpectralFit::Regression);
         if sky.is_night || is_chosen || wavelengths.is_empty() {
-            return Self::of_own_bands(sky, wavelengths);
+            return Self::through_own_bands(sky, wavelengths);
         }
         let asked = sorted(wavelengths.iter().copied());
-        let others: Vec<f64> = asked.iter().copied().filter(|nm| !sky.base.wavelengths.contains(nm)).collect();
+        let is_own = |nm: &f64| sky.base.optics.is_on_steps() && sky.base.wavelengths.contains(nm);
+        let others: Vec<f64> = asked.iter().copied().filter(|nm| !is_own(nm)).collect();
         if others.len() <= BANDS.len() {
             return Self::of_bands(sky, wavelengths, others);
         }
@@ -110,6 +123,10 @@ impl SpectralPlan {
 
     /// That of a sky by its own bands, those of its colour.
     pub fn of_own_bands(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
+        Self::through_own_bands(&sky.at_wavelengths(), wavelengths)
+    }
+
+    fn through_own_bands(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
         let fit = match &sky.fit {
             SpectralFit::Linear(fit) => SpectrumFit::Linear(fit.clone()),
             SpectralFit::Regression if sky.is_night => SpectrumFit::Regression(Vec::new()),
@@ -122,8 +139,10 @@ impl SpectralPlan {
     fn of_bands(sky: &SkyPlan, wavelengths: &[f64], others: Vec<f64>) -> Self {
         let integral = beside_own(sky, others);
         let regression = |&nm: &f64| {
-            let slope = |&band: &f64| if band == nm { 1.0 } else { 0.0 };
-            Regression { intercept: 0.0, slopes: integral.wavelengths.iter().map(slope).collect() }
+            // The last, since the band of a colour may stand for more than its wavelength.
+            let its_own = integral.wavelengths.iter().rposition(|&band| band == nm);
+            let slope = |band: usize| if Some(band) == its_own { 1.0 } else { 0.0 };
+            Regression { intercept: 0.0, slopes: (0..integral.wavelengths.len()).map(slope).collect() }
         };
         let regressions: Vec<Regression> = wavelengths.iter().map(regression).collect();
         let training = Training { integral: &integral, observer: sky.observer, space: &sky.space };
@@ -170,7 +189,8 @@ impl SpectralPlan {
         let optics = &self.integral.optics;
         match &self.fit {
             SpectrumFit::Linear(fit) => {
-                [fit.folded(optics, sky.observer, &sky.space), fit.spectrum_rows(optics, &self.wavelengths)]
+                let of_colour = fit.folded(&sky.base.optics, sky.observer, &sky.space);
+                [of_colour, fit.spectrum_rows(optics, &self.wavelengths)]
             }
             SpectrumFit::Regression(regressions) => {
                 let (own, all) = (sky.base.bands.len(), self.integral.bands.len());
@@ -267,7 +287,14 @@ fn radiance(
 /// The sky's light at its own bands and at others (nm).
 fn beside_own(sky: &SkyPlan, others: Vec<f64>) -> RayIntegral {
     let bands = [sky.base.wavelengths.clone(), others].concat();
-    at_bands(sky, &SpectralFit::Regression, bands).with_spectral_light()
+    with_own_bands(&sky.base, at_bands(sky, &SpectralFit::Regression, bands)).with_spectral_light()
+}
+
+/// The first bands of an integral as those of a sky's colour, which are means over what they stand for.
+fn with_own_bands(sky: &RayIntegral, mut integral: RayIntegral) -> RayIntegral {
+    // They fill their groups: a sky that names other bands has no more beside them.
+    integral.bands[..sky.bands.len()].copy_from_slice(&sky.bands);
+    integral
 }
 
 /// The sky's light at bands (nm), sampled as they need it; without that which was scattered more than once.
@@ -327,9 +354,13 @@ impl Lesson {
         let every = RayIntegral { bands: optical.clone(), ..sky.base.clone() };
         let (resolution, setting) = (every.spectral_resolution(), every.setting());
         let steps = sky.scene.render.steps.map_or(0.0, f64::from);
-        let others = [&computed[..], &bands, &ends, &[steps]].concat();
+        // Errors are judged where the sun's spectrum has its lines; how far it is does not matter.
+        let sun: Vec<f64> = computed.iter().map(|&nm| sky.base.optics.sun.at(nm)).collect();
+        let others = [&computed[..], &bands, &ends, &[steps], &sun].concat();
         let learn = || Self::new(sky, computed, bands, ends);
-        sky.base.light_fields.learnt(&setting, &optical, (&resolution, sky.base.orders), others, learn)
+        // The bands of colour are means, of which the values at wavelengths know nothing.
+        let air = [&sky.base.bands[..], &optical].concat();
+        sky.base.light_fields.learnt(&setting, &air, (&resolution, sky.base.orders), others, learn)
     }
 
     fn new(sky: &SkyPlan, computed: Vec<f64>, bands: Vec<f64>, ends: [f64; 2]) -> Self {
@@ -379,7 +410,7 @@ impl Taught {
         let fit = &SpectralFit::Regression;
         let under = RayIntegral { quadrature: sampled(&scene, &under, fit, bands), ..under };
         let at = |wavelengths: &[f64]| at_wavelengths(&under, fit, wavelengths.to_vec(), bands.len());
-        Self { bands: at(bands), every: at(computed) }
+        Self { bands: with_own_bands(&under, at(bands)), every: at(computed) }
     }
 
     /// The light of each constituent along rays: at the bands, then at every wavelength.
@@ -444,7 +475,12 @@ fn regressions(sky: &SkyPlan, taught: &Taught) -> Regressions {
         let regressions = regress(&examples, 0..computed.len(), NOISE);
         let at_bands: Vec<&Regression> = places.iter().map(|&place| &regressions[place]).collect();
         let right = |(&nm, regression)| right_at_bands(regression, &at_bands, &lines(bands, nm));
-        (constituent, computed.iter().zip(&regressions).map(right).collect())
+        // Bands that stand for more than their wavelength are not what is sought there.
+        let found = match sky.base.optics.is_on_steps() {
+            true => computed.iter().zip(&regressions).map(right).collect(),
+            false => regressions,
+        };
+        (constituent, found)
     };
     examples.into_par_iter().map(regressed).collect()
 }
@@ -499,7 +535,7 @@ fn error(sky: &Taught, regressions: &[(Constituent, Vec<Regression>)], ends: [f6
     let judged = judged[0]..judged[1] + 1;
     let [_, grids] = spectral_grids(bands);
     let views: Vec<Vec3> = grids.iter().flat_map(|grid| grid.views(bands)).collect();
-    let lit_by = LitBy::new(&every.optics, computed);
+    let lit_by = LitBy::new(&Optics { sun_distance: 1.0, ..every.optics.clone() }, computed);
     let Parts { air, aerosol, multiple, ground } = &sky.light_of(&grids);
     let spectra = Parts { air, aerosol, multiple, ground };
     let of_ray = |(ray, &view): (usize, &Vec3)| {
@@ -578,7 +614,8 @@ mod tests {
     fn where_a_fit_will_not_do_each_wavelength_is_integrated_and_colour_stays() {
         let sky = sky(|scene| scene.sun.elevation = 15.0);
         let asked = every(25.0, 375.0, 825.0);
-        let (each, fitted) = (SpectralPlan::of_each(&sky, &asked, &asked), SpectralPlan::new(&sky, &asked));
+        let (each, fitted) =
+            (SpectralPlan::of_each(&sky.at_wavelengths(), &asked, &asked), SpectralPlan::new(&sky, &asked));
         assert!(matches!(each.fit, SpectrumFit::Linear(_)) && matches!(fitted.fit, SpectrumFit::Regression(_)));
         let view = direction(20.0, 60.0).as_vec3();
         for (each, fitted) in each.radiance(view).into_iter().zip(fitted.radiance(view)) {

@@ -140,7 +140,7 @@ impl Draft {
         })
     }
 
-    /// Refuses an elevation or an azimuth that was set over a place or a time, as a file may not hold both; `is_set` tells by a key's name.
+    /// Refuses an elevation, an azimuth or a distance that was set over a place or a time, as a file may not hold both; `is_set` tells by a key's name.
     ///
     /// # Errors
     ///
@@ -149,10 +149,10 @@ impl Draft {
         let sun = &self.scene.sun;
         let there = [("sun.place", sun.place.is_some()), ("sun.time", sun.time.is_some())];
         let Some((from, _)) = there.into_iter().find(|(_, is_there)| *is_there) else { return Ok(()) };
-        match ["sun.elevation", "sun.azimuth"].into_iter().find(|key| is_set(key)) {
+        match SUN_POSITION.into_iter().find(|key| is_set(key)) {
             Some(key) => Err(Error::not_allowed(
                 key,
-                format!("cannot be given beside {from}: a place and a time say where the sun is"),
+                format!("cannot be given beside {from}: a place and a time say where the sun is, and how far"),
             )),
             None => Ok(()),
         }
@@ -353,14 +353,19 @@ fn as_it_stands(value: &Spanned<DeValue<'_>>) -> String {
     }
 }
 
-/// Refuses an elevation or an azimuth beside a place or a time.
+/// The keys for which a place and a time stand.
+const SUN_POSITION: [&str; 3] = ["sun.elevation", "sun.azimuth", "sun.distance"];
+
+/// Refuses an elevation, an azimuth or a distance beside a place or a time.
 fn refuse_two_suns(given: &[Given<'_>], problems: &mut Problems<'_>) {
     let find = |name: &str| given.iter().find(|(key, _)| key.name == name);
     let Some((from, _)) = find("sun.place").or_else(|| find("sun.time")) else { return };
-    for name in ["sun.elevation", "sun.azimuth"] {
+    for name in SUN_POSITION {
         if let Some((_, value)) = find(name) {
-            let complaint =
-                format!("`{name}` and `{}` cannot both be given: a place and a time say where the sun is", from.name);
+            let complaint = format!(
+                "`{name}` and `{}` cannot both be given: a place and a time say where the sun is, and how far",
+                from.name
+            );
             problems.add(value.span().start, Error::Text(complaint));
         }
     }
@@ -473,6 +478,10 @@ mod tests {
             (
                 "[sun]\nplace = '43,141'\nelevation = 3",
                 "line 3, column 13 (elevation = 3): `sun.elevation` and `sun.place`",
+            ),
+            (
+                "[sun]\nplace = '43,141'\ntime = 2026-06-21T04:30:00Z\ndistance = 1",
+                "line 4, column 12 (distance = 1): `sun.distance` and `sun.place`",
             ),
         ];
         for (text, words) in cases {

@@ -155,9 +155,10 @@ pub static KEYS: &[Key] = &[
     number!(sun.azimuth, "degrees", At(-360.0), At(360.0)),
     key!(sun.place, Other(|| "\"LATITUDE,LONGITUDE\", -90 to 90 north, -180 to 180 east".into()))
         .unit("degrees")
-        .otherwise(|| "`elevation` and `azimuth` hold".into()),
+        .otherwise(|| "`elevation`, `azimuth` and `distance` hold".into())
+        .rule(rules::place_elsewhere),
     key!(sun.time, Other(|| "RFC 3339 with an offset, such as \"2026-06-21T04:30:00+09:00\"".into()))
-        .otherwise(|| "`elevation` and `azimuth` hold".into()),
+        .otherwise(|| "`elevation`, `azimuth` and `distance` hold".into()),
     key!(sun.spectrum, WordsOrTable(words::<SunSpectrum>)).rule(plausible::solar_spectrum),
     number!(sun.distance, "au", At(0.01), At(1000.0)),
     key!(sun.disc, Other(|| format!("true or false; with a disc the distance is at most {} au", rules::FARTHEST_DISC)))

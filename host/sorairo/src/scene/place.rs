@@ -115,8 +115,19 @@ pub fn evenly(from: Time, to: Time, count: u32) -> impl Iterator<Item = Time> {
     })
 }
 
-/// Elevation and azimuth of the sun's centre (degrees; azimuth clockwise from north, 0 to 360), by the Solar Position Algorithm
-/// (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003, NREL/TP-560-34302), for an observer at an altitude (km).
+/// Where the sun's centre stands, seen from the Earth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SunPosition {
+    /// Elevation (degrees).
+    pub elevation: f64,
+    /// Azimuth, clockwise from north (degrees, 0 to 360).
+    pub azimuth: f64,
+    /// Distance from the centre of the Earth (au, 0.983 to 1.017).
+    pub distance: f64,
+}
+
+/// Where the sun stands, by the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003, NREL/TP-560-34302), for an
+/// observer at an altitude (km).
 ///
 /// The direction is geometric, without refraction, because the renderer's rays are straight: near the horizon the real sun
 /// stands about 0.5° higher.
@@ -124,13 +135,21 @@ pub fn evenly(from: Time, to: Time, count: u32) -> impl Iterator<Item = Time> {
 /// # Errors
 ///
 /// [`Error::UnknownMoment`] for a moment that the algorithm does not know: a leap second, or a year after 3000.
-pub fn sun_position(place: Place, time: Time, altitude: f64) -> Result<(f64, f64)> {
+pub fn sun_position(place: Place, time: Time, altitude: f64) -> Result<SunPosition> {
     let Place { latitude, longitude } = place;
     let location = Location { latitude, longitude };
-    let position = delta_t::estimate_from_date(time.0.year(), time.0.month())
-        .and_then(|delta_t| SolarPositions::new().at(&time.0, location, altitude * 1000.0, delta_t, None))
-        .map_err(|error| Error::UnknownMoment { time: time.to_string(), reason: error.to_string() })?;
-    Ok((position.elevation_angle(), position.azimuth()))
+    let of_moment = delta_t::estimate_from_date(time.0.year(), time.0.month())
+        .and_then(|delta_t| SolarPositions::new().for_time(&time.0, delta_t));
+    of_moment
+        .and_then(|of_moment| {
+            let position = of_moment.at(location, altitude * 1000.0, None)?;
+            Ok(SunPosition {
+                elevation: position.elevation_angle(),
+                azimuth: position.azimuth(),
+                distance: of_moment.earth_radius_vector().expect("the Solar Position Algorithm computes it"),
+            })
+        })
+        .map_err(|error| Error::UnknownMoment { time: time.to_string(), reason: error.to_string() })
 }
 
 #[cfg(test)]
@@ -138,7 +157,8 @@ mod tests {
     use super::*;
 
     fn sun(place: &str, time: &str, altitude: f64) -> (f64, f64) {
-        sun_position(place.parse().unwrap(), time.parse().unwrap(), altitude).unwrap()
+        let sun = sun_position(place.parse().unwrap(), time.parse().unwrap(), altitude).unwrap();
+        (sun.elevation, sun.azimuth)
     }
 
     /// Within the 0.01° that is promised; NaN is not.
@@ -174,6 +194,16 @@ mod tests {
             let (elevation, _) = sun(pole, "2024-03-20T03:06:00Z", 0.0);
             assert!(close(elevation, -0.0024), "{pole}: {elevation}");
         }
+    }
+
+    #[test]
+    fn the_sun_is_as_far_as_it_is_published() {
+        let distance = |time: &str| sun_position("0,0".parse().unwrap(), time.parse().unwrap(), 0.0).unwrap().distance;
+        // NREL/TP-560-34302, Appendix A.5.
+        assert!((distance("2003-10-17T12:30:30-07:00") - 0.996_542_297_4).abs() < 1e-7);
+        // Perihelion and aphelion of 2026, UTC (US Naval Observatory, Earth's Seasons and Apsides), to the digits that almanacs print.
+        assert!((distance("2026-01-03T17:16:00Z") - 0.983_30).abs() < 5e-6);
+        assert!((distance("2026-07-06T17:31:00Z") - 1.016_64).abs() < 5e-6);
     }
 
     #[test]

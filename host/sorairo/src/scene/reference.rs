@@ -53,11 +53,15 @@ rows are linear. Wavelengths increase from row to row and cover 380 to 780 nm. L
 other line may name the columns. A row that stands twice, is out of order, negative, or not of two finite numbers is refused by
 its line, and so is a value beyond what nature has in the unit of its key, such as a cross-section in cm². Where tables end, `render.bands` and the wavelengths of spectra end too.
 
+Colours, irradiances over all wavelengths and illuminances take from a table, and from the sun's, the mean around each 5 nm of their sum, weighed by
+the sun: lines between those wavelengths count, however fine. A spectrum at a wavelength takes what the table holds at that wavelength itself.
+
 ## Place and time
 
-`place` and `time` together stand for the sun's elevation and azimuth at the observer's altitude. They come from the Solar Position
-Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003) and hold for the Earth. The direction is geometric: the
-renderer's rays are straight, so refraction, which lifts the real sun by 0.5° at the horizon, is left out.
+`place` and `time` together stand for the sun's elevation and azimuth at the observer's altitude, and for its distance, 0.983 to 1.017 au. They
+come from the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003) and hold for the Earth: on a planet of another
+radius they are refused. The direction is geometric: the renderer's rays are straight, so refraction, which lifts the real sun by 0.5° at the
+horizon, is left out.
 ";
 
 fn entry(key: &Key, flag: Option<&str>) -> String {

@@ -12,6 +12,32 @@ pub const CLOSEST_BANDS: f64 = 0.5;
 /// Farther away (au) the disc is smaller than single precision can place it.
 pub const FARTHEST_DISC: f64 = 50.0;
 
+/// Mean radius of the Earth (km; IUGG's R₁, Moritz 2000, *Geodetic Reference System 1980*).
+const EARTH_RADIUS: f64 = 6371.0;
+
+/// How much of that the ground's radius may differ from it and still be the Earth's: its ellipsoid and the rounded radii of models keep to 0.3 %.
+const OF_THE_EARTH: f64 = 0.01;
+
+impl Scene {
+    /// Whether the planet is the Earth, by the radius of its ground.
+    pub fn is_on_earth(&self) -> bool {
+        (self.atmosphere.ground_radius / EARTH_RADIUS - 1.0).abs() <= OF_THE_EARTH
+    }
+}
+
+pub(super) fn place_elsewhere(scene: &Scene) -> Result<()> {
+    if scene.sun.place.is_none() || scene.is_on_earth() {
+        return Ok(());
+    }
+    let [low, high] = [1.0 - OF_THE_EARTH, 1.0 + OF_THE_EARTH].map(|part| (EARTH_RADIUS * part).round());
+    let radius = shown(scene.atmosphere.ground_radius);
+    let complaint = format!(
+        "is a place on the Earth, which an atmosphere.ground_radius of {radius} km is not ({low} to {high} km are); give sun.elevation, \
+         sun.azimuth and sun.distance"
+    );
+    Err(Error::not_allowed("sun.place", complaint))
+}
+
 pub(super) fn disc_too_small(scene: &Scene) -> Result<()> {
     let distance = scene.sun.distance;
     if !scene.sun.disc || distance <= FARTHEST_DISC {

@@ -22,7 +22,7 @@ pub struct Sun {
     pub time: Option<Time>,
     /// Spectrum of the sun at the top of the atmosphere, at a distance of 1 au; a file holds W·m⁻²·nm⁻¹.
     pub spectrum: SunSpectrum,
-    /// Distance of the sun (astronomical units, au), by whose square its light falls off.
+    /// Distance of the sun (astronomical units, au), by whose square its light falls off; a place and a time give that of the Earth.
     pub distance: f64,
     /// Whether images show the sun's disc, darker towards its limb, with the light that it sends through the air.
     pub disc: bool,

@@ -4,7 +4,7 @@ use std::ops::Deref;
 
 use super::camera::CameraScene;
 use super::keys;
-use super::place::{Place, Time, sun_position};
+use super::place::{Place, SunPosition, Time, sun_position};
 use super::preset::Scene;
 use super::settings::Exposure;
 use crate::error::{Error, Result};
@@ -82,7 +82,7 @@ impl Scene {
         }
     }
 
-    /// The scene with elevation and azimuth of the sun in the place of a place and a time; as it is where it has neither.
+    /// The scene with elevation, azimuth and distance of the sun in the place of a place and a time; as it is where it has neither.
     ///
     /// # Errors
     ///
@@ -94,7 +94,8 @@ impl Scene {
             (None, None) => {}
             (Some(place), Some(time)) => {
                 keys::find("observer.altitude").expect("a key").check_range(self)?;
-                (scene.sun.elevation, scene.sun.azimuth) = sun_position(place, time, self.observer.altitude)?;
+                let SunPosition { elevation, azimuth, distance } = sun_position(place, time, self.observer.altitude)?;
+                (scene.sun.elevation, scene.sun.azimuth, scene.sun.distance) = (elevation, azimuth, distance);
             }
             (Some(_), None) => return Err(Error::not_allowed("sun.place", "needs a time: give sun.time too")),
             (None, Some(_)) => return Err(Error::not_allowed("sun.time", "needs a place: give sun.place too")),
@@ -105,7 +106,10 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
+    use strum::IntoEnumIterator;
+
     use super::*;
+    use crate::scene::Preset;
 
     #[test]
     fn a_value_out_of_range_is_named_with_what_is_allowed() {
@@ -116,6 +120,34 @@ mod tests {
         assert!(matches!(error, Error::OutOfRange { key: "sun.elevation", low: -90.0, high: 90.0, .. }));
         scene.sun.elevation = f64::NAN;
         assert!(scene.validated().is_err());
+    }
+
+    #[test]
+    fn a_place_and_an_hour_give_the_distance_of_the_sun() {
+        let distance = |time: &str| {
+            let mut scene = Scene::default();
+            scene.sun.place = Some("51.48,0".parse().unwrap());
+            scene.sun.time = Some(time.parse().unwrap());
+            scene.validated().unwrap().optics().sun_distance
+        };
+        // The Earth's orbit has an eccentricity of 0.0167: 3.4 % more light than at 1 au, and 3.3 % less.
+        for (time, light) in [("2026-01-03T12:00Z", 1.0344), ("2026-07-05T12:00Z", 0.9675)] {
+            assert!((distance(time).powi(-2) - light).abs() < 2e-4, "{time}: {} au", distance(time));
+        }
+    }
+
+    #[test]
+    fn a_place_on_the_earth_is_refused_for_another_planet() {
+        let placed = |mut scene: Scene| {
+            scene.sun.place = Some("43.06,141.35".parse().unwrap());
+            scene.sun.time = Some("2026-06-21T04:30:00+09:00".parse().unwrap());
+            scene.validated()
+        };
+        let refused = placed(Scene::preset(Preset::Mars)).unwrap_err().to_string();
+        assert!(refused.starts_with("sun.place is a place on the Earth") && refused.contains("3389.5 km"), "{refused}");
+        for preset in Preset::iter().filter(|preset| *preset != Preset::Mars) {
+            assert!(placed(Scene::preset(preset)).is_ok(), "{preset:?}");
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use super::measured;
+use super::table::Table;
 use super::table_file::TableFile;
 use crate::words::{Words, word, words};
 
@@ -30,6 +31,24 @@ impl SunSpectrum {
             Self::AstmG173 => measured::solar_irradiance().at(wavelength)[0],
             Self::Flat => 1.0,
             Self::File(file) => file.table().at(wavelength)[0],
+        }
+    }
+
+    /// What it is by; none if it is the same at every wavelength.
+    pub(super) fn table(&self) -> Option<&Table<1>> {
+        match self {
+            Self::AstmG173 => Some(measured::solar_irradiance()),
+            Self::Flat => None,
+            Self::File(file) => Some(file.table()),
+        }
+    }
+
+    /// The same in means over what a node of the observer's sum stands for; see [`super::mean`].
+    pub(super) fn over_steps(&self) -> Self {
+        match self {
+            Self::AstmG173 => Self::File(measured::solar_irradiance_over_steps().clone()),
+            Self::Flat => Self::Flat,
+            Self::File(file) => Self::File(file.over_steps(None)),
         }
     }
 }
@@ -263,6 +282,26 @@ macro_rules! spectrum_in_files {
         }
     };
 }
+
+/// Gives what the sun lights its means.
+macro_rules! lit_by_the_sun {
+    ($name:ident) => {
+        impl $name {
+            /// The same in means over what a node of the observer's sum stands for, as a sun lights it; see [`super::mean`].
+            pub(super) fn over_steps(&self, sun: &SunSpectrum) -> Self {
+                match self {
+                    Self::File(file) => Self::File(file.over_steps(sun.table())),
+                    // What is built in is smooth between such nodes.
+                    other => other.clone(),
+                }
+            }
+        }
+    };
+}
+
+lit_by_the_sun!(GroundAlbedo);
+lit_by_the_sun!(AlbedoSpectrum);
+lit_by_the_sun!(OzoneCrossSection);
 
 spectrum_in_files!(SunSpectrum);
 spectrum_in_files!(AlbedoSpectrum);

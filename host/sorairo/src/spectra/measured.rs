@@ -2,7 +2,9 @@
 
 use std::sync::OnceLock;
 
+use super::mean;
 use super::table::Table;
+use super::table_file::TableFile;
 
 /// The wavelengths (nm) that the tables of ozone and of the CIE 1931 observer cover.
 pub const MEASURED_RANGE: (f64, f64) = (360.0, 830.0);
@@ -29,7 +31,13 @@ pub fn solar_irradiance() -> &'static Table<1> {
     embedded(&TABLE, include_str!("../../data/astm_g173_extraterrestrial.csv"))
 }
 
-/// Absorption cross-section of ozone at 233 K (m²), 360-830 nm.
+/// The same in means over what a node of the observer's sum stands for, as the file of a person's own that holds them.
+pub(super) fn solar_irradiance_over_steps() -> &'static TableFile {
+    static TABLE: OnceLock<TableFile> = OnceLock::new();
+    TABLE.get_or_init(|| TableFile::holding("astm-g173", mean::over_steps(solar_irradiance(), None)))
+}
+
+/// Absorption cross-section of ozone at 233 K (m²), 365-835 nm: means over 10 nm, in the middles of which they stand.
 pub fn ozone_cross_section() -> &'static Table<1> {
     static TABLE: OnceLock<Table<1>> = OnceLock::new();
     embedded(&TABLE, include_str!("../../data/ozone_cross_section_233K.csv"))
@@ -85,7 +93,8 @@ mod tests {
     fn the_embedded_tables_cover_the_visible_range() {
         assert!((cie1931().at(555.0)[1] - 1.0).abs() < 1e-3);
         assert!((solar_irradiance().at(550.0)[0] - 1.86).abs() < 0.1);
-        assert_eq!(ozone_cross_section().at(600.0)[0], 5.019e-25);
-        assert_eq!(ozone_cross_section().at(605.0)[0], 0.5 * (5.019e-25 + 4.305e-25));
+        // The mean over 600 to 610 nm, and half way to that of the next ten.
+        assert_eq!(ozone_cross_section().at(605.0)[0], 5.019e-25);
+        assert_eq!(ozone_cross_section().at(610.0)[0], 0.5 * (5.019e-25 + 4.305e-25));
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod choice;
 pub mod colour_temperature;
+pub mod mean;
 pub mod measured;
 pub mod observer;
 pub mod optics;

@@ -56,6 +56,23 @@ impl<const N: usize> Table<N> {
         Ok(table)
     }
 
+    /// The table of some rows at increasing wavelengths (nm), two at least.
+    pub(crate) fn of(rows: impl Iterator<Item = (f64, [f64; N])>) -> Self {
+        let (wavelengths, values): (Vec<_>, Vec<_>) = rows.unzip();
+        let lines = (1..=wavelengths.len() as u64).collect();
+        Self { wavelengths, values, lines }
+    }
+
+    /// The wavelengths of the rows (nm).
+    pub fn wavelengths(&self) -> &[f64] {
+        &self.wavelengths
+    }
+
+    /// Whether every row stands at a multiple of a step (nm), so that a sum over such multiples misses nothing of it.
+    pub fn is_on_steps(&self, step: f64) -> bool {
+        self.wavelengths.iter().all(|wavelength| wavelength % step == 0.0)
+    }
+
     /// The shortest and the longest wavelength that the table holds (nm).
     pub fn range(&self) -> (f64, f64) {
         (self.wavelengths[0], self.wavelengths[self.wavelengths.len() - 1])

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::observer::{END, START};
+use super::mean;
+use super::observer::{END, START, STEP};
 use super::table::Table;
 use crate::input::{self, LARGEST_TABLE, shown};
 
@@ -44,6 +45,11 @@ impl TableFile {
         Ok(Self { path: path.to_owned(), table: Arc::new(table) })
     }
 
+    /// One that is no file.
+    pub(crate) fn holding(name: &str, table: Table<1>) -> Self {
+        Self { path: name.into(), table: Arc::new(table) }
+    }
+
     /// The name of the file.
     pub fn path(&self) -> &Path {
         &self.path
@@ -55,6 +61,20 @@ impl TableFile {
         let numbers = self.table.rows().flat_map(|(wavelength, [value])| [wavelength, value]);
         numbers.for_each(|number| hasher.update(&number.to_le_bytes()));
         hasher.finalize()
+    }
+
+    /// The same file with means over what a node of the observer's sum stands for, weighed by a table, in the place of what it holds; itself
+    /// where all of its rows are nodes. See [`mean`].
+    pub(crate) fn over_steps(&self, weighed_by: Option<&Table<1>>) -> Self {
+        if self.is_on_steps() {
+            return self.clone();
+        }
+        Self { path: self.path.clone(), table: Arc::new(mean::over_steps(&self.table, weighed_by)) }
+    }
+
+    /// Whether a sum over the observer's nodes misses nothing between them.
+    pub(crate) fn is_on_steps(&self) -> bool {
+        self.table.is_on_steps(STEP)
     }
 
     /// What it holds.

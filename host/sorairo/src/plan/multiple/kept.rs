@@ -5,6 +5,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytemuck::{bytes_of, cast_slice};
+use sorairo_shared::glam::Vec4;
 use sorairo_shared::single::Bands;
 
 use super::device_field::DeviceField;
@@ -71,11 +72,17 @@ struct Key {
 impl Key {
     fn new<T: 'static>(setting: &Setting, spectra: &[&[f32]], resolution: &Resolution, orders: Orders) -> Self {
         let mut air =
-            [bytes_of(setting.atmosphere), bytes_of(&setting.variant), bytes_of(&setting.placed_for)].concat();
+            [bytes_of(setting.atmosphere), bytes_of(&setting.variant), bytes_of(&without_sun(&setting.placed_for))]
+                .concat();
         spectra.iter().for_each(|values| air.extend_from_slice(cast_slice(values)));
         let (suns, resolution) = (setting.suns.clone(), resolution.clone());
         Self { of: TypeId::of::<T>(), air, suns, resolution, orders, others: Vec::new() }
     }
+}
+
+/// Bands without their sun, to which light in a field is relative.
+fn without_sun(bands: &Bands) -> Bands {
+    Bands { solar_irradiance: Vec4::ZERO, fit_irradiance: Vec4::ZERO, ..*bands }
 }
 
 impl LightFields {
@@ -115,7 +122,8 @@ impl LightFields {
         resolution: &Resolution,
         orders: Orders,
     ) -> Result<Arc<DeviceField>> {
-        let key = Key::new::<DeviceField>(setting, &[cast_slice(bands)], resolution, orders);
+        let air: Vec<Bands> = bands.iter().map(without_sun).collect();
+        let key = Key::new::<DeviceField>(setting, &[cast_slice(&air)], resolution, orders);
         if let Some(found) = self.find(&key) {
             return Ok(found);
         }
@@ -150,7 +158,8 @@ impl LightFields {
         learn: impl FnOnce() -> T,
     ) -> Arc<T> {
         others.extend([setting.altitude, setting.centre.angle, setting.centre.reach]);
-        let key = Key { others, ..Key::new::<T>(setting, &[cast_slice(bands)], resolution, orders) };
+        let air: Vec<Bands> = bands.iter().map(without_sun).collect();
+        let key = Key { others, ..Key::new::<T>(setting, &[cast_slice(&air)], resolution, orders) };
         self.found_or_made(key, learn)
     }
 
@@ -272,8 +281,9 @@ mod tests {
             sky(40.0, &light_fields, change).colours();
             assert_eq!(count(&light_fields), 4 + 2 * number, "change {number}");
         }
-        // What an observer turns to changes none.
+        // What an observer turns to changes none, nor how far the sun is, which differs from hour to hour.
         sky(40.0, &light_fields, |scene| scene.sun.azimuth += 90.0).colours();
+        sky(40.0, &light_fields, |scene| scene.sun.distance = 1.016).colours();
         assert_eq!(count(&light_fields), 10);
     }
 

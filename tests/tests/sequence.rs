@@ -6,9 +6,12 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant, SystemTime};
 
+use rayon::prelude::*;
 use serde_json::Value;
 use sorairo::low_level::files::{Format, is_finished};
+use sorairo::scene::keys::KEYS;
 use sorairo::scene::{ExrDepth, Scene};
+use sorairo_cli::flags::flag;
 use sorairo_tests::program::{Ended, command, contents, read_exr, read_png, run, succeed};
 use sorairo_tests::wait;
 use tempfile::{TempDir, tempdir};
@@ -580,6 +583,107 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
         assert!(ended.stderr.contains(words) && ended.stderr.lines().count() == 1, "{}", ended.stderr);
         assert!(!folder.path().join("f").exists());
     }
+}
+
+/// A value of each key, as a scene file says it, and what stands beside it there.
+const VALUES: [(&str, &str, &str); 45] = [
+    ("preset", "'mars'", ""),
+    ("sun.elevation", "3.5", ""),
+    ("sun.azimuth", "-20", ""),
+    ("sun.place", "'43.06,141.35'", "sun.time = 2026-06-21T04:30:00+09:00\n"),
+    ("sun.time", "2026-06-21T04:30:00+09:00", "sun.place = '43.06,141.35'\n"),
+    ("sun.spectrum", "'flat'", ""),
+    ("sun.distance", "1.5", ""),
+    ("sun.disc", "true", ""),
+    ("observer.altitude", "2.5", ""),
+    ("atmosphere.ground_radius", "6370", ""),
+    ("atmosphere.top_radius", "6450", ""),
+    ("atmosphere.air.scattering", "0.0012", ""),
+    ("atmosphere.air.spectrum", "'fourth-power'", ""),
+    ("atmosphere.air.pressure", "900", ""),
+    ("atmosphere.air.scale_height", "7.5", ""),
+    ("atmosphere.aerosol.optical_depth", "0.2", ""),
+    ("atmosphere.aerosol.angstrom_exponent", "0.5", ""),
+    ("atmosphere.aerosol.scale_height", "1.5", ""),
+    ("atmosphere.aerosol.single_scattering_albedo", "0.8", ""),
+    ("atmosphere.aerosol.single_scattering_albedo_spectrum", "'mars-dust'", ""),
+    ("atmosphere.aerosol.asymmetry", "-0.5", ""),
+    ("atmosphere.ozone.column", "500", ""),
+    ("atmosphere.ozone.bottom", "12", ""),
+    ("atmosphere.ozone.peak", "22", ""),
+    ("atmosphere.ozone.top", "45.5", ""),
+    ("atmosphere.ozone.cross_section", "'233k'", ""),
+    ("ground.albedo", "'snow'", ""),
+    ("camera.projection", "'fisheye'", ""),
+    ("camera.size", "'12x6'", ""),
+    ("camera.fov", "100", "camera.projection = 'fisheye'\n"),
+    ("camera.look_azimuth", "30", "camera.projection = 'fisheye'\n"),
+    ("camera.look_elevation", "80", "camera.projection = 'fisheye'\n"),
+    ("render.orders", "2", ""),
+    ("render.fit", "'cubic'", ""),
+    ("render.bands", "[433, 525.5, 564, 632]", ""),
+    ("render.color", "'solve'", "render.fit = 'cubic'\n"),
+    ("render.steps", "7", ""),
+    ("render.path", "'direct'", ""),
+    ("render.exposure", "-3", ""),
+    ("render.dither", "'none'", ""),
+    ("render.exr", "'f16'", ""),
+    ("render.rgb", "'acescg'", ""),
+    ("render.observer", "'cie2015'", ""),
+    ("render.white_balance", "'d65'", "render.rgb = 'acescg'\n"),
+    ("sun.disc", "false", "sun.disc = true\n"),
+];
+
+/// What a run writes into a folder of its own, with these files in it.
+fn written(line: &[&str], files: &[(&str, &str)]) -> BTreeMap<String, Vec<u8>> {
+    let folder = folder();
+    files.iter().for_each(|(name, text)| std::fs::write(folder.path().join(name), text).unwrap());
+    succeed(folder.path(), line);
+    let pictures = contents(folder.path()).into_iter();
+    pictures.filter(|(name, _)| name == "0.png" || name == "0.exr").collect()
+}
+
+#[test]
+fn each_key_is_the_same_in_a_scene_by_its_flag_and_in_a_table() {
+    assert!(KEYS.iter().all(|key| VALUES.iter().any(|(name, ..)| *name == key.name)), "a key without a value");
+    VALUES.par_iter().for_each(|&(name, value, beside)| {
+        let size = if name == "camera.size" { "" } else { "camera.size = '8x4'\n" };
+        let orders = if name == "render.orders" { "" } else { "render.orders = 1\n" };
+        let base = [beside, size, orders].concat();
+        let files = ["-o", "0.png", "-o", "0.exr"];
+        let render = ["render", "--device", "cpu", "--scene", "scene.toml"];
+        let scene =
+            if beside.contains(name) { base.replace("true", value) } else { format!("{name} = {value}\n{base}") };
+        let expected = written(&[&render[..], &files].concat(), &[("scene.toml", &scene)]);
+        assert_eq!(expected.len(), 2, "{name}");
+
+        let said = value.trim_matches(['\'', '[', ']']);
+        if let Some(flag) = flag(name).filter(|_| value != "false") {
+            let at_its_wavelength = format!("{said}@1000");
+            let given: &[&str] = match name {
+                "sun.disc" => &[flag],
+                "atmosphere.aerosol.optical_depth" => &[flag, &at_its_wavelength],
+                _ => &[flag, said],
+            };
+            let by_flag = written(&[&render[..], &files, given].concat(), &[("scene.toml", &base)]);
+            assert!(by_flag == expected, "{name} by {flag}");
+        }
+
+        let sequence =
+            ["sequence", "--device", "cpu", "--scene", "scene.toml", "--table", "t.csv", "-o", "#.png", "-o", "#.exr"];
+        let cells: &[&str] = match said {
+            // As spreadsheets and Python write it.
+            "true" => &["true", "TRUE", "True"],
+            "false" => &["false", "FALSE", "False"],
+            "7" => &["7", "7.0"],
+            said => &[said],
+        };
+        for cell in cells {
+            let table = format!("{name}\n\"{cell}\"\n");
+            let in_table = written(&sequence, &[("scene.toml", &base), ("t.csv", &table)]);
+            assert!(in_table == expected, "{name} as {cell:?} in a table");
+        }
+    });
 }
 
 #[test]

@@ -1,11 +1,13 @@
 //! The cases of a table: a sky for each row, by the keys of a scene that its header names.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use csv::StringRecord;
-use sorairo::scene::ValidScene;
+use sorairo::low_level::words::words;
 use sorairo::scene::file::Draft;
 use sorairo::scene::keys::{self, Key};
+use sorairo::scene::{Preset, ValidScene};
 
 use crate::error::{Error, Result};
 use crate::ranges::MOST_FRAMES;
@@ -46,26 +48,54 @@ impl Cases {
     ///
     /// The first row that is no scene, with its line and its column.
     pub fn scenes(&self, shared: &Values, draft: &Draft) -> Result<Vec<ValidScene>> {
-        self.rows.iter().map(|row| self.scene(row, shared, draft)).collect()
+        let mut drafts = BTreeMap::new();
+        self.rows.iter().map(|row| self.scene(row, shared, draft, &mut drafts)).collect()
     }
 
-    fn scene(&self, row: &Row, shared: &Values, draft: &Draft) -> Result<ValidScene> {
-        let cells = self.keys.iter().map(|key| key.name).zip(&row.cells);
-        shared.with_cells(cells).over(draft.clone()).map_err(|error| {
-            let key = match &error {
-                sorairo::Error::OutOfRange { key, .. } | sorairo::Error::NotAllowed { key, .. } => Some(*key),
-                _ => None,
-            };
-            let column = self.keys.iter().position(|known| Some(known.name) == key);
-            let column = column.map(|column| format!(", column {}", column + 1)).unwrap_or_default();
-            Error::request(format!("{}, line {}{column}: {error}", self.table, row.line))
-        })
+    /// The scene of a row. `drafts` are those over the presets that rows have named so far.
+    fn scene<'a>(
+        &'a self,
+        row: &'a Row,
+        shared: &Values,
+        draft: &Draft,
+        drafts: &mut BTreeMap<&'a str, Draft>,
+    ) -> Result<ValidScene> {
+        let mut cells = self.keys.iter().map(|key| key.name).zip(&row.cells);
+        let wrong = |error| self.wrong(row, &error);
+        let mut begun = draft;
+        if let Some((_, name)) = cells.clone().find(|(key, _)| *key == "preset") {
+            if !drafts.contains_key(name) {
+                drafts.insert(name, begun_as(draft, name).map_err(wrong)?);
+            }
+            begun = &drafts[name];
+        }
+        shared.with_cells(&mut cells).over(begun.clone()).map_err(wrong)
+    }
+
+    /// What is wrong with a row, with its line and its column.
+    fn wrong(&self, row: &Row, error: &sorairo::Error) -> Error {
+        let key = match error {
+            sorairo::Error::OutOfRange { key, .. } | sorairo::Error::NotAllowed { key, .. } => Some(*key),
+            _ => None,
+        };
+        let column = self.keys.iter().position(|known| Some(known.name) == key);
+        let column = column.map(|column| format!(", column {}", column + 1)).unwrap_or_default();
+        Error::request(format!("{}, line {}{column}: {error}", self.table, row.line))
     }
 
     /// The cells of each case, as they stand in the file.
     pub fn cells(&self) -> impl Iterator<Item = Vec<&str>> {
         self.rows.iter().map(|row| row.cells.iter().collect())
     }
+}
+
+/// A draft over the preset of a name.
+fn begun_as(draft: &Draft, name: &str) -> sorairo::Result<Draft> {
+    let Ok(preset) = name.parse() else {
+        let words: Vec<_> = words::<Preset>().into_iter().map(|word| word.name).collect();
+        return Err(sorairo::Error::not_allowed("preset", format!("is {name:?}; it may be {}", words.join(", "))));
+    };
+    draft.with_preset(preset)
 }
 
 /// The keys of a header, or the column that is none and why.
@@ -77,9 +107,6 @@ fn columns(header: &StringRecord) -> std::result::Result<Vec<&'static Key>, (usi
             let shown: String = name.chars().take(60).collect();
             return wrong(format!("{shown:?} is no key of a scene; `sorairo scene reference` lists all of them"));
         };
-        if key.name == "preset" {
-            return wrong("the preset is that of all cases: give --preset, or a scene file".into());
-        }
         if found.iter().any(|before| before.name == key.name) {
             return wrong(format!("{name} stands there twice"));
         }
@@ -90,8 +117,6 @@ fn columns(header: &StringRecord) -> std::result::Result<Vec<&'static Key>, (usi
 
 #[cfg(test)]
 mod tests {
-    use sorairo::scene::Preset;
-
     use super::*;
     use crate::table::tests::{read_text, refuses};
 
@@ -101,7 +126,7 @@ mod tests {
 
     #[test]
     fn each_row_is_a_scene() {
-        let scenes = read_text("# a comment\nsun.elevation, atmosphere.aerosol.optical_depth,ground.albedo,sun.disc,render.steps\n10,0.1,grass,true,16\n-2.5,0,0.3,false,24\n", scenes).unwrap();
+        let scenes = read_text("# a comment\nsun.elevation, atmosphere.aerosol.optical_depth,ground.albedo,sun.disc,render.steps\n10,0.1,grass,TRUE,16\n-2.5,0,0.3,False,24.0\n", scenes).unwrap();
         let found: Vec<_> = scenes
             .iter()
             .map(|scene| {
@@ -117,7 +142,9 @@ mod tests {
         let cases = [
             ("sun.elevation,moon\n1,2\n", "line 1, column 2: \"moon\" is no key"),
             ("sun.elevation,sun.elevation\n1,2\n", "line 1, column 2: sun.elevation stands there twice"),
-            ("preset\nearth\n", "column 1: the preset is that of all cases"),
+            ("sun.elevation,preset\n3,mars\n3,moon\n", "line 3, column 2: preset is \"moon\"; it may be standard, "),
+            ("render.bands\nblue\n", "line 2: render.bands: wavelengths are START:END:STEP or a list"),
+            ("sun.disc\nyes\n", "line 2: sun.disc: invalid type: string \"yes\""),
             ("sun.elevation\n1\n100\n", "line 3, column 1: sun.elevation is 100; it must lie"),
             ("sun.elevation\n1\n\n# a comment\n100\n", "line 5, column 1: sun.elevation is 100; it must lie"),
             ("# a comment\nsun.elevation,sun.azimuth\n\n1\n", "line 4: the row has 1 values, and the header 2"),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use csv::StringRecord;
+use sorairo::low_level::rows::Row;
 use sorairo::low_level::words::words;
 use sorairo::scene::file::Draft;
 use sorairo::scene::keys::{self, Key};
@@ -11,7 +11,7 @@ use sorairo::scene::{Preset, ValidScene};
 
 use crate::error::{Error, Result};
 use crate::ranges::MOST_FRAMES;
-use crate::table::{Row, Table, wrong};
+use crate::table::Table;
 use crate::values::Values;
 
 /// A table of cases.
@@ -30,16 +30,23 @@ impl Cases {
     ///
     /// A file that cannot be read; a column that is no key, or one that stands there twice; rows of another length, none, or too many.
     pub fn read(path: &Path) -> Result<Self> {
-        let mut table = Table::open("--table", path, true)?;
-        let header = table.header()?;
-        let keys = columns(&header.cells).map_err(|(column, complaint)| {
-            wrong(&table.name, &format!(", line {}, column {column}: {complaint}", header.line))
-        })?;
-        let rows: Vec<_> = table.rows(MOST_FRAMES as usize).collect::<Result<_>>()?;
+        let table = Table::read("--table", path)?;
+        let mut rows = table.rows(MOST_FRAMES as usize);
+        let Some(header) = rows.next().transpose()? else {
+            return Err(Error::request(format!("{} has no header", table.name)));
+        };
+        let keys = columns(&header).map_err(|complaint| table.wrong(&complaint))?;
+        let of_all = |row: Result<Row>| {
+            let row = row?;
+            let (found, wanted) = (row.cells.len(), keys.len());
+            let complaint = || row.wrong(&format!("the row has {found} values, and the header {wanted}"));
+            if found == wanted { Ok(row) } else { Err(table.wrong(&complaint())) }
+        };
+        let rows: Vec<_> = rows.map(of_all).collect::<Result<_>>()?;
         if rows.is_empty() {
-            return Err(wrong(&table.name, " has no row under its header"));
+            return Err(Error::request(format!("{} has no row under its header", table.name)));
         }
-        Ok(Self { table: table.name, keys, rows })
+        Ok(Self { table: table.name.clone(), keys, rows })
     }
 
     /// The scene of each case, over values that all share.
@@ -60,7 +67,7 @@ impl Cases {
         draft: &Draft,
         drafts: &mut BTreeMap<&'a str, Draft>,
     ) -> Result<ValidScene> {
-        let mut cells = self.keys.iter().map(|key| key.name).zip(&row.cells);
+        let mut cells = self.keys.iter().map(|key| key.name).zip(row.cells.iter().map(String::as_str));
         let wrong = |error| self.wrong(row, &error);
         let mut begun = draft;
         if let Some((_, name)) = cells.clone().find(|(key, _)| *key == "preset") {
@@ -85,7 +92,7 @@ impl Cases {
 
     /// The cells of each case, as they stand in the file.
     pub fn cells(&self) -> impl Iterator<Item = Vec<&str>> {
-        self.rows.iter().map(|row| row.cells.iter().collect())
+        self.rows.iter().map(|row| row.cells.iter().map(String::as_str).collect())
     }
 }
 
@@ -99,10 +106,10 @@ fn begun_as(draft: &Draft, name: &str) -> sorairo::Result<Draft> {
 }
 
 /// The keys of a header, or the column that is none and why.
-fn columns(header: &StringRecord) -> std::result::Result<Vec<&'static Key>, (usize, String)> {
+fn columns(header: &Row) -> std::result::Result<Vec<&'static Key>, String> {
     let mut found: Vec<&'static Key> = Vec::new();
-    for (column, name) in header.iter().enumerate() {
-        let wrong = |complaint: String| Err((column + 1, complaint));
+    for (column, name) in header.cells.iter().enumerate() {
+        let wrong = |complaint: String| Err(header.wrong_in(column, &complaint));
         let Some(key) = keys::find(name) else {
             let shown: String = name.chars().take(60).collect();
             return wrong(format!("{shown:?} is no key of a scene; `sorairo scene reference` lists all of them"));
@@ -151,6 +158,9 @@ mod tests {
             ("sun.elevation\nhigh\n", "line 2: sun.elevation: invalid type: string \"high\""),
             ("sun.elevation,sun.azimuth\n1\n", "line 2: the row has 1 values, and the header 2"),
             ("sun.elevation\n", "has no row"),
+            ("sun.elevation;sun.azimuth\n1;2\n", "line 1: semicolons part the cells; commas are wanted"),
+            ("sun.elevation,sun.azimuth\n1;2\n", "line 2: semicolons part the cells"),
+            ("", "has no header"),
             ("sun.elevation\nnan\n", "line 2, column 1: sun.elevation is NaN"),
         ];
         refuses(scenes, &cases);

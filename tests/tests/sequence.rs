@@ -259,12 +259,58 @@ fn a_file_with_any_byte_changed_missing_or_added_is_not_finished() {
 
 #[test]
 fn frames_are_rendered_again_when_a_table_of_ones_own_holds_something_else() {
+    let keys: Vec<_> = KEYS.iter().filter(|key| key.takes_table()).map(|key| key.name).collect();
+    assert!(keys.len() >= 4, "{keys:?}");
+    keys.par_iter().for_each(|key| {
+        let folder = folder();
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write("scene.toml", &format!("{key} = 't.csv'\ncamera.size = '8x4'\nrender.orders = 2\n"));
+        write("cases.csv", "sun.elevation\n0\n1\n");
+        let unit = if key.ends_with("cross_section") { "e-25" } else { "" };
+        let lines = [
+            "--sun-elevation 0:1:1 --exposure -5 -o stops/#.exr -o stops/#.png",
+            "--sun-elevation 0:1:1 --exposure auto --wavelengths 450,500,550,600 -o auto/#.hsr",
+            "--table cases.csv -o table/#.exr",
+        ];
+        for (table, expected) in [
+            (format!("300,0.5{unit}\n900,0.5{unit}"), (2, 0)),
+            (format!("# the same\n300,0.5{unit}\n900,0.5{unit}\n"), (0, 2)),
+            (format!("300,0.5{unit}\n900,0.25{unit}"), (2, 0)),
+        ] {
+            write("t.csv", &table);
+            for line in lines {
+                let summary = sequence(folder.path(), &format!("sequence --device cpu --scene scene.toml {line}"));
+                assert_eq!(counts(&summary), expected, "{key}, {line}: {table:?}");
+            }
+        }
+    });
+}
+
+#[test]
+fn a_file_names_tables_as_they_are_found_from_its_scene_and_nothing_of_the_machine() {
     let folder = folder();
-    std::fs::write(folder.path().join("scene.toml"), "[sun]\nspectrum = 'sun.csv'").unwrap();
-    let line = "sequence --device cpu --scene scene.toml --size 16x8 --sun-elevation 0:2:1 -o #.exr";
-    for (table, expected) in [("300,1\n900,1", (3, 0)), ("300,1\n900,1\n", (0, 3)), ("300,1\n900,2", (3, 0))] {
-        std::fs::write(folder.path().join("sun.csv"), table).unwrap();
-        assert_eq!(counts(&sequence(folder.path(), line)), expected, "{table:?}");
+    let path = folder.path();
+    for name in ["scenes", "scenes/own", "tables"] {
+        std::fs::create_dir(path.join(name)).unwrap();
+    }
+    for (name, value) in [("scenes/own/ground.csv", "0.5"), ("tables/sun.csv", "1"), ("tables/ozone.csv", "5e-25")] {
+        std::fs::write(path.join(name), format!("300,{value}\n900,{value}\n")).unwrap();
+    }
+    let scene = format!(
+        "sun.spectrum = '{}'\natmosphere.ozone.cross_section = '../tables/ozone.csv'\ncamera.size = '8x4'\n",
+        path.join("tables/sun.csv").display()
+    );
+    std::fs::write(path.join("scenes/scene.toml"), scene).unwrap();
+    let line = "render --device cpu --scene scenes/scene.toml --albedo scenes/own/ground.csv -o";
+    let files = ["a.png", "a.exr", "a.spectral.exr", "a.hsr"];
+    succeed(path, &[words(line), words(&files.join(" -o "))].concat());
+    let holds = |bytes: &[u8], text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
+    for file in files {
+        let bytes = std::fs::read(path.join(file)).unwrap();
+        for name in ["\"../tables/sun.csv\"", "\"../tables/ozone.csv\"", "\"own/ground.csv\""] {
+            assert!(holds(&bytes, name), "{file}: no {name}");
+        }
+        assert!(!holds(&bytes, path.to_str().unwrap()), "{file} names a folder of the machine");
     }
 }
 
@@ -612,8 +658,8 @@ const VALUES: [(&str, &str, &str); 45] = [
     ("atmosphere.ozone.bottom", "12", ""),
     ("atmosphere.ozone.peak", "22", ""),
     ("atmosphere.ozone.top", "45.5", ""),
-    ("atmosphere.ozone.cross_section", "'233k'", ""),
-    ("ground.albedo", "'snow'", ""),
+    ("atmosphere.ozone.cross_section", "'tables/ozone.csv'", ""),
+    ("ground.albedo", "'tables/ground.csv'", ""),
     ("camera.projection", "'fisheye'", ""),
     ("camera.size", "'12x6'", ""),
     ("camera.fov", "100", "camera.projection = 'fisheye'\n"),
@@ -637,7 +683,12 @@ const VALUES: [(&str, &str, &str); 45] = [
 /// What a run writes into a folder of its own, with these files in it.
 fn written(line: &[&str], files: &[(&str, &str)]) -> BTreeMap<String, Vec<u8>> {
     let folder = folder();
-    files.iter().for_each(|(name, text)| std::fs::write(folder.path().join(name), text).unwrap());
+    std::fs::create_dir(folder.path().join("tables")).unwrap();
+    let tables = [
+        ("tables/ground.csv", "wavelength_nm,albedo\n380,0.1\n780,0.6\n"),
+        ("tables/ozone.csv", "380,0\n600,5e-25\n780,1e-26\n"),
+    ];
+    files.iter().chain(&tables).for_each(|(name, text)| std::fs::write(folder.path().join(name), text).unwrap());
     succeed(folder.path(), line);
     let pictures = contents(folder.path()).into_iter();
     pictures.filter(|(name, _)| name == "0.png" || name == "0.exr").collect()

@@ -150,7 +150,9 @@ impl Draft {
         key.set(&mut self.scene, value).map_err(|error| match error {
             Error::Text(complaint) => wrong(in_plain_words(&complaint)),
             other => other,
-        })
+        })?;
+        keys::change_tables(&mut self.scene, |table| table.name_from(&self.text.folder));
+        Ok(())
     }
 
     /// Refuses an elevation or an azimuth that was set over a place or a time, as a file may not hold both; `is_set` tells by a key's name.
@@ -231,6 +233,7 @@ impl SourceText {
                 problems.add(value.span().start, wrong(in_plain_words(&error.to_string())));
             }
         }
+        keys::change_tables(&mut scene, |table| table.name_from(&self.folder));
         refuse_two_suns(&given, &mut problems);
         if !problems.found.is_empty() {
             return Err(problems.told());

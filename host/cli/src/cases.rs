@@ -67,7 +67,7 @@ impl Cases {
         draft: &Draft,
         drafts: &mut BTreeMap<&'a str, Draft>,
     ) -> Result<ValidScene> {
-        let mut cells = self.keys.iter().map(|key| key.name).zip(row.cells.iter().map(String::as_str));
+        let cells = self.keys.iter().map(|key| key.name).zip(row.cells.iter().map(String::as_str));
         let wrong = |error| self.wrong(row, &error);
         let mut begun = draft;
         if let Some((_, name)) = cells.clone().find(|(key, _)| *key == "preset") {
@@ -76,7 +76,7 @@ impl Cases {
             }
             begun = &drafts[name];
         }
-        shared.with_cells(&mut cells).over(begun.clone()).map_err(wrong)
+        shared.with_cells(cells).over(begun.clone()).map_err(wrong)
     }
 
     /// What is wrong with a row, with its line and its column.
@@ -126,6 +126,7 @@ fn columns(header: &Row) -> std::result::Result<Vec<&'static Key>, String> {
 mod tests {
     use super::*;
     use crate::table::tests::{read_text, refuses};
+    use crate::values::{Given, Value};
 
     fn scenes(path: &Path) -> Result<Vec<ValidScene>> {
         Cases::read(path)?.scenes(&Values::default(), &Draft::of(Preset::Standard))
@@ -142,6 +143,28 @@ mod tests {
             .collect();
         assert_eq!(found, [(10.0, 0.1, true, Some(16)), (-2.5, 0.0, false, Some(24))]);
         assert!(scenes[0].ground.albedo.at(800.0) > 0.3 && scenes[1].ground.albedo.at(800.0) == 0.3);
+    }
+
+    #[test]
+    fn a_row_says_its_keys_in_spite_of_flags_and_its_own_preset() {
+        let depth = "atmosphere.aerosol.optical_depth";
+        let flag = Value { key: depth, said: "--aerosol", given: Given::DepthAt(0.5, 1000.0) };
+        let shared: Values = [flag].into_iter().collect();
+        let draft = Draft::parse("sun.elevation = 7", "a.toml", Path::new(""), None).unwrap();
+        let depths = |table: &str| {
+            let scenes = read_text(table, |path| Cases::read(path)?.scenes(&shared, &draft)).unwrap();
+            assert!(scenes.iter().all(|scene| scene.sun.elevation == 7.0));
+            scenes.iter().map(|scene| scene.atmosphere.aerosol.optical_depth).collect::<Vec<_>>()
+        };
+        assert_eq!(depths(&format!("{depth}\n0.25\n")), [0.25]);
+        assert_eq!(depths("render.steps\n20\n"), [0.5]);
+        let scenes = read_text("preset,ground.albedo\nmars,0.5\npaper,0.5\nmars,0\n", |path| {
+            Cases::read(path)?.scenes(&Values::default(), &draft)
+        });
+        let scenes = scenes.unwrap();
+        let radii: Vec<_> = scenes.iter().map(|scene| scene.atmosphere.ground_radius).collect();
+        assert_eq!(radii, [3389.5, 6360.0, 3389.5]);
+        assert!(scenes.iter().all(|scene| scene.sun.elevation == 7.0));
     }
 
     #[test]

@@ -97,11 +97,12 @@ impl Values {
         self.with("render.exposure", "--exposure", given)
     }
 
-    /// These values and those of a table's row, by their keys.
+    /// Those of a table's row, by their keys, and these values of all other keys.
     pub fn with_cells<'a>(&self, cells: impl Iterator<Item = (&'static str, &'a str)>) -> Self {
-        let mut values = self.clone();
-        values.0.extend(cells.map(|(key, text)| Value { key, said: key, given: Given::Cell(text.to_owned()) }));
-        values
+        let cells = cells.map(|(key, text)| Value { key, said: key, given: Given::Cell(text.to_owned()) });
+        let cells: Vec<_> = cells.collect();
+        let is_other = |value: &&Value| cells.iter().all(|cell| cell.key != value.key);
+        self.0.iter().filter(is_other).cloned().chain(cells.iter().cloned()).collect()
     }
 
     fn with(&self, key: &'static str, said: &'static str, given: Given) -> Self {

@@ -616,6 +616,49 @@ fn a_table_is_a_sky_for_each_row_and_a_manifest_of_what_the_files_show() {
 }
 
 #[test]
+fn a_manifest_that_is_not_whole_is_written_anew() {
+    let folder = folder();
+    let (manifest, sheet) = (folder.path().join("f/manifest.csv"), folder.path().join("f/contact.png"));
+    std::fs::write(folder.path().join("cases.csv"), "sun.elevation,ground.albedo\n30,0.5\n2,snow\n").unwrap();
+    let line = "sequence --device cpu --orders 1 --size 8x4 --table cases.csv -o f/#.png -o f/#.exr";
+    sequence(folder.path(), line);
+    let whole = contents(&folder.path().join("f"));
+    let text = std::fs::read_to_string(&manifest).unwrap();
+    let without_column =
+        |text: &str| -> String { text.lines().map(|line| format!("{}\n", line.split_once(',').unwrap().1)).collect() };
+    let with_last_columns = |text: &str| -> String {
+        let last = |line: &str| line.rsplitn(3, ',').take(2).map(str::to_owned).collect::<Vec<_>>();
+        text.lines().map(|line| last(line)).map(|last| format!("{},{}\n", last[1], last[0])).collect()
+    };
+    let (first, rest) = text.split_once('\n').unwrap();
+    let digit = rest.rfind(|c: char| c.is_ascii_digit()).unwrap();
+    let spoilt = [
+        ("two columns", with_last_columns(&text)),
+        ("a missing column", without_column(&text)),
+        ("nothing", String::new()),
+        ("a header alone", format!("{first}\n")),
+        ("an edited number", text.replacen("30,0.5", "31,0.5", 1)),
+        ("an edited checksum", format!("{first}\n{}x{}", &rest[..digit], &rest[digit + 1..])),
+        ("no last line", text.trim_end().rsplit_once('\n').unwrap().0.to_owned()),
+        ("quotes", format!("{text}\"")),
+    ];
+    for (how, spoilt) in &spoilt {
+        assert_ne!(spoilt, &text, "{how}");
+        for has_sheet in [true, false] {
+            std::fs::write(&manifest, spoilt).unwrap();
+            if !has_sheet {
+                std::fs::remove_file(&sheet).unwrap();
+            }
+            for task in ["", " --frame 1"] {
+                let summary = sequence(folder.path(), &format!("{line}{task}"));
+                assert_eq!(counts(&summary).0, 0, "{how}: {summary}");
+                assert!(contents(&folder.path().join("f")) == whole, "{how}, with the sheet: {has_sheet}{task}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
     let folder = folder();
     for (table, words) in [

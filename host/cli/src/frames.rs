@@ -2,7 +2,6 @@
 
 use std::ops::RangeInclusive;
 
-use sorairo::low_level::render::Request;
 use sorairo::low_level::sequence::{self, Frame, SharedExposure};
 use sorairo::scene::place::evenly;
 use sorairo::scene::{Exposure, ValidScene};
@@ -20,7 +19,7 @@ use crate::values::Values;
 /// Flags that contradict each other, a wrong scene or file name.
 pub fn all(arguments: &SequenceArguments, cases: Option<&Cases>) -> Result<Vec<Frame>> {
     let draft = arguments.sky.0.draft(arguments.scene.as_deref())?;
-    let request = Request { sky_light: arguments.json, ..arguments.spectral.request(arguments.output.clone()) };
+    let request = arguments.spectral.request(arguments.output.clone());
     let exposure = exposure(arguments, draft.scene().render.exposure);
     let sky = match exposure {
         FrameExposure::Own(exposure) => arguments.sky.0.with_exposure(exposure),

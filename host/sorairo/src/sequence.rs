@@ -127,20 +127,31 @@ pub fn are_finished<'a>(frames: impl Iterator<Item = &'a Frame> + Clone) -> bool
     frames.clone().all(is_there) && frames.into_iter().all(|frame| frame.request.is_finished(&frame.scene))
 }
 
+/// Of which frames the light of the sky is measured. No file holds it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measured {
+    /// Of none.
+    None,
+    /// Of those that are rendered, whose skies are planned anyway.
+    Rendered,
+    /// Of those that are there already too, some hundredths of a second each.
+    All,
+}
+
 /// Renders the frames that are not there yet, in their order.
 ///
 /// A frame counts as there if each of its files is whole to the byte and names the same scene and version of the program.
-/// `ended` is called for each frame, in their order, with what it shows where its request asks for the sky's light. No file holds that light, so it
-/// is computed for frames that are there already too, some hundredths of a second each. After an error the frames before it are whole and in place.
+/// `ended` is called for each frame, in their order, with what it shows where that is measured. After an error the frames before it are whole and in
+/// place.
 ///
 /// # Errors
 ///
 /// Those of [`Job::new`] and [`Job::compute`], with the number of the frame.
-pub fn sequence(frames: &[Frame], device: &mut Device, ended: &mut OnEnd<'_>) -> Result<()> {
+pub fn sequence(frames: &[Frame], measured: Measured, device: &mut Device, ended: &mut OnEnd<'_>) -> Result<()> {
     std::thread::scope(|scope| {
         let (planned, jobs) = sync_channel(1);
         let (computed, files) = sync_channel(1);
-        Builder::new().spawn_scoped(scope, move || plan(frames, &planned)).map_err(Error::Thread)?;
+        Builder::new().spawn_scoped(scope, move || plan(frames, measured, &planned)).map_err(Error::Thread)?;
         let finishing = Builder::new().spawn_scoped(scope, move || finish(&files, ended)).map_err(Error::Thread)?;
         let computing = jobs.iter().try_for_each(|(frame, work): (&Frame, Result<Work>)| {
             let Work { job, shown } = work.map_err(|error| of_frame(frame, error))?;
@@ -163,10 +174,10 @@ pub fn sequence(frames: &[Frame], device: &mut Device, ended: &mut OnEnd<'_>) ->
 }
 
 /// Plans each frame that is not there yet, one ahead of the device.
-fn plan<'a>(frames: &'a [Frame], work: &SyncSender<(&'a Frame, Result<Work>)>) {
+fn plan<'a>(frames: &'a [Frame], measured: Measured, work: &SyncSender<(&'a Frame, Result<Work>)>) {
     let light_fields = LightFields::default();
     for frame in frames {
-        if work.send((frame, Work::of(frame, &light_fields))).is_err() {
+        if work.send((frame, Work::of(frame, measured, &light_fields))).is_err() {
             return;
         }
     }
@@ -180,13 +191,13 @@ struct Work {
 }
 
 impl Work {
-    fn of(frame: &Frame, light_fields: &LightFields) -> Result<Self> {
+    fn of(frame: &Frame, measured: Measured, light_fields: &LightFields) -> Result<Self> {
         let Frame { scene, request, .. } = frame;
         let job = if request.is_finished(scene) { None } else { Some(Job::new(scene, request, light_fields)?) };
         let shown = match &job {
-            _ if !request.sky_light => None,
-            Some(job) => Some(job.shown()),
-            None => Some(Shown::of_request(request, scene, light_fields)?),
+            Some(job) => (measured != Measured::None).then(|| job.shown()),
+            None if measured == Measured::All => Some(Shown::of_request(request, scene, light_fields)?),
+            None => None,
         };
         Ok(Self { job, shown })
     }

@@ -959,10 +959,29 @@ fn many_directions_are_each_as_one_by_itself() {
         }
         assert_eq!(many, expected, "{what}");
     }
+    // Columns go by their names, whichever program wrote them.
+    let radiances = |table: &str| {
+        std::fs::write(folder.path().join("named.csv"), table).unwrap();
+        of("--directions named.csv --wavelengths 550")
+    };
+    let expected = radiances("elevation,azimuth\n20,90\n");
+    for table in [
+        "azimuth,elevation\n90,20\n",
+        "zenith,azimuth\n70,90\n",
+        "\u{feff}\"elevation_rad\",\"azimuth_rad\"\r\n\"0.3490658503988659\",\"1.5707963267948966\"\r\n",
+    ] {
+        assert_eq!(radiances(table), expected, "{table:?}");
+    }
     std::fs::write(folder.path().join("bad.csv"), "20,30\n200,30\n").unwrap();
+    std::fs::write(folder.path().join("semicolons.csv"), "20;30\n").unwrap();
+    std::fs::write(folder.path().join("unknown.csv"), "azimuth,altitude\n20,30\n").unwrap();
     for (flags, words) in [
         ("--directions bad.csv", "--directions bad.csv, line 2: view_elevation is 200"),
-        ("--directions none.csv", "--directions none.csv: No such file"),
+        ("--directions semicolons.csv", "--directions semicolons.csv, line 1: semicolons part the cells"),
+        ("--directions unknown.csv", "line 1, column 2: \"altitude\" is no column of directions"),
+        #[cfg(unix)]
+        ("--directions /dev/zero", "--directions /dev/zero is larger than 32768 KiB"),
+        ("--directions none.csv", "--directions none.csv cannot be read: No such file"),
         ("--directions scan.csv --view-elevation 3", "cannot be used with"),
         ("--view-elevation 3", "--view-azimuth"),
         ("--directions scan.csv --luminance --wavelengths 550", "cannot be used with"),

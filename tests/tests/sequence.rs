@@ -6,9 +6,12 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant, SystemTime};
 
+use rayon::prelude::*;
 use serde_json::Value;
 use sorairo::low_level::files::{Format, is_finished};
+use sorairo::scene::keys::KEYS;
 use sorairo::scene::{ExrDepth, Scene};
+use sorairo_cli::flags::flag;
 use sorairo_tests::program::{Ended, command, contents, read_exr, read_png, run, succeed};
 use sorairo_tests::wait;
 use tempfile::{TempDir, tempdir};
@@ -256,12 +259,58 @@ fn a_file_with_any_byte_changed_missing_or_added_is_not_finished() {
 
 #[test]
 fn frames_are_rendered_again_when_a_table_of_ones_own_holds_something_else() {
+    let keys: Vec<_> = KEYS.iter().filter(|key| key.takes_table()).map(|key| key.name).collect();
+    assert!(keys.len() >= 4, "{keys:?}");
+    keys.par_iter().for_each(|key| {
+        let folder = folder();
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write("scene.toml", &format!("{key} = 't.csv'\ncamera.size = '8x4'\nrender.orders = 2\n"));
+        write("cases.csv", "sun.elevation\n0\n1\n");
+        let unit = if key.ends_with("cross_section") { "e-25" } else { "" };
+        let lines = [
+            "--sun-elevation 0:1:1 --exposure -5 -o stops/#.exr -o stops/#.png",
+            "--sun-elevation 0:1:1 --exposure auto --wavelengths 450,500,550,600 -o auto/#.hsr",
+            "--table cases.csv -o table/#.exr",
+        ];
+        for (table, expected) in [
+            (format!("300,0.5{unit}\n900,0.5{unit}"), (2, 0)),
+            (format!("# the same\n300,0.5{unit}\n900,0.5{unit}\n"), (0, 2)),
+            (format!("300,0.5{unit}\n900,0.25{unit}"), (2, 0)),
+        ] {
+            write("t.csv", &table);
+            for line in lines {
+                let summary = sequence(folder.path(), &format!("sequence --device cpu --scene scene.toml {line}"));
+                assert_eq!(counts(&summary), expected, "{key}, {line}: {table:?}");
+            }
+        }
+    });
+}
+
+#[test]
+fn a_file_names_tables_as_they_are_found_from_its_scene_and_nothing_of_the_machine() {
     let folder = folder();
-    std::fs::write(folder.path().join("scene.toml"), "[sun]\nspectrum = 'sun.csv'").unwrap();
-    let line = "sequence --device cpu --scene scene.toml --size 16x8 --sun-elevation 0:2:1 -o #.exr";
-    for (table, expected) in [("300,1\n900,1", (3, 0)), ("300,1\n900,1\n", (0, 3)), ("300,1\n900,2", (3, 0))] {
-        std::fs::write(folder.path().join("sun.csv"), table).unwrap();
-        assert_eq!(counts(&sequence(folder.path(), line)), expected, "{table:?}");
+    let path = folder.path();
+    for name in ["scenes", "scenes/own", "tables"] {
+        std::fs::create_dir(path.join(name)).unwrap();
+    }
+    for (name, value) in [("scenes/own/ground.csv", "0.5"), ("tables/sun.csv", "1"), ("tables/ozone.csv", "5e-25")] {
+        std::fs::write(path.join(name), format!("300,{value}\n900,{value}\n")).unwrap();
+    }
+    let scene = format!(
+        "sun.spectrum = '{}'\natmosphere.ozone.cross_section = '../tables/ozone.csv'\ncamera.size = '8x4'\n",
+        path.join("tables/sun.csv").display()
+    );
+    std::fs::write(path.join("scenes/scene.toml"), scene).unwrap();
+    let line = "render --device cpu --scene scenes/scene.toml --albedo scenes/own/ground.csv -o";
+    let files = ["a.png", "a.exr", "a.spectral.exr", "a.hsr"];
+    succeed(path, &[words(line), words(&files.join(" -o "))].concat());
+    let holds = |bytes: &[u8], text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
+    for file in files {
+        let bytes = std::fs::read(path.join(file)).unwrap();
+        for name in ["\"../tables/sun.csv\"", "\"../tables/ozone.csv\"", "\"own/ground.csv\""] {
+            assert!(holds(&bytes, name), "{file}: no {name}");
+        }
+        assert!(!holds(&bytes, path.to_str().unwrap()), "{file} names a folder of the machine");
     }
 }
 
@@ -567,6 +616,49 @@ fn a_table_is_a_sky_for_each_row_and_a_manifest_of_what_the_files_show() {
 }
 
 #[test]
+fn a_manifest_that_is_not_whole_is_written_anew() {
+    let folder = folder();
+    let (manifest, sheet) = (folder.path().join("f/manifest.csv"), folder.path().join("f/contact.png"));
+    std::fs::write(folder.path().join("cases.csv"), "sun.elevation,ground.albedo\n30,0.5\n2,snow\n").unwrap();
+    let line = "sequence --device cpu --orders 1 --size 8x4 --table cases.csv -o f/#.png -o f/#.exr";
+    sequence(folder.path(), line);
+    let whole = contents(&folder.path().join("f"));
+    let text = std::fs::read_to_string(&manifest).unwrap();
+    let without_column =
+        |text: &str| -> String { text.lines().map(|line| format!("{}\n", line.split_once(',').unwrap().1)).collect() };
+    let with_last_columns = |text: &str| -> String {
+        let last = |line: &str| line.rsplitn(3, ',').take(2).map(str::to_owned).collect::<Vec<_>>();
+        text.lines().map(|line| last(line)).map(|last| format!("{},{}\n", last[1], last[0])).collect()
+    };
+    let (first, rest) = text.split_once('\n').unwrap();
+    let digit = rest.rfind(|c: char| c.is_ascii_digit()).unwrap();
+    let spoilt = [
+        ("two columns", with_last_columns(&text)),
+        ("a missing column", without_column(&text)),
+        ("nothing", String::new()),
+        ("a header alone", format!("{first}\n")),
+        ("an edited number", text.replacen("30,0.5", "31,0.5", 1)),
+        ("an edited checksum", format!("{first}\n{}x{}", &rest[..digit], &rest[digit + 1..])),
+        ("no last line", text.trim_end().rsplit_once('\n').unwrap().0.to_owned()),
+        ("quotes", format!("{text}\"")),
+    ];
+    for (how, spoilt) in &spoilt {
+        assert_ne!(spoilt, &text, "{how}");
+        for has_sheet in [true, false] {
+            std::fs::write(&manifest, spoilt).unwrap();
+            if !has_sheet {
+                std::fs::remove_file(&sheet).unwrap();
+            }
+            for task in ["", " --frame 1"] {
+                let summary = sequence(folder.path(), &format!("{line}{task}"));
+                assert_eq!(counts(&summary).0, 0, "{how}: {summary}");
+                assert!(contents(&folder.path().join("f")) == whole, "{how}, with the sheet: {has_sheet}{task}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
     let folder = folder();
     for (table, words) in [
@@ -580,6 +672,112 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
         assert!(ended.stderr.contains(words) && ended.stderr.lines().count() == 1, "{}", ended.stderr);
         assert!(!folder.path().join("f").exists());
     }
+}
+
+/// A value of each key, as a scene file says it, and what stands beside it there.
+const VALUES: [(&str, &str, &str); 45] = [
+    ("preset", "'mars'", ""),
+    ("sun.elevation", "3.5", ""),
+    ("sun.azimuth", "-20", ""),
+    ("sun.place", "'43.06,141.35'", "sun.time = 2026-06-21T04:30:00+09:00\n"),
+    ("sun.time", "2026-06-21T04:30:00+09:00", "sun.place = '43.06,141.35'\n"),
+    ("sun.spectrum", "'flat'", ""),
+    ("sun.distance", "1.5", ""),
+    ("sun.disc", "true", ""),
+    ("observer.altitude", "2.5", ""),
+    ("atmosphere.ground_radius", "6370", ""),
+    ("atmosphere.top_radius", "6450", ""),
+    ("atmosphere.air.scattering", "0.0012", ""),
+    ("atmosphere.air.spectrum", "'fourth-power'", ""),
+    ("atmosphere.air.pressure", "900", ""),
+    ("atmosphere.air.scale_height", "7.5", ""),
+    ("atmosphere.aerosol.optical_depth", "0.2", ""),
+    ("atmosphere.aerosol.angstrom_exponent", "0.5", ""),
+    ("atmosphere.aerosol.scale_height", "1.5", ""),
+    ("atmosphere.aerosol.single_scattering_albedo", "0.8", ""),
+    ("atmosphere.aerosol.single_scattering_albedo_spectrum", "'mars-dust'", ""),
+    ("atmosphere.aerosol.asymmetry", "-0.5", ""),
+    ("atmosphere.ozone.column", "500", ""),
+    ("atmosphere.ozone.bottom", "12", ""),
+    ("atmosphere.ozone.peak", "22", ""),
+    ("atmosphere.ozone.top", "45.5", ""),
+    ("atmosphere.ozone.cross_section", "'tables/ozone.csv'", ""),
+    ("ground.albedo", "'tables/ground.csv'", ""),
+    ("camera.projection", "'fisheye'", ""),
+    ("camera.size", "'12x6'", ""),
+    ("camera.fov", "100", "camera.projection = 'fisheye'\n"),
+    ("camera.look_azimuth", "30", "camera.projection = 'fisheye'\n"),
+    ("camera.look_elevation", "80", "camera.projection = 'fisheye'\n"),
+    ("render.orders", "2", ""),
+    ("render.fit", "'cubic'", ""),
+    ("render.bands", "[433, 525.5, 564, 632]", ""),
+    ("render.color", "'solve'", "render.fit = 'cubic'\n"),
+    ("render.steps", "7", ""),
+    ("render.path", "'direct'", ""),
+    ("render.exposure", "-3", ""),
+    ("render.dither", "'none'", ""),
+    ("render.exr", "'f16'", ""),
+    ("render.rgb", "'acescg'", ""),
+    ("render.observer", "'cie2015'", ""),
+    ("render.white_balance", "'d65'", "render.rgb = 'acescg'\n"),
+    ("sun.disc", "false", "sun.disc = true\n"),
+];
+
+/// What a run writes into a folder of its own, with these files in it.
+fn written(line: &[&str], files: &[(&str, &str)]) -> BTreeMap<String, Vec<u8>> {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("tables")).unwrap();
+    let tables = [
+        ("tables/ground.csv", "wavelength_nm,albedo\n380,0.1\n780,0.6\n"),
+        ("tables/ozone.csv", "380,0\n600,5e-25\n780,1e-26\n"),
+    ];
+    files.iter().chain(&tables).for_each(|(name, text)| std::fs::write(folder.path().join(name), text).unwrap());
+    succeed(folder.path(), line);
+    let pictures = contents(folder.path()).into_iter();
+    pictures.filter(|(name, _)| name == "0.png" || name == "0.exr").collect()
+}
+
+#[test]
+fn each_key_is_the_same_in_a_scene_by_its_flag_and_in_a_table() {
+    assert!(KEYS.iter().all(|key| VALUES.iter().any(|(name, ..)| *name == key.name)), "a key without a value");
+    VALUES.par_iter().for_each(|&(name, value, beside)| {
+        let size = if name == "camera.size" { "" } else { "camera.size = '8x4'\n" };
+        let orders = if name == "render.orders" { "" } else { "render.orders = 1\n" };
+        let base = [beside, size, orders].concat();
+        let files = ["-o", "0.png", "-o", "0.exr"];
+        let render = ["render", "--device", "cpu", "--scene", "scene.toml"];
+        let scene =
+            if beside.contains(name) { base.replace("true", value) } else { format!("{name} = {value}\n{base}") };
+        let expected = written(&[&render[..], &files].concat(), &[("scene.toml", &scene)]);
+        assert_eq!(expected.len(), 2, "{name}");
+
+        let said = value.trim_matches(['\'', '[', ']']);
+        if let Some(flag) = flag(name).filter(|_| value != "false") {
+            let at_its_wavelength = format!("{said}@1000");
+            let given: &[&str] = match name {
+                "sun.disc" => &[flag],
+                "atmosphere.aerosol.optical_depth" => &[flag, &at_its_wavelength],
+                _ => &[flag, said],
+            };
+            let by_flag = written(&[&render[..], &files, given].concat(), &[("scene.toml", &base)]);
+            assert!(by_flag == expected, "{name} by {flag}");
+        }
+
+        let sequence =
+            ["sequence", "--device", "cpu", "--scene", "scene.toml", "--table", "t.csv", "-o", "#.png", "-o", "#.exr"];
+        let cells: &[&str] = match said {
+            // As spreadsheets and Python write it.
+            "true" => &["true", "TRUE", "True"],
+            "false" => &["false", "FALSE", "False"],
+            "7" => &["7", "7.0"],
+            said => &[said],
+        };
+        for cell in cells {
+            let table = format!("{name}\n\"{cell}\"\n");
+            let in_table = written(&sequence, &[("scene.toml", &base), ("t.csv", &table)]);
+            assert!(in_table == expected, "{name} as {cell:?} in a table");
+        }
+    });
 }
 
 #[test]

@@ -3,8 +3,8 @@
 //! A task that a farm runs again when all is done would otherwise read every frame of all other tasks. Two things are trusted in place of
 //! that, and nothing else:
 //!
-//! * **The contact sheet**, which is written when every frame was found whole, and says of what it was made. A sheet of other scenes, tables,
-//!   wavelengths, names or of another version proves nothing.
+//! * **The contact sheet**, which is written when every frame was found whole, and says of what it was made, with the checksum of the manifest. A
+//!   sheet of other scenes, tables, wavelengths, names or of another version proves nothing.
 //! * **The times of change** that the file system keeps (`ctime`). Whatever is written to a file, moved into its place or done to its
 //!   attributes sets its own to the clock. The time of modification is not trusted: copying and unpacking programs set it back.
 //!
@@ -20,6 +20,7 @@ use sorairo::low_level::sequence::Frame;
 
 use crate::cases::Cases;
 use crate::contact_sheet;
+use crate::manifest;
 
 /// A checksum over all that is asked of a sequence's files.
 ///
@@ -43,12 +44,26 @@ pub fn made_of(frames: &[Frame], cases: Option<&Cases>) -> Result<String> {
         cases.keys.iter().for_each(|key| add(key.name.as_bytes()));
         cases.cells().flatten().for_each(|cell| add(cell.as_bytes()));
     }
-    Ok(sum.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(manifest::hexadecimal(sum))
 }
 
-/// Whether all frames are known to be whole: the sheet was made of them, and none has changed since it and the manifest were written.
+/// What a sheet notes: of what it was made, and the checksum of the manifest that was written with it.
+pub fn note(made_of: &str, manifest: Option<&str>) -> String {
+    manifest.map_or_else(|| made_of.to_owned(), |checksum| format!("{made_of} {checksum}"))
+}
+
+/// The checksum of the manifest that a sheet notes.
+pub fn noted_manifest(sheet: &Path) -> Option<String> {
+    contact_sheet::made_of(sheet)?.split_once(' ').map(|(_, checksum)| checksum.to_owned())
+}
+
+/// Whether all frames are known to be whole: the sheet was made of them, the manifest is the one that was written with it, and no frame has changed
+/// since.
 pub fn are_whole(frames: &[Frame], made_of: &str, sheet: &Path, manifest: Option<&Path>) -> bool {
-    if contact_sheet::made_of(sheet).is_none_or(|of| of != made_of) {
+    let checksum = manifest.map(manifest::checksum).transpose();
+    let is_noted =
+        checksum.is_ok_and(|checksum| contact_sheet::made_of(sheet) == Some(note(made_of, checksum.as_deref())));
+    if !is_noted {
         return false;
     }
     let beside = [Some(sheet), manifest].into_iter().flatten().map(changed);

@@ -1,19 +1,20 @@
 //! What the files of a table's cases show: a row for each file, so that a folder of skies is a data set.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
-use sorairo::SkyPlan;
 use sorairo::low_level::files;
 use sorairo::low_level::irradiance::SkyLight;
+use sorairo::low_level::rows::rows;
 use sorairo::low_level::sequence::Frame;
+use sorairo::{LightFields, SkyPlan};
 
 use crate::cases::Cases;
 use crate::error::{Error, Result};
+use crate::progress::FrameProgress;
 
 /// The name of the file, beside the first frame.
 const NAME: &str = "manifest.csv";
@@ -27,38 +28,49 @@ const LIGHT: [&str; 5] = [
     "illuminance_lux",
 ];
 
-/// Writes the manifest of frames that are whole. What it knew of a file that has not changed is kept.
+/// The light of skies, by the numbers of their frames.
+pub type Lights = BTreeMap<u32, SkyLight>;
+
+/// Writes the manifest of frames that are whole, and gives its checksum. `lights` are those that are known. Rows of files that have not changed are
+/// kept of a manifest that is there and has the checksum `kept`; other lights are measured.
 ///
 /// # Errors
 ///
 /// A file that cannot be read or written.
-pub fn write(cases: &Cases, frames: &[Frame]) -> Result<()> {
+pub fn write(cases: &Cases, frames: &[Frame], mut lights: Lights, kept: Option<&str>) -> Result<String> {
     let path = path(frames);
-    let known = known(&path);
     let names = ["frame"].into_iter().chain(cases.keys.iter().map(|key| key.name)).chain(LIGHT);
-    let mut rows = vec![names.chain(["file", "sha256"]).map(str::to_owned).collect::<Vec<_>>()];
+    let header: Vec<_> = names.chain(["file", "sha256"]).map(str::to_owned).collect();
+    let known = known(&path, kept, &header);
     let cells: Vec<_> = cases.cells().collect();
+    let mut rows = Vec::new();
     for frame in frames {
-        let case = &cells[frame.number as usize];
-        let mut light = None;
         for file in &frame.request.outputs {
             let name = file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-            let sum = checksum(file)?;
-            let row = known.get(&(name.clone(), sum.clone())).filter(|row| row[1..=case.len()] == *case).cloned();
-            rows.push(row.unwrap_or_else(|| {
-                let light = light.get_or_insert_with(|| light_of(frame));
-                let number = frame.number.to_string();
-                let case: Vec<_> = case.iter().map(|&cell| cell.to_owned()).collect();
-                [&[number], &case[..], &light[..], &[name, sum]].concat()
-            }));
+            let sum = checksum(file).map_err(|error| Error::Failure(format!("{}: {error}", file.display())))?;
+            let case = &cells[frame.number as usize];
+            let row = known.get(&(name.clone(), sum.clone())).filter(|row| row[1..=case.len()] == *case);
+            rows.push((frame, [name, sum], row));
         }
     }
-    let failed = |error: String| Error::Failure(format!("{}: {error}", path.display()));
+    let lacking = rows.iter().filter(|(frame, _, row)| row.is_none() && !lights.contains_key(&frame.number));
+    let mut lacking: Vec<&Frame> = lacking.map(|(frame, ..)| *frame).collect();
+    lacking.dedup_by_key(|frame| frame.number);
+    lights.extend(measured(&lacking));
     let mut writer = csv::Writer::from_writer(Vec::new());
-    rows.iter().try_for_each(|row| writer.write_record(row)).map_err(|error| failed(error.to_string()))?;
+    let failed = |error: String| Error::Failure(format!("{}: {error}", path.display()));
+    writer.write_record(&header).map_err(|error| failed(error.to_string()))?;
+    for (frame, file, row) in rows {
+        let row = row.cloned().unwrap_or_else(|| {
+            let case = cells[frame.number as usize].iter().map(|&cell| cell.to_owned());
+            let number = [frame.number.to_string()].into_iter();
+            number.chain(case).chain(light(&lights[&frame.number])).chain(file).collect()
+        });
+        writer.write_record(&row).map_err(|error| failed(error.to_string()))?;
+    }
     let text = writer.into_inner().map_err(|error| failed(error.to_string()))?;
     files::stage(&path, |file| io::Write::write_all(file, &text))?.commit()?;
-    Ok(())
+    Ok(hexadecimal(Sha256::new_with_prefix(&text)))
 }
 
 /// Where the manifest of frames lies.
@@ -67,18 +79,35 @@ pub fn path(frames: &[Frame]) -> PathBuf {
     first.map(|path| path.with_file_name(NAME)).unwrap_or_default()
 }
 
-/// The numbers of [`LIGHT`].
-fn light_of(frame: &Frame) -> Vec<String> {
-    let sky = Arc::new(SkyPlan::new(&frame.scene, frame.scene.render.rgb));
-    let light = serde_json::to_value(SkyLight::new(&sky)).expect("light is plain data");
-    LIGHT.map(|name| light[name].to_string()).to_vec()
+/// The light of the skies of frames. Those of the same air share their light fields.
+fn measured(frames: &[&Frame]) -> Lights {
+    let light_fields = LightFields::default();
+    let mut progress = FrameProgress::start(frames.len(), "the light of their skies, for manifest.csv");
+    let of = |frame: &&Frame| {
+        let light = SkyLight::new(&SkyPlan::with_light_fields(&frame.scene, frame.scene.render.rgb, &light_fields));
+        progress.measured();
+        (frame.number, light)
+    };
+    frames.iter().map(of).collect()
 }
 
-/// The rows of a manifest that is there, by their files and checksums; none of one that cannot be read.
-fn known(path: &Path) -> HashMap<(String, String), Vec<String>> {
-    let Ok(mut reader) = csv::Reader::from_path(path) else { return HashMap::new() };
-    let rows = reader.records().map_while(|row| row.ok());
-    let rows = rows.map(|row| row.iter().map(str::to_owned).collect::<Vec<_>>());
+/// The numbers of [`LIGHT`].
+fn light(light: &SkyLight) -> [String; 5] {
+    let light = serde_json::to_value(light).expect("light is plain data");
+    LIGHT.map(|name| light[name].to_string())
+}
+
+/// The rows of a manifest that is there, by their files and checksums; none where it is not the one with the checksum `kept`, or has other columns.
+fn known(path: &Path, kept: Option<&str>, header: &[String]) -> HashMap<(String, String), Vec<String>> {
+    let Ok(text) = std::fs::read_to_string(path) else { return HashMap::new() };
+    if kept != Some(&*hexadecimal(Sha256::new_with_prefix(&text))) {
+        return HashMap::new();
+    }
+    let mut rows = rows(&text).map_while(|row| row.ok().map(|row| row.cells));
+    if rows.next().as_deref() != Some(header) {
+        return HashMap::new();
+    }
+    let rows = rows.filter(|row| row.len() == header.len());
     rows.filter_map(|row| match &row[..] {
         [.., name, sum] => Some(((name.clone(), sum.clone()), row)),
         _ => None,
@@ -86,9 +115,18 @@ fn known(path: &Path) -> HashMap<(String, String), Vec<String>> {
     .collect()
 }
 
-fn checksum(path: &Path) -> Result<String> {
-    let failed = |error: io::Error| Error::Failure(format!("{}: {error}", path.display()));
+/// The SHA-256 of a file.
+///
+/// # Errors
+///
+/// A file that cannot be read.
+pub fn checksum(path: &Path) -> io::Result<String> {
     let mut sum = Sha256::new();
-    io::copy(&mut File::open(path).map_err(failed)?, &mut sum).map_err(failed)?;
-    Ok(sum.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    io::copy(&mut File::open(path)?, &mut sum)?;
+    Ok(hexadecimal(sum))
+}
+
+/// A checksum as text.
+pub fn hexadecimal(sum: Sha256) -> String {
+    sum.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -80,8 +80,8 @@ impl fmt::Display for Direct {
 }
 
 impl FrameProgress {
-    /// Starts to count this many frames.
-    pub fn start(frames: usize) -> Self {
+    /// Starts to count this many frames, of which `message` is said at first.
+    pub fn start(frames: usize, message: &'static str) -> Self {
         if is_quiet() {
             return Self::of(ProgressBar::hidden());
         }
@@ -99,9 +99,14 @@ impl FrameProgress {
         };
         let bar = where_it_is_seen(bar, BETWEEN_FRAMES)
             .with_style(style(&shown).with_key("rate", rate).with_key("left", left))
-            .with_message("0 skipped");
+            .with_message(message);
         keep_moving(&bar, Duration::from_millis(500));
         Self::of(bar)
+    }
+
+    /// Counts a frame whose light was measured.
+    pub fn measured(&mut self) {
+        self.bar.inc(1);
     }
 
     fn of(bar: ProgressBar) -> Self {

@@ -7,7 +7,7 @@ use serde::Serialize;
 use sorairo::low_level::device::{self, DeviceKind};
 use sorairo::low_level::files::Replace;
 use sorairo::low_level::render::Shown;
-use sorairo::low_level::sequence::{self, Ended, Frame};
+use sorairo::low_level::sequence::{self, Ended, Frame, Measured};
 
 use crate::arguments::SequenceArguments;
 use crate::cases::Cases;
@@ -15,7 +15,7 @@ use crate::contact_sheet::contact_sheet;
 use crate::error::Result;
 use crate::frames;
 use crate::known;
-use crate::manifest;
+use crate::manifest::{self, Lights};
 use crate::memory;
 use crate::output::{print_line, print_note, refuse_scene_as_output};
 use crate::progress::FrameProgress;
@@ -97,8 +97,16 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
     sequence::make_folders(&chosen)?;
     let (mut rendered, mut replaced, mut skipped, mut reports) = (0, 0, 0, Vec::new());
     let start = Instant::now();
-    let mut progress = FrameProgress::start(chosen.len());
-    let outcome = sequence::sequence(&chosen, &mut device, &mut |frame, ended, shown| {
+    let measured = match &cases {
+        _ if arguments.json => Measured::All,
+        // Tasks that render a part do not know whether they are the last, which writes the manifest.
+        Some(_) if chosen.len() == frames.len() => Measured::Rendered,
+        _ => Measured::None,
+    };
+    let mut lights = Lights::new();
+    let mut progress = FrameProgress::start(chosen.len(), "0 skipped");
+    let outcome = sequence::sequence(&chosen, measured, &mut device, &mut |frame, ended, shown| {
+        lights.extend(shown.map(|shown| (frame.number, shown.sky_light)));
         reports.push(FrameReport::new(frame, ended, shown));
         match ended {
             Ended::Rendered { replaced: has_replaced, .. } => {
@@ -120,10 +128,9 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
     let is_whole = is_known || sequence::are_finished(frames.iter().filter(is_other));
     if is_whole && !is_known {
         arguments.replace.or(Replace::All).check(&sheet)?;
-        contact_sheet(&sheet, &frames, &made_of()?, &mut device)?;
-        if let Some(cases) = &cases {
-            manifest::write(cases, &frames)?;
-        }
+        let write = |cases| manifest::write(cases, &frames, lights, known::noted_manifest(&sheet).as_deref());
+        let checksum = cases.as_ref().map(write).transpose()?;
+        contact_sheet(&sheet, &frames, &known::note(&made_of()?, checksum.as_deref()), &mut device)?;
     }
     let summary = Summary {
         device: device.name,

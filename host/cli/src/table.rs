@@ -1,93 +1,46 @@
-//! The tables (CSV) that flags name. Lines that begin with # are comments.
+//! The tables (CSV) that flags name.
 
-use std::io::Cursor;
 use std::path::Path;
-use std::sync::Arc;
 
-use csv::{Position, Reader, ReaderBuilder, StringRecord, Trim};
+use sorairo::low_level::rows::{self, Row};
 
 use crate::error::{Error, Result};
 
-/// A table that is being read.
+/// Largest table of a flag (bytes).
+const LARGEST: u64 = 32 << 20;
+
+/// A table.
 pub struct Table {
     /// The flag and its file, with which every complaint begins.
     pub name: String,
-    text: Arc<[u8]>,
-    reader: Reader<Cursor<Arc<[u8]>>>,
-}
-
-/// A row.
-pub struct Row {
-    /// Its line in the file, from 1.
-    pub line: u64,
-    /// Its cells, without the spaces around them.
-    pub cells: StringRecord,
+    text: String,
 }
 
 impl Table {
-    /// Opens the file of a flag.
+    /// Reads the file of a flag.
     ///
     /// # Errors
     ///
-    /// A file that cannot be read.
-    pub fn open(flag: &str, path: &Path, has_header: bool) -> Result<Self> {
+    /// A file that cannot be read, or is too large.
+    pub fn read(flag: &str, path: &Path) -> Result<Self> {
         let name = format!("{flag} {}", path.display());
-        let mut builder = ReaderBuilder::new();
-        builder.comment(Some(b'#')).trim(Trim::All).has_headers(has_header).flexible(!has_header);
-        let text: Arc<[u8]> = std::fs::read(path).map_err(|error| wrong(&name, &format!(": {error}")))?.into();
-        Ok(Self { name, reader: builder.from_reader(Cursor::new(Arc::clone(&text))), text })
+        match rows::read(path, LARGEST) {
+            Ok(text) => Ok(Self { name, text }),
+            Err(complaint) => Err(Error::request(format!("{name} {complaint}"))),
+        }
     }
 
-    /// The header of a table that has one.
-    ///
-    /// # Errors
-    ///
-    /// A header that cannot be read.
-    pub fn header(&mut self) -> Result<Row> {
-        let Self { name, text, reader } = self;
-        let cells = reader.headers().cloned().map_err(|error| wrong(name, &reason(&error, text)))?;
-        Ok(Row { line: line(cells.position(), text), cells })
-    }
-
-    /// The rows below the header, or all where there is none. A row that cannot be read, one of another length than the header and the first
-    /// beyond `most` are errors.
-    pub fn rows(&mut self, most: usize) -> impl Iterator<Item = Result<Row>> {
-        let Self { name, text, reader } = self;
-        reader.records().enumerate().map(move |(before, record)| {
-            let cells = record.map_err(|error| wrong(name, &reason(&error, text)))?;
-            if before == most {
-                return Err(wrong(name, &format!(" has more than {most} rows")));
-            }
-            Ok(Row { line: line(cells.position(), text), cells })
+    /// The rows, as [`rows::rows`] takes them. One that cannot be read and the first beyond a header and `most` are errors.
+    pub fn rows(&self, most: usize) -> impl Iterator<Item = Result<Row>> {
+        rows::rows(&self.text).enumerate().map(move |(before, row)| match row {
+            Ok(_) if before > most => Err(Error::request(format!("{} has more than {most} rows", self.name))),
+            row => row.map_err(|complaint| self.wrong(&complaint)),
         })
     }
-}
 
-/// What is wrong with a table, by its name.
-pub fn wrong(name: &str, complaint: &str) -> Error {
-    Error::request(format!("{name}{complaint}"))
-}
-
-/// The line of a row in a text, from 1.
-fn line(position: Option<&Position>, text: &[u8]) -> u64 {
-    let Some(position) = position else { return 1 };
-    // The reader counts from where it stood, which is before the empty lines and the comments that it skips.
-    let rest = text[position.byte() as usize..].split(|&byte| byte == b'\n');
-    let skipped = rest.take_while(|line| line.is_empty() || *line == b"\r" || line.starts_with(b"#")).count();
-    position.line() + skipped as u64
-}
-
-/// What is wrong with a row, in one line with its place.
-fn reason(error: &csv::Error, text: &[u8]) -> String {
-    match error.kind() {
-        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
-            let line = line(pos.as_ref(), text);
-            format!(", line {line}: the row has {len} values, and the header {expected_len}")
-        }
-        csv::ErrorKind::Utf8 { pos, .. } => {
-            format!(", line {}: it is not UTF-8", line(pos.as_ref(), text))
-        }
-        _ => format!(": {error}"),
+    /// What is wrong at a place of the table.
+    pub fn wrong(&self, complaint: &str) -> Error {
+        Error::request(format!("{}, {complaint}", self.name))
     }
 }
 
@@ -112,17 +65,23 @@ pub mod tests {
     }
 
     #[test]
-    fn a_row_knows_its_line_and_there_are_no_more_than_were_asked_for() {
+    fn there_are_no_more_rows_than_were_asked_for() {
         let lines = |most| {
-            read_text("# c\r\na, b\n\n1 ,2\n# d\n\n3,4\n", |path| {
-                let mut table = Table::open("--table", path, true)?;
-                let Row { line, cells } = table.header()?;
-                assert_eq!((line, &cells), (2, &StringRecord::from(vec!["a", "b"])));
-                let rows: Result<Vec<_>> = table.rows(most).collect();
-                Ok(rows?.iter().map(|row| (row.line, row.cells[0].to_owned())).collect::<Vec<_>>())
-            })
+            let read = |path: &Path| {
+                Table::read("--table", path)?.rows(most).map(|row| Ok(row?.line)).collect::<Result<Vec<_>>>()
+            };
+            read_text("# c\r\na, b\n\n1 ,2\n# d\n\n3,4\n", read)
         };
-        assert_eq!(lines(2).unwrap(), [(4, "1".to_owned()), (7, "3".to_owned())]);
+        assert_eq!(lines(2).unwrap(), [2, 4, 7]);
         assert!(lines(1).unwrap_err().to_string().ends_with("table.csv has more than 1 rows"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_table_without_end_is_refused() {
+        for path in ["/dev/zero", "/dev/urandom"] {
+            let error = Table::read("--table", Path::new(path)).err().unwrap().to_string();
+            assert!(error.ends_with("is larger than 32768 KiB, the most that is read"), "{error}");
+        }
     }
 }

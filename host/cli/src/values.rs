@@ -97,11 +97,12 @@ impl Values {
         self.with("render.exposure", "--exposure", given)
     }
 
-    /// These values and those of a table's row, by their keys.
+    /// Those of a table's row, by their keys, and these values of all other keys.
     pub fn with_cells<'a>(&self, cells: impl Iterator<Item = (&'static str, &'a str)>) -> Self {
-        let mut values = self.clone();
-        values.0.extend(cells.map(|(key, text)| Value { key, said: key, given: Given::Cell(text.to_owned()) }));
-        values
+        let cells = cells.map(|(key, text)| Value { key, said: key, given: Given::Cell(text.to_owned()) });
+        let cells: Vec<_> = cells.collect();
+        let is_other = |value: &&Value| cells.iter().all(|cell| cell.key != value.key);
+        self.0.iter().filter(is_other).cloned().chain(cells.iter().cloned()).collect()
     }
 
     fn with(&self, key: &'static str, said: &'static str, given: Given) -> Self {
@@ -147,13 +148,25 @@ impl Value {
     }
 }
 
-/// Takes the value of a table as the first kind that the key is: a whole number, a number, true or false, text.
+/// Takes the value of a table as the first kind that the key is: wavelengths, a whole number, a number, true or false, text.
 fn set_cell(draft: &mut Draft, key: &'static Key, text: &str) -> sorairo::Result<()> {
     type Error = serde::de::value::Error;
-    let is_set = text.parse().is_ok_and(|count| draft.set(key, U32Deserializer::<Error>::new(count)).is_ok())
+    if key.name == "render.bands" {
+        let list = text.strip_prefix('[').and_then(|text| text.strip_suffix(']')).unwrap_or(text);
+        let numbers = ranges::wavelengths(list).map_err(sorairo::Error::Text)?;
+        return draft.set(key, SeqDeserializer::<_, Error>::new(numbers.iter().copied()));
+    }
+    let is_set = whole(text).is_some_and(|count| draft.set(key, U32Deserializer::<Error>::new(count)).is_ok())
         || text.parse().is_ok_and(|number| draft.set(key, F64Deserializer::<Error>::new(number)).is_ok())
-        || text.parse().is_ok_and(|truth| draft.set(key, BoolDeserializer::<Error>::new(truth)).is_ok());
+        || text.to_lowercase().parse().is_ok_and(|truth| draft.set(key, BoolDeserializer::<Error>::new(truth)).is_ok());
     if is_set { Ok(()) } else { draft.set(key, StrDeserializer::<Error>::new(text)) }
+}
+
+/// A whole number, which some programs write as 16.0.
+fn whole(text: &str) -> Option<u32> {
+    let number: f64 = text.parse().ok()?;
+    let is_count = number.fract() == 0.0 && number.is_sign_positive() && number <= f64::from(u32::MAX);
+    is_count.then_some(number as u32)
 }
 
 pub fn number(text: &str) -> Result<Given, String> {

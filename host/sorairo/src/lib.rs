@@ -48,6 +48,7 @@ mod plan;
 #[cfg(feature = "files")]
 mod render;
 mod renderer;
+mod rows;
 pub mod scene;
 #[cfg(feature = "files")]
 mod sequence;
@@ -110,6 +111,10 @@ pub mod low_level {
     #[cfg(feature = "files")]
     pub mod render {
         pub use crate::render::*;
+    }
+    /// The rows of tables (CSV).
+    pub mod rows {
+        pub use crate::rows::*;
     }
     /// Frames one after the other.
     #[cfg(feature = "files")]

@@ -25,7 +25,7 @@ fn described(key: &Key) -> Value {
     let value = value(key, &scene);
     let kind = match &key.allowed {
         Allowed::Range { .. } => "number",
-        Allowed::Words(_) | Allowed::WordsOrTable(_) => "choice",
+        Allowed::Words(_) => "choice",
         Allowed::Other(_) if value.is_boolean() => "boolean",
         Allowed::Other(_) => "text",
     };

@@ -270,10 +270,7 @@ impl RenderArguments {
 impl SequenceArguments {
     /// What to write and to measure.
     pub fn request(&self) -> Request {
-        Request {
-            sky_light: self.json,
-            ..request(&self.output, &["frames/sky.####.png"], &self.replace, &self.spectral)
-        }
+        request(&self.output, &["frames/sky.####.png"], &self.replace, &self.spectral)
     }
 }
 

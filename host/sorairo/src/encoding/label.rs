@@ -4,8 +4,7 @@
 use std::fmt::Write;
 
 use super::spectral::channel_name;
-use crate::scene::{self, AlbedoSpectrum, OzoneCrossSection, Scene, SunSpectrum};
-use crate::spectra::table_file::TableFile;
+use crate::scene::{self, Scene, keys};
 
 /// The program, as files name it.
 pub(crate) const SOFTWARE: &str = concat!("sorairo ", env!("CARGO_PKG_VERSION"));
@@ -23,32 +22,17 @@ pub(crate) const EXPOSURE: &str = "sorairoExposure";
 /// checksums of the tables that the scene only names.
 pub(crate) fn scene_text(scene: &Scene) -> String {
     // A scene that was rendered can be placed.
-    let mut text = scene::file::text(&scene.placed().unwrap_or_else(|_| scene.clone()));
+    let mut placed = scene.placed().unwrap_or_else(|_| scene.clone());
+    keys::change_tables(&mut placed, |table| *table = table.as_named());
+    let mut text = scene::file::text(&placed);
     if let Some((place, time)) = scene.sun.place.zip(scene.sun.time) {
         let _ = writeln!(text, "# sun.place = \"{place}\"\n# sun.time = \"{time}\"");
     }
-    for (key, table) in tables(scene) {
+    for (key, table) in keys::tables(scene) {
         // A text takes whatever is written to it.
         let _ = writeln!(text, "# CRC-32 of {key}: {:08x}", table.checksum());
     }
     text
-}
-
-/// The tables of a person's own in a scene, by the names of their keys.
-fn tables(scene: &Scene) -> impl Iterator<Item = (&'static str, &TableFile)> {
-    let sun = match &scene.sun.spectrum {
-        SunSpectrum::File(table) => Some(("sun.spectrum", table)),
-        _ => None,
-    };
-    let albedo = match &scene.atmosphere.aerosol.single_scattering_albedo_spectrum {
-        AlbedoSpectrum::File(table) => Some(("atmosphere.aerosol.single_scattering_albedo_spectrum", table)),
-        _ => None,
-    };
-    let ozone = match &scene.atmosphere.ozone.cross_section {
-        OzoneCrossSection::File(table) => Some(("atmosphere.ozone.cross_section", table)),
-        _ => None,
-    };
-    sun.into_iter().chain(albedo).chain(ozone)
 }
 
 /// The channels of a file, in the order of the alphabet, which is the format's: linear RGB, and radiance at wavelengths (nm,

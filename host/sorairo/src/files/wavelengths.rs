@@ -40,7 +40,7 @@ pub fn wavelengths(scene: &Scene, asked: Option<&[f64]>, every_exr: bool, format
     if !(1..=MOST_WAVELENGTHS).contains(&count) {
         return refuse(format!("holds {count} wavelengths; a spectral file takes 1 to {MOST_WAVELENGTHS} of them"));
     }
-    let (shortest, longest) = scene.optics().known_wavelengths();
+    let (shortest, longest) = scene.known_wavelengths();
     if let Some(outside) = wavelengths.iter().find(|&&nm| !(shortest..=longest).contains(&nm)) {
         return refuse(format!("holds {}; wavelengths must lie between {shortest} and {longest} nm", shown(*outside)));
     }

@@ -52,6 +52,7 @@ mod tests {
     use super::*;
     use crate::scene::file::Draft;
     use crate::scene::{Exposure, Preset, Projection};
+    use crate::spectra::choice::OrTable;
 
     #[test]
     fn the_scene_file_of_a_command_is_the_scene() {

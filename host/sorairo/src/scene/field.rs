@@ -6,7 +6,8 @@ use serde::forward_to_deserialize_any;
 
 use super::preset::Scene;
 use super::settings::{Exposure, Orders};
-use crate::spectra::choice::GroundAlbedo;
+use crate::spectra::choice::{GroundAlbedo, OrTable};
+use crate::spectra::table_file::TableFile;
 
 /// The way to a value of a type.
 pub struct Way<T: 'static> {
@@ -66,6 +67,25 @@ impl<'de, D: serde::Deserializer<'de>> serde::Deserializer<'de> for Present<D> {
     forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct newtype_struct seq tuple
         tuple_struct map struct identifier ignored_any
+    }
+}
+
+/// The value of a key that may be a person's table.
+pub trait TableField: Sync {
+    /// The table in a scene, if it has one.
+    fn table<'a>(&self, scene: &'a Scene) -> Option<&'a TableFile>;
+
+    /// The table in a scene, to be changed.
+    fn table_mut<'a>(&self, scene: &'a mut Scene) -> Option<&'a mut TableFile>;
+}
+
+impl<T: OrTable> TableField for Way<T> {
+    fn table<'a>(&self, scene: &'a Scene) -> Option<&'a TableFile> {
+        (self.get)(scene).file()
+    }
+
+    fn table_mut<'a>(&self, scene: &'a mut Scene) -> Option<&'a mut TableFile> {
+        (self.get_mut)(scene).file_mut()
     }
 }
 

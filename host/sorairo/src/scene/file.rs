@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::de::value::StringDeserializer;
@@ -35,6 +35,8 @@ pub struct Draft {
 struct SourceText {
     name: String,
     text: String,
+    /// To which the names of its CSV files are relative.
+    folder: PathBuf,
 }
 
 impl Scene {
@@ -95,9 +97,20 @@ impl Draft {
         folder: &Path,
         preset: Option<Preset>,
     ) -> std::result::Result<Self, Vec<Error>> {
-        let text = SourceText { name: source.into(), text: input::without_mark(text).into() };
-        let (scene, spans) = text.scene(folder, preset)?;
+        let text =
+            SourceText { name: source.into(), text: input::without_mark(text).into(), folder: folder.to_owned() };
+        let (scene, spans) = text.scene(preset)?;
         Ok(Self { scene, text: text.into(), spans })
+    }
+
+    /// The same file over another preset, without what was set since.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Draft::read`] for tables of the file, which are read again.
+    pub fn with_preset(&self, preset: Preset) -> Result<Self> {
+        let (scene, spans) = self.text.scene(Some(preset)).map_err(first)?;
+        Ok(Self { scene, text: Arc::clone(&self.text), spans })
     }
 
     /// Every problem of a file by itself, without flags: none if it is a scene.
@@ -137,7 +150,9 @@ impl Draft {
         key.set(&mut self.scene, value).map_err(|error| match error {
             Error::Text(complaint) => wrong(in_plain_words(&complaint)),
             other => other,
-        })
+        })?;
+        keys::change_tables(&mut self.scene, |table| table.name_from(&self.text.folder));
+        Ok(())
     }
 
     /// Refuses an elevation, an azimuth or a distance that was set over a place or a time, as a file may not hold both; `is_set` tells by a key's name.
@@ -202,7 +217,7 @@ type Spans = BTreeMap<&'static str, Range<usize>>;
 
 impl SourceText {
     /// The scene that the text says over its preset, and where each key's value stands.
-    fn scene(&self, folder: &Path, preset: Option<Preset>) -> std::result::Result<(Scene, Spans), Vec<Error>> {
+    fn scene(&self, preset: Option<Preset>) -> std::result::Result<(Scene, Spans), Vec<Error>> {
         let document = DeTable::parse(&self.text).map_err(|error| {
             vec![self.problem(error.span().map_or(0, |span| span.start), wrong(in_plain_words(error.message())))]
         })?;
@@ -214,10 +229,11 @@ impl SourceText {
         let mut spans = Spans::new();
         for (key, value) in &given {
             spans.insert(key.name, value.span());
-            if let Err(error) = lay_over(&mut scene, key, value, folder) {
+            if let Err(error) = lay_over(&mut scene, key, value, &self.folder) {
                 problems.add(value.span().start, wrong(in_plain_words(&error.to_string())));
             }
         }
+        keys::change_tables(&mut scene, |table| table.name_from(&self.folder));
         refuse_two_suns(&given, &mut problems);
         if !problems.found.is_empty() {
             return Err(problems.told());

@@ -8,7 +8,7 @@ use documented::DocumentedFields;
 use serde::Deserializer;
 
 use super::camera::{CameraScene, LONGEST_SIDE, Projection};
-use super::field::{Field, NumberField, Present, Way};
+use super::field::{Field, NumberField, Present, TableField, Way};
 use super::plausible;
 use super::preset::{Preset, Scene};
 use super::rules;
@@ -21,6 +21,7 @@ use crate::input::shown;
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 use crate::spectra::measured::MEASURED_RANGE;
 use crate::spectra::observer::ColourObserver;
+use crate::spectra::table_file::TableFile;
 use crate::words::{Word, Words, words};
 
 /// One key of a scene file.
@@ -33,8 +34,8 @@ pub struct Key {
     pub allowed: Allowed,
     /// Words that it may be beside a number.
     or_words: Option<fn() -> Vec<Word>>,
-    /// Whether it may be the name of a CSV file beside those words.
-    or_table: bool,
+    /// The way to a person's table, where it may be the name of a CSV file beside those words.
+    table: Option<&'static dyn TableField>,
     field: &'static dyn Field,
     /// Whether its number is an angle of which whole turns are nothing: any is allowed, and the range is that in which it is usually given.
     wraps: bool,
@@ -59,8 +60,6 @@ pub enum Allowed {
     },
     /// One of some words, each with its sentence.
     Words(fn() -> Vec<Word>),
-    /// One of some words, or the name of a CSV file.
-    WordsOrTable(fn() -> Vec<Word>),
     /// Something else, said in words.
     Other(fn() -> String),
 }
@@ -127,7 +126,7 @@ macro_rules! number {
     };
 }
 
-use Allowed::{Other, WordsOrTable};
+use Allowed::Other;
 use Bound::{At, From};
 
 /// The highest top of an atmosphere above the ground (km).
@@ -159,7 +158,7 @@ pub static KEYS: &[Key] = &[
         .rule(rules::place_elsewhere),
     key!(sun.time, Other(|| "RFC 3339 with an offset, such as \"2026-06-21T04:30:00+09:00\"".into()))
         .otherwise(|| "`elevation`, `azimuth` and `distance` hold".into()),
-    key!(sun.spectrum, WordsOrTable(words::<SunSpectrum>)).rule(plausible::solar_spectrum),
+    key!(sun.spectrum, one_of::<SunSpectrum>()).or_table(way!(sun.spectrum)).rule(plausible::solar_spectrum),
     number!(sun.distance, "au", At(0.01), At(1000.0)),
     key!(sun.disc, Other(|| format!("true or false; with a disc the distance is at most {} au", rules::FARTHEST_DISC)))
         .rule(rules::disc_too_small),
@@ -185,7 +184,8 @@ pub static KEYS: &[Key] = &[
     number!(atmosphere.aerosol.angstrom_exponent, "", At(-5.0), At(5.0)),
     number!(atmosphere.aerosol.scale_height, "km", At(0.05), THICKEST),
     number!(atmosphere.aerosol.single_scattering_albedo, "", At(0.0), At(1.0)),
-    key!(atmosphere.aerosol.single_scattering_albedo_spectrum, WordsOrTable(words::<AlbedoSpectrum>))
+    key!(atmosphere.aerosol.single_scattering_albedo_spectrum, one_of::<AlbedoSpectrum>())
+        .or_table(way!(atmosphere.aerosol.single_scattering_albedo_spectrum))
         .rule(plausible::aerosol_albedo),
     number!(atmosphere.aerosol.asymmetry, "", At(-0.9), At(0.99)),
     // Behind a layer that is opaque itself, the samples of a ray would have to follow every edge of its tent.
@@ -205,10 +205,12 @@ pub static KEYS: &[Key] = &[
         DEPTH
     )
     .matters(has_ozone),
-    key!(atmosphere.ozone.cross_section, WordsOrTable(words::<OzoneCrossSection>)).rule(plausible::cross_section),
+    key!(atmosphere.ozone.cross_section, one_of::<OzoneCrossSection>())
+        .or_table(way!(atmosphere.ozone.cross_section))
+        .rule(plausible::cross_section),
     number!(ground.albedo, "", At(0.0), At(1.0))
         .or_words(words::<GroundAlbedo>)
-        .or_table()
+        .or_table(way!(ground.albedo))
         .rule(plausible::ground_albedo),
     key!(camera.projection, one_of::<Projection>()),
     key!(camera.size, Other(|| format!("\"WIDTHxHEIGHT\", each 1 to {LONGEST_SIDE}")))
@@ -287,7 +289,7 @@ impl Key {
             unit: "",
             allowed,
             or_words: None,
-            or_table: false,
+            table: None,
             field,
             wraps: false,
             matters: |_| true,
@@ -306,8 +308,8 @@ impl Key {
         self
     }
 
-    const fn or_table(mut self) -> Self {
-        self.or_table = true;
+    const fn or_table(mut self, table: &'static dyn TableField) -> Self {
+        self.table = Some(table);
         self
     }
 
@@ -376,30 +378,29 @@ impl Key {
 
     /// Whether the key may be the name of a CSV file.
     pub fn takes_table(&self) -> bool {
-        self.or_table || matches!(self.allowed, Allowed::WordsOrTable(_))
+        self.table.is_some()
     }
 
     /// The words that the key may be.
     pub fn words(&self) -> Vec<Word> {
         match &self.allowed {
-            Allowed::Words(words) | Allowed::WordsOrTable(words) => words(),
+            Allowed::Words(words) => words(),
             _ => self.or_words.map(|words| words()).unwrap_or_default(),
         }
     }
 
     /// What the key may be, in words.
     pub fn range(&self) -> String {
+        let table = if self.takes_table() { ", or the name of a .csv file" } else { "" };
         match &self.allowed {
             Allowed::Range { low, high, .. } => {
                 let words = self.or_words.map(|words| format!(", {}", listed(&words()))).unwrap_or_default();
-                let table = if self.or_table { ", or the name of a .csv file" } else { "" };
                 if self.wraps {
                     return "any number: 360 is a whole turn".into();
                 }
                 format!("{} to {}{words}{table}", low.words(), high.words())
             }
-            Allowed::Words(words) => listed(&words()),
-            Allowed::WordsOrTable(words) => format!("{}, or the name of a .csv file", listed(&words())),
+            Allowed::Words(words) => format!("{}{table}", listed(&words())),
             Allowed::Other(words) => words(),
         }
     }
@@ -444,6 +445,18 @@ impl Bound {
 /// The key of a name.
 pub fn find(name: &str) -> Option<&'static Key> {
     KEYS.iter().find(|key| key.name == name)
+}
+
+/// The tables of a person's own that a scene reads, each with its key. All that asks for tables takes this list.
+pub fn tables(scene: &Scene) -> impl Iterator<Item = (&'static str, &TableFile)> {
+    KEYS.iter().filter_map(|key| Some((key.name, key.table?.table(scene)?)))
+}
+
+/// Changes each of [`tables`].
+pub(crate) fn change_tables(scene: &mut Scene, mut change: impl FnMut(&mut TableFile)) {
+    for way in KEYS.iter().filter_map(|key| key.table) {
+        way.table_mut(scene).into_iter().for_each(&mut change);
+    }
 }
 
 /// What is wrong with a scene, key by key.
@@ -534,6 +547,25 @@ mod tests {
             let whole = serde_json::to_value(&scene).unwrap();
             assert!(value.as_f64() == Some(77.0) && whole.pointer(&at) == Some(&value), "{}: {value}", key.name);
         }
+    }
+
+    #[test]
+    fn each_key_that_takes_the_name_of_a_file_is_in_the_list_of_tables() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, "380,0.25\n780,0.5\n").unwrap();
+        let name = path.to_str().unwrap();
+        let mut found = 0;
+        for key in KEYS {
+            let mut scene = Scene::default();
+            let value = serde::de::value::StrDeserializer::<serde::de::value::Error>::new(name);
+            let is_read = key.set(&mut scene, value).is_ok();
+            let listed: Vec<_> = tables(&scene).map(|(key, table)| (key, table.table().at(780.0))).collect();
+            assert_eq!(listed, if is_read { vec![(key.name, [0.5])] } else { vec![] }, "{}", key.name);
+            assert_eq!(is_read, key.takes_table(), "{}", key.name);
+            found += u32::from(is_read);
+        }
+        assert!(found >= 4, "{found} keys take tables");
     }
 
     #[test]

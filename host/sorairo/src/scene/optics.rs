@@ -1,9 +1,11 @@
 //! The optical properties of a scene.
 
+use super::keys;
 use super::preset::Scene;
 use super::sky::STANDARD_PRESSURE;
 use crate::error::{Error, Result};
 use crate::input::shown;
+use crate::spectra::measured::MEASURED_RANGE;
 use crate::spectra::optics::Optics;
 
 /// One Dobson unit: molecules per m².
@@ -35,6 +37,14 @@ impl Scene {
             sun: self.sun.spectrum.clone(),
             sun_distance: self.sun.distance,
         }
+    }
+}
+
+impl Scene {
+    /// The wavelengths (nm) at which all of the scene is known: those of [`MEASURED_RANGE`] that a person's tables hold.
+    pub fn known_wavelengths(&self) -> (f64, f64) {
+        let ranges = keys::tables(self).map(|(_, file)| file.table().range());
+        ranges.fold(MEASURED_RANGE, |known, table| (known.0.max(table.0), known.1.min(table.1)))
     }
 }
 

@@ -3,6 +3,7 @@
 use super::preset::Scene;
 use crate::error::{Error, Result};
 use crate::input::shown;
+use crate::spectra::choice::OrTable;
 use crate::spectra::measured::MEASURED_RANGE;
 use crate::spectra::table_file::TableFile;
 

@@ -50,8 +50,9 @@ peak that is narrower in blue than in red, and the asymmetry here is the same at
 
 A key that takes the name of a `.csv` file reads it from the folder of the scene file. Each row is `wavelength_nm,value`; values between
 rows are linear. Wavelengths increase from row to row and cover 380 to 780 nm. Lines that begin with `#` are comments, and the first
-other line may name the columns. A row that stands twice, is out of order, negative, or not of two finite numbers is refused by
-its line, and so is a value beyond what nature has in the unit of its key, such as a cross-section in cm². Where tables end, `render.bands` and the wavelengths of spectra end too.
+other line may name the columns. Cells may stand in quotes; commas part them. A row that stands twice, is out of order, negative, or not of two finite numbers is refused by
+its line, and so is a value beyond what nature has in the unit of its key, such as a cross-section in cm². Where tables end, `render.bands` and the wavelengths of spectra end too. Images
+name a table as it is found from the folder of the scene, with its checksum, and nothing of the machine.
 
 Colours, irradiances over all wavelengths and illuminances take from a table, and from the sun's, the mean around each 5 nm of their sum, weighed by
 the sun: lines between those wavelengths count, however fine. A spectrum at a wavelength takes what the table holds at that wavelength itself.

@@ -83,7 +83,7 @@ pub(super) fn unfit_bands(scene: &Scene) -> Result<()> {
         let complaint = format!("holds {count} wavelengths; this fit takes {fewest} to {most} of them");
         return Err(Error::not_allowed(KEY, complaint));
     }
-    let known = scene.optics().known_wavelengths();
+    let known = scene.known_wavelengths();
     bands.iter().try_for_each(|&band| check_range(KEY, band, known, "nm"))?;
     let mut sorted = bands.clone();
     sorted.sort_by(f64::total_cmp);

@@ -177,14 +177,6 @@ impl GroundAlbedo {
     pub fn is_black(&self) -> bool {
         *self == Self::Grey(0.0)
     }
-
-    /// The person's table, where there is one.
-    pub fn file(&self) -> Option<&TableFile> {
-        match self {
-            Self::File(file) => Some(file),
-            _ => None,
-        }
-    }
 }
 
 /// The single-scattering albedo of aerosol as a spectrum.
@@ -251,7 +243,33 @@ pub(crate) fn is_table_file(text: &str) -> bool {
     Path::new(text).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
-/// Gives spectra their text form in scene files, and says which table a person gave.
+/// What may be a person's table.
+pub trait OrTable {
+    /// The person's table, where there is one.
+    fn file(&self) -> Option<&TableFile>;
+
+    /// The same, to be changed.
+    fn file_mut(&mut self) -> Option<&mut TableFile>;
+}
+
+/// Says of types which table a person gave.
+macro_rules! or_table {
+    ($($name:ident),+) => {$(
+        impl OrTable for $name {
+            fn file(&self) -> Option<&TableFile> {
+                if let Self::File(file) = self { Some(file) } else { None }
+            }
+
+            fn file_mut(&mut self) -> Option<&mut TableFile> {
+                if let Self::File(file) = self { Some(file) } else { None }
+            }
+        }
+    )+};
+}
+
+or_table!(SunSpectrum, GroundAlbedo, AlbedoSpectrum, OzoneCrossSection);
+
+/// Gives spectra their text form in scene files.
 macro_rules! spectrum_in_files {
     ($name:ident) => {
         impl TryFrom<String> for $name {
@@ -267,16 +285,6 @@ macro_rules! spectrum_in_files {
                 match spectrum {
                     $name::File(file) => file.path().to_string_lossy().into_owned(),
                     named => word(named).into(),
-                }
-            }
-        }
-
-        impl $name {
-            /// The person's table, where there is one.
-            pub fn file(&self) -> Option<&TableFile> {
-                match self {
-                    Self::File(file) => Some(file),
-                    _ => None,
                 }
             }
         }

@@ -4,7 +4,6 @@ use sorairo_shared::glam::Vec4;
 use sorairo_shared::single::Bands;
 
 use super::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
-use super::measured::MEASURED_RANGE;
 use super::observer;
 use super::table_file::TableFile;
 
@@ -94,17 +93,6 @@ impl Optics {
     /// Solar irradiance at the top of the atmosphere (W·m⁻²·nm⁻¹; for the flat sun 1 at 1 au).
     pub fn solar_irradiance(&self, wavelength: f64) -> f64 {
         self.sun.at(wavelength) / self.sun_distance.powi(2)
-    }
-
-    /// The wavelengths (nm) at which all of this is known: those of [`MEASURED_RANGE`] that a person's tables hold.
-    pub fn known_wavelengths(&self) -> (f64, f64) {
-        let files =
-            [self.sun.file(), self.albedo_spectrum.file(), self.cross_section.file(), self.ground_albedo.file()];
-        files
-            .into_iter()
-            .flatten()
-            .map(|file| file.table().range())
-            .fold(MEASURED_RANGE, |known, table| (known.0.max(table.0), known.1.min(table.1)))
     }
 
     /// Optical depth, at the observer's shortest wavelength and on a level ray, of what the exponential profiles hold above the

@@ -1,8 +1,7 @@
 //! A spectral table: values over wavelength, as in a CSV file.
 
-use csv::{ReaderBuilder, StringRecord, Terminator};
-
-use crate::input::{self, shown};
+use crate::input::shown;
+use crate::rows::rows;
 
 /// A spectrum as samples at increasing wavelengths, linear between them.
 #[derive(Clone, Debug)]
@@ -23,32 +22,25 @@ impl<const N: usize> PartialEq for Table<N> {
 }
 
 impl<const N: usize> Table<N> {
-    /// Reads `wavelength, value...` rows (nm, values of 0 or more). Lines that begin with `#` are comments, and the first
-    /// other line may name the columns. Lines may end as on Windows, and a byte order mark may come first.
+    /// Reads `wavelength, value...` rows (nm, values of 0 or more), as [`rows`] takes them. The first may name the columns.
     ///
     /// # Errors
     ///
     /// A sentence with the line number for a row that is not `N + 1` finite numbers, is negative, stands twice or is out
     /// of order.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let text = input::without_mark(text);
         let mut table = Self { wavelengths: Vec::new(), values: Vec::new(), lines: Vec::new() };
-        let mut header_allowed = true;
-        for (line, fields) in rows(text) {
-            if trimmed(&fields).eq([""]) || trimmed(&fields).next().is_some_and(|first| first.starts_with('#')) {
-                continue;
-            }
-            let is_header = header_allowed && trimmed(&fields).all(|field| field.parse::<f64>().is_err());
-            header_allowed = false;
+        for (before, row) in rows(text).enumerate() {
+            let row = row?;
+            let is_header = before == 0 && row.cells.iter().all(|cell| cell.parse::<f64>().is_err());
             if is_header {
                 continue;
             }
-            let (wavelength, values) = row(&fields).map_err(|complaint| format!("line {line}: {complaint}"))?;
-            check_order(&table.wavelengths, &table.lines, wavelength)
-                .map_err(|complaint| format!("line {line}: {complaint}"))?;
+            let (wavelength, values) = numbers(&row.cells).map_err(|complaint| row.wrong(&complaint))?;
+            check_order(&table.wavelengths, &table.lines, wavelength).map_err(|complaint| row.wrong(&complaint))?;
             table.wavelengths.push(wavelength);
             table.values.push(values);
-            table.lines.push(line);
+            table.lines.push(row.line);
         }
         if table.wavelengths.len() < 2 {
             return Err(format!("a table needs at least two rows, and this has {}", table.wavelengths.len()));
@@ -114,40 +106,16 @@ impl<const N: usize> Table<N> {
     }
 }
 
-/// The lines of a text that are not empty, each with its number (from 1) and its fields.
-fn rows(text: &str) -> impl Iterator<Item = (u64, StringRecord)> {
-    let mut reader = ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .quoting(false)
-        .terminator(Terminator::Any(b'\n'))
-        .from_reader(text.as_bytes());
-    std::iter::from_fn(move || {
-        let mut fields = StringRecord::new();
-        let is_there = reader.read_record(&mut fields).expect("text in memory can be read");
-        let start = fields.position().map_or(0, |position| position.byte()) as usize;
-        // The reader counts from where it stood, which is before the empty lines that it skips.
-        let empty = text[start..].bytes().take_while(|&byte| byte == b'\n').count() as u64;
-        is_there.then(|| (fields.position().map_or(0, |position| position.line()) + empty, fields))
-    })
-}
-
-/// The fields of a line without the spaces around them.
-fn trimmed(fields: &StringRecord) -> impl Iterator<Item = &str> {
-    // The reader's own trimming copies the line, which may be as long as the file.
-    fields.iter().map(str::trim)
-}
-
 /// One row: a wavelength and its values, all finite and none negative.
-fn row<const N: usize>(fields: &StringRecord) -> Result<(f64, [f64; N]), String> {
-    if fields.len() != N + 1 {
-        let columns = if fields.len() == 1 { "column" } else { "columns" };
-        return Err(format!("{} {columns} instead of {}, which commas part", fields.len(), N + 1));
+fn numbers<const N: usize>(cells: &[String]) -> Result<(f64, [f64; N]), String> {
+    if cells.len() != N + 1 {
+        let columns = if cells.len() == 1 { "column" } else { "columns" };
+        return Err(format!("{} {columns} instead of {}, which commas part", cells.len(), N + 1));
     }
     let mut numbers = [0.0; N];
     let mut wavelength = 0.0;
-    for (column, field) in trimmed(fields).enumerate() {
-        let number = number(field).map_err(|complaint| format!("column {} {complaint}", column + 1))?;
+    for (column, cell) in cells.iter().enumerate() {
+        let number = number(cell).map_err(|complaint| format!("column {} {complaint}", column + 1))?;
         match column {
             0 => wavelength = number,
             _ => numbers[column - 1] = number,
@@ -198,6 +166,9 @@ mod tests {
             ("1,2\n2,3,4\n", "line 2: 3 columns instead of 2"),
             ("1 2\n2 3\n", "line 2: 1 column instead of 2, which commas part"),
             ("nm,a\nnm,a\n1,2\n2,3\n", "line 2: column 1 is \"nm\""),
+            ("wavelength;value\n1;2\n2;3\n", "line 2: semicolons part the cells"),
+            ("1;0,2\n2;0,3\n", "line 1: semicolons part the cells; commas are wanted, and points in numbers"),
+            ("1,\"2\n2,3\n", "line 1: a quote is opened and not closed"),
             ("1,2\n", "two rows, and this has 1"),
             ("", "two rows, and this has 0"),
         ] {
@@ -209,7 +180,12 @@ mod tests {
     #[test]
     fn a_table_may_come_from_a_spreadsheet() {
         let plain = Table::<1>::parse("1,2\n2,3.5\n").unwrap();
-        for csv in ["\u{feff}1,2\r\n2,3.5\r\n", "wavelength_nm, value\n 1 , 2 \n\n# note\n2,3.5", "1,2e0\r\n2,35e-1"] {
+        for csv in [
+            "\u{feff}1,2\r\n2,3.5\r\n",
+            "wavelength_nm, value\n 1 , 2 \n\n# note\n2,3.5",
+            "1,2e0\r\n2,35e-1",
+            "\"wavelength, nm\",\"value\"\n\"1\",\"2\"\n\"2\",\"3.5\"\n",
+        ] {
             assert_eq!(Table::parse(csv).unwrap(), plain, "{csv:?}");
         }
     }

@@ -166,7 +166,6 @@ TOO_LARGE = [
     "sky.radiance(np.zeros(10**6), 0, np.linspace(400, 700, 10**6), method='dense')",
     "sky.radiance(0, 0, np.linspace(400, 700, 10**7), method='dense')",
     "sky.irradiance(np.linspace(400, 700, 10**6), surface_tilt=np.linspace(0, 90, 10**6))",
-    "sky.xyz(np.broadcast_to(0.0, (10**6, 10**6)), 0)",
     "sorairo.sequence(sun_elevation=np.linspace(1, 90, 1000), wavelengths=np.linspace(400, 700, 10**5), elevation=np.zeros(10**5), azimuth=0)",
 ]
 

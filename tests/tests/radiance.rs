@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 use sorairo::low_level::files::{Format, is_finished};
 use sorairo::scene::Scene;
+use sorairo::{AlphaOpic, SkyPlan, Surface};
 use sorairo_tests::program::{binary, contents, names, run, succeed};
 use sorairo_tests::python::check;
 use tempfile::tempdir;
@@ -132,10 +133,7 @@ fn every_command_of_the_page_runs_and_gives_the_light_at_an_eye() {
     let (photopic, melanopic) = (lux("photopic.txt"), lux("melanopic.txt"));
     println!("eye and level: photopic {photopic:?}, melanopic {melanopic:?}");
     for found in [photopic[1], photopic[0], melanopic[1], melanopic[0]] {
-        let shown = page.lines().filter(|line| line.contains("(lx) |")).flat_map(|line| line.split('|'));
-        let shown = shown.filter_map(|cell| cell.replace([' ', '\u{a0}'], "").parse::<f64>().ok());
-        // Chance in the samples of `rtrace`, and devices.
-        assert!(shown.clone().any(|shown| (found / shown - 1.0).abs() < 2e-3), "{found} is not on the page");
+        check_is_on_the_page(page, found);
     }
     let report: Value = serde_json::from_slice(&std::fs::read(folder.join("sky.json")).unwrap()).unwrap();
     let number = |key: &str| report[key].as_f64().unwrap();
@@ -145,6 +143,26 @@ fn every_command_of_the_page_runs_and_gives_the_light_at_an_eye() {
     let level = number("illuminance_lux") + 683.0 * luminance * number("sun_elevation").to_radians().sin();
     // 179 lm/W in the place of 182.5, and half of a hundredth for 20 bands.
     assert!((photopic[1] / level / (179.0 / 182.5) - 1.0).abs() < 5e-3, "{photopic:?}, {level}");
+    let mut scene = Scene::default();
+    scene.sun.place = Some("51.48,0.0".parse().unwrap());
+    scene.sun.time = Some("2026-06-21T09:00:00+00:00".parse().unwrap());
+    let scene = scene.validated().unwrap();
+    let sky = SkyPlan::new(&scene, scene.render.rgb);
+    for (tilt, radiance) in [(0.0, melanopic[1]), (90.0, melanopic[0])] {
+        let fallen = Surface { tilt, azimuth: 180.0 }.alpha_opic(&sky).unwrap();
+        let own = AlphaOpic::Melanopic.equivalent_daylight(fallen[AlphaOpic::Melanopic as usize].global);
+        check_is_on_the_page(page, own);
+        // Half of a hundredth for 20 bands again.
+        assert!((radiance / own - 1.0).abs() < 5e-3, "tilt {tilt}: {radiance}, {own}");
+    }
+}
+
+/// Checks that a figure (lx) is in the page's table.
+fn check_is_on_the_page(page: &str, found: f64) {
+    let cells = page.lines().filter(|line| line.contains("(lx) |")).flat_map(|line| line.split('|'));
+    let mut shown = cells.filter_map(|cell| cell.replace([' ', '\u{a0}'], "").parse::<f64>().ok());
+    // Chance in the samples of `rtrace`, and devices.
+    assert!(shown.any(|shown| (found / shown - 1.0).abs() < 2e-3), "{found} is not on the page");
 }
 
 #[test]

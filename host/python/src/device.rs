@@ -23,6 +23,6 @@ pub fn with<T>(choice: &str, act: impl FnOnce(&mut Device) -> Result<T>) -> Resu
 
 /// The name of the device that `choice` stands for.
 #[pyfunction]
-pub fn device_name(py: Python<'_>, choice: &str) -> PyResult<String> {
-    work(py, |_| with(choice, |device| Ok(device.name.clone())))
+pub fn device_name(py: Python<'_>, choice: String) -> PyResult<String> {
+    work(py, move |_| with(&choice, |device| Ok(device.name.clone())))
 }

@@ -49,9 +49,19 @@ pub fn scene(mut draft: Draft, keys: &Keys) -> Result<ValidScene> {
     draft.validated()
 }
 
+/// A number that was meant to be an end of a range, and missed it by what rounding leaves in a long row of even steps: that end.
+pub fn meant(value: f64, (low, high): (f64, f64)) -> f64 {
+    let slack = |end: f64| 1e-9 * end.abs().max(1.0);
+    if (low - slack(low)..=high + slack(high)).contains(&value) { value.clamp(low, high) } else { value }
+}
+
 fn lay_over(draft: &mut Draft, name: &str, value: &Value) -> Result<()> {
     type Wrong = serde::de::value::Error;
     let key = key(name)?;
+    let value = match (value, key.bounds(draft.scene())) {
+        (Value::Number(number), Some(bounds)) => &Value::Number(meant(*number, bounds)),
+        _ => value,
+    };
     let set = match value {
         Value::Truth(truth) => draft.set(key, BoolDeserializer::<Wrong>::new(*truth)),
         Value::Whole(whole) => draft.set(key, I64Deserializer::<Wrong>::new(*whole)),

@@ -6,6 +6,7 @@
 mod device;
 mod draft;
 mod error;
+mod memory;
 mod sequence;
 mod sky;
 mod work;
@@ -25,6 +26,8 @@ mod _sorairo {
     use super::sequence::sequence;
     #[pymodule_export]
     use super::sky::NativeSky;
+    #[pymodule_export]
+    use super::sky::sky_again;
 }
 
 /// Runs the command `sorairo` with arguments, the first of which is its own name; returns the exit code.

@@ -3,25 +3,31 @@
 use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
 
-use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::file::text;
-use sorairo::scene::{CameraScene, Size};
+use sorairo::scene::{CameraScene, Scene, Size, ValidScene};
 use sorairo::{
-    Error, Irradiance, LightFields, Method, PixelFormat, Plan, Result, SkyPlan, Spectra, Surface, sun_transmittance,
-    xyz,
+    AlphaOpic, Error, Irradiance, LightFields, Method, PixelFormat, Plan, Result, SkyPlan, Spectra, Surface,
+    sun_transmittance, xyz,
 };
 
 use crate::device;
-use crate::draft::{Keys, draft, scene};
+use crate::draft::{Keys, draft, meant, scene};
+use crate::error::python;
+use crate::memory::{array, of_wavelengths};
 use crate::work::{Stop, work};
 
 /// Those of all skies of the process: skies of the same air share them.
 static LIGHT_FIELDS: LazyLock<LightFields> = LazyLock::new(LightFields::default);
 
-/// Directions that are computed before anyone is asked whether to stop.
-const AT_ONCE: usize = 256;
+/// Values that are computed before anyone is asked whether to stop: those of 256 directions at the wavelengths of colour.
+const AT_ONCE: usize = 256 * 81;
+
+/// Pixels that a device computes at once, at most, in rows of any length.
+const PIXELS_AT_ONCE: usize = 1 << 21;
 
 /// A sky that was planned.
 #[pyclass(frozen, name = "Sky", module = "sorairo._sorairo")]
@@ -38,12 +44,24 @@ pub type Parts<T> = (T, T, T, T);
 #[pymethods]
 impl NativeSky {
     #[new]
-    fn new(py: Python<'_>, preset: Option<&str>, file: Option<PathBuf>, keys: Keys) -> PyResult<Self> {
-        work(py, |_| {
-            let scene = scene(draft(preset, file.as_deref())?, &keys)?;
-            let sky = SkyPlan::with_light_fields(&scene, scene.render.rgb, &LIGHT_FIELDS);
-            Ok(Self { sky: Arc::new(sky) })
-        })
+    fn new(py: Python<'_>, preset: Option<String>, file: Option<PathBuf>, keys: Keys) -> PyResult<Self> {
+        work(py, move |_| Ok(Self::of(&scene(draft(preset.as_deref(), file.as_deref())?, &keys)?)))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String, Vec<u32>))> {
+        let scene = &slf.get().sky.scene;
+        let checksums = tables(scene).map(TableFile::checksum).collect();
+        Ok((slf.py().import("sorairo._sorairo")?.getattr("sky_again")?, (text(scene), checksums)))
+    }
+
+    /// A sky never changes.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    /// A sky never changes.
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
     }
 
     #[getter]
@@ -65,8 +83,9 @@ impl NativeSky {
         method: &str,
     ) -> PyResult<Array<'py, f64>> {
         let (directions, method) = (directions(&elevations, &azimuths)?, method_of(method)?);
-        let wavelengths = wavelengths.to_vec()?;
-        let radiance = work(py, |stop| radiance(&self.sky, &directions, &wavelengths, method, stop))?;
+        let wavelengths = self.wavelengths(&wavelengths)?;
+        let sky = Arc::clone(&self.sky);
+        let radiance = work(py, move |stop| radiance(&sky, &directions, &wavelengths, method, stop))?;
         Ok(PyArray1::from_vec(py, radiance))
     }
 
@@ -77,9 +96,14 @@ impl NativeSky {
         azimuths: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Array<'py, f64>> {
         let directions = directions(&elevations, &azimuths)?;
-        let found = work(py, |stop| {
-            let chunks = directions.chunks(AT_ONCE).map(|chunk| stop.check().and_then(|()| xyz(&self.sky, chunk)));
-            Ok(chunks.collect::<Result<Vec<_>>>()?.concat().concat())
+        let sky = Arc::clone(&self.sky);
+        let found = work(py, move |stop| {
+            let mut found = array(&[directions.len(), 3], 0)?;
+            for directions in directions.chunks(at_once(81)) {
+                stop.check()?;
+                found.extend(xyz(&sky, directions)?.as_flattened());
+            }
+            Ok(found)
         })?;
         Ok(PyArray1::from_vec(py, found))
     }
@@ -89,10 +113,11 @@ impl NativeSky {
         py: Python<'py>,
         size: (u32, u32),
         wavelengths: Option<PyReadonlyArray1<'py, f64>>,
-        device: &str,
+        device: String,
     ) -> PyResult<Array<'py, f32>> {
-        let wavelengths = wavelengths.map(|given| given.to_vec()).transpose()?;
-        let pixels = work(py, |stop| self.pixels(size, wavelengths.as_deref(), device, stop))?;
+        let wavelengths = wavelengths.map(|given| self.wavelengths(&given)).transpose()?;
+        let sky = Arc::clone(&self.sky);
+        let pixels = work(py, move |stop| pixels(&sky, size, wavelengths.as_deref(), &device, stop))?;
         Ok(PyArray1::from_vec(py, pixels))
     }
 
@@ -100,16 +125,56 @@ impl NativeSky {
         &self,
         py: Python<'py>,
         wavelengths: PyReadonlyArray1<'py, f64>,
-        tilt: f64,
-        azimuth: f64,
+        tilts: PyReadonlyArray1<'py, f64>,
+        azimuths: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Parts<Array<'py, f64>>> {
-        let wavelengths = wavelengths.to_vec()?;
-        let fallen = work(py, |_| Surface { tilt, azimuth }.irradiance(&self.sky, &wavelengths))?;
+        let (wavelengths, surfaces) = (self.wavelengths(&wavelengths)?, surfaces(&tilts, &azimuths)?);
+        let sky = Arc::clone(&self.sky);
+        let fallen = work(py, move |stop| {
+            let mut fallen = Irradiance::default().map(|()| Vec::new());
+            let shape = [surfaces.len(), wavelengths.len()];
+            // The four parts, as they are found and together.
+            let values = [&shape[..], &[8, size_of::<f64>()]].concat().into_iter().fold(1, usize::saturating_mul);
+            for part in parts_of(&mut fallen) {
+                *part = array(&shape, of_wavelengths(wavelengths.len()).saturating_add(values))?;
+            }
+            let of_surfaces = |surfaces: &[Surface]| Surface::irradiances(surfaces, &sky, &wavelengths);
+            for mut of_surface in in_chunks(&surfaces, wavelengths.len(), stop, of_surfaces)? {
+                parts_of(&mut fallen).into_iter().zip(parts_of(&mut of_surface)).for_each(|(all, one)| all.append(one));
+            }
+            Ok(fallen)
+        })?;
         Ok(in_order(fallen.map(|part| PyArray1::from_vec(py, part))))
     }
 
-    fn illuminance(&self, py: Python<'_>, tilt: f64, azimuth: f64) -> PyResult<Parts<f64>> {
-        work(py, |_| Surface { tilt, azimuth }.illuminance(&self.sky)).map(in_order)
+    fn illuminance(
+        &self,
+        py: Python<'_>,
+        tilts: PyReadonlyArray1<'_, f64>,
+        azimuths: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Vec<Parts<f64>>> {
+        let (sky, surfaces) = (Arc::clone(&self.sky), surfaces(&tilts, &azimuths)?);
+        let fallen =
+            work(py, move |stop| in_chunks(&surfaces, 81, stop, |surfaces| Surface::illuminances(surfaces, &sky)))?;
+        Ok(fallen.into_iter().map(in_order).collect())
+    }
+
+    /// The α-opic irradiances of surfaces and their equivalents of daylight, by the names of the quantities.
+    fn alpha_opic(
+        &self,
+        py: Python<'_>,
+        tilts: PyReadonlyArray1<'_, f64>,
+        azimuths: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Vec<AlphaOpicOfSurfaces>> {
+        let (sky, surfaces) = (Arc::clone(&self.sky), surfaces(&tilts, &azimuths)?);
+        let fallen =
+            work(py, move |stop| in_chunks(&surfaces, 401, stop, |surfaces| Surface::alpha_opics(surfaces, &sky)))?;
+        let of_quantity = |(i, quantity): (usize, AlphaOpic)| {
+            let irradiances = fallen.iter().map(|of_surface| of_surface[i]);
+            let daylights = irradiances.clone().map(|part| part.map(|value| quantity.equivalent_daylight(value)));
+            (quantity.name(), irradiances.map(in_order).collect(), daylights.map(in_order).collect())
+        };
+        Ok(AlphaOpic::all().into_iter().enumerate().map(of_quantity).collect())
     }
 
     fn sun_transmittance<'py>(
@@ -117,42 +182,91 @@ impl NativeSky {
         py: Python<'py>,
         wavelengths: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Array<'py, f64>> {
-        let wavelengths = wavelengths.to_vec()?;
-        Ok(PyArray1::from_vec(py, work(py, |_| sun_transmittance(&self.sky, &wavelengths))?))
+        let (sky, wavelengths) = (Arc::clone(&self.sky), self.wavelengths(&wavelengths)?);
+        let found = work(py, move |_| {
+            // The sun's spectrum, what is left of it, and both on the way.
+            array::<f64>(&[wavelengths.len(), 6], 0)?;
+            sun_transmittance(&sky, &wavelengths)
+        })?;
+        Ok(PyArray1::from_vec(py, found))
     }
 }
 
+/// The sky of a scene as text, if the tables that it names hold what they held when it was written.
+#[pyfunction]
+pub fn sky_again(py: Python<'_>, text: String, checksums: Vec<u32>) -> PyResult<NativeSky> {
+    work(py, move |_| {
+        let scene = Scene::parse(&text, "the scene of a pickled sky", None)?.validated()?;
+        match tables(&scene).zip(checksums).find(|(table, checksum)| table.checksum() != *checksum) {
+            None => Ok(NativeSky::of(&scene)),
+            Some((table, _)) => {
+                let complaint = format!("cannot be read again: {} has changed since", table.path().display());
+                Err(Error::not_allowed("the scene of a pickled sky", complaint))
+            }
+        }
+    })
+}
+
+/// A quantity's name, its irradiances and its equivalents of daylight, surface after surface.
+type AlphaOpicOfSurfaces = (&'static str, Vec<Parts<f64>>, Vec<Parts<f64>>);
+
 impl NativeSky {
-    /// Pixels row by row from the top: linear RGB, or the radiance at wavelengths.
-    fn pixels(
-        &self,
-        (width, height): (u32, u32),
-        wavelengths: Option<&[f64]>,
-        device: &str,
-        stop: &Stop,
-    ) -> Result<Vec<f32>> {
-        let camera = CameraScene { size: Size { width, height }, ..self.sky.scene.camera.clone() };
-        let mut plan = Plan::seen(&self.sky, &camera, PixelFormat::LinearRgb)?;
-        if let Some(wavelengths) = wavelengths {
-            sorairo::low_level::spectrum::check_wavelengths(&self.sky, wavelengths)?;
-            plan = plan.with_spectrum(wavelengths)?;
-        }
-        let (words, kept) = (plan.pixel_words() as usize, wavelengths.map_or(3, <[f64]>::len));
-        let mut pixels = Vec::new();
-        if pixels.try_reserve_exact(width as usize * height as usize * kept).is_err() {
-            return Err(Error::Memory(format!(
-                "an array of {height} x {width} x {kept} values does not fit into memory"
-            )));
-        }
-        device::with(device, |device| {
-            device.rows(&plan, plan.kernel(), &mut |_, rows| {
-                let of_pixel = |pixel: &[u32]| pixel[words - kept..].iter().map(|&word| f32::from_bits(word)).collect();
-                pixels.extend(rows.chunks_exact(words).flat_map(|pixel| -> Vec<f32> { of_pixel(pixel) }));
-                stop.check()
-            })
-        })?;
-        Ok(pixels)
+    /// That of a scene.
+    fn of(scene: &ValidScene) -> Self {
+        Self { sky: Arc::new(SkyPlan::with_light_fields(scene, scene.render.rgb, &LIGHT_FIELDS)) }
     }
+
+    /// Wavelengths; see [`known`].
+    fn wavelengths(&self, given: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<f64>> {
+        Ok(known(&self.sky, given.as_slice()?))
+    }
+}
+
+/// Wavelengths, those at the ends of what is known of a sky where they are meant.
+pub fn known(sky: &SkyPlan, wavelengths: &[f64]) -> Vec<f64> {
+    let known = sky.base.optics.known_wavelengths();
+    wavelengths.iter().map(|&nm| meant(nm, known)).collect()
+}
+
+/// The tables of a scene.
+fn tables(scene: &Scene) -> impl Iterator<Item = &TableFile> {
+    let atmosphere = &scene.atmosphere;
+    let spectrum = &atmosphere.aerosol.single_scattering_albedo_spectrum;
+    let files =
+        [scene.sun.spectrum.file(), spectrum.file(), atmosphere.ozone.cross_section.file(), scene.ground.albedo.file()];
+    files.into_iter().flatten()
+}
+
+/// Pixels row by row from the top: linear RGB, or the radiance at wavelengths.
+fn pixels(
+    sky: &Arc<SkyPlan>,
+    (width, height): (u32, u32),
+    wavelengths: Option<&[f64]>,
+    device: &str,
+    stop: &Stop,
+) -> Result<Vec<f32>> {
+    let shape = [height as usize, width as usize, wavelengths.map_or(3, <[f64]>::len)];
+    let [_, across, kept] = shape;
+    let at_once = shape[0].saturating_mul(across).min(PIXELS_AT_ONCE.max(across));
+    let of_rows = at_once.saturating_mul(size_of::<u32>() * (kept + 3));
+    // Rows on the device, and as they are handed over.
+    let beside = of_wavelengths(wavelengths.map_or(0, <[f64]>::len)).saturating_add(of_rows.saturating_mul(2));
+    let mut pixels = array(&shape, beside)?;
+    let camera = CameraScene { size: Size { width, height }, ..sky.scene.camera.clone() };
+    let mut plan = Plan::seen(sky, &camera, PixelFormat::LinearRgb)?;
+    if let Some(wavelengths) = wavelengths {
+        sorairo::low_level::spectrum::check_wavelengths(sky, wavelengths)?;
+        plan = plan.with_spectrum(wavelengths)?;
+    }
+    let words = plan.pixel_words() as usize;
+    device::with(device, |device| {
+        device.rows(&plan, plan.kernel(), &mut |_, rows| {
+            let of_pixel = |pixel: &[u32]| pixel[words - kept..].iter().map(|&word| f32::from_bits(word)).collect();
+            pixels.extend(rows.chunks_exact(words).flat_map(|pixel| -> Vec<f32> { of_pixel(pixel) }));
+            stop.check()
+        })
+    })?;
+    Ok(pixels)
 }
 
 /// Radiance in directions one after the other.
@@ -163,9 +277,34 @@ pub fn radiance(
     method: Method,
     stop: &Stop,
 ) -> Result<Vec<f64>> {
+    let mut radiance = array(&[directions.len(), wavelengths.len()], of_wavelengths(wavelengths.len()))?;
     let spectra = Spectra::new(sky, wavelengths, method)?;
-    let chunks = directions.chunks(AT_ONCE).map(|chunk| stop.check().and_then(|()| spectra.in_directions(chunk)));
-    Ok(chunks.collect::<Result<Vec<_>>>()?.concat())
+    for directions in directions.chunks(at_once(wavelengths.len())) {
+        stop.check()?;
+        radiance.append(&mut spectra.in_directions(directions)?);
+    }
+    Ok(radiance)
+}
+
+/// What is found of things that have a value at each of so many wavelengths, between which someone is asked whether to stop.
+fn in_chunks<T, U>(
+    things: &[T],
+    wavelengths: usize,
+    stop: &Stop,
+    of_chunk: impl Fn(&[T]) -> Result<Vec<U>>,
+) -> Result<Vec<U>> {
+    // Beside it what Python makes of it.
+    let mut found = array(&[things.len()], things.len().saturating_mul(3 * size_of::<U>()))?;
+    for things in things.chunks(at_once(wavelengths)) {
+        stop.check()?;
+        found.append(&mut of_chunk(things)?);
+    }
+    Ok(found)
+}
+
+/// Things that have a value at each of so many wavelengths and are computed together.
+fn at_once(wavelengths: usize) -> usize {
+    (AT_ONCE / wavelengths.max(1)).max(1)
 }
 
 /// Directions from their elevations and their azimuths.
@@ -173,13 +312,29 @@ pub fn directions(
     elevations: &PyReadonlyArray1<'_, f64>,
     azimuths: &PyReadonlyArray1<'_, f64>,
 ) -> PyResult<Vec<[f64; 2]>> {
-    let pairs = elevations.as_slice()?.iter().zip(azimuths.as_slice()?);
-    Ok(pairs.map(|(&elevation, &azimuth)| [elevation, azimuth]).collect())
+    let (elevations, azimuths) = (elevations.as_slice()?, azimuths.as_slice()?);
+    let mut pairs = array(&[elevations.len(), 2], 0).map_err(|error| python(&error))?;
+    let pair = |(&elevation, &azimuth)| [meant(elevation, (-90.0, 90.0)), meant(azimuth, (-360.0, 360.0))];
+    pairs.extend(elevations.iter().zip(azimuths).map(pair));
+    Ok(pairs)
+}
+
+/// Surfaces from their tilts and their azimuths.
+pub fn surfaces(tilts: &PyReadonlyArray1<'_, f64>, azimuths: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<Surface>> {
+    let surface =
+        |(&tilt, &azimuth)| Surface { tilt: meant(tilt, (0.0, 180.0)), azimuth: meant(azimuth, (-360.0, 360.0)) };
+    Ok(tilts.as_slice()?.iter().zip(azimuths.as_slice()?).map(surface).collect())
 }
 
 /// A method by its word.
 pub fn method_of(word: &str) -> PyResult<Method> {
     word.parse().map_err(|_| PyValueError::new_err(format!("method is {word:?}; allowed: \"fit\", \"dense\"")))
+}
+
+/// The parts of an irradiance, to be changed.
+pub fn parts_of<T>(irradiance: &mut Irradiance<T>) -> [&mut T; 4] {
+    let Irradiance { direct, diffuse, ground, global } = irradiance;
+    [direct, diffuse, ground, global]
 }
 
 /// The parts of an irradiance in their order.

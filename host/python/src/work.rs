@@ -1,9 +1,9 @@
 //! Work without Python's lock, that Python may interrupt.
 
 use std::panic::resume_unwind;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::Duration;
 
@@ -16,6 +16,9 @@ use crate::error::python;
 /// How often Python is asked whether to stop.
 const PATIENCE: Duration = Duration::from_millis(50);
 
+/// How long work may take to stop before it is left to itself: a device does within it, which must not be at work when the process ends.
+const GRACE: Duration = Duration::from_millis(300);
+
 /// Whether work is to stop.
 #[derive(Default)]
 pub struct Stop(AtomicBool);
@@ -27,36 +30,36 @@ impl Stop {
     }
 }
 
-/// Does work on a thread of its own without Python's lock, while this one listens for signals. A signal's exception is raised once the work
-/// has stopped.
-pub fn work<T: Send>(py: Python<'_>, work: impl FnOnce(&Stop) -> Result<T> + Send) -> PyResult<T> {
+/// Does work on a thread of its own without Python's lock, while this one listens for signals. A signal's exception is raised when the work
+/// has stopped, and after [`GRACE`] all the same; the work then ends by itself where it next asks whether to stop, and what it found is dropped.
+pub fn work<T: Send + 'static>(py: Python<'_>, work: impl FnOnce(&Stop) -> Result<T> + Send + 'static) -> PyResult<T> {
     refuse_forked()?;
-    let stop = Stop::default();
-    let (outcome, signal) = py.detach(|| {
-        thread::scope(|scope| {
-            let (ended, listening) = channel::<()>();
-            let stop = &stop;
-            let worker = scope.spawn(move || {
-                let outcome = work(stop);
-                drop(ended);
-                outcome
-            });
-            let mut signal = None;
-            while listening.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
-                if signal.is_none()
-                    && let Err(raised) = Python::attach(|py| py.check_signals())
-                {
-                    stop.0.store(true, Ordering::Relaxed);
-                    signal = Some(raised);
+    let stop = Arc::new(Stop::default());
+    let (done, outcome) = channel();
+    let worker = thread::Builder::new().spawn({
+        let stop = stop.clone();
+        // Nobody may listen any more.
+        move || drop(done.send(work(&stop)))
+    });
+    let worker = worker.map_err(|error| python(&Error::Thread(error)))?;
+    py.detach(move || {
+        loop {
+            match outcome.recv_timeout(PATIENCE) {
+                Ok(outcome) => return outcome.map_err(|error| python(&error)),
+                Err(RecvTimeoutError::Timeout) => {
+                    if let Err(raised) = Python::attach(|py| py.check_signals()) {
+                        stop.0.store(true, Ordering::Relaxed);
+                        let _ = outcome.recv_timeout(GRACE);
+                        return Err(raised);
+                    }
+                }
+                Err(RecvTimeoutError::Disconnected) => {
+                    let panic = worker.join().expect_err("it ended without an outcome");
+                    resume_unwind(panic)
                 }
             }
-            (worker.join().unwrap_or_else(|panic| resume_unwind(panic)), signal)
-        })
-    });
-    match signal {
-        Some(raised) => Err(raised),
-        None => outcome.map_err(|error| python(&error)),
-    }
+        }
+    })
 }
 
 /// Refuses a process that was forked from one that has computed: threads and devices stay behind in the other, and work would wait for

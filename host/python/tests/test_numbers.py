@@ -140,3 +140,59 @@ def test_a_scene_gives_its_sky_again(tmp_path, command):
     again = sorairo.Sky(scene=tmp_path / "sky.toml")
     assert np.array_equal(sky.radiance(20, [0, 90], WAVELENGTHS), again.radiance(20, [0, 90], WAVELENGTHS))
     assert "ok" in command("scene", "check", "sky.toml")
+
+
+def test_surfaces_are_broadcast_and_wavelengths_come_last():
+    sky = sorairo.Sky(sun_elevation=25, sun_azimuth=120)
+    tilts, azimuths = np.array([[0.0], [60.0], [90.0]]), np.array([90.0, 200.0])
+    fallen, lux, opic = sky.irradiance([450, 600], tilts, azimuths), sky.illuminance(tilts, azimuths), sky.alpha_opic(tilts, azimuths)
+    assert fallen["global"].shape == (3, 2, 2) and lux["direct"].shape == opic["rhodopic"].edi["direct"].shape == (3, 2)
+    for i, j in np.ndindex(3, 2):
+        surface = tilts[i, 0], azimuths[j]
+        for name, part in sky.irradiance([450, 600], *surface).items():
+            assert np.array_equal(fallen[name][i, j], part)
+            assert lux[name][i, j] == sky.illuminance(*surface)[name]
+            assert opic["melanopic"].edi[name][i, j] == sky.alpha_opic(*surface)["melanopic"].edi[name]
+    assert isinstance(sky.illuminance()["global"], float) and isinstance(sky.alpha_opic()["melanopic"].edi["global"], float)
+
+
+# Efficacies of luminous radiation of daylight D65 (mW/lm), as CIE S 026:2018 states them.
+OF_D65 = {"s_cone_opic": 0.8173, "m_cone_opic": 1.4558, "l_cone_opic": 1.6289, "rhodopic": 1.4497, "melanopic": 1.3262}
+
+
+@pytest.fixture
+def daylight(tmp_path):
+    """A table of D65 as a sun, W·m⁻²·nm⁻¹."""
+    d65 = colour.SDS_ILLUMINANTS["D65"]
+    rows = [f"{nm:g},{value / 100}" for nm, value in zip(d65.wavelengths, d65.values)]
+    (tmp_path / "d65.csv").write_text("\n".join(["nm,value", *rows]))
+    return tmp_path / "d65.csv"
+
+
+def test_the_equivalent_of_daylight_is_daylight_itself(daylight):
+    # Above the atmosphere, towards the sun, there is nothing but its light.
+    sky = sorairo.Sky(sun_elevation=90, keys={"observer.altitude": 1000, "sun.spectrum": str(daylight)})
+    lux, found = sky.illuminance()["direct"], sky.alpha_opic()
+    assert list(found) == list(OF_D65)
+    for name, efficacy in OF_D65.items():
+        # Half a unit of the standard's last digit is 6e-5 of the smallest; sums by 5 nm in the place of 1 leave 1e-4 of the lux.
+        assert found[name].irradiance["direct"] / lux == pytest.approx(efficacy / 1000, rel=3e-4), name
+        assert found[name].edi["direct"] == pytest.approx(lux, rel=3e-4), name
+
+
+def test_alpha_opic_irradiance_is_the_sum_with_the_action_spectrum():
+    sky = sorairo.Sky(sun_elevation=10, sun_azimuth=90)
+    found = sky.alpha_opic(90, 180)
+    at = np.arange(380, 781)
+    rods = colour.colorimetry.SDS_LEFS_SCOTOPIC["CIE 1951 Scotopic Standard Observer"].copy().align(colour.SpectralShape(380, 780, 1)).values
+    for name, part in sky.irradiance(at, 90, 180).items():
+        # The rods' action spectrum is that of scotopic vision, which colour-science has from elsewhere. What differs is the order of the sum.
+        assert found["rhodopic"].irradiance[name] == pytest.approx(part @ rods, rel=1e-9)
+        assert found["rhodopic"].edi[name] == pytest.approx(found["rhodopic"].irradiance[name] / 1.4497e-3, rel=1e-12)
+
+
+def test_a_bluer_light_has_more_of_the_shorter_wavelengths():
+    sky = sorairo.Sky(sun_elevation=20, sun_azimuth=90)
+    lux = sky.illuminance(90, 270)["diffuse"]
+    ratio = {name: of.edi["diffuse"] / lux for name, of in sky.alpha_opic(90, 270).items()}
+    assert ratio["s_cone_opic"] > ratio["melanopic"] > ratio["m_cone_opic"] > ratio["l_cone_opic"] and ratio["melanopic"] > 1.1

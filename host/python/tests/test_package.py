@@ -1,5 +1,7 @@
 """The wheel: what it needs, what it brings."""
 
+import copy
+import pickle
 import subprocess
 import sys
 from importlib import metadata, resources
@@ -58,3 +60,52 @@ def test_a_dataset_has_names_and_units():
     assert np.array_equal(found.radiance.sel(elevation=50, azimuth=90), sky.radiance(50, 90, [450, 550]))
     assert np.array_equal(found.global_irradiance, sky.irradiance([450, 550])["global"])
     assert float(found.sun_elevation) == 20
+
+
+def test_a_sequence_is_a_dataset_with_times_and_what_differs():
+    pytest.importorskip("xarray")
+    times = ["2026-06-21T06:00:00+09:00", "2026-06-21T12:00:00+09:00", "2026-06-21T09:00:00Z"]
+    depths = [0.1, 0.2, 0.3]
+    found = sorairo.sequence(
+        place=(43.06, 141.35),
+        time=times,
+        wavelengths=[450, 550],
+        elevation=[[10], [50]],
+        azimuth=[0, 90, 180],
+        surface_tilt=[0, 30, 60],
+        keys={"atmosphere.aerosol.optical_depth": depths},
+    )
+    dataset = found.to_xarray()
+    assert dataset.radiance.dims == ("time", "elevation", "azimuth", "wavelength")
+    utc = np.array(["2026-06-20T21:00", "2026-06-21T03:00", "2026-06-21T09:00"], dtype="datetime64[s]")
+    assert np.array_equal(dataset.time.values.astype("datetime64[s]"), utc)
+    assert list(dataset["atmosphere.aerosol.optical_depth"].values) == depths
+    noon = sorairo.Sky(place=(43.06, 141.35), time=times[1], keys={"atmosphere.aerosol.optical_depth": 0.2})
+    at_noon = dataset.sel(time=utc[1].astype("datetime64[ns]"))
+    assert np.array_equal(at_noon.radiance.sel(elevation=50, azimuth=90), noon.radiance(50, 90, [450, 550]))
+    assert np.array_equal(at_noon.global_irradiance, noon.irradiance([450, 550], 30)["global"])
+    assert (float(at_noon.sun_elevation), float(at_noon.surface_tilt)) == (noon.sun_elevation, 30)
+    assert dataset.global_irradiance.attrs["units"] == "W m-2 nm-1" and "optical_depth = 0.1" in dataset.attrs["scene_of_first_sun"]
+    patches = sorairo.sequence(sun_elevation=[10, 20], wavelengths=550, elevation=[6, 18, 90], azimuth=[0, 12, 0]).to_xarray()
+    assert patches.radiance.dims == ("sun", "direction") and list(patches.elevation) == [6, 18, 90]
+    assert patches.sun_elevation.dims == ("sun",) and patches.wavelength == 550
+
+
+def test_a_sky_is_pickled_and_copied(tmp_path):
+    (tmp_path / "ground.csv").write_text("nm,albedo\n300,0.1\n900,0.6\n")
+    sky = sorairo.Sky("hazy", sun_elevation=7.1, albedo=tmp_path / "ground.csv", keys={"render.bands": [420, 480, 540, 600, 660]})
+    expected = sky.radiance(20, [0, 90], [400, 550, 700])
+    kept = pickle.dumps(sky)
+    for again in (pickle.loads(kept), copy.deepcopy(sky), copy.copy(sky)):
+        assert again.scene == sky.scene
+        assert np.array_equal(again.radiance(20, [0, 90], [400, 550, 700]), expected)
+    (tmp_path / "ground.csv").write_text("nm,albedo\n300,0.2\n900,0.6\n")
+    with pytest.raises(ValueError, match="ground.csv has changed"):
+        pickle.loads(kept)
+    assert np.array_equal(copy.deepcopy(sky).radiance(20, [0, 90], [400, 550, 700]), expected)
+
+
+def test_a_pickled_sky_is_the_same_in_another_process(python):
+    sky = sorairo.Sky(place=(43.06, 141.35), time="2026-06-21T08:30:00+09:00")
+    program = f"import pickle; print(float(pickle.loads({pickle.dumps(sky)!r}).luminance(45, 0)).hex())"
+    assert python(program).stdout.strip() == float(sky.luminance(45, 0)).hex()

@@ -59,6 +59,33 @@ def test_ctrl_c_interrupts():
     assert "KeyboardInterrupt" in err and "done" not in out
 
 
+def test_ctrl_c_is_heard_at_once_whatever_is_computed():
+    # Some seconds of work each, in one piece: the light at thousands of wavelengths, and thousands of suns.
+    for long in (
+        "sky.radiance(45, 0, np.linspace(380, 780, 10_000), method='dense')",
+        "sorairo.sequence(sun_elevation=np.linspace(-18, 90, 9000), wavelengths=np.linspace(380, 780, 401), surface_tilt=90)",
+    ):
+        program = f"""
+import os, signal, threading, time
+import numpy as np, sorairo
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sky = sorairo.Sky(sun_elevation=-4)
+def interrupt():
+    global sent
+    sent = time.monotonic()
+    os.kill(os.getpid(), signal.SIGINT)
+threading.Timer(0.5, interrupt).start()
+try:
+    {long}
+except KeyboardInterrupt:
+    print(time.monotonic() - sent)
+"""
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+        assert done.returncode == 0, done.stderr
+        # Python is asked every 50 ms; the rest is for a machine with other work.
+        assert float(done.stdout) < 1, done.stdout
+
+
 def test_a_forked_process_is_refused_and_does_not_hang(python):
     program = """
 import os, sorairo

@@ -25,6 +25,7 @@
 //! | spectra, in one direction or in many | [`Spectra`], of a [`SkyPlan`] |
 //! | colours of directions, luminance | [`xyz`] |
 //! | irradiance of a surface that faces any way, by wavelength | [`Surface::irradiance`] |
+//! | the same as the photoreceptors of the eye weight it | [`Surface::alpha_opic`] |
 //! | what falls on level ground, in total | [`SkyLight`] |
 //! | the sun through the air | [`sun_transmittance`] |
 //! | many suns | [`of_each_sky`]; one after the other, [`SkyPlan::with_light_fields`] |
@@ -71,9 +72,10 @@ pub use render::{Report, Request, render};
 pub use renderer::{Image, Renderer};
 pub use scene::{Preset, Scene};
 pub use sorairo_shared::variant::PixelFormat;
+pub use spectra::alpha_opic::AlphaOpic;
 pub use spectral_irradiance::SpectralIrradiance;
 pub use spectrum::{Method, Sample, Spectra, spectrum, xyz};
-pub use suns::of_each_sky;
+pub use suns::{of_each_numbered_sky, of_each_sky};
 pub use surface::{Irradiance, Surface, sun_transmittance};
 /// The graphics interface of [`ResidentRenderer`], in the version that it takes.
 #[cfg(feature = "gpu")]

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::plan::SkyPlan;
 use crate::plan::sun_disc::Sun;
 use crate::spectrum::{Method, Spectra};
-use crate::surface::irradiance_on;
+use crate::surface::irradiances_on;
 
 /// What falls at the observer from the sky, from its sun and from the ground, at wavelengths (W·m⁻²·nm⁻¹; relative with the flat sun).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -37,7 +37,8 @@ impl SpectralIrradiance {
     /// The same by spectra at these wavelengths.
     pub(crate) fn by(spectra: &Spectra, sky: &SkyPlan, wavelengths: &[f64]) -> Self {
         let sun = Sun::at(sky, wavelengths);
-        let [up, down] = [DVec3::Z, -DVec3::Z].map(|normal| irradiance_on(normal, sky, spectra, &sun));
+        let mut sides = irradiances_on(&[DVec3::Z, -DVec3::Z], sky, spectra, &sun);
+        let (down, up) = (sides.remove(1), sides.remove(0));
         Self {
             wavelength_nm: wavelengths.to_vec(),
             irradiance_w_m2_nm: up.diffuse,

@@ -27,9 +27,21 @@ use crate::scene::ValidScene;
 ///
 /// Those of `ask`, with the number of the scene.
 pub fn of_each_sky<T: Send>(scenes: &[ValidScene], ask: impl Fn(&SkyPlan) -> Result<T> + Sync) -> Result<Vec<T>> {
+    of_each_numbered_sky(scenes, |_, sky| ask(sky))
+}
+
+/// The same, where what is asked depends on the number of the scene too, from 0.
+///
+/// # Errors
+///
+/// Those of [`of_each_sky`].
+pub fn of_each_numbered_sky<T: Send>(
+    scenes: &[ValidScene],
+    ask: impl Fn(usize, &SkyPlan) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
     let light_fields = LightFields::default();
     let of_scene = |(number, scene): (usize, &ValidScene)| {
-        ask(&SkyPlan::with_light_fields(scene, scene.render.rgb, &light_fields))
+        ask(number, &SkyPlan::with_light_fields(scene, scene.render.rgb, &light_fields))
             .map_err(|error| Error::InFrame { number: number as u32, error: Box::new(error) })
     };
     scenes.par_iter().enumerate().map(of_scene).collect()

@@ -5,9 +5,10 @@ use serde::Serialize;
 use sorairo_shared::glam::DVec3;
 
 use crate::error::{Result, check_range};
-use crate::irradiance::pairs;
+use crate::irradiance::{Pair, pairs};
 use crate::plan::sun_disc::Sun;
 use crate::plan::{SkyPlan, direction};
+use crate::spectra::alpha_opic::{self, AlphaOpic};
 use crate::spectra::observer;
 use crate::spectrum::{Method, Spectra, check_wavelengths};
 
@@ -21,7 +22,7 @@ pub struct Surface {
 }
 
 /// What falls on a surface, by where it comes from.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Irradiance<T> {
     /// From the sun's disc.
     pub direct: T,
@@ -56,43 +57,102 @@ impl Surface {
     /// [`Error::OutOfRange`](crate::Error::OutOfRange) for a direction, [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength
     /// at which the scene is not known.
     pub fn irradiance(self, sky: &SkyPlan, wavelengths: &[f64]) -> Result<Irradiance<Vec<f64>>> {
-        let normal = self.normal()?;
+        Ok(Self::irradiances(&[self], sky, wavelengths)?.remove(0))
+    }
+
+    /// The same of many surfaces under one sky.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Surface::irradiance`].
+    pub fn irradiances(surfaces: &[Self], sky: &SkyPlan, wavelengths: &[f64]) -> Result<Vec<Irradiance<Vec<f64>>>> {
+        let normals: Vec<DVec3> = surfaces.iter().map(|surface| surface.normal()).collect::<Result<_>>()?;
         let spectra = Spectra::new(sky, wavelengths, Method::Fit)?;
-        Ok(irradiance_on(normal, sky, &spectra, &Sun::at(sky, wavelengths)))
+        Ok(irradiances_on(&normals, sky, &spectra, &Sun::at(sky, wavelengths)))
+    }
+
+    /// Illuminance (lx) by the sky's observer, of many surfaces.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Surface::irradiance`] for a direction.
+    pub fn illuminances(surfaces: &[Self], sky: &SkyPlan) -> Result<Vec<Irradiance<f64>>> {
+        let lux = |spectrum: Vec<f64>| observer::LUMENS_PER_WATT * observer::xyz_of_samples(sky.observer, &spectrum).y;
+        let normals: Vec<DVec3> = surfaces.iter().map(|surface| surface.normal()).collect::<Result<_>>()?;
+        let fallen = irradiances_on(&normals, sky, &Spectra::over_steps(sky), &Sun::new(sky));
+        Ok(fallen.into_iter().map(|of_surface| of_surface.map(lux)).collect())
     }
 
     /// Illuminance (lx) by the sky's observer.
     ///
     /// # Errors
     ///
-    /// Those of [`Surface::irradiance`] for a direction.
+    /// Those of [`Surface::illuminances`].
     pub fn illuminance(self, sky: &SkyPlan) -> Result<Irradiance<f64>> {
-        let lux = |spectrum: Vec<f64>| observer::LUMENS_PER_WATT * observer::xyz_of_samples(sky.observer, &spectrum).y;
-        Ok(irradiance_on(self.normal()?, sky, &Spectra::over_steps(sky), &Sun::new(sky)).map(lux))
+        Ok(Self::illuminances(&[self], sky)?.remove(0))
+    }
+
+    /// The five α-opic irradiances (W·m⁻²) of CIE S 026 of many surfaces, in the order of [`AlphaOpic::all`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Surface::irradiance`].
+    pub fn alpha_opics(surfaces: &[Self], sky: &SkyPlan) -> Result<Vec<[Irradiance<f64>; 5]>> {
+        let of_quantities = |fallen: Irradiance<Vec<f64>>| {
+            AlphaOpic::all().map(|quantity| fallen.clone().map(|spectrum| quantity.of_samples(&spectrum)))
+        };
+        Ok(Self::irradiances(surfaces, sky, &alpha_opic::wavelengths())?.into_iter().map(of_quantities).collect())
+    }
+
+    /// The five α-opic irradiances (W·m⁻²) of CIE S 026, in the order of [`AlphaOpic::all`]; [`AlphaOpic::equivalent_daylight`] makes
+    /// illuminances (lx) of them.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Surface::irradiance`].
+    pub fn alpha_opic(self, sky: &SkyPlan) -> Result<[Irradiance<f64>; 5]> {
+        Ok(Self::alpha_opics(&[self], sky)?.remove(0))
     }
 }
 
-/// Spectral irradiance (W·m⁻²·nm⁻¹) of a surface by its normal, from spectra and the sun at the same wavelengths.
-pub(crate) fn irradiance_on(normal: DVec3, sky: &SkyPlan, spectra: &Spectra, sun: &Sun<'_>) -> Irradiance<Vec<f64>> {
-    let direct = sun.spectral_irradiance(|view| view.dot(normal));
-    let none = vec![0.0; direct.len()];
-    if sky.is_night {
-        return Irradiance { global: direct.clone(), direct, diffuse: none.clone(), ground: none };
-    }
+/// Spectral irradiance (W·m⁻²·nm⁻¹) of surfaces by their normals, from spectra and the sun at the same wavelengths.
+pub(crate) fn irradiances_on(
+    normals: &[DVec3],
+    sky: &SkyPlan,
+    spectra: &Spectra,
+    sun: &Sun<'_>,
+) -> Vec<Irradiance<Vec<f64>>> {
+    let sides = if sky.is_night { [Vec::new(), Vec::new()] } else { pairs(sky) };
+    let lit = sides.map(|pairs| lit_pairs(pairs, normals, spectra));
+    let of_surface = |&normal: &DVec3| {
+        let direct = sun.spectral_irradiance(|view| view.dot(normal));
+        let [diffuse, ground] = lit.each_ref().map(|lit| {
+            // One after the other, so that equal skies have equal sums.
+            lit.iter().fold(vec![0.0; direct.len()], |mut sum, (pair, radiance)| {
+                let weight = weight(pair, normal);
+                if weight > 0.0 {
+                    sum.iter_mut().zip(radiance).for_each(|(sum, value)| *sum += value * weight);
+                }
+                sum
+            })
+        });
+        let global = direct.iter().zip(&diffuse).zip(&ground).map(|((a, b), c)| a + b + c).collect();
+        Irradiance { direct, diffuse, ground, global }
+    };
+    normals.iter().map(of_surface).collect()
+}
+
+/// Pairs of directions that any of some surfaces faces, each with its radiance.
+fn lit_pairs(pairs: Vec<Pair>, normals: &[DVec3], spectra: &Spectra) -> Vec<(Pair, Vec<f64>)> {
+    let facing = |pair: &Pair| normals.iter().any(|&normal| weight(pair, normal) > 0.0);
+    let facing: Vec<Pair> = pairs.into_iter().filter(facing).collect();
+    facing.into_par_iter().map(|pair| (pair, spectra.radiance(pair.0.as_vec3()))).collect()
+}
+
+/// What a pair of directions counts on a surface (sr).
+fn weight(&(view, mirrored, solid_angle): &Pair, normal: DVec3) -> f64 {
     let cosine = |view: DVec3| view.dot(normal).max(0.0);
-    let [diffuse, ground] = pairs(sky).map(|pairs| {
-        let weighted = pairs
-            .into_iter()
-            .map(|(view, mirrored, solid_angle)| (view, 0.5 * solid_angle * (cosine(view) + cosine(mirrored))));
-        let facing: Vec<_> = weighted.filter(|(_, weight)| *weight > 0.0).collect();
-        let lit: Vec<_> = facing.par_iter().map(|(view, _)| spectra.radiance(view.as_vec3())).collect();
-        // One after the other, so that equal skies have equal sums.
-        lit.iter().zip(facing).fold(none.clone(), |sum, (radiance, (_, weight))| {
-            sum.iter().zip(radiance).map(|(sum, value)| sum + value * weight).collect()
-        })
-    });
-    let global = direct.iter().zip(&diffuse).zip(&ground).map(|((a, b), c)| a + b + c).collect();
-    Irradiance { direct, diffuse, ground, global }
+    0.5 * solid_angle * (cosine(view) + cosine(mirrored))
 }
 
 /// The part of the sun's irradiance at the top of the atmosphere that reaches a surface at the observer which faces the sun, at wavelengths in
@@ -173,6 +233,15 @@ mod tests {
         assert_eq!(direct(90.0, 300.0), 0.0);
         let above = sky.scene.optics().solar_irradiance(500.0);
         assert!((facing / above / sun_transmittance(&sky, &wavelengths).unwrap()[0] - 1.0).abs() < 5e-5);
+    }
+
+    #[test]
+    fn a_surface_gets_the_same_beside_others() {
+        let (sky, wavelengths) = (sky(20.0), [450.0, 600.0]);
+        let surfaces = [(0.0, 0.0), (180.0, 0.0), (70.0, 120.0)].map(|(tilt, azimuth)| Surface { tilt, azimuth });
+        let together = Surface::irradiances(&surfaces, &sky, &wavelengths).unwrap();
+        assert_eq!(together, surfaces.map(|surface| surface.irradiance(&sky, &wavelengths).unwrap()));
+        assert!(Surface::irradiances(&[], &sky, &wavelengths).unwrap().is_empty());
     }
 
     #[test]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -10,7 +11,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _sorairo
-from ._values import Place, Time, directions_of, doubles, flat, number, pair, scene_keys, wavelengths_of
+from ._values import (
+    Doubles,
+    Place,
+    Time,
+    directions_of,
+    doubles,
+    flat,
+    pair,
+    path,
+    scene_keys,
+    shown,
+    surfaces_of,
+    text,
+    wavelengths_of,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -30,7 +45,17 @@ def device(choice: str = "auto") -> str:
 
     Raises `ValueError` for a name that no device has, `RuntimeError` if the device cannot be opened.
     """
-    return _sorairo.device_name(choice)
+    return _sorairo.device_name(text("device", choice))
+
+
+@dataclass(frozen=True)
+class AlphaOpic:
+    """An α-opic quantity of CIE S 026 on a surface: light as one kind of photoreceptors in the eye weights it."""
+
+    irradiance: dict[str, Any]
+    """The α-opic irradiance (W·m⁻²), by where it comes from: the parts of `Sky.irradiance`."""
+    edi: dict[str, Any]
+    """The α-opic equivalent daylight illuminance, EDI (lx): the illuminance of daylight D65 that has the same α-opic irradiance."""
 
 
 class Sky:
@@ -65,7 +90,7 @@ class Sky:
     Notes
     -----
     The sky is planned here, which takes some tens of ms and up to a second in twilight; what is asked of it then is quick. A sky never
-    changes; threads may share it.
+    changes; threads may share it. It can be pickled, as its scene, and copied.
     """
 
     def __init__(
@@ -87,7 +112,8 @@ class Sky:
             "sun.elevation": sun_elevation,
             "sun.azimuth": sun_azimuth,
         }
-        self._sky = _sorairo.Sky(preset, scene, scene_keys(given, keys))
+        name = None if preset is None else text("preset", preset)
+        self._sky = _sorairo.Sky(name, path("scene", scene), scene_keys(given, keys))
 
     def __repr__(self) -> str:
         return f"<sorairo.Sky with the sun at elevation {self.sun_elevation:.2f}°, azimuth {self.sun_azimuth:.2f}°>"
@@ -135,7 +161,7 @@ class Sky:
         """
         elevations, azimuths = directions_of(elevation, azimuth)
         at = wavelengths_of(wavelengths)
-        found = self._sky.radiance(flat(elevations), flat(azimuths), flat(at), method)
+        found = self._sky.radiance(flat(elevations), flat(azimuths), flat(at), text("method", method))
         return found.reshape(elevations.shape + at.shape)
 
     def xyz(self, elevation: ArrayLike, azimuth: ArrayLike) -> NDArray[np.float64]:
@@ -179,38 +205,40 @@ class Sky:
             A size or a wavelength out of range, a name that no device has.
         RuntimeError
             A device that failed.
+        MemoryError
+            An image that does not fit into memory.
         """
         width, height = pair("size", size, "width and height in pixels")
-        if not all(isinstance(side, (int, np.integer)) and 1 <= side <= LONGEST_SIDE for side in (width, height)):
-            raise ValueError(f"size is {width}x{height}; each side is a whole number of pixels from 1 to {LONGEST_SIDE}")
+        if not all(isinstance(side, (int, np.integer)) and side is not True and 1 <= side <= LONGEST_SIDE for side in (width, height)):
+            raise ValueError(f"size is {shown(width)}x{shown(height)}; each side is a whole number of pixels from 1 to {LONGEST_SIDE}")
         at = None
         if wavelengths is not None:
             at = np.atleast_1d(wavelengths_of(wavelengths))
             if np.any(np.diff(at) <= 0):
                 raise ValueError("wavelengths of an image must increase from one to the next")
-        pixels = self._sky.render((int(width), int(height)), None if at is None else flat(at), device)
+        pixels = self._sky.render((int(width), int(height)), None if at is None else flat(at), text("device", device))
         return pixels.reshape((height, width, 3 if at is None else at.size))
 
     def irradiance(
-        self, wavelengths: ArrayLike, surface_tilt: float = 0.0, surface_azimuth: float = 180.0
+        self, wavelengths: ArrayLike, surface_tilt: ArrayLike = 0.0, surface_azimuth: ArrayLike = 180.0
     ) -> dict[str, NDArray[np.float64]]:
-        """Spectral irradiance of a surface at the observer (W·m⁻²·nm⁻¹), by where it comes from.
+        """Spectral irradiance of surfaces at the observer (W·m⁻²·nm⁻¹), by where it comes from.
 
         Parameters
         ----------
         wavelengths : array_like
             At most one axis (nm, 360 to 830).
-        surface_tilt : float
-            Angle between the surface's normal and the zenith (degrees, 0 to 180): 0 is level and faces up, 90 is a wall.
-        surface_azimuth : float
-            Where the surface faces (degrees, clockwise from north).
+        surface_tilt : array_like
+            Angle between a surface's normal and the zenith (degrees, 0 to 180): 0 is level and faces up, 90 is a wall.
+        surface_azimuth : array_like
+            Where a surface faces (degrees, clockwise from north). Tilts and azimuths are broadcast against each other.
 
         Returns
         -------
         dict of ndarray
-            `"direct"`: from the sun's disc, as far as the ground does not hide it (pvlib: `poa_direct`). `"diffuse"`: from the sky above the
-            horizontal plane (`poa_sky_diffuse`). `"ground"`: from below it, which holds the air before the ground (`poa_ground_diffuse`).
-            `"global"`: their sum (`poa_global`).
+            Of the surfaces' shape with an axis of wavelengths at the end. `"direct"`: from the sun's disc, as far as the ground does not hide it
+            (pvlib: `poa_direct`). `"diffuse"`: from the sky above the horizontal plane (`poa_sky_diffuse`). `"ground"`: from below it, which holds
+            the air before the ground (`poa_ground_diffuse`). `"global"`: their sum (`poa_global`).
 
         Raises
         ------
@@ -218,14 +246,32 @@ class Sky:
             A wavelength, a tilt or an azimuth out of range.
         """
         at = wavelengths_of(wavelengths)
-        tilt, azimuth = number("surface_tilt", surface_tilt), number("surface_azimuth", surface_azimuth)
-        parts = self._sky.irradiance(flat(at), tilt, azimuth)
-        return {name: part.reshape(at.shape) for name, part in zip(PARTS, parts)}
+        tilts, azimuths = surfaces_of(surface_tilt, surface_azimuth)
+        parts = self._sky.irradiance(flat(at), flat(tilts), flat(azimuths))
+        return {name: part.reshape(tilts.shape + at.shape) for name, part in zip(PARTS, parts)}
 
-    def illuminance(self, surface_tilt: float = 0.0, surface_azimuth: float = 180.0) -> dict[str, float]:
-        """Illuminance of a surface (lx) by the scene's observer, by where it comes from: the parts of `irradiance`, as floats."""
-        tilt, azimuth = number("surface_tilt", surface_tilt), number("surface_azimuth", surface_azimuth)
-        return dict(zip(PARTS, self._sky.illuminance(tilt, azimuth)))
+    def illuminance(self, surface_tilt: ArrayLike = 0.0, surface_azimuth: ArrayLike = 180.0) -> dict[str, Any]:
+        """Illuminance of surfaces (lx) by the scene's observer, by where it comes from: the parts of `irradiance`.
+
+        Floats for one surface, or arrays of the surfaces' shape.
+        """
+        tilts, azimuths = surfaces_of(surface_tilt, surface_azimuth)
+        return _parts(self._sky.illuminance(flat(tilts), flat(azimuths)), tilts)
+
+    def alpha_opic(self, surface_tilt: ArrayLike = 0.0, surface_azimuth: ArrayLike = 180.0) -> dict[str, AlphaOpic]:
+        """The five α-opic quantities of CIE S 026:2018 (DOI 10.25039/S026.2018) on surfaces, such as an eye that looks along the normal.
+
+        Returns
+        -------
+        dict of AlphaOpic
+            By their names: `"s_cone_opic"`, `"m_cone_opic"`, `"l_cone_opic"`, `"rhodopic"`, `"melanopic"`. Each has an `irradiance` (W·m⁻²), the sum
+            of `irradiance` with the standard's action spectrum at 380 to 780 nm by 1 nm, and an `edi` (lx), the equivalent illuminance of daylight
+            D65; both by where the light comes from, as floats for one surface or arrays of the surfaces' shape. `sky.alpha_opic(90)["melanopic"].edi["global"]`
+            is the melanopic EDI at an eye that looks to the south.
+        """
+        tilts, azimuths = surfaces_of(surface_tilt, surface_azimuth)
+        found = self._sky.alpha_opic(flat(tilts), flat(azimuths))
+        return {name: AlphaOpic(_parts(irradiances, tilts), _parts(daylights, tilts)) for name, irradiances, daylights in found}
 
     def sun_transmittance(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
         """The part of the sun's light that comes through the air to the observer (0 to 1), at wavelengths (at most one axis; nm, 360 to 830).
@@ -261,3 +307,9 @@ class Sky:
         at = np.atleast_1d(wavelengths_of(wavelengths))
         radiance = self.radiance(axes[0][:, None], axes[1][None, :], at, method)
         return labelled((self.sun_elevation, self.sun_azimuth), self.scene, axes, at, radiance, self.irradiance(at))
+
+
+def _parts(of_surfaces: list[tuple[float, float, float, float]], like: Doubles) -> dict[str, Any]:
+    """The parts of an irradiance: floats, or arrays of a shape."""
+    columns = np.array(of_surfaces, dtype=np.float64).reshape(*like.shape, len(PARTS))
+    return {name: columns[..., i] if like.shape else float(columns[i]) for i, name in enumerate(PARTS)}

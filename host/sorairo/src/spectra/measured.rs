@@ -25,6 +25,12 @@ pub fn cie2015() -> &'static Table<3> {
     embedded(&TABLE, include_str!("../../data/cie2015_2deg_xyz.csv"))
 }
 
+/// The action spectra of CIE S 026:2018 in the order of [`AlphaOpic::all`](super::alpha_opic::AlphaOpic::all), 380-780 nm.
+pub fn alpha_opic() -> &'static Table<5> {
+    static TABLE: OnceLock<Table<5>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../../data/cie_s026_alpha_opic.csv"))
+}
+
 /// Solar irradiance at the top of the atmosphere, ASTM G173-03 (W·m⁻²·nm⁻¹).
 pub fn solar_irradiance() -> &'static Table<1> {
     static TABLE: OnceLock<Table<1>> = OnceLock::new();

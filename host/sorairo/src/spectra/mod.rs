@@ -1,5 +1,6 @@
 //! What is known per wavelength: measured tables and a person's own, the colour observer, optical properties.
 
+pub mod alpha_opic;
 pub mod choice;
 pub mod colour_temperature;
 pub mod mean;

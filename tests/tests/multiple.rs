@@ -11,9 +11,9 @@ use sorairo::low_level::plan::{Plan, SkyPlan, SpectralPlan, direction};
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{Fit, GroundAlbedo, Orders, PathChoice, Preset, Rgb, Scene, SunSpectrum};
 use sorairo_evaluation::error::{Reference, plan};
-use sorairo_evaluation::judge::{coefficients, medium};
+use sorairo_evaluation::judge::{coefficients, medium, ray};
 use sorairo_evaluation::measured::measured;
-use sorairo_oracle::column_to_top;
+use sorairo_oracle::{Paths, column_to_top, radiance_of_all_orders};
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::variant;
 
@@ -224,6 +224,82 @@ fn lights(sun: f64) -> Vec<f64> {
     let brightest = |band: usize| light.iter().map(|ray| ray[band]).fold(0.0, f64::max);
     let floors = [0, 1, 2, 3].map(|band| 0.05 * brightest(band));
     light.iter().flat_map(|ray| ray.iter().zip(floors).map(|(value, floor)| value.max(floor))).collect()
+}
+
+/// Air with more and more haze.
+#[derive(Clone, Copy, Debug)]
+enum Air {
+    Standard,
+    Hazy,
+    /// An optical depth of 4 at 550 nm.
+    Thick,
+}
+
+impl Air {
+    /// Its scene with the sun at an elevation (degrees).
+    fn under(self, sun: f64) -> Scene {
+        let mut scene = Scene::preset(if matches!(self, Self::Hazy) { Preset::Hazy } else { Preset::Standard });
+        scene.sun.elevation = sun;
+        if matches!(self, Self::Thick) {
+            let aerosol = &mut scene.atmosphere.aerosol;
+            aerosol.optical_depth = 4.0 * 0.55f64.powf(aerosol.angstrom_exponent);
+        }
+        scene
+    }
+}
+
+/// In twilight the ground away from the sun that a light field is about is as dark as under its own sun, which from a metre above it is all that is seen of it.
+#[test]
+fn the_ground_in_twilight_is_as_bright_from_just_above_as_from_itself() {
+    for sun in [-6.5001, -8.4999, -8.5001, -10.4999] {
+        let [on_it, above] = [0.0, 1e-3].map(|altitude| ground(sun, altitude, -85.0));
+        // A metre of air, and 11 m of ground to the side of the observer.
+        assert!((above / on_it - 1.0).abs() < 2e-3, "sun at {sun}: {above:e}, {on_it:e} on the ground");
+    }
+}
+
+#[test]
+fn the_ground_seen_from_above_does_not_jump_as_twilight_falls() {
+    for altitude in [1.0, 3.0, 10.0, 100.0] {
+        for border in [-6.5, -8.5, -10.5] {
+            for elevation in [-85.0, -30.0] {
+                let [before, low, high, after] =
+                    [-3e-3, -1e-3, 1e-3, 3e-3].map(|offset| ground(border + offset, altitude, elevation));
+                let jump = ((high - low) - 0.5 * ((after - high) + (low - before))).abs() / low;
+                assert!(jump < 1e-3, "{altitude} km, sun at {border}, view {elevation}: {jump:e}");
+            }
+        }
+    }
+}
+
+/// The paths of the oracle see the same ground, lit from where the sun stands 8° below its horizon.
+#[test]
+fn the_ground_seen_from_above_in_twilight_is_that_of_the_oracle() {
+    let mut scene = Air::Standard.under(-8.0);
+    (scene.observer.altitude, scene.ground.albedo) = (1.0, GroundAlbedo::Grey(0.8));
+    scene.sun.spectrum = SunSpectrum::Flat;
+    let (medium, band) = (medium(&scene), coefficients(&scene, 550.0));
+    for (elevation, azimuth) in [(-85.0, 170.0), (-30.0, 10.0)] {
+        let paths = Paths { number: 1 << 17, seed: 1 };
+        let oracle = radiance_of_all_orders(&medium, &band, &ray(&scene, elevation, azimuth), paths);
+        let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+        let found = DenseSpectrum::new(&sky, &[550.0]).radiance(direction(elevation, azimuth).as_vec3())[0];
+        println!("{elevation}, {azimuth}: {found:e}, {oracle:?}");
+        // A twentieth of what was lost; four standard errors, and what a light field in twilight may be off.
+        assert!(oracle.standard_error < 0.03 * oracle.mean, "{oracle:?}");
+        assert!(
+            (found - oracle.mean).abs() < 4.0 * oracle.standard_error + 0.01 * oracle.mean,
+            "{found:e}, {oracle:?}"
+        );
+    }
+}
+
+/// Radiance at 550 nm away from the sun (W·m⁻²·sr⁻¹·nm⁻¹).
+fn ground(sun: f64, altitude: f64, elevation: f64) -> f64 {
+    let mut scene = Air::Standard.under(sun);
+    scene.observer.altitude = altitude;
+    let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+    DenseSpectrum::new(&sky, &[550.0]).radiance(direction(elevation, 170.0).as_vec3())[0]
 }
 
 /// Where light is scattered once over black ground, all that belongs to more of it is left out.

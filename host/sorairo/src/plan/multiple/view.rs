@@ -12,7 +12,7 @@ use sorairo_shared::multiple_lookup::MultipleLookup;
 use sorairo_shared::single::Bands;
 
 use super::device_rays;
-use super::field::{LightField, OrdersMade, Room, Tiles};
+use super::field::{Irradiance, LightField, OrdersMade, Room, Tiles};
 use super::kept::LightFields;
 use super::rays::{OwnedRay, Wavelengths};
 use super::resolution::Resolution;
@@ -117,6 +117,7 @@ fn of_groups<const N: usize>(
         resolution,
         field,
         tiles: field.tiles(),
+        irradiance: field.diffuse_irradiance(resolution.logarithmic),
         quadrature: gauss_legendre(resolution.view_samples),
     };
     let light: Vec<Vec<LightOfMany<N>>> = rows.par_iter().map(|row| view.light(row)).collect();
@@ -187,6 +188,8 @@ pub struct View<'a, const N: usize> {
     pub field: &'a LightField<N>,
     /// Its moments, as they are gathered.
     pub tiles: Tiles,
+    /// The diffuse irradiance of the ground.
+    pub irradiance: Irradiance<N>,
     /// Rule of the rays' integrals.
     pub quadrature: Vec<Vec2>,
 }
@@ -219,7 +222,7 @@ impl<const N: usize> View<'_, N> {
         let light_of = |(scattered, sight): (Lanes<N>, &Sight)| {
             let diffuse_irradiance = ray.ground.map_or(Lanes::ZERO, |ground| {
                 let mu_s = ray.mu_s_on_ground(setting, ground.distance, sight.mu_s, sight.nu);
-                field.diffuse_irradiance(acos(mu_s))
+                self.irradiance.at(&field.grid, acos(mu_s))
             });
             LightOfMany { scattered, diffuse_irradiance }
         };

@@ -55,20 +55,28 @@ impl<const N: usize> LightOfMany<N> {
 }
 
 impl MultipleLight {
-    /// For groups of bands.
+    /// For groups of bands: of light fields of some resolutions, so much of each. How the last of them was made is told.
     pub fn new(
         fields: &LightFields,
         setting: &Setting,
         bands: &[Bands],
-        resolution: &Resolution,
+        resolutions: &[(f32, Resolution)],
         orders: Orders,
     ) -> Self {
-        let lookup = lookup(setting, resolution.first.degree, bands.len());
-        let (rows, orders) = light_of_rows(fields, setting, bands, resolution, orders, &rows_of(setting, &lookup));
-        let scattered = rows.iter().flatten().flatten().map(|light| light.scattered);
-        let below = rows.iter().flat_map(|group| &group[lookup.above as usize..]).flatten();
-        let values = scattered.chain(below.map(|light| light.diffuse_irradiance)).collect();
-        Self { lookup, values, orders }
+        let degree = resolutions.iter().map(|(_, resolution)| resolution.first.degree).max().unwrap_or_default();
+        let lookup = lookup(setting, degree, bands.len());
+        let rows = rows_of(setting, &lookup);
+        let mut values = vec![Vec4::ZERO; lookup.len() as usize];
+        let mut made = Vec::new();
+        for (share, resolution) in resolutions {
+            let light;
+            (light, made) = light_of_rows(fields, setting, bands, resolution, orders, &rows);
+            let scattered = light.iter().flatten().flatten().map(|light| light.scattered);
+            let below = light.iter().flat_map(|group| &group[lookup.above as usize..]).flatten();
+            let of_all = scattered.chain(below.map(|light| light.diffuse_irradiance));
+            values.iter_mut().zip(of_all).for_each(|(value, light)| *value += light * *share);
+        }
+        Self { lookup, values, orders: made }
     }
 }
 

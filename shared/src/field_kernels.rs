@@ -23,8 +23,8 @@ use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::ground::{LAMBERT, direct_irradiance, ground_on_way};
 use crate::light_field::{
-    NodePlace, PER_MEAN_FREE_PATH, PieceSamples, SMALLEST, Sample, Sight, SunPlace, functions_of_air,
-    lit_from_end_to_end, place_of_altitude,
+    NodePlace, PER_MEAN_FREE_PATH, PieceSamples, SMALLEST, Sample, Sight, SunPlace, between_logarithms,
+    functions_of_air, lit_from_end_to_end, place_of_altitude,
 };
 use crate::math::{PI, abs, acos, exp4, fetch, ln4, max, max4, safe_sqrt, store};
 use crate::moments::{Moments, Stencil, legendre};
@@ -500,10 +500,16 @@ pub fn field_gather(uniform: &FieldUniform, tables: &[f32], values: &mut [Vec4],
         let Stencil { first, weights } =
             axis.stencil(acos(mu_s_on_ground(&uniform.atmosphere, origin, sight)), sight.near);
         let from = uniform.irradiance(uniform.kept.last, uniform.last) + first * groups + group;
-        irradiance = fetch(orders, from) * weights[0]
-            + fetch(orders, from + groups) * weights[1]
-            + fetch(orders, from + 2 * groups) * weights[2]
-            + fetch(orders, from + 3 * groups) * weights[3];
+        let (a, b) = (fetch(orders, from), fetch(orders, from + groups));
+        let (c, d) = (fetch(orders, from + 2 * groups), fetch(orders, from + 3 * groups));
+        // As the size of a source: where the sun sets the ground's light falls by powers of ten from sun to sun.
+        irradiance = if uniform.logarithmic != 0 {
+            let least = SMALLEST[1];
+            let four = [ln4(max4(a, least)), ln4(max4(b, least)), ln4(max4(c, least)), ln4(max4(d, least))];
+            exp4(between_logarithms_of_four(four, weights))
+        } else {
+            a * weights[0] + b * weights[1] + c * weights[2] + d * weights[3]
+        };
         if is_of_table {
             light += irradiance * fetch(values, uniform.values.grounds as usize + ray * groups + group);
         }
@@ -548,14 +554,22 @@ fn light_of_node(
     }
     if uniform.logarithmic != 0 {
         let at = first + numbers * groups;
-        let (a, b) = (fetch(values, at), fetch(values, at + step));
-        let (c, d) = (fetch(values, at + 2 * step), fetch(values, at + 3 * step));
-        // A cubic through logarithms may not leave their range: where they fall off a cliff it would explode.
-        let (low, high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-        let between = a * weights[0] + b * weights[1] + c * weights[2] + d * weights[3];
-        sum *= exp4(between.max(low).min(high));
+        let four =
+            [fetch(values, at), fetch(values, at + step), fetch(values, at + 2 * step), fetch(values, at + 3 * step)];
+        sum *= exp4(between_logarithms_of_four(four, weights));
     }
     sum
+}
+
+/// [`between_logarithms`] at four bands.
+#[inline(always)]
+fn between_logarithms_of_four([a, b, c, d]: [Vec4; 4], weights: [f32; 4]) -> Vec4 {
+    Vec4::new(
+        between_logarithms([a.x, b.x, c.x, d.x], weights),
+        between_logarithms([a.y, b.y, c.y, d.y], weights),
+        between_logarithms([a.z, b.z, c.z, d.z], weights),
+        between_logarithms([a.w, b.w, c.w, d.w], weights),
+    )
 }
 
 /// Kernel `field_fourier`: the integral over the circle of the light that was gathered against `cos(m φ)`, for a ray, a sun and a group of bands.

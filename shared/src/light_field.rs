@@ -4,7 +4,7 @@
 
 use crate::geometry::{Interval, Ray, altitude_from, shadow};
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::math::{PI, acos, clamp, exp, max, sqrt};
+use crate::math::{PI, acos, clamp, exp, max, min, sqrt};
 use crate::moments::{Axis, Stencil};
 use crate::profile::{Atmosphere, ColumnDensities, column_densities, relative_densities};
 use crate::single::{Bands, Samples, TowardsObserver, Way, direction};
@@ -126,6 +126,13 @@ pub fn functions_of_air(chi: f32, mu: f32, sine: f32) -> Vec4 {
 
 /// The smallest size of a source relative to what scatters there, and the smallest at all: its inverse is finite in single precision.
 pub const SMALLEST: [f32; 2] = [1e-22, 1e-36];
+
+/// A cubic between four logarithms. It may not leave their range: where they fall off a cliff it would explode.
+#[inline(always)]
+pub fn between_logarithms([a, b, c, d]: [f32; 4], [wa, wb, wc, wd]: [f32; 4]) -> f32 {
+    let (low, high) = (min(min(a, b), min(c, d)), max(max(a, b), max(c, d)));
+    min(max(a * wa + b * wb + c * wc + d * wd, low), high)
+}
 
 /// A sun as a ray's origin sees it.
 #[derive(Clone, Copy)]

@@ -28,8 +28,8 @@ use core::ops::Range;
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec4};
 use crate::ground::{GroundView, column_densities_to_sun, ground_on_way};
-use crate::light_field::{NodePlace, PER_MEAN_FREE_PATH, PieceSamples, SMALLEST, Sight, SunPlace};
-use crate::math::{abs, exp_lanes, ln_lanes, max, min};
+use crate::light_field::{NodePlace, PER_MEAN_FREE_PATH, PieceSamples, SMALLEST, Sight, SunPlace, between_logarithms};
+use crate::math::{abs, exp_lanes, ln_lanes, max};
 use crate::moments::{Axis, Moments, Stencil};
 use crate::profile::{Atmosphere, ColumnDensities, column_densities_of_two, sun_column_densities};
 use crate::single::{Bands, Samples, TowardsObserver, Way, lit_place};
@@ -87,6 +87,26 @@ impl<const N: usize> Lanes<N> {
             sum.add_scaled(value, weight);
         }
         sum
+    }
+
+    /// The values whose four neighbours have these logarithms; see [`crate::light_field::between_logarithms`].
+    #[inline(always)]
+    pub fn between_logarithms(logarithms: &[Self], stencil: Stencil) -> Self {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| &logarithms[stencil.first + i].0);
+        let mut between = Self::ZERO;
+        for i in 0..N {
+            between.0[i] = between_logarithms([a[i], b[i], c[i], d[i]], stencil.weights);
+        }
+        exp_lanes(&mut between.0);
+        between
+    }
+
+    /// The logarithms of light, of which there is a least.
+    pub fn logarithms_of_light(&self) -> Self {
+        let mut logarithms = *self;
+        logarithms.0.iter_mut().for_each(|value| *value = max(*value, SMALLEST[1]));
+        ln_lanes(&mut logarithms.0);
+        logarithms
     }
 }
 
@@ -465,18 +485,16 @@ fn take_sources<const T: usize>(numbers: usize, of_sun: usize, tiles_of_suns: Ra
     }
 }
 
-/// The sizes that a source has at each place of a sun, between the logarithms of four. A cubic through logarithms may not leave their
-/// range: where they fall off a cliff it would explode.
+/// The sizes that a source has at each place of a sun, between the logarithms of four.
 #[inline(always)]
 fn take_scales<const T: usize>(places: &[SunPlace], scratch: &mut Scratch) {
     for (place, scales) in places.iter().zip(scratch.scales.chunks_exact_mut(T)) {
-        let Stencil { first, weights: [wa, wb, wc, wd] } = place.suns;
+        let Stencil { first, weights } = place.suns;
         let of_sun = |i: usize| tile_at::<T>(scratch.logarithms, first + i);
         let [a, b, c, d] = [of_sun(0), of_sun(1), of_sun(2), of_sun(3)];
         let mut between = [0.0; T];
         for i in 0..T {
-            let (low, high) = (min(min(a[i], b[i]), min(c[i], d[i])), max(max(a[i], b[i]), max(c[i], d[i])));
-            between[i] = min(max(a[i] * wa + b[i] * wb + c[i] * wc + d[i] * wd, low), high);
+            between[i] = between_logarithms([a[i], b[i], c[i], d[i]], weights);
         }
         scales.copy_from_slice(&between);
     }

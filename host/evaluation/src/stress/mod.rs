@@ -11,6 +11,7 @@ mod report;
 pub mod scenes;
 pub mod solve;
 pub mod spectra;
+pub mod steps;
 
 pub use outcome::Outcome;
 pub use report::{Extent, Stress, stress};

@@ -168,29 +168,29 @@ impl RayIntegral {
 
     /// The same with the light that the scene's orders of scattering add at these bands, where there are any.
     pub fn with_multiple_light(self) -> Self {
-        let resolution = Resolution::choose(&self.setting(), self.aerosol_depth());
-        self.with_light_of(&resolution)
+        let resolutions = Resolution::mixed(&self.setting(), self.aerosol_depth());
+        self.with_light_of(&resolutions)
     }
 
     /// The same for a spectrum; see [`Self::spectral_resolution`].
     pub fn with_spectral_light(self) -> Self {
-        let resolution = self.spectral_resolution();
-        self.with_light_of(&resolution)
+        let resolutions = Resolution::mixed(&self.setting(), self.aerosol_depth());
+        let of_spectra = resolutions.into_iter().map(|(share, resolution)| (share, of_spectrum(resolution)));
+        self.with_light_of(&of_spectra.collect::<Vec<_>>())
     }
 
     /// How finely the light field of a spectrum is resolved. The series of orders ends closer to its limit than a colour's, so that a wavelength
     /// has the same light whatever others are computed with it.
     pub fn spectral_resolution(&self) -> Resolution {
-        let fine = Resolution::choose(&self.setting(), self.aerosol_depth());
-        Resolution { tolerance: SPECTRAL_TOLERANCE, ..fine }
+        of_spectrum(Resolution::choose(&self.setting(), self.aerosol_depth()))
     }
 
-    fn with_light_of(self, resolution: &Resolution) -> Self {
+    fn with_light_of(self, resolutions: &[(f32, Resolution)]) -> Self {
         if self.variant & variant::MULTIPLE == 0 {
             return self;
         }
         let MultipleLight { lookup, values, orders } =
-            MultipleLight::new(&self.light_fields, &self.setting(), &self.bands, resolution, self.orders);
+            MultipleLight::new(&self.light_fields, &self.setting(), &self.bands, resolutions, self.orders);
         warn_of_error(&orders, self.scattering_depth());
         Self { uniform: Uniform { multiple: lookup, ..self.uniform }, multiple: values, orders_made: orders, ..self }
     }
@@ -221,6 +221,11 @@ impl RayIntegral {
     pub fn has_aerosol(&self) -> bool {
         self.variant & variant::AEROSOL != 0
     }
+}
+
+/// A resolution for a spectrum.
+fn of_spectrum(resolution: Resolution) -> Resolution {
+    Resolution { tolerance: SPECTRAL_TOLERANCE, ..resolution }
 }
 
 /// What a scene has that the integral must not skip: bits of [`variant::WHOLE_INTEGRAL`].

@@ -109,6 +109,32 @@ impl Tiles {
     }
 }
 
+/// The irradiance of the ground under the suns of a grid.
+pub struct Irradiance<const N: usize> {
+    /// It, or its logarithms.
+    of_suns: Vec<Lanes<N>>,
+    logarithmic: bool,
+}
+
+impl<const N: usize> Irradiance<N> {
+    fn new(of_suns: &[Lanes<N>], logarithmic: bool) -> Self {
+        // What corrects a light field may be less than nothing, and has no logarithm.
+        let logarithmic = logarithmic && of_suns.iter().flat_map(|irradiance| irradiance.0).all(|value| value >= 0.0);
+        let taken = |irradiance: &Lanes<N>| if logarithmic { irradiance.logarithms_of_light() } else { *irradiance };
+        Self { of_suns: of_suns.iter().map(taken).collect(), logarithmic }
+    }
+
+    /// That under a sun with a zenith angle (radians).
+    pub fn at(&self, grid: &Grid, angle: f32) -> Lanes<N> {
+        let stencil = grid.sun_angles.axis().stencil(angle, 0);
+        if self.logarithmic {
+            Lanes::between_logarithms(&self.of_suns, stencil)
+        } else {
+            Lanes::between(&self.of_suns, stencil)
+        }
+    }
+}
+
 /// A light field as coefficients of `cos(m φ)` in every direction, for each sun.
 struct Fourier<const N: usize> {
     azimuthal: usize,
@@ -149,9 +175,9 @@ impl<const N: usize> LightField<N> {
         (self.moments.values.len() + self.moments.irradiance.len()) * size_of::<Lanes<N>>()
     }
 
-    /// The diffuse irradiance of the ground where the sun has a zenith angle (radians).
-    pub fn diffuse_irradiance(&self, angle: f32) -> Lanes<N> {
-        self.moments.irradiance_at(&self.grid, angle)
+    /// The diffuse irradiance of the ground.
+    pub fn diffuse_irradiance(&self, logarithmic: bool) -> Irradiance<N> {
+        Irradiance::new(&self.moments.irradiance, logarithmic)
     }
 }
 
@@ -177,11 +203,6 @@ impl<const N: usize> Values<N> {
             }
         }
         Tiles { of, values, altitudes: grid.altitudes.len() }
-    }
-
-    fn irradiance_at(&self, grid: &Grid, angle: f32) -> Lanes<N> {
-        let stencil = grid.sun_angles.axis().stencil(angle, 0);
-        Lanes::between(&self.irradiance, stencil)
     }
 
     /// The mean radiances, `l = 0`, at all nodes.
@@ -432,12 +453,13 @@ impl<'a, const N: usize> Table<'a, N> {
     fn next_order(&self, last: &Values<N>, of: Moments) -> Values<N> {
         let (tiles, azimuths) = (last.tiles(self.grid, of), self.azimuths.cosines.len());
         let table = tiles.table(self.grid, self.resolution.logarithmic);
+        let irradiance = Irradiance::new(&last.irradiance, self.resolution.logarithmic);
         let rows = self.rays.par_iter().zip(&self.sights).map_init(
             || Room::new::<N>(self.suns.len(), tiles.of, self.suns.len() * azimuths),
             |room, (ray, (sights, places))| {
                 let mut light = vec![Lanes::ZERO; sights.len()];
                 gather(table, ray.view(), places, &mut room.scratch(), &mut light);
-                self.add_ground(ray, last, sights, &mut light);
+                self.add_ground(ray, &irradiance, sights, &mut light);
                 let mut fourier = vec![Lanes::ZERO; self.suns.len() * (of.azimuthal + 1)];
                 let suns = light.chunks(azimuths).zip(fourier.chunks_mut(of.azimuthal + 1));
                 suns.for_each(|(light, fourier)| self.azimuths.add_fourier(light, fourier));
@@ -447,15 +469,15 @@ impl<'a, const N: usize> Table<'a, N> {
         self.moments(of, Fourier { azimuthal: of.azimuthal, rows: rows.collect() })
     }
 
-    /// Adds the light of the ground, which is lit by `last`.
-    fn add_ground(&self, ray: &OwnedRay<N>, last: &Values<N>, sights: &[Sight], light: &mut [Lanes<N>]) {
+    /// Adds the light of the ground.
+    fn add_ground(&self, ray: &OwnedRay<N>, irradiance: &Irradiance<N>, sights: &[Sight], light: &mut [Lanes<N>]) {
         let Some(ground) = &ray.ground else { return };
         if largest(&self.wavelengths.albedo) == 0.0 {
             return;
         }
         for (sight, light) in sights.iter().zip(light) {
             let mu_s = ray.mu_s_on_ground(self.setting, ground.distance, sight.mu_s, sight.nu);
-            light.add_product(&last.irradiance_at(self.grid, acos(mu_s)), &ground.radiance);
+            light.add_product(&irradiance.at(self.grid, acos(mu_s)), &ground.radiance);
         }
     }
 

@@ -15,26 +15,17 @@ pub const DAY: f64 = 78.0 * DEGREE;
 pub const LOW: f64 = 86.0 * DEGREE;
 /// One degree (radians).
 pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
-/// Step between the suns of a day.
-const STEP_BY_DAY: f64 = 5.0 * DEGREE;
-/// Step between low suns over the part of the planet that is seen.
-const STEP_SEEN: f64 = 2.0 * DEGREE;
-/// Unit of the steps beyond it, which grow: 1, 3, 5 and so on.
-const STEP_BEYOND: f64 = 0.5 * DEGREE;
-/// The part of a low sun's elevation that a step takes at least: light falls off the faster, the nearer the sun is to the horizon. With two fifths no light
-/// field is farther from a finer one than with steps of half a degree.
-const STEP_OF_ELEVATION: f64 = 1.0 / 3.0;
 /// How far behind the seen part of the planet the sun matters where it is lower: with 8° nothing comes nearer to a finer light field.
 const DARK_MARGIN: f64 = 5.0 * DEGREE;
 /// In twilight light comes from where the sun stands as high as this zenith angle.
 const BRIGHT_ENOUGH: f64 = 84.0 * DEGREE;
 
-/// Distance between two centres by day: that of the nodes.
-const CENTRES_BY_DAY: f64 = STEP_BY_DAY;
+/// Distance between two centres by day.
+const CENTRES_BY_DAY: f64 = 5.0 * DEGREE;
 /// Distance between two centres where the sun is low.
-const CENTRES: f64 = 4.0 * STEP_BEYOND;
-/// Distance between two centres about the horizon and below it, where light changes fastest: half of it reaches as far as the shortest step.
-const CENTRES_IN_TWILIGHT: f64 = 2.0 * STEP_BEYOND;
+const CENTRES: f64 = 2.0 * DEGREE;
+/// Distance between two centres about the horizon and below it, where light changes fastest.
+const CENTRES_IN_TWILIGHT: f64 = DEGREE;
 
 /// A sun of the fixed row.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +47,7 @@ impl Centre {
         }
         let low = nearest(CENTRES);
         // Whole degrees, rounded: a half step decides as none would.
-        if low.angle < LOW + 0.5 * STEP_BEYOND { low } else { nearest(CENTRES_IN_TWILIGHT) }
+        if low.angle < LOW + 0.25 * DEGREE { low } else { nearest(CENTRES_IN_TWILIGHT) }
     }
 
     /// Elevations (degrees) of the suns about it: the lowest, its own, the highest.
@@ -68,7 +59,8 @@ impl Centre {
 }
 
 /// Zenith angles of the sun at the places from which light comes (radians): about a centre, as far as air is seen, and in twilight
-/// to where the sun shines. The centre, `sun`, is one of them. The observer's altitude is in km.
+/// to where the sun shines. They are some of one fixed row of whole degrees, so that the tables of neighbouring centres have the same nodes but at their ends, and a
+/// sun that passes from one to the next sees no step. The observer's altitude is in km.
 pub fn sun_nodes(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> Vec<f64> {
     let ground = f64::from(atmosphere.ground_radius);
     let seen = -horizon(ground, altitude);
@@ -77,30 +69,28 @@ pub fn sun_nodes(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> Vec<f64> {
     // Where the sun stands as far below the horizon as twice the top of the atmosphere can see, and some more, nothing is lit.
     let night = FRAC_PI_2 + 2.5 * top;
     let darkest = (sun + seen + top.min(DARK_MARGIN)).min(night);
-    let step = |angle: f64| {
-        let away = (angle - sun).abs();
-        let from_seen =
-            if away < seen { STEP_SEEN } else { STEP_BEYOND * (2.0 * ((away - seen) / STEP_BEYOND).sqrt() + 1.0) };
-        let from_horizon = STEP_OF_ELEVATION * (FRAC_PI_2 - angle);
-        if angle < DAY { STEP_BY_DAY } else { from_seen.max(from_horizon).min(STEP_BY_DAY) }
-    };
-    // A step may not be much longer than the one behind it.
-    let stepped = |angle: f64, sign: f64| {
-        let first = step(angle);
-        angle + sign * first.min(step(angle + sign * first).max(0.5 * first))
-    };
-    const CLOSE: f64 = 0.3 * DEGREE;
-    let mut brighter = Vec::new();
-    let mut angle = sun;
-    while angle > brightest + CLOSE {
-        angle = stepped(angle, -1.0).max(0.0);
-        brighter.push(angle);
-    }
-    let mut suns: Vec<f64> = brighter.into_iter().rev().chain([sun]).collect();
-    angle = sun;
-    while angle < darkest - CLOSE || suns.len() < 4 {
-        angle = stepped(angle, 1.0);
-        suns.push(angle);
+    const CLOSE: f64 = 0.3;
+    let (centre, seen) = (sun / DEGREE, seen / DEGREE);
+    let is_node = |degree: &u32| degree % step(*degree, (f64::from(*degree) - centre).abs() - seen) == 0;
+    let first = (0..=(brightest / DEGREE + CLOSE) as u32).rev().find(is_node).unwrap_or(0);
+    let mut suns = Vec::new();
+    for degree in (first..).filter(is_node) {
+        suns.push(f64::from(degree) * DEGREE);
+        if suns.len() >= 4 && f64::from(degree) >= darkest / DEGREE - CLOSE {
+            break;
+        }
     }
     suns
+}
+
+/// Whole degrees between two suns of a table at a zenith angle (degrees), which is so far (degrees) beyond what is seen of the planet under the centre: the
+/// fewer, the faster light falls off there and the more of it an observer sees. Steps of 1° beside the horizon are as near to a finer light field as 0.5°.
+fn step(angle: u32, beyond: f64) -> u32 {
+    match angle {
+        0..80 => 5,
+        80..86 => 2,
+        _ if beyond > 9.5 => 4,
+        _ if beyond > 4.5 => 2,
+        _ => 1,
+    }
 }

@@ -12,7 +12,7 @@ use sorairo_shared::multiple_lookup::MultipleLookup;
 use sorairo_shared::single::Bands;
 
 use super::device_rays;
-use super::field::{LightField, OrdersMade, Room, Tiles};
+use super::field::{Irradiance, LightField, OrdersMade, Room, Tiles};
 use super::kept::LightFields;
 use super::rays::{OwnedRay, Wavelengths};
 use super::resolution::Resolution;
@@ -56,20 +56,28 @@ impl<const N: usize> LightOfMany<N> {
 }
 
 impl MultipleLight {
-    /// For groups of bands.
+    /// For groups of bands: of light fields of some resolutions, so much of each. How the last of them was made is told.
     pub fn new(
         fields: &LightFields,
         setting: &Setting,
         bands: &[Bands],
-        resolution: &Resolution,
+        resolutions: &[(f32, Resolution)],
         orders: Orders,
     ) -> Self {
-        let lookup = lookup(setting, resolution.first.degree, bands.len());
-        let (rows, orders) = light_of_rows(fields, setting, bands, resolution, orders, &rows_of(setting, &lookup));
-        let scattered = rows.iter().flatten().flatten().map(|light| light.scattered);
-        let below = rows.iter().flat_map(|group| &group[lookup.above as usize..]).flatten();
-        let values = scattered.chain(below.map(|light| light.diffuse_irradiance)).collect();
-        Self { lookup, values, orders }
+        let degree = resolutions.iter().map(|(_, resolution)| resolution.first.degree).max().unwrap_or_default();
+        let lookup = lookup(setting, degree, bands.len());
+        let rows = rows_of(setting, &lookup);
+        let mut values = vec![Vec4::ZERO; lookup.len() as usize];
+        let mut made = Vec::new();
+        for (share, resolution) in resolutions {
+            let light;
+            (light, made) = light_of_rows(fields, setting, bands, resolution, orders, &rows);
+            let scattered = light.iter().flatten().flatten().map(|light| light.scattered);
+            let below = light.iter().flat_map(|group| &group[lookup.above as usize..]).flatten();
+            let of_all = scattered.chain(below.map(|light| light.diffuse_irradiance));
+            values.iter_mut().zip(of_all).for_each(|(value, light)| *value += light * *share);
+        }
+        Self { lookup, values, orders: made }
     }
 }
 
@@ -123,6 +131,7 @@ fn of_groups<const N: usize>(
         field,
         tiles: field.tiles(),
         sampling: Sampling::new(resolution, resolution.view_samples),
+        irradiance: field.diffuse_irradiance(resolution.logarithmic),
     };
     let light: Vec<Vec<LightOfMany<N>>> = rows.par_iter().map(|row| view.light(row)).collect();
     let of_group = |group| light.iter().map(|row| row.iter().map(|light| light.of_group(group)).collect()).collect();
@@ -194,6 +203,8 @@ pub struct View<'a, const N: usize> {
     pub tiles: Tiles,
     /// How the rays are sampled.
     pub sampling: Sampling,
+    /// The diffuse irradiance of the ground.
+    pub irradiance: Irradiance<N>,
 }
 
 impl<const N: usize> View<'_, N> {
@@ -217,7 +228,7 @@ impl<const N: usize> View<'_, N> {
         let light_of = |(scattered, sight): (Lanes<N>, &Sight)| {
             let diffuse_irradiance = ray.ground.map_or(Lanes::ZERO, |ground| {
                 let mu_s = ray.mu_s_on_ground(setting, ground.distance, sight.mu_s, sight.nu);
-                field.diffuse_irradiance(acos(mu_s))
+                self.irradiance.at(&field.grid, acos(mu_s))
             });
             LightOfMany { scattered, diffuse_irradiance }
         };

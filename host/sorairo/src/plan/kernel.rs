@@ -8,8 +8,10 @@ pub enum Kernel {
     Sky,
     /// The sky, interpolated from the sky lookup.
     SkyLookup,
-    /// The sky lookup.
+    /// The entries of the sky lookup, interpolated between its anchors.
     Lookup,
+    /// The anchors of the sky lookup, integrated.
+    Anchors,
     /// Writes every word of the output once: the limit for any kernel, and the pattern by which an unwritten pixel is told.
     Fill,
     /// Multiplies and adds, and writes every word once: the measure of a device's arithmetic.

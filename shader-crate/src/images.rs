@@ -6,8 +6,8 @@ use sorairo_shared::environment::{
     COEFFICIENTS, CoefficientLanes, LevelStep, ROW_SUMS, RowLanes, half_pixel, keep_coefficients, keep_row_sums,
     level_pixel, store_coefficient, store_row_sum,
 };
-use sorairo_shared::kernels::{SENTINEL, lookup_colours, lookup_invocations, lookup_pixel, sky_pixel};
-use sorairo_shared::lookup::{entries, is_read, store_entry};
+use sorairo_shared::kernels::{SENTINEL, anchor_colours, lookup_invocations, lookup_pixel, sky_pixel};
+use sorairo_shared::lookup::{anchors, entries, entry_between_anchors, is_anchor_read, is_read, store_entry};
 use sorairo_shared::math::store;
 use sorairo_shared::single::Bands;
 use sorairo_shared::uniform::{Buffers, Uniform};
@@ -47,9 +47,9 @@ pub fn sky(
     }
 }
 
-/// The sky lookup.
-#[spirv(compute(threads(64), entry_point_name = "lookup"))]
-pub fn lookup(
+/// The anchors of the sky lookup, which lie behind its entries.
+#[spirv(compute(threads(64), entry_point_name = "anchors"))]
+pub fn lookup_anchors(
     #[spirv(global_invocation_id)] id: UVec3,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
     #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
@@ -59,9 +59,23 @@ pub fn lookup(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] lookup: &mut [Vec4],
 ) {
-    if (id.x < entries(uniform)) && is_read(uniform, id.x, variant) {
+    if (id.x < anchors(uniform)) && is_anchor_read(uniform, id.x, variant) {
         let buffers = Buffers { bands, quadrature, colour, multiple };
-        store_entry(lookup, id.x, lookup_colours(uniform, buffers, id.x, variant), variant);
+        store_entry(lookup, entries(uniform) + id.x, anchor_colours(uniform, buffers, id.x, variant), variant);
+    }
+}
+
+/// The entries of the sky lookup, between its anchors.
+#[spirv(compute(threads(64), entry_point_name = "lookup"))]
+pub fn lookup(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] lookup: &mut [Vec4],
+) {
+    if (id.x < entries(uniform)) && is_read(uniform, id.x, variant) {
+        let colours = entry_between_anchors(uniform, lookup, entries(uniform), id.x, variant);
+        store_entry(lookup, id.x, colours, variant);
     }
 }
 

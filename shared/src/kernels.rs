@@ -8,7 +8,7 @@ use crate::disc::disc_in_pixel;
 use crate::glam::{UVec2, Vec3, Vec4};
 use crate::lookup;
 use crate::math::{fetch, half_bits, store};
-use crate::perspective_run::PerspectiveRun;
+use crate::perspective_run::{PerspectiveRun, may_meet_horizon};
 use crate::phase::ScatteringAngle;
 use crate::rgb::into_gamut;
 use crate::run::{self, Circle, Middle, RUN, Run};
@@ -184,10 +184,10 @@ pub fn look(uniform: &Uniform, buffers: Buffers<'_>, views: &[Vec4], found: &mut
     store(found, at + 3, ground);
 }
 
-/// Kernel `lookup`: the colours of an entry of the sky lookup.
+/// Kernel `anchors`: the colours of an anchor of the sky lookup, integrated.
 #[inline(always)]
-pub fn lookup_colours(uniform: &Uniform, buffers: Buffers<'_>, entry: u32, variant: u32) -> Constituents {
-    constituents(uniform, buffers, lookup::entry_view(uniform, entry, variant), variant)
+pub fn anchor_colours(uniform: &Uniform, buffers: Buffers<'_>, anchor: u32, variant: u32) -> Constituents {
+    constituents(uniform, buffers, lookup::anchor_view(uniform, anchor), variant)
 }
 
 /// Invocations of the kernel `sky_lookup` for a row: one for a pixel, or for a run of them.
@@ -222,6 +222,17 @@ pub fn lookup_pixel(
         let first = index(uniform, pixel);
         let mut of_run = 0;
         if variant::projection(variant) == PERSPECTIVE {
+            if may_meet_horizon(uniform, pixel.x, row, variant) {
+                while of_run < RUN {
+                    let direction = view(uniform, pixel, variant).direction;
+                    let sky = lookup::sky_in_grid(uniform, entries, direction, variant);
+                    let rgb = with_disc(uniform, colour, pixel, sky, variant);
+                    store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
+                    pixel.x += 1;
+                    of_run += 1;
+                }
+                return;
+            }
             let run = PerspectiveRun::new(uniform, entries, pixel.x, row, variant);
             while of_run < RUN {
                 let rgb = with_disc(uniform, colour, pixel, run.sky(of_run, variant), variant);

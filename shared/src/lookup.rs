@@ -4,6 +4,13 @@
 //! elevations, crowded towards the horizon on either side of it; columns are places of [`crate::azimuth`]. The phase functions are exact at
 //! every pixel, and so is the horizon.
 //!
+//! Above the horizon, a place `x` in [0, 1] is the part `C x² + (1 - C) x⁴` of the way to the zenith, or from outside the atmosphere to its upper edge: the layers that a ray
+//! grazes lie within a few degrees. Below it, what is seen changes with the distance `d` to the ground: `1 - x` is the root of the part of the way from the nearest
+//! ground to that of the horizon, at the distance `t = √(h (2R + h))`. From `r = R + h` follows the sine of the depression, `t/r + (t - d)²/(2 r d)`.
+//!
+//! Few directions are integrated, the anchors; between them go cubics to many entries, between which straight lines do for the pixels. Both have a grid of these rows and
+//! columns. The anchors lie behind the entries.
+//!
 //! The rows of an equirectangular image are elevations too. Its lookup has the same rows, and nothing is interpolated between them; between
 //! columns go cubics. Where the columns lie far enough apart, neighbouring pixels share what they read; see [`crate::run`].
 
@@ -11,15 +18,55 @@ use crate::azimuth::{cosine_at_place, place_of_azimuth};
 use crate::camera::{EQUIRECTANGULAR, PERSPECTIVE, equirectangular_elevation, is_within};
 use crate::cubic::{Stencil, stencil};
 use crate::glam::{Vec3, Vec4};
-use crate::math::{PI, acos, fetch, floor, max, min, mix, safe_sqrt, sin_cos, store};
+use crate::math::{PI, abs, acos, clamp, fetch, floor, max, min, mix, safe_sqrt, sin_cos, sqrt, store};
 use crate::phase::ScatteringAngle;
 use crate::sky::{Constituents, cosine_from_sun, with_phases};
 use crate::uniform::Uniform;
 use crate::variant;
 
-/// Rays this close to the horizon (radians) stand for the horizon itself, seen from above the ground: one side is sky, the
-/// other ground.
-const HORIZON_MARGIN: f32 = 1e-5;
+/// Rays this close to the horizon, in units of the horizon's own depression and of [`DEEP`] at most, stand for the horizon itself, seen from above the ground: one side
+/// is sky, the other ground.
+const HORIZON_MARGIN: f32 = 1e-3;
+
+/// See [`HORIZON_MARGIN`] (radians).
+const DEEP: f32 = 0.01;
+
+/// The part of a square in the way from the horizon upwards; see the [module](self).
+const CROWDING: f32 = 0.1;
+
+/// Anchors on either side of a place, at most, that the cubics of an entry beside it read.
+const REACH_OF_CUBICS: u32 = 3;
+
+/// Rows and columns of directions.
+#[derive(Clone, Copy)]
+pub struct Grid {
+    /// Rows above the horizon.
+    pub above: u32,
+    /// Rows below the horizon.
+    pub below: u32,
+    /// Columns.
+    pub azimuths: u32,
+}
+
+/// The grid of the entries; of an equirectangular image the rows are its own.
+#[inline(always)]
+fn entry_grid(uniform: &Uniform) -> Grid {
+    Grid { above: uniform.lookup_above, below: uniform.lookup_below, azimuths: uniform.lookup_azimuths }
+}
+
+/// The grid of the anchors.
+#[inline(always)]
+fn anchor_grid(uniform: &Uniform) -> Grid {
+    Grid { above: uniform.anchors_above, below: uniform.anchors_below, azimuths: uniform.anchor_azimuths }
+}
+
+/// Where a direction lies between the horizon and the end of its side.
+#[derive(Clone, Copy)]
+struct FromHorizon {
+    above: bool,
+    /// 0 at the horizon, 1 at the zenith or the nadir.
+    x: f32,
+}
 
 /// Colours of an entry: air, aerosol, and the rest where there is any.
 #[inline(always)]
@@ -44,69 +91,159 @@ pub fn entries(uniform: &Uniform) -> u32 {
     (uniform.lookup_above + uniform.lookup_below) * uniform.lookup_azimuths
 }
 
-/// The direction of an entry, for position `x` in [0, 1] from the horizon to the zenith (`above`) or the nadir, and cosine
-/// `c` of the azimuth from the sun.
+/// Anchors of the sky lookup, each of as many colours.
 #[inline(always)]
-pub fn grid_view(uniform: &Uniform, above: bool, x: f32, c: f32) -> Vec3 {
-    let from_horizon = max(x * x, 0.0);
-    let elevation = if above {
-        uniform.horizon + max(from_horizon * (0.5 * PI - uniform.horizon), margin(uniform))
-    } else {
-        uniform.horizon - max(from_horizon * (0.5 * PI + uniform.horizon), margin(uniform))
-    };
-    towards(uniform, elevation, c)
+pub fn anchors(uniform: &Uniform) -> u32 {
+    (uniform.anchors_above + uniform.anchors_below) * uniform.anchor_azimuths
 }
 
-/// The direction at an elevation (radians), for the cosine `c` of the azimuth from the sun.
+/// The direction of a place `x` in [0, 1] from the horizon to the zenith (`above`) or the nadir, for the cosine `c` of the azimuth from the sun.
 #[inline(always)]
-fn towards(uniform: &Uniform, elevation: f32, c: f32) -> Vec3 {
-    let (sine, cosine) = sin_cos(elevation);
+pub fn grid_view(uniform: &Uniform, above: bool, x: f32, c: f32) -> Vec3 {
+    if above {
+        let square = x * x;
+        let from_horizon = square * (CROWDING + (1.0 - CROWDING) * square) * uniform.lookup_span;
+        let (sine, cosine) = sin_cos(uniform.horizon + max(from_horizon, margin(uniform)));
+        towards(uniform, sine, cosine, c)
+    } else {
+        let (tangent, radius) = (tangent_length(uniform), radius(uniform));
+        let near = 1.0 - x;
+        let distance = uniform.altitude + (tangent - uniform.altitude) * near * near;
+        let short = tangent - distance;
+        let beyond_horizon = max(0.5 * short * short / (radius * distance), margin(uniform));
+        let depression = min(tangent / radius + beyond_horizon, 1.0);
+        towards(uniform, -depression, safe_sqrt((1.0 - depression) * (1.0 + depression)), c)
+    }
+}
+
+/// The inverse of [`grid_view`].
+#[inline(always)]
+fn from_horizon(uniform: &Uniform, view: Vec3, variant: u32) -> FromHorizon {
+    let (tangent, depth) = (tangent_length(uniform), -view.z * radius(uniform));
+    if (variant & variant::DESCENT == 0) | (depth <= tangent) {
+        let elevation = 0.5 * PI - acos(view.z);
+        let part = clamp((elevation - uniform.horizon) / uniform.lookup_span, 0.0, 1.0);
+        let root = sqrt(CROWDING * CROWDING + 4.0 * (1.0 - CROWDING) * part);
+        FromHorizon { above: true, x: sqrt(2.0 * part / (CROWDING + root)) }
+    } else {
+        let distance = tangent * tangent / (depth + safe_sqrt((depth - tangent) * (depth + tangent)));
+        let part = (distance - uniform.altitude) / (tangent - uniform.altitude);
+        FromHorizon { above: false, x: max(1.0 - safe_sqrt(part), 0.0) }
+    }
+}
+
+/// The observer's distance from the planet's centre (km).
+#[inline(always)]
+fn radius(uniform: &Uniform) -> f32 {
+    uniform.atmosphere.ground_radius + uniform.altitude
+}
+
+/// The distance of the horizon (km).
+#[inline(always)]
+fn tangent_length(uniform: &Uniform) -> f32 {
+    sqrt(uniform.altitude * (2.0 * uniform.atmosphere.ground_radius + uniform.altitude))
+}
+
+/// The direction with this sine and cosine of its elevation, for the cosine `c` of the azimuth from the sun.
+#[inline(always)]
+fn towards(uniform: &Uniform, sine: f32, cosine: f32, c: f32) -> Vec3 {
     let s = safe_sqrt(1.0 - c * c);
     let (to_sun, across) = (uniform.bearing, Vec3::new(-uniform.bearing.y, uniform.bearing.x, 0.0));
     Vec3::new(cosine * (c * to_sun.x + s * across.x), cosine * (c * to_sun.y + s * across.y), sine)
 }
 
+/// See [`HORIZON_MARGIN`]; 0 on the ground.
 #[inline(always)]
 fn margin(uniform: &Uniform) -> f32 {
-    if uniform.altitude > 0.0 { HORIZON_MARGIN } else { 0.0 }
+    HORIZON_MARGIN * min(-uniform.horizon, DEEP)
 }
 
 /// The direction of the entry with this index.
 #[inline(always)]
 pub fn entry_view(uniform: &Uniform, entry: u32, variant: u32) -> Vec3 {
-    let row = entry / uniform.lookup_azimuths;
-    let column = entry - row * uniform.lookup_azimuths;
-    let c = cosine_at_place(column as f32 / (uniform.lookup_azimuths - 1) as f32);
+    let grid = entry_grid(uniform);
     if variant::projection(variant) == EQUIRECTANGULAR {
-        return towards(uniform, equirectangular_elevation(&uniform.camera, row as f32 + 0.5), c);
+        let row = entry / grid.azimuths;
+        let c = cosine_of_column(grid, entry - row * grid.azimuths);
+        let (sine, cosine) = sin_cos(equirectangular_elevation(&uniform.camera, row as f32 + 0.5));
+        return towards(uniform, sine, cosine, c);
     }
-    let above = row < uniform.lookup_above;
-    let (place, rows) =
-        if above { (row, uniform.lookup_above) } else { (row - uniform.lookup_above, uniform.lookup_below) };
-    let x = place as f32 / (rows - 1) as f32;
-    grid_view(uniform, above, x, c)
+    view_in_grid(uniform, grid, entry)
+}
+
+/// The direction of the anchor with this index.
+#[inline(always)]
+pub fn anchor_view(uniform: &Uniform, anchor: u32) -> Vec3 {
+    view_in_grid(uniform, anchor_grid(uniform), anchor)
+}
+
+#[inline(always)]
+fn view_in_grid(uniform: &Uniform, grid: Grid, index: u32) -> Vec3 {
+    let row = index / grid.azimuths;
+    let FromHorizon { above, x } = row_from_horizon(grid, row);
+    grid_view(uniform, above, x, cosine_of_column(grid, index - row * grid.azimuths))
+}
+
+/// Where a row of a grid lies.
+#[inline(always)]
+fn row_from_horizon(grid: Grid, row: u32) -> FromHorizon {
+    let above = row < grid.above;
+    let (place, rows) = if above { (row, grid.above) } else { (row - grid.above, grid.below) };
+    FromHorizon { above, x: place as f32 / (rows - 1) as f32 }
+}
+
+#[inline(always)]
+fn cosine_of_column(grid: Grid, column: u32) -> f32 {
+    cosine_at_place(column as f32 / (grid.azimuths - 1) as f32)
 }
 
 /// Whether an entry has to be computed: no pixel of a perspective reads one that lies farther from what its camera sees than the cells about it reach.
 #[inline(always)]
 pub fn is_read(uniform: &Uniform, entry: u32, variant: u32) -> bool {
+    is_near_view(uniform, entry_grid(uniform), entry, 1, variant)
+}
+
+/// Whether an anchor has to be integrated: likewise of the entries.
+#[inline(always)]
+pub fn is_anchor_read(uniform: &Uniform, anchor: u32, variant: u32) -> bool {
+    is_near_view(uniform, anchor_grid(uniform), anchor, REACH_OF_CUBICS, variant)
+}
+
+/// Whether a place of a grid lies within so many of its cells of what the camera of a perspective sees.
+#[inline(always)]
+fn is_near_view(uniform: &Uniform, grid: Grid, index: u32, cells: u32, variant: u32) -> bool {
     if (variant::projection(variant) != PERSPECTIVE) | (uniform.fills_whole_lookup != 0) {
         return true;
     }
-    let columns = uniform.lookup_azimuths;
-    let column = entry % columns;
-    let place = |column: u32| cosine_at_place(column as f32 / (columns - 1) as f32);
-    let last = columns - 1;
-    let (before, behind) = (if column > 0 { column - 1 } else { 0 }, if column < last { column + 1 } else { last });
-    // Two columns lie farther apart the farther they are from the sun, and no two rows farther than this: of x² steps, the last is the longest.
-    let across = acos(place(behind)) - acos(place(before));
-    let (above, below) = (uniform.lookup_above, uniform.lookup_below);
-    let rows = if (below > 0) & (below < above) { below } else { above };
-    let down = 2.0 * PI / (rows - 1) as f32;
-    let view = entry_view(uniform, entry, variant);
+    let row = index / grid.azimuths;
+    let column = index - row * grid.azimuths;
+    let (before, behind) = around(column, 0, grid.azimuths, cells);
+    let across = acos(cosine_of_column(grid, behind)) - acos(cosine_of_column(grid, before));
+    let (first, end) = if row < grid.above { (0, grid.above) } else { (grid.above, grid.above + grid.below) };
+    let (upper, lower) = around(row, first, end, cells);
+    let view = view_in_grid(uniform, grid, index);
+    let zenith_angle = acos(view.z);
+    let down = max(
+        abs(zenith_angle_of_row(uniform, grid, upper) - zenith_angle),
+        abs(zenith_angle_of_row(uniform, grid, lower) - zenith_angle),
+    );
     let reach = across * (safe_sqrt(1.0 - view.z * view.z) + down) + down;
     let mirrored = mirrored_at_sun(uniform, view);
     (reach >= 0.5 * PI) | is_within(&uniform.camera, view, reach) | is_within(&uniform.camera, mirrored, reach)
+}
+
+/// The places so many before and behind another of those from `first` to before `end`.
+#[inline(always)]
+fn around(place: u32, first: u32, end: u32, cells: u32) -> (u32, u32) {
+    let before = if place - first > cells { place - cells } else { first };
+    let behind = if place + cells < end { place + cells } else { end - 1 };
+    (before, behind)
+}
+
+#[inline(always)]
+fn zenith_angle_of_row(uniform: &Uniform, grid: Grid, row: u32) -> f32 {
+    let FromHorizon { above, x } = row_from_horizon(grid, row);
+    acos(grid_view(uniform, above, x, 1.0).z)
 }
 
 /// The direction on the other side of the vertical plane through the sun, where the sky is the same.
@@ -152,14 +289,54 @@ pub fn row_place(uniform: &Uniform, view: Vec3) -> Stencil {
 #[inline(always)]
 pub fn along_row(uniform: &Uniform, lookup: &[Vec4], near: Stencil, row: u32, variant: u32) -> Constituents {
     let at = (colours_per_entry(variant) * (row * uniform.lookup_azimuths + near.first)) as usize;
+    of_four(lookup, at, near.weights, variant)
+}
+
+/// Colours of the constituents between four that follow each other, of the first of which they stand at `at`.
+#[inline(always)]
+fn of_four(lookup: &[Vec4], at: usize, weights: Vec4, variant: u32) -> Constituents {
     let (mut aerosol, mut rest) = (Vec3::ZERO, Vec3::ZERO);
     if variant & variant::AEROSOL != 0 {
-        aerosol = FourEntries::fetch(lookup, at + 1, variant).weighted(near.weights);
+        aerosol = FourEntries::fetch(lookup, at + 1, variant).weighted(weights);
     }
     if variant & variant::REST != 0 {
-        rest = FourEntries::fetch(lookup, at + 2, variant).weighted(near.weights);
+        rest = FourEntries::fetch(lookup, at + 2, variant).weighted(weights);
     }
-    Constituents { air: FourEntries::fetch(lookup, at, variant).weighted(near.weights), aerosol, rest }
+    Constituents { air: FourEntries::fetch(lookup, at, variant).weighted(weights), aerosol, rest }
+}
+
+/// Kernel `lookup`: colours of an entry, by cubics between sixteen anchors, the first of which is the one of this index in `anchors`.
+#[inline(always)]
+pub fn entry_between_anchors(
+    uniform: &Uniform,
+    anchors: &[Vec4],
+    first: u32,
+    entry: u32,
+    variant: u32,
+) -> Constituents {
+    let (entries, grid) = (entry_grid(uniform), anchor_grid(uniform));
+    let row = entry / entries.azimuths;
+    let column = (entry - row * entries.azimuths) as f32 / (entries.azimuths - 1) as f32;
+    let mut place = row_from_horizon(entries, row);
+    if variant::projection(variant) == EQUIRECTANGULAR {
+        place = from_horizon(uniform, entry_view(uniform, entry, variant), variant);
+    }
+    let (first_row, rows) = if place.above { (0, grid.above) } else { (grid.above, grid.below) };
+    let down = stencil(place.x * (rows - 1) as f32, rows);
+    let across = stencil(column * (grid.azimuths - 1) as f32, grid.azimuths);
+    let colours = colours_per_entry(variant);
+    let at = (colours * (first + (first_row + down.first) * grid.azimuths + across.first)) as usize;
+    let step = (colours * grid.azimuths) as usize;
+    let a = of_four(anchors, at, across.weights, variant);
+    let b = of_four(anchors, at + step, across.weights, variant);
+    let c = of_four(anchors, at + 2 * step, across.weights, variant);
+    let d = of_four(anchors, at + 3 * step, across.weights, variant);
+    let Vec4 { x, y, z, w } = down.weights;
+    Constituents {
+        air: a.air * x + b.air * y + c.air * z + d.air * w,
+        aerosol: a.aerosol * x + b.aerosol * y + c.aerosol * z + d.aerosol * w,
+        rest: a.rest * x + b.rest * y + c.rest * z + d.rest * w,
+    }
 }
 
 /// A colour of four entries that follow each other in a row.
@@ -189,7 +366,7 @@ impl FourEntries {
 
 /// Linear RGB of the sky in a direction, from a lookup that does not have the rows of its image.
 #[inline(always)]
-fn sky_in_grid(uniform: &Uniform, lookup: &[Vec4], view: Vec3, variant: u32) -> Vec3 {
+pub fn sky_in_grid(uniform: &Uniform, lookup: &[Vec4], view: Vec3, variant: u32) -> Vec3 {
     let place = grid_place(uniform, view, variant);
     coloured(uniform, grid_constituents(uniform, lookup, place, variant), view, variant)
 }
@@ -208,14 +385,10 @@ pub struct GridPlace {
 /// The place of a direction.
 #[inline(always)]
 pub fn grid_place(uniform: &Uniform, view: Vec3, variant: u32) -> GridPlace {
-    let elevation = 0.5 * PI - acos(view.z);
-    let above = (variant & variant::DESCENT == 0) | (elevation >= uniform.horizon);
-    let (from_horizon, first_row, rows) = if above {
-        ((elevation - uniform.horizon) / (0.5 * PI - uniform.horizon), 0, uniform.lookup_above)
-    } else {
-        ((uniform.horizon - elevation) / (0.5 * PI + uniform.horizon), uniform.lookup_above, uniform.lookup_below)
-    };
-    let y = safe_sqrt(from_horizon) * (rows - 1) as f32;
+    let FromHorizon { above, x } = from_horizon(uniform, view, variant);
+    let (first_row, rows) =
+        if above { (0, uniform.lookup_above) } else { (uniform.lookup_above, uniform.lookup_below) };
+    let y = x * (rows - 1) as f32;
     let x = columns_from_sun(uniform, view);
     let row = min(floor(y), (rows - 2) as f32);
     let column = min(floor(x), (uniform.lookup_azimuths - 2) as f32);

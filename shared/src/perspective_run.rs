@@ -1,7 +1,8 @@
 //! Runs of a perspective image: neighbouring pixels of a row, between a few places of which the colours of the constituents are interpolated.
 //!
 //! A row lies on a great circle. Along it the sky without its phase functions is smooth, across the zenith too: a cubic goes through four places, the ends of
-//! the run among them, so that neighbouring runs meet. From the ground no row crosses the horizon, since the camera stands upright.
+//! the run among them, so that neighbouring runs meet. From the ground no row crosses the horizon, since the camera stands upright. From above it a run beside the
+//! horizon is none: its pixels are looked up alone.
 //!
 //! With the direction `v` not yet of unit length, `v`, `v · s` and `v × s` are linear along the row, and so the angle from the sun `s` costs each pixel one root:
 //! `cos θ = v · s / |v|`, `sin² θ = |v × s|² / |v|²`.
@@ -10,7 +11,7 @@ use crate::camera::{perspective_step, perspective_vector};
 use crate::cubic::{Stencil, stencil};
 use crate::glam::{Vec3, Vec4};
 use crate::lookup::{grid_constituents, grid_place};
-use crate::math::sqrt;
+use crate::math::{abs, sin_cos, sqrt};
 use crate::phase::ScatteringAngle;
 use crate::run::{Colours, RUN, from_middle, middle_position};
 use crate::uniform::Uniform;
@@ -34,6 +35,17 @@ pub struct PerspectiveRun {
     sine: Vec3,
     sine_step: Vec3,
     colours: Colours,
+}
+
+/// Whether a run of an observer above the ground may reach the horizon, or lies no farther from it than it is long.
+#[inline(always)]
+pub fn may_meet_horizon(uniform: &Uniform, column: u32, row: u32, variant: u32) -> bool {
+    let middle = perspective_vector(&uniform.camera, middle_position(column, row));
+    let step = perspective_step(&uniform.camera);
+    let (sine_of_horizon, _) = sin_cos(uniform.horizon);
+    let from_horizon = abs(middle.z / sqrt(middle.dot(middle)) - sine_of_horizon);
+    // A sine changes by no more than its angle, and that by no more than the way in the plane at unit distance.
+    (variant & variant::DESCENT != 0) & (from_horizon <= 1.5 * RUN as f32 * sqrt(step.dot(step)))
 }
 
 impl PerspectiveRun {

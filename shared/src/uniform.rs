@@ -57,8 +57,16 @@ pub struct Uniform {
     pub spectral_wavelengths: u32,
     /// Pixels from the start of a row of the output to that of the next: the image's width, or more where rows are aligned.
     pub row_pixels: u32,
-    /// 1 where every entry of the sky lookup is computed, for any camera; 0 where those are that this one can see.
+    /// 1 where every entry and anchor of the sky lookup is computed, for any camera; 0 where those are that this one can see.
     pub fills_whole_lookup: u32,
+    /// From the horizon to the zenith, or from outside the atmosphere to its upper edge (radians): what the rows of the sky lookup above the horizon span.
+    pub lookup_span: f32,
+    /// Rows of the sky lookup's anchors above the horizon; 0 without a lookup. See [`crate::lookup`].
+    pub anchors_above: u32,
+    /// Their rows below it.
+    pub anchors_below: u32,
+    /// Their columns.
+    pub anchor_azimuths: u32,
     /// The rows of the observer nodes of a regression fit; see [`crate::fit::regression_rgb`]. Every pixel reads all of them: a device that fetches for
     /// several pixels at a time knows of a uniform, and of no buffer, that all fetch the same.
     pub node_rows: [Vec4; NODE_ROWS],

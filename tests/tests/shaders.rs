@@ -73,7 +73,7 @@ fn naga_validates_the_committed_modules_and_finds_every_kernel() {
         for entry in &module.entry_points {
             let expected = match (compiled, entry.name.as_str()) {
                 (_, "environment_rows" | "environment_harmonics") => [LANES, 1, 1],
-                (Module::Plans, _) | (_, "lookup") => [LOOKUP_WORKGROUP, 1, 1],
+                (Module::Plans, _) | (_, "lookup" | "anchors") => [LOOKUP_WORKGROUP, 1, 1],
                 _ => [WORKGROUP_SIDE, WORKGROUP_SIDE, 1],
             };
             assert_eq!(entry.workgroup_size, expected, "{}", entry.name);

@@ -5,9 +5,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_shared::arithmetic;
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::kernels::lookup_colours;
+use sorairo_shared::kernels::anchor_colours;
 use sorairo_shared::kernels::lookup_invocations;
-use sorairo_shared::lookup::{colours_per_entry, entries, store_entry};
+use sorairo_shared::lookup::{anchors, colours_per_entry, entries, entry_between_anchors, store_entry};
 use sorairo_shared::uniform::Uniform;
 
 use super::interpreter::{Counts, Interpreter, Stored};
@@ -126,7 +126,7 @@ impl<'a> Committed<'a> {
             let side = SIDE.min(count);
             (0..side).map(move |index| (2 * index + 1) * count / (2 * side))
         };
-        let is_entry = kernel == Kernel::Lookup;
+        let is_entry = matches!(kernel, Kernel::Lookup | Kernel::Anchors);
         let index = |column, row| if is_entry { [row * columns + column, 0, 0] } else { [column, row, 0] };
         let places: Vec<[u32; 3]> =
             along(rows).flat_map(|row| along(columns).map(move |column| index(column, row))).collect();
@@ -157,22 +157,32 @@ impl<'a> Committed<'a> {
         let columns = lookup_invocations(&self.uniform, self.plan.variant);
         let lookup_bytes = (size_of::<Vec4>() * self.lookup.len()) as f64;
         let pixels = Work::of(columns * rows, &self.counts(kernel, (columns, rows)), self.pixel_bytes() + lookup_bytes);
-        let entries = entries(&self.uniform);
-        let across = self.uniform.lookup_azimuths;
-        let counts = self.counts(Kernel::Lookup, (across, entries / across));
-        pixels.and(Work::of(entries, &counts, lookup_bytes))
+        let filled = |kernel, count: u32, across: u32| {
+            let bytes = lookup_bytes * f64::from(count) / f64::from(anchors(&self.uniform) + entries(&self.uniform));
+            Work::of(count, &self.counts(kernel, (across, count / across)), bytes)
+        };
+        let (anchors, entries) = (anchors(&self.uniform), entries(&self.uniform));
+        pixels.and(filled(Kernel::Anchors, anchors, self.uniform.anchor_azimuths)).and(filled(
+            Kernel::Lookup,
+            entries,
+            self.uniform.lookup_azimuths,
+        ))
     }
 }
 
-/// The sky lookup of a plan; empty if it has none.
+/// The sky lookup of a plan, its anchors behind its entries; empty if it has none.
 fn sky_lookup(plan: &Plan) -> Vec<Vec4> {
-    let colours = colours_per_entry(plan.variant) as usize;
-    let mut lookup = vec![Vec4::ZERO; colours * entries(&plan.uniform) as usize];
-    lookup.par_chunks_mut(colours).enumerate().for_each(|(entry, colours)| {
-        let rgb = lookup_colours(&plan.uniform, plan.buffers(), entry as u32, plan.variant);
-        store_entry(colours, 0, rgb, plan.variant);
+    let (uniform, variant) = (&plan.uniform, plan.variant);
+    let colours = colours_per_entry(variant) as usize;
+    let mut of_anchors = vec![Vec4::ZERO; colours * anchors(uniform) as usize];
+    of_anchors.par_chunks_mut(colours).enumerate().for_each(|(anchor, colours)| {
+        store_entry(colours, 0, anchor_colours(uniform, plan.buffers(), anchor as u32, variant), variant);
     });
-    lookup
+    let mut lookup = vec![Vec4::ZERO; colours * entries(uniform) as usize];
+    lookup.par_chunks_mut(colours).enumerate().for_each(|(entry, colours)| {
+        store_entry(colours, 0, entry_between_anchors(uniform, &of_anchors, 0, entry as u32, variant), variant);
+    });
+    [lookup, of_anchors].concat()
 }
 
 /// Measures a device and the kernels of two plans of one image, by the sky lookup and by the integral at every pixel, all in turn.

@@ -83,6 +83,19 @@ struct PlanRow {
     on_device_with_fields_ms: Spread,
 }
 
+/// What a picture costs from an altitude and under a sun, beside the same picture from the ground with the sun at 30°.
+#[derive(Clone, Debug, Serialize)]
+struct PlaceRow {
+    /// Altitude of the observer (km).
+    altitude: f64,
+    /// Elevation of the sun (degrees).
+    sun: f64,
+    /// Anchors of its sky lookup; its pixels, where all are integrated.
+    integrals: u64,
+    kernel_ms: Spread,
+    times_ground: f64,
+}
+
 /// What the window shows while its sun moves, as `sorairo view --frames` counts it.
 #[derive(Clone, Debug, Serialize)]
 struct Window {
@@ -110,6 +123,8 @@ pub struct Speed {
     lookups: Vec<LookupRow>,
     steps: Vec<StepRow>,
     orders: Vec<OrdersRow>,
+    /// Over altitudes with the sun at 30° and at 0°, then over suns from the ground and from an eye's height above it.
+    places: Vec<PlaceRow>,
     /// None on the CPU.
     plans: Vec<PlanRow>,
     /// Frames of a sun that moves, on the device and on the CPU.
@@ -158,6 +173,8 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     let steps = steps(device)?;
     stage("timing orders of scattering");
     let orders = orders(device)?;
+    stage("timing altitudes and suns");
+    let places = places(device)?;
     stage("timing plans");
     let plans = plans(device)?;
     stage("timing a sun that moves");
@@ -179,6 +196,7 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
         lookups,
         steps,
         orders,
+        places,
         plans,
         moving_sun,
         moving_sun_on_cpu,
@@ -430,6 +448,39 @@ fn orders(device: &Device) -> Result<Vec<OrdersRow>> {
     Ok(rows)
 }
 
+/// Altitudes (km) of the curve over altitude.
+const ALTITUDES: [f64; 13] = [0.0, 5e-4, 0.0017, 0.02, 0.1, 0.5, 3.0, 8.0, 12.0, 25.0, 60.0, 100.0, 400.0];
+
+/// Suns (degrees) of the curve over the sun.
+const SUNS_OF_PLACES: [f64; 11] = [90.0, 60.0, 15.0, 5.0, 0.0, -3.0, -6.5, -7.0, -9.0, -12.0, -18.0];
+
+/// A picture in perspective that looks a little below the level, from altitudes and under suns; all take turns.
+fn places(device: &Device) -> Result<Vec<PlaceRow>> {
+    let over_altitude = [30.0, 0.0].into_iter().flat_map(|sun| ALTITUDES.map(|altitude| (altitude, sun)));
+    let over_sun = [0.0, 0.0017].into_iter().flat_map(|altitude| SUNS_OF_PLACES.map(|sun| (altitude, sun)));
+    let places: Vec<(f64, f64)> = over_altitude.chain(over_sun).collect();
+    let planned = |&(altitude, sun): &(f64, f64)| {
+        let mut scene = Scene::preset(Preset::Standard);
+        (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
+        (scene.camera.projection, scene.camera.look_elevation) = (Projection::Perspective, Some(-3.0));
+        scene.camera.size = Size { width: 960, height: 540 };
+        plan(&scene)
+    };
+    let plans: Vec<Plan> = places.iter().map(planned).collect::<Result<_>>()?;
+    let mut jobs: Vec<Job> = plans.iter().map(|plan| job(device, plan, plan.kernel())).collect();
+    let times = interleaved(&mut jobs)?;
+    // The first is from the ground with the sun at 30°.
+    let ground = times[0].kernel.median;
+    let row = |((&(altitude, sun), plan), times): ((&(f64, f64), &Plan), &Times)| PlaceRow {
+        altitude,
+        sun,
+        integrals: plan.lookup.anchors.map_or_else(|| plan.lit_pixels(), LookupSize::entries),
+        kernel_ms: times.kernel,
+        times_ground: times.kernel.median / ground,
+    };
+    Ok(places.iter().zip(&plans).zip(&times).map(row).collect())
+}
+
 /// The job of planning a scene.
 fn planning(scene: &Scene) -> Job<'_> {
     Box::new(move || {
@@ -592,6 +643,15 @@ impl Speed {
                 format!("{:.2}", row.all_over_once),
             ]
         });
+        let places = self.places.iter().map(|row| {
+            vec![
+                row.altitude.to_string(),
+                row.sun.to_string(),
+                row.integrals.to_string(),
+                row.kernel_ms.to_string(),
+                format!("{:.2}", row.times_ground),
+            ]
+        });
         let plans = self.plans.iter().map(|row| {
             let columns =
                 [row.on_processor_ms, row.on_device_ms, row.on_processor_with_fields_ms, row.on_device_with_fields_ms];
@@ -635,6 +695,7 @@ impl Speed {
              ## Size of the sky lookup\n\n{COMMON}; RMSE against the integral at every pixel, divided by the image's mean.\n\n{}\n\
              ## Samples per piece\n\n512x256, every pixel integrated.\n\n{}\n\
              ## Light of all orders\n\n{COMMON}, standard preset; light scattered once over the same ground.\n\n{}\n\
+             ## Altitudes and suns\n\n960x540 in perspective, 3° below the level, standard preset, all orders; beside the ground and a sun at 30°.\n\n{}\n\
              ## Plans\n\n{COMMON}, standard preset, all orders (ms).\n\n{}\n\
              ## A sun that moves\n\n{COMMON}, standard preset, all orders; frames a quarter of a degree apart.\n\n{}",
             self.machine,
@@ -649,6 +710,7 @@ impl Speed {
             table(&["projection", "lookup", "kernels (ms)", "RMSE ÷ mean"], lookups),
             table(&["samples per piece", "kernels (ms)"], steps),
             table(&["sun (°)", "", "scattered once (ms)", "all orders (ms)", "ratio"], orders),
+            table(&["altitude (km)", "sun (°)", "integrals", "kernels (ms)", "times the ground"], places),
             table(&["sun (°)", "processor", "device", "processor, fields kept", "device, fields kept"], plans),
             table(
                 &["device", "sun (°)", "plan (ms)", "kernels (ms)", "plan ÷ kernels", "frame (ms)", "mean frame (ms)"],

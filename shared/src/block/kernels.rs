@@ -11,7 +11,7 @@ use super::pixels::{Pixels, add_disc, are_on_ground, blacken, put_ground, store_
 use super::run::sky_of_runs;
 use crate::arithmetic::multiply_adds_of_block;
 use crate::glam::{Vec3, Vec4};
-use crate::lookup::{colours_per_entry, entry_view, store_entry};
+use crate::lookup::{anchor_view, colours_per_entry, entry_between_anchors, store_entry};
 use crate::sky::{Constituents, Parts};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
@@ -29,11 +29,17 @@ pub fn lookup_row(uniform: &Uniform, colour: &[Vec4], entries: &[Vec4], output: 
     plain::lookup_row(uniform, colour, entries, output, variant);
 }
 
-/// Kernel `lookup` for some entries from `first` on, [`BLOCK`] at most, stored in `entries`, which holds no
-/// others; see [`crate::kernels::lookup_colours`].
+/// Kernel `anchors` for some anchors from `first` on, [`BLOCK`] at most, stored in `anchors`, which holds no
+/// others; see [`crate::kernels::anchor_colours`].
 #[multiversion(targets("x86_64+avx+avx2"))]
-pub fn lookup_entries<'a>(uniform: &Uniform, buffers: Buffers<'a>, entries: &mut [Vec4], first: u32, variant: u32) {
-    plain::lookup_entries(uniform, buffers, entries, first, variant);
+pub fn lookup_anchors<'a>(uniform: &Uniform, buffers: Buffers<'a>, anchors: &mut [Vec4], first: u32, variant: u32) {
+    plain::lookup_anchors(uniform, buffers, anchors, first, variant);
+}
+
+/// Kernel `lookup` for some entries from `first` on, stored in `entries`, which holds no others; see [`entry_between_anchors`].
+#[multiversion(targets("x86_64+avx+avx2"))]
+pub fn lookup_entries(uniform: &Uniform, anchors: &[Vec4], entries: &mut [Vec4], first: u32, variant: u32) {
+    plain::lookup_entries(uniform, anchors, entries, first, variant);
 }
 
 /// Kernel `multiply_adds` for the row with which a dispatch begins, `output`; see [`crate::arithmetic`].
@@ -119,17 +125,26 @@ pub mod plain {
         }
     }
 
-    /// See [`super::lookup_entries`].
+    /// See [`super::lookup_anchors`].
     #[inline(always)]
-    pub fn lookup_entries(uniform: &Uniform, buffers: Buffers<'_>, entries: &mut [Vec4], first: u32, variant: u32) {
-        let count = entries.len() / colours_per_entry(variant) as usize;
+    pub fn lookup_anchors(uniform: &Uniform, buffers: Buffers<'_>, anchors: &mut [Vec4], first: u32, variant: u32) {
+        let count = anchors.len() / colours_per_entry(variant) as usize;
         let mut directions = Three::ZERO;
         for lane in lanes(count) {
-            directions.set(lane, entry_view(uniform, first + lane as u32, variant));
+            directions.set(lane, anchor_view(uniform, first + lane as u32));
         }
         let colours = constituents(uniform, buffers, &directions, count, variant);
         for lane in lanes(count) {
-            store_entry(entries, lane as u32, colours.get(lane), variant);
+            store_entry(anchors, lane as u32, colours.get(lane), variant);
+        }
+    }
+
+    /// See [`super::lookup_entries`].
+    #[inline(always)]
+    pub fn lookup_entries(uniform: &Uniform, anchors: &[Vec4], entries: &mut [Vec4], first: u32, variant: u32) {
+        for entry in 0..entries.len() as u32 / colours_per_entry(variant) {
+            let colours = entry_between_anchors(uniform, anchors, 0, first + entry, variant);
+            store_entry(entries, entry, colours, variant);
         }
     }
 

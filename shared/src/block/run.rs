@@ -2,11 +2,11 @@
 
 use super::lanes::{BLOCK, Four, Lanes, Three, ZERO, lanes};
 use super::pixels::Pixels;
-use crate::camera::{EQUIRECTANGULAR, PERSPECTIVE, position_view};
+use crate::camera::{EQUIRECTANGULAR, PERSPECTIVE, pixel_view, position_view};
 use crate::cubic::Stencil;
 use crate::glam::Vec4;
-use crate::lookup::{ground_beneath, is_on_ground};
-use crate::perspective_run::PerspectiveRun;
+use crate::lookup::{ground_beneath, is_on_ground, sky_in_grid};
+use crate::perspective_run::{PerspectiveRun, may_meet_horizon};
 use crate::run::{Circle, HalfAzimuth, Middle, RUN, Run, middle_direction, middle_position};
 use crate::uniform::Uniform;
 use crate::variant;
@@ -24,9 +24,10 @@ pub fn sky_of_runs(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, variant:
     }
     let is_perspective = variant::projection(variant) == PERSPECTIVE;
     const REST: u32 = variant::AEROSOL | variant::REST;
+    let descent = variant & variant::DESCENT;
     match (variant & variant::AEROSOL != 0, variant & variant::REST != 0) {
-        (true, false) if is_perspective => sky_of_perspective(uniform, entries, pixels, variant::AEROSOL),
-        (true, true) if is_perspective => sky_of_perspective(uniform, entries, pixels, REST),
+        (true, false) if is_perspective => sky_of_perspective(uniform, entries, pixels, variant::AEROSOL | descent),
+        (true, true) if is_perspective => sky_of_perspective(uniform, entries, pixels, REST | descent),
         _ if is_perspective => sky_of_perspective(uniform, entries, pixels, variant),
         (true, false) => sky_on_circle(uniform, entries, pixels, variant::AEROSOL),
         (true, true) => sky_on_circle(uniform, entries, pixels, REST),
@@ -40,6 +41,14 @@ fn sky_of_perspective(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, varia
     let mut sky = Three::ZERO;
     for index in lanes(pixels.count / RUN as usize) {
         let column = pixels.first + RUN * index as u32;
+        if may_meet_horizon(uniform, column, uniform.first_row, variant) {
+            for pixel in 0..RUN {
+                let view = pixel_view(&uniform.camera, PERSPECTIVE, column + pixel, uniform.first_row);
+                let lane = (RUN as usize * index + pixel as usize) % BLOCK;
+                sky.set(lane, sky_in_grid(uniform, entries, view.direction, variant));
+            }
+            continue;
+        }
         let run = PerspectiveRun::new(uniform, entries, column, uniform.first_row, variant);
         for pixel in 0..RUN {
             let lane = (RUN as usize * index + pixel as usize) % BLOCK;

@@ -5,11 +5,11 @@ use std::ops::Range;
 use std::time::Duration;
 
 use rayon::prelude::*;
-use sorairo_shared::block::kernels::{lookup_entries, lookup_row, multiply_adds_row, sky_row};
+use sorairo_shared::block::kernels::{lookup_anchors, lookup_entries, lookup_row, multiply_adds_row, sky_row};
 use sorairo_shared::block::lanes::BLOCK;
 use sorairo_shared::glam::{UVec2, Vec4};
 use sorairo_shared::kernels::{SENTINEL, sky_pixel};
-use sorairo_shared::lookup::{colours_per_entry, entries, is_read};
+use sorairo_shared::lookup::{anchors, colours_per_entry, entries, is_anchor_read};
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::{self, is_solved_cubic};
 use web_time::Instant;
@@ -63,16 +63,21 @@ fn rows_in_cache(plan: &Plan) -> u32 {
     (PIXELS / plan.width()).max(1)
 }
 
-/// The sky lookup of a plan.
+/// The sky lookup of a plan: its anchors, so far as they are read, and between them all of its entries, of which none costs as much as to ask whether it is read.
 fn sky_lookup(plan: &Plan) -> Vec<Vec4> {
-    let colours = colours_per_entry(plan.variant) as usize;
-    let mut lookup = vec![Vec4::ZERO; colours * entries(&plan.uniform) as usize];
-    lookup.par_chunks_mut(BLOCK * colours).enumerate().for_each(|(block, entries)| {
+    let (uniform, variant) = (&plan.uniform, plan.variant);
+    let colours = colours_per_entry(variant) as usize;
+    let mut of_anchors = vec![Vec4::ZERO; colours * anchors(uniform) as usize];
+    of_anchors.par_chunks_mut(BLOCK * colours).enumerate().for_each(|(block, anchors)| {
         let first = (BLOCK * block) as u32;
-        let count = (entries.len() / colours) as u32;
-        if (first..first + count).any(|entry| is_read(&plan.uniform, entry, plan.variant)) {
-            lookup_entries(&plan.uniform, plan.buffers(), entries, first, plan.variant);
+        let count = (anchors.len() / colours) as u32;
+        if (first..first + count).any(|anchor| is_anchor_read(uniform, anchor, variant)) {
+            lookup_anchors(uniform, plan.buffers(), anchors, first, variant);
         }
+    });
+    let mut lookup = vec![Vec4::ZERO; colours * entries(uniform) as usize];
+    lookup.par_chunks_mut(BLOCK * colours).enumerate().for_each(|(block, entries)| {
+        lookup_entries(uniform, &of_anchors, entries, (BLOCK * block) as u32, variant);
     });
     lookup
 }
@@ -100,8 +105,8 @@ mod tests {
     use sorairo_shared::arithmetic::multiply_adds_pixel;
     use sorairo_shared::block::kernels::{constituents_of_directions, light_of_directions, plain};
     use sorairo_shared::glam::Vec3;
-    use sorairo_shared::kernels::{lookup_colours, lookup_invocations, lookup_pixel};
-    use sorairo_shared::lookup::store_entry;
+    use sorairo_shared::kernels::{anchor_colours, lookup_invocations, lookup_pixel};
+    use sorairo_shared::lookup::{entry_between_anchors, store_entry};
     use sorairo_shared::sky::{Constituents, Parts, constituents, light};
     use sorairo_shared::variant::PixelFormat;
 
@@ -140,15 +145,25 @@ mod tests {
         }
         let lookup = sky_lookup(plan);
         let colours = colours_per_entry(variant) as usize;
-        let mut plain_lookup = vec![Vec4::ZERO; lookup.len()];
-        for (block, entries) in plain_lookup.chunks_mut(BLOCK * colours).enumerate() {
-            plain::lookup_entries(&plan.uniform, buffers, entries, (BLOCK * block) as u32, variant);
+        let of_anchors = colours * anchors(&plan.uniform) as usize;
+        let mut plain_anchors = vec![Vec4::ZERO; of_anchors];
+        for (block, anchors) in plain_anchors.chunks_mut(BLOCK * colours).enumerate() {
+            plain::lookup_anchors(&plan.uniform, buffers, anchors, (BLOCK * block) as u32, variant);
         }
-        let mut entry_by_entry = vec![Vec4::ZERO; lookup.len()];
-        for entry in 0..entries(&plan.uniform) {
-            let rgb = lookup_colours(&plan.uniform, buffers, entry, variant);
+        let mut plain_lookup = vec![Vec4::ZERO; lookup.len()];
+        plain::lookup_entries(&plan.uniform, &plain_anchors, &mut plain_lookup, 0, variant);
+        // As on a device, the anchors lie behind the entries.
+        let count = entries(&plan.uniform);
+        let mut entry_by_entry = vec![Vec4::ZERO; lookup.len() + of_anchors];
+        for anchor in 0..anchors(&plan.uniform) {
+            let rgb = anchor_colours(&plan.uniform, buffers, anchor, variant);
+            store_entry(&mut entry_by_entry, count + anchor, rgb, variant);
+        }
+        for entry in 0..count {
+            let rgb = entry_between_anchors(&plan.uniform, &entry_by_entry, count, entry, variant);
             store_entry(&mut entry_by_entry, entry, rgb, variant);
         }
+        entry_by_entry.truncate(lookup.len());
         let colour = buffers.colour;
         let by_blocks = rows(plan, |uniform, words| lookup_row(uniform, colour, &lookup, words, variant));
         let by_plain_blocks = rows(plan, |uniform, words| plain::lookup_row(uniform, colour, &lookup, words, variant));

@@ -27,7 +27,9 @@ pub(super) fn rounds(plan: &Plan) -> u64 {
     let uniform = &plan.uniform;
     let wavelengths = 1 + u64::from(uniform.spectral_wavelengths);
     let disc = 1 + has(variant::SUN_DISC) * u64::from(uniform.disc.samples).pow(2);
-    let pixels = if has(variant::RUNS) > 0 { u64::from(RUN + PLACES + 1) } else { 1 };
+    // Beside the horizon the pixels of a run are looked up alone, in a loop of their own.
+    let pixels =
+        if has(variant::RUNS) > 0 { (1 + has(variant::DESCENT)) * u64::from(RUN + 1) + u64::from(PLACES) } else { 1 };
     let fit = u64::from(constituent_count(plan.variant) * uniform.nodes + OBSERVER_NODES);
     /// Rounds of a loop of one pass, the last look at its end among them. Two of each group of bands are for the ground, and one of the fit.
     const ONE_PASS: u64 = 2;

@@ -19,8 +19,8 @@ pub fn kernels(scene: &Scene, camera: &CameraScene, pixel: PixelFormat) -> Vec<(
     for sky in skies(scene) {
         let image = of_image(sky, scene, camera.projection, scene.sun.disc, pixel);
         if scene.render.path != PathChoice::Direct && scene.render.color != ColourPath::Solve {
-            kernels.extend([(Kernel::Lookup, image), (Kernel::SkyLookup, image)]);
-            kernels.extend(has_runs(camera, sky).then_some((Kernel::SkyLookup, image | variant::RUNS)));
+            kernels.extend([Kernel::Anchors, Kernel::Lookup, Kernel::SkyLookup].map(|kernel| (kernel, image)));
+            kernels.extend(has_runs(camera).then_some((Kernel::SkyLookup, image | variant::RUNS)));
         }
         kernels.push((Kernel::Sky, image));
         kernels.extend((sky & variant::MULTIPLE != 0).then_some((Kernel::Sky, image | variant::REFINED)));
@@ -47,13 +47,8 @@ fn skies(scene: &Scene) -> Vec<u32> {
 }
 
 /// Whether pixels may be looked up in runs; see [`super::lookup::pixels_run`].
-fn has_runs(camera: &CameraScene, sky: u32) -> bool {
-    let may_run = match camera.projection {
-        Projection::Equirectangular => true,
-        Projection::Fisheye => false,
-        Projection::Perspective => sky & variant::DESCENT == 0,
-    };
-    may_run && camera.size.width.is_multiple_of(RUN)
+fn has_runs(camera: &CameraScene) -> bool {
+    camera.projection != Projection::Fisheye && camera.size.width.is_multiple_of(RUN)
 }
 
 #[cfg(test)]

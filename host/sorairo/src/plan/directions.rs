@@ -19,6 +19,14 @@ pub fn horizon(ground_radius: f64, altitude: f64) -> f64 {
     -(tangent / ground_radius).atan().min(FRAC_PI_2)
 }
 
+/// The angle (radians) from the horizon up to the zenith, or to the upper edge of the atmosphere where the observer stands outside of it.
+pub fn span_above_horizon(scene: &Scene) -> f64 {
+    let a = &scene.atmosphere;
+    let (depth, altitude) = (a.top_radius - a.ground_radius, scene.observer.altitude);
+    let edge = if altitude > depth { horizon(a.top_radius, altitude - depth) } else { FRAC_PI_2 };
+    edge - horizon(a.ground_radius, altitude)
+}
+
 /// The angle (radians, at the planet's centre) to the farthest point of the atmosphere that can be seen: what the altitude of the
 /// observer and the depth of the atmosphere each let a ray see behind the horizon.
 pub fn farthest_air(scene: &Scene) -> f64 {

@@ -144,22 +144,24 @@ fn black_pixels(plan: &Plan, projection: Projection) -> Option<String> {
 fn path(plan: &Plan) -> String {
     let samples = u64::from(plan.samples_per_piece()) * plan.integral().bands.len() as u64;
     let pixels = plan.lit_pixels();
-    match plan.lookup.size {
-        Some(size) => {
-            let entries = size.entries();
+    match plan.lookup.size.zip(plan.lookup.anchors) {
+        Some((size, anchors)) => {
+            let (entries, integrals) = (size.entries(), anchors.entries());
             let runs = if plan.variant & variant::RUNS != 0 {
                 format!("; {RUN} pixels share their entries")
             } else {
                 String::new()
             };
             format!(
-                "path: sky lookup of {}x{} entries ({}), {} samples instead of {}, {} bytes{runs}",
+                "path: sky lookup of {}x{} entries between {}x{} anchors ({}), {} samples instead of {}, {} bytes{runs}",
                 size.above + size.below,
                 size.azimuths,
+                anchors.above + anchors.below,
+                anchors.azimuths,
                 plan.lookup.reason,
-                entries * samples,
+                integrals * samples,
                 pixels * samples,
-                entries * 16 * u64::from(colours_per_entry(plan.variant))
+                (entries + integrals) * 16 * u64::from(colours_per_entry(plan.variant))
             )
         }
         None => format!("path: direct ({}), {} samples", plan.lookup.reason, pixels * samples),

@@ -122,17 +122,21 @@ impl Plan {
 
     /// The same plan with pixels that are looked up in a sky lookup of this size.
     pub fn with_lookup(self, size: LookupSize) -> Self {
+        let anchors = lookup::grid(&self.sky.scene, self.sky.lookup_anchors());
         let runs = if lookup::pixels_run(&self.uniform, self.variant, size) { variant::RUNS } else { 0 };
         Self {
             uniform: Uniform {
                 lookup_above: size.above,
                 lookup_below: size.below,
                 lookup_azimuths: size.azimuths,
+                anchors_above: anchors.above,
+                anchors_below: anchors.below,
+                anchor_azimuths: anchors.azimuths,
                 multiple: self.sky.integral().uniform.multiple,
                 ..self.uniform
             },
             variant: self.variant & !(variant::RUNS | variant::REFINED) | runs,
-            lookup: Lookup { size: Some(size), ..self.lookup },
+            lookup: Lookup { size: Some(size), anchors: Some(anchors), ..self.lookup },
             ..self
         }
     }
@@ -169,7 +173,7 @@ impl Plan {
             uniform: Uniform { multiple, spectral_wavelengths: wavelengths.len() as u32, ..uniform },
             variant: others | fit | variant::SPECTRUM,
             spectral: Some(Arc::new(spectral)),
-            lookup: Lookup { size: None, reason },
+            lookup: Lookup { size: None, anchors: None, reason },
             ..self
         })
     }
@@ -178,7 +182,7 @@ impl Plan {
     pub fn at_bands(self) -> Self {
         let reason = "radiance at the bands is integrated at every pixel".into();
         let variant = self.variant & !variant::LIGHT | variant::AT_BANDS;
-        Self { variant, lookup: Lookup { size: None, reason }, ..self }
+        Self { variant, lookup: Lookup { size: None, anchors: None, reason }, ..self }
     }
 
     /// Whether pixels hold light by wavelength: a spectrum beside their colour, or the radiance at every band.

@@ -10,8 +10,10 @@ pub enum Kernel {
     Sky,
     /// The sky, interpolated from the sky lookup.
     SkyLookup,
-    /// The sky lookup.
+    /// The entries of the sky lookup, interpolated between its anchors.
     Lookup,
+    /// The anchors of the sky lookup, integrated.
+    Anchors,
     /// Writes every word of the output once: the limit for any kernel, and the pattern by which an unwritten pixel is told.
     Fill,
     /// Multiplies and adds, and writes every word once: the measure of a device's arithmetic.
@@ -26,7 +28,9 @@ impl Kernel {
     pub fn variant(self, of_image: u32) -> u32 {
         match self {
             // Neither the disc nor how pixels are stored.
-            Self::Lookup => of_image & !(variant::SUN_DISC | variant::DITHER | variant::RUNS | variant::of(0, 0, 3)),
+            Self::Anchors | Self::Lookup => {
+                of_image & !(variant::SUN_DISC | variant::DITHER | variant::RUNS | variant::of(0, 0, 3))
+            }
             _ => of_image,
         }
     }

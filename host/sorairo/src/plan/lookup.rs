@@ -12,7 +12,7 @@ use sorairo_shared::run::RUN;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
-use super::lookup_grid::{COARSEST, Entries, LARGEST, TOLERANCE};
+use super::lookup_grid::{COARSEST, Entries, FEWEST_ANCHORS, LARGEST, TOLERANCE};
 use super::sky::SkyPlan;
 use crate::scene::{ColourPath, PathChoice, Projection, Scene};
 
@@ -21,8 +21,11 @@ use crate::scene::{ColourPath, PathChoice, Projection, Scene};
 const MOST_ENTRIES: u64 = (1 << 27) / (3 * size_of::<Vec4>() as u64);
 const _: () = assert!(MOST_ENTRIES <= 65_535 * LOOKUP_WORKGROUP as u64);
 
-/// The sky lookup pays from this many pixels per entry: an entry costs one integral, and a pixel a small part of one.
-const PIXELS_PER_ENTRY: u64 = 2;
+/// The sky lookup pays from this many pixels per anchor: an anchor costs one integral, and a pixel a small part of one.
+const PIXELS_PER_ANCHOR: u64 = 2;
+
+/// Entries of a sky lookup that cost as much as one anchor.
+const ENTRIES_PER_INTEGRAL: u64 = 16;
 
 /// The way that an image takes, and why.
 #[derive(Clone, Debug, Serialize)]
@@ -30,6 +33,8 @@ pub struct Lookup {
     /// Size of the sky lookup; none if every pixel is integrated.
     #[serde(rename = "table")]
     pub size: Option<LookupSize>,
+    /// Its anchors, which are all that is integrated.
+    pub anchors: Option<LookupSize>,
     /// Why.
     pub reason: String,
 }
@@ -61,43 +66,47 @@ impl LookupSize {
 
 /// Chooses the way for an image of a scene's sky.
 pub fn choose(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>) -> Lookup {
-    let direct = |reason: String| Lookup { size: None, reason };
-    let sized = |grid| sized(scene, sky, lit_rows, grid);
+    let direct = |reason: String| Lookup { size: None, anchors: None, reason };
     let pixels = u64::from(scene.camera.size.width) * lit_rows.len() as u64;
+    let fewest = grid(scene, FEWEST_ANCHORS).entries();
     match scene.render.path {
         _ if sky.is_night => return direct("nothing is lit".into()),
         PathChoice::Direct => return direct("asked for".into()),
         _ if sky.colour_path == ColourPath::Solve => return direct("an explicit solve is made at every pixel".into()),
-        _ if scene.observer.altitude > scene.atmosphere.top_radius - scene.atmosphere.ground_radius => {
-            return direct("from outside, the atmosphere is a thin ring that a sky lookup does not resolve".into());
-        }
-        _ if sized(COARSEST).azimuths < COARSEST.1 => {
+        _ if sized(scene, sky, lit_rows, COARSEST).azimuths < COARSEST.1 => {
             return direct("a sky lookup with as many rows as the image would be too large".into());
         }
-        PathChoice::Auto if pixels < PIXELS_PER_ENTRY * grid(scene, COARSEST).entries() => {
+        PathChoice::Auto if pixels < PIXELS_PER_ANCHOR * fewest => {
             return direct(format!("{pixels} lit pixels are fewer than a sky lookup would need"));
         }
         PathChoice::Auto | PathChoice::Lookup => {}
     }
-    let asked = scene.render.path == PathChoice::Lookup;
-    match size_for(scene, sky, sized) {
-        Some(size) if asked || pixels >= PIXELS_PER_ENTRY * size.entries() => Lookup {
-            size: Some(size),
-            reason: format!("{} entries keep the sky lookup within {TOLERANCE:e} of the integral", size.entries()),
-        },
-        Some(size) => {
-            direct(format!("{pixels} lit pixels are fewer than a sky lookup of {} entries pays for", size.entries()))
-        }
-        None if asked => Lookup {
-            size: Some(sized(LARGEST)),
-            reason: "asked for; the largest sky lookup, which does not reach the error bound here".into(),
-        },
-        None => direct("no sky lookup up to the largest resolves this sky within its error bound".into()),
+    let has_its_rows = scene.camera.projection == Projection::Equirectangular;
+    let enough = sky.lookup_grid(has_its_rows);
+    let size = sized(scene, sky, lit_rows, enough);
+    let anchors = grid(scene, sky.lookup_anchors());
+    let integrals = anchors.entries() + size.entries() / ENTRIES_PER_INTEGRAL;
+    let is_asked = scene.render.path == PathChoice::Lookup;
+    if !is_asked && size.azimuths < enough.1 {
+        return direct("a sky lookup with as many rows as the image would be too large".into());
     }
+    if !is_asked && pixels < PIXELS_PER_ANCHOR * integrals {
+        let (anchors, entries) = (anchors.entries(), size.entries());
+        return direct(format!(
+            "{pixels} lit pixels are fewer than {anchors} anchors and {entries} entries of a sky lookup pay for"
+        ));
+    }
+    let within = if enough.0 < LARGEST.0 && enough.1 < LARGEST.1 {
+        format!("keep it within {TOLERANCE:e} of the integral")
+    } else {
+        "make it as fine as it may be".into()
+    };
+    let reason = format!("{} entries between {} anchors {within}", size.entries(), anchors.entries());
+    Lookup { size: Some(size), anchors: Some(anchors), reason }
 }
 
 /// A sky lookup of some rows on each side of the horizon, and columns.
-fn grid(scene: &Scene, (rows, azimuths): Entries) -> LookupSize {
+pub fn grid(scene: &Scene, (rows, azimuths): Entries) -> LookupSize {
     LookupSize { above: rows, below: if scene.observer.altitude > 0.0 { rows } else { 0 }, azimuths }
 }
 
@@ -112,14 +121,6 @@ fn sized(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>, (rows, azimuths): 
     // On the ground itself what lies below is one colour.
     let below = if scene.observer.altitude > 0.0 { lit - above } else { 0 };
     LookupSize { above, below, azimuths: azimuths.min((MOST_ENTRIES / u64::from(above + below)) as u32) }
-}
-
-/// The size that keeps interpolation within the tolerance; `sized` makes a sky lookup of rows and columns.
-fn size_for(scene: &Scene, sky: &SkyPlan, sized: impl Fn(Entries) -> LookupSize) -> Option<LookupSize> {
-    let has_its_rows = scene.camera.projection == Projection::Equirectangular;
-    let grid = sky.lookup_grid(has_its_rows)?;
-    let size = sized(grid);
-    (size.azimuths == grid.1).then_some(size)
 }
 
 /// Whether runs of pixels, of which the one in the middle says between which entries all are, reach no farther than half way into the next cell: there
@@ -145,12 +146,12 @@ fn perspective_runs_are_short(uniform: &Uniform, azimuths: u32) -> bool {
 /// Whether the pixels of an image can be looked up in [`variant::RUNS`] in a sky lookup of this size.
 ///
 /// Entries are closest together at the sun's azimuth; see [`sorairo_shared::azimuth`]. In an equirectangular image aerosol whose phase function has its peak
-/// behind has no runs, see [`sorairo_shared::run`]; in a perspective an observer above the ground has none, whose rows cross the horizon.
+/// behind has no runs, see [`sorairo_shared::run`]; in a perspective a camera that does not stand upright has none, whose rows cross the horizon.
 pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
     let width = uniform.camera.width;
     let has_fine_disc = variant & variant::SUN_DISC != 0 && uniform.disc.samples > MOST_SAMPLES_IN_RUNS;
     let scatters_back = variant & variant::AEROSOL != 0 && uniform.atmosphere.aerosol_asymmetry < 0.0;
-    let crosses_horizon = variant & variant::DESCENT != 0 || uniform.camera.right.z != 0.0;
+    let crosses_horizon = uniform.camera.right.z != 0.0;
     let has_short_runs = match variant::projection(variant) {
         EQUIRECTANGULAR => !scatters_back && runs_are_short(width, size.azimuths),
         PERSPECTIVE => !crosses_horizon && perspective_runs_are_short(uniform, size.azimuths),

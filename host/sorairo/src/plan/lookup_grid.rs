@@ -17,7 +17,8 @@ pub const TOLERANCE: f64 = 1e-3;
 /// and a folded matrix differ.
 const TOLERANCE_OF_BRIGHTEST: f64 = 1e-4;
 
-/// The sky lookup may not be finer than this; a sky that needs more is integrated at every pixel.
+/// The sky lookup may not be finer than this. Where a sky would need more, at an edge of the planet's shadow or of a layer that a ray grazes, the error of straight lines falls with
+/// their length alone, and these are short enough for what a pixel may be off by.
 pub const LARGEST: Entries = (512, 256);
 
 /// The coarsest sky lookup, with which its error is measured.
@@ -25,6 +26,13 @@ pub const COARSEST: Entries = (48, 16);
 
 /// The sky lookup may not have fewer columns than this: farther apart the error is no longer that of a low difference.
 const FEWEST_AZIMUTHS: u32 = 8;
+
+/// Entries from one anchor of the sky lookup to the next. Where straight lines between entries, `h` apart, are off by less than half of the tolerance, `h²/8L² < 5e-4` for what
+/// changes over `L`, and cubics between anchors by `3/128 (3h/L)⁴ < 4e-5`.
+const ENTRIES_PER_ANCHOR: u32 = 3;
+
+/// The sky lookup may not have fewer anchors than these, rows on a side of the horizon and columns.
+pub const FEWEST_ANCHORS: Entries = (24, 8);
 
 /// Powers of the spacing by which the errors of straight lines and of cubics fall.
 const LINEAR: f64 = 2.0;
@@ -42,27 +50,28 @@ pub struct Seen<'a> {
     pub constituents: &'a dyn Fn(&[Vec3]) -> Vec<Constituents>,
 }
 
-/// For each kind of lookup, whether it has the rows of its image, rows and columns that keep interpolation within the tolerance, from its error on the coarsest grid, and then on the grid that follows from it; none
-/// where they are too many.
+/// For each kind of lookup, whether it has the rows of its image, rows and columns that keep interpolation within the tolerance, from its error on the coarsest grid, and then on the grid that follows from it; never
+/// more than [`LARGEST`].
 ///
 /// Midway between two entries, linear interpolation of a smooth function is off by an eighth of its second difference, which falls as the
 /// square of the spacing, and a cubic by a part of its fourth difference, which falls as the fourth power. The error is measured there, on
 /// sample cells, in both directions; the number of entries follows from it. Where the coarsest grid skips what is narrower than its cells, the
 /// second one shows it.
-pub fn enough(sky: &Seen, kinds: &[bool]) -> Vec<Option<Entries>> {
+pub fn enough(sky: &Seen, kinds: &[bool]) -> Vec<Entries> {
     let coarsest = sampled(sky, kinds.iter().map(|&has_its_rows| (COARSEST, has_its_rows)));
-    let finer: Vec<Option<Entries>> = coarsest.iter().map(Sampled::next).collect();
-    let asked = finer.iter().zip(kinds).filter_map(|(grid, &has_its_rows)| Some(((*grid)?, has_its_rows)));
-    let mut found = sampled(sky, asked).into_iter();
-    let last = |(coarsest, grid): (&Sampled, Option<Entries>)| match grid {
-        Some(grid) => {
-            let finer = found.next()?.enough();
-            let grid = (grid.0.max(finer.0), grid.1.max(finer.1));
-            coarsest.allows(grid).then_some(grid)
-        }
-        None => (coarsest.mean <= 0.0).then_some(COARSEST),
+    let grids: Vec<Entries> = coarsest.iter().map(Sampled::enough).collect();
+    let finer = sampled(sky, grids.iter().copied().zip(kinds.iter().copied()));
+    let last = |(grid, finer): (Entries, &Sampled)| {
+        let finer = finer.enough();
+        (grid.0.max(finer.0), grid.1.max(finer.1))
     };
-    coarsest.iter().zip(finer).map(last).collect()
+    grids.into_iter().zip(&finer).map(last).collect()
+}
+
+/// The anchors of a sky lookup of its own of so many entries.
+pub fn anchors((rows, azimuths): Entries) -> Entries {
+    let of = |entries: u32| 1 + (entries - 1).div_ceil(ENTRIES_PER_ANCHOR);
+    (of(rows).max(FEWEST_ANCHORS.0), of(azimuths).max(FEWEST_ANCHORS.1))
 }
 
 /// What interpolation does to sample cells of some grids, all looked at together: a device is asked once.
@@ -155,17 +164,11 @@ struct Sampled {
 }
 
 impl Sampled {
-    fn allows(&self, (rows, azimuths): Entries) -> bool {
-        (self.has_its_rows || rows <= LARGEST.0) && azimuths <= LARGEST.1
-    }
-
-    /// The grid to look at next, if there is light and it is not too large.
-    fn next(&self) -> Option<Entries> {
-        (self.mean > 0.0).then(|| self.enough()).filter(|&grid| self.allows(grid))
-    }
-
-    /// Rows and columns that are enough.
+    /// Rows and columns that are enough, or the largest that may be.
     fn enough(&self) -> Entries {
+        if self.mean <= 0.0 {
+            return COARSEST;
+        }
         let brightest = self.cells.iter().map(|cell| cell.luminance).fold(0.0, f64::max);
         let allowed =
             |cell: &Cell| (TOLERANCE * cell.luminance.max(0.1 * self.mean)).min(TOLERANCE_OF_BRIGHTEST * brightest);
@@ -174,11 +177,11 @@ impl Sampled {
         // Each direction that is interpolated may take its part of the tolerance.
         let (parts, power) = if self.has_its_rows { (1.0, CUBIC) } else { (2.0, LINEAR) };
         let entries = |entries: u32, error: f64, power: f64| {
-            1 + (f64::from(entries - 1) * (parts * error).powf(1.0 / power)).ceil() as u32
+            1 + (f64::from(entries - 1) * (parts * error).powf(1.0 / power)).ceil().min(f64::from(LARGEST.0)) as u32
         };
-        let above = entries(self.grid.0, worst(|cell| cell.error_along_elevation), LINEAR).max(COARSEST.0);
-        let azimuths = entries(self.grid.1, worst(|cell| cell.error_along_azimuth), power).max(FEWEST_AZIMUTHS);
-        (above, azimuths)
+        let rows = entries(self.grid.0, worst(|cell| cell.error_along_elevation), LINEAR);
+        let azimuths = entries(self.grid.1, worst(|cell| cell.error_along_azimuth), power);
+        (rows.clamp(COARSEST.0, LARGEST.0), azimuths.clamp(FEWEST_AZIMUTHS, LARGEST.1))
     }
 }
 

@@ -48,7 +48,7 @@ pub struct SkyPlan {
     disc_grid: OnceLock<Vec<Vec4>>,
     sun_irradiance: OnceLock<SunIrradiance>,
     /// Of a sky lookup of its own, and of one that has the rows of its image.
-    lookup_grids: [OnceLock<Option<Entries>>; 2],
+    lookup_grids: [OnceLock<Entries>; 2],
 }
 
 /// How the light of a sky becomes colours.
@@ -163,14 +163,19 @@ impl SkyPlan {
         found_once(&self.sun_irradiance, || Sun::new(self).irradiance())
     }
 
-    /// Rows and columns of a sky lookup that are enough, none where it would be too large: of one that has the rows of its image, or of one of its own. Found
+    /// Rows and columns of a sky lookup that are enough, or the most that may be: of one that has the rows of its image, or of one of its own. Found
     /// when it is first asked for; with the colours where a device finds both.
-    pub fn lookup_grid(&self, has_its_rows: bool) -> Option<Entries> {
+    pub fn lookup_grid(&self, has_its_rows: bool) -> Entries {
         let find = || self.find_lookup_grids(&self.colours().rows, &[has_its_rows])[0];
         *found_once(&self.lookup_grids[usize::from(has_its_rows)], find)
     }
 
-    fn find_lookup_grids(&self, rows: &[Vec4], kinds: &[bool]) -> Vec<Option<Entries>> {
+    /// The anchors between which a sky lookup of either kind is interpolated, on each side of the horizon that it has.
+    pub fn lookup_anchors(&self) -> Entries {
+        lookup_grid::anchors(self.lookup_grid(false))
+    }
+
+    fn find_lookup_grids(&self, rows: &[Vec4], kinds: &[bool]) -> Vec<Entries> {
         let constituents = |views: &[Vec3]| self.constituents_by(rows, views);
         lookup_grid::enough(&Seen { integral: self.integral(), constituents: &constituents }, kinds)
     }

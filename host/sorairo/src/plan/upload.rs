@@ -9,7 +9,7 @@ use sorairo_shared::uniform::{NODE_ROWS, Uniform};
 use sorairo_shared::variant;
 
 use super::colour_space::ColourSpace;
-use super::directions::{direction, horizon};
+use super::directions::{direction, horizon, span_above_horizon};
 use crate::scene::{Projection, Scene, View};
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
@@ -29,6 +29,7 @@ pub fn sky_uniform(scene: &Scene, wavelengths: &[f64], nodes: u32, space: &Colou
         exposure: 1.0,
         nodes,
         horizon: horizon(scene.atmosphere.ground_radius, scene.observer.altitude) as f32,
+        lookup_span: span_above_horizon(scene) as f32,
         ..Uniform::zeroed()
     }
 }

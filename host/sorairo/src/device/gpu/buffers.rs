@@ -1,9 +1,6 @@
 //! The buffers of an image on a graphics device, kept for the next.
 
-use sorairo_shared::glam::Vec4;
-use sorairo_shared::lookup::{colours_per_entry, entries};
-
-use super::layouts::{Groups, KernelLayouts, not_empty};
+use super::layouts::{Groups, KernelLayouts, lookup_bytes, not_empty};
 use super::readback::{Clock, Slot};
 use crate::plan::Plan;
 
@@ -82,8 +79,7 @@ impl DeviceBuffers {
         plan: &Plan,
         pixel_bytes: u64,
     ) -> Groups {
-        let colours = u64::from(colours_per_entry(plan.variant));
-        let lookup_bytes = colours * size_of::<Vec4>() as u64 * u64::from(entries(&plan.uniform)).max(1);
+        let lookup_bytes = lookup_bytes(plan);
         self.lookup.reserve(device, lookup_bytes);
         self.pixels.reserve(device, pixel_bytes);
         let buffers = plan.buffers();

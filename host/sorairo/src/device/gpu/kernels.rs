@@ -43,7 +43,7 @@ impl Kernels {
     /// The pipeline of a kernel for a variant.
     pub(super) fn pipeline(&self, device: &wgpu::Device, kernel: Kernel, variant: u32) -> wgpu::ComputePipeline {
         let layouts = match kernel {
-            Kernel::Lookup => &self.layouts(device).lookup,
+            Kernel::Lookup | Kernel::Anchors => &self.layouts(device).lookup,
             _ => &self.layouts(device).pixels,
         };
         self.pipeline_of(device, Module::Images, kernel.entry_point(), layouts, kernel.variant(variant))

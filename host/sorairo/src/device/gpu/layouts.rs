@@ -4,6 +4,11 @@ use std::borrow::Cow;
 use std::num::NonZero;
 
 use sorairo_shared::glam::Vec4;
+use sorairo_shared::kernels::LOOKUP_WORKGROUP;
+use sorairo_shared::lookup::{anchors, colours_per_entry, entries};
+use sorairo_shared::uniform::Uniform;
+
+use crate::plan::Plan;
 
 /// The bindings of the kernels that fill the sky lookup, and of those that write pixels.
 pub(super) struct Groups {
@@ -91,6 +96,18 @@ impl KernelLayouts {
     pub(super) fn bind(&self, device: &wgpu::Device, buffers: &[(&wgpu::Buffer, u64); 7]) -> Groups {
         Groups { lookup: self.lookup.bind(device, buffers), pixels: self.pixels.bind(device, buffers) }
     }
+}
+
+/// Bytes of a plan's sky lookup, its anchors behind its entries; a binding may not be empty.
+pub(super) fn lookup_bytes(plan: &Plan) -> u64 {
+    let colours = u64::from(colours_per_entry(plan.variant));
+    let count = u64::from(entries(&plan.uniform)) + u64::from(anchors(&plan.uniform));
+    colours * size_of::<Vec4>() as u64 * count.max(1)
+}
+
+/// Workgroups that fill the anchors of a sky lookup, and its entries.
+pub(super) fn groups_of_lookup(uniform: &Uniform) -> [(u32, u32); 2] {
+    [anchors(uniform), entries(uniform)].map(|count| (count.div_ceil(LOOKUP_WORKGROUP), 1))
 }
 
 /// The bytes of some values for a binding, which may not be empty.

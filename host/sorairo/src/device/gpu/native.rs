@@ -5,13 +5,13 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
-use sorairo_shared::kernels::{LOOKUP_WORKGROUP, SENTINEL, WORKGROUP_SIDE};
-use sorairo_shared::lookup::entries;
+use sorairo_shared::kernels::{SENTINEL, WORKGROUP_SIDE};
 use sorairo_shared::uniform::Uniform;
 
 use super::adapters::adapter;
 use super::buffers::{DeviceBuffers, STRIPS_UNDER_WAY};
 use super::kernels::{Kernels, dispatch};
+use super::layouts::groups_of_lookup;
 use super::planner;
 use super::readback::{Slot, mapped};
 use super::resident::ResidentRenderer;
@@ -221,7 +221,7 @@ impl Backend for Gpu {
             row_bytes * u64::from(rows_per_strip),
         );
         let pipeline = |kernel| self.kernels.pipeline(&self.device, kernel, plan.variant);
-        let fill_lookup = (kernel == Kernel::SkyLookup).then(|| pipeline(Kernel::Lookup));
+        let fill_lookup = (kernel == Kernel::SkyLookup).then(|| [Kernel::Anchors, Kernel::Lookup].map(pipeline));
         let pixels = pipeline(kernel);
         let sentinel = verify.then(|| pipeline(Kernel::Fill));
         self.check()?;
@@ -245,9 +245,11 @@ impl Backend for Gpu {
             let slot = buffers.slot(&self.device, strip % STRIPS_UNDER_WAY, strip_bytes, self.has_timestamps);
             let clock = slot.clock.as_ref();
             let lookup_first = fill_lookup.as_ref().filter(|_| strip == 0);
-            if let Some(fill_lookup) = lookup_first {
-                let size = (entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP), 1);
-                dispatch(&mut encoder, fill_lookup, &groups.lookup, size, clock.map(|clock| clock.writes(true, false)));
+            if let Some([fill_anchors, fill_entries]) = lookup_first {
+                let [of_anchors, of_entries] = groups_of_lookup(&plan.uniform);
+                let begins = clock.map(|clock| clock.writes(true, false));
+                dispatch(&mut encoder, fill_anchors, &groups.lookup, of_anchors, begins);
+                dispatch(&mut encoder, fill_entries, &groups.lookup, of_entries, None);
             }
             let writes = clock.map(|clock| clock.writes(lookup_first.is_none(), true));
             dispatch(&mut encoder, &pixels, &groups.pixels, size, writes);

@@ -7,15 +7,13 @@ use std::sync::{Arc, OnceLock};
 use std::task::{Context, Poll, Waker};
 
 use sorairo_shared::camera::Camera;
-use sorairo_shared::glam::Vec4;
-use sorairo_shared::kernels::{LOOKUP_WORKGROUP, WORKGROUP_SIDE};
-use sorairo_shared::lookup::{colours_per_entry, entries};
+use sorairo_shared::kernels::WORKGROUP_SIDE;
 use sorairo_shared::uniform::{Buffers, Uniform};
 use wgpu::util::DeviceExt;
 
 use super::environment::{self, Environment, EnvironmentTarget, Texels};
 use super::kernels::{Kernels, dispatch};
-use super::layouts::{STORAGE_BUFFERS, not_empty};
+use super::layouts::{STORAGE_BUFFERS, groups_of_lookup, lookup_bytes, not_empty};
 use crate::device::quirks;
 use crate::device::rows::invocations_per_row;
 use crate::error::{Error, Result};
@@ -327,11 +325,12 @@ impl ResidentRenderer {
 
     /// Fills a plan's sky lookup, by commands of its own: whether a program submits what it has encoded is not known.
     fn fill_lookup(&self, plan: &Plan, group: &wgpu::BindGroup) {
-        let pipeline = self.kernels.pipeline(&self.device, Kernel::Lookup, plan.variant);
-        let size = (entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP), 1);
         let label = Some("sky lookup");
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
-        dispatch(&mut encoder, &pipeline, group, size, None);
+        for (kernel, size) in [Kernel::Anchors, Kernel::Lookup].into_iter().zip(groups_of_lookup(&plan.uniform)) {
+            let pipeline = self.kernels.pipeline(&self.device, kernel, plan.variant);
+            dispatch(&mut encoder, &pipeline, group, size, None);
+        }
         self.queue.submit([encoder.finish()]);
     }
 
@@ -367,7 +366,8 @@ impl ResidentRenderer {
             return too_large("what the kernels read");
         }
         let groups = plan.width().max(plan.height()).div_ceil(WORKGROUP_SIDE);
-        if groups.max(entries(&plan.uniform).div_ceil(LOOKUP_WORKGROUP)) > limits.max_compute_workgroups_per_dimension {
+        let [(of_anchors, _), (of_entries, _)] = groups_of_lookup(&plan.uniform);
+        if groups.max(of_anchors).max(of_entries) > limits.max_compute_workgroups_per_dimension {
             return too_large("the workgroups");
         }
         let has_uniform = limits.max_uniform_buffer_binding_size >= size_of::<Uniform>() as u64;
@@ -480,12 +480,6 @@ impl ResidentRenderer {
 
 fn filled(device: &wgpu::Device, label: &'static str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
     device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
-}
-
-/// Bytes of a plan's sky lookup; a binding may not be empty.
-fn lookup_bytes(plan: &Plan) -> u64 {
-    let colours = u64::from(colours_per_entry(plan.variant));
-    colours * size_of::<Vec4>() as u64 * u64::from(entries(&plan.uniform)).max(1)
 }
 
 impl Target<'_> {

@@ -1,10 +1,14 @@
 //! The sun's disc, and its light through the air.
 
+use std::path::Path;
+
 use sorairo::PixelFormat;
 use sorairo::Plan;
 use sorairo::low_level::device::{self, Backend};
 use sorairo::low_level::irradiance::SkyLight;
-use sorairo::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
+use sorairo::low_level::plan::sun_disc::Sun;
+use sorairo::low_level::spectra::table_file::TableFile;
+use sorairo::scene::{ColourPath, Fit, OzoneCrossSection, PathChoice, Preset, Projection, Scene};
 use sorairo_evaluation::judge::{coefficients, medium};
 use sorairo_oracle::column_to_top;
 use sorairo_shared::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, solid_angle_density};
@@ -212,4 +216,66 @@ fn a_disc_beyond_what_a_file_can_hold_is_refused() {
     refused(&scene, "a.spectral.exr", "sun.disc");
     scene.sun.distance = 60.0;
     refused(&scene, "a.exr", "50");
+}
+
+/// Elevation of the sun (degrees) and the red of its irradiance on a surface that faces it, over the standard scene with the ozone of the references: the
+/// double integral over the part of the disc that the ground does not hide, computed apart from the program.
+const SUNSET: [(f64, f64); 32] = [
+    (-0.268, 0.0),
+    (-0.256, 0.0012315),
+    (-0.244, 0.0044495),
+    (-0.232, 0.0091335),
+    (-0.22, 0.015164),
+    (-0.208, 0.022462),
+    (-0.196, 0.030976),
+    (-0.184, 0.04067),
+    (-0.172, 0.051519),
+    (-0.16, 0.0635),
+    (-0.148, 0.076598),
+    (-0.136, 0.090799),
+    (-0.124, 0.10609),
+    (-0.112, 0.12247),
+    (-0.1, 0.13992),
+    (-0.088, 0.15843),
+    (-0.076, 0.17814),
+    (-0.064, 0.19876),
+    (-0.052, 0.22041),
+    (-0.04, 0.2431),
+    (-0.028, 0.2668),
+    (-0.016, 0.29151),
+    (-0.004, 0.31721),
+    (0.008, 0.3439),
+    (0.02, 0.37155),
+    (0.032, 0.40015),
+    (0.044, 0.42969),
+    (0.056, 0.46013),
+    (0.068, 0.49146),
+    (0.08, 0.52365),
+    (0.092, 0.55681),
+    (0.104, 0.59063),
+];
+
+#[test]
+fn the_light_of_a_setting_sun_fades_as_its_disc_sets() {
+    let ozone = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/data/ozone_cross_section_of_the_references.csv"));
+    let red = |elevation: f64| {
+        let mut scene = Scene::preset(Preset::Standard);
+        scene.sun.elevation = elevation;
+        scene.atmosphere.ozone.cross_section = OzoneCrossSection::File(TableFile::read(ozone).unwrap());
+        Sun::new(&plan(&scene).sky).irradiance().rgb.x
+    };
+    let whole = red(0.3);
+    let (mut before, mut worst, mut compared) = (0.0, 0.0f64, 0);
+    for (elevation, truth) in SUNSET {
+        let red = red(elevation);
+        println!("{elevation}: {red:.6}, {:+.2} %", 100.0 * (red / truth - 1.0));
+        assert!(red >= before && red.is_finite(), "{elevation}: {red} after {before}");
+        before = red;
+        // The light of a thinner sliver, of a hundredth of a degree, hangs on the fourth digit of the sun's radius.
+        if truth > 2e-3 * whole {
+            worst = worst.max((red / truth - 1.0).abs());
+            compared += 1;
+        }
+    }
+    assert!(compared > 25 && worst < 0.01, "{worst}");
 }

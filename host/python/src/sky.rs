@@ -8,6 +8,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::file::text;
+use sorairo::scene::keys::tables;
+use sorairo::scene::keys::tables;
 use sorairo::scene::{CameraScene, Scene, Size, ValidScene};
 use sorairo::{
     AlphaOpic, Error, Irradiance, LightFields, Method, PixelFormat, Plan, Result, SkyPlan, Spectra, Surface,
@@ -50,7 +52,7 @@ impl NativeSky {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String, Vec<u32>))> {
         let scene = &slf.get().sky.scene;
-        let checksums = tables(scene).map(TableFile::checksum).collect();
+        let checksums = tables(scene).map(|(_, table)| table.checksum()).collect();
         Ok((slf.py().import("sorairo._sorairo")?.getattr("sky_again")?, (text(scene), checksums)))
     }
 
@@ -197,7 +199,11 @@ impl NativeSky {
 pub fn sky_again(py: Python<'_>, text: String, checksums: Vec<u32>) -> PyResult<NativeSky> {
     work(py, move |_| {
         let scene = Scene::parse(&text, "the scene of a pickled sky", None)?.validated()?;
-        match tables(&scene).zip(checksums).find(|(table, checksum)| table.checksum() != *checksum) {
+        match tables(&scene)
+            .map(|(_, table)| table)
+            .zip(checksums)
+            .find(|(table, checksum)| table.checksum() != *checksum)
+        {
             None => Ok(NativeSky::of(&scene)),
             Some((table, _)) => {
                 let complaint = format!("cannot be read again: {} has changed since", table.path().display());
@@ -224,17 +230,8 @@ impl NativeSky {
 
 /// Wavelengths, those at the ends of what is known of a sky where they are meant.
 pub fn known(sky: &SkyPlan, wavelengths: &[f64]) -> Vec<f64> {
-    let known = sky.base.optics.known_wavelengths();
+    let known = sky.scene.known_wavelengths();
     wavelengths.iter().map(|&nm| meant(nm, known)).collect()
-}
-
-/// The tables of a scene.
-fn tables(scene: &Scene) -> impl Iterator<Item = &TableFile> {
-    let atmosphere = &scene.atmosphere;
-    let spectrum = &atmosphere.aerosol.single_scattering_albedo_spectrum;
-    let files =
-        [scene.sun.spectrum.file(), spectrum.file(), atmosphere.ozone.cross_section.file(), scene.ground.albedo.file()];
-    files.into_iter().flatten()
 }
 
 /// Pixels row by row from the top: linear RGB, or the radiance at wavelengths.

@@ -3,7 +3,7 @@
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::single::Bands;
 
-use super::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
+use super::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OrTable, OzoneCrossSection, SunSpectrum};
 use super::observer;
 use super::table_file::TableFile;
 

@@ -62,7 +62,7 @@ impl TableFile {
 
     /// One that is no file.
     pub(crate) fn holding(name: &str, table: Table<1>) -> Self {
-        Self { path: name.into(), table: Arc::new(table) }
+        Self { path: name.into(), name: name.into(), table: Arc::new(table) }
     }
 
     /// The name of the file.
@@ -84,7 +84,7 @@ impl TableFile {
         if self.is_on_steps() {
             return self.clone();
         }
-        Self { path: self.path.clone(), table: Arc::new(mean::over_steps(&self.table, weighed_by)) }
+        Self { table: Arc::new(mean::over_steps(&self.table, weighed_by)), ..self.clone() }
     }
 
     /// Whether a sum over the observer's nodes misses nothing between them.

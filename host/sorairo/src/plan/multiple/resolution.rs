@@ -1,6 +1,6 @@
 //! How finely a light field is resolved.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use sorairo_shared::moments::Moments;
 

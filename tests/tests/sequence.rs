@@ -628,7 +628,7 @@ fn a_manifest_that_is_not_whole_is_written_anew() {
         |text: &str| -> String { text.lines().map(|line| format!("{}\n", line.split_once(',').unwrap().1)).collect() };
     let with_last_columns = |text: &str| -> String {
         let last = |line: &str| line.rsplitn(3, ',').take(2).map(str::to_owned).collect::<Vec<_>>();
-        text.lines().map(|line| last(line)).map(|last| format!("{},{}\n", last[1], last[0])).collect()
+        text.lines().map(last).map(|last| format!("{},{}\n", last[1], last[0])).collect()
     };
     let (first, rest) = text.split_once('\n').unwrap();
     let digit = rest.rfind(|c: char| c.is_ascii_digit()).unwrap();

@@ -79,7 +79,7 @@ fn row(line: u64, text: &str) -> Result<Row, String> {
     if text.len() > LONGEST_LINE {
         return Err(format!("line {line}: it is longer than {} KiB, the most that is read", LONGEST_LINE >> 10));
     }
-    if text.matches('"').count() % 2 != 0 {
+    if !text.matches('"').count().is_multiple_of(2) {
         return Err(format!("line {line}: a quote is opened and not closed"));
     }
     let cells: Vec<String> = if text.contains('"') {

@@ -6,9 +6,7 @@ use std::sync::{Arc, LazyLock};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::file::text;
-use sorairo::scene::keys::tables;
 use sorairo::scene::keys::tables;
 use sorairo::scene::{CameraScene, Scene, Size, ValidScene};
 use sorairo::{

@@ -277,8 +277,8 @@ fn check_lookup(mut scene: Scene) {
 /// Pixels that share entries of the sky lookup reach hardly beyond them: where they do, the colour is as good as anywhere.
 #[test]
 fn pixels_in_runs_agree_with_pixels_alone() {
-    // Wide enough for sky lookups of 26 columns and for a disc of few samples in a pixel.
-    const WIDE: &str = "1616x640";
+    // Wide enough for sky lookups of 49 columns and for a disc of few samples in a pixel.
+    const WIDE: &str = "2416x640";
     for (sun, altitude, disc, size) in [
         (0.0, 0.0, false, WIDE),
         (5.0, 0.0, true, WIDE),
@@ -286,7 +286,7 @@ fn pixels_in_runs_agree_with_pixels_alone() {
         (60.0, 0.0, false, WIDE),
         (3.0, 12.0, false, WIDE),
         // So narrow that runs reach half way to the next entry.
-        (0.0, 0.0, false, "1072x536"),
+        (0.0, 0.0, false, "2288x1144"),
         (30.0, 0.0, false, "720x360"),
     ] {
         let mut scene = scene(Preset::Earth, sun, size);

@@ -80,7 +80,8 @@ fn a_climbing_camera_integrates_hardly_more_from_frame_to_frame() {
         altitude *= 1.35;
         let now = integrals(altitude);
         println!("{altitude:.4} km: {now} integrals");
-        assert!(now <= 1.5 * before && before <= 1.5 * now, "{altitude} km: {now} after {before}");
+        // Where it leaves the atmosphere, at 100 km, the half of the lookup that sees none of it goes: 1.57 times less, at once.
+        assert!(now <= 1.5 * before && before <= 1.6 * now, "{altitude} km: {now} after {before}");
         before = now;
     }
 }

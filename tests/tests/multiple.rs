@@ -384,9 +384,10 @@ fn the_ground_that_is_stood_on_has_one_colour() {
             let (sky, ground) = pixels.split_at(16 * 64);
             for elevation in [-0.5, -20.0, -89.0] {
                 let integrated = plan.radiance(direction(elevation, 130.0).as_vec3());
-                // The same sums for a ray that is as long: none.
+                // The same sums for a ray that is as long: none. Under low suns the diffuse irradiance goes by logarithms, which a rounding of the sun's angle
+                // there changes by some ten times as much.
                 assert!(
-                    (ground[0] - integrated).abs().max_element() < 1e-6 * integrated.max_element(),
+                    (ground[0] - integrated).abs().max_element() < 5e-6 * integrated.max_element(),
                     "{path:?}, {sun}°"
                 );
             }

@@ -675,7 +675,7 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
 }
 
 /// A value of each key, as a scene file says it, and what stands beside it there.
-const VALUES: [(&str, &str, &str); 45] = [
+const VALUES: [(&str, &str, &str); 47] = [
     ("preset", "'mars'", ""),
     ("sun.elevation", "3.5", ""),
     ("sun.azimuth", "-20", ""),
@@ -717,6 +717,8 @@ const VALUES: [(&str, &str, &str); 45] = [
     ("render.exposure", "-3", ""),
     ("render.dither", "'none'", ""),
     ("render.exr", "'f16'", ""),
+    ("render.exr_compression", "'none'", ""),
+    ("render.exr_exposure", "-2", ""),
     ("render.rgb", "'acescg'", ""),
     ("render.observer", "'cie2015'", ""),
     ("render.white_balance", "'d65'", "render.rgb = 'acescg'\n"),

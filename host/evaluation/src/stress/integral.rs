@@ -366,7 +366,7 @@ fn randomise_planet(rng: &mut ChaCha8Rng, scene: &mut Scene) {
     let a = &mut scene.atmosphere;
     let depth = a.top_radius - a.ground_radius;
     a.aerosol.single_scattering_albedo = rng.random_range(0.0..=1.0);
-    a.aerosol.asymmetry = rng.random_range(-0.99..=0.99);
+    a.aerosol.asymmetry = rng.random_range(-0.9..=0.99);
     a.aerosol.angstrom_exponent = rng.random_range(-1.0..=3.0);
     if depth < 40.0 || rng.random_bool(0.5) {
         let part = rng.random_range(0.0..0.8);

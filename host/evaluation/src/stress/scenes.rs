@@ -44,7 +44,7 @@ struct Number {
 }
 
 /// Numbers that vary with what they belong to: the camera's field and the settings.
-const ELSEWHERE: [&str; 4] = ["camera.fov", "render.orders", "render.steps", "render.exposure"];
+const ELSEWHERE: [&str; 5] = ["camera.fov", "render.orders", "render.steps", "render.exposure", "render.exr_exposure"];
 
 /// The numbers, each after those that its range depends on.
 fn numbers() -> impl Iterator<Item = Number> {
@@ -516,7 +516,7 @@ pub fn refusals(seed: u64, cases: u64) -> Outcome {
         let number = any(rng, numbers());
         let (low, high) = bounds(number.key.name, &scene);
         let wrong = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, low.next_down(), high.next_up(), -1e300, 1e300];
-        let value = one_of(rng, &wrong);
+        let value = one_of(rng, if number.key.is_cyclic() { &wrong[..3] } else { &wrong });
         *number.value(&mut scene) = value;
         let refused = catch_unwind(AssertUnwindSafe(|| scene.validated()));
         let in_one_sentence = |sentence: &str| !sentence.contains('\n') && sentence.contains(number.key.name);

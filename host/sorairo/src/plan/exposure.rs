@@ -113,7 +113,7 @@ mod tests {
         for brightest in [0.0, 1.0, 250.0, 16_000.0] {
             assert_eq!(of_halves(brightest), 0.0);
         }
-        for brightest in [1e-12, 3e-5, 0.99, 17_000.0, 2.9e6, 1e10] {
+        for brightest in [1e-11, 3e-5, 0.99, 17_000.0, 2.9e6, 1e10] {
             let exposed = brightest * of_halves(brightest).exp2();
             assert!((LARGEST_HALF / 8.0..=LARGEST_HALF / 4.0).contains(&exposed), "{brightest}: {exposed}");
         }

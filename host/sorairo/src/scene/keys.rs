@@ -313,6 +313,11 @@ impl Key {
         self
     }
 
+    /// Whether its number is an angle of which whole turns are nothing: then any finite one is allowed.
+    pub fn is_cyclic(&self) -> bool {
+        self.wraps
+    }
+
     const fn wraps(mut self) -> Self {
         self.wraps = true;
         self

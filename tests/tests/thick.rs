@@ -69,7 +69,7 @@ fn thick_air_lets_through_what_the_law_of_thick_layers_says() {
 fn what_thick_air_takes_from_the_sun_a_white_ground_gets_back() {
     // By reciprocity down/E is T(μ) over the transmittance of light from below, 4/3 / (b + 2 q): the escape function alone, at any depth. Nothing is
     // absorbed anywhere.
-    for (depth, tolerance) in [(10.0, 0.003), (30.0, 0.003), (100.0, 0.01), (300.0, 0.03)] {
+    for (depth, tolerance) in [(3.0, 0.003), (10.0, 0.003), (30.0, 0.006), (100.0, 0.02), (300.0, 0.02)] {
         assert_near(transmitted(&air(depth, 1.0)), ESCAPE, tolerance, &format!("optical depth {depth}"));
     }
 }
@@ -102,10 +102,10 @@ fn radiance_in_thick_haze_is_the_oracles() {
             let found = dense.radiance(direction(elevation, azimuth).as_vec3())[0];
             let (medium, band) = (judge::medium(&scene), judge::coefficients(&scene, WAVELENGTH));
             let ray = judge::ray(&scene, elevation, azimuth);
-            let truth = radiance_of_all_orders(&medium, &band, &ray, Paths { number: 65_536, seed: 5 });
+            let truth = radiance_of_all_orders(&medium, &band, &ray, Paths { number: 196_608, seed: 5 });
             let off = (found - truth.mean).abs();
             // 2.5 % is what is stated of haze; the oracle's chance is a part of that.
-            assert!(truth.standard_error < 0.01 * truth.mean, "{truth:?}");
+            assert!(truth.standard_error < 0.015 * truth.mean, "{truth:?}");
             assert!(
                 off <= 0.025 * truth.mean + 3.0 * truth.standard_error,
                 "optical depth {depth}, g {asymmetry}, sun {sun}, view {elevation}, {azimuth}: {found:e}, {truth:?}"

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::integral::{self, Cell};
 use super::outcome::Outcome;
 use super::solve::{self, Form, condition, double, error_of, exact};
-use super::{error_map, figures, orders, scenes, spectra, steps};
+use super::{energy, error_map, figures, orders, scenes, spectra, steps};
 use crate::document::{Machine, make_folder, table, write};
 use crate::problem::Result;
 use sorairo::Device;
@@ -28,7 +28,8 @@ struct Sweep<'a> {
 fn sweeps(device: &Device, spectra: u64) -> Vec<Sweep<'_>> {
     vec![
         Sweep { name: "rays", cases: 12_800, run: Box::new(integral::integral) },
-        Sweep { name: "skies", cases: 12, run: Box::new(orders::orders) },
+        Sweep { name: "skies", cases: 8, run: Box::new(orders::orders) },
+        Sweep { name: "energies", cases: 16, run: Box::new(energy::energy) },
         Sweep { name: "walks", cases: 10, run: Box::new(steps::steps) },
         Sweep { name: "spectra", cases: spectra, run: Box::new(spectra::spectra) },
         Sweep { name: "solves", cases: 50_000, run: Box::new(solve::solve) },

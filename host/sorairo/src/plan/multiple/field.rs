@@ -335,7 +335,8 @@ impl<'a, const N: usize> Table<'a, N> {
                 return sum;
             }
             made.computed += 1;
-            made.error = off;
+            // What is left falls from a correction to the next as corrections do; the first is relative to all light.
+            made.error = off * off / before.min(1.0);
             sum.add(&lacking, whole);
             sum.add(&correction, whole);
             if off < self.resolution.tolerance {

@@ -116,9 +116,9 @@ pub fn altitudes_by_depth<const N: usize>(setting: &Setting, wavelengths: &Wavel
     /// Optical depth between the ground and the first altitude, and that of a step relative to what lies below. With half of these steps and of [`STEP`] the
     /// irradiance of the ground changes by 0.4 % at most, up to an optical depth of 300.
     const FIRST_DEPTH: f64 = 0.25;
-    const OF_DEPTH_BELOW: f64 = 0.25;
+    const OF_DEPTH_BELOW: f64 = 0.2;
     /// A step, relative to the height over which the air falls off; where it is thin it grows.
-    const STEP: f64 = 0.4;
+    const STEP: f64 = 0.33;
     const THIN: f64 = 0.03;
     let top = f64::from(setting.atmosphere.depth);
     let (mut altitudes, mut below) = (vec![0.0], 0.0);

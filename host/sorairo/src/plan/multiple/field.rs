@@ -259,7 +259,7 @@ struct Table<'a, const N: usize> {
     /// The azimuths at which light is gathered.
     azimuths: Azimuths,
     /// Of each ray every sun at every azimuth, at its origin and at each of its nodes.
-    sights: Vec<(Vec<Sight>, Vec<SunPlace>)>,
+    sights: Vec<(Vec<Sight>, Option<Vec<SunPlace>>)>,
 }
 
 impl<'a, const N: usize> Table<'a, N> {
@@ -277,7 +277,8 @@ impl<'a, const N: usize> Table<'a, N> {
         let azimuths = Azimuths::new(resolution.azimuths);
         let seen = |ray: &OwnedRay<N>| {
             let sights = sights(ray, &suns, &azimuths);
-            let places = ray.suns_along(grid, &sights);
+            // Of the many nodes of thick air they would take more memory than all else, and few orders ask for them.
+            let places = (!resolution.thick).then(|| ray.suns_along(grid, &sights));
             (sights, places)
         };
         let sights = rays.par_iter().map(seen).collect();
@@ -459,6 +460,8 @@ impl<'a, const N: usize> Table<'a, N> {
             || Room::new::<N>(self.suns.len(), tiles.of, self.suns.len() * azimuths),
             |room, (ray, (sights, places))| {
                 let mut light = vec![Lanes::ZERO; sights.len()];
+                let found = places.is_none().then(|| ray.suns_along(self.grid, sights));
+                let places = found.as_ref().or(places.as_ref()).expect("either");
                 gather(table, ray.view(), places, &mut room.scratch(), &mut light);
                 self.add_ground(ray, &irradiance, sights, &mut light);
                 let mut fourier = vec![Lanes::ZERO; self.suns.len() * (of.azimuthal + 1)];

@@ -55,6 +55,9 @@ pub const COMPARED_DEPTH: f64 = 300.0;
 /// The vertical optical depth of scattering above which a layer is thick: where samples that follow the density alone miss a mean free path.
 const THICK: f64 = 1.2;
 
+/// The highest degree in thick air, where scattering after scattering leaves less of a moment than of the one before, and where a table has many more rays.
+const HIGHEST_IN_THICK_AIR: usize = 28;
+
 /// The optical depth of scattering, less what goes straight ahead, up to which the light of a plane atmosphere is corrected. At 30 corrections leave
 /// 0.2 % and what they correct 0.7, at 100 0.5 and 0.7, at 300 they diverge.
 const MOST_CORRECTED: f64 = 50.0;
@@ -92,10 +95,11 @@ impl Resolution {
         let thick = depth > THICK_HAZE;
         // In thick haze all light crosses the altitudes at a slant.
         let slanted = low || thick;
-        let degree = degree(setting, depth);
+        let is_thick = vertical_depth(setting, depth) > THICK;
+        let degree = degree(setting, depth).min(if is_thick { HIGHEST_IN_THICK_AIR } else { HIGHEST_DEGREE });
         let azimuths = if thick { 5 } else { 4 };
         Self {
-            thick: vertical_depth(setting, depth) > THICK,
+            thick: is_thick,
             corrected: diffusive_depth(setting, depth) < MOST_CORRECTED,
             first: Moments { degree, azimuthal: degree },
             next: Moments { degree, azimuthal: degree.min(azimuths - 1) },

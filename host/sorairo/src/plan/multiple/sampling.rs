@@ -41,7 +41,7 @@ const OF_DEPTH_BEFORE: f64 = 0.5;
 const OF_FALL_OFF: f64 = 1.2;
 
 /// The optical depth at all wavelengths behind which nothing is seen.
-const OPAQUE: f64 = 12.0;
+const OPAQUE: f64 = 10.0;
 
 impl Sampling {
     /// So many samples on each piece, or where a table is thick as many as that takes.
@@ -92,7 +92,7 @@ fn panels<const N: usize>(
         // Where the ray is level, the altitude changes with the square of the distance.
         let climbed = |step: f64| (altitude((along + step).min(length)) - here).abs();
         let mut step = by_depth.min(length - along);
-        while climbed(step) > OF_FALL_OFF * fall_off * (1.0 + 1e-3 / (extinction * fall_off)).min(3.0) {
+        while climbed(step) > OF_FALL_OFF * fall_off * (1.0 + 1e-3 / (extinction * fall_off)) {
             step *= 0.7;
         }
         if along + 1.3 * step > length {
@@ -113,6 +113,17 @@ fn panels<const N: usize>(
 /// Altitudes of a table (km), from the ground to the top of the atmosphere: close where a mean free path is short, about the ground, and wherever the air
 /// changes.
 pub fn altitudes_by_depth<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>) -> Vec<f64> {
+    /// Altitudes at most, which bounds memory and time: an optical depth of 300 takes as many. Thicker air has longer steps.
+    const MOST: usize = 80;
+    let with_steps = |scale: &f64| altitudes(setting, wavelengths, *scale);
+    let mut scales = std::iter::successors(Some(1.0), |scale| Some(1.3 * scale));
+    scales
+        .find_map(|scale| Some(with_steps(&scale)).filter(|found| found.len() <= MOST))
+        .expect("steps as long as the atmosphere is deep")
+}
+
+/// Those with steps longer by a factor.
+fn altitudes<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>, scale: f64) -> Vec<f64> {
     /// Optical depth between the ground and the first altitude, and that of a step relative to what lies below. With half of these steps and of [`STEP`] the
     /// irradiance of the ground changes by 0.4 % at most, up to an optical depth of 300.
     const FIRST_DEPTH: f64 = 0.25;
@@ -127,7 +138,7 @@ pub fn altitudes_by_depth<const N: usize>(setting: &Setting, wavelengths: &Wavel
         let Thickness { extinction, fall_off } = strongest(setting, wavelengths, altitude);
         let by_depth = (OF_DEPTH_BELOW * below).max(FIRST_DEPTH) / extinction.max(f64::MIN_POSITIVE);
         let above = extinction * fall_off;
-        let step = by_depth.min(STEP * fall_off * (THIN / above).sqrt().clamp(1.0, 4.0));
+        let step = scale * by_depth.min(STEP * fall_off * (THIN / above).sqrt().max(1.0));
         below += step * strongest(setting, wavelengths, altitude + 0.5 * step).extinction;
         altitude += step;
         if altitude + 0.5 * step >= top {

@@ -97,13 +97,20 @@ impl Resolution {
         let slanted = low || thick;
         let is_thick = vertical_depth(setting, depth) > THICK;
         let degree = degree(setting, depth).min(if is_thick { HIGHEST_IN_THICK_AIR } else { HIGHEST_DEGREE });
-        let azimuths = if thick { 5 } else { 4 };
+        let is_peaked = setting.forward_peak > 0.0;
+        let azimuths = match (is_peaked, thick) {
+            (true, _) => 12,
+            (false, true) => 5,
+            (false, false) => 4,
+        };
+        let next = Moments { degree, azimuthal: degree.min(azimuths - 1) };
         Self {
             thick: is_thick,
             corrected: diffusive_depth(setting, depth) < MOST_CORRECTED,
             first: Moments { degree, azimuthal: degree },
-            next: Moments { degree, azimuthal: degree.min(azimuths - 1) },
-            later: Self::moments_of_later_orders(degree, azimuths),
+            next,
+            // What scatters mostly ahead keeps the shape of its light from order to order.
+            later: if is_peaked { next } else { Self::moments_of_later_orders(degree, azimuths) },
             altitudes: ALTITUDES,
             thin_air: THIN_AIR,
             directions: match degree {
@@ -216,6 +223,7 @@ fn leaves(setting: &Setting, depth: f64) -> f64 {
         return 0.03;
     }
     match setting.sun {
+        _ if setting.forward_peak > 0.0 => 0.03,
         _ if vertical_depth(setting, depth) > THICK => 0.01,
         sun if sun > LOWEST_COMPARED => 0.1,
         sun if sun > FRAC_PI_2 => 0.01,

@@ -50,11 +50,17 @@ pub struct AerosolMoments {
 impl AerosolMoments {
     /// For an asymmetry in (-1, 1).
     pub fn new(asymmetry: f32) -> Self {
-        /// The highest moment that is left: with an asymmetry of 0.85 or less the whole phase function is.
-        const LEFT: f64 = 2e-3;
+        /// The degree up to which moments are kept where the phase function has a peak, and the asymmetry at which it begins to have one: what is left has as
+        /// much in that degree as there.
+        const DEGREE: usize = 20;
+        const ASYMMETRY: f64 = 0.8;
         let whole = cornette_shanks_moments(f64::from(asymmetry), HIGHEST_DEGREE);
-        let peak = if asymmetry > 0.0 { (whole[HIGHEST_DEGREE] - LEFT).max(0.0) } else { 0.0 };
-        Self { chi: whole.into_iter().map(|chi| (chi - peak) / (1.0 - peak)).collect(), peak }
+        if f64::from(asymmetry) <= ASYMMETRY {
+            return Self { chi: whole, peak: 0.0 };
+        }
+        let left = cornette_shanks_moments(ASYMMETRY, DEGREE)[DEGREE];
+        let peak = ((whole[DEGREE] - left) / (1.0 - left)).max(0.0);
+        Self { chi: whole.into_iter().map(|chi| (chi - peak).max(0.0) / (1.0 - peak)).collect(), peak }
     }
 }
 

@@ -241,8 +241,10 @@ fn jump(skies: [Vec<Vec<f64>>; 4]) -> f64 {
     let mut largest = 0.0f64;
     for band in 0..4 {
         let brightest = skies[1].iter().map(|ray| ray[band]).fold(0.0, f64::max);
-        for ray in 0..skies[1].len() {
-            let change = |i: usize| skies[i + 1][ray][band] - skies[i][ray][band];
+        let rays = skies[0].iter().zip(&skies[1]).zip(skies[2].iter().zip(&skies[3]));
+        for ((a, b), (c, d)) in rays {
+            let light = [a[band], b[band], c[band], d[band]];
+            let change = |i: usize| light[i + 1] - light[i];
             let jump = (change(1) - 0.5 * (change(0) + change(2))).abs() / brightest;
             assert!(jump.is_finite());
             largest = largest.max(jump);

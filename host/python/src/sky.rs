@@ -48,7 +48,7 @@ impl NativeSky {
         work(py, move |_| Ok(Self::of(&scene(draft(preset.as_deref(), file.as_deref())?, &keys)?)))
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String, Vec<u32>))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Pickled<'py>> {
         let scene = &slf.get().sky.scene;
         let checksums = tables(scene).map(|(_, table)| table.checksum()).collect();
         Ok((slf.py().import("sorairo._sorairo")?.getattr("sky_again")?, (text(scene), checksums)))
@@ -225,6 +225,9 @@ impl NativeSky {
         Ok(known(&self.sky, given.as_slice()?))
     }
 }
+
+/// The function that makes a sky anew, and what it takes: the scene as text, and the checksums of its tables.
+type Pickled<'py> = (Bound<'py, PyAny>, (String, Vec<u32>));
 
 /// Wavelengths, those at the ends of what is known of a sky where they are meant.
 pub fn known(sky: &SkyPlan, wavelengths: &[f64]) -> Vec<f64> {

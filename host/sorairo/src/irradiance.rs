@@ -313,7 +313,7 @@ mod tests {
 
     /// A table of a nanometre a row that has all of it in every fifth, shifted by some.
     fn lines(shift: u32, height: f64) -> TableFile {
-        let value = |nm: u32| if (nm + shift) % 5 == 0 { height } else { 0.0 };
+        let value = |nm: u32| if (nm + shift).is_multiple_of(5) { height } else { 0.0 };
         TableFile::holding("lines.csv", Table::of((360..=830).map(|nm| (f64::from(nm), [value(nm)]))))
     }
 

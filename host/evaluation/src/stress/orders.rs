@@ -19,7 +19,7 @@ use sorairo::scene::{Fit, GroundAlbedo, Preset, Rgb, Scene, SunSpectrum};
 const FEWEST_PATHS: u64 = 8192;
 
 /// Paths of the last: a case whose chance is larger than what it is judged by says little.
-const MOST_PATHS: u64 = 524_288;
+const MOST_PATHS: u64 = 2_097_152;
 
 /// Standard errors that a case may be off by: of a thousand normal ones three are.
 const STANDARD_ERRORS: f64 = 3.0;

@@ -209,10 +209,13 @@ fn light(scene: &Scene, light_fields: &LightFields) -> Vec<Vec<f64>> {
 fn largest_jump(skies: &[Vec<Vec<f64>>]) -> (f64, u32, usize) {
     let mut largest = (0.0f64, 0, 0);
     for (step, four) in skies.windows(4).enumerate() {
-        for band in 0..four[1][0].len() {
+        let bands = four[1][0].len();
+        for band in 0..bands {
             let brightest = four[1].iter().map(|ray| ray[band]).fold(0.0, f64::max);
-            for view in 0..four[1].len() {
-                let change = |i: usize| four[i + 1][view][band] - four[i][view][band];
+            let rays = four[0].iter().zip(&four[1]).zip(four[2].iter().zip(&four[3])).enumerate();
+            for (view, ((a, b), (c, d))) in rays {
+                let light = [a[band], b[band], c[band], d[band]];
+                let change = |i: usize| light[i + 1] - light[i];
                 let jump = (change(1) - 0.5 * (change(0) + change(2))).abs() / brightest;
                 // A jump that is no number is the largest.
                 if jump.is_nan() || jump > largest.0 {

@@ -6,8 +6,11 @@ use rayon::prelude::*;
 use sorairo_shared::math::max;
 
 use crate::error::Error;
-use crate::plan::exposure::{LARGEST_HALF, SMALLEST_HALF};
+use crate::plan::exposure::LARGEST_HALF;
 use crate::scene::MOST_STOPS;
+
+/// The smallest number of which half floats keep all of their digits (2⁻¹⁴).
+const SMALLEST_HALF: f32 = 6.103_515_6e-5;
 
 /// Half of the step to what would be the next half float: up to here rounding leads to the largest.
 const ROUNDED_DOWN: f32 = 65_520.0;

@@ -31,9 +31,6 @@ pub fn with_disc(factor: f32, light: f64) -> f32 {
 /// The largest number that half floats hold.
 pub const LARGEST_HALF: f32 = 65_504.0;
 
-/// The smallest number of which half floats keep all of their digits (2⁻¹⁴).
-pub const SMALLEST_HALF: f32 = 6.103_515_6e-5;
-
 /// Stops by which half floats are exposed whose brightest value would be `brightest`: none where that is far from both ends of their range, so
 /// that what is ten thousand times darker keeps its digits too; else as many as bring it near the upper end. A black sky has none.
 pub fn of_halves(brightest: f32) -> f32 {

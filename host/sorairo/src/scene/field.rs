@@ -76,6 +76,10 @@ pub trait TableField: Sync {
     fn table<'a>(&self, scene: &'a Scene) -> Option<&'a TableFile>;
 
     /// The table in a scene, to be changed.
+    #[cfg_attr(
+        not(feature = "scene-files"),
+        allow(dead_code, reason = "scenes that come from files alone have names to change")
+    )]
     fn table_mut<'a>(&self, scene: &'a mut Scene) -> Option<&'a mut TableFile>;
 }
 

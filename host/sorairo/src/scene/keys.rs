@@ -458,6 +458,10 @@ pub fn tables(scene: &Scene) -> impl Iterator<Item = (&'static str, &TableFile)>
 }
 
 /// Changes each of [`tables`].
+#[cfg_attr(
+    not(feature = "scene-files"),
+    allow(dead_code, reason = "scenes that come from files alone have names to change")
+)]
 pub(crate) fn change_tables(scene: &mut Scene, mut change: impl FnMut(&mut TableFile)) {
     for way in KEYS.iter().filter_map(|key| key.table) {
         way.table_mut(scene).into_iter().for_each(&mut change);

@@ -47,11 +47,13 @@ impl fmt::Display for Place {
 
 impl Time {
     /// Date and time of day as a clock there shows them, in a format of `chrono`.
+    #[cfg(feature = "encoding")]
     pub(crate) fn local(self, format: &str) -> String {
         self.0.format(format).to_string()
     }
 
     /// How far that clock is ahead of universal time (s).
+    #[cfg(feature = "encoding")]
     pub(crate) fn seconds_east(self) -> i32 {
         self.0.offset().local_minus_utc()
     }

@@ -56,6 +56,7 @@ impl TableFile {
     }
 
     /// The same with that name as its path.
+    #[cfg(feature = "encoding")]
     pub(crate) fn as_named(&self) -> Self {
         Self { path: self.name.clone(), ..self.clone() }
     }

@@ -71,7 +71,7 @@ pub fn sun_nodes(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> Vec<f64> {
     let darkest = (sun + seen + top.min(DARK_MARGIN)).min(night);
     const CLOSE: f64 = 0.3;
     let (centre, seen) = (sun / DEGREE, seen / DEGREE);
-    let is_node = |degree: &u32| degree % step(*degree, (f64::from(*degree) - centre).abs() - seen) == 0;
+    let is_node = |degree: &u32| degree.is_multiple_of(step(*degree, (f64::from(*degree) - centre).abs() - seen));
     let first = (0..=(brightest / DEGREE + CLOSE) as u32).rev().find(is_node).unwrap_or(0);
     let mut suns = Vec::new();
     for degree in (first..).filter(is_node) {

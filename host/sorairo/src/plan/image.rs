@@ -224,7 +224,7 @@ impl Plan {
     }
 
     /// Stops by which linear values are exposed for a file or a target: what the scene asks for, or else what half floats need where they hold
-    /// them (see [`exposure::of_halves`]), or none.
+    /// them (see `exposure::of_halves`), or none.
     pub fn linear_exposure(&self, depth: ExrDepth) -> f32 {
         match (self.sky.scene.render.exr_exposure, depth) {
             (Exposure::Stops(stops), _) => stops as f32,

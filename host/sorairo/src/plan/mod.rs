@@ -21,6 +21,7 @@ pub mod samples;
 mod sky;
 pub mod spectral;
 pub mod sun_disc;
+mod sun_irradiance;
 pub mod upload;
 
 pub use directions::direction;

@@ -19,7 +19,7 @@ use super::lookup_grid::{self, Entries, Seen};
 use super::multiple::{AerosolMoments, LightFields, Refined};
 use super::on_device::{Look, PlanDevice};
 use super::quadrature::gauss_legendre;
-use super::sun_disc::{Sun, SunIrradiance};
+use super::sun_irradiance::SunIrradiance;
 use super::{directions, exposure, samples, upload};
 use crate::error::Result;
 use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
@@ -45,8 +45,8 @@ pub struct SkyPlan {
     integral: OnceLock<RayIntegral>,
     refined: OnceLock<Refined>,
     colours: OnceLock<Colours>,
-    disc_grid: OnceLock<Vec<Vec4>>,
-    sun_irradiance: OnceLock<SunIrradiance>,
+    pub(super) disc_grid: OnceLock<Vec<Vec4>>,
+    pub(super) sun_irradiance: OnceLock<SunIrradiance>,
     /// Of a sky lookup of its own, and of one that has the rows of its image.
     lookup_grids: [OnceLock<Entries>; 2],
 }
@@ -150,17 +150,6 @@ impl SkyPlan {
     /// How its light becomes colours: found when it is first asked for, since spectra take none of it.
     pub fn colours(&self) -> &Colours {
         found_once(&self.colours, || self.find_colours())
-    }
-
-    /// The grid from which kernels read the sun's disc; see [`Sun::grid`]. Computed when it is first asked for.
-    pub fn disc_grid(&self) -> &[Vec4] {
-        let grid: &Vec<Vec4> = found_once(&self.disc_grid, || Sun::new(self).grid());
-        grid
-    }
-
-    /// What falls from the sun's disc; see [`Sun::irradiance`]. Computed when it is first asked for.
-    pub fn sun_irradiance(&self) -> &SunIrradiance {
-        found_once(&self.sun_irradiance, || Sun::new(self).irradiance())
     }
 
     /// Rows and columns of a sky lookup that are enough, or the most that may be: of one that has the rows of its image, or of one of its own. Found
@@ -285,7 +274,7 @@ fn constituents_on(
 
 /// What a cell holds, found when it is first asked for. Threads that ask at once all find it: one that waited for another would hold up work
 /// that the other may have handed to it.
-fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
+pub(super) fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
     if let Some(found) = cell.get() {
         return found;
     }

@@ -13,7 +13,8 @@ use sorairo_shared::variant;
 
 use super::integral::RayIntegral;
 use super::quadrature::gauss_legendre;
-use super::sky::SkyPlan;
+use super::sky::{SkyPlan, found_once};
+pub use super::sun_irradiance::SunIrradiance;
 use crate::scene::Projection;
 use crate::spectra::observer;
 use crate::spectra::optics::{Coefficients, Optics};
@@ -94,17 +95,6 @@ pub struct Sun<'a> {
     coefficients: Vec<Coefficients>,
 }
 
-/// What falls from the disc.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SunIrradiance {
-    /// On a surface that faces it: power between 380 and 780 nm (W·m⁻²).
-    pub facing: f64,
-    /// On a level surface likewise.
-    pub level: f64,
-    /// On a surface that faces it: linear RGB (W·m⁻²).
-    pub rgb: DVec3,
-}
-
 /// A level strip of the disc.
 struct Strip {
     /// Optical depth between it and the observer at each wavelength.
@@ -120,6 +110,19 @@ struct Part {
     limb_cosine: f64,
     /// Solid angle (sr).
     solid_angle: f64,
+}
+
+impl SkyPlan {
+    /// The grid from which kernels read the sun's disc; see [`Sun::grid`]. Computed when it is first asked for.
+    pub fn disc_grid(&self) -> &[Vec4] {
+        let grid: &Vec<Vec4> = found_once(&self.disc_grid, || Sun::new(self).grid());
+        grid
+    }
+
+    /// What falls from the sun's disc; see [`Sun::irradiance`]. Computed when it is first asked for.
+    pub fn sun_irradiance(&self) -> &SunIrradiance {
+        found_once(&self.sun_irradiance, || Sun::new(self).irradiance())
+    }
 }
 
 impl<'a> Sun<'a> {

@@ -9,8 +9,7 @@
 //!
 //! `w` is what lights `v`: where both vary, the mean of their product is the product of these means.
 
-use super::measured::MEASURED_RANGE;
-use super::observer::STEP;
+use super::range::{MEASURED_RANGE, STEP};
 use super::table::Table;
 
 /// A table of means at every nanometre of [`MEASURED_RANGE`] that a table holds, weighed by another; straight between them.

@@ -3,11 +3,9 @@
 use std::sync::OnceLock;
 
 use super::mean;
+pub use super::range::MEASURED_RANGE;
 use super::table::Table;
 use super::table_file::TableFile;
-
-/// The wavelengths (nm) that the tables of ozone and of the CIE 1931 observer cover.
-pub const MEASURED_RANGE: (f64, f64) = (360.0, 830.0);
 
 fn embedded<const N: usize>(cell: &'static OnceLock<Table<N>>, csv: &str) -> &'static Table<N> {
     cell.get_or_init(|| Table::parse(csv).expect("the tables in the program are well formed"))

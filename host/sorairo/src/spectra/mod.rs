@@ -7,5 +7,6 @@ pub mod mean;
 pub mod measured;
 pub mod observer;
 pub mod optics;
+pub mod range;
 pub mod table;
 pub mod table_file;

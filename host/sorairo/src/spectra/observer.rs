@@ -6,6 +6,7 @@ use sorairo_shared::observer::OBSERVER_NODES;
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use super::measured;
+pub use super::range::{END, START, STEP};
 
 /// A colour observer.
 #[derive(
@@ -30,13 +31,6 @@ impl ColourObserver {
         }
     }
 }
-
-/// First wavelength of the observer sum (nm).
-pub const START: f64 = 380.0;
-/// Last wavelength of the observer sum (nm).
-pub const END: f64 = 780.0;
-/// Step of the observer sum (nm).
-pub const STEP: f64 = (END - START) / (OBSERVER_NODES - 1) as f64;
 
 /// Luminous efficacy of radiation of luminance 1 to the observer (lm/W; the SI's constant K_cd).
 pub const LUMENS_PER_WATT: f64 = 683.0;

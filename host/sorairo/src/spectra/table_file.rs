@@ -4,7 +4,7 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use super::mean;
-use super::observer::{END, START, STEP};
+use super::range::{END, START, STEP};
 use super::table::Table;
 use crate::input::{self, LARGEST_TABLE, shown};
 

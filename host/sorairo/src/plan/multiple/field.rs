@@ -7,18 +7,19 @@ use sorairo_shared::light_field::{Sight, SunPlace, lit_from_end_to_end};
 use sorairo_shared::math::{acos, max};
 use sorairo_shared::moments::{Moments, legendre};
 use sorairo_shared::multiple::{
-    Lanes, MomentTable, Scratch, TILE, gather, scratch_sizes, single_scattering_of_lit_ray, single_scattering_of_many,
-    sunlight_on_ground, suns_of_tile, wavelengths_of_tile,
+    Lanes, Scratch, gather, scratch_sizes, single_scattering_of_lit_ray, single_scattering_of_many, sunlight_on_ground,
 };
 use sorairo_shared::variant;
 
 use super::grid::{Direction, Grid, directions};
 use super::plane_parallel::Layers;
-use super::rays::{OwnedRay, Wavelengths};
+use super::rays::OwnedRay;
 use super::resolution::Resolution;
 use super::sampling::{Sampling, altitudes_by_depth};
 use super::series::{Closing, LAST, Series, dark};
 use super::setting::Setting;
+use super::values::{Tiles, Values};
+use super::wavelengths::Wavelengths;
 use crate::plan::quadrature::gauss_legendre;
 use crate::scene::Orders;
 
@@ -80,32 +81,6 @@ impl OrdersMade {
         self.error = closing.error;
         self.ratio = std::array::from_fn(|i| closing.ratio[i]);
         self.error <= self.tolerance || self.computed == MOST
-    }
-}
-
-/// Moments of a light field at the nodes of a grid, and the irradiance of the ground.
-#[derive(Clone)]
-pub struct Values<const N: usize> {
-    /// Which moments.
-    pub(super) of: Moments,
-    /// The moments of each altitude and sun.
-    pub(super) values: Vec<Lanes<N>>,
-    /// Irradiance of the ground under each sun.
-    pub(super) irradiance: Vec<Lanes<N>>,
-}
-
-/// Moments at the nodes of a grid, tile after tile of the wavelengths.
-pub struct Tiles {
-    of: Moments,
-    values: Vec<f32>,
-    altitudes: usize,
-}
-
-impl Tiles {
-    /// As the gathering takes them.
-    pub fn table<'a>(&'a self, grid: &'a Grid, logarithmic: bool) -> MomentTable<'a> {
-        let Self { of, values, altitudes } = self;
-        MomentTable { moments: *of, values, altitudes: *altitudes, suns: grid.sun_angles.axis(), logarithmic }
     }
 }
 
@@ -178,49 +153,6 @@ impl<const N: usize> LightField<N> {
     /// The diffuse irradiance of the ground.
     pub fn diffuse_irradiance(&self, logarithmic: bool) -> Irradiance<N> {
         Irradiance::new(&self.moments.irradiance, logarithmic)
-    }
-}
-
-impl<const N: usize> Values<N> {
-    /// Those of the moments, as the gathering takes them, that are among `of`.
-    fn tiles(&self, grid: &Grid, of: Moments) -> Tiles {
-        let of = Moments { degree: of.degree.min(self.of.degree), azimuthal: of.azimuthal.min(self.of.azimuthal) };
-        let (lanes, together) = (wavelengths_of_tile::<N>(), suns_of_tile::<N>());
-        let taken: Vec<usize> =
-            (0..=of.azimuthal).flat_map(|m| self.of.first(m)..=self.of.first(m) + of.degree - m).collect();
-        let (altitudes, suns) = (grid.altitudes.len(), grid.suns.len());
-        let mut values = Vec::with_capacity(altitudes * suns.next_multiple_of(together) * of.count() * N);
-        for tile in 0..N / lanes {
-            for suns in self.values.chunks_exact(suns * self.of.count()) {
-                for group in suns.chunks(together * self.of.count()) {
-                    for &at in &taken {
-                        let moment = group.iter().skip(at).step_by(self.of.count());
-                        moment.for_each(|values_of| values.extend_from_slice(&values_of.0[tile * lanes..][..lanes]));
-                        // Where suns do not fill a tile, the rest of it is dark.
-                        values.resize(values.len().next_multiple_of(TILE), 0.0);
-                    }
-                }
-            }
-        }
-        Tiles { of, values, altitudes: grid.altitudes.len() }
-    }
-
-    /// The mean radiances, `l = 0`, at all nodes.
-    fn means(&self) -> Vec<Lanes<N>> {
-        self.values.iter().step_by(self.of.count()).copied().collect()
-    }
-
-    /// Adds another light field, times a factor at each band, as far as both have the same moments.
-    fn add(&mut self, other: &Self, factor: Lanes<N>) {
-        let degree = self.of.degree.min(other.of.degree);
-        for (to, from) in self.values.chunks_mut(self.of.count()).zip(other.values.chunks(other.of.count())) {
-            for m in 0..=self.of.azimuthal.min(other.of.azimuthal).min(degree) {
-                let count = degree + 1 - m;
-                let from = &from[other.of.first(m)..][..count];
-                to[self.of.first(m)..].iter_mut().zip(from).for_each(|(to, from)| to.add_product(from, &factor));
-            }
-        }
-        self.irradiance.iter_mut().zip(&other.irradiance).for_each(|(to, from)| to.add_product(from, &factor));
     }
 }
 

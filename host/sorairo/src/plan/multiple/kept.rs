@@ -10,9 +10,9 @@ use sorairo_shared::single::Bands;
 
 use super::device_field::DeviceField;
 use super::field::LightField;
-use super::rays::Wavelengths;
 use super::resolution::Resolution;
 use super::setting::Setting;
+use super::wavelengths::Wavelengths;
 use crate::error::Result;
 use crate::plan::on_device::{AskedDevice, DeviceUses, PlanDevice};
 use crate::scene::Orders;

@@ -26,11 +26,11 @@ use rayon::prelude::*;
 use sorairo_shared::moments::{Moments, Stencil};
 use sorairo_shared::multiple::Lanes;
 
-use super::field::Values;
 use super::grid::Grid;
-use super::rays::Wavelengths;
 use super::sampling::{densities, strongest};
 use super::setting::Setting;
+use super::values::Values;
+use super::wavelengths::Wavelengths;
 use crate::plan::quadrature::nodes_and_weights;
 
 /// Streams in each hemisphere.

@@ -1,41 +1,17 @@
 //! Rays through a table of the light field: what every sun and azimuth shares.
 
 use sorairo_shared::geometry::Ray;
-use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::glam::Vec3;
 use sorairo_shared::ground::LAMBERT;
 use sorairo_shared::light_field::{NodePlace, PieceSamples, Sample, Sight, SunPlace, functions_of_air};
 use sorairo_shared::math::safe_sqrt;
 use sorairo_shared::moments::{Moments, legendre};
-use sorairo_shared::multiple::{Lanes, RayNode, Spectrum, TableRay, for_each_piece, suns_along};
-use sorairo_shared::single::Bands;
+use sorairo_shared::multiple::{Lanes, RayNode, TableRay, for_each_piece, suns_along};
 
 use super::grid::Grid;
 use super::sampling::Sampling;
 use super::setting::Setting;
-
-/// What scatters, absorbs and reflects at some wavelengths.
-pub struct Wavelengths<const N: usize> {
-    /// The air's optical properties.
-    pub air: Spectrum<N>,
-    /// Albedo of the ground.
-    pub albedo: Lanes<N>,
-}
-
-impl<const N: usize> Wavelengths<N> {
-    /// Up to so many, from groups of four bands; the last group fills up.
-    pub fn new(bands: &[Bands]) -> Self {
-        let lanes = |value: &dyn Fn(usize) -> Vec4| {
-            Lanes(std::array::from_fn(|i| value((i / 4).min(bands.len() - 1)).to_array()[i % 4]))
-        };
-        let air = Spectrum {
-            air_scattering: lanes(&|group| bands[group].air_scattering),
-            aerosol_scattering: lanes(&|group| bands[group].aerosol_scattering),
-            aerosol_extinction: lanes(&|group| bands[group].aerosol_extinction),
-            ozone_absorption: lanes(&|group| bands[group].ozone_absorption),
-        };
-        Self { air, albedo: lanes(&|group| bands[group].albedo) }
-    }
-}
+use super::wavelengths::Wavelengths;
 
 /// The ground that a ray meets.
 #[derive(Clone, Copy)]

@@ -7,9 +7,9 @@ use sorairo_shared::light_field::PieceSamples;
 use sorairo_shared::profile::{ozone_density, relative_densities};
 use sorairo_shared::variant;
 
-use super::rays::Wavelengths;
 use super::resolution::Resolution;
 use super::setting::Setting;
+use super::wavelengths::Wavelengths;
 use crate::plan::quadrature::{gauss_legendre, nodes_and_weights};
 
 /// How the pieces of a ray are sampled.

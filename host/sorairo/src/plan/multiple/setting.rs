@@ -37,7 +37,7 @@ pub struct Setting<'a> {
     pub(super) forward_peak: f64,
 }
 
-/// The phase function of aerosol as light scattered more than once takes it: moments up to [`HIGHEST_DEGREE`] of what is left without a forward peak, which
+/// The phase function of aerosol as light scattered more than once takes it: moments of what is left without a forward peak, which
 /// counts as no scattering (delta-M, Wiscombe 1977, <https://doi.org/10.1175/1520-0469(1977)034%3C1408:TDMRYA%3E2.0.CO;2>). What such moments
 /// hold has no peak.
 pub struct AerosolMoments {

@@ -12,13 +12,15 @@ use sorairo_shared::multiple_lookup::MultipleLookup;
 use sorairo_shared::single::Bands;
 
 use super::device_rays;
-use super::field::{Irradiance, LightField, OrdersMade, Room, Tiles};
+use super::field::{Irradiance, LightField, OrdersMade, Room};
 use super::kept::LightFields;
-use super::rays::{OwnedRay, Wavelengths};
+use super::rays::OwnedRay;
 use super::resolution::Resolution;
 use super::sampling::Sampling;
 use super::setting::Setting;
 use super::sights::{Light, Row, sight};
+use super::values::Tiles;
+use super::wavelengths::Wavelengths;
 use crate::plan::directions::horizon;
 use crate::plan::on_device::PlanDevice;
 use crate::scene::Orders;

@@ -15,7 +15,7 @@ use crate::run::{self, Circle, Middle, RUN, Run};
 use crate::single::Bands;
 use crate::sky::{Constituents, Gathered, Parts, constituents, is_done, light, transfer_of_parts, view_ray};
 use crate::spectral;
-use crate::tone::{NEAREST, dither, srgb8};
+use crate::tone::{NEAREST, dither, picture8};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant::{self, PixelFormat};
 
@@ -62,7 +62,8 @@ fn store_rgb_at(uniform: &Uniform, output: &mut [u32], index: u32, pixel: UVec2,
 #[inline(always)]
 pub fn picture_word(uniform: &Uniform, column: u32, row: u32, rgb: Vec3, variant: u32) -> u32 {
     let is_dithered = variant & variant::DITHER != 0;
-    srgb8(rgb, uniform.exposure, if is_dithered { dither(column, row) } else { NEAREST })
+    let threshold = if is_dithered { dither(column, row) } else { NEAREST };
+    picture8(rgb, uniform.exposure, &uniform.look, threshold, variant)
 }
 
 /// Stores a pixel's radiance at a group of four bands (W·m⁻²·sr⁻¹·nm⁻¹), from the word `at` on.

@@ -83,6 +83,7 @@
 
 pub use spirv_std::glam;
 
+pub mod agx;
 pub mod arithmetic;
 pub mod azimuth;
 #[cfg(not(target_arch = "spirv"))]

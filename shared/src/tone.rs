@@ -1,33 +1,14 @@
-//! From linear RGB to a picture: the shoulder, the curve of sRGB, and packing.
+//! From linear RGB to a picture: the view transform, the curve of sRGB, and packing.
 
+use bytemuck::{Pod, Zeroable};
+
+use crate::agx::agx;
 use crate::glam::Vec3;
-use crate::math::{clamp, max, min, sqrt};
+use crate::math::{clamp, min, sqrt};
+use crate::variant::AGX;
 
 /// A linear value that every picture shows as white: an infinite one would have no hue to keep.
 const BRIGHTEST: f32 = 1e30;
-
-/// Where [`shoulder`] leaves the straight line.
-const SHOULDER_START: f32 = 0.8;
-
-/// Brings values above 1 into the range of a display: a straight line up to 0.8, then a curve that reaches 1 at infinity.
-///
-/// The peak of the three components is compressed and the others scale with it, so that the hue stays, fading to
-/// white far above 1. This is the compression of the Khronos PBR Neutral tone mapper (Khronos Group 2024,
-/// <https://github.com/KhronosGroup/ToneMapping>) without its Fresnel offset, which is meant for lit surfaces.
-#[inline(always)]
-pub fn shoulder(rgb: Vec3) -> Vec3 {
-    const DESATURATION: f32 = 0.15;
-    let peak = max(rgb.x, max(rgb.y, rgb.z));
-    if peak < SHOULDER_START {
-        rgb
-    } else {
-        let room = 1.0 - SHOULDER_START;
-        let new_peak = 1.0 - room * room / (peak + room - SHOULDER_START);
-        let whiteness = 1.0 - 1.0 / (DESATURATION * (peak - new_peak) + 1.0);
-        let scaled = rgb * (new_peak / peak);
-        scaled + (Vec3::splat(new_peak) - scaled) * whiteness
-    }
-}
 
 /// The sRGB transfer function of a linear value in [0, 1] (IEC 61966-2-1:1999), to 2e-5, a two-hundredth of an 8 bit step.
 ///
@@ -62,47 +43,52 @@ pub fn dither(column: u32, row: u32) -> f32 {
     ((fraction >> 20) as f32 + 0.5) * (1.0 / 4096.0)
 }
 
-/// A pixel of an 8 bit sRGB picture from linear RGB: exposed, brought into range, encoded.
+/// How a picture is graded before its view transform, in stops. The layout is that of a GPU buffer.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Look {
+    /// Factor of the stops about middle grey.
+    pub contrast: f32,
+    /// Factor of the differences of a colour's stops from their mean by luminance.
+    pub saturation: f32,
+    /// Unused; fills the last 16 bytes.
+    pub padding0: u32,
+    /// Unused, too.
+    pub padding1: u32,
+}
+
+impl Look {
+    /// The grade of a contrast and a saturation.
+    pub const fn new(contrast: f32, saturation: f32) -> Self {
+        Self { contrast, saturation, padding0: 0, padding1: 0 }
+    }
+
+    /// None.
+    pub const NONE: Self = Self::new(1.0, 1.0);
+}
+
+/// A pixel of an 8 bit sRGB picture from linear RGB: exposed, brought into range by the view transform of a variant, encoded.
 ///
 /// `exposure` multiplies the linear value, up to 1e30, white in every picture. A value becomes the byte above it where it has come so near that
 /// `threshold` (from 0 to below 1) makes up for the rest: [`NEAREST`], or [`dither`]. Returns red in the lowest byte, then green, blue, and 255.
 #[inline(always)]
-pub fn srgb8(rgb: Vec3, exposure: f32, threshold: f32) -> u32 {
+pub fn picture8(rgb: Vec3, exposure: f32, look: &Look, threshold: f32, variant: u32) -> u32 {
     let exposed = rgb * exposure;
-    let compressed =
-        shoulder(Vec3::new(min(exposed.x, BRIGHTEST), min(exposed.y, BRIGHTEST), min(exposed.z, BRIGHTEST)));
+    let exposed = Vec3::new(min(exposed.x, BRIGHTEST), min(exposed.y, BRIGHTEST), min(exposed.z, BRIGHTEST));
+    let shown = if variant & AGX != 0 { agx(exposed, look) } else { exposed };
     let byte = |x: f32| (255.0 * srgb_encode(x) + threshold) as u32;
-    byte(compressed.x) | (byte(compressed.y) << 8) | (byte(compressed.z) << 16) | (255 << 24)
+    byte(shown.x) | (byte(shown.y) << 8) | (byte(shown.z) << 16) | (255 << 24)
+}
+
+/// [`picture8`] without a view transform: what is brighter than 1 is cut.
+#[inline(always)]
+pub fn srgb8(rgb: Vec3, exposure: f32, threshold: f32) -> u32 {
+    picture8(rgb, exposure, &Look::NONE, threshold, 0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_shoulder_keeps_the_hue() {
-        // The hue of a hexcone: where the middle component stands between the smallest and the largest.
-        let place = |rgb: Vec3| (rgb.y - rgb.x) / (rgb.z - rgb.x);
-        for i in 1..400 {
-            let rgb = Vec3::new(0.2, 0.5, 0.9) * (i as f32 * 0.05);
-            let shown = shoulder(rgb);
-            // Far above 1 the colour fades to white, and what is left of its differences carries the rounding of 1.
-            let rounding = 3e-7 / (shown.z - shown.x);
-            assert!((place(shown) - place(rgb)).abs() < rounding, "{rgb}: {shown}");
-        }
-    }
-
-    #[test]
-    fn the_shoulder_is_smooth_monotone_and_bounded() {
-        let mut last = 0.0;
-        for i in 1..100_000 {
-            let x = i as f32 * 1e-3;
-            let y = shoulder(Vec3::splat(x)).x;
-            // Far above 1 neighbouring values round to the same number, or one ULP past it.
-            assert!(y > last - 1.2e-7 && y <= 1.0 && y - last < 1.01e-3, "{x}");
-            last = y;
-        }
-    }
 
     #[test]
     fn the_transfer_function_is_that_of_the_standard() {
@@ -125,7 +111,9 @@ mod tests {
     /// An exposure of 50 stops once made an infinity of them, and of that a NaN and a black pixel.
     #[test]
     fn a_light_beyond_single_precision_is_white() {
-        assert_eq!(srgb8(Vec3::new(1e30, 2e30, 1e31), 1e15, NEAREST), 0xffff_ffff);
+        for view in [0, AGX] {
+            assert_eq!(picture8(Vec3::new(1e30, 2e30, 1e31), 1e15, &Look::NONE, NEAREST, view), 0xffff_ffff);
+        }
     }
 
     #[test]

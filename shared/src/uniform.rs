@@ -8,6 +8,7 @@ use crate::multiple_lookup::MultipleLookup;
 use crate::profile::Atmosphere;
 use crate::rgb::RgbSpace;
 use crate::single::Bands;
+use crate::tone::Look;
 
 /// Rows of observer nodes that the uniform has room for: the four of each of sixteen nodes of each of four constituents.
 pub const NODE_ROWS: usize = 256;
@@ -30,6 +31,8 @@ pub struct Uniform {
     pub rgb: RgbSpace,
     /// The sun's disc, where the variant has it.
     pub disc: SunDisc,
+    /// How a picture is graded.
+    pub look: Look,
     /// The lookup of light that was scattered more than once, where the variant has it.
     pub multiple: MultipleLookup,
     /// Linear RGB of the ground on which the observer stands (W·m⁻²·sr⁻¹), where the variant has it and no ray can descend; `w` unused.

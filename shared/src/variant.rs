@@ -71,6 +71,9 @@ pub fn of_bands(bands: usize) -> u32 {
     more_than_four | more_than_eight
 }
 
+/// The view transform of a picture is AgX; see [`crate::agx`]. Without a view transform what is brighter than 1 is cut.
+pub const AGX: u32 = 1 << 23;
+
 /// Where the projection stands.
 const PROJECTION_SHIFT: u32 = 8;
 /// Where the format of pixels stands.

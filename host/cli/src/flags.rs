@@ -59,7 +59,7 @@ const SKY: [SceneFlag; 14] = [
 ];
 
 /// The flags of images alone.
-const IMAGE: [SceneFlag; 14] = [
+const IMAGE: [SceneFlag; 16] = [
     SceneFlag { key: "sun.disc", name: "--sun-disc", takes: Takes::Nothing },
     word("camera.projection", "--projection"),
     value("camera.size", "--size", "WxH", text_of::<Size>),
@@ -67,6 +67,8 @@ const IMAGE: [SceneFlag; 14] = [
     value("camera.look_azimuth", "--look-azimuth", "DEG", number),
     value("camera.look_elevation", "--look-elevation", "DEG", number),
     word("render.color", "--color"),
+    word("render.view", "--view"),
+    word("render.look", "--look"),
     word("render.dither", "--dither"),
     word("render.exr", "--exr"),
     value("render.exr_exposure", "--exr-exposure", "EV", exposure),

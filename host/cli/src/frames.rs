@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use sorairo::low_level::sequence::{self, Frame, SharedExposure};
+use sorairo::low_level::sequence::{self, Frame};
 use sorairo::scene::place::evenly;
 use sorairo::scene::{Exposure, ValidScene};
 
@@ -42,8 +42,8 @@ pub fn all(arguments: &SequenceArguments, cases: Option<&Cases>) -> Result<Vec<F
 /// How the frames are exposed, over the exposure of their scene.
 fn exposure(arguments: &SequenceArguments, of_scene: Exposure) -> FrameExposure {
     arguments.exposure.unwrap_or(match of_scene {
-        // The cases of a table are no motion that would flicker.
-        Exposure::Auto if arguments.table.is_none() => FrameExposure::Shared(SharedExposure::Brightest),
+        // The cases of a table are no motion: each is a picture by itself.
+        Exposure::Auto if arguments.table.is_none() => FrameExposure::Own(Exposure::Adapt),
         own => FrameExposure::Own(own),
     })
 }

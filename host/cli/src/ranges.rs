@@ -125,7 +125,7 @@ impl FromStr for FrameExposure {
             _ => text
                 .parse()
                 .map(Self::Own)
-                .map_err(|_| format!("an exposure is a number of stops, auto, first or sequence, not {text:?}")),
+                .map_err(|_| format!("an exposure is a number of stops, auto, adapt, first, sequence or a camera's EV100 such as ev15, not {text:?}")),
         }
     }
 }

@@ -92,6 +92,7 @@ impl Values {
     pub fn with_exposure(&self, exposure: Exposure) -> Self {
         let given = match exposure {
             Exposure::Auto => Given::Text("auto".into()),
+            Exposure::Adapt => Given::Text("adapt".into()),
             Exposure::Stops(stops) => Given::Number(stops),
         };
         self.with("render.exposure", "--exposure", given)
@@ -184,7 +185,7 @@ pub fn wavelengths(text: &str) -> Result<Given, String> {
 
 pub fn exposure(text: &str) -> Result<Given, String> {
     text.parse().map(|exposure| match exposure {
-        Exposure::Auto => Given::Text(text.into()),
+        Exposure::Auto | Exposure::Adapt => Given::Text(text.into()),
         Exposure::Stops(stops) => Given::Number(stops),
     })
 }

@@ -285,7 +285,7 @@ mod tests {
         let exposures = share_exposure(scenes, SharedExposure::Brightest).unwrap().into_iter();
         let stops = exposures.map(|scene| match scene.render.exposure {
             Exposure::Stops(stops) => stops,
-            Exposure::Auto => panic!("not shared"),
+            Exposure::Auto | Exposure::Adapt => panic!("not shared"),
         });
         stops.reduce(|a, b| if a == b { a } else { panic!("{a} and {b}") }).unwrap()
     }

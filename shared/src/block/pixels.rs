@@ -105,10 +105,11 @@ pub fn blacken(views: &Views, count: usize, rgb: &mut Three) {
 pub fn store_block(uniform: &Uniform, output: &mut [u32], pixels: Pixels, rgb: &Three, variant: u32) {
     let format = variant::pixel_format(variant);
     if format == PixelFormat::Picture as u32 {
-        if variant & variant::DITHER != 0 {
-            store_picture(uniform, output, pixels, rgb, variant::DITHER);
-        } else {
-            store_picture(uniform, output, pixels, rgb, 0);
+        const AGX: u32 = variant::DITHER | variant::AGX;
+        match variant & AGX {
+            AGX => store_picture(uniform, output, pixels, rgb, AGX),
+            variant::DITHER => store_picture(uniform, output, pixels, rgb, variant::DITHER),
+            other => store_picture(uniform, output, pixels, rgb, other),
         }
     } else if format == PixelFormat::LinearRgb as u32 {
         for (pixel, lane) in output.as_chunks_mut::<3>().0.iter_mut().zip(lanes(pixels.count)) {

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Cursor, Read, Seek, Write};
 use rayon::prelude::*;
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::rgb::into_gamut;
-use sorairo_shared::tone::{NEAREST, dither, srgb8};
+use sorairo_shared::tone::{NEAREST, dither, picture8};
 use sorairo_shared::variant::PixelFormat;
 
 use super::halves::Losses;
@@ -13,6 +13,7 @@ use super::label::{SCENE, scene_text};
 use super::{exr, png};
 use crate::plan::Plan;
 use crate::plan::colour_space::ColourSpace;
+use crate::plan::upload;
 use crate::scene::{Dither, ExrDepth, Scene, ValidScene};
 
 /// What is known of an image beside its pixels.
@@ -112,6 +113,7 @@ fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
     let Image { exposure, space, display, .. } = image;
     let (width, pixel_words) = (image.width as usize, image.pixel_words());
     let is_dithered = image.scene.render.dither == Dither::Ordered;
+    let (view, look) = (upload::view(image.scene.render.view), upload::look(image.scene.render.look));
     let matrix = (display.from_xyz * space.from_xyz.inverse()).as_mat3();
     let gamut = display.for_kernels();
     let shown = |rgb: Vec3| if space == display { rgb } else { into_gamut(matrix * rgb, &gamut) };
@@ -122,7 +124,7 @@ fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
         for (column, (bytes, pixel)) in pixels {
             let threshold = if is_dithered { dither(column as u32, (first_row + line) as u32) } else { NEAREST };
             let rgb = shown(Vec3::from_slice(pixel));
-            bytes.copy_from_slice(&srgb8(rgb, *exposure, threshold).to_le_bytes()[..3]);
+            bytes.copy_from_slice(&picture8(rgb, *exposure, &look, threshold, view).to_le_bytes()[..3]);
         }
     });
     bytes

@@ -1,31 +1,45 @@
-//! Automatic exposure.
+//! Exposure: how a camera meters a sky.
 
-use std::f64::consts::PI;
-
+use sorairo_shared::camera::{Camera, pixel_view};
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::math::clamp;
+use sorairo_shared::variant::PixelFormat;
 
-use super::directions::direction;
-use super::integral::RayIntegral;
-use crate::scene::{Exposure, MOST_STOPS};
+use super::sky::SkyPlan;
+use super::upload;
+use crate::scene::{Exposure, MOST_STOPS, Projection, Scene};
+use crate::spectra::observer::LUMENS_PER_WATT;
 
-/// The linear value of a picture (of 1) at which the sky's mean luminance is shown.
-const MIDDLE: f64 = 0.25;
+/// The linear value of a picture (of 1) at which what is metered is shown: middle grey.
+const MIDDLE: f64 = 0.18;
 
-/// The exposure factor that is asked for, of a sky by its ray integral and its linear RGB in directions.
-pub fn of(exposure: Exposure, integral: &RayIntegral, radiances: impl Fn(&[Vec3]) -> Vec<Vec3>) -> f32 {
-    let luminance = |rgb| f64::from(integral.uniform.rgb.luminance(rgb));
-    match exposure {
-        Exposure::Stops(stops) => stops.exp2() as f32,
-        Exposure::Auto => automatic(integral, &|views| radiances(views).into_iter().map(luminance).collect()),
-    }
+/// The luminance (cd/m²) that a meter puts at middle grey at an EV100 of 0: K / S of ISO 2720:1974 with K = 12.5 cd·s/m² and S = 100.
+const LUMINANCE_OF_EV100: f64 = 12.5 / 100.0;
+
+/// The EV100 of a sunlit day, that of the rule by which a film of ISO 100 takes f/16 and 1/125 s.
+const DAYLIGHT: f64 = 15.0;
+
+/// The part of a change of the light that a picture which adapts does not show.
+const ADAPTATION: f64 = 0.62;
+
+/// The exposure (stops) of a camera that is set to an EV100.
+pub fn stops_of_ev100(ev100: f64) -> f64 {
+    (MIDDLE * LUMENS_PER_WATT / LUMINANCE_OF_EV100).log2() - ev100
 }
 
-/// An automatic exposure factor where the image shows the sun's disc too, which sends so much light on a surface that faces it (luminance
-/// times solid angle): as if its light came from the whole hemisphere.
-pub fn with_disc(factor: f32, light: f64) -> f32 {
-    let mean = MIDDLE / f64::from(factor) + light / (2.0 * PI);
-    (MIDDLE / mean).max((-MOST_STOPS).exp2()) as f32
+/// The exposure factor of the picture that a camera takes of a sky: what is asked for, or what a meter says; 1 for texels, which no exposure
+/// concerns.
+pub fn of(sky: &SkyPlan, scene: &Scene, camera: &Camera, pixel: PixelFormat) -> f32 {
+    let is_shown = matches!(pixel, PixelFormat::Picture | PixelFormat::LinearRgb) && !sky.is_night;
+    let metered = || if is_shown { metered(sky, camera, scene.camera.projection) } else { 0.0 };
+    let daylight = stops_of_ev100(DAYLIGHT);
+    let stops = match scene.render.exposure {
+        Exposure::Stops(stops) => stops,
+        Exposure::Auto => metered(),
+        Exposure::Adapt if sky.is_night => daylight,
+        Exposure::Adapt => daylight + ADAPTATION * (metered() - daylight),
+    };
+    stops.clamp(-MOST_STOPS, MOST_STOPS).exp2() as f32
 }
 
 /// The largest number that half floats hold.
@@ -40,48 +54,45 @@ pub fn of_halves(brightest: f32) -> f32 {
     if is_safe { 0.0 } else { clamp((ROOM / brightest).log2().floor(), -MOST_STOPS as f32, MOST_STOPS as f32) }
 }
 
-/// The luminance in some directions.
-type Luminances<'a> = dyn Fn(&[Vec3]) -> Vec<f64> + 'a;
+/// The exposure (stops) that shows what a camera sees at middle grey, in the mean of its logarithms, so that the glow around the sun does not
+/// darken the rest. The sun's disc is left out: it is white in every picture that shows anything else. Where few directions alone are lit, more are
+/// looked at. A picture without any light gets 0.
+fn metered(sky: &SkyPlan, camera: &Camera, projection: Projection) -> f64 {
+    let mean = [1, 8].into_iter().find_map(|finer| mean_logarithm(sky, camera, projection, finer));
+    mean.map_or(0.0, |mean| MIDDLE.log2() - mean)
+}
 
-/// The exposure factor that shows the sky's mean luminance at `MIDDLE`.
-///
-/// The mean is geometric, so that the glow around the sun does not darken the rest, over directions spread evenly on the
-/// upper hemisphere; if all of that is black, over the lower hemisphere, or what the atmosphere fills of it (an observer in
-/// space). It depends on the sky alone, not on the camera, so that the pictures of one scene match. Where few directions alone are lit, more
-/// are looked at. A night without any light gets 1. Skies that are darker or brighter than the exposures that may be asked for,
-/// [`MOST_STOPS`], are shown at the last of them.
-fn automatic(integral: &RayIntegral, luminances: &Luminances<'_>) -> f32 {
-    let sun = integral.sun_azimuth;
-    let (upper, lower) = ((0.0, 1.0), below(integral));
-    let mean = [1, 8].into_iter().find_map(|finer| {
-        mean_log_luminance(luminances, sun, upper, finer).or_else(|| mean_log_luminance(luminances, sun, lower, finer))
+/// The mean of the logarithm (to base 2) of the luminance over the picture, by its weights; `None` if all of it is black.
+fn mean_logarithm(sky: &SkyPlan, camera: &Camera, projection: Projection, finer: u32) -> Option<f64> {
+    let (columns, rows) = (12 * finer, 8 * finer);
+    let views = (0..columns * rows).filter_map(|i| {
+        let x = (f64::from(i % columns) + 0.5) / f64::from(columns);
+        let y = (f64::from(i / columns) + 0.5) / f64::from(rows);
+        let (column, row) = (x * f64::from(camera.width), y * f64::from(camera.height));
+        let view = pixel_view(camera, upload::projection(projection), column as u32, row as u32);
+        view.covered.then(|| (view.direction, weight(projection, x - 0.5, y - 0.5)))
     });
-    mean.map_or(1.0, |mean| (MIDDLE / mean.exp()).clamp((-MOST_STOPS).exp2(), MOST_STOPS.exp2()) as f32)
+    let (views, weights): (Vec<Vec3>, Vec<f64>) = views.unzip();
+    let space = &sky.integral().uniform.rgb;
+    let luminances = sky.radiances(&views).into_iter().map(|rgb| f64::from(space.luminance(rgb)));
+    let lit = luminances.zip(weights).filter(|&(luminance, _)| luminance > 0.0);
+    let (sum, weight) =
+        lit.fold((0.0, 0.0), |(sum, all), (luminance, weight)| (sum + weight * luminance.log2(), all + weight));
+    (weight > 0.0).then(|| sum / weight)
 }
 
-/// The lower hemisphere, and from outside the atmosphere the cone that it fills: sines of the elevation, and from -1.
-fn below(integral: &RayIntegral) -> (f64, f64) {
-    let atmosphere = &integral.uniform.atmosphere;
-    let top = f64::from(atmosphere.ground_radius) + f64::from(atmosphere.depth);
-    let sine = (top / (f64::from(atmosphere.ground_radius) + f64::from(integral.uniform.altitude))).min(1.0);
-    // 1 - cos without its cancellation.
-    (-1.0, sine * sine / (1.0 + (1.0 - sine * sine).sqrt()))
-}
-
-/// Mean logarithm of the luminance over the directions whose sine of the elevation lies within `height` above `lowest`, `finer` times as
-/// many in elevation and azimuth as will do for most skies; `None` if they are black. `sun` is its azimuth (degrees).
-fn mean_log_luminance(luminances: &Luminances<'_>, sun: f64, (lowest, height): (f64, f64), finer: u32) -> Option<f64> {
-    let (elevations, azimuths) = (8 * finer, 12 * finer);
-    let view = |place: u32| {
-        let (i, j) = (place / azimuths, place % azimuths);
-        // Equal steps of the sine are equal solid angles.
-        let sine: f64 = lowest + height * (f64::from(i) + 0.5) / f64::from(elevations);
-        let azimuth = sun + (f64::from(j) + 0.5) * 360.0 / f64::from(azimuths);
-        direction(sine.asin().to_degrees(), azimuth).as_vec3()
-    };
-    let views: Vec<Vec3> = (0..elevations * azimuths).map(view).collect();
-    let lit: Vec<f64> = luminances(&views).into_iter().filter(|&luminance| luminance > 0.0).map(f64::ln).collect();
-    (!lit.is_empty()).then(|| lit.iter().sum::<f64>() / lit.len() as f64)
+/// How much a place of the picture counts, from its middle in parts of its sides: most in the middle, as cameras meter. A map of the whole sphere
+/// has no middle but the low sky, which counts by its solid angle.
+fn weight(projection: Projection, x: f64, y: f64) -> f64 {
+    /// Where a weight is e^(-1/2) of that in the middle.
+    const WIDTH: f64 = 0.3;
+    /// The middle of a map, above that of its sides: 22° above the horizon.
+    const LOW_SKY: f64 = 0.125;
+    let fall = |square: f64| (-0.5 * square / (WIDTH * WIDTH)).exp();
+    match projection {
+        Projection::Equirectangular => fall(4.0 * (y + LOW_SKY) * (y + LOW_SKY)) * (y * std::f64::consts::PI).cos(),
+        Projection::Fisheye | Projection::Perspective => fall(x * x + y * y),
+    }
 }
 
 #[cfg(test)]

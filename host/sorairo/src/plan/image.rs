@@ -4,7 +4,6 @@ use std::f32::consts::FRAC_PI_4;
 use std::ops::Range;
 use std::sync::Arc;
 
-use sorairo_shared::camera::Camera;
 use sorairo_shared::fit::rows_per_node;
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::kernels::words_of_light;
@@ -82,13 +81,7 @@ impl Plan {
         } else {
             Default::default()
         };
-        let exposure = match scene.render.exposure {
-            Exposure::Auto if shows_disc && is_in_view(&disc, &camera) => {
-                let light = f64::from(sky.integral().uniform.rgb.luminance(sky.sun_irradiance().rgb.as_vec3()));
-                exposure::with_disc(colours.exposure, light)
-            }
-            _ => colours.exposure,
-        };
+        let exposure = exposure::of(&sky, scene, &camera, pixel);
         let (uniform, rows) = upload::with_rows(sky.integral().uniform, &colours.rows, sky.integral().variant);
         let uniform = Uniform {
             camera,
@@ -97,6 +90,7 @@ impl Plan {
             disc: SunDisc { first_entry: rows.len() as u32, ..disc },
             ground: colours.ground.extend(0.0),
             exposure,
+            look: upload::look(scene.render.look),
             ..uniform
         };
         let variant = of_image(sky.integral().variant, scene, scene.camera.projection, shows_disc, pixel);
@@ -228,8 +222,8 @@ impl Plan {
     pub fn linear_exposure(&self, depth: ExrDepth) -> f32 {
         match (self.sky.scene.render.exr_exposure, depth) {
             (Exposure::Stops(stops), _) => stops as f32,
-            (Exposure::Auto, ExrDepth::Full) => 0.0,
-            (Exposure::Auto, ExrDepth::Half) => exposure::of_halves(self.brightest()),
+            (_, ExrDepth::Full) => 0.0,
+            (_, ExrDepth::Half) => exposure::of_halves(self.brightest()),
         }
     }
 
@@ -322,13 +316,8 @@ pub(super) fn of_image(sky: u32, scene: &Scene, projection: Projection, shows_di
     let disc = if shows_disc { variant::SUN_DISC } else { 0 };
     let is_dithered = pixel == PixelFormat::Picture && scene.render.dither == Dither::Ordered;
     let dither = if is_dithered { variant::DITHER } else { 0 };
-    variant::of(sky | disc | dither, upload::projection(projection), pixel as u32)
-}
-
-/// Whether an image shows any of the sun's disc.
-fn is_in_view(disc: &SunDisc, camera: &Camera) -> bool {
-    let [width, height] = [camera.width, camera.height].map(|side| side as f32);
-    disc.left < disc.right && disc.left < width && disc.right > 0.0 && disc.top < height && disc.bottom > 0.0
+    let view = if pixel == PixelFormat::Picture { upload::view(scene.render.view) } else { 0 };
+    variant::of(sky | disc | dither | view, upload::projection(projection), pixel as u32)
 }
 
 /// Rows of the image that can be lit: none at night, and from black ground an equirectangular image is black below its middle.

@@ -20,7 +20,7 @@ use super::multiple::{AerosolMoments, LightFields, Refined};
 use super::on_device::{Look, PlanDevice};
 use super::quadrature::gauss_legendre;
 use super::sun_irradiance::SunIrradiance;
-use super::{directions, exposure, samples, upload};
+use super::{directions, samples, upload};
 use crate::error::Result;
 use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
 use crate::spectra::optics::Optics;
@@ -58,8 +58,6 @@ pub struct Colours {
     pub rows: Vec<Vec4>,
     /// Linear RGB of the ground on which the observer stands (W·m⁻²·sr⁻¹); 0 above it.
     pub ground: Vec3,
-    /// The factor from linear RGB to a picture's linear value.
-    pub exposure: f32,
 }
 
 impl SkyPlan {
@@ -171,7 +169,7 @@ impl SkyPlan {
 
     fn find_colours(&self) -> Colours {
         if self.is_night {
-            return Colours { rows: Vec::new(), ground: Vec3::ZERO, exposure: 1.0 };
+            return Colours { rows: Vec::new(), ground: Vec3::ZERO };
         }
         // The fit learns from light of its own, so that neither waits for the other.
         let learn = || self.fit.colour_rows(&self.training(), self.colour_path);
@@ -179,8 +177,6 @@ impl SkyPlan {
         let variant = self.base.variant;
         let stands_on_ground = variant & variant::GROUND != 0 && variant & variant::DESCENT == 0;
         let ground = if stands_on_ground { self.radiance_by(&rows, -Vec3::Z) } else { Vec3::ZERO };
-        let radiances = |views: &[Vec3]| self.radiances_by(&rows, views);
-        let exposure = exposure::of(self.scene.render.exposure, self.integral(), radiances);
         if self.base.light_fields.has_device() && self.colour_path != ColourPath::Solve {
             // Whoever draws the sky then waits for no device.
             let found = self.find_lookup_grids(&rows, &[false, true]);
@@ -192,7 +188,7 @@ impl SkyPlan {
             // A frame then computes none of it.
             rayon::join(|| self.disc_grid(), || self.sun_irradiance());
         }
-        Colours { rows, ground, exposure }
+        Colours { rows, ground }
     }
 
     /// Linear RGB in a direction (W·m⁻²·sr⁻¹), integrated at that direction.

@@ -5,12 +5,13 @@ use sorairo_shared::camera::{self, Camera};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::profile::{Atmosphere, Exponential};
 use sorairo_shared::single::Bands;
+use sorairo_shared::tone::Look;
 use sorairo_shared::uniform::{NODE_ROWS, Uniform};
 use sorairo_shared::variant;
 
 use super::colour_space::ColourSpace;
 use super::directions::{direction, horizon, span_above_horizon};
-use crate::scene::{Projection, Scene, View};
+use crate::scene::{PictureLook, Projection, Scene, View, ViewTransform};
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
 
@@ -27,6 +28,7 @@ pub fn sky_uniform(scene: &Scene, wavelengths: &[f64], nodes: u32, space: &Colou
         rgb: space.for_kernels(),
         altitude: scene.observer.altitude as f32,
         exposure: 1.0,
+        look: Look::NONE,
         nodes,
         horizon: horizon(scene.atmosphere.ground_radius, scene.observer.altitude) as f32,
         lookup_span: span_above_horizon(scene) as f32,
@@ -74,6 +76,24 @@ pub fn projection(projection: Projection) -> u32 {
         Projection::Equirectangular => camera::EQUIRECTANGULAR,
         Projection::Fisheye => camera::FISHEYE,
         Projection::Perspective => camera::PERSPECTIVE,
+    }
+}
+
+/// The numbers of a look.
+pub fn look(look: PictureLook) -> Look {
+    match look {
+        PictureLook::None => Look::NONE,
+        PictureLook::Vivid => Look::new(1.2, 1.2),
+        PictureLook::Contrast => Look::new(1.2, 1.0),
+        PictureLook::HighContrast => Look::new(1.4, 0.95),
+    }
+}
+
+/// The bit of a view transform in a variant.
+pub fn view(view: ViewTransform) -> u32 {
+    match view {
+        ViewTransform::Agx => variant::AGX,
+        ViewTransform::Srgb => 0,
     }
 }
 

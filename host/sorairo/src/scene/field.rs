@@ -180,7 +180,7 @@ impl Number for GroundAlbedo {
 impl Number for Exposure {
     fn number(&self) -> Option<f64> {
         match self {
-            Self::Auto => None,
+            Self::Auto | Self::Adapt => None,
             Self::Stops(stops) => Some(*stops),
         }
     }

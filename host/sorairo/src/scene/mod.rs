@@ -25,8 +25,8 @@ pub use crate::spectra::observer::ColourObserver;
 pub use camera::{CameraScene, LONGEST_SIDE, Projection, Size, View};
 pub use preset::{Preset, Scene};
 pub use settings::{
-    ColourPath, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, Render, Rgb,
-    WhiteBalance,
+    ColourPath, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook, Render,
+    Rgb, ViewTransform, WhiteBalance,
 };
 pub use sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, STANDARD_PRESSURE, Sun};
 pub use valid::ValidScene;

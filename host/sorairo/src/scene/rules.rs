@@ -2,7 +2,7 @@
 
 use super::camera::LONGEST_SIDE;
 use super::preset::Scene;
-use super::settings::{ColourPath, Fit};
+use super::settings::{ColourPath, Exposure, Fit};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
 
@@ -23,6 +23,17 @@ impl Scene {
     pub fn is_on_earth(&self) -> bool {
         (self.atmosphere.ground_radius / EARTH_RADIUS - 1.0).abs() <= OF_THE_EARTH
     }
+}
+
+/// An eye adapts to pictures alone.
+pub(super) fn adapted_halves(scene: &Scene) -> Result<()> {
+    if scene.render.exr_exposure == Exposure::Adapt {
+        return Err(Error::not_allowed(
+            "render.exr_exposure",
+            "is a number of stops or auto; adapt is an exposure of pictures",
+        ));
+    }
+    Ok(())
 }
 
 pub(super) fn place_elsewhere(scene: &Scene) -> Result<()> {

@@ -26,6 +26,10 @@ pub struct Render {
     pub path: PathChoice,
     /// Exposure of pictures (stops).
     pub exposure: Exposure,
+    /// View transform of pictures: how light becomes what a display shows.
+    pub view: ViewTransform,
+    /// How pictures are graded before AgX.
+    pub look: PictureLook,
     /// How the bytes of pictures are rounded.
     pub dither: Dither,
     /// Depth of EXR files.
@@ -52,6 +56,8 @@ impl Default for Render {
             steps: None,
             path: PathChoice::Auto,
             exposure: Exposure::Auto,
+            view: ViewTransform::Agx,
+            look: PictureLook::Vivid,
             dither: Dither::Ordered,
             exr: ExrDepth::Full,
             exr_exposure: Exposure::Auto,
@@ -184,6 +190,38 @@ pub enum ExrCompression {
     None,
 }
 
+/// How light becomes what a display shows.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum ViewTransform {
+    /// AgX, as Blender forms pictures: bright colours go to white as on film.
+    #[default]
+    Agx,
+    /// None: linear light in the curve of sRGB, cut at white.
+    Srgb,
+}
+
+/// How pictures are graded before AgX.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum PictureLook {
+    /// Not at all: what Blender calls AgX.
+    None,
+    /// A fifth more contrast and saturation: what a clear sky asks for.
+    #[default]
+    Vivid,
+    /// A fifth more contrast: Blender's Medium High Contrast.
+    Contrast,
+    /// Two fifths more contrast and a little less saturation: Blender's High Contrast.
+    HighContrast,
+}
+
 /// How the bytes of pictures are rounded.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
@@ -260,15 +298,17 @@ pub const MOST_STOPS: f64 = 50.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "ExposureText", into = "ExposureText")]
 pub enum Exposure {
-    /// Of pictures from the mean luminance of the sky above the horizon, of half floats from the brightest; see `plan::exposure`.
+    /// Of pictures as a camera meters what it sees, of half floats from the brightest; see `plan::exposure`.
     Auto,
+    /// As an eye that adapts to three fifths of the way from daylight: dusk falls, and a night is dark.
+    Adapt,
     /// Linear RGB times 2^EV (-50 to 50).
     Stops(f64),
 }
 
 /// An exposure as it stands in a scene file.
 #[derive(Serialize, Deserialize)]
-#[serde(untagged, expecting = "an exposure is a number of stops or \"auto\"")]
+#[serde(untagged, expecting = "an exposure is a number of stops, \"auto\" or \"adapt\"")]
 enum ExposureText {
     Number(f64),
     Text(String),
@@ -289,6 +329,7 @@ impl From<Exposure> for ExposureText {
     fn from(exposure: Exposure) -> Self {
         match exposure {
             Exposure::Auto => Self::Text("auto".into()),
+            Exposure::Adapt => Self::Text("adapt".into()),
             Exposure::Stops(stops) => Self::Number(stops),
         }
     }
@@ -298,9 +339,20 @@ impl FromStr for Exposure {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        if text == "auto" {
-            return Ok(Self::Auto);
+        match text {
+            "auto" => return Ok(Self::Auto),
+            "adapt" => return Ok(Self::Adapt),
+            _ => {}
         }
-        text.parse().map(Self::Stops).map_err(|_| format!("an exposure is a number of stops or \"auto\", not {text:?}"))
+        let ev100 = text.strip_prefix("ev").or_else(|| text.strip_prefix("EV"));
+        let stops = match ev100 {
+            Some(ev100) => ev100.parse().map(crate::plan::exposure::stops_of_ev100),
+            None => text.parse(),
+        };
+        stops.map(Self::Stops).map_err(|_| {
+            format!(
+                "an exposure is a number of stops, \"auto\", \"adapt\" or a camera's EV100 such as ev15, not {text:?}"
+            )
+        })
     }
 }

@@ -1,0 +1,201 @@
+//! AgX, the view transform that forms a picture as film does: bright colours go to white, and none turns to the primary that it is nearest to.
+//!
+//! Sobotka's transform (T. J. Sobotka 2022, <https://github.com/sobotka/AgX>) in the form that Blender has since 4.0 (Z. E. Zhou, M. Faderbauer
+//! and S. Kapanen 2023, <https://github.com/EaryChow/AgX_LUT_Gen>), which stands in Blender as a table of 57³ colours; here it is computed. In
+//! linear Rec. 2020, of which `v` are the components through the inset:
+//!
+//! ```text
+//! x = (log2(v / 0.18) + 10) / 16.5                       stops about middle grey, -10 to 6.5
+//! y = p + s t (1 + t^1.5)^(-2/3),  t = 2.4 (x - q) / s    the sigmoid about (q, p) = (10/16.5, 0.18^(1/2.4)) of slope 2.4
+//! f = y^2.4                                               linear light
+//! ```
+//!
+//! with one scale `s` for the toe and one for the shoulder, by which y(0) = 0 and y(1) = 1. Of the hue that the curve leaves, two fifths are kept
+//! and three fifths are that of `v`; then the outset brings back what the inset took of the chroma.
+
+use crate::glam::{Mat3, Vec3, Vec4};
+use crate::math::{exp, exp4, ln4, max, max4, min, sqrt4};
+use crate::tone::Look;
+
+/// Linear Rec. 709 to the inset components: to Rec. 2020 of the same white, and towards grey by the inset with its turned primaries.
+const INSET: Mat3 = Mat3::from_cols_array(&[
+    0.544812996,
+    0.140415538,
+    0.0888119027,
+    0.373796137,
+    0.754143246,
+    0.178885106,
+    0.0813908664,
+    0.105441215,
+    0.732302991,
+]);
+
+/// Their light back to linear Rec. 709.
+const OUTSET: Mat3 = Mat3::from_cols_array(&[
+    1.96489403,
+    -0.299309079,
+    -0.164356444,
+    -0.856007909,
+    1.32639189,
+    -0.238207402,
+    -0.10888612,
+    -0.0270828126,
+    1.40256385,
+]);
+
+/// Parts of Rec. 709's primaries in the luminance by the functions of CIE 2015, by which a colour outside the gamut is judged.
+const LUMINANCE: Vec3 = Vec3::new(0.210351141, 0.64979777, 0.139851089);
+
+/// Middle grey, and what lies ten stops below it, which is black.
+const GREY: f32 = 0.18;
+const BLACK: f32 = GREY / 1024.0;
+const STOPS_BELOW: f32 = 10.0;
+const STOPS: f32 = 16.5;
+
+/// The sigmoid's pivot (x, y), its slope there, and its scales: `((slope x)^-1.5 ((slope x / y)^1.5 - 1))^(-2/3)` for the toe with the
+/// pivot's x and y, for the shoulder with 1 less those.
+const PIVOT_X: f32 = STOPS_BELOW / STOPS;
+const PIVOT_Y: f32 = 0.48943709;
+const SLOPE: f32 = 2.4;
+const TOE: f32 = -0.565675607;
+const SHOULDER: f32 = 0.715198286;
+
+/// The part of the hue that is that of the components before the curve.
+const KEPT_HUE: f32 = 0.6;
+
+/// Parts of the components in the mean of stops about which a look saturates, those of Rec. 709 in the luminance as Blender's looks have them.
+const MEAN: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+
+/// Linear RGB of Rec. 709 for a display, each in [0, 1], of exposed linear RGB of Rec. 709, none of it negative and each at most 1e30.
+///
+/// A look stretches the stops of the inset components about middle grey, as Blender's looks of contrast do.
+#[inline(always)]
+pub fn agx(rgb: Vec3, look: &Look) -> Vec3 {
+    // In logarithms about middle grey. Far below black nothing is lost, and no logarithm is infinite.
+    let stops = ln4(max4((INSET * rgb).extend(GREY), BLACK / 1024.0) * (1.0 / GREY)).truncate();
+    let mean = Vec3::splat(MEAN.dot(stops));
+    let graded = (mean + (stops - mean) * look.saturation) * look.contrast;
+    let formed = curve(graded);
+    let lowest = lowest_of(formed);
+    let range = highest_of(formed) - lowest;
+    let before = exp4(graded.extend(0.0)).truncate();
+    let lowest_before = lowest_of(before);
+    // The smallest normal number: of a grey no component has a hue.
+    let range_before = max(highest_of(before) - lowest_before, f32::MIN_POSITIVE);
+    let hue_before = (before - Vec3::splat(lowest_before)) * (range / range_before);
+    let hue_after = formed - Vec3::splat(lowest);
+    let mixed = Vec3::splat(lowest) + hue_before * KEPT_HUE + hue_after * (1.0 - KEPT_HUE);
+    let shown = into_display(OUTSET * mixed);
+    Vec3::new(min(shown.x, 1.0), min(shown.y, 1.0), min(shown.z, 1.0))
+}
+
+/// The sigmoid of each component's logarithm about middle grey, as linear light.
+#[inline(always)]
+fn curve(logarithms: Vec3) -> Vec3 {
+    let from_pivot = max4(logarithms.extend(0.0) * (core::f32::consts::LOG2_E / STOPS), -PIVOT_X);
+    let scale = |x: f32| if x < 0.0 { TOE } else { SHOULDER };
+    let scale = Vec4::new(scale(from_pivot.x), scale(from_pivot.y), scale(from_pivot.z), SHOULDER);
+    // A rounding below 0 has no root.
+    let t = max4(from_pivot * SLOPE / scale, 0.0);
+    let bent = exp4(ln4(Vec4::ONE + t * sqrt4(t)) * (-2.0 / 3.0));
+    let y = scale * t * bent + Vec4::splat(PIVOT_Y);
+    // Near black the difference of two equal numbers may be negative; 1e-12 to the power 2.4 is black.
+    exp4(ln4(max4(y, 1e-12)) * 2.4).truncate()
+}
+
+#[inline(always)]
+fn lowest_of(rgb: Vec3) -> f32 {
+    min(rgb.x, min(rgb.y, rgb.z))
+}
+
+#[inline(always)]
+fn highest_of(rgb: Vec3) -> f32 {
+    max(rgb.x, max(rgb.y, rgb.z))
+}
+
+/// A colour without negative components: one outside Rec. 709 is lifted by its most negative and scaled to the brightness that it had, of which the
+/// luminance and that of the opposite colour have parts.
+#[inline(always)]
+fn into_display(rgb: Vec3) -> Vec3 {
+    let lowest = lowest_of(rgb);
+    if lowest >= 0.0 {
+        rgb
+    } else {
+        let luminance = max(LUMINANCE.dot(rgb), f32::MIN_POSITIVE);
+        let lifted = luminance - lowest;
+        let ratio = brightness(luminance, lowest) / brightness(lifted, 0.0);
+        (rgb - Vec3::splat(lowest)) * min(ratio, 1.0)
+    }
+}
+
+#[inline(always)]
+fn brightness(luminance: f32, lowest: f32) -> f32 {
+    let part = min(exp(0.08 * ln4(Vec4::splat(luminance)).x), 1.0);
+    part * luminance + (1.0 - part) * (2.0 * luminance - lowest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tone::srgb_encode;
+
+    /// Colours of Rec. 709 as they stand in Blender's table, and what it makes of them.
+    const BLENDER: &str = include_str!("../data/agx_blender.csv");
+
+    /// Colours along each direction of a cube, from 8 stops below middle grey upwards.
+    fn rays() -> impl Iterator<Item = Vec3> {
+        const SIDE: u32 = 6;
+        (1..SIDE * SIDE * SIDE).map(|i| {
+            let rgb = Vec3::new((i % SIDE) as f32, (i / SIDE % SIDE) as f32, (i / SIDE / SIDE) as f32);
+            rgb / rgb.max_element()
+        })
+    }
+
+    #[test]
+    fn a_colour_is_shown_as_blender_shows_it() {
+        let (mut compared, mut worst) = (0, 0.0f32);
+        for line in BLENDER.lines().filter(|line| !line.starts_with('#')).skip(1) {
+            let numbers: [f32; 6] = core::array::from_fn(|i| line.split(',').nth(i).unwrap().parse().unwrap());
+            let shown = agx(Vec3::from_slice(&numbers), &Look::NONE);
+            for (shown, theirs) in shown.to_array().into_iter().zip(&numbers[3..]) {
+                // The table holds y, of seven digits.
+                let off = 255.0 * (srgb_encode(shown) - srgb_encode(theirs.powf(2.4))).abs();
+                assert!(off < 0.1, "{line}: {shown}");
+                worst = worst.max(off);
+            }
+            compared += 1;
+        }
+        assert!(compared > 1000 && worst > 0.0, "{compared} colours, worst {worst}");
+    }
+
+    #[test]
+    fn more_light_of_any_colour_is_a_brighter_pixel_until_it_is_white() {
+        for ray in rays() {
+            let mut last = -1.0;
+            for step in 0..=340 {
+                let shown = agx(ray * 0.18 * (step as f32 * 0.05 - 9.0, &Look::NONE).exp2());
+                let luminance = Vec3::new(0.2126, 0.7152, 0.0722).dot(shown);
+                let is_white = shown.min_element() > 0.999;
+                assert!(
+                    luminance > last || is_white && luminance > last - 1e-3,
+                    "{ray} at step {step}: {luminance}, {last}"
+                );
+                last = luminance;
+            }
+        }
+    }
+
+    #[test]
+    fn no_light_is_lost_to_what_no_number_is() {
+        for ray in rays() {
+            for value in [0.0, 1e-38, 1e-10, 1e-3, 1.0, 1e4, 1e30] {
+                let shown = agx(ray * value, &Look::NONE);
+                assert!(shown.min_element() >= 0.0 && shown.max_element() <= 1.0, "{ray} times {value}: {shown}");
+            }
+            assert!(agx(ray * 1e30, &Look::NONE).max_element() > 0.999);
+        }
+        // A hundred-thousandth of a byte.
+        let black = agx(Vec3::ZERO, &Look::NONE);
+        assert!(black.max_element() < 3e-9, "{black}");
+    }
+}

@@ -24,6 +24,7 @@
 //! | [`fit`] | the spectrum between the bands: Newton's cubic, the regression fit (Eqs. 4-6) |
 //! | [`observer`] | the sum over a colour observer (Eq. 7) |
 //! | [`rgb`] | spaces of linear RGB and their gamut (Eq. 8) |
+//! | [`aces`] | the output transform of ACES 2.0, from the light of a scene to that of a display |
 //! | [`tone`] | from linear RGB to the bytes of a picture |
 //! | [`camera`] | from a pixel to a direction |
 //! | [`uniform`] | what crosses the bus: the uniform and the buffers beside it |
@@ -84,6 +85,7 @@
 pub use spirv_std::glam;
 
 pub mod agx;
+pub mod aces;
 pub mod arithmetic;
 pub mod azimuth;
 #[cfg(not(target_arch = "spirv"))]

@@ -230,7 +230,7 @@ impl Job {
 /// How pixels are stored for files of these formats. A picture alone is packed on the device, 4 bytes a pixel; a linear image serves for
 /// both.
 fn pixel_format(formats: &[Format]) -> PixelFormat {
-    let is_linear = formats.iter().any(|&format| format.is_spectral() || format == Format::Exr);
+    let is_linear = formats.iter().any(|&format| format != Format::Png);
     if is_linear { PixelFormat::LinearRgb } else { PixelFormat::Picture }
 }
 

@@ -2,6 +2,7 @@
 
 mod check;
 mod format;
+mod hdr;
 mod place;
 pub mod png;
 mod radiance_picture;

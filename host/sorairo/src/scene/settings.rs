@@ -298,7 +298,7 @@ impl FromStr for Exposure {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        if text == "auto" {
+        if text.eq_ignore_ascii_case("auto") {
             return Ok(Self::Auto);
         }
         text.parse().map(Self::Stops).map_err(|_| format!("an exposure is a number of stops or \"auto\", not {text:?}"))

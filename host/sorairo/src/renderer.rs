@@ -120,7 +120,7 @@ impl Image {
             space: self.space,
             display: self.display,
             wavelengths: Vec::new(),
-            sun: Vec::new(),
+            sun: files::Sunlight::default(),
         };
         files::write(path, format, image, bytemuck::cast_slice(&self.rgb))?.commit()
     }

@@ -15,6 +15,17 @@ use crate::plan::Plan;
 use crate::plan::colour_space::ColourSpace;
 use crate::scene::{Dither, ExrDepth, Scene, ValidScene};
 
+/// The sun as a light of its own, for files that hold it beside the sky.
+#[derive(Clone, Debug, Default)]
+pub struct Sunlight {
+    /// Irradiance on a surface that faces it, at each wavelength of the image (W·m⁻²·nm⁻¹).
+    pub spectrum: Vec<f64>,
+    /// The same as linear RGB (W·m⁻²).
+    pub rgb: [f64; 3],
+    /// The angle across it (degrees).
+    pub across: f64,
+}
+
 /// What is known of an image beside its pixels.
 #[derive(Clone, Debug)]
 pub struct Image {
@@ -36,8 +47,8 @@ pub struct Image {
     pub display: ColourSpace,
     /// Wavelengths (nm) whose radiance follows the linear RGB of each pixel; none but for spectral files.
     pub wavelengths: Vec<f64>,
-    /// Irradiance of the sun on a surface that faces it, at each wavelength (W·m⁻²·nm⁻¹); none but for scenes of Radiance.
-    pub sun: Vec<f64>,
+    /// The sun; none but for scenes of other programs.
+    pub sun: Sunlight,
 }
 
 impl Image {
@@ -53,7 +64,7 @@ impl Image {
             space: plan.sky.space,
             display: plan.sky.display(),
             wavelengths: plan.wavelengths().to_vec(),
-            sun: Vec::new(),
+            sun: Sunlight::default(),
         }
     }
 

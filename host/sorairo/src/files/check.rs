@@ -96,7 +96,7 @@ pub fn check_room(path: &Path, format: Format, size: Size, depth: ExrDepth, wave
         Format::SpectralExr => ((3 + wavelengths) * bytes_per_channel, 1032),
         Format::Hdr => (4, 64),
         Format::RadiancePicture => (wavelengths + 1, 1),
-        Format::RadianceScene => (0, 1),
+        Format::RadianceScene | Format::UsdScene => (0, 1),
     };
     let least = u64::from(size.width) * u64::from(size.height) * bytes_per_pixel / strongest;
     match fs4::available_space(folder(path)) {

@@ -19,15 +19,18 @@ pub enum Format {
     RadiancePicture,
     /// The sky and the sun as a scene of the program Radiance, around a picture beside it.
     RadianceScene,
+    /// The sky and the sun as lights of Universal Scene Description, around a map beside it.
+    UsdScene,
 }
 
 /// Extensions, and what they ask for.
-const EXTENSIONS: [(&str, Format); 5] = [
+const EXTENSIONS: [(&str, Format); 6] = [
     ("png", Format::Png),
     ("exr", Format::Exr),
     ("hdr", Format::Hdr),
     ("hsr", Format::RadiancePicture),
     ("rad", Format::RadianceScene),
+    ("usda", Format::UsdScene),
 ];
 
 impl Format {
@@ -60,6 +63,11 @@ impl Format {
     /// Whether a file of it holds radiance at wavelengths.
     pub fn is_spectral(self) -> bool {
         matches!(self, Self::SpectralExr | Self::RadiancePicture)
+    }
+
+    /// Whether it is a scene of another program, around a picture beside it.
+    pub fn is_scene(self) -> bool {
+        matches!(self, Self::RadianceScene | Self::UsdScene)
     }
 
     /// Whether a file of it holds RGB and nothing else: it shows what one camera sees.

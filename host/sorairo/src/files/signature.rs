@@ -9,7 +9,7 @@ use ::exr::meta::attribute::{AttributeValue, Text};
 use crc32fast::Hasher;
 
 use super::format::Format;
-use super::{hdr, radiance_picture, radiance_scene};
+use super::{hdr, radiance_picture, radiance_scene, usd_scene};
 use crate::encoding::checksum;
 use crate::encoding::label::{SCENE, SOFTWARE, SOFTWARE_KEYWORD, channel_names, scene_text};
 use crate::scene::Scene;
@@ -33,6 +33,10 @@ pub fn is_finished(path: &Path, format: Format, scene: &Scene, wavelengths: &[f6
         Format::RadianceScene => {
             let text = io::read_to_string(file);
             return text.is_ok_and(|text| radiance_scene::is_whole(&text, scene, wavelengths));
+        }
+        Format::UsdScene => {
+            let text = io::read_to_string(file);
+            return text.is_ok_and(|text| usd_scene::is_whole(&text, path, scene));
         }
         Format::Png => png_texts(file, SCENE),
         Format::Exr | Format::SpectralExr => {

@@ -7,7 +7,7 @@ use std::thread::{Builder, Scope, ScopedJoinHandle};
 
 use super::format::Format;
 use super::staged::{Staged, stage};
-use super::{hdr, radiance_picture, radiance_scene};
+use super::{hdr, radiance_picture, radiance_scene, usd_scene};
 use crate::encoding::{Image, linear, picture};
 use crate::error::{Error, Result};
 
@@ -93,7 +93,11 @@ fn encode(
         }
         Format::RadianceScene => {
             strips.for_each(drop);
-            radiance_scene::encode(output, path, &image.scene, &image.wavelengths, &image.sun)
+            radiance_scene::encode(output, path, &image.scene, &image.wavelengths, &image.sun.spectrum)
+        }
+        Format::UsdScene => {
+            strips.for_each(drop);
+            usd_scene::encode(output, path, &image)
         }
     })
 }

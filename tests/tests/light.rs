@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 use sorairo::low_level::files::{Format, is_finished};
 use sorairo::scene::Scene;
+use sorairo_shared::math::max;
 use sorairo_tests::program::{Image, contents, read_exr, run, succeed};
 use sorairo_tests::python::check;
 use tempfile::tempdir;
@@ -27,7 +28,7 @@ fn assert_within_a_step(found: &Image<f32>, expected: &Image<f32>, what: &str) {
     assert_eq!((found.width, found.height), (expected.width, expected.height), "{what}");
     assert!(!expected.rgb.is_empty());
     for (i, (found, expected)) in found.rgb.chunks(3).zip(expected.rgb.chunks(3)).enumerate() {
-        let largest = expected.iter().copied().fold(0.0, f32::max);
+        let largest = expected.iter().copied().fold(0.0, max);
         for (found, expected) in found.iter().zip(expected) {
             // Half of a step, of which there are 128 to 256 in the largest; 127.75 where that rounds up to a power of two.
             let error = (found - expected).abs();
@@ -207,7 +208,7 @@ fn a_sky_split_from_its_sun_is_two_files_as_two_commands_write_them() {
     }
     let brightest = |name: &str| {
         let (image, _) = read_exr(&folder.path().join(name));
-        image.rgb.iter().copied().fold(0.0, f32::max)
+        image.rgb.iter().copied().fold(0.0, max)
     };
     assert!(brightest("sky.sun.exr") > 100.0 * brightest("sky.exr"));
 }

@@ -4,13 +4,13 @@
 use std::io;
 
 use rayon::prelude::*;
-use sorairo_shared::math::max;
+use sorairo_shared::math::{max, min};
+use sorairo_shared::variant::PixelFormat;
 
 use super::radiance_picture::{BLACK, EXPONENT_BIAS, exponent, labelled_header};
 use crate::encoding::Image;
 use crate::plan::colour_space::chromaticities;
 use crate::scene::{Exposure, Scene};
-use sorairo_shared::variant::PixelFormat;
 
 /// Widths (pixels) of rows whose equal bytes are counted; other rows are stored as they are.
 const COUNTED_WIDTHS: std::ops::Range<usize> = 8..1 << 15;
@@ -63,7 +63,7 @@ pub(super) fn bytes(image: &Image, rows: &[u32]) -> io::Result<Vec<u8>> {
 fn rgbe(rgb: [f32; 3]) -> [u8; 4] {
     /// The largest value that the format holds.
     const LARGEST: f32 = 255.0 * (1_u128 << 119) as f32;
-    let rgb = rgb.map(|value| value.min(LARGEST));
+    let rgb = rgb.map(|value| min(value, LARGEST));
     let largest = rgb.into_iter().fold(0.0, max);
     if largest <= BLACK {
         return [0; 4];

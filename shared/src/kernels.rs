@@ -15,7 +15,7 @@ use crate::run::{self, Circle, Middle, RUN, Run};
 use crate::single::Bands;
 use crate::sky::{Constituents, Gathered, Parts, constituents, is_done, light, transfer_of_parts, view_ray};
 use crate::spectral;
-use crate::tone::{NEAREST, dither, picture8};
+use crate::tone::{NEAREST, bytes, dither, shown};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant::{self, PixelFormat};
 
@@ -28,7 +28,7 @@ pub const LOOKUP_WORKGROUP: u32 = 64;
 /// A bit pattern that no kernel stores, a NaN and a picture of alpha 0: what the output holds before a kernel runs.
 pub const SENTINEL: u32 = 0x7fff_ffff;
 
-/// Stores a pixel's linear RGB as the variant's [`PixelFormat`] says. Of a pixel `x` is the column, and `y` the row counted from the dispatch's
+/// Stores a pixel's linear RGB, in a picture that of a display, as the variant's [`PixelFormat`] says. Of a pixel `x` is the column, and `y` the row counted from the dispatch's
 /// first.
 #[inline(always)]
 pub fn store_rgb(uniform: &Uniform, output: &mut [u32], pixel: UVec2, rgb: Vec3, variant: u32) {
@@ -40,7 +40,7 @@ pub fn store_rgb(uniform: &Uniform, output: &mut [u32], pixel: UVec2, rgb: Vec3,
 fn store_rgb_at(uniform: &Uniform, output: &mut [u32], index: u32, pixel: UVec2, rgb: Vec3, variant: u32) {
     let format = variant::pixel_format(variant);
     if format == PixelFormat::Picture as u32 {
-        let word = picture_word(uniform, pixel.x, uniform.first_row + pixel.y, rgb, variant);
+        let word = picture_word(pixel.x, uniform.first_row + pixel.y, rgb, variant);
         store(output, index as usize, word);
     } else if format == PixelFormat::HalfRgb as u32 {
         let at = 2 * index as usize;
@@ -58,12 +58,21 @@ fn store_rgb_at(uniform: &Uniform, output: &mut [u32], index: u32, pixel: UVec2,
     }
 }
 
-/// A picture's word of a pixel's linear RGB; `row` counts from the image's top.
+/// A picture's word of a pixel's linear RGB as a display shows it; `row` counts from the image's top.
 #[inline(always)]
-pub fn picture_word(uniform: &Uniform, column: u32, row: u32, rgb: Vec3, variant: u32) -> u32 {
+pub fn picture_word(column: u32, row: u32, shown: Vec3, variant: u32) -> u32 {
     let is_dithered = variant & variant::DITHER != 0;
-    let threshold = if is_dithered { dither(column, row) } else { NEAREST };
-    picture8(rgb, uniform.exposure, &uniform.look, threshold, variant)
+    bytes(shown, if is_dithered { dither(column, row) } else { NEAREST })
+}
+
+/// A pixel's linear RGB as it is stored: in a picture that of a display.
+#[inline(always)]
+pub fn shown_in(uniform: &Uniform, colour: &[Vec4], rgb: Vec3, variant: u32) -> Vec3 {
+    if variant::pixel_format(variant) == PixelFormat::Picture as u32 {
+        shown(rgb, uniform.exposure, &uniform.look, colour, variant)
+    } else {
+        rgb
+    }
 }
 
 /// Stores a pixel's radiance at a group of four bands (W·m⁻²·sr⁻¹·nm⁻¹), from the word `at` on.
@@ -104,7 +113,7 @@ pub fn sky_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pi
     }
     if !holds_light {
         if view.covered {
-            rgb = with_disc(uniform, buffers.colour, pixel, rgb, variant);
+            rgb = seen(uniform, buffers.colour, pixel, rgb, variant);
         }
         store_rgb(uniform, output, pixel, rgb, variant);
     }
@@ -214,8 +223,9 @@ pub fn lookup_pixel(
         let end = pixel.x + RUN;
         let direction = run::middle_direction(uniform, pixel.x, row, variant);
         if lookup::is_on_ground(direction, variant) {
+            let ground = shown_in(uniform, colour, lookup::ground_beneath(uniform, variant), variant);
             while pixel.x < end {
-                store_rgb(uniform, output, pixel, lookup::ground_beneath(uniform, variant), variant);
+                store_rgb(uniform, output, pixel, ground, variant);
                 pixel.x += 1;
             }
             return;
@@ -227,7 +237,7 @@ pub fn lookup_pixel(
                 while of_run < RUN {
                     let direction = view(uniform, pixel, variant).direction;
                     let sky = lookup::sky_in_grid(uniform, entries, direction, variant);
-                    let rgb = with_disc(uniform, colour, pixel, sky, variant);
+                    let rgb = seen(uniform, colour, pixel, sky, variant);
                     store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
                     pixel.x += 1;
                     of_run += 1;
@@ -236,7 +246,7 @@ pub fn lookup_pixel(
             }
             let run = PerspectiveRun::new(uniform, entries, pixel.x, row, variant);
             while of_run < RUN {
-                let rgb = with_disc(uniform, colour, pixel, run.sky(of_run, variant), variant);
+                let rgb = seen(uniform, colour, pixel, run.sky(of_run, variant), variant);
                 store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
                 pixel.x += 1;
                 of_run += 1;
@@ -246,7 +256,7 @@ pub fn lookup_pixel(
         let (circle, middle) = (Circle::of_row(uniform, row), Middle::towards(uniform, direction));
         let run = Run::new(uniform, entries, circle, middle, row, variant);
         while of_run < RUN {
-            let rgb = with_disc(uniform, colour, pixel, run.sky(of_run, variant), variant);
+            let rgb = seen(uniform, colour, pixel, run.sky(of_run, variant), variant);
             store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
             pixel.x += 1;
             of_run += 1;
@@ -256,21 +266,21 @@ pub fn lookup_pixel(
         let view = view(uniform, pixel, variant);
         if view.covered {
             let rgb = lookup::sky_from_lookup(uniform, entries, view.direction, row, variant);
-            store_rgb(uniform, output, pixel, with_disc(uniform, colour, pixel, rgb, variant), variant);
+            store_rgb(uniform, output, pixel, seen(uniform, colour, pixel, rgb, variant), variant);
         } else {
             store_rgb(uniform, output, pixel, Vec3::ZERO, variant);
         }
     }
 }
 
-/// A colour of the sky at a pixel, with the sun's disc before it.
+/// A colour of the sky at a pixel as it is stored, with the sun's disc before it.
 #[inline(always)]
-fn with_disc(uniform: &Uniform, colour: &[Vec4], pixel: UVec2, sky: Vec3, variant: u32) -> Vec3 {
+fn seen(uniform: &Uniform, colour: &[Vec4], pixel: UVec2, sky: Vec3, variant: u32) -> Vec3 {
     let mut rgb = sky;
     if variant & variant::SUN_DISC != 0 {
         rgb += disc_in_pixel(uniform, colour, pixel.x, uniform.first_row + pixel.y, variant);
     }
-    rgb
+    shown_in(uniform, colour, rgb, variant)
 }
 
 /// Where a pixel stands in the output of its dispatch, in pixels.

@@ -23,6 +23,7 @@
 //! | [`multiple_lookup`] | the lookup of that light: where its entries are, how a ray reads them |
 //! | [`fit`] | the spectrum between the bands: Newton's cubic, the regression fit (Eqs. 4-6) |
 //! | [`observer`] | the sum over a colour observer (Eq. 7) |
+//! | [`agx`] | the view transform AgX, from the light of a scene to that of a display |
 //! | [`rgb`] | spaces of linear RGB and their gamut (Eq. 8) |
 //! | [`aces`] | the output transform of ACES 2.0, from the light of a scene to that of a display |
 //! | [`tone`] | from linear RGB to the bytes of a picture |
@@ -84,8 +85,8 @@
 
 pub use spirv_std::glam;
 
-pub mod agx;
 pub mod aces;
+pub mod agx;
 pub mod arithmetic;
 pub mod azimuth;
 #[cfg(not(target_arch = "spirv"))]

@@ -2,10 +2,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::aces::aces2;
 use crate::agx::agx;
-use crate::glam::Vec3;
+use crate::glam::{Vec3, Vec4};
 use crate::math::{clamp, min, sqrt};
-use crate::variant::AGX;
+use crate::variant::{ACES, AGX};
 
 /// A linear value that every picture shows as white: an infinite one would have no hue to keep.
 const BRIGHTEST: f32 = 1e30;
@@ -51,39 +52,51 @@ pub struct Look {
     pub contrast: f32,
     /// Factor of the differences of a colour's stops from their mean by luminance.
     pub saturation: f32,
+    /// Where the tables of [`crate::aces`] begin in the colour rows, where the variant has them.
+    pub tables: u32,
     /// Unused; fills the last 16 bytes.
-    pub padding0: u32,
-    /// Unused, too.
-    pub padding1: u32,
+    pub padding: u32,
 }
 
 impl Look {
     /// The grade of a contrast and a saturation.
     pub const fn new(contrast: f32, saturation: f32) -> Self {
-        Self { contrast, saturation, padding0: 0, padding1: 0 }
+        Self { contrast, saturation, tables: 0, padding: 0 }
     }
 
     /// None.
     pub const NONE: Self = Self::new(1.0, 1.0);
 }
 
-/// A pixel of an 8 bit sRGB picture from linear RGB: exposed, brought into range by the view transform of a variant, encoded.
-///
-/// `exposure` multiplies the linear value, up to 1e30, white in every picture. A value becomes the byte above it where it has come so near that
-/// `threshold` (from 0 to below 1) makes up for the rest: [`NEAREST`], or [`dither`]. Returns red in the lowest byte, then green, blue, and 255.
+/// Linear RGB for a display, each of at most 1 but where no view transform cuts it, from that of a sky: exposed, up to 1e30, and brought into range by
+/// the view transform of a variant. `tables` are the colour rows.
 #[inline(always)]
-pub fn picture8(rgb: Vec3, exposure: f32, look: &Look, threshold: f32, variant: u32) -> u32 {
+pub fn shown(rgb: Vec3, exposure: f32, look: &Look, tables: &[Vec4], variant: u32) -> Vec3 {
     let exposed = rgb * exposure;
     let exposed = Vec3::new(min(exposed.x, BRIGHTEST), min(exposed.y, BRIGHTEST), min(exposed.z, BRIGHTEST));
-    let shown = if variant & AGX != 0 { agx(exposed, look) } else { exposed };
+    if variant & AGX != 0 {
+        agx(exposed, look)
+    } else if variant & ACES != 0 {
+        aces2(exposed, tables, look.tables)
+    } else {
+        exposed
+    }
+}
+
+/// A pixel of an 8 bit sRGB picture from linear RGB of a display, cut at white.
+///
+/// A value becomes the byte above it where it has come so near that `threshold` (from 0 to below 1) makes up for the rest: [`NEAREST`], or
+/// [`dither`]. Returns red in the lowest byte, then green, blue, and 255.
+#[inline(always)]
+pub fn bytes(shown: Vec3, threshold: f32) -> u32 {
     let byte = |x: f32| (255.0 * srgb_encode(x) + threshold) as u32;
     byte(shown.x) | (byte(shown.y) << 8) | (byte(shown.z) << 16) | (255 << 24)
 }
 
-/// [`picture8`] without a view transform: what is brighter than 1 is cut.
+/// [`bytes`] of linear RGB without a view transform.
 #[inline(always)]
 pub fn srgb8(rgb: Vec3, exposure: f32, threshold: f32) -> u32 {
-    picture8(rgb, exposure, &Look::NONE, threshold, 0)
+    bytes(shown(rgb, exposure, &Look::NONE, &[], 0), threshold)
 }
 
 #[cfg(test)]
@@ -112,7 +125,7 @@ mod tests {
     #[test]
     fn a_light_beyond_single_precision_is_white() {
         for view in [0, AGX] {
-            assert_eq!(picture8(Vec3::new(1e30, 2e30, 1e31), 1e15, &Look::NONE, NEAREST, view), 0xffff_ffff);
+            assert_eq!(bytes(shown(Vec3::new(1e30, 2e30, 1e31), 1e15, &Look::NONE, &[], view), NEAREST), 0xffff_ffff);
         }
     }
 

@@ -463,7 +463,7 @@ fn a_wrong_sequence_exits_with_2_and_one_sentence() {
         ("--sun-elevation 0:5:1 --frames some", &["--frames", "some", "48"]),
         ("--sun-elevation 0:5:1 -o sky.png", &["-o sky.png", "#", "sky.####.exr"]),
         ("--sun-elevation 0:5:1 -o a#b#.png", &["-o a#b#.png", "one run of #"]),
-        ("--sun-elevation 0:5:1 -o sky.#.jpg", &["-o sky.#.jpg", ".png, .exr, .hsr or .rad"]),
+        ("--sun-elevation 0:5:1 -o sky.#.jpg", &["-o sky.#.jpg", ".png, .exr, .hdr, .hsr, .rad or .usda"]),
         ("--sun-elevation 0:5:1 -o #.png -o #.png", &["-o 0.png", "a name of its own"]),
         ("--sun-elevation 0:5:1 -o taken/#.png", &["-o taken/0.png", "folder taken cannot be made"]),
         ("--sun-elevation 0:5:1 --altitude -1", &["--altitude", "-1", "between 0 and 100000 km"]),

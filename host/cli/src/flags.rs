@@ -152,7 +152,11 @@ impl SceneFlag {
             Takes::Nothing => arg.action(ArgAction::SetTrue),
             Takes::Word => {
                 let words = keys::find(self.key).expect("the key of a flag").words();
-                arg.value_name(self.id().replace('-', "_").to_uppercase()).value_parser(named(words).map(Given::Text))
+                let arg = arg.value_name(self.id().replace('-', "_").to_uppercase()).ignore_case(true);
+                match self.key {
+                    "camera.projection" => arg.value_parser(projection(words).map(Given::Text)),
+                    _ => arg.value_parser(named(words).map(Given::Text)),
+                }
             }
             Takes::Value(shown, read) => {
                 let arg = arg.value_name(shown).value_parser(read);
@@ -208,9 +212,37 @@ flags!(SceneFlags: SUN, EXPOSURE, SKY, IMAGE);
 flags!(SharedFlags: SKY, IMAGE);
 flags!(SkyFlags: SUN, SKY);
 
-/// Reads one of some words; the help lists them with their sentences.
+/// Reads one of some words, by any of its names; the help lists them with their sentences.
 fn named(words: Vec<Word>) -> impl TypedValueParser<Value = String> {
-    PossibleValuesParser::new(words.into_iter().map(|word| PossibleValue::new(word.name).help(word.sentence)))
+    PossibleValuesParser::new(possible(&words)).map(move |text| name_of(&words, text))
+}
+
+fn possible(words: &[Word]) -> Vec<PossibleValue> {
+    let value = |word: &Word| PossibleValue::new(word.name).aliases(word.alias).help(word.sentence);
+    words.iter().map(value).collect()
+}
+
+/// The name of the word that a text is.
+fn name_of(words: &[Word], text: String) -> String {
+    words.iter().find(|word| word.is(&text)).map_or(text, |word| word.name.to_owned())
+}
+
+/// Reads a projection; who asks for a cube is told how to come by one.
+fn projection(words: Vec<Word>) -> impl TypedValueParser<Value = String> {
+    const CUBE: [&str; 2] = ["cubemap", "cube"];
+    let cube = PossibleValue::new(CUBE[0]).aliases(&CUBE[1..]).hide(true);
+    let values = possible(&words).into_iter().chain([cube]);
+    PossibleValuesParser::new(values).try_map(move |text| {
+        if CUBE.iter().any(|name| name.eq_ignore_ascii_case(&text)) {
+            let names: Vec<_> = words.iter().map(|word| word.name).collect();
+            return Err(format!(
+                "one of {} is wanted; the faces of a cube are six images of --projection perspective --fov 90 and a square --size: --look-azimuth 0, \
+                 90, 180 and 270 with --look-elevation 0, and --look-elevation 90 and -90",
+                names.join(", ")
+            ));
+        }
+        Ok(name_of(&words, text))
+    })
 }
 
 /// Reads one of the words of a type.

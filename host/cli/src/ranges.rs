@@ -119,7 +119,7 @@ impl FromStr for FrameExposure {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        match text {
+        match text.to_lowercase().as_str() {
             "first" => Ok(Self::Shared(SharedExposure::First)),
             "sequence" => Ok(Self::Shared(SharedExposure::Brightest)),
             _ => text

@@ -18,7 +18,11 @@ pub fn run(arguments: &RenderArguments) -> Result<()> {
     refuse_scene_as_output(arguments.scene.scene.as_deref(), request.outputs.iter())?;
     let device = memory::device(&arguments.scene.device)?;
     let progress = Progress::start();
-    let report = render::render(&scene, &request, || device::open(&device), |stage| progress.stage(stage));
+    let (open, stage) = (|| device::open(&device), |stage: &str| progress.stage(stage));
+    let report = match arguments.split_sun {
+        true => render::render_split(&scene, &request, open, stage),
+        false => render::render(&scene, &request, open, stage),
+    };
     drop(progress);
     let report = report?;
     print_note(&summary(&report));

@@ -160,7 +160,12 @@ fn set_cell(draft: &mut Draft, key: &'static Key, text: &str) -> sorairo::Result
     let is_set = whole(text).is_some_and(|count| draft.set(key, U32Deserializer::<Error>::new(count)).is_ok())
         || text.parse().is_ok_and(|number| draft.set(key, F64Deserializer::<Error>::new(number)).is_ok())
         || text.to_lowercase().parse().is_ok_and(|truth| draft.set(key, BoolDeserializer::<Error>::new(truth)).is_ok());
-    if is_set { Ok(()) } else { draft.set(key, StrDeserializer::<Error>::new(text)) }
+    if is_set { Ok(()) } else { draft.set(key, StrDeserializer::<Error>::new(&word_or(key, text))) }
+}
+
+/// The word of a key that a text is, in whatever case of letters; or else the text itself.
+fn word_or(key: &Key, text: &str) -> String {
+    key.words().iter().find(|word| word.is(text)).map_or(text, |word| word.name).to_owned()
 }
 
 /// A whole number, which some programs write as 16.0.
@@ -185,7 +190,7 @@ pub fn wavelengths(text: &str) -> Result<Given, String> {
 
 pub fn exposure(text: &str) -> Result<Given, String> {
     text.parse().map(|exposure| match exposure {
-        Exposure::Auto | Exposure::Adapt => Given::Text(text.into()),
+        Exposure::Auto | Exposure::Adapt => Given::Text(text.to_lowercase()),
         Exposure::Stops(stops) => Given::Number(stops),
     })
 }
@@ -206,8 +211,8 @@ pub fn visibility(text: &str) -> Result<Given, String> {
 }
 
 pub fn orders(text: &str) -> Result<Given, String> {
-    if text == "all" {
-        return Ok(Given::Text(text.into()));
+    if text.eq_ignore_ascii_case("all") {
+        return Ok(Given::Text(text.to_lowercase()));
     }
     let range = || keys::find("render.orders").map(Key::range).unwrap_or_default();
     text.parse().map(Given::Count).map_err(|_| format!("a whole number or `all` is wanted: {}", range()))
@@ -215,7 +220,8 @@ pub fn orders(text: &str) -> Result<Given, String> {
 
 /// An albedo is a number, a surface or a table; which ones there are, its key says.
 pub fn albedo(text: &str) -> Result<Given, String> {
-    Ok(text.parse().map_or_else(|_| Given::Text(text.into()), Given::Number))
+    let key = keys::find("ground.albedo").expect("a key");
+    Ok(text.parse().map_or_else(|_| Given::Text(word_or(key, text)), Given::Number))
 }
 
 /// Reads a text that says a value of a type.

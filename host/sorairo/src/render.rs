@@ -1,6 +1,6 @@
 //! From a scene to files.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::Scope;
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::device::{Device, DeviceKind, Times};
 use crate::error::{Error, Result};
-use crate::files::{self, Format, Image, Replace, Staged, Writer};
+use crate::files::{self, Format, Image, Replace, Staged, Sunlight, Writer};
 use crate::irradiance::SkyLight;
 use sorairo_shared::variant::PixelFormat;
 
@@ -17,7 +17,7 @@ use crate::plan::explain::explain;
 use crate::plan::lookup::Lookup;
 use crate::plan::sun_disc::Sun;
 use crate::plan::{LightFields, Plan};
-use crate::scene::{ColourObserver, ColourPath, Fit, Rgb, Scene, ValidScene, WhiteBalance};
+use crate::scene::{ColourObserver, ColourPath, Exposure, ExrDepth, Fit, Rgb, Scene, ValidScene, WhiteBalance};
 use crate::spectral_irradiance::SpectralIrradiance;
 use crate::spectrum::Spectra;
 
@@ -164,7 +164,7 @@ impl Job {
         let formats = request.formats()?;
         let spectral = request.wavelengths_of(scene, &formats)?;
         let pixel = pixel_format(&formats);
-        files::check_radiance(outputs, &formats, &scene.camera)?;
+        files::check_scenes(outputs, &formats, scene)?;
         for path in outputs {
             files::check_writable(path)?;
         }
@@ -182,6 +182,11 @@ impl Job {
     /// Its outputs that would take the place of a file.
     pub fn replaced(&self) -> Vec<PathBuf> {
         self.outputs.iter().filter(|path| path.is_file()).cloned().collect()
+    }
+
+    /// Checks that every file that is there may be replaced.
+    fn check_replaced(&self) -> Result<()> {
+        self.outputs.iter().try_for_each(|path| self.replace.check(path))
     }
 
     /// What the image shows.
@@ -205,11 +210,16 @@ impl Job {
         scope: &'scope Scope<'scope, '_>,
         device: &mut Device,
     ) -> Result<(Times, Files<'scope>)> {
-        self.outputs.iter().try_for_each(|path| self.replace.check(path))?;
+        self.check_replaced()?;
         let plan = &self.plan;
         let mut image = Image::of(plan, &self.scene);
-        if self.formats.contains(&Format::RadianceScene) {
-            image.sun = Sun::at(&plan.sky, plan.wavelengths()).spectral_irradiance(|_| 1.0);
+        if self.formats.iter().any(|format| format.is_scene()) {
+            let sun = Sun::at(&plan.sky, plan.wavelengths());
+            image.sun = Sunlight {
+                spectrum: sun.spectral_irradiance(|_| 1.0),
+                rgb: plan.sky.sun_irradiance().rgb.to_array(),
+                across: sun.across(),
+            };
         }
         let begin = |(path, &format): (&PathBuf, &Format)| Writer::start(scope, path.clone(), format, image.clone());
         let files = Files { writers: self.outputs.iter().zip(&self.formats).map(begin).collect::<Result<_>>()? };
@@ -230,7 +240,7 @@ impl Job {
 /// How pixels are stored for files of these formats. A picture alone is packed on the device, 4 bytes a pixel; a linear image serves for
 /// both.
 fn pixel_format(formats: &[Format]) -> PixelFormat {
-    let is_linear = formats.iter().any(|&format| format.is_spectral() || format == Format::Exr);
+    let is_linear = formats.iter().any(|&format| format != Format::Png);
     if is_linear { PixelFormat::LinearRgb } else { PixelFormat::Picture }
 }
 
@@ -301,13 +311,76 @@ pub fn render(
 ) -> Result<Report> {
     let start = Instant::now();
     let job = Job::new(scene, request, &LightFields::default())?;
+    render_jobs(start, &[job], request, open, stage)
+}
+
+/// Renders a scene twice: into the files of the request without the sun's disc, to light with, and into a file beside each of them with it,
+/// to be seen: `sky.sun.exr` beside `sky.exr`. All of them take their places together, and have one exposure. The report is that of the files without
+/// the disc, and lists them all.
+///
+/// # Errors
+///
+/// [`Error::FileName`] for a file of another format than `.png`, `.exr` and `.hdr`, beside which a scene of USD may stand; those of [`render`].
+pub fn render_split(
+    scene: &ValidScene,
+    request: &Request,
+    open: impl FnOnce() -> Result<Device>,
+    stage: impl Fn(&str),
+) -> Result<Report> {
+    let start = Instant::now();
+    let formats = request.formats()?;
+    let named = request.outputs.iter().zip(&formats);
+    if let Some((path, _)) = named.clone().find(|(_, format)| !format.is_rgb() && **format != Format::UsdScene) {
+        let complaint = "the sun's disc is split off .png, .exr and .hdr files alone; spectral files and scenes of Radiance never hold it";
+        return Err(Error::FileName { path: path.clone(), complaint: complaint.into() });
+    }
+    let beside: Vec<PathBuf> = named.filter(|(_, format)| format.is_rgb()).map(|(path, _)| with_sun(path)).collect();
+    files::check_distinct(&[&request.outputs[..], &beside].concat())?;
+    let light_fields = LightFields::default();
+    let of_seen = Request { outputs: beside, ..request.clone() };
+    let mut seen = Job::new(&scene.with_disc(true)?, &of_seen, &light_fields)?;
+    let mut light = scene.with_disc(false)?;
+    // Those of the brighter one hold for both, so that one file can take the place of the other.
+    if formats.contains(&Format::Png) && scene.render.exposure == Exposure::Auto {
+        light = light.exposed(Exposure::Stops(f64::from(seen.plan.uniform.exposure.log2())))?;
+    }
+    if scene.render.exr == ExrDepth::Half && scene.render.exr_exposure == Exposure::Auto {
+        let stops = Exposure::Stops(f64::from(seen.plan.linear_exposure(ExrDepth::Half)));
+        light = light.exposed_linear(stops)?;
+        seen = Job::new(&seen.scene.clone().exposed_linear(stops)?, &of_seen, &light_fields)?;
+    }
+    let light = Job::new(&light, request, &light_fields)?;
+    render_jobs(start, &[light, seen], request, open, stage)
+}
+
+/// The file beside another that shows the same sky with the sun's disc.
+fn with_sun(path: &Path) -> PathBuf {
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_extension(format!("sun.{extension}"))
+}
+
+/// Renders jobs of one sky, and reports the first. All files take their places together.
+fn render_jobs(
+    start: Instant,
+    jobs: &[Job],
+    request: &Request,
+    open: impl FnOnce() -> Result<Device>,
+    stage: impl Fn(&str),
+) -> Result<Report> {
+    let (job, scene) = jobs.first().map(|job| (job, &job.scene)).expect("there is a job");
     let planned = start.elapsed();
     stage("opening the device");
     let mut device = open()?;
-    let replaced = job.replaced();
+    let replaced = jobs.iter().flat_map(Job::replaced).collect();
+    jobs.iter().try_for_each(Job::check_replaced)?;
     stage("computing the sky");
     let (times, encoding) = std::thread::scope(|scope| {
-        let (times, files) = job.compute(scope, &mut device)?;
+        let (mut times, mut files) = (Times::default(), Files { writers: Vec::new() });
+        for job in jobs {
+            let (of_job, files_of_job) = job.compute(scope, &mut device)?;
+            times += of_job;
+            files.writers.extend(files_of_job.writers);
+        }
         stage("writing files");
         let computed = Instant::now();
         files.finish().map(|()| (times, computed.elapsed()))
@@ -345,7 +418,7 @@ pub fn render(
         readback_ms: ms(times.readback),
         encode_ms: ms(encoding),
         total_ms: ms(start.elapsed()),
-        outputs: request.outputs.clone(),
+        outputs: jobs.iter().flat_map(|job| &job.outputs).cloned().collect(),
         replaced,
     })
 }

@@ -96,7 +96,7 @@ impl Image {
         [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
     }
 
-    /// Writes the image as what the file name says: a picture (`.png`) or linear RGB (`.exr`). The file takes its place when it
+    /// Writes the image as what the file name says: a picture (`.png`) or linear RGB (`.exr`, `.hdr`). The file takes its place when it
     /// is whole.
     ///
     /// # Errors
@@ -106,8 +106,8 @@ impl Image {
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
         let format = Format::of(path, false)?;
-        if !matches!(format, Format::Png | Format::Exr) {
-            let complaint = "the file would be spectral; this image holds RGB alone".into();
+        if !format.is_rgb() {
+            let complaint = "the file would hold spectra or a scene; this image holds RGB alone".into();
             return Err(Error::FileName { path: path.to_owned(), complaint });
         }
         let image = files::Image {
@@ -120,7 +120,7 @@ impl Image {
             space: self.space,
             display: self.display,
             wavelengths: Vec::new(),
-            sun: Vec::new(),
+            sun: files::Sunlight::default(),
         };
         files::write(path, format, image, bytemuck::cast_slice(&self.rgb))?.commit()
     }

@@ -7,7 +7,7 @@ use multiversion::multiversion;
 use super::colour::{constituents, light, with_phases_of_block};
 use super::lanes::{BLOCK, Three, lanes};
 use super::lookup::sky_of_block;
-use super::pixels::{Pixels, add_disc, are_on_ground, blacken, put_ground, store_block, views};
+use super::pixels::{Pixels, add_disc, are_on_ground, blacken, put_ground, show, store_block, views};
 use super::run::sky_of_runs;
 use crate::arithmetic::multiply_adds_of_block;
 use crate::glam::{Vec3, Vec4};
@@ -91,6 +91,7 @@ pub mod plain {
                 }
                 put_ground(uniform, &views, count, &mut sky, variant);
                 add_disc(uniform, buffers.colour, pixels, &mut sky, variant);
+                show(uniform, buffers.colour, count, &mut sky, variant);
                 blacken(&views, count, &mut sky);
             }
             store_block(uniform, output, pixels, &sky, variant);
@@ -109,6 +110,7 @@ pub mod plain {
             if views.covered.contains(&true) {
                 sky = sky_of_block(uniform, entries, pixels, &views, variant);
                 add_disc(uniform, colour, pixels, &mut sky, variant);
+                show(uniform, colour, pixels.count, &mut sky, variant);
                 blacken(&views, pixels.count, &mut sky);
             }
             store_block(uniform, output, pixels, &sky, variant);
@@ -121,6 +123,7 @@ pub mod plain {
         for (pixels, output) in blocks(uniform, output) {
             let mut sky = sky_of_runs(uniform, entries, pixels, variant);
             add_disc(uniform, colour, pixels, &mut sky, variant);
+            show(uniform, colour, pixels.count, &mut sky, variant);
             store_block(uniform, output, pixels, &sky, variant);
         }
     }

@@ -4,7 +4,7 @@ use super::lanes::{BLOCK, Three, lanes};
 use crate::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, pixel_view};
 use crate::disc::disc_in_pixel;
 use crate::glam::{UVec2, Vec3, Vec4};
-use crate::kernels::{picture_word, store_rgb};
+use crate::kernels::{picture_word, shown_in, store_rgb};
 use crate::lookup::{ground_beneath, is_on_ground};
 use crate::uniform::Uniform;
 use crate::variant::{self, PixelFormat};
@@ -100,16 +100,25 @@ pub fn blacken(views: &Views, count: usize, rgb: &mut Three) {
     }
 }
 
+/// Makes colours those that are stored: in a picture those of a display.
+#[inline(always)]
+pub fn show(uniform: &Uniform, colour: &[Vec4], count: usize, rgb: &mut Three, variant: u32) {
+    if variant::pixel_format(variant) == PixelFormat::Picture as u32 {
+        for lane in lanes(count) {
+            rgb.set(lane, shown_in(uniform, colour, rgb.get(lane), variant));
+        }
+    }
+}
+
 /// Stores the colours of a block as the variant's [`PixelFormat`] says; `output` holds its pixels alone.
 #[inline(always)]
 pub fn store_block(uniform: &Uniform, output: &mut [u32], pixels: Pixels, rgb: &Three, variant: u32) {
     let format = variant::pixel_format(variant);
     if format == PixelFormat::Picture as u32 {
-        const AGX: u32 = variant::DITHER | variant::AGX;
-        match variant & AGX {
-            AGX => store_picture(uniform, output, pixels, rgb, AGX),
-            variant::DITHER => store_picture(uniform, output, pixels, rgb, variant::DITHER),
-            other => store_picture(uniform, output, pixels, rgb, other),
+        if variant & variant::DITHER != 0 {
+            store_picture(uniform, output, pixels, rgb, variant::DITHER);
+        } else {
+            store_picture(uniform, output, pixels, rgb, 0);
         }
     } else if format == PixelFormat::LinearRgb as u32 {
         for (pixel, lane) in output.as_chunks_mut::<3>().0.iter_mut().zip(lanes(pixels.count)) {
@@ -125,6 +134,6 @@ pub fn store_block(uniform: &Uniform, output: &mut [u32], pixels: Pixels, rgb: &
 #[inline(always)]
 fn store_picture(uniform: &Uniform, output: &mut [u32], pixels: Pixels, rgb: &Three, variant: u32) {
     for (word, lane) in output.iter_mut().zip(lanes(pixels.count)) {
-        *word = picture_word(uniform, pixels.column(lane), uniform.first_row, rgb.get(lane), variant);
+        *word = picture_word(pixels.column(lane), uniform.first_row, rgb.get(lane), variant);
     }
 }

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use sorairo::low_level::files::Replace;
+use sorairo::low_level::files::{Format, Replace};
 use sorairo::low_level::render::Request;
 use sorairo::scene::Preset;
 use sorairo::scene::place::Time;
@@ -60,6 +60,7 @@ pub enum Command {
     /// Prints completions of commands and flags for a shell.
     Completions {
         /// The shell.
+        #[arg(ignore_case = true)]
         shell: Shell,
     },
     /// Prints the manual page of the program, or of one of its commands.
@@ -78,7 +79,7 @@ pub enum SceneCommand {
         #[arg(default_value = "scene.toml")]
         file: PathBuf,
         /// Named atmosphere whose values are written.
-        #[arg(long, default_value = "standard", value_parser = word_of::<Preset>())]
+        #[arg(long, default_value = "standard", ignore_case = true, value_parser = word_of::<Preset>())]
         preset: Preset,
         #[command(flatten)]
         replace: ReplaceFlags,
@@ -124,14 +125,20 @@ impl SceneFile {
 pub struct RenderArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// File to write, .png, .exr, .spectral.exr, .hsr or .rad; may be given more than once [default: sky.png and sky.exr, in the place of
-    /// files that sorairo wrote, and of no others].
-    #[arg(short = 'o', long = "output", value_name = "OUT")]
+    #[arg(short = 'o', long = "output", value_name = "OUT", help = format!(
+        "File to write, {} (.spectral.exr for a spectral one); may be given more than once [default: sky.png and sky.exr, in the place of \
+         files that sorairo wrote, and of no others]",
+        Format::extensions()
+    ))]
     output: Vec<PathBuf>,
     #[command(flatten)]
     replace: ReplaceFlags,
     #[command(flatten)]
     spectral: SpectralFlags,
+    /// Leave the sun's disc out of every file, to light with it, and write another beside it that shows the disc, to be seen: sky.sun.exr beside
+    /// sky.exr. Of .png, .exr and .hdr.
+    #[arg(long)]
+    pub split_sun: bool,
     /// Print what the plan skips, and what that saves (with --json, as its `explain`).
     #[arg(long)]
     pub explain: bool,
@@ -176,9 +183,12 @@ pub struct SequenceArguments {
     /// Device: auto, cpu, gpu, or part of the name of a graphics device.
     #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,
-    /// Files to write, .png, .exr, .spectral.exr, .hsr or .rad; a run of # in the file name becomes the number of the frame with as many digits or more. The
-    /// folder is made. May be given more than once [default: frames/sky.####.png, in the place of files that sorairo wrote, and of no others].
-    #[arg(short = 'o', long = "output", value_name = "OUT")]
+    #[arg(short = 'o', long = "output", value_name = "OUT", help = format!(
+        "Files to write, {} (.spectral.exr for spectral ones); a run of # in the file name becomes the number of the frame with as many digits or \
+         more. The folder is made. May be given more than once [default: frames/sky.####.png, in the place of files that sorairo wrote, and of no \
+         others]",
+        Format::extensions()
+    ))]
     output: Vec<PathBuf>,
     #[command(flatten)]
     pub replace: ReplaceFlags,
@@ -214,7 +224,7 @@ pub struct SpectrumArguments {
     #[arg(long, conflicts_with = "wavelengths")]
     pub luminance: bool,
     /// Format of the output.
-    #[arg(long, value_enum, default_value_t = SpectrumFormat::Csv)]
+    #[arg(long, value_enum, ignore_case = true, default_value_t = SpectrumFormat::Csv)]
     pub format: SpectrumFormat,
 }
 

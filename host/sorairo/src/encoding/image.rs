@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Cursor, Read, Seek, Write};
 use rayon::prelude::*;
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::rgb::into_gamut;
-use sorairo_shared::tone::{NEAREST, dither, picture8};
+use sorairo_shared::tone::{self, NEAREST, dither};
 use sorairo_shared::variant::PixelFormat;
 
 use super::halves::Losses;
@@ -15,6 +15,17 @@ use crate::plan::Plan;
 use crate::plan::colour_space::ColourSpace;
 use crate::plan::upload;
 use crate::scene::{Dither, ExrDepth, Scene, ValidScene};
+
+/// The sun as a light of its own, for files that hold it beside the sky.
+#[derive(Clone, Debug, Default)]
+pub struct Sunlight {
+    /// Irradiance on a surface that faces it, at each wavelength of the image (W·m⁻²·nm⁻¹).
+    pub spectrum: Vec<f64>,
+    /// The same as linear RGB (W·m⁻²).
+    pub rgb: [f64; 3],
+    /// The angle across it (degrees).
+    pub across: f64,
+}
 
 /// What is known of an image beside its pixels.
 #[derive(Clone, Debug)]
@@ -37,8 +48,8 @@ pub struct Image {
     pub display: ColourSpace,
     /// Wavelengths (nm) whose radiance follows the linear RGB of each pixel; none but for spectral files.
     pub wavelengths: Vec<f64>,
-    /// Irradiance of the sun on a surface that faces it, at each wavelength (W·m⁻²·nm⁻¹); none but for scenes of Radiance.
-    pub sun: Vec<f64>,
+    /// The sun; none but for scenes of other programs.
+    pub sun: Sunlight,
 }
 
 impl Image {
@@ -54,7 +65,7 @@ impl Image {
             space: plan.sky.space,
             display: plan.sky.display(),
             wavelengths: plan.wavelengths().to_vec(),
-            sun: Vec::new(),
+            sun: Sunlight::default(),
         }
     }
 
@@ -113,7 +124,8 @@ fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
     let Image { exposure, space, display, .. } = image;
     let (width, pixel_words) = (image.width as usize, image.pixel_words());
     let is_dithered = image.scene.render.dither == Dither::Ordered;
-    let (view, look) = (upload::view(image.scene.render.view), upload::look(image.scene.render.look));
+    let look = upload::look(image.scene.render.look);
+    let (view, tables) = (upload::view(image.scene.render.view), upload::view_tables(image.scene.render.view));
     let matrix = (display.from_xyz * space.from_xyz.inverse()).as_mat3();
     let gamut = display.for_kernels();
     let shown = |rgb: Vec3| if space == display { rgb } else { into_gamut(matrix * rgb, &gamut) };
@@ -124,7 +136,9 @@ fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
         for (column, (bytes, pixel)) in pixels {
             let threshold = if is_dithered { dither(column as u32, (first_row + line) as u32) } else { NEAREST };
             let rgb = shown(Vec3::from_slice(pixel));
-            bytes.copy_from_slice(&picture8(rgb, *exposure, &look, threshold, view).to_le_bytes()[..3]);
+            bytes.copy_from_slice(
+                &tone::bytes(tone::shown(rgb, *exposure, &look, tables, view), threshold).to_le_bytes()[..3],
+            );
         }
     });
     bytes

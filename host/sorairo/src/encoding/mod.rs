@@ -8,6 +8,6 @@ pub(crate) mod label;
 pub mod png;
 pub mod spectral;
 
-pub use image::Image;
+pub use image::{Image, Sunlight};
 #[cfg(feature = "files")]
 pub(crate) use image::{linear, picture};

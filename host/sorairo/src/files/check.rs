@@ -88,14 +88,15 @@ pub fn make_folder(path: &Path) -> Result<()> {
 ///
 /// [`Error::NoRoom`] that names the least, and what is free.
 pub fn check_room(path: &Path, format: Format, size: Size, depth: ExrDepth, wavelengths: u64) -> Result<()> {
-    // Deflate leaves at least a part in 1032, and EXR's other compressions leave more.
+    // Deflate leaves at least a part in 1032, and EXR's other compressions leave more. Counts of equal bytes say 127 with two.
     let bytes_per_channel = if depth == ExrDepth::Full { 4 } else { 2 };
     let (bytes_per_pixel, strongest) = match format {
         Format::Png => (3, 1032),
         Format::Exr => (3 * bytes_per_channel, 1032),
         Format::SpectralExr => ((3 + wavelengths) * bytes_per_channel, 1032),
+        Format::Hdr => (4, 64),
         Format::RadiancePicture => (wavelengths + 1, 1),
-        Format::RadianceScene => (0, 1),
+        Format::RadianceScene | Format::UsdScene => (0, 1),
     };
     let least = u64::from(size.width) * u64::from(size.height) * bytes_per_pixel / strongest;
     match fs4::available_space(folder(path)) {

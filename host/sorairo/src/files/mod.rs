@@ -2,6 +2,7 @@
 
 mod check;
 mod format;
+mod hdr;
 mod place;
 pub mod png;
 mod radiance_picture;
@@ -9,14 +10,16 @@ mod radiance_scene;
 mod signature;
 mod staged;
 pub mod text;
+mod text_scene;
+mod usd_scene;
 mod wavelengths;
 mod writer;
 
-pub use crate::encoding::{Image, exr, spectral};
+pub use crate::encoding::{Image, Sunlight, exr, spectral};
 pub use check::{Replace, check_distinct, check_room, check_writable, make_folder};
 pub use format::Format;
-pub use radiance_scene::check_radiance;
 pub use signature::{is_finished, is_own, png_text, signature};
 pub use staged::{Staged, Standstill, commit_all, remove_unfinished, stage};
+pub use text_scene::check_scenes;
 pub use wavelengths::{MOST_WAVELENGTHS, default_wavelengths, wavelengths};
 pub use writer::{Writer, write};

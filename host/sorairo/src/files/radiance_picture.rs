@@ -23,10 +23,10 @@ const NARROWEST: f64 = 50.0;
 pub(super) const VISIBLE_RANGE: f64 = 400.0;
 
 /// Added to the exponent of the file's numbers.
-const EXPONENT_BIAS: i32 = 128;
+pub(super) const EXPONENT_BIAS: i32 = 128;
 
 /// Below this Radiance takes a value for none.
-const BLACK: f32 = 1e-32;
+pub(super) const BLACK: f32 = 1e-32;
 
 /// Checks that Radiance can hold values at wavelengths (nm, increasing).
 ///
@@ -70,12 +70,17 @@ pub(super) fn step(wavelengths: &[f64]) -> f64 {
 /// The header of a picture at wavelengths (nm, increasing), with the checksum of its pixels.
 pub(super) fn header(width: u32, height: u32, scene: &Scene, wavelengths: &[f64], checksum: u32) -> String {
     let [longest, red_green, green_blue, shortest] = splits(wavelengths);
-    let lines: String = scene_text(scene).lines().map(|line| format!("{SCENE}= {line}\n")).collect();
-    format!(
-        "#?RADIANCE\nSOFTWARE= {SOFTWARE}\n{lines}{CHECKSUM}= {checksum:08x}\nNCOMP={}\n\
-         WAVELENGTH_SPLITS= {longest} {red_green} {green_blue} {shortest}\nFORMAT=Radiance_spectra\n\n-Y {height} +X {width}\n",
+    let own = format!(
+        "NCOMP={}\nWAVELENGTH_SPLITS= {longest} {red_green} {green_blue} {shortest}\nFORMAT=Radiance_spectra",
         wavelengths.len()
-    )
+    );
+    labelled_header(width, height, scene, checksum, &own)
+}
+
+/// The header of a picture of either kind: the program, the scene, the checksum of the pixels, lines of its own, and the size.
+pub(super) fn labelled_header(width: u32, height: u32, scene: &Scene, checksum: u32, own: &str) -> String {
+    let lines: String = scene_text(scene).lines().map(|line| format!("{SCENE}= {line}\n")).collect();
+    format!("#?RADIANCE\nSOFTWARE= {SOFTWARE}\n{lines}{CHECKSUM}= {checksum:08x}\n{own}\n\n-Y {height} +X {width}\n")
 }
 
 /// The limits of red, green and blue (nm) as Radiance chooses them itself.
@@ -144,7 +149,7 @@ fn row_bytes(row: &[f32], pixel_words: usize) -> Vec<u8> {
 }
 
 /// The e of a value that is `f·2^e` with f from ½ to 1; of a normal number.
-fn exponent(value: f32) -> i32 {
+pub(super) fn exponent(value: f32) -> i32 {
     const BIAS: i32 = 126;
     (value.to_bits() >> 23) as i32 - BIAS
 }

@@ -4,59 +4,35 @@ use std::f64::consts::PI;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::format::Format;
 use super::radiance_picture::VISIBLE_RANGE;
-use crate::encoding::label::{SCENE, SOFTWARE, scene_text};
+use super::text_scene;
 use crate::error::{Error, Result};
 use crate::plan::direction;
-use crate::scene::{CameraScene, Projection, Scene};
+use crate::scene::{CameraScene, Scene};
 
 /// What a source of Radiance takes for the sun: the angle across it (degrees).
 const SUN_ACROSS: f64 = 0.533;
 
-/// What the last line says before the checksum of those above.
-const CHECKSUM_LINE: &str = "# CRC-32 of the lines above: ";
-
-/// Checks that each scene among the outputs has its picture beside it, and that the camera shows the whole sphere.
-///
-/// # Errors
-///
-/// [`Error::FileName`] for a scene without its picture, or for a name that Radiance cannot read; [`Error::NotAllowed`] for a camera that does
-/// not show the whole sphere.
-pub fn check_radiance(outputs: &[PathBuf], formats: &[Format], camera: &CameraScene) -> Result<()> {
-    let scenes = outputs.iter().zip(formats).filter(|(_, format)| **format == Format::RadianceScene);
-    for (path, _) in scenes {
-        let wrong = |complaint: String| Err(Error::FileName { path: path.clone(), complaint });
-        let picture = path.with_extension("hsr");
-        if !outputs.contains(&picture) {
-            return wrong(format!("a scene of Radiance needs its picture beside it: -o {} too", picture.display()));
-        }
-        if picture.to_str().is_none_or(|name| name.contains('"') || name.contains(char::is_control)) {
-            return wrong("a scene of Radiance cannot name a file with such characters; choose another name".into());
-        }
-        if camera.projection != Projection::Equirectangular {
-            let complaint = "must be equirectangular for a scene of Radiance (.rad), whose sky is the whole sphere";
-            return Err(Error::not_allowed("camera.projection", complaint));
-        }
-        if camera.size.width < 2 || camera.size.height < 2 {
-            let complaint =
-                format!("is {}; a scene of Radiance (.rad) interpolates between 2x2 pixels or more", camera.size);
-            return Err(Error::not_allowed("camera.size", complaint));
-        }
+/// Checks that a scene has its picture beside it, and that the camera shows the whole sphere in enough pixels.
+pub(super) fn check(path: &Path, outputs: &[PathBuf], scene: &Scene) -> Result<()> {
+    let what = "a scene of Radiance (.rad)";
+    text_scene::check_picture(path, &path.with_extension("hsr"), outputs, scene, (what, '"'))?;
+    let size = scene.camera.size;
+    if size.width < 2 || size.height < 2 {
+        let complaint = format!("is {size}; {what} interpolates between 2x2 pixels or more");
+        return Err(Error::not_allowed("camera.size", complaint));
     }
     Ok(())
 }
 
 /// What a file says of itself before the first primitive.
 fn label(scene: &Scene, wavelengths: &[f64]) -> String {
-    let lines: String = scene_text(scene).lines().map(|line| format!("# {SCENE}: {line}\n")).collect();
-    format!("# {SOFTWARE}\n# wavelengths (nm): {wavelengths:?}\n{lines}")
+    text_scene::label(scene, &format!("# wavelengths (nm): {wavelengths:?}\n"))
 }
 
 /// Whether a text is a whole file of this program for a scene and its wavelengths (nm).
 pub(super) fn is_whole(text: &str, scene: &Scene, wavelengths: &[f64]) -> bool {
-    let Some((above, checksum)) = text.rsplit_once(CHECKSUM_LINE) else { return false };
-    above.starts_with(&label(scene, wavelengths)) && checksum == format!("{:08x}\n", crc32fast::hash(above.as_bytes()))
+    text_scene::is_whole(text, &label(scene, wavelengths))
 }
 
 /// Writes the scene around the picture that lies beside `path`.
@@ -71,7 +47,7 @@ pub(super) fn encode(
 ) -> io::Result<()> {
     let text =
         label(scene, wavelengths) + &sky(&path.with_extension("hsr"), &scene.camera) + &source(scene, wavelengths, sun);
-    writeln!(output, "{text}{CHECKSUM_LINE}{:08x}", crc32fast::hash(text.as_bytes()))
+    text_scene::write(output, &text)
 }
 
 /// The sky and the ground. Radiance spreads the pixels' centres from 0 to the picture's size, the shorter side of which is 1, so that a

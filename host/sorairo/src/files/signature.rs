@@ -9,7 +9,7 @@ use ::exr::meta::attribute::{AttributeValue, Text};
 use crc32fast::Hasher;
 
 use super::format::Format;
-use super::{radiance_picture, radiance_scene};
+use super::{hdr, radiance_picture, radiance_scene, usd_scene};
 use crate::encoding::checksum;
 use crate::encoding::label::{SCENE, SOFTWARE, SOFTWARE_KEYWORD, channel_names, scene_text};
 use crate::scene::Scene;
@@ -22,11 +22,21 @@ pub fn is_finished(path: &Path, format: Format, scene: &Scene, wavelengths: &[f6
     let Some(file) = open(path) else { return false };
     let label = match format {
         Format::RadiancePicture => {
-            return is_radiance_picture(&mut BufReader::new(file), scene, wavelengths).unwrap_or(false);
+            let size = scene.camera.size;
+            let header = |checksum| radiance_picture::header(size.width, size.height, scene, wavelengths, checksum);
+            return has_header_and_checksum(&mut BufReader::new(file), header).unwrap_or(false);
+        }
+        Format::Hdr => {
+            let header = |checksum| hdr::header(scene, checksum);
+            return has_header_and_checksum(&mut BufReader::new(file), header).unwrap_or(false);
         }
         Format::RadianceScene => {
             let text = io::read_to_string(file);
             return text.is_ok_and(|text| radiance_scene::is_whole(&text, scene, wavelengths));
+        }
+        Format::UsdScene => {
+            let text = io::read_to_string(file);
+            return text.is_ok_and(|text| usd_scene::is_whole(&text, path, scene));
         }
         Format::Png => png_texts(file, SCENE),
         Format::Exr | Format::SpectralExr => {
@@ -64,23 +74,13 @@ fn open(path: &Path) -> Option<File> {
     if path.is_file() { File::open(path).ok() } else { None }
 }
 
-/// Whether a picture of Radiance has the header and as many pixels as one of this scene, and the checksum of its pixels.
-fn is_radiance_picture(file: &mut impl Read, scene: &Scene, wavelengths: &[f64]) -> io::Result<bool> {
-    let size = scene.camera.size;
-    let header = |checksum| radiance_picture::header(size.width, size.height, scene, wavelengths, checksum);
+/// Whether a picture of Radiance has the header of its scene, and pixels with the checksum that it names.
+fn has_header_and_checksum(file: &mut impl BufRead, header: impl Fn(u32) -> String) -> io::Result<bool> {
     let mut begin = vec![0; header(0).len()];
     file.read_exact(&mut begin)?;
-    let (mut checksum, mut length, mut part) = (Hasher::new(), 0, vec![0; 1 << 16]);
-    loop {
-        let read = file.read(&mut part)?;
-        if read == 0 {
-            break;
-        }
-        checksum.update(&part[..read]);
-        length += read as u64;
-    }
-    let expected = u64::from(size.width) * u64::from(size.height) * (wavelengths.len() as u64 + 1);
-    Ok(length == expected && begin == header(checksum.finalize()).as_bytes())
+    let mut pixels = Hasher::new();
+    checksum::update(&mut pixels, file)?;
+    Ok(begin == header(pixels.finalize()).as_bytes())
 }
 
 /// Program of a PNG that is whole, and its text under a keyword.

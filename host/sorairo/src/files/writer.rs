@@ -7,7 +7,7 @@ use std::thread::{Builder, Scope, ScopedJoinHandle};
 
 use super::format::Format;
 use super::staged::{Staged, stage};
-use super::{radiance_picture, radiance_scene};
+use super::{hdr, radiance_picture, radiance_scene, usd_scene};
 use crate::encoding::{Image, linear, picture};
 use crate::error::{Error, Result};
 
@@ -77,6 +77,11 @@ fn encode(
         Format::Png => picture(output, &image, strips),
         Format::Exr => linear(output, &image, &[], strips),
         Format::SpectralExr => linear(output, &image, &image.wavelengths, strips),
+        Format::Hdr => radiance_picture::encode(
+            output,
+            |checksum| hdr::header(&image.scene, checksum),
+            |write| strips.try_for_each(|rows| write(&hdr::bytes(&image, rows.as_ref())?)),
+        ),
         Format::RadiancePicture => {
             let Image { width, height, scene, wavelengths, .. } = &image;
             let header = |checksum| radiance_picture::header(*width, *height, scene, wavelengths, checksum);
@@ -88,7 +93,11 @@ fn encode(
         }
         Format::RadianceScene => {
             strips.for_each(drop);
-            radiance_scene::encode(output, path, &image.scene, &image.wavelengths, &image.sun)
+            radiance_scene::encode(output, path, &image.scene, &image.wavelengths, &image.sun.spectrum)
+        }
+        Format::UsdScene => {
+            strips.for_each(drop);
+            usd_scene::encode(output, path, &image)
         }
     })
 }

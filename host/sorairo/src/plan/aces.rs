@@ -19,9 +19,9 @@ use crate::scene::Rgb;
 const TURN: f64 = 360.0;
 
 /// The rows that [`sorairo_shared::aces::aces2`] reads.
-pub fn tables() -> Vec<Vec4> {
+pub fn tables() -> &'static [Vec4] {
     static TABLES: OnceLock<Vec<Vec4>> = OnceLock::new();
-    TABLES.get_or_init(computed).clone()
+    TABLES.get_or_init(computed)
 }
 
 fn computed() -> Vec<Vec4> {

@@ -4,10 +4,12 @@ use std::f32::consts::FRAC_PI_4;
 use std::ops::Range;
 use std::sync::Arc;
 
+use sorairo_shared::aces;
 use sorairo_shared::fit::rows_per_node;
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::kernels::words_of_light;
 use sorairo_shared::math::{max, min};
+use sorairo_shared::tone::Look;
 use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};
 use sorairo_shared::variant::{self, PixelFormat};
 
@@ -81,20 +83,21 @@ impl Plan {
         } else {
             Default::default()
         };
+        let tables = if pixel == PixelFormat::Picture { upload::view_tables(scene.render.view) } else { &[] };
         let exposure = exposure::of(&sky, scene, &camera, pixel);
         let (uniform, rows) = upload::with_rows(sky.integral().uniform, &colours.rows, sky.integral().variant);
         let uniform = Uniform {
             camera,
             rows: camera.height,
             row_pixels: camera.width,
-            disc: SunDisc { first_entry: rows.len() as u32, ..disc },
+            disc: SunDisc { first_entry: (rows.len() + tables.len()) as u32, ..disc },
             ground: colours.ground.extend(0.0),
             exposure,
-            look: upload::look(scene.render.look),
+            look: Look { tables: rows.len() as u32, ..upload::look(scene.render.look) },
             ..uniform
         };
         let variant = of_image(sky.integral().variant, scene, scene.camera.projection, shows_disc, pixel);
-        let colour = [rows, grid].concat();
+        let colour = [rows, tables, grid].concat();
         let size = lookup.size;
         let plan = Self { sky, uniform, colour, spectral: None, variant, pixel, lit_rows, lookup };
         match size {
@@ -241,10 +244,18 @@ impl Plan {
         }
         // The last number of a row by which a cubic is observed is a wavelength.
         let last = if variant::is_solved_cubic(self.variant) { 1.0 } else { factor };
-        self.colour.iter_mut().for_each(|row| *row *= Vec4::new(factor, factor, factor, last));
+        let tables = if self.variant & variant::ACES == 0 { 0..0 } else { self.tables() };
+        let rows = self.colour.iter_mut().enumerate().filter(|(at, _)| !tables.contains(at));
+        rows.for_each(|(_, row)| *row *= Vec4::new(factor, factor, factor, last));
         self.uniform.ground *= factor;
         self.uniform.exposure /= factor;
         self
+    }
+
+    /// Where the tables of its view transform stand in the colour rows.
+    fn tables(&self) -> Range<usize> {
+        let first = self.uniform.look.tables as usize;
+        first..first + aces::ROWS
     }
 
     /// What half floats cut off of the sun's disc in the pixels that it covers (a part of its light there), and the stops that would keep it; none where

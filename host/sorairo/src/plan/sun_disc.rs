@@ -149,6 +149,11 @@ impl<'a> Sun<'a> {
         }
     }
 
+    /// The angle across the disc (degrees).
+    pub fn across(&self) -> f64 {
+        2.0 * self.radius.to_degrees()
+    }
+
     /// The grid of linear RGB from which kernels read the disc, whatever camera sees it.
     pub fn grid(&self) -> Vec<Vec4> {
         let (lowest, highest) = self.heights();

@@ -9,6 +9,7 @@ use sorairo_shared::tone::Look;
 use sorairo_shared::uniform::{NODE_ROWS, Uniform};
 use sorairo_shared::variant;
 
+use super::aces;
 use super::colour_space::ColourSpace;
 use super::directions::{direction, horizon, span_above_horizon};
 use crate::scene::{PictureLook, Projection, Scene, View, ViewTransform};
@@ -89,10 +90,16 @@ pub fn look(look: PictureLook) -> Look {
     }
 }
 
+/// The tables that a view transform reads.
+pub fn view_tables(view: ViewTransform) -> &'static [Vec4] {
+    if view == ViewTransform::Aces { aces::tables() } else { &[] }
+}
+
 /// The bit of a view transform in a variant.
 pub fn view(view: ViewTransform) -> u32 {
     match view {
         ViewTransform::Agx => variant::AGX,
+        ViewTransform::Aces => variant::ACES,
         ViewTransform::Srgb => 0,
     }
 }

@@ -46,6 +46,8 @@ impl Default for CameraScene {
 #[strum(serialize_all = "lowercase")]
 pub enum Projection {
     /// The whole sphere: north in the centre column, the zenith in the top row, azimuth growing to the right.
+    #[serde(alias = "latlong")]
+    #[strum(to_string = "equirectangular", serialize = "latlong")]
     Equirectangular,
     /// A circle in which the distance from the centre is proportional to the angle.
     Fisheye,
@@ -70,6 +72,13 @@ impl Projection {
     /// North, a little above the horizon.
     pub const PERSPECTIVE: View = View { fov: 60.0, azimuth: 0.0, elevation: 15.0 };
 }
+
+/// Sizes of maps of the whole sphere by the names that they have elsewhere.
+const NAMED_SIZES: [(&str, Size); 3] = [
+    ("2k", Size { width: 2048, height: 1024 }),
+    ("4k", Size { width: 4096, height: 2048 }),
+    ("8k", Size { width: 8192, height: 4096 }),
+];
 
 /// Width and height of an image (pixels).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -96,6 +105,12 @@ impl From<Size> for String {
 }
 
 impl Size {
+    /// What a text may say.
+    pub(super) fn allowed() -> String {
+        let names = NAMED_SIZES.map(|(name, size)| format!("{name} ({size})"));
+        format!("WIDTHxHEIGHT, each from 1 to {LONGEST_SIDE}, or {}", names.join(", "))
+    }
+
     pub(super) fn is_allowed(&self) -> bool {
         [self.width, self.height].iter().all(|side| (1..=LONGEST_SIDE).contains(side))
     }
@@ -111,10 +126,14 @@ impl FromStr for Size {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let size = text
-            .split_once('x')
-            .and_then(|(width, height)| Some(Self { width: width.parse().ok()?, height: height.parse().ok()? }));
-        size.filter(Self::is_allowed)
-            .ok_or_else(|| format!("a size is WIDTHxHEIGHT in pixels, each from 1 to {LONGEST_SIDE}, not {text:?}"))
+        let named = NAMED_SIZES.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(text)).map(|(_, size)| size);
+        let said = || {
+            let (width, height) = text.split_once(['x', 'X'])?;
+            Some(Self { width: width.parse().ok()?, height: height.parse().ok()? })
+        };
+        named
+            .or_else(said)
+            .filter(Self::is_allowed)
+            .ok_or_else(|| format!("a size is {}, not {text:?}", Self::allowed()))
     }
 }

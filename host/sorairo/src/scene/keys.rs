@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 use documented::DocumentedFields;
 use serde::Deserializer;
 
-use super::camera::{CameraScene, LONGEST_SIDE, Projection};
+use super::camera::{CameraScene, Projection, Size};
 use super::field::{Field, NumberField, Present, TableField, Way};
 use super::plausible;
 use super::preset::{Preset, Scene};
@@ -214,9 +214,7 @@ pub static KEYS: &[Key] = &[
         .or_table(way!(ground.albedo))
         .rule(plausible::ground_albedo),
     key!(camera.projection, one_of::<Projection>()),
-    key!(camera.size, Other(|| format!("\"WIDTHxHEIGHT\", each 1 to {LONGEST_SIDE}")))
-        .unit("pixels")
-        .rule(rules::size_out_of_range),
+    key!(camera.size, Other(Size::allowed)).unit("pixels").rule(rules::size_out_of_range),
     number!(
         camera.fov,
         "degrees",

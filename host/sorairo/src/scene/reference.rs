@@ -74,8 +74,9 @@ fn entry(key: &Key, flag: Option<&str>) -> String {
         allowed(key),
         default_words(key)
     );
-    for Word { name, sentence } in key.words() {
-        writeln!(text, "* `{name}`: {sentence}").expect("a text can be written");
+    for Word { name, alias, sentence } in key.words() {
+        let alias = alias.map(|alias| format!(" or `{alias}`")).unwrap_or_default();
+        writeln!(text, "* `{name}`{alias}: {sentence}").expect("a text can be written");
     }
     if !key.words().is_empty() {
         text.push('\n');

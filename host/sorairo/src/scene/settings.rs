@@ -200,6 +200,8 @@ pub enum ViewTransform {
     /// AgX, as Blender forms pictures: bright colours go to white as on film.
     #[default]
     Agx,
+    /// The output transform of ACES 2.0 for displays of Rec. 709.
+    Aces,
     /// None: linear light in the curve of sRGB, cut at white.
     Srgb,
 }
@@ -339,13 +341,13 @@ impl FromStr for Exposure {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        match text {
+        let text = text.to_ascii_lowercase();
+        match text.as_str() {
             "auto" => return Ok(Self::Auto),
             "adapt" => return Ok(Self::Adapt),
             _ => {}
         }
-        let ev100 = text.strip_prefix("ev").or_else(|| text.strip_prefix("EV"));
-        let stops = match ev100 {
+        let stops = match text.strip_prefix("ev") {
             Some(ev100) => ev100.parse().map(crate::plan::exposure::stops_of_ev100),
             None => text.parse(),
         };

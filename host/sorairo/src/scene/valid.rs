@@ -48,6 +48,29 @@ impl ValidScene {
         Ok(Self { scene, seen_from: self.seen_from })
     }
 
+    /// The same sky with the sun's disc in its images, or without.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] if the disc is too small to be shown.
+    pub(crate) fn with_disc(&self, disc: bool) -> Result<Self> {
+        let mut changed = self.clone();
+        changed.scene.sun.disc = disc;
+        keys::check_table("sun", &changed.scene)?;
+        Ok(changed)
+    }
+
+    /// The same sky with the linear values of its files exposed otherwise.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for an exposure that may not be asked for.
+    pub(crate) fn exposed_linear(mut self, exposure: Exposure) -> Result<Self> {
+        self.scene.render.exr_exposure = exposure;
+        keys::find("render.exr_exposure").expect("a key").check_range(&self.scene)?;
+        Ok(self)
+    }
+
     /// The same sky, exposed otherwise.
     ///
     /// # Errors

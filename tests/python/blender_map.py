@@ -87,16 +87,13 @@ camera(scene, (0, 0, 0), (radians(90), 0, radians(-90)), type="PANO", panorama_t
 scene.render.filter_size, scene.render.dither_intensity = 0.01, 0
 theirs = 255 * rendered(scene, "blender.png", report["width"], report["height"], 1, "PNG", "8")
 ours = 255 * values(os.path.abspath("sky.png"))
-# Blender has no shoulder: sorairo bends what lies above 0.8 of white, 231 of 255.
-straight = ours.max(axis=2) < 231
 
 
 def apart(theirs):
-    return np.abs(theirs - ours)[straight].max()
+    return np.abs(theirs - ours).max()
 
 
 difference, mirrored, moved = apart(theirs), apart(theirs[:, ::-1]), apart(np.roll(theirs, 1, axis=1))
-print(f"{straight.mean():.0%} of the sky: {difference:.2f} of 255 apart; mirrored {mirrored:.0f}, turned by a pixel {moved:.0f}")
-assert straight.mean() > 0.5, straight.mean()
-# One step of rounding.
-assert difference < 1.5 < min(mirrored, moved), (difference, mirrored, moved)
+print(f"{difference:.2f} of 255 apart; mirrored {mirrored:.0f}, turned by a pixel {moved:.0f}")
+# One step of rounding, and one of Blender's table, which is straight between its colours.
+assert difference <= 2 < min(mirrored, moved), (difference, mirrored, moved)

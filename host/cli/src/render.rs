@@ -29,29 +29,41 @@ pub fn run(arguments: &RenderArguments) -> Result<()> {
     if arguments.json {
         return print_line(&serde_json::to_string(&report).expect("a report is plain data"));
     }
-    if arguments.explain { print_line(&report.explain.join("\n")) } else { Ok(()) }
+    if arguments.explain {
+        print_note(&times(&report));
+        print_line(&report.explain.join("\n"))?;
+    }
+    Ok(())
 }
 
-/// A rendering in two lines.
+/// A rendering in a line: the files, what they show, and how long it took.
 fn summary(report: &Report) -> String {
     let output = |path: &PathBuf| {
         let replaced = if report.replaced.contains(path) { " (replaced)" } else { "" };
         format!("{}{replaced}", path.display())
     };
     let outputs: Vec<_> = report.outputs.iter().map(output).collect();
+    let of_exr =
+        if report.exr_exposure_ev == 0.0 { String::new() } else { format!(", EXR {:+} EV", report.exr_exposure_ev) };
     format!(
-        "{}: {}x{} pixels, sun at elevation {:.2}°, azimuth {:.2}°, exposure {:+.2} EV, {}{} samples per piece, {}\n{}: plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, \
-         encoding {:.1} ms, total {:.1} ms",
+        "{}: {}x{}, sun {:.2}° high at azimuth {:.2}°, exposure {:+.2} EV{of_exr}, {:.2} s on {}",
         outputs.join(", "),
         report.width,
         report.height,
         report.sun_elevation,
         report.sun_azimuth,
         report.exposure_ev,
-        if report.exr_exposure_ev == 0.0 { String::new() } else { format!("of EXR {:+} EV, ", report.exr_exposure_ev) },
+        report.total_ms / 1e3,
+        report.device,
+    )
+}
+
+/// What took how long.
+fn times(report: &Report) -> String {
+    format!(
+        "{} samples per piece, {}; plan {:.1} ms, kernels {:.1} ms, read-back {:.1} ms, encoding {:.1} ms, total {:.1} ms",
         report.steps,
         report.path,
-        report.device,
         report.plan_ms,
         report.kernel_ms,
         report.readback_ms,

@@ -1,8 +1,11 @@
 //! Exposure: how a camera meters a sky.
 
+use std::f64::consts::{FRAC_PI_4, PI};
+
 use sorairo_shared::camera::{Camera, pixel_view};
 use sorairo_shared::glam::Vec3;
-use sorairo_shared::math::clamp;
+use sorairo_shared::math::{clamp, max, min};
+use sorairo_shared::uniform::SunDisc;
 use sorairo_shared::variant::PixelFormat;
 
 use super::sky::SkyPlan;
@@ -12,6 +15,9 @@ use crate::spectra::observer::LUMENS_PER_WATT;
 
 /// The linear value of a picture (of 1) at which what is metered is shown: middle grey.
 const MIDDLE: f64 = 0.18;
+
+/// Stops by which a picture is brighter than its meter says: a sky shown at middle grey looks like a storm, and photographers open up for it.
+const OPENED: f64 = 1.0 / 3.0;
 
 /// The luminance (cd/m²) that a meter puts at middle grey at an EV100 of 0: K / S of ISO 2720:1974 with K = 12.5 cd·s/m² and S = 100.
 const LUMINANCE_OF_EV100: f64 = 12.5 / 100.0;
@@ -29,9 +35,9 @@ pub fn stops_of_ev100(ev100: f64) -> f64 {
 
 /// The exposure factor of the picture that a camera takes of a sky: what is asked for, or what a meter says; 1 for texels, which no exposure
 /// concerns.
-pub fn of(sky: &SkyPlan, scene: &Scene, camera: &Camera, pixel: PixelFormat) -> f32 {
+pub fn of(sky: &SkyPlan, scene: &Scene, camera: &Camera, disc: &SunDisc, pixel: PixelFormat) -> f32 {
     let is_shown = matches!(pixel, PixelFormat::Picture | PixelFormat::LinearRgb) && !sky.is_night;
-    let metered = || if is_shown { metered(sky, camera, scene.camera.projection) } else { 0.0 };
+    let metered = || if is_shown { metered(sky, camera, disc, scene.camera.projection) } else { 0.0 };
     let daylight = stops_of_ev100(DAYLIGHT);
     let stops = match scene.render.exposure {
         Exposure::Stops(stops) => stops,
@@ -54,12 +60,29 @@ pub fn of_halves(brightest: f32) -> f32 {
     if is_safe { 0.0 } else { clamp((ROOM / brightest).log2().floor(), -MOST_STOPS as f32, MOST_STOPS as f32) }
 }
 
-/// The exposure (stops) that shows what a camera sees at middle grey, in the mean of its logarithms, so that the glow around the sun does not
-/// darken the rest. The sun's disc is left out: it is white in every picture that shows anything else. Where few directions alone are lit, more are
-/// looked at. A picture without any light gets 0.
-fn metered(sky: &SkyPlan, camera: &Camera, projection: Projection) -> f64 {
+/// The exposure (stops) that shows what a camera sees a little above middle grey, in the mean of its logarithms, so that the glow around the sun does not
+/// darken the rest. The sun's disc hardly counts but where it fills some of the picture: it is white in every other. Where few directions alone are
+/// lit, more are looked at. A picture without any light gets 0.
+fn metered(sky: &SkyPlan, camera: &Camera, disc: &SunDisc, projection: Projection) -> f64 {
     let mean = [1, 8].into_iter().find_map(|finer| mean_logarithm(sky, camera, projection, finer));
-    mean.map_or(0.0, |mean| MIDDLE.log2() - mean)
+    let part = part_of_disc(disc, camera);
+    let with_disc =
+        |mean: f64| if part > 0.0 { mean + part * (luminance_of_disc(sky, disc).log2() - mean) } else { mean };
+    mean.map_or(0.0, |mean| MIDDLE.log2() + OPENED - with_disc(mean))
+}
+
+/// How much the sun's disc counts: wholly where it fills a twentieth of the picture.
+fn part_of_disc(disc: &SunDisc, camera: &Camera) -> f64 {
+    const WHOLLY: f64 = 0.05;
+    let length = |from: f32, to: f32, end: u32| f64::from(min(to, end as f32) - max(from, 0.0)).max(0.0);
+    let area = length(disc.left, disc.right, camera.width) * length(disc.top, disc.bottom, camera.height) * FRAC_PI_4;
+    (area / f64::from(camera.width) / f64::from(camera.height) / WHOLLY).min(1.0)
+}
+
+/// The mean luminance of the sun's disc, in the unit of the sky's.
+fn luminance_of_disc(sky: &SkyPlan, disc: &SunDisc) -> f64 {
+    let light = sky.integral().uniform.rgb.luminance(sky.sun_irradiance().rgb.as_vec3());
+    (f64::from(light) / (PI * f64::from(disc.sine_radius).powi(2))).max(f64::MIN_POSITIVE)
 }
 
 /// The mean of the logarithm (to base 2) of the luminance over the picture, by its weights; `None` if all of it is black.
@@ -90,7 +113,7 @@ fn weight(projection: Projection, x: f64, y: f64) -> f64 {
     const LOW_SKY: f64 = 0.125;
     let fall = |square: f64| (-0.5 * square / (WIDTH * WIDTH)).exp();
     match projection {
-        Projection::Equirectangular => fall(4.0 * (y + LOW_SKY) * (y + LOW_SKY)) * (y * std::f64::consts::PI).cos(),
+        Projection::Equirectangular => fall(4.0 * (y + LOW_SKY) * (y + LOW_SKY)) * (y * PI).cos(),
         Projection::Fisheye | Projection::Perspective => fall(x * x + y * y),
     }
 }

@@ -84,7 +84,7 @@ impl Plan {
             Default::default()
         };
         let tables = if pixel == PixelFormat::Picture { upload::view_tables(scene.render.view) } else { &[] };
-        let exposure = exposure::of(&sky, scene, &camera, pixel);
+        let exposure = exposure::of(&sky, scene, &camera, &disc, pixel);
         let (uniform, rows) = upload::with_rows(sky.integral().uniform, &colours.rows, sky.integral().variant);
         let uniform = Uniform {
             camera,

@@ -14,7 +14,7 @@
 //! and three fifths are that of `v`; then the outset brings back what the inset took of the chroma.
 
 use crate::glam::{Mat3, Vec3, Vec4};
-use crate::math::{exp, exp4, ln4, max, max4, min, sqrt4};
+use crate::math::{clamp, exp, exp4, ln4, max, max4, min, sqrt4};
 use crate::tone::Look;
 
 /// Linear Rec. 709 to the inset components: to Rec. 2020 of the same white, and towards grey by the inset with its turned primaries.
@@ -68,7 +68,7 @@ const MEAN: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Linear RGB of Rec. 709 for a display, each in [0, 1], of exposed linear RGB of Rec. 709, none of it negative and each at most 1e30.
 ///
-/// A look stretches the stops of the inset components about middle grey, as Blender's looks of contrast do.
+/// A look stretches the stops of the inset components about middle grey, as Blender's looks of contrast do, and the chroma of what is shown.
 #[inline(always)]
 pub fn agx(rgb: Vec3, look: &Look) -> Vec3 {
     // In logarithms about middle grey. Far below black nothing is lost, and no logarithm is infinite.
@@ -86,7 +86,19 @@ pub fn agx(rgb: Vec3, look: &Look) -> Vec3 {
     let hue_after = formed - Vec3::splat(lowest);
     let mixed = Vec3::splat(lowest) + hue_before * KEPT_HUE + hue_after * (1.0 - KEPT_HUE);
     let shown = into_display(OUTSET * mixed);
-    Vec3::new(min(shown.x, 1.0), min(shown.y, 1.0), min(shown.z, 1.0))
+    with_chroma(Vec3::new(min(shown.x, 1.0), min(shown.y, 1.0), min(shown.z, 1.0)), look.chroma)
+}
+
+/// A colour of a display of the same luminance and hue with so many times its chroma, or as much as the display has.
+#[inline(always)]
+fn with_chroma(rgb: Vec3, chroma: f32) -> Vec3 {
+    let luminance = MEAN.dot(rgb);
+    let away = (rgb - Vec3::splat(luminance)) * chroma;
+    let above = (1.0 - luminance) / max(highest_of(away), f32::MIN_POSITIVE);
+    let below = luminance / max(-lowest_of(away), f32::MIN_POSITIVE);
+    let kept = Vec3::splat(luminance) + away * min(1.0, min(above, below));
+    // Rounding leaves a ten-millionth beyond the ends.
+    Vec3::new(clamp(kept.x, 0.0, 1.0), clamp(kept.y, 0.0, 1.0), clamp(kept.z, 0.0, 1.0))
 }
 
 /// The sigmoid of each component's logarithm about middle grey, as linear light.
@@ -142,6 +154,13 @@ mod tests {
     /// Colours of Rec. 709 as they stand in Blender's table, and what it makes of them.
     const BLENDER: &str = include_str!("../data/agx_blender.csv");
 
+    /// The looks that pictures may have.
+    const LOOKS: [Look; 4] =
+        [Look::NONE, Look::new(1.2, 0.85, 1.5), Look::new(1.2, 1.0, 1.0), Look::new(1.4, 0.95, 1.0)];
+
+    /// Degrees by which a hue turns at most: the primaries are turned on purpose, blue towards cyan, red towards orange.
+    const WORST_TURN: f32 = 24.0;
+
     /// Colours along each direction of a cube, from 8 stops below middle grey upwards.
     fn rays() -> impl Iterator<Item = Vec3> {
         const SIDE: u32 = 6;
@@ -170,19 +189,51 @@ mod tests {
 
     #[test]
     fn more_light_of_any_colour_is_a_brighter_pixel_until_it_is_white() {
-        for ray in rays() {
+        for (ray, look) in rays().flat_map(|ray| LOOKS.map(|look| (ray, look))) {
             let mut last = -1.0;
             for step in 0..=340 {
-                let shown = agx(ray * 0.18 * (step as f32 * 0.05 - 9.0, &Look::NONE).exp2());
+                let shown = agx(ray * 0.18 * (step as f32 * 0.05 - 9.0).exp2(), &look);
                 let luminance = Vec3::new(0.2126, 0.7152, 0.0722).dot(shown);
-                let is_white = shown.min_element() > 0.999;
+                // Ten stops below middle grey all is black, and a little below that where a look has more contrast.
+                let (is_white, is_black) = (shown.min_element() > 0.999, shown.max_element() < 1e-4);
                 assert!(
-                    luminance > last || is_white && luminance > last - 1e-3,
-                    "{ray} at step {step}: {luminance}, {last}"
+                    luminance > last || (is_white || is_black) && luminance > last - 1e-3,
+                    "{ray} at step {step}, contrast {}: {luminance}, {last}",
+                    look.contrast
                 );
                 last = luminance;
             }
         }
+    }
+
+    /// Oklab's chroma and hue (degrees) of linear RGB (B. Ottosson 2020).
+    fn chroma_and_hue(rgb: Vec3) -> (f32, f32) {
+        let lms = Vec3::new(
+            Vec3::new(0.412_221_46, 0.536_332_55, 0.051_445_995).dot(rgb).cbrt(),
+            Vec3::new(0.211_903_5, 0.680_699_5, 0.107_396_96).dot(rgb).cbrt(),
+            Vec3::new(0.088_302_46, 0.281_718_85, 0.629_978_7).dot(rgb).cbrt(),
+        );
+        let a = Vec3::new(1.977_998_5, -2.428_592_2, 0.450_593_7).dot(lms);
+        let b = Vec3::new(0.025_904_037, 0.782_771_77, -0.808_675_77).dot(lms);
+        (a.hypot(b), b.atan2(a).to_degrees())
+    }
+
+    #[test]
+    fn a_colour_keeps_its_hue_to_a_few_degrees_until_it_goes_to_white() {
+        let (mut worst, mut compared) = (0.0f32, 0);
+        for (ray, look) in rays().flat_map(|ray| LOOKS.map(|look| (ray, look))) {
+            for stops in -4..=3 {
+                let rgb = ray * 0.18 * (stops as f32).exp2();
+                let (chroma, shown) = chroma_and_hue(agx(rgb, &look));
+                if chroma > 0.04 {
+                    let off = (shown - chroma_and_hue(rgb).1 + 540.0).rem_euclid(360.0) - 180.0;
+                    assert!(off.abs() < WORST_TURN, "{ray} at {stops} stops: {off} degrees");
+                    worst = worst.max(off.abs());
+                    compared += 1;
+                }
+            }
+        }
+        assert!(compared > 1000 && worst > 1.0, "{compared} colours, {worst} degrees");
     }
 
     #[test]

@@ -247,7 +247,7 @@ fn where_the_device_finds_no_numbers_the_processor_plans() {
     let scene = &skies()[2].1;
     let colours = |fields: &LightFields| {
         let sky = planned(scene, fields);
-        (sky.integral().multiple.clone(), sky.colours().rows.clone(), sky.colours().exposure, sky.lookup_grid(true))
+        (sky.integral().multiple.clone(), sky.colours().rows.clone(), sky.lookup_grid(true))
     };
     let broken = LightFields::on_device(Arc::new(Broken(Interpreted::default(), "broken")));
     assert!(colours(&broken) == colours(&LightFields::default()), "to the bit");

@@ -321,7 +321,7 @@ fn place_and_time_put_the_sun_in_the_summary_and_the_json() {
         let ended = succeed(folder.path(), &[&always, flags].concat());
         let report: Value = serde_json::from_str(&ended.stdout).unwrap();
         let sun = ["sun_elevation", "sun_azimuth"].map(|key| report[key].as_f64().unwrap());
-        let said = format!("sun at elevation {:.2}°, azimuth {:.2}°", sun[0], sun[1]);
+        let said = format!("sun {:.2}° high at azimuth {:.2}°", sun[0], sun[1]);
         assert!(ended.stderr.contains(&said), "no {said:?} in {}", ended.stderr);
         sun
     };

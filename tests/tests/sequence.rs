@@ -725,6 +725,8 @@ const VALUES: [(&str, &str, &str); 47] = [
     ("render.steps", "7", ""),
     ("render.path", "'direct'", ""),
     ("render.exposure", "-3", ""),
+    ("render.view", "'srgb'", ""),
+    ("render.look", "'none'", ""),
     ("render.dither", "'none'", ""),
     ("render.exr", "'f16'", ""),
     ("render.exr_compression", "'none'", ""),

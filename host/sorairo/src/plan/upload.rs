@@ -84,9 +84,10 @@ pub fn projection(projection: Projection) -> u32 {
 pub fn look(look: PictureLook) -> Look {
     match look {
         PictureLook::None => Look::NONE,
-        PictureLook::Vivid => Look::new(1.2, 1.2),
-        PictureLook::Contrast => Look::new(1.2, 1.0),
-        PictureLook::HighContrast => Look::new(1.4, 0.95),
+        // Chroma is added where it leaves the luminance as it is: stops that differ more would show the colours of a sunset darker.
+        PictureLook::Vivid => Look::new(1.2, 0.85, 1.5),
+        PictureLook::Contrast => Look::new(1.2, 1.0, 1.0),
+        PictureLook::HighContrast => Look::new(1.4, 0.95, 1.0),
     }
 }
 

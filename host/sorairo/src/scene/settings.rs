@@ -215,7 +215,7 @@ pub enum ViewTransform {
 pub enum PictureLook {
     /// Not at all: what Blender calls AgX.
     None,
-    /// A fifth more contrast and saturation: what a clear sky asks for.
+    /// A fifth more contrast, and half as much chroma again: what a clear sky asks for.
     #[default]
     Vivid,
     /// A fifth more contrast: Blender's Medium High Contrast.

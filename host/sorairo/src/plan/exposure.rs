@@ -87,6 +87,8 @@ fn luminance_of_disc(sky: &SkyPlan, disc: &SunDisc) -> f64 {
 
 /// The mean of the logarithm (to base 2) of the luminance over the picture, by its weights; `None` if all of it is black.
 fn mean_logarithm(sky: &SkyPlan, camera: &Camera, projection: Projection, finer: u32) -> Option<f64> {
+    /// What is so many times as bright as the brightest, seven stops below it, counts half: darker still is the black of space above the limb.
+    const BLACK: f64 = 1.0 / 128.0;
     let (columns, rows) = (12 * finer, 8 * finer);
     let views = (0..columns * rows).filter_map(|i| {
         let x = (f64::from(i % columns) + 0.5) / f64::from(columns);
@@ -97,8 +99,11 @@ fn mean_logarithm(sky: &SkyPlan, camera: &Camera, projection: Projection, finer:
     });
     let (views, weights): (Vec<Vec3>, Vec<f64>) = views.unzip();
     let space = &sky.integral().uniform.rgb;
-    let luminances = sky.radiances(&views).into_iter().map(|rgb| f64::from(space.luminance(rgb)));
-    let lit = luminances.zip(weights).filter(|&(luminance, _)| luminance > 0.0);
+    let luminances: Vec<f64> = sky.radiances(&views).into_iter().map(|rgb| f64::from(space.luminance(rgb))).collect();
+    let brightest = luminances.iter().copied().fold(0.0, f64::max);
+    let counted = |luminance: f64| luminance / (luminance + BLACK * brightest);
+    let lit = luminances.into_iter().zip(weights).filter(|&(luminance, _)| luminance > 0.0);
+    let lit = lit.map(|(luminance, weight)| (luminance, weight * counted(luminance)));
     let (sum, weight) =
         lit.fold((0.0, 0.0), |(sum, all), (luminance, weight)| (sum + weight * luminance.log2(), all + weight));
     (weight > 0.0).then(|| sum / weight)

@@ -451,9 +451,9 @@ fn outputs_of_one_run_go_to_their_own_folders() {
 /// The largest difference between the mean of a picture's bytes over eight by eight pixels and that of the values which they stand for.
 fn worst_mean(dither: &str, device: &str) -> f64 {
     let flags =
-        ["--projection=perspective", "--fov=20", "--size=256x128", "--exposure=-6", "--view=srgb", "--dither", dither];
+        ["--projection=perspective", "--fov=20", "--size=256x128", "--exposure=-9", "--view=srgb", "--dither", dither];
     let (picture, linear) = render_scene("", device, &flags);
-    let value = |rgb: &[f32]| (Vec3::from_slice(rgb) * 0.015625).to_array().map(|x| 255.0 * srgb_encode(x));
+    let value = |rgb: &[f32]| (Vec3::from_slice(rgb) * (-9.0f32).exp2()).to_array().map(|x| 255.0 * srgb_encode(x));
     let values: Vec<f32> = linear.rgb.chunks(3).flat_map(value).collect();
     let at = |column: usize, row: usize, channel: usize| 3 * (row * linear.width + column) + channel;
     let mut worst = 0.0;

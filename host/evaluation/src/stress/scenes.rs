@@ -603,8 +603,13 @@ mod tests {
     }
 
     #[test]
-    fn light_between_the_pixels_is_not_a_lost_picture() {
-        assert_black_and_right(serde_json::from_str::<Scene>(CRESCENT).unwrap().first_order());
+    fn a_meter_sees_no_light_that_lies_between_the_pixels() {
+        let scene = serde_json::from_str::<Scene>(CRESCENT).unwrap().first_order();
+        let case = Case { scene, pixel: PixelFormat::Picture, looks: Looks::Colour };
+        let plan = Plan::new(&case.scene.validated().unwrap(), case.pixel);
+        assert_eq!(lost(&colours(&plan), plan.uniform.exposure), None);
+        let faults = case.faults(&[&Cpu]);
+        assert_eq!(faults.count, 0, "{}", faults.first);
     }
 
     /// Another: of opaque air under the densest ozone the sun's disc alone is left, 5e-13 of it.

@@ -99,7 +99,8 @@ fn mean_logarithm(sky: &SkyPlan, camera: &Camera, projection: Projection, finer:
     });
     let (views, weights): (Vec<Vec3>, Vec<f64>) = views.unzip();
     let space = &sky.integral().uniform.rgb;
-    let luminances: Vec<f64> = sky.radiances(&views).into_iter().map(|rgb| f64::from(space.luminance(rgb))).collect();
+    let luminances: Vec<f64> =
+        sky.radiances_here(&views).into_iter().map(|rgb| f64::from(space.luminance(rgb))).collect();
     let brightest = luminances.iter().copied().fold(0.0, f64::max);
     let counted = |luminance: f64| luminance / (luminance + BLACK * brightest);
     let lit = luminances.into_iter().zip(weights).filter(|&(luminance, _)| luminance > 0.0);

@@ -212,12 +212,25 @@ impl SkyPlan {
         if self.colour_path == ColourPath::Solve {
             return views.par_iter().map(|&view| self.radiance_by(rows, view)).collect();
         }
+        self.phased(views, self.constituents_by(rows, views))
+    }
+
+    /// [`SkyPlan::radiances`] without a device: whoever draws a planned sky waits for none.
+    pub(super) fn radiances_here(&self, views: &[Vec3]) -> Vec<Vec3> {
+        let rows = &self.colours().rows;
+        if self.colour_path == ColourPath::Solve {
+            return self.radiances_by(rows, views);
+        }
+        self.phased(views, self.constituents_here(rows, views))
+    }
+
+    fn phased(&self, views: &[Vec3], constituents: Vec<Constituents>) -> Vec<Vec3> {
         let integral = self.integral();
         let phased = |(&view, constituents): (&Vec3, Constituents)| {
             let angle = ScatteringAngle::of_ray(integral.ray(view));
             with_phases(&integral.uniform, constituents, angle, integral.variant)
         };
-        views.iter().zip(self.constituents_by(rows, views)).map(phased).collect()
+        views.iter().zip(constituents).map(phased).collect()
     }
 
     /// Linear RGB of each constituent in many directions; not of a fit that is solved at every pixel.
@@ -227,12 +240,19 @@ impl SkyPlan {
 
     fn constituents_by(&self, rows: &[Vec4], views: &[Vec3]) -> Vec<Constituents> {
         let integral = self.integral();
-        let (uniform, rows) = upload::with_rows(integral.uniform, rows, integral.variant);
-        let buffers = integral.buffers(rows);
+        let (uniform, colour) = upload::with_rows(integral.uniform, rows, integral.variant);
+        let buffers = integral.buffers(colour);
         let on_device = |device: &dyn PlanDevice| constituents_on(device, &uniform, buffers, views, integral.variant);
         if let Some(found) = integral.light_fields.ask_device(on_device) {
             return found;
         }
+        self.constituents_here(rows, views)
+    }
+
+    fn constituents_here(&self, rows: &[Vec4], views: &[Vec3]) -> Vec<Constituents> {
+        let integral = self.integral();
+        let (uniform, rows) = upload::with_rows(integral.uniform, rows, integral.variant);
+        let buffers = integral.buffers(rows);
         let mut found = vec![Constituents::DARK; views.len()];
         views.par_chunks(BLOCK).zip(found.par_chunks_mut(BLOCK)).for_each(|(views, found)| {
             constituents_of_directions(&uniform, buffers, views, found, integral.variant);

@@ -53,6 +53,7 @@ impl ValidScene {
     /// # Errors
     ///
     /// [`Error::NotAllowed`] if the disc is too small to be shown.
+    #[cfg(feature = "files")]
     pub(crate) fn with_disc(&self, disc: bool) -> Result<Self> {
         let mut changed = self.clone();
         changed.scene.sun.disc = disc;
@@ -65,6 +66,7 @@ impl ValidScene {
     /// # Errors
     ///
     /// [`Error::OutOfRange`] for an exposure that may not be asked for.
+    #[cfg(feature = "files")]
     pub(crate) fn exposed_linear(mut self, exposure: Exposure) -> Result<Self> {
         self.scene.render.exr_exposure = exposure;
         keys::find("render.exr_exposure").expect("a key").check_range(&self.scene)?;

@@ -14,8 +14,8 @@
 //! and three fifths are that of `v`; then the outset brings back what the inset took of the chroma.
 
 use crate::glam::{Mat3, Vec3, Vec4};
+use crate::look::Look;
 use crate::math::{clamp, exp, exp4, ln4, max, max4, min, sqrt4};
-use crate::tone::Look;
 
 /// Linear Rec. 709 to the inset components: to Rec. 2020 of the same white, and towards grey by the inset with its turned primaries.
 const INSET: Mat3 = Mat3::from_cols_array(&[
@@ -147,6 +147,7 @@ fn brightness(luminance: f32, lowest: f32) -> f32 {
 }
 
 #[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests run on the processor")]
 mod tests {
     use super::*;
     use crate::tone::srgb_encode;

@@ -1,10 +1,9 @@
 //! From linear RGB to a picture: the view transform, the curve of sRGB, and packing.
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::aces::aces2;
 use crate::agx::agx;
 use crate::glam::{Vec3, Vec4};
+use crate::look::Look;
 use crate::math::{clamp, min, sqrt};
 use crate::variant::{ACES, AGX};
 
@@ -42,30 +41,6 @@ pub fn dither(column: u32, row: u32) -> f32 {
     let fraction = column.wrapping_mul(COLUMN).wrapping_add(row.wrapping_mul(ROW));
     // Farther from 0 and from 1 than the rounding of the curve at white.
     ((fraction >> 20) as f32 + 0.5) * (1.0 / 4096.0)
-}
-
-/// How a picture is graded. The layout is that of a GPU buffer.
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Look {
-    /// Factor of the stops about middle grey, before the view transform.
-    pub contrast: f32,
-    /// Factor of the differences of a colour's stops from their mean by luminance, likewise.
-    pub saturation: f32,
-    /// Factor of what is shown about the grey of its luminance, as far as the display's gamut goes.
-    pub chroma: f32,
-    /// Where the tables of [`crate::aces`] begin in the colour rows, where the variant has them.
-    pub tables: u32,
-}
-
-impl Look {
-    /// The grade of a contrast and a saturation before the view transform, and a chroma after it.
-    pub const fn new(contrast: f32, saturation: f32, chroma: f32) -> Self {
-        Self { contrast, saturation, chroma, tables: 0 }
-    }
-
-    /// None.
-    pub const NONE: Self = Self::new(1.0, 1.0, 1.0);
 }
 
 /// Linear RGB for a display, each of at most 1 but where no view transform cuts it, from that of a sky: exposed, up to 1e30, and brought into range by

@@ -4,11 +4,11 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::camera::Camera;
 use crate::glam::{Vec2, Vec4};
+use crate::look::Look;
 use crate::multiple_lookup::MultipleLookup;
 use crate::profile::Atmosphere;
 use crate::rgb::RgbSpace;
 use crate::single::Bands;
-use crate::tone::Look;
 
 /// Rows of observer nodes that the uniform has room for: the four of each of sixteen nodes of each of four constituents.
 pub const NODE_ROWS: usize = 256;

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use super::format::Format;
 use super::place::{folder, names_folder, plain, refused, resolved};
 use super::signature::is_own;
-use super::staged;
+use super::{radiance_scene, staged, usd_scene};
 use crate::error::{Error, Result};
-use crate::scene::{ExrDepth, Size};
+use crate::scene::{ExrDepth, Scene, Size};
 
 /// Checks, before any work, that a file can be written where `path` says.
 ///
@@ -121,4 +121,18 @@ pub fn check_distinct(paths: &[PathBuf]) -> Result<()> {
         Some(i) => Err(Error::SharedFile { path: paths[i].clone(), how: "given twice" }),
         None => Ok(()),
     }
+}
+
+/// Checks that each scene among the outputs has its picture beside it, and that the camera shows what it needs.
+///
+/// # Errors
+///
+/// [`Error::FileName`] for a scene without its picture, or for a name that its program cannot read; [`Error::NotAllowed`] for a camera or a sun
+/// that such a scene does not take.
+pub fn check_scenes(outputs: &[PathBuf], formats: &[Format], scene: &Scene) -> Result<()> {
+    outputs.iter().zip(formats).try_for_each(|(path, format)| match format {
+        Format::RadianceScene => radiance_scene::check(path, outputs, scene),
+        Format::UsdScene => usd_scene::check(path, outputs, scene),
+        _ => Ok(()),
+    })
 }

@@ -4,28 +4,12 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::format::Format;
-use super::{radiance_scene, usd_scene};
 use crate::encoding::label::{SCENE, SOFTWARE, scene_text};
 use crate::error::{Error, Result};
 use crate::scene::{Projection, Scene};
 
 /// What the last line says before the checksum of those above.
 const CHECKSUM_LINE: &str = "# CRC-32 of the lines above: ";
-
-/// Checks that each scene among the outputs has its picture beside it, and that the camera shows what it needs.
-///
-/// # Errors
-///
-/// [`Error::FileName`] for a scene without its picture, or for a name that its program cannot read; [`Error::NotAllowed`] for a camera or a sun
-/// that such a scene does not take.
-pub fn check_scenes(outputs: &[PathBuf], formats: &[Format], scene: &Scene) -> Result<()> {
-    outputs.iter().zip(formats).try_for_each(|(path, format)| match format {
-        Format::RadianceScene => radiance_scene::check(path, outputs, scene),
-        Format::UsdScene => usd_scene::check(path, outputs, scene),
-        _ => Ok(()),
-    })
-}
 
 /// Checks that the picture of a scene, `what`, is among the outputs, that it can be named in the scene, where `quote` ends a name, and that the camera shows the
 /// whole sphere.

@@ -292,7 +292,7 @@ mod tests {
     }
 
     fn shown(rgb: Vec3) -> Vec3 {
-        aces2(rgb, &tables(), 0)
+        aces2(rgb, tables(), 0)
     }
 
     #[test]

@@ -10,28 +10,16 @@ use sorairo_shared::variant::PixelFormat;
 
 use super::sky::SkyPlan;
 use super::upload;
-use crate::scene::{Exposure, MOST_STOPS, Projection, Scene};
-use crate::spectra::observer::LUMENS_PER_WATT;
-
-/// The linear value of a picture (of 1) at which what is metered is shown: middle grey.
-const MIDDLE: f64 = 0.18;
+use crate::scene::{Exposure, MIDDLE, MOST_STOPS, Projection, Scene, stops_of_ev100};
 
 /// Stops by which a picture is brighter than its meter says: a sky shown at middle grey looks like a storm, and photographers open up for it.
 const OPENED: f64 = 1.0 / 3.0;
-
-/// The luminance (cd/m²) that a meter puts at middle grey at an EV100 of 0: K / S of ISO 2720:1974 with K = 12.5 cd·s/m² and S = 100.
-const LUMINANCE_OF_EV100: f64 = 12.5 / 100.0;
 
 /// The EV100 of a sunlit day, that of the rule by which a film of ISO 100 takes f/16 and 1/125 s.
 const DAYLIGHT: f64 = 15.0;
 
 /// The part of a change of the light that a picture which adapts does not show.
 const ADAPTATION: f64 = 0.62;
-
-/// The exposure (stops) of a camera that is set to an EV100.
-pub fn stops_of_ev100(ev100: f64) -> f64 {
-    (MIDDLE * LUMENS_PER_WATT / LUMINANCE_OF_EV100).log2() - ev100
-}
 
 /// The exposure factor of the picture that a camera takes of a sky: what is asked for, or what a meter says; 1 for texels, which no exposure
 /// concerns.

@@ -8,8 +8,8 @@ use sorairo_shared::aces;
 use sorairo_shared::fit::rows_per_node;
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::kernels::words_of_light;
+use sorairo_shared::look::Look;
 use sorairo_shared::math::{max, min};
-use sorairo_shared::tone::Look;
 use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};
 use sorairo_shared::variant::{self, PixelFormat};
 

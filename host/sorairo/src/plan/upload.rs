@@ -3,9 +3,9 @@
 use bytemuck::Zeroable;
 use sorairo_shared::camera::{self, Camera};
 use sorairo_shared::glam::Vec4;
+use sorairo_shared::look::Look;
 use sorairo_shared::profile::{Atmosphere, Exponential};
 use sorairo_shared::single::Bands;
-use sorairo_shared::tone::Look;
 use sorairo_shared::uniform::{NODE_ROWS, Uniform};
 use sorairo_shared::variant;
 

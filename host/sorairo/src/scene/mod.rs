@@ -28,5 +28,6 @@ pub use settings::{
     ColourPath, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook, Render,
     Rgb, ViewTransform, WhiteBalance,
 };
+pub(crate) use settings::{MIDDLE, stops_of_ev100};
 pub use sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, STANDARD_PRESSURE, Sun};
 pub use valid::ValidScene;

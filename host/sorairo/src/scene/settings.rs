@@ -6,7 +6,7 @@ use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
-use crate::spectra::observer::ColourObserver;
+use crate::spectra::observer::{ColourObserver, LUMENS_PER_WATT};
 
 /// How the sky is computed and shown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
@@ -296,6 +296,17 @@ pub enum ColourPath {
 /// Exposures, by hand and automatic, lie within so many stops of 1.
 pub const MOST_STOPS: f64 = 50.0;
 
+/// The linear value of a picture (of 1) at which what is metered is shown: middle grey.
+pub const MIDDLE: f64 = 0.18;
+
+/// The luminance (cd/m²) that a meter puts at middle grey at an EV100 of 0: K / S of ISO 2720:1974 with K = 12.5 cd·s/m² and S = 100.
+const LUMINANCE_OF_EV100: f64 = 12.5 / 100.0;
+
+/// The exposure (stops) of a camera that is set to an EV100.
+pub fn stops_of_ev100(ev100: f64) -> f64 {
+    (MIDDLE * LUMENS_PER_WATT / LUMINANCE_OF_EV100).log2() - ev100
+}
+
 /// An exposure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "ExposureText", into = "ExposureText")]
@@ -348,7 +359,7 @@ impl FromStr for Exposure {
             _ => {}
         }
         let stops = match text.strip_prefix("ev") {
-            Some(ev100) => ev100.parse().map(crate::plan::exposure::stops_of_ev100),
+            Some(ev100) => ev100.parse().map(stops_of_ev100),
             None => text.parse(),
         };
         stops.map(Self::Stops).map_err(|_| {

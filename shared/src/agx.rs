@@ -14,8 +14,9 @@
 //! and three fifths are that of `v`; then the outset brings back what the inset took of the chroma.
 
 use crate::glam::{Mat3, Vec3, Vec4};
-use crate::look::Look;
-use crate::math::{clamp, exp, exp4, ln4, max, max4, min, sqrt4};
+use crate::grade::{Grade, MIDDLE_GREY};
+use crate::math::{clamp, exp4, ln4, max, max4, min, pow, sqrt4};
+use crate::rgb::{highest, lowest};
 
 /// Linear Rec. 709 to the inset components: to Rec. 2020 of the same white, and towards grey by the inset with its turned primaries.
 const INSET: Mat3 = Mat3::from_cols_array(&[
@@ -46,9 +47,8 @@ const OUTSET: Mat3 = Mat3::from_cols_array(&[
 /// Parts of Rec. 709's primaries in the luminance by the functions of CIE 2015, by which a colour outside the gamut is judged.
 const LUMINANCE: Vec3 = Vec3::new(0.210351141, 0.64979777, 0.139851089);
 
-/// Middle grey, and what lies ten stops below it, which is black.
-const GREY: f32 = 0.18;
-const BLACK: f32 = GREY / 1024.0;
+/// What lies ten stops below middle grey, which is black.
+const BLACK: f32 = MIDDLE_GREY / 1024.0;
 const STOPS_BELOW: f32 = 10.0;
 const STOPS: f32 = 16.5;
 
@@ -63,30 +63,30 @@ const SHOULDER: f32 = 0.715198286;
 /// The part of the hue that is that of the components before the curve.
 const KEPT_HUE: f32 = 0.6;
 
-/// Parts of the components in the mean of stops about which a look saturates, those of Rec. 709 in the luminance as Blender's looks have them.
+/// Parts of the components in the mean of stops about which a grade saturates, those of Rec. 709 in the luminance as Blender's looks have them.
 const MEAN: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Linear RGB of Rec. 709 for a display, each in [0, 1], of exposed linear RGB of Rec. 709, none of it negative and each at most 1e30.
 ///
-/// A look stretches the stops of the inset components about middle grey, as Blender's looks of contrast do, and the chroma of what is shown.
+/// A grade stretches the stops of the inset components about middle grey, as Blender's looks of contrast do, and the chroma of what is shown.
 #[inline(always)]
-pub fn agx(rgb: Vec3, look: &Look) -> Vec3 {
+pub fn agx(rgb: Vec3, grade: &Grade) -> Vec3 {
     // In logarithms about middle grey. Far below black nothing is lost, and no logarithm is infinite.
-    let stops = ln4(max4((INSET * rgb).extend(GREY), BLACK / 1024.0) * (1.0 / GREY)).truncate();
+    let stops = ln4(max4((INSET * rgb).extend(MIDDLE_GREY), BLACK / 1024.0) * (1.0 / MIDDLE_GREY)).truncate();
     let mean = Vec3::splat(MEAN.dot(stops));
-    let graded = (mean + (stops - mean) * look.saturation) * look.contrast;
+    let graded = (mean + (stops - mean) * grade.saturation) * grade.contrast;
     let formed = curve(graded);
-    let lowest = lowest_of(formed);
-    let range = highest_of(formed) - lowest;
+    let darkest = lowest(formed);
+    let range = highest(formed) - darkest;
     let before = exp4(graded.extend(0.0)).truncate();
-    let lowest_before = lowest_of(before);
+    let lowest_before = lowest(before);
     // The smallest normal number: of a grey no component has a hue.
-    let range_before = max(highest_of(before) - lowest_before, f32::MIN_POSITIVE);
+    let range_before = max(highest(before) - lowest_before, f32::MIN_POSITIVE);
     let hue_before = (before - Vec3::splat(lowest_before)) * (range / range_before);
-    let hue_after = formed - Vec3::splat(lowest);
-    let mixed = Vec3::splat(lowest) + hue_before * KEPT_HUE + hue_after * (1.0 - KEPT_HUE);
+    let hue_after = formed - Vec3::splat(darkest);
+    let mixed = Vec3::splat(darkest) + hue_before * KEPT_HUE + hue_after * (1.0 - KEPT_HUE);
     let shown = into_display(OUTSET * mixed);
-    with_chroma(Vec3::new(min(shown.x, 1.0), min(shown.y, 1.0), min(shown.z, 1.0)), look.chroma)
+    with_chroma(Vec3::new(min(shown.x, 1.0), min(shown.y, 1.0), min(shown.z, 1.0)), grade.chroma)
 }
 
 /// A colour of a display of the same luminance and hue with so many times its chroma, or as much as the display has.
@@ -94,8 +94,8 @@ pub fn agx(rgb: Vec3, look: &Look) -> Vec3 {
 fn with_chroma(rgb: Vec3, chroma: f32) -> Vec3 {
     let luminance = MEAN.dot(rgb);
     let away = (rgb - Vec3::splat(luminance)) * chroma;
-    let above = (1.0 - luminance) / max(highest_of(away), f32::MIN_POSITIVE);
-    let below = luminance / max(-lowest_of(away), f32::MIN_POSITIVE);
+    let above = (1.0 - luminance) / max(highest(away), f32::MIN_POSITIVE);
+    let below = luminance / max(-lowest(away), f32::MIN_POSITIVE);
     let kept = Vec3::splat(luminance) + away * min(1.0, min(above, below));
     // Rounding leaves a ten-millionth beyond the ends.
     Vec3::new(clamp(kept.x, 0.0, 1.0), clamp(kept.y, 0.0, 1.0), clamp(kept.z, 0.0, 1.0))
@@ -115,35 +115,25 @@ fn curve(logarithms: Vec3) -> Vec3 {
     exp4(ln4(max4(y, 1e-12)) * 2.4).truncate()
 }
 
-#[inline(always)]
-fn lowest_of(rgb: Vec3) -> f32 {
-    min(rgb.x, min(rgb.y, rgb.z))
-}
-
-#[inline(always)]
-fn highest_of(rgb: Vec3) -> f32 {
-    max(rgb.x, max(rgb.y, rgb.z))
-}
-
 /// A colour without negative components: one outside Rec. 709 is lifted by its most negative and scaled to the brightness that it had, of which the
 /// luminance and that of the opposite colour have parts.
 #[inline(always)]
 fn into_display(rgb: Vec3) -> Vec3 {
-    let lowest = lowest_of(rgb);
-    if lowest >= 0.0 {
+    let least = lowest(rgb);
+    if least >= 0.0 {
         rgb
     } else {
         let luminance = max(LUMINANCE.dot(rgb), f32::MIN_POSITIVE);
-        let lifted = luminance - lowest;
-        let ratio = brightness(luminance, lowest) / brightness(lifted, 0.0);
-        (rgb - Vec3::splat(lowest)) * min(ratio, 1.0)
+        let lifted = luminance - least;
+        let ratio = brightness(luminance, least) / brightness(lifted, 0.0);
+        (rgb - Vec3::splat(least)) * min(ratio, 1.0)
     }
 }
 
 #[inline(always)]
-fn brightness(luminance: f32, lowest: f32) -> f32 {
-    let part = min(exp(0.08 * ln4(Vec4::splat(luminance)).x), 1.0);
-    part * luminance + (1.0 - part) * (2.0 * luminance - lowest)
+fn brightness(luminance: f32, least: f32) -> f32 {
+    let part = min(pow(luminance, 0.08), 1.0);
+    part * luminance + (1.0 - part) * (2.0 * luminance - least)
 }
 
 #[cfg(test)]
@@ -155,11 +145,11 @@ mod tests {
     /// Colours of Rec. 709 as they stand in Blender's table, and what it makes of them.
     const BLENDER: &str = include_str!("../data/agx_blender.csv");
 
-    /// The looks that pictures may have.
-    const LOOKS: [Look; 4] =
-        [Look::NONE, Look::new(1.2, 0.85, 1.5), Look::new(1.2, 1.0, 1.0), Look::new(1.4, 0.95, 1.0)];
+    /// The grades that pictures may have.
+    const GRADES: [Grade; 4] =
+        [Grade::NONE, Grade::new(1.2, 0.85, 1.5), Grade::new(1.2, 1.0, 1.0), Grade::new(1.4, 0.95, 1.0)];
 
-    /// Degrees by which a hue turns at most: the primaries are turned on purpose, blue towards cyan, red towards orange.
+    /// Degrees by which a hue may turn: AgX turns the primaries on purpose, and its curves bend those of the gamut's edge most (found: 23.4).
     const WORST_TURN: f32 = 24.0;
 
     /// Colours along each direction of a cube, from 8 stops below middle grey upwards.
@@ -176,7 +166,7 @@ mod tests {
         let (mut compared, mut worst) = (0, 0.0f32);
         for line in BLENDER.lines().filter(|line| !line.starts_with('#')).skip(1) {
             let numbers: [f32; 6] = core::array::from_fn(|i| line.split(',').nth(i).unwrap().parse().unwrap());
-            let shown = agx(Vec3::from_slice(&numbers), &Look::NONE);
+            let shown = agx(Vec3::from_slice(&numbers), &Grade::NONE);
             for (shown, theirs) in shown.to_array().into_iter().zip(&numbers[3..]) {
                 // The table holds y, of seven digits.
                 let off = 255.0 * (srgb_encode(shown) - srgb_encode(theirs.powf(2.4))).abs();
@@ -190,17 +180,17 @@ mod tests {
 
     #[test]
     fn more_light_of_any_colour_is_a_brighter_pixel_until_it_is_white() {
-        for (ray, look) in rays().flat_map(|ray| LOOKS.map(|look| (ray, look))) {
+        for (ray, grade) in rays().flat_map(|ray| GRADES.map(|grade| (ray, grade))) {
             let mut last = -1.0;
             for step in 0..=340 {
-                let shown = agx(ray * 0.18 * (step as f32 * 0.05 - 9.0).exp2(), &look);
+                let shown = agx(ray * MIDDLE_GREY * (step as f32 * 0.05 - 9.0).exp2(), &grade);
                 let luminance = Vec3::new(0.2126, 0.7152, 0.0722).dot(shown);
-                // Ten stops below middle grey all is black, and a little below that where a look has more contrast.
+                // Ten stops below middle grey all is black, and a little below that where a grade has more contrast.
                 let (is_white, is_black) = (shown.min_element() > 0.999, shown.max_element() < 1e-4);
                 assert!(
                     luminance > last || (is_white || is_black) && luminance > last - 1e-3,
                     "{ray} at step {step}, contrast {}: {luminance}, {last}",
-                    look.contrast
+                    grade.contrast
                 );
                 last = luminance;
             }
@@ -220,12 +210,12 @@ mod tests {
     }
 
     #[test]
-    fn a_colour_keeps_its_hue_to_a_few_degrees_until_it_goes_to_white() {
+    fn no_hue_turns_by_more_than_24_degrees_before_it_goes_to_white() {
         let (mut worst, mut compared) = (0.0f32, 0);
-        for (ray, look) in rays().flat_map(|ray| LOOKS.map(|look| (ray, look))) {
+        for (ray, grade) in rays().flat_map(|ray| GRADES.map(|grade| (ray, grade))) {
             for stops in -4..=3 {
-                let rgb = ray * 0.18 * (stops as f32).exp2();
-                let (chroma, shown) = chroma_and_hue(agx(rgb, &look));
+                let rgb = ray * MIDDLE_GREY * (stops as f32).exp2();
+                let (chroma, shown) = chroma_and_hue(agx(rgb, &grade));
                 if chroma > 0.04 {
                     let off = (shown - chroma_and_hue(rgb).1 + 540.0).rem_euclid(360.0) - 180.0;
                     assert!(off.abs() < WORST_TURN, "{ray} at {stops} stops: {off} degrees");
@@ -241,13 +231,13 @@ mod tests {
     fn no_light_is_lost_to_what_no_number_is() {
         for ray in rays() {
             for value in [0.0, 1e-38, 1e-10, 1e-3, 1.0, 1e4, 1e30] {
-                let shown = agx(ray * value, &Look::NONE);
+                let shown = agx(ray * value, &Grade::NONE);
                 assert!(shown.min_element() >= 0.0 && shown.max_element() <= 1.0, "{ray} times {value}: {shown}");
             }
-            assert!(agx(ray * 1e30, &Look::NONE).max_element() > 0.999);
+            assert!(agx(ray * 1e30, &Grade::NONE).max_element() > 0.999);
         }
         // A hundred-thousandth of a byte.
-        let black = agx(Vec3::ZERO, &Look::NONE);
+        let black = agx(Vec3::ZERO, &Grade::NONE);
         assert!(black.max_element() < 3e-9, "{black}");
     }
 }

@@ -69,7 +69,7 @@ pub fn picture_word(column: u32, row: u32, shown: Vec3, variant: u32) -> u32 {
 #[inline(always)]
 pub fn shown_in(uniform: &Uniform, colour: &[Vec4], rgb: Vec3, variant: u32) -> Vec3 {
     if variant::pixel_format(variant) == PixelFormat::Picture as u32 {
-        shown(rgb, uniform.exposure, &uniform.look, colour, variant)
+        shown(rgb, uniform.exposure, &uniform.grade, colour, variant)
     } else {
         rgb
     }

@@ -25,7 +25,7 @@
 //! | [`observer`] | the sum over a colour observer (Eq. 7) |
 //! | [`agx`] | the view transform AgX, from the light of a scene to that of a display |
 //! | [`rgb`] | spaces of linear RGB and their gamut (Eq. 8) |
-//! | [`look`] | how a picture is graded |
+//! | [`grade`] | how a picture is graded |
 //! | [`aces`] | the output transform of ACES 2.0, from the light of a scene to that of a display |
 //! | [`tone`] | from linear RGB to the bytes of a picture |
 //! | [`camera`] | from a pixel to a direction |
@@ -100,10 +100,10 @@ pub mod field_kernels;
 pub mod field_uniform;
 pub mod fit;
 pub mod geometry;
+pub mod grade;
 pub mod ground;
 pub mod kernels;
 pub mod light_field;
-pub mod look;
 pub mod lookup;
 pub mod math;
 pub mod moments;

@@ -41,6 +41,18 @@ impl RgbSpace {
     }
 }
 
+/// The smallest component.
+#[inline(always)]
+pub fn lowest(rgb: Vec3) -> f32 {
+    min(rgb.x, min(rgb.y, rgb.z))
+}
+
+/// The largest component.
+#[inline(always)]
+pub fn highest(rgb: Vec3) -> f32 {
+    max(rgb.x, max(rgb.y, rgb.z))
+}
+
 /// The colour of the same luminance and hue that the primaries of a space can make.
 ///
 /// A nearly monochromatic twilight horizon lies outside Rec. 709 and has a negative component. It is mixed with the grey
@@ -54,7 +66,7 @@ pub fn into_gamut(rgb: Vec3, space: &RgbSpace) -> Vec3 {
 /// [`into_gamut`] by the parts of the primaries in the luminance.
 #[inline(always)]
 pub fn into_gamut_by(rgb: Vec3, parts: Vec3) -> Vec3 {
-    let lowest = min(rgb.x, min(rgb.y, rgb.z));
+    let lowest = lowest(rgb);
     if lowest >= 0.0 {
         rgb
     } else {

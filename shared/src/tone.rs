@@ -3,7 +3,7 @@
 use crate::aces::aces2;
 use crate::agx::agx;
 use crate::glam::{Vec3, Vec4};
-use crate::look::Look;
+use crate::grade::Grade;
 use crate::math::{clamp, min, sqrt};
 use crate::variant::{ACES, AGX};
 
@@ -46,13 +46,13 @@ pub fn dither(column: u32, row: u32) -> f32 {
 /// Linear RGB for a display, each of at most 1 but where no view transform cuts it, from that of a sky: exposed, up to 1e30, and brought into range by
 /// the view transform of a variant. `tables` are the colour rows.
 #[inline(always)]
-pub fn shown(rgb: Vec3, exposure: f32, look: &Look, tables: &[Vec4], variant: u32) -> Vec3 {
+pub fn shown(rgb: Vec3, exposure: f32, grade: &Grade, tables: &[Vec4], variant: u32) -> Vec3 {
     let exposed = rgb * exposure;
     let exposed = Vec3::new(min(exposed.x, BRIGHTEST), min(exposed.y, BRIGHTEST), min(exposed.z, BRIGHTEST));
     if variant & AGX != 0 {
-        agx(exposed, look)
+        agx(exposed, grade)
     } else if variant & ACES != 0 {
-        aces2(exposed, tables, look.tables)
+        aces2(exposed, tables, grade.tables)
     } else {
         exposed
     }
@@ -71,7 +71,7 @@ pub fn bytes(shown: Vec3, threshold: f32) -> u32 {
 /// [`bytes`] of linear RGB without a view transform.
 #[inline(always)]
 pub fn srgb8(rgb: Vec3, exposure: f32, threshold: f32) -> u32 {
-    bytes(shown(rgb, exposure, &Look::NONE, &[], 0), threshold)
+    bytes(shown(rgb, exposure, &Grade::NONE, &[], 0), threshold)
 }
 
 #[cfg(test)]
@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn a_light_beyond_single_precision_is_white() {
         for view in [0, AGX] {
-            assert_eq!(bytes(shown(Vec3::new(1e30, 2e30, 1e31), 1e15, &Look::NONE, &[], view), NEAREST), 0xffff_ffff);
+            assert_eq!(bytes(shown(Vec3::new(1e30, 2e30, 1e31), 1e15, &Grade::NONE, &[], view), NEAREST), 0xffff_ffff);
         }
     }
 

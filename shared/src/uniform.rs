@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::camera::Camera;
 use crate::glam::{Vec2, Vec4};
-use crate::look::Look;
+use crate::grade::Grade;
 use crate::multiple_lookup::MultipleLookup;
 use crate::profile::Atmosphere;
 use crate::rgb::RgbSpace;
@@ -32,7 +32,7 @@ pub struct Uniform {
     /// The sun's disc, where the variant has it.
     pub disc: SunDisc,
     /// How a picture is graded.
-    pub look: Look,
+    pub grade: Grade,
     /// The lookup of light that was scattered more than once, where the variant has it.
     pub multiple: MultipleLookup,
     /// Linear RGB of the ground on which the observer stands (W·m⁻²·sr⁻¹), where the variant has it and no ray can descend; `w` unused.

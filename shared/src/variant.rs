@@ -75,8 +75,6 @@ pub fn of_bands(bands: usize) -> u32 {
 pub const AGX: u32 = 1 << 23;
 /// It is that of ACES 2.0; see [`crate::aces`].
 pub const ACES: u32 = 1 << 24;
-/// The view transform.
-pub const VIEW: u32 = AGX | ACES;
 
 /// Where the projection stands.
 const PROJECTION_SHIFT: u32 = 8;

@@ -341,7 +341,7 @@ pub fn render_split(
     let mut seen = Job::new(&scene.with_disc(true)?, &of_seen, &light_fields)?;
     let mut light = scene.with_disc(false)?;
     // Those of the brighter one hold for both, so that one file can take the place of the other.
-    if formats.contains(&Format::Png) && scene.render.exposure == Exposure::Auto {
+    if formats.contains(&Format::Png) && !matches!(scene.render.exposure, Exposure::Stops(_)) {
         light = light.exposed(Exposure::Stops(f64::from(seen.plan.uniform.exposure.log2())))?;
     }
     if scene.render.exr == ExrDepth::Half && scene.render.exr_exposure == Exposure::Auto {

@@ -124,7 +124,7 @@ fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
     let Image { exposure, space, display, .. } = image;
     let (width, pixel_words) = (image.width as usize, image.pixel_words());
     let is_dithered = image.scene.render.dither == Dither::Ordered;
-    let look = upload::look(image.scene.render.look);
+    let grade = upload::grade(image.scene.render.look);
     let (view, tables) = (upload::view(image.scene.render.view), upload::view_tables(image.scene.render.view));
     let matrix = (display.from_xyz * space.from_xyz.inverse()).as_mat3();
     let gamut = display.for_kernels();
@@ -137,7 +137,7 @@ fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
             let threshold = if is_dithered { dither(column as u32, (first_row + line) as u32) } else { NEAREST };
             let rgb = shown(Vec3::from_slice(pixel));
             bytes.copy_from_slice(
-                &tone::bytes(tone::shown(rgb, *exposure, &look, tables, view), threshold).to_le_bytes()[..3],
+                &tone::bytes(tone::shown(rgb, *exposure, &grade, tables, view), threshold).to_le_bytes()[..3],
             );
         }
     });

@@ -1,5 +1,8 @@
 //! Pictures of the program Radiance in linear RGB (`.hdr`), which programs that light with pictures read: for each pixel a mantissa of 8 bits
 //! for red, green and blue, and an exponent that they share (Ward 1991, *Real pixels*, Graphics Gems II).
+//!
+//! The crate `image` writes these files too, but wants the whole image in memory, takes no lines of a header, and cuts mantissas off, by which programs
+//! that read them as they stand lose half a step, 0.2 to 0.4 % of the light. It reads them back in the tests.
 
 use std::io;
 

@@ -4,13 +4,14 @@ use std::f64::consts::{FRAC_PI_4, PI};
 
 use sorairo_shared::camera::{Camera, pixel_view};
 use sorairo_shared::glam::Vec3;
+use sorairo_shared::grade::MIDDLE_GREY;
 use sorairo_shared::math::{clamp, max, min};
 use sorairo_shared::uniform::SunDisc;
 use sorairo_shared::variant::PixelFormat;
 
 use super::sky::SkyPlan;
 use super::upload;
-use crate::scene::{Exposure, MIDDLE, MOST_STOPS, Projection, Scene, stops_of_ev100};
+use crate::scene::{Exposure, MOST_STOPS, Projection, Scene, stops_of_ev100};
 
 /// Stops by which a picture is brighter than its meter says: a sky shown at middle grey looks like a storm, and photographers open up for it.
 const OPENED: f64 = 1.0 / 3.0;
@@ -56,7 +57,7 @@ fn metered(sky: &SkyPlan, camera: &Camera, disc: &SunDisc, projection: Projectio
     let part = part_of_disc(disc, camera);
     let with_disc =
         |mean: f64| if part > 0.0 { mean + part * (luminance_of_disc(sky, disc).log2() - mean) } else { mean };
-    mean.map_or(0.0, |mean| MIDDLE.log2() + OPENED - with_disc(mean))
+    mean.map_or(0.0, |mean| f64::from(MIDDLE_GREY).log2() + OPENED - with_disc(mean))
 }
 
 /// How much the sun's disc counts: wholly where it fills a twentieth of the picture.

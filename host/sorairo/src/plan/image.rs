@@ -7,8 +7,8 @@ use std::sync::Arc;
 use sorairo_shared::aces;
 use sorairo_shared::fit::rows_per_node;
 use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::grade::Grade;
 use sorairo_shared::kernels::words_of_light;
-use sorairo_shared::look::Look;
 use sorairo_shared::math::{max, min};
 use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};
 use sorairo_shared::variant::{self, PixelFormat};
@@ -93,7 +93,7 @@ impl Plan {
             disc: SunDisc { first_entry: (rows.len() + tables.len()) as u32, ..disc },
             ground: colours.ground.extend(0.0),
             exposure,
-            look: Look { tables: rows.len() as u32, ..upload::look(scene.render.look) },
+            grade: Grade { tables: rows.len() as u32, ..upload::grade(scene.render.look) },
             ..uniform
         };
         let variant = of_image(sky.integral().variant, scene, scene.camera.projection, shows_disc, pixel);
@@ -254,7 +254,7 @@ impl Plan {
 
     /// Where the tables of its view transform stand in the colour rows.
     fn tables(&self) -> Range<usize> {
-        let first = self.uniform.look.tables as usize;
+        let first = self.uniform.grade.tables as usize;
         first..first + aces::ROWS
     }
 

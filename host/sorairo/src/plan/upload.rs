@@ -3,7 +3,7 @@
 use bytemuck::Zeroable;
 use sorairo_shared::camera::{self, Camera};
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::look::Look;
+use sorairo_shared::grade::Grade;
 use sorairo_shared::profile::{Atmosphere, Exponential};
 use sorairo_shared::single::Bands;
 use sorairo_shared::uniform::{NODE_ROWS, Uniform};
@@ -29,7 +29,7 @@ pub fn sky_uniform(scene: &Scene, wavelengths: &[f64], nodes: u32, space: &Colou
         rgb: space.for_kernels(),
         altitude: scene.observer.altitude as f32,
         exposure: 1.0,
-        look: Look::NONE,
+        grade: Grade::NONE,
         nodes,
         horizon: horizon(scene.atmosphere.ground_radius, scene.observer.altitude) as f32,
         lookup_span: span_above_horizon(scene) as f32,
@@ -80,14 +80,14 @@ pub fn projection(projection: Projection) -> u32 {
     }
 }
 
-/// The numbers of a look.
-pub fn look(look: PictureLook) -> Look {
+/// The grade of a look.
+pub fn grade(look: PictureLook) -> Grade {
     match look {
-        PictureLook::None => Look::NONE,
+        PictureLook::None => Grade::NONE,
         // Chroma is added where it leaves the luminance as it is: stops that differ more would show the colours of a sunset darker.
-        PictureLook::Vivid => Look::new(1.2, 0.85, 1.5),
-        PictureLook::Contrast => Look::new(1.2, 1.0, 1.0),
-        PictureLook::HighContrast => Look::new(1.4, 0.95, 1.0),
+        PictureLook::Vivid => Grade::new(1.2, 0.85, 1.5),
+        PictureLook::Contrast => Grade::new(1.2, 1.0, 1.0),
+        PictureLook::HighContrast => Grade::new(1.4, 0.95, 1.0),
     }
 }
 

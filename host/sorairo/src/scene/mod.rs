@@ -24,10 +24,10 @@ pub use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, Ozon
 pub use crate::spectra::observer::ColourObserver;
 pub use camera::{CameraScene, LONGEST_SIDE, Projection, Size, View};
 pub use preset::{Preset, Scene};
+pub(crate) use settings::stops_of_ev100;
 pub use settings::{
     ColourPath, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook, Render,
     Rgb, ViewTransform, WhiteBalance,
 };
-pub(crate) use settings::{MIDDLE, stops_of_ev100};
 pub use sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, STANDARD_PRESSURE, Sun};
 pub use valid::ValidScene;

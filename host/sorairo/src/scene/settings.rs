@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
+use sorairo_shared::grade::MIDDLE_GREY;
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use crate::spectra::observer::{ColourObserver, LUMENS_PER_WATT};
@@ -28,7 +29,7 @@ pub struct Render {
     pub exposure: Exposure,
     /// View transform of pictures: how light becomes what a display shows.
     pub view: ViewTransform,
-    /// How pictures are graded before AgX.
+    /// How pictures are graded about AgX; other view transforms take none.
     pub look: PictureLook,
     /// How the bytes of pictures are rounded.
     pub dither: Dither,
@@ -206,7 +207,7 @@ pub enum ViewTransform {
     Srgb,
 }
 
-/// How pictures are graded before AgX.
+/// How pictures are graded about AgX; other view transforms take none.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
 )]
@@ -296,15 +297,12 @@ pub enum ColourPath {
 /// Exposures, by hand and automatic, lie within so many stops of 1.
 pub const MOST_STOPS: f64 = 50.0;
 
-/// The linear value of a picture (of 1) at which what is metered is shown: middle grey.
-pub const MIDDLE: f64 = 0.18;
-
 /// The luminance (cd/m²) that a meter puts at middle grey at an EV100 of 0: K / S of ISO 2720:1974 with K = 12.5 cd·s/m² and S = 100.
 const LUMINANCE_OF_EV100: f64 = 12.5 / 100.0;
 
 /// The exposure (stops) of a camera that is set to an EV100.
 pub fn stops_of_ev100(ev100: f64) -> f64 {
-    (MIDDLE * LUMENS_PER_WATT / LUMINANCE_OF_EV100).log2() - ev100
+    (f64::from(MIDDLE_GREY) * LUMENS_PER_WATT / LUMINANCE_OF_EV100).log2() - ev100
 }
 
 /// An exposure.

@@ -1,11 +1,14 @@
-//! Looks: how pictures are graded.
+//! How pictures are graded about their view transform.
 
 use bytemuck::{Pod, Zeroable};
+
+/// The linear value of a picture, of 1 as white, that is middle grey: what a meter is set to, and what a grade turns about.
+pub const MIDDLE_GREY: f32 = 0.18;
 
 /// How a picture is graded. The layout is that of a GPU buffer.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Look {
+pub struct Grade {
     /// Factor of the stops about middle grey, before the view transform.
     pub contrast: f32,
     /// Factor of the differences of a colour's stops from their mean by luminance, likewise.
@@ -16,7 +19,7 @@ pub struct Look {
     pub tables: u32,
 }
 
-impl Look {
+impl Grade {
     /// The grade of a contrast and a saturation before the view transform, and a chroma after it.
     pub const fn new(contrast: f32, saturation: f32, chroma: f32) -> Self {
         Self { contrast, saturation, chroma, tables: 0 }

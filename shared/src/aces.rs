@@ -1,15 +1,17 @@
-//! The output transform of ACES 2.0: from the light of a scene to that of a display of 100 cd/m² with the primaries and the white of Rec. 709.
+//! The output transform of ACES 2.0: from the light of a scene to that of a display of 100 cd/m² with the primaries and
+//! the white of Rec. 709.
 //!
-//! A colour becomes lightness `J`, colourfulness `M` and hue `h` of a model of colour appearance. A curve brings the lightness into the range of the
-//! display; the colourfulness follows it, first by a curve that knows nothing of the display, then along lines of constant hue into the display's
-//! gamut. The hue stays. Formulas and figures are those of the Academy's *ACES 2.0 Output Transform*
-//! (`Lib.Academy.OutputTransform.ctl`, <https://github.com/ampas/aces-core>) and of OpenColorIO (`ops/fixedfunction/ACES2`,
-//! <https://github.com/AcademySoftwareFoundation/OpenColorIO>), whose style of this transform is
-//! `ACES-OUTPUT - ACES2065-1_to_CIE-XYZ-D65 - SDR-100nit-REC709_2.0`. Nothing is sampled but the gamuts by hue, as the standard itself does.
+//! A colour becomes lightness `J`, colourfulness `M` and hue `h` of a model of colour appearance. A curve brings the
+//! lightness into the range of the display; the colourfulness follows it, first by a curve that knows nothing of the
+//! display, then along lines of constant hue into the display's gamut. The hue stays. Formulas and figures are those of
+//! the Academy's *ACES 2.0 Output Transform* (`Lib.Academy.OutputTransform.ctl`, <https://github.com/ampas/aces-core>)
+//! and of OpenColorIO (`ops/fixedfunction/ACES2`, <https://github.com/AcademySoftwareFoundation/OpenColorIO>), whose
+//! style of this transform is `ACES-OUTPUT - ACES2065-1_to_CIE-XYZ-D65 - SDR-100nit-REC709_2.0`. Nothing is sampled but
+//! the gamuts by hue, as the standard itself does.
 //!
-//! The model is that of Hellwig and Fairchild (2022, *Brightness, lightness, colorfulness, and chroma in CIECAM02 and CAM16*, Color Research and
-//! Application 47) as ACES simplifies it: full adaptation to the white, the same compression for every brightness, no eccentricity of hues. With the
-//! cones' light `x` scaled so that white is 1,
+//! The model is that of Hellwig and Fairchild (2022, *Brightness, lightness, colorfulness, and chroma in CIECAM02 and
+//! CAM16*, Color Research and Application 47) as ACES simplifies it: full adaptation to the white, the same compression
+//! for every brightness, no eccentricity of hues. With the cones' light `x` scaled so that white is 1,
 //!
 //! ```text
 //! r = x^0.42 / (c + x^0.42)            response of a cone
@@ -24,9 +26,10 @@
 //!
 //! # Tables
 //!
-//! A host makes [`ROWS`] rows. The first [`DEGREES`] belong to whole degrees of hue: `x` and `y` are the reach of AP1 there and one degree further, its
-//! colourfulness at `J = 100`; `z` is the row of the last knot that is not above it. Then [`KNOTS`] rows are knots of the display's gamut, unevenly
-//! spaced by about a degree: `x` is the lightness of the cusp, `y` its colourfulness, `z` the exponent of the hull above it, `w` the hue in degrees.
+//! A host makes [`ROWS`] rows. The first [`DEGREES`] belong to whole degrees of hue: `x` and `y` are the reach of AP1
+//! there and one degree further, its colourfulness at `J = 100`; `z` is the row of the last knot that is not above it.
+//! Then [`KNOTS`] rows are knots of the display's gamut, unevenly spaced by about a degree: `x` is the lightness of the
+//! cusp, `y` its colourfulness, `z` the exponent of the hull above it, `w` the hue in degrees.
 
 use crate::glam::{Mat3, Vec2, Vec3, Vec4};
 use crate::math::{abs, angle_of, clamp, fetch, floor, ln, max, min, pow, safe_sqrt};
@@ -73,7 +76,8 @@ const DARKEST: f32 = 1e-9;
 /// Exponent of a cone's response.
 pub const CONE_EXPONENT: f32 = 0.42;
 
-/// `c` of a cone's response: 27.13 `F_L^-0.42`, with `F_L` for an adapting luminance of 100 cd/m² (Li et al. 2017, *Comprehensive color solutions*).
+/// `c` of a cone's response: 27.13 `F_L^-0.42`, with `F_L` for an adapting luminance of 100 cd/m² (Li et al. 2017,
+/// *Comprehensive color solutions*).
 pub const HALF_RESPONSE: f32 = 29.894_686;
 
 /// The largest response that a display's light is found from; white has 0.032.
@@ -217,8 +221,8 @@ fn m_norm(direction: Vec2) -> f32 {
 
 /// The colourfulness that a display of any gamut has at lightness `j`; `m` has followed the curve already.
 ///
-/// The reach of AP1 limits it. Two toes are bent beneath that limit: from above, by which what is near it gains, and from below, by which the pale
-/// lose, the more the brighter they are.
+/// The reach of AP1 limits it. Two toes are bent beneath that limit: from above, by which what is near it gains, and
+/// from below, by which the pale lose, the more the brighter they are.
 #[inline(always)]
 fn compressed_m(j: f32, m: f32, response: f32, direction: Vec2, reach_m: f32) -> f32 {
     const EXPANSION: f32 = 1.3;
@@ -281,7 +285,8 @@ fn hull(tables: &[Vec4], first: u32, hue: f32) -> Hull {
     Hull { cusp_j: cusp.x, cusp_m: cusp.y, upper_exponent: cusp.z, reach_m }
 }
 
-/// A line of lightness over colourfulness along which colours move into a gamut, towards a focus of negative colourfulness.
+/// A line of lightness over colourfulness along which colours move into a gamut, towards a focus of negative
+/// colourfulness.
 #[derive(Clone, Copy, Debug)]
 pub struct Line {
     /// Lightness where it meets the axis of greys.
@@ -320,7 +325,8 @@ fn focus_gain(j: f32, cusp_j: f32) -> f32 {
     if j > threshold { gain * (decades * decades + 1.0) } else { gain }
 }
 
-/// Lightness at which the line through a colour meets the axis of greys: the root of a quadratic equation, as the slope of a line depends on it.
+/// Lightness at which the line through a colour meets the axis of greys: the root of a quadratic equation, as the slope
+/// of a line depends on it.
 #[inline(always)]
 fn axis_lightness(j: f32, m: f32, focus_j: f32, gain: f32) -> f32 {
     let scaled = m / gain;
@@ -346,7 +352,8 @@ fn m_at_curve(line: &Line, exponent: f32, cusp_j: f32, cusp_m: f32) -> f32 {
     moved * cusp_m / (cusp_j - line.slope * cusp_m)
 }
 
-/// Colourfulness at which a line leaves the gamut: the smaller of that below the cusp and that above it, rounded where they are nearly the same.
+/// Colourfulness at which a line leaves the gamut: the smaller of that below the cusp and that above it, rounded where
+/// they are nearly the same.
 ///
 /// The hull above the cusp is that below it, upside down.
 #[inline(always)]
@@ -371,7 +378,8 @@ fn into_gamut(j: f32, m: f32, hull: &Hull) -> Vec2 {
     if has_colour { Vec2::new(line.axis + moved * line.slope, moved) } else { Vec2::new(j, 0.0) }
 }
 
-/// Colourfulness along a line, brought from `[0, reach]` into `[0, limit]`: the same up to a threshold, then a hyperbola.
+/// Colourfulness along a line, brought from `[0, reach]` into `[0, limit]`: the same up to a threshold, then a
+/// hyperbola.
 #[inline(always)]
 fn within_hull(m: f32, limit: f32, reach: f32) -> f32 {
     let part = max(limit / reach, KEPT_PART);
@@ -382,7 +390,8 @@ fn within_hull(m: f32, limit: f32, reach: f32) -> f32 {
     if stays { m } else { threshold + scale * excess / (scale + excess) }
 }
 
-/// Linear light of a display of a lightness and colourfulness, and of a hue's cosine and sine: the model backwards, limited to `[0, 1]`.
+/// Linear light of a display of a lightness and colourfulness, and of a hue's cosine and sine: the model backwards,
+/// limited to `[0, 1]`.
 #[inline(always)]
 fn display(jm: Vec2, direction: Vec2) -> Vec3 {
     const DENOMINATOR: f32 = 1.0 / (1403.0 * OPPONENT_SCALE);

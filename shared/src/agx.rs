@@ -1,8 +1,10 @@
-//! AgX, the view transform that forms a picture as film does: bright colours go to white, and none turns to the primary that it is nearest to.
+//! AgX, the view transform that forms a picture as film does: bright colours go to white, and none turns to the primary
+//! that it is nearest to.
 //!
-//! Sobotka's transform (T. J. Sobotka 2022, <https://github.com/sobotka/AgX>) in the form that Blender has since 4.0 (Z. E. Zhou, M. Faderbauer
-//! and S. Kapanen 2023, <https://github.com/EaryChow/AgX_LUT_Gen>), which stands in Blender as a table of 57³ colours; here it is computed. In
-//! linear Rec. 2020, of which `v` are the components through the inset:
+//! Sobotka's transform (T. J. Sobotka 2022, <https://github.com/sobotka/AgX>) in the form that Blender has since 4.0
+//! (Z. E. Zhou, M. Faderbauer and S. Kapanen 2023, <https://github.com/EaryChow/AgX_LUT_Gen>), which stands in Blender
+//! as a table of 57³ colours; here it is computed. In linear Rec. 2020, of which `v` are the components through the
+//! inset:
 //!
 //! ```text
 //! x = (log2(v / 0.18) + 10) / 16.5                       stops about middle grey, -10 to 6.5
@@ -10,15 +12,17 @@
 //! f = y^2.4                                               linear light
 //! ```
 //!
-//! with one scale `s` for the toe and one for the shoulder, by which y(0) = 0 and y(1) = 1. Of the hue that the curve leaves, two fifths are kept
-//! and three fifths are that of `v`; then the outset brings back what the inset took of the chroma.
+//! with one scale `s` for the toe and one for the shoulder, by which y(0) = 0 and y(1) = 1. Of the hue that the curve
+//! leaves, two fifths are kept and three fifths are that of `v`; then the outset brings back what the inset took of the
+//! chroma.
 
 use crate::glam::{Mat3, Vec3, Vec4};
 use crate::grade::{Grade, MIDDLE_GREY};
 use crate::math::{clamp, exp4, ln4, max, max4, min, pow, sqrt4};
 use crate::rgb::{highest, lowest};
 
-/// Linear Rec. 709 to the inset components: to Rec. 2020 of the same white, and towards grey by the inset with its turned primaries.
+/// Linear Rec. 709 to the inset components: to Rec. 2020 of the same white, and towards grey by the inset with its
+/// turned primaries.
 const INSET: Mat3 = Mat3::from_cols_array(&[
     0.544812996,
     0.140415538,
@@ -44,7 +48,8 @@ const OUTSET: Mat3 = Mat3::from_cols_array(&[
     1.40256385,
 ]);
 
-/// Parts of Rec. 709's primaries in the luminance by the functions of CIE 2015, by which a colour outside the gamut is judged.
+/// Parts of Rec. 709's primaries in the luminance by the functions of CIE 2015, by which a colour outside the gamut is
+/// judged.
 const LUMINANCE: Vec3 = Vec3::new(0.210351141, 0.64979777, 0.139851089);
 
 /// What lies ten stops below middle grey, which is black.
@@ -52,8 +57,8 @@ const BLACK: f32 = MIDDLE_GREY / 1024.0;
 const STOPS_BELOW: f32 = 10.0;
 const STOPS: f32 = 16.5;
 
-/// The sigmoid's pivot (x, y), its slope there, and its scales: `((slope x)^-1.5 ((slope x / y)^1.5 - 1))^(-2/3)` for the toe with the
-/// pivot's x and y, for the shoulder with 1 less those.
+/// The sigmoid's pivot (x, y), its slope there, and its scales: `((slope x)^-1.5 ((slope x / y)^1.5 - 1))^(-2/3)` for
+/// the toe with the pivot's x and y, for the shoulder with 1 less those.
 const PIVOT_X: f32 = STOPS_BELOW / STOPS;
 const PIVOT_Y: f32 = 0.48943709;
 const SLOPE: f32 = 2.4;
@@ -63,12 +68,15 @@ const SHOULDER: f32 = 0.715198286;
 /// The part of the hue that is that of the components before the curve.
 const KEPT_HUE: f32 = 0.6;
 
-/// Parts of the components in the mean of stops about which a grade saturates, those of Rec. 709 in the luminance as Blender's looks have them.
+/// Parts of the components in the mean of stops about which a grade saturates, those of Rec. 709 in the luminance as
+/// Blender's looks have them.
 const MEAN: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
-/// Linear RGB of Rec. 709 for a display, each in [0, 1], of exposed linear RGB of Rec. 709, none of it negative and each at most 1e30.
+/// Linear RGB of Rec. 709 for a display, each in [0, 1], of exposed linear RGB of Rec. 709, none of it negative and
+/// each at most 1e30.
 ///
-/// A grade stretches the stops of the inset components about middle grey, as Blender's looks of contrast do, and the chroma of what is shown.
+/// A grade stretches the stops of the inset components about middle grey, as Blender's looks of contrast do, and the
+/// chroma of what is shown.
 #[inline(always)]
 pub fn agx(rgb: Vec3, grade: &Grade) -> Vec3 {
     // In logarithms about middle grey. Far below black nothing is lost, and no logarithm is infinite.
@@ -115,8 +123,8 @@ fn curve(logarithms: Vec3) -> Vec3 {
     exp4(ln4(max4(y, 1e-12)) * 2.4).truncate()
 }
 
-/// A colour without negative components: one outside Rec. 709 is lifted by its most negative and scaled to the brightness that it had, of which the
-/// luminance and that of the opposite colour have parts.
+/// A colour without negative components: one outside Rec. 709 is lifted by its most negative and scaled to the
+/// brightness that it had, of which the luminance and that of the opposite colour have parts.
 #[inline(always)]
 fn into_display(rgb: Vec3) -> Vec3 {
     let least = lowest(rgb);
@@ -149,7 +157,8 @@ mod tests {
     const GRADES: [Grade; 4] =
         [Grade::NONE, Grade::new(1.2, 0.85, 1.5), Grade::new(1.2, 1.0, 1.0), Grade::new(1.4, 0.95, 1.0)];
 
-    /// Degrees by which a hue may turn: AgX turns the primaries on purpose, and its curves bend those of the gamut's edge most (found: 23.4).
+    /// Degrees by which a hue may turn: AgX turns the primaries on purpose, and its curves bend those of the gamut's
+    /// edge most (found: 23.4).
     const WORST_TURN: f32 = 24.0;
 
     /// Colours along each direction of a cube, from 8 stops below middle grey upwards.

@@ -2,7 +2,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// The linear value of a picture, of 1 as white, that is middle grey: what a meter is set to, and what a grade turns about.
+/// The linear value of a picture, of 1 as white, that is middle grey: what a meter is set to, and what a grade turns
+/// about.
 pub const MIDDLE_GREY: f32 = 0.18;
 
 /// How a picture is graded. The layout is that of a GPU buffer.

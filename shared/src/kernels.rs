@@ -28,8 +28,8 @@ pub const LOOKUP_WORKGROUP: u32 = 64;
 /// A bit pattern that no kernel stores, a NaN and a picture of alpha 0: what the output holds before a kernel runs.
 pub const SENTINEL: u32 = 0x7fff_ffff;
 
-/// Stores a pixel's linear RGB, in a picture that of a display, as the variant's [`PixelFormat`] says. Of a pixel `x` is the column, and `y` the row counted from the dispatch's
-/// first.
+/// Stores a pixel's linear RGB, in a picture that of a display, as the variant's [`PixelFormat`] says. Of a pixel `x`
+/// is the column, and `y` the row counted from the dispatch's first.
 #[inline(always)]
 pub fn store_rgb(uniform: &Uniform, output: &mut [u32], pixel: UVec2, rgb: Vec3, variant: u32) {
     store_rgb_at(uniform, output, index(uniform, pixel), pixel, rgb, variant);

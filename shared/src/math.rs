@@ -225,8 +225,8 @@ pub fn ln(x: f32) -> f32 {
 
 /// `x^y`, where `x` below 1e-37, zero among them, counts as 1e-37.
 ///
-/// On the CPU `e^(y ln x)`, whose relative error is that of [`exp`] and 1.2e-7 of `y ln x`. On the GPU the `Pow` instruction, which is undefined for
-/// what is left out here.
+/// On the CPU `e^(y ln x)`, whose relative error is that of [`exp`] and 1.2e-7 of `y ln x`. On the GPU the `Pow`
+/// instruction, which is undefined for what is left out here.
 #[inline(always)]
 pub fn pow(x: f32, y: f32) -> f32 {
     /// A little above the smallest normal number.
@@ -303,9 +303,11 @@ pub fn acos(x: f32) -> f32 {
     if x < 0.0 { PI - angle } else { angle }
 }
 
-/// The angle of the point (`x`, `y`) in `[0, 2π]`, counted from the axis of `x` towards that of `y`, to 7e-7 radians on every device; 0 for the origin.
+/// The angle of the point (`x`, `y`) in `[0, 2π]`, counted from the axis of `x` towards that of `y`, to 7e-7 radians on
+/// every device; 0 for the origin.
 ///
-/// Hastings' polynomial of the arctangent of at most 1 (Abramowitz and Stegun 1964, 4.4.49). The GPU's own instruction is only good to 4096 ULP.
+/// Hastings' polynomial of the arctangent of at most 1 (Abramowitz and Stegun 1964, 4.4.49). The GPU's own instruction
+/// is only good to 4096 ULP.
 #[inline(always)]
 pub fn angle_of(x: f32, y: f32) -> f32 {
     let (width, height) = (abs(x), abs(y));
@@ -435,7 +437,8 @@ mod tests {
             let angle = f64::from(i) * 6.2831e-5;
             let (x, y) = ((3.0 * angle.cos()) as f32, (3.0 * angle.sin()) as f32);
             let truth = f64::from(y).atan2(f64::from(x)).rem_euclid(2.0 * std::f64::consts::PI);
-            // One rounding near 2π of 2.4e-7, one near π of 1.2e-7, 1.7e-7 and 0.9e-7 of these numbers, and the polynomial.
+            // One rounding near 2π of 2.4e-7, one near π of 1.2e-7, 1.7e-7 and 0.9e-7 of these numbers, and the
+            // polynomial.
             assert!((f64::from(angle_of(x, y)) - truth).abs() < 7e-7, "{angle}");
         }
         assert_eq!(angle_of(0.0, 0.0), 0.0);

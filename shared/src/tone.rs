@@ -43,8 +43,8 @@ pub fn dither(column: u32, row: u32) -> f32 {
     ((fraction >> 20) as f32 + 0.5) * (1.0 / 4096.0)
 }
 
-/// Linear RGB for a display, each of at most 1 but where no view transform cuts it, from that of a sky: exposed, up to 1e30, and brought into range by
-/// the view transform of a variant. `tables` are the colour rows.
+/// Linear RGB for a display, each of at most 1 but where no view transform cuts it, from that of a sky: exposed, up to
+/// 1e30, and brought into range by the view transform of a variant. `tables` are the colour rows.
 #[inline(always)]
 pub fn shown(rgb: Vec3, exposure: f32, grade: &Grade, tables: &[Vec4], variant: u32) -> Vec3 {
     let exposed = rgb * exposure;
@@ -60,8 +60,8 @@ pub fn shown(rgb: Vec3, exposure: f32, grade: &Grade, tables: &[Vec4], variant: 
 
 /// A pixel of an 8 bit sRGB picture from linear RGB of a display, cut at white.
 ///
-/// A value becomes the byte above it where it has come so near that `threshold` (from 0 to below 1) makes up for the rest: [`NEAREST`], or
-/// [`dither`]. Returns red in the lowest byte, then green, blue, and 255.
+/// A value becomes the byte above it where it has come so near that `threshold` (from 0 to below 1) makes up for the
+/// rest: [`NEAREST`], or [`dither`]. Returns red in the lowest byte, then green, blue, and 255.
 #[inline(always)]
 pub fn bytes(shown: Vec3, threshold: f32) -> u32 {
     let byte = |x: f32| (255.0 * srgb_encode(x) + threshold) as u32;

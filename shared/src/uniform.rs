@@ -112,7 +112,8 @@ pub struct Buffers<'a> {
     pub bands: &'a [Bands],
     /// Quadrature nodes: (place, weight) on [0, 1].
     pub quadrature: &'a [Vec2],
-    /// The colour rows of a linear fit, as the fit takes them, then those of the wavelengths of a spectral image, or the tables of a view transform and the grid of the sun's disc.
+    /// The colour rows of a linear fit, as the fit takes them, then those of the wavelengths of a spectral image, or
+    /// the tables of a view transform and the grid of the sun's disc.
     pub colour: &'a [Vec4],
     /// The lookup of light that was scattered more than once; see [`crate::multiple_lookup`].
     pub multiple: &'a [Vec4],

@@ -258,7 +258,8 @@ fn a_meter_sees_what_the_camera_sees_and_not_the_suns_disc() {
         let [towards, away] = [0, 180].map(|azimuth| exposure(&format!("{sun}{camera}{azimuth}")));
         assert!(away > towards + if elevation < 60 { 0.5 } else { -0.5 }, "sun at {elevation}: {towards}, {away}");
     }
-    // From space the limb and the ground are metered, not the black above them: a sunlit Earth wants some EV100 15, which are -5.1 stops.
+    // From space the limb and the ground are metered, not the black above them: a sunlit Earth wants some EV100 15,
+    // which are -5.1 stops.
     let down = exposure(" --altitude 400 --projection perspective --look-elevation -30 --sun-elevation 40");
     assert!((-8.0..-3.0).contains(&down), "{down}");
 }

@@ -30,7 +30,8 @@ fn assert_within_a_step(found: &Image<f32>, expected: &Image<f32>, what: &str) {
     for (i, (found, expected)) in found.rgb.chunks(3).zip(expected.rgb.chunks(3)).enumerate() {
         let largest = expected.iter().copied().fold(0.0, max);
         for (found, expected) in found.iter().zip(expected) {
-            // Half of a step, of which there are 128 to 256 in the largest; 127.75 where that rounds up to a power of two.
+            // Half of a step, of which there are 128 to 256 in the largest; 127.75 where that rounds up to a power of
+            // two.
             let error = (found - expected).abs();
             assert!(error <= 0.5001 * largest / 127.75, "{what}, pixel {i}: {found} for {expected}");
         }
@@ -40,7 +41,8 @@ fn assert_within_a_step(found: &Image<f32>, expected: &Image<f32>, what: &str) {
 #[test]
 fn an_hdr_holds_the_exr_within_a_part_in_256_of_a_pixels_largest_component_row_by_row() {
     for flags in [
-        // Rows whose bytes are counted, rows that are stored as they are, light over many powers of ten, another space, another camera.
+        // Rows whose bytes are counted, rows that are stored as they are, light over many powers of ten, another space,
+        // another camera.
         "--size 256x128",
         "--size 6x9",
         "--size 512x256 --sun-disc",
@@ -280,7 +282,8 @@ const HAZE: &str = "[atmosphere.aerosol]\noptical_depth = 0.3\nasymmetry = 0.9\n
 fn a_usd_scene_has_the_sun_where_it_stands_with_its_irradiance_and_a_dome_that_is_brightest_there() {
     for (flags, shines) in [
         ("--sun-elevation 40 --sun-azimuth 60", "yes"),
-        // A map that looks elsewhere, in half floats that are exposed, in another space, beside the same sky with its sun.
+        // A map that looks elsewhere, in half floats that are exposed, in another space, beside the same sky with its
+        // sun.
         ("--sun-elevation 25 --sun-azimuth 215 --look-azimuth 130 --exr f16 --rgb acescg --split-sun", "yes"),
         ("--sun-elevation 30 --sun-azimuth=-75 --exr-exposure 3 --spectral --wavelengths 450,550,650", "yes"),
         ("--place 38.72,-9.14 --time 2026-01-03T11:00:00+00:00", "yes"),

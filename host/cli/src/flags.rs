@@ -236,7 +236,8 @@ fn projection(words: Vec<Word>) -> impl TypedValueParser<Value = String> {
         if CUBE.iter().any(|name| name.eq_ignore_ascii_case(&text)) {
             let names: Vec<_> = words.iter().map(|word| word.name).collect();
             return Err(format!(
-                "one of {} is wanted; the faces of a cube are six images of --projection perspective --fov 90 and a square --size: --look-azimuth 0, \
+                "one of {} is wanted; the faces of a cube are six images of \
+                 --projection perspective --fov 90 and a square --size: --look-azimuth 0, \
                  90, 180 and 270 with --look-elevation 0, and --look-elevation 90 and -90",
                 names.join(", ")
             ));

@@ -7,8 +7,9 @@ fn main() -> ExitCode {
     ExitCode::from(sorairo_cli::run(std::env::args_os()))
 }
 
-/// Where nobody has said where the sockets of a session lie, as on a machine without a screen, Mesa's loader complains of it before anything else:
-/// the program runs again with a folder that holds none. Where that fails it goes on with the complaint.
+/// Where nobody has said where the sockets of a session lie, as on a machine without a screen, Mesa's loader complains
+/// of it before anything else: the program runs again with a folder that holds none. Where that fails it goes on with
+/// the complaint.
 #[cfg(target_os = "linux")]
 fn quiet_loader() {
     use std::os::unix::process::CommandExt;

@@ -122,10 +122,12 @@ impl FromStr for FrameExposure {
         match text.to_lowercase().as_str() {
             "first" => Ok(Self::Shared(SharedExposure::First)),
             "sequence" => Ok(Self::Shared(SharedExposure::Brightest)),
-            _ => text
-                .parse()
-                .map(Self::Own)
-                .map_err(|_| format!("an exposure is a number of stops, auto, adapt, first, sequence or a camera's EV100 such as ev15, not {text:?}")),
+            _ => text.parse().map(Self::Own).map_err(|_| {
+                format!(
+                    "an exposure is a number of stops, auto, adapt, first, sequence or a camera's EV100 such as \
+                         ev15, not {text:?}"
+                )
+            }),
         }
     }
 }

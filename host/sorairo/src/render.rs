@@ -314,13 +314,14 @@ pub fn render(
     render_jobs(start, &[job], request, open, stage)
 }
 
-/// Renders a scene twice: into the files of the request without the sun's disc, to light with, and into a file beside each of them with it,
-/// to be seen: `sky.sun.exr` beside `sky.exr`. All of them take their places together, and have one exposure. The report is that of the files without
-/// the disc, and lists them all.
+/// Renders a scene twice: into the files of the request without the sun's disc, to light with, and into a file beside
+/// each of them with it, to be seen: `sky.sun.exr` beside `sky.exr`. All of them take their places together, and have
+/// one exposure. The report is that of the files without the disc, and lists them all.
 ///
 /// # Errors
 ///
-/// [`Error::FileName`] for a file of another format than `.png`, `.exr` and `.hdr`, beside which a scene of USD may stand; those of [`render`].
+/// [`Error::FileName`] for a file of another format than `.png`, `.exr` and `.hdr`, beside which a scene of USD may
+/// stand; those of [`render`].
 pub fn render_split(
     scene: &ValidScene,
     request: &Request,

@@ -96,8 +96,8 @@ impl Image {
         [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
     }
 
-    /// Writes the image as what the file name says: a picture (`.png`) or linear RGB (`.exr`, `.hdr`). The file takes its place when it
-    /// is whole.
+    /// Writes the image as what the file name says: a picture (`.png`) or linear RGB (`.exr`, `.hdr`). The file takes
+    /// its place when it is whole.
     ///
     /// # Errors
     ///

@@ -135,8 +135,8 @@ pub struct RenderArguments {
     replace: ReplaceFlags,
     #[command(flatten)]
     spectral: SpectralFlags,
-    /// Leave the sun's disc out of every file, to light with it, and write another beside it that shows the disc, to be seen: sky.sun.exr beside
-    /// sky.exr. Of .png, .exr and .hdr.
+    /// Leave the sun's disc out of every file, to light with it, and write another beside it that shows the disc, to be
+    /// seen: sky.sun.exr beside sky.exr. Of .png, .exr and .hdr.
     #[arg(long)]
     pub split_sun: bool,
     /// Print what the plan skips, and what that saves (with --json, as its `explain`).

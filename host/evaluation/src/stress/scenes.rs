@@ -436,7 +436,8 @@ fn judge_picture(words: &[u32], linear: &[f32], exposure: f32, faults: &mut Faul
     let bytes: Vec<f64> = words.iter().flat_map(|word| word.to_le_bytes().into_iter().take(3).map(f64::from)).collect();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (mean_of_picture, mean_expected) = (mean(&bytes), mean(&expected));
-    // A view transform shows less than the thousandth of middle grey as black, a look as much of a hundredth; none makes white of less than half of it.
+    // A view transform shows less than the thousandth of middle grey as black, a look as much of a hundredth; none
+    // makes white of less than half of it.
     let black = mean_of_picture == 0.0 && mean_expected > 25.0;
     let white = mean_of_picture == 255.0 && mean_expected < 188.0;
     faults.add(u64::from(black || white), || {
@@ -472,7 +473,8 @@ fn lost(linear: &[f32], exposure: f32) -> Option<&'static str> {
     tones.into_iter().find(|&(tone, _)| lit && all(tone)).map(|(_, name)| name)
 }
 
-/// The bytes of a pixel without a view transform, not yet rounded, in double precision; see [`sorairo_shared::tone::srgb8`].
+/// The bytes of a pixel without a view transform, not yet rounded, in double precision; see
+/// [`sorairo_shared::tone::srgb8`].
 fn shown(rgb: &[f32], exposure: f32) -> [f64; 3] {
     let exposed: [f64; 3] = std::array::from_fn(|i| (f64::from(rgb[i]) * f64::from(exposure)).min(1.0));
     exposed.map(|x| 255.0 * if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 })

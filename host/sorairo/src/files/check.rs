@@ -88,7 +88,8 @@ pub fn make_folder(path: &Path) -> Result<()> {
 ///
 /// [`Error::NoRoom`] that names the least, and what is free.
 pub fn check_room(path: &Path, format: Format, size: Size, depth: ExrDepth, wavelengths: u64) -> Result<()> {
-    // Deflate leaves at least a part in 1032, and EXR's other compressions leave more. Counts of equal bytes say 127 with two.
+    // Deflate leaves at least a part in 1032, and EXR's other compressions leave more. Counts of equal bytes say 127
+    // with two.
     let bytes_per_channel = if depth == ExrDepth::Full { 4 } else { 2 };
     let (bytes_per_pixel, strongest) = match format {
         Format::Png => (3, 1032),
@@ -127,8 +128,8 @@ pub fn check_distinct(paths: &[PathBuf]) -> Result<()> {
 ///
 /// # Errors
 ///
-/// [`Error::FileName`] for a scene without its picture, or for a name that its program cannot read; [`Error::NotAllowed`] for a camera or a sun
-/// that such a scene does not take.
+/// [`Error::FileName`] for a scene without its picture, or for a name that its program cannot read;
+/// [`Error::NotAllowed`] for a camera or a sun that such a scene does not take.
 pub fn check_scenes(outputs: &[PathBuf], formats: &[Format], scene: &Scene) -> Result<()> {
     outputs.iter().zip(formats).try_for_each(|(path, format)| match format {
         Format::RadianceScene => radiance_scene::check(path, outputs, scene),

@@ -1,8 +1,10 @@
-//! Pictures of the program Radiance in linear RGB (`.hdr`), which programs that light with pictures read: for each pixel a mantissa of 8 bits
-//! for red, green and blue, and an exponent that they share (Ward 1991, *Real pixels*, Graphics Gems II).
+//! Pictures of the program Radiance in linear RGB (`.hdr`), which programs that light with pictures read: for each
+//! pixel a mantissa of 8 bits for red, green and blue, and an exponent that they share (Ward 1991, *Real pixels*,
+//! Graphics Gems II).
 //!
-//! The crate `image` writes these files too, but wants the whole image in memory, takes no lines of a header, and cuts mantissas off, by which programs
-//! that read them as they stand lose half a step, 0.2 to 0.4 % of the light. It reads them back in the tests.
+//! The crate `image` writes these files too, but wants the whole image in memory, takes no lines of a header, and cuts
+//! mantissas off, by which programs that read them as they stand lose half a step, 0.2 to 0.4 % of the light. It reads
+//! them back in the tests.
 
 use std::io;
 
@@ -24,7 +26,8 @@ const SHORTEST_RUN: usize = 4;
 const LONGEST_RUN: usize = 127;
 const LONGEST_REST: usize = 128;
 
-/// Stops by which the values are exposed: those that were asked for. An exponent holds every light, so nothing else asks for any.
+/// Stops by which the values are exposed: those that were asked for. An exponent holds every light, so nothing else
+/// asks for any.
 fn stops(scene: &Scene) -> f64 {
     match scene.render.exr_exposure {
         Exposure::Stops(stops) => stops,
@@ -61,8 +64,8 @@ pub(super) fn bytes(image: &Image, rows: &[u32]) -> io::Result<Vec<u8>> {
     Ok(rows.par_chunks(pixel_words * image.width as usize).flat_map_iter(row).collect())
 }
 
-/// A colour as mantissas and their exponent. Radiance reads a mantissa m as m + ½, most other programs as m. Rounding to the nearest is right for these,
-/// and half a step off for Radiance.
+/// A colour as mantissas and their exponent. Radiance reads a mantissa m as m + ½, most other programs as m. Rounding
+/// to the nearest is right for these, and half a step off for Radiance.
 fn rgbe(rgb: [f32; 3]) -> [u8; 4] {
     /// The largest value that the format holds.
     const LARGEST: f32 = 255.0 * (1_u128 << 119) as f32;

@@ -77,7 +77,8 @@ pub(super) fn header(width: u32, height: u32, scene: &Scene, wavelengths: &[f64]
     labelled_header(width, height, scene, checksum, &own)
 }
 
-/// The header of a picture of either kind: the program, the scene, the checksum of the pixels, lines of its own, and the size.
+/// The header of a picture of either kind: the program, the scene, the checksum of the pixels, lines of its own, and
+/// the size.
 pub(super) fn labelled_header(width: u32, height: u32, scene: &Scene, checksum: u32, own: &str) -> String {
     let lines: String = scene_text(scene).lines().map(|line| format!("{SCENE}= {line}\n")).collect();
     format!("#?RADIANCE\nSOFTWARE= {SOFTWARE}\n{lines}{CHECKSUM}= {checksum:08x}\n{own}\n\n-Y {height} +X {width}\n")

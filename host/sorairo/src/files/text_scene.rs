@@ -1,5 +1,5 @@
-//! Scenes of other programs, as text around a picture beside them: they begin with what they say of themselves, and end with the checksum of their
-//! lines.
+//! Scenes of other programs, as text around a picture beside them: they begin with what they say of themselves, and end
+//! with the checksum of their lines.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -11,8 +11,8 @@ use crate::scene::{Projection, Scene};
 /// What the last line says before the checksum of those above.
 const CHECKSUM_LINE: &str = "# CRC-32 of the lines above: ";
 
-/// Checks that the picture of a scene, `what`, is among the outputs, that it can be named in the scene, where `quote` ends a name, and that the camera shows the
-/// whole sphere.
+/// Checks that the picture of a scene, `what`, is among the outputs, that it can be named in the scene, where `quote`
+/// ends a name, and that the camera shows the whole sphere.
 pub(super) fn check_picture(
     path: &Path,
     picture: &Path,

@@ -1,4 +1,5 @@
-//! Scenes in Universal Scene Description (USD): a dome with the map beside the file, and the sun as a distant light. Y is up, north is -Z and east is +X.
+//! Scenes in Universal Scene Description (USD): a dome with the map beside the file, and the sun as a distant light. Y
+//! is up, north is -Z and east is +X.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -56,8 +57,8 @@ pub(super) fn encode(output: &mut impl Write, path: &Path, image: &Image) -> io:
     text_scene::write(output, &text)
 }
 
-/// The dome. The centre of a map looks to its +Z and what is right of it to its -X, as in OpenEXR. Half a turn about Y brings these to
-/// north and east. The exposure of the map is taken back, so that the dome has the radiance of the sky.
+/// The dome. The centre of a map looks to its +Z and what is right of it to its -X, as in OpenEXR. Half a turn about Y
+/// brings these to north and east. The exposure of the map is taken back, so that the dome has the radiance of the sky.
 fn dome(path: &Path, image: &Image) -> String {
     let turn = 180.0 - image.scene.camera.look_azimuth.unwrap_or(0.0);
     format!(
@@ -69,7 +70,8 @@ fn dome(path: &Path, image: &Image) -> String {
     )
 }
 
-/// The sun, if it shines. A distant light shines along its -Z. Normalised, its intensity is the irradiance of a surface that faces it.
+/// The sun, if it shines. A distant light shines along its -Z. Normalised, its intensity is the irradiance of a surface
+/// that faces it.
 fn sun(image: &Image) -> String {
     let rgb = image.sun.rgb;
     let intensity = rgb.into_iter().fold(0.0, f64::max);

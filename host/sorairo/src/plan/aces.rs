@@ -1,8 +1,9 @@
 //! Tables of the output transform of ACES 2.0: the reach of AP1 and the gamut of the display, by hue.
 //!
-//! The algorithm is that of the Academy's *ACES 2.0 Output Transform* (`Lib.Academy.OutputTransform.ctl`, <https://github.com/ampas/aces-core>) as
-//! OpenColorIO runs it (`ops/fixedfunction/ACES2/Transform.cpp`, <https://github.com/AcademySoftwareFoundation/OpenColorIO>). Its tolerances belong to
-//! the result and are kept; the model of appearance is in double precision. [`sorairo_shared::aces`] says what the rows hold.
+//! The algorithm is that of the Academy's *ACES 2.0 Output Transform* (`Lib.Academy.OutputTransform.ctl`,
+//! <https://github.com/ampas/aces-core>) as OpenColorIO runs it (`ops/fixedfunction/ACES2/Transform.cpp`,
+//! <https://github.com/AcademySoftwareFoundation/OpenColorIO>). Its tolerances belong to the result and are kept; the
+//! model of appearance is in double precision. [`sorairo_shared::aces`] says what the rows hold.
 
 use std::sync::OnceLock;
 
@@ -36,7 +37,8 @@ fn computed() -> Vec<Vec4> {
     rows
 }
 
-/// The cones' fundamentals of CAM16 as a space of RGB: the matrix of Li et al. (2017), by the chromaticities that ACES rounds it to.
+/// The cones' fundamentals of CAM16 as a space of RGB: the matrix of Li et al. (2017), by the chromaticities that ACES
+/// rounds it to.
 const CONES: Chromaticities = Chromaticities {
     red: DVec2::new(0.8336, 0.1735),
     green: DVec2::new(2.3854, -1.4659),
@@ -114,7 +116,8 @@ fn lightness(response: f64) -> f64 {
     f64::from(LIMIT_J) * ((1.0 + f64::from(HALF_RESPONSE)) * response).powf(f64::from(LIGHTNESS_EXPONENT))
 }
 
-/// The corners of a cube of RGB between black and white, as their hues go round: red, yellow, green, cyan, blue, magenta.
+/// The corners of a cube of RGB between black and white, as their hues go round: red, yellow, green, cyan, blue,
+/// magenta.
 const CORNERS: [DVec3; 6] =
     [DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y, DVec3::new(0.0, 1.0, 1.0), DVec3::Z, DVec3::new(1.0, 0.0, 1.0)];
 
@@ -131,7 +134,8 @@ fn bisected([mut low, mut high]: [f64; 2], tolerance: f64, holds: impl Fn(f64) -
     [low, high]
 }
 
-/// The first interval of a scale of equal steps from 0 at whose upper end a condition holds, or the one that reaches `end`.
+/// The first interval of a scale of equal steps from 0 at whose upper end a condition holds, or the one that reaches
+/// `end`.
 fn first_step(step: f64, end: f64, holds: impl Fn(f64) -> bool) -> [f64; 2] {
     let mut high = step;
     while high < end && !holds(high) {
@@ -238,7 +242,8 @@ fn upper_exponent(display: &Gamut, hue: f64, hull: &Hull) -> f32 {
     (1.0 / gamma) as f32
 }
 
-/// Whether the hull, where the line through the point `part` of the way from the cusp's lightness to white leaves it, is brighter than the display.
+/// Whether the hull, where the line through the point `part` of the way from the cusp's lightness to white leaves it,
+/// is brighter than the display.
 fn is_outside(display: &Gamut, hue: f64, hull: &Hull, part: f32) -> bool {
     let line = line_through(hull.cusp_j + (LIMIT_J - hull.cusp_j) * part, hull.cusp_m, hull);
     let m = m_at_hull(&line, hull);
@@ -302,7 +307,8 @@ mod tests {
         for [scene, expected] in reference {
             let shown = shown(scene);
             let difference = (0..3).map(|i| (steps(shown[i]) - steps(expected[i])).abs()).fold(0.0, f64::max);
-            // Both round in single precision: of 300 000 colours at random the worst differs by 0.0075, a bright yellow near the edge of the gamut.
+            // Both round in single precision: of 300 000 colours at random the worst differs by 0.0075, a bright yellow
+            // near the edge of the gamut.
             assert!(difference < 0.01, "{scene}: {shown} and not {expected}");
         }
     }

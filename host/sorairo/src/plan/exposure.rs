@@ -13,7 +13,8 @@ use super::sky::SkyPlan;
 use super::upload;
 use crate::scene::{Exposure, MOST_STOPS, Projection, Scene, stops_of_ev100};
 
-/// Stops by which a picture is brighter than its meter says: a sky shown at middle grey looks like a storm, and photographers open up for it.
+/// Stops by which a picture is brighter than its meter says: a sky shown at middle grey looks like a storm, and
+/// photographers open up for it.
 const OPENED: f64 = 1.0 / 3.0;
 
 /// The EV100 of a sunlit day, that of the rule by which a film of ISO 100 takes f/16 and 1/125 s.
@@ -22,8 +23,8 @@ const DAYLIGHT: f64 = 15.0;
 /// The part of a change of the light that a picture which adapts does not show.
 const ADAPTATION: f64 = 0.62;
 
-/// The exposure factor of the picture that a camera takes of a sky: what is asked for, or what a meter says; 1 for texels, which no exposure
-/// concerns.
+/// The exposure factor of the picture that a camera takes of a sky: what is asked for, or what a meter says; 1 for
+/// texels, which no exposure concerns.
 pub fn of(sky: &SkyPlan, scene: &Scene, camera: &Camera, disc: &SunDisc, pixel: PixelFormat) -> f32 {
     let is_shown = matches!(pixel, PixelFormat::Picture | PixelFormat::LinearRgb) && !sky.is_night;
     let metered = || if is_shown { metered(sky, camera, disc, scene.camera.projection) } else { 0.0 };
@@ -49,9 +50,10 @@ pub fn of_halves(brightest: f32) -> f32 {
     if is_safe { 0.0 } else { clamp((ROOM / brightest).log2().floor(), -MOST_STOPS as f32, MOST_STOPS as f32) }
 }
 
-/// The exposure (stops) that shows what a camera sees a little above middle grey, in the mean of its logarithms, so that the glow around the sun does not
-/// darken the rest. The sun's disc hardly counts but where it fills some of the picture: it is white in every other. Where few directions alone are
-/// lit, more are looked at. A picture without any light gets 0.
+/// The exposure (stops) that shows what a camera sees a little above middle grey, in the mean of its logarithms, so
+/// that the glow around the sun does not darken the rest. The sun's disc hardly counts but where it fills some of the
+/// picture: it is white in every other. Where few directions alone are lit, more are looked at. A picture without any
+/// light gets 0.
 fn metered(sky: &SkyPlan, camera: &Camera, disc: &SunDisc, projection: Projection) -> f64 {
     let mean = [1, 8].into_iter().find_map(|finer| mean_logarithm(sky, camera, projection, finer));
     let part = part_of_disc(disc, camera);
@@ -74,9 +76,11 @@ fn luminance_of_disc(sky: &SkyPlan, disc: &SunDisc) -> f64 {
     (f64::from(light) / (PI * f64::from(disc.sine_radius).powi(2))).max(f64::MIN_POSITIVE)
 }
 
-/// The mean of the logarithm (to base 2) of the luminance over the picture, by its weights; `None` if all of it is black.
+/// The mean of the logarithm (to base 2) of the luminance over the picture, by its weights; `None` if all of it is
+/// black.
 fn mean_logarithm(sky: &SkyPlan, camera: &Camera, projection: Projection, finer: u32) -> Option<f64> {
-    /// What is so many times as bright as the brightest, seven stops below it, counts half: darker still is the black of space above the limb.
+    /// What is so many times as bright as the brightest, seven stops below it, counts half: darker still is the black
+    /// of space above the limb.
     const BLACK: f64 = 1.0 / 128.0;
     let (columns, rows) = (12 * finer, 8 * finer);
     let views = (0..columns * rows).filter_map(|i| {
@@ -99,8 +103,8 @@ fn mean_logarithm(sky: &SkyPlan, camera: &Camera, projection: Projection, finer:
     (weight > 0.0).then(|| sum / weight)
 }
 
-/// How much a place of the picture counts, from its middle in parts of its sides: most in the middle, as cameras meter. A map of the whole sphere
-/// has no middle but the low sky, which counts by its solid angle.
+/// How much a place of the picture counts, from its middle in parts of its sides: most in the middle, as cameras meter.
+/// A map of the whole sphere has no middle but the low sky, which counts by its solid angle.
 fn weight(projection: Projection, x: f64, y: f64) -> f64 {
     /// Where a weight is e^(-1/2) of that in the middle.
     const WIDTH: f64 = 0.3;

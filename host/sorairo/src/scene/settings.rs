@@ -297,7 +297,8 @@ pub enum ColourPath {
 /// Exposures, by hand and automatic, lie within so many stops of 1.
 pub const MOST_STOPS: f64 = 50.0;
 
-/// The luminance (cd/m²) that a meter puts at middle grey at an EV100 of 0: K / S of ISO 2720:1974 with K = 12.5 cd·s/m² and S = 100.
+/// The luminance (cd/m²) that a meter puts at middle grey at an EV100 of 0: K / S of ISO 2720:1974 with K = 12.5
+/// cd·s/m² and S = 100.
 const LUMINANCE_OF_EV100: f64 = 12.5 / 100.0;
 
 /// The exposure (stops) of a camera that is set to an EV100.

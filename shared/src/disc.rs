@@ -22,9 +22,9 @@ pub const ELEVATIONS: u32 = 16;
 /// Columns of the grid, from the limb to the disc's centre.
 pub const LIMB_COSINES: u32 = 16;
 
-/// What the disc adds to the linear RGB of a pixel; `row` counts from the image's top.
+/// What the disc adds to the linear RGB of a pixel, and the part of the pixel that it covers; `row` counts from the image's top.
 #[inline]
-pub fn disc_in_pixel(uniform: &Uniform, colour: &[Vec4], column: u32, row: u32, variant: u32) -> Vec3 {
+pub fn disc_in_pixel(uniform: &Uniform, colour: &[Vec4], column: u32, row: u32, variant: u32) -> (Vec3, f32) {
     let disc = uniform.disc;
     let projection = variant::projection(variant);
     let width = uniform.camera.width as f32;
@@ -40,6 +40,7 @@ pub fn disc_in_pixel(uniform: &Uniform, colour: &[Vec4], column: u32, row: u32, 
     let from = Vec2::new(max(x, disc.left), max(corner.y, disc.top));
     let part = Vec2::new(min(x + 1.0, disc.right), min(corner.y + 1.0, disc.bottom)) - from;
     let mut sum = Vec3::ZERO;
+    let mut covered = 0.0;
     if (part.x > 0.0) & (part.y > 0.0) {
         let n = disc.samples;
         let step = part / n as f32;
@@ -50,11 +51,13 @@ pub fn disc_in_pixel(uniform: &Uniform, colour: &[Vec4], column: u32, row: u32, 
             let view = position_view(&uniform.camera, projection, position);
             let radiance = disc_radiance(uniform, colour, view.direction);
             sum += radiance * solid_angle_density(&uniform.camera, projection, position);
+            covered += if radiance.x + radiance.y + radiance.z > 0.0 { 1.0 } else { 0.0 };
             i += 1;
         }
         sum *= step.x * step.y / mean_density(uniform, projection, corner + Vec2::splat(0.5));
+        covered *= step.x * step.y;
     }
-    sum
+    (sum, covered)
 }
 
 /// The mean of [`solid_angle_density`] over a pixel: of an equirectangular image, whose rows near the zenith are narrow rings, exactly;

@@ -3,7 +3,8 @@
 //! A kernel is a pure function of the uniform, the buffers and an index. A GPU entry point fetches its index, calls
 //! the function and stores the result; the CPU calls the same function in a loop.
 
-use crate::camera::{PERSPECTIVE, PixelView, pixel_view};
+use crate::below::{SkyView, sky_view, with_ground};
+use crate::camera::PERSPECTIVE;
 use crate::disc::disc_in_pixel;
 use crate::glam::{UVec2, Vec3, Vec4};
 use crate::lookup;
@@ -84,10 +85,10 @@ fn store_radiance(output: &mut [u32], at: usize, radiance: Vec4) {
     store(output, at + 3, radiance.w.to_bits());
 }
 
-/// The view through a pixel.
+/// What a pixel shows.
 #[inline(always)]
-fn view(uniform: &Uniform, pixel: UVec2, variant: u32) -> PixelView {
-    pixel_view(&uniform.camera, variant::projection(variant), pixel.x, uniform.first_row + pixel.y)
+fn view(uniform: &Uniform, pixel: UVec2, variant: u32) -> SkyView {
+    sky_view(uniform, pixel.x, uniform.first_row + pixel.y, variant)
 }
 
 /// Words of a pixel that holds light by wavelength; see [`variant::LIGHT`].
@@ -103,17 +104,16 @@ pub fn sky_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pi
     let view = view(uniform, pixel, variant);
     let holds_light = variant & variant::LIGHT != 0;
     let mut rgb = Vec3::ZERO;
-    if view.covered & (holds_light | !lookup::is_on_ground(view.direction, variant)) {
-        rgb = lit_pixel(uniform, buffers, output, pixel, view.direction, variant);
+    if view.covered & (holds_light | (view.ground < 1.0)) {
+        let angle = ScatteringAngle::of_ray(view_ray(uniform, view.direction));
+        rgb = lit_pixel(uniform, buffers, output, pixel, view.source, angle, variant);
     } else if holds_light {
         let words = words_of_light(uniform, buffers.bands, variant);
         store_zeros(output, index(uniform, pixel) * words, words);
-    } else if view.covered {
-        rgb = lookup::ground_beneath(uniform, variant);
     }
     if !holds_light {
         if view.covered {
-            rgb = seen(uniform, buffers.colour, pixel, rgb, variant);
+            rgb = seen(uniform, buffers.colour, pixel, with_ground(uniform, rgb, view.ground), variant);
         }
         store_rgb(uniform, output, pixel, rgb, variant);
     }
@@ -128,7 +128,7 @@ fn store_zeros(output: &mut [u32], at: u32, words: u32) {
     }
 }
 
-/// The sky of [`sky_pixel`]: its linear RGB (W·m⁻²·sr⁻¹), none at every band. Light by wavelength is stored.
+/// The sky of [`sky_pixel`] in a direction, with the phase functions of an angle: its linear RGB (W·m⁻²·sr⁻¹), none at every band. Light by wavelength is stored.
 #[inline(always)]
 fn lit_pixel(
     uniform: &Uniform,
@@ -136,12 +136,12 @@ fn lit_pixel(
     output: &mut [u32],
     pixel: UVec2,
     direction: Vec3,
+    angle: ScatteringAngle,
     variant: u32,
 ) -> Vec3 {
     let has_spectrum = variant & variant::SPECTRUM != 0;
     let is_linear_spectrum = has_spectrum & (variant & variant::REGRESSION == 0);
     let at = (index(uniform, pixel) * words_of_light(uniform, buffers.bands, variant)) as usize;
-    let angle = ScatteringAngle::of_ray(view_ray(uniform, direction));
     let mut gathered = Gathered::DARK;
     let mut rgb = Vec3::ZERO;
     let groups = variant::group_count(buffers.bands.len(), variant);
@@ -221,9 +221,10 @@ pub fn lookup_pixel(
     if variant & variant::RUNS != 0 {
         let mut pixel = UVec2::new(RUN * invocation.x, invocation.y);
         let end = pixel.x + RUN;
-        let direction = run::middle_direction(uniform, pixel.x, row, variant);
-        if lookup::is_on_ground(direction, variant) {
-            let ground = shown_in(uniform, colour, lookup::ground_beneath(uniform, variant), variant);
+        // Its pixels share their row and their part of ground.
+        let view = sky_view(uniform, pixel.x, row, variant);
+        if view.ground >= 1.0 {
+            let ground = shown_in(uniform, colour, with_ground(uniform, Vec3::ZERO, view.ground), variant);
             while pixel.x < end {
                 store_rgb(uniform, output, pixel, ground, variant);
                 pixel.x += 1;
@@ -235,8 +236,8 @@ pub fn lookup_pixel(
         if variant::projection(variant) == PERSPECTIVE {
             if may_meet_horizon(uniform, pixel.x, row, variant) {
                 while of_run < RUN {
-                    let direction = view(uniform, pixel, variant).direction;
-                    let sky = lookup::sky_in_grid(uniform, entries, direction, variant);
+                    let view = sky_view(uniform, pixel.x, row, variant);
+                    let sky = lookup::sky_at_pixel(uniform, entries, UVec2::new(pixel.x, row), view, variant);
                     let rgb = seen(uniform, colour, pixel, sky, variant);
                     store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
                     pixel.x += 1;
@@ -246,17 +247,20 @@ pub fn lookup_pixel(
             }
             let run = PerspectiveRun::new(uniform, entries, pixel.x, row, variant);
             while of_run < RUN {
-                let rgb = seen(uniform, colour, pixel, run.sky(of_run, variant), variant);
+                let sky = with_ground(uniform, run.sky(of_run, variant), view.ground);
+                let rgb = seen(uniform, colour, pixel, sky, variant);
                 store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
                 pixel.x += 1;
                 of_run += 1;
             }
             return;
         }
-        let (circle, middle) = (Circle::of_row(uniform, row), Middle::towards(uniform, direction));
-        let run = Run::new(uniform, entries, circle, middle, row, variant);
+        let direction = run::middle_direction(uniform, pixel.x, view.row, variant);
+        let (circle, middle) = (Circle::of_row(uniform, view.row), Middle::towards(uniform, direction));
+        let run = Run::new(uniform, entries, circle, middle, view.source_row, variant);
         while of_run < RUN {
-            let rgb = seen(uniform, colour, pixel, run.sky(of_run, variant), variant);
+            let sky = with_ground(uniform, run.sky(of_run, variant), view.ground);
+            let rgb = seen(uniform, colour, pixel, sky, variant);
             store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
             pixel.x += 1;
             of_run += 1;
@@ -265,7 +269,7 @@ pub fn lookup_pixel(
         let pixel = invocation;
         let view = view(uniform, pixel, variant);
         if view.covered {
-            let rgb = lookup::sky_from_lookup(uniform, entries, view.direction, row, variant);
+            let rgb = lookup::sky_from_lookup(uniform, entries, UVec2::new(pixel.x, row), view, variant);
             store_rgb(uniform, output, pixel, seen(uniform, colour, pixel, rgb, variant), variant);
         } else {
             store_rgb(uniform, output, pixel, Vec3::ZERO, variant);
@@ -273,14 +277,30 @@ pub fn lookup_pixel(
     }
 }
 
-/// A colour of the sky at a pixel as it is stored, with the sun's disc before it.
+/// A colour of the sky at a pixel as it is stored, with the sun's disc before it. In a picture a pixel at the disc's edge has a part of both as they are
+/// shown: the disc is so bright that of a mean of their light it would be white.
 #[inline(always)]
-fn seen(uniform: &Uniform, colour: &[Vec4], pixel: UVec2, sky: Vec3, variant: u32) -> Vec3 {
-    let mut rgb = sky;
+pub fn seen(uniform: &Uniform, colour: &[Vec4], pixel: UVec2, sky: Vec3, variant: u32) -> Vec3 {
+    let (mut rgb, mut of_front) = (sky, 1.0);
     if variant & variant::SUN_DISC != 0 {
-        rgb += disc_in_pixel(uniform, colour, pixel.x, uniform.first_row + pixel.y, variant);
+        let (disc, part) = disc_in_pixel(uniform, colour, pixel.x, uniform.first_row + pixel.y, variant);
+        let is_picture = variant::pixel_format(variant) == PixelFormat::Picture as u32;
+        if is_picture & (part > 0.0) & (part < 1.0) {
+            (rgb, of_front) = (sky + disc / part, part);
+        } else {
+            rgb = sky + disc;
+        }
     }
-    shown_in(uniform, colour, rgb, variant)
+    // A loop and no second call, which would double the shader.
+    let (mut shown, mut left) = (Vec3::ZERO, 1.0 - of_front);
+    loop {
+        shown += shown_in(uniform, colour, rgb, variant) * of_front;
+        if (variant & variant::SUN_DISC == 0) | (left <= 0.0) {
+            break;
+        }
+        (rgb, of_front, left) = (sky, left, 0.0);
+    }
+    shown
 }
 
 /// Where a pixel stands in the output of its dispatch, in pixels.

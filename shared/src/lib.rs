@@ -33,6 +33,7 @@
 //! | [`sky`] | a direction in, a colour out |
 //! | [`spectral`] | a direction in, a colour and the radiance at many wavelengths out |
 //! | [`disc`] | what the sun's disc adds to a pixel |
+//! | [`below`] | what an image shows below the horizon |
 //! | [`lookup`] | the sky lookup: where its entries are, how a pixel reads them |
 //! | [`run`] | pixels of a row that share what the sky lookup holds about their middle |
 //! | [`environment`] | environment maps: their smaller levels, and their irradiance in spherical harmonics |
@@ -90,6 +91,7 @@ pub mod aces;
 pub mod agx;
 pub mod arithmetic;
 pub mod azimuth;
+pub mod below;
 #[cfg(not(target_arch = "spirv"))]
 pub mod block;
 pub mod camera;

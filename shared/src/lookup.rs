@@ -15,21 +15,15 @@
 //! columns go cubics. Where the columns lie far enough apart, neighbouring pixels share what they read; see [`crate::run`].
 
 use crate::azimuth::{cosine_at_place, place_of_azimuth};
+use crate::below::{SkyView, edge, margin, with_ground};
 use crate::camera::{EQUIRECTANGULAR, PERSPECTIVE, equirectangular_elevation, is_within};
 use crate::cubic::{Stencil, stencil};
-use crate::glam::{Vec3, Vec4};
+use crate::glam::{UVec2, Vec3, Vec4};
 use crate::math::{PI, abs, acos, clamp, fetch, floor, max, min, mix, safe_sqrt, sin_cos, sqrt, store};
 use crate::phase::ScatteringAngle;
 use crate::sky::{Constituents, cosine_from_sun, with_phases};
 use crate::uniform::Uniform;
 use crate::variant;
-
-/// Rays this close to the horizon, in units of the horizon's own depression and of [`DEEP`] at most, stand for the horizon itself, seen from above the ground: one side
-/// is sky, the other ground.
-const HORIZON_MARGIN: f32 = 1e-3;
-
-/// See [`HORIZON_MARGIN`] (radians).
-const DEEP: f32 = 0.01;
 
 /// The part of a square in the way from the horizon upwards; see the [module](self).
 const CROWDING: f32 = 0.1;
@@ -152,12 +146,6 @@ fn towards(uniform: &Uniform, sine: f32, cosine: f32, c: f32) -> Vec3 {
     Vec3::new(cosine * (c * to_sun.x + s * across.x), cosine * (c * to_sun.y + s * across.y), sine)
 }
 
-/// See [`HORIZON_MARGIN`]; 0 on the ground.
-#[inline(always)]
-fn margin(uniform: &Uniform) -> f32 {
-    HORIZON_MARGIN * min(-uniform.horizon, DEEP)
-}
-
 /// The direction of the entry with this index.
 #[inline(always)]
 pub fn entry_view(uniform: &Uniform, entry: u32, variant: u32) -> Vec3 {
@@ -253,30 +241,33 @@ fn mirrored_at_sun(uniform: &Uniform, view: Vec3) -> Vec3 {
     view - across * (2.0 * view.dot(across))
 }
 
-/// Linear RGB of the sky in a direction, from the sky lookup: colours of air and aerosol between its entries, exact phase functions.
-/// `row` is that of the whole image.
+/// Linear RGB of the sky and the ground at a pixel of the whole image, from the sky lookup: colours of air and aerosol between its entries, exact phase
+/// functions.
 #[inline(always)]
-pub fn sky_from_lookup(uniform: &Uniform, lookup: &[Vec4], view: Vec3, row: u32, variant: u32) -> Vec3 {
-    if is_on_ground(view, variant) {
-        return ground_beneath(uniform, variant);
+pub fn sky_from_lookup(uniform: &Uniform, lookup: &[Vec4], pixel: UVec2, view: SkyView, variant: u32) -> Vec3 {
+    let mut sky = Vec3::ZERO;
+    if view.ground < 1.0 {
+        sky = if variant::projection(variant) == EQUIRECTANGULAR {
+            let place = row_place(uniform, view.direction);
+            coloured(uniform, along_row(uniform, lookup, place, view.source_row, variant), view.direction, variant)
+        } else {
+            sky_at_pixel(uniform, lookup, pixel, view, variant)
+        };
     }
-    if variant::projection(variant) == EQUIRECTANGULAR {
-        coloured(uniform, along_row(uniform, lookup, row_place(uniform, view), row, variant), view, variant)
+    with_ground(uniform, sky, view.ground)
+}
+
+/// Linear RGB of the sky in the direction of a pixel, from a lookup that does not have the rows of its image; where the horizon crosses the pixel, of both its
+/// sides.
+#[inline(always)]
+pub fn sky_at_pixel(uniform: &Uniform, lookup: &[Vec4], pixel: UVec2, view: SkyView, variant: u32) -> Vec3 {
+    let (above, below, part) = edge(uniform, pixel.x, pixel.y, view.direction, variant);
+    if (part > 0.0) & (part < 1.0) {
+        let sky = sky_in_grid(uniform, lookup, above, above, variant);
+        sky + (sky_in_grid(uniform, lookup, below, below, variant) - sky) * part
     } else {
-        sky_in_grid(uniform, lookup, view, variant)
+        sky_in_grid(uniform, lookup, view.source, view.direction, variant)
     }
-}
-
-/// Whether a view ends on the ground where it begins.
-#[inline(always)]
-pub fn is_on_ground(view: Vec3, variant: u32) -> bool {
-    (variant & variant::DESCENT == 0) & (view.z < 0.0)
-}
-
-/// Linear RGB of the ground on which the observer stands.
-#[inline(always)]
-pub fn ground_beneath(uniform: &Uniform, variant: u32) -> Vec3 {
-    if variant & variant::GROUND != 0 { rgb(uniform.ground) } else { Vec3::ZERO }
 }
 
 /// The entries about a direction in its row of the lookup.
@@ -364,10 +355,10 @@ impl FourEntries {
     }
 }
 
-/// Linear RGB of the sky in a direction, from a lookup that does not have the rows of its image.
+/// Linear RGB of the air in a direction with the phase functions of another, from a lookup that does not have the rows of its image.
 #[inline(always)]
-pub fn sky_in_grid(uniform: &Uniform, lookup: &[Vec4], view: Vec3, variant: u32) -> Vec3 {
-    let place = grid_place(uniform, view, variant);
+fn sky_in_grid(uniform: &Uniform, lookup: &[Vec4], source: Vec3, view: Vec3, variant: u32) -> Vec3 {
+    let place = grid_place(uniform, source, variant);
     coloured(uniform, grid_constituents(uniform, lookup, place, variant), view, variant)
 }
 

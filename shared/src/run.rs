@@ -206,7 +206,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// The run about a middle, in a row of the whole image.
+    /// The run about a middle on a circle; `row` is that of its entries.
     #[inline(always)]
     pub fn new(uniform: &Uniform, lookup: &[Vec4], circle: Circle, middle: Middle, row: u32, variant: u32) -> Self {
         let Middle { half, column, near } = middle;

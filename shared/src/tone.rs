@@ -43,8 +43,8 @@ pub fn dither(column: u32, row: u32) -> f32 {
     ((fraction >> 20) as f32 + 0.5) * (1.0 / 4096.0)
 }
 
-/// Linear RGB for a display, each of at most 1 but where no view transform cuts it, from that of a sky: exposed, up to
-/// 1e30, and brought into range by the view transform of a variant. `tables` are the colour rows.
+/// Linear RGB for a display, each of at most 1, from that of a sky: exposed, up to 1e30, and brought into range by the
+/// view transform of a variant, or cut. `tables` are the colour rows.
 #[inline(always)]
 pub fn shown(rgb: Vec3, exposure: f32, grade: &Grade, tables: &[Vec4], variant: u32) -> Vec3 {
     let exposed = rgb * exposure;
@@ -54,7 +54,7 @@ pub fn shown(rgb: Vec3, exposure: f32, grade: &Grade, tables: &[Vec4], variant: 
     } else if variant & ACES != 0 {
         aces2(exposed, tables, grade.tables)
     } else {
-        exposed
+        Vec3::new(min(exposed.x, 1.0), min(exposed.y, 1.0), min(exposed.z, 1.0))
     }
 }
 

@@ -76,10 +76,18 @@ pub const AGX: u32 = 1 << 23;
 /// It is that of ACES 2.0; see [`crate::aces`].
 pub const ACES: u32 = 1 << 24;
 
+/// Where what an image shows below the horizon stands.
+const BELOW_SHIFT: u32 = 28;
+/// What an image shows below the horizon; see [`below`].
+pub const BELOW: u32 = 3 << BELOW_SHIFT;
+
 /// Where the projection stands.
 const PROJECTION_SHIFT: u32 = 8;
 /// Where the format of pixels stands.
 const PIXEL_FORMAT_SHIFT: u32 = 10;
+
+/// What decides how a pixel of an image lies and is stored.
+pub const IMAGE: u32 = (15 << PROJECTION_SHIFT) | BELOW;
 
 /// How a pixel of the sky is stored.
 #[repr(u32)]
@@ -139,10 +147,28 @@ pub fn is_solved_cubic(variant: u32) -> bool {
     variant & (REGRESSION | SOLVED) == SOLVED
 }
 
+/// The number of what a variant's image shows below the horizon, one of [`crate::below`].
+#[inline(always)]
+pub fn below(variant: u32) -> u32 {
+    (variant & BELOW) >> BELOW_SHIFT
+}
+
+/// The bits of such a number.
+#[inline(always)]
+pub fn of_below(below: u32) -> u32 {
+    below << BELOW_SHIFT
+}
+
 /// The number of a variant's projection, one of the camera's.
 #[inline(always)]
 pub fn projection(variant: u32) -> u32 {
     (variant >> PROJECTION_SHIFT) & 3
+}
+
+/// The same variant with a projection.
+#[inline(always)]
+pub fn with_projection(variant: u32, projection: u32) -> u32 {
+    variant & !(3 << PROJECTION_SHIFT) | (projection << PROJECTION_SHIFT)
 }
 
 /// The number of a variant's [`PixelFormat`].

@@ -685,7 +685,7 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
 }
 
 /// A value of each key, as a scene file says it, and what stands beside it there.
-const VALUES: [(&str, &str, &str); 49] = [
+const VALUES: [(&str, &str, &str); 51] = [
     ("preset", "'mars'", ""),
     ("sun.elevation", "3.5", ""),
     ("sun.azimuth", "-20", ""),
@@ -718,6 +718,8 @@ const VALUES: [(&str, &str, &str); 49] = [
     ("camera.fov", "100", "camera.projection = 'fisheye'\n"),
     ("camera.look_azimuth", "30", "camera.projection = 'fisheye'\n"),
     ("camera.look_elevation", "80", "camera.projection = 'fisheye'\n"),
+    ("camera.below", "'mirror'", ""),
+    ("camera.below_color", "'0.3,0.2,0.1'", "camera.below = 'colour'\n"),
     ("render.orders", "2", ""),
     ("render.fit", "'cubic'", ""),
     ("render.bands", "[433, 525.5, 564, 632]", ""),

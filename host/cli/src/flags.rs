@@ -3,10 +3,10 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use sorairo::low_level::words::{Word, Words, words};
-use sorairo::scene::Size;
 use sorairo::scene::keys::{self, KEYS};
 use sorairo::scene::place::{Place, Time};
 use sorairo::scene::reference::help;
+use sorairo::scene::{Reflectance, Size};
 
 use crate::values::{
     Given, Read, Value, Values, albedo, depth_at, exposure, number, orders, steps, text_of, visibility, wavelengths,
@@ -59,13 +59,15 @@ const SKY: [SceneFlag; 14] = [
 ];
 
 /// The flags of images alone.
-const IMAGE: [SceneFlag; 16] = [
+const IMAGE: [SceneFlag; 18] = [
     SceneFlag { key: "sun.disc", name: "--sun-disc", takes: Takes::Nothing },
     word("camera.projection", "--projection"),
     value("camera.size", "--size", "WxH", text_of::<Size>),
     value("camera.fov", "--fov", "DEG", number),
     value("camera.look_azimuth", "--look-azimuth", "DEG", number),
     value("camera.look_elevation", "--look-elevation", "DEG", number),
+    word("camera.below", "--below"),
+    value("camera.below_color", "--below-color", "R,G,B", text_of::<Reflectance>),
     word("render.color", "--color"),
     word("render.view", "--view"),
     word("render.look", "--look"),

@@ -172,11 +172,12 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     stage("timing samples");
     let steps = steps(device)?;
     stage("timing orders of scattering");
-    let orders = orders(device)?;
+    let suns = if quick { &SUNS_OF_ORDERS[..1] } else { &SUNS_OF_ORDERS };
+    let orders = orders(device, suns)?;
     stage("timing altitudes and suns");
-    let places = places(device)?;
+    let places = places(device, quick)?;
     stage("timing plans");
-    let plans = plans(device)?;
+    let plans = plans(device, suns)?;
     stage("timing a sun that moves");
     let (moving_sun, moving_sun_on_cpu) = (moving_suns(device, COMMON)?, moving_suns(&cpu::device(), COMMON)?);
     stage("measuring limits");
@@ -419,9 +420,9 @@ fn steps(device: &Device) -> Result<Vec<StepRow>> {
 const SUNS_OF_ORDERS: [f64; 3] = [30.0, 5.0, -4.0];
 
 /// Kernels by the sky lookup and by the integral at every pixel, and the plan, with light of all orders and with light scattered once.
-fn orders(device: &Device) -> Result<Vec<OrdersRow>> {
+fn orders(device: &Device, suns: &[f64]) -> Result<Vec<OrdersRow>> {
     let mut rows = Vec::new();
-    for sun in SUNS_OF_ORDERS {
+    for &sun in suns {
         let scene = |orders| {
             let mut scene = Scene::preset(Preset::Standard);
             (scene.sun.elevation, scene.camera.size, scene.render.orders) = (sun, COMMON, orders);
@@ -454,16 +455,18 @@ const ALTITUDES: [f64; 13] = [0.0, 5e-4, 0.0017, 0.02, 0.1, 0.5, 3.0, 8.0, 12.0,
 /// Suns (degrees) of the curve over the sun.
 const SUNS_OF_PLACES: [f64; 11] = [90.0, 60.0, 15.0, 5.0, 0.0, -3.0, -6.5, -7.0, -9.0, -12.0, -18.0];
 
-/// A picture in perspective that looks a little below the level, from altitudes and under suns; all take turns.
-fn places(device: &Device) -> Result<Vec<PlaceRow>> {
+/// A picture in perspective that looks a little below the level, from altitudes and under suns; all take turns. `quick`
+/// takes every fourth of them, and a smaller picture.
+fn places(device: &Device, quick: bool) -> Result<Vec<PlaceRow>> {
     let over_altitude = [30.0, 0.0].into_iter().flat_map(|sun| ALTITUDES.map(|altitude| (altitude, sun)));
     let over_sun = [0.0, 0.0017].into_iter().flat_map(|altitude| SUNS_OF_PLACES.map(|sun| (altitude, sun)));
-    let places: Vec<(f64, f64)> = over_altitude.chain(over_sun).collect();
+    let places: Vec<(f64, f64)> = over_altitude.chain(over_sun).step_by(if quick { 4 } else { 1 }).collect();
+    let size = if quick { Size { width: 240, height: 135 } } else { Size { width: 960, height: 540 } };
     let planned = |&(altitude, sun): &(f64, f64)| {
         let mut scene = Scene::preset(Preset::Standard);
         (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
         (scene.camera.projection, scene.camera.look_elevation) = (Projection::Perspective, Some(-3.0));
-        scene.camera.size = Size { width: 960, height: 540 };
+        scene.camera.size = size;
         plan(&scene)
     };
     let plans: Vec<Plan> = places.iter().map(planned).collect::<Result<_>>()?;
@@ -491,9 +494,9 @@ fn planning(scene: &Scene) -> Job<'_> {
 }
 
 /// Plans of the default sky on the processor and on the device, each time of another sun that has the same light fields.
-fn plans(device: &Device) -> Result<Vec<PlanRow>> {
+fn plans(device: &Device, suns: &[f64]) -> Result<Vec<PlanRow>> {
     let Some(own) = device.backend.own_light_fields() else { return Ok(Vec::new()) };
-    let row = |sun: f64| {
+    let row = |&sun: &f64| {
         let kept = [LightFields::default(), own.emptied()];
         let mut number = 0;
         let mut next = || {
@@ -533,7 +536,7 @@ fn plans(device: &Device) -> Result<Vec<PlanRow>> {
             on_device_with_fields_ms: device_with_fields,
         })
     };
-    SUNS_OF_ORDERS.into_iter().map(row).collect()
+    suns.iter().map(row).collect()
 }
 
 /// Times of an image's kernels (ms).

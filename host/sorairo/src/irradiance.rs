@@ -7,18 +7,12 @@ use serde::Serialize;
 use sorairo_shared::glam::DVec3;
 use sorairo_shared::moments::{Moments, legendre};
 
-use crate::plan::quadrature::gauss_legendre;
+use crate::plan::hemisphere::{Node, nodes, nodes_below};
 use crate::plan::sun_disc::Sun;
-use crate::plan::{SkyPlan, SpectralPlan, direction};
+use crate::plan::{SkyPlan, SpectralPlan};
 use crate::spectra::observer;
 
 pub use crate::spectra::observer::LUMENS_PER_WATT;
-
-/// Nodes between the horizon and the sun's elevation, and as many from there to the zenith.
-const ELEVATIONS: u32 = 16;
-
-/// Nodes over half of the azimuths, which mirror the other half.
-const AZIMUTHS: u32 = 24;
 
 /// What falls from the sky, from its sun and from the ground on a level surface at the observer, and the brightness of the zenith.
 ///
@@ -131,7 +125,7 @@ impl SkyLight {
             let of_node = |(node, rgb, measures): &(Node, DVec3, DVec3)| (rgb * node.level(), measures * node.level());
             lit.iter().map(of_node).fold((DVec3::ZERO, DVec3::ZERO), |a, b| (a.0 + b.0, a.1 + b.1))
         };
-        let (above, below) = (lit(nodes(sky, ELEVATIONS, AZIMUTHS)), lit(nodes_below(sky)));
+        let (above, below) = (lit(nodes(sky, 1)), lit(nodes_below(sky)));
         let ((rgb, measures), (ground_rgb, ground)) = (irradiance(&above), irradiance(&below));
         let all = above.iter().chain(&below);
         let both_sides = all.flat_map(|(node, rgb, _)| {
@@ -162,72 +156,13 @@ fn power_and_luminance(sky: &SkyPlan, wavelengths: &[f64], spectrum: &[f64]) -> 
     sum
 }
 
-/// A direction of a quadrature over half of a hemisphere, which the other half mirrors.
-#[derive(Clone, Copy)]
-struct Node {
-    /// Elevation (degrees).
-    elevation: f64,
-    /// Azimuth from the sun (degrees).
-    azimuth: f64,
-    /// Solid angle of it and its mirror image (sr).
-    solid_angle: f64,
-}
-
-impl Node {
-    fn direction(self, sky: &SkyPlan) -> DVec3 {
-        direction(self.elevation, sky.base.sun_azimuth + self.azimuth)
-    }
-
-    /// On the other side of the vertical plane through the sun.
-    fn mirrored(self) -> Self {
-        Self { azimuth: -self.azimuth, ..self }
-    }
-
-    /// What it counts on a level surface (sr).
-    fn level(self) -> f64 {
-        self.solid_angle * self.elevation.to_radians().sin().abs()
-    }
-}
-
 /// A direction, its mirror image by the vertical plane through the sun, where the sky is the same, and the solid angle of both (sr).
 pub(crate) type Pair = (DVec3, DVec3, f64);
 
 /// The directions above and below the horizontal plane in which [`SkyLight`] takes the light.
 pub(crate) fn pairs(sky: &SkyPlan) -> [Vec<Pair>; 2] {
     let pair = |node: Node| (node.direction(sky), node.mirrored().direction(sky), node.solid_angle);
-    [nodes(sky, ELEVATIONS, AZIMUTHS), nodes_below(sky)].map(|nodes| nodes.into_iter().map(pair).collect())
-}
-
-/// Nodes of the hemisphere above, crowded around the sun.
-fn nodes(sky: &SkyPlan, elevations: u32, azimuths: u32) -> Vec<Node> {
-    let sun = f64::from(sky.base.uniform.sun.z).asin().to_degrees().max(0.0);
-    nodes_between(&[(sun, 0.0), (sun, 90.0)], elevations, azimuths)
-}
-
-/// Nodes of the hemisphere below, crowded around the horizon.
-fn nodes_below(sky: &SkyPlan) -> Vec<Node> {
-    let horizon = f64::from(sky.base.uniform.horizon).to_degrees();
-    nodes_between(&[(horizon, 0.0), (horizon, -90.0)], ELEVATIONS, AZIMUTHS)
-}
-
-/// Nodes between elevations (degrees), crowded towards the first of each pair.
-fn nodes_between(ranges: &[(f64, f64); 2], elevations: u32, azimuths: u32) -> Vec<Node> {
-    let azimuths = crowded(azimuths, 0.0, 180.0);
-    let row = |(elevation, weight): (f64, f64)| {
-        let around = 2.0 * elevation.to_radians().cos() * weight;
-        let node = move |&(azimuth, across): &(f64, f64)| Node { elevation, azimuth, solid_angle: around * across };
-        azimuths.iter().map(node)
-    };
-    ranges.iter().flat_map(|&(from, to)| crowded(elevations, from, to)).flat_map(row).collect()
-}
-
-/// Nodes (degrees) and weights (radians) of a rule that crowds towards `from` as a cube.
-fn crowded(n: u32, from: f64, to: f64) -> Vec<(f64, f64)> {
-    let node = |p: sorairo_shared::glam::Vec2| {
-        let (u, weight) = (f64::from(p.x), f64::from(p.y));
-        (from + (to - from) * u * u * u, 3.0 * u * u * weight * (to - from).abs() * PI / 180.0)
-    };
-    gauss_legendre(n).into_iter().map(node).collect()
+    [nodes(sky, 1), nodes_below(sky)].map(|nodes| nodes.into_iter().map(pair).collect())
 }
 
 #[cfg(test)]
@@ -247,7 +182,7 @@ mod tests {
     #[test]
     fn the_hemisphere_has_a_projected_solid_angle_of_pi() {
         for sun in [-4.0, 0.0, 37.0, 90.0] {
-            let sum: f64 = nodes(&sky(sun, |_| {}), ELEVATIONS, AZIMUTHS).iter().map(|node| node.level()).sum();
+            let sum: f64 = nodes(&sky(sun, |_| {}), 1).iter().map(|node| node.level()).sum();
             // The nodes are rounded to single precision.
             assert!((sum / PI - 1.0).abs() < 1e-6, "{sun}: {sum}");
         }
@@ -287,7 +222,7 @@ mod tests {
                 scene.atmosphere.aerosol.optical_depth = optical_depth;
             });
             let light = SkyLight::new(&sky);
-            let fine: DVec3 = nodes(&sky, 8 * ELEVATIONS, 8 * AZIMUTHS)
+            let fine: DVec3 = nodes(&sky, 8)
                 .into_par_iter()
                 .map(|node| sky.radiance(node.direction(&sky).as_vec3()).as_dvec3() * node.level())
                 .sum();

@@ -13,7 +13,7 @@ use crate::files::{self, Format, Image, Replace, Staged, Sunlight, Writer};
 use crate::irradiance::SkyLight;
 use sorairo_shared::variant::PixelFormat;
 
-use crate::plan::explain::explain;
+use crate::plan::explain::{below_the_horizon, explain};
 use crate::plan::lookup::Lookup;
 use crate::plan::sun_disc::Sun;
 use crate::plan::{LightFields, Plan};
@@ -145,12 +145,17 @@ fn ms(duration: Duration) -> f64 {
 
 /// A scene that is planned, and the files that it is to fill: all that can be wrong with them was checked.
 pub struct Job {
-    /// What to compute.
-    pub plan: Plan,
+    /// Files of linear pixels before those of pictures.
+    parts: Vec<Part>,
     outputs: Vec<PathBuf>,
-    formats: Vec<Format>,
     replace: Replace,
     scene: ValidScene,
+}
+
+/// Files whose pixels are the same.
+struct Part {
+    plan: Plan,
+    outputs: Vec<(PathBuf, Format)>,
 }
 
 impl Job {
@@ -163,7 +168,6 @@ impl Job {
         let outputs = &request.outputs;
         let formats = request.formats()?;
         let spectral = request.wavelengths_of(scene, &formats)?;
-        let pixel = pixel_format(&formats);
         files::check_scenes(outputs, &formats, scene)?;
         for path in outputs {
             files::check_writable(path)?;
@@ -172,11 +176,42 @@ impl Job {
         for (path, &format) in outputs.iter().zip(&formats) {
             files::check_room(path, format, scene.camera.size, scene.render.exr, spectral.len() as u64)?;
         }
-        let mut plan = Plan::with_light_fields(scene, pixel, light_fields);
-        if !spectral.is_empty() {
-            plan = plan.with_spectrum(&spectral)?;
+        let (pictures, linear): (Vec<_>, Vec<_>) =
+            outputs.iter().cloned().zip(formats).partition(|(_, format)| *format == Format::Png);
+        let mut parts = Vec::new();
+        if !linear.is_empty() {
+            let mut plan = Plan::with_light_fields(scene, PixelFormat::LinearRgb, light_fields);
+            if !spectral.is_empty() {
+                plan = plan.with_spectrum(&spectral)?;
+            }
+            parts.push(Part { plan, outputs: linear });
         }
-        Ok(Self { plan, outputs: outputs.clone(), formats, replace: request.replace, scene: scene.clone() })
+        if !pictures.is_empty() || parts.is_empty() {
+            let plan = Plan::with_light_fields(scene, PixelFormat::Picture, light_fields);
+            parts.push(Part { plan, outputs: pictures });
+        }
+        Ok(Self { parts, outputs: outputs.clone(), replace: request.replace, scene: scene.clone() })
+    }
+
+    /// The plan of its linear pixels, or of its picture where that is all there is.
+    pub fn plan(&self) -> &Plan {
+        &self.parts.first().expect("a job has a plan").plan
+    }
+
+    /// The plan of its picture, or of its linear pixels likewise.
+    fn picture(&self) -> &Plan {
+        &self.parts.last().expect("a job has a plan").plan
+    }
+
+    /// What its plans do and leave out.
+    fn explain(&self) -> Vec<String> {
+        let mut lines = explain(self.plan(), self.scene.camera.projection);
+        let below = |part: &Part| {
+            let names: Vec<_> = part.outputs.iter().map(|(path, _)| path.to_string_lossy()).collect();
+            below_the_horizon(&part.plan, &self.scene, &names.join(", "))
+        };
+        lines.extend(self.parts.iter().filter_map(below));
+        lines
     }
 
     /// Its outputs that would take the place of a file.
@@ -191,12 +226,12 @@ impl Job {
 
     /// What the image shows.
     pub fn shown(&self) -> Shown {
-        Shown::of(&self.plan)
+        Shown::of(self.plan(), self.picture())
     }
 
     /// Whether every pixel is integrated, none interpolated from a sky lookup.
     pub fn is_direct(&self) -> bool {
-        self.plan.lookup.size.is_none()
+        self.plan().lookup.size.is_none()
     }
 
     /// Computes the pixels; each file is encoded meanwhile, on a thread of its own.
@@ -211,9 +246,26 @@ impl Job {
         device: &mut Device,
     ) -> Result<(Times, Files<'scope>)> {
         self.check_replaced()?;
+        let (mut times, mut files) = (Times::default(), Files { writers: Vec::new() });
+        for part in &self.parts {
+            let (of_part, files_of_part) = part.compute(scope, device, &self.scene)?;
+            times += of_part;
+            files.writers.extend(files_of_part.writers);
+        }
+        Ok((times, files))
+    }
+}
+
+impl Part {
+    fn compute<'scope>(
+        &self,
+        scope: &'scope Scope<'scope, '_>,
+        device: &mut Device,
+        scene: &ValidScene,
+    ) -> Result<(Times, Files<'scope>)> {
         let plan = &self.plan;
-        let mut image = Image::of(plan, &self.scene);
-        if self.formats.iter().any(|format| format.is_scene()) {
+        let mut image = Image::of(plan, scene);
+        if self.outputs.iter().any(|(_, format)| format.is_scene()) {
             let sun = Sun::at(&plan.sky, plan.wavelengths());
             image.sun = Sunlight {
                 spectrum: sun.spectral_irradiance(|_| 1.0),
@@ -221,8 +273,8 @@ impl Job {
                 across: sun.across(),
             };
         }
-        let begin = |(path, &format): (&PathBuf, &Format)| Writer::start(scope, path.clone(), format, image.clone());
-        let files = Files { writers: self.outputs.iter().zip(&self.formats).map(begin).collect::<Result<_>>()? };
+        let begin = |(path, format): &(PathBuf, Format)| Writer::start(scope, path.clone(), *format, image.clone());
+        let files = Files { writers: self.outputs.iter().map(begin).collect::<Result<_>>()? };
         let computing = device.rows(plan, plan.kernel(), &mut |_, rows| {
             check_rows(plan.pixel, rows)?;
             let rows: Arc<[u32]> = rows.into();
@@ -235,13 +287,6 @@ impl Job {
             Err(error) => Err(error),
         }
     }
-}
-
-/// How pixels are stored for files of these formats. A picture alone is packed on the device, 4 bytes a pixel; a linear image serves for
-/// both.
-fn pixel_format(formats: &[Format]) -> PixelFormat {
-    let is_linear = formats.iter().any(|&format| format != Format::Png);
-    if is_linear { PixelFormat::LinearRgb } else { PixelFormat::Picture }
 }
 
 /// What an image shows, beside its pixels.
@@ -257,9 +302,9 @@ pub struct Shown {
 }
 
 impl Shown {
-    fn of(plan: &Plan) -> Self {
+    fn of(plan: &Plan, picture: &Plan) -> Self {
         Self {
-            exposure_ev: plan.uniform.exposure.log2(),
+            exposure_ev: picture.uniform.exposure.log2(),
             exr_exposure_ev: plan.linear_exposure(plan.sky.scene.render.exr),
             sky_light: SkyLight::new(&plan.sky),
         }
@@ -271,8 +316,11 @@ impl Shown {
     ///
     /// Those of [`Format::of`].
     pub fn of_request(request: &Request, scene: &ValidScene, light_fields: &LightFields) -> Result<Self> {
-        let pixel = pixel_format(&request.formats()?);
-        Ok(Self::of(&Plan::with_light_fields(scene, pixel, light_fields)))
+        let picture = Plan::with_light_fields(scene, PixelFormat::Picture, light_fields);
+        if request.formats()?.iter().all(|&format| format == Format::Png) {
+            return Ok(Self::of(&picture, &picture));
+        }
+        Ok(Self::of(&Plan::with_light_fields(scene, PixelFormat::LinearRgb, light_fields), &picture))
     }
 }
 
@@ -343,10 +391,10 @@ pub fn render_split(
     let mut light = scene.with_disc(false)?;
     // Those of the brighter one hold for both, so that one file can take the place of the other.
     if formats.contains(&Format::Png) && !matches!(scene.render.exposure, Exposure::Stops(_)) {
-        light = light.exposed(Exposure::Stops(f64::from(seen.plan.uniform.exposure.log2())))?;
+        light = light.exposed(Exposure::Stops(f64::from(seen.picture().uniform.exposure.log2())))?;
     }
     if scene.render.exr == ExrDepth::Half && scene.render.exr_exposure == Exposure::Auto {
-        let stops = Exposure::Stops(f64::from(seen.plan.linear_exposure(ExrDepth::Half)));
+        let stops = Exposure::Stops(f64::from(seen.plan().linear_exposure(ExrDepth::Half)));
         light = light.exposed_linear(stops)?;
         seen = Job::new(&seen.scene.clone().exposed_linear(stops)?, &of_seen, &light_fields)?;
     }
@@ -386,7 +434,7 @@ fn render_jobs(
         let computed = Instant::now();
         files.finish().map(|()| (times, computed.elapsed()))
     })?;
-    let plan = &job.plan;
+    let plan = job.plan();
     let sky_light = request.sky_light.then(|| {
         stage("measuring the sky's light");
         SkyLight::new(&plan.sky)
@@ -409,8 +457,8 @@ fn render_jobs(
         white_balance: plan.sky.space.balance,
         steps: plan.samples_per_piece(),
         path: plan.lookup.clone(),
-        explain: explain(plan, scene.camera.projection),
-        exposure_ev: plan.uniform.exposure.log2(),
+        explain: job.explain(),
+        exposure_ev: job.picture().uniform.exposure.log2(),
         exr_exposure_ev: plan.linear_exposure(scene.render.exr),
         sky_light,
         spectral_irradiance,

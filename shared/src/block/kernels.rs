@@ -7,7 +7,7 @@ use multiversion::multiversion;
 use super::colour::{constituents, light, with_phases_of_block};
 use super::lanes::{BLOCK, Three, lanes};
 use super::lookup::sky_of_block;
-use super::pixels::{Pixels, add_disc, are_on_ground, blacken, put_ground, show, store_block, views};
+use super::pixels::{Pixels, are_on_ground, blacken, put_ground, show, store_block, views};
 use super::run::sky_of_runs;
 use crate::arithmetic::multiply_adds_of_block;
 use crate::glam::{Vec3, Vec4};
@@ -84,14 +84,13 @@ pub mod plain {
             let views = views(uniform, pixels, variant);
             let mut sky = Three::ZERO;
             if views.covered.contains(&true) {
-                let (directions, count) = (&views.directions, pixels.count);
-                if !are_on_ground(&views, count, variant) {
-                    let constituents = constituents(uniform, buffers, directions, count, variant);
-                    sky = with_phases_of_block(uniform, &constituents, directions, count, variant);
+                let count = pixels.count;
+                if !are_on_ground(&views, count) {
+                    let constituents = constituents(uniform, buffers, &views.sources, count, variant);
+                    sky = with_phases_of_block(uniform, &constituents, &views.directions, count, variant);
                 }
-                put_ground(uniform, &views, count, &mut sky, variant);
-                add_disc(uniform, buffers.colour, pixels, &mut sky, variant);
-                show(uniform, buffers.colour, count, &mut sky, variant);
+                put_ground(uniform, &views, count, &mut sky);
+                show(uniform, buffers.colour, pixels, &mut sky, variant);
                 blacken(&views, count, &mut sky);
             }
             store_block(uniform, output, pixels, &sky, variant);
@@ -109,8 +108,7 @@ pub mod plain {
             let mut sky = Three::ZERO;
             if views.covered.contains(&true) {
                 sky = sky_of_block(uniform, entries, pixels, &views, variant);
-                add_disc(uniform, colour, pixels, &mut sky, variant);
-                show(uniform, colour, pixels.count, &mut sky, variant);
+                show(uniform, colour, pixels, &mut sky, variant);
                 blacken(&views, pixels.count, &mut sky);
             }
             store_block(uniform, output, pixels, &sky, variant);
@@ -122,8 +120,7 @@ pub mod plain {
     fn lookup_runs(uniform: &Uniform, colour: &[Vec4], entries: &[Vec4], output: &mut [u32], variant: u32) {
         for (pixels, output) in blocks(uniform, output) {
             let mut sky = sky_of_runs(uniform, entries, pixels, variant);
-            add_disc(uniform, colour, pixels, &mut sky, variant);
-            show(uniform, colour, pixels.count, &mut sky, variant);
+            show(uniform, colour, pixels, &mut sky, variant);
             store_block(uniform, output, pixels, &sky, variant);
         }
     }

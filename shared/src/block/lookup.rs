@@ -2,31 +2,45 @@
 
 use super::colour::{BlockConstituents, with_phases_of_block};
 use super::lanes::{BLOCK, Four, Three, lanes};
-use super::pixels::{Pixels, Views, put_ground};
+use super::pixels::{Pixels, Views, are_on_ground, put_ground};
+use crate::below::{edge, sky_view};
 use crate::camera::EQUIRECTANGULAR;
 use crate::cubic::Stencil;
-use crate::glam::Vec4;
-use crate::lookup::{GridPlace, along_row, grid_constituents, grid_place, is_on_ground, row_place};
+use crate::glam::{UVec2, Vec4};
+use crate::lookup::{GridPlace, along_row, grid_constituents, grid_place, row_place, sky_at_pixel};
 use crate::uniform::Uniform;
 use crate::variant;
 
 /// [`crate::lookup::sky_from_lookup`] of each pixel of a block.
 #[inline(always)]
 pub fn sky_of_block(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, views: &Views, variant: u32) -> Three {
-    // Rows of the lookup are rows of an equirectangular image, none of which is of sky and of ground at once.
-    if variant::projection(variant) == EQUIRECTANGULAR && is_on_ground(views.directions.get(0), variant) {
-        let mut ground = Three::ZERO;
-        put_ground(uniform, views, pixels.count, &mut ground, variant);
-        return ground;
+    let mut sky = Three::ZERO;
+    if are_on_ground(views, pixels.count) {
+        put_ground(uniform, views, pixels.count, &mut sky);
+        return sky;
     }
     let constituents = if variant::projection(variant) == EQUIRECTANGULAR {
         along_row_of_block(uniform, entries, pixels, views, variant)
     } else {
         in_grid(uniform, entries, pixels, views, variant)
     };
-    let mut sky = with_phases_of_block(uniform, &constituents, &views.directions, pixels.count, variant);
-    put_ground(uniform, views, pixels.count, &mut sky, variant);
+    sky = with_phases_of_block(uniform, &constituents, &views.directions, pixels.count, variant);
+    smooth_edge(uniform, entries, pixels, views, &mut sky, variant);
+    put_ground(uniform, views, pixels.count, &mut sky);
     sky
+}
+
+/// Gives pixels that the horizon crosses a part of either side.
+#[inline(always)]
+fn smooth_edge(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, views: &Views, sky: &mut Three, variant: u32) {
+    for lane in lanes(pixels.count) {
+        let (pixel, direction) = (UVec2::new(pixels.column(lane), uniform.first_row), views.directions.get(lane));
+        let (.., part) = edge(uniform, pixel.x, pixel.y, direction, variant);
+        if part > 0.0 && part < 1.0 {
+            let view = sky_view(uniform, pixel.x, pixel.y, variant);
+            sky.set(lane, sky_at_pixel(uniform, entries, pixel, view, variant));
+        }
+    }
 }
 
 /// Constituents along the row.
@@ -44,7 +58,7 @@ fn along_row_of_block(
     }
     let mut sum = BlockConstituents::DARK;
     for lane in lanes(pixels.count) {
-        sum.set(lane, along_row(uniform, entries, places.get(lane), uniform.first_row, variant));
+        sum.set(lane, along_row(uniform, entries, places.get(lane), views.source_row, variant));
     }
     sum
 }
@@ -76,7 +90,7 @@ impl Places {
 fn in_grid(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, views: &Views, variant: u32) -> BlockConstituents {
     let mut places = [GridPlace { entry: 0, across: 0.0, down: 0.0 }; BLOCK];
     for lane in lanes(pixels.count) {
-        places[lane] = grid_place(uniform, views.directions.get(lane), variant);
+        places[lane] = grid_place(uniform, views.sources.get(lane), variant);
     }
     let mut sum = BlockConstituents::DARK;
     for lane in lanes(pixels.count) {

@@ -1,11 +1,10 @@
 //! The pixels of a block: their directions, and how their colours are stored.
 
-use super::lanes::{BLOCK, Three, lanes};
-use crate::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, pixel_view};
-use crate::disc::disc_in_pixel;
+use super::lanes::{BLOCK, Lanes, Three, ZERO, lanes};
+use crate::below::{sky_view, with_ground};
+use crate::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE};
 use crate::glam::{UVec2, Vec3, Vec4};
-use crate::kernels::{picture_word, shown_in, store_rgb};
-use crate::lookup::{ground_beneath, is_on_ground};
+use crate::kernels::{picture_word, seen, shown_in, store_rgb};
 use crate::uniform::Uniform;
 use crate::variant::{self, PixelFormat};
 
@@ -26,68 +25,62 @@ impl Pixels {
     }
 }
 
-/// The views through the pixels of a block; see [`crate::camera::PixelView`].
+/// The views through the pixels of a block; see [`crate::below::SkyView`].
 pub struct Views {
     /// Their directions.
     pub directions: Three,
+    /// Their sources.
+    pub sources: Three,
     /// Whether the projection covers them at all.
     pub covered: [bool; BLOCK],
+    /// Their parts of ground.
+    pub ground: Lanes,
+    /// The row of an equirectangular image in which all sources lie.
+    pub source_row: u32,
 }
 
 /// The views through the pixels of a block.
 #[inline(always)]
 pub fn views(uniform: &Uniform, pixels: Pixels, variant: u32) -> Views {
+    // The projection as a number that the compiler knows.
+    let of = |projection| variant::with_projection(variant, projection);
     match variant::projection(variant) {
-        EQUIRECTANGULAR => views_by(uniform, pixels, EQUIRECTANGULAR),
-        FISHEYE => views_by(uniform, pixels, FISHEYE),
-        _ => views_by(uniform, pixels, PERSPECTIVE),
+        EQUIRECTANGULAR => views_by(uniform, pixels, of(EQUIRECTANGULAR)),
+        FISHEYE => views_by(uniform, pixels, of(FISHEYE)),
+        _ => views_by(uniform, pixels, of(PERSPECTIVE)),
     }
 }
 
 #[inline(always)]
-fn views_by(uniform: &Uniform, pixels: Pixels, projection: u32) -> Views {
-    let mut views = Views { directions: Three::ZERO, covered: [false; BLOCK] };
+fn views_by(uniform: &Uniform, pixels: Pixels, variant: u32) -> Views {
+    let (directions, sources) = (Three::ZERO, Three::ZERO);
+    let mut views = Views { directions, sources, covered: [false; BLOCK], ground: ZERO, source_row: uniform.first_row };
     for lane in lanes(pixels.count) {
-        let view = pixel_view(&uniform.camera, projection, pixels.column(lane), uniform.first_row);
+        let view = sky_view(uniform, pixels.column(lane), uniform.first_row, variant);
         views.directions.set(lane, view.direction);
         views.covered[lane] = view.covered;
+        views.ground[lane] = view.ground;
+        views.sources.set(lane, view.source);
+        views.source_row = view.source_row;
     }
     views
 }
 
-/// Whether all views of a block end on the ground where they begin.
+/// Whether all views of a block are of ground alone.
 #[inline(always)]
-pub fn are_on_ground(views: &Views, count: usize, variant: u32) -> bool {
+pub fn are_on_ground(views: &Views, count: usize) -> bool {
     let mut are_on_ground = true;
     for lane in lanes(count) {
-        are_on_ground &= is_on_ground(views.directions.get(lane), variant);
+        are_on_ground &= views.ground[lane] >= 1.0;
     }
     are_on_ground
 }
 
-/// Sets what ends on the ground where it begins to the ground's colour.
+/// Puts the ground before the sky.
 #[inline(always)]
-pub fn put_ground(uniform: &Uniform, views: &Views, count: usize, sky: &mut Three, variant: u32) {
-    if variant & variant::DESCENT == 0 {
-        let ground = ground_beneath(uniform, variant);
-        for lane in lanes(count) {
-            let above = sky.get(lane);
-            let is_on_ground = is_on_ground(views.directions.get(lane), variant);
-            sky.set(lane, if is_on_ground { ground } else { above });
-        }
-    }
-}
-
-/// Adds the sun's disc to the sky before which it stands.
-#[inline(always)]
-pub fn add_disc(uniform: &Uniform, colour: &[Vec4], pixels: Pixels, sky: &mut Three, variant: u32) {
-    let row = uniform.first_row as f32;
-    let meets_row = (row + 1.0 > uniform.disc.top) & (row < uniform.disc.bottom);
-    if (variant & variant::SUN_DISC != 0) & meets_row {
-        for lane in lanes(pixels.count) {
-            let disc = disc_in_pixel(uniform, colour, pixels.column(lane), uniform.first_row, variant);
-            sky.set(lane, sky.get(lane) + disc);
-        }
+pub fn put_ground(uniform: &Uniform, views: &Views, count: usize, sky: &mut Three) {
+    for lane in lanes(count) {
+        sky.set(lane, with_ground(uniform, sky.get(lane), views.ground[lane]));
     }
 }
 
@@ -100,11 +93,18 @@ pub fn blacken(views: &Views, count: usize, rgb: &mut Three) {
     }
 }
 
-/// Makes colours those that are stored: in a picture those of a display.
+/// Makes colours of the sky those that are stored, with the sun's disc before them: in a picture those of a display.
 #[inline(always)]
-pub fn show(uniform: &Uniform, colour: &[Vec4], count: usize, rgb: &mut Three, variant: u32) {
-    if variant::pixel_format(variant) == PixelFormat::Picture as u32 {
-        for lane in lanes(count) {
+pub fn show(uniform: &Uniform, colour: &[Vec4], pixels: Pixels, rgb: &mut Three, variant: u32) {
+    let row = uniform.first_row as f32;
+    let meets_disc = (row + 1.0 > uniform.disc.top) & (row < uniform.disc.bottom);
+    if (variant & variant::SUN_DISC != 0) & meets_disc {
+        for lane in lanes(pixels.count) {
+            let pixel = UVec2::new(pixels.column(lane), 0);
+            rgb.set(lane, seen(uniform, colour, pixel, rgb.get(lane), variant));
+        }
+    } else if variant::pixel_format(variant) == PixelFormat::Picture as u32 {
+        for lane in lanes(pixels.count) {
             rgb.set(lane, shown_in(uniform, colour, rgb.get(lane), variant));
         }
     }

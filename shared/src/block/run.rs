@@ -2,36 +2,44 @@
 
 use super::lanes::{BLOCK, Four, Lanes, Three, ZERO, lanes};
 use super::pixels::Pixels;
-use crate::camera::{EQUIRECTANGULAR, PERSPECTIVE, pixel_view, position_view};
+use crate::below::{sky_view, with_ground};
+use crate::camera::{EQUIRECTANGULAR, PERSPECTIVE, position_view};
 use crate::cubic::Stencil;
-use crate::glam::Vec4;
-use crate::lookup::{ground_beneath, is_on_ground, sky_in_grid};
+use crate::glam::{UVec2, Vec4};
+use crate::lookup::sky_at_pixel;
 use crate::perspective_run::{PerspectiveRun, may_meet_horizon};
-use crate::run::{Circle, HalfAzimuth, Middle, RUN, Run, middle_direction, middle_position};
+use crate::run::{Circle, HalfAzimuth, Middle, RUN, Run, middle_position};
 use crate::uniform::Uniform;
 use crate::variant;
 
 /// Linear RGB of the sky at each pixel of a block that is all of runs.
 #[inline(always)]
 pub fn sky_of_runs(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, variant: u32) -> Three {
-    let first = middle_direction(uniform, pixels.first, uniform.first_row, variant);
-    if is_on_ground(first, variant) {
-        let mut ground = Three::ZERO;
-        for lane in lanes(pixels.count) {
-            ground.set(lane, ground_beneath(uniform, variant));
-        }
-        return ground;
+    // All pixels of a row that runs share their row and their part of ground.
+    let view = sky_view(uniform, pixels.first, uniform.first_row, variant);
+    let mut sky = Three::ZERO;
+    if view.ground < 1.0 {
+        sky = sky_above(uniform, entries, pixels, [view.row, view.source_row], variant);
     }
+    for lane in lanes(pixels.count) {
+        sky.set(lane, with_ground(uniform, sky.get(lane), view.ground));
+    }
+    sky
+}
+
+/// The same without the ground before it; `rows` are those of an equirectangular image, of the direction and of the source.
+#[inline(always)]
+fn sky_above(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, rows: [u32; 2], variant: u32) -> Three {
     let is_perspective = variant::projection(variant) == PERSPECTIVE;
     const REST: u32 = variant::AEROSOL | variant::REST;
-    let descent = variant & variant::DESCENT;
+    let image = variant & (variant::DESCENT | variant::IMAGE);
     match (variant & variant::AEROSOL != 0, variant & variant::REST != 0) {
-        (true, false) if is_perspective => sky_of_perspective(uniform, entries, pixels, variant::AEROSOL | descent),
-        (true, true) if is_perspective => sky_of_perspective(uniform, entries, pixels, REST | descent),
+        (true, false) if is_perspective => sky_of_perspective(uniform, entries, pixels, variant::AEROSOL | image),
+        (true, true) if is_perspective => sky_of_perspective(uniform, entries, pixels, REST | image),
         _ if is_perspective => sky_of_perspective(uniform, entries, pixels, variant),
-        (true, false) => sky_on_circle(uniform, entries, pixels, variant::AEROSOL),
-        (true, true) => sky_on_circle(uniform, entries, pixels, REST),
-        _ => sky_on_circle(uniform, entries, pixels, variant),
+        (true, false) => sky_on_circle(uniform, entries, pixels, rows, variant::AEROSOL),
+        (true, true) => sky_on_circle(uniform, entries, pixels, rows, REST),
+        _ => sky_on_circle(uniform, entries, pixels, rows, variant),
     }
 }
 
@@ -43,9 +51,10 @@ fn sky_of_perspective(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, varia
         let column = pixels.first + RUN * index as u32;
         if may_meet_horizon(uniform, column, uniform.first_row, variant) {
             for pixel in 0..RUN {
-                let view = pixel_view(&uniform.camera, PERSPECTIVE, column + pixel, uniform.first_row);
+                let at = UVec2::new(column + pixel, uniform.first_row);
+                let view = sky_view(uniform, at.x, at.y, variant);
                 let lane = (RUN as usize * index + pixel as usize) % BLOCK;
-                sky.set(lane, sky_in_grid(uniform, entries, view.direction, variant));
+                sky.set(lane, sky_at_pixel(uniform, entries, at, view, variant));
             }
             continue;
         }
@@ -59,18 +68,18 @@ fn sky_of_perspective(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, varia
 }
 
 #[inline(always)]
-fn sky_on_circle(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, variant: u32) -> Three {
-    let circle = Circle::of_row(uniform, uniform.first_row);
+fn sky_on_circle(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, rows: [u32; 2], variant: u32) -> Three {
+    let [row, source_row] = rows;
+    let circle = Circle::of_row(uniform, row);
     let mut middles = Middles::NONE;
     for index in lanes(pixels.count / RUN as usize) {
         let column = pixels.first + RUN * index as u32;
-        let direction =
-            position_view(&uniform.camera, EQUIRECTANGULAR, middle_position(column, uniform.first_row)).direction;
+        let direction = position_view(&uniform.camera, EQUIRECTANGULAR, middle_position(column, row)).direction;
         middles.set(index, Middle::towards(uniform, direction));
     }
     let mut sky = Three::ZERO;
     for index in lanes(pixels.count / RUN as usize) {
-        let run = Run::new(uniform, entries, circle, middles.get(index), uniform.first_row, variant);
+        let run = Run::new(uniform, entries, circle, middles.get(index), source_row, variant);
         for pixel in 0..RUN {
             let lane = (RUN as usize * index + pixel as usize) % BLOCK;
             sky.set(lane, run.sky(pixel, variant));

@@ -1,14 +1,17 @@
 //! A plan in words: what it skips, and what that saves.
 
+use sorairo_shared::glam::Vec3;
 use sorairo_shared::lookup::colours_per_entry;
 use sorairo_shared::multiple_lookup::MultipleLookup;
 use sorairo_shared::run::RUN;
 use sorairo_shared::variant::{self, PixelFormat};
 
+use super::below;
 use super::image::Plan;
 use super::multiple::{COMPARED_DEPTH, NEGLIGIBLE, OrdersMade};
 use super::spectral::{HeldOut, SpectralPlan, SpectrumFit};
-use crate::scene::{Orders, Projection};
+use crate::scene::{Below, Orders, Projection, Scene};
+use crate::words;
 
 /// What a plan does and leaves out, a sentence each.
 pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
@@ -20,6 +23,19 @@ pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
     lines.push(path(plan));
     lines.push(bytes(plan));
     lines
+}
+
+/// What an image, which the files `names` hold, shows below the horizon in the place of the ground, and what light that is.
+pub fn below_the_horizon(plan: &Plan, scene: &Scene, names: &str) -> Option<String> {
+    let below = below::of(scene, plan.pixel);
+    if below == Below::Ground {
+        return None;
+    }
+    let Vec3 { x, y, z } = plan.light_from_below();
+    let word = words::word(below);
+    Some(format!(
+        "below the horizon: {word} in {names}, which throws {x:.3} {y:.3} {z:.3} W/m² (linear RGB) on a level surface that faces down"
+    ))
 }
 
 /// Which parts of the integral the kernels are compiled with.

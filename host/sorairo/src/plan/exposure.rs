@@ -2,15 +2,15 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
-use sorairo_shared::camera::{Camera, pixel_view};
+use sorairo_shared::below::{SkyView, sky_view, with_ground};
+use sorairo_shared::camera::Camera;
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::grade::MIDDLE_GREY;
 use sorairo_shared::math::{clamp, max, min};
-use sorairo_shared::uniform::SunDisc;
-use sorairo_shared::variant::PixelFormat;
+use sorairo_shared::uniform::{SunDisc, Uniform};
+use sorairo_shared::variant::{self, PixelFormat};
 
 use super::sky::SkyPlan;
-use super::upload;
 use crate::scene::{Exposure, MOST_STOPS, Projection, Scene, stops_of_ev100};
 
 /// Stops by which a picture is brighter than its meter says: a sky shown at middle grey looks like a storm, and
@@ -25,9 +25,12 @@ const ADAPTATION: f64 = 0.62;
 
 /// The exposure factor of the picture that a camera takes of a sky: what is asked for, or what a meter says; 1 for
 /// texels, which no exposure concerns.
-pub fn of(sky: &SkyPlan, scene: &Scene, camera: &Camera, disc: &SunDisc, pixel: PixelFormat) -> f32 {
-    let is_shown = matches!(pixel, PixelFormat::Picture | PixelFormat::LinearRgb) && !sky.is_night;
-    let metered = || if is_shown { metered(sky, camera, disc, scene.camera.projection) } else { 0.0 };
+pub fn of(sky: &SkyPlan, scene: &Scene, uniform: &Uniform, variant: u32) -> f32 {
+    let is_shown = [PixelFormat::Picture, PixelFormat::LinearRgb]
+        .map(|format| format as u32)
+        .contains(&variant::pixel_format(variant))
+        && !sky.is_night;
+    let metered = || if is_shown { metered(sky, scene.camera.projection, uniform, variant) } else { 0.0 };
     let daylight = stops_of_ev100(DAYLIGHT);
     let stops = match scene.render.exposure {
         Exposure::Stops(stops) => stops,
@@ -54,9 +57,10 @@ pub fn of_halves(brightest: f32) -> f32 {
 /// that the glow around the sun does not darken the rest. The sun's disc hardly counts but where it fills some of the
 /// picture: it is white in every other. Where few directions alone are lit, more are looked at. A picture without any
 /// light gets 0.
-fn metered(sky: &SkyPlan, camera: &Camera, disc: &SunDisc, projection: Projection) -> f64 {
-    let mean = [1, 8].into_iter().find_map(|finer| mean_logarithm(sky, camera, projection, finer));
-    let part = part_of_disc(disc, camera);
+fn metered(sky: &SkyPlan, projection: Projection, uniform: &Uniform, variant: u32) -> f64 {
+    let mean = [1, 8].into_iter().find_map(|finer| mean_logarithm(sky, projection, uniform, variant, finer));
+    let disc = &uniform.disc;
+    let part = part_of_disc(disc, &uniform.camera);
     let with_disc =
         |mean: f64| if part > 0.0 { mean + part * (luminance_of_disc(sky, disc).log2() - mean) } else { mean };
     mean.map_or(0.0, |mean| f64::from(MIDDLE_GREY).log2() + OPENED - with_disc(mean))
@@ -78,22 +82,25 @@ fn luminance_of_disc(sky: &SkyPlan, disc: &SunDisc) -> f64 {
 
 /// The mean of the logarithm (to base 2) of the luminance over the picture, by its weights; `None` if all of it is
 /// black.
-fn mean_logarithm(sky: &SkyPlan, camera: &Camera, projection: Projection, finer: u32) -> Option<f64> {
+fn mean_logarithm(sky: &SkyPlan, projection: Projection, uniform: &Uniform, variant: u32, finer: u32) -> Option<f64> {
     /// What is so many times as bright as the brightest, seven stops below it, counts half: darker still is the black
     /// of space above the limb.
     const BLACK: f64 = 1.0 / 128.0;
     let (columns, rows) = (12 * finer, 8 * finer);
+    let camera = &uniform.camera;
     let views = (0..columns * rows).filter_map(|i| {
         let x = (f64::from(i % columns) + 0.5) / f64::from(columns);
         let y = (f64::from(i / columns) + 0.5) / f64::from(rows);
         let (column, row) = (x * f64::from(camera.width), y * f64::from(camera.height));
-        let view = pixel_view(camera, upload::projection(projection), column as u32, row as u32);
-        view.covered.then(|| (view.direction, weight(projection, x - 0.5, y - 0.5)))
+        let view = sky_view(uniform, column as u32, row as u32, variant);
+        view.covered.then(|| (view, weight(projection, x - 0.5, y - 0.5)))
     });
-    let (views, weights): (Vec<Vec3>, Vec<f64>) = views.unzip();
-    let space = &sky.integral().uniform.rgb;
-    let luminances: Vec<f64> =
-        sky.radiances_here(&views).into_iter().map(|rgb| f64::from(space.luminance(rgb))).collect();
+    let (views, weights): (Vec<SkyView>, Vec<f64>) = views.unzip();
+    let (directions, sources): (Vec<Vec3>, Vec<Vec3>) = views.iter().map(|view| (view.direction, view.source)).unzip();
+    let lit = views.iter().zip(sky.radiances_of(&directions, &sources));
+    let luminance =
+        |(view, rgb): (&SkyView, Vec3)| f64::from(uniform.rgb.luminance(with_ground(uniform, rgb, view.ground)));
+    let luminances: Vec<f64> = lit.map(luminance).collect();
     let brightest = luminances.iter().copied().fold(0.0, f64::max);
     let counted = |luminance: f64| luminance / (luminance + BLACK * brightest);
     let lit = luminances.into_iter().zip(weights).filter(|&(luminance, _)| luminance > 0.0);

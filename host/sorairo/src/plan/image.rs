@@ -20,9 +20,9 @@ use super::multiple::{LightFields, Refined};
 use super::sky::SkyPlan;
 use super::spectral::SpectralPlan;
 use super::sun_disc::Sun;
-use super::{directions, exposure, upload};
+use super::{below, directions, exposure, upload};
 use crate::error::{Error, Result};
-use crate::scene::{CameraScene, ColourPath, Dither, Exposure, ExrDepth, Projection, Rgb, Scene, ValidScene};
+use crate::scene::{Below, CameraScene, ColourPath, Dither, Exposure, ExrDepth, Projection, Rgb, Scene, ValidScene};
 
 /// Everything that the kernels of one image need, and nothing that they do not.
 #[derive(Clone, Debug)]
@@ -74,7 +74,7 @@ impl Plan {
     /// The plan of what a scene's camera sees of its sky.
     fn of_sky(sky: Arc<SkyPlan>, scene: &Scene, pixel: PixelFormat) -> Self {
         let colours = sky.colours();
-        let lit_rows = lit_rows(scene, &sky);
+        let lit_rows = lit_rows(scene, &sky, below::of(scene, pixel));
         let lookup = lookup::choose(scene, &sky, &lit_rows);
         let camera = upload::camera(scene);
         let shows_disc = scene.sun.disc && !sky.is_night;
@@ -84,19 +84,19 @@ impl Plan {
             Default::default()
         };
         let tables = if pixel == PixelFormat::Picture { upload::view_tables(scene.render.view) } else { &[] };
-        let exposure = exposure::of(&sky, scene, &camera, &disc, pixel);
+        let (below, ground) = below::for_kernels(&sky, scene, below::of(scene, pixel));
+        let variant = of_image(sky.integral().variant | below, scene, scene.camera.projection, shows_disc, pixel);
         let (uniform, rows) = upload::with_rows(sky.integral().uniform, &colours.rows, sky.integral().variant);
         let uniform = Uniform {
             camera,
             rows: camera.height,
             row_pixels: camera.width,
             disc: SunDisc { first_entry: (rows.len() + tables.len()) as u32, ..disc },
-            ground: colours.ground.extend(0.0),
-            exposure,
+            ground: ground.extend(0.0),
             grade: Grade { tables: rows.len() as u32, ..upload::grade(scene.render.look) },
             ..uniform
         };
-        let variant = of_image(sky.integral().variant, scene, scene.camera.projection, shows_disc, pixel);
+        let uniform = Uniform { exposure: exposure::of(&sky, scene, &uniform, variant), ..uniform };
         let colour = [rows, tables, grid].concat();
         let size = lookup.size;
         let plan = Self { sky, uniform, colour, spectral: None, variant, pixel, lit_rows, lookup };
@@ -130,6 +130,8 @@ impl Plan {
                 anchors_below: anchors.below,
                 anchor_azimuths: anchors.azimuths,
                 multiple: self.sky.integral().uniform.multiple,
+                // What stands for a direction below the horizon may lie beside what the camera sees.
+                fills_whole_lookup: u32::from(self.variant & variant::BELOW != 0),
                 ..self.uniform
             },
             variant: self.variant & !(variant::RUNS | variant::REFINED) | runs,
@@ -164,7 +166,7 @@ impl Plan {
         let reason =
             if self.sky.is_night { self.lookup.reason } else { "a spectrum is integrated at every pixel".into() };
         let Uniform { multiple, .. } = spectral.integral.uniform;
-        let others = self.variant & !(variant::FIT | variant::LIGHT | variant::REFINED);
+        let others = self.variant & !(variant::FIT | variant::LIGHT | variant::REFINED | variant::BELOW);
         Ok(Self {
             colour: [rows, &of_spectrum].concat(),
             uniform: Uniform { multiple, spectral_wavelengths: wavelengths.len() as u32, ..uniform },
@@ -178,7 +180,7 @@ impl Plan {
     /// The same plan for an image that holds the radiance at every band and no colour. Every pixel is integrated.
     pub fn at_bands(self) -> Self {
         let reason = "radiance at the bands is integrated at every pixel".into();
-        let variant = self.variant & !variant::LIGHT | variant::AT_BANDS;
+        let variant = self.variant & !(variant::LIGHT | variant::BELOW) | variant::AT_BANDS;
         Self { variant, lookup: Lookup { size: None, anchors: None, reason }, ..self }
     }
 
@@ -332,9 +334,11 @@ pub(super) fn of_image(sky: u32, scene: &Scene, projection: Projection, shows_di
 }
 
 /// Rows of the image that can be lit: none at night, and from black ground an equirectangular image is black below its middle.
-fn lit_rows(scene: &Scene, sky: &SkyPlan) -> Range<u32> {
+fn lit_rows(scene: &Scene, sky: &SkyPlan, below: Below) -> Range<u32> {
     let height = scene.camera.size.height;
-    let is_black_below = scene.observer.altitude == 0.0 && sky.integral().variant & variant::GROUND == 0;
+    let has_ground = sky.integral().variant & variant::GROUND != 0;
+    let is_black_below =
+        scene.observer.altitude == 0.0 && (below == Below::Black || below == Below::Ground && !has_ground);
     if sky.is_night {
         0..0
     } else if scene.camera.projection == Projection::Equirectangular && is_black_below {

@@ -27,9 +27,10 @@ impl Kernel {
     /// What the kernel is specialised for in images of a variant: the variant without the bits that it does not read, so that images share its pipeline.
     pub fn variant(self, of_image: u32) -> u32 {
         match self {
-            // Neither the disc nor how pixels are stored.
+            // Neither the disc, the ground nor how pixels are stored.
             Self::Anchors | Self::Lookup => {
-                of_image & !(variant::SUN_DISC | variant::DITHER | variant::RUNS | variant::of(0, 0, 3))
+                let of_pixels = variant::SUN_DISC | variant::DITHER | variant::RUNS | variant::of(0, 0, 3);
+                of_image & !(of_pixels | variant::AGX | variant::ACES | variant::BELOW)
             }
             _ => of_image,
         }

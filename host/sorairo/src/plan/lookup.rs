@@ -154,6 +154,8 @@ pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
     let crosses_horizon = uniform.camera.right.z != 0.0;
     let has_short_runs = match variant::projection(variant) {
         EQUIRECTANGULAR => !scatters_back && runs_are_short(width, size.azimuths),
+        // What stands for directions below the horizon lies on no great circle.
+        PERSPECTIVE if variant & variant::BELOW != 0 => false,
         PERSPECTIVE => !crosses_horizon && perspective_runs_are_short(uniform, size.azimuths),
         _ => false,
     };

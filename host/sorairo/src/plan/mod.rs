@@ -4,12 +4,14 @@
 //! lit, the sky lookup, the sun's disc. [`SpectralPlan`] decides by which bands spectra are found.
 
 pub mod aces;
+pub(crate) mod below;
 pub mod colour_space;
 pub mod day;
 pub mod directions;
 pub mod explain;
 pub(crate) mod exposure;
 pub mod fit;
+pub(crate) mod hemisphere;
 mod image;
 pub mod integral;
 mod kernel;

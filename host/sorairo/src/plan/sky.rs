@@ -217,11 +217,19 @@ impl SkyPlan {
 
     /// [`SkyPlan::radiances`] without a device: whoever draws a planned sky waits for none.
     pub(super) fn radiances_here(&self, views: &[Vec3]) -> Vec<Vec3> {
+        self.radiances_of(views, views)
+    }
+
+    /// The same of the air in the directions `sources` with the phase functions of `views`; of a fit that is solved at every pixel, those of the sources.
+    pub(super) fn radiances_of(&self, views: &[Vec3], sources: &[Vec3]) -> Vec<Vec3> {
+        if self.is_night {
+            return Vec::new();
+        }
         let rows = &self.colours().rows;
         if self.colour_path == ColourPath::Solve {
-            return self.radiances_by(rows, views);
+            return self.radiances_by(rows, sources);
         }
-        self.phased(views, self.constituents_here(rows, views))
+        self.phased(views, self.constituents_here(rows, sources))
     }
 
     fn phased(&self, views: &[Vec3], constituents: Vec<Constituents>) -> Vec<Vec3> {

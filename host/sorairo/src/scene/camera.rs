@@ -24,6 +24,10 @@ pub struct CameraScene {
     pub look_azimuth: Option<f64>,
     /// Elevation of the view (degrees).
     pub look_elevation: Option<f64>,
+    /// What images show below the horizon; the sky is lit by the ground all the same.
+    pub below: Option<Below>,
+    /// Reflectance of the ground of `below = "colour"`: linear red, green and blue.
+    pub below_color: Reflectance,
 }
 
 impl Default for CameraScene {
@@ -34,7 +38,74 @@ impl Default for CameraScene {
             fov: None,
             look_azimuth: None,
             look_elevation: None,
+            below: None,
+            below_color: Reflectance([0.18; 3]),
         }
+    }
+}
+
+/// What an image shows below the horizon.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum Below {
+    /// The ground that is there.
+    Ground,
+    /// The sky at the horizon, which goes over into the ground towards the nadir: no hard line.
+    Fade,
+    /// The sky above, mirrored without its sun's disc.
+    Mirror,
+    /// Nothing.
+    Black,
+    /// Level ground of `camera.below_color` under the sun and the sky.
+    #[serde(alias = "color")]
+    #[strum(to_string = "colour", serialize = "color")]
+    Colour,
+}
+
+/// Linear red, green and blue of a surface, each from 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Reflectance(pub [f64; 3]);
+
+impl Reflectance {
+    /// What a text may say.
+    pub(super) fn allowed() -> String {
+        "\"RED,GREEN,BLUE\", each from 0 to 1".into()
+    }
+}
+
+impl TryFrom<String> for Reflectance {
+    type Error = String;
+
+    fn try_from(text: String) -> std::result::Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<Reflectance> for String {
+    fn from(reflectance: Reflectance) -> Self {
+        reflectance.to_string()
+    }
+}
+
+impl fmt::Display for Reflectance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self([red, green, blue]) = self;
+        write!(f, "{red},{green},{blue}")
+    }
+}
+
+impl FromStr for Reflectance {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let part = |part: &str| part.trim().parse().ok().filter(|part| (0.0..=1.0).contains(part));
+        let parts: Option<Vec<f64>> = text.split(',').map(part).collect();
+        let parts = parts.and_then(|parts| <[f64; 3]>::try_from(parts).ok());
+        parts.map(Self).ok_or_else(|| format!("a reflectance is {}, not {text:?}", Self::allowed()))
     }
 }
 

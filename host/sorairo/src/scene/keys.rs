@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 use documented::DocumentedFields;
 use serde::Deserializer;
 
-use super::camera::{CameraScene, Projection, Size};
+use super::camera::{Below, CameraScene, Projection, Reflectance, Size};
 use super::field::{Field, NumberField, Present, TableField, Way};
 use super::plausible;
 use super::preset::{Preset, Scene};
@@ -232,6 +232,9 @@ pub static KEYS: &[Key] = &[
     number!(camera.look_elevation, "degrees", At(-90.0), At(90.0)).otherwise(|| {
         format!("fisheye {}, perspective {}", Projection::FISHEYE.elevation, Projection::PERSPECTIVE.elevation)
     }),
+    key!(camera.below, one_of::<Below>())
+        .otherwise(|| "fade in pictures of the whole sphere over ground that is not black, from less than 1 km up; ground elsewhere".into()),
+    key!(camera.below_color, Other(Reflectance::allowed)),
     number!(render.orders, "", At(1.0), At(Orders::MOST as f64)).or_words(words::<Orders>),
     key!(render.fit, one_of::<Fit>()),
     key!(render.bands, Other(range_of_bands))

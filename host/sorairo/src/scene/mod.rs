@@ -22,7 +22,7 @@ mod valid;
 
 pub use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 pub use crate::spectra::observer::ColourObserver;
-pub use camera::{CameraScene, LONGEST_SIDE, Projection, Size, View};
+pub use camera::{Below, CameraScene, LONGEST_SIDE, Projection, Reflectance, Size, View};
 pub use preset::{Preset, Scene};
 pub(crate) use settings::stops_of_ev100;
 pub use settings::{

@@ -309,7 +309,7 @@ impl ResidentRenderer {
                 first_row: lit.start,
                 rows: lit.len() as u32,
                 row_pixels,
-                fills_whole_lookup: u32::from(fill == Fill::Whole),
+                fills_whole_lookup: u32::from(fill == Fill::Whole) | plan.uniform.fills_whole_lookup,
                 ..plan.uniform
             };
             let groups = self.bind(plan, &uniform, output);

@@ -1,0 +1,68 @@
+//! What an image shows below the horizon.
+
+use sorairo_shared::below::{FADE, FLAT, GROUND, MIRROR, direction_seen, with_ground};
+use sorairo_shared::glam::{DVec3, Vec3};
+use sorairo_shared::uniform::Uniform;
+use sorairo_shared::variant::{self, PixelFormat};
+
+use super::hemisphere::{Node, nodes, nodes_below};
+use super::image::Plan;
+use super::sky::SkyPlan;
+use crate::scene::{Below, Projection, Scene};
+
+/// Altitude (km) from which a map shows the ground by itself: its horizon lies a degree below the level, and the air in
+/// front of the ground leaves no hard line.
+const HIGH: f64 = 1.0;
+
+/// What an image of a scene shows below the horizon: what was asked for, or in a picture of the whole sphere the sky
+/// that fades into the ground, if that is lit, and the ground elsewhere.
+pub fn of(scene: &Scene, pixel: PixelFormat) -> Below {
+    let is_map = scene.camera.projection == Projection::Equirectangular;
+    let is_picture = pixel == PixelFormat::Picture;
+    let is_lit = !scene.ground.albedo.is_black();
+    let fades = is_map && is_picture && is_lit && scene.observer.altitude < HIGH;
+    scene.camera.below.unwrap_or(if fades { Below::Fade } else { Below::Ground })
+}
+
+/// The bits of a variant for it, and linear RGB of flat ground (W·m⁻²·sr⁻¹).
+pub fn for_kernels(sky: &SkyPlan, scene: &Scene, below: Below) -> (u32, Vec3) {
+    let bits = variant::of_below(match below {
+        Below::Ground => GROUND,
+        Below::Fade => FADE,
+        Below::Mirror => MIRROR,
+        Below::Black | Below::Colour => FLAT,
+    });
+    let ground = match below {
+        Below::Ground => sky.colours().ground,
+        Below::Fade => sky.radiances_here(&[-Vec3::Z]).first().copied().unwrap_or(Vec3::ZERO),
+        Below::Colour => Vec3::from_array(scene.camera.below_color.0.map(|part| part as f32)) * white_ground(sky),
+        Below::Mirror | Below::Black => Vec3::ZERO,
+    };
+    (bits, ground)
+}
+
+/// Linear RGB of white level ground under a sky and its sun (W·m⁻²·sr⁻¹).
+fn white_ground(sky: &SkyPlan) -> Vec3 {
+    let nodes = nodes(sky, 1);
+    let views: Vec<Vec3> = nodes.iter().map(|node| node.direction(sky).as_vec3()).collect();
+    let lit = nodes.iter().zip(sky.radiances_here(&views));
+    let diffuse: DVec3 = lit.map(|(node, rgb)| rgb.as_dvec3() * node.level()).sum();
+    let sun = sky.sun_irradiance();
+    let direct = sun.rgb * if sun.facing > 0.0 { sun.level / sun.facing } else { 0.0 };
+    ((diffuse + direct) / std::f64::consts::PI).as_vec3()
+}
+
+impl Plan {
+    /// What an image throws from below the level on a level surface that faces down, as linear RGB (W·m⁻²); by day and
+    /// by night.
+    pub fn light_from_below(&self) -> Vec3 {
+        let sky = &self.sky;
+        let uniform = Uniform { ground: self.uniform.ground, ..sky.integral().uniform };
+        let nodes = nodes_below(sky);
+        let seen = |node: &Node| direction_seen(&uniform, node.direction(sky).as_vec3(), self.variant);
+        let seen: Vec<(Vec3, Vec3, f32)> = nodes.iter().map(seen).collect();
+        let (views, sources): (Vec<Vec3>, Vec<Vec3>) = seen.iter().map(|&(view, source, _)| (view, source)).unzip();
+        let lit = nodes.iter().zip(sky.radiances_of(&views, &sources)).zip(&seen);
+        lit.map(|((node, rgb), &(.., part))| with_ground(&uniform, rgb, part) * node.level() as f32).sum()
+    }
+}

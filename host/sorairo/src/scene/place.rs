@@ -47,7 +47,6 @@ impl fmt::Display for Place {
 
 impl Time {
     /// Date and time of day as a clock there shows them, in a format of `chrono`.
-    #[cfg(feature = "encoding")]
     pub(crate) fn local(self, format: &str) -> String {
         self.0.format(format).to_string()
     }
@@ -56,6 +55,20 @@ impl Time {
     #[cfg(feature = "encoding")]
     pub(crate) fn seconds_east(self) -> i32 {
         self.0.offset().local_minus_utc()
+    }
+
+    /// The midnight before it by the mean sun of a place, to the minute.
+    pub(super) fn solar_midnight(self, place: Place) -> Self {
+        /// The mean sun takes four minutes from one degree of longitude to the next.
+        const MINUTES_PER_DEGREE: f64 = 4.0;
+        let minutes = self.0.timestamp().div_euclid(60) + (MINUTES_PER_DEGREE * place.longitude).round() as i64;
+        let seconds = 60 * minutes.rem_euclid(24 * 60) + self.0.timestamp().rem_euclid(60);
+        Self(self.0 - TimeDelta::new(seconds, self.0.timestamp_subsec_nanos()).expect("less than a day"))
+    }
+
+    /// So many minutes later.
+    pub(super) fn later(self, minutes: u32) -> Self {
+        Self(self.0 + TimeDelta::minutes(minutes.into()))
     }
 }
 

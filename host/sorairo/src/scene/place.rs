@@ -57,13 +57,15 @@ impl Time {
         self.0.offset().local_minus_utc()
     }
 
-    /// The midnight before it by the mean sun of a place, to the minute.
+    /// The midnight before it by the mean sun of a place, to the five minutes of a clock.
     pub(super) fn solar_midnight(self, place: Place) -> Self {
-        /// The mean sun takes four minutes from one degree of longitude to the next.
-        const MINUTES_PER_DEGREE: f64 = 4.0;
-        let minutes = self.0.timestamp().div_euclid(60) + (MINUTES_PER_DEGREE * place.longitude).round() as i64;
-        let seconds = 60 * minutes.rem_euclid(24 * 60) + self.0.timestamp().rem_euclid(60);
-        Self(self.0 - TimeDelta::new(seconds, self.0.timestamp_subsec_nanos()).expect("less than a day"))
+        /// Seconds that the mean sun takes from one degree of longitude to the next.
+        const PER_DEGREE: f64 = 240.0;
+        const DAY: i64 = 86_400;
+        let now = self.0.timestamp();
+        let midnight = now - (now + (PER_DEGREE * place.longitude) as i64).rem_euclid(DAY);
+        let back = now - midnight + midnight.rem_euclid(300);
+        Self(self.0 - TimeDelta::new(back, self.0.timestamp_subsec_nanos()).expect("about a day"))
     }
 
     /// So many minutes later.

@@ -13,7 +13,7 @@ use eframe::egui::{
 use sorairo::Plan;
 use sorairo::low_level::files::png;
 use sorairo::low_level::spectrum::Direction;
-use sorairo::low_level::words::{Words, word, words};
+use sorairo::low_level::words::{Word, Words, word, words};
 use sorairo::scene::command::command;
 use sorairo::scene::filmstrip::Moment;
 use sorairo::scene::place::{Place, SunPosition, Time};
@@ -614,17 +614,22 @@ fn choice<T: Words + Copy>(ui: &mut Ui, label: &str, value: &mut T) {
 /// Exposure by a meter or by hand, in stops or as a camera's EV100; `current` is what a hand takes over (stops).
 fn exposure(ui: &mut Ui, exposure: &mut Exposure, by_ev100: &mut bool, current: f64) {
     let by_hand = Exposure::Stops((10.0 * current).round() / 10.0);
-    let choices = [
-        ("auto", Exposure::Auto, false, "As a camera meters what it sees"),
-        ("adapt", Exposure::Adapt, false, "As an eye that adapts: dusk falls, and a night is dark"),
-        ("stops", by_hand, false, "Linear light times two to this power"),
-        ("EV100", by_hand, true, "What a camera is set to"),
-    ];
+    let by_itself = words::<Exposure>().into_iter().filter_map(|Word { name, sentence, .. }| {
+        let exposure = name.parse().ok()?;
+        Some((name, exposure, false, sentence))
+    });
+    let choices: Vec<_> = by_itself
+        .chain([
+            ("stops", by_hand, false, "Linear light times two to this power"),
+            ("EV100", by_hand, true, "What a camera is set to"),
+        ])
+        .collect();
     let is_chosen = |of: Exposure, ev100: bool| match (*exposure, of) {
         (Exposure::Stops(_), Exposure::Stops(_)) => *by_ev100 == ev100,
         (now, of) => now == of,
     };
-    let (chosen, ..) = choices.into_iter().find(|&(_, of, ev100, _)| is_chosen(of, ev100)).expect("it is one of them");
+    let (chosen, ..) =
+        choices.iter().copied().find(|&(_, of, ev100, _)| is_chosen(of, ev100)).expect("it is one of them");
     let picked = ui.horizontal(|ui| {
         ui.label("Exposure");
         let list = ComboBox::from_id_salt("exposure").selected_text(chosen).width(72.0);

@@ -307,14 +307,16 @@ pub fn stops_of_ev100(ev100: f64) -> f64 {
 }
 
 /// An exposure.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, EnumIter, EnumMessage, IntoStaticStr)]
 #[serde(try_from = "ExposureText", into = "ExposureText")]
+#[strum(serialize_all = "lowercase")]
 pub enum Exposure {
-    /// Of pictures as a camera meters what it sees, of half floats from the brightest; see `plan::exposure`.
+    /// Of pictures as a camera meters what it sees, of half floats from the brightest.
     Auto,
     /// As an eye that adapts to three fifths of the way from daylight: dusk falls, and a night is dark.
     Adapt,
     /// Linear RGB times 2^EV (-50 to 50).
+    #[strum(disabled)]
     Stops(f64),
 }
 

@@ -30,9 +30,9 @@ pub struct Request {
     pub spectral: bool,
     /// Wavelengths of spectral files (nm, where the scene is known, no two the same); [`files::default_wavelengths`] if none are given.
     pub wavelengths: Option<Vec<f64>>,
-    /// Whether it is rendered twice: into the outputs without the sun's disc, to light with, and into a file beside each
-    /// of them with it, to be seen: `sky.sun.exr` beside `sky.exr`. All of them take their places together, and have one
-    /// exposure. Of `.png`, `.exr` and `.hdr`, beside which a scene of USD may stand.
+    /// Whether it is rendered twice: into the outputs without the sun's disc, to light with, and into a file beside
+    /// each of them with it, to be seen: `sky.sun.exr` beside `sky.exr`. All of them take their places together, and
+    /// have one exposure. Of `.png`, `.exr` and `.hdr`, beside which a scene of USD may stand.
     pub split_sun: bool,
     /// Whether to measure the downwelling irradiance.
     pub sky_light: bool,
@@ -384,8 +384,8 @@ fn with_sun(path: &Path) -> PathBuf {
 ///
 /// # Errors
 ///
-/// [`Error::FileExists`] or [`Error::ForeignFile`] if a file that is there must stay; [`Error::Device`] if every device failed, [`Error::NotAllowed`]
-/// if the image is too wide for the device, [`Error::Write`] if a file cannot be written.
+/// [`Error::FileExists`] or [`Error::ForeignFile`] if a file that is there must stay; [`Error::Device`] if every device
+/// failed, [`Error::NotAllowed`] if the image is too wide for the device, [`Error::Write`] if a file cannot be written.
 pub fn compute<'scope>(
     jobs: &[Job],
     scope: &'scope Scope<'scope, '_>,

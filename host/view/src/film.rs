@@ -1,5 +1,5 @@
-//! The thread that makes the small pictures of a day and the files of large ones. It computes on the processor, so that the window's own
-//! device draws what is looked at.
+//! The thread that makes the small pictures of a day and the files of large ones. It computes on the processor, so that
+//! the window's own device draws what is looked at.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};

@@ -114,6 +114,6 @@ fn small(scene: &Scene) -> Size {
         Projection::Perspective => Vec2::new(width as f32, height as f32),
     };
     let sides = sides * (LONGER_SIDE / sides.max_elem());
-    let side = |length: f32| (length.round() as u32).max(1);
+    let side = |length: f32| ((length + 0.5) as u32).max(1);
     Size { width: side(sides.x), height: side(sides.y) }
 }

@@ -75,7 +75,8 @@ pub fn sun(toml: &str) -> Result<String> {
     Ok(json!({ "elevation": sun.elevation, "azimuth": sun.azimuth, "instant": instant }).to_string())
 }
 
-/// The moments of the scene's day that stand in a strip, each with its words, its time if it has one, and its sun (degrees).
+/// The moments of the scene's day that stand in a strip, each with its words, its time if it has one, and its sun
+/// (degrees).
 ///
 /// # Errors
 ///

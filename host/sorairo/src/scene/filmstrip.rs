@@ -41,8 +41,9 @@ impl Moment {
     }
 }
 
-/// [`MOMENTS`] from before dawn to after dusk, closest while the light changes fast: of the scene's day at its place, all
-/// of that day where the sun hardly rises or never sets. Without a place the sun rises to the zenith at its azimuth.
+/// [`MOMENTS`] from before dawn to after dusk, closest while the light changes fast: of the scene's day at its place,
+/// all of that day where the sun hardly rises or never sets. Without a place the sun rises to the zenith at its
+/// azimuth.
 ///
 /// # Errors
 ///

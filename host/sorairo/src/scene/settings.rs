@@ -301,7 +301,8 @@ pub const MOST_STOPS: f64 = 50.0;
 /// cd·s/m² and S = 100.
 const LUMINANCE_OF_EV100: f64 = 12.5 / 100.0;
 
-/// The exposure (stops) of a camera that is set to an EV100; and the EV100 of an exposure, since both add up to a constant.
+/// The exposure (stops) of a camera that is set to an EV100; and the EV100 of an exposure, since both add up to a
+/// constant.
 pub fn stops_of_ev100(ev100: f64) -> f64 {
     (f64::from(MIDDLE_GREY) * LUMENS_PER_WATT / LUMINANCE_OF_EV100).log2() - ev100
 }

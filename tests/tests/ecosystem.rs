@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
-use sorairo_tests::program::{read_png, succeed};
+use sorairo_tests::program::{binary, read_png, succeed};
 use sorairo_tests::python::{blender, check, check_by};
 use tempfile::tempdir;
 
@@ -122,4 +122,11 @@ fn blender_sees_the_sky_that_sorairo_sees_in_its_brightness_and_with_its_light()
     let image: Vec<&str> = image.split(' ').collect();
     std::fs::write(folder.join("sky.json"), succeed(folder, &image).stdout).unwrap();
     check_by(&blender(), folder, "blender_map.py", &[]);
+}
+
+#[test]
+#[ignore = "needs Blender, which takes Python 3.11 and 1 GB: tests/python/blender.txt; test.sh runs it where it can"]
+fn the_add_on_of_blender_lights_a_scene_by_the_sky_and_the_sun_of_its_panel() {
+    let folder = tempdir().unwrap();
+    check_by(&blender(), folder.path(), "blender_addon.py", &[binary().to_str().expect("a path of text")]);
 }

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use sorairo::low_level::files::{Format, is_finished};
 use sorairo::scene::Scene;
 use sorairo_shared::math::max;
-use sorairo_tests::program::{Image, contents, read_exr, run, succeed};
+use sorairo_tests::program::{Image, contents, read_exr, read_png, run, succeed};
 use sorairo_tests::python::check;
 use tempfile::tempdir;
 
@@ -242,6 +242,28 @@ fn both_pictures_of_a_split_sky_have_one_exposure_and_differ_where_the_sun_is_al
         let others = light.iter().zip(&seen).filter(|(light, seen)| light != seen).count();
         assert!(light.len() == 64 * 32 && (1..=4).contains(&others), "{name}: {others} pixels differ");
     }
+}
+
+#[test]
+fn a_split_sky_to_which_an_eye_adapts_has_the_one_exposure_of_its_sun() {
+    let folder = tempdir().unwrap();
+    // The disc fills a seventieth of this picture, so a meter sees it.
+    let sky = "render --device cpu --size 64x32 --sun-elevation 8 --projection perspective --fov 6 --look-elevation 8 \
+               --exposure adapt --dither none";
+    let exposure = |flags: &str| {
+        let report: Value = serde_json::from_str(&say(folder.path(), &format!("{sky} {flags} --json"))).unwrap();
+        report["exposure_ev"].as_f64().unwrap()
+    };
+    let both = exposure("--split-sun -o sky.png");
+    let (light, seen) = (exposure("-o light.png"), exposure("--sun-disc -o seen.png"));
+    assert!((both - seen).abs() < 1e-6 && (both - light).abs() > 0.1, "{both} {seen} {light}");
+    let files = contents(folder.path());
+    assert!(files["sky.sun.png"] != files["sky.png"]);
+    let [without, with] = ["sky.png", "sky.sun.png"].map(|name| read_png(&folder.path().join(name)));
+    // Where there is no disc, one is the other.
+    let corner = |image: &Image<u8>| (0..32).map(|row| image.at(0, row)).collect::<Vec<_>>();
+    assert_eq!(corner(&without), corner(&with));
+    assert!(without.at(32, 16) != with.at(32, 16));
 }
 
 #[test]

@@ -58,6 +58,32 @@ fn touched(folder: &Path, before: &BTreeMap<String, SystemTime>) -> Vec<String> 
 }
 
 #[test]
+fn each_frame_of_a_sun_that_is_split_off_is_the_two_files_of_render_and_is_whole_with_both() {
+    let folder = folder();
+    let sky = "--device cpu --size 48x24 --split-sun --exposure adapt";
+    let line = format!("sequence {sky} --sun-elevation 2:6:2 -o f/sky.#.png -o f/sky.#.exr");
+    let summary = sequence(folder.path(), &line);
+    assert_eq!(counts(&summary), (3, 0));
+    let outputs = ["f/sky.1.png", "f/sky.1.exr", "f/sky.1.sun.png", "f/sky.1.sun.exr"];
+    let frame = &summary["frames"][1];
+    assert_eq!((&frame["outputs"], &frame["sun_disc"]), (&serde_json::json!(outputs), &Value::Bool(false)));
+    succeed(folder.path(), &words(&format!("render {sky} --sun-elevation 4 -o f/sky.9.png -o f/sky.9.exr")));
+    let files = contents(&folder.path().join("f"));
+    for kind in ["png", "exr", "sun.png", "sun.exr"] {
+        assert!(files[&format!("sky.1.{kind}")] == files[&format!("sky.9.{kind}")], "{kind}");
+    }
+    assert_eq!(counts(&sequence(folder.path(), &line)), (0, 3));
+    // Without its sheet nothing is known of the files but what stands in them.
+    std::fs::remove_file(folder.path().join("f/contact.png")).unwrap();
+    assert_eq!(counts(&sequence(folder.path(), &line)), (0, 3));
+    std::fs::remove_file(folder.path().join("f/sky.2.sun.exr")).unwrap();
+    assert_eq!(counts(&sequence(folder.path(), &line)), (1, 2));
+    // Frames of one file have a sun of another kind.
+    let whole = line.replace(" --split-sun", "").replace(" --exposure", " --sun-disc --exposure");
+    assert_eq!(counts(&sequence(folder.path(), &whole)), (3, 0));
+}
+
+#[test]
 fn every_frame_is_byte_for_byte_the_rendering_of_its_scene() {
     for device in ["cpu", "gpu"] {
         let folder = folder();

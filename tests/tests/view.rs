@@ -80,13 +80,18 @@ fn the_window_shows_a_blue_noon_and_the_spectrum_of_a_point_that_is_clicked() {
 #[test]
 fn the_window_shows_the_pixels_that_a_rendering_writes() {
     // The window's own device draws the one, and shows pixels of the other.
-    for device in ["gpu", "cpu"] {
-        check_pixels(device);
+    for (device, picture) in [
+        ("gpu", &[][..]),
+        ("cpu", &[]),
+        ("gpu", &["--view", "aces", "--exposure", "adapt"]),
+        ("cpu", &["--look", "high-contrast", "--exposure", "ev14"]),
+    ] {
+        check_pixels(device, picture);
     }
 }
 
-fn check_pixels(device: &str) {
-    let scene = ["--projection", "perspective", "--look-elevation", "40", "--device", device];
+fn check_pixels(device: &str, picture: &[&str]) {
+    let scene = [&["--projection", "perspective", "--look-elevation", "40", "--device", device], picture].concat();
     let window = screenshot(&scene);
     // A perspective fills its part of the window, and only grey stands around it.
     let coloured = |column: usize, row: usize| {
@@ -98,7 +103,7 @@ fn check_pixels(device: &str) {
     let height = (0..window.height).find(|&row| !lit(row)).expect("an end of the sky");
     let size = format!("{}x{height}", window.width - left);
     let folder = tempdir().unwrap();
-    let render = [&["render", "--size", &size, "-o", "sky.png"], &scene[..]].concat();
+    let render = [&["render", "--size", &size, "-o", "sky.png"][..], &scene].concat();
     let ended: Ended = command(folder.path(), &render).output().expect("the program starts").into();
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     let sky = read_png(&folder.path().join("sky.png"));
@@ -111,6 +116,27 @@ fn check_pixels(device: &str) {
         .max();
     // The window's texture passes through linear values and back, which may round by one.
     assert!(worst.is_some_and(|worst| worst <= 1), "{size}: the window is off by {worst:?}");
+}
+
+/// What one of the twelve pictures of the day shows, below the sky.
+fn of_the_day(i: u32) -> Part {
+    let middle = (314.0 + (f64::from(i) + 0.5) * 79.7) / 1280.0;
+    Part { across: [middle - 0.02, middle + 0.02], down: [0.57, 0.6] }
+}
+
+#[test]
+fn below_the_sky_stands_a_day_of_its_place_from_night_through_noon_to_night() {
+    let day = ["--place", "35.68,139.77", "--time", "2026-09-22T09:00:00+09:00", "--exposure", "adapt"];
+    let window = screenshot(&[&day[..], &["--device", "cpu"]].concat());
+    let light = |i| of_the_day(i).mean(&window).iter().sum::<f64>();
+    assert!(light(5) > 4.0 * light(0) && light(6) > 4.0 * light(11), "{:?}", (0..12).map(light).collect::<Vec<_>>());
+    // The sun stands in the east before noon and in the west after it; the middle of these pictures looks north.
+    let halves = |i| {
+        let Part { across: [left, right], down } = of_the_day(i);
+        let middle = (left + right) / 2.0;
+        [[left, middle], [middle, right]].map(|across| Part { across, down }.mean(&window).iter().sum::<f64>())
+    };
+    assert!(halves(3)[1] > halves(3)[0] && halves(8)[0] > halves(8)[1], "{:?} {:?}", halves(3), halves(8));
 }
 
 #[test]

@@ -278,7 +278,7 @@ def test_an_error_map_covers_the_right_sky_alone(sky):
 
 
 # What the page's own thread may ask: these plan no sky, as the module's own tests hold them to.
-PLAN_NOTHING = {"command", "direction", "keys", "presets", "scene", "start", "sun"}
+PLAN_NOTHING = {"command", "direction", "filmstrip", "keys", "presets", "scene", "start", "stops_of_ev100", "sun"}
 
 
 def test_a_hand_that_drags_lets_the_page_s_own_thread_plan_no_sky(browser, server):
@@ -353,8 +353,79 @@ def test_a_preset_says_what_it_is(sky, native):
         assert f"* `{preset}`: {said}\n" in reference
 
 
-def test_what_is_saved_makes_the_same_picture(sky, native, tmp_path):
-    start(sky, PERSPECTIVE + "&sun.elevation=9&preset=hazy" + PIXELS)
+def test_the_strip_shows_the_day_of_the_place_and_a_press_sets_the_hour(sky, native_picture):
+    day = "&sun.place=35.68,139.77&sun.time=2026-09-22T12:00:00%2B09:00&render.exposure=adapt"
+    start(sky, PERSPECTIVE + day + PIXELS)
+    strip = sky.page.locator("#strip")
+    expect(strip).to_have_attribute("data-state", "done", timeout=PATIENCE)
+    hours = strip.locator("button")
+    expect(hours).to_have_count(12)
+    assert hours.all_text_contents() == sorted(hours.all_text_contents())
+    noon, dusk = hours.nth(6), hours.nth(10)
+    expect(dusk).to_have_attribute("aria-pressed", "false")
+    sky.forget()
+    dusk.click()
+    sky.done()
+    expect(dusk).to_have_attribute("aria-pressed", "true")
+    assert f"T{dusk.text_content()}:00+09:00" in sky.value("sun.time")
+    assert sky.value("sun.place") == '"35.68,139.77"'
+    # Each small picture is that of its hour, which a press shows in full.
+    for hour, text in [(dusk, sky.scene), (noon, sky.scene.replace(dusk.text_content(), noon.text_content()))]:
+        hour.locator("canvas").evaluate("each => { each.id = 'hour'; }")
+        small = sky.pixels("hour")
+        hour.locator("canvas").evaluate("each => each.removeAttribute('id')")
+        height, width, _ = small.shape
+        text = re.sub(r'camera.size = "[^"]*"', f'camera.size = "{width}x{height}"', text)
+        # The same code on two processors.
+        assert numpy.abs(small - native_picture(text)).max() <= 1
+    assert small.mean() > 50
+
+
+def test_without_a_place_the_strip_is_a_sun_that_rises(sky):
+    start(sky, PERSPECTIVE + "&sun.elevation=20&sun.azimuth=70" + PIXELS)
+    expect(sky.page.locator("#strip")).to_have_attribute("data-state", "done", timeout=PATIENCE)
+    sky.forget()
+    sky.page.locator("#strip button").first.click()
+    sky.done()
+    assert (sky.value("sun.elevation"), sky.value("sun.azimuth")) == ("-9", "70")
+
+
+def test_view_look_and_exposure_are_those_of_the_native_program(sky, native_picture):
+    start(sky, PERSPECTIVE + "&sun.elevation=-3" + PIXELS)
+    sky.page.evaluate("() => document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+    page, seen = sky.page, [sky.pixels()]
+
+    def chosen(act, key, value):
+        sky.forget()
+        act()
+        sky.done()
+        assert sky.value(key) == value
+        seen.append(sky.pixels())
+        assert numpy.abs(seen[-1] - native_picture(sky.scene)).max() <= 1
+        assert numpy.abs(seen[-1] - seen[-2]).max() > 5
+
+    chosen(lambda: page.locator("#render-look").select_option("high-contrast"), "render.look", '"high-contrast"')
+    chosen(lambda: page.locator("#render-view").select_option("aces"), "render.view", '"aces"')
+    chosen(lambda: page.locator("#render-view").select_option("srgb"), "render.view", '"srgb"')
+    exposure = page.locator("[data-key='render.exposure'] select")
+    chosen(lambda: exposure.select_option("adapt"), "render.exposure", '"adapt"')
+    ev100 = page.locator("#ev100")
+    # Middle grey at 683 times its radiance, over an eighth of a candela: what a camera at EV100 0 exposes for.
+    constant = numpy.log2(0.18 * 683 * 8)
+    metered = float(page.locator("#render-exposure").get_attribute("placeholder"))
+    assert abs(float(ev100.get_attribute("placeholder")) + metered - constant) < 0.01
+    sky.forget()
+    ev100.fill("13")
+    ev100.press("Enter")
+    sky.done()
+    # Four digits are shown.
+    assert abs(float(sky.value("render.exposure")) + 13 - constant) < 1e-3
+    assert numpy.abs(sky.pixels() - native_picture(sky.scene)).max() <= 1
+
+
+@pytest.mark.parametrize("picture", ["", "&render.view=aces&render.exposure=adapt"])
+def test_what_is_saved_makes_the_same_picture(sky, native, tmp_path, picture):
+    start(sky, PERSPECTIVE + "&sun.elevation=9&preset=hazy" + picture + PIXELS)
     sky.page.evaluate("() => document.querySelectorAll('details').forEach((each) => { each.open = true; })")
 
     def saved(button):

@@ -113,7 +113,7 @@ def test_both_skies_and_their_sizes_change_together(sky):
             self.unwatched = () => { ImageBitmapRenderingContext.prototype.transferFromImageBitmap = show; };
             ImageBitmapRenderingContext.prototype.transferFromImageBitmap = function (bitmap) {
                 const { id, width, height } = this.canvas;
-                self.shown.push({ id, turn, fits: width === bitmap.width && height === bitmap.height });
+                if (id) self.shown.push({ id, turn, fits: width === bitmap.width && height === bitmap.height });
                 setTimeout(() => { turn += 1; }, 0);
                 return show.call(this, bitmap);
             };

@@ -33,9 +33,9 @@ pub fn made_of(frames: &[Frame], cases: Option<&Cases>) -> Result<String> {
     let mut add = |part: &[u8]| sum.update([part, &[0xff]].concat());
     for frame in frames {
         add(frame.request.signature(&frame.scene)?.as_bytes());
-        for output in &frame.request.outputs {
+        for output in frame.request.files() {
             let beside = frames.first().and_then(|first| first.request.outputs.first()?.parent());
-            let name = beside.and_then(|folder| output.strip_prefix(folder).ok()).unwrap_or(output);
+            let name = beside.and_then(|folder| output.strip_prefix(folder).ok()).unwrap_or(&output);
             add(name.as_os_str().as_encoded_bytes());
         }
     }
@@ -71,8 +71,8 @@ pub fn are_whole(frames: &[Frame], made_of: &str, sheet: &Path, manifest: Option
         return false;
     };
     // A file of the same instant may have changed after it.
-    let mut files = frames.iter().flat_map(|frame| &frame.request.outputs);
-    files.all(|file| changed(file).is_ok_and(|time| time < oldest))
+    let mut files = frames.iter().flat_map(|frame| frame.request.files());
+    files.all(|file| changed(&file).is_ok_and(|time| time < oldest))
 }
 
 /// When a file last changed in any way (s, ns).

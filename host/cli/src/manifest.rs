@@ -45,9 +45,9 @@ pub fn write(cases: &Cases, frames: &[Frame], mut lights: Lights, kept: Option<&
     let cells: Vec<_> = cases.cells().collect();
     let mut rows = Vec::new();
     for frame in frames {
-        for file in &frame.request.outputs {
+        for file in frame.request.files() {
             let name = file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-            let sum = checksum(file).map_err(|error| Error::Failure(format!("{}: {error}", file.display())))?;
+            let sum = checksum(&file).map_err(|error| Error::Failure(format!("{}: {error}", file.display())))?;
             let case = &cells[frame.number as usize];
             let row = known.get(&(name.clone(), sum.clone())).filter(|row| row[1..=case.len()] == *case);
             rows.push((frame, [name, sum], row));

@@ -15,14 +15,11 @@ use crate::progress::Progress;
 pub fn run(arguments: &RenderArguments) -> Result<()> {
     let scene = arguments.scene.scene()?;
     let request = arguments.request();
-    refuse_scene_as_output(arguments.scene.scene.as_deref(), request.outputs.iter())?;
+    refuse_scene_as_output(arguments.scene.scene.as_deref(), request.files().iter())?;
     let device = memory::device(&arguments.scene.device)?;
     let progress = Progress::start();
     let (open, stage) = (|| device::open(&device), |stage: &str| progress.stage(stage));
-    let report = match arguments.split_sun {
-        true => render::render_split(&scene, &request, open, stage),
-        false => render::render(&scene, &request, open, stage),
-    };
+    let report = render::render(&scene, &request, open, stage);
     drop(progress);
     let report = report?;
     print_note(&summary(&report));

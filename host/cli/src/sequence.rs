@@ -75,9 +75,9 @@ impl FrameReport {
             rendered: ended != Ended::Found,
             sun_elevation: sun.elevation,
             sun_azimuth: sun.azimuth,
-            sun_disc: sun.disc,
+            sun_disc: sun.disc && !frame.request.split_sun,
             shown,
-            outputs: frame.request.outputs.iter().map(|path| path.to_string_lossy().into_owned()).collect(),
+            outputs: frame.request.files().iter().map(|path| path.to_string_lossy().into_owned()).collect(),
         }
     }
 }
@@ -88,8 +88,8 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
     let frames = frames::all(arguments, cases.as_ref())?;
     let chosen = frames::chosen(arguments, &frames)?;
     let sheet = contact_sheet_path(&frames);
-    let files = frames.iter().flat_map(|frame| &frame.request.outputs).chain([&sheet]);
-    refuse_scene_as_output(arguments.scene.as_deref(), files)?;
+    let files: Vec<_> = frames.iter().flat_map(|frame| frame.request.files()).collect();
+    refuse_scene_as_output(arguments.scene.as_deref(), files.iter().chain([&sheet]))?;
     // Nobody names the sheet.
     let replaces = if arguments.replace.force { Replace::All } else { Replace::Own };
     replaces.check(&sheet)?;

@@ -30,6 +30,10 @@ pub struct Request {
     pub spectral: bool,
     /// Wavelengths of spectral files (nm, where the scene is known, no two the same); [`files::default_wavelengths`] if none are given.
     pub wavelengths: Option<Vec<f64>>,
+    /// Whether it is rendered twice: into the outputs without the sun's disc, to light with, and into a file beside
+    /// each of them with it, to be seen: `sky.sun.exr` beside `sky.exr`. All of them take their places together, and
+    /// have one exposure. Of `.png`, `.exr` and `.hdr`, beside which a scene of USD may stand.
+    pub split_sun: bool,
     /// Whether to measure the downwelling irradiance.
     pub sky_light: bool,
     /// Which files that are there already it may replace.
@@ -46,8 +50,25 @@ impl Request {
         self.outputs.iter().map(|path| Format::of(path, self.spectral)).collect()
     }
 
+    /// Every file that it fills.
+    pub fn files(&self) -> Vec<PathBuf> {
+        self.outputs.iter().cloned().chain(self.beside()).collect()
+    }
+
+    /// The files with the sun's disc beside those without, if it splits off the sun.
+    fn beside(&self) -> impl Iterator<Item = PathBuf> {
+        let is_rgb = |path: &&PathBuf| Format::of(path, self.spectral).is_ok_and(Format::is_rgb);
+        self.outputs.iter().filter(move |path| self.split_sun && is_rgb(path)).map(|path| with_sun(path))
+    }
+
     /// Whether every file is there already, whole, and made of this scene by this version of the program.
-    pub fn is_finished(&self, scene: &ValidScene) -> bool {
+    pub fn is_finished(&self, scene: &ValidScene, light_fields: &LightFields) -> bool {
+        if self.split_sun {
+            // What exposes both follows from their plans.
+            let are_there = self.files().iter().all(|path| path.is_file());
+            return are_there
+                && Job::all(scene, self, light_fields).is_ok_and(|jobs| jobs.iter().all(Job::is_finished));
+        }
         let Ok(formats) = self.formats() else { return false };
         let Ok(wavelengths) = self.wavelengths_of(scene, &formats) else { return false };
         let scene = scene.as_asked();
@@ -63,7 +84,9 @@ impl Request {
         let formats = self.formats()?;
         let wavelengths = self.wavelengths_of(scene, &formats)?;
         let scene = scene.as_asked();
-        Ok(formats.into_iter().map(|format| files::signature(format, &scene, &wavelengths)).collect())
+        let split = if self.split_sun { "split" } else { "" };
+        let signatures = formats.into_iter().map(|format| files::signature(format, &scene, &wavelengths));
+        Ok(signatures.chain([split.into()]).collect())
     }
 
     /// The wavelengths of its spectral files (nm, increasing), whose formats are these.
@@ -214,6 +237,25 @@ impl Job {
         lines
     }
 
+    /// The jobs of a request: one, or two of one sky where the sun is split off, the one without its disc first.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::FileName`] for a file of another format than the sun may be split off; those of [`Job::new`].
+    pub fn all(scene: &ValidScene, request: &Request, light_fields: &LightFields) -> Result<Vec<Self>> {
+        match request.split_sun {
+            true => split(scene, request, light_fields),
+            false => Ok(vec![Self::new(scene, request, light_fields)?]),
+        }
+    }
+
+    /// Whether its files, which hold no spectra, are there already, whole, and made of its scene.
+    fn is_finished(&self) -> bool {
+        let scene = self.scene.as_asked();
+        let mut files = self.parts.iter().flat_map(|part| &part.outputs);
+        files.all(|(path, format)| files::is_finished(path, *format, &scene, &[]))
+    }
+
     /// Its outputs that would take the place of a file.
     pub fn replaced(&self) -> Vec<PathBuf> {
         self.outputs.iter().filter(|path| path.is_file()).cloned().collect()
@@ -233,30 +275,15 @@ impl Job {
     pub fn is_direct(&self) -> bool {
         self.plan().lookup.size.is_none()
     }
+}
 
+impl Part {
     /// Computes the pixels; each file is encoded meanwhile, on a thread of its own.
     ///
     /// # Errors
     ///
-    /// [`Error::FileExists`] or [`Error::ForeignFile`] if a file that is there must stay; [`Error::Device`] if every device failed, [`Error::NotAllowed`] if the
+    /// [`Error::Device`] if every device failed, [`Error::NotAllowed`] if the
     /// image is too wide for the device, [`Error::Write`] if a file cannot be written.
-    pub fn compute<'scope>(
-        &self,
-        scope: &'scope Scope<'scope, '_>,
-        device: &mut Device,
-    ) -> Result<(Times, Files<'scope>)> {
-        self.check_replaced()?;
-        let (mut times, mut files) = (Times::default(), Files { writers: Vec::new() });
-        for part in &self.parts {
-            let (of_part, files_of_part) = part.compute(scope, device, &self.scene)?;
-            times += of_part;
-            files.writers.extend(files_of_part.writers);
-        }
-        Ok((times, files))
-    }
-}
-
-impl Part {
     fn compute<'scope>(
         &self,
         scope: &'scope Scope<'scope, '_>,
@@ -358,36 +385,21 @@ pub fn render(
     stage: impl Fn(&str),
 ) -> Result<Report> {
     let start = Instant::now();
-    let job = Job::new(scene, request, &LightFields::default())?;
-    render_jobs(start, &[job], request, open, stage)
+    let jobs = Job::all(scene, request, &LightFields::default())?;
+    render_jobs(start, &jobs, request, open, stage)
 }
 
-/// Renders a scene twice: into the files of the request without the sun's disc, to light with, and into a file beside
-/// each of them with it, to be seen: `sky.sun.exr` beside `sky.exr`. All of them take their places together, and have
-/// one exposure. The report is that of the files without the disc, and lists them all.
-///
-/// # Errors
-///
-/// [`Error::FileName`] for a file of another format than `.png`, `.exr` and `.hdr`, beside which a scene of USD may
-/// stand; those of [`render`].
-pub fn render_split(
-    scene: &ValidScene,
-    request: &Request,
-    open: impl FnOnce() -> Result<Device>,
-    stage: impl Fn(&str),
-) -> Result<Report> {
-    let start = Instant::now();
+/// The two jobs of a request that splits off the sun.
+fn split(scene: &ValidScene, request: &Request, light_fields: &LightFields) -> Result<Vec<Job>> {
     let formats = request.formats()?;
-    let named = request.outputs.iter().zip(&formats);
-    if let Some((path, _)) = named.clone().find(|(_, format)| !format.is_rgb() && **format != Format::UsdScene) {
+    let mut named = request.outputs.iter().zip(&formats);
+    if let Some((path, _)) = named.find(|(_, format)| !format.is_rgb() && **format != Format::UsdScene) {
         let complaint = "the sun's disc is split off .png, .exr and .hdr files alone; spectral files and scenes of Radiance never hold it";
         return Err(Error::FileName { path: path.clone(), complaint: complaint.into() });
     }
-    let beside: Vec<PathBuf> = named.filter(|(_, format)| format.is_rgb()).map(|(path, _)| with_sun(path)).collect();
-    files::check_distinct(&[&request.outputs[..], &beside].concat())?;
-    let light_fields = LightFields::default();
-    let of_seen = Request { outputs: beside, ..request.clone() };
-    let mut seen = Job::new(&scene.with_disc(true)?, &of_seen, &light_fields)?;
+    files::check_distinct(&request.files())?;
+    let of_seen = Request { outputs: request.beside().collect(), ..request.clone() };
+    let mut seen = Job::new(&scene.with_disc(true)?, &of_seen, light_fields)?;
     let mut light = scene.with_disc(false)?;
     // Those of the brighter one hold for both, so that one file can take the place of the other.
     if formats.contains(&Format::Png) && !matches!(scene.render.exposure, Exposure::Stops(_)) {
@@ -396,16 +408,36 @@ pub fn render_split(
     if scene.render.exr == ExrDepth::Half && scene.render.exr_exposure == Exposure::Auto {
         let stops = Exposure::Stops(f64::from(seen.plan().linear_exposure(ExrDepth::Half)));
         light = light.exposed_linear(stops)?;
-        seen = Job::new(&seen.scene.clone().exposed_linear(stops)?, &of_seen, &light_fields)?;
+        seen = Job::new(&seen.scene.clone().exposed_linear(stops)?, &of_seen, light_fields)?;
     }
-    let light = Job::new(&light, request, &light_fields)?;
-    render_jobs(start, &[light, seen], request, open, stage)
+    Ok(vec![Job::new(&light, request, light_fields)?, seen])
 }
 
 /// The file beside another that shows the same sky with the sun's disc.
 fn with_sun(path: &Path) -> PathBuf {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     path.with_extension(format!("sun.{extension}"))
+}
+
+/// Computes the pixels of jobs of one sky; their files are encoded meanwhile.
+///
+/// # Errors
+///
+/// [`Error::FileExists`] or [`Error::ForeignFile`] if a file that is there must stay; [`Error::Device`] if every device
+/// failed, [`Error::NotAllowed`] if the image is too wide for the device, [`Error::Write`] if a file cannot be written.
+pub fn compute<'scope>(
+    jobs: &[Job],
+    scope: &'scope Scope<'scope, '_>,
+    device: &mut Device,
+) -> Result<(Times, Files<'scope>)> {
+    jobs.iter().try_for_each(Job::check_replaced)?;
+    let (mut times, mut files) = (Times::default(), Files { writers: Vec::new() });
+    for (part, scene) in jobs.iter().flat_map(|job| job.parts.iter().map(|part| (part, &job.scene))) {
+        let (of_part, files_of_part) = part.compute(scope, device, scene)?;
+        times += of_part;
+        files.writers.extend(files_of_part.writers);
+    }
+    Ok((times, files))
 }
 
 /// Renders jobs of one sky, and reports the first. All files take their places together.
@@ -421,15 +453,9 @@ fn render_jobs(
     stage("opening the device");
     let mut device = open()?;
     let replaced = jobs.iter().flat_map(Job::replaced).collect();
-    jobs.iter().try_for_each(Job::check_replaced)?;
     stage("computing the sky");
     let (times, encoding) = std::thread::scope(|scope| {
-        let (mut times, mut files) = (Times::default(), Files { writers: Vec::new() });
-        for job in jobs {
-            let (of_job, files_of_job) = job.compute(scope, &mut device)?;
-            times += of_job;
-            files.writers.extend(files_of_job.writers);
-        }
+        let (times, files) = compute(jobs, scope, &mut device)?;
         stage("writing files");
         let computed = Instant::now();
         files.finish().map(|()| (times, computed.elapsed()))

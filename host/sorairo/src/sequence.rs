@@ -11,7 +11,7 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::files;
 use crate::plan::{LightFields, Plan};
-use crate::render::{Files, Job, Request, Shown};
+use crate::render::{self, Files, Job, Request, Shown};
 use crate::scene::{Exposure, ValidScene};
 
 /// One frame of a sequence.
@@ -51,9 +51,10 @@ pub fn frames(scenes: Vec<ValidScene>, request: &Request) -> Result<Vec<Frame>> 
     let mut names = HashSet::new();
     let frame = |(number, scene)| {
         let outputs: Vec<_> = request.outputs.iter().map(|pattern| numbered(pattern, number)).collect::<Result<_>>()?;
-        match outputs.iter().find(|&path| !names.insert(path.clone())) {
-            Some(path) => Err(Error::SharedFile { path: path.clone(), how: "a file of two frames" }),
-            None => Ok(Frame { number, scene, request: Request { outputs, ..request.clone() } }),
+        let request = Request { outputs, ..request.clone() };
+        match request.files().into_iter().find(|path| !names.insert(path.clone())) {
+            Some(path) => Err(Error::SharedFile { path, how: "a file of two frames" }),
+            None => Ok(Frame { number, scene, request }),
         }
     };
     (0..).zip(scenes).map(frame).collect()
@@ -126,9 +127,11 @@ pub fn make_folders(frames: &[Frame]) -> Result<()> {
 
 /// Whether the files of all frames are whole and show their scenes, as [`sequence`] leaves them.
 pub fn are_finished<'a>(frames: impl Iterator<Item = &'a Frame> + Clone) -> bool {
-    let is_there = |frame: &Frame| frame.request.outputs.iter().all(|path| path.is_file());
+    let is_there = |frame: &Frame| frame.request.files().iter().all(|path| path.is_file());
+    let light_fields = LightFields::default();
     // A missing file is told at once; reading takes its time.
-    frames.clone().all(is_there) && frames.into_iter().all(|frame| frame.request.is_finished(&frame.scene))
+    frames.clone().all(is_there)
+        && frames.into_iter().all(|frame| frame.request.is_finished(&frame.scene, &light_fields))
 }
 
 /// Of which frames the light of the sky is measured. No file holds it.
@@ -150,7 +153,7 @@ pub enum Measured {
 ///
 /// # Errors
 ///
-/// Those of [`Job::new`] and [`Job::compute`], with the number of the frame.
+/// Those of [`Job::all`] and [`render::compute`], with the number of the frame.
 pub fn sequence(frames: &[Frame], measured: Measured, device: &mut Device, ended: &mut OnEnd<'_>) -> Result<()> {
     std::thread::scope(|scope| {
         let (planned, jobs) = sync_channel(1);
@@ -158,14 +161,14 @@ pub fn sequence(frames: &[Frame], measured: Measured, device: &mut Device, ended
         Builder::new().spawn_scoped(scope, move || plan(frames, measured, &planned)).map_err(Error::Thread)?;
         let finishing = Builder::new().spawn_scoped(scope, move || finish(&files, ended)).map_err(Error::Thread)?;
         let computing = jobs.iter().try_for_each(|(frame, work): (&Frame, Result<Work>)| {
-            let Work { job, shown } = work.map_err(|error| of_frame(frame, error))?;
-            let files = match job {
-                Some(job) => {
-                    let replaced = !job.replaced().is_empty();
-                    let (_, files) = job.compute(scope, device).map_err(|error| of_frame(frame, error))?;
-                    Some((files, Ended::Rendered { direct: job.is_direct(), replaced }))
+            let Work { jobs, shown } = work.map_err(|error| of_frame(frame, error))?;
+            let files = match &jobs[..] {
+                [] => None,
+                [first, ..] => {
+                    let replaced = jobs.iter().any(|job| !job.replaced().is_empty());
+                    let (_, files) = render::compute(&jobs, scope, device).map_err(|error| of_frame(frame, error))?;
+                    Some((files, Ended::Rendered { direct: first.is_direct(), replaced }))
                 }
-                None => None,
             };
             // The receiver ends early only with an error of its own, which is the one to tell.
             computed.send(Computed { frame, files, shown }).map_err(|_| writer_ended())
@@ -190,21 +193,22 @@ fn plan<'a>(frames: &'a [Frame], measured: Measured, work: &SyncSender<(&'a Fram
 
 /// What is to be done for a frame.
 struct Work {
-    /// Its rendering, if it is not there yet.
-    job: Option<Job>,
+    /// Its renderings, if it is not there yet.
+    jobs: Vec<Job>,
     shown: Option<Shown>,
 }
 
 impl Work {
     fn of(frame: &Frame, measured: Measured, light_fields: &LightFields) -> Result<Self> {
         let Frame { scene, request, .. } = frame;
-        let job = if request.is_finished(scene) { None } else { Some(Job::new(scene, request, light_fields)?) };
-        let shown = match &job {
+        let is_there = request.is_finished(scene, light_fields);
+        let jobs = if is_there { Vec::new() } else { Job::all(scene, request, light_fields)? };
+        let shown = match jobs.first() {
             Some(job) => (measured != Measured::None).then(|| job.shown()),
             None if measured == Measured::All => Some(Shown::of_request(request, scene, light_fields)?),
             None => None,
         };
-        Ok(Self { job, shown })
+        Ok(Self { jobs, shown })
     }
 }
 

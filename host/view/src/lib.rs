@@ -2,9 +2,11 @@
 
 mod canvas;
 mod day;
+mod film;
 mod options;
 mod plot;
 mod sky;
+mod strip;
 mod window;
 
 use std::path::Path;
@@ -16,6 +18,7 @@ use sorairo::low_level::device::DeviceKind;
 use sorairo::low_level::files;
 
 use canvas::Canvas;
+use film::Film;
 pub use options::{Counted, Options};
 use sky::Worker;
 use window::{Shown, Window, around};
@@ -57,13 +60,14 @@ pub fn open(options: Options<'_>, open_device: impl FnOnce() -> sorairo::Result<
     check_display()?;
     let device = open_device()?;
     let context = egui::Context::default();
-    let wake = context.clone();
+    let [wake, wake_too] = [(); 2].map(|()| context.clone());
     let Device { name, kind, .. } = &device;
     let (name, on_canvas) = (name.clone(), *kind == DeviceKind::Gpu);
     let wgpu_options = if on_canvas { canvas::configuration(name.clone()) } else { WgpuConfiguration::default() };
     let worker = Worker::start((!on_canvas).then_some(device), move || wake.request_repaint());
+    let film = Film::start(move || wake_too.request_repaint());
     let size = if options.frames.is_some() { around(COUNTED) } else { WINDOW };
-    let mut window = Window::new(options, name, worker);
+    let mut window = Window::new(options, name, worker, film);
     let shown = Shown(&mut window);
     let creator: eframe::AppCreator<'_> = Box::new(move |creation| {
         if let Some(state) = creation.wgpu_render_state.as_ref().filter(|_| on_canvas) {

@@ -182,7 +182,12 @@ fn look(
     Ok(Sky { plan: Arc::new(plan), planning, picture })
 }
 
-fn rendered(device: &mut Device, plan: &Plan) -> Result<Picture> {
+/// The picture of a plan, by a device.
+///
+/// # Errors
+///
+/// [`sorairo::Error::Device`] if it failed.
+pub fn rendered(device: &mut Device, plan: &Plan) -> Result<Picture> {
     let run = device.run(plan, plan.kernel())?;
     let size = [plan.width(), plan.height()].map(|side| side as usize);
     Ok(Picture { image: ColorImage::new(size, run.words.into_iter().map(colour).collect()), kernel: run.kernel })

@@ -6,23 +6,27 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use eframe::egui::{
-    self, Align2, Button, CentralPanel, Color32, ColorImage, CursorIcon, Event, FontData, FontDefinitions, FontFamily,
-    FontId, Frame, Key, Margin, Panel, Pos2, Rect, RichText, Sense, Shape, Slider, SliderClamping, Stroke, TextStyle,
-    TextureHandle, TextureOptions, Ui, Vec2, ViewportCommand,
+    self, Align2, Button, CentralPanel, Color32, ColorImage, ComboBox, CursorIcon, Event, FontData, FontDefinitions,
+    FontFamily, FontId, Frame, Key, Margin, Panel, Pos2, Rect, RichText, Sense, Shape, Slider, SliderClamping, Stroke,
+    TextStyle, TextureHandle, TextureOptions, Ui, Vec2, ViewportCommand,
 };
 use sorairo::Plan;
 use sorairo::low_level::files::png;
 use sorairo::low_level::spectrum::Direction;
+use sorairo::low_level::words::{Word, Words, word, words};
 use sorairo::scene::command::command;
-use sorairo::scene::place::SunPosition;
-use sorairo::scene::{Exposure, GroundAlbedo, Orders, Projection, Size};
+use sorairo::scene::filmstrip::Moment;
+use sorairo::scene::place::{Place, SunPosition, Time};
+use sorairo::scene::{Exposure, GroundAlbedo, Orders, Projection, Size, ViewTransform, stops_of_ev100};
 use sorairo::{Error, Result, Scene};
 
 use super::canvas::Canvas;
 use super::day::Day;
+use super::film::{Film, Print};
 use super::options::{Counted, Options};
 use super::plot;
 use super::sky::{Answer, PointSpectrum, Request, Sky, Worker, direction_at};
+use super::strip::{self, Strip};
 
 /// Widest picture of the sky (pixels): what any device takes as a texture.
 const WIDEST: f64 = 4096.0;
@@ -82,6 +86,16 @@ pub struct Window {
     /// Where the window's own device draws.
     canvas: Option<Canvas>,
     day: Day,
+    film: Film,
+    strip: Strip,
+    /// The place and the time that the window opened with: those of the strip.
+    placed: Option<(Place, Time)>,
+    /// Whether an exposure by hand is shown as a camera's EV100.
+    by_ev100: bool,
+    /// Whether what is seen is to be saved, and where pictures go.
+    is_saving: bool,
+    folder: PathBuf,
+    saved: Option<PathBuf>,
     frames: Option<Frames>,
     spectrum: Option<PointSpectrum>,
     fault: Option<Error>,
@@ -131,8 +145,9 @@ impl eframe::App for Shown<'_> {
 
 impl Window {
     /// A window that is about to open.
-    pub fn new(options: Options<'_>, device_name: String, worker: Worker) -> Self {
+    pub fn new(options: Options<'_>, device_name: String, worker: Worker, film: Film) -> Self {
         let (sender, taken) = channel();
+        let asked = options.scene.as_asked().sun;
         let screenshot = options.screenshot.map(|path| Screenshot { path: path.to_owned(), frames: 0, sender, taken });
         Self {
             scene: options.scene.into_scene(),
@@ -145,6 +160,13 @@ impl Window {
             shown: None,
             canvas: None,
             day: Day::default(),
+            film,
+            strip: Strip::default(),
+            placed: asked.place.zip(asked.time),
+            by_ev100: false,
+            is_saving: false,
+            folder: PathBuf::new(),
+            saved: None,
             frames: options.frames.map(|wanted| Frames { wanted, shown: 0, since: None, read_back: 0, counted: None }),
             spectrum: None,
             fault: None,
@@ -166,12 +188,14 @@ impl Window {
     /// What kept a screenshot from being taken.
     pub fn close(self) -> Result<()> {
         self.worker.stop();
+        self.film.stop();
         self.outcome
     }
 
     /// Shows one frame.
     fn show(&mut self, ui: &mut Ui) {
         self.take_answers(ui.ctx());
+        self.take_prints(ui.ctx());
         self.keys(ui.ctx());
         self.play(ui.ctx());
         let style = Arc::clone(ui.style());
@@ -180,10 +204,17 @@ impl Window {
             .resizable(false)
             .exact_size(CONTROLS_WIDTH)
             .frame(panel.inner_margin(Margin::same(14)))
-            .show(ui, |ui| self.controls(ui));
+            .show(ui, |ui| self.panel(ui));
         let frame = panel.inner_margin(Margin::symmetric(14, 8));
         Panel::bottom("spectrum").resizable(false).exact_size(PLOT_HEIGHT).frame(frame).show(ui, |ui| self.plot(ui));
+        if self.frames.is_none() {
+            let frame = panel.inner_margin(Margin { left: 14, right: 14, top: 10, bottom: 4 });
+            Panel::bottom("day").resizable(false).exact_size(strip::HEIGHT).frame(frame).show(ui, |ui| self.strip(ui));
+        }
         CentralPanel::no_frame().show(ui, |ui| self.sky(ui));
+        if std::mem::take(&mut self.is_saving) {
+            self.film.save(self.scene.clone(), &self.folder);
+        }
         self.take_screenshot(ui.ctx());
     }
 
@@ -272,6 +303,40 @@ impl Window {
         }
     }
 
+    fn take_prints(&mut self, context: &egui::Context) {
+        let prints: Vec<Print> = self.film.prints().collect();
+        for print in prints {
+            let outcome = match print {
+                Print::Strip(scene, frames) => self.strip.take(context, *scene, frames),
+                Print::Saved(path) => path.map(|path| self.saved = Some(path)),
+            };
+            self.fault = outcome.err().or(self.fault.take());
+        }
+    }
+
+    /// The strip of the day, of which a click sets the sun. The sky itself comes first.
+    fn strip(&mut self, ui: &mut Ui) {
+        let is_idle = self.asked.is_some() && self.asked == self.answered && self.fault.is_none();
+        if is_idle && !self.day.is_playing && !ui.input(|input| input.pointer.any_down()) {
+            let mut scene = self.scene.clone();
+            (scene.sun.place, scene.sun.time) = self.placed.unzip();
+            self.strip.ask_for(&self.film, &scene);
+        }
+        let sun = &self.scene.sun;
+        let is_now = |moment: &Moment| [moment.sun.elevation, moment.sun.azimuth] == [sun.elevation, sun.azimuth];
+        if let Some(moment) = self.strip.show(ui, is_now) {
+            self.scene = Moment { time: None, ..moment }.of(&self.scene);
+            self.day.is_playing = false;
+        }
+    }
+
+    /// The controls, which scroll where they find no room, over what was computed.
+    fn panel(&mut self, ui: &mut Ui) {
+        let frame = Frame::NONE.inner_margin(Margin { top: 8, ..Margin::ZERO });
+        Panel::bottom("readout").resizable(false).frame(frame).show(ui, |ui| self.readout(ui));
+        egui::ScrollArea::vertical().show(ui, |ui| self.controls(ui));
+    }
+
     fn controls(&mut self, ui: &mut Ui) {
         ui.spacing_mut().slider_width = 188.0;
         ui.spacing_mut().interact_size.x = 70.0;
@@ -303,34 +368,45 @@ impl Window {
         section(ui, "Picture");
         projections(ui, &mut scene.camera.projection);
         let automatic = self.shown.as_ref().map_or(0.0, |shown| shown.plan.uniform.exposure.log2());
-        exposure(ui, &mut scene.render.exposure, f64::from(automatic));
-        ui.with_layout(egui::Layout::bottom_up(egui::Align::Min), |ui| self.readout(ui));
+        exposure(ui, &mut scene.render.exposure, &mut self.by_ev100, f64::from(automatic));
+        ui.horizontal(|ui| {
+            choice(ui, "View", &mut scene.render.view);
+            let takes_look = scene.render.view == ViewTransform::Agx;
+            ui.add_enabled_ui(takes_look, |ui| choice(ui, "Look", &mut scene.render.look));
+        });
     }
 
-    /// From the bottom up: the button, and what was computed how fast.
+    /// What was computed how fast, and the buttons.
     fn readout(&mut self, ui: &mut Ui) {
-        let copy = ui.add_sized([ui.available_width(), 26.0], Button::new("Copy as command"));
+        let small = |ui: &mut Ui, text: String| ui.label(RichText::new(text).small());
+        match &self.shown {
+            Some(shown) => {
+                small(ui, self.device_name.clone());
+                small(ui, shown.times.clone());
+                small(ui, shown.way());
+            }
+            None => drop(small(ui, "computing the first sky".into())),
+        }
+        if let Some(path) = &self.saved {
+            small(ui, format!("saved {}", path.display()));
+        }
+        if let Some(fault) = &self.fault {
+            ui.colored_label(ui.visuals().error_fg_color, fault.to_string());
+        }
+        ui.add_space(4.0);
+        let [save, copy] = ui.columns_const(|columns: &mut [Ui; 2]| {
+            let [left, right] = columns;
+            let button = |ui: &mut Ui, text: &str| ui.add_sized([ui.available_width(), 26.0], Button::new(text));
+            [button(left, "Save picture"), button(right, "Copy as command")]
+        });
+        let save = save.on_hover_text("Saves what is seen as a new sky.png where the program was started");
+        self.is_saving = save.clicked();
         let copy = copy.on_hover_text("Copies the `sorairo render` command that renders this picture");
         // A field in which a number is being written copies its own text.
         let shortcut = !ui.ctx().egui_wants_keyboard_input() && ui.input(|input| input.events.contains(&Event::Copy));
         if copy.clicked() || shortcut {
             ui.ctx().copy_text(command(&self.scene, &self.device));
         }
-        ui.add_space(4.0);
-        if let Some(fault) = &self.fault {
-            ui.colored_label(ui.visuals().error_fg_color, fault.to_string());
-        }
-        match &self.shown {
-            Some(shown) => {
-                ui.label(RichText::new(shown.way()).small());
-                ui.label(RichText::new(&shown.times).small());
-                ui.label(RichText::new(&self.device_name).small());
-            }
-            None => {
-                ui.label(RichText::new("computing the first sky").small());
-            }
-        }
-        ui.separator();
     }
 
     fn sky(&mut self, ui: &mut Ui) {
@@ -434,7 +510,7 @@ impl Window {
 
     /// Takes the picture of the window once it shows all that was asked for, saves it, and closes the window.
     fn take_screenshot(&mut self, context: &egui::Context) {
-        let settled = self.asked == self.answered;
+        let settled = self.asked == self.answered && self.strip.is_settled();
         let Some(screenshot) = &mut self.screenshot else { return };
         if let Some(fault) = self.fault.take() {
             self.outcome = Err(fault);
@@ -521,16 +597,62 @@ fn projections(ui: &mut Ui, projection: &mut Projection) {
     });
 }
 
-/// Exposure, automatic or by hand; `current` is what a hand takes over (stops).
-fn exposure(ui: &mut Ui, exposure: &mut Exposure, current: f64) {
-    let mut automatic = *exposure == Exposure::Auto;
-    let text = if automatic { format!("Automatic exposure: {current:+.1} EV") } else { "Automatic exposure".into() };
-    if ui.checkbox(&mut automatic, text).changed() {
-        *exposure = if automatic { Exposure::Auto } else { Exposure::Stops((10.0 * current).round() / 10.0) };
+/// A list of the words of a choice, each with its sentence.
+fn choice<T: Words + Copy>(ui: &mut Ui, label: &str, value: &mut T) {
+    ui.label(label);
+    let chosen = word(*value);
+    ComboBox::from_id_salt(label).selected_text(chosen).width(92.0).show_ui(ui, |ui| {
+        for each in words::<T>() {
+            let picked = ui.selectable_label(each.name == chosen, each.name).on_hover_text(each.sentence).clicked();
+            if let Some(picked) = each.name.parse().ok().filter(|_| picked) {
+                *value = picked;
+            }
+        }
+    });
+}
+
+/// Exposure by a meter or by hand, in stops or as a camera's EV100; `current` is what a hand takes over (stops).
+fn exposure(ui: &mut Ui, exposure: &mut Exposure, by_ev100: &mut bool, current: f64) {
+    let by_hand = Exposure::Stops((10.0 * current).round() / 10.0);
+    let by_itself = words::<Exposure>().into_iter().filter_map(|Word { name, sentence, .. }| {
+        let exposure = name.parse().ok()?;
+        Some((name, exposure, false, sentence))
+    });
+    let choices: Vec<_> = by_itself
+        .chain([
+            ("stops", by_hand, false, "Linear light times two to this power"),
+            ("EV100", by_hand, true, "What a camera is set to"),
+        ])
+        .collect();
+    let is_chosen = |of: Exposure, ev100: bool| match (*exposure, of) {
+        (Exposure::Stops(_), Exposure::Stops(_)) => *by_ev100 == ev100,
+        (now, of) => now == of,
+    };
+    let (chosen, ..) =
+        choices.iter().copied().find(|&(_, of, ev100, _)| is_chosen(of, ev100)).expect("it is one of them");
+    let picked = ui.horizontal(|ui| {
+        ui.label("Exposure");
+        let list = ComboBox::from_id_salt("exposure").selected_text(chosen).width(72.0);
+        let picked = list.show_ui(ui, |ui| {
+            let pick = |&(name, .., sentence): &(&str, Exposure, bool, &str)| {
+                ui.selectable_label(name == chosen, name).on_hover_text(sentence).clicked()
+            };
+            choices.into_iter().filter(pick).last()
+        });
+        if !matches!(exposure, Exposure::Stops(_)) {
+            ui.weak(format!("{current:+.1} EV"));
+        }
+        picked.inner.flatten()
+    });
+    if let Some((_, of, ev100, _)) = picked.inner {
+        (*exposure, *by_ev100) = (of, ev100);
     }
     if let Exposure::Stops(stops) = exposure {
-        let slider = Slider::new(stops, -10.0..=20.0).suffix(" EV").max_decimals(1);
-        ui.add(slider.clamping(SliderClamping::Edits));
+        let mut number = if *by_ev100 { stops_of_ev100(*stops) } else { *stops };
+        let slider = Slider::new(&mut number, -10.0..=20.0).max_decimals(1);
+        if ui.add(slider.clamping(SliderClamping::Edits)).changed() {
+            *stops = if *by_ev100 { stops_of_ev100(number) } else { number };
+        }
     }
 }
 
@@ -597,6 +719,7 @@ mod tests {
     use sorairo::low_level::device::cpu;
 
     use super::*;
+    use crate::sky;
 
     const SIZE: Vec2 = Vec2::new(1280.0, 720.0);
 
@@ -605,17 +728,22 @@ mod tests {
         context: egui::Context,
         window: Window,
         woken: Receiver<()>,
+        /// The words in sight, and where they stand.
+        words: Vec<(String, Pos2)>,
     }
 
     impl Hand {
         fn open(scene: Scene) -> Self {
             let (wake, woken) = channel();
+            let wake_too = wake.clone();
             let worker = Worker::start(Some(cpu::device()), move || wake.send(()).unwrap());
+            let film = Film::start(move || wake_too.send(()).unwrap());
             let scene = scene.validated().unwrap();
             let options = Options { scene, device: "cpu", point: None, screenshot: None, frames: None };
             let context = egui::Context::default();
             dress(&context);
-            let mut hand = Self { context, window: Window::new(options, "CPU".into(), worker), woken };
+            let mut hand =
+                Self { context, window: Window::new(options, "CPU".into(), worker, film), woken, words: Vec::new() };
             hand.settle();
             hand
         }
@@ -625,6 +753,11 @@ mod tests {
             let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, SIZE));
             let input = RawInput { screen_rect, events, ..Default::default() };
             let output = self.context.run_ui(input, |ui| self.window.show(ui));
+            let word = |shape| match shape {
+                Shape::Text(text) => Some((text.galley.text().to_owned(), text.visual_bounding_rect().center())),
+                _ => None,
+            };
+            self.words = output.shapes.into_iter().filter_map(|clipped| word(clipped.shape)).collect();
             let copied = |command| match command {
                 OutputCommand::CopyText(text) => Some(text),
                 _ => None,
@@ -635,10 +768,35 @@ mod tests {
         /// Shows frames until all is shown that was asked for.
         fn settle(&mut self) {
             self.frame(Vec::new());
-            while self.window.asked != self.window.answered {
+            while self.window.asked != self.window.answered || !self.window.strip.is_settled() {
                 self.woken.recv_timeout(Duration::from_secs(600)).expect("an answer");
                 self.frame(Vec::new());
             }
+        }
+
+        /// Clicks on a word, the last of those that stand in sight more than once: a list lies over what is beneath.
+        fn click_on(&mut self, word: &str) {
+            let found = self.words.iter().rev().find(|(text, _)| text == word).map(|&(_, at)| at);
+            self.click(found.unwrap_or_else(|| panic!("no {word:?} among {:?}", self.words)));
+            // A list opens with the next frame.
+            self.frame(Vec::new());
+        }
+
+        /// What the window saves.
+        fn save(&mut self, folder: &std::path::Path) -> (u32, u32, Vec<u8>) {
+            self.window.folder = folder.to_owned();
+            self.window.saved = None;
+            self.click_on("Save picture");
+            while self.window.saved.is_none() {
+                assert!(self.window.fault.is_none(), "{:?}", self.window.fault);
+                self.woken.recv_timeout(Duration::from_secs(600)).expect("a file");
+                self.frame(Vec::new());
+            }
+            let file = std::fs::File::open(self.window.saved.as_ref().unwrap()).unwrap();
+            let mut reader = ::png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
+            let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
+            let info = reader.next_frame(&mut rgb).unwrap();
+            (info.width, info.height, rgb)
         }
 
         fn click(&mut self, pos: Pos2) {
@@ -659,7 +817,7 @@ mod tests {
     fn a_click_on_the_sky_plots_the_spectrum_of_its_direction() {
         let mut hand = Hand::open(Scene::default());
         assert!(hand.window.spectrum.is_none());
-        let room = Rect::from_min_max(pos2(CONTROLS_WIDTH, 0.0), pos2(SIZE.x, SIZE.y - PLOT_HEIGHT));
+        let room = Rect::from_min_max(pos2(CONTROLS_WIDTH, 0.0), pos2(SIZE.x, SIZE.y - PLOT_HEIGHT - strip::HEIGHT));
         // North in the centre, 90° to a quarter of the width, the zenith in the top row.
         let picture = picture_rect(room, Projection::Equirectangular);
         hand.click(picture.lerp_inside(Vec2::new(0.75, 0.25)));
@@ -747,6 +905,63 @@ mod tests {
         assert!(hand.window.scene.camera.fov.expect("it was narrowed") < 50.0);
         hand.settle();
         assert!(hand.window.fault.is_none());
+    }
+
+    #[test]
+    fn what_is_saved_is_what_is_seen_by_the_view_and_the_look_that_are_chosen() {
+        let mut hand = Hand::open(Scene::default());
+        let folder = tempfile::tempdir().unwrap();
+        let mut pictures = vec![hand.save(folder.path())];
+        for (list, word) in [("vivid", "high-contrast"), ("agx", "srgb"), ("srgb", "aces")] {
+            hand.click_on(list);
+            hand.click_on(word);
+            let seen = sky::rendered(&mut cpu::device(), &hand.window.shown.as_ref().unwrap().plan).unwrap().image;
+            let saved = hand.save(folder.path());
+            let bytes: Vec<u8> = seen.pixels.iter().flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()]).collect();
+            assert!(saved.2 == bytes && [saved.0, saved.1] == seen.size.map(|side| side as u32), "{word}");
+            pictures.push(saved);
+        }
+        // Each picture is another one, and none takes the place of one that is there.
+        assert!((0..4).all(|i| (0..i).all(|j| pictures[i] != pictures[j])));
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 4);
+    }
+
+    #[test]
+    fn the_exposure_is_a_meter_s_an_eye_s_or_a_hand_s_in_stops_and_as_ev100() {
+        let mut hand = Hand::open(Scene::default());
+        let metered = f64::from(hand.window.shown.as_ref().unwrap().plan.uniform.exposure.log2());
+        let mut choose = |list: &str, word: &str| {
+            hand.click_on(list);
+            hand.click_on(word);
+            (hand.window.scene.render.exposure, hand.words.clone())
+        };
+        assert_eq!(choose("auto", "adapt").0, Exposure::Adapt);
+        choose("adapt", "auto");
+        // A tenth of a stop is shown.
+        let (Exposure::Stops(stops), _) = choose("auto", "stops") else { panic!("no hand") };
+        assert!((stops - metered).abs() < 0.051, "{stops} {metered}");
+        let (exposure, words) = choose("stops", "EV100");
+        let ev100 = format!("{:.1}", stops_of_ev100(stops));
+        assert_eq!(exposure, Exposure::Stops(stops));
+        assert!(words.iter().any(|(text, _)| *text == ev100), "no {ev100:?} among {words:?}");
+    }
+
+    #[test]
+    fn a_click_on_the_strip_sets_the_sun_of_that_hour() {
+        let mut scene = Scene::default();
+        (scene.sun.place, scene.sun.time) =
+            (Some("35.68,139.77".parse().unwrap()), Some("2026-09-22T12:00:00+09:00".parse().unwrap()));
+        let strip = sorairo::scene::filmstrip::filmstrip(&scene).unwrap();
+        let mut hand = Hand::open(scene);
+        for moment in [strip[1], strip[9]] {
+            hand.click_on(&moment.label());
+            let sun = hand.window.scene.sun.clone();
+            assert_eq!(
+                SunPosition { elevation: sun.elevation, azimuth: sun.azimuth, distance: sun.distance },
+                moment.sun
+            );
+            assert_eq!(hand.window.shown.as_ref().unwrap().plan.sky.scene.sun, sun);
+        }
     }
 
     #[test]

@@ -22,6 +22,8 @@ const NAMES = {
   "camera.size": "Size of the picture",
   "render.fit": "Fit",
   "render.exposure": "Exposure",
+  "render.view": "View transform",
+  "render.look": "Look",
   "render.white_balance": "White balance",
 };
 

@@ -1,11 +1,12 @@
 // The page: what a person does becomes a scene, and a scene becomes a picture, an address, a command and a file.
 
 import init, * as sorairo from "./sorairo.js";
-import { address, parse, seenAlike, toml, withPreset } from "./scene.js";
+import { address, at, parse, seenAlike, toml, withPreset } from "./scene.js";
 import { Controls, element, rounded } from "./controls.js";
 import { Painter, WorkerCalls } from "./renderer.js";
 import { View, lookOf, paint, show } from "./view.js";
 import { Dome, Place } from "./sun.js";
+import { Strip } from "./strip.js";
 import { Readout } from "./readout.js";
 import { Tour } from "./tour.js";
 
@@ -26,8 +27,8 @@ const pixels = ([width, height]) => `${width}x${height}`;
 let state = { scene: {}, beside: null, measured: null, errors: null };
 /** The size of the full picture that was asked for last. */
 let drawnSize;
-/** `mapper` is a worker of its own: an error map takes seconds, and no picture waits for it. */
-let worker, mapper, painter, view, controls, place, dome, readout, tour;
+/** `mapper` and `dayWorker` are workers of their own: an error map and a day take seconds, and no picture waits for them. */
+let worker, mapper, dayWorker, painter, view, controls, place, dome, strip, readout, tour;
 
 function complain(text) {
   byId("complaint").textContent = text;
@@ -94,9 +95,7 @@ function without(scene, ...keys) {
 }
 
 function setSun({ azimuth, elevation }, following) {
-  const two = (value) => Number(value.toFixed(2));
-  const scene = without(state.scene, "sun.place", "sun.time");
-  attempt({ scene: { ...scene, "sun.elevation": two(elevation), "sun.azimuth": two(azimuth) } }, { following });
+  attempt({ scene: at(without(state.scene, "sun.place", "sun.time"), { azimuth, elevation }) }, { following });
 }
 
 function changed(key, value, following) {
@@ -114,6 +113,8 @@ function describe(following) {
   controls.show(state.effective, scene);
   dome.show(sun);
   place.show(scene);
+  strip.mark(sun);
+  ev100(state.effective["render.exposure"]);
   view.fit(full);
   view.mark(camera(state.effective, full), sun, state.measured);
   byId("sun-text").textContent = `The sun stands ${Math.abs(sun.elevation).toFixed(2)}° ${sun.elevation < 0 ? "below" : "above"} the horizon, at azimuth ${sun.azimuth.toFixed(2)}°.`;
@@ -126,6 +127,13 @@ function describe(following) {
   byId("command").value = sorairo.command(toml(sized(scene)));
   byId("scene-text").value = toml(sized(scene));
   history.replaceState(null, "", address(state));
+}
+
+/** Shows an exposure as a camera is set to it: a number of stops, or the one that the program found. */
+function ev100(stops, found) {
+  const shown = (number) => (typeof number === "number" ? String(rounded(sorairo.stops_of_ev100(number).toFixed(2))) : "");
+  byId("ev100").value = shown(stops);
+  byId("ev100").placeholder = shown(found);
 }
 
 function compared() {
@@ -168,10 +176,21 @@ async function drawn(job, picture, last) {
   if (right.device) told(right, picture, tookRight);
   if (!last || painter.wanted !== job) return;
   controls.found("render.exposure", right.exposure);
+  ev100(state.effective["render.exposure"], right.exposure);
   if (job.measured) await readout.measure(worker, job, (scene) => toml(sized(scene)));
   if (job.errors && painter.wanted === job) await mapped(job, picture);
   if (painter.wanted !== job) return;
   Object.assign(byId("view").dataset, { state: "done", shown: text(job.scene, picture) });
+  if (strip.isSeen) ofTheDay(job);
+}
+
+/** Draws the strip of a sky's day, by a worker of its own. */
+function ofTheDay({ scene, size: full }) {
+  const moments = JSON.parse(sorairo.filmstrip(text(scene, full)));
+  const sky = moments.map((moment) => text(at(scene, moment), full)).join();
+  const draw = async (moment, picture) => (await dayWorker.call("picture", text(at(scene, moment), picture), true)).bitmap;
+  strip.want(sky, moments, full, draw).catch((error) => complain(sentence(error)));
+  strip.mark(state.sun);
 }
 
 async function mapped(job, [width, height]) {
@@ -290,6 +309,7 @@ function buttons() {
     byId("fold").setAttribute("aria-expanded", String(!folded));
     byId("fold").textContent = folded ? "Show controls" : "Hide controls";
   });
+  byId("ev100").addEventListener("change", () => changed("render.exposure", byId("ev100").value === "" ? undefined : rounded(sorairo.stops_of_ev100(byId("ev100").valueAsNumber)), false));
   byId("errors").addEventListener("change", () => attempt({ errors: byId("errors").value || null }));
   byId("measure").addEventListener("submit", (event) => {
     event.preventDefault();
@@ -351,6 +371,7 @@ async function start() {
   worker = new WorkerCalls(module, new URLSearchParams(location.search).get("device") ?? "auto");
   worker.open().catch((error) => complain(sentence(error)));
   mapper = new WorkerCalls(module, "cpu");
+  dayWorker = new WorkerCalls(module, "cpu");
   await init({ module_or_path: module });
   painter = new Painter(drawn, failed);
   view = new View(hands);
@@ -361,6 +382,7 @@ async function start() {
     angles: () => setSun(state.sun, false),
     idle: () => painter.idle,
   });
+  strip = new Strip((moment) => attempt({ scene: at(state.scene, moment) }));
   readout = new Readout();
   tour = new Tour((step) => {
     attempt({ beside: null, measured: null, errors: null, ...step });

@@ -75,6 +75,12 @@ export function withPreset(scene, preset) {
   return { preset, ...Object.fromEntries(kept) };
 }
 
+/** A scene at a moment of its day. */
+export function at(scene, { time, elevation, azimuth }) {
+  const two = (value) => Number(value.toFixed(2));
+  return time ? { ...scene, "sun.time": time } : { ...scene, "sun.elevation": two(elevation), "sun.azimuth": two(azimuth) };
+}
+
 /** The left sky as the right one's camera sees it. */
 export function seenAlike(left, right) {
   const part = (scene, camera) => Object.fromEntries(Object.entries(scene).filter(([key]) => key.startsWith("camera.") === camera));

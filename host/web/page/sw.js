@@ -2,7 +2,7 @@
 
 const KEPT = "sorairo";
 const FILES = [
-  "./", "index.html", "style.css", "main.js", "scene.js", "view.js", "controls.js", "plot.js", "tour.js", "sun.js", "readout.js", "renderer.js", "worker.js",
+  "./", "index.html", "style.css", "main.js", "scene.js", "view.js", "controls.js", "plot.js", "tour.js", "sun.js", "strip.js", "readout.js", "renderer.js", "worker.js",
   "sorairo.js", "sorairo_bg.wasm",
 ];
 

@@ -5,6 +5,7 @@ use sorairo::low_level::device;
 use sorairo::low_level::spectra::observer;
 use sorairo::low_level::spectrum::{Direction, appearances};
 use sorairo::low_level::words::{Word, words};
+use sorairo::scene::filmstrip::{Moment, filmstrip as moments};
 use sorairo::scene::keys::{Allowed, KEYS, Key};
 use sorairo::scene::{Fit, Preset, Rgb, ValidScene};
 use sorairo::{Error, Method, PixelFormat, Plan, Result, Scene, Spectra, xyz};
@@ -74,6 +75,20 @@ pub fn sun(toml: &str) -> Result<String> {
     Ok(json!({ "elevation": sun.elevation, "azimuth": sun.azimuth, "instant": instant }).to_string())
 }
 
+/// The moments of the scene's day that stand in a strip, each with its words, its time if it has one, and its sun
+/// (degrees).
+///
+/// # Errors
+///
+/// What is wrong with the scene.
+pub fn filmstrip(toml: &str) -> Result<String> {
+    let described = |moment: Moment| {
+        let Moment { time, sun } = moment;
+        json!({ "label": moment.label(), "time": time, "elevation": sun.elevation, "azimuth": sun.azimuth })
+    };
+    Ok(Value::from_iter(moments(&read(toml)?.as_asked())?.into_iter().map(described)).to_string())
+}
+
 /// The command that renders the same picture.
 ///
 /// # Errors
@@ -83,7 +98,7 @@ pub fn command(toml: &str) -> Result<String> {
     Ok(sorairo::scene::command::command(&read(toml)?.as_asked(), "auto"))
 }
 
-/// The exposure of the picture (stops): the scene's own, or what `auto` amounts to.
+/// The exposure of the picture (stops): the scene's own, or what `auto` and `adapt` amount to.
 ///
 /// # Errors
 ///
@@ -244,7 +259,7 @@ mod tests {
     fn what_a_page_asks_at_every_movement_of_a_hand_plans_no_sky() {
         let twilight = "sun.elevation = -4\ncamera.projection = \"perspective\"";
         let asks = || {
-            for answer in [scene, sun, command, |toml: &str| direction(toml, 0, 0)] {
+            for answer in [scene, sun, command, filmstrip, |toml: &str| direction(toml, 0, 0)] {
                 answer(twilight).unwrap();
                 assert_eq!(planned(), 0);
             }

@@ -11,7 +11,7 @@ mod skies;
 #[cfg(target_arch = "wasm32")]
 mod studio;
 
-pub use answers::{command, direction, errors, errors_scale, exposure, keys, presets, scene, spectrum, sun};
+pub use answers::{command, direction, errors, errors_scale, exposure, filmstrip, keys, presets, scene, spectrum, sun};
 
 /// The functions as a page calls them.
 #[cfg(target_arch = "wasm32")]
@@ -50,6 +50,16 @@ mod door {
     #[wasm_bindgen]
     pub fn sun(toml: &str) -> Answer {
         answers::sun(toml).map_err(|error| error.to_string())
+    }
+
+    #[wasm_bindgen]
+    pub fn filmstrip(toml: &str) -> Answer {
+        answers::filmstrip(toml).map_err(|error| error.to_string())
+    }
+
+    #[wasm_bindgen]
+    pub fn stops_of_ev100(ev100: f64) -> f64 {
+        sorairo::scene::stops_of_ev100(ev100)
     }
 
     #[wasm_bindgen]

@@ -194,6 +194,10 @@ pub struct SequenceArguments {
     pub replace: ReplaceFlags,
     #[command(flatten)]
     pub spectral: SpectralFlags,
+    /// Leave the sun's disc out of every file, to light with it, and write another beside it that shows the disc, to be
+    /// seen: sky.0001.sun.exr beside sky.0001.exr. Of .png, .exr and .hdr.
+    #[arg(long)]
+    pub split_sun: bool,
     /// Print one JSON object about the sequence and each of its frames to standard output.
     #[arg(long)]
     pub json: bool,
@@ -272,6 +276,7 @@ impl RenderArguments {
     pub fn request(&self) -> Request {
         Request {
             sky_light: self.json,
+            split_sun: self.split_sun,
             ..request(&self.output, &["sky.png", "sky.exr"], &self.replace, &self.spectral)
         }
     }
@@ -280,7 +285,8 @@ impl RenderArguments {
 impl SequenceArguments {
     /// What to write and to measure.
     pub fn request(&self) -> Request {
-        request(&self.output, &["frames/sky.####.png"], &self.replace, &self.spectral)
+        let request = request(&self.output, &["frames/sky.####.png"], &self.replace, &self.spectral);
+        Request { split_sun: self.split_sun, ..request }
     }
 }
 

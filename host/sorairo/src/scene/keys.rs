@@ -13,8 +13,8 @@ use super::plausible;
 use super::preset::{Preset, Scene};
 use super::rules;
 use super::settings::{
-    ColourPath, Dither, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook, Render, Rgb,
-    ViewTransform, WhiteBalance,
+    ColourPath, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook, Render,
+    Rgb, ViewTransform, WhiteBalance,
 };
 use super::sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, Sun};
 use crate::error::{Error, Result, check_range};
@@ -246,7 +246,8 @@ pub static KEYS: &[Key] = &[
         .otherwise(|| "what the scene's rays need: from the Earth's ground 12, with the sun below 5° 48 to 64".into()),
     key!(render.path, one_of::<PathChoice>()),
     number!(render.exposure, "stops", At(-MOST_STOPS), At(MOST_STOPS))
-        .otherwise(|| "\"auto\", as a camera meters; \"adapt\" is darker by dusk; \"ev15\" is a camera's EV100".into()),
+        .or_words(words::<Exposure>)
+        .otherwise(|| "\"auto\"; \"ev15\" is a camera's EV100".into()),
     key!(render.view, one_of::<ViewTransform>()),
     key!(render.look, one_of::<PictureLook>()),
     key!(render.dither, one_of::<Dither>()),

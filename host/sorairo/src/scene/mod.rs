@@ -8,6 +8,7 @@ pub mod command;
 mod field;
 #[cfg(feature = "scene-files")]
 pub mod file;
+pub mod filmstrip;
 pub mod keys;
 mod optics;
 pub mod place;
@@ -24,10 +25,9 @@ pub use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, Ozon
 pub use crate::spectra::observer::ColourObserver;
 pub use camera::{Below, CameraScene, LONGEST_SIDE, Projection, Reflectance, Size, View};
 pub use preset::{Preset, Scene};
-pub(crate) use settings::stops_of_ev100;
 pub use settings::{
     ColourPath, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook, Render,
-    Rgb, ViewTransform, WhiteBalance,
+    Rgb, ViewTransform, WhiteBalance, stops_of_ev100,
 };
 pub use sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, STANDARD_PRESSURE, Sun};
 pub use valid::ValidScene;

@@ -47,7 +47,6 @@ impl fmt::Display for Place {
 
 impl Time {
     /// Date and time of day as a clock there shows them, in a format of `chrono`.
-    #[cfg(feature = "encoding")]
     pub(crate) fn local(self, format: &str) -> String {
         self.0.format(format).to_string()
     }
@@ -56,6 +55,22 @@ impl Time {
     #[cfg(feature = "encoding")]
     pub(crate) fn seconds_east(self) -> i32 {
         self.0.offset().local_minus_utc()
+    }
+
+    /// The midnight before it by the mean sun of a place, to the five minutes of a clock.
+    pub(super) fn solar_midnight(self, place: Place) -> Self {
+        /// Seconds that the mean sun takes from one degree of longitude to the next.
+        const PER_DEGREE: f64 = 240.0;
+        const DAY: i64 = 86_400;
+        let now = self.0.timestamp();
+        let midnight = now - (now + (PER_DEGREE * place.longitude) as i64).rem_euclid(DAY);
+        let back = now - midnight + midnight.rem_euclid(300);
+        Self(self.0 - TimeDelta::new(back, self.0.timestamp_subsec_nanos()).expect("about a day"))
+    }
+
+    /// So many minutes later.
+    pub(super) fn later(self, minutes: u32) -> Self {
+        Self(self.0 + TimeDelta::minutes(minutes.into()))
     }
 }
 

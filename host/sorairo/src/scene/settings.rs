@@ -301,20 +301,23 @@ pub const MOST_STOPS: f64 = 50.0;
 /// cd·s/m² and S = 100.
 const LUMINANCE_OF_EV100: f64 = 12.5 / 100.0;
 
-/// The exposure (stops) of a camera that is set to an EV100.
+/// The exposure (stops) of a camera that is set to an EV100; and the EV100 of an exposure, since both add up to a
+/// constant.
 pub fn stops_of_ev100(ev100: f64) -> f64 {
     (f64::from(MIDDLE_GREY) * LUMENS_PER_WATT / LUMINANCE_OF_EV100).log2() - ev100
 }
 
 /// An exposure.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, EnumIter, EnumMessage, IntoStaticStr)]
 #[serde(try_from = "ExposureText", into = "ExposureText")]
+#[strum(serialize_all = "lowercase")]
 pub enum Exposure {
-    /// Of pictures as a camera meters what it sees, of half floats from the brightest; see `plan::exposure`.
+    /// Of pictures as a camera meters what it sees, of half floats from the brightest.
     Auto,
     /// As an eye that adapts to three fifths of the way from daylight: dusk falls, and a night is dark.
     Adapt,
     /// Linear RGB times 2^EV (-50 to 50).
+    #[strum(disabled)]
     Stops(f64),
 }
 

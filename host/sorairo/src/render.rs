@@ -17,6 +17,7 @@ use crate::plan::explain::explain;
 use crate::plan::lookup::Lookup;
 use crate::plan::sun_disc::Sun;
 use crate::plan::{LightFields, Plan};
+use crate::scene::rules;
 use crate::scene::{ColourObserver, ColourPath, Exposure, ExrDepth, Fit, Rgb, Scene, ValidScene, WhiteBalance};
 use crate::spectral_irradiance::SpectralIrradiance;
 use crate::spectrum::Spectra;
@@ -164,6 +165,9 @@ impl Job {
         let formats = request.formats()?;
         let spectral = request.wavelengths_of(scene, &formats)?;
         let pixel = pixel_format(&formats);
+        if pixel == PixelFormat::LinearRgb && formats.contains(&Format::Png) {
+            rules::narrower_than_its_display(&scene.render)?;
+        }
         files::check_scenes(outputs, &formats, scene)?;
         for path in outputs {
             files::check_writable(path)?;
@@ -342,7 +346,7 @@ pub fn render_split(
     let mut seen = Job::new(&scene.with_disc(true)?, &of_seen, &light_fields)?;
     let mut light = scene.with_disc(false)?;
     // Those of the brighter one hold for both, so that one file can take the place of the other.
-    if formats.contains(&Format::Png) && !matches!(scene.render.exposure, Exposure::Stops(_)) {
+    if formats.contains(&Format::Png) && !matches!(scene.render.exposure_of_pictures(), Exposure::Stops(_)) {
         light = light.exposed(Exposure::Stops(f64::from(seen.plan.uniform.exposure.log2())))?;
     }
     if scene.render.exr == ExrDepth::Half && scene.render.exr_exposure == Exposure::Auto {

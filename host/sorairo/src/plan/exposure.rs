@@ -29,7 +29,7 @@ pub fn of(sky: &SkyPlan, scene: &Scene, camera: &Camera, disc: &SunDisc, pixel: 
     let is_shown = matches!(pixel, PixelFormat::Picture | PixelFormat::LinearRgb) && !sky.is_night;
     let metered = || if is_shown { metered(sky, camera, disc, scene.camera.projection) } else { 0.0 };
     let daylight = stops_of_ev100(DAYLIGHT);
-    let stops = match scene.render.exposure {
+    let stops = match scene.render.exposure_of_pictures() {
         Exposure::Stops(stops) => stops,
         Exposure::Auto => metered(),
         Exposure::Adapt if sky.is_night => daylight,

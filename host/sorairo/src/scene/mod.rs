@@ -26,8 +26,8 @@ pub use camera::{CameraScene, LONGEST_SIDE, Projection, Size, View};
 pub use preset::{Preset, Scene};
 pub(crate) use settings::stops_of_ev100;
 pub use settings::{
-    ColourPath, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook, Render,
-    Rgb, ViewTransform, WhiteBalance,
+    ColourPath, Display, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook,
+    Render, Rgb, Shutter, ViewTransform, WhiteBalance,
 };
 pub use sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, STANDARD_PRESSURE, Sun};
 pub use valid::ValidScene;

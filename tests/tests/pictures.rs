@@ -294,9 +294,12 @@ fn code_points(path: &Path) -> Option<[u8; 4]> {
     Some(bytes[at + 4..at + 8].try_into().unwrap())
 }
 
-/// Chromaticities of a display: of red, green, blue and white (ITU-R BT.709-6, SMPTE EG 432-1, ITU-R BT.2020-2), and
+/// Chromaticities (x, y) of red, green, blue and white.
+type Chromaticities = [[f32; 2]; 4];
+
+/// Those of a display (ITU-R BT.709-6, SMPTE EG 432-1, ITU-R BT.2020-2), and
 /// the code points of its primaries, of the curve of sRGB, of RGB and of the full range (ITU-T H.273).
-const DISPLAYS: [(&str, [[f32; 2]; 4], Option<[u8; 4]>); 3] = [
+const DISPLAYS: [(&str, Chromaticities, Option<[u8; 4]>); 3] = [
     ("srgb", [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]], None),
     ("display-p3", [[0.68, 0.32], [0.265, 0.69], [0.15, 0.06], [0.3127, 0.329]], Some([12, 13, 0, 1])),
     ("Rec2020", [[0.708, 0.292], [0.17, 0.797], [0.131, 0.046], [0.3127, 0.329]], Some([9, 13, 0, 1])),

@@ -25,114 +25,103 @@ use crate::math::{clamp, exp4, ln4, max, max4, min, pow, sqrt4};
 use crate::rgb::{highest, lowest};
 use crate::variant;
 
-/// What a display's primaries are to AgX.
-#[derive(Clone, Copy)]
-struct Display {
-    /// Its linear RGB to the inset components: to Rec. 2020 of the same white, and towards grey by the inset with its
-    /// turned primaries.
-    inset: Mat3,
-    /// Their light back to its linear RGB.
-    outset: Mat3,
-    /// Parts of the primaries in the luminance by the functions of CIE 2015, by which a colour outside the gamut is
-    /// judged.
-    judged: Vec3,
-    /// Those by the functions of CIE 1931, which a chroma leaves as they are.
-    luminance: Vec3,
-}
+/// From linear Rec. 709 to the inset components: to Rec. 2020 of the same white, and towards grey by the inset with its
+/// turned primaries.
+const REC709_INSET: Mat3 = Mat3::from_cols_array(&[
+    0.544812996,
+    0.140415538,
+    0.0888119027,
+    0.373796137,
+    0.754143246,
+    0.178885106,
+    0.0813908664,
+    0.105441215,
+    0.732302991,
+]);
 
-/// A display of Rec. 709.
-const REC709: Display = Display {
-    inset: Mat3::from_cols_array(&[
-        0.544812996,
-        0.140415538,
-        0.0888119027,
-        0.373796137,
-        0.754143246,
-        0.178885106,
-        0.0813908664,
-        0.105441215,
-        0.732302991,
-    ]),
-    outset: Mat3::from_cols_array(&[
-        1.96489403,
-        -0.299309079,
-        -0.164356444,
-        -0.856007909,
-        1.32639189,
-        -0.238207402,
-        -0.10888612,
-        -0.0270828126,
-        1.40256385,
-    ]),
-    judged: Vec3::new(0.210351141, 0.64979777, 0.139851089),
-    luminance: MEAN,
-};
+/// Their light back to linear Rec. 709.
+const REC709_OUTSET: Mat3 = Mat3::from_cols_array(&[
+    1.96489403,
+    -0.299309079,
+    -0.164356444,
+    -0.856007909,
+    1.32639189,
+    -0.238207402,
+    -0.10888612,
+    -0.0270828126,
+    1.40256385,
+]);
 
-/// A display of Display P3.
-const DISPLAY_P3: Display = Display {
-    inset: Mat3::from_cols_array(&[
-        0.650048,
-        0.138214435,
-        0.0868836929,
-        0.260561103,
-        0.745980375,
-        0.108834158,
-        0.0893908965,
-        0.11580519,
-        0.804282149,
-    ]),
-    outset: Mat3::from_cols_array(&[
-        1.56290186,
-        -0.22415287,
-        -0.137750006,
-        -0.468539299,
-        1.253951,
-        -0.135470129,
-        -0.09436256,
-        -0.0297981283,
-        1.27322013,
-    ]),
-    judged: Vec3::new(0.227594332, 0.618808406, 0.153597262),
-    luminance: Vec3::new(0.22897457, 0.69173852, 0.07928691),
-};
+/// From linear Display P3 to the inset components.
+const DISPLAY_P3_INSET: Mat3 = Mat3::from_cols_array(&[
+    0.650048,
+    0.138214435,
+    0.0868836929,
+    0.260561103,
+    0.745980375,
+    0.108834158,
+    0.0893908965,
+    0.11580519,
+    0.804282149,
+]);
 
-/// A display of Rec. 2020, in which pictures are formed.
-const REC2020: Display = Display {
-    inset: Mat3::from_cols_array(&[
-        0.856627153,
-        0.137318973,
-        0.111898213,
-        0.0951212405,
-        0.761241991,
-        0.0767994186,
-        0.0482516061,
-        0.101439036,
-        0.811302368,
-    ]),
-    outset: Mat3::from_cols_array(&[
-        1.12710058,
-        -0.141329763,
-        -0.141329763,
-        -0.110606643,
-        1.1578237,
-        -0.110606643,
-        -0.0164939387,
-        -0.0164939387,
-        1.25193641,
-    ]),
-    judged: Vec3::new(0.265818037, 0.59846986, 0.135712103),
-    luminance: Vec3::new(0.26270021, 0.67799807, 0.05930172),
-};
+/// Their light back to linear Display P3.
+const DISPLAY_P3_OUTSET: Mat3 = Mat3::from_cols_array(&[
+    1.56290186,
+    -0.22415287,
+    -0.137750006,
+    -0.468539299,
+    1.253951,
+    -0.135470129,
+    -0.09436256,
+    -0.0297981283,
+    1.27322013,
+]);
 
-/// That of a variant.
+/// From linear Rec. 2020 to the inset components.
+const REC2020_INSET: Mat3 = Mat3::from_cols_array(&[
+    0.856627153,
+    0.137318973,
+    0.111898213,
+    0.0951212405,
+    0.761241991,
+    0.0767994186,
+    0.0482516061,
+    0.101439036,
+    0.811302368,
+]);
+
+/// Their light back to linear Rec. 2020.
+const REC2020_OUTSET: Mat3 = Mat3::from_cols_array(&[
+    1.12710058,
+    -0.141329763,
+    -0.141329763,
+    -0.110606643,
+    1.1578237,
+    -0.110606643,
+    -0.0164939387,
+    -0.0164939387,
+    1.25193641,
+]);
+
+/// Parts of the primaries in the luminance by the functions of CIE 2015, by which a colour outside the gamut is judged; on
+/// Rec. 2020 none is.
+const REC709_JUDGED: Vec3 = Vec3::new(0.210351141, 0.64979777, 0.139851089);
+const DISPLAY_P3_JUDGED: Vec3 = Vec3::new(0.227594332, 0.618808406, 0.153597262);
+
+/// Those by the functions of CIE 1931, which a chroma leaves as they are; of Rec. 709 they are [`MEAN`].
+const DISPLAY_P3_LUMINANCE: Vec3 = Vec3::new(0.22897457, 0.69173852, 0.07928691);
+const REC2020_LUMINANCE: Vec3 = Vec3::new(0.26270021, 0.67799807, 0.05930172);
+
+/// That of three values, of Rec. 709, Display P3 and Rec. 2020, which belongs to a variant's display.
 #[inline(always)]
-fn display(variant: u32) -> Display {
+fn of_display<T>(variant: u32, rec709: T, display_p3: T, rec2020: T) -> T {
     if variant & variant::REC2020 != 0 {
-        REC2020
+        rec2020
     } else if variant & variant::DISPLAY_P3 != 0 {
-        DISPLAY_P3
+        display_p3
     } else {
-        REC709
+        rec709
     }
 }
 
@@ -163,9 +152,10 @@ const MEAN: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 /// chroma of what is shown.
 #[inline(always)]
 pub fn agx(rgb: Vec3, grade: &Grade, variant: u32) -> Vec3 {
-    let display = display(variant);
+    let inset = of_display(variant, REC709_INSET, DISPLAY_P3_INSET, REC2020_INSET);
+    let outset = of_display(variant, REC709_OUTSET, DISPLAY_P3_OUTSET, REC2020_OUTSET);
     // In logarithms about middle grey. Far below black nothing is lost, and no logarithm is infinite.
-    let stops = ln4(max4((display.inset * rgb).extend(MIDDLE_GREY), BLACK / 1024.0) * (1.0 / MIDDLE_GREY)).truncate();
+    let stops = ln4(max4((inset * rgb).extend(MIDDLE_GREY), BLACK / 1024.0) * (1.0 / MIDDLE_GREY)).truncate();
     let mean = Vec3::splat(MEAN.dot(stops));
     let graded = (mean + (stops - mean) * grade.saturation) * grade.contrast;
     let formed = curve(graded);
@@ -178,11 +168,12 @@ pub fn agx(rgb: Vec3, grade: &Grade, variant: u32) -> Vec3 {
     let hue_before = (before - Vec3::splat(lowest_before)) * (range / range_before);
     let hue_after = formed - Vec3::splat(darkest);
     let mixed = Vec3::splat(darkest) + hue_before * KEPT_HUE + hue_after * (1.0 - KEPT_HUE);
-    let light = display.outset * mixed;
+    let light = outset * mixed;
     let is_cut = variant & variant::REC2020 != 0;
-    let shown = if is_cut { at_least_black(light) } else { into_display(light, display.judged) };
+    let judged = of_display(variant, REC709_JUDGED, DISPLAY_P3_JUDGED, REC709_JUDGED);
+    let shown = if is_cut { at_least_black(light) } else { into_display(light, judged) };
     let shown = Vec3::new(min(shown.x, 1.0), min(shown.y, 1.0), min(shown.z, 1.0));
-    with_chroma(shown, grade.chroma, display.luminance)
+    with_chroma(shown, grade.chroma, of_display(variant, MEAN, DISPLAY_P3_LUMINANCE, REC2020_LUMINANCE))
 }
 
 /// A colour of a display of the same luminance and hue with so many times its chroma, or as much as the display has.
@@ -291,11 +282,11 @@ mod tests {
 
     #[test]
     fn a_chroma_leaves_the_luminance_of_every_display() {
-        for display in [REC709, DISPLAY_P3, REC2020] {
-            assert!((display.luminance.element_sum() - 1.0).abs() < 1e-6);
+        for luminance in [MEAN, DISPLAY_P3_LUMINANCE, REC2020_LUMINANCE] {
+            assert!((luminance.element_sum() - 1.0).abs() < 1e-6);
             for rgb in [Vec3::new(0.3, 0.2, 0.5), Vec3::new(0.9, 0.1, 0.0)] {
-                let shown = with_chroma(rgb, 1.5, display.luminance);
-                assert!(display.luminance.dot(shown - rgb).abs() < 1e-6, "{rgb}: {shown}");
+                let shown = with_chroma(rgb, 1.5, luminance);
+                assert!(luminance.dot(shown - rgb).abs() < 1e-6, "{rgb}: {shown}");
             }
         }
     }

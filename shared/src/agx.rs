@@ -104,8 +104,8 @@ const REC2020_OUTSET: Mat3 = Mat3::from_cols_array(&[
     1.25193641,
 ]);
 
-/// Parts of the primaries in the luminance by the functions of CIE 2015, by which a colour outside the gamut is judged; on
-/// Rec. 2020 none is.
+/// Parts of the primaries in the luminance by the functions of CIE 2015, by which a colour outside the gamut is judged;
+/// on Rec. 2020 none is.
 const REC709_JUDGED: Vec3 = Vec3::new(0.210351141, 0.64979777, 0.139851089);
 const DISPLAY_P3_JUDGED: Vec3 = Vec3::new(0.227594332, 0.618808406, 0.153597262);
 

@@ -63,8 +63,8 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// Those of [`Scene::validated`] for the camera; [`Error::NotAllowed`] for a picture of a sky that was not planned in the space of
-    /// its display.
+    /// Those of [`Scene::validated`] for the camera; [`Error::NotAllowed`] for a picture of a sky that was not planned
+    /// in the space of its display.
     pub fn seen(sky: &Arc<SkyPlan>, camera: &CameraScene, pixel: PixelFormat) -> Result<Self> {
         let scene = sky.scene.seen_by(camera)?;
         if pixel == PixelFormat::Picture && sky.space.rgb != scene.render.display.rgb() {

@@ -78,7 +78,8 @@ impl ValidScene {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for an exposure that may not be asked for, [`Error::NotAllowed`] where a camera's settings say it.
+    /// [`Error::OutOfRange`] for an exposure that may not be asked for, [`Error::NotAllowed`] where a camera's settings
+    /// say it.
     pub fn exposed(mut self, exposure: Exposure) -> Result<Self> {
         self.scene.render.exposure = exposure;
         keys::find("render.exposure").expect("a key").check_range(&self.scene)?;

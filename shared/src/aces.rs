@@ -1,13 +1,14 @@
-//! The output transform of ACES 2.0: from the light of a scene to that of a display of 100 cd/m² with the primaries and
-//! the white of Rec. 709.
+//! The output transform of ACES 2.0: from the light of a scene to that of a display of 100 cd/m² with the white D65 and
+//! the primaries of Rec. 709 or P3. One of Rec. 2020 shows the colours of P3, as for this brightness the Academy has no
+//! wider gamut.
 //!
 //! A colour becomes lightness `J`, colourfulness `M` and hue `h` of a model of colour appearance. A curve brings the
 //! lightness into the range of the display; the colourfulness follows it, first by a curve that knows nothing of the
 //! display, then along lines of constant hue into the display's gamut. The hue stays. Formulas and figures are those of
 //! the Academy's *ACES 2.0 Output Transform* (`Lib.Academy.OutputTransform.ctl`, <https://github.com/ampas/aces-core>)
 //! and of OpenColorIO (`ops/fixedfunction/ACES2`, <https://github.com/AcademySoftwareFoundation/OpenColorIO>), whose
-//! style of this transform is `ACES-OUTPUT - ACES2065-1_to_CIE-XYZ-D65 - SDR-100nit-REC709_2.0`. Nothing is sampled but
-//! the gamuts by hue, as the standard itself does.
+//! styles of these transforms are `ACES-OUTPUT - ACES2065-1_to_CIE-XYZ-D65 - SDR-100nit-REC709_2.0` and the like with
+//! `P3-D65`. Nothing is sampled but the gamuts by hue, as the standard itself does.
 //!
 //! The model is that of Hellwig and Fairchild (2022, *Brightness, lightness, colorfulness, and chroma in CIECAM02 and
 //! CAM16*, Color Research and Application 47) as ACES simplifies it: full adaptation to the white, the same compression
@@ -33,6 +34,7 @@
 
 use crate::glam::{Mat3, Vec2, Vec3, Vec4};
 use crate::math::{abs, angle_of, clamp, fetch, floor, ln, max, min, pow, safe_sqrt};
+use crate::variant;
 
 /// Rows that belong to whole degrees of hue.
 pub const DEGREES: usize = 360;
@@ -53,6 +55,20 @@ pub const REC709_TO_AP1: Mat3 = Mat3::from_cols(
     Vec3::new(0.047_379_451_4, 0.013_452_398_5, 0.869_814_634_2),
 );
 
+/// From linear Display P3 to AP1, likewise.
+pub const DISPLAY_P3_TO_AP1: Mat3 = Mat3::from_cols(
+    Vec3::new(0.735_797_914_0, 0.047_179_885_0, 0.003_563_664_6),
+    Vec3::new(0.212_166_485_3, 0.938_045_700_9, 0.041_141_885_6),
+    Vec3::new(0.052_035_600_7, 0.014_774_414_1, 0.955_294_449_7),
+);
+
+/// From linear Rec. 2020 to AP1, likewise.
+pub const REC2020_TO_AP1: Mat3 = Mat3::from_cols(
+    Vec3::new(0.974_894_977_9, 0.002_179_562_8, 0.004_797_239_7),
+    Vec3::new(0.019_599_108_6, 0.995_535_468_9, 0.024_532_016_6),
+    Vec3::new(0.005_505_913_4, 0.002_284_968_3, 0.970_670_743_7),
+);
+
 /// From AP1 to the cones of CAM16, each scaled so that the white of ACES is 1.
 pub const AP1_TO_CONES: Mat3 = Mat3::from_cols(
     Vec3::new(0.409_815_474_8, 0.142_658_121_6, 0.006_586_978_5),
@@ -65,6 +81,20 @@ pub const CONES_TO_REC709: Mat3 = Mat3::from_cols(
     Vec3::new(5.913_454_005_3, -1.170_761_527_0, 0.008_436_141_9),
     Vec3::new(-4.865_529_710_2, 2.475_041_753_0, -0.252_851_421_3),
     Vec3::new(-0.047_924_295_1, -0.304_280_226_0, 1.244_415_279_5),
+);
+
+/// From the cones of CAM16, likewise, to linear Display P3.
+pub const CONES_TO_DISPLAY_P3: Mat3 = Mat3::from_cols(
+    Vec3::new(4.655_736_326_5, -0.935_606_667_9, 0.023_938_488_2),
+    Vec3::new(-3.562_299_104_1, 2.231_377_364_2, -0.134_155_617_0),
+    Vec3::new(-0.093_437_222_4, -0.295_770_696_2, 1.110_217_128_8),
+);
+
+/// From linear Display P3 to linear Rec. 2020.
+pub const DISPLAY_P3_TO_REC2020: Mat3 = Mat3::from_cols(
+    Vec3::new(0.753_833_034_4, 0.045_743_849_0, -0.001_210_340_4),
+    Vec3::new(0.198_597_369_1, 0.941_777_219_8, 0.017_601_717_3),
+    Vec3::new(0.047_569_596_6, 0.012_478_931_2, 0.983_608_623_1),
 );
 
 /// The brightest AP1 that the transform knows: eight times what the curve brings to white.
@@ -122,18 +152,30 @@ const KEPT_PART: f32 = 0.75;
 /// Width of the rounding at a cusp, in units of its colourfulness.
 pub const CUSP_ROUNDING: f32 = 0.12;
 
-/// Linear light of a display in `[0, 1]` from that of a scene, both of Rec. 709.
+/// Linear light of a display in `[0, 1]` from that of a scene, both of the primaries of a variant's display.
 ///
 /// No component of `rgb` may be negative. The tables begin at the row `first` of `tables`.
 #[inline(always)]
-pub fn aces2(rgb: Vec3, tables: &[Vec4], first: u32) -> Vec3 {
-    let scene = appearance(AP1_TO_CONES * within_range(REC709_TO_AP1 * rgb));
+pub fn aces2(rgb: Vec3, tables: &[Vec4], first: u32, variant: u32) -> Vec3 {
+    let scene = appearance(AP1_TO_CONES * within_range(to_ap1(variant) * rgb));
     let hull = hull(tables, first, scene.hue());
     let response = response(tone_curve(light(scene.response)));
     let j = lightness(response);
     let m = scene.m * (response / scene.response);
     let compressed = into_gamut(j, compressed_m(j, m, response, scene.direction, hull.reach_m), &hull);
-    display(compressed, scene.direction)
+    display(compressed, scene.direction, variant)
+}
+
+/// From the linear RGB of a variant's display to AP1.
+#[inline(always)]
+fn to_ap1(variant: u32) -> Mat3 {
+    if variant & variant::REC2020 != 0 {
+        REC2020_TO_AP1
+    } else if variant & variant::DISPLAY_P3 != 0 {
+        DISPLAY_P3_TO_AP1
+    } else {
+        REC709_TO_AP1
+    }
 }
 
 /// AP1 in the range that the transform knows.
@@ -393,7 +435,7 @@ fn within_hull(m: f32, limit: f32, reach: f32) -> f32 {
 /// Linear light of a display of a lightness and colourfulness, and of a hue's cosine and sine: the model backwards,
 /// limited to `[0, 1]`.
 #[inline(always)]
-fn display(jm: Vec2, direction: Vec2) -> Vec3 {
+fn display(jm: Vec2, direction: Vec2, variant: u32) -> Vec3 {
     const DENOMINATOR: f32 = 1.0 / (1403.0 * OPPONENT_SCALE);
     let response = pow(jm.x / LIMIT_J, 1.0 / LIGHTNESS_EXPONENT) / (1.0 + HALF_RESPONSE);
     let (a, b) = (jm.y * direction.x * DENOMINATOR, jm.y * direction.y * DENOMINATOR);
@@ -402,7 +444,18 @@ fn display(jm: Vec2, direction: Vec2) -> Vec3 {
         light(response - (891.0 * a + 261.0 * b)),
         light(response - (220.0 * a + 6300.0 * b)),
     );
-    let rgb = CONES_TO_REC709 * cones;
+    if variant & variant::REC2020 != 0 {
+        within_display(DISPLAY_P3_TO_REC2020 * within_display(CONES_TO_DISPLAY_P3 * cones))
+    } else if variant & variant::DISPLAY_P3 != 0 {
+        within_display(CONES_TO_DISPLAY_P3 * cones)
+    } else {
+        within_display(CONES_TO_REC709 * cones)
+    }
+}
+
+/// Linear RGB limited to `[0, 1]`.
+#[inline(always)]
+fn within_display(rgb: Vec3) -> Vec3 {
     Vec3::new(clamp(rgb.x, 0.0, 1.0), clamp(rgb.y, 0.0, 1.0), clamp(rgb.z, 0.0, 1.0))
 }
 
@@ -426,7 +479,7 @@ mod tests {
             let hue = (10.0 * i as f64).to_radians();
             let direction = Vec2::new(hue.cos() as f32, hue.sin() as f32);
             // Pale enough for every hue.
-            let rgb = display(Vec2::new(60.0, 10.0), direction);
+            let rgb = display(Vec2::new(60.0, 10.0), direction, 0);
             let seen = appearance(CONES_TO_REC709.inverse() * rgb);
             assert!((lightness(seen.response) - 60.0).abs() < 1e-3 && (seen.m - 10.0).abs() < 1e-2, "{i}");
             assert!((seen.direction - direction).length() < 1e-3, "{i}");
@@ -434,10 +487,10 @@ mod tests {
         assert!((lightness(white) - LIMIT_J).abs() < 1e-4);
     }
 
-    /// Every light that Rec. 709 can show reaches every cone, so that the responses need no sign.
+    /// Every light that a display can show reaches every cone, so that the responses need no sign.
     #[test]
     fn no_matrix_towards_the_cones_has_a_negative_entry() {
-        for matrix in [REC709_TO_AP1, AP1_TO_CONES] {
+        for matrix in [REC709_TO_AP1, DISPLAY_P3_TO_AP1, REC2020_TO_AP1, AP1_TO_CONES] {
             assert!(matrix.to_cols_array().into_iter().all(|entry| entry > 0.0));
             assert!((matrix * Vec3::ONE - Vec3::ONE).abs().max_element() < 2e-7);
         }

@@ -9,6 +9,7 @@ use crate::disc::disc_in_pixel;
 use crate::glam::{UVec2, Vec3, Vec4};
 use crate::lookup;
 use crate::math::{fetch, half_bits, store};
+use crate::night::by_eye;
 use crate::perspective_run::{PerspectiveRun, may_meet_horizon};
 use crate::phase::ScatteringAngle;
 use crate::rgb::into_gamut;
@@ -70,6 +71,8 @@ pub fn picture_word(column: u32, row: u32, shown: Vec3, variant: u32) -> u32 {
 #[inline(always)]
 pub fn shown_in(uniform: &Uniform, colour: &[Vec4], rgb: Vec3, variant: u32) -> Vec3 {
     if variant::pixel_format(variant) == PixelFormat::Picture as u32 {
+        let is_dark = variant & variant::NIGHT != 0;
+        let rgb = if is_dark { by_eye(rgb, &uniform.eye, &uniform.rgb) } else { rgb };
         shown(rgb, uniform.exposure, &uniform.grade, colour, variant)
     } else {
         rgb

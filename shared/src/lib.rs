@@ -112,6 +112,7 @@ pub mod moments;
 #[cfg(not(target_arch = "spirv"))]
 pub mod multiple;
 pub mod multiple_lookup;
+pub mod night;
 pub mod observer;
 pub mod perspective_run;
 pub mod phase;

@@ -1,4 +1,4 @@
-//! From linear RGB to a picture: the view transform, the curve of sRGB, and packing.
+//! From linear RGB to a picture: the view transform, the curve of sRGB, which every display here has, and packing.
 
 use crate::aces::aces2;
 use crate::agx::agx;
@@ -50,15 +50,15 @@ pub fn shown(rgb: Vec3, exposure: f32, grade: &Grade, tables: &[Vec4], variant: 
     let exposed = rgb * exposure;
     let exposed = Vec3::new(min(exposed.x, BRIGHTEST), min(exposed.y, BRIGHTEST), min(exposed.z, BRIGHTEST));
     if variant & AGX != 0 {
-        agx(exposed, grade)
+        agx(exposed, grade, variant)
     } else if variant & ACES != 0 {
-        aces2(exposed, tables, grade.tables)
+        aces2(exposed, tables, grade.tables, variant)
     } else {
         Vec3::new(min(exposed.x, 1.0), min(exposed.y, 1.0), min(exposed.z, 1.0))
     }
 }
 
-/// A pixel of an 8 bit sRGB picture from linear RGB of a display, cut at white.
+/// A pixel of an 8 bit picture in the curve of sRGB from linear RGB of a display, cut at white.
 ///
 /// A value becomes the byte above it where it has come so near that `threshold` (from 0 to below 1) makes up for the
 /// rest: [`NEAREST`], or [`dither`]. Returns red in the lowest byte, then green, blue, and 255.

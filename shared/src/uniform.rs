@@ -6,6 +6,7 @@ use crate::camera::Camera;
 use crate::glam::{Vec2, Vec4};
 use crate::grade::Grade;
 use crate::multiple_lookup::MultipleLookup;
+use crate::night::Eye;
 use crate::profile::Atmosphere;
 use crate::rgb::RgbSpace;
 use crate::single::Bands;
@@ -33,6 +34,8 @@ pub struct Uniform {
     pub disc: SunDisc,
     /// How a picture is graded.
     pub grade: Grade,
+    /// How an eye sees linear RGB, where the variant asks for it.
+    pub eye: Eye,
     /// The lookup of light that was scattered more than once, where the variant has it.
     pub multiple: MultipleLookup,
     /// Linear RGB of the ground on which the observer stands (W·m⁻²·sr⁻¹), where the variant has it and no ray can descend; `w` unused.

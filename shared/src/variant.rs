@@ -80,11 +80,19 @@ pub const ACES: u32 = 1 << 24;
 const BELOW_SHIFT: u32 = 28;
 /// What an image shows below the horizon; see [`below`].
 pub const BELOW: u32 = 3 << BELOW_SHIFT;
+/// A picture's display has the primaries of Display P3. Without this bit and the next it is one of sRGB.
+pub const DISPLAY_P3: u32 = 1 << 25;
+/// It has those of Rec. 2020.
+pub const REC2020: u32 = 1 << 26;
+/// A picture shows a dark sky as an eye sees it; see [`crate::night`].
+pub const NIGHT: u32 = 1 << 27;
+/// What few pictures have.
+pub const SELDOM: u32 = DISPLAY_P3 | REC2020 | NIGHT;
 
 /// Where the projection stands.
 const PROJECTION_SHIFT: u32 = 8;
 /// Where the format of pixels stands.
-const PIXEL_FORMAT_SHIFT: u32 = 10;
+pub(crate) const PIXEL_FORMAT_SHIFT: u32 = 10;
 
 /// What decides how a pixel of an image lies and is stored.
 pub const IMAGE: u32 = (15 << PROJECTION_SHIFT) | BELOW;

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use sorairo_oracle::direction;
-use sorairo_shared::glam::{DMat3, DVec3, Vec3};
+use sorairo_shared::glam::{DMat3, DVec2, DVec3, Vec3};
 use sorairo_shared::tone::srgb_encode;
 use sorairo_tests::compare::worst_in_images;
-use sorairo_tests::program::{Image, read_exr, read_png, succeed};
+use sorairo_tests::program::{Image, read_exr, read_png, run, succeed};
 use tempfile::tempdir;
 
 /// Renders on the CPU into a picture and a linear image.
@@ -211,6 +211,218 @@ fn an_exposure_is_that_of_what_the_camera_sees() {
     // Stops are powers of two, and come back through a logarithm in single precision.
     assert!((stops(&["--exposure", "-2.5"]) + 2.5).abs() < 1e-6);
     assert!(stops(&["--sun-elevation", "-4"]) > auto + 3.0, "twilight needs a longer exposure");
+}
+
+#[test]
+fn a_cameras_settings_are_its_exposure() {
+    let folder = tempdir().unwrap();
+    let render = ["render", "--device", "cpu", "--size", "8x4", "--force"];
+    let png = |flags: &[&str]| {
+        succeed(folder.path(), &[&render, flags, &["-o", "a.png"]].concat());
+        read_png(&folder.path().join("a.png"))
+    };
+    let settings = ["--iso", "400", "--shutter", "1/125", "--aperture", "8"];
+    // log2(8² · 125) - log2(400 / 100).
+    assert_eq!(png(&settings), png(&["--exposure", "ev10.965784284662087"]));
+    assert_ne!(png(&settings), png(&["--iso", "100", "--shutter", "0.008", "--aperture", "8"]));
+    for (flags, words) in [
+        (&settings[..4], "--iso (render.iso) needs --aperture (render.aperture) beside it"),
+        (&settings[2..4], "--shutter (render.shutter) needs --iso (render.iso) beside it"),
+        (&["--shutter", "1/0", "--iso", "100", "--aperture", "8"], "inf"),
+        (&["--shutter", "quick"], "a fraction such as \"1/125\""),
+        (&["--iso", "400", "--exposure", "auto"], "cannot be used with"),
+    ] {
+        let ended = run(folder.path(), &[&render, flags].concat());
+        assert!(ended.code == Some(2) && ended.stderr.contains(words), "{flags:?}: {}", ended.stderr);
+    }
+    std::fs::write(folder.path().join("a.toml"), "[render]\niso = 100\nshutter = '1/30'\naperture = 8").unwrap();
+    let ended = run(folder.path(), &[&render[..], &["--scene", "a.toml", "--exposure", "3"]].concat());
+    assert!(
+        ended.code == Some(2) && ended.stderr.contains("--exposure (render.exposure) cannot be"),
+        "{}",
+        ended.stderr
+    );
+}
+
+/// EV100 of the picture of a view, less that of a meter which is held level and measures what falls on it.
+fn beside_an_incident_meter(elevation: f64, flags: &[&str]) -> f64 {
+    /// C / S of ISO 2720:1974 with C = 250 lx·s and S = 100.
+    const ILLUMINANCE_OF_EV100: f64 = 2.5;
+    /// K / S with K = 12.5 cd·s/m².
+    const LUMINANCE_OF_EV100: f64 = 0.125;
+    const LUMENS_PER_WATT: f64 = 683.0;
+    let folder = tempdir().unwrap();
+    let sun = format!("--sun-elevation={elevation}");
+    let ended = succeed(
+        folder.path(),
+        &[&["render", "--device", "cpu", "--size", "96x48", "--json", "-o", "a.png", &sun], flags].concat(),
+    );
+    let report: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    let sunlight: Vec<f64> = serde_json::from_value(report["sun_irradiance_rgb"].clone()).unwrap();
+    let direct = DVec3::from_slice(&sunlight).dot(DVec3::new(0.2126, 0.7152, 0.0722)) * LUMENS_PER_WATT;
+    let falls = report["illuminance_lux"].as_f64().unwrap() + direct * elevation.to_radians().sin();
+    let metered = (0.18 * LUMENS_PER_WATT / LUMINANCE_OF_EV100).log2() - report["exposure_ev"].as_f64().unwrap();
+    metered - (falls / ILLUMINANCE_OF_EV100).log2()
+}
+
+#[test]
+fn a_picture_is_exposed_about_as_an_incident_meter_says() {
+    let views: [&[&str]; 4] =
+        [&[], &["--sun-disc"], &["--projection", "perspective"], &["--projection", "perspective", "--sun-disc"]];
+    // An incident meter is set for what sends back 0.05 π of the light that falls on it. An even sky is the source of
+    // it all, log2(1 / 0.05 / π) brighter, of which a picture is opened by a third.
+    let even = (20.0 / std::f64::consts::PI).log2() - 1.0 / 3.0;
+    // Under a high sun the sky is the source of less, a twelfth at least.
+    let least = even - 12f64.log2();
+    // The perspective looks towards the sun, where a low one makes a sky five times as bright as it is in the mean.
+    let towards_sun = even + 5f64.log2();
+    let suns = [60.0, 30.0, 10.0, 0.0];
+    let found = suns.map(|sun| views.map(|view| beside_an_incident_meter(sun, view)));
+    for [map, with_disc, perspective, perspective_with_disc] in found {
+        let is_near = (least..even).contains(&map) && (map..towards_sun).contains(&perspective);
+        // A disc of half a degree hardly counts.
+        let is_small = (map - with_disc).abs() < 0.1 && (perspective - perspective_with_disc).abs() < 0.1;
+        assert!(is_near && is_small, "suns at {suns:?}, map, with disc, perspective, with disc: {found:.2?}");
+    }
+}
+
+/// The code points of a PNG's chunk `cICP`; none of one that has none.
+fn code_points(path: &Path) -> Option<[u8; 4]> {
+    let bytes = std::fs::read(path).unwrap();
+    let at = bytes.windows(4).position(|name| name == b"cICP")?;
+    assert_eq!(bytes[at - 4..at], 4u32.to_be_bytes(), "its length");
+    Some(bytes[at + 4..at + 8].try_into().unwrap())
+}
+
+/// Chromaticities (x, y) of red, green, blue and white.
+type Chromaticities = [[f32; 2]; 4];
+
+/// Those of a display (ITU-R BT.709-6, SMPTE EG 432-1, ITU-R BT.2020-2), and
+/// the code points of its primaries, of the curve of sRGB, of RGB and of the full range (ITU-T H.273).
+const DISPLAYS: [(&str, Chromaticities, Option<[u8; 4]>); 3] = [
+    ("srgb", [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]], None),
+    ("display-p3", [[0.68, 0.32], [0.265, 0.69], [0.15, 0.06], [0.3127, 0.329]], Some([12, 13, 0, 1])),
+    ("Rec2020", [[0.708, 0.292], [0.17, 0.797], [0.131, 0.046], [0.3127, 0.329]], Some([9, 13, 0, 1])),
+];
+
+/// The light of a byte of the curve of sRGB (IEC 61966-2-1:1999).
+fn linear(byte: f64) -> f64 {
+    let x = byte / 255.0;
+    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+}
+
+/// A sky on each of the [`DISPLAYS`]: XYZ of each pixel, and how far a half of a byte moves it.
+fn on_displays(flags: &[&str]) -> [Vec<(DVec3, DVec3)>; 3] {
+    DISPLAYS.map(|(display, chromaticities, expected)| {
+        let folder = tempdir().unwrap();
+        let line = ["render", "--device", "cpu", "--size", "96x48", "--dither", "none"];
+        succeed(folder.path(), &[&line, flags, &["--display", display, "-o", "a.png"]].concat());
+        let path = folder.path().join("a.png");
+        assert_eq!(code_points(&path), expected, "{display}");
+        let matrix = to_xyz(chromaticities);
+        let of_pixel = |rgb: &[u8]| {
+            let rgb = DVec3::new(f64::from(rgb[0]), f64::from(rgb[1]), f64::from(rgb[2]));
+            let [low, middle, high] =
+                [-0.5, 0.0, 0.5].map(|off| DVec3::from_array((rgb + DVec3::splat(off)).to_array().map(linear)));
+            (matrix * middle, matrix * (high - low) * 0.5)
+        };
+        read_png(&path).rgb.chunks(3).map(of_pixel).collect()
+    })
+}
+
+/// How far a colour is from the white of a display, in the diagram of chromaticities.
+fn saturation(xyz: DVec3) -> f64 {
+    (xyz.truncate() / xyz.element_sum()).distance(DVec2::new(0.3127, 0.329))
+}
+
+/// How many pixels of a sky have the same colour on every display, within what is rounded, and how many are more
+/// saturated on wide ones.
+fn same_and_more(flags: &[&str]) -> [usize; 2] {
+    let [srgb, p3, rec2020] = on_displays(flags);
+    let to_srgb = to_xyz(DISPLAYS[0].1).inverse();
+    let (mut same, mut more) = (0, 0);
+    for ((narrow, of_narrow), (wide, of_wide)) in srgb.iter().zip(&p3).chain(srgb.iter().zip(&rec2020)) {
+        let rgb = to_srgb * *wide;
+        // A component at an end of the range may have been cut.
+        if wide.y > 0.02 && rgb.min_element() > 2e-3 && rgb.max_element() < 0.99 {
+            let off = (*narrow - *wide).abs();
+            assert!(off.cmple(*of_narrow + *of_wide).all(), "{flags:?}: {narrow} and {wide}");
+            same += 1;
+        } else if wide.y > 0.005 && rgb.min_element() < -0.1 * wide.y {
+            assert!(saturation(*wide) > saturation(*narrow), "{flags:?}: {narrow} and {wide}");
+            more += 1;
+        }
+    }
+    [same, more]
+}
+
+#[test]
+fn a_wide_display_shows_the_colours_of_srgb_alike_and_others_more_saturated() {
+    // From 30 km a twilight is deep blue, and the look takes it out of sRGB.
+    let [same, more] = same_and_more(&["--altitude=30", "--sun-elevation=-8"]);
+    assert!(same > 2000 && more > 2000, "{same} {more}");
+    // A sky as it is lies within sRGB.
+    for view in ["srgb", "aces"] {
+        let [same, _] = same_and_more(&["--sun-elevation=-6", "--view", view]);
+        assert!(same > 4000, "{view}: {same}");
+    }
+}
+
+#[test]
+fn a_wide_picture_is_not_made_of_narrow_linear_light() {
+    let folder = tempdir().unwrap();
+    let line =
+        ["render", "--device", "cpu", "--size", "60x40", "--dither", "none", "--display", "display-p3", "--force"];
+    let ended = run(folder.path(), &[&line[..], &["-o", "a.exr", "-o", "a.png"]].concat());
+    assert!(ended.code == Some(2) && ended.stderr.contains("ends at the colours of --rgb srgb"), "{}", ended.stderr);
+    let png = |outputs: &[&str]| {
+        succeed(folder.path(), &[&line, outputs].concat());
+        read_png(&folder.path().join("a.png"))
+    };
+    let (alone, beside) = (png(&["-o", "a.png"]), png(&["--rgb", "acescg", "-o", "a.exr", "-o", "a.png"]));
+    // Rounding may fall on the other side of a step.
+    assert!(alone.rgb.iter().zip(&beside.rgb).all(|(a, b)| a.abs_diff(*b) <= 1));
+}
+
+/// A picture by night vision and without, on a device.
+fn by_night(device: &str, sun: &str) -> [Image<u8>; 2] {
+    [&[][..], &["--purkinje"]].map(|flags| {
+        let folder = tempdir().unwrap();
+        let line =
+            ["render", "--device", device, "--size", "64x32", "--sun-elevation", sun, "--look", "none", "-o", "a.png"];
+        succeed(folder.path(), &[&line, flags].concat());
+        read_png(&folder.path().join("a.png"))
+    })
+}
+
+/// The parts of red, green and blue in the sum of each pixel's bytes.
+fn parts(pixels: &[u8]) -> Vec<DVec3> {
+    let parts = |rgb: &[u8]| {
+        let rgb = DVec3::new(f64::from(rgb[0]), f64::from(rgb[1]), f64::from(rgb[2]));
+        rgb / rgb.element_sum()
+    };
+    pixels.chunks(3).map(parts).collect()
+}
+
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len() as f64;
+    values.sum::<f64>() / count
+}
+
+#[test]
+fn a_night_is_greyer_and_its_ground_bluer_to_an_eye_and_a_day_stays() {
+    let [cones, eye] = by_night("cpu", "-9");
+    let (sky, ground) = (..64 * 16 * 3, 64 * 17 * 3..);
+    let colour =
+        |picture: &Image<u8>| mean(parts(&picture.rgb[sky]).iter().map(|part| part.distance(DVec3::splat(1.0 / 3.0))));
+    let blue = |picture: &Image<u8>| mean(parts(&picture.rgb[ground.clone()]).iter().map(|part| part.z));
+    assert!(colour(&eye) < 0.75 * colour(&cones), "{} of {}", colour(&eye), colour(&cones));
+    assert!(blue(&eye) > blue(&cones) + 0.05, "{} after {}", blue(&eye), blue(&cones));
+    let [_, on_device] = by_night("gpu", "-9");
+    // A value at a half may be rounded either way.
+    assert!(eye.rgb.iter().zip(&on_device.rgb).all(|(a, b)| a.abs_diff(*b) <= 1));
+    let [cones, eye] = by_night("cpu", "20");
+    assert_eq!(cones, eye);
 }
 
 #[test]

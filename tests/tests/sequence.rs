@@ -711,7 +711,7 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
 }
 
 /// A value of each key, as a scene file says it, and what stands beside it there.
-const VALUES: [(&str, &str, &str); 51] = [
+const VALUES: [(&str, &str, &str); 56] = [
     ("preset", "'mars'", ""),
     ("sun.elevation", "3.5", ""),
     ("sun.azimuth", "-20", ""),
@@ -755,6 +755,11 @@ const VALUES: [(&str, &str, &str); 51] = [
     ("render.exposure", "-3", ""),
     ("render.view", "'srgb'", ""),
     ("render.look", "'none'", ""),
+    ("render.iso", "200", "render.shutter = '1/125'\nrender.aperture = 8\n"),
+    ("render.shutter", "'1/125'", "render.iso = 200\nrender.aperture = 8\n"),
+    ("render.aperture", "8", "render.shutter = 0.008\nrender.iso = 200\n"),
+    ("render.purkinje", "true", "sun.elevation = -10\n"),
+    ("render.display", "'display-p3'", "render.rgb = 'rec2020'\n"),
     ("render.dither", "'none'", ""),
     ("render.exr", "'f16'", ""),
     ("render.exr_compression", "'none'", ""),
@@ -797,7 +802,7 @@ fn each_key_is_the_same_in_a_scene_by_its_flag_and_in_a_table() {
         if let Some(flag) = flag(name).filter(|_| value != "false") {
             let at_its_wavelength = format!("{said}@1000");
             let given: &[&str] = match name {
-                "sun.disc" => &[flag],
+                "sun.disc" | "render.purkinje" => &[flag],
                 "atmosphere.aerosol.optical_depth" => &[flag, &at_its_wavelength],
                 _ => &[flag, said],
             };

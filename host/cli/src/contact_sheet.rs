@@ -58,7 +58,7 @@ pub fn contact_sheet(path: &Path, frames: &[Frame], made_of: &str, device: &mut 
         let label = format!("{}   sun {:.1}°", frame.number, scene.sun.elevation);
         sheet.write(left + cell.width / 2, top + cell.height + LABEL / 2, &label);
     }
-    png::write_with_text(path, (width, height), &sheet.rgb, KEYWORD, made_of)?.commit()
+    png::write_with_text(path, (width, height), &sheet.rgb, first.scene.render.display, KEYWORD, made_of)?.commit()
 }
 
 /// The picture: three bytes a pixel, row by row from the top.

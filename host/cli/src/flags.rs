@@ -6,10 +6,12 @@ use sorairo::low_level::words::{Word, Words, words};
 use sorairo::scene::keys::{self, KEYS};
 use sorairo::scene::place::{Place, Time};
 use sorairo::scene::reference::help;
+use sorairo::scene::rules::CAMERA;
 use sorairo::scene::{Reflectance, Size};
 
 use crate::values::{
-    Given, Read, Value, Values, albedo, depth_at, exposure, number, orders, steps, text_of, visibility, wavelengths,
+    Given, Read, Value, Values, albedo, depth_at, exposure, number, orders, shutter, steps, text_of, visibility,
+    wavelengths,
 };
 
 /// A flag that takes the place of a key.
@@ -59,7 +61,7 @@ const SKY: [SceneFlag; 14] = [
 ];
 
 /// The flags of images alone.
-const IMAGE: [SceneFlag; 18] = [
+const IMAGE: [SceneFlag; 23] = [
     SceneFlag { key: "sun.disc", name: "--sun-disc", takes: Takes::Nothing },
     word("camera.projection", "--projection"),
     value("camera.size", "--size", "WxH", text_of::<Size>),
@@ -69,8 +71,13 @@ const IMAGE: [SceneFlag; 18] = [
     word("camera.below", "--below"),
     value("camera.below_color", "--below-color", "R,G,B", text_of::<Reflectance>),
     word("render.color", "--color"),
+    value("render.iso", "--iso", "ISO", number),
+    value("render.shutter", "--shutter", "S", shutter),
+    value("render.aperture", "--aperture", "N", number),
     word("render.view", "--view"),
     word("render.look", "--look"),
+    SceneFlag { key: "render.purkinje", name: "--purkinje", takes: Takes::Nothing },
+    word("render.display", "--display"),
     word("render.dither", "--dither"),
     word("render.exr", "--exr"),
     value("render.exr_exposure", "--exr-exposure", "EV", exposure),
@@ -170,6 +177,7 @@ impl SceneFlag {
                         arg.allow_negative_numbers(true).conflicts_with("aerosol")
                     }
                     "camera.size" | "render.bands" => arg,
+                    key if CAMERA.contains(&key) => arg.allow_negative_numbers(true).conflicts_with("exposure"),
                     _ => arg.allow_negative_numbers(true),
                 }
             }

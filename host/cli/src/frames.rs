@@ -4,7 +4,8 @@ use std::ops::RangeInclusive;
 
 use sorairo::low_level::sequence::{self, Frame};
 use sorairo::scene::place::evenly;
-use sorairo::scene::{Exposure, ValidScene};
+use sorairo::scene::rules::CAMERA;
+use sorairo::scene::{Exposure, Render, ValidScene};
 
 use crate::arguments::SequenceArguments;
 use crate::cases::Cases;
@@ -20,7 +21,7 @@ use crate::values::Values;
 pub fn all(arguments: &SequenceArguments, cases: Option<&Cases>) -> Result<Vec<Frame>> {
     let draft = arguments.sky.0.draft(arguments.scene.as_deref())?;
     let request = arguments.request();
-    let exposure = exposure(arguments, draft.scene().render.exposure);
+    let exposure = exposure(arguments, &draft.scene().render);
     let sky = match exposure {
         FrameExposure::Own(exposure) => arguments.sky.0.with_exposure(exposure),
         FrameExposure::Shared(_) => arguments.sky.0.clone(),
@@ -40,12 +41,13 @@ pub fn all(arguments: &SequenceArguments, cases: Option<&Cases>) -> Result<Vec<F
 }
 
 /// How the frames are exposed, over the exposure of their scene.
-fn exposure(arguments: &SequenceArguments, of_scene: Exposure) -> FrameExposure {
-    arguments.exposure.unwrap_or(match of_scene {
-        // The cases of a table are no motion: each is a picture by itself.
-        Exposure::Auto if arguments.table.is_none() => FrameExposure::Own(Exposure::Adapt),
-        own => FrameExposure::Own(own),
-    })
+fn exposure(arguments: &SequenceArguments, of_scene: &Render) -> FrameExposure {
+    let has_camera = of_scene.iso.is_some() || CAMERA.iter().any(|key| arguments.sky.0.has(key));
+    // The cases of a table are no motion: each is a picture by itself.
+    let is_metered = of_scene.exposure == Exposure::Auto && !has_camera;
+    let adapts = is_metered && arguments.table.is_none();
+    let own = if adapts { Exposure::Adapt } else { of_scene.exposure };
+    arguments.exposure.unwrap_or(FrameExposure::Own(own))
 }
 
 fn exposed(scenes: Vec<ValidScene>, exposure: FrameExposure) -> sorairo::Result<Vec<ValidScene>> {

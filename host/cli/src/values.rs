@@ -6,7 +6,7 @@ use serde::de::value::{BoolDeserializer, F64Deserializer, SeqDeserializer, StrDe
 use sorairo::scene::file::Draft;
 use sorairo::scene::keys::{self, Key};
 use sorairo::scene::place::Time;
-use sorairo::scene::{Exposure, Preset, ValidScene};
+use sorairo::scene::{Exposure, Preset, Shutter, ValidScene};
 
 use crate::ranges::{self, Numbers};
 
@@ -160,12 +160,7 @@ fn set_cell(draft: &mut Draft, key: &'static Key, text: &str) -> sorairo::Result
     let is_set = whole(text).is_some_and(|count| draft.set(key, U32Deserializer::<Error>::new(count)).is_ok())
         || text.parse().is_ok_and(|number| draft.set(key, F64Deserializer::<Error>::new(number)).is_ok())
         || text.to_lowercase().parse().is_ok_and(|truth| draft.set(key, BoolDeserializer::<Error>::new(truth)).is_ok());
-    if is_set { Ok(()) } else { draft.set(key, StrDeserializer::<Error>::new(&word_or(key, text))) }
-}
-
-/// The word of a key that a text is, in whatever case of letters; or else the text itself.
-fn word_or(key: &Key, text: &str) -> String {
-    key.words().iter().find(|word| word.is(text)).map_or(text, |word| word.name).to_owned()
+    if is_set { Ok(()) } else { draft.set(key, StrDeserializer::<Error>::new(key.word_or(text))) }
 }
 
 /// A whole number, which some programs write as 16.0.
@@ -195,6 +190,10 @@ pub fn exposure(text: &str) -> Result<Given, String> {
     })
 }
 
+pub fn shutter(text: &str) -> Result<Given, String> {
+    text.parse().map(|Shutter(seconds)| Given::Number(seconds))
+}
+
 /// An optical depth and its wavelength in nm, as in `0.2@500`.
 pub fn depth_at(text: &str) -> Result<Given, String> {
     let number = |text: &str| text.trim().parse().ok().filter(|number: &f64| number.is_finite());
@@ -221,7 +220,7 @@ pub fn orders(text: &str) -> Result<Given, String> {
 /// An albedo is a number, a surface or a table; which ones there are, its key says.
 pub fn albedo(text: &str) -> Result<Given, String> {
     let key = keys::find("ground.albedo").expect("a key");
-    Ok(text.parse().map_or_else(|_| Given::Text(word_or(key, text)), Given::Number))
+    Ok(text.parse().map_or_else(|_| Given::Text(key.word_or(text).to_owned()), Given::Number))
 }
 
 /// Reads a text that says a value of a type.

@@ -402,7 +402,7 @@ fn split(scene: &ValidScene, request: &Request, light_fields: &LightFields) -> R
     let mut seen = Job::new(&scene.with_disc(true)?, &of_seen, light_fields)?;
     let mut light = scene.with_disc(false)?;
     // Those of the brighter one hold for both, so that one file can take the place of the other.
-    if formats.contains(&Format::Png) && !matches!(scene.render.exposure, Exposure::Stops(_)) {
+    if formats.contains(&Format::Png) && !matches!(scene.render.exposure_of_pictures(), Exposure::Stops(_)) {
         light = light.exposed(Exposure::Stops(f64::from(seen.picture().uniform.exposure.log2())))?;
     }
     if scene.render.exr == ExrDepth::Half && scene.render.exr_exposure == Exposure::Auto {

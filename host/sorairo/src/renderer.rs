@@ -101,7 +101,8 @@ impl Image {
     ///
     /// # Errors
     ///
-    /// [`Error::FileName`] for another file name, [`Error::Write`] if the file cannot be written.
+    /// [`Error::FileName`] for another file name, [`Error::NotAllowed`] for a picture of a display with more colours than
+    /// the scene's space of linear RGB, [`Error::Write`] if the file cannot be written.
     #[cfg(feature = "files")]
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
@@ -109,6 +110,9 @@ impl Image {
         if !format.is_rgb() {
             let complaint = "the file would hold spectra or a scene; this image holds RGB alone".into();
             return Err(Error::FileName { path: path.to_owned(), complaint });
+        }
+        if format == Format::Png {
+            crate::scene::rules::narrower_than_its_display(&self.scene.render)?;
         }
         let image = files::Image {
             width: self.width,

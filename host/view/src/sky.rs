@@ -10,7 +10,7 @@ use sorairo::Device;
 use sorairo::Plan;
 use sorairo::low_level::spectra::observer;
 use sorairo::low_level::spectrum::{Direction, Method, Sample, Spectra};
-use sorairo::scene::Rgb;
+use sorairo::scene::{Display, Rgb};
 use sorairo::{LightFields, PixelFormat, Result, Scene, SkyPlan};
 
 /// What the window wants to show.
@@ -173,6 +173,9 @@ fn look(
     scene: &Scene,
 ) -> Result<Sky> {
     let start = Instant::now();
+    // The window is one of sRGB.
+    let mut scene = scene.clone();
+    scene.render.display = Display::Srgb;
     let valid = scene.validated()?;
     let plan = || Arc::new(SkyPlan::with_light_fields(&valid, Rgb::Srgb, light_fields));
     let sky = known.unwrap_or_else(plan);

@@ -10,7 +10,7 @@ use sorairo::scene::keys::{Allowed, KEYS, Key};
 use sorairo::scene::{Fit, Preset, Rgb, ValidScene};
 use sorairo::{Error, Method, PixelFormat, Plan, Result, Scene, Spectra, xyz};
 
-use crate::skies::{read, sky};
+use crate::skies::{read, read_for_canvas, sky};
 
 /// Every key of a scene: its sentence, its unit, what it may be and what holds without it.
 pub fn keys() -> String {
@@ -104,7 +104,7 @@ pub fn command(toml: &str) -> Result<String> {
 ///
 /// What is wrong with the scene.
 pub fn exposure(toml: &str) -> Result<f32> {
-    let scene = read(toml)?;
+    let scene = read_for_canvas(toml)?;
     let plan = Plan::seen(&sky(&scene, Rgb::Srgb), &scene.camera, PixelFormat::Picture)?;
     Ok(plan.uniform.exposure.log2())
 }

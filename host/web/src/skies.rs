@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use sorairo::scene::{Rgb, ValidScene};
+use sorairo::scene::{Display, Rgb, ValidScene};
 use sorairo::{LightFields, Result, Scene, SkyPlan};
 
 thread_local! {
@@ -22,10 +22,21 @@ pub fn read(toml: &str) -> Result<ValidScene> {
     Scene::parse(toml, "the scene", None)?.validated()
 }
 
+/// A scene as a canvas shows it, which is one of sRGB.
+///
+/// # Errors
+///
+/// What is wrong with it, and where.
+pub fn read_for_canvas(toml: &str) -> Result<ValidScene> {
+    let mut scene = Scene::parse(toml, "the scene", None)?;
+    scene.render.display = Display::Srgb;
+    scene.validated()
+}
+
 /// Two skies are compared side by side.
 const KEPT: usize = 2;
 
-/// The sky of a scene in a space of linear RGB: a picture's is sRGB.
+/// The sky of a scene in a space of linear RGB: a picture's is that of its display.
 pub fn sky(scene: &ValidScene, rgb: Rgb) -> Arc<SkyPlan> {
     LAST.with_borrow_mut(|skies| {
         let known = skies.iter().position(|sky| sky.space.rgb == rgb && is_same_sky(&sky.scene, scene));

@@ -9,7 +9,7 @@ use web_sys::ImageBitmap;
 
 use crate::canvas::bitmap_of;
 use crate::gpu::{Failure, Gpu};
-use crate::skies::{read, sky};
+use crate::skies::{read, read_for_canvas, sky};
 
 /// Makes pictures, one after the other.
 #[wasm_bindgen]
@@ -91,7 +91,7 @@ impl Studio {
     ///
     /// A sentence. After the loss of a device the next picture opens another.
     pub async fn picture(&mut self, toml: &str) -> Result<Vec<u8>, String> {
-        let scene = read(toml).map_err(sentence)?;
+        let scene = read_for_canvas(toml).map_err(sentence)?;
         let (_, words) = self.pixels(&scene, Rgb::Srgb, PixelFormat::Picture).await?;
         Ok(words.into_iter().flat_map(u32::to_le_bytes).collect())
     }
@@ -102,7 +102,7 @@ impl Studio {
     ///
     /// Those of [`Studio::picture`].
     pub async fn bitmap(&mut self, toml: &str) -> Result<ImageBitmap, String> {
-        let scene = read(toml).map_err(sentence)?;
+        let scene = read_for_canvas(toml).map_err(sentence)?;
         if let Some(bitmap) = self.drawn(&scene).await? {
             return Ok(bitmap);
         }
@@ -118,7 +118,7 @@ impl Studio {
     /// Those of [`Studio::picture`].
     pub async fn png(&mut self, toml: &str) -> Result<Vec<u8>, String> {
         let scene = read(toml).map_err(sentence)?;
-        let (image, words) = self.pixels(&scene, Rgb::Srgb, PixelFormat::Picture).await?;
+        let (image, words) = self.pixels(&scene, scene.render.display.rgb(), PixelFormat::Picture).await?;
         image.png(&words).map_err(|error| error.to_string())
     }
 

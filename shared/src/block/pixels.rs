@@ -104,9 +104,24 @@ pub fn show(uniform: &Uniform, colour: &[Vec4], pixels: Pixels, rgb: &mut Three,
             rgb.set(lane, seen(uniform, colour, pixel, rgb.get(lane), variant));
         }
     } else if variant::pixel_format(variant) == PixelFormat::Picture as u32 {
-        for lane in lanes(pixels.count) {
-            rgb.set(lane, shown_in(uniform, colour, rgb.get(lane), variant));
+        let count = pixels.count;
+        // Of what the compiler knows it makes a loop that spreads over lanes.
+        match variant & (variant::AGX | variant::ACES | variant::SELDOM) {
+            variant::AGX => show_each(uniform, colour, count, rgb, PICTURE | variant::AGX),
+            variant::ACES => show_each(uniform, colour, count, rgb, PICTURE | variant::ACES),
+            0 => show_each(uniform, colour, count, rgb, PICTURE),
+            _ => show_each(uniform, colour, count, rgb, variant),
         }
+    }
+}
+
+/// The variant of a picture, and nothing more.
+const PICTURE: u32 = (PixelFormat::Picture as u32) << variant::PIXEL_FORMAT_SHIFT;
+
+#[inline(always)]
+fn show_each(uniform: &Uniform, colour: &[Vec4], count: usize, rgb: &mut Three, variant: u32) {
+    for lane in lanes(count) {
+        rgb.set(lane, shown_in(uniform, colour, rgb.get(lane), variant));
     }
 }
 

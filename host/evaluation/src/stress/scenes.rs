@@ -22,8 +22,9 @@ use sorairo::low_level::spectra::observer;
 use sorairo::scene::keys::{self, DENSEST_TOP, KEYS, Key};
 use sorairo::scene::rules::{CLOSEST_BANDS, FARTHEST_DISC, band_counts};
 use sorairo::scene::{
-    AlbedoSpectrum, ColourObserver, ColourPath, Dither, Exposure, ExrDepth, Fit, GroundAlbedo, MOST_STOPS, Orders,
-    PathChoice, PictureLook, Preset, Projection, Render, Rgb, Scene, Size, SunSpectrum, ViewTransform, WhiteBalance,
+    AlbedoSpectrum, ColourObserver, ColourPath, Display, Dither, Exposure, ExrDepth, Fit, GroundAlbedo, MOST_STOPS,
+    Orders, PathChoice, PictureLook, Preset, Projection, Render, Rgb, Scene, Size, SunSpectrum, ViewTransform,
+    WhiteBalance,
 };
 
 /// Radiance that no device takes for nothing: far above the smallest normal number.
@@ -44,7 +45,16 @@ struct Number {
 }
 
 /// Numbers that vary with what they belong to: the camera's field and the settings.
-const ELSEWHERE: [&str; 5] = ["camera.fov", "render.orders", "render.steps", "render.exposure", "render.exr_exposure"];
+const ELSEWHERE: [&str; 8] = [
+    "camera.fov",
+    "render.orders",
+    "render.steps",
+    "render.exposure",
+    "render.exr_exposure",
+    "render.iso",
+    "render.shutter",
+    "render.aperture",
+];
 
 /// The numbers, each after those that its range depends on.
 fn numbers() -> impl Iterator<Item = Number> {
@@ -361,6 +371,8 @@ fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     };
     render.view = any(rng, ViewTransform::iter());
     render.look = any(rng, PictureLook::iter());
+    render.display = any(rng, Display::iter());
+    render.purkinje = rng.random_bool(0.2);
     render.dither = one_of(rng, &[Dither::Ordered, Dither::None]);
     render.exr = one_of(rng, &[ExrDepth::Half, ExrDepth::Full]);
     render.rgb = any(rng, Rgb::iter());

@@ -72,6 +72,7 @@ impl Labels<'_> {
         };
         let space = match self.render.rgb {
             Rgb::Srgb => "within the Rec. 709 gamut",
+            Rgb::DisplayP3 => "within the P3 gamut",
             Rgb::Rec2020 => "within the Rec. 2020 gamut",
             Rgb::AcesCg => "within the AP1 gamut (ACEScg)",
             Rgb::Xyz => "as X, Y and Z",

@@ -4,6 +4,7 @@ use std::io::{self, BufWriter, Cursor, Read, Seek, Write};
 
 use rayon::prelude::*;
 use sorairo_shared::glam::Vec3;
+use sorairo_shared::night::by_eye;
 use sorairo_shared::rgb::into_gamut;
 use sorairo_shared::tone::{self, NEAREST, dither};
 use sorairo_shared::variant::PixelFormat;
@@ -103,7 +104,7 @@ pub(crate) fn picture(
     mut strips: impl Iterator<Item: AsRef<[u32]>>,
 ) -> io::Result<()> {
     let Image { width, height, pixel, scene, .. } = image;
-    png::encode(output, *width, *height, Some((SCENE, scene_text(scene))), |picture| {
+    png::encode(output, *width, *height, scene.render.display, Some((SCENE, scene_text(scene))), |picture| {
         let mut row = 0;
         strips.try_for_each(|rows| match pixel {
             PixelFormat::Picture => picture.write_all(&png::unpack(rows.as_ref())),
@@ -125,9 +126,10 @@ fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
     let (width, pixel_words) = (image.width as usize, image.pixel_words());
     let is_dithered = image.scene.render.dither == Dither::Ordered;
     let grade = upload::grade(image.scene.render.look);
-    let (view, tables) = (upload::view(image.scene.render.view), upload::view_tables(image.scene.render.view));
+    let (view, tables) = (upload::view(&image.scene.render), upload::view_tables(&image.scene.render));
     let matrix = (display.from_xyz * space.from_xyz.inverse()).as_mat3();
-    let gamut = display.for_kernels();
+    let (gamut, eye) = (display.for_kernels(), upload::eye(display));
+    let is_dark = image.scene.render.purkinje;
     let shown = |rgb: Vec3| if space == display { rgb } else { into_gamut(matrix * rgb, &gamut) };
     let mut bytes = vec![0; pixels.len() / pixel_words * 3];
     let lines = bytes.par_chunks_mut(3 * width).zip(pixels.par_chunks(pixel_words * width)).enumerate();
@@ -136,6 +138,7 @@ fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
         for (column, (bytes, pixel)) in pixels {
             let threshold = if is_dithered { dither(column as u32, (first_row + line) as u32) } else { NEAREST };
             let rgb = shown(Vec3::from_slice(pixel));
+            let rgb = if is_dark { by_eye(rgb, &eye, &gamut) } else { rgb };
             bytes.copy_from_slice(
                 &tone::bytes(tone::shown(rgb, *exposure, &grade, tables, view), threshold).to_le_bytes()[..3],
             );

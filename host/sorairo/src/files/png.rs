@@ -1,4 +1,4 @@
-//! Pictures: 8 bit sRGB in PNG.
+//! Pictures: 8 bits in PNG.
 
 use std::path::Path;
 
@@ -6,17 +6,18 @@ use super::staged::{Staged, stage};
 use crate::encoding::png::encode;
 pub use crate::encoding::png::unpack;
 use crate::error::Result;
+use crate::scene::Display;
 
-/// Writes a picture of 8 bits (red, green, blue) beside its place.
+/// Writes an sRGB picture of 8 bits (red, green, blue) beside its place.
 ///
 /// # Errors
 ///
 /// [`crate::Error::Write`] if it cannot be written.
 pub fn write(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<Staged> {
-    stage(path, |output| encode(output, width, height, None, |rows| rows.write_all(rgb)))
+    stage(path, |output| encode(output, width, height, Display::Srgb, None, |rows| rows.write_all(rgb)))
 }
 
-/// The same with a text in it under a keyword, which [`super::png_text`] reads.
+/// The same for a display, with a text in it under a keyword, which [`super::png_text`] reads.
 ///
 /// # Errors
 ///
@@ -25,9 +26,10 @@ pub fn write_with_text(
     path: &Path,
     (width, height): (u32, u32),
     rgb: &[u8],
+    display: Display,
     keyword: &str,
     text: &str,
 ) -> Result<Staged> {
     let text = Some((keyword, text.to_owned()));
-    stage(path, |output| encode(output, width, height, text, |rows| rows.write_all(rgb)))
+    stage(path, |output| encode(output, width, height, display, text, |rows| rows.write_all(rgb)))
 }

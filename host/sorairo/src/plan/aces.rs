@@ -14,19 +14,23 @@ use sorairo_shared::aces::{
 use sorairo_shared::glam::{DMat3, DVec2, DVec3, Vec4};
 
 use super::colour_space::{Chromaticities, chromaticities, rgb_to_xyz};
-use crate::scene::Rgb;
+use crate::scene::{Display, Rgb};
 
 /// A turn of hue in degrees.
 const TURN: f64 = 360.0;
 
-/// The rows that [`sorairo_shared::aces::aces2`] reads.
-pub fn tables() -> &'static [Vec4] {
-    static TABLES: OnceLock<Vec<Vec4>> = OnceLock::new();
-    TABLES.get_or_init(computed)
+/// The rows that [`sorairo_shared::aces::aces2`] reads for a display.
+pub fn tables(display: Display) -> &'static [Vec4] {
+    static REC709: OnceLock<Vec<Vec4>> = OnceLock::new();
+    static P3: OnceLock<Vec<Vec4>> = OnceLock::new();
+    match display {
+        Display::Srgb => REC709.get_or_init(|| computed(Rgb::Srgb)),
+        Display::DisplayP3 | Display::Rec2020 => P3.get_or_init(|| computed(Rgb::DisplayP3)),
+    }
 }
 
-fn computed() -> Vec<Vec4> {
-    let (display, widest) = (Gamut::new(&chromaticities(Rgb::Srgb)), Gamut::new(&chromaticities(Rgb::AcesCg)));
+fn computed(limit: Rgb) -> Vec<Vec4> {
+    let (display, widest) = (Gamut::new(&chromaticities(limit)), Gamut::new(&chromaticities(Rgb::AcesCg)));
     let cusps = Cusps::new(&display);
     let hues = hue_knots(&sorted_hues(&cusps, &widest));
     let mut knots: Vec<Vec4> = hues.iter().map(|&hue| knot(hue, &cusps)).collect();
@@ -274,13 +278,14 @@ fn reach_m(widest: &Gamut, hue: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use sorairo_shared::aces::{
-        AP1_TO_CONES, CONES_TO_REC709, CONTRAST, CURVE_LIMIT, CURVE_MIDDLE, KNOTS_IN_A_DEGREE, MIDDLE_J, REC709_TO_AP1,
-        TOE, aces2,
+        AP1_TO_CONES, CONES_TO_DISPLAY_P3, CONES_TO_REC709, CONTRAST, CURVE_LIMIT, CURVE_MIDDLE, DISPLAY_P3_TO_AP1,
+        DISPLAY_P3_TO_REC2020, KNOTS_IN_A_DEGREE, MIDDLE_J, REC709_TO_AP1, REC2020_TO_AP1, TOE, aces2,
     };
     use sorairo_shared::glam::{Mat3, Vec3};
 
     use super::*;
     use crate::plan::colour_space::adaptation;
+    use crate::plan::upload;
 
     /// Encoded by the transfer function of sRGB, in steps of a byte (IEC 61966-2-1:1999).
     fn steps(linear: f32) -> f64 {
@@ -288,29 +293,43 @@ mod tests {
         255.0 * if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
     }
 
-    /// Colours of a scene, and what OpenColorIO makes of them.
-    fn reference() -> Vec<[Vec3; 2]> {
-        let mut reader =
-            csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(&include_bytes!("aces_reference.csv")[..]);
+    const DISPLAYS: [Display; 3] = [Display::Srgb, Display::DisplayP3, Display::Rec2020];
+
+    /// Colours of a scene, and what OpenColorIO makes of them for a display.
+    fn reference(display: Display) -> Vec<[Vec3; 2]> {
+        let text: &[u8] = match display {
+            Display::Srgb => include_bytes!("aces_reference.csv"),
+            Display::DisplayP3 => include_bytes!("aces_reference_p3.csv"),
+            Display::Rec2020 => include_bytes!("aces_reference_rec2020.csv"),
+        };
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text);
         let rows = reader.deserialize::<[f32; 6]>().map(|row| row.expect("six numbers"));
         rows.map(|row| [Vec3::from_slice(&row), Vec3::from_slice(&row[3..])]).collect()
     }
 
     fn shown(rgb: Vec3) -> Vec3 {
-        aces2(rgb, tables(), 0)
+        shown_on(Display::Srgb, rgb)
+    }
+
+    fn shown_on(display: Display, rgb: Vec3) -> Vec3 {
+        aces2(rgb, tables(display), 0, upload::display(display))
     }
 
     #[test]
     fn colours_are_those_of_opencolorio() {
-        let reference = reference();
-        assert!(reference.len() >= 200);
-        for [scene, expected] in reference {
-            let shown = shown(scene);
-            let difference = (0..3).map(|i| (steps(shown[i]) - steps(expected[i])).abs()).fold(0.0, f64::max);
-            // Both round in single precision: of 300 000 colours at random the worst differs by 0.0075, a bright yellow
-            // near the edge of the gamut.
-            assert!(difference < 0.01, "{scene}: {shown} and not {expected}");
+        for (display, most) in DISPLAYS.into_iter().zip([200, 100, 100]) {
+            let reference = reference(display);
+            assert!(reference.len() > most);
+            reference.into_iter().for_each(|colours| assert_that_it_is_shown(display, colours));
         }
+    }
+
+    fn assert_that_it_is_shown(display: Display, [scene, expected]: [Vec3; 2]) {
+        let shown = shown_on(display, scene);
+        let difference = (0..3).map(|i| (steps(shown[i]) - steps(expected[i])).abs()).fold(0.0, f64::max);
+        // Both round in single precision: of 300 000 colours at random the worst differs by 0.0075, a bright yellow
+        // near the edge of the gamut.
+        assert!(difference < 0.01, "{display:?}, {scene}: {shown} and not {expected}");
     }
 
     #[test]
@@ -357,7 +376,10 @@ mod tests {
 
     #[test]
     fn the_knots_are_sorted_and_no_degree_has_more_than_the_kernels_look_for() {
-        let rows = tables();
+        DISPLAYS.into_iter().for_each(|display| assert_knots(tables(display)));
+    }
+
+    fn assert_knots(rows: &[Vec4]) {
         assert_eq!(rows.len(), ROWS);
         let knots = &rows[DEGREES..];
         assert!(knots.windows(2).all(|pair| pair[0].w < pair[1].w));
@@ -389,11 +411,16 @@ mod tests {
     #[test]
     fn the_constants_of_the_kernels_are_those_of_the_model() {
         let near = |a: Mat3, b: DMat3| assert!(a.as_dmat3().abs_diff_eq(b, 3e-7), "{a} and not {b}");
-        let [rec709, ap1] = [Rgb::Srgb, Rgb::AcesCg].map(chromaticities);
-        let [from, to] = [&rec709, &ap1].map(rgb_to_xyz);
-        near(REC709_TO_AP1, to.inverse() * adaptation(from * DVec3::ONE, to * DVec3::ONE) * from);
+        let [rec709, p3, rec2020, ap1] = [Rgb::Srgb, Rgb::DisplayP3, Rgb::Rec2020, Rgb::AcesCg].map(chromaticities);
+        let to = rgb_to_xyz(&ap1);
+        for (matrix, space) in [(REC709_TO_AP1, &rec709), (DISPLAY_P3_TO_AP1, &p3), (REC2020_TO_AP1, &rec2020)] {
+            let from = rgb_to_xyz(space);
+            near(matrix, to.inverse() * adaptation(from * DVec3::ONE, to * DVec3::ONE) * from);
+        }
         near(AP1_TO_CONES, to_cones(&ap1));
         near(CONES_TO_REC709, to_cones(&rec709).inverse());
+        near(CONES_TO_DISPLAY_P3, to_cones(&p3).inverse());
+        near(DISPLAY_P3_TO_REC2020, rgb_to_xyz(&rec2020).inverse() * rgb_to_xyz(&p3));
         let k4 = (5.0 * 100.0 + 1.0f64).recip().powi(4);
         let adaptation = 0.2 * k4 * 500.0 + 0.1 * (1.0 - k4).powi(2) * 500.0f64.cbrt();
         assert!((f64::from(HALF_RESPONSE) - 27.13 * adaptation.powf(-0.42)).abs() < 2e-6);

@@ -31,6 +31,8 @@ pub fn chromaticities(rgb: Rgb) -> Chromaticities {
     let [red, green, blue, white] = match rgb {
         // ITU-R BT.709-6, items 1.3 and 1.4.
         Rgb::Srgb => [DVec2::new(0.64, 0.33), DVec2::new(0.30, 0.60), DVec2::new(0.15, 0.06), D65],
+        // SMPTE EG 432-1:2010, 5.1, with the white of sRGB.
+        Rgb::DisplayP3 => [DVec2::new(0.68, 0.32), DVec2::new(0.265, 0.69), DVec2::new(0.15, 0.06), D65],
         // ITU-R BT.2020-2, table 3.
         Rgb::Rec2020 => [DVec2::new(0.708, 0.292), DVec2::new(0.170, 0.797), DVec2::new(0.131, 0.046), D65],
         // Academy S-2014-004: AP1 and the white of ACES.
@@ -116,6 +118,8 @@ impl ColourSpace {
 
 #[cfg(test)]
 mod tests {
+    use strum::IntoEnumIterator;
+
     use super::*;
     use crate::scene::{Preset, Scene};
 
@@ -139,6 +143,9 @@ mod tests {
         // ITU-R BT.2407-0, 2.2.
         let rec2020 = [[0.636958, 0.144617, 0.168881], [0.262700, 0.677998, 0.059302], [0.0, 0.028073, 1.060985]];
         assert_near(rgb_to_xyz(&chromaticities(Rgb::Rec2020)), rec2020, 0.5e-6);
+        // Apple's Display P3, as its ICC profile has it before the adaptation to D50 (CSS Color 4, 10.4).
+        let p3 = [[0.486571, 0.265668, 0.198217], [0.228975, 0.691739, 0.079287], [0.0, 0.045113, 1.043944]];
+        assert_near(rgb_to_xyz(&chromaticities(Rgb::DisplayP3)), p3, 0.5e-6);
         // Academy S-2014-004, 4.4.
         let ap1 = [
             [0.6624541811, 0.1340042065, 0.1561876870],
@@ -175,7 +182,7 @@ mod tests {
     #[test]
     fn a_white_balance_makes_its_white_grey() {
         let optics = Scene::preset(Preset::Earth).first_order().optics();
-        for rgb in [Rgb::Srgb, Rgb::Rec2020, Rgb::AcesCg, Rgb::Xyz] {
+        for rgb in Rgb::iter() {
             for observer in [ColourObserver::Cie1931, ColourObserver::Cie2015] {
                 let sun = observer::xyz(observer, |nm| optics.solar_irradiance(nm));
                 let d65 = xyz(if observer == ColourObserver::Cie1931 { D65 } else { D65_CIE2015 });
@@ -189,7 +196,7 @@ mod tests {
 
     #[test]
     fn balancing_for_d65_leaves_the_spaces_of_d65_alone() {
-        for rgb in [Rgb::Srgb, Rgb::Rec2020] {
+        for rgb in [Rgb::Srgb, Rgb::DisplayP3, Rgb::Rec2020] {
             let of = |balance| space(rgb, balance, ColourObserver::Cie1931).from_xyz;
             // The matrix of sRGB is rounded to four digits, and its white with it.
             assert!(of(WhiteBalance::D65).abs_diff_eq(of(WhiteBalance::None), 2e-4), "{rgb:?}");

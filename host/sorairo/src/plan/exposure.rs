@@ -32,7 +32,7 @@ pub fn of(sky: &SkyPlan, scene: &Scene, uniform: &Uniform, variant: u32) -> f32 
         && !sky.is_night;
     let metered = || if is_shown { metered(sky, scene.camera.projection, uniform, variant) } else { 0.0 };
     let daylight = stops_of_ev100(DAYLIGHT);
-    let stops = match scene.render.exposure {
+    let stops = match scene.render.exposure_of_pictures() {
         Exposure::Stops(stops) => stops,
         Exposure::Auto => metered(),
         Exposure::Adapt if sky.is_night => daylight,

@@ -22,7 +22,8 @@ use super::spectral::SpectralPlan;
 use super::sun_disc::Sun;
 use super::{below, directions, exposure, upload};
 use crate::error::{Error, Result};
-use crate::scene::{Below, CameraScene, ColourPath, Dither, Exposure, ExrDepth, Projection, Rgb, Scene, ValidScene};
+use crate::scene::{Below, CameraScene, ColourPath, Dither, Exposure, ExrDepth, Projection, Scene, ValidScene};
+use crate::words::word;
 
 /// Everything that the kernels of one image need, and nothing that they do not.
 #[derive(Clone, Debug)]
@@ -53,8 +54,8 @@ impl Plan {
 
     /// The same with the light fields of other plans; see [`SkyPlan::with_light_fields`].
     pub fn with_light_fields(scene: &ValidScene, pixel: PixelFormat, light_fields: &LightFields) -> Self {
-        // A picture is packed on the device and is always sRGB.
-        let rgb = if pixel == PixelFormat::Picture { Rgb::Srgb } else { scene.render.rgb };
+        // A picture is packed on the device, for its display.
+        let rgb = if pixel == PixelFormat::Picture { scene.render.display.rgb() } else { scene.render.rgb };
         Self::of_sky(Arc::new(SkyPlan::with_light_fields(scene, rgb, light_fields)), scene, pixel)
     }
 
@@ -62,11 +63,14 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// Those of [`Scene::validated`] for the camera; [`Error::NotAllowed`] for a picture of a sky that was not planned in sRGB.
+    /// Those of [`Scene::validated`] for the camera; [`Error::NotAllowed`] for a picture of a sky that was not planned
+    /// in the space of its display.
     pub fn seen(sky: &Arc<SkyPlan>, camera: &CameraScene, pixel: PixelFormat) -> Result<Self> {
         let scene = sky.scene.seen_by(camera)?;
-        if pixel == PixelFormat::Picture && sky.space.rgb != Rgb::Srgb {
-            return Err(Error::not_allowed("render.rgb", "of this sky is not srgb, and a picture is"));
+        if pixel == PixelFormat::Picture && sky.space.rgb != scene.render.display.rgb() {
+            let display = word(scene.render.display);
+            let complaint = format!("of this sky is {}, and a picture of it {display}", word(sky.space.rgb));
+            return Err(Error::not_allowed("render.rgb", complaint));
         }
         Ok(Self::of_sky(Arc::clone(sky), &scene, pixel))
     }
@@ -83,7 +87,7 @@ impl Plan {
         } else {
             Default::default()
         };
-        let tables = if pixel == PixelFormat::Picture { upload::view_tables(scene.render.view) } else { &[] };
+        let tables = if pixel == PixelFormat::Picture { upload::view_tables(&scene.render) } else { &[] };
         let (below, ground) = below::for_kernels(&sky, scene, below::of(scene, pixel));
         let variant = of_image(sky.integral().variant | below, scene, scene.camera.projection, shows_disc, pixel);
         let (uniform, rows) = upload::with_rows(sky.integral().uniform, &colours.rows, sky.integral().variant);
@@ -251,6 +255,9 @@ impl Plan {
         rows.for_each(|(_, row)| *row *= Vec4::new(factor, factor, factor, last));
         self.uniform.ground *= factor;
         self.uniform.exposure /= factor;
+        let eye = &mut self.uniform.eye;
+        [&mut eye.red, &mut eye.green, &mut eye.blue].into_iter().for_each(|column| *column /= factor);
+        eye.red.w *= factor * factor;
         self
     }
 
@@ -329,8 +336,10 @@ pub(super) fn of_image(sky: u32, scene: &Scene, projection: Projection, shows_di
     let disc = if shows_disc { variant::SUN_DISC } else { 0 };
     let is_dithered = pixel == PixelFormat::Picture && scene.render.dither == Dither::Ordered;
     let dither = if is_dithered { variant::DITHER } else { 0 };
-    let view = if pixel == PixelFormat::Picture { upload::view(scene.render.view) } else { 0 };
-    variant::of(sky | disc | dither | view, upload::projection(projection), pixel as u32)
+    let view = if pixel == PixelFormat::Picture { upload::view(&scene.render) } else { 0 };
+    let is_dark = pixel == PixelFormat::Picture && scene.render.purkinje;
+    let night = if is_dark { variant::NIGHT } else { 0 };
+    variant::of(sky | disc | dither | view | night, upload::projection(projection), pixel as u32)
 }
 
 /// Rows of the image that can be lit: none at night, and from black ground an equirectangular image is black below its middle.

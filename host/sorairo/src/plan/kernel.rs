@@ -30,7 +30,7 @@ impl Kernel {
             // Neither the disc, the ground nor how pixels are stored.
             Self::Anchors | Self::Lookup => {
                 let of_pixels = variant::SUN_DISC | variant::DITHER | variant::RUNS | variant::of(0, 0, 3);
-                of_image & !(of_pixels | variant::AGX | variant::ACES | variant::BELOW)
+                of_image & !(of_pixels | variant::AGX | variant::ACES | variant::SELDOM | variant::BELOW)
             }
             _ => of_image,
         }

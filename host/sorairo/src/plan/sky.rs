@@ -273,9 +273,9 @@ impl SkyPlan {
         Training { integral: &self.base, observer: self.observer, space: &self.space }
     }
 
-    /// The space in which a picture shows the sky's linear RGB: sRGB under the same white balance.
+    /// The space in which a picture shows the sky's linear RGB: its display's under the same white balance.
     pub fn display(&self) -> ColourSpace {
-        ColourSpace::new(Rgb::Srgb, self.space.balance, self.observer, &self.base.optics)
+        ColourSpace::new(self.scene.render.display.rgb(), self.space.balance, self.observer, &self.base.optics)
     }
 }
 

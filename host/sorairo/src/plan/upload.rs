@@ -4,6 +4,7 @@ use bytemuck::Zeroable;
 use sorairo_shared::camera::{self, Camera};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::grade::Grade;
+use sorairo_shared::night::Eye;
 use sorairo_shared::profile::{Atmosphere, Exponential};
 use sorairo_shared::single::Bands;
 use sorairo_shared::uniform::{NODE_ROWS, Uniform};
@@ -12,8 +13,8 @@ use sorairo_shared::variant;
 use super::aces;
 use super::colour_space::ColourSpace;
 use super::directions::{direction, horizon, span_above_horizon};
-use crate::scene::{PictureLook, Projection, Scene, View, ViewTransform};
-use crate::spectra::observer;
+use crate::scene::{Display, PictureLook, Projection, Render, Scene, View, ViewTransform};
+use crate::spectra::observer::{self, LUMENS_PER_WATT};
 use crate::spectra::optics::Optics;
 
 /// The uniform of a sky that no camera looks at: what concerns an image is 0, its exposure 1.
@@ -30,6 +31,7 @@ pub fn sky_uniform(scene: &Scene, wavelengths: &[f64], nodes: u32, space: &Colou
         altitude: scene.observer.altitude as f32,
         exposure: 1.0,
         grade: Grade::NONE,
+        eye: eye(space),
         nodes,
         horizon: horizon(scene.atmosphere.ground_radius, scene.observer.altitude) as f32,
         lookup_span: span_above_horizon(scene) as f32,
@@ -92,17 +94,34 @@ pub fn grade(look: PictureLook) -> Grade {
     }
 }
 
-/// The tables that a view transform reads.
-pub fn view_tables(view: ViewTransform) -> &'static [Vec4] {
-    if view == ViewTransform::Aces { aces::tables() } else { &[] }
+/// An eye before linear RGB of a space (W·m⁻²·sr⁻¹).
+pub fn eye(space: &ColourSpace) -> Eye {
+    let to_xyz = space.from_xyz.inverse() * LUMENS_PER_WATT;
+    let column = |i: usize, w: f64| to_xyz.col(i).extend(w).as_vec4();
+    Eye { red: column(0, LUMENS_PER_WATT.recip()), green: column(1, 0.0), blue: column(2, 0.0) }
 }
 
-/// The bit of a view transform in a variant.
-pub fn view(view: ViewTransform) -> u32 {
-    match view {
+/// The tables that a view transform reads.
+pub fn view_tables(render: &Render) -> &'static [Vec4] {
+    if render.view == ViewTransform::Aces { aces::tables(render.display) } else { &[] }
+}
+
+/// The bits of a view transform for a display in a variant.
+pub fn view(render: &Render) -> u32 {
+    let view = match render.view {
         ViewTransform::Agx => variant::AGX,
         ViewTransform::Aces => variant::ACES,
-        ViewTransform::Srgb => 0,
+        ViewTransform::Srgb => return 0,
+    };
+    view | display(render.display)
+}
+
+/// The bit of a display in a variant.
+pub fn display(display: Display) -> u32 {
+    match display {
+        Display::Srgb => 0,
+        Display::DisplayP3 => variant::DISPLAY_P3,
+        Display::Rec2020 => variant::REC2020,
     }
 }
 

@@ -5,7 +5,7 @@ use serde::de::{DeserializeOwned, Visitor};
 use serde::forward_to_deserialize_any;
 
 use super::preset::Scene;
-use super::settings::{Exposure, Orders};
+use super::settings::{Exposure, Orders, Shutter};
 use crate::spectra::choice::{GroundAlbedo, OrTable};
 use crate::spectra::table_file::TableFile;
 
@@ -144,6 +144,12 @@ impl Number for Option<f64> {
 }
 
 impl Number for Option<u32> {
+    fn number(&self) -> Option<f64> {
+        self.map(f64::from)
+    }
+}
+
+impl Number for Option<Shutter> {
     fn number(&self) -> Option<f64> {
         self.map(f64::from)
     }

@@ -334,7 +334,7 @@ fn nearest<'a>(word: &str, candidates: impl Iterator<Item = (&'a str, &'a str)>)
 /// The preset that a file names; the default if it names none, or none that there is.
 fn named_preset(given: &[Given<'_>]) -> Preset {
     let named = given.iter().find(|(key, _)| key.name == "preset");
-    named.and_then(|(_, value)| value.get_ref().as_str()?.parse().ok()).unwrap_or_default()
+    named.and_then(|(key, value)| key.word_or(value.get_ref().as_str()?).parse().ok()).unwrap_or_default()
 }
 
 /// Lays one value over a scene, if it is of the right kind.
@@ -352,6 +352,7 @@ fn lay_over(scene: &mut Scene, key: &Key, value: &Spanned<DeValue<'_>>, folder: 
         }
         // A place or a time that is none is quoted as it stands, whatever TOML takes it for.
         (Allowed::Other(_), _) if ["sun.place", "sun.time"].contains(&key.name) => as_it_stands(value),
+        (_, DeValue::String(text)) => key.word_or(text).to_owned(),
         _ => return key.set(scene, ValueDeserializer::from(value.clone())),
     };
     key.set(scene, StringDeserializer::<serde::de::value::Error>::new(text))
@@ -517,6 +518,15 @@ mod tests {
         draft.set(keys::find("sun.elevation").unwrap(), value).unwrap();
         let error = draft.validated().unwrap_err().to_string();
         assert!(error.starts_with("sun.elevation is 200"), "{error}");
+    }
+
+    #[test]
+    fn a_word_is_read_in_any_case_of_letters() {
+        let read = |text: &str| Scene::parse(text, "scene.toml", None).unwrap();
+        let words = "preset = 'mars'\n[camera]\nprojection = 'fisheye'\n[render]\nview = 'agx'\norders = 'all'\n";
+        assert_eq!(read(&words.replace("mars", "MARS").replace("fish", "Fish").replace("agx", "AgX")), read(words));
+        assert_eq!(read("render.exposure = 'AUTO'\nrender.orders = 'All'"), read(""));
+        assert!(refused("render.view = 'AgY'").contains("unknown variant `AgY`"));
     }
 
     #[test]

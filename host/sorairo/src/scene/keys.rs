@@ -13,8 +13,8 @@ use super::plausible;
 use super::preset::{Preset, Scene};
 use super::rules;
 use super::settings::{
-    ColourPath, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook, Render,
-    Rgb, ViewTransform, WhiteBalance,
+    ColourPath, Display, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook,
+    Render, Rgb, ViewTransform, WhiteBalance,
 };
 use super::sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, Sun};
 use crate::error::{Error, Result, check_range};
@@ -248,8 +248,13 @@ pub static KEYS: &[Key] = &[
     number!(render.exposure, "stops", At(-MOST_STOPS), At(MOST_STOPS))
         .or_words(words::<Exposure>)
         .otherwise(|| "\"auto\"; \"ev15\" is a camera's EV100".into()),
+    number!(render.iso, "", At(1.0), At(1e7)).otherwise(no_camera).rule(rules::half_a_camera),
+    number!(render.shutter, "s", At(1e-6), At(1e6)).otherwise(no_camera),
+    number!(render.aperture, "", At(0.1), At(1e3)).otherwise(no_camera),
     key!(render.view, one_of::<ViewTransform>()),
     key!(render.look, one_of::<PictureLook>()),
+    key!(render.purkinje, Other(|| "true or false".into())),
+    key!(render.display, one_of::<Display>()),
     key!(render.dither, one_of::<Dither>()),
     key!(render.exr, one_of::<ExrDepth>()),
     number!(render.exr_exposure, "stops", At(-MOST_STOPS), At(MOST_STOPS))
@@ -263,6 +268,11 @@ pub static KEYS: &[Key] = &[
 
 const fn one_of<T: Words>() -> Allowed {
     Allowed::Words(words::<T>)
+}
+
+/// What holds without a camera's settings.
+fn no_camera() -> String {
+    "`exposure` holds".into()
 }
 
 /// Heights of the ozone layer matter where there is ozone.
@@ -398,6 +408,11 @@ impl Key {
             Allowed::Words(words) => words(),
             _ => self.or_words.map(|words| words()).unwrap_or_default(),
         }
+    }
+
+    /// The word of the key that a text is, in whatever case of letters; or else the text itself.
+    pub fn word_or<'a>(&self, text: &'a str) -> &'a str {
+        self.words().iter().find(|word| word.is(text)).map_or(text, |word| word.name)
     }
 
     /// What the key may be, in words.

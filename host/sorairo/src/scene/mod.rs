@@ -26,8 +26,8 @@ pub use crate::spectra::observer::ColourObserver;
 pub use camera::{Below, CameraScene, LONGEST_SIDE, Projection, Reflectance, Size, View};
 pub use preset::{Preset, Scene};
 pub use settings::{
-    ColourPath, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook, Render,
-    Rgb, ViewTransform, WhiteBalance, stops_of_ev100,
+    ColourPath, Display, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook,
+    Render, Rgb, Shutter, ViewTransform, WhiteBalance, stops_of_ev100,
 };
 pub use sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, STANDARD_PRESSURE, Sun};
 pub use valid::ValidScene;

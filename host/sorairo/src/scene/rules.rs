@@ -2,9 +2,10 @@
 
 use super::camera::LONGEST_SIDE;
 use super::preset::Scene;
-use super::settings::{ColourPath, Exposure, Fit};
+use super::settings::{ColourPath, Display, Exposure, Fit, Render, Rgb};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
+use crate::words::word;
 
 /// Bands closer than this (nm) make the fit's matrix singular in practice.
 pub const CLOSEST_BANDS: f64 = 0.5;
@@ -25,6 +26,27 @@ impl Scene {
     }
 }
 
+/// The keys of a camera's settings.
+pub const CAMERA: [&str; 3] = ["render.iso", "render.shutter", "render.aperture"];
+
+/// A camera's settings say an exposure together, and alone.
+pub(super) fn half_a_camera(scene: &Scene) -> Result<()> {
+    let render = &scene.render;
+    let given = [render.iso.is_some(), render.shutter.is_some(), render.aperture.is_some()];
+    let find = |is_given| given.iter().position(|&given| given == is_given).map(|at| CAMERA[at]);
+    match (find(true), find(false)) {
+        (Some(given), Some(missing)) => Err(Error::not_allowed(
+            given,
+            format!("needs {missing} beside it; speed, shutter and aperture say an exposure together"),
+        )),
+        (Some(_), None) if render.exposure != Exposure::Auto => {
+            let complaint = format!("cannot be given beside {}, which say the exposure", CAMERA.join(", "));
+            Err(Error::not_allowed("render.exposure", complaint))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// An eye adapts to pictures alone.
 pub(super) fn adapted_halves(scene: &Scene) -> Result<()> {
     if scene.render.exr_exposure == Exposure::Adapt {
@@ -34,6 +56,28 @@ pub(super) fn adapted_halves(scene: &Scene) -> Result<()> {
         ));
     }
     Ok(())
+}
+
+/// Refuses a picture that is made from linear RGB whose space ends before its display's.
+///
+/// # Errors
+///
+/// [`Error::NotAllowed`] for the display.
+pub fn narrower_than_its_display(render: &Render) -> Result<()> {
+    let is_narrower = match render.rgb {
+        Rgb::Srgb => render.display != Display::Srgb,
+        Rgb::DisplayP3 => render.display == Display::Rec2020,
+        Rgb::Rec2020 | Rgb::AcesCg | Rgb::Xyz => false,
+    };
+    if !is_narrower {
+        return Ok(());
+    }
+    let complaint = format!(
+        "is {}, and the linear image beside the picture ends at the colours of render.rgb = {}; rec2020 would do",
+        word(render.display),
+        word(render.rgb)
+    );
+    Err(Error::not_allowed("render.display", complaint))
 }
 
 pub(super) fn place_elsewhere(scene: &Scene) -> Result<()> {

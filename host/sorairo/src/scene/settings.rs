@@ -27,10 +27,20 @@ pub struct Render {
     pub path: PathChoice,
     /// Exposure of pictures (stops).
     pub exposure: Exposure,
+    /// Speed of a camera's film, by ISO; with `shutter` and `aperture` it says the exposure.
+    pub iso: Option<f64>,
+    /// How long a camera's shutter is open.
+    pub shutter: Option<Shutter>,
+    /// A camera's aperture, as an f-number.
+    pub aperture: Option<f64>,
     /// View transform of pictures: how light becomes what a display shows.
     pub view: ViewTransform,
     /// How pictures are graded about AgX; other view transforms take none.
     pub look: PictureLook,
+    /// Whether pictures show a dark sky as an eye sees it: grey and blue below 4 cd/m² (Jensen et al. 2000).
+    pub purkinje: bool,
+    /// The display of pictures: the primaries of their red, green and blue.
+    pub display: Display,
     /// How the bytes of pictures are rounded.
     pub dither: Dither,
     /// Depth of EXR files.
@@ -39,7 +49,7 @@ pub struct Render {
     pub exr_exposure: Exposure,
     /// Compression of EXR files; all of these keep every bit.
     pub exr_compression: ExrCompression,
-    /// The space of the linear RGB in EXR files. Pictures are always sRGB.
+    /// The space of the linear RGB in EXR files; that of pictures is their display's.
     pub rgb: Rgb,
     /// The colour observer.
     pub observer: ColourObserver,
@@ -57,8 +67,13 @@ impl Default for Render {
             steps: None,
             path: PathChoice::Auto,
             exposure: Exposure::Auto,
+            iso: None,
+            shutter: None,
+            aperture: None,
             view: ViewTransform::Agx,
             look: PictureLook::Vivid,
+            purkinje: false,
+            display: Display::Srgb,
             dither: Dither::Ordered,
             exr: ExrDepth::Full,
             exr_exposure: Exposure::Auto,
@@ -67,6 +82,61 @@ impl Default for Render {
             observer: ColourObserver::Cie1931,
             white_balance: WhiteBalance::None,
         }
+    }
+}
+
+impl Render {
+    /// The exposure of pictures: that of a camera's settings where they are given.
+    pub fn exposure_of_pictures(&self) -> Exposure {
+        let (Some(iso), Some(Shutter(seconds)), Some(aperture)) = (self.iso, self.shutter, self.aperture) else {
+            return self.exposure;
+        };
+        Exposure::Stops(stops_of_ev100((aperture * aperture / seconds).log2() - (iso / 100.0).log2()))
+    }
+}
+
+/// How long a shutter is open (s).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "ShutterText", into = "f64")]
+pub struct Shutter(pub f64);
+
+/// A shutter's time as it stands in a scene file.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a shutter's time is a number of seconds or a fraction such as \"1/125\"")]
+enum ShutterText {
+    Number(f64),
+    Text(String),
+}
+
+impl TryFrom<ShutterText> for Shutter {
+    type Error = String;
+
+    fn try_from(text: ShutterText) -> std::result::Result<Self, String> {
+        match text {
+            ShutterText::Number(seconds) => Ok(Self(seconds)),
+            ShutterText::Text(text) => text.parse(),
+        }
+    }
+}
+
+impl From<Shutter> for f64 {
+    fn from(shutter: Shutter) -> Self {
+        shutter.0
+    }
+}
+
+impl FromStr for Shutter {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let number = |text: &str| text.trim().parse::<f64>().ok();
+        let seconds = match text.split_once('/') {
+            Some((over, under)) => number(over).zip(number(under)).map(|(over, under)| over / under),
+            None => number(text),
+        };
+        seconds.map(Self).ok_or_else(|| {
+            format!("a shutter's time is a number of seconds or a fraction such as \"1/125\", not {text:?}")
+        })
     }
 }
 
@@ -129,6 +199,10 @@ pub enum Rgb {
     /// The primaries of Rec. 709 and sRGB, white D65.
     #[default]
     Srgb,
+    /// The primaries of P3, white D65.
+    #[serde(rename = "display-p3")]
+    #[strum(serialize = "display-p3")]
+    DisplayP3,
     /// The primaries of Rec. 2020, white D65.
     Rec2020,
     /// The primaries AP1, white that of ACES, near D60.
@@ -201,10 +275,37 @@ pub enum ViewTransform {
     /// AgX, as Blender forms pictures: bright colours go to white as on film.
     #[default]
     Agx,
-    /// The output transform of ACES 2.0 for displays of Rec. 709.
+    /// The output transform of ACES 2.0 for displays of 100 cd/m².
     Aces,
     /// None: linear light in the curve of sRGB, cut at white.
     Srgb,
+}
+
+/// The display that a picture is for, by its primaries; all have the white D65 and the curve of sRGB.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum Display {
+    /// Those of sRGB: right everywhere.
+    #[default]
+    Srgb,
+    /// Those of P3, which many screens have.
+    DisplayP3,
+    /// Those of Rec. 2020, of which a screen shows what it has.
+    Rec2020,
+}
+
+impl Display {
+    /// Its space of linear RGB.
+    pub fn rgb(self) -> Rgb {
+        match self {
+            Self::Srgb => Rgb::Srgb,
+            Self::DisplayP3 => Rgb::DisplayP3,
+            Self::Rec2020 => Rgb::Rec2020,
+        }
+    }
 }
 
 /// How pictures are graded about AgX; other view transforms take none.

@@ -6,6 +6,7 @@ use super::camera::CameraScene;
 use super::keys;
 use super::place::{Place, SunPosition, Time, sun_position};
 use super::preset::Scene;
+use super::rules;
 use super::settings::Exposure;
 use crate::error::{Error, Result};
 
@@ -77,10 +78,12 @@ impl ValidScene {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for an exposure that may not be asked for.
+    /// [`Error::OutOfRange`] for an exposure that may not be asked for, [`Error::NotAllowed`] where a camera's settings
+    /// say it.
     pub fn exposed(mut self, exposure: Exposure) -> Result<Self> {
         self.scene.render.exposure = exposure;
         keys::find("render.exposure").expect("a key").check_range(&self.scene)?;
+        rules::half_a_camera(&self.scene)?;
         Ok(self)
     }
 }

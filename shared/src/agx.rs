@@ -201,10 +201,24 @@ fn curve(logarithms: Vec3) -> Vec3 {
     let scale = Vec4::new(scale(from_pivot.x), scale(from_pivot.y), scale(from_pivot.z), SHOULDER);
     // A rounding below 0 has no root.
     let t = max4(from_pivot * SLOPE / scale, 0.0);
-    let bent = exp4(ln4(Vec4::ONE + t * sqrt4(t)) * (-2.0 / 3.0));
-    let y = scale * t * bent + Vec4::splat(PIVOT_Y);
-    // Near black the difference of two equal numbers may be negative; 1e-12 to the power 2.4 is black.
-    exp4(ln4(max4(y, 1e-12)) * 2.4).truncate()
+    let root = sqrt4(Vec4::ONE / (Vec4::ONE + t * sqrt4(t)));
+    // Near black the difference of two equal numbers may be negative.
+    let y = max4(scale * t * polynomial(BENT, root) + Vec4::splat(PIVOT_Y), 0.0);
+    (y * y * polynomial(LIGHT, sqrt4(sqrt4(y)))).truncate()
+}
+
+/// `x^(4/3)` from 0.2, which is far beyond white, to 1, within 5e-6.
+const BENT: [f32; 7] =
+    [-0.00819545332, 0.437159704, 1.14768154, -1.21764161, 1.0794825, -0.567152683, 0.128670177];
+
+/// `x^1.6` from 0 to 1, which times `x^8` is within a thousandth of a picture's byte.
+const LIGHT: [f32; 7] = [-0.00691978761, 0.200766805, 1.18635687, -0.6185636, 0.309888314, -0.0715313679, 0.0];
+
+#[inline(always)]
+fn polynomial(terms: [f32; 7], x: Vec4) -> Vec4 {
+    let low = (x * terms[2] + Vec4::splat(terms[1])) * x + Vec4::splat(terms[0]);
+    let high = ((x * terms[6] + Vec4::splat(terms[5])) * x + Vec4::splat(terms[4])) * x + Vec4::splat(terms[3]);
+    high * (x * x * x) + low
 }
 
 /// A colour without its negative components.

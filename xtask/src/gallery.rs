@@ -18,6 +18,7 @@ pub fn make(root: &Path) -> Result<String, Box<dyn Error>> {
     }
     let page = std::fs::read_to_string(root.join(PAGE))?;
     let program = root.join("target/release/sorairo").canonicalize()?;
+    std::fs::remove_dir_all(root.join(PICTURES))?;
     std::fs::create_dir_all(root.join(PICTURES))?;
     let commands: Vec<_> = page.lines().filter_map(|line| line.strip_prefix("sorairo ")).collect();
     for command in &commands {
@@ -25,6 +26,19 @@ pub fn make(root: &Path) -> Result<String, Box<dyn Error>> {
         if !status.success() {
             return Err(format!("sorairo {command}: {status}").into());
         }
+        keep_sheet(&root.join(PICTURES).join(command.rsplit(' ').next().unwrap_or_default()))?;
     }
     Ok(format!("{} pictures in {PICTURES}", commands.len()))
+}
+
+/// Of the frames of a sequence, whose name has a run of #, keeps their contact sheet alone.
+fn keep_sheet(output: &Path) -> std::io::Result<()> {
+    let Some(folder) = output.parent().filter(|_| output.to_string_lossy().contains('#')) else { return Ok(()) };
+    for file in std::fs::read_dir(folder)? {
+        let file = file?;
+        if file.file_name() != "contact.png" {
+            std::fs::remove_file(file.path())?;
+        }
+    }
+    Ok(())
 }

@@ -1,7 +1,6 @@
 //! What draws the sky, lights with it, and measures a device.
 #![expect(clippy::too_many_arguments, reason = "each binding is an argument")]
 
-use sorairo_shared::arithmetic::multiply_adds_pixel;
 use sorairo_shared::environment::{
     COEFFICIENTS, CoefficientLanes, LevelStep, ROW_SUMS, RowLanes, half_pixel, keep_coefficients, keep_row_sums,
     level_pixel, store_coefficient, store_row_sum,
@@ -150,18 +149,5 @@ pub fn environment_harmonics(
     workgroup_memory_barrier_with_group_sync();
     if lane < COEFFICIENTS {
         store_coefficient(kept, coefficients, lane);
-    }
-}
-
-/// Multiply-adds alone.
-#[spirv(compute(threads(16, 16), entry_point_name = "multiply_adds"))]
-pub fn multiply_adds(
-    #[spirv(global_invocation_id)] id: UVec3,
-    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
-    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
-) {
-    if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        multiply_adds_pixel(uniform, output, id.truncate(), variant);
     }
 }

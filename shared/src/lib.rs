@@ -38,7 +38,6 @@
 //! | [`run`] | pixels of a row that share what the sky lookup holds about their middle |
 //! | [`environment`] | environment maps: their smaller levels, and their irradiance in spherical harmonics |
 //! | [`kernels`] | the door: one function per kernel |
-//! | [`arithmetic`] | a kernel that measures how fast a device multiplies and adds |
 //! | `block` | the kernels for the CPU: pixels of a row, a block at a time; not for SPIR-V |
 //!
 //! # Conventions
@@ -89,7 +88,6 @@ pub use spirv_std::glam;
 
 pub mod aces;
 pub mod agx;
-pub mod arithmetic;
 pub mod azimuth;
 pub mod below;
 #[cfg(not(target_arch = "spirv"))]

@@ -56,7 +56,6 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
                     (&at_bands, at_bands.kernel(), 4),
                     (&direct, direct.kernel(), 3),
                     (&lookup, lookup.kernel(), 3),
-                    (&direct, Kernel::MultiplyAdds, 3),
                 ];
                 let spectral = (color == ColourPath::Folded).then(|| direct.clone().with_spectrum(&[450.0]).unwrap());
                 runs.extend(spectral.iter().map(|plan| (plan, plan.kernel(), 4)));

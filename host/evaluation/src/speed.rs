@@ -11,7 +11,6 @@ use super::chart::{Chart, Panel, Point};
 use super::document::{Machine, make_folder, table, write};
 use super::error::plan;
 use super::moving_sun::{MovingSun, moving_suns};
-use super::roofline::{Roofline, roofline};
 use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated, streamed};
 use crate::problem::{Error, Result};
 use sorairo::PixelFormat;
@@ -41,6 +40,25 @@ struct Multiple {
     kernel: &'static str,
     kernel_ms: Spread,
     times_fill: f64,
+}
+
+/// How fast a device writes pixels, and how near its kernels come to that.
+#[derive(Clone, Debug, Serialize)]
+struct Roofline {
+    device: String,
+    gigabytes_per_second: f64,
+    kernels: Vec<Reached>,
+}
+
+/// A kernel beside the least time for its pixels: to write them once.
+#[derive(Clone, Debug, Serialize)]
+struct Reached {
+    kernel: &'static str,
+    megabytes: f64,
+    memory_ms: f64,
+    kernel_ms: Spread,
+    /// The least time over the kernel's.
+    reached: f64,
 }
 
 /// Time and error of a sky lookup of some size.
@@ -144,7 +162,7 @@ pub struct Speed {
     cpu_over_device_in_all_orders: [f64; 2],
     /// None where this build has no window, or no display would show it.
     window: Option<Window>,
-    /// What the device and the CPU do at most, and what their kernels reach of it, by light of one order.
+    /// How fast the device and the CPU write pixels, and what their kernels reach of it, by light of one order.
     rooflines: Vec<Roofline>,
     /// Wall time of a cold process that renders 1024x512 to PNG (ms).
     first_picture_ms: Spread,
@@ -181,7 +199,7 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     stage("timing a sun that moves");
     let (moving_sun, moving_sun_on_cpu) = (moving_suns(device, COMMON)?, moving_suns(&cpu::device(), COMMON)?);
     stage("measuring limits");
-    let rooflines = rooflines(device)?;
+    let rooflines = rooflines(device, &multiples)?;
     stage("timing paths");
     let paths = paths(device, [with_lookup(COMMON)?, integrated(COMMON)?])?;
     let in_all_orders = self::paths(device, in_all_orders()?)?;
@@ -576,14 +594,35 @@ fn paths(device: &Device, [with_lookup, direct]: [Plan; 2]) -> Result<Paths> {
     Ok(Paths { lookup: times[0], direct: times[1], cpu_lookup: times[2], cpu_direct: times[3] })
 }
 
-/// The limits of the device and of the CPU, and what the kernels reach.
-fn rooflines(device: &Device) -> Result<Vec<Roofline>> {
-    let (with_lookup, direct) = (with_lookup(COMMON)?, integrated(COMMON)?);
-    let mut rooflines = vec![roofline(device, &with_lookup, &direct)?];
+/// The rates at which the device and the CPU write pixels, and what their kernels reach of them.
+fn rooflines(device: &Device, multiples: &[Multiple]) -> Result<Vec<Roofline>> {
+    let mut rooflines = vec![Roofline::of(device, multiples)?];
     if device.kind != DeviceKind::Cpu {
-        rooflines.push(roofline(&cpu::device(), &with_lookup, &direct)?);
+        let cpu = cpu::device();
+        rooflines.push(Roofline::of(&cpu, &self::multiples(&cpu)?)?);
     }
     Ok(rooflines)
+}
+
+impl Roofline {
+    /// Of a device that took these times for the image.
+    fn of(device: &Device, multiples: &[Multiple]) -> Result<Self> {
+        let direct = integrated(COMMON)?;
+        let megabytes = 4e-6 * f64::from(direct.pixel_words()) * direct.lit_pixels() as f64;
+        let least = multiples[0].kernel_ms.median;
+        let reached = |row: &Multiple| Reached {
+            kernel: row.kernel,
+            megabytes,
+            memory_ms: least,
+            kernel_ms: row.kernel_ms,
+            reached: 1.0 / row.times_fill,
+        };
+        Ok(Self {
+            device: device.name.clone(),
+            gigabytes_per_second: megabytes / least,
+            kernels: multiples.iter().map(reached).collect(),
+        })
+    }
 }
 
 /// The largest resident memory of this process (MiB), as Linux tells it.
@@ -595,23 +634,10 @@ fn peak_memory() -> Option<f64> {
 
 /// A roofline as a table.
 fn limits(roofline: &Roofline) -> String {
-    let rows = roofline.kernels.iter().map(|row| {
-        vec![
-            row.kernel.into(),
-            format!("{:.1}", row.megabytes),
-            format!("{:.0}", row.megaoperations),
-            format!("{:.2}", row.memory_ms),
-            format!("{:.2}", row.arithmetic_ms),
-            row.kernel_ms.to_string(),
-            format!("{:.0} %", 100.0 * row.reached),
-        ]
-    });
-    let head = ["kernel", "MB", "10⁶ operations", "memory (ms)", "arithmetic (ms)", "kernels (ms)", "reached"];
-    let Roofline { device, gigabytes_per_second, gigaoperations_per_second, .. } = roofline;
-    format!(
-        "{device}: {gigabytes_per_second:.1} GB/s written, {gigaoperations_per_second:.1}·10⁹ operations per second.\n\n{}\n",
-        table(&head, rows)
-    )
+    let row =
+        |row: &Reached| vec![row.kernel.into(), row.kernel_ms.to_string(), format!("{:.0} %", 100.0 * row.reached)];
+    let table = table(&["kernel", "kernels (ms)", "reached"], roofline.kernels.iter().map(row));
+    format!("{}: {:.1} GB/s written.\n\n{table}\n", roofline.device, roofline.gigabytes_per_second)
 }
 
 impl Speed {

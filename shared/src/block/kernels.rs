@@ -9,7 +9,6 @@ use super::lanes::{BLOCK, Three, lanes};
 use super::lookup::sky_of_block;
 use super::pixels::{Pixels, are_on_ground, blacken, put_ground, show, store_block, views};
 use super::run::sky_of_runs;
-use crate::arithmetic::multiply_adds_of_block;
 use crate::glam::{Vec3, Vec4};
 use crate::lookup::{anchor_view, colours_per_entry, entry_between_anchors, store_entry};
 use crate::sky::{Constituents, Parts};
@@ -40,12 +39,6 @@ pub fn lookup_anchors<'a>(uniform: &Uniform, buffers: Buffers<'a>, anchors: &mut
 #[multiversion(targets("x86_64+avx+avx2"))]
 pub fn lookup_entries(uniform: &Uniform, anchors: &[Vec4], entries: &mut [Vec4], first: u32, variant: u32) {
     plain::lookup_entries(uniform, anchors, entries, first, variant);
-}
-
-/// Kernel `multiply_adds` for the row with which a dispatch begins, `output`; see [`crate::arithmetic`].
-#[multiversion(targets("x86_64+avx+avx2"))]
-pub fn multiply_adds_row(uniform: &Uniform, output: &mut [u32], variant: u32) {
-    plain::multiply_adds_row(uniform, output, variant);
 }
 
 /// Light in some directions, [`BLOCK`] at most, by its constituents: that of the first at each group of bands, then of the next; see
@@ -184,15 +177,6 @@ pub mod plain {
         let colours = constituents(uniform, buffers, &views, count, variant);
         for lane in lanes(count) {
             output[lane] = colours.get(lane);
-        }
-    }
-
-    /// See [`super::multiply_adds_row`].
-    #[inline(always)]
-    pub fn multiply_adds_row(uniform: &Uniform, output: &mut [u32], variant: u32) {
-        for (pixels, output) in blocks(uniform, output) {
-            let rgb = multiply_adds_of_block(uniform, pixels.first, pixels.count);
-            store_block(uniform, output, pixels, &rgb, variant);
         }
     }
 }

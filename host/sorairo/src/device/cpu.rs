@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use rayon::prelude::*;
-use sorairo_shared::block::kernels::{lookup_anchors, lookup_entries, lookup_row, multiply_adds_row, sky_row};
+use sorairo_shared::block::kernels::{lookup_anchors, lookup_entries, lookup_row, sky_row};
 use sorairo_shared::block::lanes::BLOCK;
 use sorairo_shared::glam::{UVec2, Vec4};
 use sorairo_shared::kernels::{SENTINEL, sky_pixel};
@@ -88,7 +88,6 @@ fn store_row(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], wo
     let pixels = (0..plan.width()).map(|column| UVec2::new(column, 0));
     match kernel {
         Kernel::Fill => words.fill(SENTINEL),
-        Kernel::MultiplyAdds => multiply_adds_row(uniform, words, variant),
         Kernel::SkyLookup => lookup_row(uniform, buffers.colour, lookup, words, variant),
         _ if plan.holds_light() => pixels.for_each(|pixel| sky_pixel(uniform, buffers, words, pixel, variant)),
         _ if is_solved_cubic(variant) => {
@@ -102,7 +101,6 @@ fn store_row(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], wo
 
 #[cfg(test)]
 mod tests {
-    use sorairo_shared::arithmetic::multiply_adds_pixel;
     use sorairo_shared::block::kernels::{constituents_of_directions, light_of_directions, plain};
     use sorairo_shared::glam::Vec3;
     use sorairo_shared::kernels::{anchor_colours, lookup_invocations, lookup_pixel};
@@ -263,21 +261,6 @@ mod tests {
             assert!(of_light(&blocks).iter().all(|parts| parts[0].max_element() > 0.0), "{sun}°");
             assert!(of_light(&blocks) == of_light(&plain) && of_light(&blocks) == of_light(&alone), "{sun}°");
         }
-    }
-
-    #[test]
-    fn multiply_adds_have_the_same_bits_in_blocks_and_alone_with_and_without_avx2() {
-        let scene = scene(Preset::Earth, 30.0, Projection::Equirectangular);
-        let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
-        let blocks = rows(&plan, |uniform, words| multiply_adds_row(uniform, words, plan.variant));
-        let plain = rows(&plan, |uniform, words| plain::multiply_adds_row(uniform, words, plan.variant));
-        let alone = rows(&plan, |uniform, words| {
-            (0..plan.width()).for_each(|column| {
-                multiply_adds_pixel(uniform, words, UVec2::new(column, 0), plan.variant);
-            });
-        });
-        assert!(!alone.is_empty() && !alone.contains(&SENTINEL));
-        assert!(blocks == plain && blocks == alone);
     }
 
     #[test]

@@ -16,8 +16,6 @@ pub enum Kernel {
     Anchors,
     /// Writes every word of the output once: the limit for any kernel, and the pattern by which an unwritten pixel is told.
     Fill,
-    /// Multiplies and adds, and writes every word once: the measure of a device's arithmetic.
-    MultiplyAdds,
 }
 
 impl Kernel {

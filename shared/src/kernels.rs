@@ -221,62 +221,53 @@ pub fn lookup_pixel(
     variant: u32,
 ) {
     let row = uniform.first_row + invocation.y;
-    if variant & variant::RUNS != 0 {
-        let mut pixel = UVec2::new(RUN * invocation.x, invocation.y);
-        let end = pixel.x + RUN;
-        // Its pixels share their row and their part of ground.
-        let view = sky_view(uniform, pixel.x, row, variant);
-        if view.ground >= 1.0 {
-            let ground = shown_in(uniform, colour, with_ground(uniform, Vec3::ZERO, view.ground), variant);
-            while pixel.x < end {
-                store_rgb(uniform, output, pixel, ground, variant);
-                pixel.x += 1;
-            }
-            return;
+    let runs = variant & variant::RUNS != 0;
+    let is_perspective = variant::projection(variant) == PERSPECTIVE;
+    let count = if runs { RUN } else { 1 };
+    let mut pixel = UVec2::new(count * invocation.x, invocation.y);
+    let end = pixel.x + count;
+    // Pixels of a run share their row and their part of ground.
+    let mut view = sky_view(uniform, pixel.x, row, variant);
+    if runs & (view.ground >= 1.0) {
+        let ground = shown_in(uniform, colour, with_ground(uniform, Vec3::ZERO, view.ground), variant);
+        while pixel.x < end {
+            store_rgb(uniform, output, pixel, ground, variant);
+            pixel.x += 1;
         }
-        let first = index(uniform, pixel);
-        let mut of_run = 0;
-        if variant::projection(variant) == PERSPECTIVE {
-            if may_meet_horizon(uniform, pixel.x, row, variant) {
-                while of_run < RUN {
-                    let view = sky_view(uniform, pixel.x, row, variant);
-                    let sky = lookup::sky_at_pixel(uniform, entries, UVec2::new(pixel.x, row), view, variant);
-                    let rgb = seen(uniform, colour, pixel, sky, variant);
-                    store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
-                    pixel.x += 1;
-                    of_run += 1;
-                }
-                return;
+        return;
+    }
+    if !runs | (is_perspective && may_meet_horizon(uniform, pixel.x, row, variant)) {
+        loop {
+            let mut rgb = Vec3::ZERO;
+            if view.covered {
+                rgb = lookup::sky_from_lookup(uniform, entries, UVec2::new(pixel.x, row), view, variant);
+                rgb = seen(uniform, colour, pixel, rgb, variant);
             }
-            let run = PerspectiveRun::new(uniform, entries, pixel.x, row, variant);
-            while of_run < RUN {
-                let sky = with_ground(uniform, run.sky(of_run, variant), view.ground);
-                let rgb = seen(uniform, colour, pixel, sky, variant);
-                store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
-                pixel.x += 1;
-                of_run += 1;
+            store_rgb(uniform, output, pixel, rgb, variant);
+            pixel.x += 1;
+            if !runs | (pixel.x >= end) {
+                break;
             }
-            return;
+            view = sky_view(uniform, pixel.x, row, variant);
         }
+        return;
+    }
+    let (mut on_line, mut on_circle) = (PerspectiveRun::dark(uniform), Run::dark(uniform));
+    if is_perspective {
+        on_line = PerspectiveRun::new(uniform, entries, pixel.x, row, variant);
+    } else {
         let direction = run::middle_direction(uniform, pixel.x, view.row, variant);
         let (circle, middle) = (Circle::of_row(uniform, view.row), Middle::towards(uniform, direction));
-        let run = Run::new(uniform, entries, circle, middle, view.source_row, variant);
-        while of_run < RUN {
-            let sky = with_ground(uniform, run.sky(of_run, variant), view.ground);
-            let rgb = seen(uniform, colour, pixel, sky, variant);
-            store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
-            pixel.x += 1;
-            of_run += 1;
-        }
-    } else {
-        let pixel = invocation;
-        let view = view(uniform, pixel, variant);
-        if view.covered {
-            let rgb = lookup::sky_from_lookup(uniform, entries, UVec2::new(pixel.x, row), view, variant);
-            store_rgb(uniform, output, pixel, seen(uniform, colour, pixel, rgb, variant), variant);
-        } else {
-            store_rgb(uniform, output, pixel, Vec3::ZERO, variant);
-        }
+        on_circle = Run::new(uniform, entries, circle, middle, view.source_row, variant);
+    }
+    let first = index(uniform, pixel);
+    let mut of_run = 0;
+    while of_run < RUN {
+        let sky = if is_perspective { on_line.sky(of_run, variant) } else { on_circle.sky(of_run, variant) };
+        let rgb = seen(uniform, colour, pixel, with_ground(uniform, sky, view.ground), variant);
+        store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
+        pixel.x += 1;
+        of_run += 1;
     }
 }
 

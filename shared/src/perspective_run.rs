@@ -49,6 +49,13 @@ pub fn may_meet_horizon(uniform: &Uniform, column: u32, row: u32, variant: u32) 
 }
 
 impl PerspectiveRun {
+    /// Without light.
+    #[inline(always)]
+    pub fn dark(uniform: &Uniform) -> Self {
+        let (none, colours) = (Vec3::ZERO, Colours::dark(uniform));
+        Self { middle: none, step: none, cosine: 0.0, cosine_step: 0.0, sine: none, sine_step: none, colours }
+    }
+
     /// The run that begins with a pixel of the whole image.
     #[inline(always)]
     pub fn new(uniform: &Uniform, lookup: &[Vec4], column: u32, row: u32, variant: u32) -> Self {

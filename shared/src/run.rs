@@ -206,6 +206,13 @@ pub struct Run {
 }
 
 impl Run {
+    /// Without light.
+    #[inline(always)]
+    pub fn dark(uniform: &Uniform) -> Self {
+        let columns = SineAlongRow { value: 0.0, slope: 0.0, bend: 0.0, twist: 0.0, last: 0.0 };
+        Self { columns, middle: 0.0, nearest: 0.0, growth: 0.0, colours: Colours::dark(uniform) }
+    }
+
     /// The run about a middle on a circle; `row` is that of its entries.
     #[inline(always)]
     pub fn new(uniform: &Uniform, lookup: &[Vec4], circle: Circle, middle: Middle, row: u32, variant: u32) -> Self {

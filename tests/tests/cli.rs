@@ -246,7 +246,7 @@ fn a_meter_sees_what_the_camera_sees_and_not_the_suns_disc() {
         json(&succeed(folder.path(), &line.split(' ').collect::<Vec<_>>()))["exposure_ev"].as_f64().unwrap()
     };
     let camera = " --projection perspective --look-elevation 20 --look-azimuth ";
-    for elevation in [60, 30, 10, 2, 0] {
+    for elevation in [60, 30, 10, 2, 0, -4, -9] {
         let sun = format!(" --sun-elevation={elevation}");
         for view in ["", camera, " --projection fisheye"] {
             let view = if view == camera { format!("{camera}0") } else { view.into() };

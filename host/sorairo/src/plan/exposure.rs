@@ -61,8 +61,9 @@ fn metered(sky: &SkyPlan, projection: Projection, uniform: &Uniform, variant: u3
     let mean = [1, 8].into_iter().find_map(|finer| mean_logarithm(sky, projection, uniform, variant, finer));
     let disc = &uniform.disc;
     let part = part_of_disc(disc, &uniform.camera);
+    // One that has set is in no picture.
     let with_disc =
-        |mean: f64| if part > 0.0 { mean + part * (luminance_of_disc(sky, disc).log2() - mean) } else { mean };
+        |mean: f64| mean + if part > 0.0 { part * (luminance_of_disc(sky, disc).log2() - mean).max(0.0) } else { 0.0 };
     mean.map_or(0.0, |mean| f64::from(MIDDLE_GREY).log2() + OPENED - with_disc(mean))
 }
 

@@ -108,7 +108,7 @@ fn rows_seen(uniform: &Uniform, row: u32, variant: u32) -> (u32, u32, f32) {
 #[inline(always)]
 pub fn direction_seen(uniform: &Uniform, direction: Vec3, variant: u32) -> (Vec3, Vec3, f32) {
     let below = variant::below(variant);
-    let (sine, _) = sin_cos(uniform.horizon);
+    let (sine, _) = horizon(uniform, variant);
     if is_there(variant) | (direction.z >= sine) {
         (direction, direction, 0.0)
     } else if below == MIRROR {
@@ -125,7 +125,7 @@ pub fn direction_seen(uniform: &Uniform, direction: Vec3, variant: u32) -> (Vec3
 /// The same of a pixel in a picture, where the edge of flat ground is smooth.
 #[inline(always)]
 fn direction_at_edge(uniform: &Uniform, position: Vec2, direction: Vec3, variant: u32) -> (Vec3, Vec3, f32) {
-    let (sine, _) = sin_cos(uniform.horizon);
+    let (sine, _) = horizon(uniform, variant);
     let part = part_below(uniform, position, direction, variant);
     let is_sky = (direction.z < sine) & (part < 1.0);
     let sky = if is_sky { beside_horizon(uniform, direction, margin(uniform)) } else { direction };
@@ -156,12 +156,23 @@ fn centre(column: u32, row: u32) -> Vec2 {
     Vec2::new(column as f32 + 0.5, row as f32 + 0.5)
 }
 
-/// The part of a pixel below the horizon.
+/// The part of a pixel below the horizon; all or nothing at the rim of a fisheye, which is an edge itself.
 #[inline(always)]
 fn part_below(uniform: &Uniform, position: Vec2, direction: Vec3, variant: u32) -> f32 {
-    let (sine, cosine) = sin_cos(uniform.horizon);
+    let (sine, cosine) = horizon(uniform, variant);
+    if (variant::projection(variant) == FISHEYE) & is_at_rim(&uniform.camera, position) {
+        return if direction.z < sine { 1.0 } else { 0.0 };
+    }
     let above = (direction.z - sine) / gradient(&uniform.camera, position, sine, cosine, variant);
     clamp(0.5 - above, 0.0, 1.0)
+}
+
+/// Whether a position of a fisheye lies within a pixel of its circle.
+#[inline(always)]
+fn is_at_rim(camera: &Camera, position: Vec2) -> bool {
+    let from_centre = position - Vec2::new(0.5 * camera.width as f32, 0.5 * camera.height as f32);
+    let rim = 0.5 * if camera.width < camera.height { camera.width } else { camera.height } as f32 - 1.0;
+    from_centre.dot(from_centre) > rim * rim
 }
 
 /// The change of the sine of the elevation from a pixel to the next, straight up from the horizon.
@@ -177,6 +188,12 @@ fn gradient(camera: &Camera, position: Vec2, sine: f32, cosine: f32, variant: u3
     let (across, up) = (along(camera.right.truncate()), along(camera.up.truncate()));
     let pixel = camera.half_field * 2.0 / camera.width as f32;
     max(sqrt(across * across + up * up), 1e-6) * pixel / length
+}
+
+/// Sine and cosine of the horizon's elevation.
+#[inline(always)]
+fn horizon(uniform: &Uniform, variant: u32) -> (f32, f32) {
+    if variant & variant::DESCENT == 0 { (0.0, 1.0) } else { sin_cos(uniform.horizon) }
 }
 
 /// The direction of the same azimuth that lies so far above the horizon (radians).

@@ -118,7 +118,7 @@ fn blender_sees_the_sky_that_sorairo_sees_in_its_brightness_and_with_its_light()
     let folder = folder.path();
     std::fs::write(folder.join("scene.toml"), HAZE).unwrap();
     let image = "render --scene scene.toml --size 512x256 --sun-elevation 40 --sun-azimuth 60 \
-                 --look none --dither none -o sky.exr -o sky.png --json";
+                 --look none --dither none --below ground -o sky.exr -o sky.png --json";
     let image: Vec<&str> = image.split(' ').collect();
     std::fs::write(folder.join("sky.json"), succeed(folder, &image).stdout).unwrap();
     check_by(&blender(), folder, "blender_map.py", &[]);

@@ -190,12 +190,11 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     stage("timing samples");
     let steps = steps(device)?;
     stage("timing orders of scattering");
-    let suns = if quick { &SUNS_OF_ORDERS[..1] } else { &SUNS_OF_ORDERS };
-    let orders = orders(device, suns)?;
+    let orders = orders(device, if quick { Size { width: 256, height: 128 } } else { COMMON })?;
     stage("timing altitudes and suns");
     let places = places(device, quick)?;
     stage("timing plans");
-    let plans = plans(device, suns)?;
+    let plans = plans(device, if quick { &SUNS_OF_ORDERS[..1] } else { &SUNS_OF_ORDERS })?;
     stage("timing a sun that moves");
     let (moving_sun, moving_sun_on_cpu) = (moving_suns(device, COMMON)?, moving_suns(&cpu::device(), COMMON)?);
     stage("measuring limits");
@@ -438,12 +437,12 @@ fn steps(device: &Device) -> Result<Vec<StepRow>> {
 const SUNS_OF_ORDERS: [f64; 3] = [30.0, 5.0, -4.0];
 
 /// Kernels by the sky lookup and by the integral at every pixel, and the plan, with light of all orders and with light scattered once.
-fn orders(device: &Device, suns: &[f64]) -> Result<Vec<OrdersRow>> {
+fn orders(device: &Device, size: Size) -> Result<Vec<OrdersRow>> {
     let mut rows = Vec::new();
-    for &sun in suns {
+    for sun in SUNS_OF_ORDERS {
         let scene = |orders| {
             let mut scene = Scene::preset(Preset::Standard);
-            (scene.sun.elevation, scene.camera.size, scene.render.orders) = (sun, COMMON, orders);
+            (scene.sun.elevation, scene.camera.size, scene.render.orders) = (sun, size, orders);
             scene
         };
         let scenes = [scene(Orders::UpTo(1)), scene(Orders::All)];

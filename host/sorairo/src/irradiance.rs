@@ -354,8 +354,8 @@ mod tests {
         assert!(is_near(down, light.ground_irradiance_rgb[1]), "{down:?} {light:?}");
         // A wall that faces the sun, and one that turns its back.
         for azimuth in [0.0, 180.0] {
-            let normal = direction(0.0, sky.base.sun_azimuth + azimuth);
-            let mut nodes = nodes(&sky, ELEVATIONS, AZIMUTHS);
+            let normal = crate::plan::direction(0.0, sky.base.sun_azimuth + azimuth);
+            let mut nodes = nodes(&sky, 1);
             nodes.extend(nodes_below(&sky));
             let fallen = |node: Node| {
                 let view = node.direction(&sky);
@@ -370,7 +370,7 @@ mod tests {
     #[test]
     fn light_that_is_the_same_from_everywhere_falls_alike_on_every_surface() {
         let sky = sky(30.0, |_| {});
-        let mut nodes = nodes(&sky, ELEVATIONS, AZIMUTHS);
+        let mut nodes = nodes(&sky, 1);
         nodes.extend(nodes_below(&sky));
         let radiances = nodes.into_iter().flat_map(|node| {
             [node, node.mirrored()].map(|node| (node.direction(&sky), 0.5 * node.solid_angle, DVec3::ONE))

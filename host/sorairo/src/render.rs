@@ -278,18 +278,8 @@ impl Job {
 }
 
 impl Part {
-    /// Computes the pixels; each file is encoded meanwhile, on a thread of its own.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Device`] if every device failed, [`Error::NotAllowed`] if the
-    /// image is too wide for the device, [`Error::Write`] if a file cannot be written.
-    fn compute<'scope>(
-        &self,
-        scope: &'scope Scope<'scope, '_>,
-        device: &mut Device,
-        scene: &ValidScene,
-    ) -> Result<(Times, Files<'scope>)> {
+    /// Begins its files, each encoded on a thread of its own.
+    fn begin<'scope>(&self, scope: &'scope Scope<'scope, '_>, scene: &ValidScene) -> Result<Files<'scope>> {
         let plan = &self.plan;
         let mut image = Image::of(plan, scene);
         if self.outputs.iter().any(|(_, format)| format.is_scene()) {
@@ -301,18 +291,17 @@ impl Part {
             };
         }
         let begin = |(path, format): &(PathBuf, Format)| Writer::start(scope, path.clone(), *format, image.clone());
-        let files = Files { writers: self.outputs.iter().map(begin).collect::<Result<_>>()? };
-        let computing = device.rows(plan, plan.kernel(), &mut |_, rows| {
+        Ok(Files { writers: self.outputs.iter().map(begin).collect::<Result<_>>()? })
+    }
+
+    /// Computes the pixels of its files.
+    fn fill(&self, files: &Files<'_>, device: &mut Device) -> Result<Times> {
+        let plan = &self.plan;
+        device.rows(plan, plan.kernel(), &mut |_, rows| {
             check_rows(plan.pixel, rows)?;
             let rows: Arc<[u32]> = rows.into();
             files.writers.iter().try_for_each(|writer| writer.take(Arc::clone(&rows)))
-        });
-        match computing {
-            Ok(times) => Ok((times, files)),
-            // An encoder that failed knows why.
-            Err(error @ Error::Write { .. }) => Err(files.staged().err().unwrap_or(error)),
-            Err(error) => Err(error),
-        }
+        })
     }
 }
 
@@ -431,11 +420,19 @@ pub fn compute<'scope>(
     device: &mut Device,
 ) -> Result<(Times, Files<'scope>)> {
     jobs.iter().try_for_each(Job::check_replaced)?;
-    let (mut times, mut files) = (Times::default(), Files { writers: Vec::new() });
-    for (part, scene) in jobs.iter().flat_map(|job| job.parts.iter().map(|part| (part, &job.scene))) {
-        let (of_part, files_of_part) = part.compute(scope, device, scene)?;
-        times += of_part;
-        files.writers.extend(files_of_part.writers);
+    let parts: Vec<_> = jobs.iter().flat_map(|job| job.parts.iter().map(|part| (part, &job.scene))).collect();
+    let begun: Vec<Files<'_>> = parts.iter().map(|(part, scene)| part.begin(scope, scene)).collect::<Result<_>>()?;
+    let mut times = Times::default();
+    let filled = parts.iter().zip(&begun).try_for_each(|((part, _), files)| {
+        times += part.fill(files, device)?;
+        Ok(())
+    });
+    let files = Files { writers: begun.into_iter().flat_map(|files| files.writers).collect() };
+    match filled {
+        Ok(()) => {}
+        // An encoder that failed knows why.
+        Err(error @ Error::Write { .. }) => return Err(files.staged().err().unwrap_or(error)),
+        Err(error) => return Err(error),
     }
     Ok((times, files))
 }

@@ -8,37 +8,40 @@ use sorairo_shared::variant::{self, PixelFormat};
 use super::hemisphere::{Node, nodes, nodes_below};
 use super::image::Plan;
 use super::sky::SkyPlan;
-use crate::scene::{Below, Projection, Scene};
+use crate::scene::{Below, CameraScene, Projection, Scene};
 
 /// Altitude (km) from which a map shows the ground by itself: its horizon lies a degree below the level, and the air in
 /// front of the ground leaves no hard line.
 const HIGH: f64 = 1.0;
 
-/// What an image of a scene shows below the horizon: what was asked for, or in a picture of the whole sphere the sky
+/// What an image shows below the horizon that a camera takes of a scene's sky: what was asked for, or in a picture of the whole sphere the sky
 /// that fades into the ground, if that is lit, and the ground elsewhere.
-pub fn of(scene: &Scene, pixel: PixelFormat) -> Below {
-    let is_map = scene.camera.projection == Projection::Equirectangular;
+pub fn of(scene: &Scene, camera: &CameraScene, pixel: PixelFormat) -> Below {
+    let is_map = camera.projection == Projection::Equirectangular;
     let is_picture = pixel == PixelFormat::Picture;
     let is_lit = !scene.ground.albedo.is_black();
     let fades = is_map && is_picture && is_lit && scene.observer.altitude < HIGH;
-    scene.camera.below.unwrap_or(if fades { Below::Fade } else { Below::Ground })
+    camera.below.unwrap_or(if fades { Below::Fade } else { Below::Ground })
 }
 
-/// The bits of a variant for it, and linear RGB of flat ground (W·m⁻²·sr⁻¹).
-pub fn for_kernels(sky: &SkyPlan, scene: &Scene, below: Below) -> (u32, Vec3) {
-    let bits = variant::of_below(match below {
+/// The bits of a variant for it.
+pub fn bits(below: Below) -> u32 {
+    variant::of_below(match below {
         Below::Ground => GROUND,
         Below::Fade => FADE,
         Below::Mirror => MIRROR,
         Below::Black | Below::Colour => FLAT,
-    });
-    let ground = match below {
+    })
+}
+
+/// Linear RGB of its flat ground (W·m⁻²·sr⁻¹).
+pub fn flat_ground(sky: &SkyPlan, scene: &Scene, below: Below) -> Vec3 {
+    match below {
         Below::Ground => sky.colours().ground,
         Below::Fade => sky.radiances_here(&[-Vec3::Z]).first().copied().unwrap_or(Vec3::ZERO),
         Below::Colour => Vec3::from_array(scene.camera.below_color.0.map(|part| part as f32)) * white_ground(sky),
         Below::Mirror | Below::Black => Vec3::ZERO,
-    };
-    (bits, ground)
+    }
 }
 
 /// Linear RGB of white level ground under a sky and its sun (W·m⁻²·sr⁻¹).

@@ -17,7 +17,7 @@ const STEP: f64 = 0.25;
 pub fn kernels(scene: &Scene, camera: &CameraScene, pixel: PixelFormat) -> Vec<(Kernel, u32)> {
     let mut kernels = Vec::new();
     for sky in skies(scene) {
-        let image = of_image(sky, scene, camera.projection, scene.sun.disc, pixel);
+        let image = of_image(sky, scene, camera, scene.sun.disc, pixel);
         if scene.render.path != PathChoice::Direct && scene.render.color != ColourPath::Solve {
             kernels.extend([Kernel::Anchors, Kernel::Lookup, Kernel::SkyLookup].map(|kernel| (kernel, image)));
             kernels.extend(has_runs(camera).then_some((Kernel::SkyLookup, image | variant::RUNS)));

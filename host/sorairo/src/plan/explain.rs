@@ -27,7 +27,7 @@ pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
 
 /// What an image, which the files `names` hold, shows below the horizon in the place of the ground, and what light that is.
 pub fn below_the_horizon(plan: &Plan, scene: &Scene, names: &str) -> Option<String> {
-    let below = below::of(scene, plan.pixel);
+    let below = below::of(scene, &scene.camera, plan.pixel);
     if below == Below::Ground {
         return None;
     }

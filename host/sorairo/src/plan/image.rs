@@ -78,7 +78,8 @@ impl Plan {
     /// The plan of what a scene's camera sees of its sky.
     fn of_sky(sky: Arc<SkyPlan>, scene: &Scene, pixel: PixelFormat) -> Self {
         let colours = sky.colours();
-        let lit_rows = lit_rows(scene, &sky, below::of(scene, pixel));
+        let below = below::of(scene, &scene.camera, pixel);
+        let lit_rows = lit_rows(scene, &sky, below);
         let lookup = lookup::choose(scene, &sky, &lit_rows);
         let camera = upload::camera(scene);
         let shows_disc = scene.sun.disc && !sky.is_night;
@@ -88,8 +89,8 @@ impl Plan {
             Default::default()
         };
         let tables = if pixel == PixelFormat::Picture { upload::view_tables(&scene.render) } else { &[] };
-        let (below, ground) = below::for_kernels(&sky, scene, below::of(scene, pixel));
-        let variant = of_image(sky.integral().variant | below, scene, scene.camera.projection, shows_disc, pixel);
+        let ground = below::flat_ground(&sky, scene, below);
+        let variant = of_image(sky.integral().variant, scene, &scene.camera, shows_disc, pixel);
         let (uniform, rows) = upload::with_rows(sky.integral().uniform, &colours.rows, sky.integral().variant);
         let uniform = Uniform {
             camera,
@@ -332,14 +333,15 @@ impl Plan {
 }
 
 /// What the kernels of an image are specialised for, with or without the sun's disc, where those of its sky are for `sky`.
-pub(super) fn of_image(sky: u32, scene: &Scene, projection: Projection, shows_disc: bool, pixel: PixelFormat) -> u32 {
+pub(super) fn of_image(sky: u32, scene: &Scene, camera: &CameraScene, shows_disc: bool, pixel: PixelFormat) -> u32 {
+    let below = below::bits(below::of(scene, camera, pixel));
     let disc = if shows_disc { variant::SUN_DISC } else { 0 };
     let is_dithered = pixel == PixelFormat::Picture && scene.render.dither == Dither::Ordered;
     let dither = if is_dithered { variant::DITHER } else { 0 };
     let view = if pixel == PixelFormat::Picture { upload::view(&scene.render) } else { 0 };
     let is_dark = pixel == PixelFormat::Picture && scene.render.purkinje;
     let night = if is_dark { variant::NIGHT } else { 0 };
-    variant::of(sky | disc | dither | view | night, upload::projection(projection), pixel as u32)
+    variant::of(sky | below | disc | dither | view | night, upload::projection(camera.projection), pixel as u32)
 }
 
 /// Rows of the image that can be lit: none at night, and from black ground an equirectangular image is black below its middle.

@@ -27,6 +27,9 @@ pub const WORKGROUP_SIDE: u32 = 16;
 /// Entries of the sky lookup in a workgroup; likewise.
 pub const LOOKUP_WORKGROUP: u32 = 64;
 
+/// How high the sun's disc is in an image (pixels) from which on its edge is smooth.
+const SMALLEST_EDGE: f32 = 3.0;
+
 /// A bit pattern that no kernel stores, a NaN and a picture of alpha 0: what the output holds before a kernel runs.
 pub const SENTINEL: u32 = 0x7fff_ffff;
 
@@ -279,7 +282,9 @@ pub fn seen(uniform: &Uniform, colour: &[Vec4], pixel: UVec2, sky: Vec3, variant
     if variant & variant::SUN_DISC != 0 {
         let (disc, part) = disc_in_pixel(uniform, colour, pixel.x, uniform.first_row + pixel.y, variant);
         let is_picture = variant::pixel_format(variant) == PixelFormat::Picture as u32;
-        if is_picture & (part > 0.0) & (part < 1.0) {
+        // A disc of a pixel or two is a point of light, and stays one.
+        let has_edge = uniform.disc.bottom - uniform.disc.top > SMALLEST_EDGE;
+        if is_picture & has_edge & (part > 0.0) & (part < 1.0) {
             (rgb, of_front) = (sky + disc / part, part);
         } else {
             rgb = sky + disc;

@@ -279,7 +279,8 @@ fn a_picture_is_exposed_about_as_an_incident_meter_says() {
     let suns = [60.0, 30.0, 10.0, 0.0];
     let found = suns.map(|sun| views.map(|view| beside_an_incident_meter(sun, view)));
     for [map, with_disc, perspective, perspective_with_disc] in found {
-        let is_near = (least..even).contains(&map) && (map..towards_sun).contains(&perspective);
+        // In a map the haze below the horizon counts, which is brightest under a low sun.
+        let is_near = (least..even + 0.5).contains(&map) && (map..towards_sun).contains(&perspective);
         // A disc of half a degree hardly counts.
         let is_small = (map - with_disc).abs() < 0.1 && (perspective - perspective_with_disc).abs() < 0.1;
         assert!(is_near && is_small, "suns at {suns:?}, map, with disc, perspective, with disc: {found:.2?}");
@@ -335,9 +336,9 @@ fn saturation(xyz: DVec3) -> f64 {
     (xyz.truncate() / xyz.element_sum()).distance(DVec2::new(0.3127, 0.329))
 }
 
-/// How many pixels of a sky have the same colour on every display, within what is rounded, and how many are more
+/// How many pixels of a sky have the same colour on every display, within what is rounded and a part of it, and how many are more
 /// saturated on wide ones.
-fn same_and_more(flags: &[&str]) -> [usize; 2] {
+fn same_and_more(flags: &[&str], within: f64) -> [usize; 2] {
     let [srgb, p3, rec2020] = on_displays(flags);
     let to_srgb = to_xyz(DISPLAYS[0].1).inverse();
     let (mut same, mut more) = (0, 0);
@@ -346,7 +347,7 @@ fn same_and_more(flags: &[&str]) -> [usize; 2] {
         // A component at an end of the range may have been cut.
         if wide.y > 0.02 && rgb.min_element() > 2e-3 && rgb.max_element() < 0.99 {
             let off = (*narrow - *wide).abs();
-            assert!(off.cmple(*of_narrow + *of_wide).all(), "{flags:?}: {narrow} and {wide}");
+            assert!(off.cmple(*of_narrow + *of_wide + *wide * within).all(), "{flags:?}: {narrow} and {wide}");
             same += 1;
         } else if wide.y > 0.005 && rgb.min_element() < -0.1 * wide.y {
             assert!(saturation(*wide) > saturation(*narrow), "{flags:?}: {narrow} and {wide}");
@@ -359,29 +360,27 @@ fn same_and_more(flags: &[&str]) -> [usize; 2] {
 #[test]
 fn a_wide_display_shows_the_colours_of_srgb_alike_and_others_more_saturated() {
     // From 30 km a twilight is deep blue, and the look takes it out of sRGB.
-    let [same, more] = same_and_more(&["--altitude=30", "--sun-elevation=-8"]);
+    // What it adds to a colour ends softly before a display's gamut does, and so a little earlier on sRGB.
+    let [same, more] = same_and_more(&["--altitude=30", "--sun-elevation=-8"], 0.1);
     assert!(same > 2000 && more > 2000, "{same} {more}");
     // A sky as it is lies within sRGB.
     for view in ["srgb", "aces"] {
-        let [same, _] = same_and_more(&["--sun-elevation=-6", "--view", view]);
+        let [same, _] = same_and_more(&["--sun-elevation=-6", "--view", view], 0.0);
         assert!(same > 4000, "{view}: {same}");
     }
 }
 
 #[test]
-fn a_wide_picture_is_not_made_of_narrow_linear_light() {
+fn a_wide_picture_is_the_same_beside_narrow_linear_light() {
     let folder = tempdir().unwrap();
     let line =
         ["render", "--device", "cpu", "--size", "60x40", "--dither", "none", "--display", "display-p3", "--force"];
-    let ended = run(folder.path(), &[&line[..], &["-o", "a.exr", "-o", "a.png"]].concat());
-    assert!(ended.code == Some(2) && ended.stderr.contains("ends at the colours of --rgb srgb"), "{}", ended.stderr);
     let png = |outputs: &[&str]| {
         succeed(folder.path(), &[&line, outputs].concat());
         read_png(&folder.path().join("a.png"))
     };
-    let (alone, beside) = (png(&["-o", "a.png"]), png(&["--rgb", "acescg", "-o", "a.exr", "-o", "a.png"]));
-    // Rounding may fall on the other side of a step.
-    assert!(alone.rgb.iter().zip(&beside.rgb).all(|(a, b)| a.abs_diff(*b) <= 1));
+    let (alone, beside) = (png(&["-o", "a.png"]), png(&["-o", "a.exr", "-o", "a.png"]));
+    assert!(alone == beside);
 }
 
 /// A picture by night vision and without, on a device.

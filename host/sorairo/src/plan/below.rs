@@ -1,12 +1,10 @@
 //! What an image shows below the horizon.
 
-use sorairo_shared::below::{FADE, FLAT, GROUND, MIRROR, direction_seen, with_ground};
+use sorairo_shared::below::{FADE, FLAT, GROUND, MIRROR};
 use sorairo_shared::glam::{DVec3, Vec3};
-use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::{self, PixelFormat};
 
-use super::hemisphere::{Node, nodes, nodes_below};
-use super::image::Plan;
+use super::hemisphere::nodes;
 use super::sky::SkyPlan;
 use crate::scene::{Below, CameraScene, Projection, Scene};
 
@@ -53,19 +51,4 @@ fn white_ground(sky: &SkyPlan) -> Vec3 {
     let sun = sky.sun_irradiance();
     let direct = sun.rgb * if sun.facing > 0.0 { sun.level / sun.facing } else { 0.0 };
     ((diffuse + direct) / std::f64::consts::PI).as_vec3()
-}
-
-impl Plan {
-    /// What an image throws from below the level on a level surface that faces down, as linear RGB (W·m⁻²); by day and
-    /// by night.
-    pub fn light_from_below(&self) -> Vec3 {
-        let sky = &self.sky;
-        let uniform = Uniform { ground: self.uniform.ground, ..sky.integral().uniform };
-        let nodes = nodes_below(sky);
-        let seen = |node: &Node| direction_seen(&uniform, node.direction(sky).as_vec3(), self.variant);
-        let seen: Vec<(Vec3, Vec3, f32)> = nodes.iter().map(seen).collect();
-        let (views, sources): (Vec<Vec3>, Vec<Vec3>) = seen.iter().map(|&(view, source, _)| (view, source)).unzip();
-        let lit = nodes.iter().zip(sky.radiances_of(&views, &sources)).zip(&seen);
-        lit.map(|((node, rgb), &(.., part))| with_ground(&uniform, rgb, part) * node.level() as f32).sum()
-    }
 }

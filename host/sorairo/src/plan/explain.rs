@@ -1,12 +1,15 @@
 //! A plan in words: what it skips, and what that saves.
 
+use sorairo_shared::below::{direction_seen, with_ground};
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::lookup::colours_per_entry;
 use sorairo_shared::multiple_lookup::MultipleLookup;
 use sorairo_shared::run::RUN;
+use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::{self, PixelFormat};
 
 use super::below;
+use super::hemisphere::{Node, nodes_below};
 use super::image::Plan;
 use super::multiple::{COMPARED_DEPTH, NEGLIGIBLE, OrdersMade};
 use super::spectral::{HeldOut, SpectralPlan, SpectrumFit};
@@ -31,11 +34,24 @@ pub fn below_the_horizon(plan: &Plan, scene: &Scene, names: &str) -> Option<Stri
     if below == Below::Ground {
         return None;
     }
-    let Vec3 { x, y, z } = plan.light_from_below();
+    let Vec3 { x, y, z } = light_from_below(plan);
     let word = words::word(below);
     Some(format!(
         "below the horizon: {word} in {names}, which throws {x:.3} {y:.3} {z:.3} W/m² (linear RGB) on a level surface that faces down"
     ))
+}
+
+/// What an image throws from below the level on a level surface that faces down, as linear RGB (W·m⁻²); by day and
+/// by night.
+fn light_from_below(plan: &Plan) -> Vec3 {
+    let sky = &plan.sky;
+    let uniform = Uniform { ground: plan.uniform.ground, ..sky.integral().uniform };
+    let nodes = nodes_below(sky);
+    let seen = |node: &Node| direction_seen(&uniform, node.direction(sky).as_vec3(), plan.variant);
+    let seen: Vec<(Vec3, Vec3, f32)> = nodes.iter().map(seen).collect();
+    let (views, sources): (Vec<Vec3>, Vec<Vec3>) = seen.iter().map(|&(view, source, _)| (view, source)).unzip();
+    let lit = nodes.iter().zip(sky.radiances_of(&views, &sources)).zip(&seen);
+    lit.map(|((node, rgb), &(.., part))| with_ground(&uniform, rgb, part) * node.level() as f32).sum()
 }
 
 /// Which parts of the integral the kernels are compiled with.

@@ -89,14 +89,19 @@ fn mean_logarithm(sky: &SkyPlan, projection: Projection, uniform: &Uniform, vari
     const BLACK: f64 = 1.0 / 128.0;
     let (columns, rows) = (12 * finer, 8 * finer);
     let camera = &uniform.camera;
-    let views = (0..columns * rows).filter_map(|i| {
+    // In one allocation each: a frame has few.
+    let (mut views, mut weights) =
+        (Vec::with_capacity((columns * rows) as usize), Vec::with_capacity((columns * rows) as usize));
+    for i in 0..columns * rows {
         let x = (f64::from(i % columns) + 0.5) / f64::from(columns);
         let y = (f64::from(i / columns) + 0.5) / f64::from(rows);
         let (column, row) = (x * f64::from(camera.width), y * f64::from(camera.height));
         let view = sky_view(uniform, column as u32, row as u32, variant);
-        view.covered.then(|| (view, weight(projection, x - 0.5, y - 0.5)))
-    });
-    let (views, weights): (Vec<SkyView>, Vec<f64>) = views.unzip();
+        if view.covered {
+            views.push(view);
+            weights.push(weight(projection, x - 0.5, y - 0.5));
+        }
+    }
     let (directions, sources): (Vec<Vec3>, Vec<Vec3>) = views.iter().map(|view| (view.direction, view.source)).unzip();
     let lit = views.iter().zip(sky.radiances_of(&directions, &sources));
     let luminance =

@@ -1,8 +1,9 @@
 //! What an image shows below the horizon: the ground that is there, or something in its place.
 //!
-//! A map that lights a scene ends at a plane of the scene's own, beside which a flat ground of another colour leaves a hard line. What stands in its place
-//! is the sky of another direction, flat ground, or a mixture of both, so that nothing below the horizon is integrated. In a picture an edge of
-//! the ground is smooth: a pixel that the horizon crosses has a part of either side, by its distance from the line (pixels).
+//! A map that lights a scene ends at a plane of the scene's own, beside which a flat ground of another colour leaves a
+//! hard line. What stands in its place is the sky of another direction, flat ground, or a mixture of both, so that
+//! nothing below the horizon is integrated. In a picture an edge of the ground is smooth: a pixel that the horizon
+//! crosses has a part of either side, by its distance from the line (pixels).
 
 use crate::camera::{Camera, EQUIRECTANGULAR, FISHEYE, equirectangular_elevation, perspective_vector, pixel_view};
 use crate::glam::{Vec2, Vec3};
@@ -16,20 +17,22 @@ pub const GROUND: u32 = 0;
 pub const FLAT: u32 = 1;
 /// The air at the horizon, which goes over into ground of one colour as haze does.
 pub const FADE: u32 = 2;
-/// The sky above the horizon, as still water would mirror it without a loss; the sun's disc is not mirrored, so that it lights once.
+/// The sky above the horizon, as still water would mirror it without a loss; the sun's disc is not mirrored, so that it
+/// lights once.
 pub const MIRROR: u32 = 3;
 
-/// Rays this close to the horizon, in units of the horizon's own depression and of [`DEEP`] at most, stand for the horizon itself, seen from above the ground: one side
-/// is sky, the other ground.
+/// Rays this close to the horizon, in units of the horizon's own depression and of [`DEEP`] at most, stand for the
+/// horizon itself, seen from above the ground: one side is sky, the other ground.
 const HORIZON_MARGIN: f32 = 1e-3;
 
 /// See [`HORIZON_MARGIN`] (radians).
 const DEEP: f32 = 0.01;
 
-/// The optical depth of the haze beneath an observer, horizontal and even, through which a fade shows the ground: that of half a kilometre of air in which
-/// one sees 20 km. A ray that sinks by the angle `d` meets the ground behind an optical depth of `HAZE / tan d`, and the light that the haze puts before it
-/// is that of the horizon (Koschmieder 1924), with the phase functions of its own direction: `L = T L_ground + (1 - T) L_horizon` with
-/// `T = exp(-HAZE / tan d)`, which leaves the horizon without an edge.
+/// The optical depth of the haze beneath an observer, horizontal and even, through which a fade shows the ground: that
+/// of half a kilometre of air in which one sees 20 km. A ray that sinks by the angle `d` meets the ground behind an
+/// optical depth of `HAZE / tan d`, and the light that the haze puts before it is that of the horizon (Koschmieder
+/// 1924), with the phase functions of its own direction: `L = T L_ground + (1 - T) L_horizon` with `T = exp(-HAZE / tan
+/// d)`, which leaves the horizon without an edge.
 const HAZE: f32 = 0.1;
 
 /// What a pixel shows: the sky in a direction, and before it ground of one colour.
@@ -80,7 +83,8 @@ pub fn sky_view(uniform: &Uniform, column: u32, row: u32, variant: u32) -> SkyVi
     SkyView { direction, source, covered: view.covered, row, source_row: row, ground }
 }
 
-/// The rows of an equirectangular image of which one of its rows shows the direction and the source, and the part of ground.
+/// The rows of an equirectangular image of which one of its rows shows the direction and the source, and the part of
+/// ground.
 #[inline(always)]
 fn rows_seen(uniform: &Uniform, row: u32, variant: u32) -> (u32, u32, f32) {
     let below = variant::below(variant);
@@ -138,8 +142,8 @@ fn is_there(variant: u32) -> bool {
     (variant::below(variant) == GROUND) & (variant & variant::DESCENT != 0)
 }
 
-/// The two directions beside the horizon, above it and below, of a pixel that it crosses, and the part below; none elsewhere, and none but in
-/// pictures of ground that is seen through air.
+/// The two directions beside the horizon, above it and below, of a pixel that it crosses, and the part below; none
+/// elsewhere, and none but in pictures of ground that is seen through air.
 #[inline(always)]
 pub fn edge(uniform: &Uniform, column: u32, row: u32, direction: Vec3, variant: u32) -> (Vec3, Vec3, f32) {
     let is_picture = variant::pixel_format(variant) == PixelFormat::Picture as u32;
@@ -213,14 +217,16 @@ fn mirrored(uniform: &Uniform, direction: Vec3) -> Vec3 {
     Vec3::new(direction.x * level, direction.y * level, sine * across - cosine * direction.z)
 }
 
-/// The part of ground so far below the horizon (radians), from which the tangent is [`HAZE`] times the optical depth on the way to it.
+/// The part of ground so far below the horizon (radians), from which the tangent is [`HAZE`] times the optical depth on
+/// the way to it.
 #[inline(always)]
 fn faded(depth: f32) -> f32 {
     let (sine, cosine) = sin_cos(depth);
     exp(-HAZE * max(cosine, 0.0) / max(sine, 1e-6))
 }
 
-/// What directions beside the horizon lie from it at least (radians), so that one side is sky and the other ground; 0 on the ground itself.
+/// What directions beside the horizon lie from it at least (radians), so that one side is sky and the other ground; 0
+/// on the ground itself.
 #[inline(always)]
 pub fn margin(uniform: &Uniform) -> f32 {
     HORIZON_MARGIN * min(-uniform.horizon, DEEP)

@@ -22,7 +22,8 @@ pub const ELEVATIONS: u32 = 16;
 /// Columns of the grid, from the limb to the disc's centre.
 pub const LIMB_COSINES: u32 = 16;
 
-/// What the disc adds to the linear RGB of a pixel, and the part of the pixel that it covers; `row` counts from the image's top.
+/// What the disc adds to the linear RGB of a pixel, and the part of the pixel that it covers; `row` counts from the
+/// image's top.
 #[inline]
 pub fn disc_in_pixel(uniform: &Uniform, colour: &[Vec4], column: u32, row: u32, variant: u32) -> (Vec3, f32) {
     let disc = uniform.disc;

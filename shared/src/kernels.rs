@@ -134,7 +134,8 @@ fn store_zeros(output: &mut [u32], at: u32, words: u32) {
     }
 }
 
-/// The sky of [`sky_pixel`] in a direction, with the phase functions of an angle: its linear RGB (W·m⁻²·sr⁻¹), none at every band. Light by wavelength is stored.
+/// The sky of [`sky_pixel`] in a direction, with the phase functions of an angle: its linear RGB (W·m⁻²·sr⁻¹), none at
+/// every band. Light by wavelength is stored.
 #[inline(always)]
 fn lit_pixel(
     uniform: &Uniform,
@@ -274,8 +275,8 @@ pub fn lookup_pixel(
     }
 }
 
-/// A colour of the sky at a pixel as it is stored, with the sun's disc before it. In a picture a pixel at the disc's edge has a part of both as they are
-/// shown: the disc is so bright that of a mean of their light it would be white.
+/// A colour of the sky at a pixel as it is stored, with the sun's disc before it. In a picture a pixel at the disc's
+/// edge has a part of both as they are shown: the disc is so bright that of a mean of their light it would be white.
 #[inline(always)]
 pub fn seen(uniform: &Uniform, colour: &[Vec4], pixel: UVec2, sky: Vec3, variant: u32) -> Vec3 {
     let (mut rgb, mut of_front) = (sky, 1.0);

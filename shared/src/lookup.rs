@@ -241,8 +241,8 @@ fn mirrored_at_sun(uniform: &Uniform, view: Vec3) -> Vec3 {
     view - across * (2.0 * view.dot(across))
 }
 
-/// Linear RGB of the sky and the ground at a pixel of the whole image, from the sky lookup: colours of air and aerosol between its entries, exact phase
-/// functions.
+/// Linear RGB of the sky and the ground at a pixel of the whole image, from the sky lookup: colours of air and aerosol
+/// between its entries, exact phase functions.
 #[inline(always)]
 pub fn sky_from_lookup(uniform: &Uniform, lookup: &[Vec4], pixel: UVec2, view: SkyView, variant: u32) -> Vec3 {
     let mut sky = Vec3::ZERO;
@@ -257,8 +257,8 @@ pub fn sky_from_lookup(uniform: &Uniform, lookup: &[Vec4], pixel: UVec2, view: S
     with_ground(uniform, sky, view.ground)
 }
 
-/// Linear RGB of the sky in the direction of a pixel, from a lookup that does not have the rows of its image; where the horizon crosses the pixel, of both its
-/// sides.
+/// Linear RGB of the sky in the direction of a pixel, from a lookup that does not have the rows of its image; where the
+/// horizon crosses the pixel, of both its sides.
 #[inline(always)]
 pub fn sky_at_pixel(uniform: &Uniform, lookup: &[Vec4], pixel: UVec2, view: SkyView, variant: u32) -> Vec3 {
     let (above, below, part) = edge(uniform, pixel.x, pixel.y, view.direction, variant);
@@ -355,7 +355,8 @@ impl FourEntries {
     }
 }
 
-/// Linear RGB of the air in a direction with the phase functions of another, from a lookup that does not have the rows of its image.
+/// Linear RGB of the air in a direction with the phase functions of another, from a lookup that does not have the rows
+/// of its image.
 #[inline(always)]
 fn sky_in_grid(uniform: &Uniform, lookup: &[Vec4], source: Vec3, view: Vec3, variant: u32) -> Vec3 {
     let place = grid_place(uniform, source, variant);

@@ -92,7 +92,8 @@ fn a_fade_leaves_no_line_at_the_horizon_and_ends_in_the_ground() {
             assert!(step(&ground) > 0.2, "sun at {sun}, column {column}: {}", step(&ground));
             for channel in 0..3 {
                 let [found, expected] = [&fade, &ground].map(|image| image.at(column, 719)[channel]);
-                // An eighth of a degree from the nadir the haze is 2e-4 of the horizon, which is up to a hundred times as bright.
+                // An eighth of a degree from the nadir the haze is 2e-4 of the horizon, which is up to a hundred times
+                // as bright.
                 assert!((found - expected).abs() <= 0.02 * expected, "sun at {sun}: {found}, not {expected}");
             }
         }
@@ -137,13 +138,14 @@ fn both_devices_and_both_paths_show_the_same_below_the_horizon() {
         // What devices may differ by; see the tests of devices.
         assert!(gpu.relative < 1e-3, "{view}, {below}: {gpu:?}");
         let direct = worst_in_images(&cpu.rgb, &direct.rgb, cpu.width, 3, 1e-3);
-        // A mean error of 1e-3 is the lookup's own tolerance; beside the horizon of a small image it is up to some per cent.
+        // A mean error of 1e-3 is the lookup's own tolerance; beside the horizon of a small image it is up to some per
+        // cent.
         assert!(direct.relative < 0.05, "{view}, {below}: {direct:?}");
     }
 }
 
-/// The largest difference between a picture and the mean of one so many times as fine, in bytes, and how many pixels differ by more than 8 of them, within
-/// the circle of a fisheye.
+/// The largest difference between a picture and the mean of one so many times as fine, in bytes, and how many pixels
+/// differ by more than 8 of them, within the circle of a fisheye.
 fn beside_finer(fine: &Image<u8>, coarse: &Image<u8>) -> (f64, usize) {
     let times = fine.width / coarse.width;
     let to_linear = |byte: u8| (f64::from(byte) / 255.0).powf(2.2);
@@ -164,8 +166,8 @@ fn beside_finer(fine: &Image<u8>, coarse: &Image<u8>) -> (f64, usize) {
 
 #[test]
 fn the_horizon_and_the_suns_disc_have_no_steps_in_pictures() {
-    // A horizon that is a curve, in both projections and seen through air and without it, and a disc of 11 pixels. Farther up the limb itself is finer than
-    // a pixel, and the sky is taken once in each.
+    // A horizon that is a curve, in both projections and seen through air and without it, and a disc of 11 pixels.
+    // Farther up the limb itself is finer than a pixel, and the sky is taken once in each.
     let views = [
         "--projection fisheye --look-elevation 0 --altitude 0 --exposure -5",
         "--projection fisheye --look-elevation 10 --altitude 8 --exposure -5",
@@ -183,7 +185,8 @@ fn the_horizon_and_the_suns_disc_have_no_steps_in_pictures() {
             let (coarse, fine) = (of(SIZE), of(8 * SIZE));
             let (worst, many) = beside_finer(&fine, &coarse);
             println!("{view}, {device}: {worst} bytes, {many} pixels");
-            // By the distance from a line, an edge is off where that is curved or crosses a pixel aslant; without a mean, by half of the step, 60 to 120.
+            // By the distance from a line, an edge is off where that is curved or crosses a pixel aslant; without a
+            // mean, by half of the step, 60 to 120.
             assert!(worst < 20.0 && many < 32, "{view}, {device}: {worst} bytes, {many} pixels");
         }
     }
@@ -192,7 +195,12 @@ fn the_horizon_and_the_suns_disc_have_no_steps_in_pictures() {
 #[test]
 fn a_wrong_lower_half_is_refused_in_one_sentence() {
     let folder = tempdir().unwrap();
-    for (flags, word) in [("--below sky", "mirror"), ("--below colour --below-color 1,2,3", "each from 0 to 1")] {
+    for (flags, word) in [
+        ("--below sky", "mirror"),
+        ("--below colour --below-color 1,2,3", "each from 0 to 1"),
+        ("--below-color 1,0,0", "colour alone"),
+        ("--below fade -o a.spectral.exr", "a spectral file shows the ground"),
+    ] {
         let line = format!("render {flags}");
         let ended = run(folder.path(), &line.split(' ').collect::<Vec<_>>());
         assert_eq!(ended.code, Some(2), "{}", ended.stderr);

@@ -25,7 +25,8 @@ fn one_image_is_that_of_the_command() {
     let line = format!("render {flags} -o one.exr -o one.png");
     succeed(folder, &line.split(' ').collect::<Vec<_>>());
     assert!(read_exr(&folder.join("sky.exr")) == read_exr(&folder.join("one.exr")));
-    // The command's picture is formed on the device, that of the library from linear pixels: a byte may round otherwise.
+    // The command's picture is formed on the device, that of the library from linear pixels: a byte may round
+    // otherwise.
     let [ours, theirs] = ["sky.png", "one.png"].map(|name| read_png(&folder.join(name)).rgb);
     let apart: Vec<u8> = ours.iter().zip(&theirs).map(|(a, b)| a.abs_diff(*b)).filter(|apart| *apart > 0).collect();
     assert!(ours.len() == theirs.len() && apart.len() < ours.len() / 1000 && apart.iter().all(|apart| *apart == 1));

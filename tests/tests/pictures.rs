@@ -336,8 +336,8 @@ fn saturation(xyz: DVec3) -> f64 {
     (xyz.truncate() / xyz.element_sum()).distance(DVec2::new(0.3127, 0.329))
 }
 
-/// How many pixels of a sky have the same colour on every display, within what is rounded and a part of it, and how many are more
-/// saturated on wide ones.
+/// How many pixels of a sky have the same colour on every display, within what is rounded and a part of it, and how
+/// many are more saturated on wide ones.
 fn same_and_more(flags: &[&str], within: f64) -> [usize; 2] {
     let [srgb, p3, rec2020] = on_displays(flags);
     let to_srgb = to_xyz(DISPLAYS[0].1).inverse();

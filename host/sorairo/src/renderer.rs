@@ -101,8 +101,8 @@ impl Image {
     ///
     /// # Errors
     ///
-    /// [`Error::FileName`] for another file name, [`Error::NotAllowed`] for a picture of a display with more colours than
-    /// the scene's space of linear RGB, [`Error::Write`] if the file cannot be written.
+    /// [`Error::FileName`] for another file name, [`Error::NotAllowed`] for a picture of a display with more colours
+    /// than the scene's space of linear RGB, [`Error::Write`] if the file cannot be written.
     #[cfg(feature = "files")]
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();

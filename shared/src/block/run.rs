@@ -27,7 +27,8 @@ pub fn sky_of_runs(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, variant:
     sky
 }
 
-/// The same without the ground before it; `rows` are those of an equirectangular image, of the direction and of the source.
+/// The same without the ground before it; `rows` are those of an equirectangular image, of the direction and of the
+/// source.
 #[inline(always)]
 fn sky_above(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, rows: [u32; 2], variant: u32) -> Three {
     let is_perspective = variant::projection(variant) == PERSPECTIVE;

@@ -12,8 +12,8 @@ use crate::scene::{Below, CameraScene, Projection, Scene};
 /// front of the ground leaves no hard line.
 const HIGH: f64 = 1.0;
 
-/// What an image shows below the horizon that a camera takes of a scene's sky: what was asked for, or in a picture of the whole sphere the sky
-/// that fades into the ground, if that is lit, and the ground elsewhere.
+/// What an image shows below the horizon that a camera takes of a scene's sky: what was asked for, or in a picture of
+/// the whole sphere the sky that fades into the ground, if that is lit, and the ground elsewhere.
 pub fn of(scene: &Scene, camera: &CameraScene, pixel: PixelFormat) -> Below {
     let is_map = camera.projection == Projection::Equirectangular;
     let is_picture = pixel == PixelFormat::Picture;

@@ -28,7 +28,8 @@ pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
     lines
 }
 
-/// What an image, which the files `names` hold, shows below the horizon in the place of the ground, and what light that is.
+/// What an image, which the files `names` hold, shows below the horizon in the place of the ground, and what light that
+/// is.
 pub fn below_the_horizon(plan: &Plan, scene: &Scene, names: &str) -> Option<String> {
     let below = below::of(scene, &scene.camera, plan.pixel);
     if below == Below::Ground {

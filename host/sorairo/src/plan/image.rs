@@ -160,6 +160,10 @@ impl Plan {
         if self.variant & variant::SUN_DISC != 0 {
             return Err(Error::not_allowed("sun.disc", "shows the sun in RGB; a spectral file is of the sky alone"));
         }
+        if self.variant & variant::BELOW != 0 {
+            let complaint = "is of images in RGB; a spectral file shows the ground that is there";
+            return Err(Error::not_allowed("camera.below", complaint));
+        }
         if self.sky.colour_path == ColourPath::Solve {
             let complaint = "= solve is a way to a colour; a spectral file takes render.color = folded";
             return Err(Error::not_allowed("render.color", complaint));
@@ -171,7 +175,7 @@ impl Plan {
         let reason =
             if self.sky.is_night { self.lookup.reason } else { "a spectrum is integrated at every pixel".into() };
         let Uniform { multiple, .. } = spectral.integral.uniform;
-        let others = self.variant & !(variant::FIT | variant::LIGHT | variant::REFINED | variant::BELOW);
+        let others = self.variant & !(variant::FIT | variant::LIGHT | variant::REFINED);
         Ok(Self {
             colour: [rows, &of_spectrum].concat(),
             uniform: Uniform { multiple, spectral_wavelengths: wavelengths.len() as u32, ..uniform },

@@ -220,7 +220,8 @@ impl SkyPlan {
         self.radiances_of(views, views)
     }
 
-    /// The same of the air in the directions `sources` with the phase functions of `views`; of a fit that is solved at every pixel, those of the sources.
+    /// The same of the air in the directions `sources` with the phase functions of `views`; of a fit that is solved at
+    /// every pixel, those of the sources.
     pub(super) fn radiances_of(&self, views: &[Vec3], sources: &[Vec3]) -> Vec<Vec3> {
         if self.is_night {
             return Vec::new();

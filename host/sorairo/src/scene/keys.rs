@@ -234,7 +234,7 @@ pub static KEYS: &[Key] = &[
     }),
     key!(camera.below, one_of::<Below>())
         .otherwise(|| "fade in pictures of the whole sphere over ground that is not black, from less than 1 km up; ground elsewhere".into()),
-    key!(camera.below_color, Other(Reflectance::allowed)),
+    key!(camera.below_color, Other(Reflectance::allowed)).rule(rules::colour_of_no_ground),
     number!(render.orders, "", At(1.0), At(Orders::MOST as f64)).or_words(words::<Orders>),
     key!(render.fit, one_of::<Fit>()),
     key!(render.bands, Other(range_of_bands))

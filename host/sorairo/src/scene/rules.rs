@@ -1,6 +1,6 @@
 //! What holds for a key beyond its range: rules that look at other keys.
 
-use super::camera::LONGEST_SIDE;
+use super::camera::{Below, CameraScene, LONGEST_SIDE};
 use super::preset::Scene;
 use super::settings::{ColourPath, Display, Exposure, Fit, Render, Rgb};
 use crate::error::{Error, Result, check_range};
@@ -45,6 +45,15 @@ pub(super) fn half_a_camera(scene: &Scene) -> Result<()> {
         }
         _ => Ok(()),
     }
+}
+
+/// A colour of ground needs an image that shows it.
+pub(super) fn colour_of_no_ground(scene: &Scene) -> Result<()> {
+    let camera = &scene.camera;
+    if camera.below == Some(Below::Colour) || camera.below_color == CameraScene::default().below_color {
+        return Ok(());
+    }
+    Err(Error::not_allowed("camera.below_color", "is shown with camera.below = colour alone"))
 }
 
 /// An eye adapts to pictures alone.

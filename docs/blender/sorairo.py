@@ -53,27 +53,61 @@ class Settings(bpy.types.PropertyGroup):
     """What is asked of sorairo for a scene."""
 
     program: StringProperty(name="Program", description="The command sorairo", default="sorairo", subtype="FILE_PATH")
-    file: StringProperty(name="Scene file", description="Scene of sorairo (TOML); empty: the standard air", subtype="FILE_PATH", update=changed)
-    by: EnumProperty(
-        name="Sun",
-        items=[("ANGLES", "Angles", "By elevation and azimuth"), ("PLACE", "Place and time", "By a place and a time"), ("FILE", "Scene file", "As the scene file says")],
+    file: StringProperty(
+        name="Scene file", description="Scene of sorairo (TOML); empty: the standard air", subtype="FILE_PATH",
         update=changed,
     )
-    elevation: FloatProperty(name="Elevation", description="Of the sun above the horizon (degrees)", default=30, min=-90, max=90, update=changed)
-    azimuth: FloatProperty(name="Azimuth", description="Of the sun, clockwise from north (degrees)", default=120, min=-360, max=360, update=changed)
-    latitude: FloatProperty(name="Latitude", description="Degrees north", default=35.68, min=-90, max=90, update=changed)
-    longitude: FloatProperty(name="Longitude", description="Degrees east", default=139.77, min=-180, max=180, update=changed)
-    time: StringProperty(name="Time", description="With its offset from UTC", default="2026-06-21T17:30:00+09:00", update=changed)
-    visibility: FloatProperty(name="Visibility", description="How far one sees (km), which says the haze; 0: as the scene file says", default=0, min=0, max=300, update=changed)
-    north: FloatProperty(name="North", description="Where north lies, counter-clockwise from +X (degrees): 90 is +Y", default=90, min=-360, max=360, update=changed)
-    width: IntProperty(name="Width", description="Of the map (pixels); it is half as high", default=2048, min=64, max=16384, update=changed)
+    by: EnumProperty(
+        name="Sun",
+        items=[
+            ("ANGLES", "Angles", "By elevation and azimuth"),
+            ("PLACE", "Place and time", "By a place and a time"),
+            ("FILE", "Scene file", "As the scene file says"),
+        ],
+        update=changed,
+    )
+    elevation: FloatProperty(
+        name="Elevation", description="Of the sun above the horizon (degrees)", default=30, min=-90, max=90,
+        update=changed,
+    )
+    azimuth: FloatProperty(
+        name="Azimuth", description="Of the sun, clockwise from north (degrees)", default=120, min=-360, max=360,
+        update=changed,
+    )
+    latitude: FloatProperty(
+        name="Latitude", description="Degrees north", default=35.68, min=-90, max=90, update=changed,
+    )
+    longitude: FloatProperty(
+        name="Longitude", description="Degrees east", default=139.77, min=-180, max=180, update=changed,
+    )
+    time: StringProperty(
+        name="Time", description="With its offset from UTC", default="2026-06-21T17:30:00+09:00", update=changed,
+    )
+    visibility: FloatProperty(
+        name="Visibility", description="How far one sees (km), which says the haze; 0: as the scene file says",
+        default=0, min=0, max=300, update=changed,
+    )
+    north: FloatProperty(
+        name="North", description="Where north lies, counter-clockwise from +X (degrees): 90 is +Y", default=90,
+        min=-360, max=360, update=changed,
+    )
+    width: IntProperty(
+        name="Width", description="Of the map (pixels); it is half as high", default=2048, min=64, max=16384,
+        update=changed,
+    )
     exposure: EnumProperty(
         name="Exposure",
-        items=[("auto", "Metered", "As a camera meters the sky"), ("adapt", "Adapted", "As an eye adapts: dusk falls"), ("none", "My own", "As the scene has it")],
+        items=[
+            ("auto", "Metered", "As a camera meters the sky"),
+            ("adapt", "Adapted", "As an eye adapts: dusk falls"),
+            ("none", "My own", "As the scene has it"),
+        ],
         update=changed,
     )
     folder: StringProperty(name="Folder", description="Where the maps go; empty: a temporary one", subtype="DIR_PATH")
-    automatic: BoolProperty(name="Update by itself", description="Make the sky anew after each change", default=False, update=changed)
+    automatic: BoolProperty(
+        name="Update by itself", description="Make the sky anew after each change", default=False, update=changed,
+    )
     trouble: StringProperty()
 
 

@@ -22,9 +22,9 @@ use sorairo::low_level::spectra::observer;
 use sorairo::scene::keys::{self, DENSEST_TOP, KEYS, Key};
 use sorairo::scene::rules::{CLOSEST_BANDS, FARTHEST_DISC, band_counts};
 use sorairo::scene::{
-    AlbedoSpectrum, Below, ColourObserver, ColourPath, Display, Dither, Exposure, ExrDepth, Fit, GroundAlbedo,
-    MOST_STOPS, Orders, PathChoice, PictureLook, Preset, Projection, Render, Rgb, Scene, Size, SunSpectrum,
-    ViewTransform, WhiteBalance,
+    AlbedoSpectrum, ColourObserver, ColourPath, Display, Dither, Exposure, ExrDepth, Fit, GroundAlbedo, MOST_STOPS,
+    Orders, PathChoice, PictureLook, Preset, Projection, Render, Rgb, Scene, Size, SunSpectrum, ViewTransform,
+    WhiteBalance,
 };
 
 /// Radiance that no device takes for nothing: far above the smallest normal number.
@@ -326,8 +326,6 @@ fn camera(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     let kind = kind(scene);
     let camera = &mut scene.camera;
     camera.projection = [Projection::Equirectangular, Projection::Fisheye, Projection::Perspective][kind % 3];
-    // A picture is judged by the linear light of its directions.
-    camera.below = Some(Below::Ground);
     let sizes = [(16, 8), (16, 8), (16, 8), (24, 12), (24, 12), (33, 17), (48, 24), (1, 1), (1, 48), (48, 1)];
     let (width, height) = one_of(rng, &sizes);
     camera.size = Size { width, height };
@@ -410,7 +408,8 @@ fn bands(fit: Fit, color: ColourPath, rng: &mut ChaCha8Rng) -> Vec<f64> {
 
 /// Linear RGB of a plan's pixels on the CPU, whatever the plan stores.
 fn colours(plan: &Plan) -> Vec<f32> {
-    let shown = plan.variant & (variant::WHOLE_INTEGRAL | variant::REST | variant::FIT | variant::SUN_DISC);
+    const SHOWN: u32 = variant::WHOLE_INTEGRAL | variant::REST | variant::FIT | variant::SUN_DISC | variant::BELOW;
+    let shown = plan.variant & SHOWN;
     let variant = variant::of(shown, variant::projection(plan.variant), PixelFormat::LinearRgb as u32);
     let plan = Plan { pixel: PixelFormat::LinearRgb, variant, ..plan.clone() };
     let run = Cpu.run(&plan, plan.kernel()).expect("a small image fits into memory");

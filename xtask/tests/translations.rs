@@ -56,7 +56,7 @@ fn each_kernel(mut translate: impl FnMut(&str, &Module, &ModuleInfo)) {
             }
         }
     }
-    assert_eq!(kernels, 21 * variants().len());
+    assert_eq!(kernels, 20 * variants().len());
 }
 
 #[test]

@@ -7,7 +7,7 @@
 
 use crate::camera::{Camera, EQUIRECTANGULAR, FISHEYE, equirectangular_elevation, perspective_vector, pixel_view};
 use crate::glam::{Vec2, Vec3};
-use crate::math::{PI, acos, clamp, exp, floor, max, min, sin_cos, sqrt};
+use crate::math::{PI, acos, clamp, exp, floor, ln, max, min, pow, sin_cos, sqrt};
 use crate::uniform::Uniform;
 use crate::variant::{self, PixelFormat};
 
@@ -30,10 +30,14 @@ const DEEP: f32 = 0.01;
 
 /// The optical depth of the haze beneath an observer, horizontal and even, through which a fade shows the ground: that
 /// of half a kilometre of air in which one sees 20 km. A ray that sinks by the angle `d` meets the ground behind an
-/// optical depth of `HAZE / tan d`, and the light that the haze puts before it is that of the horizon (Koschmieder
-/// 1924), with the phase functions of its own direction: `L = T L_ground + (1 - T) L_horizon` with `T = exp(-HAZE / tan
-/// d)`, which leaves the horizon without an edge.
+/// optical depth of `HAZE / tan d`, and haze that is lit as the air at the horizon is puts the part `1 - T` of that
+/// air's light before it, `T = exp(-HAZE / tan d)` (Koschmieder 1924). Where the horizon glows in twilight the haze at
+/// one's feet does not, so a fade has a power of that part, with the phase functions of its own direction: `L = (1 - p)
+/// L_ground + p L_horizon`, `p = (1 - T)^n`. It leaves the horizon without an edge. See [`haze_power`].
 const HAZE: f32 = 0.1;
+
+/// So far below the horizon (radians) no haze is brighter than the ground.
+const FADED_AT: f32 = 40.0 * PI / 180.0;
 
 /// What a pixel shows: the sky in a direction, and before it ground of one colour.
 #[derive(Clone, Copy)]
@@ -99,7 +103,7 @@ fn rows_seen(uniform: &Uniform, row: u32, variant: u32) -> (u32, u32, f32) {
     let horizon = (0.5 - uniform.horizon / PI) * uniform.camera.height as f32;
     let at_horizon = max(floor(horizon - 0.5), 0.0) as u32;
     if below == FADE {
-        (row, at_horizon, faded(depth))
+        (row, at_horizon, faded(uniform, depth))
     } else if below == MIRROR {
         let mirrored = max(floor(2.0 * horizon - middle), 0.0) as u32;
         (mirrored, mirrored, 0.0)
@@ -120,7 +124,7 @@ pub fn direction_seen(uniform: &Uniform, direction: Vec3, variant: u32) -> (Vec3
         (mirrored, mirrored, 0.0)
     } else if below == FADE {
         let depth = uniform.horizon - (0.5 * PI - acos(clamp(direction.z, -1.0, 1.0)));
-        (direction, beside_horizon(uniform, direction, margin(uniform)), faded(depth))
+        (direction, beside_horizon(uniform, direction, margin(uniform)), faded(uniform, depth))
     } else {
         (direction, direction, 1.0)
     }
@@ -217,12 +221,22 @@ fn mirrored(uniform: &Uniform, direction: Vec3) -> Vec3 {
     Vec3::new(direction.x * level, direction.y * level, sine * across - cosine * direction.z)
 }
 
-/// The part of ground so far below the horizon (radians), from which the tangent is [`HAZE`] times the optical depth on
-/// the way to it.
+/// The part of ground so far below the horizon (radians), before haze of a power; see [`HAZE`].
 #[inline(always)]
-fn faded(depth: f32) -> f32 {
+fn faded(uniform: &Uniform, depth: f32) -> f32 {
+    1.0 - pow(part_of_haze(depth), uniform.ground.w)
+}
+
+/// `1 - T` so far below the horizon (radians).
+#[inline(always)]
+fn part_of_haze(depth: f32) -> f32 {
     let (sine, cosine) = sin_cos(depth);
-    exp(-HAZE * max(cosine, 0.0) / max(sine, 1e-6))
+    1.0 - exp(-HAZE * max(cosine, 0.0) / max(sine, 1e-6))
+}
+
+/// The power of a fade's haze over ground that the brightest horizon outshines so many times: 1 at least.
+pub fn haze_power(contrast: f32) -> f32 {
+    clamp(ln(max(contrast, 1.0)) / -ln(part_of_haze(FADED_AT)), 1.0, 20.0)
 }
 
 /// What directions beside the horizon lie from it at least (radians), so that one side is sky and the other ground; 0

@@ -38,7 +38,8 @@ pub struct Uniform {
     pub eye: Eye,
     /// The lookup of light that was scattered more than once, where the variant has it.
     pub multiple: MultipleLookup,
-    /// Linear RGB of the ground on which the observer stands (W·m⁻²·sr⁻¹), where the variant has it and no ray can descend; `w` unused.
+    /// Linear RGB of the ground on which the observer stands (W·m⁻²·sr⁻¹), where the variant has it and no ray can
+    /// descend; `w`: the power of a fade's haze.
     pub ground: Vec4,
     /// Altitude of the observer (km).
     pub altitude: f32,

@@ -1,9 +1,10 @@
 //! What an image shows below the horizon.
 
-use sorairo_shared::below::{FADE, FLAT, GROUND, MIRROR};
-use sorairo_shared::glam::{DVec3, Vec3};
+use sorairo_shared::below::{FADE, FLAT, GROUND, MIRROR, haze_power};
+use sorairo_shared::glam::{DVec3, Vec3, Vec4};
 use sorairo_shared::variant::{self, PixelFormat};
 
+use super::directions::direction;
 use super::hemisphere::nodes;
 use super::sky::SkyPlan;
 use crate::scene::{Below, CameraScene, Projection, Scene};
@@ -32,14 +33,27 @@ pub fn bits(below: Below) -> u32 {
     })
 }
 
-/// Linear RGB of its flat ground (W·m⁻²·sr⁻¹).
-pub fn flat_ground(sky: &SkyPlan, scene: &Scene, below: Below) -> Vec3 {
-    match below {
+/// Linear RGB of its flat ground (W·m⁻²·sr⁻¹), and the power of a fade's haze.
+pub fn flat_ground(sky: &SkyPlan, scene: &Scene, below: Below) -> Vec4 {
+    let colour = match below {
         Below::Ground => sky.colours().ground,
-        Below::Fade => sky.radiances_here(&[-Vec3::Z]).first().copied().unwrap_or(Vec3::ZERO),
+        Below::Fade => return fading_ground(sky),
         Below::Colour => Vec3::from_array(scene.camera.below_color.0.map(|part| part as f32)) * white_ground(sky),
         Below::Mirror | Below::Black => Vec3::ZERO,
-    }
+    };
+    colour.extend(1.0)
+}
+
+/// The ground at one's feet, before haze that the horizon below the sun tells.
+fn fading_ground(sky: &SkyPlan) -> Vec4 {
+    /// Above the horizon (degrees).
+    const ABOVE: f64 = 0.5;
+    let uniform = &sky.base.uniform;
+    let horizon = direction(f64::from(uniform.horizon).to_degrees() + ABOVE, sky.base.sun_azimuth);
+    let seen = sky.radiances_here(&[-Vec3::Z, horizon.as_vec3()]);
+    let &[ground, horizon] = seen.as_slice() else { return Vec4::W };
+    let luminance = |rgb: Vec3| uniform.rgb.luminance(rgb).max(f32::MIN_POSITIVE);
+    ground.extend(haze_power(luminance(horizon) / luminance(ground)))
 }
 
 /// Linear RGB of white level ground under a sky and its sun (W·m⁻²·sr⁻¹).

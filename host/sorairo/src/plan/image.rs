@@ -97,7 +97,7 @@ impl Plan {
             rows: camera.height,
             row_pixels: camera.width,
             disc: SunDisc { first_entry: (rows.len() + tables.len()) as u32, ..disc },
-            ground: ground.extend(0.0),
+            ground,
             grade: Grade { tables: rows.len() as u32, ..upload::grade(scene.render.look) },
             ..uniform
         };
@@ -258,7 +258,7 @@ impl Plan {
         let tables = if self.variant & variant::ACES == 0 { 0..0 } else { self.tables() };
         let rows = self.colour.iter_mut().enumerate().filter(|(at, _)| !tables.contains(at));
         rows.for_each(|(_, row)| *row *= Vec4::new(factor, factor, factor, last));
-        self.uniform.ground *= factor;
+        self.uniform.ground = (self.uniform.ground.truncate() * factor).extend(self.uniform.ground.w);
         self.uniform.exposure /= factor;
         let eye = &mut self.uniform.eye;
         [&mut eye.red, &mut eye.green, &mut eye.blue].into_iter().for_each(|column| *column /= factor);

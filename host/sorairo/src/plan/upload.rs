@@ -88,7 +88,7 @@ pub fn grade(look: PictureLook) -> Grade {
         PictureLook::None => Grade::NONE,
         // Chroma is added where it leaves the luminance as it is: stops that differ more would show the colours of a
         // sunset darker.
-        PictureLook::Vivid => Grade::new(1.2, 0.85, 1.5),
+        PictureLook::Vivid => Grade::new(1.2, 0.85, 1.3),
         PictureLook::Contrast => Grade::new(1.2, 1.0, 1.0),
         PictureLook::HighContrast => Grade::new(1.4, 0.95, 1.0),
     }

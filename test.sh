@@ -78,7 +78,7 @@ test_blender() {
         echo "test.sh: NOT TESTED: environment maps in Blender, which takes Python 3.11, or SORAIRO_BLENDER set to a Python with bpy" >&2
         return
     fi
-    cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --test ecosystem -- --ignored blender
+    cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --test program -- --ignored blender
 }
 
 # Builds the wheel, and tests it in an environment made for it: numpy comes with the wheel, and what the tests compare it with from the
@@ -138,7 +138,7 @@ cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorair
 test_wheel || failed=1
 test_blender || failed=1
 # What takes minutes of other people's programs.
-cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --test radiance -- --ignored || failed=1
+cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --test sky -- --ignored || failed=1
 test_page || failed=1
 # The library as one takes it that needs neither Vulkan nor files.
 cargo test --release --package sorairo --no-default-features --features cpu --test cpu_only || failed=1

@@ -519,7 +519,7 @@ fn the_example_draws_a_moving_sun_as_the_command_does() {
     }
     assert_ne!(pixels("frames/0000.png"), pixels("frames/0002.png"));
     // It is to be read in a minute.
-    assert!(include_str!("../../host/sorairo/examples/embed.rs").lines().count() < 120);
+    assert!(include_str!("../../../host/sorairo/examples/embed.rs").lines().count() < 120);
     let wrong = example(folder.path()).arg("--out").output().unwrap();
     assert!(!wrong.status.success() && String::from_utf8_lossy(&wrong.stderr).contains("usage"));
 }

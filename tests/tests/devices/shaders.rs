@@ -8,7 +8,7 @@ use sorairo_shared::environment::LANES;
 use sorairo_shared::kernels::{LOOKUP_WORKGROUP, WORKGROUP_SIDE};
 use sorairo_shared::variant;
 
-#[path = "../../xtask/src/manifest.rs"]
+#[path = "../../../xtask/src/manifest.rs"]
 mod manifest;
 
 fn root() -> PathBuf {

@@ -19,7 +19,7 @@ use sorairo_oracle::{Paths, column_to_top, radiance_of_all_orders};
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::variant;
 
-const REFERENCE: &str = include_str!("../data/multiple_scattering_reference.csv");
+const REFERENCE: &str = include_str!("../../data/multiple_scattering_reference.csv");
 
 /// A row of the reference.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@ use clap::Parser;
 use sorairo_cli::arguments::Arguments;
 use sorairo_tests::program::{read_exr, read_png, run, succeed};
 
-#[path = "../../xtask/src/pages.rs"]
+#[path = "../../../xtask/src/pages.rs"]
 mod pages;
 
 fn repository() -> &'static Path {
@@ -255,7 +255,7 @@ fn the_readmes_example_compiles_and_writes_its_file() {
     let readme = std::fs::read_to_string(repository().join("README.md")).unwrap();
     let shown = readme.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).expect("an example");
     assert!(
-        trimmed(include_str!("docs.rs")).contains(trimmed(shown).trim()),
+        trimmed(include_str!("main.rs")).contains(trimmed(shown).trim()),
         "the README shows another example:\n{shown}"
     );
     let folder = tempfile::tempdir().unwrap();

@@ -120,7 +120,7 @@ fn frames_for_radiance_are_rendered_again_where_any_byte_of_a_picture_or_a_scene
 
 #[test]
 fn every_command_of_the_page_runs_and_gives_the_light_at_an_eye() {
-    let page = include_str!("../../docs/radiance.md");
+    let page = include_str!("../../../docs/radiance.md");
     let script = page.split("```bash\n").nth(1).and_then(|rest| rest.split("```").next()).expect("the commands");
     let folder = tempdir().unwrap();
     let folder = folder.path();

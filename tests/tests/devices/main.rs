@@ -1,0 +1,7 @@
+//! Devices against the processor, and in a program of someone else.
+
+mod frames;
+mod gpu;
+mod plan_on_device;
+mod resident;
+mod shaders;

@@ -1,0 +1,8 @@
+//! What images show, in any scene.
+
+mod below;
+mod environment;
+mod pictures;
+mod random_scenes;
+mod reproducible;
+mod stress;

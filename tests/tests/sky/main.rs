@@ -1,0 +1,13 @@
+//! The light of the sky, against theory, measurements and other programs.
+
+mod accuracy;
+mod fits;
+mod integral;
+mod light;
+mod lookup;
+mod multiple;
+mod radiance;
+mod solve;
+mod spectra;
+mod sun;
+mod thick;

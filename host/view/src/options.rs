@@ -28,6 +28,8 @@ pub struct Counted {
     pub size: Size,
     /// The time from the first to the last of them.
     pub time: Duration,
+    /// The longest time from one to the next.
+    pub longest: Duration,
     /// Those that were drawn on the device that shows the window.
     pub drawn: u32,
     /// Those whose pixels came back from a device to be shown.

@@ -117,8 +117,18 @@ struct Frames {
     shown: u32,
     /// When the counting began, and how many skies were drawn until then.
     since: Option<(Instant, u32)>,
+    /// When the last sky was shown, and the longest time between two.
+    last: Instant,
+    longest: Duration,
     read_back: u32,
     counted: Option<Counted>,
+}
+
+impl Frames {
+    fn new(wanted: u32) -> Self {
+        let (last, longest) = (Instant::now(), Duration::ZERO);
+        Self { wanted, shown: 0, since: None, last, longest, read_back: 0, counted: None }
+    }
 }
 
 /// A picture of the window that is to be taken.
@@ -167,7 +177,7 @@ impl Window {
             is_saving: false,
             folder: PathBuf::new(),
             saved: None,
-            frames: options.frames.map(|wanted| Frames { wanted, shown: 0, since: None, read_back: 0, counted: None }),
+            frames: options.frames.map(Frames::new),
             spectrum: None,
             fault: None,
             screenshot,
@@ -245,7 +255,8 @@ impl Window {
             let Some((since, before)) = frames.since else {
                 // The first sky compiles the kernels.
                 if drawn > 0 || shown.picture.is_some() {
-                    frames.since = Some((Instant::now(), drawn));
+                    frames.last = Instant::now();
+                    frames.since = Some((frames.last, drawn));
                     frames.read_back = 0;
                     self.scene.sun.elevation += FRAME_STEP;
                 } else {
@@ -253,12 +264,16 @@ impl Window {
                 }
                 return;
             };
+            let now = Instant::now();
+            frames.longest = frames.longest.max(now - frames.last);
+            frames.last = now;
             // The sky that comes now is drawn at the end of this frame, the last one before the next.
             if frames.shown >= frames.wanted {
                 frames.counted.get_or_insert(Counted {
                     skies: frames.shown,
                     size: self.scene.camera.size,
-                    time: since.elapsed(),
+                    time: now - since,
+                    longest: frames.longest,
                     drawn: drawn - before,
                     read_back: frames.read_back,
                 });

@@ -19,7 +19,7 @@ pub fn run(arguments: &ViewArguments) -> Result<()> {
         screenshot: arguments.screenshot.as_deref(),
         frames: arguments.frames,
     };
-    if let Some(sorairo_view::Counted { skies, size, time, longest, drawn, read_back }) =
+    if let Some(sorairo_view::Counted { skies, size, time, longest, pipelines, drawn, read_back }) =
         sorairo_view::open(options, || device::open(device))?
     {
         let longest = longest.as_secs_f64() * 1e3;
@@ -28,6 +28,7 @@ pub fn run(arguments: &ViewArguments) -> Result<()> {
             let count = serde_json::json!({
                 "skies": skies, "size": size.to_string(), "seconds": seconds, "skies_per_second": rate,
                 "longest_ms": longest,
+                "pipelines": pipelines,
                 "drawn_in_place": drawn, "read_back": read_back,
             });
             count.to_string()

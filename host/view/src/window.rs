@@ -191,15 +191,17 @@ impl Window {
         self.canvas = Some(canvas);
     }
 
-    /// Ends the work behind a window that was closed.
+    /// Ends the work behind a window that was closed, and gives the skies that were counted.
     ///
     /// # Errors
     ///
     /// What kept a screenshot from being taken.
-    pub fn close(self) -> Result<()> {
+    pub fn close(self) -> Result<Option<Counted>> {
         self.worker.stop();
         self.film.stop();
-        self.outcome
+        let pipelines = self.canvas.map_or(0, Canvas::stop);
+        self.outcome?;
+        Ok(self.frames.and_then(|frames| frames.counted).map(|counted| Counted { pipelines, ..counted }))
     }
 
     /// Shows one frame.
@@ -274,6 +276,7 @@ impl Window {
                     size: self.scene.camera.size,
                     time: now - since,
                     longest: frames.longest,
+                    pipelines: 0,
                     drawn: drawn - before,
                     read_back: frames.read_back,
                 });
@@ -291,11 +294,6 @@ impl Window {
                 self.scene.sun.distance = distance;
             }
         }
-    }
-
-    /// The skies that were counted.
-    pub fn counted(&self) -> Option<Counted> {
-        self.frames.as_ref()?.counted
     }
 
     fn take_answers(&mut self, context: &egui::Context) {

@@ -10,13 +10,11 @@ use sorairo_tests::program::{binary, contents, names, run, succeed};
 use sorairo_tests::python::check;
 use tempfile::tempdir;
 
-/// The mean over each band of what `sorairo spectrum` says of a direction (degrees), nanometre by nanometre. Bands are so many, so wide (nm).
-fn probe(
-    folder: &Path,
-    scene: &[&str],
-    (first, count, width): (u32, u32, u32),
-    [elevation, azimuth]: [f64; 2],
-) -> Value {
+/// Bands: the middle of the first (nm), how many there are, and how wide (nm).
+type Bands = (u32, u32, u32);
+
+/// The mean over each band of what `sorairo spectrum` says of a direction (degrees), nanometre by nanometre.
+fn probe(folder: &Path, scene: &[&str], (first, count, width): Bands, [elevation, azimuth]: [f64; 2]) -> Value {
     let wavelengths = format!("{}:{}:1", first - width / 2, first + count * width - width / 2);
     let (view_elevation, view_azimuth) = (format!("--view-elevation={elevation}"), format!("--view-azimuth={azimuth}"));
     let spectrum = ["spectrum", &view_elevation, &view_azimuth, "--wavelengths", &wavelengths, "--format", "json"];
@@ -32,7 +30,7 @@ fn probe(
 #[test]
 fn a_sensor_in_radiance_gets_the_irradiance_of_the_report_and_sees_the_sky_where_it_is() {
     // The default; a low sun with its own wavelengths and a camera that looks elsewhere in an image of another shape; twilight.
-    let cases: [(&[&str], &[&str], (u32, u32, u32)); 3] = [
+    let cases: [(&[&str], &[&str], Bands); 3] = [
         (&["--sun-elevation", "40", "--sun-azimuth", "110"], &["--size", "512x256"], (390, 20, 20)),
         (
             &["--sun-elevation", "6", "--sun-azimuth", "250"],

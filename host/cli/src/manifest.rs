@@ -81,8 +81,8 @@ pub fn write(cases: &Cases, frames: &[Frame], mut lights: Lights, kept: Option<&
     Ok(hexadecimal(Sha256::new_with_prefix(&text)))
 }
 
-/// Whether a file may be a manifest of any table, whole or damaged: it is empty, or its columns are those of manifests alone. A table of cases, whose columns are
-/// keys alone, is none.
+/// Whether a file may be a manifest of any table, whole or damaged: it is empty, or its columns are those of manifests
+/// alone. A table of cases, whose columns are keys alone, is none.
 pub fn is_own(path: &Path) -> bool {
     let mut line = Vec::new();
     let read = |file| BufReader::new(file).take(LONGEST_HEADER).read_until(b'\n', &mut line);

@@ -66,7 +66,8 @@ impl Canvas {
         Ok(Shape::Callback(Callback::new_paint_callback(rect, shown)))
     }
 
-    /// Compiles what the sky takes under other suns, beside the frames: the one before which the sun crosses into another kernel would wait for it.
+    /// Compiles what the sky takes under other suns, beside the frames: the one before which the sun crosses into
+    /// another kernel would wait for it.
     fn compile_ahead(&mut self, sky: &SkyPlan, camera: &CameraScene) {
         let mut scene = sky.scene.clone().into_scene();
         scene.camera = camera.clone();

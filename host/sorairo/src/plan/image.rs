@@ -145,7 +145,8 @@ impl Plan {
         }
     }
 
-    /// The same plan for a spectral image: beside its linear RGB a pixel holds the radiance at wavelengths in nm, increasing, themselves.
+    /// The same plan for a spectral image: beside its linear RGB a pixel holds the radiance at wavelengths in nm,
+    /// increasing, themselves.
     /// Every pixel is integrated.
     ///
     /// # Errors
@@ -156,7 +157,8 @@ impl Plan {
         self.with_spectral(wavelengths, SpectralPlan::new)
     }
 
-    /// The same for an image in bands so wide (nm) about the wavelengths: a pixel holds the mean over each; see [`SpectralPlan::over_bands`].
+    /// The same for an image in bands so wide (nm) about the wavelengths: a pixel holds the mean over each; see
+    /// [`SpectralPlan::over_bands`].
     ///
     /// # Errors
     ///

@@ -94,8 +94,8 @@ pub struct SpectralPlan {
     pub integral: RayIntegral,
     /// The fit through them.
     pub fit: SpectrumFit,
-    /// The fit of colours where it goes through bands of its own, which stand behind the others: means, where each wavelength is integrated and
-    /// tables are finer than the observer's nodes.
+    /// The fit of colours where it goes through bands of its own, which stand behind the others: means, where each
+    /// wavelength is integrated and tables are finer than the observer's nodes.
     colour: Option<LinearFit>,
     /// What light at the wavelengths is relative to.
     lit_by: LitBy,
@@ -116,8 +116,8 @@ impl SpectralPlan {
         Self::as_read(sky, &observer::wavelengths())
     }
 
-    /// That of a sky in bands so wide (nm) about wavelengths (nm): the means of the sun and of tables over each. What is smooth counts in the middle
-    /// of a band, or of each part of one that is wider than [`WIDEST`].
+    /// That of a sky in bands so wide (nm) about wavelengths (nm): the means of the sun and of tables over each. What
+    /// is smooth counts in the middle of a band, or of each part of one that is wider than [`WIDEST`].
     pub fn over_bands(sky: &SkyPlan, wavelengths: &[f64], width: f64) -> Self {
         let parts = (width / WIDEST).ceil().max(1.0);
         let part = width / parts;

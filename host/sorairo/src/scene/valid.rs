@@ -10,7 +10,8 @@ use super::rules;
 use super::settings::Exposure;
 use crate::error::{Error, Result};
 
-/// A scene whose values lie in their ranges, its azimuths without whole turns, and whose sun stands where its place and time put it.
+/// A scene whose values lie in their ranges, its azimuths without whole turns, and whose sun stands where its place and
+/// time put it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValidScene {
     scene: Scene,

@@ -66,8 +66,8 @@ pub fn over(window: Window, of: &Table<1>, weighed_by: Option<&Table<1>>) -> Tab
     Table::of(at.map(|nm| (nm, [mean(nm)])))
 }
 
-/// Integral of a function times the weight of a window at a wavelength (nm), within a range; exact if the function is a product of two that are straight
-/// between knots (nm, in order).
+/// Integral of a function times the weight of a window at a wavelength (nm), within a range; exact if the function is a
+/// product of two that are straight between knots (nm, in order).
 fn under(window: Window, nm: f64, (first, last): (f64, f64), knots: &[f64], f: &dyn Fn(f64) -> f64) -> f64 {
     let (low, high) = ((nm - window.reach()).max(first), (nm + window.reach()).min(last));
     let within = &knots[knots.partition_point(|&knot| knot <= low)..knots.partition_point(|&knot| knot < high)];

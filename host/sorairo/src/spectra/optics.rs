@@ -73,8 +73,9 @@ impl Optics {
         }
     }
 
-    /// The same with tables of means over what a value stands for: a node of the observer's sum for colours, and the bands through which they are
-    /// fitted; a band of a picture in bands. At a wavelength itself stand the values of a table in [`Optics`] as they are. See [`super::mean`].
+    /// The same with tables of means over what a value stands for: a node of the observer's sum for colours, and the
+    /// bands through which they are fitted; a band of a picture in bands. At a wavelength itself stand the values of a
+    /// table in [`Optics`] as they are. See [`super::mean`].
     pub fn over(&self, window: Window) -> Self {
         Self {
             albedo_spectrum: self.albedo_spectrum.over(window, &self.sun),

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
-use std::io;
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
@@ -10,6 +10,7 @@ use sorairo::low_level::files;
 use sorairo::low_level::irradiance::SkyLight;
 use sorairo::low_level::rows::rows;
 use sorairo::low_level::sequence::Frame;
+use sorairo::scene::keys;
 use sorairo::{LightFields, SkyPlan};
 
 use crate::cases::Cases;
@@ -18,6 +19,13 @@ use crate::progress::FrameProgress;
 
 /// The name of the file, beside the first frame.
 const NAME: &str = "manifest.csv";
+
+/// What stands in the file before the keys of the table, and after all light.
+const FRAME: &str = "frame";
+const FILE: [&str; 2] = ["file", "sha256"];
+
+/// More than the header of a table that has every key (bytes).
+const LONGEST_HEADER: u64 = 1 << 16;
 
 /// Of the sky's light, what stands in the file.
 const LIGHT: [&str; 5] = [
@@ -39,8 +47,8 @@ pub type Lights = BTreeMap<u32, SkyLight>;
 /// A file that cannot be read or written.
 pub fn write(cases: &Cases, frames: &[Frame], mut lights: Lights, kept: Option<&str>) -> Result<String> {
     let path = path(frames);
-    let names = ["frame"].into_iter().chain(cases.keys.iter().map(|key| key.name)).chain(LIGHT);
-    let header: Vec<_> = names.chain(["file", "sha256"]).map(str::to_owned).collect();
+    let names = [FRAME].into_iter().chain(cases.keys.iter().map(|key| key.name)).chain(LIGHT);
+    let header: Vec<_> = names.chain(FILE).map(str::to_owned).collect();
     let known = known(&path, kept, &header);
     let cells: Vec<_> = cases.cells().collect();
     let mut rows = Vec::new();
@@ -71,6 +79,21 @@ pub fn write(cases: &Cases, frames: &[Frame], mut lights: Lights, kept: Option<&
     let text = writer.into_inner().map_err(|error| failed(error.to_string()))?;
     files::stage(&path, |file| io::Write::write_all(file, &text))?.commit()?;
     Ok(hexadecimal(Sha256::new_with_prefix(&text)))
+}
+
+/// Whether a file may be a manifest of any table, whole or damaged: it is empty, or its columns are those of manifests
+/// alone. A table of cases, whose columns are keys alone, is none.
+pub fn is_own(path: &Path) -> bool {
+    let mut line = Vec::new();
+    let read = |file| BufReader::new(file).take(LONGEST_HEADER).read_until(b'\n', &mut line);
+    if !path.is_file() || File::open(path).and_then(read).is_err() {
+        return false;
+    }
+    let line = String::from_utf8_lossy(&line);
+    let Some(Ok(header)) = rows(&line).next() else { return line.is_empty() };
+    let is_key = |name: &String| keys::find(name).is_some();
+    let is_of_manifests = |name: &String| [FRAME].iter().chain(&LIGHT).chain(&FILE).any(|own| own == name);
+    header.cells.iter().all(|name| is_key(name) || is_of_manifests(name)) && !header.cells.iter().all(is_key)
 }
 
 /// Where the manifest of frames lies.

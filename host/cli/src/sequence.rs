@@ -88,11 +88,15 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
     let frames = frames::all(arguments, cases.as_ref())?;
     let chosen = frames::chosen(arguments, &frames)?;
     let sheet = contact_sheet_path(&frames);
+    let manifest = cases.is_some().then(|| manifest::path(&frames));
+    let check_beside = |replaces: Replace| {
+        replaces.check(&sheet)?;
+        manifest.as_ref().map_or(Ok(()), |path| replaces.check_by(path, manifest::is_own))
+    };
     let files: Vec<_> = frames.iter().flat_map(|frame| frame.request.files()).collect();
     refuse_scene_as_output(arguments.scene.as_deref(), files.iter().chain([&sheet]))?;
-    // Nobody names the sheet.
-    let replaces = if arguments.replace.force { Replace::All } else { Replace::Own };
-    replaces.check(&sheet)?;
+    // Nobody names the sheet and the manifest.
+    check_beside(if arguments.replace.force { Replace::All } else { Replace::Own })?;
     let mut device = device::open(&memory::device(&arguments.device)?)?;
     sequence::make_folders(&chosen)?;
     let (mut rendered, mut replaced, mut skipped, mut reports) = (0, 0, 0, Vec::new());
@@ -121,13 +125,12 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
     outcome?;
     let seconds = start.elapsed().as_secs_f64();
     let is_other = |frame: &&Frame| chosen.binary_search_by_key(&frame.number, |chosen| chosen.number).is_err();
-    let manifest = cases.is_some().then(|| manifest::path(&frames));
     let made_of = || known::made_of(&frames, cases.as_ref());
     // A task that is run again when all is done has nothing to add, and no need to read every frame of the others.
     let is_known = rendered == 0 && known::are_whole(&frames, &made_of()?, &sheet, manifest.as_deref());
     let is_whole = is_known || sequence::are_finished(frames.iter().filter(is_other));
     if is_whole && !is_known {
-        arguments.replace.or(Replace::All).check(&sheet)?;
+        check_beside(arguments.replace.or(Replace::All))?;
         let write = |cases| manifest::write(cases, &frames, lights, known::noted_manifest(&sheet).as_deref());
         let checksum = cases.as_ref().map(write).transpose()?;
         contact_sheet(&sheet, &frames, &known::note(&made_of()?, checksum.as_deref()), &mut device)?;

@@ -19,19 +19,22 @@ pub fn run(arguments: &ViewArguments) -> Result<()> {
         screenshot: arguments.screenshot.as_deref(),
         frames: arguments.frames,
     };
-    if let Some(sorairo_view::Counted { skies, size, time, drawn, read_back }) =
+    if let Some(sorairo_view::Counted { skies, size, time, longest, pipelines, drawn, read_back }) =
         sorairo_view::open(options, || device::open(device))?
     {
+        let longest = longest.as_secs_f64() * 1e3;
         let (seconds, rate) = (time.as_secs_f64(), f64::from(skies) / time.as_secs_f64());
         let line = if arguments.json {
             let count = serde_json::json!({
                 "skies": skies, "size": size.to_string(), "seconds": seconds, "skies_per_second": rate,
+                "longest_ms": longest,
+                "pipelines": pipelines,
                 "drawn_in_place": drawn, "read_back": read_back,
             });
             count.to_string()
         } else {
             format!(
-                "{skies} skies of {size} in {seconds:.2} s: {rate:.1} a second; {drawn} drawn in place, {read_back} read back"
+                "{skies} skies of {size} in {seconds:.2} s: {rate:.1} a second, the longest {longest:.0} ms; {drawn} drawn in place, {read_back} read back"
             )
         };
         print_line(&line)?;

@@ -312,15 +312,14 @@ pub fn directions(
 ) -> PyResult<Vec<[f64; 2]>> {
     let (elevations, azimuths) = (elevations.as_slice()?, azimuths.as_slice()?);
     let mut pairs = array(&[elevations.len(), 2], 0).map_err(|error| python(&error))?;
-    let pair = |(&elevation, &azimuth)| [meant(elevation, (-90.0, 90.0)), meant(azimuth, (-360.0, 360.0))];
+    let pair = |(&elevation, &azimuth)| [meant(elevation, (-90.0, 90.0)), azimuth];
     pairs.extend(elevations.iter().zip(azimuths).map(pair));
     Ok(pairs)
 }
 
 /// Surfaces from their tilts and their azimuths.
 pub fn surfaces(tilts: &PyReadonlyArray1<'_, f64>, azimuths: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<Surface>> {
-    let surface =
-        |(&tilt, &azimuth)| Surface { tilt: meant(tilt, (0.0, 180.0)), azimuth: meant(azimuth, (-360.0, 360.0)) };
+    let surface = |(&tilt, &azimuth)| Surface { tilt: meant(tilt, (0.0, 180.0)), azimuth };
     Ok(tilts.as_slice()?.iter().zip(azimuths.as_slice()?).map(surface).collect())
 }
 

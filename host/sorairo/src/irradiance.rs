@@ -319,6 +319,26 @@ mod tests {
     }
 
     #[test]
+    fn a_band_has_the_light_of_its_lines_wherever_they_lie() {
+        let bands: Vec<f64> = (0..20).map(|i| 390.0 + 20.0 * f64::from(i)).collect();
+        let of = |spectrum: SunSpectrum, albedo: GroundAlbedo| {
+            let sky = sky(30.0, |scene| (scene.sun.spectrum, scene.ground.albedo) = (spectrum.clone(), albedo.clone()));
+            let sun = Sun::over_bands(&sky, &bands, 20.0).spectral_irradiance(|_| 1.0);
+            let plan = SpectralPlan::over_bands(&sky, &bands, 20.0);
+            let [up, down] = [1.0, -1.0].map(|z| plan.radiance(DVec3::new(0.1, 0.0, z).normalize().as_vec3()));
+            [sun, up, down].concat()
+        };
+        let grey = of(SunSpectrum::Flat, GroundAlbedo::Grey(0.2));
+        for shift in [0, 1, 2] {
+            let sun = of(SunSpectrum::File(lines(shift, 5.0)), GroundAlbedo::Grey(0.2));
+            // A band ends in the middle of a line.
+            assert_alike(&sun, &grey, &format!("sun, {shift} nm"));
+            let ground = of(SunSpectrum::Flat, GroundAlbedo::File(lines(shift, 1.0)));
+            assert_alike(&ground, &grey, &format!("ground, {shift} nm"));
+        }
+    }
+
+    #[test]
     fn the_ground_sends_back_its_albedo_of_what_falls_on_it() {
         for sun in [40.0, 8.0] {
             let sky = sky(sun, |scene| {

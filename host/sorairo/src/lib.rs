@@ -37,6 +37,7 @@
 //! `encoding` (PNG and OpenEXR as bytes), `files` (as files), `scene-files` (TOML). `gpu` alone is for programs with a device of their own, whose
 //! interfaces are theirs to choose.
 
+mod azimuth;
 mod device;
 #[cfg(feature = "encoding")]
 mod encoding;

@@ -178,6 +178,8 @@ pub struct Job {
 /// Files whose pixels are the same.
 struct Part {
     plan: Plan,
+    /// The width of the bands of its spectra (nm), where these are no values at wavelengths.
+    bands: Option<f64>,
     outputs: Vec<(PathBuf, Format)>,
 }
 
@@ -199,26 +201,39 @@ impl Job {
         for (path, &format) in outputs.iter().zip(&formats) {
             files::check_room(path, format, scene.camera.size, scene.render.exr, spectral.len() as u64)?;
         }
+        let has_bands = formats.contains(&Format::RadiancePicture);
         let (pictures, linear): (Vec<_>, Vec<_>) =
             outputs.iter().cloned().zip(formats).partition(|(_, format)| *format == Format::Png);
         let mut parts = Vec::new();
-        if !linear.is_empty() {
-            let mut plan = Plan::with_light_fields(scene, PixelFormat::LinearRgb, light_fields);
-            if !spectral.is_empty() {
-                plan = plan.with_spectrum(&spectral)?;
-            }
-            parts.push(Part { plan, outputs: linear });
+        let has_spectra = linear.iter().any(|(_, format)| *format == Format::SpectralExr);
+        let (bands, points): (Vec<_>, Vec<_>) = linear.into_iter().partition(|(_, format)| match format {
+            Format::RadiancePicture | Format::RadianceScene => true,
+            // What holds no spectrum goes along with what does.
+            _ => has_bands && !has_spectra,
+        });
+        let linear = || Plan::with_light_fields(scene, PixelFormat::LinearRgb, light_fields);
+        if !points.is_empty() {
+            let plan = if has_spectra { linear().with_spectrum(&spectral)? } else { linear() };
+            parts.push(Part { plan, bands: None, outputs: points });
+        }
+        if !bands.is_empty() {
+            let width = files::band_width(&spectral);
+            parts.push(Part { plan: linear().with_bands(&spectral, width)?, bands: Some(width), outputs: bands });
         }
         if !pictures.is_empty() || parts.is_empty() {
             let plan = Plan::with_light_fields(scene, PixelFormat::Picture, light_fields);
-            parts.push(Part { plan, outputs: pictures });
+            parts.push(Part { plan, bands: None, outputs: pictures });
         }
         Ok(Self { parts, outputs: outputs.clone(), replace: request.replace, scene: scene.clone() })
     }
 
     /// The plan of its linear pixels, or of its picture where that is all there is.
     pub fn plan(&self) -> &Plan {
-        &self.parts.first().expect("a job has a plan").plan
+        &self.first().plan
+    }
+
+    fn first(&self) -> &Part {
+        self.parts.first().expect("a job has a plan")
     }
 
     /// The plan of its picture, or of its linear pixels likewise.
@@ -278,12 +293,21 @@ impl Job {
 }
 
 impl Part {
+    /// The sun of its spectra.
+    fn sun(&self) -> Sun<'_> {
+        let Plan { sky, .. } = &self.plan;
+        match self.bands {
+            Some(width) => Sun::over_bands(sky, self.plan.wavelengths(), width),
+            None => Sun::at(sky, self.plan.wavelengths()),
+        }
+    }
+
     /// Begins its files, each encoded on a thread of its own.
     fn begin<'scope>(&self, scope: &'scope Scope<'scope, '_>, scene: &ValidScene) -> Result<Files<'scope>> {
         let plan = &self.plan;
         let mut image = Image::of(plan, scene);
         if self.outputs.iter().any(|(_, format)| format.is_scene()) {
-            let sun = Sun::at(&plan.sky, plan.wavelengths());
+            let sun = self.sun();
             image.sun = Sunlight {
                 spectrum: sun.spectral_irradiance(|_| 1.0),
                 rgb: plan.sky.sun_irradiance().rgb.to_array(),
@@ -463,8 +487,10 @@ fn render_jobs(
         SkyLight::new(&plan.sky)
     });
     let spectral = plan.spectral.as_ref().filter(|_| request.sky_light);
-    let spectral_irradiance = spectral
-        .map(|spectral| SpectralIrradiance::by(&Spectra::planned(Arc::clone(spectral)), &plan.sky, plan.wavelengths()));
+    let spectral_irradiance = spectral.map(|spectral| {
+        let (spectra, sun) = (Spectra::planned(Arc::clone(spectral)), job.first().sun());
+        SpectralIrradiance::by(&spectra, &plan.sky, &sun, plan.wavelengths())
+    });
     Ok(Report {
         device: device.name,
         backend: device.kind,

@@ -31,13 +31,12 @@ impl SpectralIrradiance {
     ///
     /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene is not known.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Self> {
-        Ok(Self::by(&Spectra::new(sky, wavelengths, Method::Fit)?, sky, wavelengths))
+        Ok(Self::by(&Spectra::new(sky, wavelengths, Method::Fit)?, sky, &Sun::at(sky, wavelengths), wavelengths))
     }
 
-    /// The same by spectra at these wavelengths.
-    pub(crate) fn by(spectra: &Spectra, sky: &SkyPlan, wavelengths: &[f64]) -> Self {
-        let sun = Sun::at(sky, wavelengths);
-        let mut sides = irradiances_on(&[DVec3::Z, -DVec3::Z], sky, spectra, &sun);
+    /// The same by spectra and a sun at these wavelengths.
+    pub(crate) fn by(spectra: &Spectra, sky: &SkyPlan, sun: &Sun<'_>, wavelengths: &[f64]) -> Self {
+        let mut sides = irradiances_on(&[DVec3::Z, -DVec3::Z], sky, spectra, sun);
         let (down, up) = (sides.remove(1), sides.remove(0));
         Self {
             wavelength_nm: wavelengths.to_vec(),

@@ -10,6 +10,7 @@ use sorairo_shared::glam::{DVec3, Vec3};
 use sorairo_shared::variant::{self, ABOVE_TOP};
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
+use crate::azimuth::within_a_turn;
 use crate::error::{Error, Result, check_range};
 use crate::plan::integral::RayIntegral;
 use crate::plan::quadrature::gauss_legendre;
@@ -50,11 +51,10 @@ impl Direction {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for an elevation or an azimuth that is none.
+    /// [`Error::OutOfRange`] for an elevation that is none, [`Error::NotAllowed`] for an azimuth that is not finite.
     pub fn vector(&self) -> Result<Vec3> {
         check_range("view_elevation", self.elevation, (-90.0, 90.0), "degrees")?;
-        check_range("view_azimuth", self.azimuth, (-360.0, 360.0), "degrees")?;
-        Ok(direction(self.elevation, self.azimuth).as_vec3())
+        Ok(direction(self.elevation, within_a_turn("view_azimuth", self.azimuth)?).as_vec3())
     }
 
     /// The direction of a pixel's centre, its azimuth from 0 to 360; columns count from the left, rows from the top. None where the

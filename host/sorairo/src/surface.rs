@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_shared::glam::DVec3;
 
+use crate::azimuth::within_a_turn;
 use crate::error::{Result, check_range};
 use crate::irradiance::{Pair, pairs};
 use crate::plan::sun_disc::Sun;
@@ -46,8 +47,7 @@ impl Surface {
     /// Its normal.
     fn normal(self) -> Result<DVec3> {
         check_range("surface_tilt", self.tilt, (0.0, 180.0), "degrees")?;
-        check_range("surface_azimuth", self.azimuth, (-360.0, 360.0), "degrees")?;
-        Ok(direction(90.0 - self.tilt, self.azimuth))
+        Ok(direction(90.0 - self.tilt, within_a_turn("surface_azimuth", self.azimuth)?))
     }
 
     /// Spectral irradiance (W·m⁻²·nm⁻¹) at wavelengths in nm: the sky's and the ground's by the fit, the sun's by its disc.

@@ -1,14 +1,15 @@
 //! The sky in the window's own device: drawn into a texture that the window shows, and never read back.
 
 use std::sync::Arc;
+use std::thread::{self, JoinHandle};
 
 use eframe::egui::{PaintCallbackInfo, Rect, Shape};
 use eframe::egui_wgpu::{
     Callback, CallbackResources, CallbackTrait, RenderState, WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew,
 };
-use sorairo::scene::{CameraScene, Size};
+use sorairo::scene::{CameraScene, Size, Sun};
 use sorairo::wgpu;
-use sorairo::{LightFields, ResidentRenderer, Result, SkyPlan, Target};
+use sorairo::{LightFields, PixelFormat, ResidentRenderer, Result, Scene, SkyPlan, Target};
 
 /// A texture of the window on which skies are drawn.
 pub struct Canvas {
@@ -18,6 +19,8 @@ pub struct Canvas {
     texture: Option<Texture>,
     drawn: Option<(Arc<SkyPlan>, CameraScene)>,
     count: u32,
+    /// The scene of whose day the pipelines were compiled last, without its sun, and who compiles them.
+    ahead: Option<(Scene, JoinHandle<()>)>,
 }
 
 struct Texture {
@@ -31,7 +34,7 @@ impl Canvas {
     pub fn new(state: &RenderState) -> Self {
         let renderer = ResidentRenderer::with_device(&state.device, &state.queue);
         let screen = Screen::new(&state.device, state.target_format);
-        Self { state: state.clone(), renderer, screen, texture: None, drawn: None, count: 0 }
+        Self { state: state.clone(), renderer, screen, texture: None, drawn: None, count: 0, ahead: None }
     }
 
     /// Light fields for the skies that it shows.
@@ -51,14 +54,38 @@ impl Canvas {
             _ => Texture::new(&self.state.device, &self.screen, camera.size),
         };
         let texture = self.texture.insert(texture);
+        let shown = texture.shown.clone();
         if !is_drawn {
             let mut encoder = self.state.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             self.renderer.encode(&mut encoder, sky, camera, &Target::Texture(&texture.view))?;
             self.state.queue.submit([encoder.finish()]);
             self.drawn = Some((Arc::clone(sky), camera.clone()));
             self.count += 1;
+            self.compile_ahead(sky, camera);
         }
-        Ok(Shape::Callback(Callback::new_paint_callback(rect, texture.shown.clone())))
+        Ok(Shape::Callback(Callback::new_paint_callback(rect, shown)))
+    }
+
+    /// Compiles what the sky takes under other suns, beside the frames: the one before which the sun crosses into
+    /// another kernel would wait for it.
+    fn compile_ahead(&mut self, sky: &SkyPlan, camera: &CameraScene) {
+        let mut scene = sky.scene.clone().into_scene();
+        scene.camera = camera.clone();
+        scene.sun = Sun { disc: scene.sun.disc, ..Sun::default() };
+        (scene.camera.look_azimuth, scene.camera.look_elevation, scene.camera.fov) = (None, None, None);
+        if self.ahead.as_ref().is_some_and(|(of, thread)| *of == scene || !thread.is_finished()) {
+            return;
+        }
+        let warm_up = self.renderer.warm_up(&sky.scene, camera, PixelFormat::Picture);
+        self.ahead = Some((scene, thread::spawn(warm_up)));
+    }
+
+    /// Waits for what is compiled, so that no device is in use when the process ends, and counts the pipelines.
+    pub fn stop(self) -> usize {
+        if let Some((_, thread)) = self.ahead {
+            thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        }
+        self.renderer.pipelines()
     }
 
     /// How often a sky was drawn.

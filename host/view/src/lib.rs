@@ -89,11 +89,9 @@ pub fn open(options: Options<'_>, open_device: impl FnOnce() -> sorairo::Result<
     };
     window::dress(&context);
     let closed = eframe::run_native_ext("sorairo", native, Some(context), creator);
-    let counted = window.counted();
     let outcome = window.close();
     closed.map_err(|error| Error::NoWindow(format!("no window can be opened on this display: {}", reason(&error))))?;
-    outcome?;
-    Ok(counted)
+    Ok(outcome?)
 }
 
 /// Why there is no window, in one line; winit puts the place in its own sources before its words.

@@ -28,6 +28,10 @@ pub struct Counted {
     pub size: Size,
     /// The time from the first to the last of them.
     pub time: Duration,
+    /// The longest time from one to the next.
+    pub longest: Duration,
+    /// Pipelines that were compiled for them, and ahead for the rest of their day.
+    pub pipelines: usize,
     /// Those that were drawn on the device that shows the window.
     pub drawn: u32,
     /// Those whose pixels came back from a device to be shown.

@@ -117,8 +117,18 @@ struct Frames {
     shown: u32,
     /// When the counting began, and how many skies were drawn until then.
     since: Option<(Instant, u32)>,
+    /// When the last sky was shown, and the longest time between two.
+    last: Instant,
+    longest: Duration,
     read_back: u32,
     counted: Option<Counted>,
+}
+
+impl Frames {
+    fn new(wanted: u32) -> Self {
+        let (last, longest) = (Instant::now(), Duration::ZERO);
+        Self { wanted, shown: 0, since: None, last, longest, read_back: 0, counted: None }
+    }
 }
 
 /// A picture of the window that is to be taken.
@@ -167,7 +177,7 @@ impl Window {
             is_saving: false,
             folder: PathBuf::new(),
             saved: None,
-            frames: options.frames.map(|wanted| Frames { wanted, shown: 0, since: None, read_back: 0, counted: None }),
+            frames: options.frames.map(Frames::new),
             spectrum: None,
             fault: None,
             screenshot,
@@ -181,15 +191,17 @@ impl Window {
         self.canvas = Some(canvas);
     }
 
-    /// Ends the work behind a window that was closed.
+    /// Ends the work behind a window that was closed, and gives the skies that were counted.
     ///
     /// # Errors
     ///
     /// What kept a screenshot from being taken.
-    pub fn close(self) -> Result<()> {
+    pub fn close(self) -> Result<Option<Counted>> {
         self.worker.stop();
         self.film.stop();
-        self.outcome
+        let pipelines = self.canvas.map_or(0, Canvas::stop);
+        self.outcome?;
+        Ok(self.frames.and_then(|frames| frames.counted).map(|counted| Counted { pipelines, ..counted }))
     }
 
     /// Shows one frame.
@@ -245,7 +257,8 @@ impl Window {
             let Some((since, before)) = frames.since else {
                 // The first sky compiles the kernels.
                 if drawn > 0 || shown.picture.is_some() {
-                    frames.since = Some((Instant::now(), drawn));
+                    frames.last = Instant::now();
+                    frames.since = Some((frames.last, drawn));
                     frames.read_back = 0;
                     self.scene.sun.elevation += FRAME_STEP;
                 } else {
@@ -253,12 +266,17 @@ impl Window {
                 }
                 return;
             };
+            let now = Instant::now();
+            frames.longest = frames.longest.max(now - frames.last);
+            frames.last = now;
             // The sky that comes now is drawn at the end of this frame, the last one before the next.
             if frames.shown >= frames.wanted {
                 frames.counted.get_or_insert(Counted {
                     skies: frames.shown,
                     size: self.scene.camera.size,
-                    time: since.elapsed(),
+                    time: now - since,
+                    longest: frames.longest,
+                    pipelines: 0,
                     drawn: drawn - before,
                     read_back: frames.read_back,
                 });
@@ -276,11 +294,6 @@ impl Window {
                 self.scene.sun.distance = distance;
             }
         }
-    }
-
-    /// The skies that were counted.
-    pub fn counted(&self) -> Option<Counted> {
-        self.frames.as_ref()?.counted
     }
 
     fn take_answers(&mut self, context: &egui::Context) {

@@ -31,6 +31,9 @@ pub struct Gpu {
     pub name: String,
     device: wgpu::Device,
     queue: wgpu::Queue,
+    /// It compiles nothing ahead (`warm_up`): a pipeline is one step, of as long as the frame that needs it would wait,
+    /// on the thread that answers the page; the browser has a way to compile one beside that, and wgpu none to take it
+    /// from there.
     renderer: ResidentRenderer,
     buffers: Option<Buffers>,
     canvas: Option<Canvas>,

@@ -695,6 +695,38 @@ fn a_manifest_that_is_not_whole_is_written_anew() {
 }
 
 #[test]
+fn a_manifest_of_another_program_is_refused_before_any_work() {
+    let folder = folder();
+    let (frames, manifest) = (folder.path().join("f"), folder.path().join("f/manifest.csv"));
+    std::fs::write(folder.path().join("cases.csv"), CASES).unwrap();
+    std::fs::create_dir(&frames).unwrap();
+    let line = "sequence --device cpu --orders 1 --size 8x4 --table cases.csv -o f/#.png";
+    // The last is a person's own table of cases.
+    for foreign in ["mine", "name,sha256\nsky.png,00\n", "\n", "\u{0}\u{1}", "frame,\"", CASES] {
+        std::fs::write(&manifest, foreign).unwrap();
+        for flags in ["", " --frame 1", " --no-clobber"] {
+            let ended = run(folder.path(), &words(&format!("{line}{flags}")));
+            let sentence = "f/manifest.csv exists, and sorairo did not write it as it stands; --force replaces it";
+            assert_eq!(ended.code, Some(2), "{foreign}{flags}: {}", ended.stderr);
+            assert!(ended.stderr.contains(sentence) && ended.stderr.lines().count() == 1, "{}", ended.stderr);
+            assert_eq!(contents(&frames).into_values().collect::<Vec<_>>(), [foreign.as_bytes()], "{foreign}{flags}");
+        }
+    }
+    assert_eq!(counts(&sequence(folder.path(), &format!("{line} --force"))), (3, 0));
+    let whole = contents(&frames);
+    assert!(whole["manifest.csv"].starts_with(b"frame,sun.elevation,"));
+    // That of another table is its own, and --no-clobber keeps it.
+    std::fs::write(folder.path().join("cases.csv"), CASES.replace("30,", "31,")).unwrap();
+    std::fs::remove_file(frames.join("0.png")).unwrap();
+    std::fs::remove_file(frames.join("contact.png")).unwrap();
+    let kept = run(folder.path(), &words(&format!("{line} --no-clobber")));
+    assert!(kept.code == Some(2) && kept.stderr.contains("f/manifest.csv exists; choose"), "{}", kept.stderr);
+    assert_eq!(contents(&frames)["manifest.csv"], whole["manifest.csv"]);
+    assert_eq!(counts(&sequence(folder.path(), line)), (0, 3));
+    assert!(contents(&frames)["manifest.csv"] != whole["manifest.csv"]);
+}
+
+#[test]
 fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
     let folder = folder();
     for (table, words) in [

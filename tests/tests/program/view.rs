@@ -158,6 +158,15 @@ fn each_sky_of_a_sun_that_moves_is_drawn_where_it_is_shown_and_none_is_read_back
 }
 
 #[test]
+fn what_the_rest_of_a_day_takes_is_compiled_beside_its_first_skies() {
+    let folder = tempdir().unwrap();
+    let ended = view(folder.path(), &["--device", "gpu", "--projection", "perspective", "--frames", "3", "--json"]);
+    let count: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap_or_else(|_| panic!("{ended:?}"));
+    // These skies take three themselves; those of a low sun and of twilight take as many again.
+    assert!(count["pipelines"].as_u64().is_some_and(|pipelines| pipelines >= 9), "{count}");
+}
+
+#[test]
 fn without_a_display_one_sentence_says_so() {
     let folder = tempdir().unwrap();
     for (display, expected) in [(None, "there is no display"), (Some(":4711"), "no window can be opened")] {

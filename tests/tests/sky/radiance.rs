@@ -10,36 +10,44 @@ use sorairo_tests::program::{binary, contents, names, run, succeed};
 use sorairo_tests::python::check;
 use tempfile::tempdir;
 
-/// What `sorairo spectrum` says of a direction (degrees).
-fn probe(folder: &Path, scene: &[&str], wavelengths: &str, elevation: f64, azimuth: f64) -> Value {
+/// Bands: the middle of the first (nm), how many there are, and how wide (nm).
+type Bands = (u32, u32, u32);
+
+/// The mean over each band of what `sorairo spectrum` says of a direction (degrees), nanometre by nanometre.
+fn probe(folder: &Path, scene: &[&str], (first, count, width): Bands, [elevation, azimuth]: [f64; 2]) -> Value {
+    let wavelengths = format!("{}:{}:1", first - width / 2, first + count * width - width / 2);
     let (view_elevation, view_azimuth) = (format!("--view-elevation={elevation}"), format!("--view-azimuth={azimuth}"));
-    let spectrum = ["spectrum", &view_elevation, &view_azimuth, "--wavelengths", wavelengths, "--format", "json"];
+    let spectrum = ["spectrum", &view_elevation, &view_azimuth, "--wavelengths", &wavelengths, "--format", "json"];
     let samples: Value = serde_json::from_str(&succeed(folder, &[&spectrum[..], scene].concat()).stdout).unwrap();
-    let radiance: Vec<&Value> = samples.as_array().unwrap().iter().map(|sample| &sample["radiance"]).collect();
+    let values: Vec<f64> =
+        samples.as_array().unwrap().iter().map(|sample| sample["radiance"].as_f64().unwrap()).collect();
+    let steps: Vec<f64> = values.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
+    let radiance: Vec<f64> =
+        steps.chunks(width as usize).map(|band| band.iter().sum::<f64>() / f64::from(width)).collect();
     json!({ "elevation": elevation, "azimuth": azimuth, "radiance": radiance })
 }
 
 #[test]
 fn a_sensor_in_radiance_gets_the_irradiance_of_the_report_and_sees_the_sky_where_it_is() {
     // The default; a low sun with its own wavelengths and a camera that looks elsewhere in an image of another shape; twilight.
-    let cases: [(&[&str], &[&str], &str); 3] = [
-        (&["--sun-elevation", "40", "--sun-azimuth", "110"], &["--size", "512x256"], "390:770:20"),
+    let cases: [(&[&str], &[&str], Bands); 3] = [
+        (&["--sun-elevation", "40", "--sun-azimuth", "110"], &["--size", "512x256"], (390, 20, 20)),
         (
             &["--sun-elevation", "6", "--sun-azimuth", "250"],
             &["--size", "300x420", "--look-azimuth", "200", "--wavelengths", "400:700:50"],
-            "400:700:50",
+            (400, 7, 50),
         ),
-        (&["--sun-elevation=-3", "--sun-azimuth", "20"], &["--size", "512x256"], "390:770:20"),
+        (&["--sun-elevation=-3", "--sun-azimuth", "20"], &["--size", "512x256"], (390, 20, 20)),
     ];
-    for (sky, picture, wavelengths) in cases {
+    for (sky, picture, bands) in cases {
         for device in ["cpu", "gpu"] {
             let folder = tempdir().unwrap();
             let folder = folder.path();
             let image = ["render", "--device", device, "-o", "my sky.hsr", "-o", "my sky.rad", "--json"];
             let report = succeed(folder, &[&image[..], sky, picture].concat()).stdout;
             std::fs::write(folder.join("report.json"), report).unwrap();
-            let probes = [(75.0, 20.0), (30.0, 200.0), (10.0, 300.0), (45.0, 131.0)]
-                .map(|(elevation, azimuth)| probe(folder, sky, wavelengths, elevation, azimuth));
+            let probes = [[75.0, 20.0], [30.0, 200.0], [10.0, 300.0], [45.0, 131.0]]
+                .map(|towards| probe(folder, sky, bands, towards));
             std::fs::write(folder.join("probes.json"), json!(probes).to_string()).unwrap();
             check(folder, "radiance_sky.py", &["my sky.rad", "report.json", "probes.json"]);
         }

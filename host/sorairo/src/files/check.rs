@@ -52,12 +52,21 @@ pub enum Replace {
 }
 
 impl Replace {
-    /// Checks that a file may be written where `path` says.
+    /// Checks that an image may be written where `path` says.
     ///
     /// # Errors
     ///
     /// [`Error::FileExists`] or [`Error::ForeignFile`] if what is there must stay.
     pub fn check(self, path: &Path) -> Result<()> {
+        self.check_by(path, is_own)
+    }
+
+    /// The same of a file of another kind; `is_own` says whether this program wrote what is there.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::check`].
+    pub fn check_by(self, path: &Path, is_own: fn(&Path) -> bool) -> Result<()> {
         let path_of = || path.to_owned();
         match self {
             _ if path.symlink_metadata().is_err() => Ok(()),

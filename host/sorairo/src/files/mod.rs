@@ -19,6 +19,7 @@ pub use crate::encoding::{Image, Sunlight, exr, spectral};
 pub use check::check_scenes;
 pub use check::{Replace, check_distinct, check_room, check_writable, make_folder};
 pub use format::Format;
+pub(crate) use radiance_picture::step as band_width;
 pub use signature::{is_finished, is_own, png_text, signature};
 pub use staged::{Staged, Standstill, commit_all, remove_unfinished, stage};
 pub use wavelengths::{MOST_WAVELENGTHS, default_wavelengths, wavelengths};

@@ -60,7 +60,7 @@ pub(super) fn check_wavelengths(wavelengths: &[f64]) -> Result<()> {
 }
 
 /// The mean step (nm) between wavelengths that increase: the width of the bands.
-pub(super) fn step(wavelengths: &[f64]) -> f64 {
+pub(crate) fn step(wavelengths: &[f64]) -> f64 {
     match wavelengths {
         [first, .., last] => (last - first) / (wavelengths.len() - 1) as f64,
         _ => 0.0,

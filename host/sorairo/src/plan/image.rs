@@ -145,7 +145,8 @@ impl Plan {
         }
     }
 
-    /// The same plan for a spectral image: beside its linear RGB a pixel holds the radiance at wavelengths in nm, increasing.
+    /// The same plan for a spectral image: beside its linear RGB a pixel holds the radiance at wavelengths in nm,
+    /// increasing, themselves.
     /// Every pixel is integrated.
     ///
     /// # Errors
@@ -153,6 +154,24 @@ impl Plan {
     /// [`Error::NotAllowed`] for a plan of a picture, which has no place for radiance, for [`ColourPath::Solve`], which is a way to a colour,
     /// and with the sun's disc.
     pub fn with_spectrum(self, wavelengths: &[f64]) -> Result<Self> {
+        self.with_spectral(wavelengths, SpectralPlan::new)
+    }
+
+    /// The same for an image in bands so wide (nm) about the wavelengths: a pixel holds the mean over each; see
+    /// [`SpectralPlan::over_bands`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::with_spectrum`].
+    pub fn with_bands(self, wavelengths: &[f64], width: f64) -> Result<Self> {
+        self.with_spectral(wavelengths, |sky, wavelengths| SpectralPlan::over_bands(sky, wavelengths, width))
+    }
+
+    fn with_spectral(
+        self,
+        wavelengths: &[f64],
+        spectral: impl FnOnce(&SkyPlan, &[f64]) -> SpectralPlan,
+    ) -> Result<Self> {
         if self.pixel != PixelFormat::LinearRgb {
             let complaint = "of its plan is none that a spectral image can have: that holds linear RGB in 32 bits";
             return Err(Error::not_allowed("pixel", complaint));
@@ -168,7 +187,7 @@ impl Plan {
             let complaint = "= solve is a way to a colour; a spectral file takes render.color = folded";
             return Err(Error::not_allowed("render.color", complaint));
         }
-        let spectral = SpectralPlan::new(&self.sky, wavelengths);
+        let spectral = spectral(&self.sky, wavelengths);
         let [of_colour, of_spectrum] = if self.sky.is_night { Default::default() } else { spectral.rows(&self.sky) };
         let fit = spectral.integral.variant & variant::FIT;
         let (uniform, rows) = upload::with_rows(self.uniform, &of_colour, fit);

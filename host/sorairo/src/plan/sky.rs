@@ -23,6 +23,7 @@ use super::sun_irradiance::SunIrradiance;
 use super::{directions, samples, upload};
 use crate::error::Result;
 use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
+use crate::spectra::mean::Window;
 use crate::spectra::optics::Optics;
 
 /// A sky that can be looked at.
@@ -70,7 +71,7 @@ impl SkyPlan {
     /// are near each other share it. Those that it lacks are added.
     pub fn with_light_fields(scene: &ValidScene, rgb: Rgb, light_fields: &LightFields) -> Self {
         let (observer, colour_path) = (scene.render.observer, scene.render.color);
-        let optics = optics_of(scene).over_steps();
+        let optics = optics_of(scene).over(Window::STEP);
         let space = ColourSpace::new(rgb, scene.render.white_balance, observer, &optics);
         let wavelengths = fit::wavelengths(scene);
         let fit = SpectralFit::new(scene, &wavelengths);
@@ -115,7 +116,15 @@ impl SkyPlan {
 
     /// The same sky as spectra take it: its optics are those at the wavelengths themselves, in the place of means. The bands of colour keep theirs.
     pub(super) fn at_wavelengths(&self) -> Self {
-        let optics = optics_of(&self.scene);
+        self.as_read(optics_of(&self.scene))
+    }
+
+    /// The same with means over bands so wide (nm).
+    pub(super) fn over_bands(&self, width: f64) -> Self {
+        self.as_read(optics_of(&self.scene).over(Window::Band(width)))
+    }
+
+    fn as_read(&self, optics: Optics) -> Self {
         let integral = OnceLock::new();
         if let Some(found) = self.integral.get().filter(|_| optics.is_on_steps()) {
             let _ = integral.set(RayIntegral { optics: optics.clone(), ..found.clone() });

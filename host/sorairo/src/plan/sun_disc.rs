@@ -16,6 +16,7 @@ use super::quadrature::gauss_legendre;
 use super::sky::{SkyPlan, found_once};
 pub use super::sun_irradiance::SunIrradiance;
 use crate::scene::Projection;
+use crate::spectra::mean::Window;
 use crate::spectra::observer;
 use crate::spectra::optics::{Coefficients, Optics};
 
@@ -134,6 +135,11 @@ impl<'a> Sun<'a> {
     /// That of a sky at wavelengths (nm) themselves.
     pub fn at(sky: &'a SkyPlan, wavelengths: &[f64]) -> Self {
         Self::as_read(sky, &sky.scene.optics(), wavelengths)
+    }
+
+    /// That of a sky in means over bands so wide (nm) about wavelengths (nm).
+    pub fn over_bands(sky: &'a SkyPlan, wavelengths: &[f64], width: f64) -> Self {
+        Self::as_read(sky, &sky.scene.optics().over(Window::Band(width)), wavelengths)
     }
 
     fn as_read(sky: &'a SkyPlan, optics: &Optics, wavelengths: &[f64]) -> Self {

@@ -139,8 +139,7 @@ pub fn camera(scene: &Scene) -> Camera {
             (azimuth, Some(elevation), (c.fov.unwrap_or(fov).to_radians() / 2.0).tan())
         }
     };
-    // A camera that has turned often has the axes of one that has not.
-    let azimuth = c.look_azimuth.unwrap_or(azimuth) % 360.0;
+    let azimuth = c.look_azimuth.unwrap_or(azimuth);
     let elevation = elevation.map_or(0.0, |default| c.look_elevation.unwrap_or(default));
     let forward = direction(elevation, azimuth);
     let right = direction(0.0, azimuth + 90.0);

@@ -17,6 +17,7 @@ use super::settings::{
     Render, Rgb, ViewTransform, WhiteBalance,
 };
 use super::sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, Sun};
+use crate::azimuth::within_a_turn;
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
@@ -38,7 +39,7 @@ pub struct Key {
     /// The way to a person's table, where it may be the name of a CSV file beside those words.
     table: Option<&'static dyn TableField>,
     field: &'static dyn Field,
-    /// Whether its number is an angle of which whole turns are nothing: any is allowed, and the range is that in which it is usually given.
+    /// Whether its number is an azimuth: any finite one is allowed, and the range is that in which it is usually given.
     wraps: bool,
     /// Whether it matters in a scene.
     matters: fn(&Scene) -> bool,
@@ -152,7 +153,7 @@ const OZONE_STEP: f64 = 0.1;
 pub static KEYS: &[Key] = &[
     key!(preset, one_of::<Preset>()),
     number!(sun.elevation, "degrees", At(-90.0), At(90.0)),
-    number!(sun.azimuth, "degrees", At(-360.0), At(360.0)),
+    number!(sun.azimuth, "degrees", At(-360.0), At(360.0)).wraps(),
     key!(sun.place, Other(|| "\"LATITUDE,LONGITUDE\", -90 to 90 north, -180 to 180 east".into()))
         .unit("degrees")
         .otherwise(|| "`elevation`, `azimuth` and `distance` hold".into())
@@ -329,7 +330,7 @@ impl Key {
         self
     }
 
-    /// Whether its number is an angle of which whole turns are nothing: then any finite one is allowed.
+    /// Whether its number is an azimuth, of which whole turns are nothing: then any finite one is allowed.
     pub fn is_cyclic(&self) -> bool {
         self.wraps
     }
@@ -439,8 +440,8 @@ impl Key {
     /// Whether its number lies in its range.
     pub(super) fn check_range(&self, scene: &Scene) -> Result<()> {
         let Allowed::Range { number, low, high } = &self.allowed else { return Ok(()) };
-        let is_any = |number: &f64| self.wraps && number.is_finite();
-        match number.number(scene).filter(|number| (self.matters)(scene) && !is_any(number)) {
+        match number.number(scene).filter(|number| (self.matters)(scene) || !number.is_finite()) {
+            Some(azimuth) if self.wraps => within_a_turn(self.name, azimuth).map(drop),
             Some(number) => check_range(self.name, number, (low.of(scene), high.of(scene)), self.unit),
             None => Ok(()),
         }
@@ -492,6 +493,19 @@ pub(crate) fn change_tables(scene: &mut Scene, mut change: impl FnMut(&mut Table
 /// What is wrong with a scene, key by key.
 pub fn problems(scene: &Scene) -> Vec<Error> {
     KEYS.iter().filter_map(|key| key.check(scene).err()).collect()
+}
+
+/// Takes whole turns off the azimuths of a scene.
+pub(super) fn unwind(scene: &mut Scene) -> Result<()> {
+    for key in KEYS.iter().filter(|key| key.wraps) {
+        let Allowed::Range { number, .. } = &key.allowed else { continue };
+        if let Some(azimuth) = number.number(scene)
+            && let Some(place) = number.number_mut(scene)
+        {
+            *place = within_a_turn(key.name, azimuth)?;
+        }
+    }
+    Ok(())
 }
 
 /// Checks the keys of one table of a scene.

@@ -10,7 +10,8 @@ use super::rules;
 use super::settings::Exposure;
 use crate::error::{Error, Result};
 
-/// A scene whose values lie in their ranges, and whose sun stands where its place and time put it.
+/// A scene whose values lie in their ranges, its azimuths without whole turns, and whose sun stands where its place and
+/// time put it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValidScene {
     scene: Scene,
@@ -44,8 +45,9 @@ impl ValidScene {
     ///
     /// Those of [`Scene::validated`] for the camera.
     pub(crate) fn seen_by(&self, camera: &CameraScene) -> Result<Self> {
-        let scene = Scene { camera: camera.clone(), ..self.scene.clone() };
+        let mut scene = Scene { camera: camera.clone(), ..self.scene.clone() };
         keys::check_table("camera", &scene)?;
+        keys::unwind(&mut scene)?;
         Ok(Self { scene, seen_from: self.seen_from })
     }
 
@@ -104,10 +106,12 @@ impl Scene {
     /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the first key that is out of its range or breaks a rule; those of
     /// [`Scene::placed`].
     pub fn validated(&self) -> Result<ValidScene> {
-        match keys::problems(self).into_iter().next() {
-            Some(problem) => Err(problem),
-            None => Ok(ValidScene { scene: self.placed()?, seen_from: self.sun.place.zip(self.sun.time) }),
+        if let Some(problem) = keys::problems(self).into_iter().next() {
+            return Err(problem);
         }
+        let mut scene = self.placed()?;
+        keys::unwind(&mut scene)?;
+        Ok(ValidScene { scene, seen_from: self.sun.place.zip(self.sun.time) })
     }
 
     /// The scene with elevation, azimuth and distance of the sun in the place of a place and a time; as it is where it has neither.

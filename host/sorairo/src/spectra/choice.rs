@@ -5,7 +5,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
+use super::mean::{self, Window};
 use super::measured;
+use super::range::STEP;
 use super::table::Table;
 use super::table_file::TableFile;
 use crate::words::{Words, word, words};
@@ -43,12 +45,15 @@ impl SunSpectrum {
         }
     }
 
-    /// The same in means over what a node of the observer's sum stands for; see [`super::mean`].
-    pub(super) fn over_steps(&self) -> Self {
-        match self {
-            Self::AstmG173 => Self::File(measured::solar_irradiance_over_steps().clone()),
-            Self::Flat => Self::Flat,
-            Self::File(file) => Self::File(file.over_steps(None)),
+    /// The same in means over what a value stands for; see [`super::mean`].
+    pub(super) fn over(&self, window: Window) -> Self {
+        match (self, window) {
+            (Self::AstmG173, Window::Node(STEP)) => Self::File(measured::solar_irradiance_over_steps().clone()),
+            (Self::AstmG173, _) => {
+                Self::File(TableFile::holding("astm-g173", mean::over(window, measured::solar_irradiance(), None)))
+            }
+            (Self::Flat, _) => Self::Flat,
+            (Self::File(file), _) => Self::File(file.over(window, None)),
         }
     }
 }
@@ -295,11 +300,11 @@ macro_rules! spectrum_in_files {
 macro_rules! lit_by_the_sun {
     ($name:ident) => {
         impl $name {
-            /// The same in means over what a node of the observer's sum stands for, as a sun lights it; see [`super::mean`].
-            pub(super) fn over_steps(&self, sun: &SunSpectrum) -> Self {
+            /// The same in means over what a value stands for, as a sun lights it; see [`super::mean`].
+            pub(super) fn over(&self, window: Window, sun: &SunSpectrum) -> Self {
                 match self {
-                    Self::File(file) => Self::File(file.over_steps(sun.table())),
-                    // What is built in is smooth between such nodes.
+                    Self::File(file) => Self::File(file.over(window, sun.table())),
+                    // What is built in is smooth.
                     other => other.clone(),
                 }
             }

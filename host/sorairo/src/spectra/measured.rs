@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use super::mean;
+use super::mean::{self, Window};
 pub use super::range::MEASURED_RANGE;
 use super::table::Table;
 use super::table_file::TableFile;
@@ -38,7 +38,7 @@ pub fn solar_irradiance() -> &'static Table<1> {
 /// The same in means over what a node of the observer's sum stands for, as the file of a person's own that holds them.
 pub(super) fn solar_irradiance_over_steps() -> &'static TableFile {
     static TABLE: OnceLock<TableFile> = OnceLock::new();
-    TABLE.get_or_init(|| TableFile::holding("astm-g173", mean::over_steps(solar_irradiance(), None)))
+    TABLE.get_or_init(|| TableFile::holding("astm-g173", mean::over(Window::STEP, solar_irradiance(), None)))
 }
 
 /// Absorption cross-section of ozone at 233 K (m²), 365-835 nm: means over 10 nm, in the middles of which they stand.

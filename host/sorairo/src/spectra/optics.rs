@@ -4,6 +4,7 @@ use sorairo_shared::glam::Vec4;
 use sorairo_shared::single::Bands;
 
 use super::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OrTable, OzoneCrossSection, SunSpectrum};
+use super::mean::Window;
 use super::observer;
 use super::table_file::TableFile;
 
@@ -72,14 +73,15 @@ impl Optics {
         }
     }
 
-    /// The same with tables of means over what a node of the observer's sum stands for: what colours, and the bands through which they are fitted,
-    /// take. At a wavelength itself stand the values of a table in [`Optics`] as they are. See [`super::mean`].
-    pub fn over_steps(&self) -> Self {
+    /// The same with tables of means over what a value stands for: a node of the observer's sum for colours, and the
+    /// bands through which they are fitted; a band of a picture in bands. At a wavelength itself stand the values of a
+    /// table in [`Optics`] as they are. See [`super::mean`].
+    pub fn over(&self, window: Window) -> Self {
         Self {
-            albedo_spectrum: self.albedo_spectrum.over_steps(&self.sun),
-            cross_section: self.cross_section.over_steps(&self.sun),
-            ground_albedo: self.ground_albedo.over_steps(&self.sun),
-            sun: self.sun.over_steps(),
+            albedo_spectrum: self.albedo_spectrum.over(window, &self.sun),
+            cross_section: self.cross_section.over(window, &self.sun),
+            ground_albedo: self.ground_albedo.over(window, &self.sun),
+            sun: self.sun.over(window),
             ..self.clone()
         }
     }
@@ -153,7 +155,7 @@ mod tests {
     #[test]
     fn the_sum_over_the_observer_has_the_sun_as_a_sum_over_tenths_of_a_nanometre_has_it() {
         let (points, means) =
-            (Scene::preset(Preset::Standard).optics(), Scene::preset(Preset::Standard).optics().over_steps());
+            (Scene::preset(Preset::Standard).optics(), Scene::preset(Preset::Standard).optics().over(Window::STEP));
         for observer in [ColourObserver::Cie1931, ColourObserver::Cie2015] {
             let weights = |nm: f64| observer::weights(observer, nm) / observer::STEP * 0.1;
             let tenths = (0..4000).map(|i| observer::START + 0.1 * (f64::from(i) + 0.5));

@@ -3,7 +3,7 @@
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use super::mean;
+use super::mean::{self, Window};
 use super::range::{END, START, STEP};
 use super::table::Table;
 use crate::input::{self, LARGEST_TABLE, shown};
@@ -79,13 +79,13 @@ impl TableFile {
         hasher.finalize()
     }
 
-    /// The same file with means over what a node of the observer's sum stands for, weighed by a table, in the place of what it holds; itself
-    /// where all of its rows are nodes. See [`mean`].
-    pub(crate) fn over_steps(&self, weighed_by: Option<&Table<1>>) -> Self {
-        if self.is_on_steps() {
+    /// The same file with means over what a value stands for, weighed by a table, in the place of what it holds; itself
+    /// where all of its rows are nodes of the sum that is meant. See [`mean`].
+    pub(crate) fn over(&self, window: Window, weighed_by: Option<&Table<1>>) -> Self {
+        if matches!(window, Window::Node(step) if self.table.is_on_steps(step)) {
             return self.clone();
         }
-        Self { table: Arc::new(mean::over_steps(&self.table, weighed_by)), ..self.clone() }
+        Self { table: Arc::new(mean::over(window, &self.table, weighed_by)), ..self.clone() }
     }
 
     /// Whether a sum over the observer's nodes misses nothing between them.

@@ -128,9 +128,9 @@ impl ResidentRenderer {
         pixel: PixelFormat,
     ) -> impl FnOnce() + 'static + use<> {
         let (device, kernels) = (self.device.clone(), Arc::clone(&self.kernels));
-        let of_a_day = day::kernels(scene, camera, pixel);
+        let (scene, camera) = (scene.clone(), camera.clone());
         move || {
-            for (kernel, variant) in of_a_day {
+            for (kernel, variant) in day::kernels(&scene, &camera, pixel) {
                 kernels.pipeline(&device, kernel, variant);
             }
         }

@@ -305,24 +305,60 @@ pub fn entry_between_anchors(
     entry: u32,
     variant: u32,
 ) -> Constituents {
+    let row = entry / uniform.lookup_azimuths;
+    let down = anchor_rows_about(uniform, row, variant);
+    let across = anchor_columns_about(uniform, entry - row * uniform.lookup_azimuths);
+    let a = along_anchors(uniform, anchors, first, down.first, across, variant);
+    let b = along_anchors(uniform, anchors, first, down.first + 1, across, variant);
+    let c = along_anchors(uniform, anchors, first, down.first + 2, across, variant);
+    let d = along_anchors(uniform, anchors, first, down.first + 3, across, variant);
+    between_rows(a, b, c, d, down.weights)
+}
+
+/// The four rows of anchors about a row of entries.
+#[inline(always)]
+pub fn anchor_rows_about(uniform: &Uniform, row: u32, variant: u32) -> Stencil {
     let (entries, grid) = (entry_grid(uniform), anchor_grid(uniform));
-    let row = entry / entries.azimuths;
-    let column = (entry - row * entries.azimuths) as f32 / (entries.azimuths - 1) as f32;
     let mut place = row_from_horizon(entries, row);
     if variant::projection(variant) == EQUIRECTANGULAR {
-        place = from_horizon(uniform, entry_view(uniform, entry, variant), variant);
+        place = from_horizon(uniform, entry_view(uniform, row * entries.azimuths, variant), variant);
     }
     let (first_row, rows) = if place.above { (0, grid.above) } else { (grid.above, grid.below) };
-    let down = stencil(place.x * (rows - 1) as f32, rows);
-    let across = stencil(column * (grid.azimuths - 1) as f32, grid.azimuths);
-    let colours = colours_per_entry(variant);
-    let at = (colours * (first + (first_row + down.first) * grid.azimuths + across.first)) as usize;
-    let step = (colours * grid.azimuths) as usize;
-    let a = of_four(anchors, at, across.weights, variant);
-    let b = of_four(anchors, at + step, across.weights, variant);
-    let c = of_four(anchors, at + 2 * step, across.weights, variant);
-    let d = of_four(anchors, at + 3 * step, across.weights, variant);
-    let Vec4 { x, y, z, w } = down.weights;
+    let near = stencil(place.x * (rows - 1) as f32, rows);
+    Stencil { first: first_row + near.first, ..near }
+}
+
+/// The four columns of anchors about a column of entries.
+#[inline(always)]
+pub fn anchor_columns_about(uniform: &Uniform, column: u32) -> Stencil {
+    let part = column as f32 / (uniform.lookup_azimuths - 1) as f32;
+    stencil(part * (uniform.anchor_azimuths - 1) as f32, uniform.anchor_azimuths)
+}
+
+/// Colours between four anchors of a row, the first of all anchors being that of the index `first`.
+#[inline(always)]
+pub fn along_anchors(
+    uniform: &Uniform,
+    anchors: &[Vec4],
+    first: u32,
+    row: u32,
+    across: Stencil,
+    variant: u32,
+) -> Constituents {
+    let at = colours_per_entry(variant) * (first + row * uniform.anchor_azimuths + across.first);
+    of_four(anchors, at as usize, across.weights, variant)
+}
+
+/// Colours between those of four rows.
+#[inline(always)]
+pub fn between_rows(
+    a: Constituents,
+    b: Constituents,
+    c: Constituents,
+    d: Constituents,
+    weights: Vec4,
+) -> Constituents {
+    let Vec4 { x, y, z, w } = weights;
     Constituents {
         air: a.air * x + b.air * y + c.air * z + d.air * w,
         aerosol: a.aerosol * x + b.aerosol * y + c.aerosol * z + d.aerosol * w,

@@ -8,7 +8,7 @@ use serde::Serialize;
 use sorairo_shared::camera::{EQUIRECTANGULAR, PERSPECTIVE};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::LOOKUP_WORKGROUP;
-use sorairo_shared::run::RUN;
+use sorairo_shared::run::{RUN, is_long};
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
@@ -123,21 +123,13 @@ fn sized(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>, (rows, azimuths): 
     LookupSize { above, below, azimuths: azimuths.min((MOST_ENTRIES / u64::from(above + below)) as u32) }
 }
 
-/// Whether runs of pixels, of which the one in the middle says between which entries all are, reach no farther than half way into the next cell: there
-/// the cubic of the cell beside it is off by as much as in the middle of its own.
-fn runs_are_short(width: u32, azimuths: u32) -> bool {
-    let closest_entries = f64::from(width) / (PI * f64::from(azimuths - 1));
-    f64::from(RUN) <= closest_entries
-}
-
 /// The most samples along a side of a pixel of the sun's disc with which pixels run: an invocation computes those of a run one after the other.
 const MOST_SAMPLES_IN_RUNS: u32 = 32;
 
-/// Whether a run of a perspective image, as wide as it is seen in the middle, reaches over four cells at most where they are narrowest: a cubic along it is then off by less
+/// Whether a run through four places, of this angle, reaches over four cells at most where they are narrowest: a cubic along it is then off by less
 /// than a hundredth of what straight lines leave between entries. With the scale `L` of the sky's features the lines leave `h²/8L²` at the spacing `h`, which the tolerance
 /// keeps below `L/15`, and the cubic `(4h/3)⁴/24L⁴`.
-fn perspective_runs_are_short(uniform: &Uniform, azimuths: u32) -> bool {
-    let run = f64::from(RUN) * 2.0 * f64::from(uniform.camera.half_field) / f64::from(uniform.camera.width);
+fn reaches_over_few_cells(run: f64, azimuths: u32) -> bool {
     // Columns lie closest together at the sun's azimuth.
     let narrowest = 2.0 / f64::from(azimuths - 1);
     run <= 4.0 * narrowest
@@ -152,11 +144,21 @@ pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
     let has_fine_disc = variant & variant::SUN_DISC != 0 && uniform.disc.samples > MOST_SAMPLES_IN_RUNS;
     let scatters_back = variant & variant::AEROSOL != 0 && uniform.atmosphere.aerosol_asymmetry < 0.0;
     let crosses_horizon = uniform.camera.right.z != 0.0;
+    let rays_have_pieces = variant & (variant::SHADOW | variant::DESCENT) != 0;
     let has_short_runs = match variant::projection(variant) {
-        EQUIRECTANGULAR => !scatters_back && runs_are_short(width, size.azimuths),
+        // By day on the ground there is no need of long runs.
+        EQUIRECTANGULAR => {
+            let are_short = !is_long(width, size.azimuths);
+            let turn = f64::from(RUN) * 2.0 * PI / f64::from(width);
+            !scatters_back && (are_short || rays_have_pieces && reaches_over_few_cells(turn, size.azimuths))
+        }
         // What stands for directions below the horizon lies on no great circle.
         PERSPECTIVE if variant & variant::BELOW != 0 => false,
-        PERSPECTIVE => !crosses_horizon && perspective_runs_are_short(uniform, size.azimuths),
+        PERSPECTIVE => {
+            // As wide as it is seen in the middle.
+            let run = f64::from(RUN) * 2.0 * f64::from(uniform.camera.half_field) / f64::from(width);
+            !crosses_horizon && reaches_over_few_cells(run, size.azimuths)
+        }
         _ => false,
     };
     width.is_multiple_of(RUN) && !has_fine_disc && has_short_runs

@@ -101,11 +101,11 @@ pub fn tried_views(uniform: &Uniform) -> Vec<Vec3> {
     sides.iter().flat_map(|&above| (0..ROWS).map(move |row| (above, row))).flat_map(in_row).collect()
 }
 
-/// Whether colours are within the tolerance of others, each relative to itself or a tenth of their mean.
+/// Whether colours are within half of the tolerance of others, each relative to itself or a tenth of their mean.
 pub fn are_near(colours: &[Vec3], truth: &[Vec3]) -> bool {
     let tenth = 0.1 * truth.iter().map(|rgb| rgb.element_sum()).sum::<f32>() / (3 * truth.len()) as f32;
     let worst = |(rgb, truth): (&Vec3, &Vec3)| ((*rgb - *truth).abs() / truth.max(Vec3::splat(tenth))).max_element();
-    colours.iter().zip(truth).map(worst).all(|error| f64::from(error) <= TOLERANCE)
+    colours.iter().zip(truth).map(worst).all(|error| f64::from(error) <= 0.5 * TOLERANCE)
 }
 
 /// What interpolation does to sample cells of some grids, all looked at together: a device is asked once.

@@ -191,10 +191,29 @@ pub fn is_read(uniform: &Uniform, entry: u32, variant: u32) -> bool {
     is_near_view(uniform, entry_grid(uniform), entry, 1, variant)
 }
 
-/// Whether an anchor has to be integrated: likewise of the entries.
+/// Whether an anchor has to be integrated: likewise of the entries, all of which an equirectangular image has in its own rows.
 #[inline(always)]
 pub fn is_anchor_read(uniform: &Uniform, anchor: u32, variant: u32) -> bool {
+    if variant::projection(variant) == EQUIRECTANGULAR {
+        return is_near_image_row(uniform, anchor);
+    }
     is_near_view(uniform, anchor_grid(uniform), anchor, REACH_OF_CUBICS, variant)
+}
+
+/// Whether a row of an equirectangular image lies where cubics read an anchor. At the ends of a side, where cubics are one-sided, all anchors count as read.
+#[inline(always)]
+fn is_near_image_row(uniform: &Uniform, anchor: u32) -> bool {
+    let grid = anchor_grid(uniform);
+    let row = anchor / grid.azimuths;
+    let (first, end) = side_of_row(grid, row);
+    if (row < first + REACH_OF_CUBICS) | (row + REACH_OF_CUBICS >= end) {
+        return true;
+    }
+    let a = zenith_angle_of_row(uniform, grid, row - REACH_OF_CUBICS);
+    let b = zenith_angle_of_row(uniform, grid, row + REACH_OF_CUBICS);
+    // Of image rows, whose centres lie at the halves.
+    let per_angle = uniform.camera.height as f32 / PI;
+    floor(max(a, b) * per_angle + 0.5) > floor(min(a, b) * per_angle + 0.5)
 }
 
 /// Whether a place of a grid lies within so many of its cells of what the camera of a perspective sees.
@@ -207,7 +226,7 @@ fn is_near_view(uniform: &Uniform, grid: Grid, index: u32, cells: u32, variant: 
     let column = index - row * grid.azimuths;
     let (before, behind) = around(column, 0, grid.azimuths, cells);
     let across = acos(cosine_of_column(grid, behind)) - acos(cosine_of_column(grid, before));
-    let (first, end) = if row < grid.above { (0, grid.above) } else { (grid.above, grid.above + grid.below) };
+    let (first, end) = side_of_row(grid, row);
     let (upper, lower) = around(row, first, end, cells);
     let view = view_in_grid(uniform, grid, index);
     let zenith_angle = acos(view.z);
@@ -218,6 +237,12 @@ fn is_near_view(uniform: &Uniform, grid: Grid, index: u32, cells: u32, variant: 
     let reach = across * (safe_sqrt(1.0 - view.z * view.z) + down) + down;
     let mirrored = mirrored_at_sun(uniform, view);
     (reach >= 0.5 * PI) | is_within(&uniform.camera, view, reach) | is_within(&uniform.camera, mirrored, reach)
+}
+
+/// The first row of the side of the horizon on which a row lies, and that behind its last.
+#[inline(always)]
+fn side_of_row(grid: Grid, row: u32) -> (u32, u32) {
+    if row < grid.above { (0, grid.above) } else { (grid.above, grid.above + grid.below) }
 }
 
 /// The places so many before and behind another of those from `first` to before `end`.

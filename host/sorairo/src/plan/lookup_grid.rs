@@ -31,13 +31,14 @@ const FEWEST_AZIMUTHS: u32 = 8;
 /// `h²/8L² < 5e-4` for what changes over `L`, and cubics between anchors by `3/128 (3h/L)⁴ < 4e-5`.
 const ENTRIES_PER_ANCHOR: f64 = 3.0;
 
-/// The same where rays are of several pieces, and cost as much more: `3/128 (5h/L)⁴ < 3e-4`. Where a sky asks for nearly the most entries it has edges, on which cubics
-/// are no better than straight lines: there are [`ENTRIES_PER_ANCHOR`].
+/// The same where rays are of several pieces, and cost as much more: `3/128 (5h/L)⁴ < 3e-4`.
 const ENTRIES_PER_COSTLY_ANCHOR: f64 = 5.0;
 
-/// Anchors that are left out for each entry that a sky asks for less than the most. From the largest lookup on they go down to [`ENTRIES_PER_COSTLY_ANCHOR`] along this slope,
-/// so that a climbing camera meets no jump.
-const ANCHORS_PER_ENTRY: f64 = 0.53;
+/// The same of the largest lookup. A sky that asks for it has edges, on which cubics are no better than straight lines.
+const ENTRIES_PER_ANCHOR_AT_EDGES: f64 = 4.0;
+
+/// Anchors that go with each entry that a sky asks for less than the most, until [`ENTRIES_PER_COSTLY_ANCHOR`] are left: a climbing camera meets no jump.
+const ANCHORS_PER_ENTRY: f64 = 0.4;
 
 /// The sky lookup may not have fewer anchors than these, rows on a side of the horizon and columns.
 pub const FEWEST_ANCHORS: Entries = (24, 8);
@@ -80,7 +81,7 @@ pub fn enough(sky: &Seen, kinds: &[bool]) -> Vec<Entries> {
 pub fn anchors((rows, azimuths): Entries, are_costly: bool) -> Entries {
     let of = |entries: u32, most: u32| {
         let cells = |entries: u32, per_anchor: f64| f64::from(entries - 1) / per_anchor;
-        let edges = cells(most, ENTRIES_PER_ANCHOR) - ANCHORS_PER_ENTRY * f64::from(most - entries);
+        let edges = cells(most, ENTRIES_PER_ANCHOR_AT_EDGES) - ANCHORS_PER_ENTRY * f64::from(most - entries);
         let costly = cells(entries, ENTRIES_PER_COSTLY_ANCHOR).max(edges);
         1 + if are_costly { costly } else { cells(entries, ENTRIES_PER_ANCHOR) }.ceil() as u32
     };

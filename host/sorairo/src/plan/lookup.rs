@@ -12,7 +12,7 @@ use sorairo_shared::run::{RUN, is_long};
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
-use super::lookup_grid::{COARSEST, Entries, FEWEST_ANCHORS, LARGEST, TOLERANCE};
+use super::lookup_grid::{COARSEST, Entries, FEWEST_ANCHORS, LARGEST, MOST, TOLERANCE};
 use super::sky::SkyPlan;
 use crate::scene::{ColourPath, PathChoice, Projection, Scene};
 
@@ -87,7 +87,7 @@ pub fn choose(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>) -> Lookup {
     let anchors = grid(scene, sky.lookup_anchors());
     let integrals = anchors.entries() + size.entries() / ENTRIES_PER_INTEGRAL;
     let is_asked = scene.render.path == PathChoice::Lookup;
-    if !is_asked && size.azimuths < enough.1 {
+    if !is_asked && has_its_rows && size.azimuths < enough.1 {
         return direct("a sky lookup with as many rows as the image would be too large".into());
     }
     if !is_asked && pixels < PIXELS_PER_ANCHOR * integrals {
@@ -96,7 +96,8 @@ pub fn choose(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>) -> Lookup {
             "{pixels} lit pixels are fewer than {anchors} anchors and {entries} entries of a sky lookup pay for"
         ));
     }
-    let within = if enough.0 < LARGEST.0 && enough.1 < LARGEST.1 {
+    let most = if has_its_rows { LARGEST } else { MOST };
+    let within = if enough.0 < most.0 && enough.1 < most.1 {
         format!("keep it within {TOLERANCE:e} of the integral")
     } else {
         "make it as fine as it may be".into()
@@ -113,7 +114,7 @@ pub fn grid(scene: &Scene, (rows, azimuths): Entries) -> LookupSize {
 /// The sky lookup that stands for such a grid: an equirectangular image has its own rows, and as many columns as fit.
 fn sized(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>, (rows, azimuths): Entries) -> LookupSize {
     if scene.camera.projection != Projection::Equirectangular {
-        return grid(scene, (rows, azimuths));
+        return grid(scene, (rows.min(MOST.0), azimuths.min(MOST.1)));
     }
     let lit = lit_rows.end - lit_rows.start;
     let from_top = (0.5 - f64::from(sky.integral().uniform.horizon) / PI) * f64::from(scene.camera.size.height);

@@ -21,6 +21,9 @@ const TOLERANCE_OF_BRIGHTEST: f64 = 1e-4;
 /// their length alone, and these are short enough for what a pixel may be off by.
 pub const LARGEST: Entries = (512, 256);
 
+/// The most entries of a sky lookup of its own: three to an anchor where a sky asks for the [`LARGEST`].
+pub const MOST: Entries = (384, 192);
+
 /// The coarsest sky lookup, with which its error is measured.
 pub const COARSEST: Entries = (48, 16);
 
@@ -34,8 +37,8 @@ const ENTRIES_PER_ANCHOR: f64 = 3.0;
 /// The same where rays are of several pieces, and cost as much more: `3/128 (5h/L)⁴ < 3e-4`.
 const ENTRIES_PER_COSTLY_ANCHOR: f64 = 5.0;
 
-/// The same of the largest lookup. A sky that asks for it has edges, on which cubics are no better than straight lines.
-const ENTRIES_PER_ANCHOR_AT_EDGES: f64 = 4.0;
+/// The same of the largest lookup, along rows and along columns. A sky that asks for it has edges, on which cubics are no better than straight lines.
+const ENTRIES_PER_ANCHOR_AT_EDGES: (f64, f64) = (4.0, 3.0);
 
 /// Anchors that go with each entry that a sky asks for less than the most, until [`ENTRIES_PER_COSTLY_ANCHOR`] are left: a climbing camera meets no jump.
 const ANCHORS_PER_ENTRY: f64 = 0.4;
@@ -79,13 +82,14 @@ pub fn enough(sky: &Seen, kinds: &[bool]) -> Vec<Entries> {
 
 /// The anchors of a sky lookup of its own of so many entries, where each costs a ray of one piece, or of several.
 pub fn anchors((rows, azimuths): Entries, are_costly: bool) -> Entries {
-    let of = |entries: u32, most: u32| {
+    let of = |entries: u32, most: u32, at_edges: f64| {
         let cells = |entries: u32, per_anchor: f64| f64::from(entries - 1) / per_anchor;
-        let edges = cells(most, ENTRIES_PER_ANCHOR_AT_EDGES) - ANCHORS_PER_ENTRY * f64::from(most - entries);
+        let edges = cells(most, at_edges) - ANCHORS_PER_ENTRY * f64::from(most - entries);
         let costly = cells(entries, ENTRIES_PER_COSTLY_ANCHOR).max(edges);
         1 + if are_costly { costly } else { cells(entries, ENTRIES_PER_ANCHOR) }.ceil() as u32
     };
-    (of(rows, LARGEST.0).max(FEWEST_ANCHORS.0), of(azimuths, LARGEST.1).max(FEWEST_ANCHORS.1))
+    let (of_rows, of_azimuths) = ENTRIES_PER_ANCHOR_AT_EDGES;
+    (of(rows, LARGEST.0, of_rows).max(FEWEST_ANCHORS.0), of(azimuths, LARGEST.1, of_azimuths).max(FEWEST_ANCHORS.1))
 }
 
 /// Directions of a sky lookup in which its samples are tried.

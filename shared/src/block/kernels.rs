@@ -31,7 +31,13 @@ pub fn lookup_row(uniform: &Uniform, colour: &[Vec4], entries: &[Vec4], output: 
 /// Kernel `anchors` for the anchors of these indices, [`BLOCK`] at most, stored in `anchors` one after the other; see
 /// [`crate::kernels::anchor_colours`].
 #[multiversion(targets("x86_64+avx+avx2"))]
-pub fn lookup_anchors<'a>(uniform: &Uniform, buffers: Buffers<'a>, indices: &[u32], anchors: &mut [Vec4], variant: u32) {
+pub fn lookup_anchors<'a>(
+    uniform: &Uniform,
+    buffers: Buffers<'a>,
+    indices: &[u32],
+    anchors: &mut [Vec4],
+    variant: u32,
+) {
     plain::lookup_anchors(uniform, buffers, indices, anchors, variant);
 }
 

@@ -127,13 +127,17 @@ fn sized(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>, (rows, azimuths): 
 /// The most samples along a side of a pixel of the sun's disc with which pixels run: an invocation computes those of a run one after the other.
 const MOST_SAMPLES_IN_RUNS: u32 = 32;
 
-/// Whether a run through four places, of this angle, reaches over four cells at most where they are narrowest: a cubic along it is then off by less
+/// Cells over which a run of a perspective may reach where they are narrowest: a cubic along it is then off by less
 /// than a hundredth of what straight lines leave between entries. With the scale `L` of the sky's features the lines leave `h²/8L²` at the spacing `h`, which the tolerance
 /// keeps below `L/15`, and the cubic `(4h/3)⁴/24L⁴`.
-fn reaches_over_few_cells(run: f64, azimuths: u32) -> bool {
-    // Columns lie closest together at the sun's azimuth.
-    let narrowest = 2.0 / f64::from(azimuths - 1);
-    run <= 4.0 * narrowest
+const CELLS_OF_PERSPECTIVE: f64 = 4.0;
+
+/// The same of a long run of an equirectangular image. So many columns stand for an edge of the planet's shadow, on which a cubic is off by what it is off between the anchors.
+const CELLS_OF_ROW: f64 = 6.0;
+
+/// Whether a run through four places, of this angle, reaches over so many cells at most where they are narrowest, at the sun's azimuth.
+fn reaches_over(run: f64, cells: f64, azimuths: u32) -> bool {
+    run <= cells * 2.0 / f64::from(azimuths - 1)
 }
 
 /// Whether the pixels of an image can be looked up in [`variant::RUNS`] in a sky lookup of this size.
@@ -151,14 +155,14 @@ pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
         EQUIRECTANGULAR => {
             let are_short = !is_long(width, size.azimuths);
             let turn = f64::from(RUN) * 2.0 * PI / f64::from(width);
-            !scatters_back && (are_short || rays_have_pieces && reaches_over_few_cells(turn, size.azimuths))
+            !scatters_back && (are_short || rays_have_pieces && reaches_over(turn, CELLS_OF_ROW, size.azimuths))
         }
         // What stands for directions below the horizon lies on no great circle.
         PERSPECTIVE if variant & variant::BELOW != 0 => false,
         PERSPECTIVE => {
             // As wide as it is seen in the middle.
             let run = f64::from(RUN) * 2.0 * f64::from(uniform.camera.half_field) / f64::from(width);
-            !crosses_horizon && reaches_over_few_cells(run, size.azimuths)
+            !crosses_horizon && reaches_over(run, CELLS_OF_PERSPECTIVE, size.azimuths)
         }
         _ => false,
     };

@@ -99,9 +99,8 @@ pub fn tried_views(uniform: &Uniform) -> Vec<Vec3> {
     let sides: &[bool] = if uniform.altitude > 0.0 { &[true, false] } else { &[true] };
     let middle = |place: u32, places: u32| (place as f32 + 0.5) / places as f32;
     let in_row = |(above, row)| {
-        (0..COLUMNS).map(move |column| {
-            grid_view(uniform, above, middle(row, ROWS), cosine_at_place(middle(column, COLUMNS)))
-        })
+        (0..COLUMNS)
+            .map(move |column| grid_view(uniform, above, middle(row, ROWS), cosine_at_place(middle(column, COLUMNS))))
     };
     sides.iter().flat_map(|&above| (0..ROWS).map(move |row| (above, row))).flat_map(in_row).collect()
 }

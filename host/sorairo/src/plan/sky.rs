@@ -179,10 +179,14 @@ impl SkyPlan {
         }
         let found: &Vec<Vec2> = found_once(&self.lookup_quadrature, || {
             let views = lookup_grid::tried_views(&self.base.uniform);
-            let colours = |rule: &[Vec2]| self.phased(&views, self.constituents_here(&self.colours().rows, rule, &views));
+            let colours =
+                |rule: &[Vec2]| self.phased(&views, self.constituents_here(&self.colours().rows, rule, &views));
             let truth = colours(most);
             let fewer = samples::fewer_than(most.len() as u32).map(gauss_legendre);
-            fewer.into_iter().find(|rule| lookup_grid::are_near(&colours(rule), &truth)).unwrap_or_else(|| most.to_vec())
+            fewer
+                .into_iter()
+                .find(|rule| lookup_grid::are_near(&colours(rule), &truth))
+                .unwrap_or_else(|| most.to_vec())
         });
         found
     }

@@ -135,6 +135,9 @@ const CELLS_OF_PERSPECTIVE: f64 = 4.0;
 /// The same of a long run of an equirectangular image. So many columns stand for an edge of the planet's shadow, on which a cubic is off by what it is off between the anchors.
 const CELLS_OF_ROW: f64 = 6.0;
 
+/// The longest of these (radians): that of an image of 1024 columns.
+const LONGEST_RUN: f64 = 0.1;
+
 /// Whether a run through four places, of this angle, reaches over so many cells at most where they are narrowest, at the sun's azimuth.
 fn reaches_over(run: f64, cells: f64, azimuths: u32) -> bool {
     run <= cells * 2.0 / f64::from(azimuths - 1)
@@ -155,7 +158,9 @@ pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
         EQUIRECTANGULAR => {
             let are_short = !is_long(width, size.azimuths);
             let turn = f64::from(RUN) * 2.0 * PI / f64::from(width);
-            !scatters_back && (are_short || rays_have_pieces && reaches_over(turn, CELLS_OF_ROW, size.azimuths))
+            !scatters_back
+                && (are_short
+                    || rays_have_pieces && turn <= LONGEST_RUN && reaches_over(turn, CELLS_OF_ROW, size.azimuths))
         }
         // What stands for directions below the horizon lies on no great circle.
         PERSPECTIVE if variant & variant::BELOW != 0 => false,

@@ -40,8 +40,11 @@ const ENTRIES_PER_COSTLY_ANCHOR: f64 = 5.0;
 /// The same of the largest lookup, along rows and along columns. A sky that asks for it has edges, on which cubics are no better than straight lines.
 const ENTRIES_PER_ANCHOR_AT_EDGES: (f64, f64) = (4.0, 3.0);
 
-/// Anchors that go with each entry that a sky asks for less than the most, until [`ENTRIES_PER_COSTLY_ANCHOR`] are left: a climbing camera meets no jump.
-const ANCHORS_PER_ENTRY: f64 = 0.4;
+/// The part of the largest lookup from which on anchors grow to those at edges: a climbing camera meets no jump.
+const EDGES_FROM: f64 = 0.6;
+
+/// Costly anchors are not fewer than these where a third of the entries is more: beside a sun on the horizon the sky changes within a cell.
+const FEWEST_COSTLY_ANCHORS: (f64, f64) = (60.0, 24.0);
 
 /// The sky lookup may not have fewer anchors than these, rows on a side of the horizon and columns.
 pub const FEWEST_ANCHORS: Entries = (24, 8);
@@ -82,14 +85,17 @@ pub fn enough(sky: &Seen, kinds: &[bool]) -> Vec<Entries> {
 
 /// The anchors of a sky lookup of its own of so many entries, where each costs a ray of one piece, or of several.
 pub fn anchors((rows, azimuths): Entries, are_costly: bool) -> Entries {
-    let of = |entries: u32, most: u32, at_edges: f64| {
-        let cells = |entries: u32, per_anchor: f64| f64::from(entries - 1) / per_anchor;
-        let edges = cells(most, at_edges) - ANCHORS_PER_ENTRY * f64::from(most - entries);
-        let costly = cells(entries, ENTRIES_PER_COSTLY_ANCHOR).max(edges);
-        1 + if are_costly { costly } else { cells(entries, ENTRIES_PER_ANCHOR) }.ceil() as u32
+    let of = |entries: u32, most: u32, at_edges: f64, fewest: f64| {
+        let cells = |per_anchor: f64| f64::from(entries - 1) / per_anchor;
+        let edges = ((f64::from(entries) / f64::from(most) - EDGES_FROM) / (1.0 - EDGES_FROM)).max(0.0);
+        let at_edges = cells(at_edges) - cells(ENTRIES_PER_COSTLY_ANCHOR);
+        let costly = (cells(ENTRIES_PER_COSTLY_ANCHOR) + edges * at_edges).max(fewest).min(cells(ENTRIES_PER_ANCHOR));
+        1 + if are_costly { costly } else { cells(ENTRIES_PER_ANCHOR) }.ceil() as u32
     };
-    let (of_rows, of_azimuths) = ENTRIES_PER_ANCHOR_AT_EDGES;
-    (of(rows, LARGEST.0, of_rows).max(FEWEST_ANCHORS.0), of(azimuths, LARGEST.1, of_azimuths).max(FEWEST_ANCHORS.1))
+    let ((of_rows, of_azimuths), fewest) = (ENTRIES_PER_ANCHOR_AT_EDGES, FEWEST_COSTLY_ANCHORS);
+    let rows = of(rows, LARGEST.0, of_rows, fewest.0);
+    let azimuths = of(azimuths, LARGEST.1, of_azimuths, fewest.1);
+    (rows.max(FEWEST_ANCHORS.0), azimuths.max(FEWEST_ANCHORS.1))
 }
 
 /// Directions of a sky lookup in which its samples are tried.

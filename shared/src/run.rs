@@ -224,8 +224,8 @@ pub struct Run {
     columns: SineAlongRow,
     /// The same to the middle of the run, without a sign.
     middle: f32,
-    /// See [`is_long`].
-    is_long: bool,
+    /// 1 if it [`is_long`]; no truth value has a place in a structure of a shader.
+    long: u32,
     /// `1 - cos θ` at the azimuth of the sun.
     nearest: f32,
     /// What it grows by with the square of the columns.
@@ -239,7 +239,7 @@ impl Run {
     pub fn dark(uniform: &Uniform) -> Self {
         let columns = SineAlongRow { value: 0.0, slope: 0.0, bend: 0.0, twist: 0.0, last: 0.0 };
         let colours = Colours::dark(uniform);
-        Self { columns, middle: 0.0, is_long: false, nearest: 0.0, growth: 0.0, colours }
+        Self { columns, middle: 0.0, long: 0, nearest: 0.0, growth: 0.0, colours }
     }
 
     /// The run about a middle on a circle; `row` is that of its entries.
@@ -252,12 +252,12 @@ impl Run {
         let mut run = Self {
             columns: SineAlongRow::about(half, step, columns),
             middle: column,
-            is_long: is_long(uniform.camera.width, uniform.lookup_azimuths),
+            long: u32::from(is_long(uniform.camera.width, uniform.lookup_azimuths)),
             nearest: circle.nearest,
             growth: circle.breadth / (columns * columns),
             colours: Colours::dark(uniform),
         };
-        if run.is_long {
+        if run.long != 0 {
             run.look(uniform, lookup, row, variant);
             return run;
         }
@@ -293,7 +293,7 @@ impl Run {
         let from_sun = self.nearest + self.growth * (columns * columns);
         // Opposite the sun digits are missing, which only a peak that lies behind would need.
         let angle = ScatteringAngle { cosine: 1.0 - from_sun, from_sun, from_antisun: 2.0 - from_sun };
-        let steps = if self.is_long { beside * (1.0 / SPACING) } else { abs(columns) - self.middle };
+        let steps = if self.long != 0 { beside * (1.0 / SPACING) } else { abs(columns) - self.middle };
         self.colours.sky(steps, angle, variant)
     }
 }

@@ -44,7 +44,7 @@ const ENTRIES_PER_ANCHOR_AT_EDGES: (f64, f64) = (4.0, 3.0);
 const EDGES_FROM: f64 = 0.6;
 
 /// Costly anchors are not fewer than these where a third of the entries is more: beside a sun on the horizon the sky changes within a cell.
-const FEWEST_COSTLY_ANCHORS: (f64, f64) = (60.0, 24.0);
+const FEWEST_COSTLY_ANCHORS: (f64, f64) = (60.0, 36.0);
 
 /// The sky lookup may not have fewer anchors than these, rows on a side of the horizon and columns.
 pub const FEWEST_ANCHORS: Entries = (24, 8);

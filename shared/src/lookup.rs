@@ -191,10 +191,29 @@ pub fn is_read(uniform: &Uniform, entry: u32, variant: u32) -> bool {
     is_near_view(uniform, entry_grid(uniform), entry, 1, variant)
 }
 
-/// Whether an anchor has to be integrated: likewise of the entries.
+/// Whether an anchor has to be integrated: likewise of the entries, all of which an equirectangular image has in its own rows.
 #[inline(always)]
 pub fn is_anchor_read(uniform: &Uniform, anchor: u32, variant: u32) -> bool {
+    if variant::projection(variant) == EQUIRECTANGULAR {
+        return is_near_image_row(uniform, anchor);
+    }
     is_near_view(uniform, anchor_grid(uniform), anchor, REACH_OF_CUBICS, variant)
+}
+
+/// Whether a row of an equirectangular image lies where cubics read an anchor. At the ends of a side, where cubics are one-sided, all anchors count as read.
+#[inline(always)]
+fn is_near_image_row(uniform: &Uniform, anchor: u32) -> bool {
+    let grid = anchor_grid(uniform);
+    let row = anchor / grid.azimuths;
+    let (first, end) = side_of_row(grid, row);
+    if (row < first + REACH_OF_CUBICS) | (row + REACH_OF_CUBICS >= end) {
+        return true;
+    }
+    let a = zenith_angle_of_row(uniform, grid, row - REACH_OF_CUBICS);
+    let b = zenith_angle_of_row(uniform, grid, row + REACH_OF_CUBICS);
+    // Of image rows, whose centres lie at the halves.
+    let per_angle = uniform.camera.height as f32 / PI;
+    floor(max(a, b) * per_angle + 0.5) > floor(min(a, b) * per_angle + 0.5)
 }
 
 /// Whether a place of a grid lies within so many of its cells of what the camera of a perspective sees.
@@ -207,7 +226,7 @@ fn is_near_view(uniform: &Uniform, grid: Grid, index: u32, cells: u32, variant: 
     let column = index - row * grid.azimuths;
     let (before, behind) = around(column, 0, grid.azimuths, cells);
     let across = acos(cosine_of_column(grid, behind)) - acos(cosine_of_column(grid, before));
-    let (first, end) = if row < grid.above { (0, grid.above) } else { (grid.above, grid.above + grid.below) };
+    let (first, end) = side_of_row(grid, row);
     let (upper, lower) = around(row, first, end, cells);
     let view = view_in_grid(uniform, grid, index);
     let zenith_angle = acos(view.z);
@@ -218,6 +237,12 @@ fn is_near_view(uniform: &Uniform, grid: Grid, index: u32, cells: u32, variant: 
     let reach = across * (safe_sqrt(1.0 - view.z * view.z) + down) + down;
     let mirrored = mirrored_at_sun(uniform, view);
     (reach >= 0.5 * PI) | is_within(&uniform.camera, view, reach) | is_within(&uniform.camera, mirrored, reach)
+}
+
+/// The first row of the side of the horizon on which a row lies, and that behind its last.
+#[inline(always)]
+fn side_of_row(grid: Grid, row: u32) -> (u32, u32) {
+    if row < grid.above { (0, grid.above) } else { (grid.above, grid.above + grid.below) }
 }
 
 /// The places so many before and behind another of those from `first` to before `end`.
@@ -305,24 +330,54 @@ pub fn entry_between_anchors(
     entry: u32,
     variant: u32,
 ) -> Constituents {
+    let row = entry / uniform.lookup_azimuths;
+    let down = anchor_rows_about(uniform, row, variant);
+    let across = anchor_columns_about(uniform, entry - row * uniform.lookup_azimuths);
+    let a = along_anchors(uniform, anchors, first, down.first, across, variant);
+    let b = along_anchors(uniform, anchors, first, down.first + 1, across, variant);
+    let c = along_anchors(uniform, anchors, first, down.first + 2, across, variant);
+    let d = along_anchors(uniform, anchors, first, down.first + 3, across, variant);
+    between_rows(a, b, c, d, down.weights)
+}
+
+/// The four rows of anchors about a row of entries.
+#[inline(always)]
+pub fn anchor_rows_about(uniform: &Uniform, row: u32, variant: u32) -> Stencil {
     let (entries, grid) = (entry_grid(uniform), anchor_grid(uniform));
-    let row = entry / entries.azimuths;
-    let column = (entry - row * entries.azimuths) as f32 / (entries.azimuths - 1) as f32;
     let mut place = row_from_horizon(entries, row);
     if variant::projection(variant) == EQUIRECTANGULAR {
-        place = from_horizon(uniform, entry_view(uniform, entry, variant), variant);
+        place = from_horizon(uniform, entry_view(uniform, row * entries.azimuths, variant), variant);
     }
     let (first_row, rows) = if place.above { (0, grid.above) } else { (grid.above, grid.below) };
-    let down = stencil(place.x * (rows - 1) as f32, rows);
-    let across = stencil(column * (grid.azimuths - 1) as f32, grid.azimuths);
-    let colours = colours_per_entry(variant);
-    let at = (colours * (first + (first_row + down.first) * grid.azimuths + across.first)) as usize;
-    let step = (colours * grid.azimuths) as usize;
-    let a = of_four(anchors, at, across.weights, variant);
-    let b = of_four(anchors, at + step, across.weights, variant);
-    let c = of_four(anchors, at + 2 * step, across.weights, variant);
-    let d = of_four(anchors, at + 3 * step, across.weights, variant);
-    let Vec4 { x, y, z, w } = down.weights;
+    let near = stencil(place.x * (rows - 1) as f32, rows);
+    Stencil { first: first_row + near.first, ..near }
+}
+
+/// The four columns of anchors about a column of entries.
+#[inline(always)]
+pub fn anchor_columns_about(uniform: &Uniform, column: u32) -> Stencil {
+    let part = column as f32 / (uniform.lookup_azimuths - 1) as f32;
+    stencil(part * (uniform.anchor_azimuths - 1) as f32, uniform.anchor_azimuths)
+}
+
+/// Colours between four anchors of a row, the first of all anchors being that of the index `first`.
+#[inline(always)]
+pub fn along_anchors(
+    uniform: &Uniform,
+    anchors: &[Vec4],
+    first: u32,
+    row: u32,
+    across: Stencil,
+    variant: u32,
+) -> Constituents {
+    let at = colours_per_entry(variant) * (first + row * uniform.anchor_azimuths + across.first);
+    of_four(anchors, at as usize, across.weights, variant)
+}
+
+/// Colours between those of four rows.
+#[inline(always)]
+pub fn between_rows(a: Constituents, b: Constituents, c: Constituents, d: Constituents, weights: Vec4) -> Constituents {
+    let Vec4 { x, y, z, w } = weights;
     Constituents {
         air: a.air * x + b.air * y + c.air * z + d.air * w,
         aerosol: a.aerosol * x + b.aerosol * y + c.aerosol * z + d.aerosol * w,

@@ -13,15 +13,9 @@ use crate::glam::{Vec3, Vec4};
 use crate::lookup::{grid_constituents, grid_place};
 use crate::math::{abs, sin_cos, sqrt};
 use crate::phase::ScatteringAngle;
-use crate::run::{Colours, RUN, from_middle, middle_position};
+use crate::run::{Colours, PLACES, RUN, SPACING, from_middle, middle_position};
 use crate::uniform::Uniform;
 use crate::variant;
-
-/// Places of a run that are looked up.
-pub const PLACES: u32 = 4;
-
-/// Pixels from one of them to the next.
-const SPACING: f32 = RUN as f32 / (PLACES - 1) as f32;
 
 /// What the pixels of a run share.
 #[derive(Clone, Copy)]
@@ -86,13 +80,7 @@ impl PerspectiveRun {
         let vector = self.middle + self.step * (SPACING * place as f32 - 0.5 * RUN as f32);
         let view = vector * (1.0 / sqrt(vector.dot(vector)));
         let found = grid_constituents(uniform, lookup, grid_place(uniform, view, variant), variant);
-        self.colours.air.add(found.air, near, place);
-        if variant & variant::AEROSOL != 0 {
-            self.colours.aerosol.add(found.aerosol, near, place);
-        }
-        if variant & variant::REST != 0 {
-            self.colours.rest.add(found.rest, near, place);
-        }
+        self.colours.add(found, near, place, variant);
     }
 
     /// Linear RGB of the sky at one of its pixels, counted from 0.

@@ -14,15 +14,29 @@
 use crate::camera::{equirectangular_elevation, position_view};
 use crate::cubic::{ColourCubic, Stencil, TWISTS, stencil};
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::lookup::{FourEntries, colours_per_entry};
+use crate::lookup::{FourEntries, along_row, colours_per_entry};
 use crate::math::{PI, abs, max, sin_cos, sqrt};
 use crate::phase::{AerosolPhase, AirPhase, ScatteringAngle};
 use crate::rgb::into_gamut_by;
+use crate::sky::Constituents;
 use crate::uniform::Uniform;
 use crate::variant;
 
 /// Pixels of a run; see [`variant::RUNS`].
 pub const RUN: u32 = 16;
+
+/// Places that are looked up of a run that may reach over several cells.
+pub const PLACES: u32 = 4;
+
+/// Pixels from one of them to the next.
+pub const SPACING: f32 = RUN as f32 / (PLACES - 1) as f32;
+
+/// Whether runs reach farther than half way into the next cell where columns are closest together, at the sun's azimuth: a cubic about the middle then ends too soon, and
+/// one along the run goes through four places of it.
+#[inline(always)]
+pub fn is_long(width: u32, azimuths: u32) -> bool {
+    (RUN * (azimuths - 1)) as f32 * PI > width as f32
+}
 
 /// Sine and cosine of half an azimuth from the sun, which grows to the right of the image.
 #[derive(Clone, Copy)]
@@ -176,6 +190,18 @@ impl Colours {
         }
     }
 
+    /// Adds what one of the four places of a stencil is to the cubics.
+    #[inline(always)]
+    pub fn add(&mut self, found: Constituents, near: Stencil, place: u32, variant: u32) {
+        self.air.add(found.air, near, place);
+        if variant & variant::AEROSOL != 0 {
+            self.aerosol.add(found.aerosol, near, place);
+        }
+        if variant & variant::REST != 0 {
+            self.rest.add(found.rest, near, place);
+        }
+    }
+
     /// Linear RGB of the sky so many steps of the cubics beside the run's middle, at an angle from the sun; as [`crate::sky::with_phases`] makes it of
     /// constituents.
     #[inline(always)]
@@ -198,6 +224,8 @@ pub struct Run {
     columns: SineAlongRow,
     /// The same to the middle of the run, without a sign.
     middle: f32,
+    /// 1 if it [`is_long`]; no truth value has a place in a structure of a shader.
+    long: u32,
     /// `1 - cos θ` at the azimuth of the sun.
     nearest: f32,
     /// What it grows by with the square of the columns.
@@ -210,42 +238,63 @@ impl Run {
     #[inline(always)]
     pub fn dark(uniform: &Uniform) -> Self {
         let columns = SineAlongRow { value: 0.0, slope: 0.0, bend: 0.0, twist: 0.0, last: 0.0 };
-        Self { columns, middle: 0.0, nearest: 0.0, growth: 0.0, colours: Colours::dark(uniform) }
+        let colours = Colours::dark(uniform);
+        Self { columns, middle: 0.0, long: 0, nearest: 0.0, growth: 0.0, colours }
     }
 
     /// The run about a middle on a circle; `row` is that of its entries.
     #[inline(always)]
     pub fn new(uniform: &Uniform, lookup: &[Vec4], circle: Circle, middle: Middle, row: u32, variant: u32) -> Self {
         let Middle { half, column, near } = middle;
-        let at = (colours_per_entry(variant) * (row * uniform.lookup_azimuths + near.first)) as usize;
-        let mut colours = Colours::dark(uniform);
-        colours.air = cubic(lookup, at, near, variant);
-        if variant & variant::AEROSOL != 0 {
-            colours.aerosol = cubic(lookup, at + 1, near, variant);
-        }
-        if variant & variant::REST != 0 {
-            colours.rest = cubic(lookup, at + 2, near, variant);
-        }
         // Half of the azimuth between two columns of the image.
         let step = PI / uniform.camera.width as f32;
         let columns = (uniform.lookup_azimuths - 1) as f32;
-        Self {
+        let mut run = Self {
             columns: SineAlongRow::about(half, step, columns),
             middle: column,
+            long: u32::from(is_long(uniform.camera.width, uniform.lookup_azimuths)),
             nearest: circle.nearest,
             growth: circle.breadth / (columns * columns),
-            colours,
+            colours: Colours::dark(uniform),
+        };
+        if run.long != 0 {
+            run.look(uniform, lookup, row, variant);
+            return run;
+        }
+        let at = (colours_per_entry(variant) * (row * uniform.lookup_azimuths + near.first)) as usize;
+        run.colours.air = cubic(lookup, at, near, variant);
+        if variant & variant::AEROSOL != 0 {
+            run.colours.aerosol = cubic(lookup, at + 1, near, variant);
+        }
+        if variant & variant::REST != 0 {
+            run.colours.rest = cubic(lookup, at + 2, near, variant);
+        }
+        run
+    }
+
+    /// Looks up the places of a long run.
+    #[inline(always)]
+    fn look(&mut self, uniform: &Uniform, lookup: &[Vec4], row: u32, variant: u32) {
+        let near = stencil(0.5 * (PLACES - 1) as f32, PLACES);
+        let mut place = 0;
+        while place < PLACES {
+            let column = abs(self.columns.at(SPACING * place as f32 - 0.5 * RUN as f32));
+            let found = along_row(uniform, lookup, stencil(column, uniform.lookup_azimuths), row, variant);
+            self.colours.add(found, near, place, variant);
+            place += 1;
         }
     }
 
     /// Linear RGB of the sky at one of its pixels, counted from 0.
     #[inline(always)]
     pub fn sky(self, pixel: u32, variant: u32) -> Vec3 {
-        let columns = self.columns.at(from_middle(pixel));
+        let beside = from_middle(pixel);
+        let columns = self.columns.at(beside);
         let from_sun = self.nearest + self.growth * (columns * columns);
         // Opposite the sun digits are missing, which only a peak that lies behind would need.
         let angle = ScatteringAngle { cosine: 1.0 - from_sun, from_sun, from_antisun: 2.0 - from_sun };
-        self.colours.sky(abs(columns) - self.middle, angle, variant)
+        let steps = if self.long != 0 { beside * (1.0 / SPACING) } else { abs(columns) - self.middle };
+        self.colours.sky(steps, angle, variant)
     }
 }
 

@@ -137,27 +137,27 @@ fn integrate(
     let pieces = if variant & variant::SHADOW != 0 { 4 } else { 2 };
     while index < pieces {
         let (behind_shadow, rising) = (index & 2 == 2, index & 1 == 1);
-        let mut lit = 0;
-        for way in &ways[lanes(count)] {
-            let interval = way.lit(behind_shadow, rising);
-            lit += u32::from(interval.end > interval.start);
+        // The lanes that have this piece, one after the other.
+        let (mut lit, mut lit_count) = ([0; BLOCK], 0);
+        for lane in lanes(count) {
+            let interval = ways[lane].lit(behind_shadow, rising);
+            lit[lit_count % BLOCK] = lane % BLOCK;
+            lit_count += usize::from(interval.end > interval.start);
         }
-        if lit > 0 {
+        if lit_count > 0 {
             let mut pieces = Pieces::NONE;
-            for lane in lanes(count) {
-                let way = ways[lane];
+            for place in lanes(lit_count) {
+                let way = ways[lit[place]];
                 let piece = way.piece(shell, way.lit(behind_shadow, rising), rising, variant);
                 let towards_observer = TowardsObserver::new(atmosphere, way.ray, way.lowest, rising, variant);
                 let samples = Samples::new(atmosphere, bands, way.ray, piece, PER_MEAN_FREE_PATH, variant);
-                pieces.set(lane, samples, towards_observer);
+                pieces.set(place, samples, towards_observer);
             }
-            let part = integrate_pieces(atmosphere, bands, quadrature, &pieces, rising, count, variant);
-            for lane in lanes(count) {
-                // A ray without this piece has a length of zero or less, and whatever sum.
-                if pieces.length[lane] > 0.0 {
-                    sum.air.set(lane, sum.air.get(lane) + part.air.get(lane));
-                    sum.aerosol.set(lane, sum.aerosol.get(lane) + part.aerosol.get(lane));
-                }
+            let part = integrate_pieces(atmosphere, bands, quadrature, &pieces, rising, lit_count, variant);
+            for place in lanes(lit_count) {
+                let lane = lit[place];
+                sum.air.set(lane, sum.air.get(lane) + part.air.get(place));
+                sum.aerosol.set(lane, sum.aerosol.get(lane) + part.aerosol.get(place));
             }
         }
         index += step;

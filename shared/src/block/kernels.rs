@@ -6,11 +6,11 @@ use multiversion::multiversion;
 
 use super::colour::{constituents, light, with_phases_of_block};
 use super::lanes::{BLOCK, Three, lanes};
-use super::lookup::sky_of_block;
+use super::lookup::{entries_of_rows, sky_of_block};
 use super::pixels::{Pixels, are_on_ground, blacken, put_ground, show, store_block, views};
 use super::run::sky_of_runs;
 use crate::glam::{Vec3, Vec4};
-use crate::lookup::{anchor_view, colours_per_entry, entry_between_anchors, store_entry};
+use crate::lookup::{anchor_view, store_entry};
 use crate::sky::{Constituents, Parts};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
@@ -28,17 +28,30 @@ pub fn lookup_row(uniform: &Uniform, colour: &[Vec4], entries: &[Vec4], output: 
     plain::lookup_row(uniform, colour, entries, output, variant);
 }
 
-/// Kernel `anchors` for some anchors from `first` on, [`BLOCK`] at most, stored in `anchors`, which holds no
-/// others; see [`crate::kernels::anchor_colours`].
+/// Kernel `anchors` for the anchors of these indices, [`BLOCK`] at most, stored in `anchors` one after the other; see
+/// [`crate::kernels::anchor_colours`].
 #[multiversion(targets("x86_64+avx+avx2"))]
-pub fn lookup_anchors<'a>(uniform: &Uniform, buffers: Buffers<'a>, anchors: &mut [Vec4], first: u32, variant: u32) {
-    plain::lookup_anchors(uniform, buffers, anchors, first, variant);
+pub fn lookup_anchors<'a>(
+    uniform: &Uniform,
+    buffers: Buffers<'a>,
+    indices: &[u32],
+    anchors: &mut [Vec4],
+    variant: u32,
+) {
+    plain::lookup_anchors(uniform, buffers, indices, anchors, variant);
 }
 
-/// Kernel `lookup` for some entries from `first` on, stored in `entries`, which holds no others; see [`entry_between_anchors`].
+/// Kernel `lookup` for some rows of entries; see [`entries_of_rows`].
 #[multiversion(targets("x86_64+avx+avx2"))]
-pub fn lookup_entries(uniform: &Uniform, anchors: &[Vec4], entries: &mut [Vec4], first: u32, variant: u32) {
-    plain::lookup_entries(uniform, anchors, entries, first, variant);
+pub fn lookup_entries(
+    uniform: &Uniform,
+    anchors: &[Vec4],
+    are_read: &[bool],
+    entries: &mut [Vec4],
+    first_row: u32,
+    variant: u32,
+) {
+    plain::lookup_entries(uniform, anchors, are_read, entries, first_row, variant);
 }
 
 /// Light in some directions, [`BLOCK`] at most, by its constituents: that of the first at each group of bands, then of the next; see
@@ -120,11 +133,17 @@ pub mod plain {
 
     /// See [`super::lookup_anchors`].
     #[inline(always)]
-    pub fn lookup_anchors(uniform: &Uniform, buffers: Buffers<'_>, anchors: &mut [Vec4], first: u32, variant: u32) {
-        let count = anchors.len() / colours_per_entry(variant) as usize;
+    pub fn lookup_anchors(
+        uniform: &Uniform,
+        buffers: Buffers<'_>,
+        indices: &[u32],
+        anchors: &mut [Vec4],
+        variant: u32,
+    ) {
+        let count = indices.len();
         let mut directions = Three::ZERO;
         for lane in lanes(count) {
-            directions.set(lane, anchor_view(uniform, first + lane as u32));
+            directions.set(lane, anchor_view(uniform, indices[lane]));
         }
         let colours = constituents(uniform, buffers, &directions, count, variant);
         for lane in lanes(count) {
@@ -134,11 +153,15 @@ pub mod plain {
 
     /// See [`super::lookup_entries`].
     #[inline(always)]
-    pub fn lookup_entries(uniform: &Uniform, anchors: &[Vec4], entries: &mut [Vec4], first: u32, variant: u32) {
-        for entry in 0..entries.len() as u32 / colours_per_entry(variant) {
-            let colours = entry_between_anchors(uniform, anchors, 0, first + entry, variant);
-            store_entry(entries, entry, colours, variant);
-        }
+    pub fn lookup_entries(
+        uniform: &Uniform,
+        anchors: &[Vec4],
+        are_read: &[bool],
+        entries: &mut [Vec4],
+        first_row: u32,
+        variant: u32,
+    ) {
+        entries_of_rows(uniform, anchors, are_read, entries, first_row, variant);
     }
 
     /// See [`super::light_of_directions`].

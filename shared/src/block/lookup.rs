@@ -7,7 +7,10 @@ use crate::below::{edge, sky_view};
 use crate::camera::EQUIRECTANGULAR;
 use crate::cubic::Stencil;
 use crate::glam::{UVec2, Vec4};
-use crate::lookup::{GridPlace, along_row, grid_constituents, grid_place, row_place, sky_at_pixel};
+use crate::lookup::{
+    GridPlace, along_anchors, along_row, anchor_columns_about, anchor_rows_about, between_rows, colours_per_entry,
+    grid_constituents, grid_place, row_place, sky_at_pixel, store_entry,
+};
 use crate::uniform::Uniform;
 use crate::variant;
 
@@ -97,4 +100,56 @@ fn in_grid(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, views: &Views, v
         sum.set(lane, grid_constituents(uniform, entries, places[lane], variant));
     }
     sum
+}
+
+/// Rows of anchors of which a cubic goes through each column of entries.
+const ROWS_OF_CUBIC: usize = 4;
+
+/// [`crate::lookup::entry_between_anchors`] of each entry of some rows from `first_row` on, which `entries` holds alone. What lies between
+/// anchors of a row is found once for all rows of entries beside it. `are_read` says which anchors are known; what lies between none of them is left as it is.
+#[inline(always)]
+pub fn entries_of_rows(
+    uniform: &Uniform,
+    anchors: &[Vec4],
+    are_read: &[bool],
+    entries: &mut [Vec4],
+    first_row: u32,
+    variant: u32,
+) {
+    let columns = uniform.lookup_azimuths as usize;
+    for first in (0..columns).step_by(BLOCK) {
+        let count = BLOCK.min(columns - first);
+        let mut across = Places::NONE;
+        for lane in lanes(count) {
+            across.set(lane, anchor_columns_about(uniform, (first + lane) as u32));
+        }
+        let mut known: [Option<u32>; ROWS_OF_CUBIC] = [None; ROWS_OF_CUBIC];
+        let mut between = [const { BlockConstituents::DARK }; ROWS_OF_CUBIC];
+        for (row, entries) in entries.chunks_exact_mut(columns * colours_per_entry(variant) as usize).enumerate() {
+            let down = anchor_rows_about(uniform, first_row + row as u32, variant);
+            let rows = [0, 1, 2, 3].map(|index| down.first + index);
+            let of_row = |&row: &u32| {
+                let at = |column: u32| (row * uniform.anchor_azimuths + column) as usize;
+                are_read[at(across.first[0])..at(across.first[count - 1] + 4)].contains(&true)
+            };
+            if !rows.iter().any(of_row) {
+                continue;
+            }
+            for row in rows {
+                let kept = row as usize % ROWS_OF_CUBIC;
+                if known[kept] == Some(row) {
+                    continue;
+                }
+                known[kept] = Some(row);
+                for lane in lanes(count) {
+                    between[kept].set(lane, along_anchors(uniform, anchors, 0, row, across.get(lane), variant));
+                }
+            }
+            let [a, b, c, d] = rows.map(|row| &between[row as usize % ROWS_OF_CUBIC]);
+            for lane in lanes(count) {
+                let colours = between_rows(a.get(lane), b.get(lane), c.get(lane), d.get(lane), down.weights);
+                store_entry(entries, (first + lane) as u32, colours, variant);
+            }
+        }
+    }
 }

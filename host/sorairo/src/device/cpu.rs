@@ -63,23 +63,37 @@ fn rows_in_cache(plan: &Plan) -> u32 {
     (PIXELS / plan.width()).max(1)
 }
 
-/// The sky lookup of a plan: its anchors, so far as they are read, and between them all of its entries, of which none costs as much as to ask whether it is read.
+/// Rows of entries of a sky lookup that a core computes at once: enough that most of them share what lies between anchors.
+const ROWS_OF_ENTRIES: usize = 16;
+
+/// The sky lookup of a plan: its anchors, so far as they are read, and the entries between them.
 fn sky_lookup(plan: &Plan) -> Vec<Vec4> {
     let (uniform, variant) = (&plan.uniform, plan.variant);
     let colours = colours_per_entry(variant) as usize;
-    let mut of_anchors = vec![Vec4::ZERO; colours * anchors(uniform) as usize];
-    of_anchors.par_chunks_mut(BLOCK * colours).enumerate().for_each(|(block, anchors)| {
-        let first = (BLOCK * block) as u32;
-        let count = (anchors.len() / colours) as u32;
-        if (first..first + count).any(|anchor| is_anchor_read(uniform, anchor, variant)) {
-            lookup_anchors(uniform, plan.buffers(), anchors, first, variant);
-        }
-    });
+    let are_read: Vec<bool> =
+        (0..anchors(uniform)).into_par_iter().map(|anchor| is_anchor_read(uniform, anchor, variant)).collect();
+    let of_anchors = anchors_of(plan, &are_read);
     let mut lookup = vec![Vec4::ZERO; colours * entries(uniform) as usize];
-    lookup.par_chunks_mut(BLOCK * colours).enumerate().for_each(|(block, entries)| {
-        lookup_entries(uniform, &of_anchors, entries, (BLOCK * block) as u32, variant);
+    let words = ROWS_OF_ENTRIES * uniform.lookup_azimuths as usize * colours;
+    lookup.par_chunks_mut(words).enumerate().for_each(|(chunk, entries)| {
+        lookup_entries(uniform, &of_anchors, &are_read, entries, (ROWS_OF_ENTRIES * chunk) as u32, variant);
     });
     lookup
+}
+
+/// The anchors of a plan's sky lookup; black where they are not read.
+fn anchors_of(plan: &Plan, are_read: &[bool]) -> Vec<Vec4> {
+    let colours = colours_per_entry(plan.variant) as usize;
+    let read: Vec<u32> = (0..).zip(are_read).filter(|&(_, &is_read)| is_read).map(|(anchor, _)| anchor).collect();
+    let mut found = vec![Vec4::ZERO; colours * read.len()];
+    found.par_chunks_mut(BLOCK * colours).zip(read.par_chunks(BLOCK)).for_each(|(anchors, indices)| {
+        lookup_anchors(&plan.uniform, plan.buffers(), indices, anchors, plan.variant);
+    });
+    let mut all = vec![Vec4::ZERO; colours * are_read.len()];
+    for (anchor, found) in read.into_iter().zip(found.chunks_exact(colours)) {
+        all[colours * anchor as usize..][..colours].copy_from_slice(found);
+    }
+    all
 }
 
 /// A row of an image, that with which the uniform's dispatch begins.
@@ -145,11 +159,13 @@ mod tests {
         let colours = colours_per_entry(variant) as usize;
         let of_anchors = colours * anchors(&plan.uniform) as usize;
         let mut plain_anchors = vec![Vec4::ZERO; of_anchors];
-        for (block, anchors) in plain_anchors.chunks_mut(BLOCK * colours).enumerate() {
-            plain::lookup_anchors(&plan.uniform, buffers, anchors, (BLOCK * block) as u32, variant);
+        let indices: Vec<u32> = (0..anchors(&plan.uniform)).collect();
+        for (indices, anchors) in indices.chunks(BLOCK).zip(plain_anchors.chunks_mut(BLOCK * colours)) {
+            plain::lookup_anchors(&plan.uniform, buffers, indices, anchors, variant);
         }
         let mut plain_lookup = vec![Vec4::ZERO; lookup.len()];
-        plain::lookup_entries(&plan.uniform, &plain_anchors, &mut plain_lookup, 0, variant);
+        let are_read = vec![true; indices.len()];
+        plain::lookup_entries(&plan.uniform, &plain_anchors, &are_read, &mut plain_lookup, 0, variant);
         // As on a device, the anchors lie behind the entries.
         let count = entries(&plan.uniform);
         let mut entry_by_entry = vec![Vec4::ZERO; lookup.len() + of_anchors];

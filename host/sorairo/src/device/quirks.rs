@@ -1,7 +1,7 @@
 //! What drivers do that no specification says.
 
 use sorairo_shared::observer::OBSERVER_NODES;
-use sorairo_shared::perspective_run::PLACES;
+use sorairo_shared::run::PLACES;
 use sorairo_shared::run::RUN;
 use sorairo_shared::sky::constituent_count;
 use sorairo_shared::variant;

@@ -175,7 +175,9 @@ fn black_pixels(plan: &Plan, projection: Projection) -> Option<String> {
 }
 
 fn path(plan: &Plan) -> String {
-    let samples = u64::from(plan.samples_per_piece()) * plan.integral().bands.len() as u64;
+    let bands = plan.integral().bands.len() as u64;
+    let samples = u64::from(plan.samples_per_piece()) * bands;
+    let of_pixel = plan.integral().quadrature.len() as u64 * bands;
     let pixels = plan.lit_pixels();
     match plan.lookup.size.zip(plan.lookup.anchors) {
         Some((size, anchors)) => {
@@ -193,7 +195,7 @@ fn path(plan: &Plan) -> String {
                 anchors.azimuths,
                 plan.lookup.reason,
                 integrals * samples,
-                pixels * samples,
+                pixels * of_pixel,
                 (entries + integrals) * 16 * u64::from(colours_per_entry(plan.variant))
             )
         }

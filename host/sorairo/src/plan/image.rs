@@ -125,6 +125,8 @@ impl Plan {
     /// The same plan with pixels that are looked up in a sky lookup of this size.
     pub fn with_lookup(self, size: LookupSize) -> Self {
         let anchors = lookup::grid(&self.sky.scene, self.sky.lookup_anchors());
+        // Now, and not when a frame is drawn.
+        self.sky.lookup_quadrature();
         let runs = if lookup::pixels_run(&self.uniform, self.variant, size) { variant::RUNS } else { 0 };
         Self {
             uniform: Uniform {
@@ -244,6 +246,9 @@ impl Plan {
     /// What the kernels read beside the uniform.
     pub fn buffers(&self) -> Buffers<'_> {
         let buffers = self.integral().buffers(&self.colour);
+        if self.lookup.size.is_some() {
+            return Buffers { quadrature: self.sky.lookup_quadrature(), ..buffers };
+        }
         if self.variant & variant::REFINED == 0 {
             return buffers;
         }
@@ -341,7 +346,7 @@ impl Plan {
 
     /// Samples per piece.
     pub fn samples_per_piece(&self) -> u32 {
-        self.integral().quadrature.len() as u32
+        self.buffers().quadrature.len() as u32
     }
 
     /// Width of the image (pixels).

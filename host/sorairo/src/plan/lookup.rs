@@ -8,11 +8,11 @@ use serde::Serialize;
 use sorairo_shared::camera::{EQUIRECTANGULAR, PERSPECTIVE};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::LOOKUP_WORKGROUP;
-use sorairo_shared::run::RUN;
+use sorairo_shared::run::{RUN, is_long};
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
-use super::lookup_grid::{COARSEST, Entries, FEWEST_ANCHORS, LARGEST, TOLERANCE};
+use super::lookup_grid::{COARSEST, Entries, FEWEST_ANCHORS, LARGEST, MOST, TOLERANCE};
 use super::sky::SkyPlan;
 use crate::scene::{ColourPath, PathChoice, Projection, Scene};
 
@@ -87,7 +87,7 @@ pub fn choose(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>) -> Lookup {
     let anchors = grid(scene, sky.lookup_anchors());
     let integrals = anchors.entries() + size.entries() / ENTRIES_PER_INTEGRAL;
     let is_asked = scene.render.path == PathChoice::Lookup;
-    if !is_asked && size.azimuths < enough.1 {
+    if !is_asked && has_its_rows && size.azimuths < enough.1 {
         return direct("a sky lookup with as many rows as the image would be too large".into());
     }
     if !is_asked && pixels < PIXELS_PER_ANCHOR * integrals {
@@ -96,7 +96,8 @@ pub fn choose(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>) -> Lookup {
             "{pixels} lit pixels are fewer than {anchors} anchors and {entries} entries of a sky lookup pay for"
         ));
     }
-    let within = if enough.0 < LARGEST.0 && enough.1 < LARGEST.1 {
+    let most = if has_its_rows { LARGEST } else { MOST };
+    let within = if enough.0 < most.0 && enough.1 < most.1 {
         format!("keep it within {TOLERANCE:e} of the integral")
     } else {
         "make it as fine as it may be".into()
@@ -113,7 +114,7 @@ pub fn grid(scene: &Scene, (rows, azimuths): Entries) -> LookupSize {
 /// The sky lookup that stands for such a grid: an equirectangular image has its own rows, and as many columns as fit.
 fn sized(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>, (rows, azimuths): Entries) -> LookupSize {
     if scene.camera.projection != Projection::Equirectangular {
-        return grid(scene, (rows, azimuths));
+        return grid(scene, (rows.min(MOST.0), azimuths.min(MOST.1)));
     }
     let lit = lit_rows.end - lit_rows.start;
     let from_top = (0.5 - f64::from(sky.integral().uniform.horizon) / PI) * f64::from(scene.camera.size.height);
@@ -123,24 +124,23 @@ fn sized(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>, (rows, azimuths): 
     LookupSize { above, below, azimuths: azimuths.min((MOST_ENTRIES / u64::from(above + below)) as u32) }
 }
 
-/// Whether runs of pixels, of which the one in the middle says between which entries all are, reach no farther than half way into the next cell: there
-/// the cubic of the cell beside it is off by as much as in the middle of its own.
-fn runs_are_short(width: u32, azimuths: u32) -> bool {
-    let closest_entries = f64::from(width) / (PI * f64::from(azimuths - 1));
-    f64::from(RUN) <= closest_entries
-}
-
 /// The most samples along a side of a pixel of the sun's disc with which pixels run: an invocation computes those of a run one after the other.
 const MOST_SAMPLES_IN_RUNS: u32 = 32;
 
-/// Whether a run of a perspective image, as wide as it is seen in the middle, reaches over four cells at most where they are narrowest: a cubic along it is then off by less
+/// Cells over which a run of a perspective may reach where they are narrowest: a cubic along it is then off by less
 /// than a hundredth of what straight lines leave between entries. With the scale `L` of the sky's features the lines leave `h²/8L²` at the spacing `h`, which the tolerance
 /// keeps below `L/15`, and the cubic `(4h/3)⁴/24L⁴`.
-fn perspective_runs_are_short(uniform: &Uniform, azimuths: u32) -> bool {
-    let run = f64::from(RUN) * 2.0 * f64::from(uniform.camera.half_field) / f64::from(uniform.camera.width);
-    // Columns lie closest together at the sun's azimuth.
-    let narrowest = 2.0 / f64::from(azimuths - 1);
-    run <= 4.0 * narrowest
+const CELLS_OF_PERSPECTIVE: f64 = 4.0;
+
+/// The same of a long run of an equirectangular image. So many columns stand for an edge of the planet's shadow, on which a cubic is off by what it is off between the anchors.
+const CELLS_OF_ROW: f64 = 6.0;
+
+/// The longest of these (radians): that of an image of 1024 columns.
+const LONGEST_RUN: f64 = 0.1;
+
+/// Whether a run through four places, of this angle, reaches over so many cells at most where they are narrowest, at the sun's azimuth.
+fn reaches_over(run: f64, cells: f64, azimuths: u32) -> bool {
+    run <= cells * 2.0 / f64::from(azimuths - 1)
 }
 
 /// Whether the pixels of an image can be looked up in [`variant::RUNS`] in a sky lookup of this size.
@@ -152,11 +152,23 @@ pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
     let has_fine_disc = variant & variant::SUN_DISC != 0 && uniform.disc.samples > MOST_SAMPLES_IN_RUNS;
     let scatters_back = variant & variant::AEROSOL != 0 && uniform.atmosphere.aerosol_asymmetry < 0.0;
     let crosses_horizon = uniform.camera.right.z != 0.0;
+    let rays_have_pieces = variant & (variant::SHADOW | variant::DESCENT) != 0;
     let has_short_runs = match variant::projection(variant) {
-        EQUIRECTANGULAR => !scatters_back && runs_are_short(width, size.azimuths),
+        // By day on the ground there is no need of long runs.
+        EQUIRECTANGULAR => {
+            let are_short = !is_long(width, size.azimuths);
+            let turn = f64::from(RUN) * 2.0 * PI / f64::from(width);
+            !scatters_back
+                && (are_short
+                    || rays_have_pieces && turn <= LONGEST_RUN && reaches_over(turn, CELLS_OF_ROW, size.azimuths))
+        }
         // What stands for directions below the horizon lies on no great circle.
         PERSPECTIVE if variant & variant::BELOW != 0 => false,
-        PERSPECTIVE => !crosses_horizon && perspective_runs_are_short(uniform, size.azimuths),
+        PERSPECTIVE => {
+            // As wide as it is seen in the middle.
+            let run = f64::from(RUN) * 2.0 * f64::from(uniform.camera.half_field) / f64::from(width);
+            !crosses_horizon && reaches_over(run, CELLS_OF_PERSPECTIVE, size.azimuths)
+        }
         _ => false,
     };
     width.is_multiple_of(RUN) && !has_fine_disc && has_short_runs

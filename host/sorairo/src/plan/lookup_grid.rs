@@ -21,15 +21,30 @@ const TOLERANCE_OF_BRIGHTEST: f64 = 1e-4;
 /// their length alone, and these are short enough for what a pixel may be off by.
 pub const LARGEST: Entries = (512, 256);
 
+/// The most entries of a sky lookup of its own: three to an anchor where a sky asks for the [`LARGEST`].
+pub const MOST: Entries = (384, 192);
+
 /// The coarsest sky lookup, with which its error is measured.
 pub const COARSEST: Entries = (48, 16);
 
 /// The sky lookup may not have fewer columns than this: farther apart the error is no longer that of a low difference.
 const FEWEST_AZIMUTHS: u32 = 8;
 
-/// Entries from one anchor of the sky lookup to the next. Where straight lines between entries, `h` apart, are off by less than half of the tolerance, `h²/8L² < 5e-4` for what
-/// changes over `L`, and cubics between anchors by `3/128 (3h/L)⁴ < 4e-5`.
-const ENTRIES_PER_ANCHOR: u32 = 3;
+/// Entries from one anchor of the sky lookup to the next, where rays are of one piece. Where straight lines between entries, `h` apart, are off by less than half of the tolerance,
+/// `h²/8L² < 5e-4` for what changes over `L`, and cubics between anchors by `3/128 (3h/L)⁴ < 4e-5`.
+const ENTRIES_PER_ANCHOR: f64 = 3.0;
+
+/// The same where rays are of several pieces, and cost as much more: `3/128 (5h/L)⁴ < 3e-4`.
+const ENTRIES_PER_COSTLY_ANCHOR: f64 = 5.0;
+
+/// The same of the largest lookup, along rows and along columns. A sky that asks for it has edges, on which cubics are no better than straight lines.
+const ENTRIES_PER_ANCHOR_AT_EDGES: (f64, f64) = (4.0, 3.0);
+
+/// The part of the largest lookup from which on anchors grow to those at edges: a climbing camera meets no jump.
+const EDGES_FROM: f64 = 0.6;
+
+/// Costly anchors are not fewer than these where a third of the entries is more: beside a sun on the horizon the sky changes within a cell.
+const FEWEST_COSTLY_ANCHORS: (f64, f64) = (60.0, 36.0);
 
 /// The sky lookup may not have fewer anchors than these, rows on a side of the horizon and columns.
 pub const FEWEST_ANCHORS: Entries = (24, 8);
@@ -68,10 +83,39 @@ pub fn enough(sky: &Seen, kinds: &[bool]) -> Vec<Entries> {
     grids.into_iter().zip(&finer).map(last).collect()
 }
 
-/// The anchors of a sky lookup of its own of so many entries.
-pub fn anchors((rows, azimuths): Entries) -> Entries {
-    let of = |entries: u32| 1 + (entries - 1).div_ceil(ENTRIES_PER_ANCHOR);
-    (of(rows).max(FEWEST_ANCHORS.0), of(azimuths).max(FEWEST_ANCHORS.1))
+/// The anchors of a sky lookup of its own of so many entries, where each costs a ray of one piece, or of several.
+pub fn anchors((rows, azimuths): Entries, are_costly: bool) -> Entries {
+    let of = |entries: u32, most: u32, at_edges: f64, fewest: f64| {
+        let cells = |per_anchor: f64| f64::from(entries - 1) / per_anchor;
+        let edges = ((f64::from(entries) / f64::from(most) - EDGES_FROM) / (1.0 - EDGES_FROM)).max(0.0);
+        let at_edges = cells(at_edges) - cells(ENTRIES_PER_COSTLY_ANCHOR);
+        let costly = (cells(ENTRIES_PER_COSTLY_ANCHOR) + edges * at_edges).max(fewest).min(cells(ENTRIES_PER_ANCHOR));
+        1 + if are_costly { costly } else { cells(ENTRIES_PER_ANCHOR) }.ceil() as u32
+    };
+    let ((of_rows, of_azimuths), fewest) = (ENTRIES_PER_ANCHOR_AT_EDGES, FEWEST_COSTLY_ANCHORS);
+    let rows = of(rows, LARGEST.0, of_rows, fewest.0);
+    let azimuths = of(azimuths, LARGEST.1, of_azimuths, fewest.1);
+    (rows.max(FEWEST_ANCHORS.0), azimuths.max(FEWEST_ANCHORS.1))
+}
+
+/// Directions of a sky lookup in which its samples are tried.
+pub fn tried_views(uniform: &Uniform) -> Vec<Vec3> {
+    const ROWS: u32 = 12;
+    const COLUMNS: u32 = 8;
+    let sides: &[bool] = if uniform.altitude > 0.0 { &[true, false] } else { &[true] };
+    let middle = |place: u32, places: u32| (place as f32 + 0.5) / places as f32;
+    let in_row = |(above, row)| {
+        (0..COLUMNS)
+            .map(move |column| grid_view(uniform, above, middle(row, ROWS), cosine_at_place(middle(column, COLUMNS))))
+    };
+    sides.iter().flat_map(|&above| (0..ROWS).map(move |row| (above, row))).flat_map(in_row).collect()
+}
+
+/// Whether colours are within half of the tolerance of others, each relative to itself or a tenth of their mean.
+pub fn are_near(colours: &[Vec3], truth: &[Vec3]) -> bool {
+    let tenth = 0.1 * truth.iter().map(|rgb| rgb.element_sum()).sum::<f32>() / (3 * truth.len()) as f32;
+    let worst = |(rgb, truth): (&Vec3, &Vec3)| ((*rgb - *truth).abs() / truth.max(Vec3::splat(tenth))).max_element();
+    colours.iter().zip(truth).map(worst).all(|error| f64::from(error) <= 0.5 * TOLERANCE)
 }
 
 /// What interpolation does to sample cells of some grids, all looked at together: a device is asked once.

@@ -87,6 +87,11 @@ fn more(samples: u32) -> u32 {
     if samples.is_multiple_of(3) { samples / 3 * 4 } else { samples / 2 * 3 }
 }
 
+/// Numbers of samples that are tried before so many.
+pub fn fewer_than(samples: u32) -> impl Iterator<Item = u32> {
+    std::iter::successors(Some(SMOOTH), |&samples| Some(more(samples))).take_while(move |&fewer| fewer < samples)
+}
+
 /// The scene's sky at the test wavelengths.
 struct Sky<'a> {
     uniform: &'a Uniform,

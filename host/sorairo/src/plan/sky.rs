@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use rayon::prelude::*;
 use sorairo_shared::block::kernels::constituents_of_directions;
 use sorairo_shared::block::lanes::BLOCK;
-use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::phase::ScatteringAngle;
 use sorairo_shared::sky::{Constituents, Gathered, Parts, sky, with_phases};
 use sorairo_shared::uniform::{Buffers, Uniform};
@@ -50,6 +50,7 @@ pub struct SkyPlan {
     pub(super) sun_irradiance: OnceLock<SunIrradiance>,
     /// Of a sky lookup of its own, and of one that has the rows of its image.
     lookup_grids: [OnceLock<Entries>; 2],
+    lookup_quadrature: OnceLock<Vec<Vec2>>,
 }
 
 /// How the light of a sky becomes colours.
@@ -111,6 +112,7 @@ impl SkyPlan {
             disc_grid: OnceLock::new(),
             sun_irradiance: OnceLock::new(),
             lookup_grids: Default::default(),
+            lookup_quadrature: OnceLock::new(),
         }
     }
 
@@ -139,6 +141,7 @@ impl SkyPlan {
             disc_grid: OnceLock::new(),
             sun_irradiance: OnceLock::new(),
             lookup_grids: Default::default(),
+            lookup_quadrature: OnceLock::new(),
             ..*self
         }
     }
@@ -168,7 +171,33 @@ impl SkyPlan {
 
     /// The anchors between which a sky lookup of either kind is interpolated, on each side of the horizon that it has.
     pub fn lookup_anchors(&self) -> Entries {
-        lookup_grid::anchors(self.lookup_grid(false))
+        lookup_grid::anchors(self.lookup_grid(false), self.has_rays_of_pieces())
+    }
+
+    /// Whether its rays are of more than one piece.
+    fn has_rays_of_pieces(&self) -> bool {
+        self.base.variant & (variant::SHADOW | variant::DESCENT) != 0
+    }
+
+    /// The rule by which the anchors are integrated: the fewest samples whose colours are near to those of the integral's own. Those keep the faintest ray exact, which a picture
+    /// does not show beside brighter ones. Rays of one piece are cheap and keep theirs.
+    pub fn lookup_quadrature(&self) -> &[Vec2] {
+        let most = &self.base.quadrature;
+        if !self.has_rays_of_pieces() || self.scene.render.steps.is_some() || self.is_night {
+            return most;
+        }
+        let found: &Vec<Vec2> = found_once(&self.lookup_quadrature, || {
+            let views = lookup_grid::tried_views(&self.base.uniform);
+            let colours =
+                |rule: &[Vec2]| self.phased(&views, self.constituents_here(&self.colours().rows, rule, &views));
+            let truth = colours(most);
+            let fewer = samples::fewer_than(most.len() as u32).map(gauss_legendre);
+            fewer
+                .into_iter()
+                .find(|rule| lookup_grid::are_near(&colours(rule), &truth))
+                .unwrap_or_else(|| most.to_vec())
+        });
+        found
     }
 
     fn find_lookup_grids(&self, rows: &[Vec4], kinds: &[bool]) -> Vec<Entries> {
@@ -239,7 +268,7 @@ impl SkyPlan {
         if self.colour_path == ColourPath::Solve {
             return self.radiances_by(rows, sources);
         }
-        self.phased(views, self.constituents_here(rows, sources))
+        self.phased(views, self.constituents_here(rows, &self.base.quadrature, sources))
     }
 
     fn phased(&self, views: &[Vec3], constituents: Vec<Constituents>) -> Vec<Vec3> {
@@ -264,13 +293,14 @@ impl SkyPlan {
         if let Some(found) = integral.light_fields.ask_device(on_device) {
             return found;
         }
-        self.constituents_here(rows, views)
+        self.constituents_here(rows, &integral.quadrature, views)
     }
 
-    fn constituents_here(&self, rows: &[Vec4], views: &[Vec3]) -> Vec<Constituents> {
+    /// Without a device, by a rule for its rays.
+    fn constituents_here(&self, rows: &[Vec4], quadrature: &[Vec2], views: &[Vec3]) -> Vec<Constituents> {
         let integral = self.integral();
         let (uniform, rows) = upload::with_rows(integral.uniform, rows, integral.variant);
-        let buffers = integral.buffers(rows);
+        let buffers = Buffers { quadrature, ..integral.buffers(rows) };
         let mut found = vec![Constituents::DARK; views.len()];
         views.par_chunks(BLOCK).zip(found.par_chunks_mut(BLOCK)).for_each(|(views, found)| {
             constituents_of_directions(&uniform, buffers, views, found, integral.variant);

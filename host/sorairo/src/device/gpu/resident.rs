@@ -63,6 +63,8 @@ struct UploadedSky {
     of: Arc<SkyPlan>,
     /// Whether its multiply scattered light is that of the finer grid.
     is_refined: bool,
+    /// Samples per piece: a sky lookup may take fewer than an integrated pixel.
+    samples: u32,
     bands: wgpu::Buffer,
     quadrature: wgpu::Buffer,
     multiple: wgpu::Buffer,
@@ -433,12 +435,16 @@ impl ResidentRenderer {
         let buffers = plan.buffers();
         let storage = wgpu::BufferUsages::STORAGE;
         let is_refined = plan.variant & variant::REFINED != 0;
-        let is_known = |sky: &UploadedSky| Arc::ptr_eq(&sky.of, &plan.sky) && sky.is_refined == is_refined;
+        let samples = plan.samples_per_piece();
+        let is_known = |sky: &UploadedSky| {
+            Arc::ptr_eq(&sky.of, &plan.sky) && sky.is_refined == is_refined && sky.samples == samples
+        };
         let sky = match self.sky.take().filter(is_known) {
             Some(uploaded) => uploaded,
             None => UploadedSky {
                 of: Arc::clone(&plan.sky),
                 is_refined,
+                samples,
                 bands: filled(&self.device, "bands", bytemuck::cast_slice(buffers.bands), storage),
                 quadrature: filled(&self.device, "quadrature", bytemuck::cast_slice(buffers.quadrature), storage),
                 // A binding may not be empty.

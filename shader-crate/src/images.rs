@@ -1,14 +1,14 @@
 //! What draws the sky, lights with it, and measures a device.
 #![expect(clippy::too_many_arguments, reason = "each binding is an argument")]
 
-use sorairo_shared::environment::{
+use sorairo_shared::kernels::{SENTINEL, anchor_colours, lookup_invocations, lookup_pixel, sky_pixel};
+use sorairo_shared::math::store;
+use sorairo_shared::path::single::Bands;
+use sorairo_shared::picture::environment::{
     COEFFICIENTS, CoefficientLanes, LevelStep, ROW_SUMS, RowLanes, half_pixel, keep_coefficients, keep_row_sums,
     level_pixel, store_coefficient, store_row_sum,
 };
-use sorairo_shared::kernels::{SENTINEL, anchor_colours, lookup_invocations, lookup_pixel, sky_pixel};
-use sorairo_shared::lookup::{anchors, entries, entry_between_anchors, is_anchor_read, is_read, store_entry};
-use sorairo_shared::math::store;
-use sorairo_shared::single::Bands;
+use sorairo_shared::picture::lookup::{anchors, entries, entry_between_anchors, is_anchor_read, is_read, store_entry};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use spirv_std::arch::workgroup_memory_barrier_with_group_sync;
 use spirv_std::glam::{UVec3, Vec2, Vec4};

@@ -1,10 +1,10 @@
 //! What plans ask of a device: the light field, and the light in directions.
 #![expect(clippy::too_many_arguments, reason = "each binding is an argument")]
 
-use sorairo_shared::field_kernels;
-use sorairo_shared::field_uniform::{FieldBuffers, FieldUniform};
 use sorairo_shared::kernels;
-use sorairo_shared::single::Bands;
+use sorairo_shared::light_field::field_kernels;
+use sorairo_shared::light_field::field_uniform::{FieldBuffers, FieldUniform};
+use sorairo_shared::path::single::Bands;
 use sorairo_shared::uniform::{Buffers, Uniform};
 use spirv_std::glam::{UVec3, Vec2, Vec4};
 use spirv_std::spirv;

@@ -3,21 +3,21 @@
 //! A kernel is a pure function of the uniform, the buffers and an index. A GPU entry point fetches its index, calls
 //! the function and stores the result; the CPU calls the same function in a loop.
 
-use crate::below::{SkyView, sky_view, with_ground};
 use crate::camera::PERSPECTIVE;
-use crate::disc::disc_in_pixel;
+use crate::display::night::by_eye;
+use crate::display::rgb::into_gamut;
+use crate::display::tone::{NEAREST, bytes, dither, shown};
 use crate::glam::{UVec2, Vec3, Vec4};
-use crate::lookup;
 use crate::math::{fetch, half_bits, store};
-use crate::night::by_eye;
-use crate::perspective_run::{PerspectiveRun, may_meet_horizon};
-use crate::phase::ScatteringAngle;
-use crate::rgb::into_gamut;
-use crate::run::{self, Circle, Middle, RUN, Run};
-use crate::single::Bands;
+use crate::medium::phase::ScatteringAngle;
+use crate::path::single::Bands;
+use crate::picture::below::{SkyView, sky_view, with_ground};
+use crate::picture::disc::disc_in_pixel;
+use crate::picture::lookup;
+use crate::picture::perspective_run::{PerspectiveRun, may_meet_horizon};
+use crate::picture::run::{self, Circle, Middle, RUN, Run};
 use crate::sky::{Constituents, Gathered, Parts, constituents, is_done, light, transfer_of_parts, view_ray};
 use crate::spectral;
-use crate::tone::{NEAREST, bytes, dither, shown};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant::{self, PixelFormat};
 

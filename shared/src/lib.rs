@@ -4,41 +4,26 @@
 //! scattering of sunlight at a few wavelengths (Eqs. 1-3), a fit through them and its integral against a colour
 //! observer (Eqs. 4-7), and RGB (Eq. 8). [`kernels`] holds one function per GPU kernel and is the way in.
 //!
-//! Each file stands on those above it in this list, and no two need each other:
+//! Each room stands on those above it in this list, and no two need each other:
 //!
 //! | | |
 //! | --- | --- |
 //! | [`math`] | elementary functions that mean the same on every target |
 //! | [`variant`] | what a kernel is specialised for: the bits of one constant |
+//! | [`interpolation`] | between the nodes of tables: along an axis, around the azimuths |
 //! | [`geometry`] | shells, rays, altitudes, the planet's shadow |
-//! | [`profile`] | densities of air, aerosol and ozone, and their column densities in closed form |
-//! | [`phase`] | the scattering angle and the phase functions of air and of aerosol |
-//! | [`single`] | light scattered once: the integrand, then the integral (Eqs. 1-3) |
-//! | [`ground`] | what falls on the ground, and what it sends back |
-//! | [`moments`] | moments of a light field, and interpolation between the nodes of a table |
-//! | [`light_field`] | the light field: what its rays cross, wherever it is computed |
-//! | [`field_uniform`] | what crosses the bus for the light field on a device, and where things lie there |
-//! | [`field_kernels`] | the light field on a device: what each of its kernels does for one index |
-//! | `multiple` | the light field on a processor, many wavelengths at a time: the source of a light field, gathered along a ray; not for SPIR-V |
-//! | [`multiple_lookup`] | the lookup of that light: where its entries are, how a ray reads them |
-//! | [`fit`] | the spectrum between the bands: Newton's cubic, the regression fit (Eqs. 4-6) |
-//! | [`observer`] | the sum over a colour observer (Eq. 7) |
-//! | [`agx`] | the view transform AgX, from the light of a scene to that of a display |
-//! | [`rgb`] | spaces of linear RGB and their gamut (Eq. 8) |
-//! | [`grade`] | how a picture is graded |
-//! | [`aces`] | the output transform of ACES 2.0, from the light of a scene to that of a display |
-//! | [`tone`] | from linear RGB to the bytes of a picture |
+//! | [`medium`] | what fills the air: densities, their column densities in closed form, phase functions |
+//! | [`path`] | light scattered once on its way: the integrand, then the integral (Eqs. 1-3) |
+//! | [`light_field`] | light scattered more than once: what its rays cross, the ground, moments, the lookup; on a device and on a processor |
+//! | [`display`] | spaces of linear RGB (Eq. 8), view transforms, the bytes of a picture |
 //! | [`camera`] | from a pixel to a direction |
 //! | [`uniform`] | what crosses the bus: the uniform and the buffers beside it |
+//! | [`fit`] | the spectrum between the bands (Eqs. 4-6), the sum over a colour observer (Eq. 7) |
 //! | [`sky`] | a direction in, a colour out |
 //! | [`spectral`] | a direction in, a colour and the radiance at many wavelengths out |
-//! | [`disc`] | what the sun's disc adds to a pixel |
-//! | [`below`] | what an image shows below the horizon |
-//! | [`lookup`] | the sky lookup: where its entries are, how a pixel reads them |
-//! | [`run`] | pixels of a row that share what the sky lookup holds about their middle |
-//! | [`environment`] | environment maps: their smaller levels, and their irradiance in spherical harmonics |
+//! | [`picture`] | a pixel in: the lookup and its runs, the sun's disc, what stands below the horizon; environment maps |
 //! | [`kernels`] | the door: one function per kernel |
-//! | `block` | the kernels for the CPU: pixels of a row, a block at a time; not for SPIR-V |
+//! | `processor` | the kernels for the CPU: pixels of a row, a block at a time; not for SPIR-V |
 //!
 //! # Conventions
 //!
@@ -86,40 +71,20 @@
 
 pub use spirv_std::glam;
 
-pub mod aces;
-pub mod agx;
-pub mod azimuth;
-pub mod below;
-#[cfg(not(target_arch = "spirv"))]
-pub mod block;
 pub mod camera;
-pub mod cubic;
-pub mod disc;
-pub mod environment;
-pub mod field_kernels;
-pub mod field_uniform;
+pub mod display;
 pub mod fit;
 pub mod geometry;
-pub mod grade;
-pub mod ground;
+pub mod interpolation;
 pub mod kernels;
 pub mod light_field;
-pub mod lookup;
 pub mod math;
-pub mod moments;
+pub mod medium;
+pub mod path;
+pub mod picture;
 #[cfg(not(target_arch = "spirv"))]
-pub mod multiple;
-pub mod multiple_lookup;
-pub mod night;
-pub mod observer;
-pub mod perspective_run;
-pub mod phase;
-pub mod profile;
-pub mod rgb;
-pub mod run;
-pub mod single;
+pub mod processor;
 pub mod sky;
 pub mod spectral;
-pub mod tone;
 pub mod uniform;
 pub mod variant;

@@ -1,15 +1,15 @@
 //! The sky's colour in a direction: the light at the bands by its constituents, their phase functions, and the fit through the bands.
 
-use crate::fit::{Dozen, Logarithms, regression_rgb};
+use crate::display::rgb::into_gamut;
+use crate::fit::observer::observe_cubic;
+use crate::fit::spectrum::{Dozen, Logarithms, regression_rgb};
 use crate::geometry::Ray;
 use crate::glam::{Vec3, Vec4};
-use crate::ground::{ground_light, ground_seen};
+use crate::light_field::ground::{ground_light, ground_seen};
+use crate::light_field::multiple_lookup;
 use crate::math::{clamp, fetch, max, sqrt};
-use crate::multiple_lookup;
-use crate::observer::observe_cubic;
-use crate::phase::{ScatteringAngle, air_phase, cornette_shanks_phase};
-use crate::rgb::into_gamut;
-use crate::single::single_scattering;
+use crate::medium::phase::{ScatteringAngle, air_phase, cornette_shanks_phase};
+use crate::path::single::single_scattering;
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
 

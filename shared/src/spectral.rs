@@ -4,10 +4,10 @@
 //! in the transfer has one colour row of each wavelength for each group of four bands, which follow those of the colour; the regression fit has
 //! [`rows_per_node`] of each constituent that there is ([`regression_value`]).
 
-use crate::fit::{Dozen, Logarithms, regression_value, rows_per_node};
+use crate::fit::spectrum::{Dozen, Logarithms, regression_value, rows_per_node};
 use crate::glam::{Vec3, Vec4};
 use crate::math::{fetch, max, store};
-use crate::phase::ScatteringAngle;
+use crate::medium::phase::ScatteringAngle;
 use crate::sky::{Parts, linear_rgb, phases, regression_constituents, with_phases};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;

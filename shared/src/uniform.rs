@@ -3,13 +3,13 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::camera::Camera;
+use crate::display::grade::Grade;
+use crate::display::night::Eye;
+use crate::display::rgb::RgbSpace;
 use crate::glam::{Vec2, Vec4};
-use crate::grade::Grade;
-use crate::multiple_lookup::MultipleLookup;
-use crate::night::Eye;
-use crate::profile::Atmosphere;
-use crate::rgb::RgbSpace;
-use crate::single::Bands;
+use crate::light_field::multiple_lookup::MultipleLookup;
+use crate::medium::profile::Atmosphere;
+use crate::path::single::Bands;
 
 /// Rows of observer nodes that the uniform has room for: the four of each of sixteen nodes of each of four constituents.
 pub const NODE_ROWS: usize = 256;
@@ -68,13 +68,13 @@ pub struct Uniform {
     pub fills_whole_lookup: u32,
     /// From the horizon to the zenith, or from outside the atmosphere to its upper edge (radians): what the rows of the sky lookup above the horizon span.
     pub lookup_span: f32,
-    /// Rows of the sky lookup's anchors above the horizon; 0 without a lookup. See [`crate::lookup`].
+    /// Rows of the sky lookup's anchors above the horizon; 0 without a lookup. See [`crate::picture::lookup`].
     pub anchors_above: u32,
     /// Their rows below it.
     pub anchors_below: u32,
     /// Their columns.
     pub anchor_azimuths: u32,
-    /// The rows of the observer nodes of a regression fit; see [`crate::fit::regression_rgb`]. Every pixel reads all of them: a device that fetches for
+    /// The rows of the observer nodes of a regression fit; see [`crate::fit::spectrum::regression_rgb`]. Every pixel reads all of them: a device that fetches for
     /// several pixels at a time knows of a uniform, and of no buffer, that all fetch the same.
     pub node_rows: [Vec4; NODE_ROWS],
 }
@@ -119,6 +119,6 @@ pub struct Buffers<'a> {
     /// The colour rows of a linear fit, as the fit takes them, then those of the wavelengths of a spectral image, or
     /// the tables of a view transform and the grid of the sun's disc.
     pub colour: &'a [Vec4],
-    /// The lookup of light that was scattered more than once; see [`crate::multiple_lookup`].
+    /// The lookup of light that was scattered more than once; see [`crate::light_field::multiple_lookup`].
     pub multiple: &'a [Vec4],
 }

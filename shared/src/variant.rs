@@ -22,8 +22,8 @@ pub const OPAQUE: u32 = 128;
 /// Everything that concerns the integral of light scattered once; right for every scene.
 pub const WHOLE_INTEGRAL: u32 = 63 | OPAQUE;
 
-/// Pixels are looked up in runs, which share what they read: only in images whose width is a multiple of a run; see [`crate::run`] and
-/// [`crate::perspective_run`].
+/// Pixels are looked up in runs, which share what they read: only in images whose width is a multiple of a run; see [`crate::picture::run`] and
+/// [`crate::picture::perspective_run`].
 pub const RUNS: u32 = 1 << 12;
 
 /// There is light that was scattered more than once.
@@ -43,7 +43,7 @@ pub const MORE_THAN_EIGHT: u32 = 1 << 17;
 /// How many bands a regression fit has.
 pub const BANDS: u32 = MORE_THAN_FOUR | MORE_THAN_EIGHT;
 
-/// The fit is the regression, separately for each constituent of the light; see [`crate::fit::regression_rgb`]. Without this bit it is linear in the
+/// The fit is the regression, separately for each constituent of the light; see [`crate::fit::spectrum::regression_rgb`]. Without this bit it is linear in the
 /// transfer: solve, observer sum and XYZ→RGB (Eqs. 4-8) are one matrix, whose rows for red, green and blue are the colour rows of each
 /// group of four bands.
 pub const REGRESSION: u32 = 1 << 18;
@@ -71,9 +71,9 @@ pub fn of_bands(bands: usize) -> u32 {
     more_than_four | more_than_eight
 }
 
-/// The view transform of a picture is AgX; see [`crate::agx`]. Without a view transform what is brighter than 1 is cut.
+/// The view transform of a picture is AgX; see [`crate::display::agx`]. Without a view transform what is brighter than 1 is cut.
 pub const AGX: u32 = 1 << 23;
-/// It is that of ACES 2.0; see [`crate::aces`].
+/// It is that of ACES 2.0; see [`crate::display::aces`].
 pub const ACES: u32 = 1 << 24;
 
 /// Where what an image shows below the horizon stands.
@@ -84,7 +84,7 @@ pub const BELOW: u32 = 3 << BELOW_SHIFT;
 pub const DISPLAY_P3: u32 = 1 << 25;
 /// It has those of Rec. 2020.
 pub const REC2020: u32 = 1 << 26;
-/// A picture shows a dark sky as an eye sees it; see [`crate::night`].
+/// A picture shows a dark sky as an eye sees it; see [`crate::display::night`].
 pub const NIGHT: u32 = 1 << 27;
 /// What few pictures have.
 pub const SELDOM: u32 = DISPLAY_P3 | REC2020 | NIGHT;
@@ -155,7 +155,7 @@ pub fn is_solved_cubic(variant: u32) -> bool {
     variant & (REGRESSION | SOLVED) == SOLVED
 }
 
-/// The number of what a variant's image shows below the horizon, one of [`crate::below`].
+/// The number of what a variant's image shows below the horizon, one of [`crate::picture::below`].
 #[inline(always)]
 pub fn below(variant: u32) -> u32 {
     (variant & BELOW) >> BELOW_SHIFT

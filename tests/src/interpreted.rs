@@ -6,13 +6,13 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use sorairo::Result;
 use sorairo::low_level::plan::on_device::{FieldKernel, Keeping, Look, Memory, PlanDevice, Reading, Step, Work};
-use sorairo_shared::field_kernels::{
+use sorairo_shared::glam::{Vec2, Vec4};
+use sorairo_shared::kernels::{PARTS, look};
+use sorairo_shared::light_field::field_kernels::{
     field_first, field_first_fourier, field_fourier, field_function, field_gather, field_moment, field_node,
     field_phase, field_source, field_sum,
 };
-use sorairo_shared::field_uniform::FieldBuffers;
-use sorairo_shared::glam::{Vec2, Vec4};
-use sorairo_shared::kernels::{PARTS, look};
+use sorairo_shared::light_field::field_uniform::FieldBuffers;
 use sorairo_shared::sky::Parts;
 
 /// What a device's memory holds before a kernel writes it: whatever takes it for a value shows it.

@@ -5,8 +5,8 @@
 //! observer's 81-sample sum of [`DenseSpectrum`]: every sample integrated, and summed in double precision.
 
 use rayon::prelude::*;
+use sorairo_shared::fit::observer::observe_cubic;
 use sorairo_shared::glam::{DVec3, Vec3, Vec4};
-use sorairo_shared::observer::observe_cubic;
 use sorairo_shared::sky::Constituents;
 use sorairo_shared::variant::is_solved_cubic;
 
@@ -113,7 +113,7 @@ pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
 mod tests {
     use super::*;
     use sorairo::scene::Preset;
-    use sorairo_shared::rgb::into_gamut;
+    use sorairo_shared::display::rgb::into_gamut;
 
     /// What is compared is what the kernels draw, but for the gamut.
     #[test]

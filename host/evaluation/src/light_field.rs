@@ -5,7 +5,7 @@ use sorairo::low_level::plan::integral::RayIntegral;
 use sorairo::low_level::plan::multiple::{LightFields, Resolution, Row, light_of_rows};
 use sorairo::low_level::plan::{SkyPlan, direction};
 use sorairo::scene::{Fit, Orders, Preset, Rgb, Scene};
-use sorairo_shared::moments::Moments;
+use sorairo_shared::light_field::moments::Moments;
 use sorairo_shared::variant;
 
 use super::chart::{Chart, Panel, Point};

@@ -7,8 +7,8 @@ use sorairo::low_level::plan::colour_space::ColourSpace;
 use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::{ColourObserver, Preset, Rgb, Scene, WhiteBalance};
+use sorairo_shared::display::tone::{NEAREST, srgb8};
 use sorairo_shared::glam::{DMat3, DVec3};
-use sorairo_shared::tone::{NEAREST, srgb8};
 
 use super::comparison::{Comparison, WIDTH};
 use crate::problem::Result;

@@ -4,8 +4,8 @@
 //! into vector instructions, and rows of groups go to all cores.
 
 use rayon::prelude::*;
+use sorairo_shared::display::rgb::{RgbSpace, into_gamut};
 use sorairo_shared::glam::{Vec3, Vec4};
-use sorairo_shared::rgb::{RgbSpace, into_gamut};
 
 /// Pixels that are computed side by side.
 const LANES: usize = 16;
@@ -19,7 +19,7 @@ type Lane = [f32; LANES];
 /// Linear RGB of every pixel from its four radiances by the paper's mathematics (Eqs. 4-8): the cubic through the bands, its sum
 /// over the observer nodes, XYZ→RGB.
 ///
-/// `radiance` as a pixel at bands stores it; `wavelengths` and `observer` as [`sorairo_shared::observer::observe_cubic`] takes them.
+/// `radiance` as a pixel at bands stores it; `wavelengths` and `observer` as [`sorairo_shared::fit::observer::observe_cubic`] takes them.
 pub fn solve(radiance: &[u32], wavelengths: Vec4, observer: &[Vec4], space: &RgbSpace) -> Vec<f32> {
     let rows = [space.red, space.green, space.blue].map(|row| [row.x, row.y, row.z]);
     each_group(radiance, space, |values| {

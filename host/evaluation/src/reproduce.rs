@@ -7,9 +7,9 @@ use std::time::Duration;
 use rayon::prelude::*;
 use serde::Serialize;
 use sorairo_shared::camera::{FISHEYE, pixel_view};
+use sorairo_shared::display::rgb::into_gamut;
+use sorairo_shared::display::tone::{NEAREST, srgb8};
 use sorairo_shared::glam::{DVec3, Vec3};
-use sorairo_shared::rgb::into_gamut;
-use sorairo_shared::tone::{NEAREST, srgb8};
 
 use super::bench::looked_up;
 use super::document::{Machine, make_folder, table, write};

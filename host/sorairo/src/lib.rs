@@ -39,26 +39,15 @@
 
 mod azimuth;
 mod device;
-#[cfg(feature = "encoding")]
-mod encoding;
 mod error;
-#[cfg(feature = "files")]
-mod files;
 mod input;
-mod irradiance;
+mod measure;
+mod output;
 mod plan;
-#[cfg(feature = "files")]
-mod render;
 mod renderer;
 mod rows;
 pub mod scene;
-#[cfg(feature = "files")]
-mod sequence;
 mod spectra;
-mod spectral_irradiance;
-mod spectrum;
-mod suns;
-mod surface;
 mod threads;
 mod words;
 
@@ -66,18 +55,18 @@ pub use device::Device;
 #[cfg(feature = "gpu")]
 pub use device::gpu::{EnvironmentTarget, ResidentRenderer, Target};
 pub use error::{Error, Result};
-pub use irradiance::{Harmonics, SkyLight};
-pub use plan::{LightFields, Plan, SkyPlan};
+pub use measure::irradiance::{Harmonics, SkyLight};
+pub use measure::spectral_irradiance::SpectralIrradiance;
+pub use measure::spectrum::{Method, Sample, Spectra, spectrum, xyz};
+pub use measure::suns::{of_each_numbered_sky, of_each_sky};
+pub use measure::surface::{Irradiance, Surface, sun_transmittance};
 #[cfg(feature = "files")]
-pub use render::{Report, Request, render};
+pub use output::render::{Report, Request, render};
+pub use plan::{LightFields, Plan, SkyPlan};
 pub use renderer::{Image, Renderer};
 pub use scene::{Preset, Scene};
 pub use sorairo_shared::variant::PixelFormat;
 pub use spectra::alpha_opic::AlphaOpic;
-pub use spectral_irradiance::SpectralIrradiance;
-pub use spectrum::{Method, Sample, Spectra, spectrum, xyz};
-pub use suns::{of_each_numbered_sky, of_each_sky};
-pub use surface::{Irradiance, Surface, sun_transmittance};
 /// The graphics interface of [`ResidentRenderer`], in the version that it takes.
 #[cfg(feature = "gpu")]
 pub use wgpu;
@@ -91,7 +80,7 @@ pub mod low_level {
     /// Images as bytes.
     #[cfg(feature = "encoding")]
     pub mod encoding {
-        pub use crate::encoding::*;
+        pub use crate::output::encoding::*;
     }
     /// The ways in which a request can end badly.
     pub mod error {
@@ -100,11 +89,11 @@ pub mod low_level {
     /// Files: written beside their place and renamed into it when all are whole.
     #[cfg(feature = "files")]
     pub mod files {
-        pub use crate::files::*;
+        pub use crate::output::files::*;
     }
     /// Downwelling irradiance.
     pub mod irradiance {
-        pub use crate::irradiance::*;
+        pub use crate::measure::irradiance::*;
     }
     /// What to compute and what to skip, decided once per scene in double precision.
     pub mod plan {
@@ -113,7 +102,7 @@ pub mod low_level {
     /// From a scene to files.
     #[cfg(feature = "files")]
     pub mod render {
-        pub use crate::render::*;
+        pub use crate::output::render::*;
     }
     /// The rows of tables (CSV).
     pub mod rows {
@@ -122,7 +111,7 @@ pub mod low_level {
     /// Frames one after the other.
     #[cfg(feature = "files")]
     pub mod sequence {
-        pub use crate::sequence::*;
+        pub use crate::output::sequence::*;
     }
     /// What is known per wavelength.
     pub mod spectra {
@@ -130,7 +119,7 @@ pub mod low_level {
     }
     /// The spectrum of the sky in directions.
     pub mod spectrum {
-        pub use crate::spectrum::*;
+        pub use crate::measure::spectrum::*;
     }
     /// The threads on which all computing is done.
     pub mod threads {

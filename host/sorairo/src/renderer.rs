@@ -12,7 +12,7 @@ use crate::device::{self, Device};
 use crate::error::Error;
 use crate::error::Result;
 #[cfg(feature = "files")]
-use crate::files::{self, Format};
+use crate::output::files::{self, Format};
 use crate::plan::colour_space::ColourSpace;
 use crate::plan::{LightFields, Plan};
 use crate::scene::Scene;

@@ -5,9 +5,9 @@ use egui_plot::{Bar, BarChart, HoverPosition, Line, LineStyle, Plot, PlotPoints,
 use sorairo::Plan;
 use sorairo::low_level::spectra::observer;
 use sorairo::low_level::spectrum::Sample;
+use sorairo_shared::display::rgb::into_gamut;
+use sorairo_shared::display::tone::{NEAREST, srgb8};
 use sorairo_shared::math;
-use sorairo_shared::rgb::into_gamut;
-use sorairo_shared::tone::{NEAREST, srgb8};
 
 use super::sky::{PointSpectrum, colour};
 

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use sorairo::low_level::device::gpu::{Module, specialised};
-use sorairo_shared::environment::LANES;
 use sorairo_shared::kernels::{LOOKUP_WORKGROUP, WORKGROUP_SIDE};
+use sorairo_shared::picture::environment::LANES;
 use sorairo_shared::variant;
 
 #[path = "../../../xtask/src/manifest.rs"]

@@ -6,9 +6,9 @@ use sorairo::low_level::plan::Plan;
 use sorairo::scene::{CameraScene, GroundAlbedo, Preset, Projection, Rgb, Scene};
 use sorairo::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use sorairo::{EnvironmentTarget, Error, PixelFormat, ResidentRenderer, SkyLight, SkyPlan};
-use sorairo_shared::environment::{Level, LevelStep, level_pixel, levels};
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::math::half_bits;
+use sorairo_shared::picture::environment::{Level, LevelStep, level_pixel, levels};
 use sorairo_tests::gpu;
 use sorairo_tests::own_device::{buffer, opened, opened_within, read, texels, texture, with_passthrough};
 

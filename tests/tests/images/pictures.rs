@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use sorairo_oracle::direction;
+use sorairo_shared::display::tone::srgb_encode;
 use sorairo_shared::glam::{DMat3, DVec2, DVec3, Vec3};
-use sorairo_shared::tone::srgb_encode;
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::program::{Image, read_exr, read_png, run, succeed};
 use tempfile::tempdir;

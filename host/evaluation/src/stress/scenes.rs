@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use sorairo_shared::display::tone::{NEAREST, srgb8};
 use sorairo_shared::glam::Vec3;
-use sorairo_shared::tone::{NEAREST, srgb8};
 use sorairo_shared::variant::{self, PixelFormat};
 use strum::IntoEnumIterator;
 
@@ -487,7 +487,7 @@ fn lost(linear: &[f32], exposure: f32) -> Option<&'static str> {
 }
 
 /// The bytes of a pixel without a view transform, not yet rounded, in double precision; see
-/// [`sorairo_shared::tone::srgb8`].
+/// [`sorairo_shared::display::tone::srgb8`].
 fn shown(rgb: &[f32], exposure: f32) -> [f64; 3] {
     let exposed: [f64; 3] = std::array::from_fn(|i| (f64::from(rgb[i]) * f64::from(exposure)).min(1.0));
     exposed.map(|x| 255.0 * if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 })

@@ -5,7 +5,7 @@ use num_traits::ToPrimitive;
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::Serialize;
-use sorairo_shared::fit::{newton_coefficients, newton_value};
+use sorairo_shared::fit::spectrum::{newton_coefficients, newton_value};
 use sorairo_shared::glam::Vec4;
 
 use super::outcome::{Outcome, generator};

@@ -5,11 +5,11 @@ use std::ops::Range;
 use std::time::Duration;
 
 use rayon::prelude::*;
-use sorairo_shared::block::kernels::{lookup_anchors, lookup_entries, lookup_row, sky_row};
-use sorairo_shared::block::lanes::BLOCK;
 use sorairo_shared::glam::{UVec2, Vec4};
 use sorairo_shared::kernels::{SENTINEL, sky_pixel};
-use sorairo_shared::lookup::{anchors, colours_per_entry, entries, is_anchor_read};
+use sorairo_shared::picture::lookup::{anchors, colours_per_entry, entries, is_anchor_read};
+use sorairo_shared::processor::kernels::{lookup_anchors, lookup_entries, lookup_row, sky_row};
+use sorairo_shared::processor::lanes::BLOCK;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::{self, is_solved_cubic};
 use web_time::Instant;
@@ -115,10 +115,10 @@ fn store_row(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], wo
 
 #[cfg(test)]
 mod tests {
-    use sorairo_shared::block::kernels::{constituents_of_directions, light_of_directions, plain};
     use sorairo_shared::glam::Vec3;
     use sorairo_shared::kernels::{anchor_colours, lookup_invocations, lookup_pixel};
-    use sorairo_shared::lookup::{entry_between_anchors, store_entry};
+    use sorairo_shared::picture::lookup::{entry_between_anchors, store_entry};
+    use sorairo_shared::processor::kernels::{constituents_of_directions, light_of_directions, plain};
     use sorairo_shared::sky::{Constituents, Parts, constituents, light};
     use sorairo_shared::variant::PixelFormat;
 

@@ -1,8 +1,8 @@
 //! What drivers do that no specification says.
 
-use sorairo_shared::observer::OBSERVER_NODES;
-use sorairo_shared::run::PLACES;
-use sorairo_shared::run::RUN;
+use sorairo_shared::fit::observer::OBSERVER_NODES;
+use sorairo_shared::picture::run::PLACES;
+use sorairo_shared::picture::run::RUN;
 use sorairo_shared::sky::constituent_count;
 use sorairo_shared::variant;
 

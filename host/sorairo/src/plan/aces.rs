@@ -3,11 +3,11 @@
 //! The algorithm is that of the Academy's *ACES 2.0 Output Transform* (`Lib.Academy.OutputTransform.ctl`,
 //! <https://github.com/ampas/aces-core>) as OpenColorIO runs it (`ops/fixedfunction/ACES2/Transform.cpp`,
 //! <https://github.com/AcademySoftwareFoundation/OpenColorIO>). Its tolerances belong to the result and are kept; the
-//! model of appearance is in double precision. [`sorairo_shared::aces`] says what the rows hold.
+//! model of appearance is in double precision. [`sorairo_shared::display::aces`] says what the rows hold.
 
 use std::sync::OnceLock;
 
-use sorairo_shared::aces::{
+use sorairo_shared::display::aces::{
     CONE_EXPONENT, CUSP_ROUNDING, DEGREES, HALF_RESPONSE, Hull, KNOTS, LIGHTNESS_EXPONENT, LIMIT_J, OPPONENT_SCALE,
     ROWS, line_through, m_at_hull,
 };
@@ -19,7 +19,7 @@ use crate::scene::{Display, Rgb};
 /// A turn of hue in degrees.
 const TURN: f64 = 360.0;
 
-/// The rows that [`sorairo_shared::aces::aces2`] reads for a display.
+/// The rows that [`sorairo_shared::display::aces::aces2`] reads for a display.
 pub fn tables(display: Display) -> &'static [Vec4] {
     static REC709: OnceLock<Vec<Vec4>> = OnceLock::new();
     static P3: OnceLock<Vec<Vec4>> = OnceLock::new();
@@ -67,7 +67,7 @@ struct Correlates {
     hue: f64,
 }
 
-/// A space of linear RGB under the model of appearance; see [`sorairo_shared::aces`].
+/// A space of linear RGB under the model of appearance; see [`sorairo_shared::display::aces`].
 struct Gamut {
     to_cones: DMat3,
     from_cones: DMat3,
@@ -277,7 +277,7 @@ fn reach_m(widest: &Gamut, hue: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use sorairo_shared::aces::{
+    use sorairo_shared::display::aces::{
         AP1_TO_CONES, CONES_TO_DISPLAY_P3, CONES_TO_REC709, CONTRAST, CURVE_LIMIT, CURVE_MIDDLE, DISPLAY_P3_TO_AP1,
         DISPLAY_P3_TO_REC2020, KNOTS_IN_A_DEGREE, MIDDLE_J, REC709_TO_AP1, REC2020_TO_AP1, TOE, aces2,
     };

@@ -1,7 +1,7 @@
 //! What an image shows below the horizon.
 
-use sorairo_shared::below::{FADE, FLAT, GROUND, MIRROR, haze_power};
 use sorairo_shared::glam::{DVec3, Vec3, Vec4};
+use sorairo_shared::picture::below::{FADE, FLAT, GROUND, MIRROR, haze_power};
 use sorairo_shared::variant::{self, PixelFormat};
 
 use super::directions::direction;

@@ -1,7 +1,7 @@
 //! Spaces of linear RGB: their primaries, their white, and the matrix from XYZ to them, chromatic adaptation included.
 
+use sorairo_shared::display::rgb::{RgbSpace, into_gamut};
 use sorairo_shared::glam::{DMat3, DVec2, DVec3};
-use sorairo_shared::rgb::{RgbSpace, into_gamut};
 
 use crate::scene::{ColourObserver, Rgb, WhiteBalance};
 use crate::spectra::observer;

@@ -1,6 +1,6 @@
 //! What the kernels of a scene's images are specialised for while the sun moves: what a program compiles before its first frame.
 
-use sorairo_shared::run::RUN;
+use sorairo_shared::picture::run::RUN;
 use sorairo_shared::variant::{self, PixelFormat};
 
 use super::fit::{self, SpectralFit};

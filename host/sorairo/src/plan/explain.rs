@@ -1,10 +1,10 @@
 //! A plan in words: what it skips, and what that saves.
 
-use sorairo_shared::below::{direction_seen, with_ground};
 use sorairo_shared::glam::Vec3;
-use sorairo_shared::lookup::colours_per_entry;
-use sorairo_shared::multiple_lookup::MultipleLookup;
-use sorairo_shared::run::RUN;
+use sorairo_shared::light_field::multiple_lookup::MultipleLookup;
+use sorairo_shared::picture::below::{direction_seen, with_ground};
+use sorairo_shared::picture::lookup::colours_per_entry;
+use sorairo_shared::picture::run::RUN;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::{self, PixelFormat};
 

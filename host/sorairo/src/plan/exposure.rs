@@ -2,11 +2,11 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
-use sorairo_shared::below::{SkyView, sky_view, with_ground};
 use sorairo_shared::camera::Camera;
+use sorairo_shared::display::grade::MIDDLE_GREY;
 use sorairo_shared::glam::Vec3;
-use sorairo_shared::grade::MIDDLE_GREY;
 use sorairo_shared::math::{clamp, max, min};
+use sorairo_shared::picture::below::{SkyView, sky_view, with_ground};
 use sorairo_shared::uniform::{SunDisc, Uniform};
 use sorairo_shared::variant::{self, PixelFormat};
 

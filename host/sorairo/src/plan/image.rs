@@ -4,10 +4,10 @@ use std::f32::consts::FRAC_PI_4;
 use std::ops::Range;
 use std::sync::Arc;
 
-use sorairo_shared::aces;
-use sorairo_shared::fit::rows_per_node;
+use sorairo_shared::display::aces;
+use sorairo_shared::display::grade::Grade;
+use sorairo_shared::fit::spectrum::rows_per_node;
 use sorairo_shared::glam::{Vec3, Vec4};
-use sorairo_shared::grade::Grade;
 use sorairo_shared::kernels::words_of_light;
 use sorairo_shared::math::{max, min};
 use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};

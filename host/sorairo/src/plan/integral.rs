@@ -1,11 +1,11 @@
 //! The light of a sky along a ray at the bands, by its constituents, before any fit.
 
-use sorairo_shared::block::kernels::light_of_directions;
-use sorairo_shared::block::lanes::BLOCK;
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
-use sorairo_shared::phase::ScatteringAngle;
-use sorairo_shared::single::Bands;
+use sorairo_shared::medium::phase::ScatteringAngle;
+use sorairo_shared::path::single::Bands;
+use sorairo_shared::processor::kernels::light_of_directions;
+use sorairo_shared::processor::lanes::BLOCK;
 use sorairo_shared::sky::{Parts, phases, transfer, view_ray};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;

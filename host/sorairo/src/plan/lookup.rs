@@ -8,7 +8,7 @@ use serde::Serialize;
 use sorairo_shared::camera::{EQUIRECTANGULAR, PERSPECTIVE};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::LOOKUP_WORKGROUP;
-use sorairo_shared::run::{RUN, is_long};
+use sorairo_shared::picture::run::{RUN, is_long};
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
@@ -145,8 +145,8 @@ fn reaches_over(run: f64, cells: f64, azimuths: u32) -> bool {
 
 /// Whether the pixels of an image can be looked up in [`variant::RUNS`] in a sky lookup of this size.
 ///
-/// Entries are closest together at the sun's azimuth; see [`sorairo_shared::azimuth`]. In an equirectangular image aerosol whose phase function has its peak
-/// behind has no runs, see [`sorairo_shared::run`]; in a perspective a camera that does not stand upright has none, whose rows cross the horizon.
+/// Entries are closest together at the sun's azimuth; see [`sorairo_shared::interpolation::azimuth`]. In an equirectangular image aerosol whose phase function has its peak
+/// behind has no runs, see [`sorairo_shared::picture::run`]; in a perspective a camera that does not stand upright has none, whose rows cross the horizon.
 pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
     let width = uniform.camera.width;
     let has_fine_disc = variant & variant::SUN_DISC != 0 && uniform.disc.samples > MOST_SAMPLES_IN_RUNS;

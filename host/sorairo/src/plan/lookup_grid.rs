@@ -1,9 +1,9 @@
 //! How many rows and columns of a sky lookup keep what is interpolated near to the integral: a question of the sky alone, whoever looks at it.
 
-use sorairo_shared::azimuth::cosine_at_place;
-use sorairo_shared::cubic::stencil;
 use sorairo_shared::glam::Vec3;
-use sorairo_shared::lookup::grid_view;
+use sorairo_shared::interpolation::azimuth::cosine_at_place;
+use sorairo_shared::interpolation::cubic::stencil;
+use sorairo_shared::picture::lookup::grid_view;
 use sorairo_shared::sky::Constituents;
 use sorairo_shared::uniform::Uniform;
 

@@ -5,9 +5,9 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use sorairo_shared::field_uniform::FieldUniform;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
-use sorairo_shared::single::Bands;
+use sorairo_shared::light_field::field_uniform::FieldUniform;
+use sorairo_shared::path::single::Bands;
 use sorairo_shared::sky::Parts;
 use sorairo_shared::uniform::{Buffers, Uniform};
 
@@ -176,7 +176,7 @@ pub struct Step {
     pub uniform: FieldUniform,
 }
 
-/// A kernel of the light field, by the name of its GPU entry point; see [`sorairo_shared::field_kernels`].
+/// A kernel of the light field, by the name of its GPU entry point; see [`sorairo_shared::light_field::field_kernels`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "the module of the kernels has a table of them")]

@@ -1,11 +1,11 @@
 //! How a scene's rays are sampled: as few samples as keep the radiance within its error, measured on the scene's own rays.
 
 use rayon::prelude::*;
-use sorairo_shared::block::kernels::light_of_directions;
-use sorairo_shared::block::lanes::BLOCK;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
-use sorairo_shared::phase::ScatteringAngle;
-use sorairo_shared::single::Bands;
+use sorairo_shared::medium::phase::ScatteringAngle;
+use sorairo_shared::path::single::Bands;
+use sorairo_shared::processor::kernels::light_of_directions;
+use sorairo_shared::processor::lanes::BLOCK;
 use sorairo_shared::sky::{Parts, transfer_of_parts, view_ray};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;

@@ -3,10 +3,10 @@
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
-use sorairo_shared::block::kernels::constituents_of_directions;
-use sorairo_shared::block::lanes::BLOCK;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
-use sorairo_shared::phase::ScatteringAngle;
+use sorairo_shared::medium::phase::ScatteringAngle;
+use sorairo_shared::processor::kernels::constituents_of_directions;
+use sorairo_shared::processor::lanes::BLOCK;
 use sorairo_shared::sky::{Constituents, Gathered, Parts, sky, with_phases};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;

@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use sorairo_shared::fit::SPECTRUM_RISE;
+use sorairo_shared::fit::spectrum::SPECTRUM_RISE;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::sky::Parts;
 use sorairo_shared::uniform::Uniform;

@@ -3,11 +3,11 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use sorairo_shared::camera::Camera;
-use sorairo_shared::disc::{ELEVATIONS, LIMB_COSINES};
 use sorairo_shared::geometry::{Ray, inside_atmosphere};
 use sorairo_shared::glam::{DVec2, DVec3, Vec2, Vec4};
 use sorairo_shared::math::abs;
-use sorairo_shared::profile::{column_densities, relative_densities, sun_column_densities};
+use sorairo_shared::medium::profile::{column_densities, relative_densities, sun_column_densities};
+use sorairo_shared::picture::disc::{ELEVATIONS, LIMB_COSINES};
 use sorairo_shared::uniform::SunDisc;
 use sorairo_shared::variant;
 

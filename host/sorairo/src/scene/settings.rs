@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
-use sorairo_shared::grade::MIDDLE_GREY;
+use sorairo_shared::display::grade::MIDDLE_GREY;
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use crate::spectra::observer::{ColourObserver, LUMENS_PER_WATT};

@@ -1,8 +1,8 @@
 //! The colour observer: samples of the colour-matching functions over the visible range.
 
 use serde::{Deserialize, Serialize};
+use sorairo_shared::fit::observer::OBSERVER_NODES;
 use sorairo_shared::glam::DVec3;
-use sorairo_shared::observer::OBSERVER_NODES;
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use super::measured;

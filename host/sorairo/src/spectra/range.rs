@@ -1,6 +1,6 @@
 //! The wavelengths of sums over an observer, and those that are known.
 
-use sorairo_shared::observer::OBSERVER_NODES;
+use sorairo_shared::fit::observer::OBSERVER_NODES;
 
 /// First wavelength of the observer sum (nm).
 pub const START: f64 = 380.0;

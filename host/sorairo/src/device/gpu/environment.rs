@@ -1,8 +1,8 @@
 //! Environment maps in a program's own device: the levels of a map and its irradiance, from pixels that are there already.
 
-use sorairo_shared::environment::{COEFFICIENTS, Level, LevelStep, ROW_SUMS, levels};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::WORKGROUP_SIDE;
+use sorairo_shared::picture::environment::{COEFFICIENTS, Level, LevelStep, ROW_SUMS, levels};
 use wgpu::util::DeviceExt;
 
 use super::kernels::{Kernels, dispatch};

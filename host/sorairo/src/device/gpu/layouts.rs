@@ -5,7 +5,7 @@ use std::num::NonZero;
 
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::LOOKUP_WORKGROUP;
-use sorairo_shared::lookup::{anchors, colours_per_entry, entries};
+use sorairo_shared::picture::lookup::{anchors, colours_per_entry, entries};
 use sorairo_shared::uniform::Uniform;
 
 use crate::plan::Plan;

@@ -242,7 +242,7 @@ impl ResidentRenderer {
     /// Encodes a sky as an environment map with all of its levels, and the irradiance of what the map holds: what a program lights with.
     ///
     /// The map is equirectangular with north in its centre, and as large as the texture. A pixel of a level is the mean over its part of the
-    /// sphere, so that the last level, of one pixel, is the mean radiance; see [`sorairo_shared::environment`]. The irradiance has the order and the
+    /// sphere, so that the last level, of one pixel, is the mean radiance; see [`sorairo_shared::picture::environment`]. The irradiance has the order and the
     /// axes of [`Harmonics`](crate::Harmonics). With `sun.disc` both hold the sun; without it, add a sun of your own.
     ///
     /// # Errors

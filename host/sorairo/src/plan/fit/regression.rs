@@ -82,7 +82,7 @@ pub fn beside_more_bands(rows: &[Vec4], groups: usize, more: usize) -> Vec<Vec4>
 }
 
 /// The rows of a spectral image: for each wavelength (nm) those of each constituent's regression; see
-/// [`sorairo_shared::fit::regression_value`].
+/// [`sorairo_shared::fit::spectrum::regression_value`].
 pub fn spectrum_rows(
     optics: &Optics,
     wavelengths: &[f64],
@@ -123,7 +123,7 @@ impl Training<'_> {
     }
 
     /// The observer nodes of every constituent's regression fit as the kernels take them; see
-    /// [`sorairo_shared::fit::regression_rgb`]. With `solve` the rows are for the Newton coefficients of four bands.
+    /// [`sorairo_shared::fit::spectrum::regression_rgb`]. With `solve` the rows are for the Newton coefficients of four bands.
     pub fn nodes(&self, solve: bool) -> Vec<Vec4> {
         let nodes = node_wavelengths(self.integral.wavelengths.len());
         let samples = observer::wavelengths();

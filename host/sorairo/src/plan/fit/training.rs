@@ -1,14 +1,14 @@
 //! The spectra on which a regression fit is made: light along some hundred rays of the sky's own, by its constituents.
 //!
 //! Light at many wavelengths costs little more than at a few if what a ray crosses is computed once for all of them; see
-//! [`sorairo_shared::multiple`]. Of light that was scattered before more than [`TOGETHER`] are not: between every 10 nm it follows from
+//! [`sorairo_shared::light_field::multiple`]. Of light that was scattered before more than [`TOGETHER`] are not: between every 10 nm it follows from
 //! optical depths and albedo, whose spectra are known.
 
 use rayon::prelude::*;
 use sorairo_shared::glam::{DVec3, Vec2, Vec3, Vec4};
-use sorairo_shared::ground::{GroundView, ground_light, ground_seen};
-use sorairo_shared::multiple::single_scattering_of_many;
-use sorairo_shared::single::Bands;
+use sorairo_shared::light_field::ground::{GroundView, ground_light, ground_seen};
+use sorairo_shared::light_field::multiple::single_scattering_of_many;
+use sorairo_shared::path::single::Bands;
 use sorairo_shared::sky::Parts;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
@@ -22,7 +22,7 @@ use crate::plan::upload::bands;
 use crate::spectra::optics::{Coefficients, Optics};
 
 /// The smallest integral whose logarithm is taken, as in the kernels.
-pub const DARKEST: f64 = sorairo_shared::fit::DARKEST as f64;
+pub const DARKEST: f64 = sorairo_shared::fit::spectrum::DARKEST as f64;
 
 /// Step (nm) between the wavelengths that are computed where more are asked for than are computed together.
 const STEP: f64 = 10.0;

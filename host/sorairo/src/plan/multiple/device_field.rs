@@ -1,15 +1,15 @@
-//! The light field on a device, planned: which kernels of [`sorairo_shared::field_kernels`] run after each other, and what lies where.
+//! The light field on a device, planned: which kernels of [`sorairo_shared::light_field::field_kernels`] run after each other, and what lies where.
 //!
 //! The plan decides, the device runs; what comes back between is the mean radiance of each order, from which the processor tells how many orders are
 //! enough. It is the same light field as [`super::field`]'s, by the same rules.
 
 use std::ops::Range;
 
-use sorairo_shared::field_uniform::{FieldUniform, Orders as OrdersAt, Tables, Values as ValuesAt};
 use sorairo_shared::glam::{Vec2, Vec4};
-use sorairo_shared::moments::Moments;
-use sorairo_shared::multiple::Lanes;
-use sorairo_shared::single::Bands;
+use sorairo_shared::light_field::field_uniform::{FieldUniform, Orders as OrdersAt, Tables, Values as ValuesAt};
+use sorairo_shared::light_field::moments::Moments;
+use sorairo_shared::light_field::multiple::Lanes;
+use sorairo_shared::path::single::Bands;
 
 use super::device_lists::{Lists, NUMBERS, Room, along_rays, both, of_ray, uniform_of};
 use super::field::{Azimuths, MOST, OrdersMade};

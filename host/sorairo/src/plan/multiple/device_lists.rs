@@ -1,10 +1,10 @@
 //! What lies where in a device's memory for the kernels of a light field.
 
-use sorairo_shared::field_uniform::{FieldUniform, Tables, Values as ValuesAt};
 use sorairo_shared::glam::UVec2;
-use sorairo_shared::moments::Moments;
-use sorairo_shared::profile::Atmosphere;
-use sorairo_shared::single::Bands;
+use sorairo_shared::light_field::field_uniform::{FieldUniform, Tables, Values as ValuesAt};
+use sorairo_shared::light_field::moments::Moments;
+use sorairo_shared::medium::profile::Atmosphere;
+use sorairo_shared::path::single::Bands;
 
 use super::grid::Grid;
 use super::resolution::Resolution;

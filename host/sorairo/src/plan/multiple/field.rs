@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3};
-use sorairo_shared::light_field::{Sight, SunPlace, lit_from_end_to_end};
-use sorairo_shared::math::{acos, max};
-use sorairo_shared::moments::{Moments, legendre};
-use sorairo_shared::multiple::{
+use sorairo_shared::light_field::moments::{Moments, legendre};
+use sorairo_shared::light_field::multiple::{
     Lanes, Scratch, gather, scratch_sizes, single_scattering_of_lit_ray, single_scattering_of_many, sunlight_on_ground,
 };
+use sorairo_shared::light_field::rays::{Sight, SunPlace, lit_from_end_to_end};
+use sorairo_shared::math::{acos, max};
 use sorairo_shared::variant;
 
 use super::grid::{Direction, Grid, directions};

@@ -1,7 +1,7 @@
 //! Where a table of the light field has its nodes: altitudes and directions.
 
-use sorairo_shared::light_field::place_of_altitude;
-use sorairo_shared::moments::Axis;
+use sorairo_shared::light_field::moments::Axis;
+use sorairo_shared::light_field::rays::place_of_altitude;
 
 use super::setting::Setting;
 use crate::plan::directions::horizon;

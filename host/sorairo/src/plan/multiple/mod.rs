@@ -1,5 +1,5 @@
 //! Light scattered more than once: how finely a sky's light field is resolved, and the lookup that kernels read; see
-//! [`sorairo_shared::multiple`].
+//! [`sorairo_shared::light_field::multiple`].
 //!
 //! # What is chosen, and why
 //!

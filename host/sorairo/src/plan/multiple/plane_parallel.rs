@@ -23,8 +23,8 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DMatrixView, DVector};
 use rayon::prelude::*;
-use sorairo_shared::moments::{Moments, Stencil};
-use sorairo_shared::multiple::Lanes;
+use sorairo_shared::light_field::moments::{Moments, Stencil};
+use sorairo_shared::light_field::multiple::Lanes;
 
 use super::grid::Grid;
 use super::sampling::{densities, strongest};
@@ -335,7 +335,7 @@ impl Streams {
 }
 
 /// `f_l(μ)` for the degrees from `m` on: associated Legendre functions whose squares have the integral 1 over `μ`, by the recursion of
-/// [`sorairo_shared::moments::legendre`].
+/// [`sorairo_shared::light_field::moments::legendre`].
 fn functions(degree: usize, m: usize, mu: f64) -> Vec<f64> {
     let sine = (1.0 - mu * mu).sqrt();
     let diagonal = (1..=m).fold(0.5f64.sqrt(), |value, m| value * sine * ((2 * m + 1) as f64 / (2 * m) as f64).sqrt());

@@ -2,11 +2,11 @@
 
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::Vec3;
-use sorairo_shared::ground::LAMBERT;
-use sorairo_shared::light_field::{NodePlace, PieceSamples, Sample, Sight, SunPlace, functions_of_air};
+use sorairo_shared::light_field::ground::LAMBERT;
+use sorairo_shared::light_field::moments::{Moments, legendre};
+use sorairo_shared::light_field::multiple::{Lanes, RayNode, TableRay, for_each_piece, suns_along};
+use sorairo_shared::light_field::rays::{NodePlace, PieceSamples, Sample, Sight, SunPlace, functions_of_air};
 use sorairo_shared::math::safe_sqrt;
-use sorairo_shared::moments::{Moments, legendre};
-use sorairo_shared::multiple::{Lanes, RayNode, TableRay, for_each_piece, suns_along};
 
 use super::grid::Grid;
 use super::sampling::Sampling;

@@ -4,9 +4,9 @@
 //! as the cubics, it is made once, by the cubics.
 
 use rayon::prelude::*;
-use sorairo_shared::cubic::{Stencil, stencil};
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::multiple_lookup::MultipleLookup;
+use sorairo_shared::interpolation::cubic::{Stencil, stencil};
+use sorairo_shared::light_field::multiple_lookup::MultipleLookup;
 
 /// Steps of the finer grid in one between two rows, and between two columns: straight lines leave a part of what they would on the grid itself that is
 /// the inverse of their square. Of seven skies, from day to a sun at −8° and from the ground to 400 km, no pixel is off by more than 4e-4 from the cubics.
@@ -67,8 +67,8 @@ fn finer_row(part: &[Vec4], rows: Stencil, azimuths: u32, columns: &[Stencil]) -
 
 #[cfg(test)]
 mod tests {
+    use sorairo_shared::light_field::multiple_lookup::{diffuse_irradiance, place_at, scattered};
     use sorairo_shared::math::{PI, max, sin_cos};
-    use sorairo_shared::multiple_lookup::{diffuse_irradiance, place_at, scattered};
     use sorairo_shared::variant;
 
     use super::*;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use sorairo_shared::moments::Moments;
+use sorairo_shared::light_field::moments::Moments;
 
 use super::setting::{HIGHEST_DEGREE, Setting};
 use super::suns::{DAY, DEGREE, LOW};

@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use sorairo_shared::glam::Vec2;
-use sorairo_shared::light_field::PieceSamples;
-use sorairo_shared::profile::{ozone_density, relative_densities};
+use sorairo_shared::light_field::rays::PieceSamples;
+use sorairo_shared::medium::profile::{ozone_density, relative_densities};
 use sorairo_shared::variant;
 
 use super::resolution::Resolution;
@@ -14,7 +14,7 @@ use crate::plan::quadrature::{gauss_legendre, nodes_and_weights};
 
 /// How the pieces of a ray are sampled.
 pub enum Sampling {
-    /// By a rule that follows the density; see [`sorairo_shared::single`].
+    /// By a rule that follows the density; see [`sorairo_shared::path::single`].
     Rule(Vec<Vec2>),
     /// By panels that are short beside the mean free path and the length over which the air changes, as far as light comes.
     ByDepth,

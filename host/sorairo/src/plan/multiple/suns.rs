@@ -5,7 +5,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use sorairo_shared::profile::Atmosphere;
+use sorairo_shared::medium::profile::Atmosphere;
 
 use crate::plan::directions::horizon;
 

@@ -1,15 +1,15 @@
-//! The lookup of multiply scattered light for an observer; see [`sorairo_shared::multiple_lookup`].
+//! The lookup of multiply scattered light for an observer; see [`sorairo_shared::light_field::multiple_lookup`].
 
 use std::f64::consts::FRAC_PI_2;
 
 use rayon::prelude::*;
-use sorairo_shared::azimuth::cosine_at_place;
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::light_field::Sight;
+use sorairo_shared::interpolation::azimuth::cosine_at_place;
+use sorairo_shared::light_field::multiple::{Lanes, gather};
+use sorairo_shared::light_field::multiple_lookup::MultipleLookup;
+use sorairo_shared::light_field::rays::Sight;
 use sorairo_shared::math::acos;
-use sorairo_shared::multiple::{Lanes, gather};
-use sorairo_shared::multiple_lookup::MultipleLookup;
-use sorairo_shared::single::Bands;
+use sorairo_shared::path::single::Bands;
 
 use super::device_rays;
 use super::field::{Irradiance, LightField, OrdersMade, Room};

@@ -1,8 +1,8 @@
 //! The air and the ground at the wavelengths of a light field.
 
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::multiple::{Lanes, Spectrum};
-use sorairo_shared::single::Bands;
+use sorairo_shared::light_field::multiple::{Lanes, Spectrum};
+use sorairo_shared::path::single::Bands;
 
 /// What scatters, absorbs and reflects at some wavelengths.
 pub struct Wavelengths<const N: usize> {

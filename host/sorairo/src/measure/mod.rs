@@ -1,0 +1,7 @@
+//! What is measured of a sky.
+
+pub mod irradiance;
+pub mod spectral_irradiance;
+pub mod spectrum;
+pub mod suns;
+pub mod surface;

@@ -1,0 +1,300 @@
+//! Spectra of the sky: in one direction, or in many; and how it looks there.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sorairo_shared::camera::{PixelView, pixel_view};
+use sorairo_shared::glam::{DVec3, Vec3};
+use sorairo_shared::processor::lanes::BLOCK;
+use sorairo_shared::variant::{self, ABOVE_TOP};
+use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
+
+use crate::azimuth::within_a_turn;
+use crate::error::{Error, Result, check_range};
+use crate::plan::integral::RayIntegral;
+use crate::plan::quadrature::gauss_legendre;
+use crate::plan::upload::{self, bands};
+use crate::plan::{Plan, SkyPlan, SpectralPlan, direction, optics_of};
+use crate::scene::ValidScene;
+use crate::spectra::optics::Optics;
+use crate::spectra::{colour_temperature, observer};
+
+/// Samples per piece for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
+/// the convergence.
+pub const DENSE_STEPS: u32 = 512;
+
+/// Radiance at one wavelength.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Sample {
+    /// Wavelength (nm).
+    pub wavelength_nm: f64,
+    /// What the bands and the fit give, and at least 0 (W·m⁻²·sr⁻¹·nm⁻¹).
+    pub radiance: f64,
+    /// The integral at this very wavelength, at high accuracy (W·m⁻²·sr⁻¹·nm⁻¹).
+    pub dense: f64,
+}
+
+/// A direction of which a spectrum is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Direction {
+    /// Its elevation (degrees).
+    #[serde(rename = "view_elevation")]
+    pub elevation: f64,
+    /// Its azimuth, clockwise from north (degrees).
+    #[serde(rename = "view_azimuth")]
+    pub azimuth: f64,
+}
+
+impl Direction {
+    /// The direction as a vector.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for an elevation that is none, [`Error::NotAllowed`] for an azimuth that is not finite.
+    pub fn vector(&self) -> Result<Vec3> {
+        check_range("view_elevation", self.elevation, (-90.0, 90.0), "degrees")?;
+        Ok(direction(self.elevation, within_a_turn("view_azimuth", self.azimuth)?).as_vec3())
+    }
+
+    /// The direction of a pixel's centre, its azimuth from 0 to 360; columns count from the left, rows from the top. None where the
+    /// projection covers nothing.
+    pub fn of_pixel(plan: &Plan, column: u32, row: u32) -> Option<Self> {
+        Self::of_view(pixel_view(&plan.uniform.camera, variant::projection(plan.variant), column, row))
+    }
+
+    /// The same of a pixel of a scene's image, without a plan of its sky.
+    pub fn of_scene_pixel(scene: &ValidScene, column: u32, row: u32) -> Option<Self> {
+        let projection = upload::projection(scene.camera.projection);
+        Self::of_view(pixel_view(&upload::camera(scene), projection, column, row))
+    }
+
+    fn of_view(PixelView { direction, covered }: PixelView) -> Option<Self> {
+        let [north, west, up] = direction.to_array().map(f64::from);
+        let elevation = up.clamp(-1.0, 1.0).asin().to_degrees();
+        let azimuth = (-west).atan2(north).to_degrees().rem_euclid(360.0);
+        covered.then_some(Self { elevation, azimuth })
+    }
+}
+
+/// How bright a direction is to the eye, and of which colour.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Appearance {
+    /// Luminance (cd·m⁻²).
+    pub luminance_cd_m2: f64,
+    /// Chromaticity of the observer; none where there is no light.
+    pub x: Option<f64>,
+    /// The same.
+    pub y: Option<f64>,
+    /// Correlated colour temperature (K); none for a colour that has none: see [`colour_temperature::correlated`].
+    pub cct_k: Option<f64>,
+}
+
+/// The appearance of directions to the sky's observer, by what its bands and fit give.
+///
+/// # Errors
+///
+/// [`Error::OutOfRange`] for a direction.
+pub fn appearances(sky: &SkyPlan, directions: &[Direction]) -> Result<Vec<Appearance>> {
+    let angles: Vec<[f64; 2]> =
+        directions.iter().map(|&Direction { elevation, azimuth }| [elevation, azimuth]).collect();
+    let appearance = |colour: [f64; 3]| {
+        let colour = DVec3::from_array(colour);
+        let part = |value: f64| (colour.element_sum() > 0.0).then(|| value / colour.element_sum());
+        Appearance {
+            luminance_cd_m2: observer::LUMENS_PER_WATT * colour.y,
+            x: part(colour.x),
+            y: part(colour.y),
+            cct_k: colour_temperature::correlated(sky.observer, colour),
+        }
+    };
+    Ok(xyz(sky, &angles)?.into_iter().map(appearance).collect())
+}
+
+/// The spectrum towards an elevation and an azimuth (degrees, clockwise from north) at wavelengths in nm; see [`spectra`].
+///
+/// # Errors
+///
+/// Those of [`spectra`].
+pub fn spectrum(sky: &SkyPlan, elevation: f64, azimuth: f64, wavelengths: &[f64]) -> Result<Vec<Sample>> {
+    spectra(sky, &[Direction { elevation, azimuth }], wavelengths).map(|mut spectra| spectra.remove(0))
+}
+
+/// The spectra in directions at wavelengths in nm.
+///
+/// # Errors
+///
+/// [`Error::OutOfRange`] for a direction, [`Error::NotAllowed`] for a wavelength out of range.
+pub fn spectra(sky: &SkyPlan, directions: &[Direction], wavelengths: &[f64]) -> Result<Vec<Vec<Sample>>> {
+    let views: Vec<Vec3> = directions.iter().map(Direction::vector).collect::<Result<_>>()?;
+    let of = |method| Spectra::new(sky, wavelengths, method);
+    let (fitted, dense) = (of(Method::Fit)?, of(Method::Dense)?);
+    let sample = |((&wavelength_nm, radiance), dense): ((&f64, f64), f64)| Sample { wavelength_nm, radiance, dense };
+    let samples =
+        |&view: &Vec3| wavelengths.iter().zip(fitted.radiance(view)).zip(dense.radiance(view)).map(sample).collect();
+    Ok(views.par_iter().map(samples).collect())
+}
+
+/// How the radiance at a wavelength is found.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum Method {
+    /// From the bands by the fit.
+    #[default]
+    Fit,
+    /// By an integral at this very wavelength.
+    Dense,
+}
+
+/// Spectra of a sky at fixed wavelengths, in any direction. What all directions share is prepared once.
+pub struct Spectra {
+    by: By,
+}
+
+/// What gives the radiance.
+enum By {
+    Fit(Arc<SpectralPlan>),
+    Dense(Box<DenseSpectrum>),
+}
+
+impl Spectra {
+    /// Prepares spectra at wavelengths in nm; by the fit through as many bands as they need, see [`SpectralPlan`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] for a wavelength at which the scene is not known.
+    pub fn new(sky: &SkyPlan, wavelengths: &[f64], method: Method) -> Result<Self> {
+        check_wavelengths(sky, wavelengths)?;
+        let by = match method {
+            Method::Fit => By::Fit(Arc::new(SpectralPlan::new(sky, wavelengths))),
+            Method::Dense => By::Dense(Box::new(DenseSpectrum::new(sky, wavelengths))),
+        };
+        Ok(Self { by })
+    }
+
+    /// Spectra at the nodes of the observer, for sums over them; see [`SpectralPlan::over_steps`].
+    pub(crate) fn over_steps(sky: &SkyPlan) -> Self {
+        Self { by: By::Fit(Arc::new(SpectralPlan::over_steps(sky))) }
+    }
+
+    /// Spectra that are planned.
+    #[cfg(feature = "files")]
+    pub(crate) fn planned(spectral: Arc<SpectralPlan>) -> Self {
+        Self { by: By::Fit(spectral) }
+    }
+
+    /// The wavelengths (nm) at which rays are integrated, in no order.
+    pub fn bands(&self) -> &[f64] {
+        match &self.by {
+            By::Fit(planned) => &planned.integral.wavelengths,
+            By::Dense(dense) => &dense.integral.wavelengths,
+        }
+    }
+
+    /// Radiance at each wavelength towards an elevation and an azimuth (degrees, clockwise from north): W·m⁻²·sr⁻¹·nm⁻¹, at least 0.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for a direction.
+    pub fn towards(&self, elevation: f64, azimuth: f64) -> Result<Vec<f64>> {
+        Direction { elevation, azimuth }.vector().map(|view| self.radiance(view))
+    }
+
+    /// The same in each of many directions, an elevation and an azimuth each, one after the other; on all cores.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for a direction.
+    pub fn in_directions(&self, directions: &[[f64; 2]]) -> Result<Vec<f64>> {
+        let views: Vec<Vec3> = directions
+            .iter()
+            .map(|&[elevation, azimuth]| Direction { elevation, azimuth }.vector())
+            .collect::<Result<_>>()?;
+        Ok(views.par_chunks(BLOCK).flat_map_iter(|views| self.radiance_of_directions(views)).collect())
+    }
+
+    /// Radiance at each wavelength in a direction.
+    pub(crate) fn radiance(&self, view: Vec3) -> Vec<f64> {
+        self.radiance_of_directions(&[view])
+    }
+
+    /// The same in many directions, one after the other.
+    fn radiance_of_directions(&self, views: &[Vec3]) -> Vec<f64> {
+        let mut radiance = match &self.by {
+            By::Fit(planned) => planned.radiance_of_directions(views),
+            By::Dense(dense) => views.iter().flat_map(|&view| dense.radiance(view)).collect(),
+        };
+        // A polynomial can pass below zero between its bands; light cannot.
+        radiance.iter_mut().for_each(|value| *value = value.max(0.0));
+        radiance
+    }
+}
+
+/// Colours of a sky in many directions (an elevation and an azimuth in degrees each): X, Y and Z of its observer by the spectrum of the
+/// fit at 380 to 780 nm, in means over 5 nm (W·m⁻²·sr⁻¹; [`LUMENS_PER_WATT`](crate::low_level::irradiance::LUMENS_PER_WATT) times Y is the luminance in cd·m⁻²).
+///
+/// # Errors
+///
+/// [`Error::OutOfRange`] for a direction.
+pub fn xyz(sky: &SkyPlan, directions: &[[f64; 2]]) -> Result<Vec<[f64; 3]>> {
+    let radiances = Spectra::over_steps(sky).in_directions(directions)?;
+    let of_direction = |spectrum: &[f64]| observer::xyz_of_samples(sky.observer, spectrum).to_array();
+    Ok(radiances.chunks_exact(observer::wavelengths().len()).map(of_direction).collect())
+}
+
+/// Checks that a sky is known at wavelengths (nm).
+///
+/// # Errors
+///
+/// [`Error::NotAllowed`] if it is not.
+pub fn check_wavelengths(sky: &SkyPlan, wavelengths: &[f64]) -> Result<()> {
+    let (shortest, longest) = sky.scene.known_wavelengths();
+    match wavelengths.iter().find(|&&wavelength| !(shortest..=longest).contains(&wavelength)) {
+        Some(outside) => {
+            let complaint = format!("holds {outside}; wavelengths must lie between {shortest} and {longest} nm");
+            Err(Error::not_allowed("wavelengths", complaint))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The spectrum integrated at every one of its wavelengths with [`DENSE_STEPS`] samples: the reference of every fit.
+pub struct DenseSpectrum {
+    integral: RayIntegral,
+    irradiance: Vec<f64>,
+}
+
+impl DenseSpectrum {
+    /// Prepares the spectrum at wavelengths in nm, at which tables say what holds.
+    pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
+        Self::as_read(sky, &optics_of(&sky.scene), wavelengths)
+    }
+
+    /// The same at the nodes of the observer, for sums over them; see [`SpectralPlan::over_steps`].
+    pub fn over_steps(sky: &SkyPlan) -> Self {
+        Self::as_read(sky, &sky.base.optics, &observer::wavelengths())
+    }
+
+    fn as_read(sky: &SkyPlan, optics: &Optics, wavelengths: &[f64]) -> Self {
+        let integral = RayIntegral {
+            wavelengths: wavelengths.to_vec(),
+            optics: optics.clone(),
+            bands: bands(optics, wavelengths),
+            quadrature: gauss_legendre(DENSE_STEPS),
+            variant: sky.base.variant | ABOVE_TOP,
+            ..sky.base.clone()
+        };
+        Self {
+            integral: integral.with_spectral_light(),
+            irradiance: wavelengths.iter().map(|&wavelength| optics.solar_irradiance(wavelength)).collect(),
+        }
+    }
+
+    /// Radiance at each wavelength in a direction (W·m⁻²·sr⁻¹·nm⁻¹).
+    pub fn radiance(&self, view: Vec3) -> Vec<f64> {
+        self.integral.transfer(view).iter().zip(&self.irradiance).map(|(t, irradiance)| t * irradiance).collect()
+    }
+}

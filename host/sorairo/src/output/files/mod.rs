@@ -1,0 +1,26 @@
+//! Files: written beside their place and renamed into it when all are whole, so that no reader ever sees half of one.
+
+mod check;
+mod format;
+mod hdr;
+mod place;
+pub mod png;
+mod radiance_picture;
+mod radiance_scene;
+mod signature;
+mod staged;
+pub mod text;
+mod text_scene;
+mod usd_scene;
+mod wavelengths;
+mod writer;
+
+pub use crate::output::encoding::{Image, Sunlight, exr, spectral};
+pub use check::check_scenes;
+pub use check::{Replace, check_distinct, check_room, check_writable, make_folder};
+pub use format::Format;
+pub(crate) use radiance_picture::step as band_width;
+pub use signature::{is_finished, is_own, png_text, signature};
+pub use staged::{Staged, Standstill, commit_all, remove_unfinished, stage};
+pub use wavelengths::{MOST_WAVELENGTHS, default_wavelengths, wavelengths};
+pub use writer::{Writer, write};

@@ -1,0 +1,4 @@
+//! The spectrum between bands, and its sum over an observer.
+
+pub mod observer;
+pub mod spectrum;

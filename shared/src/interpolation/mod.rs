@@ -1,0 +1,4 @@
+//! Between the nodes of tables.
+
+pub mod azimuth;
+pub mod cubic;

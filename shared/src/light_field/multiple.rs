@@ -1,0 +1,614 @@
+//! Light scattered more than once: the source that a light field makes, and the light that is gathered from it.
+//!
+//! Light of order `n + 1` is what air and aerosol, or the ground, scatter of the light `L_n` of order `n`. Along a ray with the view direction `v`,
+//! with `T` the transmittance to its origin, `a` the albedo of the ground and `E_n` the irradiance on it:
+//!
+//! ```text
+//! L_{n+1}(v) = ∫ T(s) S_n(s, v) ds + T(ground) a/π E_n
+//! S_n(v) = Σ_c β_c ρ_c ∫ P_c(v·v') L_n(v') dv' = Σ_lm Σ_c β_c ρ_c χ_l^c L_{n,lm} Y_lm(v)
+//! ```
+//!
+//! The second form is the addition theorem: a phase function `P_c(ν) = Σ_l (2l + 1)/(4π) χ_l^c P_l(ν)` turns each moment `L_lm` of the light
+//! field (see [`crate::light_field::moments`]) into itself times `χ_l`. Rayleigh's has `χ` only for `l = 0` and 2: for air four moments are all
+//! there is to know of a light field. Those of aerosol fall off with `l`; a table keeps as many as matter.
+//!
+//! A light field depends on the altitude and on the sun's zenith angle, and for no other reason on the place. So a table over these two,
+//! about one sun, holds all of it. A ray of it crosses the same air for every sun and azimuth: its samples, their transmittances
+//! and their places between the altitudes are made once ([`RayNode`]), then all moments of an `m` are summed for each sun of the table
+//! (`sources`), and what is left for a sight is to stand between four suns ([`suns_along`]) and to sum over `m` ([`gather`]).
+//!
+//! Light of the first order is the integral of [`crate::path::single`] here too. Its table takes the phase function of aerosol as the sum of the moments
+//! that it keeps: what lies above would only alias.
+//!
+//! What is compiled for several kinds of processors hands no closure to the standard library: a function that is compiled for all of them cannot take one
+//! in, and would be called for every few numbers.
+
+use core::ops::Range;
+
+use crate::geometry::Ray;
+use crate::glam::{Vec2, Vec4};
+use crate::light_field::ground::{GroundView, column_densities_to_sun, ground_on_way};
+use crate::light_field::moments::{Axis, Moments, Stencil};
+use crate::light_field::rays::{
+    NodePlace, PER_MEAN_FREE_PATH, PieceSamples, SMALLEST, Sight, SunPlace, between_logarithms,
+};
+use crate::math::{abs, exp_lanes, ln_lanes, max};
+use crate::medium::profile::{Atmosphere, ColumnDensities, column_densities_of_two, sun_column_densities};
+use crate::path::single::{Bands, Samples, TowardsObserver, Way, lit_place};
+use crate::variant;
+
+/// Values at some wavelengths, which share a path: loops over them that a compiler spreads over as many lanes as there are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lanes<const N: usize>(pub [f32; N]);
+
+impl<const N: usize> Lanes<N> {
+    /// Nothing.
+    pub const ZERO: Self = Self([0.0; N]);
+
+    /// Adds `other` times a number.
+    #[inline(always)]
+    pub fn add_scaled(&mut self, other: &Self, factor: f32) {
+        for i in 0..N {
+            self.0[i] += other.0[i] * factor;
+        }
+    }
+
+    /// Adds the product of two.
+    #[inline(always)]
+    pub fn add_product(&mut self, a: &Self, b: &Self) {
+        for i in 0..N {
+            self.0[i] += a.0[i] * b.0[i];
+        }
+    }
+
+    /// Times another.
+    #[inline(always)]
+    pub fn times(&self, other: &Self) -> Self {
+        let mut product = *self;
+        for i in 0..N {
+            product.0[i] *= other.0[i];
+        }
+        product
+    }
+
+    /// Times a number.
+    #[inline(always)]
+    pub fn scaled(&self, factor: f32) -> Self {
+        let mut product = *self;
+        for value in &mut product.0 {
+            *value *= factor;
+        }
+        product
+    }
+
+    /// The values of four neighbours with the weights of a stencil.
+    #[inline(always)]
+    pub fn between(values: &[Self], stencil: Stencil) -> Self {
+        let mut sum = Self::ZERO;
+        for (value, weight) in values[stencil.first..stencil.first + 4].iter().zip(stencil.weights) {
+            sum.add_scaled(value, weight);
+        }
+        sum
+    }
+
+    /// The values whose four neighbours have these logarithms; see [`crate::light_field::rays::between_logarithms`].
+    #[inline(always)]
+    pub fn between_logarithms(logarithms: &[Self], stencil: Stencil) -> Self {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| &logarithms[stencil.first + i].0);
+        let mut between = Self::ZERO;
+        for i in 0..N {
+            between.0[i] = between_logarithms([a[i], b[i], c[i], d[i]], stencil.weights);
+        }
+        exp_lanes(&mut between.0);
+        between
+    }
+
+    /// The logarithms of light, of which there is a least.
+    pub fn logarithms_of_light(&self) -> Self {
+        let mut logarithms = *self;
+        logarithms.0.iter_mut().for_each(|value| *value = max(*value, SMALLEST[1]));
+        ln_lanes(&mut logarithms.0);
+        logarithms
+    }
+}
+
+/// The optical properties of the air at some wavelengths; see [`Bands`].
+#[derive(Clone, Copy, Debug)]
+pub struct Spectrum<const N: usize> {
+    /// Scattering coefficient of air at the ground (km⁻¹).
+    pub air_scattering: Lanes<N>,
+    /// Scattering coefficient of aerosol at the ground (km⁻¹).
+    pub aerosol_scattering: Lanes<N>,
+    /// Extinction coefficient of aerosol at the ground (km⁻¹).
+    pub aerosol_extinction: Lanes<N>,
+    /// Absorption coefficient of ozone at its peak (km⁻¹).
+    pub ozone_absorption: Lanes<N>,
+}
+
+impl<const N: usize> Spectrum<N> {
+    /// The part of light that column densities (km) let through.
+    #[inline(always)]
+    pub fn transmittance(&self, along: ColumnDensities) -> Lanes<N> {
+        let mut lanes = Lanes::ZERO;
+        for i in 0..N {
+            lanes.0[i] = -(self.air_scattering.0[i] * along.x
+                + self.aerosol_extinction.0[i] * along.y
+                + self.ozone_absorption.0[i] * along.z);
+        }
+        exp_lanes(&mut lanes.0);
+        lanes
+    }
+}
+
+/// Visits the pieces of a whole ray, dark or lit, from its origin on. The ray is returned from where it enters the atmosphere, with the ground
+/// where it meets it. `variant` is one in which a ray can descend.
+#[inline(always)]
+pub fn for_each_piece(
+    atmosphere: &Atmosphere,
+    bands: &Bands,
+    ray: Ray,
+    variant: u32,
+    mut visit: impl FnMut(PieceSamples),
+) -> (Ray, GroundView) {
+    let shell = atmosphere.shell();
+    let way = Way::new(shell, ray, variant & !variant::SHADOW);
+    for rising in [false, true] {
+        let interval = way.lit(false, rising);
+        if interval.end > interval.start {
+            visit(PieceSamples::new(atmosphere, bands, way, interval, rising, variant));
+        }
+    }
+    (way.ray, ground_on_way(atmosphere, way, variant))
+}
+
+/// The part of sunlight that reaches a node of a ray for two suns, by the cosines of their zenith angles there. Neither may lie in the
+/// planet's shadow.
+#[inline(always)]
+fn sunlight_of_two<const N: usize>(
+    atmosphere: &Atmosphere,
+    spectrum: &Spectrum<N>,
+    node: &RayNode<N>,
+    mu_s: Vec2,
+    variant: u32,
+) -> [Lanes<N>; 2] {
+    let (altitude, up) = (node.altitude, Vec2::new(abs(mu_s.x), abs(mu_s.y)));
+    let outwards = column_densities_of_two(atmosphere, altitude, node.density, up, variant);
+    [
+        spectrum.transmittance(sun_column_densities(atmosphere, altitude, outwards.first, mu_s.x, variant)),
+        spectrum.transmittance(sun_column_densities(atmosphere, altitude, outwards.second, mu_s.y, variant)),
+    ]
+}
+
+/// Irradiance of level ground by the sun, relative to that above the atmosphere; see [`crate::light_field::ground::direct_irradiance`].
+pub fn sunlight_on_ground<const N: usize>(
+    atmosphere: &Atmosphere,
+    spectrum: &Spectrum<N>,
+    mu_s: f32,
+    variant: u32,
+) -> Lanes<N> {
+    spectrum.transmittance(column_densities_to_sun(atmosphere, mu_s, variant)).scaled(max(mu_s, 0.0))
+}
+
+/// Light scattered once along a ray of a table that is lit from end to end by two suns, of air and of aerosol, before their phase functions.
+#[cfg_attr(
+    not(target_arch = "spirv"),
+    multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
+)]
+pub fn single_scattering_of_lit_ray<const N: usize>(
+    atmosphere: &Atmosphere,
+    spectrum: &Spectrum<N>,
+    ray: TableRay<N>,
+    sights: [Sight; 2],
+    variant: u32,
+) -> [(Lanes<N>, Lanes<N>); 2] {
+    let mut light = [(Lanes::ZERO, Lanes::ZERO); 2];
+    for node in ray.nodes {
+        let [first, second] = sights;
+        let mu_s = Vec2::new(node.place.mu_s(ray.radius, first), node.place.mu_s(ray.radius, second));
+        let sunlight = sunlight_of_two(atmosphere, spectrum, node, mu_s, variant);
+        for ((air, aerosol), sunlight) in light.iter_mut().zip(&sunlight) {
+            air.add_product(&node.air, sunlight);
+            aerosol.add_product(&node.aerosol, sunlight);
+        }
+    }
+    light
+}
+
+/// Light scattered once along a ray at some wavelengths, of air and of aerosol, before their phase functions: as
+/// [`crate::path::single::single_scattering`], with the column densities of a sample made once for all of them. The samples are placed for `bands`.
+#[cfg_attr(
+    not(target_arch = "spirv"),
+    multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
+)]
+pub fn single_scattering_of_many<const N: usize>(
+    atmosphere: &Atmosphere,
+    spectrum: &Spectrum<N>,
+    bands: &Bands,
+    quadrature: &[Vec2],
+    ray: Ray,
+    variant: u32,
+) -> (Lanes<N>, Lanes<N>) {
+    let shell = atmosphere.shell();
+    let way = Way::new(shell, ray, variant);
+    let (mut air, mut aerosol) = (Lanes::ZERO, Lanes::ZERO);
+    let pieces = if variant & variant::SHADOW != 0 { 4 } else { 2 };
+    for index in 0..pieces {
+        let rising = index & 1 == 1;
+        let interval = way.lit(index & 2 == 2, rising);
+        if interval.end > interval.start {
+            let piece = way.piece(shell, interval, rising, variant);
+            let towards_observer = TowardsObserver::new(atmosphere, way.ray, way.lowest, rising, variant);
+            let samples = Samples::new(atmosphere, bands, way.ray, piece, PER_MEAN_FREE_PATH, variant);
+            for &node in quadrature {
+                let (place, weight) = samples.at(shell, node);
+                let (density, along) = lit_place(atmosphere, towards_observer, place, variant);
+                let transmittance = spectrum.transmittance(along);
+                air.add_scaled(&transmittance, weight * density.x);
+                aerosol.add_scaled(&transmittance, weight * density.y);
+            }
+        }
+    }
+    (air.times(&spectrum.air_scattering), aerosol.times(&spectrum.aerosol_scattering))
+}
+
+/// A node of a ray through a table: what every sun and every azimuth share.
+#[derive(Clone, Copy)]
+pub struct RayNode<const N: usize> {
+    /// Where it is.
+    pub place: NodePlace,
+    /// Altitude (km).
+    pub altitude: f32,
+    /// Relative densities of (air, aerosol).
+    pub density: Vec2,
+    /// Its place between the altitudes of the table.
+    pub altitudes: Stencil,
+    /// `N_00 P_0^0`, then `χ_2 N_2m P_2^m` of air for `m = 0, 1, 2`, in the ray's direction there.
+    pub air_functions: Vec4,
+    /// What scatters there and is seen: `T β ρ` of air times the length that the node stands for.
+    pub air: Lanes<N>,
+    /// That of aerosol.
+    pub aerosol: Lanes<N>,
+}
+
+/// A ray through a table.
+#[derive(Clone, Copy)]
+pub struct TableRay<'a, const N: usize> {
+    /// Distance of its origin from the planet's centre (km).
+    pub radius: f32,
+    /// Its nodes.
+    pub nodes: &'a [RayNode<N>],
+    /// For each node the functions `χ_l N_lm P_l^m` of aerosol in the ray's direction there, for the moments `of`; empty without aerosol.
+    pub functions: &'a [f32],
+    /// The moments of `functions`.
+    pub of: Moments,
+}
+
+/// Lanes that are summed together: of so many a table stays in a processor's own cache, and the sources of a node in its first one.
+pub const TILE: usize = 16;
+
+/// How the wavelengths of a light field lie in tiles of [`TILE`] lanes: so many wavelengths together, and as many suns, or multiples of an azimuth,
+/// as fill the tile.
+#[inline(always)]
+pub const fn wavelengths_of_tile<const N: usize>() -> usize {
+    if N < TILE { N } else { TILE }
+}
+
+/// Suns, or multiples of an azimuth, of a tile.
+#[inline(always)]
+pub const fn suns_of_tile<const N: usize>() -> usize {
+    TILE / wavelengths_of_tile::<N>()
+}
+
+/// The moments of a light field at the altitudes and suns of a table.
+#[derive(Clone, Copy)]
+pub struct MomentTable<'a> {
+    /// Which.
+    pub moments: Moments,
+    /// The moments, tile after tile of the wavelengths: in each, altitude after altitude, all of the first suns that share a tile, then of the next.
+    pub values: &'a [f32],
+    /// Altitudes.
+    pub altitudes: usize,
+    /// Zenith angles of the suns (radians).
+    pub suns: Axis<'a>,
+    /// Whether what lies between suns is interpolated relative to its logarithm: where the sun sets, light falls by powers of ten.
+    pub logarithmic: bool,
+}
+
+/// Room for the sources of a node.
+pub struct Scratch<'a> {
+    /// For the suns of each tile and each azimuthal number the source towards the observer, at the wavelengths of a tile.
+    pub sums: &'a mut [f32],
+    /// The same for each sun, relative to its size; its azimuthal numbers fill tiles.
+    pub sources: &'a mut [f32],
+    /// For each sun and each wavelength of a tile the logarithm of the size of its sources.
+    pub logarithms: &'a mut [f32],
+    /// For each sight and each wavelength of a tile the size between those of four suns.
+    pub scales: &'a mut [f32],
+    /// For each sight and each wavelength of a tile the light, apart for the azimuthal numbers that share a tile.
+    pub light: &'a mut [f32],
+}
+
+/// Values of each of the [`Scratch`], in its order, for so many suns and the moments of a table of `N` wavelengths and so many sights.
+pub const fn scratch_sizes<const N: usize>(suns: usize, of: Moments, sights: usize) -> [usize; 5] {
+    let (wavelengths, together) = (wavelengths_of_tile::<N>(), suns_of_tile::<N>());
+    let suns = suns.next_multiple_of(together);
+    let sums = suns / together * (of.azimuthal + 1) * TILE;
+    [sums, suns * values_of_sun(of, wavelengths), suns * wavelengths, sights * wavelengths, sights * TILE]
+}
+
+/// Values of the sources of a sun at the wavelengths of a tile: those of its azimuthal numbers fill tiles.
+const fn values_of_sun(moments: Moments, wavelengths: usize) -> usize {
+    ((moments.azimuthal + 1) * wavelengths).next_multiple_of(TILE)
+}
+
+/// The lanes of a tile that begin at an index.
+#[inline(always)]
+fn tile_at<const T: usize>(values: &[f32], index: usize) -> &[f32; T] {
+    let lanes = &values[index * T..(index + 1) * T];
+    match lanes.try_into() {
+        Ok(lanes) => lanes,
+        Err(_) => &[0.0; T],
+    }
+}
+
+/// Four parts of a table, of a length each, a step apart.
+#[inline(always)]
+fn four_parts(values: &[f32], first: usize, step: usize, length: usize) -> [&[f32]; 4] {
+    let part = |i: usize| &values[first + i * step..][..length];
+    [part(0), part(1), part(2), part(3)]
+}
+
+/// Adds a tile of each of four parts of a table, weighted, to the lanes of a tile.
+#[inline(always)]
+fn add_weighted(sum: &mut [f32; TILE], four: [&[f32]; 4], tile: usize, weights: [f32; 4], factor: f32) {
+    let [a, b, c, d]: [&[f32; TILE]; 4] =
+        [tile_at(four[0], tile), tile_at(four[1], tile), tile_at(four[2], tile), tile_at(four[3], tile)];
+    let [wa, wb, wc, wd] = weights;
+    for i in 0..TILE {
+        sum[i] += (a[i] * wa + b[i] * wb + c[i] * wc + d[i] * wd) * factor;
+    }
+}
+
+/// Values at the wavelengths of a tile, the same for each of its suns.
+#[inline(always)]
+fn for_each_sun<const T: usize>(values: &[f32; T]) -> [f32; TILE] {
+    let mut lanes = [0.0; TILE];
+    for i in 0..TILE {
+        lanes[i] = values[i % T];
+    }
+    lanes
+}
+
+/// The source at a node of a ray towards its origin at the wavelengths of a tile, for some tiles of suns and each azimuthal number:
+/// `Σ_l χ_l L_lm N_lm P_l^m`. `sums` begin with those of the first sun of the table.
+#[inline(always)]
+fn take_sums<const N: usize, const T: usize>(
+    table: MomentTable,
+    ray: TableRay<N>,
+    index: usize,
+    tile: usize,
+    tiles_of_suns: Range<usize>,
+    sums: &mut [f32],
+) {
+    let node = &ray.nodes[index];
+    let (moments, groups) = (table.moments, table.suns.count.div_ceil(TILE / T));
+    let (numbers, of_group) = (moments.azimuthal + 1, moments.count() * TILE);
+    let functions = if ray.functions.is_empty() { &[] } else { &ray.functions[index * ray.of.count()..] };
+    let weights = node.altitudes.weights;
+    let air = for_each_sun(tile_at::<T>(&node.air.0, tile));
+    let aerosol = for_each_sun(tile_at::<T>(&node.aerosol.0, tile));
+    let first_altitude = tile * table.altitudes + node.altitudes.first;
+    for group in tiles_of_suns {
+        // The four altitudes together: sums of four products each depend on each other only once a moment.
+        let first = (first_altitude * groups + group) * of_group;
+        let four = four_parts(table.values, first, groups * of_group, of_group);
+        let sums = &mut sums[group * numbers * TILE..][..numbers * TILE];
+        for (m, to) in sums.chunks_exact_mut(TILE).enumerate() {
+            let first = moments.first(m);
+            let mut sum = [0.0; TILE];
+            if !functions.is_empty() {
+                let functions = &functions[ray.of.first(m)..][..moments.degree + 1 - m];
+                for (l, &function) in functions.iter().enumerate() {
+                    add_weighted(&mut sum, four, first + l, weights, function);
+                }
+                for i in 0..TILE {
+                    sum[i] *= aerosol[i];
+                }
+            }
+            if m <= 2 {
+                let mut of_air = [0.0; TILE];
+                let functions = node.air_functions.to_array();
+                if m == 0 {
+                    add_weighted(&mut of_air, four, 0, weights, functions[0]);
+                }
+                add_weighted(&mut of_air, four, first + 2 - m, weights, functions[m + 1]);
+                for i in 0..TILE {
+                    sum[i] += of_air[i] * air[i];
+                }
+            }
+            to.copy_from_slice(&sum);
+        }
+    }
+}
+
+/// Divides the sources of some tiles of suns by their size at each wavelength, and keeps its logarithm. What is [`SMALLEST`] of what scatters is nothing.
+#[inline(always)]
+fn take_sizes<const N: usize, const T: usize>(
+    node: &RayNode<N>,
+    tile: usize,
+    numbers: usize,
+    tiles_of_suns: Range<usize>,
+    scratch: &mut Scratch,
+) {
+    let of_group = numbers * TILE;
+    let sums = &mut scratch.sums[tiles_of_suns.start * of_group..tiles_of_suns.end * of_group];
+    let logarithms = &mut scratch.logarithms[tiles_of_suns.start * TILE..tiles_of_suns.end * TILE];
+    let air = for_each_sun(tile_at::<T>(&node.air.0, tile));
+    let aerosol = for_each_sun(tile_at::<T>(&node.aerosol.0, tile));
+    let mut least = [0.0; TILE];
+    for i in 0..TILE {
+        least[i] = max((air[i] + aerosol[i]) * SMALLEST[0], SMALLEST[1]);
+    }
+    for (sums, sizes) in sums.chunks_exact_mut(of_group).zip(logarithms.chunks_exact_mut(TILE)) {
+        let mut size = [0.0; TILE];
+        for number in 0..numbers {
+            let lanes = tile_at::<TILE>(sums, number);
+            for i in 0..TILE {
+                size[i] += abs(lanes[i]);
+            }
+        }
+        let mut inverse = [0.0; TILE];
+        for i in 0..TILE {
+            size[i] = max(size[i], least[i]);
+            inverse[i] = 1.0 / size[i];
+        }
+        sizes.copy_from_slice(&size);
+        for lanes in sums.chunks_exact_mut(TILE) {
+            for i in 0..TILE {
+                lanes[i] *= inverse[i];
+            }
+        }
+    }
+    ln_lanes(logarithms);
+}
+
+/// Puts the sources of each sun of some tiles together.
+#[inline(always)]
+fn take_sources<const T: usize>(numbers: usize, of_sun: usize, tiles_of_suns: Range<usize>, scratch: &mut Scratch) {
+    let together = TILE / T;
+    for group in tiles_of_suns {
+        let sums = &scratch.sums[group * numbers * TILE..][..numbers * TILE];
+        let sources = &mut scratch.sources[group * together * of_sun..][..together * of_sun];
+        for (sun, sources) in sources.chunks_exact_mut(of_sun).enumerate() {
+            for (number, source) in sources.chunks_exact_mut(T).take(numbers).enumerate() {
+                source.copy_from_slice(tile_at::<T>(sums, number * together + sun));
+            }
+        }
+    }
+}
+
+/// The sizes that a source has at each place of a sun, between the logarithms of four.
+#[inline(always)]
+fn take_scales<const T: usize>(places: &[SunPlace], scratch: &mut Scratch) {
+    for (place, scales) in places.iter().zip(scratch.scales.chunks_exact_mut(T)) {
+        let Stencil { first, weights } = place.suns;
+        let of_sun = |i: usize| tile_at::<T>(scratch.logarithms, first + i);
+        let [a, b, c, d] = [of_sun(0), of_sun(1), of_sun(2), of_sun(3)];
+        let mut between = [0.0; T];
+        for i in 0..T {
+            between[i] = between_logarithms([a[i], b[i], c[i], d[i]], weights);
+        }
+        scales.copy_from_slice(&between);
+    }
+    exp_lanes(scratch.scales);
+}
+
+/// The suns of a table between which places stand: a ray of an observer meets few of them.
+#[inline(always)]
+fn suns_of(places: &[SunPlace]) -> Range<usize> {
+    let (mut start, mut end) = (usize::MAX, 0);
+    for place in places {
+        start = start.min(place.suns.first);
+        end = end.max(place.suns.first + 4);
+    }
+    start.min(end)..end
+}
+
+/// Light gathered along a ray from the sources of a table, added to `light` for each sight; without that of the ground. `places` are the
+/// suns of all sights at the first node, then at the next; see [`suns_along`].
+#[cfg_attr(
+    not(target_arch = "spirv"),
+    multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
+)]
+pub fn gather<const N: usize>(
+    table: MomentTable,
+    ray: TableRay<N>,
+    places: &[SunPlace],
+    scratch: &mut Scratch,
+    light: &mut [Lanes<N>],
+) {
+    if N < TILE {
+        gather_tiles::<N, N>(table, ray, places, scratch, light);
+    } else {
+        gather_tiles::<N, TILE>(table, ray, places, scratch, light);
+    }
+}
+
+#[inline(always)]
+fn gather_tiles<const N: usize, const T: usize>(
+    table: MomentTable,
+    ray: TableRay<N>,
+    places: &[SunPlace],
+    scratch: &mut Scratch,
+    light: &mut [Lanes<N>],
+) {
+    let (numbers, of_sun) = (table.moments.azimuthal + 1, values_of_sun(table.moments, T));
+    for tile in 0..N / T {
+        scratch.light.fill(0.0);
+        for (index, places) in places.chunks_exact(light.len()).enumerate() {
+            let suns = suns_of(places);
+            let tiles_of_suns = suns.start * T / TILE..(suns.end * T).div_ceil(TILE);
+            take_sums::<N, T>(table, ray, index, tile, tiles_of_suns.clone(), scratch.sums);
+            if table.logarithmic {
+                take_sizes::<N, T>(&ray.nodes[index], tile, numbers, tiles_of_suns.clone(), scratch);
+                take_scales::<T>(places, scratch);
+            }
+            take_sources::<T>(numbers, of_sun, tiles_of_suns, scratch);
+            for (at, (place, light)) in places.iter().zip(scratch.light.chunks_exact_mut(TILE)).enumerate() {
+                let mut sum = light_of_place::<T>(place, scratch.sources, of_sun);
+                if table.logarithmic {
+                    let scales = for_each_sun(tile_at::<T>(scratch.scales, at));
+                    for i in 0..TILE {
+                        sum[i] *= scales[i];
+                    }
+                }
+                for i in 0..TILE {
+                    light[i] += sum[i];
+                }
+            }
+        }
+        for (light, lanes) in light.iter_mut().zip(scratch.light.chunks_exact(TILE)) {
+            for (i, &lane) in lanes.iter().enumerate() {
+                light.0[tile * T + i % T] += lane;
+            }
+        }
+    }
+}
+
+/// The light that the sources of four suns send under a sun between them: `Σ_m S_m cos(m φ)`, apart for the azimuthal numbers that share a tile.
+#[inline(always)]
+fn light_of_place<const T: usize>(place: &SunPlace, sources: &[f32], of_sun: usize) -> [f32; TILE] {
+    let Stencil { first, weights: [wa, wb, wc, wd] } = place.suns;
+    let four = four_parts(sources, first * of_sun, of_sun, of_sun);
+    let mut sum = [0.0; TILE];
+    // cos((m + 1) φ) = 2 cos φ cos(m φ) - cos((m - 1) φ)
+    let (mut before, mut value) = (place.cosine, 1.0);
+    for at in 0..of_sun / TILE {
+        let mut multiples = [0.0; TILE];
+        for lanes in multiples.chunks_exact_mut(T) {
+            lanes.fill(value);
+            (before, value) = (value, 2.0 * place.cosine * value - before);
+        }
+        let [a, b, c, d]: [&[f32; TILE]; 4] =
+            [tile_at(four[0], at), tile_at(four[1], at), tile_at(four[2], at), tile_at(four[3], at)];
+        for i in 0..TILE {
+            let between: f32 = a[i] * wa + b[i] * wb + c[i] * wc + d[i] * wd;
+            sum[i] += between * multiples[i];
+        }
+    }
+    sum
+}
+
+/// The suns of all sights at a node of a ray, where they stand among the suns of a table: appended by `visit`, in the order of the sights.
+#[inline(always)]
+pub fn suns_along<const N: usize>(
+    suns: Axis,
+    ray: TableRay<N>,
+    index: usize,
+    sights: &[Sight],
+    mut visit: impl FnMut(SunPlace),
+) {
+    for &sight in sights {
+        visit(ray.nodes[index].place.sun(suns, ray.radius, sight));
+    }
+}

@@ -1,0 +1,186 @@
+//! The light field: what its rays cross, wherever it is computed.
+//!
+//! The theory is that of `multiple`, which computes it on a processor; [`crate::light_field::field_kernels`] does on a device.
+
+use crate::geometry::{Interval, Ray, altitude_from, shadow};
+use crate::glam::{Vec2, Vec3, Vec4};
+use crate::light_field::moments::{Axis, Stencil};
+use crate::math::{PI, acos, clamp, exp, max, min, sqrt};
+use crate::medium::profile::{Atmosphere, ColumnDensities, column_densities, relative_densities};
+use crate::path::single::{Bands, Samples, TowardsObserver, Way, direction};
+use crate::variant;
+
+/// How much a mean free path of light counts where the samples of a ray crowd, relative to the length over which the density falls off;
+/// see [`crate::path::single`]. Light scattered more than once comes from the dense air at once, where that of the sun does not reach.
+pub const PER_MEAN_FREE_PATH: f32 = 0.4;
+
+/// A sample of a view ray.
+#[derive(Clone, Copy)]
+pub struct Sample {
+    /// Distance from where the ray enters the atmosphere, or begins (km).
+    pub distance: f32,
+    /// Altitude (km).
+    pub altitude: f32,
+    /// Cosine of the zenith angle of the ray.
+    pub mu: f32,
+    /// The length that it stands for (km).
+    pub weight: f32,
+    /// Relative densities of (air, aerosol).
+    pub density: Vec2,
+    /// Column densities towards the observer (km).
+    pub to_observer: ColumnDensities,
+}
+
+/// The samples on a part of a ray, dark or lit, on which it only rises or only falls.
+#[derive(Clone, Copy)]
+pub struct PieceSamples {
+    samples: Samples,
+    towards_observer: TowardsObserver,
+    rising: bool,
+}
+
+impl PieceSamples {
+    /// Of an interval of a way; `variant` is one in which a ray can descend.
+    #[inline(always)]
+    pub(crate) fn new(
+        atmosphere: &Atmosphere,
+        placed_for: &Bands,
+        way: Way,
+        interval: Interval,
+        rising: bool,
+        variant: u32,
+    ) -> Self {
+        let piece = way.piece(atmosphere.shell(), interval, rising, variant & !variant::SHADOW);
+        Self {
+            samples: Samples::new(atmosphere, placed_for, way.ray, piece, PER_MEAN_FREE_PATH, variant),
+            towards_observer: TowardsObserver::new(atmosphere, way.ray, way.lowest, rising, variant),
+            rising,
+        }
+    }
+
+    /// Altitude (km) at a distance (km) from the low end.
+    #[inline(always)]
+    pub fn altitude(self, atmosphere: &Atmosphere, from_low: f32) -> f32 {
+        altitude_from(atmosphere.shell(), self.samples.piece.altitude, self.samples.low_mu, from_low)
+    }
+
+    /// Length of the piece (km).
+    #[inline(always)]
+    pub fn length(self) -> f32 {
+        self.samples.piece.length
+    }
+
+    /// Whether the ray rises along it.
+    #[inline(always)]
+    pub fn is_rising(self) -> bool {
+        self.rising
+    }
+
+    /// The quadrature node whose sample stands at a distance (km) from the low end, for a length (km).
+    #[inline(always)]
+    pub fn node(self, from_low: f32, weight: f32) -> Vec2 {
+        let (length, k) = (self.length(), self.samples.k);
+        let stretched = length + k * from_low;
+        Vec2::new(from_low * (1.0 + k) / stretched, weight * (1.0 + k) * length / (stretched * stretched))
+    }
+
+    /// The one at a quadrature node.
+    #[inline(always)]
+    pub fn at(self, atmosphere: &Atmosphere, node: Vec2, variant: u32) -> Sample {
+        let (place, weight) = self.samples.at(atmosphere.shell(), node);
+        let density = relative_densities(atmosphere, place.altitude, variant);
+        let outwards = column_densities(atmosphere, place.altitude, density, place.mu, variant);
+        let to_observer = self.towards_observer.column_densities(atmosphere, place, outwards, variant);
+        let mu = place.mu * direction(self.rising);
+        Sample { distance: place.distance, altitude: place.altitude, mu, weight, density, to_observer }
+    }
+}
+
+/// Whether the sun lights all of a ray.
+#[inline(always)]
+pub fn lit_from_end_to_end(atmosphere: &Atmosphere, ray: Ray) -> bool {
+    let way = Way::new(atmosphere.shell(), ray, variant::DESCENT);
+    let shadow = shadow(atmosphere.shell(), way.ray);
+    (shadow.end <= shadow.start) | (shadow.start >= way.length)
+}
+
+/// An altitude (km) as a place along the axis of altitudes, in which a light field is interpolated: where it changes, an altitude takes more room. By day
+/// it changes with the air above and below, in the scale heights of air and of aerosol; in twilight what is lit is thin air, which has a larger share.
+#[inline(always)]
+pub fn place_of_altitude(atmosphere: &Atmosphere, thin_air: f32, altitude: f32) -> f32 {
+    /// Of what is not for thin air, the share for air and the rest for aerosol.
+    const FOR_AIR: f32 = 0.58;
+    let air = FOR_AIR * (1.0 - exp(-altitude / atmosphere.air.scale_height));
+    let aerosol = (1.0 - FOR_AIR) * (1.0 - exp(-altitude / atmosphere.aerosol.scale_height));
+    (1.0 - thin_air) * (air + aerosol) + thin_air * sqrt(altitude / atmosphere.depth)
+}
+
+/// `N_00 P_0^0`, then `χ_2 N_2m P_2^m` of air for `m = 0, 1, 2`, in a direction: all that air scatters of a light field.
+#[inline(always)]
+pub fn functions_of_air(chi: f32, mu: f32, sine: f32) -> Vec4 {
+    let (zeroth, second) = (sqrt(0.25 / PI), chi * sqrt(1.25 / PI));
+    let root3 = sqrt(3.0);
+    let of_second = Vec3::new(1.5 * mu * mu - 0.5, root3 * mu * sine, 0.5 * root3 * sine * sine) * second;
+    Vec4::new(zeroth, of_second.x, of_second.y, of_second.z)
+}
+
+/// The smallest size of a source relative to what scatters there, and the smallest at all: its inverse is finite in single precision.
+pub const SMALLEST: [f32; 2] = [1e-22, 1e-36];
+
+/// A cubic between four logarithms. It may not leave their range: where they fall off a cliff it would explode.
+#[inline(always)]
+pub fn between_logarithms([a, b, c, d]: [f32; 4], [wa, wb, wc, wd]: [f32; 4]) -> f32 {
+    let (low, high) = (min(min(a, b), min(c, d)), max(max(a, b), max(c, d)));
+    min(max(a * wa + b * wb + c * wc + d * wd, low), high)
+}
+
+/// A sun as a ray's origin sees it.
+#[derive(Clone, Copy)]
+pub struct Sight {
+    /// Cosine of the zenith angle of the sun at the ray's origin.
+    pub mu_s: f32,
+    /// Cosine of the angle between the ray and the sun.
+    pub nu: f32,
+    /// A sun of the table near it, where the search begins.
+    pub near: usize,
+}
+
+/// A sun as a node of a ray sees it.
+#[derive(Clone, Copy)]
+pub struct SunPlace {
+    /// Its place between the suns of the table.
+    pub suns: Stencil,
+    /// Cosine of its azimuth from the ray.
+    pub cosine: f32,
+}
+
+/// Where a node of a ray is.
+#[derive(Clone, Copy)]
+pub struct NodePlace {
+    /// Cosine of the zenith angle of the ray there.
+    pub mu: f32,
+    /// Its sine.
+    pub sine: f32,
+    /// Distance from the ray's origin (km).
+    pub distance: f32,
+    /// Distance from the planet's centre (km).
+    pub radius: f32,
+}
+
+impl NodePlace {
+    /// The sun of a sight there, among the suns of a table. The ray's origin is `radius` (km) from the planet's centre.
+    #[inline(always)]
+    pub fn sun(self, suns: Axis, radius: f32, sight: Sight) -> SunPlace {
+        let mu_s = self.mu_s(radius, sight);
+        let sine_s = sqrt(max(1.0 - mu_s * mu_s, 1e-12));
+        let inverse_sine = if self.sine > 1e-6 { 1.0 / self.sine } else { 0.0 };
+        let cosine = clamp((sight.nu - self.mu * mu_s) * inverse_sine / sine_s, -1.0, 1.0);
+        SunPlace { suns: suns.stencil(acos(mu_s), sight.near), cosine }
+    }
+
+    /// The cosine of that sun's zenith angle there.
+    #[inline(always)]
+    pub fn mu_s(self, radius: f32, sight: Sight) -> f32 {
+        clamp((radius * sight.mu_s + self.distance * sight.nu) / self.radius, -1.0, 1.0)
+    }
+}

@@ -1,0 +1,4 @@
+//! What fills the air.
+
+pub mod phase;
+pub mod profile;

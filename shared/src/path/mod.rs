@@ -1,0 +1,3 @@
+//! Where light goes, and what is scattered once on its way.
+
+pub mod single;

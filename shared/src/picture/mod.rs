@@ -1,0 +1,8 @@
+//! From a pixel to the sky that it shows.
+
+pub mod below;
+pub mod disc;
+pub mod environment;
+pub mod lookup;
+pub mod perspective_run;
+pub mod run;

@@ -1,0 +1,197 @@
+//! Light scattered once along the rays of a block: the steps of [`crate::path::single::single_scattering`], each for all rays.
+
+use super::lanes::{BLOCK, Four, Lanes, Three, ZERO, lanes};
+use crate::geometry::Ray;
+use crate::glam::Vec2;
+use crate::medium::profile::{Atmosphere, LowestPoint};
+use crate::path::single::{Bands, PER_MEAN_FREE_PATH, Piece, Samples, TowardsObserver, Way, integrand};
+use crate::variant;
+
+/// What single scattering along the rays of a block amounts to at four bands, before the phase functions; see
+/// [`crate::path::single::SingleScattering`].
+pub struct BlockScattering {
+    /// By air.
+    pub air: Four,
+    /// By aerosol.
+    pub aerosol: Four,
+}
+
+/// A piece of each ray, and what lies between it and the observer; the members are those of [`Samples`] and [`TowardsObserver`].
+struct Pieces {
+    low: Lanes,
+    altitude: Lanes,
+    length: Lanes,
+    low_r: Lanes,
+    low_mu: Lanes,
+    low_r_mu_s: Lanes,
+    nu: Lanes,
+    k: Lanes,
+    origin_altitude: Lanes,
+    origin_mu: Lanes,
+    offset: Three,
+    lowest_altitude: Lanes,
+    lowest_mu: Lanes,
+}
+
+impl Pieces {
+    const NONE: Self = Self {
+        low: ZERO,
+        altitude: ZERO,
+        length: ZERO,
+        low_r: ZERO,
+        low_mu: ZERO,
+        low_r_mu_s: ZERO,
+        nu: ZERO,
+        k: ZERO,
+        origin_altitude: ZERO,
+        origin_mu: ZERO,
+        offset: Three::ZERO,
+        lowest_altitude: ZERO,
+        lowest_mu: ZERO,
+    };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, samples: Samples, towards_observer: TowardsObserver) {
+        let Samples { piece, low_r, low_mu, low_r_mu_s, nu, k } = samples;
+        let TowardsObserver { altitude, mu, offset, lowest, .. } = towards_observer;
+        self.low[lane] = piece.low;
+        self.altitude[lane] = piece.altitude;
+        self.length[lane] = piece.length;
+        self.low_r[lane] = low_r;
+        self.low_mu[lane] = low_mu;
+        self.low_r_mu_s[lane] = low_r_mu_s;
+        self.nu[lane] = nu;
+        self.k[lane] = k;
+        self.origin_altitude[lane] = altitude;
+        self.origin_mu[lane] = mu;
+        self.offset.set(lane, offset);
+        self.lowest_altitude[lane] = lowest.altitude;
+        self.lowest_mu[lane] = lowest.mu;
+    }
+
+    #[inline(always)]
+    fn get(&self, lane: usize, rising: bool) -> (Samples, TowardsObserver) {
+        let samples = Samples {
+            piece: Piece { low: self.low[lane], altitude: self.altitude[lane], length: self.length[lane], rising },
+            low_r: self.low_r[lane],
+            low_mu: self.low_mu[lane],
+            low_r_mu_s: self.low_r_mu_s[lane],
+            nu: self.nu[lane],
+            k: self.k[lane],
+        };
+        let towards_observer = TowardsObserver {
+            altitude: self.origin_altitude[lane],
+            mu: self.origin_mu[lane],
+            rising,
+            offset: self.offset.get(lane),
+            lowest: LowestPoint { altitude: self.lowest_altitude[lane], mu: self.lowest_mu[lane] },
+        };
+        (samples, towards_observer)
+    }
+}
+
+/// [`crate::path::single::single_scattering`] along each ray of a block.
+#[inline(always)]
+pub fn single_scattering_of_block(
+    atmosphere: &Atmosphere,
+    bands: &Bands,
+    quadrature: &[Vec2],
+    rays: &[Ray],
+    variant: u32,
+) -> BlockScattering {
+    const DAY: u32 = variant::AEROSOL | variant::OZONE;
+    const LOW_SUN: u32 = DAY | variant::LOW_SUN;
+    const TWILIGHT: u32 = LOW_SUN | variant::SHADOW;
+    const ALOFT: u32 = DAY | variant::DESCENT;
+    const TWILIGHT_ALOFT: u32 = TWILIGHT | variant::DESCENT;
+    const HAZE: u32 = DAY | variant::OPAQUE;
+    // The variants of the Earth's sky are compiled for themselves: in a loop over lanes, what is asked at run time is computed either way.
+    match variant & variant::WHOLE_INTEGRAL {
+        DAY => integrate(atmosphere, bands, quadrature, rays, DAY),
+        LOW_SUN => integrate(atmosphere, bands, quadrature, rays, LOW_SUN),
+        TWILIGHT => integrate(atmosphere, bands, quadrature, rays, TWILIGHT),
+        ALOFT => integrate(atmosphere, bands, quadrature, rays, ALOFT),
+        TWILIGHT_ALOFT => integrate(atmosphere, bands, quadrature, rays, TWILIGHT_ALOFT),
+        HAZE => integrate(atmosphere, bands, quadrature, rays, HAZE),
+        other => integrate(atmosphere, bands, quadrature, rays, other),
+    }
+}
+
+#[inline(always)]
+fn integrate(
+    atmosphere: &Atmosphere,
+    bands: &Bands,
+    quadrature: &[Vec2],
+    rays: &[Ray],
+    variant: u32,
+) -> BlockScattering {
+    let shell = atmosphere.shell();
+    let count = rays.len();
+    let mut ways = [Way::new(shell, rays[0], variant); BLOCK];
+    for lane in lanes(count) {
+        ways[lane] = Way::new(shell, rays[lane], variant);
+    }
+    let mut sum = BlockScattering { air: Four::ZERO, aerosol: Four::ZERO };
+    let mut index = if variant & variant::DESCENT != 0 { 0 } else { 1 };
+    let step = if variant & variant::DESCENT != 0 { 1 } else { 2 };
+    let pieces = if variant & variant::SHADOW != 0 { 4 } else { 2 };
+    while index < pieces {
+        let (behind_shadow, rising) = (index & 2 == 2, index & 1 == 1);
+        // The lanes that have this piece, one after the other.
+        let (mut lit, mut lit_count) = ([0; BLOCK], 0);
+        for lane in lanes(count) {
+            let interval = ways[lane].lit(behind_shadow, rising);
+            lit[lit_count % BLOCK] = lane % BLOCK;
+            lit_count += usize::from(interval.end > interval.start);
+        }
+        if lit_count > 0 {
+            let mut pieces = Pieces::NONE;
+            for place in lanes(lit_count) {
+                let way = ways[lit[place]];
+                let piece = way.piece(shell, way.lit(behind_shadow, rising), rising, variant);
+                let towards_observer = TowardsObserver::new(atmosphere, way.ray, way.lowest, rising, variant);
+                let samples = Samples::new(atmosphere, bands, way.ray, piece, PER_MEAN_FREE_PATH, variant);
+                pieces.set(place, samples, towards_observer);
+            }
+            let part = integrate_pieces(atmosphere, bands, quadrature, &pieces, rising, lit_count, variant);
+            for place in lanes(lit_count) {
+                let lane = lit[place];
+                sum.air.set(lane, sum.air.get(lane) + part.air.get(place));
+                sum.aerosol.set(lane, sum.aerosol.get(lane) + part.aerosol.get(place));
+            }
+        }
+        index += step;
+    }
+    for lane in lanes(count) {
+        sum.air.set(lane, sum.air.get(lane) * bands.air_scattering);
+        sum.aerosol.set(lane, sum.aerosol.get(lane) * bands.aerosol_scattering);
+    }
+    sum
+}
+
+/// The integrals over a piece of each ray.
+#[inline(always)]
+fn integrate_pieces(
+    atmosphere: &Atmosphere,
+    bands: &Bands,
+    quadrature: &[Vec2],
+    pieces: &Pieces,
+    rising: bool,
+    count: usize,
+    variant: u32,
+) -> BlockScattering {
+    let shell = atmosphere.shell();
+    let mut sum = BlockScattering { air: Four::ZERO, aerosol: Four::ZERO };
+    for &node in quadrature {
+        for lane in lanes(count) {
+            let (samples, towards_observer) = pieces.get(lane, rising);
+            let (place, weight) = samples.at(shell, node);
+            let part = integrand(atmosphere, bands, towards_observer, place, weight, variant);
+            sum.air.set(lane, sum.air.get(lane) + part.air);
+            if variant & variant::AEROSOL != 0 {
+                sum.aerosol.set(lane, sum.aerosol.get(lane) + part.aerosol);
+            }
+        }
+    }
+    sum
+}

@@ -191,7 +191,8 @@ pub fn is_read(uniform: &Uniform, entry: u32, variant: u32) -> bool {
     is_near_view(uniform, entry_grid(uniform), entry, 1, variant)
 }
 
-/// Whether an anchor has to be integrated: likewise of the entries, all of which an equirectangular image has in its own rows.
+/// Whether an anchor has to be integrated: likewise of the entries, all of which an equirectangular image has in its
+/// own rows.
 #[inline(always)]
 pub fn is_anchor_read(uniform: &Uniform, anchor: u32, variant: u32) -> bool {
     if variant::projection(variant) == EQUIRECTANGULAR {
@@ -200,7 +201,8 @@ pub fn is_anchor_read(uniform: &Uniform, anchor: u32, variant: u32) -> bool {
     is_near_view(uniform, anchor_grid(uniform), anchor, REACH_OF_CUBICS, variant)
 }
 
-/// Whether a row of an equirectangular image lies where cubics read an anchor. At the ends of a side, where cubics are one-sided, all anchors count as read.
+/// Whether a row of an equirectangular image lies where cubics read an anchor. At the ends of a side, where cubics are
+/// one-sided, all anchors count as read.
 #[inline(always)]
 fn is_near_image_row(uniform: &Uniform, anchor: u32) -> bool {
     let grid = anchor_grid(uniform);

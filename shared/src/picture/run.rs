@@ -31,8 +31,8 @@ pub const PLACES: u32 = 4;
 /// Pixels from one of them to the next.
 pub const SPACING: f32 = RUN as f32 / (PLACES - 1) as f32;
 
-/// Whether runs reach farther than half way into the next cell where columns are closest together, at the sun's azimuth: a cubic about the middle then ends too soon, and
-/// one along the run goes through four places of it.
+/// Whether runs reach farther than half way into the next cell where columns are closest together, at the sun's
+/// azimuth: a cubic about the middle then ends too soon, and one along the run goes through four places of it.
 #[inline(always)]
 pub fn is_long(width: u32, azimuths: u32) -> bool {
     (RUN * (azimuths - 1)) as f32 * PI > width as f32

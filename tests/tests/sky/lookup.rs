@@ -80,7 +80,8 @@ fn a_climbing_camera_integrates_hardly_more_from_frame_to_frame() {
         altitude = (1.35 * altitude).min(400.0);
         let now = integrals(altitude);
         println!("{altitude:.4} km: {now} integrals");
-        // Where it leaves the atmosphere, at 100 km, the half of the lookup that sees none of it goes: half of all, at once, which are a tenth of the time of a picture.
+        // Where it leaves the atmosphere, at 100 km, the half of the lookup that sees none of it goes: half of all, at
+        // once, which are a tenth of the time of a picture.
         assert!(now <= 1.5 * before && before <= 2.0 * now, "{altitude} km: {now} after {before}");
         before = now;
     }

@@ -63,7 +63,8 @@ fn rows_in_cache(plan: &Plan) -> u32 {
     (PIXELS / plan.width()).max(1)
 }
 
-/// Rows of entries of a sky lookup that a core computes at once: enough that most of them share what lies between anchors.
+/// Rows of entries of a sky lookup that a core computes at once: enough that most of them share what lies between
+/// anchors.
 const ROWS_OF_ENTRIES: usize = 16;
 
 /// The sky lookup of a plan: its anchors, so far as they are read, and the entries between them.

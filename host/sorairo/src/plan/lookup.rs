@@ -132,13 +132,15 @@ const MOST_SAMPLES_IN_RUNS: u32 = 32;
 /// keeps below `L/15`, and the cubic `(4h/3)⁴/24L⁴`.
 const CELLS_OF_PERSPECTIVE: f64 = 4.0;
 
-/// The same of a long run of an equirectangular image. So many columns stand for an edge of the planet's shadow, on which a cubic is off by what it is off between the anchors.
+/// The same of a long run of an equirectangular image. So many columns stand for an edge of the planet's shadow, on
+/// which a cubic is off by what it is off between the anchors.
 const CELLS_OF_ROW: f64 = 6.0;
 
 /// The longest of these (radians): that of an image of 1024 columns.
 const LONGEST_RUN: f64 = 0.1;
 
-/// Whether a run through four places, of this angle, reaches over so many cells at most where they are narrowest, at the sun's azimuth.
+/// Whether a run through four places, of this angle, reaches over so many cells at most where they are narrowest, at
+/// the sun's azimuth.
 fn reaches_over(run: f64, cells: f64, azimuths: u32) -> bool {
     run <= cells * 2.0 / f64::from(azimuths - 1)
 }

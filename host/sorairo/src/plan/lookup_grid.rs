@@ -30,20 +30,23 @@ pub const COARSEST: Entries = (48, 16);
 /// The sky lookup may not have fewer columns than this: farther apart the error is no longer that of a low difference.
 const FEWEST_AZIMUTHS: u32 = 8;
 
-/// Entries from one anchor of the sky lookup to the next, where rays are of one piece. Where straight lines between entries, `h` apart, are off by less than half of the tolerance,
-/// `h²/8L² < 5e-4` for what changes over `L`, and cubics between anchors by `3/128 (3h/L)⁴ < 4e-5`.
+/// Entries from one anchor of the sky lookup to the next, where rays are of one piece. Where straight lines between
+/// entries, `h` apart, are off by less than half of the tolerance, `h²/8L² < 5e-4` for what changes over `L`, and
+/// cubics between anchors by `3/128 (3h/L)⁴ < 4e-5`.
 const ENTRIES_PER_ANCHOR: f64 = 3.0;
 
 /// The same where rays are of several pieces, and cost as much more: `3/128 (5h/L)⁴ < 3e-4`.
 const ENTRIES_PER_COSTLY_ANCHOR: f64 = 5.0;
 
-/// The same of the largest lookup, along rows and along columns. A sky that asks for it has edges, on which cubics are no better than straight lines.
+/// The same of the largest lookup, along rows and along columns. A sky that asks for it has edges, on which cubics are
+/// no better than straight lines.
 const ENTRIES_PER_ANCHOR_AT_EDGES: (f64, f64) = (4.0, 3.0);
 
 /// The part of the largest lookup from which on anchors grow to those at edges: a climbing camera meets no jump.
 const EDGES_FROM: f64 = 0.6;
 
-/// Costly anchors are not fewer than these where a third of the entries is more: beside a sun on the horizon the sky changes within a cell.
+/// Costly anchors are not fewer than these where a third of the entries is more: beside a sun on the horizon the sky
+/// changes within a cell.
 const FEWEST_COSTLY_ANCHORS: (f64, f64) = (60.0, 36.0);
 
 /// The sky lookup may not have fewer anchors than these, rows on a side of the horizon and columns.

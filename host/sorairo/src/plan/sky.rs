@@ -179,8 +179,9 @@ impl SkyPlan {
         self.base.variant & (variant::SHADOW | variant::DESCENT) != 0
     }
 
-    /// The rule by which the anchors are integrated: the fewest samples whose colours are near to those of the integral's own. Those keep the faintest ray exact, which a picture
-    /// does not show beside brighter ones. Rays of one piece are cheap and keep theirs.
+    /// The rule by which the anchors are integrated: the fewest samples whose colours are near to those of the
+    /// integral's own. Those keep the faintest ray exact, which a picture does not show beside brighter ones. Rays of
+    /// one piece are cheap and keep theirs.
     pub fn lookup_quadrature(&self) -> &[Vec2] {
         let most = &self.base.quadrature;
         if !self.has_rays_of_pieces() || self.scene.render.steps.is_some() || self.is_night {

@@ -1,6 +1,7 @@
 //! What an image shows below the horizon.
 
 use sorairo_shared::glam::{DVec3, Vec3, Vec4};
+use sorairo_shared::math::max;
 use sorairo_shared::picture::below::{FADE, FLAT, GROUND, MIRROR, haze_power};
 use sorairo_shared::variant::{self, PixelFormat};
 
@@ -52,7 +53,7 @@ fn fading_ground(sky: &SkyPlan) -> Vec4 {
     let horizon = direction(f64::from(uniform.horizon).to_degrees() + ABOVE, sky.base.sun_azimuth);
     let seen = sky.radiances_here(&[-Vec3::Z, horizon.as_vec3()]);
     let &[ground, horizon] = seen.as_slice() else { return Vec4::W };
-    let luminance = |rgb: Vec3| uniform.rgb.luminance(rgb).max(f32::MIN_POSITIVE);
+    let luminance = |rgb: Vec3| max(uniform.rgb.luminance(rgb), f32::MIN_POSITIVE);
     ground.extend(haze_power(luminance(horizon) / luminance(ground)))
 }
 

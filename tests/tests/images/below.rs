@@ -101,6 +101,23 @@ fn a_fade_leaves_no_line_at_the_horizon_and_ends_in_the_ground() {
 }
 
 #[test]
+fn a_glow_of_twilight_does_not_lie_over_the_ground_at_ones_feet() {
+    for sun in [-3, -9, -15] {
+        let flags = format!("--device cpu --size 16x720 --sun-elevation={sun}");
+        let [ground, fade] = ["ground", "fade"].map(|below| linear(&format!("{flags} --below {below}")));
+        let of_row =
+            |image: &Image<f32>, row| (0..16).map(|column| luminance(image.at(column, row))).fold(0.0, f64::max);
+        let [horizon, under] = [of_row(&ground, 359), of_row(&ground, 520)];
+        // 40 degrees down haze is as bright as the ground, but for what the horizon differs between an eighth and half
+        // a degree above it.
+        let found = of_row(&fade, 520) / under;
+        assert!((1.0..2.5).contains(&found), "sun at {sun}: {found}");
+        // An even haze, the negative control, has the ninth part of the horizon's light there.
+        assert!(horizon / under > 9.0 * 2.5, "sun at {sun}: {}", horizon / under);
+    }
+}
+
+#[test]
 fn pictures_of_the_whole_sphere_fade_by_themselves_and_those_of_a_camera_see_the_ground() {
     let camera = "--device cpu --size 64x64 --projection perspective --look-elevation 0";
     for (flags, below) in [(MAP, "fade"), (camera, "ground")] {

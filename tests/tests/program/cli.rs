@@ -746,7 +746,6 @@ fn a_wrong_scene_exits_with_2_and_one_sentence() {
             "atmosphere.air.scattering = 1\natmosphere.top_radius = 6370",
             &["atmosphere.top_radius", "6370", "optical depth of", "at most 20"],
         ),
-        ("atmosphere.ozone = { column = 0, top = nan }", &["atmosphere.ozone.top", "NaN", "between 25.1 and 100 km"]),
         ("[sun", &["line 1", "[sun", "`]`"]),
     ];
     for (scene, named) in table {

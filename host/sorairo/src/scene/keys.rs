@@ -440,7 +440,7 @@ impl Key {
     /// Whether its number lies in its range.
     pub(super) fn check_range(&self, scene: &Scene) -> Result<()> {
         let Allowed::Range { number, low, high } = &self.allowed else { return Ok(()) };
-        match number.number(scene).filter(|number| (self.matters)(scene) || !number.is_finite()) {
+        match number.number(scene).filter(|_| self.wraps || (self.matters)(scene)) {
             Some(azimuth) if self.wraps => within_a_turn(self.name, azimuth).map(drop),
             Some(number) => check_range(self.name, number, (low.of(scene), high.of(scene)), self.unit),
             None => Ok(()),

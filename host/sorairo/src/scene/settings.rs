@@ -317,7 +317,7 @@ impl Display {
 pub enum PictureLook {
     /// Not at all: what Blender calls AgX.
     None,
-    /// A fifth more contrast, and half as much chroma again: what a clear sky asks for.
+    /// A fifth more contrast, and three tenths more chroma: what a clear sky asks for.
     #[default]
     Vivid,
     /// A fifth more contrast: Blender's Medium High Contrast.

@@ -725,7 +725,7 @@ fn a_wrong_scene_exits_with_2_and_one_sentence() {
         let shown = if value == "nan" { "NaN" } else { value };
         refuses(Some(&format!("{key} = {value}\n")), &["render", "--device", "cpu"], &[key, shown, allowed]);
     }
-    let table: [(&str, &[&str]); 19] = [
+    let table: [(&str, &[&str]); 18] = [
         ("[sun]\nelevation = 3\nelevatoin = 4", &["scene.toml, line 3", "column 1", "elevatoin", "`elevation`"]),
         ("[moon]\nelevation = 3", &["line 1", "moon", "`sun`"]),
         ("\n\n[sun]\nelevation = \"high\"", &["line 4", "elevation", "high", "a number"]),

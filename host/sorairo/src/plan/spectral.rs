@@ -117,7 +117,7 @@ impl SpectralPlan {
     }
 
     /// That of a sky in bands so wide (nm) about wavelengths (nm): the means of the sun and of tables over each. What
-    /// is smooth counts in the middle of a band, or of each part of one that is wider than [`WIDEST`].
+    /// is smooth counts in the middle of a band, or of each part of one that is wider than 20 nm.
     pub fn over_bands(sky: &SkyPlan, wavelengths: &[f64], width: f64) -> Self {
         let parts = (width / WIDEST).ceil().max(1.0);
         let part = width / parts;

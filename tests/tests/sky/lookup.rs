@@ -68,6 +68,32 @@ fn a_picture_is_looked_up_from_every_altitude_and_near_to_the_integral() {
     }
 }
 
+/// Maps, whose rows are those of the lookup, from the ground and from orbit, by day and in twilight.
+#[test]
+fn where_a_lookup_says_how_near_it_is_it_is_as_near() {
+    let mut told = 0;
+    for altitude in [0.0, 0.5, 12.0, 100.0, 400.0] {
+        for sun in [30.0, -4.0, -8.0, -12.0] {
+            let camera = CameraScene { size: "512x256".parse().unwrap(), ..CameraScene::default() };
+            let plan = Plan::seen(&sky(altitude, sun), &camera, PixelFormat::LinearRgb).unwrap();
+            let what = format!("{altitude} km, sun at {sun}°, {}", plan.lookup);
+            let none = Lookup { size: None, anchors: None, reason: "to compare".into() };
+            let direct = Plan { variant: plan.variant & !variant::RUNS, lookup: none, ..plan.clone() };
+            let (found, truth) = (pixels(&plan), pixels(&direct));
+            let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+            let square: f64 = found.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
+            let rmse = (square / truth.len() as f64).sqrt() / mean;
+            println!("{what}: {rmse:.1e} of the mean");
+            assert!(rmse.is_finite(), "{what}");
+            if plan.lookup.size.is_some() && plan.lookup.reason.contains("within 1e-3") {
+                assert!(rmse > 0.0 && rmse <= 1e-3, "{what}: {rmse:.1e}");
+                told += 1;
+            }
+        }
+    }
+    assert!(told >= 3, "{told} lookups say how near they are");
+}
+
 #[test]
 fn a_climbing_camera_integrates_hardly_more_from_frame_to_frame() {
     let integrals = |altitude: f64| {

@@ -96,8 +96,9 @@ pub fn choose(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>) -> Lookup {
             "{pixels} lit pixels are fewer than {anchors} anchors and {entries} entries of a sky lookup pay for"
         ));
     }
-    let most = if has_its_rows { LARGEST } else { MOST };
-    let within = if enough.0 < most.0 && enough.1 < most.1 {
+    // What lies between anchors is as near as a lookup of its own, which they are for.
+    let own = sky.lookup_grid(false);
+    let within = if own.0 < MOST.0 && own.1 < MOST.1 && enough.1 < LARGEST.1 {
         format!("keep it within {TOLERANCE:e} of the integral")
     } else {
         "make it as fine as it may be".into()

@@ -124,8 +124,9 @@ pub fn altitudes_by_depth<const N: usize>(setting: &Setting, wavelengths: &Wavel
 
 /// Those with steps longer by a factor.
 fn altitudes<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>, scale: f64) -> Vec<f64> {
-    /// Optical depth between the ground and the first altitude, and that of a step relative to what lies below. On a planet without curvature thick
-    /// air over black and over white ground then keeps to the laws of thick layers within 0.3 %, up to an optical depth of 300.
+    /// Optical depth between the ground and the first altitude, and that of a step relative to what lies below. On a
+    /// planet without curvature thick air then keeps to the laws of thick layers within 0.3 %, over black and over
+    /// white ground, up to an optical depth of 300.
     const FIRST_DEPTH: f64 = 0.15;
     const OF_DEPTH_BELOW: f64 = 0.14;
     /// A step, relative to the height over which the air falls off; where it is thin it grows.

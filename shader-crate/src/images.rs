@@ -3,7 +3,7 @@
 
 use sorairo_shared::kernels::{SENTINEL, anchor_colours, lookup_invocations, lookup_pixel, sky_pixel};
 use sorairo_shared::math::store;
-use sorairo_shared::path::single::Bands;
+use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::picture::environment::{
     COEFFICIENTS, CoefficientLanes, LevelStep, ROW_SUMS, RowLanes, half_pixel, keep_coefficients, keep_row_sums,
     level_pixel, store_coefficient, store_row_sum,

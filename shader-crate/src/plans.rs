@@ -4,7 +4,7 @@
 use sorairo_shared::kernels;
 use sorairo_shared::light_field::field_kernels;
 use sorairo_shared::light_field::field_uniform::{FieldBuffers, FieldUniform};
-use sorairo_shared::path::single::Bands;
+use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::uniform::{Buffers, Uniform};
 use spirv_std::glam::{UVec3, Vec2, Vec4};
 use spirv_std::spirv;

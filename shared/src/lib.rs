@@ -10,6 +10,7 @@
 //! | --- | --- |
 //! | [`math`] | elementary functions that mean the same on every target |
 //! | [`variant`] | what a kernel is specialised for: the bits of one constant |
+//! | [`value`] | a number for each of some bands: four on a device, as many as share a ray on a processor |
 //! | [`interpolation`] | between the nodes of tables: along an axis, around the azimuths |
 //! | [`geometry`] | shells, rays, altitudes, the planet's shadow |
 //! | [`medium`] | what fills the air: densities, their column densities in closed form, phase functions |
@@ -87,4 +88,5 @@ pub mod processor;
 pub mod sky;
 pub mod spectral;
 pub mod uniform;
+pub mod value;
 pub mod variant;

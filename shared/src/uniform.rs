@@ -8,8 +8,8 @@ use crate::display::night::Eye;
 use crate::display::rgb::RgbSpace;
 use crate::glam::{Vec2, Vec4};
 use crate::light_field::multiple_lookup::MultipleLookup;
+use crate::medium::bands::Bands;
 use crate::medium::profile::Atmosphere;
-use crate::path::single::Bands;
 
 /// Rows of observer nodes that the uniform has room for: the four of each of sixteen nodes of each of four constituents.
 pub const NODE_ROWS: usize = 256;

@@ -27,9 +27,12 @@ use crate::light_field::rays::{
     NodePlace, PER_MEAN_FREE_PATH, PieceSamples, SMALLEST, Sample, Sight, SunPlace, between_logarithms,
     functions_of_air, lit_from_end_to_end, place_of_altitude,
 };
+use crate::light_field::source::{NodeMoments, size, source};
 use crate::math::{PI, abs, acos, exp4, fetch, ln4, max, max4, safe_sqrt, store};
+use crate::medium::bands::{Bands, ByScatterer};
 use crate::medium::profile::{Atmosphere, column_densities, sun_column_densities};
-use crate::path::single::{Bands, SingleScattering, Way, optical_depth, single_scattering_placed_for};
+use crate::path::single::{Way, single_scattering_placed_for};
+use crate::value::Value;
 use crate::variant;
 
 /// A ray as the tables have it: altitude (km), the cosine and the sine of its zenith angle, weight.
@@ -108,7 +111,7 @@ fn store_origin(
     let mut group = 0;
     while group < uniform.group_count() {
         let bands = fetch(buffers.bands, group);
-        let seen = exp4(-optical_depth(&bands, ground.along)) * bands.albedo * (LAMBERT * is_seen);
+        let seen = bands.coefficients().transmittance(ground.along) * bands.albedo * (LAMBERT * is_seen);
         store(values, uniform.values.grounds as usize + ray * uniform.group_count() + group, seen);
         group += 1;
     }
@@ -141,10 +144,12 @@ fn store_scatterers(uniform: &FieldUniform, bands: &[Bands], values: &mut [Vec4]
     let mut group = 0;
     while group < uniform.group_count() {
         let bands = fetch(bands, group);
-        let seen = exp4(-optical_depth(&bands, sample.to_observer)) * sample.weight;
+        let coefficients = bands.coefficients();
+        let seen = coefficients.transmittance(sample.to_observer) * sample.weight;
+        let ByScatterer { air, aerosol } = coefficients.scattered(&seen, sample.density);
         let at = scatterers_at(uniform, node, group);
-        store(values, at, seen * bands.air_scattering * sample.density.x);
-        store(values, at + 1, seen * bands.aerosol_scattering * sample.density.y);
+        store(values, at, air);
+        store(values, at + 1, aerosol);
         group += 1;
     }
 }
@@ -237,7 +242,7 @@ pub fn field_first(uniform: &FieldUniform, buffers: FieldBuffers<'_>, values: &m
     } else {
         let placed_for = &uniform.placed_for;
         let (quadrature, crowding) = (buffers.quadrature, PER_MEAN_FREE_PATH);
-        single_scattering_placed_for(atmosphere, &bands, placed_for, crowding, quadrature, ray, variant)
+        single_scattering_placed_for(atmosphere, &bands.coefficients(), placed_for, crowding, quadrature, ray, variant)
     };
     let at = uniform.values.light as usize + OF_FIRST * index;
     store(values, at, light.air);
@@ -281,7 +286,7 @@ fn lit_ray(
     (ray, group): (usize, usize),
     sight: Sight,
     variant: u32,
-) -> SingleScattering {
+) -> ByScatterer<Vec4> {
     let atmosphere = &uniform.atmosphere;
     let radius = origin_of(uniform, values, ray).x;
     let (mut air, mut aerosol) = (Vec4::ZERO, Vec4::ZERO);
@@ -295,14 +300,14 @@ fn lit_ray(
             let mu_s = place.mu_s(radius, sight);
             let outwards = column_densities(atmosphere, altitude, density, abs(mu_s), variant);
             let along = sun_column_densities(atmosphere, altitude, outwards, mu_s, variant);
-            let sunlight = exp4(-optical_depth(bands, along));
+            let sunlight = bands.coefficients().transmittance(along);
             let at = scatterers_at(uniform, node, group);
             air += fetch(values, at) * sunlight;
             aerosol += fetch(values, at + 1) * sunlight;
         }
         node += 1;
     }
-    SingleScattering { air, aerosol }
+    ByScatterer { air, aerosol }
 }
 
 /// Kernel `field_phases`: the coefficients of `cos(m φ)` of the phase functions of (air, aerosol, what has none) between a ray's direction and a sun's, by the
@@ -397,6 +402,35 @@ fn phases(uniform: &FieldUniform, values: &[Vec4], under_sun: usize, m: usize) -
     }
 }
 
+/// The moments of an order under a sun at a group of bands, between the altitudes of a node, and the node's functions.
+struct MomentsOfOrder<'a> {
+    orders: &'a [Vec4],
+    /// Where the moments at the first altitude begin.
+    first: usize,
+    altitude_step: usize,
+    moment_step: usize,
+    weights: Vec4,
+    functions: &'a [f32],
+    first_function: usize,
+    known: Moments,
+}
+
+impl NodeMoments<Vec4> for MomentsOfOrder<'_> {
+    #[inline(always)]
+    fn moment(&self, number: usize) -> Vec4 {
+        let (at, step) = (self.first + number * self.moment_step, self.altitude_step);
+        fetch(self.orders, at) * self.weights.x
+            + fetch(self.orders, at + step) * self.weights.y
+            + fetch(self.orders, at + 2 * step) * self.weights.z
+            + fetch(self.orders, at + 3 * step) * self.weights.w
+    }
+
+    #[inline(always)]
+    fn function(&self, m: usize, behind: usize) -> f32 {
+        fetch(self.functions, self.first_function + self.known.first(m) + behind)
+    }
+}
+
 /// Kernel `field_sources`: the source at a node of a ray towards its origin, under a sun and for each azimuthal number: `Σ_l χ_l L_lm N_lm P_l^m`; where what
 /// lies between suns is interpolated by logarithms, relative to its size, whose logarithm follows.
 #[inline(always)]
@@ -413,49 +447,35 @@ pub fn field_source(
     let (node, sun) = (place / suns, place % suns);
     let at = uniform.values.nodes as usize + OF_NODE * node;
     if fetch(values, at).w > 0.0 {
-        let (weights, of_air) = (fetch(values, at + 1), fetch(values, at + 2));
-        let first_altitude = fetch(values, at + 3).w as usize;
-        let (taken, last, known) = (moments_of(uniform.taken), moments_of(uniform.last), moments_of(uniform.at_nodes));
+        let functions_of_air = fetch(values, at + 2);
+        let (taken, last) = (moments_of(uniform.taken), moments_of(uniform.last));
         let of_sun = last.count() * groups;
-        let first = uniform.kept.last as usize + (first_altitude * suns + sun) * of_sun + group;
-        let step = suns * of_sun;
-        let moment = move |number: usize| {
-            let at = first + number * groups;
-            fetch(orders, at) * weights.x
-                + fetch(orders, at + step) * weights.y
-                + fetch(orders, at + 2 * step) * weights.z
-                + fetch(orders, at + 3 * step) * weights.w
+        let first_altitude = fetch(values, at + 3).w as usize;
+        let known = moments_of(uniform.at_nodes);
+        let moments = MomentsOfOrder {
+            orders,
+            first: uniform.kept.last as usize + (first_altitude * suns + sun) * of_sun + group,
+            altitude_step: suns * of_sun,
+            moment_step: groups,
+            weights: fetch(values, at + 1),
+            functions,
+            first_function: uniform.values.node_functions as usize + node * known.count(),
+            known,
         };
-        let scatterers = scatterers_at(uniform, node, group);
-        let (air, aerosol) = (fetch(values, scatterers), fetch(values, scatterers + 1));
+        let at = scatterers_at(uniform, node, group);
+        let scatterers = ByScatterer { air: fetch(values, at), aerosol: fetch(values, at + 1) };
+        let has_aerosol = variant & variant::AEROSOL != 0;
         let to = uniform.source(node, sun, group);
-        let mut size = Vec4::ZERO;
+        let mut magnitudes = Vec4::ZERO;
         let mut m = 0;
         while m <= taken.azimuthal {
-            let mut source = Vec4::ZERO;
-            if variant & variant::AEROSOL != 0 {
-                let of_aerosol = uniform.values.node_functions as usize + node * known.count() + known.first(m);
-                let mut l = m;
-                while l <= taken.degree {
-                    source += moment(last.first(m) + l - m) * fetch(functions, of_aerosol + l - m);
-                    l += 1;
-                }
-                source *= aerosol;
-            }
-            if m == 0 {
-                source += (moment(0) * of_air.x + moment(2) * of_air.y) * air;
-            } else if m == 1 {
-                source += moment(last.first(1) + 1) * of_air.z * air;
-            } else if m == 2 {
-                source += moment(last.first(2)) * of_air.w * air;
-            }
+            let source = source(&moments, last, (taken.degree, m), functions_of_air, &scatterers, has_aerosol);
             store(values, to + m * groups, source);
-            size += source.abs();
+            magnitudes += source.magnitude();
             m += 1;
         }
         if uniform.logarithmic != 0 {
-            let least = max4((air + aerosol) * SMALLEST[0], SMALLEST[1]);
-            size = Vec4::new(max(size.x, least.x), max(size.y, least.y), max(size.z, least.z), max(size.w, least.w));
+            let size = size(&magnitudes, &scatterers);
             let inverse = Vec4::ONE / size;
             m = 0;
             while m <= taken.azimuthal {

@@ -4,8 +4,8 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::glam::{UVec2, Vec2};
 use crate::light_field::moments::{Axis, Moments};
+use crate::medium::bands::Bands;
 use crate::medium::profile::Atmosphere;
-use crate::path::single::Bands;
 
 /// [`Moments`] from a uniform, where they are the highest degree and the highest azimuthal number.
 #[inline(always)]

@@ -5,9 +5,10 @@
 
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec4};
-use crate::math::{exp4, max};
+use crate::math::max;
+use crate::medium::bands::Bands;
 use crate::medium::profile::{Atmosphere, ColumnDensities, column_densities, sun_column_densities};
-use crate::path::single::{Bands, Place, TowardsObserver, Way, optical_depth};
+use crate::path::single::{Place, TowardsObserver, Way};
 use crate::variant;
 
 /// `1/π`, of the irradiance on a white ground that is its radiance (sr⁻¹).
@@ -29,7 +30,7 @@ pub struct GroundView {
 /// Irradiance of level ground by the sun, relative to that above the atmosphere: `μ_s e^(-τ)`; 0 where the sun is below the horizon.
 #[inline]
 pub fn direct_irradiance(atmosphere: &Atmosphere, bands: &Bands, mu_s: f32, variant: u32) -> Vec4 {
-    exp4(-optical_depth(bands, column_densities_to_sun(atmosphere, mu_s, variant))) * max(mu_s, 0.0)
+    bands.coefficients().transmittance(column_densities_to_sun(atmosphere, mu_s, variant)) * max(mu_s, 0.0)
 }
 
 /// Column densities between the ground and the sun (km), or the horizon where the sun is below it.
@@ -75,5 +76,5 @@ pub fn ground_seen(atmosphere: &Atmosphere, ray: Ray, variant: u32) -> GroundVie
 #[inline]
 pub fn ground_light(atmosphere: &Atmosphere, bands: &Bands, ground: GroundView, diffuse: Vec4, variant: u32) -> Vec4 {
     let irradiance = direct_irradiance(atmosphere, bands, ground.mu_s, variant) + diffuse;
-    exp4(-optical_depth(bands, ground.along)) * irradiance * LAMBERT
+    bands.coefficients().transmittance(ground.along) * irradiance * LAMBERT
 }

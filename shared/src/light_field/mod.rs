@@ -8,3 +8,4 @@ pub mod moments;
 pub mod multiple;
 pub mod multiple_lookup;
 pub mod rays;
+pub mod source;

@@ -32,112 +32,35 @@ use crate::light_field::moments::{Axis, Moments, Stencil};
 use crate::light_field::rays::{
     NodePlace, PER_MEAN_FREE_PATH, PieceSamples, SMALLEST, Sight, SunPlace, between_logarithms,
 };
+use crate::light_field::source::{NodeMoments, size, source};
 use crate::math::{abs, exp_lanes, ln_lanes, max};
-use crate::medium::profile::{Atmosphere, ColumnDensities, column_densities_of_two, sun_column_densities};
-use crate::path::single::{Bands, Samples, TowardsObserver, Way, lit_place};
+use crate::medium::bands::{Bands, ByScatterer, Coefficients};
+use crate::medium::profile::{Atmosphere, column_densities_of_two, sun_column_densities};
+use crate::path::single::{Way, single_scattering_placed_for};
+use crate::value::{Lanes, Value};
 use crate::variant;
 
-/// Values at some wavelengths, which share a path: loops over them that a compiler spreads over as many lanes as there are.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lanes<const N: usize>(pub [f32; N]);
-
-impl<const N: usize> Lanes<N> {
-    /// Nothing.
-    pub const ZERO: Self = Self([0.0; N]);
-
-    /// Adds `other` times a number.
-    #[inline(always)]
-    pub fn add_scaled(&mut self, other: &Self, factor: f32) {
-        for i in 0..N {
-            self.0[i] += other.0[i] * factor;
-        }
-    }
-
-    /// Adds the product of two.
-    #[inline(always)]
-    pub fn add_product(&mut self, a: &Self, b: &Self) {
-        for i in 0..N {
-            self.0[i] += a.0[i] * b.0[i];
-        }
-    }
-
-    /// Times another.
-    #[inline(always)]
-    pub fn times(&self, other: &Self) -> Self {
-        let mut product = *self;
-        for i in 0..N {
-            product.0[i] *= other.0[i];
-        }
-        product
-    }
-
-    /// Times a number.
-    #[inline(always)]
-    pub fn scaled(&self, factor: f32) -> Self {
-        let mut product = *self;
-        for value in &mut product.0 {
-            *value *= factor;
-        }
-        product
-    }
-
-    /// The values of four neighbours with the weights of a stencil.
-    #[inline(always)]
-    pub fn between(values: &[Self], stencil: Stencil) -> Self {
-        let mut sum = Self::ZERO;
-        for (value, weight) in values[stencil.first..stencil.first + 4].iter().zip(stencil.weights) {
-            sum.add_scaled(value, weight);
-        }
-        sum
-    }
-
-    /// The values whose four neighbours have these logarithms; see [`crate::light_field::rays::between_logarithms`].
-    #[inline(always)]
-    pub fn between_logarithms(logarithms: &[Self], stencil: Stencil) -> Self {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|i| &logarithms[stencil.first + i].0);
-        let mut between = Self::ZERO;
-        for i in 0..N {
-            between.0[i] = between_logarithms([a[i], b[i], c[i], d[i]], stencil.weights);
-        }
-        exp_lanes(&mut between.0);
-        between
-    }
-
-    /// The logarithms of light, of which there is a least.
-    pub fn logarithms_of_light(&self) -> Self {
-        let mut logarithms = *self;
-        logarithms.0.iter_mut().for_each(|value| *value = max(*value, SMALLEST[1]));
-        ln_lanes(&mut logarithms.0);
-        logarithms
-    }
+/// The values of four neighbours with the weights of a stencil.
+#[inline(always)]
+pub fn between<V: Value>(values: &[V], Stencil { first, weights }: Stencil) -> V {
+    V::weighted(values[first], values[first + 1], values[first + 2], values[first + 3], weights)
 }
 
-/// The optical properties of the air at some wavelengths; see [`Bands`].
-#[derive(Clone, Copy, Debug)]
-pub struct Spectrum<const N: usize> {
-    /// Scattering coefficient of air at the ground (km⁻¹).
-    pub air_scattering: Lanes<N>,
-    /// Scattering coefficient of aerosol at the ground (km⁻¹).
-    pub aerosol_scattering: Lanes<N>,
-    /// Extinction coefficient of aerosol at the ground (km⁻¹).
-    pub aerosol_extinction: Lanes<N>,
-    /// Absorption coefficient of ozone at its peak (km⁻¹).
-    pub ozone_absorption: Lanes<N>,
+/// The values whose four neighbours have these logarithms; see [`crate::light_field::rays::between_logarithms`].
+#[inline(always)]
+pub fn exp_between_logarithms<const N: usize>(logarithms: &[Lanes<N>], stencil: Stencil) -> Lanes<N> {
+    let [a, b, c, d] = [0, 1, 2, 3].map(|i| &logarithms[stencil.first + i].0);
+    let mut between = Lanes::ZERO;
+    for i in 0..N {
+        between.0[i] = between_logarithms([a[i], b[i], c[i], d[i]], stencil.weights);
+    }
+    exp_lanes(&mut between.0);
+    between
 }
 
-impl<const N: usize> Spectrum<N> {
-    /// The part of light that column densities (km) let through.
-    #[inline(always)]
-    pub fn transmittance(&self, along: ColumnDensities) -> Lanes<N> {
-        let mut lanes = Lanes::ZERO;
-        for i in 0..N {
-            lanes.0[i] = -(self.air_scattering.0[i] * along.x
-                + self.aerosol_extinction.0[i] * along.y
-                + self.ozone_absorption.0[i] * along.z);
-        }
-        exp_lanes(&mut lanes.0);
-        lanes
-    }
+/// The logarithms of light, of which there is a least.
+pub fn logarithms_of_light<V: Value>(light: &V) -> V {
+    light.at_least_number(SMALLEST[1]).logarithm()
 }
 
 /// Visits the pieces of a whole ray, dark or lit, from its origin on. The ray is returned from where it enters the atmosphere, with the ground
@@ -166,7 +89,7 @@ pub fn for_each_piece(
 #[inline(always)]
 fn sunlight_of_two<const N: usize>(
     atmosphere: &Atmosphere,
-    spectrum: &Spectrum<N>,
+    coefficients: &Coefficients<Lanes<N>>,
     node: &RayNode<N>,
     mu_s: Vec2,
     variant: u32,
@@ -174,19 +97,19 @@ fn sunlight_of_two<const N: usize>(
     let (altitude, up) = (node.altitude, Vec2::new(abs(mu_s.x), abs(mu_s.y)));
     let outwards = column_densities_of_two(atmosphere, altitude, node.density, up, variant);
     [
-        spectrum.transmittance(sun_column_densities(atmosphere, altitude, outwards.first, mu_s.x, variant)),
-        spectrum.transmittance(sun_column_densities(atmosphere, altitude, outwards.second, mu_s.y, variant)),
+        coefficients.transmittance(sun_column_densities(atmosphere, altitude, outwards.first, mu_s.x, variant)),
+        coefficients.transmittance(sun_column_densities(atmosphere, altitude, outwards.second, mu_s.y, variant)),
     ]
 }
 
 /// Irradiance of level ground by the sun, relative to that above the atmosphere; see [`crate::light_field::ground::direct_irradiance`].
 pub fn sunlight_on_ground<const N: usize>(
     atmosphere: &Atmosphere,
-    spectrum: &Spectrum<N>,
+    coefficients: &Coefficients<Lanes<N>>,
     mu_s: f32,
     variant: u32,
 ) -> Lanes<N> {
-    spectrum.transmittance(column_densities_to_sun(atmosphere, mu_s, variant)).scaled(max(mu_s, 0.0))
+    coefficients.transmittance(column_densities_to_sun(atmosphere, mu_s, variant)).scaled(max(mu_s, 0.0))
 }
 
 /// Light scattered once along a ray of a table that is lit from end to end by two suns, of air and of aerosol, before their phase functions.
@@ -196,19 +119,19 @@ pub fn sunlight_on_ground<const N: usize>(
 )]
 pub fn single_scattering_of_lit_ray<const N: usize>(
     atmosphere: &Atmosphere,
-    spectrum: &Spectrum<N>,
+    coefficients: &Coefficients<Lanes<N>>,
     ray: TableRay<N>,
     sights: [Sight; 2],
     variant: u32,
-) -> [(Lanes<N>, Lanes<N>); 2] {
-    let mut light = [(Lanes::ZERO, Lanes::ZERO); 2];
+) -> [ByScatterer<Lanes<N>>; 2] {
+    let mut light = [ByScatterer::<Lanes<N>>::ZERO; 2];
     for node in ray.nodes {
         let [first, second] = sights;
         let mu_s = Vec2::new(node.place.mu_s(ray.radius, first), node.place.mu_s(ray.radius, second));
-        let sunlight = sunlight_of_two(atmosphere, spectrum, node, mu_s, variant);
-        for ((air, aerosol), sunlight) in light.iter_mut().zip(&sunlight) {
-            air.add_product(&node.air, sunlight);
-            aerosol.add_product(&node.aerosol, sunlight);
+        let sunlight = sunlight_of_two(atmosphere, coefficients, node, mu_s, variant);
+        for (light, sunlight) in light.iter_mut().zip(&sunlight) {
+            light.air.add_product(&node.scatterers.air, sunlight);
+            light.aerosol.add_product(&node.scatterers.aerosol, sunlight);
         }
     }
     light
@@ -222,33 +145,13 @@ pub fn single_scattering_of_lit_ray<const N: usize>(
 )]
 pub fn single_scattering_of_many<const N: usize>(
     atmosphere: &Atmosphere,
-    spectrum: &Spectrum<N>,
+    coefficients: &Coefficients<Lanes<N>>,
     bands: &Bands,
     quadrature: &[Vec2],
     ray: Ray,
     variant: u32,
-) -> (Lanes<N>, Lanes<N>) {
-    let shell = atmosphere.shell();
-    let way = Way::new(shell, ray, variant);
-    let (mut air, mut aerosol) = (Lanes::ZERO, Lanes::ZERO);
-    let pieces = if variant & variant::SHADOW != 0 { 4 } else { 2 };
-    for index in 0..pieces {
-        let rising = index & 1 == 1;
-        let interval = way.lit(index & 2 == 2, rising);
-        if interval.end > interval.start {
-            let piece = way.piece(shell, interval, rising, variant);
-            let towards_observer = TowardsObserver::new(atmosphere, way.ray, way.lowest, rising, variant);
-            let samples = Samples::new(atmosphere, bands, way.ray, piece, PER_MEAN_FREE_PATH, variant);
-            for &node in quadrature {
-                let (place, weight) = samples.at(shell, node);
-                let (density, along) = lit_place(atmosphere, towards_observer, place, variant);
-                let transmittance = spectrum.transmittance(along);
-                air.add_scaled(&transmittance, weight * density.x);
-                aerosol.add_scaled(&transmittance, weight * density.y);
-            }
-        }
-    }
-    (air.times(&spectrum.air_scattering), aerosol.times(&spectrum.aerosol_scattering))
+) -> ByScatterer<Lanes<N>> {
+    single_scattering_placed_for(atmosphere, coefficients, bands, PER_MEAN_FREE_PATH, quadrature, ray, variant)
 }
 
 /// A node of a ray through a table: what every sun and every azimuth share.
@@ -264,10 +167,8 @@ pub struct RayNode<const N: usize> {
     pub altitudes: Stencil,
     /// `N_00 P_0^0`, then `χ_2 N_2m P_2^m` of air for `m = 0, 1, 2`, in the ray's direction there.
     pub air_functions: Vec4,
-    /// What scatters there and is seen: `T β ρ` of air times the length that the node stands for.
-    pub air: Lanes<N>,
-    /// That of aerosol.
-    pub aerosol: Lanes<N>,
+    /// What scatters there and is seen: `T β ρ` times the length that the node stands for.
+    pub scatterers: ByScatterer<Lanes<N>>,
 }
 
 /// A ray through a table.
@@ -351,6 +252,12 @@ fn tile_at<const T: usize>(values: &[f32], index: usize) -> &[f32; T] {
     }
 }
 
+/// The same, of a whole tile.
+#[inline(always)]
+fn lanes_at(values: &[f32], index: usize) -> Lanes<TILE> {
+    Lanes(*tile_at(values, index))
+}
+
 /// Four parts of a table, of a length each, a step apart.
 #[inline(always)]
 fn four_parts(values: &[f32], first: usize, step: usize, length: usize) -> [&[f32]; 4] {
@@ -358,25 +265,51 @@ fn four_parts(values: &[f32], first: usize, step: usize, length: usize) -> [&[f3
     [part(0), part(1), part(2), part(3)]
 }
 
-/// Adds a tile of each of four parts of a table, weighted, to the lanes of a tile.
+/// Values at the wavelengths of a tile, the same for each of its suns.
 #[inline(always)]
-fn add_weighted(sum: &mut [f32; TILE], four: [&[f32]; 4], tile: usize, weights: [f32; 4], factor: f32) {
-    let [a, b, c, d]: [&[f32; TILE]; 4] =
-        [tile_at(four[0], tile), tile_at(four[1], tile), tile_at(four[2], tile), tile_at(four[3], tile)];
-    let [wa, wb, wc, wd] = weights;
+fn for_each_sun<const T: usize>(values: &[f32; T]) -> Lanes<TILE> {
+    let mut lanes = Lanes::ZERO;
     for i in 0..TILE {
-        sum[i] += (a[i] * wa + b[i] * wb + c[i] * wc + d[i] * wd) * factor;
+        lanes.0[i] = values[i % T];
+    }
+    lanes
+}
+
+/// What scatters at a node, at the wavelengths of a tile for each of its suns.
+#[inline(always)]
+fn scatterers_of_tile<const N: usize, const T: usize>(node: &RayNode<N>, tile: usize) -> ByScatterer<Lanes<TILE>> {
+    ByScatterer {
+        air: for_each_sun(tile_at::<T>(&node.scatterers.air.0, tile)),
+        aerosol: for_each_sun(tile_at::<T>(&node.scatterers.aerosol.0, tile)),
     }
 }
 
-/// Values at the wavelengths of a tile, the same for each of its suns.
-#[inline(always)]
-fn for_each_sun<const T: usize>(values: &[f32; T]) -> [f32; TILE] {
-    let mut lanes = [0.0; TILE];
-    for i in 0..TILE {
-        lanes[i] = values[i % T];
+/// The moments of a group of suns between four altitudes, and the functions of a node.
+struct TileMoments<'a> {
+    /// Of the four altitudes.
+    four: [&'a [f32]; 4],
+    weights: [f32; 4],
+    functions: &'a [f32],
+    of_functions: Moments,
+}
+
+impl NodeMoments<Lanes<TILE>> for TileMoments<'_> {
+    #[inline(always)]
+    fn moment(&self, number: usize) -> Lanes<TILE> {
+        let [a, b, c, d] = self.four;
+        Lanes::weighted(
+            lanes_at(a, number),
+            lanes_at(b, number),
+            lanes_at(c, number),
+            lanes_at(d, number),
+            self.weights,
+        )
     }
-    lanes
+
+    #[inline(always)]
+    fn function(&self, m: usize, behind: usize) -> f32 {
+        self.functions[self.of_functions.first(m) + behind]
+    }
 }
 
 /// The source at a node of a ray towards its origin at the wavelengths of a tile, for some tiles of suns and each azimuthal number:
@@ -393,40 +326,19 @@ fn take_sums<const N: usize, const T: usize>(
     let node = &ray.nodes[index];
     let (moments, groups) = (table.moments, table.suns.count.div_ceil(TILE / T));
     let (numbers, of_group) = (moments.azimuthal + 1, moments.count() * TILE);
-    let functions = if ray.functions.is_empty() { &[] } else { &ray.functions[index * ray.of.count()..] };
+    let has_aerosol = !ray.functions.is_empty();
+    let functions = if has_aerosol { &ray.functions[index * ray.of.count()..] } else { &[] };
     let weights = node.altitudes.weights;
-    let air = for_each_sun(tile_at::<T>(&node.air.0, tile));
-    let aerosol = for_each_sun(tile_at::<T>(&node.aerosol.0, tile));
+    let scatterers = scatterers_of_tile::<N, T>(node, tile);
     let first_altitude = tile * table.altitudes + node.altitudes.first;
     for group in tiles_of_suns {
-        // The four altitudes together: sums of four products each depend on each other only once a moment.
         let first = (first_altitude * groups + group) * of_group;
         let four = four_parts(table.values, first, groups * of_group, of_group);
+        let of_node = TileMoments { four, weights, functions, of_functions: ray.of };
         let sums = &mut sums[group * numbers * TILE..][..numbers * TILE];
         for (m, to) in sums.chunks_exact_mut(TILE).enumerate() {
-            let first = moments.first(m);
-            let mut sum = [0.0; TILE];
-            if !functions.is_empty() {
-                let functions = &functions[ray.of.first(m)..][..moments.degree + 1 - m];
-                for (l, &function) in functions.iter().enumerate() {
-                    add_weighted(&mut sum, four, first + l, weights, function);
-                }
-                for i in 0..TILE {
-                    sum[i] *= aerosol[i];
-                }
-            }
-            if m <= 2 {
-                let mut of_air = [0.0; TILE];
-                let functions = node.air_functions.to_array();
-                if m == 0 {
-                    add_weighted(&mut of_air, four, 0, weights, functions[0]);
-                }
-                add_weighted(&mut of_air, four, first + 2 - m, weights, functions[m + 1]);
-                for i in 0..TILE {
-                    sum[i] += of_air[i] * air[i];
-                }
-            }
-            to.copy_from_slice(&sum);
+            let of = (moments.degree, m);
+            to.copy_from_slice(&source(&of_node, moments, of, node.air_functions, &scatterers, has_aerosol).0);
         }
     }
 }
@@ -443,29 +355,18 @@ fn take_sizes<const N: usize, const T: usize>(
     let of_group = numbers * TILE;
     let sums = &mut scratch.sums[tiles_of_suns.start * of_group..tiles_of_suns.end * of_group];
     let logarithms = &mut scratch.logarithms[tiles_of_suns.start * TILE..tiles_of_suns.end * TILE];
-    let air = for_each_sun(tile_at::<T>(&node.air.0, tile));
-    let aerosol = for_each_sun(tile_at::<T>(&node.aerosol.0, tile));
-    let mut least = [0.0; TILE];
-    for i in 0..TILE {
-        least[i] = max((air[i] + aerosol[i]) * SMALLEST[0], SMALLEST[1]);
-    }
+    let scatterers = scatterers_of_tile::<N, T>(node, tile);
     for (sums, sizes) in sums.chunks_exact_mut(of_group).zip(logarithms.chunks_exact_mut(TILE)) {
-        let mut size = [0.0; TILE];
+        let mut magnitudes = Lanes::ZERO;
         for number in 0..numbers {
-            let lanes = tile_at::<TILE>(sums, number);
-            for i in 0..TILE {
-                size[i] += abs(lanes[i]);
-            }
+            magnitudes.add_scaled(&lanes_at(sums, number).magnitude(), 1.0);
         }
-        let mut inverse = [0.0; TILE];
-        for i in 0..TILE {
-            size[i] = max(size[i], least[i]);
-            inverse[i] = 1.0 / size[i];
-        }
-        sizes.copy_from_slice(&size);
+        let size = size(&magnitudes, &scatterers);
+        let inverse = size.inverse();
+        sizes.copy_from_slice(&size.0);
         for lanes in sums.chunks_exact_mut(TILE) {
             for i in 0..TILE {
-                lanes[i] *= inverse[i];
+                lanes[i] *= inverse.0[i];
             }
         }
     }
@@ -559,7 +460,7 @@ fn gather_tiles<const N: usize, const T: usize>(
                 if table.logarithmic {
                     let scales = for_each_sun(tile_at::<T>(scratch.scales, at));
                     for i in 0..TILE {
-                        sum[i] *= scales[i];
+                        sum[i] *= scales.0[i];
                     }
                 }
                 for i in 0..TILE {

@@ -6,8 +6,9 @@ use crate::geometry::{Interval, Ray, altitude_from, shadow};
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::light_field::moments::{Axis, Stencil};
 use crate::math::{PI, acos, clamp, exp, max, min, sqrt};
+use crate::medium::bands::Bands;
 use crate::medium::profile::{Atmosphere, ColumnDensities, column_densities, relative_densities};
-use crate::path::single::{Bands, Samples, TowardsObserver, Way, direction};
+use crate::path::single::{Samples, TowardsObserver, Way, direction};
 use crate::variant;
 
 /// How much a mean free path of light counts where the samples of a ray crowd, relative to the length over which the density falls off;

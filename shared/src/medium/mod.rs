@@ -1,4 +1,5 @@
 //! What fills the air.
 
+pub mod bands;
 pub mod phase;
 pub mod profile;

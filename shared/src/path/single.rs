@@ -13,57 +13,19 @@
 //! The integral runs over the part of the ray that the sun lights. Phase functions do not change along a ray, so the
 //! integral of each constituent is returned without its phase function. The host makes the coefficients of Eq. (3).
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::geometry::{
     self, Interval, Ray, Shell, altitude_along, altitude_from, altitude_of_lit_end, distance_to_top, inside_atmosphere,
     perigee_altitude,
 };
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::math::{abs, exp4, fetch, max, min, sqrt};
+use crate::math::{abs, fetch, max, min, sqrt};
+use crate::medium::bands::{Bands, ByScatterer, Coefficients};
 use crate::medium::profile::{
     Atmosphere, ColumnDensities, LowestPoint, column_densities, column_densities_of_two, equivalent_lengths,
     level_column_densities, relative_densities, stretch_column_densities, sun_column_densities,
 };
+use crate::value::Value;
 use crate::variant;
-
-/// Optical properties of the atmosphere and the sun at four bands. The layout is that of a GPU buffer.
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Bands {
-    /// Scattering coefficient of air at the ground (km⁻¹).
-    pub air_scattering: Vec4,
-    /// Scattering coefficient of aerosol at the ground (km⁻¹).
-    pub aerosol_scattering: Vec4,
-    /// Extinction coefficient of aerosol at the ground (km⁻¹).
-    pub aerosol_extinction: Vec4,
-    /// Absorption coefficient of ozone at its peak (km⁻¹).
-    pub ozone_absorption: Vec4,
-    /// Solar irradiance at the top of the atmosphere (W·m⁻²·nm⁻¹).
-    pub solar_irradiance: Vec4,
-    /// What the fit of an explicit solve multiplies the transfer with: the solar irradiance, or 1.
-    pub fit_irradiance: Vec4,
-    /// Albedo of the ground.
-    pub albedo: Vec4,
-}
-
-/// What single scattering along one ray amounts to at four bands, before the phase functions.
-#[derive(Clone, Copy)]
-pub struct SingleScattering {
-    /// The integral of Eq. (1) for air, with `P = 1` and `E = 1`.
-    pub air: Vec4,
-    /// The integral of Eq. (1) for aerosol, with `P = 1` and `E = 1`.
-    pub aerosol: Vec4,
-}
-
-/// A ray without light.
-pub const DARK: SingleScattering = SingleScattering { air: Vec4::ZERO, aerosol: Vec4::ZERO };
-
-/// Optical depth at each band of column densities in km (Eq. 2).
-#[inline(always)]
-pub fn optical_depth(bands: &Bands, along: ColumnDensities) -> Vec4 {
-    bands.air_scattering * along.x + bands.aerosol_extinction * along.y + bands.ozone_absorption * along.z
-}
 
 /// A place on a ray.
 #[derive(Clone, Copy)]
@@ -156,17 +118,17 @@ pub(crate) fn lit_place(
 
 /// The integrand of Eq. (1) at a lit place, with `β = 1`, `P = 1` and `E = 1`, times the weight of a sample there (km).
 #[inline(always)]
-pub(crate) fn integrand(
+pub(crate) fn integrand<V: Value>(
     atmosphere: &Atmosphere,
-    bands: &Bands,
+    coefficients: &Coefficients<V>,
     towards_observer: TowardsObserver,
     place: Place,
     weight: f32,
     variant: u32,
-) -> SingleScattering {
+) -> ByScatterer<V> {
     let (density, along) = lit_place(atmosphere, towards_observer, place, variant);
-    let transmittance = exp4(-optical_depth(bands, along)) * weight;
-    SingleScattering { air: transmittance * density.x, aerosol: transmittance * density.y }
+    let transmittance = coefficients.transmittance(along).scaled(weight);
+    ByScatterer { air: transmittance.scaled(density.x), aerosol: transmittance.scaled(density.y) }
 }
 
 /// A lit stretch of a ray on which its altitude only rises or only falls.
@@ -271,24 +233,24 @@ impl Samples {
 
 /// The integral over a piece; `lowest` is the altitude of the ray's lowest point (km).
 #[inline(always)]
-fn integrate_piece(
+fn integrate_piece<V: Value>(
     atmosphere: &Atmosphere,
-    bands: &Bands,
+    coefficients: &Coefficients<V>,
     quadrature: &[Vec2],
     (ray, lowest): (Ray, f32),
     samples: Samples,
     variant: u32,
-) -> SingleScattering {
+) -> ByScatterer<V> {
     let shell = atmosphere.shell();
     let towards_observer = TowardsObserver::new(atmosphere, ray, lowest, samples.piece.rising, variant);
-    let mut sum = DARK;
+    let mut sum = ByScatterer::<V>::ZERO;
     let mut i = 0;
     loop {
         let (place, weight) = samples.at(shell, fetch(quadrature, i));
-        let part = integrand(atmosphere, bands, towards_observer, place, weight, variant);
-        sum.air += part.air;
+        let part = integrand(atmosphere, coefficients, towards_observer, place, weight, variant);
+        sum.air.add_scaled(&part.air, 1.0);
         if variant & variant::AEROSOL != 0 {
-            sum.aerosol += part.aerosol;
+            sum.aerosol.add_scaled(&part.aerosol, 1.0);
         }
         i += 1;
         if i >= quadrature.len() {
@@ -386,24 +348,26 @@ pub fn single_scattering(
     quadrature: &[Vec2],
     ray: Ray,
     variant: u32,
-) -> SingleScattering {
-    single_scattering_placed_for(atmosphere, bands, bands, PER_MEAN_FREE_PATH, quadrature, ray, variant)
+) -> ByScatterer<Vec4> {
+    let coefficients = &bands.coefficients();
+    single_scattering_placed_for(atmosphere, coefficients, bands, PER_MEAN_FREE_PATH, quadrature, ray, variant)
 }
 
-/// The same with samples that are placed for other bands, where a mean free path of light counts as much as is said; see `crowding`.
+/// The same at the bands of any value, with samples that are placed for some bands, where a mean free path of light counts as much
+/// as is said; see `crowding`.
 #[inline(always)]
-pub(crate) fn single_scattering_placed_for(
+pub(crate) fn single_scattering_placed_for<V: Value>(
     atmosphere: &Atmosphere,
-    bands: &Bands,
+    coefficients: &Coefficients<V>,
     placed_for: &Bands,
     per_mean_free_path: f32,
     quadrature: &[Vec2],
     ray: Ray,
     variant: u32,
-) -> SingleScattering {
+) -> ByScatterer<V> {
     let shell = atmosphere.shell();
     let way = Way::new(shell, ray, variant);
-    let mut sum = DARK;
+    let mut sum = ByScatterer::<V>::ZERO;
     // Before or behind the shadow, falling or rising: at most three of the four pieces are not empty.
     let mut index = if variant & variant::DESCENT != 0 { 0 } else { 1 };
     let step = if variant & variant::DESCENT != 0 { 1 } else { 2 };
@@ -415,9 +379,9 @@ pub(crate) fn single_scattering_placed_for(
         if interval.end > interval.start {
             let piece = way.piece(shell, interval, rising, variant);
             let samples = Samples::new(atmosphere, placed_for, way.ray, piece, per_mean_free_path, variant);
-            let part = integrate_piece(atmosphere, bands, quadrature, (way.ray, way.lowest), samples, variant);
-            sum.air += part.air;
-            sum.aerosol += part.aerosol;
+            let part = integrate_piece(atmosphere, coefficients, quadrature, (way.ray, way.lowest), samples, variant);
+            sum.air.add_scaled(&part.air, 1.0);
+            sum.aerosol.add_scaled(&part.aerosol, 1.0);
         }
         index += step;
         // Of one piece the compiler keeps no loop.
@@ -425,5 +389,8 @@ pub(crate) fn single_scattering_placed_for(
             break;
         }
     }
-    SingleScattering { air: sum.air * bands.air_scattering, aerosol: sum.aerosol * bands.aerosol_scattering }
+    ByScatterer {
+        air: sum.air.times(&coefficients.air_scattering),
+        aerosol: sum.aerosol.times(&coefficients.aerosol_scattering),
+    }
 }

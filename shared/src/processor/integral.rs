@@ -2,13 +2,14 @@
 
 use super::lanes::{BLOCK, Four, Lanes, Three, ZERO, lanes};
 use crate::geometry::Ray;
-use crate::glam::Vec2;
+use crate::glam::{Vec2, Vec4};
+use crate::medium::bands::{Bands, Coefficients};
 use crate::medium::profile::{Atmosphere, LowestPoint};
-use crate::path::single::{Bands, PER_MEAN_FREE_PATH, Piece, Samples, TowardsObserver, Way, integrand};
+use crate::path::single::{PER_MEAN_FREE_PATH, Piece, Samples, TowardsObserver, Way, integrand};
 use crate::variant;
 
 /// What single scattering along the rays of a block amounts to at four bands, before the phase functions; see
-/// [`crate::path::single::SingleScattering`].
+/// [`crate::path::single::single_scattering`].
 pub struct BlockScattering {
     /// By air.
     pub air: Four,
@@ -153,7 +154,8 @@ fn integrate(
                 let samples = Samples::new(atmosphere, bands, way.ray, piece, PER_MEAN_FREE_PATH, variant);
                 pieces.set(place, samples, towards_observer);
             }
-            let part = integrate_pieces(atmosphere, bands, quadrature, &pieces, rising, lit_count, variant);
+            let part =
+                integrate_pieces(atmosphere, &bands.coefficients(), quadrature, &pieces, rising, lit_count, variant);
             for place in lanes(lit_count) {
                 let lane = lit[place];
                 sum.air.set(lane, sum.air.get(lane) + part.air.get(place));
@@ -173,7 +175,7 @@ fn integrate(
 #[inline(always)]
 fn integrate_pieces(
     atmosphere: &Atmosphere,
-    bands: &Bands,
+    coefficients: &Coefficients<Vec4>,
     quadrature: &[Vec2],
     pieces: &Pieces,
     rising: bool,
@@ -186,7 +188,7 @@ fn integrate_pieces(
         for lane in lanes(count) {
             let (samples, towards_observer) = pieces.get(lane, rising);
             let (place, weight) = samples.at(shell, node);
-            let part = integrand(atmosphere, bands, towards_observer, place, weight, variant);
+            let part = integrand(atmosphere, coefficients, towards_observer, place, weight, variant);
             sum.air.set(lane, sum.air.get(lane) + part.air);
             if variant & variant::AEROSOL != 0 {
                 sum.aerosol.set(lane, sum.aerosol.get(lane) + part.aerosol);

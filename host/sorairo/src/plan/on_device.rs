@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::light_field::field_uniform::FieldUniform;
-use sorairo_shared::path::single::Bands;
+use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::sky::Parts;
 use sorairo_shared::uniform::{Buffers, Uniform};
 

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
+use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::medium::phase::ScatteringAngle;
-use sorairo_shared::path::single::Bands;
 use sorairo_shared::processor::kernels::light_of_directions;
 use sorairo_shared::processor::lanes::BLOCK;
 use sorairo_shared::sky::{Parts, transfer_of_parts, view_ray};

@@ -5,8 +5,8 @@ use sorairo_shared::camera::{self, Camera};
 use sorairo_shared::display::grade::Grade;
 use sorairo_shared::display::night::Eye;
 use sorairo_shared::glam::Vec4;
+use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::medium::profile::{Atmosphere, Exponential};
-use sorairo_shared::path::single::Bands;
 use sorairo_shared::uniform::{NODE_ROWS, Uniform};
 use sorairo_shared::variant;
 

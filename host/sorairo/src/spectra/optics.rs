@@ -1,7 +1,7 @@
 //! Optical properties of an atmosphere and its sun at any wavelength.
 
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::path::single::Bands;
+use sorairo_shared::medium::bands::Bands;
 
 use super::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OrTable, OzoneCrossSection, SunSpectrum};
 use super::mean::Window;

@@ -5,7 +5,7 @@ pub mod regression;
 pub mod training;
 
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::path::single::Bands;
+use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::variant;
 
 use self::linear::{Interpolant, LinearFit};

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use sorairo_shared::glam::{DVec3, Vec2, Vec3, Vec4};
 use sorairo_shared::light_field::ground::{GroundView, ground_light, ground_seen};
 use sorairo_shared::light_field::multiple::single_scattering_of_many;
-use sorairo_shared::path::single::Bands;
+use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::sky::Parts;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
@@ -272,8 +272,8 @@ pub fn scattered_once(
                 integral.ray(view),
                 integral.variant,
             );
-            air.extend(light.0.0.map(f64::from));
-            aerosol.extend(light.1.0.map(f64::from));
+            air.extend(light.air.0.map(f64::from));
+            aerosol.extend(light.aerosol.0.map(f64::from));
         }
         air.truncate(wavelengths.len());
         aerosol.truncate(wavelengths.len());

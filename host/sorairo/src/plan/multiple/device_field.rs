@@ -8,8 +8,8 @@ use std::ops::Range;
 use sorairo_shared::glam::{Vec2, Vec4};
 use sorairo_shared::light_field::field_uniform::{FieldUniform, Orders as OrdersAt, Tables, Values as ValuesAt};
 use sorairo_shared::light_field::moments::Moments;
-use sorairo_shared::light_field::multiple::Lanes;
-use sorairo_shared::path::single::Bands;
+use sorairo_shared::medium::bands::Bands;
+use sorairo_shared::value::{Lanes, Value};
 
 use super::device_lists::{Lists, NUMBERS, Room, along_rays, both, of_ray, uniform_of};
 use super::field::{Azimuths, MOST, OrdersMade};

@@ -3,8 +3,8 @@
 use sorairo_shared::glam::UVec2;
 use sorairo_shared::light_field::field_uniform::{FieldUniform, Tables, Values as ValuesAt};
 use sorairo_shared::light_field::moments::Moments;
+use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::medium::profile::Atmosphere;
-use sorairo_shared::path::single::Bands;
 
 use super::grid::Grid;
 use super::resolution::Resolution;

@@ -3,8 +3,8 @@
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::light_field::field_kernels::OF_LISTED_RAY;
 use sorairo_shared::light_field::field_uniform::{FieldUniform, OF_FIRST, Values as ValuesAt};
+use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::medium::profile::Atmosphere;
-use sorairo_shared::path::single::Bands;
 
 use super::device_field::DeviceField;
 use super::device_lists::{Lists, NUMBERS, Room, along_rays, both, empty, of_ray, uniform_of};

@@ -5,10 +5,13 @@ use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3};
 use sorairo_shared::light_field::moments::{Moments, legendre};
 use sorairo_shared::light_field::multiple::{
-    Lanes, Scratch, gather, scratch_sizes, single_scattering_of_lit_ray, single_scattering_of_many, sunlight_on_ground,
+    Scratch, between, exp_between_logarithms, gather, logarithms_of_light, scratch_sizes, single_scattering_of_lit_ray,
+    single_scattering_of_many, sunlight_on_ground,
 };
 use sorairo_shared::light_field::rays::{Sight, SunPlace, lit_from_end_to_end};
 use sorairo_shared::math::{acos, max};
+use sorairo_shared::medium::bands::ByScatterer;
+use sorairo_shared::value::{Lanes, Value};
 use sorairo_shared::variant;
 
 use super::grid::{Direction, Grid, directions};
@@ -95,18 +98,14 @@ impl<const N: usize> Irradiance<N> {
     fn new(of_suns: &[Lanes<N>], logarithmic: bool) -> Self {
         // What corrects a light field may be less than nothing, and has no logarithm.
         let logarithmic = logarithmic && of_suns.iter().flat_map(|irradiance| irradiance.0).all(|value| value >= 0.0);
-        let taken = |irradiance: &Lanes<N>| if logarithmic { irradiance.logarithms_of_light() } else { *irradiance };
+        let taken = |irradiance: &Lanes<N>| if logarithmic { logarithms_of_light(irradiance) } else { *irradiance };
         Self { of_suns: of_suns.iter().map(taken).collect(), logarithmic }
     }
 
     /// That under a sun with a zenith angle (radians).
     pub fn at(&self, grid: &Grid, angle: f32) -> Lanes<N> {
         let stencil = grid.sun_angles.axis().stencil(angle, 0);
-        if self.logarithmic {
-            Lanes::between_logarithms(&self.of_suns, stencil)
-        } else {
-            Lanes::between(&self.of_suns, stencil)
-        }
+        if self.logarithmic { exp_between_logarithms(&self.of_suns, stencil) } else { between(&self.of_suns, stencil) }
     }
 }
 
@@ -338,7 +337,7 @@ impl<'a, const N: usize> Table<'a, N> {
             if setting.variant & variant::SHADOW == 0 || lit_from_end_to_end(setting.atmosphere, rays(cosine)) {
                 lit.push(a);
             } else {
-                (parts[a][0], parts[a][1]) = single_scattering_of_many(
+                let ByScatterer { air, aerosol } = single_scattering_of_many(
                     setting.atmosphere,
                     &wavelengths.air,
                     &setting.placed_for,
@@ -346,13 +345,14 @@ impl<'a, const N: usize> Table<'a, N> {
                     rays(cosine),
                     setting.variant,
                 );
+                (parts[a][0], parts[a][1]) = (air, aerosol);
             }
         }
         for two in lit.chunks(2) {
             let sights = [two[0], two[two.len() - 1]].map(|a| sight(azimuths.cosines[a]));
             let light =
                 single_scattering_of_lit_ray(setting.atmosphere, &wavelengths.air, ray.view(), sights, setting.variant);
-            for (&a, (air, aerosol)) in two.iter().zip(light) {
+            for (&a, ByScatterer { air, aerosol }) in two.iter().zip(light) {
                 (parts[a][0], parts[a][1]) = (air, aerosol);
             }
         }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytemuck::{bytes_of, cast_slice};
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::path::single::Bands;
+use sorairo_shared::medium::bands::Bands;
 
 use super::device_field::DeviceField;
 use super::field::LightField;

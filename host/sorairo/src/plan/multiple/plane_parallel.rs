@@ -24,7 +24,7 @@ use std::f64::consts::PI;
 use nalgebra::{DMatrix, DMatrixView, DVector};
 use rayon::prelude::*;
 use sorairo_shared::light_field::moments::{Moments, Stencil};
-use sorairo_shared::light_field::multiple::Lanes;
+use sorairo_shared::value::{Lanes, Value};
 
 use super::grid::Grid;
 use super::sampling::{densities, strongest};

@@ -4,9 +4,10 @@ use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::light_field::ground::LAMBERT;
 use sorairo_shared::light_field::moments::{Moments, legendre};
-use sorairo_shared::light_field::multiple::{Lanes, RayNode, TableRay, for_each_piece, suns_along};
+use sorairo_shared::light_field::multiple::{RayNode, TableRay, for_each_piece, suns_along};
 use sorairo_shared::light_field::rays::{NodePlace, PieceSamples, Sample, Sight, SunPlace, functions_of_air};
 use sorairo_shared::math::safe_sqrt;
+use sorairo_shared::value::{Lanes, Value};
 
 use super::grid::Grid;
 use super::sampling::Sampling;
@@ -76,8 +77,7 @@ impl<const N: usize> OwnedRay<N> {
                 density: sample.density,
                 altitudes,
                 air_functions: functions_of_air(setting.air, sample.mu, sine),
-                air: seen.times(&wavelengths.air.air_scattering).scaled(sample.density.x),
-                aerosol: seen.times(&wavelengths.air.aerosol_scattering).scaled(sample.density.y),
+                scatterers: wavelengths.air.scattered(&seen, sample.density),
             });
             if !setting.aerosol.is_empty() {
                 let from = functions.len();

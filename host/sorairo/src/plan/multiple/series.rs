@@ -6,7 +6,7 @@
 //! <https://doi.org/10.1137/0907058>). One more scattering makes what is left smaller still: `x + Σ_i c_i A^(i+1) x`. Where orders are a
 //! geometric series this is its sum.
 
-use sorairo_shared::light_field::multiple::Lanes;
+use sorairo_shared::value::{Lanes, Value};
 
 /// The part of the least squares that holds the coefficients to those of a geometric series, which they are where orders are in proportion and
 /// nothing else tells them apart.

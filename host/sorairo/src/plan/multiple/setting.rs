@@ -2,8 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::medium::profile::Atmosphere;
-use sorairo_shared::path::single::Bands;
 use sorairo_shared::variant;
 
 use super::suns::{Centre, sun_nodes};

@@ -1,7 +1,8 @@
 //! The moments of a light field at the nodes of a table.
 
 use sorairo_shared::light_field::moments::Moments;
-use sorairo_shared::light_field::multiple::{Lanes, MomentTable, TILE, suns_of_tile, wavelengths_of_tile};
+use sorairo_shared::light_field::multiple::{MomentTable, TILE, suns_of_tile, wavelengths_of_tile};
+use sorairo_shared::value::{Lanes, Value};
 
 use super::grid::Grid;
 

@@ -5,11 +5,12 @@ use std::f64::consts::FRAC_PI_2;
 use rayon::prelude::*;
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::interpolation::azimuth::cosine_at_place;
-use sorairo_shared::light_field::multiple::{Lanes, gather};
+use sorairo_shared::light_field::multiple::gather;
 use sorairo_shared::light_field::multiple_lookup::MultipleLookup;
 use sorairo_shared::light_field::rays::Sight;
 use sorairo_shared::math::acos;
-use sorairo_shared::path::single::Bands;
+use sorairo_shared::medium::bands::Bands;
+use sorairo_shared::value::{Lanes, Value};
 
 use super::device_rays;
 use super::field::{Irradiance, LightField, OrdersMade, Room};

@@ -1,13 +1,13 @@
 //! The air and the ground at the wavelengths of a light field.
 
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::light_field::multiple::{Lanes, Spectrum};
-use sorairo_shared::path::single::Bands;
+use sorairo_shared::medium::bands::{Bands, Coefficients};
+use sorairo_shared::value::Lanes;
 
 /// What scatters, absorbs and reflects at some wavelengths.
 pub struct Wavelengths<const N: usize> {
     /// The air's optical properties.
-    pub air: Spectrum<N>,
+    pub air: Coefficients<Lanes<N>>,
     /// Albedo of the ground.
     pub albedo: Lanes<N>,
 }
@@ -18,7 +18,7 @@ impl<const N: usize> Wavelengths<N> {
         let lanes = |value: &dyn Fn(usize) -> Vec4| {
             Lanes(std::array::from_fn(|i| value((i / 4).min(bands.len() - 1)).to_array()[i % 4]))
         };
-        let air = Spectrum {
+        let air = Coefficients {
             air_scattering: lanes(&|group| bands[group].air_scattering),
             aerosol_scattering: lanes(&|group| bands[group].aerosol_scattering),
             aerosol_extinction: lanes(&|group| bands[group].aerosol_extinction),

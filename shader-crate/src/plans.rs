@@ -2,8 +2,8 @@
 #![expect(clippy::too_many_arguments, reason = "each binding is an argument")]
 
 use sorairo_shared::kernels;
-use sorairo_shared::light_field::field_kernels;
-use sorairo_shared::light_field::field_uniform::{FieldBuffers, FieldUniform};
+use sorairo_shared::light_field::device::uniform::{FieldBuffers, FieldUniform};
+use sorairo_shared::light_field::device::{first, nodes, orders as later};
 use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::uniform::{Buffers, Uniform};
 use spirv_std::glam::{UVec3, Vec2, Vec4};
@@ -42,7 +42,7 @@ pub fn field_nodes(
 ) {
     if id.x < uniform.invocations {
         let buffers = FieldBuffers { bands, quadrature, tables };
-        field_kernels::field_node(uniform, buffers, functions, values, id.x as usize, variant);
+        nodes::field_node(uniform, buffers, functions, values, id.x as usize, variant);
     }
 }
 
@@ -55,7 +55,7 @@ pub fn field_functions(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] functions: &mut [f32],
 ) {
     if id.x < uniform.invocations {
-        field_kernels::field_function(uniform, tables, functions, id.x as usize);
+        nodes::field_function(uniform, tables, functions, id.x as usize);
     }
 }
 
@@ -72,7 +72,7 @@ pub fn field_first(
 ) {
     if id.x < uniform.invocations {
         let buffers = FieldBuffers { bands, quadrature, tables };
-        field_kernels::field_first(uniform, buffers, values, id.x as usize, variant);
+        first::field_first(uniform, buffers, values, id.x as usize, variant);
     }
 }
 
@@ -87,7 +87,7 @@ pub fn field_phases(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        field_kernels::field_phase(uniform, tables, functions, values, id.x as usize, variant);
+        first::field_phase(uniform, tables, functions, values, id.x as usize, variant);
     }
 }
 
@@ -100,7 +100,7 @@ pub fn field_first_fourier(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        field_kernels::field_first_fourier(uniform, tables, values, id.x as usize);
+        first::field_first_fourier(uniform, tables, values, id.x as usize);
     }
 }
 
@@ -115,7 +115,7 @@ pub fn field_sources(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] orders: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        field_kernels::field_source(uniform, functions, values, orders, id.x as usize, variant);
+        later::field_source(uniform, functions, values, orders, id.x as usize, variant);
     }
 }
 
@@ -129,7 +129,7 @@ pub fn field_gather(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] orders: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        field_kernels::field_gather(uniform, tables, values, orders, id.x as usize);
+        later::field_gather(uniform, tables, values, orders, id.x as usize);
     }
 }
 
@@ -142,7 +142,7 @@ pub fn field_fourier(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        field_kernels::field_fourier(uniform, tables, values, id.x as usize);
+        later::field_fourier(uniform, tables, values, id.x as usize);
     }
 }
 
@@ -157,7 +157,7 @@ pub fn field_moments(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] orders: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        field_kernels::field_moment(uniform, tables, functions, values, orders, id.x as usize);
+        later::field_moment(uniform, tables, functions, values, orders, id.x as usize);
     }
 }
 
@@ -170,6 +170,6 @@ pub fn field_sum(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] orders: &mut [Vec4],
 ) {
     if id.x < uniform.invocations {
-        field_kernels::field_sum(uniform, tables, orders, id.x as usize);
+        later::field_sum(uniform, tables, orders, id.x as usize);
     }
 }

@@ -16,7 +16,7 @@ use crate::picture::disc::disc_in_pixel;
 use crate::picture::lookup;
 use crate::picture::perspective_run::{PerspectiveRun, may_meet_horizon};
 use crate::picture::run::{self, Circle, Middle, RUN, Run};
-use crate::sky::{Constituents, Gathered, Parts, constituents, is_done, light, transfer_of_parts, view_ray};
+use crate::sky::{ByConstituent, Constituents, Gathered, constituents, is_done, light, transfer_of_parts, view_ray};
 use crate::spectral;
 use crate::uniform::{Buffers, Uniform};
 use crate::variant::{self, PixelFormat};
@@ -192,7 +192,7 @@ pub const PARTS: usize = 4;
 pub fn look(uniform: &Uniform, buffers: Buffers<'_>, views: &[Vec4], found: &mut [Vec4], index: u32, variant: u32) {
     let groups = buffers.bands.len() as u32;
     let view = fetch(views, (index / groups) as usize);
-    let Parts { air, aerosol, multiple, ground } =
+    let ByConstituent { air, aerosol, multiple, ground } =
         light(uniform, buffers, (index % groups) as usize, view.truncate(), variant);
     let at = PARTS * index as usize;
     store(found, at, air);

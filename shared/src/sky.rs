@@ -5,10 +5,10 @@ use crate::fit::observer::observe_cubic;
 use crate::fit::spectrum::{Dozen, Logarithms, regression_rgb};
 use crate::geometry::Ray;
 use crate::glam::{Vec3, Vec4};
-use crate::light_field::ground::{ground_light, ground_seen};
 use crate::light_field::multiple_lookup;
 use crate::math::{clamp, fetch, max, sqrt};
 use crate::medium::phase::{ScatteringAngle, air_phase, cornette_shanks_phase};
+use crate::path::ground::{ground_light, ground_seen};
 use crate::path::single::single_scattering;
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
@@ -21,7 +21,7 @@ pub fn view_ray(uniform: &Uniform, direction: Vec3) -> Ray {
 
 /// One value for each constituent of a sky's light.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Parts<T> {
+pub struct ByConstituent<T> {
     /// Light that air scatters and nothing scattered before, without its phase function.
     pub air: T,
     /// Light that aerosol scatters likewise.
@@ -34,15 +34,21 @@ pub struct Parts<T> {
 
 /// The light in a direction at a group of four bands, by its constituents (transfer; of air and aerosol times sr).
 #[inline(always)]
-pub fn light(uniform: &Uniform, buffers: Buffers<'_>, group: usize, direction: Vec3, variant: u32) -> Parts<Vec4> {
+pub fn light(
+    uniform: &Uniform,
+    buffers: Buffers<'_>,
+    group: usize,
+    direction: Vec3,
+    variant: u32,
+) -> ByConstituent<Vec4> {
     let ray = view_ray(uniform, direction);
     let bands = fetch(buffers.bands, group);
     let once = single_scattering(&uniform.atmosphere, &bands, buffers.quadrature, ray, variant);
     let (multiple, ground) = rest_of_light(uniform, buffers, group, ray, direction, variant);
-    Parts { air: once.air, aerosol: once.aerosol, multiple, ground }
+    ByConstituent { air: once.air, aerosol: once.aerosol, multiple, ground }
 }
 
-/// The light along a ray at a group of four bands that was scattered more than once, and that which the ground sends; see [`Parts`].
+/// The light along a ray at a group of four bands that was scattered more than once, and that which the ground sends; see [`ByConstituent`].
 ///
 /// What rays to the ground alone need stands in loops of one pass. A device that computes many pixels at once, llvmpipe among them, may
 /// take both sides of every branch, but makes no pass of a loop that none of its pixels enters.
@@ -101,7 +107,7 @@ pub fn transfer(uniform: &Uniform, buffers: Buffers<'_>, group: usize, direction
 #[inline(always)]
 pub fn transfer_of_parts(
     uniform: &Uniform,
-    parts: Parts<Vec4>,
+    parts: ByConstituent<Vec4>,
     albedo: Vec4,
     angle: ScatteringAngle,
     variant: u32,
@@ -119,8 +125,8 @@ pub fn transfer_of_parts(
 
 /// The phase functions at an angle (sr⁻¹); 1 for light that has none left.
 #[inline(always)]
-pub fn phases(uniform: &Uniform, angle: ScatteringAngle) -> Parts<f32> {
-    Parts {
+pub fn phases(uniform: &Uniform, angle: ScatteringAngle) -> ByConstituent<f32> {
+    ByConstituent {
         air: air_phase(uniform.atmosphere.air_anisotropy, angle.cosine),
         aerosol: cornette_shanks_phase(angle, uniform.atmosphere.aerosol_asymmetry),
         multiple: 1.0,
@@ -164,19 +170,19 @@ pub struct Gathered {
     /// By a linear fit, the sum of the colours.
     colours: Constituents,
     /// By any other, the light itself at up to twelve bands.
-    pub lights: Parts<Dozen>,
+    pub lights: ByConstituent<Dozen>,
 }
 
 impl Gathered {
     /// No light.
     pub const DARK: Self = Self {
         colours: Constituents::DARK,
-        lights: Parts { air: Dozen::DARK, aerosol: Dozen::DARK, multiple: Dozen::DARK, ground: Dozen::DARK },
+        lights: ByConstituent { air: Dozen::DARK, aerosol: Dozen::DARK, multiple: Dozen::DARK, ground: Dozen::DARK },
     };
 
     /// With the light at the next group of four bands.
     #[inline(always)]
-    pub fn add(&mut self, buffers: Buffers<'_>, group: usize, four: Parts<Vec4>, variant: u32) {
+    pub fn add(&mut self, buffers: Buffers<'_>, group: usize, four: ByConstituent<Vec4>, variant: u32) {
         if variant & (variant::REGRESSION | variant::SOLVED) == 0 {
             self.add_colours(buffers, group, four, variant);
         } else if group == 0 {
@@ -198,7 +204,7 @@ impl Gathered {
     }
 
     #[inline(always)]
-    fn add_colours(&mut self, buffers: Buffers<'_>, group: usize, parts: Parts<Vec4>, variant: u32) {
+    fn add_colours(&mut self, buffers: Buffers<'_>, group: usize, parts: ByConstituent<Vec4>, variant: u32) {
         let Buffers { bands, colour, .. } = buffers;
         let rows = [fetch(colour, 3 * group), fetch(colour, 3 * group + 1), fetch(colour, 3 * group + 2)];
         self.colours.air += linear_rgb(rows, parts.air);
@@ -223,8 +229,13 @@ impl Gathered {
     #[inline(always)]
     pub fn rgb(self, uniform: &Uniform, buffers: Buffers<'_>, angle: ScatteringAngle, variant: u32) -> Vec3 {
         if variant::is_solved_cubic(variant) {
-            let Parts { air, aerosol, multiple, ground } = self.lights;
-            let four = Parts { air: air.first, aerosol: aerosol.first, multiple: multiple.first, ground: ground.first };
+            let ByConstituent { air, aerosol, multiple, ground } = self.lights;
+            let four = ByConstituent {
+                air: air.first,
+                aerosol: aerosol.first,
+                multiple: multiple.first,
+                ground: ground.first,
+            };
             let bands = fetch(buffers.bands, 0);
             let radiance = transfer_of_parts(uniform, four, bands.albedo, angle, variant) * bands.fit_irradiance;
             let xyz = observe_cubic(uniform.band_wavelengths, radiance, buffers.colour);
@@ -272,7 +283,7 @@ pub fn linear_rgb(rows: [Vec4; 3], light: Vec4) -> Vec3 {
 
 /// Linear RGB of each constituent by the regression fit, from the light at the bands.
 #[inline]
-pub fn regression_constituents(uniform: &Uniform, lights: Parts<Dozen>, variant: u32) -> Constituents {
+pub fn regression_constituents(uniform: &Uniform, lights: ByConstituent<Dozen>, variant: u32) -> Constituents {
     let (wavelengths, nodes) = (uniform.band_wavelengths, uniform.nodes);
     let air = Logarithms::new(lights.air, wavelengths, variant);
     let mut sum = Constituents {

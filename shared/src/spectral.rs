@@ -8,7 +8,7 @@ use crate::fit::spectrum::{Dozen, Logarithms, regression_value, rows_per_node};
 use crate::glam::{Vec3, Vec4};
 use crate::math::{fetch, max, store};
 use crate::medium::phase::ScatteringAngle;
-use crate::sky::{Parts, linear_rgb, phases, regression_constituents, with_phases};
+use crate::sky::{ByConstituent, linear_rgb, phases, regression_constituents, with_phases};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
 
@@ -59,7 +59,7 @@ pub fn store_regression(
     buffers: Buffers<'_>,
     output: &mut [u32],
     at: usize,
-    lights: Parts<Dozen>,
+    lights: ByConstituent<Dozen>,
     angle: ScatteringAngle,
     variant: u32,
 ) -> Vec3 {

@@ -8,8 +8,8 @@ use crate::display::night::Eye;
 use crate::display::rgb::RgbSpace;
 use crate::glam::{Vec2, Vec4};
 use crate::light_field::multiple_lookup::MultipleLookup;
+use crate::medium::atmosphere::Atmosphere;
 use crate::medium::bands::Bands;
-use crate::medium::profile::Atmosphere;
 
 /// Rows of observer nodes that the uniform has room for: the four of each of sixteen nodes of each of four constituents.
 pub const NODE_ROWS: usize = 256;
@@ -50,7 +50,7 @@ pub struct Uniform {
     /// Factor from linear RGB to a picture's linear value.
     pub exposure: f32,
     /// Observer nodes of a regression fit for each constituent of the light; 0 for other fits. In `node_rows` those of the constituents that
-    /// there are follow each other in the order of [`crate::sky::Parts`].
+    /// there are follow each other in the order of [`crate::sky::ByConstituent`].
     pub nodes: u32,
     /// Rows of the sky lookup above the horizon; 0 without one. For an equirectangular image they are its own.
     pub lookup_above: u32,

@@ -5,15 +5,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use sorairo::Result;
-use sorairo::low_level::plan::on_device::{FieldKernel, Keeping, Look, Memory, PlanDevice, Reading, Step, Work};
+use sorairo::low_level::plan::on_device::{
+    Dispatch, FieldKernel, Memory, PlanDevice, PlanPass, ReadBack, Retained, Views,
+};
 use sorairo_shared::glam::{Vec2, Vec4};
 use sorairo_shared::kernels::{PARTS, look};
-use sorairo_shared::light_field::field_kernels::{
-    field_first, field_first_fourier, field_fourier, field_function, field_gather, field_moment, field_node,
-    field_phase, field_source, field_sum,
-};
-use sorairo_shared::light_field::field_uniform::FieldBuffers;
-use sorairo_shared::sky::Parts;
+use sorairo_shared::light_field::device::first::{field_first, field_first_fourier, field_phase};
+use sorairo_shared::light_field::device::nodes::{field_function, field_node};
+use sorairo_shared::light_field::device::orders::{field_fourier, field_gather, field_moment, field_source, field_sum};
+use sorairo_shared::light_field::device::uniform::FieldBuffers;
+use sorairo_shared::sky::ByConstituent;
 
 /// What a device's memory holds before a kernel writes it: whatever takes it for a value shows it.
 const UNWRITTEN: Vec4 = Vec4::NAN;
@@ -45,9 +46,9 @@ impl PlanDevice for Interpreted {
         Ok(Arc::new(Mutex::new(vec![UNWRITTEN; numbers.div_ceil(4)])))
     }
 
-    fn run(&self, work: &Work<'_>) -> Result<Vec<Vec4>> {
+    fn run(&self, work: &PlanPass<'_>) -> Result<Vec<Vec4>> {
         self.calls.fetch_add(1, Ordering::Relaxed);
-        for Step { kernel, uniform } in work.steps {
+        for Dispatch { kernel, uniform } in work.steps {
             let quadrature: &[Vec2] = work.quadratures[kernel.quadrature()];
             let (tables, variant) = (work.tables, work.variant);
             let buffers = FieldBuffers { bands: work.bands, quadrature, tables };
@@ -76,25 +77,25 @@ impl PlanDevice for Interpreted {
                 }
             }
         }
-        if let Some(Keeping { values, to }) = &work.keep {
+        if let Some(Retained { values, to }) = &work.keep {
             let kept = values_of(work.memory[2])[values.clone()].to_vec();
             values_of(to)[..kept.len()].copy_from_slice(&kept);
         }
         Ok(match work.read.clone() {
-            Some(Reading::Values(range)) => values_of(work.memory[1])[range].to_vec(),
-            Some(Reading::Orders(range)) => values_of(work.memory[2])[range].to_vec(),
+            Some(ReadBack::Values(range)) => values_of(work.memory[1])[range].to_vec(),
+            Some(ReadBack::Orders(range)) => values_of(work.memory[2])[range].to_vec(),
             None => Vec::new(),
         })
     }
 
-    fn look(&self, at: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>> {
+    fn light_of_views(&self, at: &[Views<'_>]) -> Result<Vec<Vec<ByConstituent<Vec4>>>> {
         self.calls.fetch_add(1, Ordering::Relaxed);
-        let look_at = |Look { uniform, buffers, variant, views }: &Look<'_>| {
+        let look_at = |Views { uniform, buffers, variant, views }: &Views<'_>| {
             let views: Vec<Vec4> = views.iter().map(|view| view.extend(0.0)).collect();
             let invocations = views.len() * buffers.bands.len();
             let mut found = vec![UNWRITTEN; PARTS * invocations];
             (0..invocations as u32).for_each(|i| look(uniform, *buffers, &views, &mut found, i, *variant));
-            let parts = |of: &[Vec4]| Parts { air: of[0], aerosol: of[1], multiple: of[2], ground: of[3] };
+            let parts = |of: &[Vec4]| ByConstituent { air: of[0], aerosol: of[1], multiple: of[2], ground: of[3] };
             found.chunks_exact(PARTS).map(parts).collect()
         };
         Ok(at.iter().map(look_at).collect())

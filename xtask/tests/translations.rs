@@ -5,7 +5,7 @@ use naga::back::pipeline_constants::process_overrides;
 use naga::back::{PipelineConstants, hlsl, msl, wgsl};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, ShaderStage};
-use sorairo_shared::light_field::field_uniform::FieldUniform;
+use sorairo_shared::light_field::device::uniform::FieldUniform;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::{self, PixelFormat};
 

@@ -1,9 +1,13 @@
 //! What the light field of all orders costs, against its error: the degree of its moments, its orders, its sizes, and where the default stands.
 
 use serde::Serialize;
-use sorairo::low_level::plan::integral::RayIntegral;
-use sorairo::low_level::plan::multiple::{LightFields, Resolution, Row, light_of_rows};
-use sorairo::low_level::plan::{SkyPlan, direction};
+use sorairo::low_level::plan::SkyPlan;
+use sorairo::low_level::plan::direction;
+use sorairo::low_level::plan::light_field::LightFields;
+use sorairo::low_level::plan::light_field::Resolution;
+use sorairo::low_level::plan::light_field::Row;
+use sorairo::low_level::plan::light_field::light_of_rows;
+use sorairo::low_level::plan::rays::integral::RayIntegral;
 use sorairo::scene::{Fit, Orders, Preset, Rgb, Scene};
 use sorairo_shared::light_field::moments::Moments;
 use sorairo_shared::variant;

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use sorairo::low_level::files::png;
-use sorairo::low_level::plan::colour_space::ColourSpace;
 use sorairo::low_level::plan::direction;
+use sorairo::low_level::plan::picture::colour_space::ColourSpace;
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::{ColourObserver, Preset, Rgb, Scene, WhiteBalance};
 use sorairo_shared::display::tone::{NEAREST, srgb8};

@@ -9,14 +9,14 @@ use sorairo::{Error, Irradiance, of_each_numbered_sky};
 
 use crate::draft::{Keys, draft, scene};
 use crate::memory::{array, of_wavelengths};
-use crate::sky::{Array, Parts, directions, in_order, known, method_of, parts_of, radiance};
+use crate::sky::{Array, ByConstituent, directions, in_order, known, method_of, parts_of, radiance};
 use crate::work::work;
 
 /// What each sky answers: its sun, the radiance in directions and the irradiance of a surface, where they are asked for.
 type Answer = ((f64, f64), Vec<f64>, Irradiance<Vec<f64>>);
 
 /// What Python gets: the suns, the others flat, sky after sky, and the first scene as text.
-type Answers<'py> = (Vec<(f64, f64)>, Array<'py, f64>, Parts<Array<'py, f64>>, String);
+type Answers<'py> = (Vec<(f64, f64)>, Array<'py, f64>, ByConstituent<Array<'py, f64>>, String);
 
 /// The suns of many skies, the radiance in directions and the irradiance of a surface (tilt and azimuth), which each sky has its own of; what is not
 /// asked for is empty. `suns` holds the keys of each sky beside `keys`.

@@ -39,7 +39,7 @@ pub struct NativeSky {
 pub type Array<'py, T> = Bound<'py, PyArray1<T>>;
 
 /// The parts of an irradiance in their order: direct, diffuse, ground, global.
-pub type Parts<T> = (T, T, T, T);
+pub type ByConstituent<T> = (T, T, T, T);
 
 #[pymethods]
 impl NativeSky {
@@ -127,7 +127,7 @@ impl NativeSky {
         wavelengths: PyReadonlyArray1<'py, f64>,
         tilts: PyReadonlyArray1<'py, f64>,
         azimuths: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<Parts<Array<'py, f64>>> {
+    ) -> PyResult<ByConstituent<Array<'py, f64>>> {
         let (wavelengths, surfaces) = (self.wavelengths(&wavelengths)?, surfaces(&tilts, &azimuths)?);
         let sky = Arc::clone(&self.sky);
         let fallen = work(py, move |stop| {
@@ -152,7 +152,7 @@ impl NativeSky {
         py: Python<'_>,
         tilts: PyReadonlyArray1<'_, f64>,
         azimuths: PyReadonlyArray1<'_, f64>,
-    ) -> PyResult<Vec<Parts<f64>>> {
+    ) -> PyResult<Vec<ByConstituent<f64>>> {
         let (sky, surfaces) = (Arc::clone(&self.sky), surfaces(&tilts, &azimuths)?);
         let fallen =
             work(py, move |stop| in_chunks(&surfaces, 81, stop, |surfaces| Surface::illuminances(surfaces, &sky)))?;
@@ -212,7 +212,7 @@ pub fn sky_again(py: Python<'_>, text: String, checksums: Vec<u32>) -> PyResult<
 }
 
 /// A quantity's name, its irradiances and its equivalents of daylight, surface after surface.
-type AlphaOpicOfSurfaces = (&'static str, Vec<Parts<f64>>, Vec<Parts<f64>>);
+type AlphaOpicOfSurfaces = (&'static str, Vec<ByConstituent<f64>>, Vec<ByConstituent<f64>>);
 
 impl NativeSky {
     /// That of a scene.
@@ -335,6 +335,6 @@ pub fn parts_of<T>(irradiance: &mut Irradiance<T>) -> [&mut T; 4] {
 }
 
 /// The parts of an irradiance in their order.
-pub fn in_order<T>(Irradiance { direct, diffuse, ground, global }: Irradiance<T>) -> Parts<T> {
+pub fn in_order<T>(Irradiance { direct, diffuse, ground, global }: Irradiance<T>) -> ByConstituent<T> {
     (direct, diffuse, ground, global)
 }

@@ -13,8 +13,9 @@ use crate::error::Error;
 use crate::error::Result;
 #[cfg(feature = "files")]
 use crate::output::files::{self, Format};
-use crate::plan::colour_space::ColourSpace;
-use crate::plan::{LightFields, Plan};
+use crate::plan::LightFields;
+use crate::plan::Plan;
+use crate::plan::picture::colour_space::ColourSpace;
 use crate::scene::Scene;
 
 /// A device that renders scene after scene. Pipelines, buffers and light fields are kept from one to the next.

@@ -14,7 +14,7 @@ use crate::glam::Vec4;
 use crate::interpolation::azimuth::place_of_azimuth;
 use crate::interpolation::cubic::stencil;
 use crate::math::{PI, acos, clamp, fetch, floor, max4, min, mix, safe_sqrt};
-use crate::medium::profile::Atmosphere;
+use crate::medium::atmosphere::Atmosphere;
 use crate::variant;
 
 /// Where the entries are. The layout is that of a GPU buffer.

@@ -1,5 +1,8 @@
 //! What fills the air.
 
+pub mod atmosphere;
 pub mod bands;
+pub mod columns;
+pub mod exponential;
+pub mod ozone;
 pub mod phase;
-pub mod profile;

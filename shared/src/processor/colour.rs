@@ -4,7 +4,7 @@ use super::integral::{BlockScattering, single_scattering_of_block};
 use super::lanes::{BLOCK, Four, Lanes, Three, ZERO, lanes};
 use crate::fit::spectrum::{Dozen, Logarithms, regression_rgb};
 use crate::medium::phase::ScatteringAngle;
-use crate::sky::{Constituents, Parts, linear_rgb, rest_of_light, view_ray, with_phases};
+use crate::sky::{ByConstituent, Constituents, linear_rgb, rest_of_light, view_ray, with_phases};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
 
@@ -51,7 +51,8 @@ pub fn constituents(
 ) -> BlockConstituents {
     let is_regression = variant & variant::REGRESSION != 0;
     let mut sum = BlockConstituents::DARK;
-    let mut lights = [Parts { air: Four::ZERO, aerosol: Four::ZERO, multiple: Four::ZERO, ground: Four::ZERO }; GROUPS];
+    let mut lights =
+        [ByConstituent { air: Four::ZERO, aerosol: Four::ZERO, multiple: Four::ZERO, ground: Four::ZERO }; GROUPS];
     let mut group = 0;
     while group < buffers.bands.len() {
         let parts = light(uniform, buffers, group, directions, count, variant);
@@ -87,7 +88,7 @@ pub fn light(
     directions: &Three,
     count: usize,
     variant: u32,
-) -> Parts<Four> {
+) -> ByConstituent<Four> {
     let mut rays = [view_ray(uniform, directions.get(0)); BLOCK];
     for lane in lanes(count) {
         rays[lane] = view_ray(uniform, directions.get(lane));
@@ -95,7 +96,7 @@ pub fn light(
     let rays = &rays[lanes(count)];
     let BlockScattering { air, aerosol } =
         single_scattering_of_block(&uniform.atmosphere, &buffers.bands[group], buffers.quadrature, rays, variant);
-    let mut parts = Parts { air, aerosol, multiple: Four::ZERO, ground: Four::ZERO };
+    let mut parts = ByConstituent { air, aerosol, multiple: Four::ZERO, ground: Four::ZERO };
     if variant & variant::REST != 0 {
         for lane in lanes(count) {
             let (multiple, ground) = rest_of_light(uniform, buffers, group, rays[lane], directions.get(lane), variant);
@@ -111,7 +112,7 @@ pub fn light(
 fn add_linear(
     buffers: Buffers<'_>,
     group: usize,
-    parts: &Parts<Four>,
+    parts: &ByConstituent<Four>,
     count: usize,
     sum: &mut BlockConstituents,
     variant: u32,

@@ -3,9 +3,13 @@
 use super::lanes::{BLOCK, Four, Lanes, Three, ZERO, lanes};
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec4};
+use crate::medium::atmosphere::Atmosphere;
 use crate::medium::bands::{Bands, Coefficients};
-use crate::medium::profile::{Atmosphere, LowestPoint};
-use crate::path::single::{PER_MEAN_FREE_PATH, Piece, Samples, TowardsObserver, Way, integrand};
+use crate::medium::columns::LowestPoint;
+use crate::path::observer::TowardsObserver;
+use crate::path::ray::{Piece, Way};
+use crate::path::samples::{PER_MEAN_FREE_PATH, Samples};
+use crate::path::single::integrand;
 use crate::variant;
 
 /// What single scattering along the rays of a block amounts to at four bands, before the phase functions; see

@@ -11,7 +11,7 @@ use super::pixels::{Pixels, are_on_ground, blacken, put_ground, show, store_bloc
 use super::run::sky_of_runs;
 use crate::glam::{Vec3, Vec4};
 use crate::picture::lookup::{anchor_view, store_entry};
-use crate::sky::{Constituents, Parts};
+use crate::sky::{ByConstituent, Constituents};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
 
@@ -61,7 +61,7 @@ pub fn light_of_directions<'a>(
     uniform: &Uniform,
     buffers: Buffers<'a>,
     directions: &[Vec3],
-    output: &mut [Parts<Vec4>],
+    output: &mut [ByConstituent<Vec4>],
     variant: u32,
 ) {
     plain::light_of_directions(uniform, buffers, directions, output, variant);
@@ -170,14 +170,15 @@ pub mod plain {
         uniform: &Uniform,
         buffers: Buffers<'_>,
         directions: &[Vec3],
-        output: &mut [Parts<Vec4>],
+        output: &mut [ByConstituent<Vec4>],
         variant: u32,
     ) {
         let (views, count, groups) = (block_of(directions), directions.len(), buffers.bands.len());
         for group in 0..groups {
-            let Parts { air, aerosol, multiple, ground } = &light(uniform, buffers, group, &views, count, variant);
+            let ByConstituent { air, aerosol, multiple, ground } =
+                &light(uniform, buffers, group, &views, count, variant);
             for lane in lanes(count) {
-                output[lane * groups + group] = Parts {
+                output[lane * groups + group] = ByConstituent {
                     air: air.get(lane),
                     aerosol: aerosol.get(lane),
                     multiple: multiple.get(lane),

@@ -5,12 +5,13 @@ use std::sync::{Arc, Mutex};
 
 use sorairo::low_level::device::gpu;
 use sorairo::low_level::device::{Backend, cpu::Cpu};
-use sorairo::low_level::plan::on_device::{DeviceUses, Look, Memory, PlanDevice, Work};
-use sorairo::low_level::plan::{SpectralPlan, direction};
+use sorairo::low_level::plan::SpectralPlan;
+use sorairo::low_level::plan::direction;
+use sorairo::low_level::plan::on_device::{DeviceUses, Memory, PlanDevice, PlanPass, Views};
 use sorairo::scene::{CameraScene, GroundAlbedo, Orders, PathChoice, Preset, Projection, Rgb, Scene};
 use sorairo::{Error, LightFields, PixelFormat, Plan, Result, SkyPlan, wgpu};
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::sky::Parts;
+use sorairo_shared::sky::ByConstituent;
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::interpreted::Interpreted;
 use sorairo_tests::own_device::{opened, with_passthrough};
@@ -222,9 +223,9 @@ impl PlanDevice for Broken {
         self.0.reserve(numbers)
     }
 
-    fn run(&self, work: &Work<'_>) -> Result<Vec<Vec4>> {
-        let &Work { variant, bands, quadratures, tables, memory, .. } = work;
-        self.0.run(&Work {
+    fn run(&self, work: &PlanPass<'_>) -> Result<Vec<Vec4>> {
+        let &PlanPass { variant, bands, quadratures, tables, memory, .. } = work;
+        self.0.run(&PlanPass {
             steps: &[],
             variant,
             bands,
@@ -236,8 +237,8 @@ impl PlanDevice for Broken {
         })
     }
 
-    fn look(&self, at: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>> {
-        let nothing = Parts { air: Vec4::NAN, ..Parts::default() };
+    fn light_of_views(&self, at: &[Views<'_>]) -> Result<Vec<Vec<ByConstituent<Vec4>>>> {
+        let nothing = ByConstituent { air: Vec4::NAN, ..ByConstituent::default() };
         Ok(at.iter().map(|look| vec![nothing; look.views.len() * look.buffers.bands.len()]).collect())
     }
 }
@@ -265,11 +266,11 @@ impl PlanDevice for Full {
         Err(Error::Device("it has no memory left".into()))
     }
 
-    fn run(&self, _: &Work<'_>) -> Result<Vec<Vec4>> {
+    fn run(&self, _: &PlanPass<'_>) -> Result<Vec<Vec4>> {
         self.reserve(1).map(|_| Vec::new())
     }
 
-    fn look(&self, _: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>> {
+    fn light_of_views(&self, _: &[Views<'_>]) -> Result<Vec<Vec<ByConstituent<Vec4>>>> {
         self.reserve(1).map(|_| Vec::new())
     }
 }

@@ -6,9 +6,12 @@ use std::path::Path;
 use sorairo::PixelFormat;
 use sorairo::low_level::device;
 use sorairo::low_level::irradiance::SkyLight;
-use sorairo::low_level::plan::quadrature::gauss_legendre;
+use sorairo::low_level::plan::Plan;
+use sorairo::low_level::plan::SkyPlan;
+use sorairo::low_level::plan::SpectralPlan;
+use sorairo::low_level::plan::direction;
+use sorairo::low_level::plan::rays::quadrature::gauss_legendre;
 use sorairo::low_level::plan::spectral::{BOUND_BY_DAY, BOUND_IN_TWILIGHT, FLOOR};
-use sorairo::low_level::plan::{Plan, SkyPlan, SpectralPlan, direction};
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{Fit, GroundAlbedo, Orders, OzoneCrossSection, PathChoice, Preset, Rgb, Scene, SunSpectrum};
@@ -481,7 +484,7 @@ fn a_few_wavelengths_are_bands_themselves() {
     let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
     let wavelengths = [830.0, 360.0, 433.0, 500.0];
     let (spectral, dense) = (SpectralPlan::new(&sky, &wavelengths), DenseSpectrum::new(&sky, &wavelengths));
-    assert_eq!((spectral.integral.wavelengths.len(), spectral.held_out.is_none()), (7, true));
+    assert_eq!((spectral.integral.wavelengths.len(), spectral.validation.is_none()), (7, true));
     for elevation in [1.0, 30.0, -20.0] {
         let view = direction(elevation, 40.0).as_vec3();
         for (found, expected) in spectral.radiance(view).iter().zip(dense.radiance(view)) {

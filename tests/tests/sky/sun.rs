@@ -6,7 +6,7 @@ use sorairo::PixelFormat;
 use sorairo::Plan;
 use sorairo::low_level::device::{self, Backend};
 use sorairo::low_level::irradiance::SkyLight;
-use sorairo::low_level::plan::sun_disc::Sun;
+use sorairo::low_level::plan::picture::sun_disc::Sun;
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::{ColourPath, Fit, OzoneCrossSection, PathChoice, Preset, Projection, Scene};
 use sorairo_evaluation::judge::{coefficients, medium};

@@ -18,7 +18,8 @@ use super::backend::{Backend, TakeRows, Times};
 use super::chosen::{Device, DeviceKind};
 use super::rows::words_per_row;
 use crate::error::Result;
-use crate::plan::{Kernel, Plan};
+use crate::plan::Kernel;
+use crate::plan::Plan;
 
 /// All cores, one row of the image at a time.
 pub struct Cpu;
@@ -120,11 +121,11 @@ mod tests {
     use sorairo_shared::kernels::{anchor_colours, lookup_invocations, lookup_pixel};
     use sorairo_shared::picture::lookup::{entry_between_anchors, store_entry};
     use sorairo_shared::processor::kernels::{constituents_of_directions, light_of_directions, plain};
-    use sorairo_shared::sky::{Constituents, Parts, constituents, light};
+    use sorairo_shared::sky::{ByConstituent, Constituents, constituents, light};
     use sorairo_shared::variant::PixelFormat;
 
     use super::*;
-    use crate::plan::directions::direction;
+    use crate::plan::rays::directions::direction;
     use crate::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
 
     /// Neither a multiple of a block nor of eight lanes.
@@ -267,10 +268,14 @@ mod tests {
             assert!(rgb(&blocks).iter().flatten().all(|colour| colour.max_element() > 0.0), "{sun}°");
             assert!(rgb(&blocks) == rgb(&plain) && rgb(&blocks) == rgb(&alone), "{sun}°");
 
-            let of_light = |light: &[Parts<Vec4>]| -> Vec<[Vec4; 4]> {
-                light.iter().map(|&Parts { air, aerosol, multiple, ground }| [air, aerosol, multiple, ground]).collect()
+            let of_light = |light: &[ByConstituent<Vec4>]| -> Vec<[Vec4; 4]> {
+                light
+                    .iter()
+                    .map(|&ByConstituent { air, aerosol, multiple, ground }| [air, aerosol, multiple, ground])
+                    .collect()
             };
-            let [mut blocks, mut plain] = [vec![Parts::default(); 13 * groups], vec![Parts::default(); 13 * groups]];
+            let [mut blocks, mut plain] =
+                [vec![ByConstituent::default(); 13 * groups], vec![ByConstituent::default(); 13 * groups]];
             light_of_directions(uniform, buffers, &views, &mut blocks, variant);
             plain::light_of_directions(uniform, buffers, &views, &mut plain, variant);
             let all = |&view: &Vec3| (0..groups).map(move |group| light(uniform, buffers, group, view, variant));

@@ -7,9 +7,10 @@ use serde::Serialize;
 use sorairo_shared::glam::DVec3;
 use sorairo_shared::light_field::moments::{Moments, legendre};
 
-use crate::plan::hemisphere::{Node, nodes, nodes_below};
-use crate::plan::sun_disc::Sun;
-use crate::plan::{SkyPlan, SpectralPlan};
+use crate::plan::SkyPlan;
+use crate::plan::SpectralPlan;
+use crate::plan::picture::sun_disc::Sun;
+use crate::plan::rays::hemisphere::{Node, nodes, nodes_below};
 use crate::spectra::observer;
 
 pub use crate::spectra::observer::LUMENS_PER_WATT;

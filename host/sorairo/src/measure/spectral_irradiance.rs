@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::measure::spectrum::{Method, Spectra};
 use crate::measure::surface::irradiances_on;
 use crate::plan::SkyPlan;
-use crate::plan::sun_disc::Sun;
+use crate::plan::picture::sun_disc::Sun;
 
 /// What falls at the observer from the sky, from its sun and from the ground, at wavelengths (W·m⁻²·nm⁻¹; relative with the flat sun).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

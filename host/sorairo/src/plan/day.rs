@@ -3,11 +3,12 @@
 use sorairo_shared::picture::run::RUN;
 use sorairo_shared::variant::{self, PixelFormat};
 
-use super::fit::{self, SpectralFit};
-use super::image::of_image;
-use super::kernel::Kernel;
-use super::sky::rest;
-use super::{directions, integral};
+use crate::plan::fit::{self, SpectralFit};
+use crate::plan::kernel::Kernel;
+use crate::plan::picture::image::of_image;
+use crate::plan::rays::directions;
+use crate::plan::rays::integral;
+use crate::plan::sky::rest;
 use crate::scene::{CameraScene, ColourPath, PathChoice, Projection, Scene};
 
 /// Between two suns that are looked at (degrees). What a scene needs of the integral changes at two elevations, more than this apart.
@@ -46,7 +47,7 @@ fn skies(scene: &Scene) -> Vec<u32> {
     skies
 }
 
-/// Whether pixels may be looked up in runs; see [`super::lookup::pixels_run`].
+/// Whether pixels may be looked up in runs; see [`crate::plan::lookup::pixels_run`].
 fn has_runs(camera: &CameraScene) -> bool {
     camera.projection != Projection::Fisheye && camera.size.width.is_multiple_of(RUN)
 }

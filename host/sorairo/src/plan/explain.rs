@@ -8,11 +8,13 @@ use sorairo_shared::picture::run::RUN;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::{self, PixelFormat};
 
-use super::below;
-use super::hemisphere::{Node, nodes_below};
-use super::image::Plan;
-use super::multiple::{COMPARED_DEPTH, NEGLIGIBLE, OrdersMade};
-use super::spectral::{HeldOut, SpectralPlan, SpectrumFit};
+use crate::plan::light_field::COMPARED_DEPTH;
+use crate::plan::light_field::NEGLIGIBLE;
+use crate::plan::light_field::OrdersMade;
+use crate::plan::picture::below;
+use crate::plan::picture::image::Plan;
+use crate::plan::rays::hemisphere::{Node, nodes_below};
+use crate::plan::spectral::{SpectralPlan, SpectrumFit, Validation};
 use crate::scene::{Below, Orders, Projection, Scene};
 use crate::words;
 
@@ -138,13 +140,13 @@ fn spectra(spectral: &SpectralPlan) -> String {
     let at = spectral.integral.wavelengths.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
     let rays = "rays from which nothing was learnt";
     let percent = |part: f64| 100.0 * part;
-    match (spectral.held_out, &spectral.fit) {
-        (Some(HeldOut { error, bound }), SpectrumFit::Regression(_)) => format!(
+    match (spectral.validation, &spectral.fit) {
+        (Some(Validation { error, bound }), SpectrumFit::Regression(_)) => format!(
             "spectra: {wavelengths} wavelengths from {bands} bands ({at} nm), within {:.2} % on {rays}; {} % are allowed",
             percent(error),
             percent(bound)
         ),
-        (Some(HeldOut { error, bound }), SpectrumFit::Linear(_)) => format!(
+        (Some(Validation { error, bound }), SpectrumFit::Linear(_)) => format!(
             "spectra: each of {wavelengths} wavelengths is integrated, {bands} bands with those of colour; a fit would be off by {:.2} % on {rays}, \
              and {} % are allowed",
             percent(error),

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
-use sorairo_shared::light_field::field_uniform::FieldUniform;
+use sorairo_shared::light_field::device::uniform::FieldUniform;
 use sorairo_shared::medium::bands::Bands;
-use sorairo_shared::sky::Parts;
+use sorairo_shared::sky::ByConstituent;
 use sorairo_shared::uniform::{Buffers, Uniform};
 
 use crate::error::{Error, Result};
@@ -33,14 +33,14 @@ pub trait PlanDevice: Send + Sync {
     /// # Errors
     ///
     /// [`Error::Device`] where the device cannot.
-    fn run(&self, work: &Work<'_>) -> Result<Vec<Vec4>>;
+    fn run(&self, work: &PlanPass<'_>) -> Result<Vec<Vec4>>;
 
     /// The light in directions of some skies, one sky after the other: for each direction and group of bands that of each constituent.
     ///
     /// # Errors
     ///
     /// [`Error::Device`] where the device cannot.
-    fn look(&self, at: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>>;
+    fn light_of_views(&self, at: &[Views<'_>]) -> Result<Vec<Vec<ByConstituent<Vec4>>>>;
 }
 
 /// How often plans asked a device to integrate, and what came of it.
@@ -100,14 +100,14 @@ impl PlanDevice for AskedDevice {
         self.device.reserve(numbers)
     }
 
-    fn run(&self, work: &Work<'_>) -> Result<Vec<Vec4>> {
+    fn run(&self, work: &PlanPass<'_>) -> Result<Vec<Vec4>> {
         let values = self.device.run(work)?;
         if values.iter().all(|value| value.is_finite()) { Ok(values) } else { Err(not_finite()) }
     }
 
-    fn look(&self, at: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>> {
-        let found = self.device.look(at)?;
-        let are_finite = |&Parts { air, aerosol, multiple, ground }: &Parts<Vec4>| {
+    fn light_of_views(&self, at: &[Views<'_>]) -> Result<Vec<Vec<ByConstituent<Vec4>>>> {
+        let found = self.device.light_of_views(at)?;
+        let are_finite = |&ByConstituent { air, aerosol, multiple, ground }: &ByConstituent<Vec4>| {
             [air, aerosol, multiple, ground].into_iter().all(Vec4::is_finite)
         };
         if found.iter().flatten().all(are_finite) { Ok(found) } else { Err(not_finite()) }
@@ -119,7 +119,7 @@ fn not_finite() -> Error {
 }
 
 /// Directions of a sky.
-pub struct Look<'a> {
+pub struct Views<'a> {
     /// What the kernels are told of the sky.
     pub uniform: &'a Uniform,
     /// What they read beside it.
@@ -131,9 +131,9 @@ pub struct Look<'a> {
 }
 
 /// Steps that run one after the other, and what they read and write; then values of the orders are copied to where they are kept, and others read back.
-pub struct Work<'a> {
+pub struct PlanPass<'a> {
     /// The steps.
-    pub steps: &'a [Step],
+    pub steps: &'a [Dispatch],
     /// For which the kernels are specialised.
     pub variant: u32,
     /// Optical properties at the bands, four to a group.
@@ -145,13 +145,13 @@ pub struct Work<'a> {
     /// What kernels leave for each other: functions, values, orders.
     pub memory: [&'a Memory; 3],
     /// What is kept.
-    pub keep: Option<Keeping<'a>>,
+    pub keep: Option<Retained<'a>>,
     /// What is read back.
-    pub read: Option<Reading>,
+    pub read: Option<ReadBack>,
 }
 
 /// Values of the orders, and where they go.
-pub struct Keeping<'a> {
+pub struct Retained<'a> {
     /// Which.
     pub values: Range<usize>,
     /// The memory whose first values they become.
@@ -160,7 +160,7 @@ pub struct Keeping<'a> {
 
 /// Values that come back.
 #[derive(Clone)]
-pub enum Reading {
+pub enum ReadBack {
     /// Of what kernels leave for each other.
     Values(Range<usize>),
     /// Of the orders.
@@ -169,14 +169,14 @@ pub enum Reading {
 
 /// A dispatch.
 #[derive(Clone, Copy)]
-pub struct Step {
+pub struct Dispatch {
     /// Its kernel.
     pub kernel: FieldKernel,
     /// What its invocations share.
     pub uniform: FieldUniform,
 }
 
-/// A kernel of the light field, by the name of its GPU entry point; see [`sorairo_shared::light_field::field_kernels`].
+/// A kernel of the light field, by the name of its GPU entry point; see [`sorairo_shared::light_field::device`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "the module of the kernels has a table of them")]

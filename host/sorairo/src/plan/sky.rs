@@ -7,21 +7,25 @@ use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::medium::phase::ScatteringAngle;
 use sorairo_shared::processor::kernels::constituents_of_directions;
 use sorairo_shared::processor::lanes::BLOCK;
-use sorairo_shared::sky::{Constituents, Gathered, Parts, sky, with_phases};
+use sorairo_shared::sky::{ByConstituent, Constituents, Gathered, sky, with_phases};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
-use super::colour_space::ColourSpace;
-use super::fit::regression::Training;
-use super::fit::{self, SpectralFit};
-use super::integral::{self, RayIntegral};
-use super::lookup_grid::{self, Entries, Seen};
-use super::multiple::{AerosolMoments, LightFields, Refined};
-use super::on_device::{Look, PlanDevice};
-use super::quadrature::gauss_legendre;
-use super::sun_irradiance::SunIrradiance;
-use super::{directions, samples, upload};
 use crate::error::Result;
+use crate::plan::fit::regression::Training;
+use crate::plan::fit::{self, SpectralFit};
+use crate::plan::light_field::AerosolMoments;
+use crate::plan::light_field::LightFields;
+use crate::plan::light_field::Refined;
+use crate::plan::lookup::grid::{self, Entries, Seen};
+use crate::plan::on_device::{PlanDevice, Views};
+use crate::plan::picture::colour_space::ColourSpace;
+use crate::plan::picture::sun_irradiance::SunIrradiance;
+use crate::plan::rays::directions;
+use crate::plan::rays::integral::{self, RayIntegral};
+use crate::plan::rays::quadrature::gauss_legendre;
+use crate::plan::rays::samples;
+use crate::plan::upload;
 use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
 use crate::spectra::mean::Window;
 use crate::spectra::optics::Optics;
@@ -46,8 +50,8 @@ pub struct SkyPlan {
     integral: OnceLock<RayIntegral>,
     refined: OnceLock<Refined>,
     colours: OnceLock<Colours>,
-    pub(super) disc_grid: OnceLock<Vec<Vec4>>,
-    pub(super) sun_irradiance: OnceLock<SunIrradiance>,
+    pub(crate) disc_grid: OnceLock<Vec<Vec4>>,
+    pub(crate) sun_irradiance: OnceLock<SunIrradiance>,
     /// Of a sky lookup of its own, and of one that has the rows of its image.
     lookup_grids: [OnceLock<Entries>; 2],
     lookup_quadrature: OnceLock<Vec<Vec2>>,
@@ -117,12 +121,12 @@ impl SkyPlan {
     }
 
     /// The same sky as spectra take it: its optics are those at the wavelengths themselves, in the place of means. The bands of colour keep theirs.
-    pub(super) fn at_wavelengths(&self) -> Self {
+    pub(crate) fn at_wavelengths(&self) -> Self {
         self.as_read(optics_of(&self.scene))
     }
 
     /// The same with means over bands so wide (nm).
-    pub(super) fn over_bands(&self, width: f64) -> Self {
+    pub(crate) fn over_bands(&self, width: f64) -> Self {
         self.as_read(optics_of(&self.scene).over(Window::Band(width)))
     }
 
@@ -171,7 +175,7 @@ impl SkyPlan {
 
     /// The anchors between which a sky lookup of either kind is interpolated, on each side of the horizon that it has.
     pub fn lookup_anchors(&self) -> Entries {
-        lookup_grid::anchors(self.lookup_grid(false), self.has_rays_of_pieces())
+        grid::anchors(self.lookup_grid(false), self.has_rays_of_pieces())
     }
 
     /// Whether its rays are of more than one piece.
@@ -188,22 +192,19 @@ impl SkyPlan {
             return most;
         }
         let found: &Vec<Vec2> = found_once(&self.lookup_quadrature, || {
-            let views = lookup_grid::tried_views(&self.base.uniform);
+            let views = grid::tried_views(&self.base.uniform);
             let colours =
                 |rule: &[Vec2]| self.phased(&views, self.constituents_here(&self.colours().rows, rule, &views));
             let truth = colours(most);
             let fewer = samples::fewer_than(most.len() as u32).map(gauss_legendre);
-            fewer
-                .into_iter()
-                .find(|rule| lookup_grid::are_near(&colours(rule), &truth))
-                .unwrap_or_else(|| most.to_vec())
+            fewer.into_iter().find(|rule| grid::are_near(&colours(rule), &truth)).unwrap_or_else(|| most.to_vec())
         });
         found
     }
 
     fn find_lookup_grids(&self, rows: &[Vec4], kinds: &[bool]) -> Vec<Entries> {
         let constituents = |views: &[Vec3]| self.constituents_by(rows, views);
-        lookup_grid::enough(&Seen { integral: self.integral(), constituents: &constituents }, kinds)
+        grid::enough(&Seen { integral: self.integral(), constituents: &constituents }, kinds)
     }
 
     fn find_colours(&self) -> Colours {
@@ -255,13 +256,13 @@ impl SkyPlan {
     }
 
     /// [`SkyPlan::radiances`] without a device: whoever draws a planned sky waits for none.
-    pub(super) fn radiances_here(&self, views: &[Vec3]) -> Vec<Vec3> {
+    pub(crate) fn radiances_here(&self, views: &[Vec3]) -> Vec<Vec3> {
         self.radiances_of(views, views)
     }
 
     /// The same of the air in the directions `sources` with the phase functions of `views`; of a fit that is solved at
     /// every pixel, those of the sources.
-    pub(super) fn radiances_of(&self, views: &[Vec3], sources: &[Vec3]) -> Vec<Vec3> {
+    pub(crate) fn radiances_of(&self, views: &[Vec3], sources: &[Vec3]) -> Vec<Vec3> {
         if self.is_night {
             return Vec::new();
         }
@@ -328,8 +329,9 @@ fn constituents_on(
     views: &[Vec3],
     variant: u32,
 ) -> Result<Vec<Constituents>> {
-    let light = device.look(&[Look { uniform, buffers, variant, views }])?.pop().expect("as many answers as skies");
-    let of_view = |groups: &[Parts<Vec4>]| {
+    let light =
+        device.light_of_views(&[Views { uniform, buffers, variant, views }])?.pop().expect("as many answers as skies");
+    let of_view = |groups: &[ByConstituent<Vec4>]| {
         let mut gathered = Gathered::DARK;
         (0..).zip(groups).for_each(|(group, &parts)| gathered.add(buffers, group, parts, variant));
         gathered.constituents(uniform, variant)
@@ -339,7 +341,7 @@ fn constituents_on(
 
 /// What a cell holds, found when it is first asked for. Threads that ask at once all find it: one that waited for another would hold up work
 /// that the other may have handed to it.
-pub(super) fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
+pub(crate) fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
     if let Some(found) = cell.get() {
         return found;
     }
@@ -362,7 +364,7 @@ fn forward_peak(scene: &Scene) -> f64 {
 }
 
 /// What a scene has beside light that is scattered once: bits of [`variant::REST`].
-pub(super) fn rest(scene: &Scene) -> u32 {
+pub(crate) fn rest(scene: &Scene) -> u32 {
     let multiple = if scene.render.orders == Orders::UpTo(1) { 0 } else { variant::MULTIPLE };
     let ground = if scene.ground.albedo.is_black() { 0 } else { variant::GROUND };
     multiple | ground

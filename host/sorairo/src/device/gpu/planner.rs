@@ -11,7 +11,7 @@ use std::task::{Context, Poll, Waker};
 use bytemuck::{bytes_of, cast_slice};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::{LOOKUP_WORKGROUP, PARTS};
-use sorairo_shared::sky::Parts;
+use sorairo_shared::sky::ByConstituent;
 use sorairo_shared::uniform::Buffers;
 
 use super::kernels::Kernels;
@@ -19,8 +19,8 @@ use super::layouts::{Layouts, STORAGE_BUFFERS};
 use super::module::{LOOK, Module};
 use super::readback::mapped;
 use crate::error::{Error, Result};
-use crate::plan::multiple::LightFields;
-use crate::plan::on_device::{Keeping, Look, Memory, PlanDevice, Reading, Step, Work};
+use crate::plan::light_field::LightFields;
+use crate::plan::on_device::{Dispatch, Memory, PlanDevice, PlanPass, ReadBack, Retained, Views};
 
 /// Bytes of a value.
 const VALUE: u64 = size_of::<Vec4>() as u64;
@@ -108,18 +108,18 @@ impl PlanDevice for Planner {
         self.guarded(|| Ok(self.pooled(bytes, usage)))
     }
 
-    fn run(&self, work: &Work<'_>) -> Result<Vec<Vec4>> {
+    fn run(&self, work: &PlanPass<'_>) -> Result<Vec<Vec4>> {
         self.guarded(|| self.run_steps(work))
     }
 
-    fn look(&self, at: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>> {
+    fn light_of_views(&self, at: &[Views<'_>]) -> Result<Vec<Vec<ByConstituent<Vec4>>>> {
         self.guarded(|| self.look_at(at))
     }
 }
 
 impl Planner {
-    fn run_steps(&self, work: &Work<'_>) -> Result<Vec<Vec4>> {
-        let groups = |step: &Step| step.uniform.invocations.div_ceil(LOOKUP_WORKGROUP);
+    fn run_steps(&self, work: &PlanPass<'_>) -> Result<Vec<Vec4>> {
+        let groups = |step: &Dispatch| step.uniform.invocations.div_ceil(LOOKUP_WORKGROUP);
         if work.steps.iter().any(|step| groups(step) > self.device.limits().max_compute_workgroups_per_dimension) {
             return Err(Error::Device("its limits do not allow the workgroups of a light field".into()));
         }
@@ -144,14 +144,14 @@ impl Planner {
             pass.dispatch_workgroups(groups(step), 1, 1);
         }
         drop(pass);
-        if let Some(Keeping { values, to }) = &work.keep {
+        if let Some(Retained { values, to }) = &work.keep {
             let bytes = VALUE * values.len() as u64;
             encoder.copy_buffer_to_buffer(orders, VALUE * values.start as u64, buffer_of(to), 0, bytes);
         }
         let part = |range: Range<usize>| Part { first: VALUE * range.start as u64, bytes: VALUE * range.len() as u64 };
         match work.read.clone() {
-            Some(Reading::Values(range)) => Ok(self.read(encoder, &[(values, part(range))])?.concat()),
-            Some(Reading::Orders(range)) => Ok(self.read(encoder, &[(orders, part(range))])?.concat()),
+            Some(ReadBack::Values(range)) => Ok(self.read(encoder, &[(values, part(range))])?.concat()),
+            Some(ReadBack::Orders(range)) => Ok(self.read(encoder, &[(orders, part(range))])?.concat()),
             None => {
                 self.queue.submit([encoder.finish()]);
                 Ok(Vec::new())
@@ -159,9 +159,9 @@ impl Planner {
         }
     }
 
-    fn look_at(&self, at: &[Look<'_>]) -> Result<Vec<Vec<Parts<Vec4>>>> {
+    fn look_at(&self, at: &[Views<'_>]) -> Result<Vec<Vec<ByConstituent<Vec4>>>> {
         let mut upload = Upload::new(&self.device);
-        let add = |Look { uniform, buffers, views, .. }: &Look<'_>| {
+        let add = |Views { uniform, buffers, views, .. }: &Views<'_>| {
             let views: Vec<Vec4> = views.iter().map(|view| view.extend(0.0)).collect();
             let Buffers { bands, quadrature, colour, multiple } = buffers;
             let lists = [cast_slice(bands), cast_slice(quadrature), cast_slice(colour), cast_slice(multiple)];
@@ -174,7 +174,7 @@ impl Planner {
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         let mut found = Vec::new();
-        for (Look { buffers, views, variant, .. }, (uniform, lists, views_at)) in at.iter().zip(&parts) {
+        for (Views { buffers, views, variant, .. }, (uniform, lists, views_at)) in at.iter().zip(&parts) {
             let invocations = views.len() * buffers.bands.len();
             let memory = self.reserve(4 * PARTS * invocations)?;
             let [bands, quadrature, colour, multiple] = lists.each_ref().map(|list| list.of(uploaded));
@@ -188,7 +188,7 @@ impl Planner {
         drop(pass);
         let parts: Vec<_> = found.iter().map(|(memory, part)| (buffer_of(memory), *part)).collect();
         let found = self.read(encoder, &parts)?;
-        let parts = |of: &[Vec4]| Parts { air: of[0], aerosol: of[1], multiple: of[2], ground: of[3] };
+        let parts = |of: &[Vec4]| ByConstituent { air: of[0], aerosol: of[1], multiple: of[2], ground: of[3] };
         Ok(found.iter().map(|values| values.chunks_exact(PARTS).map(parts).collect()).collect())
     }
 

@@ -17,7 +17,7 @@ use super::checksum::{self, CHECKSUM, LinesChecksum};
 use super::label::{EXPOSURE, SCENE, SOFTWARE, channel_names, scene_text};
 use super::spectral;
 use crate::measure::irradiance::LUMENS_PER_WATT;
-use crate::plan::colour_space::chromaticities;
+use crate::plan::picture::colour_space::chromaticities;
 use crate::scene::{
     ColourObserver, ExrCompression, ExrDepth, Orders, Projection, Render, Rgb, Scene, Sun, SunSpectrum, WhiteBalance,
 };

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use sorairo_shared::math::max;
 
 use crate::error::Error;
-use crate::plan::exposure::LARGEST_HALF;
+use crate::plan::picture::exposure::LARGEST_HALF;
 use crate::scene::MOST_STOPS;
 
 /// The smallest number of which half floats keep all of their digits (2⁻¹⁴).

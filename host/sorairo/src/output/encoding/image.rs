@@ -13,7 +13,7 @@ use super::halves::Losses;
 use super::label::{SCENE, scene_text};
 use super::{exr, png};
 use crate::plan::Plan;
-use crate::plan::colour_space::ColourSpace;
+use crate::plan::picture::colour_space::ColourSpace;
 use crate::plan::upload;
 use crate::scene::{Dither, ExrDepth, Scene, ValidScene};
 

@@ -7,7 +7,7 @@ use ::png::{
     SrgbRenderingIntent, chunk,
 };
 
-use crate::plan::colour_space::chromaticities;
+use crate::plan::picture::colour_space::chromaticities;
 use crate::scene::Display;
 
 use super::label::{SOFTWARE, SOFTWARE_KEYWORD};

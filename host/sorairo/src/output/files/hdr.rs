@@ -14,7 +14,7 @@ use sorairo_shared::variant::PixelFormat;
 
 use super::radiance_picture::{BLACK, EXPONENT_BIAS, exponent, labelled_header};
 use crate::output::encoding::Image;
-use crate::plan::colour_space::chromaticities;
+use crate::plan::picture::colour_space::chromaticities;
 use crate::scene::{Exposure, Scene};
 
 /// Widths (pixels) of rows whose equal bytes are counted; other rows are stored as they are.

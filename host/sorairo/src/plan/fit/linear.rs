@@ -2,7 +2,7 @@
 
 use sorairo_shared::glam::{DVec3, Vec4};
 
-use crate::plan::colour_space::ColourSpace;
+use crate::plan::picture::colour_space::ColourSpace;
 use crate::scene::ColourObserver;
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;

@@ -10,7 +10,7 @@ use sorairo_shared::variant;
 
 use self::linear::{Interpolant, LinearFit};
 use self::regression::Training;
-use super::upload;
+use crate::plan::upload;
 use crate::scene::{ColourPath, Fit, Orders, Scene};
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;

@@ -1,23 +1,29 @@
 //! The spectra on which a regression fit is made: light along some hundred rays of the sky's own, by its constituents.
 //!
 //! Light at many wavelengths costs little more than at a few if what a ray crosses is computed once for all of them; see
-//! [`sorairo_shared::light_field::multiple`]. Of light that was scattered before more than [`TOGETHER`] are not: between every 10 nm it follows from
+//! [`sorairo_shared::light_field`]. Of light that was scattered before more than [`TOGETHER`] are not: between every 10 nm it follows from
 //! optical depths and albedo, whose spectra are known.
 
 use rayon::prelude::*;
 use sorairo_shared::glam::{DVec3, Vec2, Vec3, Vec4};
-use sorairo_shared::light_field::ground::{GroundView, ground_light, ground_seen};
-use sorairo_shared::light_field::multiple::single_scattering_of_many;
+use sorairo_shared::light_field::first_order::single_scattering_of_many;
 use sorairo_shared::medium::bands::Bands;
-use sorairo_shared::sky::Parts;
+use sorairo_shared::path::ground::{GroundView, ground_light, ground_seen};
+use sorairo_shared::sky::ByConstituent;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
-use crate::plan::directions::direction;
-use crate::plan::integral::{Constituent, RayIntegral};
-use crate::plan::multiple::{self, Light, Resolution, Row, TOGETHER, Wavelengths, light_of_rows};
+use crate::plan::light_field;
+use crate::plan::light_field::Light;
+use crate::plan::light_field::Resolution;
+use crate::plan::light_field::Row;
+use crate::plan::light_field::TOGETHER;
+use crate::plan::light_field::Wavelengths;
+use crate::plan::light_field::light_of_rows;
 use crate::plan::on_device::PlanDevice;
-use crate::plan::quadrature::gauss_legendre;
+use crate::plan::rays::directions::direction;
+use crate::plan::rays::integral::{Constituent, RayIntegral};
+use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::upload::bands;
 use crate::spectra::optics::{Coefficients, Optics};
 
@@ -40,7 +46,7 @@ pub fn scattering_of(constituent: Constituent, coefficients: Coefficients) -> f6
 }
 
 /// Spectra of every constituent along the training rays at wavelengths (nm); of what a sky does not have there are none.
-pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> Parts<Vec<Vec<f64>>> {
+pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> ByConstituent<Vec<Vec<f64>>> {
     // Only ratios between wavelengths are learnt: a quarter of the samples, and a coarse light field, will do.
     let samples = integral.quadrature.len() as u32;
     let quadrature = gauss_legendre((samples / 4).max(FEWEST_SAMPLES).min(samples));
@@ -58,7 +64,7 @@ pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> Parts<Ve
         spectra.iter().map(|spectrum| between.at_all(spectrum, &known, &ozone)).collect()
     };
     let (multiple, ground) = (at_all(multiple, Constituent::Multiple), at_all(ground, Constituent::Ground));
-    Parts { air, aerosol, multiple, ground }
+    ByConstituent { air, aerosol, multiple, ground }
 }
 
 /// What stands for light below zero, relative to the brightest of its spectrum: about what twilight has at 380 nm.
@@ -132,12 +138,12 @@ fn above_horizon(integral: &RayIntegral, above: &[f64]) -> Vec<f64> {
 
 /// Light along rays at the bands of an integral, by its constituents, in a light field as fine as that of its spectra; of what a sky does not have there
 /// is none.
-pub fn light_of(integral: &RayIntegral, grids: &[Grid]) -> Parts<Vec<Vec<f64>>> {
+pub fn light_of(integral: &RayIntegral, grids: &[Grid]) -> ByConstituent<Vec<Vec<f64>>> {
     let views: Vec<Vec3> = grids.iter().flat_map(|grid| grid.views(integral)).collect();
     let rows: Vec<Row> = grids.iter().flat_map(Grid::rows).collect();
     let (air, aerosol) = scattered_once(integral, &integral.quadrature, &views, &integral.wavelengths);
     let (multiple, ground) = rest(integral, &integral.wavelengths, &rows, &integral.spectral_resolution());
-    Parts { air, aerosol, multiple, ground }
+    ByConstituent { air, aerosol, multiple, ground }
 }
 
 /// Wavelengths between others at which light is computed.
@@ -294,7 +300,7 @@ fn scattered_once_on_device(
     let rays = (*altitude, views, sun.truncate());
     let bands = (groups, &integral.placed_for());
     let ask = |device: &dyn PlanDevice| {
-        multiple::scattered_once(device, atmosphere, bands, quadrature, rays, integral.variant)
+        light_field::scattered_once(device, atmosphere, bands, quadrature, rays, integral.variant)
     };
     let light = integral.light_fields.ask_device(ask)?;
     let spectrum = |ray: &[[Vec4; 2]], of: usize| {

@@ -1,0 +1,302 @@
+//! Light fields that are kept, and what was learnt in them, for other suns, observers and questions of the same air.
+
+use std::any::{Any, TypeId};
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use bytemuck::{bytes_of, cast_slice};
+use sorairo_shared::glam::Vec4;
+use sorairo_shared::medium::bands::Bands;
+
+use crate::error::Result;
+use crate::plan::light_field::device::field::DeviceField;
+use crate::plan::light_field::orders::field::LightField;
+use crate::plan::light_field::resolution::Resolution;
+use crate::plan::light_field::setting::Setting;
+use crate::plan::light_field::wavelengths::Wavelengths;
+use crate::plan::on_device::{AskedDevice, DeviceUses, PlanDevice};
+use crate::scene::Orders;
+
+/// What the fields that are kept may take together (bytes): some hundred of them, those of a day and its twilight.
+const MOST: usize = 128 << 20;
+
+/// Light fields that were computed before, and what spectra were learnt in them. A clone shares them.
+///
+/// A light field depends on the air, the ground and a centre of suns; all scenes whose suns are near it have the same, and learn the same from it. What is
+/// kept changes no value, only the time: a field that is not among them is computed as it would have been. Where they take more than
+/// 128 MiB, those that were not used for longest are dropped.
+#[derive(Clone, Default)]
+pub struct LightFields {
+    kept: Arc<Mutex<Vec<CacheEntry>>>,
+    /// Where they are computed, if not on the processor.
+    device: Option<Arc<AskedDevice>>,
+}
+
+struct CacheEntry {
+    key: Key,
+    bytes: usize,
+    /// Of the type that its key has.
+    value: Arc<dyn Any + Send + Sync>,
+}
+
+/// What is kept.
+pub trait Cacheable: Send + Sync + 'static {
+    /// The memory that it takes (bytes).
+    fn bytes(&self) -> usize;
+}
+
+impl<const N: usize> Cacheable for LightField<N> {
+    fn bytes(&self) -> usize {
+        LightField::bytes(self)
+    }
+}
+
+impl Cacheable for DeviceField {
+    fn bytes(&self) -> usize {
+        self.bytes
+    }
+}
+
+/// All that something kept depends on.
+#[derive(Clone, PartialEq)]
+struct Key {
+    of: TypeId,
+    air: Vec<u8>,
+    suns: Vec<f64>,
+    resolution: Resolution,
+    orders: Orders,
+    /// What else it depends on.
+    others: Vec<f64>,
+}
+
+impl Key {
+    fn new<T: 'static>(setting: &Setting, spectra: &[&[f32]], resolution: &Resolution, orders: Orders) -> Self {
+        let mut air =
+            [bytes_of(setting.atmosphere), bytes_of(&setting.variant), bytes_of(&without_sun(&setting.placed_for))]
+                .concat();
+        spectra.iter().for_each(|values| air.extend_from_slice(cast_slice(values)));
+        let (suns, resolution) = (setting.suns.clone(), resolution.clone());
+        Self { of: TypeId::of::<T>(), air, suns, resolution, orders, others: Vec::new() }
+    }
+}
+
+/// Bands without their sun, to which light in a field is relative.
+fn without_sun(bands: &Bands) -> Bands {
+    Bands { solar_irradiance: Vec4::ZERO, fit_irradiance: Vec4::ZERO, ..*bands }
+}
+
+impl LightFields {
+    /// None yet; those to come are computed and kept on a device, and so is what else a plan integrates. Where the device fails, the processor does: the first
+    /// failure is a warning in the log, and [`Self::device_uses`] counts them.
+    pub fn on_device(device: Arc<dyn PlanDevice>) -> Self {
+        Self { device: Some(Arc::new(AskedDevice::new(device))), ..Self::default() }
+    }
+
+    /// None yet, on the same device.
+    pub fn emptied(&self) -> Self {
+        Self { device: self.device.clone(), ..Self::default() }
+    }
+
+    /// Whether a device integrates for plans, and not the processor.
+    pub(crate) fn has_device(&self) -> bool {
+        self.device.is_some()
+    }
+
+    /// The answer of the device to a question; none where there is no device or where it fails, and the processor has to answer.
+    pub(crate) fn ask_device<T>(&self, question: impl FnOnce(&dyn PlanDevice) -> Result<T>) -> Option<T> {
+        self.device.as_ref()?.ask(question)
+    }
+
+    /// How often plans asked the device of these light fields to integrate, and what came of it; all zero where the processor integrates. Clones, and those
+    /// of [`Self::emptied`], count together.
+    pub fn device_uses(&self) -> DeviceUses {
+        self.device.as_ref().map(|device| device.uses()).unwrap_or_default()
+    }
+
+    /// The same as [`Self::get`] on a device.
+    pub(crate) fn get_on_device<const N: usize>(
+        &self,
+        device: &dyn PlanDevice,
+        setting: &Setting,
+        bands: &[Bands],
+        resolution: &Resolution,
+        orders: Orders,
+    ) -> Result<Arc<DeviceField>> {
+        let air: Vec<Bands> = bands.iter().map(without_sun).collect();
+        let key = Key::new::<DeviceField>(setting, &[cast_slice(&air)], resolution, orders);
+        if let Some(found) = self.find(&key) {
+            return Ok(found);
+        }
+        let made = Arc::new(DeviceField::new::<N>(device, setting, bands, resolution, orders)?);
+        self.insert(CacheEntry { key, bytes: made.bytes(), value: made.clone() });
+        Ok(made)
+    }
+
+    /// The light field that all this makes: a kept one, or a new one, which is kept.
+    pub(crate) fn get<const N: usize>(
+        &self,
+        setting: &Setting,
+        wavelengths: &Wavelengths<N>,
+        resolution: &Resolution,
+        orders: Orders,
+    ) -> Arc<LightField<N>> {
+        let Wavelengths { air, albedo } = wavelengths;
+        let air = [&air.air_scattering, &air.aerosol_scattering, &air.aerosol_extinction, &air.ozone_absorption];
+        let spectra = [air[0], air[1], air[2], air[3], albedo].map(|lanes| &lanes.0[..]);
+        let key = Key::new::<LightField<N>>(setting, &spectra, resolution, orders);
+        self.found_or_made(key, || LightField::new(setting, wavelengths, resolution, orders))
+    }
+
+    /// What was learnt from light at some bands about the centre of a setting, or is learnt now. It depends on no more of its setting than light
+    /// fields and the observer's altitude, and on `others`.
+    pub(crate) fn learnt<T: Cacheable>(
+        &self,
+        setting: &Setting,
+        bands: &[Bands],
+        (resolution, orders): (&Resolution, Orders),
+        mut others: Vec<f64>,
+        learn: impl FnOnce() -> T,
+    ) -> Arc<T> {
+        others.extend([setting.altitude, setting.centre.angle, setting.centre.reach]);
+        let air: Vec<Bands> = bands.iter().map(without_sun).collect();
+        let key = Key { others, ..Key::new::<T>(setting, &[cast_slice(&air)], resolution, orders) };
+        self.found_or_made(key, learn)
+    }
+
+    fn found_or_made<T: Cacheable>(&self, key: Key, make: impl FnOnce() -> T) -> Arc<T> {
+        if let Some(found) = self.find(&key) {
+            return found;
+        }
+        // Two threads that ask for the same at once make it twice: a thread that waited for the other would hold up the work that the
+        // other may have handed to it.
+        let made = Arc::new(make());
+        self.insert(CacheEntry { key, bytes: made.bytes(), value: made.clone() });
+        made
+    }
+
+    fn find<T: Cacheable>(&self, key: &Key) -> Option<Arc<T>> {
+        let mut kept = self.lock();
+        let at = kept.iter().position(|kept| kept.key == *key)?;
+        // The last is the one that was used last.
+        let found = kept.remove(at);
+        let value = Arc::clone(&found.value).downcast().ok();
+        kept.push(found);
+        value
+    }
+
+    fn insert(&self, new: CacheEntry) {
+        let mut kept = self.lock();
+        if kept.iter().any(|kept| kept.key == new.key) {
+            return;
+        }
+        kept.push(new);
+        let mut bytes: usize = kept.iter().map(|kept| kept.bytes).sum();
+        let dropped = kept.iter().take_while(|kept| {
+            let is_too_much = bytes > MOST;
+            bytes -= kept.bytes;
+            is_too_much
+        });
+        let dropped = dropped.count();
+        kept.drain(..dropped);
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<CacheEntry>> {
+        // Whoever panicked left the list whole: it changes in single steps.
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl fmt::Debug for LightFields {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("LightFields").field("kept", &self.lock().len()).finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{SkyPlan, SpectralPlan, direction};
+    use crate::scene::{Preset, Rgb, Scene};
+
+    /// The standard sky under a sun, after a change.
+    fn sky(sun: f64, light_fields: &LightFields, change: impl FnOnce(&mut Scene)) -> SkyPlan {
+        let mut scene = Scene::preset(Preset::Standard);
+        scene.sun.elevation = sun;
+        change(&mut scene);
+        SkyPlan::with_light_fields(&scene.validated().unwrap(), Rgb::Srgb, light_fields)
+    }
+
+    fn count(light_fields: &LightFields) -> usize {
+        light_fields.lock().len()
+    }
+
+    #[test]
+    fn a_sky_is_the_same_to_the_bit_with_the_light_fields_of_another() {
+        for (before, sun) in [(41.0, 40.0), (6.25, 6.0), (-4.25, -4.0)] {
+            let light_fields = LightFields::default();
+            sky(before, &light_fields, |_| {}).colours();
+            // One for the bands, one for what the fit is made on.
+            assert_eq!(count(&light_fields), 2);
+            let (kept, new) = (sky(sun, &light_fields, |_| {}), sky(sun, &LightFields::default(), |_| {}));
+            assert_eq!(kept.integral().multiple, new.integral().multiple, "sun at {sun}");
+            assert_eq!(kept.colours().rows, new.colours().rows, "sun at {sun}");
+            assert_eq!(count(&light_fields), 2, "sun at {sun}");
+            assert_ne!(
+                kept.integral().multiple,
+                sky(before, &light_fields, |_| {}).integral().multiple,
+                "negative control"
+            );
+        }
+    }
+
+    #[test]
+    fn a_spectrum_is_the_same_to_the_bit_with_what_another_sun_taught() {
+        let wavelengths: Vec<f64> = (0..=40).map(|i| 380.0 + 10.0 * f64::from(i)).collect();
+        let view = direction(20.0, 60.0).as_vec3();
+        let spectrum = |sun: f64, light_fields: &LightFields| {
+            SpectralPlan::new(&sky(sun, light_fields, |_| {}), &wavelengths).radiance(view)
+        };
+        for (before, sun) in [(41.0, 40.0), (-4.25, -4.0)] {
+            let light_fields = LightFields::default();
+            let other = spectrum(before, &light_fields);
+            let taught = count(&light_fields);
+            let found = spectrum(sun, &light_fields);
+            assert_eq!(found, spectrum(sun, &LightFields::default()), "sun at {sun}");
+            assert_eq!(count(&light_fields), taught, "sun at {sun}");
+            assert_ne!(found, other, "negative control");
+        }
+    }
+
+    #[test]
+    fn other_air_has_another_light_field() {
+        let light_fields = LightFields::default();
+        sky(40.0, &light_fields, |_| {}).colours();
+        let changes: [fn(&mut Scene); 4] = [
+            |scene| scene.atmosphere.ozone.column += 1.0,
+            |scene| scene.atmosphere.aerosol.asymmetry += 0.01,
+            |scene| scene.ground.albedo = crate::scene::GroundAlbedo::Grey(0.3),
+            |scene| scene.render.orders = Orders::UpTo(3),
+        ];
+        for (number, change) in changes.into_iter().enumerate() {
+            sky(40.0, &light_fields, change).colours();
+            assert_eq!(count(&light_fields), 4 + 2 * number, "change {number}");
+        }
+        // What an observer turns to changes none, nor how far the sun is, which differs from hour to hour.
+        sky(40.0, &light_fields, |scene| scene.sun.azimuth += 90.0).colours();
+        sky(40.0, &light_fields, |scene| scene.sun.distance = 1.016).colours();
+        assert_eq!(count(&light_fields), 10);
+    }
+
+    #[test]
+    fn the_fields_that_are_kept_do_not_grow_without_end() {
+        let light_fields = LightFields::default();
+        sky(40.0, &light_fields, |_| {}).integral();
+        let key = light_fields.lock()[0].key.clone();
+        for number in 0..5u8 {
+            let key = Key { air: vec![number], ..key.clone() };
+            light_fields.insert(CacheEntry { key, bytes: MOST / 3, value: Arc::new(()) });
+        }
+        let left: Vec<Vec<u8>> = light_fields.lock().iter().map(|kept| kept.key.air.clone()).collect();
+        assert_eq!(left, [[2], [3], [4]], "those that were used last");
+    }
+}

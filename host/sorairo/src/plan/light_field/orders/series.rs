@@ -1,0 +1,219 @@
+//! The light of all orders from the last few that were computed.
+//!
+//! An order of scattering is a linear operator `A` applied to the order before, so that the sum of an order `x` and all after it solves
+//! `(1 - A) s = x`. With the next `n` orders `A x ... A^n x` known, `s = Σ_i c_i A^i x`, `i < n`, leaves the residual `x - Σ_i c_i (A^i x - A^(i+1) x)`;
+//! of all `c` those are taken that make it least (the minimal residual of a Krylov space, Saad and Schultz 1986,
+//! <https://doi.org/10.1137/0907058>). One more scattering makes what is left smaller still: `x + Σ_i c_i A^(i+1) x`. Where orders are a
+//! geometric series this is its sum.
+
+use sorairo_shared::value::{Lanes, Value};
+
+/// The part of the least squares that holds the coefficients to those of a geometric series, which they are where orders are in proportion and
+/// nothing else tells them apart.
+const TOWARDS_GEOMETRIC: f64 = 1e-4;
+
+/// The ratio of orders that is taken at most where they do not fall off: the sum of what is left stays finite.
+const LARGEST_RATIO: f64 = 0.98;
+
+/// Nodes with less than this part of the brightest light under the same sun matter less. Under each sun light is as near: an observer sees those about his
+/// own, which in twilight have a millionth of the light of the brightest.
+const DARK: f64 = 0.01;
+
+/// The orders that are taken together, at most, without the first of them: three leave a third of what two leave.
+pub const LAST: usize = 3;
+
+/// What stands for all orders after one.
+pub struct Closing<const N: usize> {
+    /// How often each of the orders after it counts.
+    pub factors: Vec<Lanes<N>>,
+    /// The ratio of the last two.
+    pub ratio: [f32; N],
+    /// How far the sum may be off, relative to all light under a sun.
+    pub error: f64,
+}
+
+impl<const N: usize> Closing<N> {
+    /// From the mean radiances at all nodes of an order and of those after it, [`LAST`] at most, and those of the sum of all up to the first of them. The
+    /// nodes are those of so many suns, altitude after altitude.
+    fn new(orders: &[Vec<Lanes<N>>], sum: &[Lanes<N>], suns: usize) -> Self {
+        let after = orders.len() - 1;
+        let mut closing = Self { factors: vec![Lanes([1.0; N]); after], ratio: [0.0; N], error: 0.0 };
+        let at = |means: &[Lanes<N>], band: usize| -> Vec<f64> {
+            means.iter().map(|mean| f64::from(mean.0[band])).collect()
+        };
+        for band in 0..N {
+            let orders: Vec<Vec<f64>> = orders.iter().map(|order| at(order, band)).collect();
+            let of_band = OfBand::new(&orders, &at(sum, band), suns);
+            for (factors, factor) in closing.factors.iter_mut().zip(&of_band.factors) {
+                factors.0[band] = *factor as f32;
+            }
+            closing.ratio[band] = of_band.ratio as f32;
+            closing.error = closing.error.max(of_band.error);
+        }
+        closing
+    }
+}
+
+/// The orders of a light field, taken one after the other: those that are summed, and the last few, which are closed.
+pub struct Series<const N: usize> {
+    /// Mean radiances at all nodes of the last that is in the sum and of those after it.
+    means: Vec<Vec<Lanes<N>>>,
+    /// Those of the sum.
+    sum: Vec<Lanes<N>>,
+    suns: usize,
+}
+
+impl<const N: usize> Series<N> {
+    /// From the mean radiances of the first order at the nodes of so many suns, altitude after altitude.
+    pub fn new(first: Vec<Lanes<N>>, suns: usize) -> Self {
+        Self { means: vec![first.clone()], sum: first, suns }
+    }
+
+    /// Takes the next order; what stands for all after the sum, once two orders follow it. Where [`LAST`] follow it already, the first of them joins it.
+    pub fn close(&mut self, next: Vec<Lanes<N>>) -> Option<Closing<N>> {
+        if self.means.len() > LAST {
+            self.means.remove(0);
+            self.sum.iter_mut().zip(&self.means[0]).for_each(|(sum, mean)| sum.add_scaled(mean, 1.0));
+        }
+        self.means.push(next);
+        (self.means.len() > 2).then(|| Closing::new(&self.means, &self.sum, self.suns))
+    }
+}
+
+struct OfBand {
+    factors: [f64; LAST],
+    ratio: f64,
+    error: f64,
+}
+
+impl OfBand {
+    fn new(orders: &[Vec<f64>], sum: &[f64], suns: usize) -> Self {
+        let after = orders.len() - 1;
+        let total = |order: usize| orders[order].iter().sum::<f64>();
+        let before = total(after - 1);
+        let ratio = if before > 0.0 { (total(after) / before).clamp(0.0, LARGEST_RATIO) } else { 0.0 };
+        let left = 1.0 / (1.0 - ratio);
+        let mut factors = [1.0; LAST];
+        factors[after - 1] = left;
+        let dark = dark(sum, suns);
+        // What falls from an order to the next, and what the geometric series leaves of the first, relative to the light at the node.
+        let falls = |order: usize, node: usize| orders[order][node] - orders[order + 1][node];
+        let residual = |factors: &[f64], node: usize| {
+            let taken: f64 = (0..after).map(|order| factors[order] * falls(order, node)).sum();
+            orders[0][node] - taken
+        };
+        let (mut products, mut target) = ([[0.0; LAST]; LAST], [0.0; LAST]);
+        for node in (0..sum.len()).filter(|&node| dark[node % suns] > 0.0) {
+            let square = sum[node].max(dark[node % suns]).powi(-2);
+            let rest = residual(&factors, node);
+            for i in 0..after {
+                target[i] += falls(i, node) * rest * square;
+                (0..after).for_each(|j| products[i][j] += falls(i, node) * falls(j, node) * square);
+            }
+        }
+        let change = least(products, target, after);
+        factors.iter_mut().zip(change).for_each(|(factor, change)| *factor += change);
+        let off = |node: usize| {
+            let light: f64 = sum[node] + (0..after).map(|order| factors[order] * orders[order + 1][node]).sum::<f64>();
+            let dark = dark[node % suns];
+            if dark > 0.0 { residual(&factors, node).abs() * ratio * left / light.max(dark) } else { 0.0 }
+        };
+        Self { factors, ratio, error: (0..sum.len()).map(off).fold(0.0, f64::max) }
+    }
+}
+
+/// For each sun a part, [`DARK`], of the brightest light under it.
+pub(crate) fn dark(sum: &[f64], suns: usize) -> Vec<f64> {
+    let brightest = |sun: usize| sum.iter().skip(sun).step_by(suns).copied().fold(0.0, f64::max);
+    (0..suns).map(|sun| DARK * brightest(sun)).collect()
+}
+
+/// The solution of `count` normal equations whose diagonal is a little larger; none where they tell nothing.
+fn least(mut products: [[f64; LAST]; LAST], mut target: [f64; LAST], count: usize) -> [f64; LAST] {
+    (0..count).for_each(|i| products[i][i] *= 1.0 + TOWARDS_GEOMETRIC);
+    for column in 0..count {
+        if products[column][column] <= 0.0 {
+            return [0.0; LAST];
+        }
+        for row in column + 1..count {
+            let part = products[row][column] / products[column][column];
+            (column..count).for_each(|i| products[row][i] -= part * products[column][i]);
+            target[row] -= part * target[column];
+        }
+    }
+    let mut solution = [0.0; LAST];
+    for row in (0..count).rev() {
+        let known: f64 = (row + 1..count).map(|i| products[row][i] * solution[i]).sum();
+        solution[row] = (target[row] - known) / products[row][row];
+    }
+    solution
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Orders of an operator with these eigenvalues, from a first order, at nodes that mix its parts.
+    fn orders(eigenvalues: &[f64], count: i32) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let part = |i: u32, k: usize| 0.3f64.powi(k as i32) * (f64::from(i) * 0.2 * k as f64).cos();
+        let sum = |i: u32, of: &dyn Fn(f64) -> f64| -> f64 {
+            eigenvalues.iter().enumerate().map(|(k, &value)| part(i, k) * of(value)).sum()
+        };
+        let order = |n: i32| (0..20).map(|i| sum(i, &|value| value.powi(n))).collect();
+        ((0..count).map(order).collect(), (0..20).map(|i| sum(i, &|value| 1.0 / (1.0 - value))).collect())
+    }
+
+    fn worst(eigenvalues: &[f64], count: i32) -> (f64, f64) {
+        let (orders, all) = orders(eigenvalues, count);
+        let closing = OfBand::new(&orders, &orders[0], 1);
+        let sum = |i: usize| {
+            orders[0][i] + orders[1..].iter().zip(closing.factors).map(|(order, factor)| factor * order[i]).sum::<f64>()
+        };
+        let off = (0..20).map(|i| (sum(i) / all[i] - 1.0).abs()).fold(0.0, f64::max);
+        (off, closing.error)
+    }
+
+    #[test]
+    fn a_geometric_series_is_summed_exactly() {
+        for count in [3, 4] {
+            let (off, error) = worst(&[0.6], count);
+            assert!(off < 1e-9 && error < 1e-9, "{count} orders: {off:e}, {error:e}");
+        }
+    }
+
+    #[test]
+    fn as_many_series_as_orders_are_summed_within_the_error_that_is_told() {
+        let two: [&[f64]; 3] = [&[0.5, 0.2], &[0.8, 0.4], &[0.3, -0.1]];
+        let three: [&[f64]; 2] = [&[0.5, 0.2, 0.05], &[0.8, 0.4, 0.1]];
+        for (count, eigenvalues) in two.map(|two| (3, two)).into_iter().chain(three.map(|three| (4, three))) {
+            let (off, error) = worst(eigenvalues, count);
+            // The ridge leaves 1e-4 of a small difference; the error is told from the residual and the larger eigenvalue.
+            assert!(off < 2e-3 && off <= 1.5 * error + 1e-6, "{eigenvalues:?}: {off:e}, told {error:e}");
+        }
+    }
+
+    #[test]
+    fn another_order_leaves_less() {
+        let series = [0.7, 0.3, 0.1];
+        assert!(worst(&series, 4).0 < 0.5 * worst(&series, 3).0);
+    }
+
+    #[test]
+    fn under_a_dark_sun_light_is_as_near() {
+        // Two suns, one with a millionth of the other's light and orders that fall off more slowly.
+        let (bright, dim) = (orders(&[0.3, 0.1], 3), orders(&[0.7, 0.4], 3));
+        let both: Vec<Vec<f64>> = (0..3)
+            .map(|n| bright.0[n].iter().zip(&dim.0[n]).flat_map(|(bright, dim)| [*bright, 1e-6 * dim]).collect())
+            .collect();
+        let told = |suns: usize| OfBand::new(&both, &both[0], suns).error;
+        // As one sun, the negative control, nothing of the dark one counts.
+        assert!(told(2) > 0.01 && told(1) < 0.1 * told(2), "{:e}, {:e}", told(2), told(1));
+    }
+
+    #[test]
+    fn the_negative_control_is_off() {
+        let (orders, all) = orders(&[0.8, 0.4], 3);
+        let without: f64 = orders.iter().map(|order| order[0]).sum();
+        assert!((without / all[0] - 1.0).abs() > 0.3);
+    }
+}

@@ -1,0 +1,174 @@
+//! Exposure: how a camera meters a sky.
+
+use std::f64::consts::{FRAC_PI_4, PI};
+
+use sorairo_shared::camera::Camera;
+use sorairo_shared::display::grade::MIDDLE_GREY;
+use sorairo_shared::glam::Vec3;
+use sorairo_shared::math::{clamp, max, min};
+use sorairo_shared::picture::below::{SkyView, sky_view, with_ground};
+use sorairo_shared::uniform::{SunDisc, Uniform};
+use sorairo_shared::variant::{self, PixelFormat};
+
+use crate::plan::sky::SkyPlan;
+use crate::scene::{Exposure, MOST_STOPS, Projection, Scene, stops_of_ev100};
+
+/// Stops by which a picture is brighter than its meter says: a sky shown at middle grey looks like a storm, and
+/// photographers open up for it.
+const OPENED: f64 = 1.0 / 3.0;
+
+/// The EV100 of a sunlit day, that of the rule by which a film of ISO 100 takes f/16 and 1/125 s.
+const DAYLIGHT: f64 = 15.0;
+
+/// The part of a change of the light that a picture which adapts does not show.
+const ADAPTATION: f64 = 0.62;
+
+/// The exposure factor of the picture that a camera takes of a sky: what is asked for, or what a meter says; 1 for
+/// texels, which no exposure concerns.
+pub fn of(sky: &SkyPlan, scene: &Scene, uniform: &Uniform, variant: u32) -> f32 {
+    let is_shown = [PixelFormat::Picture, PixelFormat::LinearRgb]
+        .map(|format| format as u32)
+        .contains(&variant::pixel_format(variant))
+        && !sky.is_night;
+    let metered = || if is_shown { metered(sky, scene.camera.projection, uniform, variant) } else { 0.0 };
+    let daylight = stops_of_ev100(DAYLIGHT);
+    let stops = match scene.render.exposure_of_pictures() {
+        Exposure::Stops(stops) => stops,
+        Exposure::Auto => metered(),
+        Exposure::Adapt if sky.is_night => daylight,
+        Exposure::Adapt => daylight + ADAPTATION * (metered() - daylight),
+    };
+    stops.clamp(-MOST_STOPS, MOST_STOPS).exp2() as f32
+}
+
+/// The largest number that half floats hold.
+pub const LARGEST_HALF: f32 = 65_504.0;
+
+/// Stops by which half floats are exposed whose brightest value would be `brightest`: none where that is far from both ends of their range, so
+/// that what is ten thousand times darker keeps its digits too; else as many as bring it near the upper end. A black sky has none.
+pub fn of_halves(brightest: f32) -> f32 {
+    /// The brightest is known from some directions alone; others may be four times as bright.
+    const ROOM: f32 = LARGEST_HALF / 4.0;
+    let is_safe = brightest == 0.0 || (1.0..=ROOM).contains(&brightest);
+    if is_safe { 0.0 } else { clamp((ROOM / brightest).log2().floor(), -MOST_STOPS as f32, MOST_STOPS as f32) }
+}
+
+/// The exposure (stops) that shows what a camera sees a little above middle grey, in the mean of its logarithms, so
+/// that the glow around the sun does not darken the rest. The sun's disc hardly counts but where it fills some of the
+/// picture: it is white in every other. Where few directions alone are lit, more are looked at. A picture without any
+/// light gets 0.
+fn metered(sky: &SkyPlan, projection: Projection, uniform: &Uniform, variant: u32) -> f64 {
+    let mean = [1, 8].into_iter().find_map(|finer| mean_logarithm(sky, projection, uniform, variant, finer));
+    let disc = &uniform.disc;
+    let part = part_of_disc(disc, &uniform.camera);
+    // One that has set is in no picture.
+    let with_disc =
+        |mean: f64| mean + if part > 0.0 { part * (luminance_of_disc(sky, disc).log2() - mean).max(0.0) } else { 0.0 };
+    mean.map_or(0.0, |mean| f64::from(MIDDLE_GREY).log2() + OPENED - with_disc(mean))
+}
+
+/// How much the sun's disc counts: wholly where it fills a twentieth of the picture.
+fn part_of_disc(disc: &SunDisc, camera: &Camera) -> f64 {
+    const WHOLLY: f64 = 0.05;
+    let length = |from: f32, to: f32, end: u32| f64::from(min(to, end as f32) - max(from, 0.0)).max(0.0);
+    let area = length(disc.left, disc.right, camera.width) * length(disc.top, disc.bottom, camera.height) * FRAC_PI_4;
+    (area / f64::from(camera.width) / f64::from(camera.height) / WHOLLY).min(1.0)
+}
+
+/// The mean luminance of the sun's disc, in the unit of the sky's.
+fn luminance_of_disc(sky: &SkyPlan, disc: &SunDisc) -> f64 {
+    let light = sky.integral().uniform.rgb.luminance(sky.sun_irradiance().rgb.as_vec3());
+    (f64::from(light) / (PI * f64::from(disc.sine_radius).powi(2))).max(f64::MIN_POSITIVE)
+}
+
+/// The mean of the logarithm (to base 2) of the luminance over the picture, by its weights; `None` if all of it is
+/// black.
+fn mean_logarithm(sky: &SkyPlan, projection: Projection, uniform: &Uniform, variant: u32, finer: u32) -> Option<f64> {
+    /// What is so many times as bright as the brightest, seven stops below it, counts half: darker still is the black
+    /// of space above the limb.
+    const BLACK: f64 = 1.0 / 128.0;
+    let (columns, rows) = (12 * finer, 8 * finer);
+    let camera = &uniform.camera;
+    // In one allocation each: a frame has few.
+    let (mut views, mut weights) =
+        (Vec::with_capacity((columns * rows) as usize), Vec::with_capacity((columns * rows) as usize));
+    for i in 0..columns * rows {
+        let x = (f64::from(i % columns) + 0.5) / f64::from(columns);
+        let y = (f64::from(i / columns) + 0.5) / f64::from(rows);
+        let (column, row) = (x * f64::from(camera.width), y * f64::from(camera.height));
+        let view = sky_view(uniform, column as u32, row as u32, variant);
+        if view.covered {
+            views.push(view);
+            weights.push(weight(projection, x - 0.5, y - 0.5));
+        }
+    }
+    let (directions, sources): (Vec<Vec3>, Vec<Vec3>) = views.iter().map(|view| (view.direction, view.source)).unzip();
+    let lit = views.iter().zip(sky.radiances_of(&directions, &sources));
+    let luminance =
+        |(view, rgb): (&SkyView, Vec3)| f64::from(uniform.rgb.luminance(with_ground(uniform, rgb, view.ground)));
+    let luminances: Vec<f64> = lit.map(luminance).collect();
+    let brightest = luminances.iter().copied().fold(0.0, f64::max);
+    let counted = |luminance: f64| luminance / (luminance + BLACK * brightest);
+    let lit = luminances.into_iter().zip(weights).filter(|&(luminance, _)| luminance > 0.0);
+    let lit = lit.map(|(luminance, weight)| (luminance, weight * counted(luminance)));
+    let (sum, weight) =
+        lit.fold((0.0, 0.0), |(sum, all), (luminance, weight)| (sum + weight * luminance.log2(), all + weight));
+    (weight > 0.0).then(|| sum / weight)
+}
+
+/// How much a place of the picture counts, from its middle in parts of its sides: most in the middle, as cameras meter.
+/// A map of the whole sphere has no middle but the low sky, which counts by its solid angle.
+fn weight(projection: Projection, x: f64, y: f64) -> f64 {
+    /// Where a weight is e^(-1/2) of that in the middle.
+    const WIDTH: f64 = 0.3;
+    /// The middle of a map, above that of its sides: 22° above the horizon.
+    const LOW_SKY: f64 = 0.125;
+    let fall = |square: f64| (-0.5 * square / (WIDTH * WIDTH)).exp();
+    match projection {
+        Projection::Equirectangular => fall(4.0 * (y + LOW_SKY) * (y + LOW_SKY)) * (y * PI).cos(),
+        Projection::Fisheye | Projection::Perspective => fall(x * x + y * y),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::PixelFormat;
+    use crate::plan::Plan;
+    use crate::scene::Scene;
+
+    /// A case of the random scenes.
+    const SPOT: &str = r#"{"preset": "paper", "sun": {"elevation": -5.354264364480926, "azimuth": -338.7779749287318, "spectrum":
+        "astm-g173", "distance": 749.8829037034282, "disc": false}, "observer": {"altitude": 0.3758598398378933},
+        "atmosphere": {"ground_radius": 6360.0, "top_radius": 6460.0, "air": {"scattering": 0.00124062,
+        "scale_height": 15.992244638719209}, "aerosol": {"optical_depth": 0.005328, "angstrom_exponent":
+        -4.708961064794607, "scale_height": 1.2, "single_scattering_albedo": 0.9417993150638095,
+        "single_scattering_albedo_spectrum": "mars-dust", "asymmetry": 0.8516056677798365}, "ozone": {"column":
+        1.8543082112841622, "bottom": 48.3593974209002, "peak": 78.22972330445756, "top": 79.2345361812681,
+        "cross_section": "233k"}}, "camera": {"projection": "equirectangular", "size": "33x17", "fov":
+        18.130440850552084, "look_azimuth": 0.0, "look_elevation": -90.0}, "render": {"fit": "cubic", "bands":
+        [555.2190765158207, 553.2064932090339, 560.5704240441789, 664.38256683192], "color": "solve", "steps": null,
+        "path": "direct", "exposure": "auto", "exr": "f32", "rgb": "rec2020", "observer": "cie1931", "white_balance":
+        "none"}}"#;
+
+    #[test]
+    fn halves_are_exposed_where_they_would_lose_either_end() {
+        use super::{LARGEST_HALF, of_halves};
+        for brightest in [0.0, 1.0, 250.0, 16_000.0] {
+            assert_eq!(of_halves(brightest), 0.0);
+        }
+        for brightest in [1e-11, 3e-5, 0.99, 17_000.0, 2.9e6, 1e10] {
+            let exposed = brightest * of_halves(brightest).exp2();
+            assert!((LARGEST_HALF / 8.0..=LARGEST_HALF / 4.0).contains(&exposed), "{brightest}: {exposed}");
+        }
+        // An exposure that may be asked for.
+        assert_eq!(of_halves(1e-30), 50.0);
+    }
+
+    /// Bands that lie close together leave a colour to a spot of this twilight, between the directions that the exposure was taken from.
+    #[test]
+    fn a_sky_that_is_lit_in_few_directions_is_exposed_for_them() {
+        let scene = serde_json::from_str::<Scene>(SPOT).unwrap().first_order();
+        let exposure = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb).uniform.exposure;
+        assert!(exposure > 1e6, "{exposure:e}");
+    }
+}

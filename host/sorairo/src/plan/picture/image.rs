@@ -1,0 +1,392 @@
+//! The image of a sky, planned.
+
+use std::f32::consts::FRAC_PI_4;
+use std::ops::Range;
+use std::sync::Arc;
+
+use sorairo_shared::display::aces;
+use sorairo_shared::display::grade::Grade;
+use sorairo_shared::fit::spectrum::rows_per_node;
+use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::kernels::words_of_light;
+use sorairo_shared::math::{max, min};
+use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};
+use sorairo_shared::variant::{self, PixelFormat};
+
+use crate::error::{Error, Result};
+use crate::plan::kernel::Kernel;
+use crate::plan::light_field::LightFields;
+use crate::plan::light_field::Refined;
+use crate::plan::lookup::{self, Lookup, LookupSize};
+use crate::plan::picture::below;
+use crate::plan::picture::exposure;
+use crate::plan::picture::sun_disc::Sun;
+use crate::plan::rays::directions;
+use crate::plan::rays::integral::RayIntegral;
+use crate::plan::sky::SkyPlan;
+use crate::plan::spectral::SpectralPlan;
+use crate::plan::upload;
+use crate::scene::{Below, CameraScene, ColourPath, Dither, Exposure, ExrDepth, Projection, Scene, ValidScene};
+use crate::words::word;
+
+/// Everything that the kernels of one image need, and nothing that they do not.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The sky that the image shows.
+    pub sky: Arc<SkyPlan>,
+    /// What every pixel shares.
+    pub uniform: Uniform,
+    /// The colour rows: those of the sky, then the grid of the sun's disc or the rows of a spectral image.
+    pub colour: Vec<Vec4>,
+    /// The spectra of a spectral image; none of other images.
+    pub spectral: Option<Arc<SpectralPlan>>,
+    /// What the kernels are specialised for; see [`variant`].
+    pub variant: u32,
+    /// How a pixel is stored.
+    pub pixel: PixelFormat,
+    /// Rows of the image that can be lit; the rest is black and never computed.
+    pub lit_rows: Range<u32>,
+    /// Whether pixels are integrated or looked up, and why.
+    pub lookup: Lookup,
+}
+
+impl Plan {
+    /// The plan of a scene whose pixels are stored as `pixel`.
+    pub fn new(scene: &ValidScene, pixel: PixelFormat) -> Self {
+        Self::with_light_fields(scene, pixel, &LightFields::default())
+    }
+
+    /// The same with the light fields of other plans; see [`SkyPlan::with_light_fields`].
+    pub fn with_light_fields(scene: &ValidScene, pixel: PixelFormat, light_fields: &LightFields) -> Self {
+        // A picture is packed on the device, for its display.
+        let rgb = if pixel == PixelFormat::Picture { scene.render.display.rgb() } else { scene.render.rgb };
+        Self::of_sky(Arc::new(SkyPlan::with_light_fields(scene, rgb, light_fields)), scene, pixel)
+    }
+
+    /// The plan of what a camera sees of a sky that is planned. Nothing of the sky is planned anew.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Scene::validated`] for the camera; [`Error::NotAllowed`] for a picture of a sky that was not planned
+    /// in the space of its display.
+    pub fn seen(sky: &Arc<SkyPlan>, camera: &CameraScene, pixel: PixelFormat) -> Result<Self> {
+        let scene = sky.scene.seen_by(camera)?;
+        if pixel == PixelFormat::Picture && sky.space.rgb != scene.render.display.rgb() {
+            let display = word(scene.render.display);
+            let complaint = format!("of this sky is {}, and a picture of it {display}", word(sky.space.rgb));
+            return Err(Error::not_allowed("render.rgb", complaint));
+        }
+        Ok(Self::of_sky(Arc::clone(sky), &scene, pixel))
+    }
+
+    /// The plan of what a scene's camera sees of its sky.
+    fn of_sky(sky: Arc<SkyPlan>, scene: &Scene, pixel: PixelFormat) -> Self {
+        let colours = sky.colours();
+        let below = below::of(scene, &scene.camera, pixel);
+        let lit_rows = lit_rows(scene, &sky, below);
+        let lookup = lookup::choose(scene, &sky, &lit_rows);
+        let camera = upload::camera(scene);
+        let shows_disc = scene.sun.disc && !sky.is_night;
+        let (disc, grid) = if shows_disc {
+            (Sun::at(&sky, &[]).for_kernels(scene.camera.projection, &camera), sky.disc_grid())
+        } else {
+            Default::default()
+        };
+        let tables = if pixel == PixelFormat::Picture { upload::view_tables(&scene.render) } else { &[] };
+        let ground = below::flat_ground(&sky, scene, below);
+        let variant = of_image(sky.integral().variant, scene, &scene.camera, shows_disc, pixel);
+        let (uniform, rows) = upload::with_rows(sky.integral().uniform, &colours.rows, sky.integral().variant);
+        let uniform = Uniform {
+            camera,
+            rows: camera.height,
+            row_pixels: camera.width,
+            disc: SunDisc { first_entry: (rows.len() + tables.len()) as u32, ..disc },
+            ground,
+            grade: Grade { tables: rows.len() as u32, ..upload::grade(scene.render.look) },
+            ..uniform
+        };
+        let uniform = Uniform { exposure: exposure::of(&sky, scene, &uniform, variant), ..uniform };
+        let colour = [rows, tables, grid].concat();
+        let size = lookup.size;
+        let plan = Self { sky, uniform, colour, spectral: None, variant, pixel, lit_rows, lookup };
+        match size {
+            Some(size) => plan.with_lookup(size),
+            None => plan.with_refined_light(),
+        }
+    }
+
+    /// The same plan with multiply scattered light from the finer grid, where pixels that are integrated are more than its entries.
+    fn with_refined_light(self) -> Self {
+        let coarse = &self.sky.integral().uniform.multiple;
+        let finer = Refined::lookup_of(coarse);
+        if coarse.is_empty() || u64::from(finer.len()) > self.lit_pixels() {
+            return self;
+        }
+        let uniform = Uniform { multiple: finer, ..self.uniform };
+        Self { uniform, variant: self.variant | variant::REFINED, ..self }
+    }
+
+    /// The same plan with pixels that are looked up in a sky lookup of this size.
+    pub fn with_lookup(self, size: LookupSize) -> Self {
+        let anchors = lookup::grid(&self.sky.scene, self.sky.lookup_anchors());
+        // Now, and not when a frame is drawn.
+        self.sky.lookup_quadrature();
+        let runs = if lookup::pixels_run(&self.uniform, self.variant, size) { variant::RUNS } else { 0 };
+        Self {
+            uniform: Uniform {
+                lookup_above: size.above,
+                lookup_below: size.below,
+                lookup_azimuths: size.azimuths,
+                anchors_above: anchors.above,
+                anchors_below: anchors.below,
+                anchor_azimuths: anchors.azimuths,
+                multiple: self.sky.integral().uniform.multiple,
+                // What stands for a direction below the horizon may lie beside what the camera sees.
+                fills_whole_lookup: u32::from(self.variant & variant::BELOW != 0),
+                ..self.uniform
+            },
+            variant: self.variant & !(variant::RUNS | variant::REFINED) | runs,
+            lookup: Lookup { size: Some(size), anchors: Some(anchors), ..self.lookup },
+            ..self
+        }
+    }
+
+    /// The same plan for a spectral image: beside its linear RGB a pixel holds the radiance at wavelengths in nm,
+    /// increasing, themselves.
+    /// Every pixel is integrated.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] for a plan of a picture, which has no place for radiance, for [`ColourPath::Solve`], which is a way to a colour,
+    /// and with the sun's disc.
+    pub fn with_spectrum(self, wavelengths: &[f64]) -> Result<Self> {
+        self.with_spectral(wavelengths, SpectralPlan::new)
+    }
+
+    /// The same for an image in bands so wide (nm) about the wavelengths: a pixel holds the mean over each; see
+    /// [`SpectralPlan::over_bands`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::with_spectrum`].
+    pub fn with_bands(self, wavelengths: &[f64], width: f64) -> Result<Self> {
+        self.with_spectral(wavelengths, |sky, wavelengths| SpectralPlan::over_bands(sky, wavelengths, width))
+    }
+
+    fn with_spectral(
+        self,
+        wavelengths: &[f64],
+        spectral: impl FnOnce(&SkyPlan, &[f64]) -> SpectralPlan,
+    ) -> Result<Self> {
+        if self.pixel != PixelFormat::LinearRgb {
+            let complaint = "of its plan is none that a spectral image can have: that holds linear RGB in 32 bits";
+            return Err(Error::not_allowed("pixel", complaint));
+        }
+        if self.variant & variant::SUN_DISC != 0 {
+            return Err(Error::not_allowed("sun.disc", "shows the sun in RGB; a spectral file is of the sky alone"));
+        }
+        if self.variant & variant::BELOW != 0 {
+            let complaint = "is of images in RGB; a spectral file shows the ground that is there";
+            return Err(Error::not_allowed("camera.below", complaint));
+        }
+        if self.sky.colour_path == ColourPath::Solve {
+            let complaint = "= solve is a way to a colour; a spectral file takes render.color = folded";
+            return Err(Error::not_allowed("render.color", complaint));
+        }
+        let spectral = spectral(&self.sky, wavelengths);
+        let [of_colour, of_spectrum] = if self.sky.is_night { Default::default() } else { spectral.rows(&self.sky) };
+        let fit = spectral.integral.variant & variant::FIT;
+        let (uniform, rows) = upload::with_rows(self.uniform, &of_colour, fit);
+        let reason =
+            if self.sky.is_night { self.lookup.reason } else { "a spectrum is integrated at every pixel".into() };
+        let Uniform { multiple, .. } = spectral.integral.uniform;
+        let others = self.variant & !(variant::FIT | variant::LIGHT | variant::REFINED);
+        Ok(Self {
+            colour: [rows, &of_spectrum].concat(),
+            uniform: Uniform { multiple, spectral_wavelengths: wavelengths.len() as u32, ..uniform },
+            variant: others | fit | variant::SPECTRUM,
+            spectral: Some(Arc::new(spectral)),
+            lookup: Lookup { size: None, anchors: None, reason },
+            ..self
+        })
+    }
+
+    /// The same plan for an image that holds the radiance at every band and no colour. Every pixel is integrated.
+    pub fn at_bands(self) -> Self {
+        let reason = "radiance at the bands is integrated at every pixel".into();
+        let variant = self.variant & !(variant::LIGHT | variant::BELOW) | variant::AT_BANDS;
+        Self { variant, lookup: Lookup { size: None, anchors: None, reason }, ..self }
+    }
+
+    /// Whether pixels hold light by wavelength: a spectrum beside their colour, or the radiance at every band.
+    pub fn holds_light(&self) -> bool {
+        self.variant & variant::LIGHT != 0
+    }
+
+    /// Wavelengths (nm) of a spectral image, as they were asked for; none of other images.
+    pub fn wavelengths(&self) -> &[f64] {
+        self.spectral.as_ref().map_or(&[], |spectral| &spectral.wavelengths)
+    }
+
+    /// The ray integral at the bands of the image.
+    pub fn integral(&self) -> &RayIntegral {
+        self.spectral.as_ref().map_or_else(|| self.sky.integral(), |spectral| &spectral.integral)
+    }
+
+    /// Words that a pixel of the plan's image takes.
+    pub fn pixel_words(&self) -> u32 {
+        if self.holds_light() {
+            words_of_light(&self.uniform, self.buffers().bands, self.variant)
+        } else {
+            self.pixel.words()
+        }
+    }
+
+    /// Linear RGB of the sky in a direction (W·m⁻²·sr⁻¹), integrated at that direction.
+    pub fn radiance(&self, view: Vec3) -> Vec3 {
+        self.sky.radiance(view)
+    }
+
+    /// What the kernels read beside the uniform.
+    pub fn buffers(&self) -> Buffers<'_> {
+        let buffers = self.integral().buffers(&self.colour);
+        if self.lookup.size.is_some() {
+            return Buffers { quadrature: self.sky.lookup_quadrature(), ..buffers };
+        }
+        if self.variant & variant::REFINED == 0 {
+            return buffers;
+        }
+        Buffers { multiple: &self.sky.refined().values, ..buffers }
+    }
+
+    /// Stops by which linear values are exposed for a file or a target: what the scene asks for, or else what half floats need where they hold
+    /// them (see `exposure::of_halves`), or none.
+    pub fn linear_exposure(&self, depth: ExrDepth) -> f32 {
+        match (self.sky.scene.render.exr_exposure, depth) {
+            (Exposure::Stops(stops), _) => stops as f32,
+            (_, ExrDepth::Full) => 0.0,
+            (_, ExrDepth::Half) => exposure::of_halves(self.brightest()),
+        }
+    }
+
+    /// The same plan with linear RGB exposed by so many stops, and a picture as before.
+    pub fn exposed(mut self, stops: f32) -> Self {
+        if stops == 0.0 {
+            return self;
+        }
+        let factor = stops.exp2();
+        // Of a regression's rows the last of a node alone is a colour; its first number is not.
+        if self.variant & variant::REGRESSION != 0 {
+            let rows = rows_per_node(self.variant) as usize;
+            let colours = self.uniform.node_rows.iter_mut().skip(rows - 1).step_by(rows);
+            colours.for_each(|row| *row *= Vec4::new(1.0, factor, factor, factor));
+        }
+        // The last number of a row by which a cubic is observed is a wavelength.
+        let last = if variant::is_solved_cubic(self.variant) { 1.0 } else { factor };
+        let tables = if self.variant & variant::ACES == 0 { 0..0 } else { self.tables() };
+        let rows = self.colour.iter_mut().enumerate().filter(|(at, _)| !tables.contains(at));
+        rows.for_each(|(_, row)| *row *= Vec4::new(factor, factor, factor, last));
+        self.uniform.ground = (self.uniform.ground.truncate() * factor).extend(self.uniform.ground.w);
+        self.uniform.exposure /= factor;
+        let eye = &mut self.uniform.eye;
+        [&mut eye.red, &mut eye.green, &mut eye.blue].into_iter().for_each(|column| *column /= factor);
+        eye.red.w *= factor * factor;
+        self
+    }
+
+    /// Where the tables of its view transform stand in the colour rows.
+    fn tables(&self) -> Range<usize> {
+        let first = self.uniform.grade.tables as usize;
+        first..first + aces::ROWS
+    }
+
+    /// What half floats cut off of the sun's disc in the pixels that it covers (a part of its light there), and the stops that would keep it; none where
+    /// they hold it.
+    pub fn cut_of_disc(&self) -> Option<(f32, f32)> {
+        if self.variant & variant::SUN_DISC == 0 {
+            return None;
+        }
+        let disc = &self.uniform.disc;
+        // The box about the disc, of which a circle covers π/4; where that is less than a pixel, the mean over it is less than the disc.
+        let pixels = (disc.right - disc.left) * (disc.bottom - disc.top) * FRAC_PI_4;
+        let grid = self.colour[disc.first_entry as usize..].iter().map(|rgb| rgb.truncate().max_element());
+        let peak = grid.fold(0.0, max) * min(pixels, 1.0);
+        (peak > exposure::LARGEST_HALF).then(|| {
+            let ratio = exposure::LARGEST_HALF / peak;
+            // A stop more than that, for the sky that stands behind.
+            (1.0 - ratio, ratio.log2().floor() - 1.0)
+        })
+    }
+
+    /// The largest of linear RGB in directions over the whole sphere, close to each other about the sun and above the horizon beneath it; and of the
+    /// sun's disc before them, where it is shown.
+    fn brightest(&self) -> f32 {
+        let uniform = &self.sky.base.uniform;
+        let (sun, horizon) = (f64::from(uniform.sun.z).asin().to_degrees(), f64::from(uniform.horizon).to_degrees());
+        let elevations = [-75.0, -45.0, -15.0, 15.0, 45.0, 75.0].into_iter();
+        let elevations = elevations.chain([0.1, 0.5, 2.0, 5.0].map(|above| horizon + above));
+        let elevations = elevations.chain([-3.0, -0.3, 0.0, 0.3, 3.0].map(|off| (sun + off).clamp(-90.0, 90.0)));
+        let azimuths = [0.0, 3.0, 30.0, 90.0, 180.0].map(|off| self.sky.base.sun_azimuth + off);
+        let view = |elevation| azimuths.map(|azimuth| directions::direction(elevation, azimuth).as_vec3());
+        let views: Vec<Vec3> = elevations.flat_map(view).collect();
+        let largest = |colours: &[Vec3]| colours.iter().map(|rgb| rgb.max_element()).fold(0.0, max);
+        let sky = largest(&self.sky.radiances(&views));
+        if self.variant & variant::SUN_DISC == 0 {
+            return sky;
+        }
+        let grid = self.colour[self.uniform.disc.first_entry as usize..].iter().map(|rgb| rgb.truncate());
+        sky + largest(&grid.collect::<Vec<_>>())
+    }
+
+    /// Pixels of the rows that can be lit.
+    pub fn lit_pixels(&self) -> u64 {
+        u64::from(self.width()) * u64::from(self.lit_rows.end - self.lit_rows.start)
+    }
+
+    /// The kernel that computes the plan's pixels.
+    pub fn kernel(&self) -> Kernel {
+        if self.lookup.size.is_some() { Kernel::SkyLookup } else { Kernel::Sky }
+    }
+
+    /// Samples per piece.
+    pub fn samples_per_piece(&self) -> u32 {
+        self.buffers().quadrature.len() as u32
+    }
+
+    /// Width of the image (pixels).
+    pub fn width(&self) -> u32 {
+        self.uniform.camera.width
+    }
+
+    /// Height of the image (pixels).
+    pub fn height(&self) -> u32 {
+        self.uniform.camera.height
+    }
+}
+
+/// What the kernels of an image are specialised for, with or without the sun's disc, where those of its sky are for `sky`.
+pub(crate) fn of_image(sky: u32, scene: &Scene, camera: &CameraScene, shows_disc: bool, pixel: PixelFormat) -> u32 {
+    let below = below::bits(below::of(scene, camera, pixel));
+    let disc = if shows_disc { variant::SUN_DISC } else { 0 };
+    let is_dithered = pixel == PixelFormat::Picture && scene.render.dither == Dither::Ordered;
+    let dither = if is_dithered { variant::DITHER } else { 0 };
+    let view = if pixel == PixelFormat::Picture { upload::view(&scene.render) } else { 0 };
+    let is_dark = pixel == PixelFormat::Picture && scene.render.purkinje;
+    let night = if is_dark { variant::NIGHT } else { 0 };
+    variant::of(sky | below | disc | dither | view | night, upload::projection(camera.projection), pixel as u32)
+}
+
+/// Rows of the image that can be lit: none at night, and from black ground an equirectangular image is black below its middle.
+fn lit_rows(scene: &Scene, sky: &SkyPlan, below: Below) -> Range<u32> {
+    let height = scene.camera.size.height;
+    let has_ground = sky.integral().variant & variant::GROUND != 0;
+    let is_black_below =
+        scene.observer.altitude == 0.0 && (below == Below::Black || below == Below::Ground && !has_ground);
+    if sky.is_night {
+        0..0
+    } else if scene.camera.projection == Projection::Equirectangular && is_black_below {
+        0..height.div_ceil(2)
+    } else {
+        0..height
+    }
+}

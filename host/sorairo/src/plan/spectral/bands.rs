@@ -1,0 +1,71 @@
+//! The bands of a spectrum, beside those of colour.
+
+use crate::plan::fit::SpectralFit;
+use crate::plan::rays::integral::RayIntegral;
+use crate::plan::rays::quadrature::gauss_legendre;
+use crate::plan::rays::samples;
+use crate::plan::sky::SkyPlan;
+use crate::scene::{ColourPath, Scene};
+use sorairo_shared::glam::Vec2;
+use sorairo_shared::variant;
+
+/// Bands (nm) that a spectrum takes beside the four of colour, the same for every sky: between those and beyond them, closer where ozone's
+/// cross-section bends. What they leave over 70 skies stands in `docs/decisions/04-regression-fit.md`.
+pub const BANDS: [f64; 8] = [365.0, 395.0, 480.0, 600.0, 665.0, 700.0, 750.0, 830.0];
+
+/// Bands (nm) that lie closer tell nothing new of each other.
+const CLOSEST: f64 = 5.0;
+
+/// The sky's light at its own bands and at others (nm).
+pub(crate) fn beside_own(sky: &SkyPlan, others: Vec<f64>) -> RayIntegral {
+    let bands = [sky.base.wavelengths.clone(), others].concat();
+    with_own_bands(&sky.base, at_bands(sky, &SpectralFit::Regression, bands)).with_spectral_light()
+}
+
+/// The first bands of an integral as those of a sky's colour, which are means over what they stand for.
+pub(crate) fn with_own_bands(sky: &RayIntegral, mut integral: RayIntegral) -> RayIntegral {
+    // They fill their groups: a sky that names other bands has no more beside them.
+    integral.bands[..sky.bands.len()].copy_from_slice(&sky.bands);
+    integral
+}
+
+/// The sky's light at bands (nm), sampled as they need it; without that which was scattered more than once.
+pub(crate) fn at_bands(sky: &SkyPlan, fit: &SpectralFit, bands: Vec<f64>) -> RayIntegral {
+    let own = &sky.base;
+    let quadrature = if samples::depends_on_bands(&sky.scene, own.variant) {
+        sampled(&sky.scene, own, fit, &bands)
+    } else {
+        own.quadrature.clone()
+    };
+    let count = bands.len();
+    RayIntegral { quadrature, ..at_wavelengths(own, fit, bands, count) }
+}
+
+/// The light of a sky at wavelengths (nm), for a fit through so many bands; without that which was scattered more than once.
+pub(crate) fn at_wavelengths(sky: &RayIntegral, fit: &SpectralFit, wavelengths: Vec<f64>, bands: usize) -> RayIntegral {
+    RayIntegral {
+        bands: fit.bands(&sky.optics, &wavelengths),
+        wavelengths,
+        variant: sky.variant & !variant::FIT | fit.variant(bands, ColourPath::Folded),
+        ..sky.clone()
+    }
+}
+
+/// The rule by which the rays of a scene's sky are sampled as bands (nm) need it.
+pub(crate) fn sampled(scene: &Scene, sky: &RayIntegral, fit: &SpectralFit, bands: &[f64]) -> Vec<Vec2> {
+    let RayIntegral { uniform, optics, variant, .. } = sky;
+    let bands = fit.bands(optics, bands);
+    let fewest = || samples::per_piece(scene, uniform, optics, &bands, *variant, &sky.light_fields);
+    gauss_legendre(scene.render.steps.unwrap_or_else(fewest))
+}
+
+/// Those of [`BANDS`] (nm) that lie among wavelengths asked for, in order, and apart from some bands. What lies beyond moves to their ends.
+pub(crate) fn bands_beside(own: &[f64], asked: &[f64]) -> Vec<f64> {
+    let mut all = own.to_vec();
+    for band in BANDS.map(|band| band.clamp(asked[0], asked[asked.len() - 1])) {
+        if all.iter().all(|other| (other - band).abs() >= CLOSEST) {
+            all.push(band);
+        }
+    }
+    all.split_off(own.len())
+}

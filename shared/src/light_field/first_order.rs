@@ -1,0 +1,92 @@
+//! Light of the first order along the rays of a light field, at the wavelengths that a processor computes together.
+
+use crate::geometry::Ray;
+use crate::glam::Vec2;
+use crate::light_field::rays::Sight;
+use crate::light_field::table::{RayNode, TableRay};
+use crate::math::{abs, max};
+use crate::medium::atmosphere::Atmosphere;
+use crate::medium::bands::{Bands, ByScatterer, Coefficients};
+use crate::medium::columns::{column_densities_of_two, sun_column_densities};
+use crate::path::ground::column_densities_to_sun;
+use crate::path::pieces::PER_MEAN_FREE_PATH_OF_ORDERS;
+use crate::path::single::single_scattering_placed_for;
+use crate::value::{Lanes, Value};
+
+/// The part of sunlight that reaches a node of a ray for two suns, by the cosines of their zenith angles there. Neither may lie in the
+/// planet's shadow.
+#[inline(always)]
+fn sunlight_of_two<const N: usize>(
+    atmosphere: &Atmosphere,
+    coefficients: &Coefficients<Lanes<N>>,
+    node: &RayNode<N>,
+    mu_s: Vec2,
+    variant: u32,
+) -> [Lanes<N>; 2] {
+    let (altitude, up) = (node.altitude, Vec2::new(abs(mu_s.x), abs(mu_s.y)));
+    let outwards = column_densities_of_two(atmosphere, altitude, node.density, up, variant);
+    [
+        coefficients.transmittance(sun_column_densities(atmosphere, altitude, outwards.first, mu_s.x, variant)),
+        coefficients.transmittance(sun_column_densities(atmosphere, altitude, outwards.second, mu_s.y, variant)),
+    ]
+}
+
+/// Irradiance of level ground by the sun, relative to that above the atmosphere; see [`crate::path::ground::direct_irradiance`].
+pub fn sunlight_on_ground<const N: usize>(
+    atmosphere: &Atmosphere,
+    coefficients: &Coefficients<Lanes<N>>,
+    mu_s: f32,
+    variant: u32,
+) -> Lanes<N> {
+    coefficients.transmittance(column_densities_to_sun(atmosphere, mu_s, variant)).scaled(max(mu_s, 0.0))
+}
+
+/// Light scattered once along a ray of a table that is lit from end to end by two suns, of air and of aerosol, before their phase functions.
+#[cfg_attr(
+    not(target_arch = "spirv"),
+    multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
+)]
+pub fn single_scattering_of_lit_ray<const N: usize>(
+    atmosphere: &Atmosphere,
+    coefficients: &Coefficients<Lanes<N>>,
+    ray: TableRay<N>,
+    sights: [Sight; 2],
+    variant: u32,
+) -> [ByScatterer<Lanes<N>>; 2] {
+    let mut light = [ByScatterer::<Lanes<N>>::ZERO; 2];
+    for node in ray.nodes {
+        let [first, second] = sights;
+        let mu_s = Vec2::new(node.place.mu_s(ray.radius, first), node.place.mu_s(ray.radius, second));
+        let sunlight = sunlight_of_two(atmosphere, coefficients, node, mu_s, variant);
+        for (light, sunlight) in light.iter_mut().zip(&sunlight) {
+            light.air.add_product(&node.scatterers.air, sunlight);
+            light.aerosol.add_product(&node.scatterers.aerosol, sunlight);
+        }
+    }
+    light
+}
+
+/// Light scattered once along a ray at some wavelengths, of air and of aerosol, before their phase functions: as
+/// [`crate::path::single::single_scattering`], with the column densities of a sample made once for all of them. The samples are placed for `bands`.
+#[cfg_attr(
+    not(target_arch = "spirv"),
+    multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
+)]
+pub fn single_scattering_of_many<const N: usize>(
+    atmosphere: &Atmosphere,
+    coefficients: &Coefficients<Lanes<N>>,
+    bands: &Bands,
+    quadrature: &[Vec2],
+    ray: Ray,
+    variant: u32,
+) -> ByScatterer<Lanes<N>> {
+    single_scattering_placed_for(
+        atmosphere,
+        coefficients,
+        bands,
+        PER_MEAN_FREE_PATH_OF_ORDERS,
+        quadrature,
+        ray,
+        variant,
+    )
+}

@@ -1,0 +1,295 @@
+//! Light gathered along rays from the sources of a table, a tile of suns and wavelengths at a time.
+
+use crate::light_field::moments::{Moments, Stencil};
+use crate::light_field::rays::{SunPlace, between_logarithms};
+use crate::light_field::source::{NodeMoments, size, source};
+use crate::light_field::table::{MomentTable, RayNode, TILE, TableRay, suns_of_tile, wavelengths_of_tile};
+use crate::math::{exp_lanes, ln_lanes};
+use crate::medium::bands::ByScatterer;
+use crate::value::{Lanes, Value};
+use core::ops::Range;
+
+/// Room for the sources of a node.
+pub struct Scratch<'a> {
+    /// For the suns of each tile and each azimuthal number the source towards the observer, at the wavelengths of a tile.
+    pub sums: &'a mut [f32],
+    /// The same for each sun, relative to its size; its azimuthal numbers fill tiles.
+    pub sources: &'a mut [f32],
+    /// For each sun and each wavelength of a tile the logarithm of the size of its sources.
+    pub logarithms: &'a mut [f32],
+    /// For each sight and each wavelength of a tile the size between those of four suns.
+    pub scales: &'a mut [f32],
+    /// For each sight and each wavelength of a tile the light, apart for the azimuthal numbers that share a tile.
+    pub light: &'a mut [f32],
+}
+
+/// Values of each of the [`Scratch`], in its order, for so many suns and the moments of a table of `N` wavelengths and so many sights.
+pub const fn scratch_sizes<const N: usize>(suns: usize, of: Moments, sights: usize) -> [usize; 5] {
+    let (wavelengths, together) = (wavelengths_of_tile::<N>(), suns_of_tile::<N>());
+    let suns = suns.next_multiple_of(together);
+    let sums = suns / together * (of.azimuthal + 1) * TILE;
+    [sums, suns * values_of_sun(of, wavelengths), suns * wavelengths, sights * wavelengths, sights * TILE]
+}
+
+/// Values of the sources of a sun at the wavelengths of a tile: those of its azimuthal numbers fill tiles.
+const fn values_of_sun(moments: Moments, wavelengths: usize) -> usize {
+    ((moments.azimuthal + 1) * wavelengths).next_multiple_of(TILE)
+}
+
+/// The lanes of a tile that begin at an index.
+#[inline(always)]
+fn tile_at<const T: usize>(values: &[f32], index: usize) -> &[f32; T] {
+    let lanes = &values[index * T..(index + 1) * T];
+    match lanes.try_into() {
+        Ok(lanes) => lanes,
+        Err(_) => &[0.0; T],
+    }
+}
+
+/// The same, of a whole tile.
+#[inline(always)]
+fn lanes_at(values: &[f32], index: usize) -> Lanes<TILE> {
+    Lanes(*tile_at(values, index))
+}
+
+/// Four parts of a table, of a length each, a step apart.
+#[inline(always)]
+fn four_parts(values: &[f32], first: usize, step: usize, length: usize) -> [&[f32]; 4] {
+    let part = |i: usize| &values[first + i * step..][..length];
+    [part(0), part(1), part(2), part(3)]
+}
+
+/// Values at the wavelengths of a tile, the same for each of its suns.
+#[inline(always)]
+fn for_each_sun<const T: usize>(values: &[f32; T]) -> Lanes<TILE> {
+    let mut lanes = Lanes::ZERO;
+    for i in 0..TILE {
+        lanes.0[i] = values[i % T];
+    }
+    lanes
+}
+
+/// What scatters at a node, at the wavelengths of a tile for each of its suns.
+#[inline(always)]
+fn scatterers_of_tile<const N: usize, const T: usize>(node: &RayNode<N>, tile: usize) -> ByScatterer<Lanes<TILE>> {
+    ByScatterer {
+        air: for_each_sun(tile_at::<T>(&node.scatterers.air.0, tile)),
+        aerosol: for_each_sun(tile_at::<T>(&node.scatterers.aerosol.0, tile)),
+    }
+}
+
+/// The moments of a group of suns between four altitudes, and the functions of a node.
+struct TileMoments<'a> {
+    /// Of the four altitudes.
+    four: [&'a [f32]; 4],
+    weights: [f32; 4],
+    functions: &'a [f32],
+    of_functions: Moments,
+}
+
+impl NodeMoments<Lanes<TILE>> for TileMoments<'_> {
+    #[inline(always)]
+    fn moment(&self, number: usize) -> Lanes<TILE> {
+        let [a, b, c, d] = self.four;
+        Lanes::weighted(
+            lanes_at(a, number),
+            lanes_at(b, number),
+            lanes_at(c, number),
+            lanes_at(d, number),
+            self.weights,
+        )
+    }
+
+    #[inline(always)]
+    fn function(&self, m: usize, behind: usize) -> f32 {
+        self.functions[self.of_functions.first(m) + behind]
+    }
+}
+
+/// The source at a node of a ray towards its origin at the wavelengths of a tile, for some tiles of suns and each azimuthal number:
+/// `Σ_l χ_l L_lm N_lm P_l^m`. `sums` begin with those of the first sun of the table.
+#[inline(always)]
+fn take_sums<const N: usize, const T: usize>(
+    table: MomentTable,
+    ray: TableRay<N>,
+    index: usize,
+    tile: usize,
+    tiles_of_suns: Range<usize>,
+    sums: &mut [f32],
+) {
+    let node = &ray.nodes[index];
+    let (moments, groups) = (table.moments, table.suns.count.div_ceil(TILE / T));
+    let (numbers, of_group) = (moments.azimuthal + 1, moments.count() * TILE);
+    let has_aerosol = !ray.functions.is_empty();
+    let functions = if has_aerosol { &ray.functions[index * ray.of.count()..] } else { &[] };
+    let weights = node.altitudes.weights;
+    let scatterers = scatterers_of_tile::<N, T>(node, tile);
+    let first_altitude = tile * table.altitudes + node.altitudes.first;
+    for group in tiles_of_suns {
+        let first = (first_altitude * groups + group) * of_group;
+        let four = four_parts(table.values, first, groups * of_group, of_group);
+        let of_node = TileMoments { four, weights, functions, of_functions: ray.of };
+        let sums = &mut sums[group * numbers * TILE..][..numbers * TILE];
+        for (m, to) in sums.chunks_exact_mut(TILE).enumerate() {
+            let of = (moments.degree, m);
+            to.copy_from_slice(&source(&of_node, moments, of, node.air_functions, &scatterers, has_aerosol).0);
+        }
+    }
+}
+
+/// Divides the sources of some tiles of suns by their size at each wavelength, and keeps its logarithm. What is [`SMALLEST`] of what scatters is nothing.
+#[inline(always)]
+fn take_sizes<const N: usize, const T: usize>(
+    node: &RayNode<N>,
+    tile: usize,
+    numbers: usize,
+    tiles_of_suns: Range<usize>,
+    scratch: &mut Scratch,
+) {
+    let of_group = numbers * TILE;
+    let sums = &mut scratch.sums[tiles_of_suns.start * of_group..tiles_of_suns.end * of_group];
+    let logarithms = &mut scratch.logarithms[tiles_of_suns.start * TILE..tiles_of_suns.end * TILE];
+    let scatterers = scatterers_of_tile::<N, T>(node, tile);
+    for (sums, sizes) in sums.chunks_exact_mut(of_group).zip(logarithms.chunks_exact_mut(TILE)) {
+        let mut magnitudes = Lanes::ZERO;
+        for number in 0..numbers {
+            magnitudes.add_scaled(&lanes_at(sums, number).magnitude(), 1.0);
+        }
+        let size = size(&magnitudes, &scatterers);
+        let inverse = size.inverse();
+        sizes.copy_from_slice(&size.0);
+        for lanes in sums.chunks_exact_mut(TILE) {
+            for i in 0..TILE {
+                lanes[i] *= inverse.0[i];
+            }
+        }
+    }
+    ln_lanes(logarithms);
+}
+
+/// Puts the sources of each sun of some tiles together.
+#[inline(always)]
+fn take_sources<const T: usize>(numbers: usize, of_sun: usize, tiles_of_suns: Range<usize>, scratch: &mut Scratch) {
+    let together = TILE / T;
+    for group in tiles_of_suns {
+        let sums = &scratch.sums[group * numbers * TILE..][..numbers * TILE];
+        let sources = &mut scratch.sources[group * together * of_sun..][..together * of_sun];
+        for (sun, sources) in sources.chunks_exact_mut(of_sun).enumerate() {
+            for (number, source) in sources.chunks_exact_mut(T).take(numbers).enumerate() {
+                source.copy_from_slice(tile_at::<T>(sums, number * together + sun));
+            }
+        }
+    }
+}
+
+/// The sizes that a source has at each place of a sun, between the logarithms of four.
+#[inline(always)]
+fn take_scales<const T: usize>(places: &[SunPlace], scratch: &mut Scratch) {
+    for (place, scales) in places.iter().zip(scratch.scales.chunks_exact_mut(T)) {
+        let Stencil { first, weights } = place.suns;
+        let of_sun = |i: usize| tile_at::<T>(scratch.logarithms, first + i);
+        let [a, b, c, d] = [of_sun(0), of_sun(1), of_sun(2), of_sun(3)];
+        let mut between = [0.0; T];
+        for i in 0..T {
+            between[i] = between_logarithms([a[i], b[i], c[i], d[i]], weights);
+        }
+        scales.copy_from_slice(&between);
+    }
+    exp_lanes(scratch.scales);
+}
+
+/// The suns of a table between which places stand: a ray of an observer meets few of them.
+#[inline(always)]
+fn suns_of(places: &[SunPlace]) -> Range<usize> {
+    let (mut start, mut end) = (usize::MAX, 0);
+    for place in places {
+        start = start.min(place.suns.first);
+        end = end.max(place.suns.first + 4);
+    }
+    start.min(end)..end
+}
+
+/// Light gathered along a ray from the sources of a table, added to `light` for each sight; without that of the ground. `places` are the
+/// suns of all sights at the first node, then at the next; see [`crate::light_field::table::suns_along`].
+#[cfg_attr(
+    not(target_arch = "spirv"),
+    multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
+)]
+pub fn gather<const N: usize>(
+    table: MomentTable,
+    ray: TableRay<N>,
+    places: &[SunPlace],
+    scratch: &mut Scratch,
+    light: &mut [Lanes<N>],
+) {
+    if N < TILE {
+        gather_tiles::<N, N>(table, ray, places, scratch, light);
+    } else {
+        gather_tiles::<N, TILE>(table, ray, places, scratch, light);
+    }
+}
+
+#[inline(always)]
+fn gather_tiles<const N: usize, const T: usize>(
+    table: MomentTable,
+    ray: TableRay<N>,
+    places: &[SunPlace],
+    scratch: &mut Scratch,
+    light: &mut [Lanes<N>],
+) {
+    let (numbers, of_sun) = (table.moments.azimuthal + 1, values_of_sun(table.moments, T));
+    for tile in 0..N / T {
+        scratch.light.fill(0.0);
+        for (index, places) in places.chunks_exact(light.len()).enumerate() {
+            let suns = suns_of(places);
+            let tiles_of_suns = suns.start * T / TILE..(suns.end * T).div_ceil(TILE);
+            take_sums::<N, T>(table, ray, index, tile, tiles_of_suns.clone(), scratch.sums);
+            if table.logarithmic {
+                take_sizes::<N, T>(&ray.nodes[index], tile, numbers, tiles_of_suns.clone(), scratch);
+                take_scales::<T>(places, scratch);
+            }
+            take_sources::<T>(numbers, of_sun, tiles_of_suns, scratch);
+            for (at, (place, light)) in places.iter().zip(scratch.light.chunks_exact_mut(TILE)).enumerate() {
+                let mut sum = light_of_place::<T>(place, scratch.sources, of_sun);
+                if table.logarithmic {
+                    let scales = for_each_sun(tile_at::<T>(scratch.scales, at));
+                    for i in 0..TILE {
+                        sum[i] *= scales.0[i];
+                    }
+                }
+                for i in 0..TILE {
+                    light[i] += sum[i];
+                }
+            }
+        }
+        for (light, lanes) in light.iter_mut().zip(scratch.light.chunks_exact(TILE)) {
+            for (i, &lane) in lanes.iter().enumerate() {
+                light.0[tile * T + i % T] += lane;
+            }
+        }
+    }
+}
+
+/// The light that the sources of four suns send under a sun between them: `Σ_m S_m cos(m φ)`, apart for the azimuthal numbers that share a tile.
+#[inline(always)]
+fn light_of_place<const T: usize>(place: &SunPlace, sources: &[f32], of_sun: usize) -> [f32; TILE] {
+    let Stencil { first, weights: [wa, wb, wc, wd] } = place.suns;
+    let four = four_parts(sources, first * of_sun, of_sun, of_sun);
+    let mut sum = [0.0; TILE];
+    // cos((m + 1) φ) = 2 cos φ cos(m φ) - cos((m - 1) φ)
+    let (mut before, mut value) = (place.cosine, 1.0);
+    for at in 0..of_sun / TILE {
+        let mut multiples = [0.0; TILE];
+        for lanes in multiples.chunks_exact_mut(T) {
+            lanes.fill(value);
+            (before, value) = (value, 2.0 * place.cosine * value - before);
+        }
+        let [a, b, c, d]: [&[f32; TILE]; 4] =
+            [tile_at(four[0], at), tile_at(four[1], at), tile_at(four[2], at), tile_at(four[3], at)];
+        for i in 0..TILE {
+            let between: f32 = a[i] * wa + b[i] * wb + c[i] * wc + d[i] * wd;
+            sum[i] += between * multiples[i];
+        }
+    }
+    sum
+}

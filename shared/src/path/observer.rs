@@ -1,0 +1,83 @@
+//! What lies between the observer and a place on a ray, and between that place and the sun.
+
+use crate::geometry::Ray;
+use crate::glam::{Vec2, Vec3};
+use crate::math::{abs, max};
+use crate::medium::atmosphere::{Atmosphere, relative_densities};
+use crate::medium::columns::{
+    ColumnDensities, LowestPoint, column_densities, column_densities_of_two, level_column_densities,
+    stretch_column_densities, sun_column_densities,
+};
+use crate::path::ray::direction;
+use crate::path::samples::Place;
+use crate::variant;
+
+/// What lies between the observer and the places of one piece of a ray.
+#[derive(Clone, Copy)]
+pub(crate) struct TowardsObserver {
+    /// Altitude of the ray's origin (km).
+    pub(crate) altitude: f32,
+    /// Zenith cosine of the ray at its origin.
+    pub(crate) mu: f32,
+    /// Whether the ray rises along the piece.
+    pub(crate) rising: bool,
+    /// What the column densities from a place outwards are taken from (rising ray) or added to (falling ray) to give those between the
+    /// observer and the place (km).
+    pub(crate) offset: ColumnDensities,
+    /// The lowest point between the observer and a piece on which the ray rises.
+    pub(crate) lowest: LowestPoint,
+}
+
+impl TowardsObserver {
+    /// For the pieces of a ray on which it rises or falls; `lowest` is the altitude of its lowest point (km).
+    #[inline(always)]
+    pub(crate) fn new(atmosphere: &Atmosphere, ray: Ray, lowest: f32, rising: bool, variant: u32) -> Self {
+        let density = relative_densities(atmosphere, ray.altitude, variant);
+        let outwards = column_densities(atmosphere, ray.altitude, density, abs(ray.mu), variant);
+        let offset = if (variant & variant::DESCENT == 0) | (ray.mu >= 0.0) {
+            outwards
+        } else if rising {
+            level_column_densities(atmosphere, lowest, variant) * 2.0 - outwards
+        } else {
+            -outwards
+        };
+        let lowest = LowestPoint { altitude: lowest, mu: max(ray.mu, 0.0) };
+        Self { altitude: ray.altitude, mu: ray.mu, rising, offset, lowest }
+    }
+
+    /// Column densities between the observer and a place (km), given those from the place outwards.
+    #[inline(always)]
+    pub(crate) fn column_densities(
+        self,
+        atmosphere: &Atmosphere,
+        place: Place,
+        outwards: ColumnDensities,
+        variant: u32,
+    ) -> ColumnDensities {
+        let mut between = self.offset - outwards * direction(self.rising);
+        if variant & variant::OPAQUE != 0 {
+            let here = LowestPoint { altitude: place.altitude, mu: place.mu };
+            let lowest = if self.rising { self.lowest } else { here };
+            let (altitude, mu, length) = (self.altitude, self.mu, place.distance);
+            between = stretch_column_densities(atmosphere, altitude, mu, lowest, length, between, variant);
+        }
+        between.max(Vec3::ZERO)
+    }
+}
+
+/// What light meets that is scattered once at a lit place: the relative densities of (air, aerosol) there, and the column densities
+/// between the sun and the observer (km).
+#[inline(always)]
+pub(crate) fn lit_place(
+    atmosphere: &Atmosphere,
+    towards_observer: TowardsObserver,
+    place: Place,
+    variant: u32,
+) -> (Vec2, ColumnDensities) {
+    let Place { altitude, mu, mu_s, .. } = place;
+    let density = relative_densities(atmosphere, altitude, variant);
+    let outwards = column_densities_of_two(atmosphere, altitude, density, Vec2::new(mu, abs(mu_s)), variant);
+    let to_observer = towards_observer.column_densities(atmosphere, place, outwards.first, variant);
+    let to_sun = sun_column_densities(atmosphere, altitude, outwards.second, mu_s, variant);
+    (density, to_observer + to_sun)
+}

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Runs every test of sorairo, on the GPU too: all of them, whichever fail; the last lines name those that did.
+# Runs every test of sorairo, on the GPU too: all of them, whichever fail; the last lines name those that did. `./test.sh quick` runs in minutes
+# what a change breaks first: unit tests, kernels on the device against the processor, the command, the documents.
 # What the tests need and this machine lacks (a linker, a Vulkan driver, an X server without a screen, Chromium, Python with venv) is installed
 # with apt-get if root runs this on Debian or a relative, and is otherwise asked for. Nobody else's password or rights are used.
 set -euo pipefail
@@ -8,6 +9,14 @@ cd "$(dirname "$0")"
 quick=(--config tests/quick-window.toml)
 
 sorairo=${CARGO_TARGET_DIR:-target}/release/sorairo
+
+case "${1:-all}" in
+all | quick) ;;
+*)
+    echo "test.sh: $1 is no choice; it is all (the default) or quick" >&2
+    exit 2
+    ;;
+esac
 
 has_vulkan() { "$sorairo" devices 2>/dev/null | grep -vq '^CPU'; }
 
@@ -78,7 +87,7 @@ test_blender() {
         echo "test.sh: NOT TESTED: environment maps in Blender, which takes Python 3.11, or SORAIRO_BLENDER set to a Python with bpy" >&2
         return
     fi
-    cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --test program -- --ignored blender
+    cargo "${tests[@]}" --test program -- --ignored blender
 }
 
 # Builds the wheel, and tests it in an environment made for it: numpy comes with the wheel, and what the tests compare it with from the
@@ -113,6 +122,13 @@ if ! has_vulkan; then
     fi
 fi
 "$sorairo" devices 2>/dev/null
+tests=("${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view)
+if [ "${1:-all}" = quick ]; then
+    cargo "${tests[@]}" --lib --test documents --test input || failed=1
+    cargo "${tests[@]}" --test devices -- gpu:: shaders:: || failed=1
+    cargo "${tests[@]}" --test program -- cli:: scenes:: || failed=1
+    exit "${failed:-0}"
+fi
 if ! has_xvfb; then
     # The libraries are those that a window loads when it opens.
     if ! install xvfb xauth libxkbcommon-x11-0 libx11-xcb1 libxcursor1 libxi6 libxrandr2 || ! has_xvfb; then
@@ -134,11 +150,11 @@ if [ -z "${SORAIRO_PYTHON:-}" ] && ! has_python; then
         exit 1
     fi
 fi
-cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --no-fail-fast || failed=1
+cargo "${tests[@]}" --no-fail-fast || failed=1
 test_wheel || failed=1
 test_blender || failed=1
 # What takes minutes of other people's programs.
-cargo "${quick[@]}" test --release --workspace --exclude xtask --features sorairo-cli/view --test sky -- --ignored || failed=1
+cargo "${tests[@]}" --test sky -- --ignored || failed=1
 test_page || failed=1
 # The library as one takes it that needs neither Vulkan nor files.
 cargo test --release --package sorairo --no-default-features --features cpu --test cpu_only || failed=1

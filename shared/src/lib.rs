@@ -52,17 +52,17 @@
 //! | albedo | of the ground: the part of the irradiance that comes back; of aerosol always *single-scattering albedo* |
 //! | light field | radiance in all directions at a point; a *moment* is its integral against a spherical harmonic |
 //! | piece | a lit interval of a ray on which the altitude only falls or only rises |
-//! | samples per piece | the places at which a piece is evaluated; what `--steps` counts |
+//! | samples per piece | the places at which a piece is evaluated; what `--samples` counts |
 //! | quadrature node | a place and a weight of the ray integral |
 //! | observer node | a wavelength and its weights in the sum over the colour observer |
 //! | cubic | the polynomial through four bands, the paper's fit |
-//! | regression fit | the fit by a regression on the scene's own rays (flag value `extinction`) |
+//! | regression fit | the fit by a regression on the scene's own rays |
 //! | linear fit | a fit whose colour is linear in the transfer at the bands: one matrix |
 //! | colour rows | the rows of numbers that turn bands into a colour: a matrix, or observer nodes; the disc's grid follows them |
 //! | sight | a sun seen from a ray's origin, at an azimuth |
 //! | run | sixteen neighbouring pixels of a row that are looked up together |
 //! | block | neighbouring pixels of a row, or entries of a lookup, that the CPU computes together; each is a *lane* |
-//! | sky lookup | the small grid of directions that pixels are interpolated from (flag value `table`) |
+//! | sky lookup | the small grid of directions that pixels are interpolated from |
 //! | spectral table | values over wavelength, as in a CSV file |
 //! | uniform | what every pixel of a dispatch shares; a *frame* is one image of a sequence |
 //! | variant | the bits of the constant for which a kernel is specialised |

@@ -247,7 +247,7 @@ def test_the_error_map_tells_a_cubic_from_the_default(sky):
 
     cubic = most_common("cubic")
     expect(sky.page.locator("#legend-scale span")).not_to_have_count(0)
-    assert cubic != most_common("extinction")
+    assert cubic != most_common("regression")
     start(sky, scene)
     expect(sky.page.locator("#map")).to_be_hidden()
 

@@ -56,7 +56,7 @@ const SKY: [SceneFlag; 14] = [
     value("render.orders", "--orders", "N", orders),
     word("render.fit", "--fit"),
     value("render.bands", "--bands", "LIST", wavelengths),
-    value("render.steps", "--steps", "N", steps),
+    value("render.steps", "--samples", "N", steps),
     word("render.observer", "--observer"),
 ];
 
@@ -157,6 +157,8 @@ impl SceneFlag {
             "--visibility" => "How far one sees a black object against the sky (km), which says the optical depth of aerosol".into(),
             _ => help(self.key),
         });
+        // What some flags were called before.
+        let arg = if self.name == "--samples" { arg.alias("steps") } else { arg };
         match self.takes {
             Takes::Nothing => arg.action(ArgAction::SetTrue),
             Takes::Word => {

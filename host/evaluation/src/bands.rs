@@ -59,7 +59,7 @@ pub struct Found {
 pub fn best(scene: &Scene, count: u32, sun_elevations: &[f64]) -> Result<Found> {
     check_range("count", f64::from(count), (3.0, 8.0), "wavelengths")?;
     let mut scene = scene.clone();
-    (scene.render.fit, scene.render.color, scene.render.bands) = (Fit::Extinction, ColourPath::Folded, None);
+    (scene.render.fit, scene.render.color, scene.render.bands) = (Fit::Regression, ColourPath::Folded, None);
     let default_bands = plan(&scene)?.sky.integral().wavelengths.clone();
     let suns: Vec<Sun> = sun_elevations.iter().map(|&sun| Sun::new(&scene, sun, count)).collect::<Result<_>>()?;
     if suns.iter().all(|sun| sun.reference.xyz.iter().all(|xyz| xyz.y <= 0.0)) {

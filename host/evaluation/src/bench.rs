@@ -35,7 +35,7 @@ const TIMED_AT: [f64; 2] = [30.0, -2.0];
 const FITS: [(Fit, &str); 4] = [
     (Fit::Cubic, "polynomial, radiance (paper)"),
     (Fit::Transfer, "polynomial, transfer"),
-    (Fit::Extinction, "regression"),
+    (Fit::Regression, "regression"),
     (Fit::Dense, "no fit"),
 ];
 
@@ -158,14 +158,14 @@ fn configurations() -> Vec<Configuration> {
     for (fit, _) in FITS {
         let counts: &[usize] = match fit {
             Fit::Cubic | Fit::Transfer => &[3, 4, 6, 8, 12],
-            Fit::Extinction => &[3, 4, 6, 8],
+            Fit::Regression => &[3, 4, 6, 8],
             Fit::Dense => &[12, 81],
         };
         for &count in counts {
             list.extend(STEPS.map(|steps| Configuration { fit, bands: bands(fit, count), steps: Some(steps) }));
         }
     }
-    list.push(Configuration { fit: Fit::Extinction, bands: bands(Fit::Extinction, 4), steps: None });
+    list.push(Configuration { fit: Fit::Regression, bands: bands(Fit::Regression, 4), steps: None });
     list
 }
 
@@ -174,10 +174,10 @@ fn bands(fit: Fit, count: usize) -> Vec<f64> {
     match (fit, count) {
         (Fit::Cubic, 4) => CUBIC_BANDS.to_vec(),
         (Fit::Transfer, 4) => TRANSFER_BANDS.to_vec(),
-        (Fit::Extinction, 3) => vec![447.0, 544.0, 612.0],
-        (Fit::Extinction, 4) => FIRST_ORDER_BANDS.to_vec(),
-        (Fit::Extinction, 6) => vec![435.0, 475.0, 506.0, 555.0, 608.0, 659.0],
-        (Fit::Extinction, _) => vec![405.0, 456.0, 481.0, 512.0, 525.0, 558.0, 611.0, 662.0],
+        (Fit::Regression, 3) => vec![447.0, 544.0, 612.0],
+        (Fit::Regression, 4) => FIRST_ORDER_BANDS.to_vec(),
+        (Fit::Regression, 6) => vec![435.0, 475.0, 506.0, 555.0, 608.0, 659.0],
+        (Fit::Regression, _) => vec![405.0, 456.0, 481.0, 512.0, 525.0, 558.0, 611.0, 662.0],
         (Fit::Dense, 81) => observer::wavelengths(),
         (Fit::Dense, _) => (0..count).map(|i| 400.0 + 330.0 * i as f64 / (count - 1) as f64).collect(),
         (Fit::Cubic | Fit::Transfer, _) => {
@@ -279,7 +279,7 @@ fn ways_at(device: &Device, size: Size) -> Result<Vec<Way>> {
         (scene.render.fit, scene.render.color) = (fit, color);
         plan(&scene)
     };
-    let regression = of(Fit::Extinction, ColourPath::Folded)?;
+    let regression = of(Fit::Regression, ColourPath::Folded)?;
     let lookup = with_lookup(size)?;
     let (solved, folded) = (of(Fit::Cubic, ColourPath::Solve)?, of(Fit::Cubic, ColourPath::Folded)?);
     let at_bands = solved.clone().at_bands();

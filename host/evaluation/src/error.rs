@@ -123,8 +123,8 @@ mod tests {
             (Fit::Cubic, ColourPath::Folded, None),
             (Fit::Cubic, ColourPath::Solve, None),
             (Fit::Transfer, ColourPath::Folded, Some(vec![430.0, 480.0, 530.0, 580.0, 620.0, 660.0])),
-            (Fit::Extinction, ColourPath::Folded, None),
-            (Fit::Extinction, ColourPath::Solve, None),
+            (Fit::Regression, ColourPath::Folded, None),
+            (Fit::Regression, ColourPath::Solve, None),
             (Fit::Dense, ColourPath::Folded, None),
         ] {
             let mut scene = Scene::preset(Preset::Earth).first_order();

@@ -31,7 +31,7 @@ pub const SUNS: [f64; 5] = [0.0, 30.0, 45.0, 60.0, 90.0];
 
 /// The fits that are compared.
 const FITS: [(Fit, &str); 3] =
-    [(Fit::Cubic, "cubic (paper)"), (Fit::Transfer, "transfer"), (Fit::Extinction, "regression")];
+    [(Fit::Cubic, "cubic (paper)"), (Fit::Transfer, "transfer"), (Fit::Regression, "regression")];
 
 /// Side of a picture (pixels).
 const SIDE: u32 = 160;
@@ -91,7 +91,7 @@ pub struct Experiment {
 pub fn reproduce(folder: &Path, device: &Device, stage: &dyn Fn(&str)) -> Result<Experiment> {
     make_folder(folder)?;
     stage("timing 4 bands against 12");
-    let size = fitting_size(device, &paper(Fit::Extinction, 30.0), Duration::from_millis(200))?;
+    let size = fitting_size(device, &paper(Fit::Regression, 30.0), Duration::from_millis(200))?;
     let timing = timing(device, size)?;
     stage("integrating every wavelength of Table 1");
     let mut table = table_1()?;
@@ -255,9 +255,9 @@ fn timing(device: &Device, size: Size) -> Result<Vec<Timing>> {
     let solve = of(Fit::Cubic, ColourPath::Solve, None)?;
     let four = solve.clone().at_bands();
     let folded = of(Fit::Cubic, ColourPath::Folded, None)?;
-    let regression = of(Fit::Extinction, ColourPath::Folded, None)?;
-    let regression_solve = of(Fit::Extinction, ColourPath::Solve, None)?;
-    let mut looked_up_scene = paper(Fit::Extinction, 30.0);
+    let regression = of(Fit::Regression, ColourPath::Folded, None)?;
+    let regression_solve = of(Fit::Regression, ColourPath::Solve, None)?;
+    let mut looked_up_scene = paper(Fit::Regression, 30.0);
     looked_up_scene.camera.projection = Projection::Equirectangular;
     looked_up_scene.camera.size = size;
     let lookup = looked_up(looked_up_scene)?;

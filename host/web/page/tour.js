@@ -39,8 +39,8 @@ export const steps = [
       "Nothing here computes forty or eighty wavelengths for each pixel. Scattering and absorption change smoothly with the wavelength, so four, with a regression on the scene's own rays, foretell the others.",
       "The map shows how far the colours are from those of the dense integral over every wavelength. Its scale is below.",
     ],
-    scene: { ...ahead, "sun.elevation": 20, "sun.azimuth": 40, "render.fit": "extinction" },
-    errors: "extinction",
+    scene: { ...ahead, "sun.elevation": 20, "sun.azimuth": 40, "render.fit": "regression" },
+    errors: "regression",
   },
   {
     title: "What a cubic does to a sunset",

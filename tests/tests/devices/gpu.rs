@@ -33,9 +33,9 @@ fn ways() -> Vec<(Fit, ColourPath, Option<Vec<f64>>)> {
         (Fit::Cubic, ColourPath::Solve, None),
         (Fit::Transfer, ColourPath::Folded, six.clone()),
         (Fit::Transfer, ColourPath::Solve, None),
-        (Fit::Extinction, ColourPath::Folded, None),
-        (Fit::Extinction, ColourPath::Solve, None),
-        (Fit::Extinction, ColourPath::Folded, six),
+        (Fit::Regression, ColourPath::Folded, None),
+        (Fit::Regression, ColourPath::Solve, None),
+        (Fit::Regression, ColourPath::Folded, six),
         (Fit::Dense, ColourPath::Folded, None),
     ]
 }
@@ -97,8 +97,8 @@ fn light_of_all_orders_agrees_with_the_cpu_over_whole_images() {
     for (sun, altitude) in [(50.0, 0.0), (4.0, 0.0), (-5.0, 0.0), (-14.0, 0.0), (30.0, 9.0), (0.0, 30.0), (20.0, 400.0)]
     {
         for (fit, color) in [
-            (Fit::Extinction, ColourPath::Folded),
-            (Fit::Extinction, ColourPath::Solve),
+            (Fit::Regression, ColourPath::Folded),
+            (Fit::Regression, ColourPath::Solve),
             (Fit::Transfer, ColourPath::Folded),
             (Fit::Cubic, ColourPath::Solve),
         ] {
@@ -406,7 +406,7 @@ fn pictures_differ_by_one_step_at_most() {
 fn solve_and_folded_give_the_same_colour() {
     for backend in [gpu(), &device::cpu::Cpu] {
         for sun in SUNS {
-            for fit in [Fit::Cubic, Fit::Transfer, Fit::Extinction] {
+            for fit in [Fit::Cubic, Fit::Transfer, Fit::Regression] {
                 let mut scene = scene(Preset::Earth, sun, "128x64");
                 scene.render.fit = fit;
                 let of = |color: ColourPath| {

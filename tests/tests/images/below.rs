@@ -150,7 +150,7 @@ fn both_devices_and_both_paths_show_the_same_below_the_horizon() {
     for (view, below) in views.into_iter().flat_map(|view| ["fade", "mirror", "black"].map(|below| (view, below))) {
         let of = |way: &str| linear(&format!("{view} --below {below} --sun-elevation 20 {way}"));
         let [cpu, gpu, direct] =
-            ["--device cpu --path table", "--device gpu --path table", "--device cpu --path direct"].map(of);
+            ["--device cpu --path lookup", "--device gpu --path lookup", "--device cpu --path direct"].map(of);
         let gpu = worst_in_images(&gpu.rgb, &cpu.rgb, cpu.width, 3, 1e-3);
         // What devices may differ by; see the tests of devices.
         assert!(gpu.relative < 1e-3, "{view}, {below}: {gpu:?}");
@@ -196,7 +196,7 @@ fn the_horizon_and_the_suns_disc_have_no_steps_in_pictures() {
     for view in views {
         for device in ["cpu", "gpu"] {
             let of = |size: usize| {
-                let flags = format!("--device {device} {view} --view srgb --dither none --path table");
+                let flags = format!("--device {device} {view} --view srgb --dither none --path lookup");
                 picture(&format!("{flags} --size {size}x{size}"))
             };
             let (coarse, fine) = (of(SIZE), of(8 * SIZE));

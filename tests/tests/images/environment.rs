@@ -200,8 +200,8 @@ fn an_exposure_scales_what_is_linear_and_leaves_pictures_as_they_are() {
     use sorairo::low_level::device::cpu::Cpu;
     use sorairo::scene::{ColourPath, Fit, PathChoice};
     for (fit, color, path) in [
-        (Fit::Extinction, ColourPath::Folded, PathChoice::Lookup),
-        (Fit::Extinction, ColourPath::Folded, PathChoice::Direct),
+        (Fit::Regression, ColourPath::Folded, PathChoice::Lookup),
+        (Fit::Regression, ColourPath::Folded, PathChoice::Direct),
         (Fit::Transfer, ColourPath::Folded, PathChoice::Lookup),
         (Fit::Cubic, ColourPath::Solve, PathChoice::Direct),
     ] {

@@ -395,7 +395,7 @@ fn every_flag_of_the_contract_is_accepted() {
         &["--bands", "440,500,550,600,660"],
         &["--color", "solve"],
         &["--color", "folded"],
-        &["--steps", "3"],
+        &["--samples", "3"],
         &["--exposure", "-2.5"],
         &["--exposure", "auto"],
         &["--rgb", "srgb"],
@@ -439,7 +439,7 @@ const OF_A_SPECTRUM: [&str; 9] = [
     "--altitude",
     "--fit",
     "--bands",
-    "--steps",
+    "--samples",
     "--observer",
 ];
 
@@ -564,10 +564,10 @@ fn a_wrong_flag_exits_with_2_and_one_sentence() {
         ("--projection perspective --fov 0", &["--fov", "0", "between 0.01 and 170"]),
         ("--fov nan", &["--fov", "NaN", "between"]),
         ("--look-elevation -90.1", &["--look-elevation", "-90.1", "between -90 and 90"]),
-        ("--steps 0", &["--steps", "0", "between 1 and 1024"]),
-        ("--steps 1025", &["--steps", "1025", "between 1 and 1024"]),
-        ("--steps -1", &["--steps", "-1", "from 1 to 1024"]),
-        ("--steps 1.5", &["--steps", "1.5", "from 1 to 1024"]),
+        ("--samples 0", &["--samples", "0", "between 1 and 1024"]),
+        ("--samples 1025", &["--samples", "1025", "between 1 and 1024"]),
+        ("--samples -1", &["--samples", "-1", "from 1 to 1024"]),
+        ("--samples 1.5", &["--samples", "1.5", "from 1 to 1024"]),
         ("--exposure 51", &["--exposure", "51", "between -50 and 50"]),
         ("--exposure nan", &["--exposure", "NaN", "between -50 and 50"]),
         ("--exposure bright", &["--exposure", "bright", "auto"]),
@@ -589,7 +589,7 @@ fn a_wrong_flag_exits_with_2_and_one_sentence() {
         ("--projection Cube", &["--projection", "Cube", "perspective --fov 90"]),
         ("--size 3k", &["--size", "3k", "2k (2048x1024)", "8k (8192x4096)"]),
         ("--projection mercator", &["--projection", "mercator", "equirectangular", "fisheye", "perspective"]),
-        ("--fit linear", &["--fit", "linear", "cubic", "transfer", "extinction", "dense"]),
+        ("--fit linear", &["--fit", "linear", "cubic", "transfer", "regression", "dense"]),
         ("--fit dense --color solve", &["--fit dense", "--color solve"]),
         ("--bands 450,500", &["--bands", "2", "3 to 8"]),
         ("--fit cubic --color solve --bands 450,500,600,650,700", &["--bands", "5", "4 to 4"]),
@@ -935,7 +935,7 @@ fn a_full_standard_output_is_a_failure_and_a_full_standard_error_is_not() {
     let ended: Ended = command(folder.path(), &arguments).stderr(full()).output().unwrap().into();
     assert_eq!(ended.code, Some(0));
     assert_eq!(json(&ended)["width"], 4);
-    let refused = command(folder.path(), &["render", "--steps", "0"]).stderr(full()).output().unwrap();
+    let refused = command(folder.path(), &["render", "--samples", "0"]).stderr(full()).output().unwrap();
     assert_eq!(refused.status.code(), Some(2));
 }
 
@@ -1151,8 +1151,8 @@ fn quiet_commands_say_nothing_but_what_was_asked_for_and_what_is_wrong() {
     assert_eq!(said("--quiet sequence --device cpu --size 8x4 --sun-elevation 0:1:1 -o #.png"), nothing);
     let (stdout, stderr) = said("render --quiet --device cpu --size 8x4 -o a.png --json");
     assert!(stdout.starts_with('{') && stderr.is_empty(), "{stderr}");
-    let wrong = run(folder.path(), &["render", "--quiet", "--steps", "0"]);
-    assert!(wrong.code == Some(2) && wrong.stderr.contains("--steps"), "{}", wrong.stderr);
+    let wrong = run(folder.path(), &["render", "--quiet", "--samples", "0"]);
+    assert!(wrong.code == Some(2) && wrong.stderr.contains("--samples"), "{}", wrong.stderr);
 }
 
 #[test]

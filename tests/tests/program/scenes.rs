@@ -135,7 +135,7 @@ fn the_regression_fit_holds_for_every_preset() {
                 scene.camera.size = "4x2".parse().unwrap();
                 Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb)
             };
-            let (regression, dense) = (plan(Fit::Extinction), plan(Fit::Dense));
+            let (regression, dense) = (plan(Fit::Regression), plan(Fit::Dense));
             let views: Vec<_> =
                 (0..=9).flat_map(|i| (0..4).map(move |j| (10.0 * f64::from(i), 45.0 * f64::from(j)))).collect();
             let worst = views

@@ -159,6 +159,8 @@ fn words_are_read_in_any_case_of_letters_and_by_their_other_names() {
         ("--rgb Rec2020", "--rgb rec2020"),
         ("--preset Mars", "--preset mars"),
         ("--fit DENSE --color Folded", "--fit dense --color folded"),
+        // What some words and flags were called before.
+        ("--fit extinction --path table --steps 5", "--fit regression --path lookup --samples 5"),
         ("--observer CIE2015 --white-balance D65", "--observer cie2015 --white-balance d65"),
         ("--exr F16 --exr-compression ZIP --dither None", "--exr f16 --exr-compression zip --dither none"),
         ("--exposure AUTO --orders All --albedo Snow", "--exposure auto --orders all --albedo snow"),

@@ -94,9 +94,9 @@ fn an_image_holds_the_energy_of_the_disc_at_any_resolution() {
 #[test]
 fn the_disc_is_the_same_on_the_gpu_and_by_every_way_to_a_colour() {
     for (fit, color, path) in [
-        (Fit::Extinction, ColourPath::Folded, PathChoice::Lookup),
-        (Fit::Extinction, ColourPath::Folded, PathChoice::Direct),
-        (Fit::Extinction, ColourPath::Solve, PathChoice::Direct),
+        (Fit::Regression, ColourPath::Folded, PathChoice::Lookup),
+        (Fit::Regression, ColourPath::Folded, PathChoice::Direct),
+        (Fit::Regression, ColourPath::Solve, PathChoice::Direct),
         (Fit::Cubic, ColourPath::Solve, PathChoice::Direct),
         (Fit::Transfer, ColourPath::Folded, PathChoice::Direct),
     ] {

@@ -200,7 +200,7 @@ impl Case {
     /// rounding, and devices round as they like.
     fn is_decided_by_rounding(&self) -> bool {
         let Render { fit, bands: Some(bands), .. } = &self.scene.render else { return false };
-        if matches!(fit, Fit::Extinction | Fit::Dense) {
+        if matches!(fit, Fit::Regression | Fit::Dense) {
             return false;
         }
         let fit = LinearFit {
@@ -345,7 +345,7 @@ fn camera(scene: &mut Scene, rng: &mut ChaCha8Rng) {
 fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     let (_, most_steps) = bounds("render.steps", scene);
     let render = &mut scene.render;
-    render.fit = one_of(rng, &[Fit::Cubic, Fit::Transfer, Fit::Extinction, Fit::Extinction, Fit::Dense]);
+    render.fit = one_of(rng, &[Fit::Cubic, Fit::Transfer, Fit::Regression, Fit::Regression, Fit::Dense]);
     render.color = if render.fit == Fit::Dense { ColourPath::Folded } else { one_of(rng, &COLOR_PATHS) };
     if rng.random_bool(0.5) {
         render.bands = Some(bands(render.fit, render.color, rng));

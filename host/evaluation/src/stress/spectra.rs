@@ -62,7 +62,7 @@ pub fn spectra(seed: u64, cases: u64) -> Outcome {
 fn of_a_sky(seed: u64, number: u64, count: u64) -> Vec<Case> {
     let rng = &mut generator(seed, number);
     let mut scene = random_scene(rng);
-    scene.render.fit = Fit::Extinction;
+    scene.render.fit = Fit::Regression;
     if rng.random() {
         (scene.render.orders, scene.ground.albedo) = (Orders::UpTo(1), GroundAlbedo::Grey(0.0));
     }

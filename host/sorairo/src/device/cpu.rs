@@ -291,8 +291,8 @@ mod tests {
         for (fit, color, bands) in [
             (Fit::Cubic, ColourPath::Folded, None),
             (Fit::Transfer, ColourPath::Folded, six.clone()),
-            (Fit::Extinction, ColourPath::Solve, None),
-            (Fit::Extinction, ColourPath::Folded, six),
+            (Fit::Regression, ColourPath::Solve, None),
+            (Fit::Regression, ColourPath::Folded, six),
             (Fit::Dense, ColourPath::Folded, None),
         ] {
             let mut scene = scene(Preset::Standard, 20.0, Projection::Equirectangular);

@@ -273,7 +273,7 @@ mod tests {
 
     #[test]
     fn spectral_lines_give_sums_the_light_of_their_mean_wherever_they_lie() {
-        for fit in [Fit::Extinction, Fit::Dense, Fit::Transfer] {
+        for fit in [Fit::Regression, Fit::Dense, Fit::Transfer] {
             let of = |spectrum: SunSpectrum, albedo: GroundAlbedo| {
                 sums(&sky(30.0, |scene| {
                     (scene.sun.spectrum, scene.ground.albedo, scene.render.fit) =

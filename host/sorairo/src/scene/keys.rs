@@ -289,10 +289,10 @@ fn range_of_bands() -> String {
     };
     let folded = |fit| counts(fit, ColourPath::Folded);
     format!(
-        "{shortest} to {longest}, at least {} apart; {} with `extinction`, {} with `cubic` and `transfer`, {} with `dense`, {} with \
+        "{shortest} to {longest}, at least {} apart; {} with `regression`, {} with `cubic` and `transfer`, {} with `dense`, {} with \
          `color = \"solve\"`",
         rules::CLOSEST_BANDS,
-        folded(Fit::Extinction),
+        folded(Fit::Regression),
         folded(Fit::Cubic),
         folded(Fit::Dense),
         counts(Fit::Cubic, ColourPath::Solve)

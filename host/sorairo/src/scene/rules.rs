@@ -133,7 +133,7 @@ pub fn band_counts(fit: Fit, color: ColourPath) -> (usize, usize) {
     match (fit, color) {
         (Fit::Dense, _) => (2, 512),
         (_, ColourPath::Solve) => (4, 4),
-        (Fit::Extinction, ColourPath::Folded) => (3, 8),
+        (Fit::Regression, ColourPath::Folded) => (3, 8),
         (Fit::Cubic | Fit::Transfer, ColourPath::Folded) => (3, 12),
     }
 }

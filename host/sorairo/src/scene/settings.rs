@@ -61,7 +61,7 @@ impl Default for Render {
     fn default() -> Self {
         Self {
             orders: Orders::All,
-            fit: Fit::Extinction,
+            fit: Fit::Regression,
             bands: None,
             color: ColourPath::Folded,
             steps: None,
@@ -353,8 +353,8 @@ pub enum PathChoice {
     /// Every pixel is integrated.
     Direct,
     /// Pixels are interpolated from a sky lookup.
-    #[serde(rename = "table")]
-    #[strum(serialize = "table")]
+    #[serde(alias = "table")]
+    #[strum(to_string = "lookup", serialize = "table")]
     Lookup,
 }
 
@@ -370,7 +370,9 @@ pub enum Fit {
     /// A cubic in the wavelength through the radiance divided by the sun's spectrum.
     Transfer,
     /// The logarithm of each constituent's scattered light, by a regression on the scene's own rays.
-    Extinction,
+    #[serde(alias = "extinction")]
+    #[strum(to_string = "regression", serialize = "extinction")]
+    Regression,
     /// No fit: every 5 nm integrated, straight lines between. Slow; the reference.
     Dense,
 }

@@ -32,7 +32,7 @@ pub const CUBIC_BANDS: [f64; 4] = [430.0, 520.0, 610.0, 700.0];
 pub const TRANSFER_BANDS: [f64; 4] = [443.0, 510.0, 568.0, 632.0];
 
 /// Bands of the regression fit (nm), found alike: of light of all orders over black ground and grass.
-pub const EXTINCTION_BANDS: [f64; 4] = [433.0, 525.0, 564.0, 632.0];
+pub const REGRESSION_BANDS: [f64; 4] = [433.0, 525.0, 564.0, 632.0];
 
 /// The same of light that was scattered once.
 pub const FIRST_ORDER_BANDS: [f64; 4] = [444.0, 530.0, 585.0, 650.0];
@@ -43,8 +43,8 @@ pub fn wavelengths(scene: &Scene) -> Vec<f64> {
         (Some(given), _) => given.clone(),
         (None, Fit::Cubic) => CUBIC_BANDS.to_vec(),
         (None, Fit::Transfer) => TRANSFER_BANDS.to_vec(),
-        (None, Fit::Extinction) if scene.render.orders == Orders::UpTo(1) => FIRST_ORDER_BANDS.to_vec(),
-        (None, Fit::Extinction) => EXTINCTION_BANDS.to_vec(),
+        (None, Fit::Regression) if scene.render.orders == Orders::UpTo(1) => FIRST_ORDER_BANDS.to_vec(),
+        (None, Fit::Regression) => REGRESSION_BANDS.to_vec(),
         (None, Fit::Dense) => observer::wavelengths(),
     };
     wavelengths.sort_by(f64::total_cmp);
@@ -60,7 +60,7 @@ impl SpectralFit {
         match scene.render.fit {
             Fit::Cubic => linear(Interpolant::Polynomial, true),
             Fit::Transfer => linear(Interpolant::Polynomial, false),
-            Fit::Extinction => Self::Regression,
+            Fit::Regression => Self::Regression,
             Fit::Dense => linear(Interpolant::Segments, false),
         }
     }

@@ -7,7 +7,7 @@ use super::fit::{self, SpectralFit};
 use super::image::of_image;
 use super::kernel::Kernel;
 use super::sky::rest;
-use super::{directions, integral};
+use super::{below, directions, integral};
 use crate::scene::{CameraScene, ColourPath, PathChoice, Projection, Scene};
 
 /// Between two suns that are looked at (degrees). What a scene needs of the integral changes at two elevations, more than this apart.
@@ -17,7 +17,8 @@ const STEP: f64 = 0.25;
 pub fn kernels(scene: &Scene, camera: &CameraScene, pixel: PixelFormat) -> Vec<(Kernel, u32)> {
     let mut kernels = Vec::new();
     for sky in skies(scene) {
-        let image = of_image(sky, scene, camera, scene.sun.disc, pixel);
+        let below = below::of(scene, camera, pixel);
+        let image = of_image(sky, scene, camera, below, scene.sun.disc, pixel);
         if scene.render.path != PathChoice::Direct && scene.render.color != ColourPath::Solve {
             kernels.extend([Kernel::Anchors, Kernel::Lookup, Kernel::SkyLookup].map(|kernel| (kernel, image)));
             kernels.extend(has_runs(camera).then_some((Kernel::SkyLookup, image | variant::RUNS)));

@@ -43,6 +43,9 @@ pub fn contact_sheet(path: &Path, frames: &[Frame], made_of: &str, device: &mut 
     let spread = |i: usize| i * (frames.len() - 1) / (shown - 1).max(1);
     let frames: Vec<&Frame> = (0..shown).map(|i| &frames[spread(i)]).collect();
     let Some(first) = frames.first() else { return Ok(()) };
+    // The sheet has 8 bits.
+    let asked = first.scene.render.display;
+    let display = if asked.is_hdr() { scene::Display::Srgb } else { asked };
     let cell = small(first.scene.camera.size);
     let columns = (frames.len() as f64).sqrt().ceil() as u32;
     let rows = (frames.len() as u32).div_ceil(columns);
@@ -52,13 +55,14 @@ pub fn contact_sheet(path: &Path, frames: &[Frame], made_of: &str, device: &mut 
         let (left, top) = (GAP + i % columns * (cell.width + GAP), GAP + i / columns * (cell.height + LABEL + GAP));
         let mut scene = frame.scene.clone().into_scene();
         scene.camera.size = cell;
+        scene.render.display = display;
         let plan = Plan::new(&scene.validated()?, PixelFormat::Picture);
         let bytes = png::unpack(&device.run(&plan, plan.kernel())?.words);
         sheet.paste(left, top, cell.width, &bytes);
         let label = format!("{}   sun {:.1}°", frame.number, scene.sun.elevation);
         sheet.write(left + cell.width / 2, top + cell.height + LABEL / 2, &label);
     }
-    png::write_with_text(path, (width, height), &sheet.rgb, first.scene.render.display, KEYWORD, made_of)?.commit()
+    png::write_with_text(path, (width, height), &sheet.rgb, display, KEYWORD, made_of)?.commit()
 }
 
 /// The picture: three bytes a pixel, row by row from the top.

@@ -4,7 +4,7 @@ use eframe::egui::{
     self, Color32, CornerRadius, CursorIcon, Rect, Sense, Stroke, StrokeKind, TextureHandle, TextureOptions, Ui, Vec2,
 };
 use sorairo::scene::filmstrip::{MOMENTS, Moment};
-use sorairo::scene::{Projection, Size};
+use sorairo::scene::{Display, Projection, Size};
 use sorairo::{Result, Scene};
 
 use super::film::{Film, Frame};
@@ -102,6 +102,8 @@ fn day_of(scene: &Scene) -> Scene {
         (day.sun.azimuth, day.sun.distance) = (0.0, 1.0);
     }
     day.camera.size = small(scene);
+    // The window is one of sRGB.
+    day.render.display = Display::Srgb;
     day
 }
 
@@ -116,4 +118,19 @@ fn small(scene: &Scene) -> Size {
     let sides = sides * (LONGER_SIDE / sides.max_elem());
     let side = |length: f32| ((length + 0.5) as u32).max(1);
     Size { width: side(sides.x), height: side(sides.y) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wide display was once refused for the sky of the window.
+    #[test]
+    fn the_strip_of_a_scene_for_any_display_is_the_same() {
+        for display in [Display::DisplayP3, Display::Rec2100Pq] {
+            let mut scene = Scene::default();
+            scene.render.display = display;
+            assert!(day_of(&scene) == day_of(&Scene::default()), "{display:?}");
+        }
+    }
 }

@@ -4,5 +4,6 @@ pub mod aces;
 pub mod agx;
 pub mod grade;
 pub mod night;
+pub mod pq;
 pub mod rgb;
 pub mod tone;

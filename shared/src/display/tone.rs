@@ -8,7 +8,7 @@ use crate::math::{clamp, min, sqrt};
 use crate::variant::{ACES, AGX};
 
 /// A linear value that every picture shows as white: an infinite one would have no hue to keep.
-const BRIGHTEST: f32 = 1e30;
+pub const BRIGHTEST: f32 = 1e30;
 
 /// The sRGB transfer function of a linear value in [0, 1] (IEC 61966-2-1:1999), to 2e-5, a two-hundredth of an 8 bit step.
 ///

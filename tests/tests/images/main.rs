@@ -2,6 +2,7 @@
 
 mod below;
 mod environment;
+mod hdr;
 mod pictures;
 mod random_scenes;
 mod reproducible;

@@ -1,6 +1,6 @@
 //! The solve: a cubic through any four bands.
 
-use sorairo::low_level::plan::fit::{CUBIC_BANDS, REGRESSION_BANDS, FIRST_ORDER_BANDS, TRANSFER_BANDS};
+use sorairo::low_level::plan::fit::{CUBIC_BANDS, FIRST_ORDER_BANDS, REGRESSION_BANDS, TRANSFER_BANDS};
 use sorairo_evaluation::stress::solve::{Form, condition, error_of, reference, solve};
 
 /// The seed of the random cases; a failure names its case.

@@ -371,7 +371,8 @@ fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     };
     render.view = any(rng, ViewTransform::iter());
     render.look = any(rng, PictureLook::iter());
-    render.display = any(rng, Display::iter());
+    // Of 8 bits, as the rest that is judged.
+    render.display = any(rng, Display::iter().filter(|display| !display.is_hdr()));
     render.purkinje = rng.random_bool(0.2);
     render.dither = one_of(rng, &[Dither::Ordered, Dither::None]);
     render.exr = one_of(rng, &[ExrDepth::Half, ExrDepth::Full]);

@@ -247,7 +247,7 @@ impl Job {
         let mut lines = explain(self.plan(), self.scene.camera.projection);
         let below = |part: &Part| {
             let names: Vec<_> = part.outputs.iter().map(|(path, _)| path.to_string_lossy()).collect();
-            below_the_horizon(&part.plan, &self.scene, &names.join(", "))
+            below_the_horizon(&part.plan, &names.join(", "))
         };
         lines.extend(self.parts.iter().filter_map(below));
         lines

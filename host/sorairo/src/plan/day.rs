@@ -5,6 +5,7 @@ use sorairo_shared::variant::{self, PixelFormat};
 
 use crate::plan::fit::{self, SpectralFit};
 use crate::plan::kernel::Kernel;
+use crate::plan::picture::below;
 use crate::plan::picture::image::of_image;
 use crate::plan::rays::directions;
 use crate::plan::rays::integral;
@@ -18,7 +19,8 @@ const STEP: f64 = 0.25;
 pub fn kernels(scene: &Scene, camera: &CameraScene, pixel: PixelFormat) -> Vec<(Kernel, u32)> {
     let mut kernels = Vec::new();
     for sky in skies(scene) {
-        let image = of_image(sky, scene, camera, scene.sun.disc, pixel);
+        let below = below::of(scene, camera, pixel);
+        let image = of_image(sky, scene, camera, below, scene.sun.disc, pixel);
         if scene.render.path != PathChoice::Direct && scene.render.color != ColourPath::Solve {
             kernels.extend([Kernel::Anchors, Kernel::Lookup, Kernel::SkyLookup].map(|kernel| (kernel, image)));
             kernels.extend(has_runs(camera).then_some((Kernel::SkyLookup, image | variant::RUNS)));

@@ -11,11 +11,10 @@ use sorairo_shared::variant::{self, PixelFormat};
 use crate::plan::light_field::COMPARED_DEPTH;
 use crate::plan::light_field::NEGLIGIBLE;
 use crate::plan::light_field::OrdersMade;
-use crate::plan::picture::below;
 use crate::plan::picture::image::Plan;
 use crate::plan::rays::hemisphere::{Node, nodes_below};
 use crate::plan::spectral::{SpectralPlan, SpectrumFit, Validation};
-use crate::scene::{Below, Orders, Projection, Scene};
+use crate::scene::{Below, Orders, Projection};
 use crate::words;
 
 /// What a plan does and leaves out, a sentence each.
@@ -32,13 +31,12 @@ pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
 
 /// What an image, which the files `names` hold, shows below the horizon in the place of the ground, and what light that
 /// is.
-pub fn below_the_horizon(plan: &Plan, scene: &Scene, names: &str) -> Option<String> {
-    let below = below::of(scene, &scene.camera, plan.pixel);
-    if below == Below::Ground {
+pub fn below_the_horizon(plan: &Plan, names: &str) -> Option<String> {
+    if plan.below == Below::Ground {
         return None;
     }
     let Vec3 { x, y, z } = light_from_below(plan);
-    let word = words::word(below);
+    let word = words::word(plan.below);
     Some(format!(
         "below the horizon: {word} in {names}, which throws {x:.3} {y:.3} {z:.3} W/m² (linear RGB) on a level surface that faces down"
     ))

@@ -122,7 +122,7 @@ pub fn display(display: Display) -> u32 {
     match display {
         Display::Srgb => 0,
         Display::DisplayP3 => variant::DISPLAY_P3,
-        Display::Rec2020 => variant::REC2020,
+        Display::Rec2020 | Display::Rec2100Pq => variant::REC2020,
     }
 }
 

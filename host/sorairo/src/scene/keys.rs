@@ -252,7 +252,7 @@ pub static KEYS: &[Key] = &[
     number!(render.iso, "", At(1.0), At(1e7)).otherwise(no_camera).rule(rules::half_a_camera),
     number!(render.shutter, "s", At(1e-6), At(1e6)).otherwise(no_camera),
     number!(render.aperture, "", At(0.1), At(1e3)).otherwise(no_camera),
-    key!(render.view, one_of::<ViewTransform>()),
+    key!(render.view, one_of::<ViewTransform>()).rule(rules::view_of_hdr),
     key!(render.look, one_of::<PictureLook>()),
     key!(render.purkinje, Other(|| "true or false".into())),
     key!(render.display, one_of::<Display>()),

@@ -2,7 +2,7 @@
 
 use super::camera::{Below, CameraScene, LONGEST_SIDE};
 use super::preset::Scene;
-use super::settings::{ColourPath, Display, Exposure, Fit, Render, Rgb};
+use super::settings::{ColourPath, Display, Exposure, Fit, Render, Rgb, ViewTransform};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
 use crate::words::word;
@@ -67,6 +67,17 @@ pub(super) fn adapted_halves(scene: &Scene) -> Result<()> {
     Ok(())
 }
 
+/// View transforms are for displays that end at white.
+pub(super) fn view_of_hdr(scene: &Scene) -> Result<()> {
+    let Render { view, display, .. } = scene.render;
+    if !display.is_hdr() || view == ViewTransform::default() {
+        return Ok(());
+    }
+    let complaint =
+        format!("is {}, and a picture for {} takes no view transform; leave it out", word(view), word(display));
+    Err(Error::not_allowed("render.view", complaint))
+}
+
 /// Refuses a picture that is made from linear RGB whose space ends before its display's.
 ///
 /// # Errors
@@ -75,7 +86,7 @@ pub(super) fn adapted_halves(scene: &Scene) -> Result<()> {
 pub fn narrower_than_its_display(render: &Render) -> Result<()> {
     let is_narrower = match render.rgb {
         Rgb::Srgb => render.display != Display::Srgb,
-        Rgb::DisplayP3 => render.display == Display::Rec2020,
+        Rgb::DisplayP3 => render.display.rgb() == Rgb::Rec2020,
         Rgb::Rec2020 | Rgb::AcesCg | Rgb::Xyz => false,
     };
     if !is_narrower {

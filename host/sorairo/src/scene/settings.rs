@@ -281,7 +281,7 @@ pub enum ViewTransform {
     Srgb,
 }
 
-/// The display that a picture is for, by its primaries; all have the white D65 and the curve of sRGB.
+/// The display that a picture is for, by its primaries; all have the white D65, and all but the last the curve of sRGB.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
 )]
@@ -295,6 +295,8 @@ pub enum Display {
     DisplayP3,
     /// Those of Rec. 2020, of which a screen shows what it has.
     Rec2020,
+    /// Those of Rec. 2020 in high dynamic range: PQ of 16 bits, white at 203 cd/m² and the sun at 1000, ungraded.
+    Rec2100Pq,
 }
 
 impl Display {
@@ -303,8 +305,13 @@ impl Display {
         match self {
             Self::Srgb => Rgb::Srgb,
             Self::DisplayP3 => Rgb::DisplayP3,
-            Self::Rec2020 => Rgb::Rec2020,
+            Self::Rec2020 | Self::Rec2100Pq => Rgb::Rec2020,
         }
+    }
+
+    /// Whether it shows more than white, by the curve PQ; see [`sorairo_shared::display::pq`].
+    pub fn is_hdr(self) -> bool {
+        self == Self::Rec2100Pq
     }
 }
 

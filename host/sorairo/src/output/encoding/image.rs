@@ -4,7 +4,8 @@ use std::io::{self, BufWriter, Cursor, Read, Seek, Write};
 
 use rayon::prelude::*;
 use sorairo_shared::display::night::by_eye;
-use sorairo_shared::display::rgb::into_gamut;
+use sorairo_shared::display::pq;
+use sorairo_shared::display::rgb::{RgbSpace, into_gamut};
 use sorairo_shared::display::tone::{self, NEAREST, dither};
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::variant::PixelFormat;
@@ -119,8 +120,8 @@ pub(crate) fn picture(
     })
 }
 
-/// The bytes (red, green, blue) of linear pixels of an image, from row `first_row` on, exposed as the kernels would. The first three values of a
-/// pixel are its RGB.
+/// The bytes (red, green, blue) of linear pixels of an image, from row `first_row` on, exposed as the kernels would, or of 16 bits in PQ. The first
+/// three values of a pixel are its RGB.
 fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
     let Image { exposure, space, display, .. } = image;
     let (width, pixel_words) = (image.width as usize, image.pixel_words());
@@ -131,20 +132,32 @@ fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
     let (gamut, eye) = (display.for_kernels(), upload::eye(display));
     let is_dark = image.scene.render.purkinje;
     let shown = |rgb: Vec3| if space == display { rgb } else { into_gamut(matrix * rgb, &gamut) };
-    let mut bytes = vec![0; pixels.len() / pixel_words * 3];
-    let lines = bytes.par_chunks_mut(3 * width).zip(pixels.par_chunks(pixel_words * width)).enumerate();
+    let is_hdr = image.scene.render.display.is_hdr();
+    let pixel_bytes = if is_hdr { 6 } else { 3 };
+    let mut bytes = vec![0; pixels.len() / pixel_words * pixel_bytes];
+    let lines = bytes.par_chunks_mut(pixel_bytes * width).zip(pixels.par_chunks(pixel_words * width)).enumerate();
     lines.for_each(|(line, (bytes, pixels))| {
-        let pixels = bytes.chunks_exact_mut(3).zip(pixels.chunks_exact(pixel_words)).enumerate();
+        let pixels = bytes.chunks_exact_mut(pixel_bytes).zip(pixels.chunks_exact(pixel_words)).enumerate();
         for (column, (bytes, pixel)) in pixels {
-            let threshold = if is_dithered { dither(column as u32, (first_row + line) as u32) } else { NEAREST };
             let rgb = shown(Vec3::from_slice(pixel));
             let rgb = if is_dark { by_eye(rgb, &eye, &gamut) } else { rgb };
+            if is_hdr {
+                bytes.copy_from_slice(signals(rgb * *exposure, &gamut).as_flattened());
+                continue;
+            }
+            let threshold = if is_dithered { dither(column as u32, (first_row + line) as u32) } else { NEAREST };
             bytes.copy_from_slice(
                 &tone::bytes(tone::shown(rgb, *exposure, &grade, tables, view), threshold).to_le_bytes()[..3],
             );
         }
     });
     bytes
+}
+
+/// The signals of PQ in 16 bits, as a PNG has them, of linear RGB of a display of Rec. 2020, exposed.
+fn signals(exposed: Vec3, space: &RgbSpace) -> [[u8; 2]; 3] {
+    let light = pq::displayed(exposed.min(Vec3::splat(tone::BRIGHTEST)), space.luminance_parts());
+    light.to_array().map(|light| ((pq::signal(light) * f32::from(u16::MAX) + 0.5) as u16).to_be_bytes())
 }
 
 /// Encodes an image whose rows arrive in strips as linear RGB, and radiance at some of its wavelengths (nm), the first ones.

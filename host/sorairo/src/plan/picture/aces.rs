@@ -25,7 +25,7 @@ pub fn tables(display: Display) -> &'static [Vec4] {
     static P3: OnceLock<Vec<Vec4>> = OnceLock::new();
     match display {
         Display::Srgb => REC709.get_or_init(|| computed(Rgb::Srgb)),
-        Display::DisplayP3 | Display::Rec2020 => P3.get_or_init(|| computed(Rgb::DisplayP3)),
+        Display::DisplayP3 | Display::Rec2020 | Display::Rec2100Pq => P3.get_or_init(|| computed(Rgb::DisplayP3)),
     }
 }
 
@@ -300,7 +300,7 @@ mod tests {
         let text: &[u8] = match display {
             Display::Srgb => include_bytes!("aces_reference.csv"),
             Display::DisplayP3 => include_bytes!("aces_reference_p3.csv"),
-            Display::Rec2020 => include_bytes!("aces_reference_rec2020.csv"),
+            Display::Rec2020 | Display::Rec2100Pq => include_bytes!("aces_reference_rec2020.csv"),
         };
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text);
         let rows = reader.deserialize::<[f32; 6]>().map(|row| row.expect("six numbers"));

@@ -48,19 +48,25 @@ pub struct Plan {
     pub lit_rows: Range<u32>,
     /// Whether pixels are integrated or looked up, and why.
     pub lookup: Lookup,
+    /// What it shows below the horizon.
+    pub below: Below,
 }
 
 impl Plan {
-    /// The plan of a scene whose pixels are stored as `pixel`.
+    /// The plan of a scene whose pixels are stored as `pixel`; see [`Plan::with_light_fields`].
     pub fn new(scene: &ValidScene, pixel: PixelFormat) -> Self {
         Self::with_light_fields(scene, pixel, &LightFields::default())
     }
 
-    /// The same with the light fields of other plans; see [`SkyPlan::with_light_fields`].
+    /// The same with the light fields of other plans; see [`SkyPlan::with_light_fields`]. The pixels of a picture of high
+    /// dynamic range are linear RGB of its display, which an encoder brings to its curve.
     pub fn with_light_fields(scene: &ValidScene, pixel: PixelFormat, light_fields: &LightFields) -> Self {
         // A picture is packed on the device, for its display.
         let rgb = if pixel == PixelFormat::Picture { scene.render.display.rgb() } else { scene.render.rgb };
-        Self::of_sky(Arc::new(SkyPlan::with_light_fields(scene, rgb, light_fields)), scene, pixel)
+        let sky = Arc::new(SkyPlan::with_light_fields(scene, rgb, light_fields));
+        let below = below::of(scene, &scene.camera, pixel);
+        let is_hdr = pixel == PixelFormat::Picture && scene.render.display.is_hdr();
+        Self::of_sky(sky, scene, below, if is_hdr { PixelFormat::LinearRgb } else { pixel })
     }
 
     /// The plan of what a camera sees of a sky that is planned. Nothing of the sky is planned anew.
@@ -68,21 +74,25 @@ impl Plan {
     /// # Errors
     ///
     /// Those of [`Scene::validated`] for the camera; [`Error::NotAllowed`] for a picture of a sky that was not planned
-    /// in the space of its display.
+    /// in the space of its display, or for a display of high dynamic range.
     pub fn seen(sky: &Arc<SkyPlan>, camera: &CameraScene, pixel: PixelFormat) -> Result<Self> {
         let scene = sky.scene.seen_by(camera)?;
+        if pixel == PixelFormat::Picture && scene.render.display.is_hdr() {
+            let complaint = format!("is {}, and this picture has 8 bits", word(scene.render.display));
+            return Err(Error::not_allowed("render.display", complaint));
+        }
         if pixel == PixelFormat::Picture && sky.space.rgb != scene.render.display.rgb() {
             let display = word(scene.render.display);
             let complaint = format!("of this sky is {}, and a picture of it {display}", word(sky.space.rgb));
             return Err(Error::not_allowed("render.rgb", complaint));
         }
-        Ok(Self::of_sky(Arc::clone(sky), &scene, pixel))
+        let below = below::of(&scene, camera, pixel);
+        Ok(Self::of_sky(Arc::clone(sky), &scene, below, pixel))
     }
 
     /// The plan of what a scene's camera sees of its sky.
-    fn of_sky(sky: Arc<SkyPlan>, scene: &Scene, pixel: PixelFormat) -> Self {
+    fn of_sky(sky: Arc<SkyPlan>, scene: &Scene, below: Below, pixel: PixelFormat) -> Self {
         let colours = sky.colours();
-        let below = below::of(scene, &scene.camera, pixel);
         let lit_rows = lit_rows(scene, &sky, below);
         let lookup = lookup::choose(scene, &sky, &lit_rows);
         let camera = upload::camera(scene);
@@ -94,7 +104,7 @@ impl Plan {
         };
         let tables = if pixel == PixelFormat::Picture { upload::view_tables(&scene.render) } else { &[] };
         let ground = below::flat_ground(&sky, scene, below);
-        let variant = of_image(sky.integral().variant, scene, &scene.camera, shows_disc, pixel);
+        let variant = of_image(sky.integral().variant, scene, &scene.camera, below, shows_disc, pixel);
         let (uniform, rows) = upload::with_rows(sky.integral().uniform, &colours.rows, sky.integral().variant);
         let uniform = Uniform {
             camera,
@@ -108,7 +118,7 @@ impl Plan {
         let uniform = Uniform { exposure: exposure::of(&sky, scene, &uniform, variant), ..uniform };
         let colour = [rows, tables, grid].concat();
         let size = lookup.size;
-        let plan = Self { sky, uniform, colour, spectral: None, variant, pixel, lit_rows, lookup };
+        let plan = Self { sky, uniform, colour, spectral: None, variant, pixel, lit_rows, lookup, below };
         match size {
             Some(size) => plan.with_lookup(size),
             None => plan.with_refined_light(),
@@ -365,8 +375,15 @@ impl Plan {
 }
 
 /// What the kernels of an image are specialised for, with or without the sun's disc, where those of its sky are for `sky`.
-pub(crate) fn of_image(sky: u32, scene: &Scene, camera: &CameraScene, shows_disc: bool, pixel: PixelFormat) -> u32 {
-    let below = below::bits(below::of(scene, camera, pixel));
+pub(crate) fn of_image(
+    sky: u32,
+    scene: &Scene,
+    camera: &CameraScene,
+    below: Below,
+    shows_disc: bool,
+    pixel: PixelFormat,
+) -> u32 {
+    let below = below::bits(below);
     let disc = if shows_disc { variant::SUN_DISC } else { 0 };
     let is_dithered = pixel == PixelFormat::Picture && scene.render.dither == Dither::Ordered;
     let dither = if is_dithered { variant::DITHER } else { 0 };

@@ -30,6 +30,7 @@ pub mod upload;
 pub use directions::direction;
 pub use image::Plan;
 pub use kernel::Kernel;
+pub use lookup_grid::GridKind;
 pub use multiple::LightFields;
 pub(crate) use sky::optics_of;
 pub use sky::{Colours, SkyPlan};

@@ -3,6 +3,7 @@
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::interpolation::azimuth::cosine_at_place;
 use sorairo_shared::interpolation::cubic::stencil;
+use sorairo_shared::math::max;
 use sorairo_shared::picture::lookup::grid_view;
 use sorairo_shared::sky::Constituents;
 use sorairo_shared::uniform::Uniform;
@@ -121,7 +122,7 @@ pub fn tried_views(uniform: &Uniform) -> Vec<Vec3> {
 /// nearer where those are brightest: in twilight all light of a picture may come from a hundredth of it.
 pub fn are_near(colours: &[Vec3], truth: &[Vec3]) -> bool {
     let tenth = 0.1 * truth.iter().map(|rgb| rgb.element_sum()).sum::<f32>() / (3 * truth.len()) as f32;
-    let brightest = truth.iter().map(|rgb| rgb.max_element()).fold(0.0, f32::max);
+    let brightest = truth.iter().map(|rgb| rgb.max_element()).fold(0.0, max);
     let relative_to = |truth: &Vec3| truth.min(Vec3::splat(PART_OF_BRIGHTEST * brightest)).max(Vec3::splat(tenth));
     let worst = |(rgb, truth): (&Vec3, &Vec3)| ((*rgb - *truth).abs() / relative_to(truth)).max_element();
     colours.iter().zip(truth).map(worst).all(|error| f64::from(error) <= 0.5 * TOLERANCE)

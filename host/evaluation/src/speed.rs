@@ -106,6 +106,7 @@ struct PlanRow {
 /// What a picture costs from an altitude and under a sun, beside the same picture from the ground with the sun at 30°.
 #[derive(Clone, Debug, Serialize)]
 struct PlaceRow {
+    projection: Projection,
     /// Altitude of the observer (km).
     altitude: f64,
     /// Elevation of the sun (degrees).
@@ -143,7 +144,8 @@ pub struct Speed {
     lookups: Vec<LookupRow>,
     steps: Vec<StepRow>,
     orders: Vec<OrdersRow>,
-    /// Over altitudes with the sun at 30° and at 0°, then over suns from the ground and from an eye's height above it.
+    /// Of perspectives, then of maps: over altitudes with the sun at 30° and at 0°, then over suns from the ground and
+    /// from an eye's height above it.
     places: Vec<PlaceRow>,
     /// None on the CPU.
     plans: Vec<PlanRow>,
@@ -194,7 +196,9 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     stage("timing orders of scattering");
     let orders = orders(device, if quick { Size { width: 256, height: 128 } } else { COMMON })?;
     stage("timing altitudes and suns");
-    let places = places(device, quick)?;
+    let places = [Projection::Perspective, Projection::Equirectangular];
+    let places =
+        places.map(|projection| places_of(device, projection, quick)).into_iter().collect::<Result<Vec<_>>>()?;
     stage("timing plans");
     let plans = plans(device, if quick { &SUNS_OF_ORDERS[..1] } else { &SUNS_OF_ORDERS })?;
     stage("timing a sun that moves");
@@ -216,7 +220,7 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
         lookups,
         steps,
         orders,
-        places,
+        places: places.concat(),
         plans,
         moving_sun,
         moving_sun_on_cpu,
@@ -474,17 +478,18 @@ const ALTITUDES: [f64; 13] = [0.0, 5e-4, 0.0017, 0.02, 0.1, 0.5, 3.0, 8.0, 12.0,
 /// Suns (degrees) of the curve over the sun.
 const SUNS_OF_PLACES: [f64; 11] = [90.0, 60.0, 15.0, 5.0, 0.0, -3.0, -6.5, -7.0, -9.0, -12.0, -18.0];
 
-/// A picture in perspective that looks a little below the level, from altitudes and under suns; all take turns. `quick`
+/// A picture, which in perspective looks a little below the level, from altitudes and under suns; all take turns. `quick`
 /// takes every fourth of them, and a smaller picture.
-fn places(device: &Device, quick: bool) -> Result<Vec<PlaceRow>> {
+fn places_of(device: &Device, projection: Projection, quick: bool) -> Result<Vec<PlaceRow>> {
     let over_altitude = [30.0, 0.0].into_iter().flat_map(|sun| ALTITUDES.map(|altitude| (altitude, sun)));
     let over_sun = [0.0, 0.0017].into_iter().flat_map(|altitude| SUNS_OF_PLACES.map(|sun| (altitude, sun)));
     let places: Vec<(f64, f64)> = over_altitude.chain(over_sun).step_by(if quick { 4 } else { 1 }).collect();
-    let size = if quick { Size { width: 240, height: 135 } } else { Size { width: 960, height: 540 } };
+    let (width, height) = if projection == Projection::Perspective { (960, 540) } else { (1024, 512) };
+    let size = if quick { Size { width: width / 4, height: height / 4 } } else { Size { width, height } };
     let planned = |&(altitude, sun): &(f64, f64)| {
         let mut scene = Scene::preset(Preset::Standard);
         (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
-        (scene.camera.projection, scene.camera.look_elevation) = (Projection::Perspective, Some(-3.0));
+        (scene.camera.projection, scene.camera.look_elevation) = (projection, Some(-3.0));
         scene.camera.size = size;
         plan(&scene)
     };
@@ -494,6 +499,7 @@ fn places(device: &Device, quick: bool) -> Result<Vec<PlaceRow>> {
     // The first is from the ground with the sun at 30°.
     let ground = times[0].kernel.median;
     let row = |((&(altitude, sun), plan), times): ((&(f64, f64), &Plan), &Times)| PlaceRow {
+        projection,
         altitude,
         sun,
         integrals: plan.lookup.anchors.map_or_else(|| plan.lit_pixels(), LookupSize::entries),
@@ -675,6 +681,7 @@ impl Speed {
         });
         let places = self.places.iter().map(|row| {
             vec![
+                format!("{:?}", row.projection).to_lowercase(),
                 row.altitude.to_string(),
                 row.sun.to_string(),
                 row.integrals.to_string(),
@@ -725,7 +732,7 @@ impl Speed {
              ## Size of the sky lookup\n\n{COMMON}; RMSE against the integral at every pixel, divided by the image's mean.\n\n{}\n\
              ## Samples per piece\n\n512x256, every pixel integrated.\n\n{}\n\
              ## Light of all orders\n\n{COMMON}, standard preset; light scattered once over the same ground.\n\n{}\n\
-             ## Altitudes and suns\n\n960x540 in perspective, 3° below the level, standard preset, all orders; beside the ground and a sun at 30°.\n\n{}\n\
+             ## Altitudes and suns\n\n960x540 in perspective, 3° below the level, and maps of 1024x512, standard preset, all orders; beside the ground and a sun at 30°.\n\n{}\n\
              ## Plans\n\n{COMMON}, standard preset, all orders (ms).\n\n{}\n\
              ## A sun that moves\n\n{COMMON}, standard preset, all orders; frames a quarter of a degree apart.\n\n{}",
             self.machine,
@@ -740,7 +747,7 @@ impl Speed {
             table(&["projection", "lookup", "kernels (ms)", "RMSE ÷ mean"], lookups),
             table(&["samples per piece", "kernels (ms)"], steps),
             table(&["sun (°)", "", "scattered once (ms)", "all orders (ms)", "ratio"], orders),
-            table(&["altitude (km)", "sun (°)", "integrals", "kernels (ms)", "times the ground"], places),
+            table(&["projection", "altitude (km)", "sun (°)", "integrals", "kernels (ms)", "times the ground"], places),
             table(&["sun (°)", "processor", "device", "processor, fields kept", "device, fields kept"], plans),
             table(
                 &["device", "sun (°)", "plan (ms)", "kernels (ms)", "plan ÷ kernels", "frame (ms)", "mean frame (ms)"],

@@ -5,9 +5,8 @@ use std::sync::{Arc, Mutex};
 
 use sorairo::low_level::device::gpu;
 use sorairo::low_level::device::{Backend, cpu::Cpu};
-use sorairo::low_level::plan::SpectralPlan;
-use sorairo::low_level::plan::direction;
 use sorairo::low_level::plan::on_device::{DeviceUses, Memory, PlanDevice, PlanPass, Views};
+use sorairo::low_level::plan::{GridKind, SpectralPlan, direction};
 use sorairo::scene::{CameraScene, GroundAlbedo, Orders, PathChoice, Preset, Projection, Rgb, Scene};
 use sorairo::{Error, LightFields, PixelFormat, Plan, Result, SkyPlan, wgpu};
 use sorairo_shared::glam::Vec4;
@@ -248,7 +247,7 @@ fn where_the_device_finds_no_numbers_the_processor_plans() {
     let scene = &skies()[2].1;
     let colours = |fields: &LightFields| {
         let sky = planned(scene, fields);
-        (sky.integral().multiple.clone(), sky.colours().rows.clone(), sky.lookup_grid(true))
+        (sky.integral().multiple.clone(), sky.colours().rows.clone(), sky.lookup_grid(GridKind::Rows))
     };
     let broken = LightFields::on_device(Arc::new(Broken(Interpreted::default(), "broken")));
     assert!(colours(&broken) == colours(&LightFields::default()), "to the bit");

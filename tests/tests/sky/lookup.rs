@@ -38,59 +38,79 @@ fn pixels(plan: &Plan) -> Vec<f64> {
     words.into_iter().map(|word| f64::from(f32::from_bits(word))).collect()
 }
 
+/// RMSE, in parts of the truth's mean, of what was found; the largest error in parts of a pixel or a tenth of the mean, and
+/// the part of pixels whose error is above 4e-3.
+fn errors(found: &[f64], truth: &[f64]) -> [f64; 3] {
+    let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+    let off: Vec<f64> = found.iter().zip(truth).map(|(a, b)| (a - b).abs() / b.max(0.1 * mean)).collect();
+    assert!(mean > 0.0 && found.len() == truth.len() && off.iter().all(|off| off.is_finite()));
+    let square: f64 = found.iter().zip(truth).map(|(a, b)| (a - b).powi(2)).sum();
+    let worst = off.iter().copied().fold(0.0, f64::max);
+    let many = off.iter().filter(|&&off| off > 4e-3).count() as f64 / off.len() as f64;
+    [(square / truth.len() as f64).sqrt() / mean, worst, many]
+}
+
+/// The same of a plan's pixels against the integral at each.
+fn errors_of(plan: &Plan) -> [f64; 3] {
+    let none = Lookup { size: None, anchors: None, reason: "to compare".into() };
+    let direct = Plan { variant: plan.variant & !variant::RUNS, lookup: none, ..plan.clone() };
+    errors(&pixels(plan), &pixels(&direct))
+}
+
 /// From an eye's height of 1.7 m, at dusk and from 12 km with a low sun every pixel was integrated.
 #[test]
 fn a_picture_is_looked_up_from_every_altitude_and_near_to_the_integral() {
     for altitude in ALTITUDES {
-        for sun in [60.0, 5.0, -4.0] {
+        for sun in [60.0, 5.0, -4.0, -8.0, -12.0] {
             let sky = sky(altitude, sun);
             let large = seen(&sky, "960x540");
             let what = format!("{altitude} km, sun at {sun}°, {}", large.lookup);
             let anchors = large.lookup.anchors.unwrap_or_else(|| panic!("{what}")).entries();
-            // Of the 518 400 pixels a twenty-third.
-            assert!(anchors <= 22_500, "{what}");
+            // Of the 518 400 pixels an eighteenth, and below 4 km, where the sky has no edges, a seventieth: what was
+            // found and a tenth more at most.
+            assert!(anchors <= if altitude < 4.0 { 7400 } else { 28_500 }, "{what}");
             // The same lookup in a picture that is integrated in a moment.
-            let looked_up = seen(&sky, "160x90").with_lookup(large.lookup.size.unwrap());
-            let none = Lookup { size: None, anchors: None, reason: "to compare".into() };
-            let direct = Plan { variant: looked_up.variant & !variant::RUNS, lookup: none, ..looked_up.clone() };
-            let (found, truth) = (pixels(&looked_up), pixels(&direct));
-            let mean = truth.iter().sum::<f64>() / truth.len() as f64;
-            let off: Vec<f64> = found.iter().zip(&truth).map(|(a, b)| (a - b).abs() / b.max(0.1 * mean)).collect();
-            assert!(mean > 0.0 && off.iter().all(|off| off.is_finite()), "{what}");
-            let square = |(a, b): (&f64, &f64)| (a - b).powi(2);
-            let rmse = (found.iter().zip(&truth).map(square).sum::<f64>() / truth.len() as f64).sqrt() / mean;
-            let worst = off.iter().copied().fold(0.0, f64::max);
-            let many = off.iter().filter(|&&off| off > 4e-3).count() as f64 / off.len() as f64;
+            let [rmse, worst, many] = errors_of(&seen(&sky, "160x90").with_lookup(large.lookup.size.unwrap()));
             println!("{what}: {rmse:.1e} of the mean, {worst:.1e} at most, {many:.1e} of them above 4e-3");
             // The bounds of `the_lookup_agrees_with_the_integral_at_every_pixel`. From the highest air a ray grazes the edges of the layer of ozone, and from orbit the planet's shadow
             // has its edge in the picture by day: kinks as in twilight.
             let has_kinks = sun <= 0.0 || altitude > 50.0;
-            assert!(rmse <= 1e-3 && worst <= if has_kinks { 3e-2 } else { 4e-3 } && many <= 5e-3, "{what}: {worst}");
+            // Under a sun at -12° a hundredth of the picture, the edge itself, has nearly all of its light: 1.4e-3 from
+            // 100 km by twice as many anchors, too.
+            let most = if sun < -8.0 && altitude > 50.0 { 1.6e-3 } else { 1e-3 };
+            assert!(rmse <= most && worst <= if has_kinks { 3e-2 } else { 4e-3 } && many <= 5e-3, "{what}: {worst}");
         }
     }
 }
 
 /// Maps, whose rows are those of the lookup, from the ground and from orbit, by day and in twilight.
 #[test]
-fn where_a_lookup_says_how_near_it_is_it_is_as_near() {
+fn maps_are_near_to_the_integral_and_within_what_they_say() {
     let mut told = 0;
-    for altitude in [0.0, 0.5, 12.0, 100.0, 400.0] {
+    for altitude in [0.0, 0.5, 12.0, 40.0, 100.0, 400.0] {
         for sun in [30.0, -4.0, -8.0, -12.0] {
             let camera = CameraScene { size: "512x256".parse().unwrap(), ..CameraScene::default() };
             let plan = Plan::seen(&sky(altitude, sun), &camera, PixelFormat::LinearRgb).unwrap();
             let what = format!("{altitude} km, sun at {sun}°, {}", plan.lookup);
-            let none = Lookup { size: None, anchors: None, reason: "to compare".into() };
-            let direct = Plan { variant: plan.variant & !variant::RUNS, lookup: none, ..plan.clone() };
-            let (found, truth) = (pixels(&plan), pixels(&direct));
-            let mean = truth.iter().sum::<f64>() / truth.len() as f64;
-            let square: f64 = found.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
-            let rmse = (square / truth.len() as f64).sqrt() / mean;
-            println!("{what}: {rmse:.1e} of the mean");
-            assert!(rmse.is_finite(), "{what}");
-            if plan.lookup.size.is_some() && plan.lookup.reason.contains("within 1e-3") {
+            if plan.lookup.size.is_none() {
+                continue;
+            }
+            let [rmse, worst, many] = errors_of(&plan);
+            println!("{what}: {rmse:.1e} of the mean, {worst:.1e} at most, {many:.1e} of them above 4e-3");
+            if plan.lookup.reason.contains("within 1e-3") {
                 assert!(rmse > 0.0 && rmse <= 1e-3, "{what}: {rmse:.1e}");
                 told += 1;
             }
+            // From 40 and 100 km three rows have nearly all of the light in twilight, up to a thousand times the mean, and
+            // what is off there counts as much: as far as three entries to every anchor are off, 4.0e-3 and 2.0e-3.
+            let most = match altitude {
+                40.0 => 4.4e-3,
+                100.0 => 2.2e-3,
+                _ => 1e-3,
+            };
+            // Single pixels on the edge of the planet's shadow, in the dark beside the limb: 0.14 from orbit.
+            let worst_allowed = if altitude > 50.0 { 0.2 } else { 3e-2 };
+            assert!(rmse <= most && worst <= worst_allowed && many <= 5e-3, "{what}: {rmse:.1e}, {worst:.1e}");
         }
     }
     assert!(told >= 3, "{told} lookups say how near they are");

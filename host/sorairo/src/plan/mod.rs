@@ -18,6 +18,7 @@ pub mod upload;
 
 pub use kernel::Kernel;
 pub use light_field::LightFields;
+pub use lookup::grid::GridKind;
 pub use picture::image::Plan;
 pub use rays::directions::direction;
 pub(crate) use sky::optics_of;

@@ -17,7 +17,7 @@ use crate::plan::fit::{self, SpectralFit};
 use crate::plan::light_field::AerosolMoments;
 use crate::plan::light_field::LightFields;
 use crate::plan::light_field::Refined;
-use crate::plan::lookup::grid::{self, Entries, Seen};
+use crate::plan::lookup::grid::{self, Entries, GridKind, Seen};
 use crate::plan::on_device::{PlanDevice, Views};
 use crate::plan::picture::colour_space::ColourSpace;
 use crate::plan::picture::sun_irradiance::SunIrradiance;
@@ -52,8 +52,8 @@ pub struct SkyPlan {
     colours: OnceLock<Colours>,
     pub(crate) disc_grid: OnceLock<Vec<Vec4>>,
     pub(crate) sun_irradiance: OnceLock<SunIrradiance>,
-    /// Of a sky lookup of its own, and of one that has the rows of its image.
-    lookup_grids: [OnceLock<Entries>; 2],
+    /// Of each [`GridKind`].
+    lookup_grids: [OnceLock<Entries>; 3],
     lookup_quadrature: OnceLock<Vec<Vec2>>,
 }
 
@@ -166,16 +166,17 @@ impl SkyPlan {
         found_once(&self.colours, || self.find_colours())
     }
 
-    /// Rows and columns of a sky lookup that are enough, or the most that may be: of one that has the rows of its image, or of one of its own. Found
-    /// when it is first asked for; with the colours where a device finds both.
-    pub fn lookup_grid(&self, has_its_rows: bool) -> Entries {
-        let find = || self.find_lookup_grids(&self.colours().rows, &[has_its_rows])[0];
-        *found_once(&self.lookup_grids[usize::from(has_its_rows)], find)
+    /// Rows and columns of a grid of a sky lookup that are enough, or the most that may be. Found when it is first asked
+    /// for; with the colours where a device finds both.
+    pub fn lookup_grid(&self, kind: GridKind) -> Entries {
+        let find = || self.find_lookup_grids(&self.colours().rows, &[kind])[0];
+        *found_once(&self.lookup_grids[kind as usize], find)
     }
 
     /// The anchors between which a sky lookup of either kind is interpolated, on each side of the horizon that it has.
     pub fn lookup_anchors(&self) -> Entries {
-        grid::anchors(self.lookup_grid(false), self.has_rays_of_pieces())
+        let enough = self.has_rays_of_pieces().then(|| self.lookup_grid(GridKind::Anchors));
+        grid::anchors(self.lookup_grid(GridKind::Own), enough)
     }
 
     /// Whether its rays are of more than one piece.
@@ -202,7 +203,7 @@ impl SkyPlan {
         found
     }
 
-    fn find_lookup_grids(&self, rows: &[Vec4], kinds: &[bool]) -> Vec<Entries> {
+    fn find_lookup_grids(&self, rows: &[Vec4], kinds: &[GridKind]) -> Vec<Entries> {
         let constituents = |views: &[Vec3]| self.constituents_by(rows, views);
         grid::enough(&Seen { integral: self.integral(), constituents: &constituents }, kinds)
     }
@@ -219,7 +220,7 @@ impl SkyPlan {
         let ground = if stands_on_ground { self.radiance_by(&rows, -Vec3::Z) } else { Vec3::ZERO };
         if self.base.light_fields.has_device() && self.colour_path != ColourPath::Solve {
             // Whoever draws the sky then waits for no device.
-            let found = self.find_lookup_grids(&rows, &[false, true]);
+            let found = self.find_lookup_grids(&rows, &GridKind::ALL);
             self.lookup_grids.iter().zip(found).for_each(|(cell, grid)| {
                 cell.get_or_init(|| grid);
             });

@@ -3,6 +3,7 @@
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::interpolation::azimuth::cosine_at_place;
 use sorairo_shared::interpolation::cubic::stencil;
+use sorairo_shared::math::max;
 use sorairo_shared::picture::lookup::grid_view;
 use sorairo_shared::sky::Constituents;
 use sorairo_shared::uniform::Uniform;
@@ -21,8 +22,9 @@ const TOLERANCE_OF_BRIGHTEST: f64 = 1e-4;
 /// their length alone, and these are short enough for what a pixel may be off by.
 pub const LARGEST: Entries = (512, 256);
 
-/// The most entries of a sky lookup of its own: three to an anchor where a sky asks for the [`LARGEST`].
-pub const MOST: Entries = (384, 192);
+/// The most entries of a sky lookup of its own: what straight lines leave at edges they leave along elevation, and more
+/// columns bring nothing.
+pub const MOST: Entries = (512, 192);
 
 /// The coarsest sky lookup, with which its error is measured.
 pub const COARSEST: Entries = (48, 16);
@@ -30,27 +32,18 @@ pub const COARSEST: Entries = (48, 16);
 /// The sky lookup may not have fewer columns than this: farther apart the error is no longer that of a low difference.
 const FEWEST_AZIMUTHS: u32 = 8;
 
-/// Entries from one anchor of the sky lookup to the next, where rays are of one piece. Where straight lines between
-/// entries, `h` apart, are off by less than half of the tolerance, `h²/8L² < 5e-4` for what changes over `L`, and
-/// cubics between anchors by `3/128 (3h/L)⁴ < 4e-5`.
-const ENTRIES_PER_ANCHOR: f64 = 3.0;
-
-/// The same where rays are of several pieces, and cost as much more: `3/128 (5h/L)⁴ < 3e-4`.
-const ENTRIES_PER_COSTLY_ANCHOR: f64 = 5.0;
-
-/// The same of the largest lookup, along rows and along columns. A sky that asks for it has edges, on which cubics are
-/// no better than straight lines.
-const ENTRIES_PER_ANCHOR_AT_EDGES: (f64, f64) = (4.0, 3.0);
-
-/// The part of the largest lookup from which on anchors grow to those at edges: a climbing camera meets no jump.
-const EDGES_FROM: f64 = 0.6;
-
-/// Costly anchors are not fewer than these where a third of the entries is more: beside a sun on the horizon the sky
-/// changes within a cell.
-const FEWEST_COSTLY_ANCHORS: (f64, f64) = (60.0, 36.0);
+/// Entries from one anchor of the sky lookup to the next: where straight lines between entries, `h` apart, are off by
+/// less than half of the tolerance, `h²/8L² < 5e-4` for what changes over `L`, cubics between anchors are by
+/// `3/128 (3h/L)⁴ < 4e-5`. So few lie between anchors where rays are of one piece; where they are of several, and cost
+/// as much more, no fewer do.
+const ENTRIES_PER_ANCHOR: u32 = 3;
 
 /// The sky lookup may not have fewer anchors than these, rows on a side of the horizon and columns.
 pub const FEWEST_ANCHORS: Entries = (24, 8);
+
+/// What a direction counts for at most when samples are judged, as a part of the brightest one: 1.5e-5 of that may be
+/// off.
+const PART_OF_BRIGHTEST: f32 = 0.03;
 
 /// Powers of the spacing by which the errors of straight lines and of cubics fall.
 const LINEAR: f64 = 2.0;
@@ -60,6 +53,22 @@ const CUBIC: f64 = 4.0;
 /// Rows on a side of the horizon, and columns.
 pub type Entries = (u32, u32);
 
+/// What a grid of directions is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GridKind {
+    /// Entries of a sky lookup of its own, with straight lines between them.
+    Own,
+    /// Entries of a sky lookup that has the rows of its image, with cubics along them.
+    Rows,
+    /// Anchors, with cubics between them in both directions.
+    Anchors,
+}
+
+impl GridKind {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Own, Self::Rows, Self::Anchors];
+}
+
 /// A sky whose colours are known.
 pub struct Seen<'a> {
     /// Its ray integral.
@@ -68,15 +77,15 @@ pub struct Seen<'a> {
     pub constituents: &'a dyn Fn(&[Vec3]) -> Vec<Constituents>,
 }
 
-/// For each kind of lookup, whether it has the rows of its image, rows and columns that keep interpolation within the tolerance, from its error on the coarsest grid, and then on the grid that follows from it; never
+/// For each kind of grid rows and columns that keep interpolation within the tolerance, from its error on the coarsest grid, and then on the grid that follows from it; never
 /// more than [`LARGEST`].
 ///
 /// Midway between two entries, linear interpolation of a smooth function is off by an eighth of its second difference, which falls as the
 /// square of the spacing, and a cubic by a part of its fourth difference, which falls as the fourth power. The error is measured there, on
 /// sample cells, in both directions; the number of entries follows from it. Where the coarsest grid skips what is narrower than its cells, the
 /// second one shows it.
-pub fn enough(sky: &Seen, kinds: &[bool]) -> Vec<Entries> {
-    let coarsest = sampled(sky, kinds.iter().map(|&has_its_rows| (COARSEST, has_its_rows)));
+pub fn enough(sky: &Seen, kinds: &[GridKind]) -> Vec<Entries> {
+    let coarsest = sampled(sky, kinds.iter().map(|&kind| (COARSEST, kind)));
     let grids: Vec<Entries> = coarsest.iter().map(Sampled::enough).collect();
     let finer = sampled(sky, grids.iter().copied().zip(kinds.iter().copied()));
     let last = |(grid, finer): (Entries, &Sampled)| {
@@ -86,19 +95,14 @@ pub fn enough(sky: &Seen, kinds: &[bool]) -> Vec<Entries> {
     grids.into_iter().zip(&finer).map(last).collect()
 }
 
-/// The anchors of a sky lookup of its own of so many entries, where each costs a ray of one piece, or of several.
-pub fn anchors((rows, azimuths): Entries, are_costly: bool) -> Entries {
-    let of = |entries: u32, most: u32, at_edges: f64, fewest: f64| {
-        let cells = |per_anchor: f64| f64::from(entries - 1) / per_anchor;
-        let edges = ((f64::from(entries) / f64::from(most) - EDGES_FROM) / (1.0 - EDGES_FROM)).max(0.0);
-        let at_edges = cells(at_edges) - cells(ENTRIES_PER_COSTLY_ANCHOR);
-        let costly = (cells(ENTRIES_PER_COSTLY_ANCHOR) + edges * at_edges).max(fewest).min(cells(ENTRIES_PER_ANCHOR));
-        1 + if are_costly { costly } else { cells(ENTRIES_PER_ANCHOR) }.ceil() as u32
+/// The anchors of a sky lookup that would have so many entries of its own: these, or fewer that are enough.
+pub fn anchors(entries: Entries, enough: Option<Entries>) -> Entries {
+    let of = |entries: u32, fewest: u32, enough: Option<u32>| {
+        let anchors = 1 + (entries - 1).div_ceil(ENTRIES_PER_ANCHOR);
+        enough.map_or(anchors, |enough| anchors.min(enough)).max(fewest)
     };
-    let ((of_rows, of_azimuths), fewest) = (ENTRIES_PER_ANCHOR_AT_EDGES, FEWEST_COSTLY_ANCHORS);
-    let rows = of(rows, LARGEST.0, of_rows, fewest.0);
-    let azimuths = of(azimuths, LARGEST.1, of_azimuths, fewest.1);
-    (rows.max(FEWEST_ANCHORS.0), azimuths.max(FEWEST_ANCHORS.1))
+    let ((rows, azimuths), fewest) = (entries, FEWEST_ANCHORS);
+    (of(rows, fewest.0, enough.map(|of| of.0)), of(azimuths, fewest.1, enough.map(|of| of.1)))
 }
 
 /// Directions of a sky lookup in which its samples are tried.
@@ -114,17 +118,20 @@ pub fn tried_views(uniform: &Uniform) -> Vec<Vec3> {
     sides.iter().flat_map(|&above| (0..ROWS).map(move |row| (above, row))).flat_map(in_row).collect()
 }
 
-/// Whether colours are within half of the tolerance of others, each relative to itself or a tenth of their mean.
+/// Whether colours are within half of the tolerance of others, each relative to itself or a tenth of their mean, and
+/// nearer where those are brightest: in twilight all light of a picture may come from a hundredth of it.
 pub fn are_near(colours: &[Vec3], truth: &[Vec3]) -> bool {
     let tenth = 0.1 * truth.iter().map(|rgb| rgb.element_sum()).sum::<f32>() / (3 * truth.len()) as f32;
-    let worst = |(rgb, truth): (&Vec3, &Vec3)| ((*rgb - *truth).abs() / truth.max(Vec3::splat(tenth))).max_element();
+    let brightest = truth.iter().map(|rgb| rgb.max_element()).fold(0.0, max);
+    let relative_to = |truth: &Vec3| truth.min(Vec3::splat(PART_OF_BRIGHTEST * brightest)).max(Vec3::splat(tenth));
+    let worst = |(rgb, truth): (&Vec3, &Vec3)| ((*rgb - *truth).abs() / relative_to(truth)).max_element();
     colours.iter().zip(truth).map(worst).all(|error| f64::from(error) <= 0.5 * TOLERANCE)
 }
 
 /// What interpolation does to sample cells of some grids, all looked at together: a device is asked once.
-fn sampled(sky: &Seen, grids: impl Iterator<Item = (Entries, bool)>) -> Vec<Sampled> {
+fn sampled(sky: &Seen, grids: impl Iterator<Item = (Entries, GridKind)>) -> Vec<Sampled> {
     let uniform = &sky.integral.uniform;
-    let chosen: Vec<Chosen> = grids.map(|(grid, has_its_rows)| Chosen::new(uniform, grid, has_its_rows)).collect();
+    let chosen: Vec<Chosen> = grids.map(|(grid, kind)| Chosen::new(uniform, grid, kind)).collect();
     let views: Vec<Vec3> =
         chosen.iter().flat_map(|of| of.places.iter().map(|place| place.view(uniform, of.grid))).collect();
     if views.is_empty() {
@@ -143,7 +150,7 @@ fn sampled(sky: &Seen, grids: impl Iterator<Item = (Entries, bool)>) -> Vec<Samp
 /// Sample cells of a grid.
 struct Chosen {
     grid: Entries,
-    has_its_rows: bool,
+    kind: GridKind,
     /// Their middles.
     middles: Vec<Place>,
     /// These, and what is interpolated for them, in order: neighbours share most of what lies between them.
@@ -151,8 +158,8 @@ struct Chosen {
 }
 
 impl Chosen {
-    /// Of a grid of rows and columns; an image that has its rows goes through columns by cubics.
-    fn new(uniform: &Uniform, grid: Entries, has_its_rows: bool) -> Self {
+    /// Of a grid of rows and columns.
+    fn new(uniform: &Uniform, grid: Entries, kind: GridKind) -> Self {
         let sides: &[bool] = if uniform.altitude > 0.0 { &[true, false] } else { &[true] };
         // Spread as on the coarsest grid, each in the middle of a cell.
         let places = |cells: u32, step: usize, of: u32| {
@@ -164,16 +171,16 @@ impl Chosen {
         let of_row =
             |(above, row)| places(COARSEST.1 - 1, 2, grid.1 - 1).map(move |column| Place { above, row, column });
         let middles: Vec<Place> = sides.iter().flat_map(rows).flat_map(of_row).collect();
-        let around = |&middle: &Place| std::iter::once(middle).chain(middle.neighbours(grid, has_its_rows));
+        let around = |&middle: &Place| std::iter::once(middle).chain(middle.neighbours(grid, kind));
         let mut places: Vec<Place> = middles.iter().flat_map(around).collect();
         places.sort_unstable();
         places.dedup();
-        Self { grid, has_its_rows, middles, places }
+        Self { grid, kind, middles, places }
     }
 
     /// What interpolation does to them, from linear RGB of each constituent at all places.
     fn sampled(self, integral: &RayIntegral, constituents: &[Constituents]) -> Sampled {
-        let Self { grid, has_its_rows, .. } = self;
+        let Self { grid, kind, .. } = self;
         let uniform = &integral.uniform;
         let at = |place: Place| {
             constituents[self.places.binary_search(&place).expect("every neighbour is among the places")]
@@ -184,27 +191,24 @@ impl Chosen {
                 f64::from(uniform.rgb.luminance(air * phases.air + aerosol * phases.aerosol + rest))
             };
             let middle = luminance(at(place));
-            let neighbours = place.neighbours(grid, has_its_rows).map(|neighbour| luminance(at(neighbour)));
-            let (error_along_elevation, error_along_azimuth) = if has_its_rows {
-                let weights = stencil(place.column(), grid.1).weights.to_array().map(f64::from);
-                let cubic: f64 = weights.into_iter().zip(neighbours).map(|(weight, value)| weight * value).sum();
-                (0.0, (cubic - middle).abs())
-            } else {
-                let [before, behind, above, below] = neighbours;
-                ((0.5 * (above + below) - middle).abs(), (0.5 * (before + behind) - middle).abs())
+            let error = |between: &[(Place, f64)]| {
+                let sum: f64 = between.iter().map(|&(place, weight)| weight * luminance(at(place))).sum();
+                if between.is_empty() { 0.0 } else { (sum - middle).abs() }
             };
+            let [along, across] = place.between(grid, kind);
+            let (error_along_elevation, error_along_azimuth) = (error(&across), error(&along));
             Cell { luminance: middle.abs(), error_along_elevation, error_along_azimuth }
         };
         let cells: Vec<Cell> = self.middles.iter().map(cell).collect();
         let mean = cells.iter().map(|cell| cell.luminance).sum::<f64>() / cells.len() as f64;
-        Sampled { grid, has_its_rows, cells, mean }
+        Sampled { grid, kind, cells, mean }
     }
 }
 
 /// What interpolation does to sample cells of a grid.
 struct Sampled {
     grid: Entries,
-    has_its_rows: bool,
+    kind: GridKind,
     cells: Vec<Cell>,
     /// The mean luminance.
     mean: f64,
@@ -222,12 +226,13 @@ impl Sampled {
         let worst =
             |error: fn(&Cell) -> f64| self.cells.iter().map(|cell| error(cell) / allowed(cell)).fold(0.0, f64::max);
         // Each direction that is interpolated may take its part of the tolerance.
-        let (parts, power) = if self.has_its_rows { (1.0, CUBIC) } else { (2.0, LINEAR) };
-        let entries = |entries: u32, error: f64, power: f64| {
+        let parts = if self.kind == GridKind::Rows { 1.0 } else { 2.0 };
+        let power = if self.kind == GridKind::Own { LINEAR } else { CUBIC };
+        let entries = |entries: u32, error: f64| {
             1 + (f64::from(entries - 1) * (parts * error).powf(1.0 / power)).ceil().min(f64::from(LARGEST.0)) as u32
         };
-        let rows = entries(self.grid.0, worst(|cell| cell.error_along_elevation), LINEAR);
-        let azimuths = entries(self.grid.1, worst(|cell| cell.error_along_azimuth), power);
+        let rows = entries(self.grid.0, worst(|cell| cell.error_along_elevation));
+        let azimuths = entries(self.grid.1, worst(|cell| cell.error_along_azimuth));
         (rows.clamp(COARSEST.0, LARGEST.0), azimuths.clamp(FEWEST_AZIMUTHS, LARGEST.1))
     }
 }
@@ -255,20 +260,25 @@ impl Place {
         grid_view(uniform, self.above, x as f32, cosine_at_place(across as f32))
     }
 
-    /// The column of entries, from the first.
-    fn column(self) -> f32 {
-        0.5 * self.column as f32
+    /// All that its value is interpolated from.
+    fn neighbours(self, grid: Entries, kind: GridKind) -> impl Iterator<Item = Self> {
+        self.between(grid, kind).into_iter().flatten().map(|(place, _)| place)
     }
 
-    /// What its value is interpolated from: the entries of a cubic along the row, or the edges of its cell before and behind it, above and below.
-    fn neighbours(self, grid: Entries, has_its_rows: bool) -> [Self; 4] {
+    /// What its value is interpolated from along the row, and across rows, each with its weight.
+    fn between(self, grid: Entries, kind: GridKind) -> [Vec<(Self, f64)>; 2] {
         let Self { row, column, .. } = self;
-        if has_its_rows {
-            let first = 2 * stencil(self.column(), grid.1).first;
-            return [0, 2, 4, 6].map(|halves| Self { column: first + halves, ..self });
-        }
-        let along = [column - 1, column + 1].map(|column| Self { column, ..self });
-        let across = [row - 1, row + 1].map(|row| Self { row, ..self });
-        [along[0], along[1], across[0], across[1]]
+        let along = nodes(column, grid.1, kind).map(|(column, weight)| (Self { column, ..self }, weight)).collect();
+        let across = nodes(row, grid.0, kind).map(|(row, weight)| (Self { row, ..self }, weight));
+        [along, across.filter(|_| kind != GridKind::Rows).collect()]
     }
+}
+
+/// The nodes of straight lines or cubics in the middle of a cell, with their weights.
+fn nodes(middle: u32, count: u32, kind: GridKind) -> impl Iterator<Item = (u32, f64)> {
+    let near = stencil(0.5 * middle as f32, count);
+    let cubic = (2 * near.first, near.weights.to_array());
+    let (first, weights) = if kind == GridKind::Own { (middle - 1, [0.5, 0.5, 0.0, 0.0]) } else { cubic };
+    let node = move |(index, weight): (u32, f32)| (first + 2 * index, f64::from(weight));
+    (0..).zip(weights).map(node).filter(|&(_, weight)| weight != 0.0)
 }

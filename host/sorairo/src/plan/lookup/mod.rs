@@ -14,7 +14,7 @@ use sorairo_shared::picture::run::{RUN, is_long};
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
-use crate::plan::lookup::grid::{COARSEST, Entries, FEWEST_ANCHORS, LARGEST, MOST, TOLERANCE};
+use crate::plan::lookup::grid::{COARSEST, Entries, FEWEST_ANCHORS, GridKind, LARGEST, MOST, TOLERANCE};
 use crate::plan::sky::SkyPlan;
 use crate::scene::{ColourPath, PathChoice, Projection, Scene};
 
@@ -84,7 +84,7 @@ pub fn choose(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>) -> Lookup {
         PathChoice::Auto | PathChoice::Lookup => {}
     }
     let has_its_rows = scene.camera.projection == Projection::Equirectangular;
-    let enough = sky.lookup_grid(has_its_rows);
+    let enough = sky.lookup_grid(if has_its_rows { GridKind::Rows } else { GridKind::Own });
     let size = sized(scene, sky, lit_rows, enough);
     let anchors = grid(scene, sky.lookup_anchors());
     let integrals = anchors.entries() + size.entries() / ENTRIES_PER_INTEGRAL;
@@ -99,7 +99,7 @@ pub fn choose(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>) -> Lookup {
         ));
     }
     // What lies between anchors is as near as a lookup of its own, which they are for.
-    let own = sky.lookup_grid(false);
+    let own = sky.lookup_grid(GridKind::Own);
     let within = if own.0 < MOST.0 && own.1 < MOST.1 && enough.1 < LARGEST.1 {
         format!("keep it within {TOLERANCE:e} of the integral")
     } else {
@@ -135,9 +135,9 @@ const MOST_SAMPLES_IN_RUNS: u32 = 32;
 /// keeps below `L/15`, and the cubic `(4h/3)⁴/24L⁴`.
 const CELLS_OF_PERSPECTIVE: f64 = 4.0;
 
-/// The same of a long run of an equirectangular image. So many columns stand for an edge of the planet's shadow, on
-/// which a cubic is off by what it is off between the anchors.
-const CELLS_OF_ROW: f64 = 6.0;
+/// The same of a long run of an equirectangular image. Where more columns are needed, from orbit in twilight, they stand
+/// for an edge of the planet's shadow: runs over six cells left single pixels there off by .7 of themselves.
+const CELLS_OF_ROW: f64 = 4.0;
 
 /// The longest of these (radians): that of an image of 1024 columns.
 const LONGEST_RUN: f64 = 0.1;

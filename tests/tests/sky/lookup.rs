@@ -76,7 +76,7 @@ fn a_picture_is_looked_up_from_every_altitude_and_near_to_the_integral() {
             // has its edge in the picture by day: kinks as in twilight.
             let has_kinks = sun <= 0.0 || altitude > 50.0;
             // Under a sun at -12° a hundredth of the picture, the edge itself, has nearly all of its light: 1.4e-3 from
-            // 100 km by twice as many anchors, too.
+            // 100 km by three entries to every anchor, too.
             let most = if sun < -8.0 && altitude > 50.0 { 1.6e-3 } else { 1e-3 };
             assert!(rmse <= most && worst <= if has_kinks { 3e-2 } else { 4e-3 } && many <= 5e-3, "{what}: {worst}");
         }

@@ -159,8 +159,8 @@ fn take_sizes<const N: usize, const T: usize>(
         let inverse = size.inverse();
         sizes.copy_from_slice(&size.0);
         for lanes in sums.chunks_exact_mut(TILE) {
-            for i in 0..TILE {
-                lanes[i] *= inverse.0[i];
+            for (lane, inverse) in lanes.iter_mut().zip(&inverse.0) {
+                *lane *= inverse;
             }
         }
     }
@@ -253,8 +253,8 @@ fn gather_tiles<const N: usize, const T: usize>(
                 let mut sum = light_of_place::<T>(place, scratch.sources, of_sun);
                 if table.logarithmic {
                     let scales = for_each_sun(tile_at::<T>(scratch.scales, at));
-                    for i in 0..TILE {
-                        sum[i] *= scales.0[i];
+                    for (sum, scale) in sum.iter_mut().zip(&scales.0) {
+                        *sum *= scale;
                     }
                 }
                 for i in 0..TILE {

@@ -1,7 +1,7 @@
 //! Values at the wavelengths that share a ray on a processor.
 
 use crate::math::{abs, exp_lanes, ln_lanes, max};
-use crate::value::Value;
+use crate::value::bands::Value;
 
 /// Numbers at some wavelengths.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -287,6 +287,26 @@ fn a_picture_is_exposed_about_as_an_incident_meter_says() {
     }
 }
 
+/// The mean of a picture's bytes of green, from 0 to 255.
+fn brightness(sun: &str, flags: &[&str]) -> f64 {
+    let view = ["--projection", "perspective", "--size", "96x54", "--look-elevation", "12", "--sun-elevation", sun];
+    let (picture, _) = render(&[&view[..], flags].concat());
+    mean(picture.rgb.chunks_exact(3).map(|pixel| f64::from(pixel[1])))
+}
+
+#[test]
+fn a_picture_gets_dark_after_civil_dusk() {
+    let suns = ["-5", "-8", "-10", "-12", "-15", "-18"];
+    let found = suns.map(|sun| brightness(sun, &[]));
+    println!("{found:?}");
+    assert!(found.is_sorted_by(|earlier, later| earlier > later), "{found:?}");
+    // Found: 113, 106, 102, 79, 39 and 16.
+    assert!(found[0] > 90.0 && found[3] < 0.8 * found[0], "{found:?}");
+    assert!(found[4] < 0.45 * found[0] && found[5] < 0.2 * found[0], "{found:?}");
+    // What is asked for stays.
+    assert!(brightness("-12", &["--exposure", "14"]) > found[3], "{found:?}");
+}
+
 /// The code points of a PNG's chunk `cICP`; none of one that has none.
 fn code_points(path: &Path) -> Option<[u8; 4]> {
     let bytes = std::fs::read(path).unwrap();

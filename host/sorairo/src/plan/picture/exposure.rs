@@ -20,6 +20,10 @@ const OPENED: f64 = 1.0 / 3.0;
 /// The EV100 of a sunlit day, that of the rule by which a film of ISO 100 takes f/16 and 1/125 s.
 const DAYLIGHT: f64 = 15.0;
 
+/// The EV100 of the end of civil dusk, when the light on level ground is some 3 lx: a picture that is metered gets darker
+/// from there on.
+const DUSK: f64 = 0.0;
+
 /// The part of a change of the light that a picture which adapts does not show.
 const ADAPTATION: f64 = 0.62;
 
@@ -34,11 +38,17 @@ pub fn of(sky: &SkyPlan, scene: &Scene, uniform: &Uniform, variant: u32) -> f32 
     let daylight = stops_of_ev100(DAYLIGHT);
     let stops = match scene.render.exposure_of_pictures() {
         Exposure::Stops(stops) => stops,
-        Exposure::Auto => metered(),
+        Exposure::Auto => until_dusk(metered()),
         Exposure::Adapt if sky.is_night => daylight,
         Exposure::Adapt => daylight + ADAPTATION * (metered() - daylight),
     };
     stops.clamp(-MOST_STOPS, MOST_STOPS).exp2() as f32
+}
+
+/// What a meter says (stops), as far as dusk; of what is darker, as an eye adapts, so that a night is one.
+fn until_dusk(metered: f64) -> f64 {
+    let dusk = stops_of_ev100(DUSK);
+    metered - (1.0 - ADAPTATION) * (metered - dusk).max(0.0)
 }
 
 /// The largest number that half floats hold.

@@ -8,12 +8,9 @@ use embedded_graphics::mono_font::iso_8859_1::FONT_7X13;
 use embedded_graphics::pixelcolor::Rgb888;
 use embedded_graphics::prelude::*;
 use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
-use sorairo::Device;
-use sorairo::Plan;
 use sorairo::low_level::files::{self, png};
 use sorairo::low_level::sequence::Frame;
-use sorairo::scene;
-use sorairo::{PixelFormat, Result};
+use sorairo::{Device, PixelFormat, Plan, Result, scene};
 
 /// Most frames on a sheet; of a longer sequence it shows as many, evenly spread from the first to the last.
 const MOST: usize = 64;

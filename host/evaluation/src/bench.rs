@@ -10,17 +10,15 @@ use sorairo_shared::glam::Vec4;
 use super::chart::{Chart, Panel, Point};
 use super::document::{Machine, make_folder, table, write};
 use super::error::{Reference, SUNS, plan};
-use super::light_field;
 use super::metrics::Errors;
-use super::readback;
 use super::timing::{Job, Times, fitting_size, interleaved, job};
+use super::{light_field, readback};
 use crate::problem::Result;
-use sorairo::Device;
-use sorairo::PixelFormat;
 use sorairo::low_level::plan::Plan;
 use sorairo::low_level::plan::fit::{CUBIC_BANDS, FIRST_ORDER_BANDS, TRANSFER_BANDS};
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::{ColourPath, Exposure, Fit, PathChoice, Preset, Scene, Size};
+use sorairo::{Device, PixelFormat};
 
 /// Integration steps that are compared.
 const STEPS: [u32; 6] = [4, 6, 8, 12, 16, 32];

@@ -1,13 +1,9 @@
 //! What the light field of all orders costs, against its error: the degree of its moments, its orders, its sizes, and where the default stands.
 
 use serde::Serialize;
-use sorairo::low_level::plan::SkyPlan;
-use sorairo::low_level::plan::direction;
-use sorairo::low_level::plan::light_field::LightFields;
-use sorairo::low_level::plan::light_field::Resolution;
-use sorairo::low_level::plan::light_field::Row;
-use sorairo::low_level::plan::light_field::light_of_rows;
+use sorairo::low_level::plan::light_field::{LightFields, Resolution, Row, light_of_rows};
 use sorairo::low_level::plan::rays::integral::RayIntegral;
+use sorairo::low_level::plan::{SkyPlan, direction};
 use sorairo::scene::{Fit, Orders, Preset, Rgb, Scene};
 use sorairo_shared::light_field::moments::Moments;
 use sorairo_shared::variant;
@@ -164,7 +160,7 @@ fn all_light(integral: &RayIntegral, resolution: &Resolution, orders: Orders, on
 fn scattered_once(integral: &RayIntegral) -> Vec<Vec<f64>> {
     let once = RayIntegral { variant: integral.variant & !variant::REST, ..integral.clone() };
     let ray = |elevation: f64| {
-        AZIMUTHS.map(|azimuth| once.transfer(direction(elevation, integral.sun_azimuth + azimuth).as_vec3()))
+        AZIMUTHS.map(|azimuth| once.transfer(direction(elevation, integral.source.azimuth + azimuth).as_vec3()))
     };
     ELEVATIONS.into_iter().flat_map(ray).collect()
 }

@@ -7,8 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
-use sorairo::low_level::plan::SkyPlan;
-use sorairo::low_level::plan::direction;
+use sorairo::low_level::plan::{SkyPlan, direction};
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{AirSpectrum, GroundAlbedo, Preset, Rgb, Scene, SunSpectrum};
 

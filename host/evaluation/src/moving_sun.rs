@@ -3,8 +3,7 @@
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
-use sorairo::low_level::plan::LightFields;
-use sorairo::low_level::plan::Plan;
+use sorairo::low_level::plan::{LightFields, Plan};
 use sorairo::scene::{Preset, Scene, Size};
 use sorairo::{Device, PixelFormat};
 

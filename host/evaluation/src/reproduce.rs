@@ -18,13 +18,11 @@ use super::metrics::{ColourError, Errors, RadianceError};
 use super::picture::Sheet;
 use super::timing::{Job, Times, fitting_size, interleaved, job};
 use crate::problem::Result;
-use sorairo::Device;
-use sorairo::PixelFormat;
 use sorairo::low_level::files::png;
-use sorairo::low_level::plan::Plan;
-use sorairo::low_level::plan::SpectralPlan;
+use sorairo::low_level::plan::{Plan, SpectralPlan};
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{ColourPath, Fit, Preset, Projection, Scene, Size};
+use sorairo::{Device, PixelFormat};
 
 /// Elevations of the sun in the paper's Table 1 and Fig. 2 (degrees).
 pub const SUNS: [f64; 5] = [0.0, 30.0, 45.0, 60.0, 90.0];

@@ -15,10 +15,8 @@ use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated, stre
 use crate::problem::{Error, Result};
 use sorairo::PixelFormat;
 use sorairo::low_level::device::{Device, DeviceKind, cpu};
-use sorairo::low_level::plan::Kernel;
-use sorairo::low_level::plan::LightFields;
-use sorairo::low_level::plan::Plan;
 use sorairo::low_level::plan::lookup::LookupSize;
+use sorairo::low_level::plan::{Kernel, LightFields, Plan};
 use sorairo::scene::{Orders, PathChoice, Preset, Projection, Scene, Size};
 
 /// The image on which paths and kernels are compared.

@@ -7,8 +7,7 @@ use serde::Serialize;
 use super::error::plan;
 use crate::problem::Result;
 use sorairo::Device;
-use sorairo::low_level::plan::Kernel;
-use sorairo::low_level::plan::Plan;
+use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::scene::{Scene, Size};
 
 /// Rounds that are measured, after one that is not.

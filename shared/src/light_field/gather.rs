@@ -1,5 +1,7 @@
 //! Light gathered along rays from the sources of a table, a tile of suns and wavelengths at a time.
 
+use core::ops::Range;
+
 use crate::light_field::moments::{Moments, Stencil};
 use crate::light_field::rays::{SunPlace, between_logarithms};
 use crate::light_field::source::{NodeMoments, size, source};
@@ -7,7 +9,6 @@ use crate::light_field::table::{MomentTable, RayNode, TILE, TableRay, suns_of_ti
 use crate::math::{exp_lanes, ln_lanes};
 use crate::medium::bands::ByScatterer;
 use crate::value::{Lanes, Value};
-use core::ops::Range;
 
 /// Room for the sources of a node.
 pub struct Scratch<'a> {

@@ -1,11 +1,12 @@
 //! The planet and what lies about it: the radii, the profiles, and densities by altitude.
 
+use bytemuck::{Pod, Zeroable};
+
 use crate::geometry::Shell;
 use crate::glam::{Vec2, Vec4};
 use crate::math::exp4;
 use crate::medium::exponential::Exponential;
 use crate::variant;
-use bytemuck::{Pod, Zeroable};
 
 /// How the planet and the constituents of its atmosphere are laid out. The layout is that of a GPU buffer.
 #[repr(C, align(16))]

@@ -21,8 +21,9 @@
 //!
 //! which leaves 1.1e-5 at four scale heights and 4e-5 at sixteen.
 
-use crate::glam::Vec4;
 use bytemuck::{Pod, Zeroable};
+
+use crate::glam::Vec4;
 
 /// `κ` of the [module's](self) closed form.
 const CHAPMAN_SPREAD: f64 = 0.45;

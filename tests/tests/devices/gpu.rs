@@ -4,8 +4,7 @@ use std::collections::HashSet;
 
 use sorairo::PixelFormat;
 use sorairo::low_level::device::{self, Backend};
-use sorairo::low_level::plan::Kernel;
-use sorairo::low_level::plan::Plan;
+use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo_shared::camera::{EQUIRECTANGULAR, pixel_view};
 use sorairo_shared::kernels::SENTINEL;

@@ -3,8 +3,7 @@
 use std::collections::HashSet;
 use std::sync::{Arc, Mutex};
 
-use sorairo::low_level::device::gpu;
-use sorairo::low_level::device::{Backend, cpu::Cpu};
+use sorairo::low_level::device::{Backend, cpu::Cpu, gpu};
 use sorairo::low_level::plan::on_device::{DeviceUses, Memory, PlanDevice, PlanPass, Views};
 use sorairo::low_level::plan::{GridKind, SpectralPlan, direction};
 use sorairo::scene::{CameraScene, GroundAlbedo, Orders, PathChoice, Preset, Projection, Rgb, Scene};

@@ -3,8 +3,7 @@
 use sorairo::PixelFormat;
 use sorairo::low_level::device::Backend;
 use sorairo::low_level::device::cpu::Cpu;
-use sorairo::low_level::plan::Plan;
-use sorairo::low_level::plan::direction;
+use sorairo::low_level::plan::{Plan, direction};
 use sorairo::scene::{Fit, Preset, Projection};
 use sorairo_evaluation::stress::scenes::{refusals, scenes};
 use sorairo_tests::gpu;

@@ -9,8 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use sorairo::low_level::device::cpu::Cpu;
 use sorairo::low_level::device::{Backend, Device, DeviceKind, TakeRows, Times};
-use sorairo::low_level::plan::Kernel;
-use sorairo::low_level::plan::Plan;
+use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::low_level::render::{self, Request};
 use sorairo::scene::{Fit, PathChoice, Preset, Projection, Scene};
 use sorairo::{Error, PixelFormat, Result};

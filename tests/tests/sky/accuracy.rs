@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 use sorairo::PixelFormat;
-use sorairo::low_level::plan::Plan;
-use sorairo::low_level::plan::direction;
+use sorairo::low_level::plan::{Plan, direction};
 use sorairo::scene::{Preset, Scene};
 use sorairo_evaluation::judge::{coefficients, medium, ray};
 use sorairo_oracle::scattered_radiance_bands;

@@ -1,8 +1,7 @@
 //! The ray integral over its whole domain: against the oracle, and where it must not jump.
 
 use sorairo::PixelFormat;
-use sorairo::low_level::plan::Plan;
-use sorairo::low_level::plan::direction;
+use sorairo::low_level::plan::{Plan, direction};
 use sorairo::scene::keys::{Key, find};
 use sorairo::scene::{Preset, Scene};
 use sorairo_evaluation::judge::{coefficients, medium, ray};

@@ -5,10 +5,9 @@ use std::sync::Arc;
 use sorairo::PixelFormat;
 use sorairo::low_level::device::Backend;
 use sorairo::low_level::device::cpu::Cpu;
-use sorairo::low_level::plan::Plan;
-use sorairo::low_level::plan::SkyPlan;
 use sorairo::low_level::plan::lookup::Lookup;
 use sorairo::low_level::plan::rays::directions;
+use sorairo::low_level::plan::{Plan, SkyPlan};
 use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Scene};
 use sorairo_shared::variant;
 

@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use sorairo::PixelFormat;
-use sorairo::Plan;
 use sorairo::low_level::device::{self, Backend};
 use sorairo::low_level::irradiance::SkyLight;
 use sorairo::low_level::plan::picture::sun_disc::Sun;
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::{ColourPath, Fit, OzoneCrossSection, PathChoice, Preset, Projection, Scene};
+use sorairo::{PixelFormat, Plan};
 use sorairo_evaluation::judge::{coefficients, medium};
 use sorairo_oracle::column_to_top;
 use sorairo_shared::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, solid_angle_density};

@@ -13,8 +13,7 @@ use crate::chart::{Drawn, font, register_fonts, short};
 use crate::problem::{Error, Result};
 use sorairo::PixelFormat;
 use sorairo::low_level::files::png;
-use sorairo::low_level::plan::Plan;
-use sorairo::low_level::plan::direction;
+use sorairo::low_level::plan::{Plan, direction};
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::rules::CLOSEST_BANDS;
 use sorairo::scene::{Fit, Preset, Scene};
@@ -47,7 +46,7 @@ pub fn sky_at(bands: [f64; 4]) -> Result<[f32; 4]> {
     scene.render.fit = Fit::Transfer;
     scene.render.bands = Some(bands.to_vec());
     let plan = Plan::new(&scene.validated()?, PixelFormat::LinearRgb);
-    let view = direction(VIEW.0, plan.sky.integral().sun_azimuth + VIEW.1).as_vec3();
+    let view = direction(VIEW.0, plan.sky.integral().source.azimuth + VIEW.1).as_vec3();
     let transfer = plan.sky.integral().transfer(view);
     Ok(std::array::from_fn(|i| transfer[i] as f32))
 }

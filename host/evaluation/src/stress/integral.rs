@@ -17,10 +17,9 @@ use super::outcome::{Outcome, generator};
 use super::scenes::{bounds, thin_the_top};
 use crate::judge;
 use sorairo::PixelFormat;
-use sorairo::low_level::plan::Plan;
-use sorairo::low_level::plan::direction;
 use sorairo::low_level::plan::rays::directions;
 use sorairo::low_level::plan::rays::samples::{BOUND, error};
+use sorairo::low_level::plan::{Plan, direction};
 use sorairo::scene::{Exposure, Fit, PathChoice, Preset, Scene};
 
 /// Rays of a scene.

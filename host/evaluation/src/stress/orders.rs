@@ -10,9 +10,8 @@ use sorairo_oracle::{Estimate, Paths, radiance_of_all_orders};
 
 use super::outcome::{Outcome, generator};
 use crate::judge;
-use sorairo::low_level::plan::SkyPlan;
-use sorairo::low_level::plan::direction;
 use sorairo::low_level::plan::light_field::OrdersMade;
+use sorairo::low_level::plan::{SkyPlan, direction};
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{Fit, GroundAlbedo, Preset, Rgb, Scene, SunSpectrum};
 

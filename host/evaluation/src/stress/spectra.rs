@@ -9,10 +9,8 @@ use sorairo_oracle::scattered_radiance_bands;
 use super::orders::{random_scene, random_view, seen};
 use super::outcome::{Outcome, generator};
 use crate::judge;
-use sorairo::low_level::plan::SkyPlan;
-use sorairo::low_level::plan::SpectralPlan;
-use sorairo::low_level::plan::direction;
 use sorairo::low_level::plan::spectral::{BOUND_BY_DAY, BOUND_IN_TWILIGHT, FLOOR, SpectrumFit};
+use sorairo::low_level::plan::{SkyPlan, SpectralPlan, direction};
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{Fit, GroundAlbedo, Orders, Rgb, Scene};
 

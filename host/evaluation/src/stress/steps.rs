@@ -11,9 +11,8 @@ use rayon::prelude::*;
 
 use super::orders::{random_scene, seen};
 use super::outcome::{Outcome, generator};
-use sorairo::low_level::plan::SkyPlan;
-use sorairo::low_level::plan::direction;
 use sorairo::low_level::plan::light_field::LightFields;
+use sorairo::low_level::plan::{SkyPlan, direction};
 use sorairo::scene::{GroundAlbedo, Rgb, Scene};
 
 /// What a jump may be, relative to the brightest direction: nobody sees a tenth of a per cent.

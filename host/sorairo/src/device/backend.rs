@@ -5,9 +5,7 @@ use std::time::Duration;
 
 use super::rows::{rows_at_once, words_per_row};
 use crate::error::{Error, Result};
-use crate::plan::Kernel;
-use crate::plan::LightFields;
-use crate::plan::Plan;
+use crate::plan::{Kernel, LightFields, Plan};
 
 /// Where rows of an image go: the number of the first, and the words of one or more whole rows. An error ends the run.
 pub type TakeRows<'a> = dyn FnMut(u32, &[u32]) -> Result<()> + 'a;

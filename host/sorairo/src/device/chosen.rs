@@ -8,8 +8,7 @@ use serde::Serialize;
 use super::backend::{Backend, Run, TakeRows, Times, whole};
 use super::rows::words_per_row;
 use crate::error::{Error, Result};
-use crate::plan::Kernel;
-use crate::plan::Plan;
+use crate::plan::{Kernel, Plan};
 
 /// What runs the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]

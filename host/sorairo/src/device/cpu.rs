@@ -18,8 +18,7 @@ use super::backend::{Backend, TakeRows, Times};
 use super::chosen::{Device, DeviceKind};
 use super::rows::words_per_row;
 use crate::error::Result;
-use crate::plan::Kernel;
-use crate::plan::Plan;
+use crate::plan::{Kernel, Plan};
 
 /// All cores, one row of the image at a time.
 pub struct Cpu;

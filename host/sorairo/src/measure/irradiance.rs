@@ -7,10 +7,9 @@ use serde::Serialize;
 use sorairo_shared::glam::DVec3;
 use sorairo_shared::light_field::moments::{Moments, legendre};
 
-use crate::plan::SkyPlan;
-use crate::plan::SpectralPlan;
 use crate::plan::picture::sun_disc::Sun;
 use crate::plan::rays::hemisphere::{Node, nodes, nodes_below};
+use crate::plan::{SkyPlan, SpectralPlan};
 use crate::spectra::observer;
 
 pub use crate::spectra::observer::LUMENS_PER_WATT;
@@ -375,7 +374,7 @@ mod tests {
         assert!(is_near(down, light.ground_irradiance_rgb[1]), "{down:?} {light:?}");
         // A wall that faces the sun, and one that turns its back.
         for azimuth in [0.0, 180.0] {
-            let normal = crate::plan::direction(0.0, sky.base.sun_azimuth + azimuth);
+            let normal = crate::plan::direction(0.0, sky.base.source.azimuth + azimuth);
             let mut nodes = nodes(&sky, 1);
             nodes.extend(nodes_below(&sky));
             let fallen = |node: Node| {

@@ -12,14 +12,10 @@ use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use crate::azimuth::within_a_turn;
 use crate::error::{Error, Result, check_range};
-use crate::plan::Plan;
-use crate::plan::SkyPlan;
-use crate::plan::SpectralPlan;
-use crate::plan::direction;
-use crate::plan::optics_of;
 use crate::plan::rays::integral::RayIntegral;
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::upload::{self, bands};
+use crate::plan::{Plan, SkyPlan, SpectralPlan, direction, optics_of};
 use crate::scene::ValidScene;
 use crate::spectra::optics::Optics;
 use crate::spectra::{colour_temperature, observer};

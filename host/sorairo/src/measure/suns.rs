@@ -3,8 +3,7 @@
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::plan::LightFields;
-use crate::plan::SkyPlan;
+use crate::plan::{LightFields, SkyPlan};
 use crate::scene::ValidScene;
 
 /// What is asked of the sky of each scene, in their order. A sky is planned when its turn comes, and dropped when it has answered, so that

@@ -8,9 +8,8 @@ use crate::azimuth::within_a_turn;
 use crate::error::{Result, check_range};
 use crate::measure::irradiance::{Pair, pairs};
 use crate::measure::spectrum::{Method, Spectra, check_wavelengths};
-use crate::plan::SkyPlan;
-use crate::plan::direction;
 use crate::plan::picture::sun_disc::Sun;
+use crate::plan::{SkyPlan, direction};
 use crate::spectra::alpha_opic::{self, AlphaOpic};
 use crate::spectra::observer;
 

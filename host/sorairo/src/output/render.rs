@@ -15,11 +15,10 @@ use sorairo_shared::variant::PixelFormat;
 
 use crate::measure::spectral_irradiance::SpectralIrradiance;
 use crate::measure::spectrum::Spectra;
-use crate::plan::LightFields;
-use crate::plan::Plan;
 use crate::plan::explain::{below_the_horizon, explain};
 use crate::plan::lookup::Lookup;
 use crate::plan::picture::sun_disc::Sun;
+use crate::plan::{LightFields, Plan};
 use crate::scene::{ColourObserver, ColourPath, Exposure, ExrDepth, Fit, Rgb, Scene, ValidScene, WhiteBalance};
 
 /// What to make of a scene.

@@ -11,8 +11,7 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::output::files;
 use crate::output::render::{self, Files, Job, Request, Shown};
-use crate::plan::LightFields;
-use crate::plan::Plan;
+use crate::plan::{LightFields, Plan};
 use crate::scene::{Exposure, ValidScene};
 
 /// One frame of a sequence.

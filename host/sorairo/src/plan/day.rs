@@ -7,8 +7,7 @@ use crate::plan::fit::{self, SpectralFit};
 use crate::plan::kernel::Kernel;
 use crate::plan::picture::below;
 use crate::plan::picture::image::of_image;
-use crate::plan::rays::directions;
-use crate::plan::rays::integral;
+use crate::plan::rays::{directions, integral};
 use crate::plan::sky::rest;
 use crate::scene::{CameraScene, ColourPath, PathChoice, Projection, Scene};
 

@@ -14,17 +14,15 @@ use sorairo_shared::variant;
 use crate::error::Result;
 use crate::plan::fit::regression::Training;
 use crate::plan::fit::{self, SpectralFit};
-use crate::plan::light_field::AerosolMoments;
-use crate::plan::light_field::LightFields;
-use crate::plan::light_field::Refined;
+use crate::plan::light_field::{AerosolMoments, LightFields, Refined};
 use crate::plan::lookup::grid::{self, Entries, GridKind, Seen};
 use crate::plan::on_device::{PlanDevice, Views};
 use crate::plan::picture::colour_space::ColourSpace;
 use crate::plan::picture::sun_irradiance::SunIrradiance;
-use crate::plan::rays::directions;
 use crate::plan::rays::integral::{self, RayIntegral};
 use crate::plan::rays::quadrature::gauss_legendre;
-use crate::plan::rays::samples;
+use crate::plan::rays::source::Source;
+use crate::plan::rays::{directions, samples};
 use crate::plan::upload;
 use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
 use crate::spectra::mean::Window;
@@ -87,7 +85,6 @@ impl SkyPlan {
         let fewest = || samples::per_piece(scene, &uniform, &optics, &bands, variant, light_fields);
         let samples = scene.render.steps.unwrap_or_else(fewest);
         let quadrature = gauss_legendre(samples);
-        let sun_azimuth = scene.sun.azimuth;
         let is_night = directions::is_night(scene);
         let base = RayIntegral {
             uniform,
@@ -100,7 +97,7 @@ impl SkyPlan {
             multiple: Vec::new(),
             orders_made: Vec::new(),
             light_fields: light_fields.clone(),
-            sun_azimuth,
+            source: Source::sun(scene),
         };
         Self {
             scene: scene.clone(),

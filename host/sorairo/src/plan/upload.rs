@@ -14,6 +14,7 @@ use sorairo_shared::variant;
 use crate::plan::picture::aces;
 use crate::plan::picture::colour_space::ColourSpace;
 use crate::plan::rays::directions::{direction, horizon, span_above_horizon};
+use crate::plan::rays::source::Source;
 use crate::scene::{Display, PictureLook, Projection, Render, Scene, View, ViewTransform};
 use crate::spectra::observer::{self, LUMENS_PER_WATT};
 use crate::spectra::optics::Optics;
@@ -22,11 +23,12 @@ use crate::spectra::optics::Optics;
 ///
 /// `wavelengths` are those of the bands (nm), `nodes` the observer nodes of each constituent.
 pub fn sky_uniform(scene: &Scene, wavelengths: &[f64], nodes: u32, space: &ColourSpace) -> Uniform {
+    let [sun, bearing] = Source::sun(scene).for_kernels();
     let band = |i: usize| observer::normalised(wavelengths[i.min(wavelengths.len() - 1)]) as f32;
     Uniform {
         atmosphere: atmosphere(scene),
-        sun: direction(scene.sun.elevation, scene.sun.azimuth).as_vec3().extend(0.0),
-        bearing: direction(0.0, scene.sun.azimuth).as_vec3().extend(0.0),
+        sun,
+        bearing,
         band_wavelengths: Vec4::from_array(std::array::from_fn(band)),
         rgb: space.for_kernels(),
         altitude: scene.observer.altitude as f32,

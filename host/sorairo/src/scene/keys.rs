@@ -9,14 +9,13 @@ use serde::Deserializer;
 
 use super::camera::{Below, CameraScene, Projection, Reflectance, Size};
 use super::field::{Field, NumberField, Present, TableField, Way};
-use super::plausible;
 use super::preset::{Preset, Scene};
-use super::rules;
 use super::settings::{
     ColourPath, Display, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook,
     Render, Rgb, ViewTransform, WhiteBalance,
 };
 use super::sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, Sun};
+use super::{plausible, rules};
 use crate::azimuth::within_a_turn;
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;

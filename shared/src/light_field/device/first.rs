@@ -5,15 +5,13 @@ use crate::glam::{Vec2, Vec3, Vec4};
 use crate::light_field::device::nodes::{
     amplitude, meets_ground, mu_s_on_ground, origin_of, place_of_node, ray_of, scatterers_at, sun_angle, table_sight,
 };
-use crate::light_field::device::uniform::OF_FIRST;
-use crate::light_field::device::uniform::{FieldBuffers, FieldUniform, OF_NODE, moments_of};
+use crate::light_field::device::uniform::{FieldBuffers, FieldUniform, OF_FIRST, OF_NODE, moments_of};
 use crate::light_field::rays::Sight;
 use crate::math::{PI, abs, fetch, safe_sqrt, store};
 use crate::medium::bands::{Bands, ByScatterer};
 use crate::medium::columns::{column_densities, sun_column_densities};
 use crate::path::ground::direct_irradiance;
-use crate::path::pieces::PER_MEAN_FREE_PATH_OF_ORDERS;
-use crate::path::pieces::lit_from_end_to_end;
+use crate::path::pieces::{PER_MEAN_FREE_PATH_OF_ORDERS, lit_from_end_to_end};
 use crate::path::single::single_scattering_placed_for;
 use crate::variant;
 

@@ -2,8 +2,7 @@
 
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::light_field::device::uniform::OF_ORIGIN;
-use crate::light_field::device::uniform::{FieldBuffers, FieldUniform, OF_NODE, moments_of};
+use crate::light_field::device::uniform::{FieldBuffers, FieldUniform, OF_NODE, OF_ORIGIN, moments_of};
 use crate::light_field::moments::{Stencil, legendre};
 use crate::light_field::rays::{NodePlace, Sight, functions_of_air, place_of_altitude};
 use crate::math::{fetch, safe_sqrt, store};

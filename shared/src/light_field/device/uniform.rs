@@ -1,10 +1,11 @@
 //! What crosses the bus for the light field on a device, and where things lie in its memory.
 
+use bytemuck::{Pod, Zeroable};
+
 use crate::glam::{UVec2, Vec2};
 use crate::light_field::moments::{Axis, Moments};
 use crate::medium::atmosphere::Atmosphere;
 use crate::medium::bands::Bands;
-use bytemuck::{Pod, Zeroable};
 
 /// [`Moments`] from a uniform, where they are the highest degree and the highest azimuthal number.
 #[inline(always)]

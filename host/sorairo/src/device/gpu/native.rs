@@ -20,9 +20,7 @@ use crate::device::chosen::{Device, DeviceKind};
 use crate::device::quirks;
 use crate::device::rows::{invocations_per_row, rows_at_once, words_per_row};
 use crate::error::{Error, Result};
-use crate::plan::Kernel;
-use crate::plan::LightFields;
-use crate::plan::Plan;
+use crate::plan::{Kernel, LightFields, Plan};
 
 /// A graphics device with the kernels loaded.
 pub struct Gpu {

@@ -17,12 +17,8 @@ use super::layouts::{STORAGE_BUFFERS, groups_of_lookup, lookup_bytes, not_empty}
 use crate::device::quirks;
 use crate::device::rows::invocations_per_row;
 use crate::error::{Error, Result};
-use crate::plan::Kernel;
-use crate::plan::LightFields;
-use crate::plan::Plan;
-use crate::plan::SkyPlan;
-use crate::plan::day;
 use crate::plan::lookup::LookupSize;
+use crate::plan::{Kernel, LightFields, Plan, SkyPlan, day};
 use crate::scene::{CameraScene, ExrDepth, Projection, Size, ValidScene};
 use sorairo_shared::variant::{self, PixelFormat};
 

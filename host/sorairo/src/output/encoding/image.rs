@@ -13,9 +13,8 @@ use sorairo_shared::variant::PixelFormat;
 use super::halves::Losses;
 use super::label::{SCENE, scene_text};
 use super::{exr, png};
-use crate::plan::Plan;
 use crate::plan::picture::colour_space::ColourSpace;
-use crate::plan::upload;
+use crate::plan::{Plan, upload};
 use crate::scene::{Dither, ExrDepth, Scene, ValidScene};
 
 /// The sun as a light of its own, for files that hold it beside the sky.

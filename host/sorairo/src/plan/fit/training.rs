@@ -14,12 +14,7 @@ use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
 use crate::plan::light_field;
-use crate::plan::light_field::Light;
-use crate::plan::light_field::Resolution;
-use crate::plan::light_field::Row;
-use crate::plan::light_field::TOGETHER;
-use crate::plan::light_field::Wavelengths;
-use crate::plan::light_field::light_of_rows;
+use crate::plan::light_field::{Light, Resolution, Row, TOGETHER, Wavelengths, light_of_rows};
 use crate::plan::on_device::PlanDevice;
 use crate::plan::rays::directions::direction;
 use crate::plan::rays::integral::{Constituent, RayIntegral};
@@ -95,7 +90,7 @@ impl Grid {
     pub fn views(&self, integral: &RayIntegral) -> Vec<Vec3> {
         let towards = |&elevation: &f64| {
             let azimuths = self.azimuths.iter();
-            azimuths.map(move |azimuth| direction(elevation, integral.sun_azimuth + azimuth).as_vec3())
+            azimuths.map(move |azimuth| direction(elevation, integral.source.azimuth + azimuth).as_vec3())
         };
         self.elevations.iter().flat_map(towards).collect()
     }
@@ -319,7 +314,7 @@ pub fn training_views(integral: &RayIntegral) -> Vec<Vec3> {
     for i in 0..elevations {
         let elevation = training_elevation(i, elevations);
         for j in 0..azimuths {
-            let azimuth = integral.sun_azimuth + 180.0 * f64::from(j) / f64::from(azimuths - 1);
+            let azimuth = integral.source.azimuth + 180.0 * f64::from(j) / f64::from(azimuths - 1);
             views.push(direction(elevation, azimuth).as_vec3());
             if integral.uniform.altitude > 0.0 && i > 0 {
                 views.push(direction(-elevation, azimuth).as_vec3());

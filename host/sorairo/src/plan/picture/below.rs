@@ -50,7 +50,7 @@ fn fading_ground(sky: &SkyPlan) -> Vec4 {
     /// Above the horizon (degrees).
     const ABOVE: f64 = 0.5;
     let uniform = &sky.base.uniform;
-    let horizon = direction(f64::from(uniform.horizon).to_degrees() + ABOVE, sky.base.sun_azimuth);
+    let horizon = direction(f64::from(uniform.horizon).to_degrees() + ABOVE, sky.base.source.azimuth);
     let seen = sky.radiances_here(&[-Vec3::Z, horizon.as_vec3()]);
     let &[ground, horizon] = seen.as_slice() else { return Vec4::W };
     let luminance = |rgb: Vec3| max(uniform.rgb.luminance(rgb), f32::MIN_POSITIVE);

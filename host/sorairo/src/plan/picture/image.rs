@@ -15,12 +15,10 @@ use sorairo_shared::variant::{self, PixelFormat};
 
 use crate::error::{Error, Result};
 use crate::plan::kernel::Kernel;
-use crate::plan::light_field::LightFields;
-use crate::plan::light_field::Refined;
+use crate::plan::light_field::{LightFields, Refined};
 use crate::plan::lookup::{self, Lookup, LookupSize};
-use crate::plan::picture::below;
-use crate::plan::picture::exposure;
 use crate::plan::picture::sun_disc::Sun;
+use crate::plan::picture::{below, exposure};
 use crate::plan::rays::directions;
 use crate::plan::rays::integral::RayIntegral;
 use crate::plan::sky::SkyPlan;
@@ -332,11 +330,11 @@ impl Plan {
     /// sun's disc before them, where it is shown.
     fn brightest(&self) -> f32 {
         let uniform = &self.sky.base.uniform;
-        let (sun, horizon) = (f64::from(uniform.sun.z).asin().to_degrees(), f64::from(uniform.horizon).to_degrees());
+        let (sun, horizon) = (self.sky.base.source.elevation, f64::from(uniform.horizon).to_degrees());
         let elevations = [-75.0, -45.0, -15.0, 15.0, 45.0, 75.0].into_iter();
         let elevations = elevations.chain([0.1, 0.5, 2.0, 5.0].map(|above| horizon + above));
         let elevations = elevations.chain([-3.0, -0.3, 0.0, 0.3, 3.0].map(|off| (sun + off).clamp(-90.0, 90.0)));
-        let azimuths = [0.0, 3.0, 30.0, 90.0, 180.0].map(|off| self.sky.base.sun_azimuth + off);
+        let azimuths = [0.0, 3.0, 30.0, 90.0, 180.0].map(|off| self.sky.base.source.azimuth + off);
         let view = |elevation| azimuths.map(|azimuth| directions::direction(elevation, azimuth).as_vec3());
         let views: Vec<Vec3> = elevations.flat_map(view).collect();
         let largest = |colours: &[Vec3]| colours.iter().map(|rgb| rgb.max_element()).fold(0.0, max);

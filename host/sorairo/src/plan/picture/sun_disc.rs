@@ -149,7 +149,7 @@ impl<'a> Sun<'a> {
         Self {
             sky,
             radius: sine.asin(),
-            elevation: f64::from(sky.base.uniform.sun.z).asin(),
+            elevation: sky.base.source.elevation.to_radians(),
             horizon: f64::from(sky.base.uniform.horizon),
             spectrum: wavelengths.iter().map(|&nm| (nm, mean(nm))).collect(),
             coefficients: wavelengths.iter().map(|&nm| optics.at(nm)).collect(),
@@ -228,8 +228,7 @@ impl<'a> Sun<'a> {
     /// normal of the sun's surface is `cos θ cos φ`, and `du dv = cos² θ cos φ dθ dφ`: smooth to the limb and to the horizon, where both end.
     fn strips(&self) -> impl Iterator<Item = Strip> {
         let across = gauss_legendre(PARTS);
-        let sun = self.sky.base.uniform.sun.as_dvec4().truncate();
-        let ahead = DVec2::new(sun.x, sun.y).normalize_or(DVec2::X);
+        let ahead = self.sky.base.source.bearing().truncate();
         let disc = self.radius.sin().powi(2);
         let strip = move |(theta, weight): (f64, f64)| {
             let (over, half) = theta.sin_cos();
@@ -269,9 +268,8 @@ impl<'a> Sun<'a> {
     fn depths(&self, height: f64) -> Vec<f64> {
         let RayIntegral { uniform, variant, .. } = &self.sky.base;
         // Towards the sun itself, tilted to the elevation asked for.
-        let azimuth = f64::from(uniform.sun.y).atan2(f64::from(uniform.sun.x));
         let level = (1.0 - height * height).max(0.0).sqrt();
-        let view = DVec3::new(level * azimuth.cos(), level * azimuth.sin(), height).as_vec3();
+        let view = (self.sky.base.source.bearing() * level + DVec3::Z * height).as_vec3();
         let (Ray { altitude, mu, .. }, length) = inside_atmosphere(uniform.atmosphere.shell(), self.sky.base.ray(view));
         let mut to_sun = DVec3::ZERO;
         if length > 0.0 {
@@ -342,7 +340,7 @@ impl<'a> Sun<'a> {
     /// Directions around the disc's edge.
     fn rim(&self) -> impl Iterator<Item = DVec3> {
         const PLACES: u32 = 64;
-        let sun = self.sky.base.uniform.sun.as_dvec4().truncate();
+        let sun = self.sky.base.source.direction();
         let (side, other) = sun.any_orthonormal_pair();
         let (sine, cosine) = self.radius.sin_cos();
         (0..PLACES).map(move |place| {

@@ -28,7 +28,7 @@ pub struct Node {
 impl Node {
     /// Unit vector.
     pub fn direction(self, sky: &SkyPlan) -> DVec3 {
-        direction(self.elevation, sky.base.sun_azimuth + self.azimuth)
+        direction(self.elevation, sky.base.source.azimuth + self.azimuth)
     }
 
     /// On the other side of the vertical plane through the sun.
@@ -44,7 +44,7 @@ impl Node {
 
 /// Nodes of the hemisphere above, crowded around the sun; `finer` times as many along either side.
 pub fn nodes(sky: &SkyPlan, finer: u32) -> Vec<Node> {
-    let sun = f64::from(sky.base.uniform.sun.z).asin().to_degrees().max(0.0);
+    let sun = sky.base.source.elevation.max(0.0);
     nodes_between(&[(sun, 0.0), (sun, 90.0)], finer * ELEVATIONS, finer * AZIMUTHS)
 }
 

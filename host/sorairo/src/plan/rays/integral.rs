@@ -10,13 +10,9 @@ use sorairo_shared::sky::{ByConstituent, phases, transfer, view_ray};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
-use crate::plan::light_field::COMPARED_DEPTH;
-use crate::plan::light_field::LightFields;
-use crate::plan::light_field::MultipleLight;
-use crate::plan::light_field::OrdersMade;
-use crate::plan::light_field::Resolution;
-use crate::plan::light_field::Setting;
+use crate::plan::light_field::{COMPARED_DEPTH, LightFields, MultipleLight, OrdersMade, Resolution, Setting};
 use crate::plan::rays::directions::farthest_air;
+use crate::plan::rays::source::Source;
 use crate::scene::{Orders, Scene};
 use crate::spectra::optics::Optics;
 
@@ -116,8 +112,8 @@ pub struct RayIntegral {
     pub orders_made: Vec<OrdersMade>,
     /// Light fields from which such light is taken.
     pub light_fields: LightFields,
-    /// Azimuth of the sun (degrees).
-    pub sun_azimuth: f64,
+    /// The sun.
+    pub source: Source,
 }
 
 impl RayIntegral {
@@ -159,15 +155,13 @@ impl RayIntegral {
 
     /// What the light field around the observer depends on beside the wavelength.
     pub fn setting(&self) -> Setting<'_> {
-        let sun = self.uniform.sun.as_dvec4();
-        let elevation = sun.z.atan2(sun.x.hypot(sun.y));
         let of_first_order = self.variant & variant::WHOLE_INTEGRAL;
         Setting::new(
             &self.uniform.atmosphere,
             self.placed_for(),
             of_first_order,
             f64::from(self.uniform.altitude),
-            elevation,
+            self.source.elevation.to_radians(),
         )
     }
 

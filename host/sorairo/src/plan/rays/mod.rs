@@ -5,3 +5,4 @@ pub(crate) mod hemisphere;
 pub mod integral;
 pub mod quadrature;
 pub mod samples;
+pub mod source;

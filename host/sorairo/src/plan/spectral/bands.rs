@@ -1,13 +1,14 @@
 //! The bands of a spectrum, beside those of colour.
 
+use sorairo_shared::glam::Vec2;
+use sorairo_shared::variant;
+
 use crate::plan::fit::SpectralFit;
 use crate::plan::rays::integral::RayIntegral;
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::rays::samples;
 use crate::plan::sky::SkyPlan;
 use crate::scene::{ColourPath, Scene};
-use sorairo_shared::glam::Vec2;
-use sorairo_shared::variant;
 
 /// Bands (nm) that a spectrum takes beside the four of colour, the same for every sky: between those and beyond them, closer where ozone's
 /// cross-section bends. What they leave over 70 skies stands in `docs/decisions/04-regression-fit.md`.

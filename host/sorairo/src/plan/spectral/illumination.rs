@@ -1,12 +1,13 @@
 //! From the light at some bands to radiance: the solar irradiance and the ground that light is relative to.
 
+use sorairo_shared::fit::spectrum::SPECTRUM_RISE;
+use sorairo_shared::glam::Vec3;
+use sorairo_shared::sky::ByConstituent;
+
 use crate::plan::fit::regression::Regression;
 use crate::plan::fit::training::DARKEST;
 use crate::plan::rays::integral::{Constituent, RayIntegral};
 use crate::spectra::optics::Optics;
-use sorairo_shared::fit::spectrum::SPECTRUM_RISE;
-use sorairo_shared::glam::Vec3;
-use sorairo_shared::sky::ByConstituent;
 
 /// The regressions of each constituent, one for each wavelength.
 pub type Regressions = Vec<(Constituent, Vec<Regression>)>;

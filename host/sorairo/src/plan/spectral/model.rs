@@ -1,23 +1,26 @@
 //! The regression of spectra on their bands: what is learnt on the rays of some skies, and its error on others.
 
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use sorairo_shared::glam::Vec3;
+use sorairo_shared::sky::ByConstituent;
+use sorairo_shared::uniform::Uniform;
+use sorairo_shared::variant;
+
 use crate::plan::fit::SpectralFit;
 use crate::plan::fit::regression::{Examples, Regression, Training, regress};
 use crate::plan::fit::training::{DARKEST, Grid, light_of, multiples, sorted, spectral_grids};
 use crate::plan::light_field::{Cacheable, TOGETHER};
-use crate::plan::rays::directions::{direction, is_night};
+use crate::plan::rays::directions::is_night;
 use crate::plan::rays::integral::{Constituent, RayIntegral, needed};
+use crate::plan::rays::source::Source;
 use crate::plan::sky::SkyPlan;
 use crate::plan::spectral::bands::{at_wavelengths, sampled, with_own_bands};
 use crate::plan::spectral::illumination::{Illumination, Regressions, radiance};
 use crate::plan::spectral::interpolation::{lines, places, right_at_bands};
 use crate::plan::upload;
 use crate::spectra::optics::Optics;
-use rayon::prelude::*;
-use sorairo_shared::glam::Vec3;
-use sorairo_shared::sky::ByConstituent;
-use sorairo_shared::uniform::Uniform;
-use sorairo_shared::variant;
-use std::sync::Arc;
 
 /// The part of a spectrum's peak below which errors are relative to that.
 pub const FLOOR: f64 = 0.05;
@@ -106,11 +109,12 @@ impl TrainingSky {
     fn new(sky: &SkyPlan, elevation: f64, bands: &[f64], computed: &[f64]) -> Self {
         let scene = sky.scene.under_sun(elevation);
         let RayIntegral { uniform, optics, variant, .. } = &sky.base;
-        let towards = |elevation| direction(elevation, scene.sun.azimuth).as_vec3().extend(0.0);
+        let source = Source::sun(&scene);
+        let [sun, bearing] = source.for_kernels();
         let under = RayIntegral {
-            uniform: Uniform { sun: towards(elevation), bearing: towards(0.0), ..*uniform },
+            uniform: Uniform { sun, bearing, ..*uniform },
             variant: variant & !variant::WHOLE_INTEGRAL | needed(&scene, optics),
-            sun_azimuth: scene.sun.azimuth,
+            source,
             ..sky.base.clone()
         };
         let fit = &SpectralFit::Regression;

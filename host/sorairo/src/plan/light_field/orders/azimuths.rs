@@ -1,8 +1,9 @@
 //! Functions of the azimuth as sums of cos(m φ): light that is gathered, and phase functions.
 
-use crate::plan::light_field::setting::Setting;
 use sorairo_shared::light_field::moments::Moments;
 use sorairo_shared::value::{Lanes, Value};
+
+use crate::plan::light_field::setting::Setting;
 
 /// Azimuths from the sun in the middles of equal parts of the half circle: cosines of as many multiples are orthogonal there.
 pub(crate) struct Azimuths {

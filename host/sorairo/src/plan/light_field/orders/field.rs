@@ -1,5 +1,20 @@
 //! The light field by successive orders of scattering.
 
+use rayon::prelude::*;
+use sorairo_shared::geometry::Ray;
+use sorairo_shared::glam::{Vec2, Vec3};
+use sorairo_shared::light_field::first_order::{
+    single_scattering_of_lit_ray, single_scattering_of_many, sunlight_on_ground,
+};
+use sorairo_shared::light_field::gather::gather;
+use sorairo_shared::light_field::moments::{Moments, legendre};
+use sorairo_shared::light_field::rays::{Sight, SunPlace};
+use sorairo_shared::math::{acos, max};
+use sorairo_shared::medium::bands::ByScatterer;
+use sorairo_shared::path::pieces::lit_from_end_to_end;
+use sorairo_shared::value::{Lanes, Value};
+use sorairo_shared::variant;
+
 use crate::plan::light_field::grid::{Direction, Grid, directions};
 use crate::plan::light_field::orders::azimuths::{AzimuthalPhases, Azimuths, product};
 use crate::plan::light_field::orders::irradiance::Irradiance;
@@ -15,20 +30,6 @@ use crate::plan::light_field::setting::Setting;
 use crate::plan::light_field::wavelengths::Wavelengths;
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::scene::Orders;
-use rayon::prelude::*;
-use sorairo_shared::geometry::Ray;
-use sorairo_shared::glam::{Vec2, Vec3};
-use sorairo_shared::light_field::first_order::{
-    single_scattering_of_lit_ray, single_scattering_of_many, sunlight_on_ground,
-};
-use sorairo_shared::light_field::gather::gather;
-use sorairo_shared::light_field::moments::{Moments, legendre};
-use sorairo_shared::light_field::rays::{Sight, SunPlace};
-use sorairo_shared::math::{acos, max};
-use sorairo_shared::medium::bands::ByScatterer;
-use sorairo_shared::path::pieces::lit_from_end_to_end;
-use sorairo_shared::value::{Lanes, Value};
-use sorairo_shared::variant;
 
 /// The light of all orders that scatters towards an observer, as moments over altitudes and suns.
 pub struct LightField<const N: usize> {

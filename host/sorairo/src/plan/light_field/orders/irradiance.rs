@@ -1,8 +1,9 @@
 //! The diffuse irradiance of the ground under the suns of a light field.
 
-use crate::plan::light_field::grid::Grid;
 use sorairo_shared::light_field::table::{between, exp_between_logarithms, logarithms_of_light};
 use sorairo_shared::value::Lanes;
+
+use crate::plan::light_field::grid::Grid;
 
 /// The irradiance of the ground under the suns of a grid.
 pub struct Irradiance<const N: usize> {

@@ -7,8 +7,7 @@ use sorairo_shared::light_field::rays::{NodePlace, Sight, SunPlace, functions_of
 use sorairo_shared::light_field::table::{RayNode, TableRay, suns_along};
 use sorairo_shared::math::safe_sqrt;
 use sorairo_shared::path::ground::LAMBERT;
-use sorairo_shared::path::pieces::for_each_piece;
-use sorairo_shared::path::pieces::{PieceSamples, Sample};
+use sorairo_shared::path::pieces::{PieceSamples, Sample, for_each_piece};
 use sorairo_shared::value::{Lanes, Value};
 
 use crate::plan::light_field::grid::Grid;

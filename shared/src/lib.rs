@@ -13,9 +13,9 @@
 //! | [`value`] | a number for each of some bands: four on a device, as many as share a ray on a processor |
 //! | [`interpolation`] | between the nodes of tables: along an axis, around the azimuths |
 //! | [`geometry`] | shells, rays, altitudes, the planet's shadow |
-//! | [`medium`] | what fills the air: densities, their column densities in closed form, phase functions |
-//! | [`path`] | light scattered once on its way: the integrand, then the integral (Eqs. 1-3) |
-//! | [`light_field`] | light scattered more than once: what its rays cross, the ground, moments, the lookup; on a device and on a processor |
+//! | [`medium`] | what fills the air: densities, column densities in closed form, coefficients at the bands (Eq. 2), phase functions |
+//! | [`path`] | where light goes: a ray, its samples, what lies before the observer, the ground; light scattered once (Eq. 1) |
+//! | [`light_field`] | light scattered more than once: moments, the source at a node, the lookup; on a device and on a processor |
 //! | [`display`] | spaces of linear RGB (Eq. 8), view transforms, the bytes of a picture |
 //! | [`camera`] | from a pixel to a direction |
 //! | [`uniform`] | what crosses the bus: the uniform and the buffers beside it |
@@ -48,10 +48,12 @@
 //! | column density | integral of a relative density along a path (km); a *column* alone is a pixel's |
 //! | optical depth | integral of an extinction coefficient along a path |
 //! | scattering, absorption, extinction coefficient | per length (km⁻¹), at the ground; of ozone, at its peak |
+//! | value | a number for each of some bands that share a path: four on a device, many on a processor |
+//! | source | of a *light field*: what a place scatters into a direction; of a *sky*: the sun |
 //! | order | how often light was scattered or reflected; order 1 is the paper's |
 //! | albedo | of the ground: the part of the irradiance that comes back; of aerosol always *single-scattering albedo* |
 //! | light field | radiance in all directions at a point; a *moment* is its integral against a spherical harmonic |
-//! | piece | a lit interval of a ray on which the altitude only falls or only rises |
+//! | piece | an interval of a ray on which the altitude only falls or only rises; for light scattered once a lit one |
 //! | samples per piece | the places at which a piece is evaluated; what `--samples` counts |
 //! | quadrature node | a place and a weight of the ray integral |
 //! | observer node | a wavelength and its weights in the sum over the colour observer |

@@ -15,7 +15,7 @@ use sorairo::Plan;
 use sorairo::low_level::error::check_range;
 use sorairo::low_level::plan::fit::regression::{Examples, LIT, NO_NOISE, node_wavelengths, regress};
 use sorairo::low_level::plan::fit::training::{DARKEST, scattered_once, training_views};
-use sorairo::low_level::plan::rays::integral::Constituent;
+use sorairo::low_level::plan::integral::Constituent;
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::{ColourPath, Fit, Scene};
 

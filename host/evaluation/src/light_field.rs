@@ -1,8 +1,8 @@
 //! What the light field of all orders costs, against its error: the degree of its moments, its orders, its sizes, and where the default stands.
 
 use serde::Serialize;
+use sorairo::low_level::plan::integral::RayIntegral;
 use sorairo::low_level::plan::light_field::{LightFields, Resolution, Row, light_of_rows};
-use sorairo::low_level::plan::rays::integral::RayIntegral;
 use sorairo::low_level::plan::{SkyPlan, direction};
 use sorairo::scene::{Fit, Orders, Preset, Rgb, Scene};
 use sorairo_shared::light_field::moments::Moments;

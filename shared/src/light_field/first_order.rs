@@ -4,11 +4,10 @@ use crate::geometry::Ray;
 use crate::glam::Vec2;
 use crate::light_field::rays::Sight;
 use crate::light_field::table::{RayNode, TableRay};
-use crate::math::{abs, max};
+use crate::math::abs;
 use crate::medium::atmosphere::Atmosphere;
 use crate::medium::bands::{Bands, ByScatterer, Coefficients};
 use crate::medium::columns::{column_densities_of_two, sun_column_densities};
-use crate::path::ground::column_densities_to_sun;
 use crate::path::pieces::PER_MEAN_FREE_PATH_OF_ORDERS;
 use crate::path::single::single_scattering_placed_for;
 use crate::value::{Lanes, Value};
@@ -29,16 +28,6 @@ fn sunlight_of_two<const N: usize>(
         coefficients.transmittance(sun_column_densities(atmosphere, altitude, outwards.first, mu_s.x, variant)),
         coefficients.transmittance(sun_column_densities(atmosphere, altitude, outwards.second, mu_s.y, variant)),
     ]
-}
-
-/// Irradiance of level ground by the sun, relative to that above the atmosphere; see [`crate::path::ground::direct_irradiance`].
-pub fn sunlight_on_ground<const N: usize>(
-    atmosphere: &Atmosphere,
-    coefficients: &Coefficients<Lanes<N>>,
-    mu_s: f32,
-    variant: u32,
-) -> Lanes<N> {
-    coefficients.transmittance(column_densities_to_sun(atmosphere, mu_s, variant)).scaled(max(mu_s, 0.0))
 }
 
 /// Light scattered once along a ray of a table that is lit from end to end by two suns, of air and of aerosol, before their phase functions.

@@ -15,7 +15,7 @@
 //! A light field depends on the altitude and on the sun's zenith angle, and for no other reason on the place. So a table over these two,
 //! about one sun, holds all of it. A ray of it crosses the same air for every sun and azimuth: its samples, their transmittances
 //! and their places between the altitudes are made once ([`table::RayNode`]), then all moments of an `m` are summed for each sun of the table
-//! (`sources`), and what is left for a sight is to stand between four suns ([`table::suns_along`]) and to sum over `m` ([`gather::gather`]).
+//! ([`source::source`]), and what is left for a sight is to stand between four suns ([`table::suns_along`]) and to sum over `m` ([`gather::gather`]).
 //!
 //! Light of the first order is the integral of [`crate::path::single`] here too. Its table takes the phase function of aerosol as the sum of the moments
 //! that it keeps: what lies above would only alias.

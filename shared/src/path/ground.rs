@@ -7,11 +7,12 @@ use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec4};
 use crate::math::max;
 use crate::medium::atmosphere::Atmosphere;
-use crate::medium::bands::Bands;
+use crate::medium::bands::{Bands, Coefficients};
 use crate::medium::columns::{ColumnDensities, column_densities, sun_column_densities};
 use crate::path::observer::TowardsObserver;
 use crate::path::ray::Way;
 use crate::path::samples::Place;
+use crate::value::Value;
 use crate::variant;
 
 /// `1/π`, of the irradiance on a white ground that is its radiance (sr⁻¹).
@@ -32,13 +33,18 @@ pub struct GroundView {
 
 /// Irradiance of level ground by the sun, relative to that above the atmosphere: `μ_s e^(-τ)`; 0 where the sun is below the horizon.
 #[inline]
-pub fn direct_irradiance(atmosphere: &Atmosphere, bands: &Bands, mu_s: f32, variant: u32) -> Vec4 {
-    bands.coefficients().transmittance(column_densities_to_sun(atmosphere, mu_s, variant)) * max(mu_s, 0.0)
+pub fn direct_irradiance<V: Value>(
+    atmosphere: &Atmosphere,
+    coefficients: &Coefficients<V>,
+    mu_s: f32,
+    variant: u32,
+) -> V {
+    coefficients.transmittance(column_densities_to_sun(atmosphere, mu_s, variant)).scaled(max(mu_s, 0.0))
 }
 
 /// Column densities between the ground and the sun (km), or the horizon where the sun is below it.
 #[inline]
-pub(crate) fn column_densities_to_sun(atmosphere: &Atmosphere, mu_s: f32, variant: u32) -> ColumnDensities {
+fn column_densities_to_sun(atmosphere: &Atmosphere, mu_s: f32, variant: u32) -> ColumnDensities {
     let up = max(mu_s, 0.0);
     let outwards = column_densities(atmosphere, 0.0, ground_density(variant), up, variant);
     sun_column_densities(atmosphere, 0.0, outwards, up, variant)
@@ -78,6 +84,7 @@ pub fn ground_seen(atmosphere: &Atmosphere, ray: Ray, variant: u32) -> GroundVie
 /// Light that comes from white ground along a ray (transfer, sr⁻¹), of what the sun and the sky's `diffuse` irradiance throw on it.
 #[inline]
 pub fn ground_light(atmosphere: &Atmosphere, bands: &Bands, ground: GroundView, diffuse: Vec4, variant: u32) -> Vec4 {
-    let irradiance = direct_irradiance(atmosphere, bands, ground.mu_s, variant) + diffuse;
-    bands.coefficients().transmittance(ground.along) * irradiance * LAMBERT
+    let coefficients = bands.coefficients();
+    let irradiance = direct_irradiance(atmosphere, &coefficients, ground.mu_s, variant) + diffuse;
+    coefficients.transmittance(ground.along) * irradiance * LAMBERT
 }

@@ -12,7 +12,7 @@ use crate::path::samples::Samples;
 use crate::variant;
 
 /// How much a mean free path of light counts where the samples of a ray crowd, relative to the length over which the density falls off;
-/// see [`crate::path::single`]. Light scattered more than once comes from the dense air at once, where that of the sun does not reach.
+/// see `samples`. Light scattered more than once comes from the dense air at once, where that of the sun does not reach.
 pub const PER_MEAN_FREE_PATH_OF_ORDERS: f32 = 0.4;
 
 /// A sample of a view ray.

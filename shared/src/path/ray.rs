@@ -12,7 +12,7 @@ pub(crate) fn direction(rising: bool) -> f32 {
     if rising { 1.0 } else { -1.0 }
 }
 
-/// A lit stretch of a ray on which its altitude only rises or only falls.
+/// A stretch of a ray on which its altitude only rises or only falls.
 #[derive(Clone, Copy)]
 pub(crate) struct Piece {
     /// Distance of its low end along the ray (km).

@@ -72,7 +72,7 @@ fn integrate_piece<V: Value>(
 ///
 /// The lit part of the ray is cut at its perigee and at the planet's shadow, and each piece is integrated by the same
 /// `quadrature`: (node, weight) on [0, 1], Gauss-Legendre in a variable that crowds towards the piece's lowest, densest end (see
-/// `crowding`). `variant` says what the scene has; see [`variant`]. Without ozone twelve samples
+/// `path::samples`). `variant` says what the scene has; see [`variant`]. Without ozone twelve samples
 /// leave 5e-4 of the radiance and sixteen 2e-5. With it, sunlight that grazes the kinks of the ozone tent slows the
 /// convergence when the sun is low: sixteen then leave 7e-3, forty-eight 4e-4.
 #[cfg_attr(target_arch = "spirv", inline)]
@@ -89,7 +89,7 @@ pub fn single_scattering(
 }
 
 /// The same at the bands of any value, with samples that are placed for some bands, where a mean free path of light counts as much
-/// as is said; see `crowding`.
+/// as is said; see `path::samples`.
 #[inline(always)]
 pub(crate) fn single_scattering_placed_for<V: Value>(
     atmosphere: &Atmosphere,

@@ -9,7 +9,7 @@ use super::integral::{Cell, MAP_ALTITUDES, MAP_SUNS, MAP_VIEWS};
 use crate::chart::{Drawn, font, register_fonts};
 use crate::problem::{Error, Result};
 use sorairo::low_level::files::png;
-use sorairo::low_level::plan::rays::samples::BOUND;
+use sorairo::low_level::plan::samples::BOUND;
 
 /// Size of the picture (pixels).
 const SIZE: (u32, u32) = (2700, 1880);

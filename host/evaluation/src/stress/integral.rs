@@ -18,7 +18,7 @@ use super::scenes::{bounds, thin_the_top};
 use crate::judge;
 use sorairo::PixelFormat;
 use sorairo::low_level::plan::rays::directions;
-use sorairo::low_level::plan::rays::samples::{BOUND, error};
+use sorairo::low_level::plan::samples::{BOUND, error};
 use sorairo::low_level::plan::{Plan, direction};
 use sorairo::scene::{Exposure, Fit, PathChoice, Preset, Scene};
 

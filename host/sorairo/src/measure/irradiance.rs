@@ -7,8 +7,8 @@ use serde::Serialize;
 use sorairo_shared::glam::DVec3;
 use sorairo_shared::light_field::moments::{Moments, legendre};
 
+use crate::plan::hemisphere::{Node, nodes, nodes_below};
 use crate::plan::picture::sun_disc::Sun;
-use crate::plan::rays::hemisphere::{Node, nodes, nodes_below};
 use crate::plan::{SkyPlan, SpectralPlan};
 use crate::spectra::observer;
 

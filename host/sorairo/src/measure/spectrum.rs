@@ -12,7 +12,7 @@ use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use crate::azimuth::within_a_turn;
 use crate::error::{Error, Result, check_range};
-use crate::plan::rays::integral::RayIntegral;
+use crate::plan::integral::RayIntegral;
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::upload::{self, bands};
 use crate::plan::{Plan, SkyPlan, SpectralPlan, direction, optics_of};

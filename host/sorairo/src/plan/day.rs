@@ -4,10 +4,11 @@ use sorairo_shared::picture::run::RUN;
 use sorairo_shared::variant::{self, PixelFormat};
 
 use crate::plan::fit::{self, SpectralFit};
+use crate::plan::integral;
 use crate::plan::kernel::Kernel;
 use crate::plan::picture::below;
 use crate::plan::picture::image::of_image;
-use crate::plan::rays::{directions, integral};
+use crate::plan::rays::directions;
 use crate::plan::sky::rest;
 use crate::scene::{CameraScene, ColourPath, PathChoice, Projection, Scene};
 

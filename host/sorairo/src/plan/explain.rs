@@ -8,9 +8,9 @@ use sorairo_shared::picture::run::RUN;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::{self, PixelFormat};
 
+use crate::plan::hemisphere::{Node, nodes_below};
 use crate::plan::light_field::{COMPARED_DEPTH, NEGLIGIBLE, OrdersMade};
 use crate::plan::picture::image::Plan;
-use crate::plan::rays::hemisphere::{Node, nodes_below};
 use crate::plan::spectral::{SpectralPlan, SpectrumFit, Validation};
 use crate::scene::{Below, Orders, Projection};
 use crate::words;

@@ -6,12 +6,15 @@
 pub mod day;
 pub mod explain;
 pub mod fit;
+pub(crate) mod hemisphere;
+pub mod integral;
 mod kernel;
 pub mod light_field;
 pub mod lookup;
 pub mod on_device;
 pub mod picture;
 pub mod rays;
+pub mod samples;
 mod sky;
 pub mod spectral;
 pub mod upload;

@@ -1,7 +1,7 @@
 //! Optical properties of an atmosphere and its sun at any wavelength.
 
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::medium::bands::Bands;
+use sorairo_shared::medium::bands::{self, Bands};
 
 use super::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OrTable, OzoneCrossSection, SunSpectrum};
 use super::mean::Window;
@@ -48,17 +48,7 @@ pub struct Optics {
 }
 
 /// Coefficients at one wavelength (km⁻¹, at the ground, ozone at its peak).
-#[derive(Clone, Copy, Debug)]
-pub struct Coefficients {
-    /// Scattering by air.
-    pub air_scattering: f64,
-    /// Scattering by aerosol.
-    pub aerosol_scattering: f64,
-    /// Extinction by aerosol.
-    pub aerosol_extinction: f64,
-    /// Absorption by ozone.
-    pub ozone_absorption: f64,
-}
+pub type Coefficients = bands::Coefficients<f64>;
 
 impl Optics {
     /// The coefficients at a wavelength (nm).

@@ -35,7 +35,7 @@ pub fn field_first(uniform: &FieldUniform, buffers: FieldBuffers<'_>, values: &m
         if meets_ground(uniform, values, ray_number) {
             let mu_s = mu_s_on_ground(atmosphere, origin, sight);
             let seen = fetch(values, uniform.values.grounds as usize + ray_number * uniform.group_count() + group);
-            of_ground = direct_irradiance(atmosphere, &bands, mu_s, variant) * seen;
+            of_ground = direct_irradiance(atmosphere, &bands.coefficients(), mu_s, variant) * seen;
         }
     } else {
         ray = listed_ray(uniform, buffers.tables, place);

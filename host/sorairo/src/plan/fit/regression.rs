@@ -10,8 +10,8 @@ use std::ops::Range;
 use sorairo_shared::glam::{DVec3, Vec4};
 
 use crate::plan::fit::training::{DARKEST, scattering_of, training_spectra};
+use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::picture::colour_space::ColourSpace;
-use crate::plan::rays::integral::{Constituent, RayIntegral};
 use crate::scene::ColourObserver;
 use crate::spectra::observer;
 use crate::spectra::optics::{Coefficients, Optics, vec4};

@@ -13,11 +13,11 @@ use sorairo_shared::sky::ByConstituent;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
+use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::light_field;
 use crate::plan::light_field::{Light, Resolution, Row, TOGETHER, Wavelengths, light_of_rows};
 use crate::plan::on_device::PlanDevice;
 use crate::plan::rays::directions::direction;
-use crate::plan::rays::integral::{Constituent, RayIntegral};
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::upload::bands;
 use crate::spectra::optics::{Coefficients, Optics};
@@ -326,7 +326,7 @@ pub fn training_views(integral: &RayIntegral) -> Vec<Vec3> {
 
 /// Elevations from the horizon to the zenith, and azimuths over half the circle, of the training rays.
 fn training_grid(integral: &RayIntegral) -> (u32, u32) {
-    if integral.uniform.sun.z < 0.0 { (24, 13) } else { (12, 7) }
+    if integral.source.elevation < 0.0 { (24, 13) } else { (12, 7) }
 }
 
 /// The elevation (degrees) of a row of training rays.

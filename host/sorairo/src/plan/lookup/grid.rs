@@ -8,7 +8,7 @@ use sorairo_shared::picture::lookup::grid_view;
 use sorairo_shared::sky::Constituents;
 use sorairo_shared::uniform::Uniform;
 
-use crate::plan::rays::integral::RayIntegral;
+use crate::plan::integral::RayIntegral;
 
 /// How far the sky lookup's colours may lie from the integral's, relative to the luminance of the direction or a tenth of the
 /// sky's mean, whichever is larger: about a third of what the fit leaves.

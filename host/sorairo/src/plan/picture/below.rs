@@ -5,8 +5,8 @@ use sorairo_shared::math::max;
 use sorairo_shared::picture::below::{FADE, FLAT, GROUND, MIRROR, haze_power};
 use sorairo_shared::variant::{self, PixelFormat};
 
+use crate::plan::hemisphere::nodes;
 use crate::plan::rays::directions::direction;
-use crate::plan::rays::hemisphere::nodes;
 use crate::plan::sky::SkyPlan;
 use crate::scene::{Below, CameraScene, Projection, Scene};
 

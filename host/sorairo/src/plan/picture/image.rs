@@ -14,13 +14,13 @@ use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};
 use sorairo_shared::variant::{self, PixelFormat};
 
 use crate::error::{Error, Result};
+use crate::plan::integral::RayIntegral;
 use crate::plan::kernel::Kernel;
 use crate::plan::light_field::{LightFields, Refined};
 use crate::plan::lookup::{self, Lookup, LookupSize};
 use crate::plan::picture::sun_disc::Sun;
 use crate::plan::picture::{below, exposure};
 use crate::plan::rays::directions;
-use crate::plan::rays::integral::RayIntegral;
 use crate::plan::sky::SkyPlan;
 use crate::plan::spectral::SpectralPlan;
 use crate::plan::upload;

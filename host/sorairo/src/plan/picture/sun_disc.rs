@@ -12,8 +12,8 @@ use sorairo_shared::picture::disc::{ELEVATIONS, LIMB_COSINES};
 use sorairo_shared::uniform::SunDisc;
 use sorairo_shared::variant;
 
+use crate::plan::integral::RayIntegral;
 pub use crate::plan::picture::sun_irradiance::SunIrradiance;
-use crate::plan::rays::integral::RayIntegral;
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::sky::{SkyPlan, found_once};
 use crate::scene::Projection;

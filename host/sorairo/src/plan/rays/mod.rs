@@ -1,8 +1,5 @@
-//! Rays of a sky: their directions, the rule by which they are integrated, and the light along them.
+//! Rays of a sky: their directions, the source of its light, and the rule by which they are integrated.
 
 pub mod directions;
-pub(crate) mod hemisphere;
-pub mod integral;
 pub mod quadrature;
-pub mod samples;
 pub mod source;

@@ -4,9 +4,9 @@ use sorairo_shared::glam::Vec2;
 use sorairo_shared::variant;
 
 use crate::plan::fit::SpectralFit;
-use crate::plan::rays::integral::RayIntegral;
+use crate::plan::integral::RayIntegral;
 use crate::plan::rays::quadrature::gauss_legendre;
-use crate::plan::rays::samples;
+use crate::plan::samples;
 use crate::plan::sky::SkyPlan;
 use crate::scene::{ColourPath, Scene};
 

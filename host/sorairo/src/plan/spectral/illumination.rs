@@ -6,7 +6,7 @@ use sorairo_shared::sky::ByConstituent;
 
 use crate::plan::fit::regression::Regression;
 use crate::plan::fit::training::DARKEST;
-use crate::plan::rays::integral::{Constituent, RayIntegral};
+use crate::plan::integral::{Constituent, RayIntegral};
 use crate::spectra::optics::Optics;
 
 /// The regressions of each constituent, one for each wavelength.

@@ -3,7 +3,7 @@
 use crate::plan::fit::linear::hats;
 use crate::plan::fit::regression::Regression;
 use crate::plan::fit::training::{Place, known, sorted};
-use crate::plan::rays::integral::Constituent;
+use crate::plan::integral::Constituent;
 use crate::spectra::optics::Optics;
 
 /// Where each of some wavelengths (nm) stands among others.

@@ -18,7 +18,7 @@ use crate::plan::fit::SpectralFit;
 use crate::plan::fit::linear::{Interpolant, LinearFit};
 use crate::plan::fit::regression::{Regression, Training, beside_more_bands, spectrum_rows};
 use crate::plan::fit::training::{multiples, sorted};
-use crate::plan::rays::integral::{Constituent, RayIntegral};
+use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::sky::{SkyPlan, optics_of};
 use crate::plan::spectral::bands::{at_bands, bands_beside, beside_own};
 use crate::plan::spectral::illumination::{Illumination, radiance};
@@ -159,7 +159,7 @@ impl SpectralPlan {
         let own = &sky.base.wavelengths;
         let integral = beside_own(sky, bands_beside(own, asked));
         let model = SpectralModel::of(sky, integral.wavelengths.clone(), asked);
-        let bound = if integral.uniform.sun.z < 0.0 { BOUND_IN_TWILIGHT } else { BOUND_BY_DAY };
+        let bound = if integral.source.elevation < 0.0 { BOUND_IN_TWILIGHT } else { BOUND_BY_DAY };
         let validation = Some(Validation { error: model.error, bound });
         if model.error > bound {
             return Self { validation, ..Self::of_each(sky, wavelengths, asked) };
@@ -268,7 +268,7 @@ fn is_chosen(sky: &SkyPlan) -> bool {
 }
 
 /// The means of as many neighbours each.
-pub(crate) fn means(values: &[f64], of: usize) -> impl Iterator<Item = f64> {
+fn means(values: &[f64], of: usize) -> impl Iterator<Item = f64> {
     values.chunks(of).map(move |values| values.iter().sum::<f64>() / of as f64)
 }
 

@@ -6,8 +6,7 @@
 use std::ops::Range;
 
 use sorairo_shared::glam::{Vec2, Vec4};
-use sorairo_shared::light_field::device::uniform::{FieldUniform, Tables};
-use sorairo_shared::light_field::device::uniform::{Orders as OrdersAt, Values as ValuesAt};
+use sorairo_shared::light_field::device::uniform::{FieldUniform, Orders as OrdersAt, Tables, Values as ValuesAt};
 use sorairo_shared::light_field::moments::Moments;
 use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::value::{Lanes, Value};

@@ -1,8 +1,7 @@
 //! What lies where in a device's memory for the kernels of a light field.
 
 use sorairo_shared::glam::UVec2;
-use sorairo_shared::light_field::device::uniform::Values as ValuesAt;
-use sorairo_shared::light_field::device::uniform::{FieldUniform, Tables};
+use sorairo_shared::light_field::device::uniform::{FieldUniform, Tables, Values as ValuesAt};
 use sorairo_shared::light_field::moments::Moments;
 use sorairo_shared::medium::atmosphere::Atmosphere;
 use sorairo_shared::medium::bands::Bands;

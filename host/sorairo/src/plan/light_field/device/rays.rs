@@ -2,8 +2,7 @@
 
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::light_field::device::first::OF_LISTED_RAY;
-use sorairo_shared::light_field::device::uniform::FieldUniform;
-use sorairo_shared::light_field::device::uniform::{OF_FIRST, Values as ValuesAt};
+use sorairo_shared::light_field::device::uniform::{FieldUniform, OF_FIRST, Values as ValuesAt};
 use sorairo_shared::medium::atmosphere::Atmosphere;
 use sorairo_shared::medium::bands::Bands;
 

@@ -3,14 +3,13 @@
 use rayon::prelude::*;
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3};
-use sorairo_shared::light_field::first_order::{
-    single_scattering_of_lit_ray, single_scattering_of_many, sunlight_on_ground,
-};
+use sorairo_shared::light_field::first_order::{single_scattering_of_lit_ray, single_scattering_of_many};
 use sorairo_shared::light_field::gather::gather;
 use sorairo_shared::light_field::moments::{Moments, legendre};
 use sorairo_shared::light_field::rays::{Sight, SunPlace};
 use sorairo_shared::math::{acos, max};
 use sorairo_shared::medium::bands::ByScatterer;
+use sorairo_shared::path::ground::direct_irradiance;
 use sorairo_shared::path::pieces::lit_from_end_to_end;
 use sorairo_shared::value::{Lanes, Value};
 use sorairo_shared::variant;
@@ -288,7 +287,7 @@ impl<'a, const N: usize> Table<'a, N> {
         if let Some(seen) = &ray.ground {
             for (&cosine, part) in azimuths.cosines.iter().zip(&mut parts) {
                 let mu_s = ray.mu_s_on_ground(setting, seen.distance, mu_s, sight(cosine).nu);
-                let direct = sunlight_on_ground(setting.atmosphere, &wavelengths.air, mu_s, setting.variant);
+                let direct = direct_irradiance(setting.atmosphere, &wavelengths.air, mu_s, setting.variant);
                 part[2].add_product(&direct, &seen.radiance);
             }
         }

@@ -15,7 +15,7 @@ use crate::plan::rays::quadrature::{gauss_legendre, nodes_and_weights};
 
 /// How the pieces of a ray are sampled.
 pub enum Sampling {
-    /// By a rule that follows the density; see [`sorairo_shared::path::single`].
+    /// By a rule that follows the density; see `path::samples` of the shared crate.
     Rule(Vec<Vec2>),
     /// By panels that are short beside the mean free path and the length over which the air changes, as far as light comes.
     ByDepth,

@@ -277,7 +277,11 @@ fn a_cameras_setting_is_an_exposure_and_an_eye_that_adapts_lets_dusk_fall() {
     assert!((exposure("--exposure ev12.5") - daylight - 2.5).abs() < 1e-6);
     for elevation in [60, 0, -6, -12] {
         let sun = format!("--sun-elevation={elevation}");
-        let [metered, adapted] = ["auto", "adapt"].map(|how| exposure(&format!("{sun} --exposure {how}")));
+        let [auto, adapted] = ["auto", "adapt"].map(|how| exposure(&format!("{sun} --exposure {how}")));
+        // From the end of civil dusk on, an EV100 of 0, it adapts too.
+        let dusk = daylight + 15.0;
+        assert_eq!(auto > dusk, elevation < -6, "sun at {elevation}: {auto}");
+        let metered = if auto > dusk { dusk + (auto - dusk) / 0.62 } else { auto };
         let expected = daylight + 0.62 * (metered - daylight);
         assert!((adapted - expected).abs() < 1e-4, "sun at {elevation}: {metered}, {adapted}");
     }

@@ -173,7 +173,8 @@ impl SkyPlan {
     /// The anchors between which a sky lookup of either kind is interpolated, on each side of the horizon that it has.
     pub fn lookup_anchors(&self) -> Entries {
         let enough = self.has_rays_of_pieces().then(|| self.lookup_grid(GridKind::Anchors));
-        grid::anchors(self.lookup_grid(GridKind::Own), enough)
+        let has_shadow = self.base.variant & variant::SHADOW != 0;
+        grid::anchors(self.lookup_grid(GridKind::Own), enough, has_shadow)
     }
 
     /// Whether its rays are of more than one piece.

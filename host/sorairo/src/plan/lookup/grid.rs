@@ -41,6 +41,11 @@ const ENTRIES_PER_ANCHOR: u32 = 3;
 /// The sky lookup may not have fewer anchors than these, rows on a side of the horizon and columns.
 pub const FEWEST_ANCHORS: Entries = (24, 8);
 
+/// Columns of anchors that a sky has at least in which the planet's shadow is seen, if it has three entries to each: its
+/// edge is a kink, which cells between which the error is measured may miss. With fewer a pixel is off by 3.2e-2, with
+/// these by 2.4e-2.
+const FEWEST_ACROSS_SHADOW: u32 = 48;
+
 /// What a direction counts for at most when samples are judged, as a part of the brightest one: 1.5e-5 of that may be
 /// off.
 const PART_OF_BRIGHTEST: f32 = 0.03;
@@ -95,14 +100,13 @@ pub fn enough(sky: &Seen, kinds: &[GridKind]) -> Vec<Entries> {
     grids.into_iter().zip(&finer).map(last).collect()
 }
 
-/// The anchors of a sky lookup that would have so many entries of its own: these, or fewer that are enough.
-pub fn anchors(entries: Entries, enough: Option<Entries>) -> Entries {
-    let of = |entries: u32, fewest: u32, enough: Option<u32>| {
-        let anchors = 1 + (entries - 1).div_ceil(ENTRIES_PER_ANCHOR);
-        enough.map_or(anchors, |enough| anchors.min(enough)).max(fewest)
-    };
-    let ((rows, azimuths), fewest) = (entries, FEWEST_ANCHORS);
-    (of(rows, fewest.0, enough.map(|of| of.0)), of(azimuths, fewest.1, enough.map(|of| of.1)))
+/// The anchors of a sky lookup that would have so many entries of its own: three entries to each, or fewer that are enough.
+pub fn anchors((rows, azimuths): Entries, enough: Option<Entries>, has_shadow: bool) -> Entries {
+    let most = |entries: u32| 1 + (entries - 1).div_ceil(ENTRIES_PER_ANCHOR);
+    let most = (most(rows), most(azimuths));
+    let across_shadow = if has_shadow { FEWEST_ACROSS_SHADOW } else { 0 };
+    let (rows, azimuths) = enough.map_or(most, |(rows, azimuths)| (rows, azimuths.max(across_shadow)));
+    (rows.min(most.0).max(FEWEST_ANCHORS.0), azimuths.min(most.1).max(FEWEST_ANCHORS.1))
 }
 
 /// Directions of a sky lookup in which its samples are tried.

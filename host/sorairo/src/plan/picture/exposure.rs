@@ -179,6 +179,7 @@ mod tests {
     fn a_sky_that_is_lit_in_few_directions_is_exposed_for_them() {
         let scene = serde_json::from_str::<Scene>(SPOT).unwrap().first_order();
         let exposure = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb).uniform.exposure;
-        assert!(exposure > 1e6, "{exposure:e}");
+        // By a meter alone it would be 1e7; from dusk on a picture gets darker.
+        assert!(exposure > 1e5, "{exposure:e}");
     }
 }

@@ -131,7 +131,6 @@ pub(crate) fn single_scattering_placed_for<V: Value>(
 }
 
 #[cfg(test)]
-#[expect(clippy::disallowed_methods, reason = "tests run on the processor")]
 mod tests {
     use bytemuck::Zeroable;
 

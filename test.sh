@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Runs every test of sorairo, on the GPU too: all of them, whichever fail; the last lines name those that did. `./test.sh quick` runs in minutes
-# what a change breaks first: unit tests, kernels on the device against the processor, the command, the documents.
+# Runs every test of sorairo, on the GPU too: all of them, whichever fail; the last lines name those that did.
+# `./test.sh quick` runs in minutes what a change breaks first: unit tests, kernels on the device against the
+# processor, the command, the documents.
 # What the tests need and this machine lacks (a linker, a Vulkan driver, an X server without a screen, Chromium, Python with venv) is installed
 # with apt-get if root runs this on Debian or a relative, and is otherwise asked for. Nobody else's password or rights are used.
 set -euo pipefail

@@ -1,4 +1,5 @@
-//! The sky's colour in a direction: the light at the bands by its constituents, their phase functions, and the fit through the bands.
+//! The sky's colour in a direction: the light at the bands by its constituents, their phase functions, and the fit
+//! through the bands.
 
 use crate::display::rgb::into_gamut;
 use crate::fit::observer::observe_cubic;
@@ -48,10 +49,11 @@ pub fn light(
     ByConstituent { air: once.air, aerosol: once.aerosol, multiple, ground }
 }
 
-/// The light along a ray at a group of four bands that was scattered more than once, and that which the ground sends; see [`ByConstituent`].
+/// The light along a ray at a group of four bands that was scattered more than once, and that which the ground sends;
+/// see [`ByConstituent`].
 ///
-/// What rays to the ground alone need stands in loops of one pass. A device that computes many pixels at once, llvmpipe among them, may
-/// take both sides of every branch, but makes no pass of a loop that none of its pixels enters.
+/// What rays to the ground alone need stands in loops of one pass. A device that computes many pixels at once, llvmpipe
+/// among them, may take both sides of every branch, but makes no pass of a loop that none of its pixels enters.
 #[inline(always)]
 pub fn rest_of_light(
     uniform: &Uniform,
@@ -163,8 +165,8 @@ pub fn with_phases(uniform: &Uniform, constituents: Constituents, angle: Scatter
     into_gamut(rgb, &uniform.rgb)
 }
 
-/// What is kept of the light in a direction while group after group of its bands is integrated. The integral stands once in a kernel, whatever
-/// the fit.
+/// What is kept of the light in a direction while group after group of its bands is integrated. The integral stands
+/// once in a kernel, whatever the fit.
 #[derive(Clone, Copy)]
 pub struct Gathered {
     /// By a linear fit, the sum of the colours.
@@ -246,8 +248,9 @@ impl Gathered {
     }
 }
 
-/// Whether a loop over groups of bands is at its end, asked after `group` of them: there a device that computes many pixels at once starts no
-/// pass in vain. Of a single group, whose number the variant tells, the compiler keeps no loop.
+/// Whether a loop over groups of bands is at its end, asked after `group` of them: there a device that computes many
+/// pixels at once starts no pass in vain. Of a single group, whose number the variant tells, the compiler keeps no
+/// loop.
 #[inline(always)]
 pub fn is_done(group: usize, groups: usize) -> bool {
     (groups == 1) | (group >= groups)

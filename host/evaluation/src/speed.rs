@@ -78,7 +78,8 @@ struct StepRow {
     kernel_ms: Spread,
 }
 
-/// What light of all orders costs beside light that is scattered once: the default sky with the same ground, hence the same lit pixels.
+/// What light of all orders costs beside light that is scattered once: the default sky with the same ground, hence the
+/// same lit pixels.
 #[derive(Clone, Debug, Serialize)]
 struct OrdersRow {
     /// Elevation of the sun (degrees).
@@ -89,8 +90,8 @@ struct OrdersRow {
     all_over_once: f64,
 }
 
-/// What the plan of an image takes whose light is integrated on the device, beside one that the processor integrates; each with its light fields to be made,
-/// and with those of a sun near by.
+/// What the plan of an image takes whose light is integrated on the device, beside one that the processor integrates;
+/// each with its light fields to be made, and with those of a sun near by.
 #[derive(Clone, Debug, Serialize)]
 struct PlanRow {
     /// Elevation of the sun (degrees).
@@ -316,8 +317,8 @@ fn integrated(size: Size) -> Result<Plan> {
     plan(&scene)
 }
 
-/// Images of 2^16 to 2^`largest` pixels, by the sky lookup and by the integral. All sizes take turns, and the lookup's large ones compute as
-/// many pixels in each: a machine whose speed changes meanwhile changes it for all of them.
+/// Images of 2^16 to 2^`largest` pixels, by the sky lookup and by the integral. All sizes take turns, and the lookup's
+/// large ones compute as many pixels in each: a machine whose speed changes meanwhile changes it for all of them.
 fn scaling(device: &Device, largest: u32) -> Result<Vec<Scaling>> {
     let mut plans = Vec::new();
     let mut direct_is_bearable = true;
@@ -379,8 +380,8 @@ fn multiples(device: &Device) -> Result<Vec<Multiple>> {
     Ok(plans.iter().zip(times).map(row).collect())
 }
 
-/// Sky lookups from coarse to fine, timed and compared with the integral at every pixel: of an image that has the rows of its lookup, and of one
-/// that does not.
+/// Sky lookups from coarse to fine, timed and compared with the integral at every pixel: of an image that has the rows
+/// of its lookup, and of one that does not.
 fn lookups(device: &Device) -> Result<Vec<LookupRow>> {
     let mut rows =
         lookups_of(device, common(Projection::Equirectangular), &[4, 8, 16, 32, 64].map(|columns| (0, columns)))?;
@@ -440,7 +441,8 @@ fn steps(device: &Device) -> Result<Vec<StepRow>> {
 /// Suns (degrees) at which orders are compared: day, and twilight.
 const SUNS_OF_ORDERS: [f64; 3] = [30.0, 5.0, -4.0];
 
-/// Kernels by the sky lookup and by the integral at every pixel, and the plan, with light of all orders and with light scattered once.
+/// Kernels by the sky lookup and by the integral at every pixel, and the plan, with light of all orders and with light
+/// scattered once.
 fn orders(device: &Device, size: Size) -> Result<Vec<OrdersRow>> {
     let mut rows = Vec::new();
     for sun in SUNS_OF_ORDERS {
@@ -476,8 +478,8 @@ const ALTITUDES: [f64; 13] = [0.0, 5e-4, 0.0017, 0.02, 0.1, 0.5, 3.0, 8.0, 12.0,
 /// Suns (degrees) of the curve over the sun.
 const SUNS_OF_PLACES: [f64; 11] = [90.0, 60.0, 15.0, 5.0, 0.0, -3.0, -6.5, -7.0, -9.0, -12.0, -18.0];
 
-/// A picture, which in perspective looks a little below the level, from altitudes and under suns; all take turns. `quick`
-/// takes every fourth of them, and a smaller picture.
+/// A picture, which in perspective looks a little below the level, from altitudes and under suns; all take turns.
+/// `quick` takes every fourth of them, and a smaller picture.
 fn places_of(device: &Device, projection: Projection, quick: bool) -> Result<Vec<PlaceRow>> {
     let over_altitude = [30.0, 0.0].into_iter().flat_map(|sun| ALTITUDES.map(|altitude| (altitude, sun)));
     let over_sun = [0.0, 0.0017].into_iter().flat_map(|altitude| SUNS_OF_PLACES.map(|sun| (altitude, sun)));
@@ -516,7 +518,8 @@ fn planning(scene: &Scene) -> Job<'_> {
     })
 }
 
-/// Plans of the default sky on the processor and on the device, each time of another sun that has the same light fields.
+/// Plans of the default sky on the processor and on the device, each time of another sun that has the same light
+/// fields.
 fn plans(device: &Device, suns: &[f64]) -> Result<Vec<PlanRow>> {
     let Some(own) = device.backend.own_light_fields() else { return Ok(Vec::new()) };
     let row = |&sun: &f64| {

@@ -3,8 +3,8 @@
 //! No view transform takes part. The light of Rec. 2020, 1 being white, becomes that of a display of 1000 cd/m² by the
 //! opto-optical transfer function of HLG (ITU-R BT.2100-3, table 5): `203 Y^0.2 RGB` cd/m². So white has the 203 cd/m²
 //! and middle grey the 26 cd/m² of ITU-R BT.2408-7, table 1. What is brighter than 317 cd/m² rolls off: the curve of
-//! ITU-R BT.2390-11, 5.4.1, brings the largest component from a mastering display of 10 000 cd/m² to one of 1000, and the
-//! others follow it. So every colour keeps its chromaticity, and with it its hue. The signals are those of PQ
+//! ITU-R BT.2390-11, 5.4.1, brings the largest component from a mastering display of 10 000 cd/m² to one of 1000, and
+//! the others follow it. So every colour keeps its chromaticity, and with it its hue. The signals are those of PQ
 //! (SMPTE ST 2084; ITU-R BT.2100-3, table 4).
 
 use crate::display::rgb::highest;
@@ -52,8 +52,8 @@ pub fn luminance(signal: f32) -> f32 {
     BRIGHTEST * pow(max(power - C1, 0.0) / (C2 - C3 * power), 1.0 / M1)
 }
 
-/// The signal of [`PEAK`] or less that stands for one above [`KNEE`]: Hermite's cubic, which begins with the slope 1 and
-/// ends level.
+/// The signal of [`PEAK`] or less that stands for one above [`KNEE`]: Hermite's cubic, which begins with the slope 1
+/// and ends level.
 #[inline(always)]
 fn rolled_off(signal: f32) -> f32 {
     let t = (min(signal, 1.0) - KNEE) / (1.0 - KNEE);
@@ -62,7 +62,8 @@ fn rolled_off(signal: f32) -> f32 {
 }
 
 /// Light of a display (cd/m²), in no component above [`PEAK`], from that of a scene, in no component negative or above
-/// [`BRIGHTEST`](super::tone::BRIGHTEST). Both are linear RGB of Rec. 2020, with these parts of the primaries in the luminance.
+/// [`BRIGHTEST`](super::tone::BRIGHTEST). Both are linear RGB of Rec. 2020, with these parts of the primaries in the
+/// luminance.
 #[inline(always)]
 pub fn displayed(rgb: Vec3, parts: Vec3) -> Vec3 {
     let light = rgb * (WHITE * pow(parts.dot(rgb), GAMMA_MINUS_ONE));
@@ -120,8 +121,8 @@ mod tests {
             let now = signal(of_grey(0.5 * (step as f32 * 0.01).exp2()));
             let rise = now - last;
             assert!(rise > -8e-6, "step {step}: {rise}");
-            // A step is a hundredth of a stop, 9e-4 of the signal below the knee, where a corner would change that by much of
-            // itself; the curve changes it by 4e-6, and rounding by 1.5e-5.
+            // A step is a hundredth of a stop, 9e-4 of the signal below the knee, where a corner would change that by
+            // much of itself; the curve changes it by 4e-6, and rounding by 1.5e-5.
             assert!(slope.is_none_or(|slope: f32| (rise - slope).abs() < 3e-5), "step {step}: {rise} after {slope:?}");
             (last, slope) = (now, Some(rise));
         }

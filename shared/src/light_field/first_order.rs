@@ -12,8 +12,8 @@ use crate::path::pieces::PER_MEAN_FREE_PATH_OF_ORDERS;
 use crate::path::single::single_scattering_placed_for;
 use crate::value::{Lanes, Value};
 
-/// The part of sunlight that reaches a node of a ray for two suns, by the cosines of their zenith angles there. Neither may lie in the
-/// planet's shadow.
+/// The part of sunlight that reaches a node of a ray for two suns, by the cosines of their zenith angles there. Neither
+/// may lie in the planet's shadow.
 #[inline(always)]
 fn sunlight_of_two<const N: usize>(
     atmosphere: &Atmosphere,
@@ -30,7 +30,8 @@ fn sunlight_of_two<const N: usize>(
     ]
 }
 
-/// Light scattered once along a ray of a table that is lit from end to end by two suns, of air and of aerosol, before their phase functions.
+/// Light scattered once along a ray of a table that is lit from end to end by two suns, of air and of aerosol, before
+/// their phase functions.
 #[cfg_attr(
     not(target_arch = "spirv"),
     multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
@@ -56,7 +57,8 @@ pub fn single_scattering_of_lit_ray<const N: usize>(
 }
 
 /// Light scattered once along a ray at some wavelengths, of air and of aerosol, before their phase functions: as
-/// [`crate::path::single::single_scattering`], with the column densities of a sample made once for all of them. The samples are placed for `bands`.
+/// [`crate::path::single::single_scattering`], with the column densities of a sample made once for all of them. The
+/// samples are placed for `bands`.
 #[cfg_attr(
     not(target_arch = "spirv"),
     multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))

@@ -12,7 +12,8 @@ use crate::value::{Lanes, Value};
 
 /// Room for the sources of a node.
 pub struct Scratch<'a> {
-    /// For the suns of each tile and each azimuthal number the source towards the observer, at the wavelengths of a tile.
+    /// For the suns of each tile and each azimuthal number the source towards the observer, at the wavelengths of a
+    /// tile.
     pub sums: &'a mut [f32],
     /// The same for each sun, relative to its size; its azimuthal numbers fill tiles.
     pub sources: &'a mut [f32],
@@ -24,7 +25,8 @@ pub struct Scratch<'a> {
     pub light: &'a mut [f32],
 }
 
-/// Values of each of the [`Scratch`], in its order, for so many suns and the moments of a table of `N` wavelengths and so many sights.
+/// Values of each of the [`Scratch`], in its order, for so many suns and the moments of a table of `N` wavelengths and
+/// so many sights.
 pub const fn scratch_sizes<const N: usize>(suns: usize, of: Moments, sights: usize) -> [usize; 5] {
     let (wavelengths, together) = (wavelengths_of_tile::<N>(), suns_of_tile::<N>());
     let suns = suns.next_multiple_of(together);
@@ -107,8 +109,8 @@ impl NodeMoments<Lanes<TILE>> for TileMoments<'_> {
     }
 }
 
-/// The source at a node of a ray towards its origin at the wavelengths of a tile, for some tiles of suns and each azimuthal number:
-/// `Σ_l χ_l L_lm N_lm P_l^m`. `sums` begin with those of the first sun of the table.
+/// The source at a node of a ray towards its origin at the wavelengths of a tile, for some tiles of suns and each
+/// azimuthal number: `Σ_l χ_l L_lm N_lm P_l^m`. `sums` begin with those of the first sun of the table.
 #[inline(always)]
 fn take_sums<const N: usize, const T: usize>(
     table: MomentTable,
@@ -138,7 +140,8 @@ fn take_sums<const N: usize, const T: usize>(
     }
 }
 
-/// Divides the sources of some tiles of suns by their size at each wavelength, and keeps its logarithm. What is [`SMALLEST`] of what scatters is nothing.
+/// Divides the sources of some tiles of suns by their size at each wavelength, and keeps its logarithm. What is
+/// [`SMALLEST`] of what scatters is nothing.
 #[inline(always)]
 fn take_sizes<const N: usize, const T: usize>(
     node: &RayNode<N>,
@@ -210,8 +213,9 @@ fn suns_of(places: &[SunPlace]) -> Range<usize> {
     start.min(end)..end
 }
 
-/// Light gathered along a ray from the sources of a table, added to `light` for each sight; without that of the ground. `places` are the
-/// suns of all sights at the first node, then at the next; see [`crate::light_field::table::suns_along`].
+/// Light gathered along a ray from the sources of a table, added to `light` for each sight; without that of the ground.
+/// `places` are the suns of all sights at the first node, then at the next; see
+/// [`crate::light_field::table::suns_along`].
 #[cfg_attr(
     not(target_arch = "spirv"),
     multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
@@ -271,7 +275,8 @@ fn gather_tiles<const N: usize, const T: usize>(
     }
 }
 
-/// The light that the sources of four suns send under a sun between them: `Σ_m S_m cos(m φ)`, apart for the azimuthal numbers that share a tile.
+/// The light that the sources of four suns send under a sun between them: `Σ_m S_m cos(m φ)`, apart for the azimuthal
+/// numbers that share a tile.
 #[inline(always)]
 fn light_of_place<const T: usize>(place: &SunPlace, sources: &[f32], of_sun: usize) -> [f32; TILE] {
     let Stencil { first, weights: [wa, wb, wc, wd] } = place.suns;

@@ -115,7 +115,8 @@ mod tests {
         core::array::from_fn(|l| 0.6f32.powi(l as i32))
     }
 
-    /// What air and aerosol scatter of a beam from the zenith cosine `mu_0` and the azimuth 0 into that of `mu` and `azimuth`.
+    /// What air and aerosol scatter of a beam from the zenith cosine `mu_0` and the azimuth 0 into that of `mu` and
+    /// `azimuth`.
     fn of_beam(mu_0: f32, mu: f32, azimuth: f32, scatterers: ByScatterer<f32>) -> f32 {
         let chi = chi();
         let mut behind = functions(mu);

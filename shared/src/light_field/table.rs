@@ -54,17 +54,19 @@ pub struct TableRay<'a, const N: usize> {
     pub radius: f32,
     /// Its nodes.
     pub nodes: &'a [RayNode<N>],
-    /// For each node the functions `χ_l N_lm P_l^m` of aerosol in the ray's direction there, for the moments `of`; empty without aerosol.
+    /// For each node the functions `χ_l N_lm P_l^m` of aerosol in the ray's direction there, for the moments `of`;
+    /// empty without aerosol.
     pub functions: &'a [f32],
     /// The moments of `functions`.
     pub of: Moments,
 }
 
-/// Lanes that are summed together: of so many a table stays in a processor's own cache, and the sources of a node in its first one.
+/// Lanes that are summed together: of so many a table stays in a processor's own cache, and the sources of a node in
+/// its first one.
 pub const TILE: usize = 16;
 
-/// How the wavelengths of a light field lie in tiles of [`TILE`] lanes: so many wavelengths together, and as many suns, or multiples of an azimuth,
-/// as fill the tile.
+/// How the wavelengths of a light field lie in tiles of [`TILE`] lanes: so many wavelengths together, and as many suns,
+/// or multiples of an azimuth, as fill the tile.
 #[inline(always)]
 pub const fn wavelengths_of_tile<const N: usize>() -> usize {
     if N < TILE { N } else { TILE }
@@ -81,17 +83,20 @@ pub const fn suns_of_tile<const N: usize>() -> usize {
 pub struct MomentTable<'a> {
     /// Which.
     pub moments: Moments,
-    /// The moments, tile after tile of the wavelengths: in each, altitude after altitude, all of the first suns that share a tile, then of the next.
+    /// The moments, tile after tile of the wavelengths: in each, altitude after altitude, all of the first suns that
+    /// share a tile, then of the next.
     pub values: &'a [f32],
     /// Altitudes.
     pub altitudes: usize,
     /// Zenith angles of the suns (radians).
     pub suns: Axis<'a>,
-    /// Whether what lies between suns is interpolated relative to its logarithm: where the sun sets, light falls by powers of ten.
+    /// Whether what lies between suns is interpolated relative to its logarithm: where the sun sets, light falls by
+    /// powers of ten.
     pub logarithmic: bool,
 }
 
-/// The suns of all sights at a node of a ray, where they stand among the suns of a table: appended by `visit`, in the order of the sights.
+/// The suns of all sights at a node of a ray, where they stand among the suns of a table: appended by `visit`, in the
+/// order of the sights.
 #[inline(always)]
 pub fn suns_along<const N: usize>(
     suns: Axis,

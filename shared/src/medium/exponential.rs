@@ -1,19 +1,21 @@
 //! Constituents whose density falls exponentially with altitude, and their column densities in closed form.
 //!
-//! For a density `e^(-h/H)` on a sphere the column density at altitude `h` is `ρ(h) H Ch(r/H, μ)` with Chapman's grazing incidence
-//! function (Chapman 1931, <https://doi.org/10.1088/0959-5309/43/1/305>), which has no closed form. With
+//! For a density `e^(-h/H)` on a sphere the column density at altitude `h` is `ρ(h) H Ch(r/H, μ)` with Chapman's
+//! grazing incidence function (Chapman 1931, <https://doi.org/10.1088/0959-5309/43/1/305>), which has no closed form.
+//! With
 //!
 //! ```text
 //! g = √(1 + h/R),   K = κ √(R / 2H),   t = 1 / (1 + K g μ)
 //! C(h, μ) = ρ(h) H K g Σᵢ cᵢ tⁱ,   i = 1 ... 8,   κ = 0.45,   cᵢ = aᵢ + bᵢ H/R
 //! ```
 //!
-//! it is a smooth function of `t` alone, to an accuracy that eight terms exhaust. For the Earth and `μ >= 0` the error is 9e-6 of
-//! the column density at the ground, and 9e-6 in the optical depth of air at 380 nm anywhere. A grid looked up
-//! bilinearly needs 33 × 129 entries and four loads for the same.
+//! it is a smooth function of `t` alone, to an accuracy that eight terms exhaust. For the Earth and `μ >= 0` the error
+//! is 9e-6 of the column density at the ground, and 9e-6 in the optical depth of air at 380 nm anywhere. A grid looked
+//! up bilinearly needs 33 × 129 entries and four loads for the same.
 //!
-//! `cᵢ` would be `aᵢ + bᵢ H/r`. Taken at the ground they leave an error that grows with altitude, for `R/H = 100` to 4e-4 of the column density at
-//! four scale heights. In opaque air that would be seen; there the column density is multiplied by
+//! `cᵢ` would be `aᵢ + bᵢ H/r`. Taken at the ground they leave an error that grows with altitude, for `R/H = 100` to
+//! 4e-4 of the column density at four scale heights. In opaque air that would be seen; there the column density is
+//! multiplied by
 //!
 //! ```text
 //! 1 - H (1/R - 1/r) (e₀ + e₁ t + e₂ t²)
@@ -28,8 +30,8 @@ use crate::glam::Vec4;
 /// `κ` of the [module's](self) closed form.
 const CHAPMAN_SPREAD: f64 = 0.45;
 
-/// `aᵢ` of the [module's](self) closed form: a least-squares fit to Chapman's function, weighted by its relative error, for
-/// `R/H` from 100 to infinity.
+/// `aᵢ` of the [module's](self) closed form: a least-squares fit to Chapman's function, weighted by its relative error,
+/// for `R/H` from 100 to infinity.
 const CHAPMAN_COEFFICIENTS: [f64; 8] = [
     1.000_012_061,
     0.999_615_471,
@@ -53,10 +55,12 @@ const CHAPMAN_CURVATURE_COEFFICIENTS: [f64; 8] = [
     -8.033_917_76,
 ];
 
-/// `e₀`, `e₁` and `e₂` of the [module's](self) correction for altitude: a fit to `Σᵢ bᵢ tⁱ / Σᵢ aᵢ tⁱ` for `R/H` from 100 to 800.
+/// `e₀`, `e₁` and `e₂` of the [module's](self) correction for altitude: a fit to `Σᵢ bᵢ tⁱ / Σᵢ aᵢ tⁱ` for `R/H` from
+/// 100 to 800.
 pub(crate) const CHAPMAN_ALTITUDE_COEFFICIENTS: [f32; 3] = [1.009_65, 0.054_870, -0.717_864];
 
-/// A constituent whose density falls exponentially with altitude, and its column densities by the [module's](self) closed form.
+/// A constituent whose density falls exponentially with altitude, and its column densities by the [module's](self)
+/// closed form.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Exponential {
@@ -75,7 +79,8 @@ pub struct Exponential {
 }
 
 impl Exponential {
-    /// The constituent with this scale height (km) on a planet with this radius (km): its coefficients `cᵢ`, rounded once.
+    /// The constituent with this scale height (km) on a planet with this radius (km): its coefficients `cᵢ`, rounded
+    /// once.
     pub fn new(scale_height: f64, ground_radius: f64) -> Self {
         let curvature = scale_height / ground_radius;
         let spread = CHAPMAN_SPREAD * libm::sqrt(0.5 / curvature);

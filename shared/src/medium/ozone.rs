@@ -1,7 +1,8 @@
 //! Ozone as a tent over altitude: its density, and its column densities.
 //!
-//! The integral over each slope of the tent, from where the ray enters it to the shell at its end, is taken by the quintic Hermite rule on the
-//! density and its first two derivatives at both ends (error 8e-6 km for the Earth's tent, whose vertical column density is 15 km).
+//! The integral over each slope of the tent, from where the ray enters it to the shell at its end, is taken by the
+//! quintic Hermite rule on the density and its first two derivatives at both ends (error 8e-6 km for the Earth's tent,
+//! whose vertical column density is 15 km).
 
 use crate::glam::{Vec2, Vec4};
 use crate::math::{max, max4, min, sqrt4};
@@ -17,11 +18,11 @@ pub fn ozone_density(atmosphere: &Atmosphere, altitude: f32) -> f32 {
     max(min(rising, falling), 0.0)
 }
 
-/// Column densities of ozone (km at its peak density) along two rising rays from one point: the two slopes of the tent, each from where the ray
-/// enters it.
+/// Column densities of ozone (km at its peak density) along two rising rays from one point: the two slopes of the tent,
+/// each from where the ray enters it.
 ///
-/// Each is integrated along the ray by the quintic Hermite rule. The lanes of the vectors are the rising and the falling slope along
-/// the first ray, then along the second.
+/// Each is integrated along the ray by the quintic Hermite rule. The lanes of the vectors are the rising and the
+/// falling slope along the first ray, then along the second.
 #[inline(always)]
 pub(crate) fn ozone_column_densities(atmosphere: &Atmosphere, altitude: f32, mu: Vec2) -> Vec2 {
     let (bottom, peak, top) = (atmosphere.ozone_bottom, atmosphere.ozone_peak, atmosphere.ozone_top);

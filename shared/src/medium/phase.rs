@@ -44,8 +44,9 @@ impl ScatteringAngle {
 
 /// The phase function of air, `3/(16π) ((4 - ε)/3 + ε ν²)`, in sr⁻¹; its integral over the sphere is 1.
 ///
-/// The anisotropy `ε = (1 - ρ)/(1 + ρ/2)` is 1 for Rayleigh's spheres; molecules depolarise by `ρ`, and for air `ρ` is 0.028 and `ε` 0.96 (Chandrasekhar 1950; Bucholtz 1995,
-/// <https://doi.org/10.1364/AO.34.002765>, Eq. 12). Its Legendre moments are `χ_0 = 1` and `χ_2 = ε/10`.
+/// The anisotropy `ε = (1 - ρ)/(1 + ρ/2)` is 1 for Rayleigh's spheres; molecules depolarise by `ρ`, and for air `ρ` is
+/// 0.028 and `ε` 0.96 (Chandrasekhar 1950; Bucholtz 1995, <https://doi.org/10.1364/AO.34.002765>, Eq. 12). Its Legendre
+/// moments are `χ_0 = 1` and `χ_2 = ε/10`.
 #[derive(Clone, Copy)]
 pub struct AirPhase {
     /// Its value across.

@@ -21,8 +21,8 @@ pub(crate) struct TowardsObserver {
     pub(crate) mu: f32,
     /// Whether the ray rises along the piece.
     pub(crate) rising: bool,
-    /// What the column densities from a place outwards are taken from (rising ray) or added to (falling ray) to give those between the
-    /// observer and the place (km).
+    /// What the column densities from a place outwards are taken from (rising ray) or added to (falling ray) to give
+    /// those between the observer and the place (km).
     pub(crate) offset: ColumnDensities,
     /// The lowest point between the observer and a piece on which the ray rises.
     pub(crate) lowest: LowestPoint,
@@ -65,8 +65,8 @@ impl TowardsObserver {
     }
 }
 
-/// What light meets that is scattered once at a lit place: the relative densities of (air, aerosol) there, and the column densities
-/// between the sun and the observer (km).
+/// What light meets that is scattered once at a lit place: the relative densities of (air, aerosol) there, and the
+/// column densities between the sun and the observer (km).
 #[inline(always)]
 pub(crate) fn lit_place(
     atmosphere: &Atmosphere,

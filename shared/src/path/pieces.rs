@@ -11,8 +11,9 @@ use crate::path::ray::{Way, direction};
 use crate::path::samples::Samples;
 use crate::variant;
 
-/// How much a mean free path of light counts where the samples of a ray crowd, relative to the length over which the density falls off;
-/// see `samples`. Light scattered more than once comes from the dense air at once, where that of the sun does not reach.
+/// How much a mean free path of light counts where the samples of a ray crowd, relative to the length over which the
+/// density falls off; see `samples`. Light scattered more than once comes from the dense air at once, where that of the
+/// sun does not reach.
 pub const PER_MEAN_FREE_PATH_OF_ORDERS: f32 = 0.4;
 
 /// A sample of a view ray.
@@ -105,8 +106,8 @@ pub fn lit_from_end_to_end(atmosphere: &Atmosphere, ray: Ray) -> bool {
     (shadow.end <= shadow.start) | (shadow.start >= way.length)
 }
 
-/// Visits the pieces of a whole ray, dark or lit, from its origin on. The ray is returned from where it enters the atmosphere, with the ground
-/// where it meets it. `variant` is one in which a ray can descend.
+/// Visits the pieces of a whole ray, dark or lit, from its origin on. The ray is returned from where it enters the
+/// atmosphere, with the ground where it meets it. `variant` is one in which a ray can descend.
 #[inline(always)]
 pub fn for_each_piece(
     atmosphere: &Atmosphere,

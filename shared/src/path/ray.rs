@@ -88,7 +88,8 @@ impl Way {
     pub(crate) fn piece(self, shell: Shell, interval: Interval, rising: bool, variant: u32) -> Piece {
         let Self { ray, length, perigee, lowest, .. } = self;
         let low = if rising { interval.start } else { interval.end };
-        // The ends that are known better than by their distance: the ground, the ray's lowest point, the observer, the shadow.
+        // The ends that are known better than by their distance: the ground, the ray's lowest point, the observer, the
+        // shadow.
         let at_lowest = (low == perigee) | (!rising & (low == length));
         let mut altitude = if at_lowest { lowest } else { altitude_along(shell, ray, low) };
         if (variant & variant::SHADOW != 0) & (low != perigee) {

@@ -24,10 +24,11 @@ pub(crate) struct Place {
 /// How strongly the samples of a piece crowd towards its low end: `k` of the substitution
 /// `s = length · u / (1 + k (1 - u))`.
 ///
-/// The integrand falls off over the distance `D` in which the density does, or over a few mean free paths of light, whichever is shorter;
-/// `k` makes the sampled variable as long as three of those. `low` is the distance of the low end along the ray. A falling ray
-/// reaches its low end last: in opaque air nothing is seen of it, and the density alone counts. `mu` is the cosine of the angle between
-/// the vertical and the piece at its low end; `per_mean_free_path` says how much a mean free path of light counts beside `D`.
+/// The integrand falls off over the distance `D` in which the density does, or over a few mean free paths of light,
+/// whichever is shorter; `k` makes the sampled variable as long as three of those. `low` is the distance of the low end
+/// along the ray. A falling ray reaches its low end last: in opaque air nothing is seen of it, and the density alone
+/// counts. `mu` is the cosine of the angle between the vertical and the piece at its low end; `per_mean_free_path` says
+/// how much a mean free path of light counts beside `D`.
 #[inline(always)]
 pub(crate) fn crowding(
     atmosphere: &Atmosphere,
@@ -46,8 +47,8 @@ pub(crate) fn crowding(
     max(0.35 * length * (1.0 / fall_off + per_mean_free_path * strongest) - 1.0, 0.0)
 }
 
-/// A sample of a piece with this length (km), crowded by `k`: its distance from the low end and its weight (km), for a quadrature node
-/// (place, weight) on [0, 1].
+/// A sample of a piece with this length (km), crowded by `k`: its distance from the low end and its weight (km), for a
+/// quadrature node (place, weight) on [0, 1].
 #[inline(always)]
 pub(crate) fn sample(length: f32, k: f32, node: Vec2) -> (f32, f32) {
     let compression = 1.0 / (1.0 + k * (1.0 - node.x));
@@ -59,8 +60,8 @@ pub(crate) const PER_MEAN_FREE_PATH: f32 = 0.05;
 
 /// The samples of a piece.
 ///
-/// They are placed by their distance from the low end: altitudes there are sums of positive terms, and near the ground keep the digits
-/// that they would lose as distances from an observer far above.
+/// They are placed by their distance from the low end: altitudes there are sums of positive terms, and near the ground
+/// keep the digits that they would lose as distances from an observer far above.
 #[derive(Clone, Copy)]
 pub(crate) struct Samples {
     pub(crate) piece: Piece,

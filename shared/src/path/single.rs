@@ -1,8 +1,8 @@
 //! Light scattered once: a ray in, the transfer at each band out (Eqs. 1-3).
 //!
-//! Sunlight of irradiance `E(λ)` reaches a point at distance `s` along the view ray, weakened by the optical depth between the
-//! top of the atmosphere and the point. There air scatters the part `β_air ρ_air P_air(ν)` of it towards the observer, and
-//! aerosol the part `β_aerosol ρ_aerosol P_aerosol(ν)`; on the way it is weakened once more:
+//! Sunlight of irradiance `E(λ)` reaches a point at distance `s` along the view ray, weakened by the optical depth
+//! between the top of the atmosphere and the point. There air scatters the part `β_air ρ_air P_air(ν)` of it towards
+//! the observer, and aerosol the part `β_aerosol ρ_aerosol P_aerosol(ν)`; on the way it is weakened once more:
 //!
 //! ```text
 //! L(λ) = E(λ) ∫ Σ_c β_c(λ) ρ_c(h) P_c(ν) exp(-τ(sun → s; λ) - τ(s → observer; λ)) ds        (Eq. 1)
@@ -71,9 +71,9 @@ fn integrate_piece<V: Value>(
 /// The single-scattering integral along a ray from any altitude, inside the atmosphere or above it (Eq. 1).
 ///
 /// The lit part of the ray is cut at its perigee and at the planet's shadow, and each piece is integrated by the same
-/// `quadrature`: (node, weight) on [0, 1], Gauss-Legendre in a variable that crowds towards the piece's lowest, densest end (see
-/// `path::samples`). `variant` says what the scene has; see [`variant`]. Without ozone twelve samples
-/// leave 5e-4 of the radiance and sixteen 2e-5. With it, sunlight that grazes the kinks of the ozone tent slows the
+/// `quadrature`: (node, weight) on [0, 1], Gauss-Legendre in a variable that crowds towards the piece's lowest, densest
+/// end (see `path::samples`). `variant` says what the scene has; see [`variant`]. Without ozone twelve samples leave
+/// 5e-4 of the radiance and sixteen 2e-5. With it, sunlight that grazes the kinks of the ozone tent slows the
 /// convergence when the sun is low: sixteen then leave 7e-3, forty-eight 4e-4.
 #[cfg_attr(target_arch = "spirv", inline)]
 #[cfg_attr(not(target_arch = "spirv"), multiversion::multiversion(targets("x86_64+avx+avx2")))]
@@ -88,8 +88,8 @@ pub fn single_scattering(
     single_scattering_placed_for(atmosphere, coefficients, bands, PER_MEAN_FREE_PATH, quadrature, ray, variant)
 }
 
-/// The same at the bands of any value, with samples that are placed for some bands, where a mean free path of light counts as much
-/// as is said; see `path::samples`.
+/// The same at the bands of any value, with samples that are placed for some bands, where a mean free path of light
+/// counts as much as is said; see `path::samples`.
 #[inline(always)]
 pub(crate) fn single_scattering_placed_for<V: Value>(
     atmosphere: &Atmosphere,
@@ -164,7 +164,8 @@ mod tests {
     }
 
     /// Light that is scattered once down through a plane layer of optical depth τ, without its phase function: the
-    /// transmission `μ_s/(μ_s - μ) (e^(-τ/μ_s) - e^(-τ/μ))`, and `τ/μ e^(-τ/μ)` where both angles are one (Chandrasekhar 1950, §12.1).
+    /// transmission `μ_s/(μ_s - μ) (e^(-τ/μ_s) - e^(-τ/μ))`, and `τ/μ e^(-τ/μ)` where both angles are one
+    /// (Chandrasekhar 1950, §12.1).
     #[test]
     fn a_flat_layer_transmits_what_chandrasekhar_says() {
         let depths = [0.05f32, 0.3, 1.0, 2.5];

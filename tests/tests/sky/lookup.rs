@@ -1,4 +1,5 @@
-//! The sky lookup from every altitude and under every sun: how much of a picture is integrated, and how near it is to the integral.
+//! The sky lookup from every altitude and under every sun: how much of a picture is integrated, and how near it is to
+//! the integral.
 
 use std::sync::Arc;
 
@@ -11,7 +12,8 @@ use sorairo::low_level::plan::{Plan, SkyPlan};
 use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Scene};
 use sorairo_shared::variant;
 
-/// Altitudes (km): of an ant, of a person, of a tower, a hill, a mountain, an aeroplane, a balloon, in the highest air and in orbit.
+/// Altitudes (km): of an ant, of a person, of a tower, a hill, a mountain, an aeroplane, a balloon, in the highest air
+/// and in orbit.
 const ALTITUDES: [f64; 9] = [0.0005, 0.0017, 0.05, 0.5, 3.0, 12.0, 40.0, 100.0, 400.0];
 
 fn sky(altitude: f64, sun: f64) -> Arc<SkyPlan> {
@@ -37,8 +39,8 @@ fn pixels(plan: &Plan) -> Vec<f64> {
     words.into_iter().map(|word| f64::from(f32::from_bits(word))).collect()
 }
 
-/// RMSE, in parts of the truth's mean, of what was found; the largest error in parts of a pixel or a tenth of the mean, and
-/// the part of pixels whose error is above 4e-3.
+/// RMSE, in parts of the truth's mean, of what was found; the largest error in parts of a pixel or a tenth of the mean,
+/// and the part of pixels whose error is above 4e-3.
 fn errors(found: &[f64], truth: &[f64]) -> [f64; 3] {
     let mean = truth.iter().sum::<f64>() / truth.len() as f64;
     let off: Vec<f64> = found.iter().zip(truth).map(|(a, b)| (a - b).abs() / b.max(0.1 * mean)).collect();
@@ -71,8 +73,9 @@ fn a_picture_is_looked_up_from_every_altitude_and_near_to_the_integral() {
             // The same lookup in a picture that is integrated in a moment.
             let [rmse, worst, many] = errors_of(&seen(&sky, "160x90").with_lookup(large.lookup.size.unwrap()));
             println!("{what}: {rmse:.1e} of the mean, {worst:.1e} at most, {many:.1e} of them above 4e-3");
-            // The bounds of `the_lookup_agrees_with_the_integral_at_every_pixel`. From the highest air a ray grazes the edges of the layer of ozone, and from orbit the planet's shadow
-            // has its edge in the picture by day: kinks as in twilight.
+            // The bounds of `the_lookup_agrees_with_the_integral_at_every_pixel`. From the highest air a ray grazes the
+            // edges of the layer of ozone, and from orbit the planet's shadow has its edge in the picture by day: kinks
+            // as in twilight.
             let has_kinks = sun <= 0.0 || altitude > 50.0;
             // Under a sun at -12° a hundredth of the picture, the edge itself, has nearly all of its light: 1.4e-3 from
             // 100 km by three entries to every anchor, too.
@@ -100,8 +103,8 @@ fn maps_are_near_to_the_integral_and_within_what_they_say() {
                 assert!(rmse > 0.0 && rmse <= 1e-3, "{what}: {rmse:.1e}");
                 told += 1;
             }
-            // From 40 and 100 km three rows have nearly all of the light in twilight, up to a thousand times the mean, and
-            // what is off there counts as much: as far as three entries to every anchor are off, 4.0e-3 and 2.0e-3.
+            // From 40 and 100 km three rows have nearly all of the light in twilight, up to a thousand times the mean,
+            // and what is off there counts as much: as far as three entries to every anchor are off, 4.0e-3 and 2.0e-3.
             let most = match altitude {
                 40.0 => 4.4e-3,
                 100.0 => 2.2e-3,

@@ -33,7 +33,8 @@ use crate::spectra::optics::Optics;
 pub struct SkyPlan {
     /// The scene whose sky this is; its camera is one of those that may look at it.
     pub scene: ValidScene,
-    /// What is decided of the ray integral at the bands before light that was scattered more than once is computed: all that spectra take of it.
+    /// What is decided of the ray integral at the bands before light that was scattered more than once is computed: all
+    /// that spectra take of it.
     pub base: RayIntegral,
     /// The fit through the bands.
     pub fit: SpectralFit,
@@ -70,8 +71,8 @@ impl SkyPlan {
         Self::with_light_fields(scene, rgb, &LightFields::default())
     }
 
-    /// The same sky with the light fields of others: most of the time of a plan goes into one, and skies of the same air under suns that
-    /// are near each other share it. Those that it lacks are added.
+    /// The same sky with the light fields of others: most of the time of a plan goes into one, and skies of the same
+    /// air under suns that are near each other share it. Those that it lacks are added.
     pub fn with_light_fields(scene: &ValidScene, rgb: Rgb, light_fields: &LightFields) -> Self {
         let (observer, colour_path) = (scene.render.observer, scene.render.color);
         let optics = optics_of(scene).over(Window::STEP);
@@ -117,7 +118,8 @@ impl SkyPlan {
         }
     }
 
-    /// The same sky as spectra take it: its optics are those at the wavelengths themselves, in the place of means. The bands of colour keep theirs.
+    /// The same sky as spectra take it: its optics are those at the wavelengths themselves, in the place of means. The
+    /// bands of colour keep theirs.
     pub(crate) fn at_wavelengths(&self) -> Self {
         self.as_read(optics_of(&self.scene))
     }
@@ -163,8 +165,8 @@ impl SkyPlan {
         found_once(&self.colours, || self.find_colours())
     }
 
-    /// Rows and columns of a grid of a sky lookup that are enough, or the most that may be. Found when it is first asked
-    /// for; with the colours where a device finds both.
+    /// Rows and columns of a grid of a sky lookup that are enough, or the most that may be. Found when it is first
+    /// asked for; with the colours where a device finds both.
     pub fn lookup_grid(&self, kind: GridKind) -> Entries {
         let find = || self.find_lookup_grids(&self.colours().rows, &[kind])[0];
         *found_once(&self.lookup_grids[kind as usize], find)
@@ -338,8 +340,8 @@ fn constituents_on(
     Ok(light.chunks_exact(buffers.bands.len()).map(of_view).collect())
 }
 
-/// What a cell holds, found when it is first asked for. Threads that ask at once all find it: one that waited for another would hold up work
-/// that the other may have handed to it.
+/// What a cell holds, found when it is first asked for. Threads that ask at once all find it: one that waited for
+/// another would hold up work that the other may have handed to it.
 pub(crate) fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T {
     if let Some(found) = cell.get() {
         return found;

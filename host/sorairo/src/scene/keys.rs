@@ -1,6 +1,6 @@
-//! The keys of a scene: one row each, with the way to its value, its unit, what it may be, and what stands in for it. Validation, scene files,
-//! the help of the flags, the reference page, random scenes and the words of the fuzz targets are all made from these rows; a key's sentence is
-//! the doc comment of its field.
+//! The keys of a scene: one row each, with the way to its value, its unit, what it may be, and what stands in for it.
+//! Validation, scene files, the help of the flags, the reference page, random scenes and the words of the fuzz targets
+//! are all made from these rows; a key's sentence is the doc comment of its field.
 
 use std::ops::RangeInclusive;
 
@@ -137,8 +137,8 @@ const FIELDS: RangeInclusive<f64> = 0.01..=360.0;
 /// The widest field of view of a perspective (degrees).
 const WIDEST_PERSPECTIVE: f64 = 170.0;
 
-// Column densities are closed forms for scale heights up to a hundredth of the radius; where the atmosphere ends within one scale
-// height, a column density to its top is the small difference of two of them.
+// Column densities are closed forms for scale heights up to a hundredth of the radius; where the atmosphere ends within
+// one scale height, a column density to its top is the small difference of two of them.
 const THICKEST: Bound = From(
     |s| (s.atmosphere.ground_radius / 100.0).min(s.atmosphere.top_radius - s.atmosphere.ground_radius),
     || "a hundredth of the ground radius and the depth of the atmosphere".into(),
@@ -170,7 +170,8 @@ pub static KEYS: &[Key] = &[
         atmosphere.top_radius,
         "km",
         From(|s| s.atmosphere.ground_radius + 1.0, || "1 above the ground".into()),
-        // The column density of a layer of ozone is a closed form for heights well below the radius; of the thickest profile, e⁻²⁰ is left there.
+        // The column density of a layer of ozone is a closed form for heights well below the radius; of the thickest
+        // profile, e⁻²⁰ is left there.
         From(
             |s| s.atmosphere.ground_radius + (0.2 * s.atmosphere.ground_radius).min(HIGHEST_TOP),
             || format!("{HIGHEST_TOP} km or a fifth of the ground radius above the ground"),
@@ -518,7 +519,8 @@ fn listed(words: &[Word]) -> String {
 
 /// The largest optical depth, on a level ray and at the shortest wavelength, of what the atmosphere's top cuts off.
 ///
-/// A denser top is an edge: the level sun lights the air within metres of it, and an altitude in single precision has no digits for them.
+/// A denser top is an edge: the level sun lights the air within metres of it, and an altitude in single precision has
+/// no digits for them.
 pub const DENSEST_TOP: f64 = 20.0;
 
 /// What the optical depth above the top follows from.

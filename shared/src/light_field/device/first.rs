@@ -15,8 +15,9 @@ use crate::path::pieces::{PER_MEAN_FREE_PATH_OF_ORDERS, lit_from_end_to_end};
 use crate::path::single::single_scattering_placed_for;
 use crate::variant;
 
-/// Kernel `field_first`: light of the first order at a group of bands in a sight of a table's ray, by its constituents before their phase functions; without
-/// azimuths that of a listed ray, which is no table's and whose ground is left out.
+/// Kernel `field_first`: light of the first order at a group of bands in a sight of a table's ray, by its constituents
+/// before their phase functions; without azimuths that of a listed ray, which is no table's and whose ground is left
+/// out.
 #[inline(always)]
 pub fn field_first(uniform: &FieldUniform, buffers: FieldBuffers<'_>, values: &mut [Vec4], index: usize, variant: u32) {
     let atmosphere = &uniform.atmosphere;
@@ -74,7 +75,8 @@ fn listed_ray(uniform: &FieldUniform, tables: &[f32], ray: usize) -> Ray {
     Ray::new(fetch(tables, at), vector(at + 1), vector(at + 4))
 }
 
-/// Light scattered once along a ray of a table that is lit from end to end, at a group of bands, of air and of aerosol before their phase functions.
+/// Light scattered once along a ray of a table that is lit from end to end, at a group of bands, of air and of aerosol
+/// before their phase functions.
 #[inline(always)]
 fn lit_ray(
     uniform: &FieldUniform,
@@ -107,8 +109,8 @@ fn lit_ray(
     ByScatterer { air, aerosol }
 }
 
-/// Kernel `field_phases`: the coefficients of `cos(m φ)` of the phase functions of (air, aerosol, what has none) between a ray's direction and a sun's, by the
-/// addition theorem.
+/// Kernel `field_phases`: the coefficients of `cos(m φ)` of the phase functions of (air, aerosol, what has none)
+/// between a ray's direction and a sun's, by the addition theorem.
 #[inline(always)]
 pub fn field_phase(
     uniform: &FieldUniform,
@@ -141,10 +143,11 @@ pub fn field_phase(
     store(values, uniform.values.phases as usize + index, phases);
 }
 
-/// Kernel `field_first_fourier`: the coefficient of `cos(n φ)` of the first order's light, after the phase functions, for a ray, a sun and a group of bands.
+/// Kernel `field_first_fourier`: the coefficient of `cos(n φ)` of the first order's light, after the phase functions,
+/// for a ray, a sun and a group of bands.
 ///
-/// What was integrated at some azimuths is a sum of their multiples `cos(j φ)`. The phase functions are sums of `cos(m φ)` by the addition theorem, and the
-/// integral over the circle of three cosines is left.
+/// What was integrated at some azimuths is a sum of their multiples `cos(j φ)`. The phase functions are sums of `cos(m
+/// φ)` by the addition theorem, and the integral over the circle of three cosines is left.
 #[inline(always)]
 pub fn field_first_fourier(uniform: &FieldUniform, tables: &[f32], values: &mut [Vec4], index: usize) {
     let groups = uniform.group_count();
@@ -183,7 +186,7 @@ pub fn field_first_fourier(uniform: &FieldUniform, tables: &[f32], values: &mut 
 
 /// The coefficients of `cos(m φ)` of the phase functions that [`field_phase`] found.
 #[inline(always)]
-pub(crate) fn phases(uniform: &FieldUniform, values: &[Vec4], under_sun: usize, m: usize) -> Vec4 {
+fn phases(uniform: &FieldUniform, values: &[Vec4], under_sun: usize, m: usize) -> Vec4 {
     let highest = uniform.first.y as usize;
     if m <= highest {
         fetch(values, uniform.values.phases as usize + under_sun * (highest + 1) + m)

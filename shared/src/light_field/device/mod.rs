@@ -1,7 +1,7 @@
 //! The light field on a device: what each of its kernels does for one index.
 //!
-//! The theory is that of [`crate::light_field`]. A processor computes the same, a tile of suns at a time. Here an invocation has one value, for a group
-//! of four bands, and the steps follow each other as dispatches:
+//! The theory is that of [`crate::light_field`]. A processor computes the same, a tile of suns at a time. Here an
+//! invocation has one value, for a group of four bands, and the steps follow each other as dispatches:
 //!
 //! | kernel | of each | computes |
 //! | --- | --- | --- |

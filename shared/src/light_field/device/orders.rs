@@ -42,8 +42,9 @@ impl NodeMoments<Vec4> for MomentsOfOrder<'_> {
     }
 }
 
-/// Kernel `field_sources`: the source at a node of a ray towards its origin, under a sun and for each azimuthal number: `Σ_l χ_l L_lm N_lm P_l^m`; where what
-/// lies between suns is interpolated by logarithms, relative to its size, whose logarithm follows.
+/// Kernel `field_sources`: the source at a node of a ray towards its origin, under a sun and for each azimuthal number:
+/// `Σ_l χ_l L_lm N_lm P_l^m`; where what lies between suns is interpolated by logarithms, relative to its size, whose
+/// logarithm follows.
 #[inline(always)]
 pub fn field_source(
     uniform: &FieldUniform,
@@ -99,8 +100,8 @@ pub fn field_source(
     }
 }
 
-/// Kernel `field_gather`: the light that is gathered in a sight of a ray at a group of bands, with that of the ground for a ray of a table; for an observer's
-/// the irradiance of the ground stands beside it.
+/// Kernel `field_gather`: the light that is gathered in a sight of a ray at a group of bands, with that of the ground
+/// for a ray of a table; for an observer's the irradiance of the ground stands beside it.
 #[inline(always)]
 pub fn field_gather(uniform: &FieldUniform, tables: &[f32], values: &mut [Vec4], orders: &[Vec4], index: usize) {
     let groups = uniform.group_count();
@@ -203,7 +204,8 @@ fn between_logarithms_of_four([a, b, c, d]: [Vec4; 4], weights: [f32; 4]) -> Vec
     )
 }
 
-/// Kernel `field_fourier`: the integral over the circle of the light that was gathered against `cos(m φ)`, for a ray, a sun and a group of bands.
+/// Kernel `field_fourier`: the integral over the circle of the light that was gathered against `cos(m φ)`, for a ray, a
+/// sun and a group of bands.
 #[inline(always)]
 pub fn field_fourier(uniform: &FieldUniform, tables: &[f32], values: &mut [Vec4], index: usize) {
     let groups = uniform.group_count();
@@ -222,8 +224,8 @@ pub fn field_fourier(uniform: &FieldUniform, tables: &[f32], values: &mut [Vec4]
     store(values, uniform.values.fourier as usize + index, coefficient);
 }
 
-/// Kernel `field_moments`: a moment of an order at an altitude, under a sun and at a group of bands; after those of all altitudes the irradiance of the
-/// ground.
+/// Kernel `field_moments`: a moment of an order at an altitude, under a sun and at a group of bands; after those of all
+/// altitudes the irradiance of the ground.
 #[inline(always)]
 pub fn field_moment(
     uniform: &FieldUniform,

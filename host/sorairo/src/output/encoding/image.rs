@@ -119,8 +119,8 @@ pub(crate) fn picture(
     })
 }
 
-/// The bytes (red, green, blue) of linear pixels of an image, from row `first_row` on, exposed as the kernels would, or of 16 bits in PQ. The first
-/// three values of a pixel are its RGB.
+/// The bytes (red, green, blue) of linear pixels of an image, from row `first_row` on, exposed as the kernels would, or
+/// of 16 bits in PQ. The first three values of a pixel are its RGB.
 fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
     let Image { exposure, space, display, .. } = image;
     let (width, pixel_words) = (image.width as usize, image.pixel_words());
@@ -159,7 +159,8 @@ fn signals(exposed: Vec3, space: &RgbSpace) -> [[u8; 2]; 3] {
     light.to_array().map(|light| ((pq::signal(light) * f32::from(u16::MAX) + 0.5) as u16).to_be_bytes())
 }
 
-/// Encodes an image whose rows arrive in strips as linear RGB, and radiance at some of its wavelengths (nm), the first ones.
+/// Encodes an image whose rows arrive in strips as linear RGB, and radiance at some of its wavelengths (nm), the first
+/// ones.
 pub(crate) fn linear<W: Read + Write + Seek>(
     output: &mut BufWriter<W>,
     image: &Image,

@@ -17,8 +17,8 @@ pub fn unpack(pixels: &[u32]) -> Vec<u8> {
     pixels.iter().flat_map(|pixel| pixel.to_le_bytes().into_iter().take(3)).collect()
 }
 
-/// What a PNG says of a display that is not sRGB: the code points of its primaries, of its curve, of RGB and of the full
-/// range (ITU-T H.273, tables 2 to 4; chunk `cICP` of PNG, third edition, 11.3.2.6).
+/// What a PNG says of a display that is not sRGB: the code points of its primaries, of its curve, of RGB and of the
+/// full range (ITU-T H.273, tables 2 to 4; chunk `cICP` of PNG, third edition, 11.3.2.6).
 fn code_points(display: Display) -> Option<[u8; 4]> {
     const CURVE_OF_SRGB: u8 = 13;
     const PQ: u8 = 16;
@@ -42,11 +42,12 @@ fn set_chromaticities<W: Write>(encoder: &mut Encoder<'_, W>, display: Display) 
     encoder.set_source_chromaticities(SourceChromaticities::new(white, red, green, blue));
 }
 
-/// Encodes a picture of a display, with the bits that it has, whose bytes `fill` writes, from the top, and a text under its keyword.
+/// Encodes a picture of a display, with the bits that it has, whose bytes `fill` writes, from the top, and a text under
+/// its keyword.
 ///
-/// The difference from the pixel to the left and the fastest deflate are both the fastest choice and the smallest fast one for
-/// the smooth gradients of a sky: 6.6 ms for 1920×960 pixels against 9 to 11 ms for other filters and 49 ms upwards for
-/// other deflates, in 0.29 MB against 0.33 to 4.1 MB and 0.16 MB upwards (one core of a Xeon at 2.5 GHz).
+/// The difference from the pixel to the left and the fastest deflate are both the fastest choice and the smallest fast
+/// one for the smooth gradients of a sky: 6.6 ms for 1920×960 pixels against 9 to 11 ms for other filters and 49 ms
+/// upwards for other deflates, in 0.29 MB against 0.33 to 4.1 MB and 0.16 MB upwards (one core of a Xeon at 2.5 GHz).
 pub(crate) fn encode(
     output: &mut impl Write,
     width: u32,

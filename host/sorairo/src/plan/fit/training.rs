@@ -1,8 +1,8 @@
 //! The spectra on which a regression fit is made: light along some hundred rays of the sky's own, by its constituents.
 //!
-//! Light at many wavelengths costs little more than at a few if what a ray crosses is computed once for all of them; see
-//! [`sorairo_shared::light_field`]. Of light that was scattered before more than [`TOGETHER`] are not: between every 10 nm it follows from
-//! optical depths and albedo, whose spectra are known.
+//! Light at many wavelengths costs little more than at a few if what a ray crosses is computed once for all of them;
+//! see [`sorairo_shared::light_field`]. Of light that was scattered before more than [`TOGETHER`] are not: between
+//! every 10 nm it follows from optical depths and albedo, whose spectra are known.
 
 use rayon::prelude::*;
 use sorairo_shared::glam::{DVec3, Vec2, Vec3, Vec4};
@@ -40,7 +40,8 @@ pub fn scattering_of(constituent: Constituent, coefficients: Coefficients) -> f6
     }
 }
 
-/// Spectra of every constituent along the training rays at wavelengths (nm); of what a sky does not have there are none.
+/// Spectra of every constituent along the training rays at wavelengths (nm); of what a sky does not have there are
+/// none.
 pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> ByConstituent<Vec<Vec<f64>>> {
     // Only ratios between wavelengths are learnt: a quarter of the samples, and a coarse light field, will do.
     let samples = integral.quadrature.len() as u32;
@@ -65,9 +66,9 @@ pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> ByConsti
 /// What stands for light below zero, relative to the brightest of its spectrum: about what twilight has at 380 nm.
 const UNDERSHOOT: f64 = 0.01;
 
-/// Where no direct light is left cubics between the nodes of a light field pass below zero at the shortest wavelengths. Their logarithms would
-/// be those of darkness, and a fit would learn from them how dark may turn into bright. So such rays are left out or, where most are like
-/// that, filled.
+/// Where no direct light is left cubics between the nodes of a light field pass below zero at the shortest wavelengths.
+/// Their logarithms would be those of darkness, and a fit would learn from them how dark may turn into bright. So such
+/// rays are left out or, where most are like that, filled.
 fn without_undershoots(spectra: &mut Vec<Vec<f64>>) {
     let is_whole = |spectrum: &Vec<f64>| spectrum.iter().all(|&value| value >= 0.0);
     if 2 * spectra.iter().filter(|spectrum| is_whole(spectrum)).count() >= spectra.len() {
@@ -101,8 +102,8 @@ impl Grid {
     }
 }
 
-/// The rays from which a spectrum is learnt, and others that lie between them. From above the ground both have some about the horizon, where most
-/// air is crossed and the ground begins.
+/// The rays from which a spectrum is learnt, and others that lie between them. From above the ground both have some
+/// about the horizon, where most air is crossed and the ground begins.
 pub fn spectral_grids(integral: &RayIntegral) -> [Vec<Grid>; 2] {
     let (rows, columns) = training_grid(integral);
     let from_ground = integral.uniform.altitude == 0.0;
@@ -131,8 +132,8 @@ fn above_horizon(integral: &RayIntegral, above: &[f64]) -> Vec<f64> {
     above.iter().map(|above| (horizon + above).max(-90.0)).collect()
 }
 
-/// Light along rays at the bands of an integral, by its constituents, in a light field as fine as that of its spectra; of what a sky does not have there
-/// is none.
+/// Light along rays at the bands of an integral, by its constituents, in a light field as fine as that of its spectra;
+/// of what a sky does not have there is none.
 pub fn light_of(integral: &RayIntegral, grids: &[Grid]) -> ByConstituent<Vec<Vec<f64>>> {
     let views: Vec<Vec3> = grids.iter().flat_map(|grid| grid.views(integral)).collect();
     let rows: Vec<Row> = grids.iter().flat_map(Grid::rows).collect();
@@ -160,8 +161,9 @@ impl Between {
         Self { computed, places }
     }
 
-    /// A spectrum at all wavelengths: the logarithm of what is not known of it, at those computed and at all, goes with the optical depths. What
-    /// ozone absorbs (km⁻¹), whose cross-section bends between those computed, is known but for the column that the light has crossed.
+    /// A spectrum at all wavelengths: the logarithm of what is not known of it, at those computed and at all, goes with
+    /// the optical depths. What ozone absorbs (km⁻¹), whose cross-section bends between those computed, is known but
+    /// for the column that the light has crossed.
     fn at_all(
         &self,
         computed: &[f64],
@@ -182,7 +184,8 @@ impl Between {
         self.places.iter().zip(all).zip(ozone_at_all).map(value).collect()
     }
 
-    /// The column of an absorber (km) that bends the logarithm of a spectrum as it does, by least squares over the computed wavelengths.
+    /// The column of an absorber (km) that bends the logarithm of a spectrum as it does, by least squares over the
+    /// computed wavelengths.
     fn column_in(&self, logarithms: &[f64], absorption: &[f64]) -> f64 {
         let bend = |values: &[f64], i: usize| {
             let Place { part, .. } = Place::of(self.computed[i], &[self.computed[i - 1], self.computed[i + 1]]);
@@ -217,15 +220,16 @@ impl Place {
     }
 }
 
-/// What is known of a constituent's spectrum: what scatters there and, of light that was scattered before, that about as much comes from the
-/// ground as its albedo.
+/// What is known of a constituent's spectrum: what scatters there and, of light that was scattered before, that about
+/// as much comes from the ground as its albedo.
 pub fn known(optics: &Optics, constituent: Constituent, wavelength: f64) -> f64 {
     let scattering = scattering_of(constituent, optics.at(wavelength)).max(DARKEST);
     let from_ground = if constituent == Constituent::Multiple { optics.ground_albedo.at(wavelength) } else { 0.0 };
     scattering * (1.0 + from_ground)
 }
 
-/// The bands, the ends of some wavelengths (nm), beyond which spectra may not be known, and multiples of a step between them.
+/// The bands, the ends of some wavelengths (nm), beyond which spectra may not be known, and multiples of a step between
+/// them.
 fn every_step(bands: &[f64], wavelengths: &[f64]) -> Vec<f64> {
     let first = wavelengths.iter().copied().fold(f64::MAX, f64::min);
     let last = wavelengths.iter().copied().fold(0.0, f64::max);
@@ -248,8 +252,8 @@ pub fn sorted(wavelengths: impl Iterator<Item = f64>) -> Vec<f64> {
 /// Spectra along rays, of air and of aerosol.
 pub type AirAndAerosol = (Vec<Vec<f64>>, Vec<Vec<f64>>);
 
-/// Light of the first order along rays, by air and by aerosol before their phase functions, at wavelengths in nm (transfer times sr), by a rule of
-/// quadrature on each piece.
+/// Light of the first order along rays, by air and by aerosol before their phase functions, at wavelengths in nm
+/// (transfer times sr), by a rule of quadrature on each piece.
 pub fn scattered_once(
     integral: &RayIntegral,
     quadrature: &[Vec2],
@@ -306,8 +310,8 @@ fn scattered_once_on_device(
     Some(light.chunks_exact(groups.len()).map(of_ray).unzip())
 }
 
-/// Directions of the training rays: crowded towards the horizon, over half of the azimuths, which mirror the other half.
-/// From above the ground the sky below the horizon is seen too. Twilight varies more and needs more rays.
+/// Directions of the training rays: crowded towards the horizon, over half of the azimuths, which mirror the other
+/// half. From above the ground the sky below the horizon is seen too. Twilight varies more and needs more rays.
 pub fn training_views(integral: &RayIntegral) -> Vec<Vec3> {
     let (elevations, azimuths) = training_grid(integral);
     let mut views = Vec::new();
@@ -334,8 +338,8 @@ fn training_elevation(row: u32, rows: u32) -> f64 {
     90.0 * (f64::from(row) / f64::from(rows - 1)).powi(2)
 }
 
-/// Spectra of light that was scattered more than once, and of light from the ground, along the rays of rows in a light field of a resolution; 0 where
-/// a ray meets no ground.
+/// Spectra of light that was scattered more than once, and of light from the ground, along the rays of rows in a light
+/// field of a resolution; 0 where a ray meets no ground.
 fn rest(
     integral: &RayIntegral,
     wavelengths: &[f64],
@@ -384,7 +388,8 @@ fn ground_of(integral: &RayIntegral, mu: f64, cosine: f64) -> GroundView {
     ground_seen(&integral.uniform.atmosphere, integral.ray(view.as_vec3()), integral.variant)
 }
 
-/// The training rays as rows, from above the ground also those below the horizon; on the ground itself one that looks at it.
+/// The training rays as rows, from above the ground also those below the horizon; on the ground itself one that looks
+/// at it.
 fn training_rows(integral: &RayIntegral) -> Vec<Row> {
     let (elevations, azimuths) = training_grid(integral);
     let cosines: Vec<f64> =
@@ -423,8 +428,8 @@ mod tests {
                 let errors = lit.flat_map(|(found, expected)| found.iter().zip(expected));
                 let worst = errors.map(|(found, expected)| (found / expected - 1.0).abs()).fold(0.0, f64::max);
                 println!("sun at {sun}, {constituent:?}: {worst:.1e}");
-                // Of such errors, which change sign from ray to ray and from wavelength to wavelength, a regression keeps a part. Half of them
-                // is that in twilight light has crossed more ozone where it absorbs less.
+                // Of such errors, which change sign from ray to ray and from wavelength to wavelength, a regression
+                // keeps a part. Half of them is that in twilight light has crossed more ozone where it absorbs less.
                 assert!(worst > 0.0 && worst < 7e-3, "sun at {sun}, {constituent:?}: {worst:e}");
             }
         }

@@ -3,10 +3,11 @@
 //!
 //! # What is chosen, and why
 //!
-//! The light field is computed by successive orders over a table of altitudes and suns. What each resolution leaves was measured against
-//! tables four times as fine, and those against a Monte Carlo reference. In thick layers, where orders do not come to an end, `orders::sampling` says where
-//! altitudes and samples stand and `orders::plane_parallel` sums what remains. `cache` keeps what was computed, `device` has kernels do it, and `view` is
-//! what an observer sees of it.
+//! The light field is computed by successive orders over a table of altitudes and suns. What each resolution leaves was
+//! measured against tables four times as fine, and those against a Monte Carlo reference. In thick layers, where orders
+//! do not come to an end, `orders::sampling` says where altitudes and samples stand and `orders::plane_parallel` sums
+//! what remains. `cache` keeps what was computed, `device` has kernels do it, and `view` is what an observer sees of
+//! it.
 
 mod cache;
 mod device;

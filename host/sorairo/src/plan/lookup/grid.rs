@@ -1,4 +1,5 @@
-//! How many rows and columns of a sky lookup keep what is interpolated near to the integral: a question of the sky alone, whoever looks at it.
+//! How many rows and columns of a sky lookup keep what is interpolated near to the integral: a question of the sky
+//! alone, whoever looks at it.
 
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::interpolation::azimuth::cosine_at_place;
@@ -10,16 +11,17 @@ use sorairo_shared::uniform::Uniform;
 
 use crate::plan::integral::RayIntegral;
 
-/// How far the sky lookup's colours may lie from the integral's, relative to the luminance of the direction or a tenth of the
-/// sky's mean, whichever is larger: about a third of what the fit leaves.
+/// How far the sky lookup's colours may lie from the integral's, relative to the luminance of the direction or a tenth
+/// of the sky's mean, whichever is larger: about a third of what the fit leaves.
 pub const TOLERANCE: f64 = 1e-3;
 
-/// How far they may lie from it anywhere, relative to the brightest direction: as far as single precision lets an explicit solve
-/// and a folded matrix differ.
+/// How far they may lie from it anywhere, relative to the brightest direction: as far as single precision lets an
+/// explicit solve and a folded matrix differ.
 const TOLERANCE_OF_BRIGHTEST: f64 = 1e-4;
 
-/// The sky lookup may not be finer than this. Where a sky would need more, at an edge of the planet's shadow or of a layer that a ray grazes, the error of straight lines falls with
-/// their length alone, and these are short enough for what a pixel may be off by.
+/// The sky lookup may not be finer than this. Where a sky would need more, at an edge of the planet's shadow or of a
+/// layer that a ray grazes, the error of straight lines falls with their length alone, and these are short enough for
+/// what a pixel may be off by.
 pub const LARGEST: Entries = (512, 256);
 
 /// The most entries of a sky lookup of its own: what straight lines leave at edges they leave along elevation, and more
@@ -41,9 +43,9 @@ const ENTRIES_PER_ANCHOR: u32 = 3;
 /// The sky lookup may not have fewer anchors than these, rows on a side of the horizon and columns.
 pub const FEWEST_ANCHORS: Entries = (24, 8);
 
-/// Columns of anchors that a sky has at least in which the planet's shadow is seen, if it has three entries to each: its
-/// edge is a kink, which cells between which the error is measured may miss. With fewer a pixel is off by 3.2e-2, with
-/// these by 2.4e-2.
+/// Columns of anchors that a sky has at least in which the planet's shadow is seen, if it has three entries to each:
+/// its edge is a kink, which cells between which the error is measured may miss. With fewer a pixel is off by 3.2e-2,
+/// with these by 2.4e-2.
 const FEWEST_ACROSS_SHADOW: u32 = 48;
 
 /// What a direction counts for at most when samples are judged, as a part of the brightest one: 1.5e-5 of that may be
@@ -82,13 +84,13 @@ pub struct Seen<'a> {
     pub constituents: &'a dyn Fn(&[Vec3]) -> Vec<Constituents>,
 }
 
-/// For each kind of grid rows and columns that keep interpolation within the tolerance, from its error on the coarsest grid, and then on the grid that follows from it; never
-/// more than [`LARGEST`].
+/// For each kind of grid rows and columns that keep interpolation within the tolerance, from its error on the coarsest
+/// grid, and then on the grid that follows from it; never more than [`LARGEST`].
 ///
-/// Midway between two entries, linear interpolation of a smooth function is off by an eighth of its second difference, which falls as the
-/// square of the spacing, and a cubic by a part of its fourth difference, which falls as the fourth power. The error is measured there, on
-/// sample cells, in both directions; the number of entries follows from it. Where the coarsest grid skips what is narrower than its cells, the
-/// second one shows it.
+/// Midway between two entries, linear interpolation of a smooth function is off by an eighth of its second difference,
+/// which falls as the square of the spacing, and a cubic by a part of its fourth difference, which falls as the fourth
+/// power. The error is measured there, on sample cells, in both directions; the number of entries follows from it.
+/// Where the coarsest grid skips what is narrower than its cells, the second one shows it.
 pub fn enough(sky: &Seen, kinds: &[GridKind]) -> Vec<Entries> {
     let coarsest = sampled(sky, kinds.iter().map(|&kind| (COARSEST, kind)));
     let grids: Vec<Entries> = coarsest.iter().map(Sampled::enough).collect();
@@ -100,7 +102,8 @@ pub fn enough(sky: &Seen, kinds: &[GridKind]) -> Vec<Entries> {
     grids.into_iter().zip(&finer).map(last).collect()
 }
 
-/// The anchors of a sky lookup that would have so many entries of its own: three entries to each, or fewer that are enough.
+/// The anchors of a sky lookup that would have so many entries of its own: three entries to each, or fewer that are
+/// enough.
 pub fn anchors((rows, azimuths): Entries, enough: Option<Entries>, has_shadow: bool) -> Entries {
     let most = |entries: u32| 1 + (entries - 1).div_ceil(ENTRIES_PER_ANCHOR);
     let most = (most(rows), most(azimuths));

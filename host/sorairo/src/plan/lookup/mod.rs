@@ -18,8 +18,8 @@ use crate::plan::lookup::grid::{COARSEST, Entries, FEWEST_ANCHORS, GridKind, LAR
 use crate::plan::sky::SkyPlan;
 use crate::scene::{ColourPath, PathChoice, Projection, Scene};
 
-/// Most entries of a sky lookup that has the rows of its image: of three colours they take 128 MiB, which every Vulkan device takes as one
-/// buffer, and one dispatch fills them.
+/// Most entries of a sky lookup that has the rows of its image: of three colours they take 128 MiB, which every Vulkan
+/// device takes as one buffer, and one dispatch fills them.
 const MOST_ENTRIES: u64 = (1 << 27) / (3 * size_of::<Vec4>() as u64);
 const _: () = assert!(MOST_ENTRIES <= 65_535 * LOOKUP_WORKGROUP as u64);
 
@@ -127,16 +127,17 @@ fn sized(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>, (rows, azimuths): 
     LookupSize { above, below, azimuths: azimuths.min((MOST_ENTRIES / u64::from(above + below)) as u32) }
 }
 
-/// The most samples along a side of a pixel of the sun's disc with which pixels run: an invocation computes those of a run one after the other.
+/// The most samples along a side of a pixel of the sun's disc with which pixels run: an invocation computes those of a
+/// run one after the other.
 const MOST_SAMPLES_IN_RUNS: u32 = 32;
 
 /// Cells over which a run of a perspective may reach where they are narrowest: a cubic along it is then off by less
-/// than a hundredth of what straight lines leave between entries. With the scale `L` of the sky's features the lines leave `h²/8L²` at the spacing `h`, which the tolerance
-/// keeps below `L/15`, and the cubic `(4h/3)⁴/24L⁴`.
+/// than a hundredth of what straight lines leave between entries. With the scale `L` of the sky's features the lines
+/// leave `h²/8L²` at the spacing `h`, which the tolerance keeps below `L/15`, and the cubic `(4h/3)⁴/24L⁴`.
 const CELLS_OF_PERSPECTIVE: f64 = 4.0;
 
-/// The same of a long run of an equirectangular image. Where more columns are needed, from orbit in twilight, they stand
-/// for an edge of the planet's shadow: runs over six cells left single pixels there off by .7 of themselves.
+/// The same of a long run of an equirectangular image. Where more columns are needed, from orbit in twilight, they
+/// stand for an edge of the planet's shadow: runs over six cells left single pixels there off by .7 of themselves.
 const CELLS_OF_ROW: f64 = 4.0;
 
 /// The longest of these (radians): that of an image of 1024 columns.
@@ -150,8 +151,10 @@ fn reaches_over(run: f64, cells: f64, azimuths: u32) -> bool {
 
 /// Whether the pixels of an image can be looked up in [`variant::RUNS`] in a sky lookup of this size.
 ///
-/// Entries are closest together at the sun's azimuth; see [`sorairo_shared::interpolation::azimuth`]. In an equirectangular image aerosol whose phase function has its peak
-/// behind has no runs, see [`sorairo_shared::picture::run`]; in a perspective a camera that does not stand upright has none, whose rows cross the horizon.
+/// Entries are closest together at the sun's azimuth; see [`sorairo_shared::interpolation::azimuth`]. In an
+/// equirectangular image aerosol whose phase function has its peak behind has no runs, see
+/// [`sorairo_shared::picture::run`]; in a perspective a camera that does not stand upright has none, whose rows cross
+/// the horizon.
 pub fn pixels_run(uniform: &Uniform, variant: u32, size: LookupSize) -> bool {
     let width = uniform.camera.width;
     let has_fine_disc = variant & variant::SUN_DISC != 0 && uniform.disc.samples > MOST_SAMPLES_IN_RUNS;
@@ -224,7 +227,8 @@ mod tests {
             (scene.sun.elevation, scene.camera.projection) = (2.0, Projection::Perspective);
             scene.camera.size = Size { width: 960, height: 540 };
         });
-        // A tenth of the pixels: by equal distances of the cosine of the azimuth no lookup up to the largest was enough.
+        // A tenth of the pixels: by equal distances of the cosine of the azimuth no lookup up to the largest was
+        // enough.
         assert!(lookup.size.is_some_and(|size| size.entries() < 960 * 54), "{lookup}");
     }
 

@@ -20,8 +20,8 @@ const OPENED: f64 = 1.0 / 3.0;
 /// The EV100 of a sunlit day, that of the rule by which a film of ISO 100 takes f/16 and 1/125 s.
 const DAYLIGHT: f64 = 15.0;
 
-/// The EV100 of the end of civil dusk, when the light on level ground is some 3 lx: a picture that is metered gets darker
-/// from there on.
+/// The EV100 of the end of civil dusk, when the light on level ground is some 3 lx: a picture that is metered gets
+/// darker from there on.
 const DUSK: f64 = 0.0;
 
 /// The part of a change of the light that a picture which adapts does not show.
@@ -54,8 +54,9 @@ fn until_dusk(metered: f64) -> f64 {
 /// The largest number that half floats hold.
 pub const LARGEST_HALF: f32 = 65_504.0;
 
-/// Stops by which half floats are exposed whose brightest value would be `brightest`: none where that is far from both ends of their range, so
-/// that what is ten thousand times darker keeps its digits too; else as many as bring it near the upper end. A black sky has none.
+/// Stops by which half floats are exposed whose brightest value would be `brightest`: none where that is far from both
+/// ends of their range, so that what is ten thousand times darker keeps its digits too; else as many as bring it near
+/// the upper end. A black sky has none.
 pub fn of_halves(brightest: f32) -> f32 {
     /// The brightest is known from some directions alone; others may be four times as bright.
     const ROOM: f32 = LARGEST_HALF / 4.0;
@@ -174,7 +175,8 @@ mod tests {
         assert_eq!(of_halves(1e-30), 50.0);
     }
 
-    /// Bands that lie close together leave a colour to a spot of this twilight, between the directions that the exposure was taken from.
+    /// Bands that lie close together leave a colour to a spot of this twilight, between the directions that the
+    /// exposure was taken from.
     #[test]
     fn a_sky_that_is_lit_in_few_directions_is_exposed_for_them() {
         let scene = serde_json::from_str::<Scene>(SPOT).unwrap().first_order();

@@ -56,8 +56,8 @@ impl Plan {
         Self::with_light_fields(scene, pixel, &LightFields::default())
     }
 
-    /// The same with the light fields of other plans; see [`SkyPlan::with_light_fields`]. The pixels of a picture of high
-    /// dynamic range are linear RGB of its display, which an encoder brings to its curve.
+    /// The same with the light fields of other plans; see [`SkyPlan::with_light_fields`]. The pixels of a picture of
+    /// high dynamic range are linear RGB of its display, which an encoder brings to its curve.
     pub fn with_light_fields(scene: &ValidScene, pixel: PixelFormat, light_fields: &LightFields) -> Self {
         // A picture is packed on the device, for its display.
         let rgb = if pixel == PixelFormat::Picture { scene.render.display.rgb() } else { scene.render.rgb };
@@ -123,7 +123,8 @@ impl Plan {
         }
     }
 
-    /// The same plan with multiply scattered light from the finer grid, where pixels that are integrated are more than its entries.
+    /// The same plan with multiply scattered light from the finer grid, where pixels that are integrated are more than
+    /// its entries.
     fn with_refined_light(self) -> Self {
         let coarse = &self.sky.integral().uniform.multiple;
         let finer = Refined::lookup_of(coarse);
@@ -165,8 +166,8 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] for a plan of a picture, which has no place for radiance, for [`ColourPath::Solve`], which is a way to a colour,
-    /// and with the sun's disc.
+    /// [`Error::NotAllowed`] for a plan of a picture, which has no place for radiance, for [`ColourPath::Solve`], which
+    /// is a way to a colour, and with the sun's disc.
     pub fn with_spectrum(self, wavelengths: &[f64]) -> Result<Self> {
         self.with_spectral(wavelengths, SpectralPlan::new)
     }
@@ -267,8 +268,8 @@ impl Plan {
         Buffers { multiple: &self.sky.refined().values, ..buffers }
     }
 
-    /// Stops by which linear values are exposed for a file or a target: what the scene asks for, or else what half floats need where they hold
-    /// them (see `exposure::of_halves`), or none.
+    /// Stops by which linear values are exposed for a file or a target: what the scene asks for, or else what half
+    /// floats need where they hold them (see `exposure::of_halves`), or none.
     pub fn linear_exposure(&self, depth: ExrDepth) -> f32 {
         match (self.sky.scene.render.exr_exposure, depth) {
             (Exposure::Stops(stops), _) => stops as f32,
@@ -308,14 +309,15 @@ impl Plan {
         first..first + aces::ROWS
     }
 
-    /// What half floats cut off of the sun's disc in the pixels that it covers (a part of its light there), and the stops that would keep it; none where
-    /// they hold it.
+    /// What half floats cut off of the sun's disc in the pixels that it covers (a part of its light there), and the
+    /// stops that would keep it; none where they hold it.
     pub fn cut_of_disc(&self) -> Option<(f32, f32)> {
         if self.variant & variant::SUN_DISC == 0 {
             return None;
         }
         let disc = &self.uniform.disc;
-        // The box about the disc, of which a circle covers π/4; where that is less than a pixel, the mean over it is less than the disc.
+        // The box about the disc, of which a circle covers π/4; where that is less than a pixel, the mean over it is
+        // less than the disc.
         let pixels = (disc.right - disc.left) * (disc.bottom - disc.top) * FRAC_PI_4;
         let grid = self.colour[disc.first_entry as usize..].iter().map(|rgb| rgb.truncate().max_element());
         let peak = grid.fold(0.0, max) * min(pixels, 1.0);
@@ -326,8 +328,8 @@ impl Plan {
         })
     }
 
-    /// The largest of linear RGB in directions over the whole sphere, close to each other about the sun and above the horizon beneath it; and of the
-    /// sun's disc before them, where it is shown.
+    /// The largest of linear RGB in directions over the whole sphere, close to each other about the sun and above the
+    /// horizon beneath it; and of the sun's disc before them, where it is shown.
     fn brightest(&self) -> f32 {
         let uniform = &self.sky.base.uniform;
         let (sun, horizon) = (self.sky.base.source.elevation, f64::from(uniform.horizon).to_degrees());
@@ -372,7 +374,8 @@ impl Plan {
     }
 }
 
-/// What the kernels of an image are specialised for, with or without the sun's disc, where those of its sky are for `sky`.
+/// What the kernels of an image are specialised for, with or without the sun's disc, where those of its sky are for
+/// `sky`.
 pub(crate) fn of_image(
     sky: u32,
     scene: &Scene,
@@ -391,7 +394,8 @@ pub(crate) fn of_image(
     variant::of(sky | below | disc | dither | view | night, upload::projection(camera.projection), pixel as u32)
 }
 
-/// Rows of the image that can be lit: none at night, and from black ground an equirectangular image is black below its middle.
+/// Rows of the image that can be lit: none at night, and from black ground an equirectangular image is black below its
+/// middle.
 fn lit_rows(scene: &Scene, sky: &SkyPlan, below: Below) -> Range<u32> {
     let height = scene.camera.size.height;
     let has_ground = sky.integral().variant & variant::GROUND != 0;

@@ -1,4 +1,5 @@
-//! What an image of a sky takes: its rows, its exposure, the sun's disc, what stands below the horizon, spaces of colour.
+//! What an image of a sky takes: its rows, its exposure, the sun's disc, what stands below the horizon, spaces of
+//! colour.
 
 pub mod aces;
 pub(crate) mod below;

@@ -1,4 +1,5 @@
-//! Where light comes from: the sun, in double precision. What kernels are told of it is made from it, and not read back.
+//! Where light comes from: the sun, in double precision. What kernels are told of it is made from it, and not read
+//! back.
 
 use sorairo_shared::glam::{DVec3, Vec4};
 

@@ -10,8 +10,9 @@ use crate::plan::samples;
 use crate::plan::sky::SkyPlan;
 use crate::scene::{ColourPath, Scene};
 
-/// Bands (nm) that a spectrum takes beside the four of colour, the same for every sky: between those and beyond them, closer where ozone's
-/// cross-section bends. What they leave over 70 skies stands in `docs/decisions/04-regression-fit.md`.
+/// Bands (nm) that a spectrum takes beside the four of colour, the same for every sky: between those and beyond them,
+/// closer where ozone's cross-section bends. What they leave over 70 skies stands in
+/// `docs/decisions/04-regression-fit.md`.
 pub const BANDS: [f64; 8] = [365.0, 395.0, 480.0, 600.0, 665.0, 700.0, 750.0, 830.0];
 
 /// Bands (nm) that lie closer tell nothing new of each other.
@@ -42,7 +43,8 @@ pub(crate) fn at_bands(sky: &SkyPlan, fit: &SpectralFit, bands: Vec<f64>) -> Ray
     RayIntegral { quadrature, ..at_wavelengths(own, fit, bands, count) }
 }
 
-/// The light of a sky at wavelengths (nm), for a fit through so many bands; without that which was scattered more than once.
+/// The light of a sky at wavelengths (nm), for a fit through so many bands; without that which was scattered more than
+/// once.
 pub(crate) fn at_wavelengths(sky: &RayIntegral, fit: &SpectralFit, wavelengths: Vec<f64>, bands: usize) -> RayIntegral {
     RayIntegral {
         bands: fit.bands(&sky.optics, &wavelengths),
@@ -60,7 +62,8 @@ pub(crate) fn sampled(scene: &Scene, sky: &RayIntegral, fit: &SpectralFit, bands
     gauss_legendre(scene.render.steps.unwrap_or_else(fewest))
 }
 
-/// Those of [`BANDS`] (nm) that lie among wavelengths asked for, in order, and apart from some bands. What lies beyond moves to their ends.
+/// Those of [`BANDS`] (nm) that lie among wavelengths asked for, in order, and apart from some bands. What lies beyond
+/// moves to their ends.
 pub(crate) fn bands_beside(own: &[f64], asked: &[f64]) -> Vec<f64> {
     let mut all = own.to_vec();
     for band in BANDS.map(|band| band.clamp(asked[0], asked[asked.len() - 1])) {

@@ -11,8 +11,9 @@ pub(crate) fn places(wavelengths: &[f64], all: &[f64]) -> Vec<usize> {
     wavelengths.iter().map(|nm| all.partition_point(|other| other < nm)).collect()
 }
 
-/// A regression to which the bands' own regressions add what they miss of the bands, by the weights of straight lines between them. The bands are
-/// right then, and what rays have that no other taught, such as what a lookup leaves, goes along.
+/// A regression to which the bands' own regressions add what they miss of the bands, by the weights of straight lines
+/// between them. The bands are right then, and what rays have that no other taught, such as what a lookup leaves, goes
+/// along.
 pub(crate) fn right_at_bands(regression: &Regression, at_bands: &[&Regression], weights: &[f64]) -> Regression {
     let missed = |of: &dyn Fn(&Regression) -> f64| -> f64 {
         at_bands.iter().zip(weights).map(|(at_band, weight)| weight * of(at_band)).sum()
@@ -24,15 +25,16 @@ pub(crate) fn right_at_bands(regression: &Regression, at_bands: &[&Regression], 
     }
 }
 
-/// The weights of bands (nm, in any order) on the straight lines between them, level beyond their ends, at a wavelength (nm).
+/// The weights of bands (nm, in any order) on the straight lines between them, level beyond their ends, at a wavelength
+/// (nm).
 pub(crate) fn lines(bands: &[f64], wavelength: f64) -> Vec<f64> {
     let increasing = sorted(bands.iter().copied());
     let weights = hats(&increasing, wavelength);
     places(bands, &increasing).into_iter().map(|place| weights[place]).collect()
 }
 
-/// The regressions of a constituent at wavelengths (nm) between those at which they were computed. What of a spectrum's logarithm is not known
-/// goes with the optical depths, and a regression is linear in what it is made of.
+/// The regressions of a constituent at wavelengths (nm) between those at which they were computed. What of a spectrum's
+/// logarithm is not known goes with the optical depths, and a regression is linear in what it is made of.
 pub(crate) fn between(
     optics: &Optics,
     constituent: Constituent,

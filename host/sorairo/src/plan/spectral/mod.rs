@@ -1,9 +1,10 @@
 //! Spectra of a sky, planned: from the light at a few bands to the radiance at any wavelengths.
 //!
-//! The four bands of colour leave the ends of a spectrum to extrapolation: 7.8 % at 380 nm by day. So a spectrum takes eight more, [`BANDS`], and
-//! learns from rays in a light field as fine as the sky's: under the lowest and the highest sun that have the same light field, so that what
-//! was learnt serves all suns between them. Rays under one half way, from which nothing was learnt, tell whether that is good enough; where it is
-//! not, each wavelength is integrated. Up to eight wavelengths are bands themselves.
+//! The four bands of colour leave the ends of a spectrum to extrapolation: 7.8 % at 380 nm by day. So a spectrum takes
+//! eight more, [`BANDS`], and learns from rays in a light field as fine as the sky's: under the lowest and the highest
+//! sun that have the same light field, so that what was learnt serves all suns between them. Rays under one half way,
+//! from which nothing was learnt, tell whether that is good enough; where it is not, each wavelength is integrated. Up
+//! to eight wavelengths are bands themselves.
 
 mod bands;
 mod illumination;
@@ -76,19 +77,20 @@ pub struct SpectralPlan {
     colour: Option<LinearFit>,
     /// What light at the wavelengths is relative to.
     illumination: Illumination,
-    /// How good a regression was found to be; none where nothing had to be learnt, or the scene chose its bands or its fit.
+    /// How good a regression was found to be; none where nothing had to be learnt, or the scene chose its bands or its
+    /// fit.
     pub validation: Option<Validation>,
 }
 
 impl SpectralPlan {
-    /// That of a sky at wavelengths (nm): through as many bands as they need, or through the scene's own if it names its bands or another fit. Tables
-    /// say what holds at each wavelength itself.
+    /// That of a sky at wavelengths (nm): through as many bands as they need, or through the scene's own if it names
+    /// its bands or another fit. Tables say what holds at each wavelength itself.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
         Self::as_read(&sky.at_wavelengths(), wavelengths)
     }
 
-    /// That of a sky at the nodes of the observer, for sums over them: of tables it takes the means over what each node stands for, and so the sun's
-    /// lines and what lies between the nodes count.
+    /// That of a sky at the nodes of the observer, for sums over them: of tables it takes the means over what each node
+    /// stands for, and so the sun's lines and what lies between the nodes count.
     pub fn over_steps(sky: &SkyPlan) -> Self {
         Self::as_read(sky, &observer::wavelengths())
     }

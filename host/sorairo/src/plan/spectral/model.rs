@@ -25,8 +25,8 @@ use crate::spectra::optics::Optics;
 /// The part of a spectrum's peak below which errors are relative to that.
 pub const FLOOR: f64 = 0.05;
 
-/// Variance of a band's logarithm that says nothing: light is read between the entries of a lookup, which is off by some 3e-4, and slopes of
-/// both signs multiply it.
+/// Variance of a band's logarithm that says nothing: light is read between the entries of a lookup, which is off by
+/// some 3e-4, and slopes of both signs multiply it.
 const NOISE: f64 = 1e-7;
 
 /// The most wavelengths at which training light is computed.
@@ -139,8 +139,8 @@ impl TrainingSky {
     }
 }
 
-/// Wavelengths (nm) at which training light is computed, increasing: the bands, and those asked for or, if these are too many, every
-/// [`STEP`] between them that is not close to a band.
+/// Wavelengths (nm) at which training light is computed, increasing: the bands, and those asked for or, if these are
+/// too many, every [`STEP`] between them that is not close to a band.
 pub(crate) fn computed(bands: &[f64], asked: &[f64]) -> Vec<f64> {
     let all = sorted(bands.iter().chain(asked).copied());
     if all.len() <= MOST_COMPUTED {
@@ -157,7 +157,8 @@ fn regressions(sky: &SkyPlan, taught: &TrainingSky) -> Regressions {
     let all = [&bands[..], computed].concat();
     let training = Training { integral: &taught.bands, observer: sky.observer, space: &sky.space };
     let mut spectra = taught.light_of(&spectral_grids(&taught.bands)[0]);
-    // Where there is no ground, no sun or no light, and where a cubic between dark entries of a lookup passes zero, a ray teaches nothing.
+    // Where there is no ground, no sun or no light, and where a cubic between dark entries of a lookup passes zero, a
+    // ray teaches nothing.
     let is_lit = |spectrum: &Vec<f64>| spectrum.iter().all(|&value| value > DARKEST);
     let of = |constituent: Constituent| {
         let spectra = std::mem::take(constituent.of_mut(&mut spectra)).into_iter().filter(is_lit);
@@ -179,8 +180,8 @@ fn regressions(sky: &SkyPlan, taught: &TrainingSky) -> Regressions {
     examples.into_par_iter().map(regressed).collect()
 }
 
-/// The largest error of regressions at every wavelength that was computed between two ends (nm), along rays of a sky from which they did not
-/// learn.
+/// The largest error of regressions at every wavelength that was computed between two ends (nm), along rays of a sky
+/// from which they did not learn.
 fn error(sky: &TrainingSky, regressions: &[(Constituent, Vec<Regression>)], ends: [f64; 2]) -> f64 {
     let TrainingSky { bands, every } = sky;
     let computed = &every.wavelengths;

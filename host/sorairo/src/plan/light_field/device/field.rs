@@ -1,7 +1,9 @@
-//! The light field on a device, planned: which kernels of [`sorairo_shared::light_field::device`] run after each other, and what lies where.
+//! The light field on a device, planned: which kernels of [`sorairo_shared::light_field::device`] run after each other,
+//! and what lies where.
 //!
-//! The plan decides, the device runs; what comes back between is the mean radiance of each order, from which the processor tells how many orders are
-//! enough. It is the same light field as [`crate::plan::light_field::orders::field`]'s, by the same rules.
+//! The plan decides, the device runs; what comes back between is the mean radiance of each order, from which the
+//! processor tells how many orders are enough. It is the same light field as
+//! [`crate::plan::light_field::orders::field`]'s, by the same rules.
 
 use std::ops::Range;
 
@@ -23,7 +25,8 @@ use crate::plan::on_device::{Dispatch, FieldKernel, Memory, PlanDevice, PlanPass
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::scene::Orders;
 
-/// The orders that are computed before the device is asked for their means, and after each time that they were not enough.
+/// The orders that are computed before the device is asked for their means, and after each time that they were not
+/// enough.
 const AT_FIRST: usize = 4;
 const AT_ONCE: usize = 2;
 
@@ -98,7 +101,8 @@ struct Table<'a, const N: usize> {
 }
 
 impl DeviceField {
-    /// The light field of [`crate::plan::light_field::orders::field::LightField::new`] on a device, at up to a quarter of `N` groups of bands.
+    /// The light field of [`crate::plan::light_field::orders::field::LightField::new`] on a device, at up to a quarter
+    /// of `N` groups of bands.
     pub fn new<const N: usize>(
         device: &dyn PlanDevice,
         setting: &Setting,
@@ -254,7 +258,8 @@ impl<'a, const N: usize> Table<'a, N> {
         Ok(read.chunks_exact(nodes * self.bands.len()).map(of_order).collect())
     }
 
-    /// Light of all orders: some are computed, until what stands for the rest is near enough. How often each of those after the first counts.
+    /// Light of all orders: some are computed, until what stands for the rest is near enough. How often each of those
+    /// after the first counts.
     fn all_orders(&self, made: &mut OrdersMade) -> Result<Vec<Lanes<N>>> {
         let mut means = self.compute(0..AT_FIRST)?;
         let mut series = Series::new(means[0].clone(), self.grid.suns.len());

@@ -5,7 +5,8 @@ use sorairo_shared::value::{Lanes, Value};
 
 use crate::plan::light_field::setting::Setting;
 
-/// Azimuths from the sun in the middles of equal parts of the half circle: cosines of as many multiples are orthogonal there.
+/// Azimuths from the sun in the middles of equal parts of the half circle: cosines of as many multiples are orthogonal
+/// there.
 pub(crate) struct Azimuths {
     pub(crate) cosines: Vec<f32>,
     /// For each multiple `j` and each azimuth, what the value there adds to the amplitude of `cos(j φ)`.
@@ -36,7 +37,8 @@ impl Azimuths {
         &self.amplitudes[j * count..(j + 1) * count]
     }
 
-    /// Adds to `fourier` the integrals of a function that is even in the azimuth against `cos(m φ)` over the whole circle, one for each `m`.
+    /// Adds to `fourier` the integrals of a function that is even in the azimuth against `cos(m φ)` over the whole
+    /// circle, one for each `m`.
     pub(crate) fn add_fourier<const N: usize>(&self, values: &[Lanes<N>], fourier: &mut [Lanes<N>]) {
         for (m, integral) in fourier.iter_mut().enumerate() {
             let around = if m == 0 { 2.0 } else { 1.0 } * std::f32::consts::PI;
@@ -47,8 +49,8 @@ impl Azimuths {
     }
 }
 
-/// The phase functions of air and aerosol between a direction and a sun as coefficients of `cos(m φ)` in the azimuth between them, by the
-/// addition theorem.
+/// The phase functions of air and aerosol between a direction and a sun as coefficients of `cos(m φ)` in the azimuth
+/// between them, by the addition theorem.
 pub(crate) struct AzimuthalPhases {
     pub(crate) air: Vec<f32>,
     pub(crate) aerosol: Vec<f32>,

@@ -40,9 +40,10 @@ pub fn sky(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] output: &mut [u32],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] columns: &[Vec4],
 ) {
     if (id.x < uniform.camera.width) & (id.y < uniform.rows) {
-        sky_pixel(uniform, Buffers { bands, quadrature, colour, multiple }, output, id.truncate(), variant);
+        sky_pixel(uniform, Buffers { bands, quadrature, colour, multiple, columns }, output, id.truncate(), variant);
     }
 }
 
@@ -57,9 +58,10 @@ pub fn lookup_anchors(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] colour: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] lookup: &mut [Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] columns: &[Vec4],
 ) {
     if (id.x < anchors(uniform)) && is_anchor_read(uniform, id.x, variant) {
-        let buffers = Buffers { bands, quadrature, colour, multiple };
+        let buffers = Buffers { bands, quadrature, colour, multiple, columns };
         store_entry(lookup, entries(uniform) + id.x, anchor_colours(uniform, buffers, id.x, variant), variant);
     }
 }

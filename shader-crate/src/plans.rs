@@ -21,9 +21,10 @@ pub fn look(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] views: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] found: &mut [Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] columns: &[Vec4],
 ) {
     if (id.x as usize) < views.len() * bands.len() {
-        let buffers = Buffers { bands, quadrature, colour, multiple };
+        let buffers = Buffers { bands, quadrature, colour, multiple, columns };
         kernels::look(uniform, buffers, views, found, id.x, variant);
     }
 }
@@ -39,9 +40,10 @@ pub fn field_nodes(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] tables: &[f32],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] functions: &mut [f32],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] columns: &[Vec4],
 ) {
     if id.x < uniform.invocations {
-        let buffers = FieldBuffers { bands, quadrature, tables };
+        let buffers = FieldBuffers { bands, quadrature, tables, columns };
         nodes::field_node(uniform, buffers, functions, values, id.x as usize, variant);
     }
 }
@@ -69,9 +71,10 @@ pub fn field_first(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] quadrature: &[Vec2],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] tables: &[f32],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] values: &mut [Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] columns: &[Vec4],
 ) {
     if id.x < uniform.invocations {
-        let buffers = FieldBuffers { bands, quadrature, tables };
+        let buffers = FieldBuffers { bands, quadrature, tables, columns };
         first::field_first(uniform, buffers, values, id.x as usize, variant);
     }
 }

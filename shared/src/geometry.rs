@@ -13,6 +13,20 @@ pub struct Shell {
     pub ground_radius: f32,
     /// Height of the top of the atmosphere above the ground (km).
     pub depth: f32,
+    /// The planet's shadow, which bent sunlight narrows.
+    pub shadow: Shadow,
+}
+
+/// The planet's shadow: a cone about the sun's direction, of the radius `R + offset - slope x` at a distance `x` behind the planet's centre.
+/// Without refraction it is a cylinder.
+#[derive(Clone, Copy)]
+pub struct Shadow {
+    /// How much wider the cone is at the planet's centre than the planet (km).
+    pub offset: f32,
+    /// By how much its radius falls with the distance; 0 for straight light.
+    pub slope: f32,
+    /// The distance behind the centre at which it begins, where the lowest ray touches the ground (km).
+    pub begin: f32,
 }
 
 /// A view ray and the sun, as seen from the ray's origin.
@@ -169,25 +183,31 @@ pub fn inside_atmosphere(shell: Shell, ray: Ray) -> (Ray, f32) {
     (inside, length)
 }
 
-/// The part of the ray that lies in the planet's shadow, the half cylinder behind the planet along the sun's direction.
+/// The part of the ray that lies in the planet's shadow, the half cylinder, or cone, behind the planet along the sun's direction.
 ///
-/// The distance of a point from the shadow's axis, squared, less `R²` is `A s² + 2 B s + C` with `A = 1 - ν²`,
-/// `B = r (μ - μ_s ν)` and `C = r² (1 - μ_s²) - R² = h (2R + h) - (r μ_s)²`. The roots are the ends of the
+/// The distance of a point from the shadow's axis, squared, less the cone's radius there, squared, is `A s² + 2 B s + C` with
+/// `q = R + offset + slope r μ_s`, `A = 1 - ν² - slope² ν²`, `B = r (μ - μ_s ν) - slope q ν` and
+/// `C = r² (1 - μ_s²) - q² = h (2R + h) - (r μ_s)² - (q² - R²)`. The roots are the ends of the
 /// interval. A straight line that misses the planet cannot pass from its lit side to its shadow inside the cylinder,
-/// so one look at the side on which the interval begins decides.
+/// so one look at the side on which the interval begins decides. Towards the sun and away from it a line leaves a cone, or enters it, once.
 #[inline(always)]
 pub fn shadow(shell: Shell, ray: Ray) -> Interval {
     let r = shell.ground_radius + ray.altitude;
-    let a = max(ray.one_minus_nu_squared, 1e-12);
-    let b = r * ray.mu_across_sun;
-    let c = ray.altitude * (shell.ground_radius + r) - r * r * ray.mu_s * ray.mu_s;
-    let discriminant = b * b - a * c;
+    let Shadow { offset, slope, begin } = shell.shadow;
+    let wider = offset + slope * r * ray.mu_s;
+    let radius = shell.ground_radius + wider;
+    let curvature = ray.one_minus_nu_squared - slope * slope * ray.nu * ray.nu;
+    let a = max(curvature, 1e-12);
+    let b = r * ray.mu_across_sun - slope * radius * ray.nu;
+    let above_ground = ray.altitude * (shell.ground_radius + r) - r * r * ray.mu_s * ray.mu_s;
+    let c = above_ground - wider * (shell.ground_radius + radius);
+    let discriminant = b * b - if slope > 0.0 { curvature } else { a } * c;
     let root = safe_sqrt(discriminant);
     // The two forms of each root; the one that adds numbers of the same sign keeps its digits.
     let near = if b > 0.0 { -(b + root) / a } else { c / max(root - b, 1e-30) };
     let far = if b > 0.0 { -c / (b + root) } else { (root - b) / a };
     let start = max(near, 0.0);
-    let behind = r * ray.mu_s + start * ray.nu < 0.0;
+    let behind = r * ray.mu_s + start * ray.nu < -begin;
     if (discriminant > 0.0) & (far > start) & behind {
         Interval { start, end: far }
     } else {
@@ -198,8 +218,8 @@ pub fn shadow(shell: Shell, ray: Ray) -> Interval {
 /// Altitude (km) of the end of a lit stretch on the planet's shadow or on the ground, at distance `s` (km) along the ray; `by_distance` is
 /// what that distance has for it.
 ///
-/// Behind the terminator the shadow's edge is as far from its axis as the ground: `r_s √(1 - m²) = R`, with `m` the cosine of the zenith
-/// angle of the sun there, so that `h = R (1 / √(1 - m²) - 1) = R m² / (c (1 + c))` with `c = √(1 - m²)`. Near the terminator that keeps
+/// Behind the terminator the shadow's edge is as far from its axis as the cone is wide: `r_s c = R + offset + slope r_s m`, with `m` the
+/// cosine of the zenith angle of the sun there and `c = √(1 - m²)`, so that `h = (R (m² / (1 + c) + slope m) + offset) / (c - slope m)`. Near the terminator that keeps
 /// the metres that the distance of an observer far above has lost, with which the edge may also be rounded to the ground. The error of
 /// the distance weighs `s |μ|`, that of `m` at most `(r_s |m| + s) |m|`; what weighs less is taken.
 #[inline(always)]
@@ -207,7 +227,9 @@ pub fn altitude_of_lit_end(shell: Shell, ray: Ray, s: f32, by_distance: f32) -> 
     let r_at_s = shell.ground_radius + by_distance;
     let m = ((shell.ground_radius + ray.altitude) * ray.mu_s + s * ray.nu) / r_at_s;
     let cosine = safe_sqrt(1.0 - m * m);
-    let edge = shell.ground_radius * m * m / (cosine * (1.0 + cosine));
+    let Shadow { offset, slope, .. } = shell.shadow;
+    let above = shell.ground_radius * (m * m / (1.0 + cosine) + slope * m) + offset;
+    let edge = max(above / (cosine - slope * m), 0.0);
     let edge_weighs_less = (r_at_s * abs(m) + s) * abs(m) < s * abs(ray.mu);
     if (m < 0.0) & edge_weighs_less { edge } else { by_distance }
 }
@@ -216,7 +238,8 @@ pub fn altitude_of_lit_end(shell: Shell, ray: Ray, s: f32, by_distance: f32) -> 
 mod tests {
     use super::*;
 
-    const EARTH: Shell = Shell { ground_radius: 6360.0, depth: 100.0 };
+    const EARTH: Shell = Shell { ground_radius: 6360.0, depth: 100.0, shadow: STRAIGHT };
+    const STRAIGHT: Shadow = Shadow { offset: 0.0, slope: 0.0, begin: 0.0 };
 
     fn direction(elevation: f32, azimuth: f32) -> Vec3 {
         let (sin_elevation, cos_elevation) = f64::from(elevation).to_radians().sin_cos();

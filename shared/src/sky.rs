@@ -44,7 +44,7 @@ pub fn light(
 ) -> ByConstituent<Vec4> {
     let ray = view_ray(uniform, direction);
     let bands = fetch(buffers.bands, group);
-    let once = single_scattering(&uniform.atmosphere, &bands, buffers.quadrature, ray, variant);
+    let once = single_scattering(buffers.medium(uniform), &bands, buffers.quadrature, ray, variant);
     let (multiple, ground) = rest_of_light(uniform, buffers, group, ray, direction, variant);
     ByConstituent { air: once.air, aerosol: once.aerosol, multiple, ground }
 }
@@ -79,10 +79,10 @@ pub fn rest_of_light(
         // No ray from the level upwards meets the ground.
         let mut is_due = ray.mu < 0.0;
         while is_due {
-            let ground = ground_seen(&uniform.atmosphere, ray, variant);
+            let ground = ground_seen(buffers.medium(uniform), ray, variant);
             if ground.is_seen {
                 let bands = fetch(buffers.bands, group);
-                sent_by_ground = ground_light(&uniform.atmosphere, &bands, ground, diffuse, variant);
+                sent_by_ground = ground_light(buffers.medium(uniform), &bands, ground, diffuse, variant);
             }
             is_due = false;
         }

@@ -8,7 +8,7 @@ use crate::display::night::Eye;
 use crate::display::rgb::RgbSpace;
 use crate::glam::{Vec2, Vec4};
 use crate::light_field::multiple_lookup::MultipleLookup;
-use crate::medium::atmosphere::Atmosphere;
+use crate::medium::atmosphere::{Atmosphere, Medium};
 use crate::medium::bands::Bands;
 
 /// Rows of observer nodes that the uniform has room for: the four of each of sixteen nodes of each of four constituents.
@@ -99,6 +99,8 @@ pub struct SunDisc {
     pub highest: f32,
     /// Sine of the horizon's elevation, below which the ground hides the disc.
     pub horizon: f32,
+    /// Unit vector to where the disc's centre is seen; `w`: by how much the disc is flattened, 1 for a round one.
+    pub centre: Vec4,
     /// Where the grid begins in the colour rows.
     pub first_entry: u32,
     /// Samples along either side of a pixel's part of the box.
@@ -121,4 +123,14 @@ pub struct Buffers<'a> {
     pub colour: &'a [Vec4],
     /// The lookup of light that was scattered more than once; see [`crate::light_field::multiple_lookup`].
     pub multiple: &'a [Vec4],
+    /// The tables of the medium; see [`crate::medium::tables`].
+    pub columns: &'a [Vec4],
+}
+
+impl<'a> Buffers<'a> {
+    /// What fills the air.
+    #[inline(always)]
+    pub fn medium(&self, uniform: &'a Uniform) -> Medium<'a> {
+        Medium { atmosphere: &uniform.atmosphere, tables: self.columns }
+    }
 }

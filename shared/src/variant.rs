@@ -19,8 +19,12 @@ pub const LOW_SUN: u32 = 32;
 pub const SUN_DISC: u32 = 64;
 /// The air is opaque along some rays: column densities of short stretches are sums of their own.
 pub const OPAQUE: u32 = 128;
-/// Everything that concerns the integral of light scattered once; right for every scene.
+/// Everything that concerns the integral of light scattered once; right for every scene without tables.
 pub const WHOLE_INTEGRAL: u32 = 63 | OPAQUE;
+/// Densities and column densities come from tables; see [`crate::medium::tables`].
+pub const TABLES: u32 = 1 << 30;
+/// Everything that concerns what fills the air and where light goes.
+pub const INTEGRAL: u32 = WHOLE_INTEGRAL | TABLES;
 
 /// Pixels are looked up in runs, which share what they read: only in images whose width is a multiple of a run; see [`crate::picture::run`] and
 /// [`crate::picture::perspective_run`].

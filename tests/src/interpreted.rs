@@ -51,7 +51,7 @@ impl PlanDevice for Interpreted {
         for Dispatch { kernel, uniform } in work.steps {
             let quadrature: &[Vec2] = work.quadratures[kernel.quadrature()];
             let (tables, variant) = (work.tables, work.variant);
-            let buffers = FieldBuffers { bands: work.bands, quadrature, tables };
+            let buffers = FieldBuffers { bands: work.bands, quadrature, tables, columns: work.columns };
             let of = |kernels: &[FieldKernel]| kernels.contains(kernel);
             let [functions, values, orders] = work.memory;
             // What a kernel does not use may be the memory of something else.

@@ -42,6 +42,7 @@ mod device;
 mod error;
 mod input;
 mod measure;
+mod medium;
 mod output;
 mod plan;
 mod renderer;
@@ -94,6 +95,10 @@ pub mod low_level {
     /// Downwelling irradiance.
     pub mod irradiance {
         pub use crate::measure::irradiance::*;
+    }
+    /// What fills the air.
+    pub mod medium {
+        pub use crate::medium::*;
     }
     /// What to compute and what to skip, decided once per scene in double precision.
     pub mod plan {

@@ -4,10 +4,10 @@ use crate::geometry::Ray;
 use crate::glam::Vec2;
 use crate::light_field::rays::Sight;
 use crate::light_field::table::{RayNode, TableRay};
-use crate::math::abs;
-use crate::medium::atmosphere::Atmosphere;
+use crate::medium::atmosphere::Medium;
 use crate::medium::bands::{Bands, ByScatterer, Coefficients};
-use crate::medium::columns::{column_densities_of_two, sun_column_densities};
+use crate::medium::columns::sunlight_of_two;
+use crate::medium::tables::Sunlight;
 use crate::path::pieces::PER_MEAN_FREE_PATH_OF_ORDERS;
 use crate::path::single::single_scattering_placed_for;
 use crate::value::{Lanes, Value};
@@ -15,19 +15,15 @@ use crate::value::{Lanes, Value};
 /// The part of sunlight that reaches a node of a ray for two suns, by the cosines of their zenith angles there. Neither
 /// may lie in the planet's shadow.
 #[inline(always)]
-fn sunlight_of_two<const N: usize>(
-    atmosphere: &Atmosphere,
+fn transmitted_of_two<const N: usize>(
+    medium: Medium<'_>,
     coefficients: &Coefficients<Lanes<N>>,
     node: &RayNode<N>,
     mu_s: Vec2,
     variant: u32,
 ) -> [Lanes<N>; 2] {
-    let (altitude, up) = (node.altitude, Vec2::new(abs(mu_s.x), abs(mu_s.y)));
-    let outwards = column_densities_of_two(atmosphere, altitude, node.density, up, variant);
-    [
-        coefficients.transmittance(sun_column_densities(atmosphere, altitude, outwards.first, mu_s.x, variant)),
-        coefficients.transmittance(sun_column_densities(atmosphere, altitude, outwards.second, mu_s.y, variant)),
-    ]
+    sunlight_of_two(medium, node.altitude, node.density, mu_s, variant)
+        .map(|Sunlight { along, spread }| coefficients.transmittance(along).scaled(spread))
 }
 
 /// Light scattered once along a ray of a table that is lit from end to end by two suns, of air and of aerosol, before
@@ -36,8 +32,8 @@ fn sunlight_of_two<const N: usize>(
     not(target_arch = "spirv"),
     multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
 )]
-pub fn single_scattering_of_lit_ray<const N: usize>(
-    atmosphere: &Atmosphere,
+pub fn single_scattering_of_lit_ray<'a, const N: usize>(
+    medium: Medium<'a>,
     coefficients: &Coefficients<Lanes<N>>,
     ray: TableRay<N>,
     sights: [Sight; 2],
@@ -47,7 +43,7 @@ pub fn single_scattering_of_lit_ray<const N: usize>(
     for node in ray.nodes {
         let [first, second] = sights;
         let mu_s = Vec2::new(node.place.mu_s(ray.radius, first), node.place.mu_s(ray.radius, second));
-        let sunlight = sunlight_of_two(atmosphere, coefficients, node, mu_s, variant);
+        let sunlight = transmitted_of_two(medium, coefficients, node, mu_s, variant);
         for (light, sunlight) in light.iter_mut().zip(&sunlight) {
             light.air.add_product(&node.scatterers.air, sunlight);
             light.aerosol.add_product(&node.scatterers.aerosol, sunlight);
@@ -63,8 +59,8 @@ pub fn single_scattering_of_lit_ray<const N: usize>(
     not(target_arch = "spirv"),
     multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx+avx2"))
 )]
-pub fn single_scattering_of_many<const N: usize>(
-    atmosphere: &Atmosphere,
+pub fn single_scattering_of_many<'a, const N: usize>(
+    medium: Medium<'a>,
     coefficients: &Coefficients<Lanes<N>>,
     bands: &Bands,
     quadrature: &[Vec2],
@@ -72,7 +68,7 @@ pub fn single_scattering_of_many<const N: usize>(
     variant: u32,
 ) -> ByScatterer<Lanes<N>> {
     single_scattering_placed_for(
-        atmosphere,
+        medium,
         coefficients,
         bands,
         PER_MEAN_FREE_PATH_OF_ORDERS,

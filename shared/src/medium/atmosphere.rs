@@ -2,10 +2,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::geometry::Shell;
+use crate::geometry::{Shadow, Shell};
 use crate::glam::{Vec2, Vec4};
 use crate::math::exp4;
 use crate::medium::exponential::Exponential;
+use crate::medium::tables;
 use crate::variant;
 
 /// How the planet and the constituents of its atmosphere are laid out. The layout is that of a GPU buffer.
@@ -30,24 +31,54 @@ pub struct Atmosphere {
     pub ozone_top: f32,
     /// Anisotropy of the phase function of air; see [`crate::medium::phase::air_phase`].
     pub air_anisotropy: f32,
+    /// What the tables hold, as a number that no other tables have; 0 without tables. See [`crate::medium::tables`].
+    pub tables: u32,
+    /// How much wider the planet's shadow is at its centre than the planet (km); see [`Shadow`].
+    pub shadow_offset: f32,
+    /// By how much the shadow narrows with the distance.
+    pub shadow_slope: f32,
+    /// The distance behind the planet's centre at which it begins (km).
+    pub shadow_begin: f32,
     /// Unused; fills the last 16 bytes.
     pub padding: u32,
+}
+
+/// What fills the air: the planet and the constituents, and the tables of profiles that have no closed form.
+#[derive(Clone, Copy, Debug)]
+pub struct Medium<'a> {
+    /// The planet and the constituents.
+    pub atmosphere: &'a Atmosphere,
+    /// See [`crate::medium::tables`]; read where the variant says that there are some.
+    pub tables: &'a [Vec4],
+}
+
+impl Medium<'_> {
+    /// The two spheres between which the atmosphere lies.
+    #[inline(always)]
+    pub fn shell(&self) -> Shell {
+        self.atmosphere.shell()
+    }
 }
 
 impl Atmosphere {
     /// The two spheres between which the atmosphere lies.
     #[inline(always)]
     pub fn shell(&self) -> Shell {
-        Shell { ground_radius: self.ground_radius, depth: self.depth }
+        let shadow = Shadow { offset: self.shadow_offset, slope: self.shadow_slope, begin: self.shadow_begin };
+        Shell { ground_radius: self.ground_radius, depth: self.depth, shadow }
     }
 }
 
 /// Relative densities of (air, aerosol) at an altitude (km); aerosol is 0 where `variant` leaves it out.
 #[inline(always)]
-pub fn relative_densities(atmosphere: &Atmosphere, altitude: f32, variant: u32) -> Vec2 {
-    // Divisions of what a ray's samples share: the compiler makes them once.
-    let fall_off = Vec4::NEG_ONE / lanes(atmosphere.air.scale_height, atmosphere.aerosol.scale_height);
-    let density = exp4(fall_off * altitude);
+pub fn relative_densities(medium: Medium<'_>, altitude: f32, variant: u32) -> Vec2 {
+    let density = if variant & variant::TABLES != 0 {
+        tables::relative_densities(medium, altitude)
+    } else {
+        // Divisions of what a ray's samples share: the compiler makes them once.
+        let fall_off = Vec4::NEG_ONE / lanes(medium.atmosphere.air.scale_height, medium.atmosphere.aerosol.scale_height);
+        exp4(fall_off * altitude)
+    };
     Vec2::new(density.x, if variant & variant::AEROSOL != 0 { density.y } else { 0.0 })
 }
 

@@ -6,3 +6,4 @@ pub mod columns;
 pub mod exponential;
 pub mod ozone;
 pub mod phase;
+pub mod tables;

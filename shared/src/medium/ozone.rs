@@ -6,15 +6,20 @@
 
 use crate::glam::{Vec2, Vec4};
 use crate::math::{max, max4, min, sqrt4};
-use crate::medium::atmosphere::{Atmosphere, lanes};
+use crate::medium::atmosphere::{Medium, lanes};
+use crate::medium::tables;
+use crate::variant;
 
-/// Density of ozone relative to its peak: a tent over bottom, peak and top (Bruneton 2017, "Ozone").
+/// Density of ozone relative to the tent's peak: a tent over bottom, peak and top (Bruneton 2017, "Ozone"), or from tables.
 ///
-/// `altitude` in km; from 0 to 1.
+/// `altitude` in km; from 0 to 1 in a tent.
 #[inline]
-pub fn ozone_density(atmosphere: &Atmosphere, altitude: f32) -> f32 {
-    let rising = (altitude - atmosphere.ozone_bottom) / (atmosphere.ozone_peak - atmosphere.ozone_bottom);
-    let falling = (atmosphere.ozone_top - altitude) / (atmosphere.ozone_top - atmosphere.ozone_peak);
+pub fn ozone_density(medium: Medium<'_>, altitude: f32, variant: u32) -> f32 {
+    if variant & variant::TABLES != 0 {
+        return tables::relative_densities(medium, altitude).z;
+    }
+    let rising = (altitude - medium.atmosphere.ozone_bottom) / (medium.atmosphere.ozone_peak - medium.atmosphere.ozone_bottom);
+    let falling = (medium.atmosphere.ozone_top - altitude) / (medium.atmosphere.ozone_top - medium.atmosphere.ozone_peak);
     max(min(rising, falling), 0.0)
 }
 
@@ -24,15 +29,15 @@ pub fn ozone_density(atmosphere: &Atmosphere, altitude: f32) -> f32 {
 /// Each is integrated along the ray by the quintic Hermite rule. The lanes of the vectors are the rising and the
 /// falling slope along the first ray, then along the second.
 #[inline(always)]
-pub(crate) fn ozone_column_densities(atmosphere: &Atmosphere, altitude: f32, mu: Vec2) -> Vec2 {
-    let (bottom, peak, top) = (atmosphere.ozone_bottom, atmosphere.ozone_peak, atmosphere.ozone_top);
+pub(crate) fn ozone_column_densities(medium: Medium<'_>, altitude: f32, mu: Vec2) -> Vec2 {
+    let (bottom, peak, top) = (medium.atmosphere.ozone_bottom, medium.atmosphere.ozone_peak, medium.atmosphere.ozone_top);
     let rise = 1.0 / (peak - bottom);
     let fall = 1.0 / (top - peak);
-    let r = atmosphere.ground_radius + altitude;
+    let r = medium.atmosphere.ground_radius + altitude;
     let exit = lanes(peak, top);
     let entry = lanes(min(max(altitude, bottom), peak), min(max(altitude, peak), top));
     let (r_entry, r_exit) =
-        (entry + Vec4::splat(atmosphere.ground_radius), exit + Vec4::splat(atmosphere.ground_radius));
+        (entry + Vec4::splat(medium.atmosphere.ground_radius), exit + Vec4::splat(medium.atmosphere.ground_radius));
     let (inverse_entry, inverse_exit) = (Vec4::ONE / r_entry, Vec4::ONE / r_exit);
     let r_mu = Vec4::new(mu.x, mu.x, mu.y, mu.y) * r;
     let root_at = |end: Vec4, r_end: Vec4| {

@@ -3,10 +3,10 @@
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec3};
 use crate::math::{abs, max};
-use crate::medium::atmosphere::{Atmosphere, relative_densities};
+use crate::medium::atmosphere::{Medium, relative_densities};
 use crate::medium::columns::{
-    ColumnDensities, LowestPoint, column_densities, column_densities_of_two, level_column_densities,
-    stretch_column_densities, sun_column_densities,
+    ColumnDensities, LowestPoint, column_densities, level_column_densities, outwards_and_sunlight,
+    stretch_column_densities,
 };
 use crate::path::ray::direction;
 use crate::path::samples::Place;
@@ -31,13 +31,13 @@ pub(crate) struct TowardsObserver {
 impl TowardsObserver {
     /// For the pieces of a ray on which it rises or falls; `lowest` is the altitude of its lowest point (km).
     #[inline(always)]
-    pub(crate) fn new(atmosphere: &Atmosphere, ray: Ray, lowest: f32, rising: bool, variant: u32) -> Self {
-        let density = relative_densities(atmosphere, ray.altitude, variant);
-        let outwards = column_densities(atmosphere, ray.altitude, density, abs(ray.mu), variant);
+    pub(crate) fn new(medium: Medium<'_>, ray: Ray, lowest: f32, rising: bool, variant: u32) -> Self {
+        let density = relative_densities(medium, ray.altitude, variant);
+        let outwards = column_densities(medium, ray.altitude, density, abs(ray.mu), variant);
         let offset = if (variant & variant::DESCENT == 0) | (ray.mu >= 0.0) {
             outwards
         } else if rising {
-            level_column_densities(atmosphere, lowest, variant) * 2.0 - outwards
+            level_column_densities(medium, lowest, variant) * 2.0 - outwards
         } else {
             -outwards
         };
@@ -49,7 +49,7 @@ impl TowardsObserver {
     #[inline(always)]
     pub(crate) fn column_densities(
         self,
-        atmosphere: &Atmosphere,
+        medium: Medium<'_>,
         place: Place,
         outwards: ColumnDensities,
         variant: u32,
@@ -59,25 +59,24 @@ impl TowardsObserver {
             let here = LowestPoint { altitude: place.altitude, mu: place.mu };
             let lowest = if self.rising { self.lowest } else { here };
             let (altitude, mu, length) = (self.altitude, self.mu, place.distance);
-            between = stretch_column_densities(atmosphere, altitude, mu, lowest, length, between, variant);
+            between = stretch_column_densities(medium, altitude, mu, lowest, length, between, variant);
         }
         between.max(Vec3::ZERO)
     }
 }
 
-/// What light meets that is scattered once at a lit place: the relative densities of (air, aerosol) there, and the
-/// column densities between the sun and the observer (km).
+/// What light meets that is scattered once at a lit place: the relative densities of (air, aerosol) there times what
+/// bending leaves of the beam, and the column densities between the sun and the observer (km).
 #[inline(always)]
 pub(crate) fn lit_place(
-    atmosphere: &Atmosphere,
+    medium: Medium<'_>,
     towards_observer: TowardsObserver,
     place: Place,
     variant: u32,
 ) -> (Vec2, ColumnDensities) {
     let Place { altitude, mu, mu_s, .. } = place;
-    let density = relative_densities(atmosphere, altitude, variant);
-    let outwards = column_densities_of_two(atmosphere, altitude, density, Vec2::new(mu, abs(mu_s)), variant);
-    let to_observer = towards_observer.column_densities(atmosphere, place, outwards.first, variant);
-    let to_sun = sun_column_densities(atmosphere, altitude, outwards.second, mu_s, variant);
-    (density, to_observer + to_sun)
+    let density = relative_densities(medium, altitude, variant);
+    let (outwards, sunlight) = outwards_and_sunlight(medium, altitude, density, mu, mu_s, variant);
+    let to_observer = towards_observer.column_densities(medium, place, outwards, variant);
+    (density * sunlight.spread, to_observer + sunlight.along)
 }

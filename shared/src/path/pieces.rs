@@ -1,13 +1,13 @@
 //! Whole rays, dark or lit, as the rays of a light field are sampled.
 
-use crate::geometry::{Interval, Ray, altitude_from, shadow};
+use crate::geometry::{Interval, Ray, altitude_from};
 use crate::glam::Vec2;
-use crate::medium::atmosphere::{Atmosphere, relative_densities};
+use crate::medium::atmosphere::{Medium, relative_densities};
 use crate::medium::bands::Bands;
 use crate::medium::columns::{ColumnDensities, column_densities};
 use crate::path::ground::{GroundView, ground_on_way};
 use crate::path::observer::TowardsObserver;
-use crate::path::ray::{Way, direction};
+use crate::path::ray::{Way, direction, in_shadow};
 use crate::path::samples::Samples;
 use crate::variant;
 
@@ -45,25 +45,25 @@ impl PieceSamples {
     /// Of an interval of a way; `variant` is one in which a ray can descend.
     #[inline(always)]
     pub(crate) fn new(
-        atmosphere: &Atmosphere,
+        medium: Medium<'_>,
         placed_for: &Bands,
         way: Way,
         interval: Interval,
         rising: bool,
         variant: u32,
     ) -> Self {
-        let piece = way.piece(atmosphere.shell(), interval, rising, variant & !variant::SHADOW);
+        let piece = way.piece(medium.shell(), interval, rising, variant & !variant::SHADOW);
         Self {
-            samples: Samples::new(atmosphere, placed_for, way.ray, piece, PER_MEAN_FREE_PATH_OF_ORDERS, variant),
-            towards_observer: TowardsObserver::new(atmosphere, way.ray, way.lowest, rising, variant),
+            samples: Samples::new(medium, placed_for, way.ray, piece, PER_MEAN_FREE_PATH_OF_ORDERS, variant),
+            towards_observer: TowardsObserver::new(medium, way.ray, way.lowest, rising, variant),
             rising,
         }
     }
 
     /// Altitude (km) at a distance (km) from the low end.
     #[inline(always)]
-    pub fn altitude(self, atmosphere: &Atmosphere, from_low: f32) -> f32 {
-        altitude_from(atmosphere.shell(), self.samples.piece.altitude, self.samples.low_mu, from_low)
+    pub fn altitude(self, medium: Medium<'_>, from_low: f32) -> f32 {
+        altitude_from(medium.shell(), self.samples.piece.altitude, self.samples.low_mu, from_low)
     }
 
     /// Length of the piece (km).
@@ -88,11 +88,11 @@ impl PieceSamples {
 
     /// The one at a quadrature node.
     #[inline(always)]
-    pub fn at(self, atmosphere: &Atmosphere, node: Vec2, variant: u32) -> Sample {
-        let (place, weight) = self.samples.at(atmosphere.shell(), node);
-        let density = relative_densities(atmosphere, place.altitude, variant);
-        let outwards = column_densities(atmosphere, place.altitude, density, place.mu, variant);
-        let to_observer = self.towards_observer.column_densities(atmosphere, place, outwards, variant);
+    pub fn at(self, medium: Medium<'_>, node: Vec2, variant: u32) -> Sample {
+        let (place, weight) = self.samples.at(medium.shell(), node);
+        let density = relative_densities(medium, place.altitude, variant);
+        let outwards = column_densities(medium, place.altitude, density, place.mu, variant);
+        let to_observer = self.towards_observer.column_densities(medium, place, outwards, variant);
         let mu = place.mu * direction(self.rising);
         Sample { distance: place.distance, altitude: place.altitude, mu, weight, density, to_observer }
     }
@@ -100,9 +100,9 @@ impl PieceSamples {
 
 /// Whether the sun lights all of a ray.
 #[inline(always)]
-pub fn lit_from_end_to_end(atmosphere: &Atmosphere, ray: Ray) -> bool {
-    let way = Way::new(atmosphere.shell(), ray, variant::DESCENT);
-    let shadow = shadow(atmosphere.shell(), way.ray);
+pub fn lit_from_end_to_end(medium: Medium<'_>, ray: Ray, variant: u32) -> bool {
+    let way = Way::new(medium, ray, variant::DESCENT);
+    let (shadow, _) = in_shadow(medium, way.ray, way.length, variant);
     (shadow.end <= shadow.start) | (shadow.start >= way.length)
 }
 
@@ -110,19 +110,18 @@ pub fn lit_from_end_to_end(atmosphere: &Atmosphere, ray: Ray) -> bool {
 /// atmosphere, with the ground where it meets it. `variant` is one in which a ray can descend.
 #[inline(always)]
 pub fn for_each_piece(
-    atmosphere: &Atmosphere,
+    medium: Medium<'_>,
     bands: &Bands,
     ray: Ray,
     variant: u32,
     mut visit: impl FnMut(PieceSamples),
 ) -> (Ray, GroundView) {
-    let shell = atmosphere.shell();
-    let way = Way::new(shell, ray, variant & !variant::SHADOW);
+    let way = Way::new(medium, ray, variant & !variant::SHADOW);
     for rising in [false, true] {
         let interval = way.lit(false, rising);
         if interval.end > interval.start {
-            visit(PieceSamples::new(atmosphere, bands, way, interval, rising, variant));
+            visit(PieceSamples::new(medium, bands, way, interval, rising, variant));
         }
     }
-    (way.ray, ground_on_way(atmosphere, way, variant))
+    (way.ray, ground_on_way(medium, way, variant))
 }

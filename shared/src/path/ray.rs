@@ -1,10 +1,13 @@
 //! A ray's way through the atmosphere: where it is lit, and its pieces.
 
 use crate::geometry::{
-    Interval, Ray, Shell, altitude_along, altitude_of_lit_end, distance_to_top, inside_atmosphere, perigee_altitude,
+    Interval, Ray, Shadow, Shell, altitude_along, altitude_of_lit_end, distance_to_top, inside_atmosphere,
+    perigee_altitude, shadow,
 };
 use crate::math::{max, min};
-use crate::{geometry, variant};
+use crate::medium::atmosphere::Medium;
+use crate::medium::tables;
+use crate::variant;
 
 /// 1 where a ray rises, -1 where it falls.
 #[inline(always)]
@@ -38,11 +41,31 @@ pub(crate) struct Way {
     pub(crate) lowest: f32,
     /// Its part in the planet's shadow.
     shadow: Interval,
+    /// The cones on which that begins and ends.
+    edges: [Shadow; 2],
+}
+
+/// The part of a ray of so many km that lies in the planet's shadow, and the cones on which it begins and ends. Of bent light the edge is no cone: each
+/// end is found on one that touches it near there.
+#[inline(always)]
+pub(crate) fn in_shadow(medium: Medium<'_>, ray: Ray, length: f32, variant: u32) -> (Interval, [Shadow; 2]) {
+    let shell = medium.shell();
+    let mut interval = shadow(shell, ray);
+    let mut edges = [shell.shadow; 2];
+    if (variant & variant::TABLES != 0) & (shell.shadow.slope > 0.0) {
+        let begins = tables::shadow_at(medium, altitude_along(shell, ray, min(interval.start, length)));
+        let ends = tables::shadow_at(medium, altitude_along(shell, ray, min(interval.end, length)));
+        let start = shadow(Shell { shadow: begins, ..shell }, ray).start;
+        interval = Interval { start, end: shadow(Shell { shadow: ends, ..shell }, ray).end };
+        edges = [begins, ends];
+    }
+    (interval, edges)
 }
 
 impl Way {
     #[inline(always)]
-    pub(crate) fn new(shell: Shell, ray: Ray, variant: u32) -> Self {
+    pub(crate) fn new(medium: Medium<'_>, ray: Ray, variant: u32) -> Self {
+        let shell = medium.shell();
         let mut ray = ray;
         let length;
         let mut perigee = 0.0;
@@ -55,11 +78,12 @@ impl Way {
             // From the ground itself every falling ray ends where it begins.
             length = if ray.mu < 0.0 { 0.0 } else { distance_to_top(shell, ray.altitude, ray.mu) };
         }
-        let mut shadow = Interval { start: length, end: length };
+        let mut dark = Interval { start: length, end: length };
+        let mut edges = [shell.shadow; 2];
         if variant & variant::SHADOW != 0 {
-            shadow = geometry::shadow(shell, ray);
+            (dark, edges) = in_shadow(medium, ray, length, variant);
         }
-        Self { ray, length, perigee, lowest, shadow }
+        Self { ray, length, perigee, lowest, shadow: dark, edges }
     }
 
     /// Whether it ends on the ground: before its lowest point. Only for a variant in which a ray can descend.
@@ -93,7 +117,9 @@ impl Way {
         let at_lowest = (low == perigee) | (!rising & (low == length));
         let mut altitude = if at_lowest { lowest } else { altitude_along(shell, ray, low) };
         if (variant & variant::SHADOW != 0) & (low != perigee) {
-            altitude = altitude_of_lit_end(shell, ray, low, altitude);
+            let [begins, ends] = self.edges;
+            let edge = if low >= self.shadow.end { ends } else { begins };
+            altitude = altitude_of_lit_end(Shell { shadow: edge, ..shell }, ray, low, altitude);
         }
         Piece { low, altitude, length: interval.end - interval.start, rising }
     }

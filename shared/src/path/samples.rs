@@ -3,7 +3,7 @@
 use crate::geometry::{Ray, Shell, altitude_from};
 use crate::glam::Vec2;
 use crate::math::{max, sqrt};
-use crate::medium::atmosphere::{Atmosphere, relative_densities};
+use crate::medium::atmosphere::{Medium, relative_densities};
 use crate::medium::bands::Bands;
 use crate::medium::columns::equivalent_lengths;
 use crate::path::ray::{Piece, direction};
@@ -31,7 +31,7 @@ pub(crate) struct Place {
 /// how much a mean free path of light counts beside `D`.
 #[inline(always)]
 pub(crate) fn crowding(
-    atmosphere: &Atmosphere,
+    medium: Medium<'_>,
     bands: &Bands,
     piece: Piece,
     mu: f32,
@@ -39,9 +39,9 @@ pub(crate) fn crowding(
     variant: u32,
 ) -> f32 {
     let Piece { altitude, length, rising, .. } = piece;
-    let g = sqrt(1.0 + altitude / atmosphere.ground_radius);
-    let fall_off = equivalent_lengths(atmosphere, g, Vec2::splat(mu), variant).x;
-    let density = relative_densities(atmosphere, altitude, variant);
+    let g = sqrt(1.0 + altitude / medium.atmosphere.ground_radius);
+    let fall_off = equivalent_lengths(medium, g, Vec2::splat(mu), variant).x;
+    let density = relative_densities(medium, altitude, variant);
     let extinction = bands.air_scattering * density.x + bands.aerosol_extinction * density.y;
     let strongest = if rising { max(max(extinction.x, extinction.y), max(extinction.z, extinction.w)) } else { 0.0 };
     max(0.35 * length * (1.0 / fall_off + per_mean_free_path * strongest) - 1.0, 0.0)
@@ -80,7 +80,7 @@ pub(crate) struct Samples {
 impl Samples {
     #[inline(always)]
     pub(crate) fn new(
-        atmosphere: &Atmosphere,
+        medium: Medium<'_>,
         bands: &Bands,
         ray: Ray,
         piece: Piece,
@@ -88,11 +88,11 @@ impl Samples {
         variant: u32,
     ) -> Self {
         let outwards = direction(piece.rising);
-        let r = atmosphere.ground_radius + ray.altitude;
-        let low_r = atmosphere.ground_radius + piece.altitude;
+        let r = medium.atmosphere.ground_radius + ray.altitude;
+        let low_r = medium.atmosphere.ground_radius + piece.altitude;
         let low_mu = max((r * ray.mu + piece.low) * outwards, 0.0) / low_r;
         let low_r_mu_s = r * ray.mu_s + piece.low * ray.nu;
-        let k = crowding(atmosphere, bands, piece, low_mu, per_mean_free_path, variant);
+        let k = crowding(medium, bands, piece, low_mu, per_mean_free_path, variant);
         Self { piece, low_r, low_mu, low_r_mu_s, nu: ray.nu * outwards, k }
     }
 

@@ -16,7 +16,7 @@
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec4};
 use crate::math::fetch;
-use crate::medium::atmosphere::Atmosphere;
+use crate::medium::atmosphere::Medium;
 use crate::medium::bands::{Bands, ByScatterer, Coefficients};
 use crate::path::observer::{TowardsObserver, lit_place};
 use crate::path::ray::Way;
@@ -27,14 +27,14 @@ use crate::variant;
 /// The integrand of Eq. (1) at a lit place, with `β = 1`, `P = 1` and `E = 1`, times the weight of a sample there (km).
 #[inline(always)]
 pub(crate) fn integrand<V: Value>(
-    atmosphere: &Atmosphere,
+    medium: Medium<'_>,
     coefficients: &Coefficients<V>,
     towards_observer: TowardsObserver,
     place: Place,
     weight: f32,
     variant: u32,
 ) -> ByScatterer<V> {
-    let (density, along) = lit_place(atmosphere, towards_observer, place, variant);
+    let (density, along) = lit_place(medium, towards_observer, place, variant);
     let transmittance = coefficients.transmittance(along).scaled(weight);
     ByScatterer { air: transmittance.scaled(density.x), aerosol: transmittance.scaled(density.y) }
 }
@@ -42,20 +42,20 @@ pub(crate) fn integrand<V: Value>(
 /// The integral over a piece; `lowest` is the altitude of the ray's lowest point (km).
 #[inline(always)]
 fn integrate_piece<V: Value>(
-    atmosphere: &Atmosphere,
+    medium: Medium<'_>,
     coefficients: &Coefficients<V>,
     quadrature: &[Vec2],
     (ray, lowest): (Ray, f32),
     samples: Samples,
     variant: u32,
 ) -> ByScatterer<V> {
-    let shell = atmosphere.shell();
-    let towards_observer = TowardsObserver::new(atmosphere, ray, lowest, samples.piece.rising, variant);
+    let shell = medium.shell();
+    let towards_observer = TowardsObserver::new(medium, ray, lowest, samples.piece.rising, variant);
     let mut sum = ByScatterer::<V>::ZERO;
     let mut i = 0;
     loop {
         let (place, weight) = samples.at(shell, fetch(quadrature, i));
-        let part = integrand(atmosphere, coefficients, towards_observer, place, weight, variant);
+        let part = integrand(medium, coefficients, towards_observer, place, weight, variant);
         sum.air.add_scaled(&part.air, 1.0);
         if variant & variant::AEROSOL != 0 {
             sum.aerosol.add_scaled(&part.aerosol, 1.0);
@@ -77,22 +77,22 @@ fn integrate_piece<V: Value>(
 /// convergence when the sun is low: sixteen then leave 7e-3, forty-eight 4e-4.
 #[cfg_attr(target_arch = "spirv", inline)]
 #[cfg_attr(not(target_arch = "spirv"), multiversion::multiversion(targets("x86_64+avx+avx2")))]
-pub fn single_scattering(
-    atmosphere: &Atmosphere,
+pub fn single_scattering<'a>(
+    medium: Medium<'a>,
     bands: &Bands,
     quadrature: &[Vec2],
     ray: Ray,
     variant: u32,
 ) -> ByScatterer<Vec4> {
     let coefficients = &bands.coefficients();
-    single_scattering_placed_for(atmosphere, coefficients, bands, PER_MEAN_FREE_PATH, quadrature, ray, variant)
+    single_scattering_placed_for(medium, coefficients, bands, PER_MEAN_FREE_PATH, quadrature, ray, variant)
 }
 
 /// The same at the bands of any value, with samples that are placed for some bands, where a mean free path of light
 /// counts as much as is said; see `path::samples`.
 #[inline(always)]
 pub(crate) fn single_scattering_placed_for<V: Value>(
-    atmosphere: &Atmosphere,
+    medium: Medium<'_>,
     coefficients: &Coefficients<V>,
     placed_for: &Bands,
     per_mean_free_path: f32,
@@ -100,8 +100,8 @@ pub(crate) fn single_scattering_placed_for<V: Value>(
     ray: Ray,
     variant: u32,
 ) -> ByScatterer<V> {
-    let shell = atmosphere.shell();
-    let way = Way::new(shell, ray, variant);
+    let shell = medium.shell();
+    let way = Way::new(medium, ray, variant);
     let mut sum = ByScatterer::<V>::ZERO;
     // Before or behind the shadow, falling or rising: at most three of the four pieces are not empty.
     let mut index = if variant & variant::DESCENT != 0 { 0 } else { 1 };
@@ -113,8 +113,8 @@ pub(crate) fn single_scattering_placed_for<V: Value>(
         let interval = way.lit(index & 2 == 2, rising);
         if interval.end > interval.start {
             let piece = way.piece(shell, interval, rising, variant);
-            let samples = Samples::new(atmosphere, placed_for, way.ray, piece, per_mean_free_path, variant);
-            let part = integrate_piece(atmosphere, coefficients, quadrature, (way.ray, way.lowest), samples, variant);
+            let samples = Samples::new(medium, placed_for, way.ray, piece, per_mean_free_path, variant);
+            let part = integrate_piece(medium, coefficients, quadrature, (way.ray, way.lowest), samples, variant);
             sum.air.add_scaled(&part.air, 1.0);
             sum.aerosol.add_scaled(&part.aerosol, 1.0);
         }
@@ -137,6 +137,7 @@ mod tests {
     use super::*;
     use crate::glam::Vec3;
     use crate::math::sqrt;
+    use crate::medium::atmosphere::Atmosphere;
     use crate::medium::exponential::Exponential;
     use crate::value::Lanes;
 
@@ -147,6 +148,10 @@ mod tests {
     fn air() -> Atmosphere {
         let air = Exponential::new(SCALE_HEIGHT, RADIUS);
         Atmosphere { air, aerosol: air, ground_radius: RADIUS as f32, depth: 120.0, ..Atmosphere::zeroed() }
+    }
+
+    fn exponential(atmosphere: &Atmosphere) -> Medium<'_> {
+        Medium { atmosphere, tables: &[] }
     }
 
     /// A ray up from the ground and a sun in one vertical plane, by the cosines of their zenith angles.
@@ -171,7 +176,7 @@ mod tests {
         let depths = [0.05f32, 0.3, 1.0, 2.5];
         let coefficients = depths.map(|depth| depth / SCALE_HEIGHT as f32);
         for (mu, mu_s) in [(1.0f32, 1.0f32), (0.5, 0.9), (0.8, 0.35), (0.4, 0.4)] {
-            let found = single_scattering(&air(), &bands(coefficients), &midpoints(), ray(mu, mu_s), 0).air;
+            let found = single_scattering(exponential(&air()), &bands(coefficients), &midpoints(), ray(mu, mu_s), 0).air;
             for (found, depth) in found.to_array().into_iter().zip(depths.map(f64::from)) {
                 let (mu, mu_s) = (f64::from(mu), f64::from(mu_s));
                 let truth = if mu == mu_s {
@@ -189,7 +194,7 @@ mod tests {
     #[test]
     fn many_wavelengths_are_integrated_as_four_bands_are() {
         let bands = bands([0.002, 0.01, 0.03, 0.2]);
-        let four = single_scattering(&air(), &bands, &midpoints(), ray(0.3, 0.6), 0).air;
+        let four = single_scattering(exponential(&air()), &bands, &midpoints(), ray(0.3, 0.6), 0).air;
         let lanes = |value: Vec4| Lanes(core::array::from_fn::<f32, 8, _>(|i| value.to_array()[i % 4]));
         let coefficients = Coefficients {
             air_scattering: lanes(bands.air_scattering),
@@ -199,7 +204,7 @@ mod tests {
         };
         let crowding = PER_MEAN_FREE_PATH;
         let many =
-            single_scattering_placed_for(&air(), &coefficients, &bands, crowding, &midpoints(), ray(0.3, 0.6), 0).air;
+            single_scattering_placed_for(exponential(&air()), &coefficients, &bands, crowding, &midpoints(), ray(0.3, 0.6), 0).air;
         // A processor's exponentials are the same numbers whatever stands beside them.
         assert_eq!(many, lanes(four));
     }

@@ -75,9 +75,12 @@ fn mean_density(uniform: &Uniform, projection: u32, centre: Vec2) -> f32 {
 #[inline]
 fn disc_radiance(uniform: &Uniform, colour: &[Vec4], view: Vec3) -> Vec3 {
     let disc = uniform.disc;
-    let sun = Vec3::new(uniform.sun.x, uniform.sun.y, uniform.sun.z);
+    let sun = disc.centre.truncate();
     let across = view.cross(sun);
-    let off = sqrt(across.dot(across)) / disc.sine_radius;
+    // How far above the centre, along the vertical circle through it.
+    let over = (view.z - sun.z * view.dot(sun)) / sqrt(max(1.0 - sun.z * sun.z, 1e-12));
+    let flattened = over * over * (1.0 / (disc.centre.w * disc.centre.w) - 1.0);
+    let off = sqrt(across.dot(across) + flattened) / disc.sine_radius;
     let mut radiance = Vec3::ZERO;
     if (off < 1.0) & (view.dot(sun) > 0.0) & (view.z >= disc.horizon) {
         let limb = safe_sqrt(1.0 - off * off) * (LIMB_COSINES - 1) as f32;

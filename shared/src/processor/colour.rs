@@ -95,7 +95,7 @@ pub fn light(
     }
     let rays = &rays[lanes(count)];
     let BlockScattering { air, aerosol } =
-        single_scattering_of_block(&uniform.atmosphere, &buffers.bands[group], buffers.quadrature, rays, variant);
+        single_scattering_of_block(buffers.medium(uniform), &buffers.bands[group], buffers.quadrature, rays, variant);
     let mut parts = ByConstituent { air, aerosol, multiple: Four::ZERO, ground: Four::ZERO };
     if variant & variant::REST != 0 {
         for lane in lanes(count) {

@@ -3,7 +3,7 @@
 use super::lanes::{BLOCK, Four, Lanes, Three, ZERO, lanes};
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec4};
-use crate::medium::atmosphere::Atmosphere;
+use crate::medium::atmosphere::Medium;
 use crate::medium::bands::{Bands, Coefficients};
 use crate::medium::columns::LowestPoint;
 use crate::path::observer::TowardsObserver;
@@ -98,7 +98,7 @@ impl Pieces {
 /// [`crate::path::single::single_scattering`] along each ray of a block.
 #[inline(always)]
 pub fn single_scattering_of_block(
-    atmosphere: &Atmosphere,
+    medium: Medium<'_>,
     bands: &Bands,
     quadrature: &[Vec2],
     rays: &[Ray],
@@ -110,31 +110,35 @@ pub fn single_scattering_of_block(
     const ALOFT: u32 = DAY | variant::DESCENT;
     const TWILIGHT_ALOFT: u32 = TWILIGHT | variant::DESCENT;
     const HAZE: u32 = DAY | variant::OPAQUE;
+    const MEASURED_DAY: u32 = DAY | variant::TABLES;
+    const MEASURED_TWILIGHT: u32 = TWILIGHT | variant::TABLES;
     // The variants of the Earth's sky are compiled for themselves: in a loop over lanes, what is asked at run time is computed either way.
-    match variant & variant::WHOLE_INTEGRAL {
-        DAY => integrate(atmosphere, bands, quadrature, rays, DAY),
-        LOW_SUN => integrate(atmosphere, bands, quadrature, rays, LOW_SUN),
-        TWILIGHT => integrate(atmosphere, bands, quadrature, rays, TWILIGHT),
-        ALOFT => integrate(atmosphere, bands, quadrature, rays, ALOFT),
-        TWILIGHT_ALOFT => integrate(atmosphere, bands, quadrature, rays, TWILIGHT_ALOFT),
-        HAZE => integrate(atmosphere, bands, quadrature, rays, HAZE),
-        other => integrate(atmosphere, bands, quadrature, rays, other),
+    match variant & variant::INTEGRAL {
+        DAY => integrate(medium, bands, quadrature, rays, DAY),
+        LOW_SUN => integrate(medium, bands, quadrature, rays, LOW_SUN),
+        TWILIGHT => integrate(medium, bands, quadrature, rays, TWILIGHT),
+        ALOFT => integrate(medium, bands, quadrature, rays, ALOFT),
+        TWILIGHT_ALOFT => integrate(medium, bands, quadrature, rays, TWILIGHT_ALOFT),
+        HAZE => integrate(medium, bands, quadrature, rays, HAZE),
+        MEASURED_DAY => integrate(medium, bands, quadrature, rays, MEASURED_DAY),
+        MEASURED_TWILIGHT => integrate(medium, bands, quadrature, rays, MEASURED_TWILIGHT),
+        other => integrate(medium, bands, quadrature, rays, other),
     }
 }
 
 #[inline(always)]
 fn integrate(
-    atmosphere: &Atmosphere,
+    medium: Medium<'_>,
     bands: &Bands,
     quadrature: &[Vec2],
     rays: &[Ray],
     variant: u32,
 ) -> BlockScattering {
-    let shell = atmosphere.shell();
+    let shell = medium.shell();
     let count = rays.len();
-    let mut ways = [Way::new(shell, rays[0], variant); BLOCK];
+    let mut ways = [Way::new(medium, rays[0], variant); BLOCK];
     for lane in lanes(count) {
-        ways[lane] = Way::new(shell, rays[lane], variant);
+        ways[lane] = Way::new(medium, rays[lane], variant);
     }
     let mut sum = BlockScattering { air: Four::ZERO, aerosol: Four::ZERO };
     let mut index = if variant & variant::DESCENT != 0 { 0 } else { 1 };
@@ -154,12 +158,12 @@ fn integrate(
             for place in lanes(lit_count) {
                 let way = ways[lit[place]];
                 let piece = way.piece(shell, way.lit(behind_shadow, rising), rising, variant);
-                let towards_observer = TowardsObserver::new(atmosphere, way.ray, way.lowest, rising, variant);
-                let samples = Samples::new(atmosphere, bands, way.ray, piece, PER_MEAN_FREE_PATH, variant);
+                let towards_observer = TowardsObserver::new(medium, way.ray, way.lowest, rising, variant);
+                let samples = Samples::new(medium, bands, way.ray, piece, PER_MEAN_FREE_PATH, variant);
                 pieces.set(place, samples, towards_observer);
             }
             let part =
-                integrate_pieces(atmosphere, &bands.coefficients(), quadrature, &pieces, rising, lit_count, variant);
+                integrate_pieces(medium, &bands.coefficients(), quadrature, &pieces, rising, lit_count, variant);
             for place in lanes(lit_count) {
                 let lane = lit[place];
                 sum.air.set(lane, sum.air.get(lane) + part.air.get(place));
@@ -178,7 +182,7 @@ fn integrate(
 /// The integrals over a piece of each ray.
 #[inline(always)]
 fn integrate_pieces(
-    atmosphere: &Atmosphere,
+    medium: Medium<'_>,
     coefficients: &Coefficients<Vec4>,
     quadrature: &[Vec2],
     pieces: &Pieces,
@@ -186,13 +190,13 @@ fn integrate_pieces(
     count: usize,
     variant: u32,
 ) -> BlockScattering {
-    let shell = atmosphere.shell();
+    let shell = medium.shell();
     let mut sum = BlockScattering { air: Four::ZERO, aerosol: Four::ZERO };
     for &node in quadrature {
         for lane in lanes(count) {
             let (samples, towards_observer) = pieces.get(lane, rising);
             let (place, weight) = samples.at(shell, node);
-            let part = integrand(atmosphere, coefficients, towards_observer, place, weight, variant);
+            let part = integrand(medium, coefficients, towards_observer, place, weight, variant);
             sum.air.set(lane, sum.air.get(lane) + part.air);
             if variant & variant::AEROSOL != 0 {
                 sum.aerosol.set(lane, sum.aerosol.get(lane) + part.aerosol);

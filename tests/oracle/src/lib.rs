@@ -5,12 +5,14 @@
 //! * [`Atmosphere`] says what a sky is made of, in the numbers that people publish; its coefficients at a wavelength are
 //!   computed here, from the judge's own constants.
 //! * [`scattered_radiance`] is light that was scattered once, by quadrature to 1e-8.
+//! * [`Profile::scattered_once`] is the same in air of any profile, with sunlight that the air bends.
 //! * [`radiance_of_all_orders`] is all the light, by a Monte Carlo that has no bias and states its error.
 //!
-//! Lengths are in km, coefficients in km⁻¹, z is up, x north, y west. Light does not bend, and the atmosphere ends at its top
+//! Lengths are in km, coefficients in km⁻¹, z is up, x north, y west. Light does not bend but in a [`Profile`], and the atmosphere ends at its top
 //! radius.
 
 mod atmosphere;
+mod bent;
 mod column;
 mod directions;
 mod line;
@@ -27,6 +29,7 @@ mod tests;
 mod way;
 
 pub use atmosphere::{AirLaw, Atmosphere};
+pub use bent::{Beam, Profile};
 pub use column::column_to_top;
 pub use medium::{Coefficients, Medium};
 pub use orders::{Estimate, Paths, radiance_of_all_orders, radiance_of_orders, sunlit_ground_radiance};

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use sorairo::PixelFormat;
 use sorairo::low_level::device::{self, Backend};
+use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo_shared::camera::{EQUIRECTANGULAR, pixel_view};
@@ -93,8 +94,10 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
 #[test]
 fn light_of_all_orders_agrees_with_the_cpu_over_whole_images() {
     let mut compared = 0;
-    for (sun, altitude) in [(50.0, 0.0), (4.0, 0.0), (-5.0, 0.0), (-14.0, 0.0), (30.0, 9.0), (0.0, 30.0), (20.0, 400.0)]
-    {
+    let exponential =
+        [(50.0, 0.0), (4.0, 0.0), (-5.0, 0.0), (-14.0, 0.0), (30.0, 9.0), (0.0, 30.0), (20.0, 400.0)].map(|of| (of, false));
+    let measured = [(40.0, 0.0), (-3.0, 0.0), (1.0, 9.0), (-4.0, 400.0)].map(|of| (of, true));
+    for ((sun, altitude), is_measured) in exponential.into_iter().chain(measured) {
         for (fit, color) in [
             (Fit::Regression, ColourPath::Folded),
             (Fit::Regression, ColourPath::Solve),
@@ -104,6 +107,9 @@ fn light_of_all_orders_agrees_with_the_cpu_over_whole_images() {
             let mut scene = Scene::preset(Preset::Standard);
             (scene.sun.elevation, scene.observer.altitude) = (sun, altitude);
             (scene.render.fit, scene.render.color) = (fit, color);
+            if is_measured {
+                (scene.atmosphere.profile, scene.atmosphere.refraction) = (Profile::UsStandard, true);
+            }
             scene.camera.size = "128x64".parse().unwrap();
             for path in [PathChoice::Direct, PathChoice::Lookup] {
                 scene.render.path = path;
@@ -121,7 +127,7 @@ fn light_of_all_orders_agrees_with_the_cpu_over_whole_images() {
             }
         }
     }
-    assert_eq!(compared, 56);
+    assert_eq!(compared, 88);
 }
 
 /// The pixels' colours and their spectra.

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::sync::{Arc, Mutex};
 
 use sorairo::low_level::device::{Backend, cpu::Cpu, gpu};
+use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::plan::on_device::{DeviceUses, Memory, PlanDevice, PlanPass, Views};
 use sorairo::low_level::plan::{GridKind, SpectralPlan, direction};
 use sorairo::scene::{CameraScene, GroundAlbedo, Orders, PathChoice, Preset, Projection, Rgb, Scene};
@@ -28,6 +29,11 @@ fn skies() -> Vec<(String, Scene)> {
     let mut skies = Vec::new();
     for sun in [60.0, 15.0, 5.0, 0.5, -4.0, -8.0] {
         skies.push(of("standard", Preset::Standard, sun, &|_| {}));
+    }
+    for sun in [30.0, -3.0] {
+        skies.push(of("measured air", Preset::Standard, sun, &|scene| {
+            (scene.atmosphere.profile, scene.atmosphere.refraction) = (Profile::UsStandard, true);
+        }));
     }
     for sun in [30.0, 2.0] {
         skies.push(of("hazy", Preset::Hazy, sun, &|_| {}));
@@ -223,13 +229,14 @@ impl PlanDevice for Broken {
     }
 
     fn run(&self, work: &PlanPass<'_>) -> Result<Vec<Vec4>> {
-        let &PlanPass { variant, bands, quadratures, tables, memory, .. } = work;
+        let &PlanPass { variant, bands, quadratures, tables, columns, memory, .. } = work;
         self.0.run(&PlanPass {
             steps: &[],
             variant,
             bands,
             quadratures,
             tables,
+            columns,
             memory,
             keep: None,
             read: work.read.clone(),

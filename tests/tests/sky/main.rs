@@ -6,6 +6,7 @@ mod integral;
 mod light;
 mod lookup;
 mod multiple;
+mod profile;
 mod radiance;
 mod solve;
 mod spectra;

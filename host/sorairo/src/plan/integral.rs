@@ -1,7 +1,10 @@
 //! The light of a sky along a ray at the bands, by its constituents, before any fit.
 
+use std::sync::Arc;
+
 use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
+use sorairo_shared::medium::atmosphere::Medium;
 use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::medium::phase::ScatteringAngle;
 use sorairo_shared::processor::kernels::light_of_directions;
@@ -10,6 +13,7 @@ use sorairo_shared::sky::{ByConstituent, phases, transfer, view_ray};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
+use crate::medium::tables::Tables;
 use crate::plan::light_field::{COMPARED_DEPTH, LightFields, MultipleLight, OrdersMade, Resolution, Setting};
 use crate::plan::rays::directions::farthest_air;
 use crate::plan::rays::source::Source;
@@ -101,7 +105,7 @@ pub struct RayIntegral {
     pub bands: Vec<Bands>,
     /// Quadrature nodes of the ray integral on [0, 1], with their weights.
     pub quadrature: Vec<Vec2>,
-    /// What the integral must not skip: bits of [`variant::WHOLE_INTEGRAL`], [`variant::MULTIPLE`] and [`variant::GROUND`]; and those of
+    /// What the integral must not skip: bits of [`variant::INTEGRAL`], [`variant::MULTIPLE`] and [`variant::GROUND`]; and those of
     /// [`variant::FIT`].
     pub variant: u32,
     /// Orders of scattering.
@@ -114,6 +118,8 @@ pub struct RayIntegral {
     pub light_fields: LightFields,
     /// The sun.
     pub source: Source,
+    /// The tables of the air, where its profile has no closed form.
+    pub tables: Option<Arc<Tables>>,
 }
 
 impl RayIntegral {
@@ -145,7 +151,14 @@ impl RayIntegral {
 
     /// What the kernels read beside the uniform, with these colour rows.
     pub fn buffers<'a>(&'a self, colour: &'a [Vec4]) -> Buffers<'a> {
-        Buffers { bands: &self.bands, quadrature: &self.quadrature, colour, multiple: &self.multiple }
+        let columns = self.medium().tables;
+        Buffers { bands: &self.bands, quadrature: &self.quadrature, colour, multiple: &self.multiple, columns }
+    }
+
+    /// What fills the air, as the kernels take it.
+    pub fn medium(&self) -> Medium<'_> {
+        let tables = self.tables.as_deref().map_or(&[][..], |tables| &tables.entries[..]);
+        Medium { atmosphere: &self.uniform.atmosphere, tables }
     }
 
     /// The bands for which the samples of rays are placed where many wavelengths share them.
@@ -155,9 +168,9 @@ impl RayIntegral {
 
     /// What the light field around the observer depends on beside the wavelength.
     pub fn setting(&self) -> Setting<'_> {
-        let of_first_order = self.variant & variant::WHOLE_INTEGRAL;
+        let of_first_order = self.variant & variant::INTEGRAL;
         Setting::new(
-            &self.uniform.atmosphere,
+            self.medium(),
             self.placed_for(),
             of_first_order,
             f64::from(self.uniform.altitude),
@@ -227,9 +240,10 @@ fn of_spectrum(resolution: Resolution) -> Resolution {
     Resolution { tolerance: SPECTRAL_TOLERANCE, ..resolution }
 }
 
-/// What a scene has that the integral must not skip: bits of [`variant::WHOLE_INTEGRAL`].
+/// What a scene has that the integral must not skip: bits of [`variant::INTEGRAL`].
 pub fn needed(scene: &Scene, optics: &Optics) -> u32 {
     let a = &scene.atmosphere;
+    let has_tables = a.profile.is_measured();
     let from_above = scene.observer.altitude > 0.0;
     let low_sun = scene.sun.elevation <= farthest_air(scene).to_degrees();
     // By day no ray from the ground itself meets the shadow.
@@ -237,7 +251,8 @@ pub fn needed(scene: &Scene, optics: &Optics) -> u32 {
     let bit = |present: bool, bit: u32| if present { bit } else { 0 };
     bit(a.aerosol.optical_depth > 0.0, variant::AEROSOL)
         | bit(a.ozone.column > 0.0, variant::OZONE)
-        | bit(optics.depth_above_top() > NEGLIGIBLE_DEPTH_ABOVE_TOP, variant::ABOVE_TOP)
+        | bit(!has_tables && optics.depth_above_top() > NEGLIGIBLE_DEPTH_ABOVE_TOP, variant::ABOVE_TOP)
+        | bit(has_tables, variant::TABLES)
         | bit(shadow, variant::SHADOW)
         | bit(from_above, variant::DESCENT)
         | bit(low_sun, variant::LOW_SUN)

@@ -142,6 +142,8 @@ pub struct PlanPass<'a> {
     pub quadratures: [&'a [Vec2]; 2],
     /// Lists of numbers.
     pub tables: &'a [f32],
+    /// The tables of the medium; see [`sorairo_shared::medium::tables`].
+    pub columns: &'a [Vec4],
     /// What kernels leave for each other: functions, values, orders.
     pub memory: [&'a Memory; 3],
     /// What is kept.

@@ -11,6 +11,7 @@ use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
 use crate::error::Result;
+use crate::medium::tables::Tables;
 use crate::plan::light_field::LightFields;
 use crate::plan::on_device::{PlanDevice, Views};
 use crate::plan::rays::directions::{direction, horizon};
@@ -30,6 +31,10 @@ const BLACK: f64 = 1e-21;
 
 /// The difference from twice as many samples at which more are taken: other rays are a little worse than the scene's test rays.
 const TOLERANCE: f64 = 0.25 * BOUND;
+
+/// The same where column densities come from tables, which leave as much themselves: finer samples would follow the straight lines between
+/// their entries.
+const TOLERANCE_OF_TABLES: f64 = BOUND;
 
 /// Samples that a guess is compared with, at least: two coarse rules can miss the same.
 const FEWEST_OF_REFERENCE: u32 = 96;
@@ -66,13 +71,15 @@ pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
 /// `bands` are the plan's own. Where light fields have a device, the rays are integrated there.
 pub fn per_piece(
     scene: &Scene,
+    tables: Option<&Tables>,
     uniform: &Uniform,
     optics: &Optics,
     bands: &[Bands],
     integral: u32,
     light_fields: &LightFields,
 ) -> u32 {
-    let sky = Sky { uniform, bands: test_bands(scene, optics, bands, integral), integral, light_fields };
+    let columns = tables.map_or(&[][..], |tables| &tables.entries[..]);
+    let sky = Sky { uniform, columns, bands: test_bands(scene, optics, bands, integral), integral, light_fields };
     let guess = if scene.sun.elevation >= 5.0 { SMOOTH } else { 48 };
     let mut brightest = Vec::new();
     let first = sky.fewest(test_views(scene, &FIRST), &mut brightest, guess);
@@ -95,6 +102,7 @@ pub fn fewer_than(samples: u32) -> impl Iterator<Item = u32> {
 /// The scene's sky at the test wavelengths.
 struct Sky<'a> {
     uniform: &'a Uniform,
+    columns: &'a [Vec4],
     bands: Vec<Bands>,
     integral: u32,
     light_fields: &'a LightFields,
@@ -111,7 +119,7 @@ impl Sky<'_> {
     fn transfers_on(&self, device: &dyn PlanDevice, views: &[Vec3], samples: [u32; 2]) -> Result<[Vec<Vec<f64>>; 2]> {
         let rules = samples.map(gauss_legendre);
         let look = |quadrature| {
-            let buffers = Buffers { bands: &self.bands, quadrature, colour: &[], multiple: &[] };
+            let buffers = Buffers { bands: &self.bands, quadrature, colour: &[], multiple: &[], columns: self.columns };
             Views { uniform: self.uniform, buffers, variant: self.variant(), views }
         };
         let light: [_; 2] =
@@ -136,7 +144,7 @@ impl Sky<'_> {
     /// The transfer at the test wavelengths along each view.
     fn transfer(&self, views: &[Vec3], samples: u32) -> Vec<Vec<f64>> {
         let quadrature: &[Vec2] = &gauss_legendre(samples);
-        let buffers = Buffers { bands: &self.bands, quadrature, colour: &[], multiple: &[] };
+        let buffers = Buffers { bands: &self.bands, quadrature, colour: &[], multiple: &[], columns: self.columns };
         let of_block = |views: &[Vec3]| {
             let mut light = vec![ByConstituent::default(); views.len() * self.bands.len()];
             light_of_directions(self.uniform, buffers, views, &mut light, self.variant());
@@ -145,9 +153,11 @@ impl Sky<'_> {
         views.par_chunks(BLOCK).flat_map_iter(of_block).collect()
     }
 
-    /// The fewest samples, from a guess on, that keep the radiance along each view within [`TOLERANCE`]. `brightest` is the largest value of
+    /// The fewest samples, from a guess on, that keep the radiance along each view within the tolerance. `brightest` is the largest value of
     /// the views before at each wavelength.
     fn fewest(&self, mut views: Vec<Vec3>, brightest: &mut Vec<f64>, guess: u32) -> u32 {
+        let has_tables = self.integral & variant::TABLES != 0;
+        let tolerance = if has_tables { TOLERANCE_OF_TABLES } else { TOLERANCE };
         let mut samples = guess;
         while samples < MOST {
             let [values, references] = self.transfers(&views, [samples, (2 * samples).max(FEWEST_OF_REFERENCE)]);
@@ -155,14 +165,14 @@ impl Sky<'_> {
             let errors = values.iter().zip(&references).map(|(value, reference)| worst(value, reference, brightest));
             let errors: Vec<f64> = errors.collect();
             let largest = errors.iter().copied().fold(0.0, f64::max);
-            if largest <= TOLERANCE {
+            if largest <= tolerance {
                 return samples;
             }
             // What is far within the bound will not leave it with more samples.
             let mut of_views = errors.into_iter();
-            views.retain(|_| of_views.next().is_some_and(|error| error > TOLERANCE / 16.0));
+            views.retain(|_| of_views.next().is_some_and(|error| error > tolerance / 16.0));
             // Where light grazes a kink of the ozone the error falls by the power 2.5 of the samples: twice as many are not too many there.
-            samples = if largest > 8.0 * TOLERANCE { 2 * samples } else { more(samples) };
+            samples = if largest > 8.0 * tolerance { 2 * samples } else { more(samples) };
         }
         MOST
     }

@@ -82,8 +82,9 @@ impl SkyPlan {
         let variant = integral::needed(scene, &optics) | fit.variant(wavelengths.len(), colour_path);
         let bands = fit.bands(&optics, &wavelengths);
         let nodes = fit.nodes(wavelengths.len());
-        let uniform = upload::sky_uniform(scene, &wavelengths, nodes, &space);
-        let fewest = || samples::per_piece(scene, &uniform, &optics, &bands, variant, light_fields);
+        let tables = upload::tables(scene);
+        let uniform = upload::sky_uniform(scene, tables.as_deref(), &wavelengths, nodes, &space);
+        let fewest = || samples::per_piece(scene, tables.as_deref(), &uniform, &optics, &bands, variant, light_fields);
         let samples = scene.render.steps.unwrap_or_else(fewest);
         let quadrature = gauss_legendre(samples);
         let is_night = directions::is_night(scene);
@@ -99,6 +100,7 @@ impl SkyPlan {
             orders_made: Vec::new(),
             light_fields: light_fields.clone(),
             source: Source::sun(scene),
+            tables,
         };
         Self {
             scene: scene.clone(),

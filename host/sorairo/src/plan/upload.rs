@@ -1,5 +1,7 @@
 //! The scene in the numbers of the kernels.
 
+use std::sync::Arc;
+
 use bytemuck::Zeroable;
 use sorairo_shared::camera::{self, Camera};
 use sorairo_shared::display::grade::Grade;
@@ -11,10 +13,12 @@ use sorairo_shared::medium::exponential::Exponential;
 use sorairo_shared::uniform::{NODE_ROWS, Uniform};
 use sorairo_shared::variant;
 
+use crate::medium::tables::{Air, Tables, refractivity};
 use crate::plan::picture::aces;
 use crate::plan::picture::colour_space::ColourSpace;
 use crate::plan::rays::directions::{direction, horizon, span_above_horizon};
 use crate::plan::rays::source::Source;
+use crate::scene::sky::STANDARD_PRESSURE;
 use crate::scene::{Display, PictureLook, Projection, Render, Scene, View, ViewTransform};
 use crate::spectra::observer::{self, LUMENS_PER_WATT};
 use crate::spectra::optics::Optics;
@@ -22,11 +26,11 @@ use crate::spectra::optics::Optics;
 /// The uniform of a sky that no camera looks at: what concerns an image is 0, its exposure 1.
 ///
 /// `wavelengths` are those of the bands (nm), `nodes` the observer nodes of each constituent.
-pub fn sky_uniform(scene: &Scene, wavelengths: &[f64], nodes: u32, space: &ColourSpace) -> Uniform {
+pub fn sky_uniform(scene: &Scene, tables: Option<&Tables>, wavelengths: &[f64], nodes: u32, space: &ColourSpace) -> Uniform {
     let [sun, bearing] = Source::sun(scene).for_kernels();
     let band = |i: usize| observer::normalised(wavelengths[i.min(wavelengths.len() - 1)]) as f32;
     Uniform {
-        atmosphere: atmosphere(scene),
+        atmosphere: atmosphere(scene, tables),
         sun,
         bearing,
         band_wavelengths: Vec4::from_array(std::array::from_fn(band)),
@@ -58,7 +62,22 @@ pub fn bands(optics: &Optics, wavelengths: &[f64]) -> Vec<Bands> {
     wavelengths.chunks(4).map(|group| optics.bands(four(group))).collect()
 }
 
-fn atmosphere(scene: &Scene) -> Atmosphere {
+/// The tables of a scene's air, where its profile has no closed form.
+pub fn tables(scene: &Scene) -> Option<Arc<Tables>> {
+    let a = &scene.atmosphere;
+    let pressure = a.air.pressure / STANDARD_PRESSURE;
+    let air = Air {
+        profile: a.profile,
+        ground_radius: a.ground_radius,
+        depth: a.top_radius - a.ground_radius,
+        columns: [a.air.scale_height, a.aerosol.scale_height, 0.5 * (a.ozone.top - a.ozone.bottom)],
+        refractivity: if a.refraction { refractivity(a.profile, pressure) } else { 0.0 },
+    };
+    a.profile.is_measured().then(|| Tables::of(&air))
+}
+
+fn atmosphere(scene: &Scene, tables: Option<&Tables>) -> Atmosphere {
+    let [shadow_offset, shadow_slope, shadow_begin] = tables.map_or([0.0; 3], |tables| tables.shadow);
     let a = &scene.atmosphere;
     let depth = a.top_radius - a.ground_radius;
     let constituent = |scale_height: f64| Exponential::new(scale_height, a.ground_radius);
@@ -72,6 +91,10 @@ fn atmosphere(scene: &Scene) -> Atmosphere {
         ozone_peak: a.ozone.peak as f32,
         ozone_top: a.ozone.top as f32,
         air_anisotropy: a.air.spectrum.anisotropy() as f32,
+        tables: tables.map_or(0, |tables| tables.number),
+        shadow_offset: shadow_offset as f32,
+        shadow_slope: shadow_slope as f32,
+        shadow_begin: shadow_begin as f32,
         padding: 0,
     }
 }

@@ -19,6 +19,7 @@ use super::{plausible, rules};
 use crate::azimuth::within_a_turn;
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
+use crate::medium::profile::Profile;
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 use crate::spectra::measured::MEASURED_RANGE;
 use crate::spectra::observer::ColourObserver;
@@ -178,6 +179,9 @@ pub static KEYS: &[Key] = &[
         )
     )
     .rule(opaque_at_its_top),
+    key!(atmosphere.profile, one_of::<Profile>()),
+    key!(atmosphere.refraction, Other(|| "true or false; true takes a measured `profile` and the Earth".into()))
+        .rule(rules::bent_without_a_profile),
     number!(atmosphere.air.scattering, "km⁻¹", At(0.0), At(100.0)),
     key!(atmosphere.air.spectrum, one_of::<AirSpectrum>()),
     number!(atmosphere.air.pressure, "hPa", At(0.0), At(2000.0)),

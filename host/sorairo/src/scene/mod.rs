@@ -18,7 +18,7 @@ mod preset;
 pub mod reference;
 pub mod rules;
 mod settings;
-mod sky;
+pub(crate) mod sky;
 mod valid;
 
 pub use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};

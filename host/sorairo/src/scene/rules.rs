@@ -100,6 +100,16 @@ pub fn narrower_than_its_display(render: &Render) -> Result<()> {
     Err(Error::not_allowed("render.display", complaint))
 }
 
+/// Sunlight bends by the slope of a measured density.
+pub(super) fn bent_without_a_profile(scene: &Scene) -> Result<()> {
+    let atmosphere = &scene.atmosphere;
+    if !atmosphere.refraction || (atmosphere.profile.is_measured() && scene.is_on_earth()) {
+        return Ok(());
+    }
+    let lacks = if scene.is_on_earth() { "a measured atmosphere.profile" } else { "the ground radius of the Earth" };
+    Err(Error::not_allowed("atmosphere.refraction", format!("is true, and needs {lacks}")))
+}
+
 pub(super) fn place_elsewhere(scene: &Scene) -> Result<()> {
     if scene.sun.place.is_none() || scene.is_on_earth() {
         return Ok(());

@@ -4,6 +4,7 @@ use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
 
 use super::place::{Place, Time};
+use crate::medium::profile::Profile;
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 
 /// The sun.
@@ -79,6 +80,10 @@ pub struct AtmosphereScene {
     pub ground_radius: f64,
     /// Radius of the top of the atmosphere (km).
     pub top_radius: f64,
+    /// How air and ozone lie over altitude: by `air.scale_height` and the tent of ozone, or as measured. There is as much of them either way.
+    pub profile: Profile,
+    /// Whether air bends sunlight, which it spreads and lifts; a measured profile of the Earth alone knows by how much.
+    pub refraction: bool,
     /// Air.
     pub air: Air,
     /// Aerosol.
@@ -92,6 +97,8 @@ impl Default for AtmosphereScene {
         Self {
             ground_radius: 6360.0,
             top_radius: 6460.0,
+            profile: Profile::Exponential,
+            refraction: false,
             air: Air::default(),
             aerosol: Aerosol::default(),
             ozone: Ozone::default(),

@@ -7,9 +7,10 @@ use crate::light_field::device::nodes::{
 };
 use crate::light_field::device::uniform::{FieldBuffers, FieldUniform, OF_FIRST, OF_NODE, moments_of};
 use crate::light_field::rays::Sight;
-use crate::math::{PI, abs, fetch, safe_sqrt, store};
+use crate::math::{PI, fetch, safe_sqrt, store};
+use crate::medium::atmosphere::Medium;
 use crate::medium::bands::{Bands, ByScatterer};
-use crate::medium::columns::{column_densities, sun_column_densities};
+use crate::medium::columns::sunlight_at;
 use crate::path::ground::direct_irradiance;
 use crate::path::pieces::{PER_MEAN_FREE_PATH_OF_ORDERS, lit_from_end_to_end};
 use crate::path::single::single_scattering_placed_for;
@@ -20,7 +21,7 @@ use crate::variant;
 /// out.
 #[inline(always)]
 pub fn field_first(uniform: &FieldUniform, buffers: FieldBuffers<'_>, values: &mut [Vec4], index: usize, variant: u32) {
-    let atmosphere = &uniform.atmosphere;
+    let medium = buffers.medium(uniform);
     let (place, group) = (index / uniform.group_count(), index % uniform.group_count());
     let bands = fetch(buffers.bands, group);
     let is_of_table = uniform.azimuths > 0;
@@ -34,19 +35,19 @@ pub fn field_first(uniform: &FieldUniform, buffers: FieldBuffers<'_>, values: &m
         sight = table_sight(uniform, buffers.tables, origin, sight_number);
         ray = table_ray(uniform, buffers.tables, ray_number, sight_number);
         if meets_ground(uniform, values, ray_number) {
-            let mu_s = mu_s_on_ground(atmosphere, origin, sight);
+            let mu_s = mu_s_on_ground(&uniform.atmosphere, origin, sight);
             let seen = fetch(values, uniform.values.grounds as usize + ray_number * uniform.group_count() + group);
-            of_ground = direct_irradiance(atmosphere, &bands.coefficients(), mu_s, variant) * seen;
+            of_ground = direct_irradiance(medium, &bands.coefficients(), mu_s, variant) * seen;
         }
     } else {
         ray = listed_ray(uniform, buffers.tables, place);
     }
-    let light = if is_of_table && ((variant & variant::SHADOW == 0) || lit_from_end_to_end(atmosphere, ray)) {
-        lit_ray(uniform, values, &bands, (ray_number, group), sight, variant)
+    let light = if is_of_table && ((variant & variant::SHADOW == 0) || lit_from_end_to_end(medium, ray, variant)) {
+        lit_ray(uniform, medium, values, &bands, (ray_number, group), sight, variant)
     } else {
         let placed_for = &uniform.placed_for;
         let (quadrature, crowding) = (buffers.quadrature, PER_MEAN_FREE_PATH_OF_ORDERS);
-        single_scattering_placed_for(atmosphere, &bands.coefficients(), placed_for, crowding, quadrature, ray, variant)
+        single_scattering_placed_for(medium, &bands.coefficients(), placed_for, crowding, quadrature, ray, variant)
     };
     let at = uniform.values.light as usize + OF_FIRST * index;
     store(values, at, light.air);
@@ -80,13 +81,13 @@ fn listed_ray(uniform: &FieldUniform, tables: &[f32], ray: usize) -> Ray {
 #[inline(always)]
 fn lit_ray(
     uniform: &FieldUniform,
+    medium: Medium<'_>,
     values: &[Vec4],
     bands: &Bands,
     (ray, group): (usize, usize),
     sight: Sight,
     variant: u32,
 ) -> ByScatterer<Vec4> {
-    let atmosphere = &uniform.atmosphere;
     let radius = origin_of(uniform, values, ray).x;
     let (mut air, mut aerosol) = (Vec4::ZERO, Vec4::ZERO);
     let mut node = ray * uniform.nodes_of_ray();
@@ -97,9 +98,8 @@ fn lit_ray(
             let there = fetch(values, uniform.values.nodes as usize + OF_NODE * node + 3);
             let (altitude, density) = (there.x, Vec2::new(there.y, there.z));
             let mu_s = place.mu_s(radius, sight);
-            let outwards = column_densities(atmosphere, altitude, density, abs(mu_s), variant);
-            let along = sun_column_densities(atmosphere, altitude, outwards, mu_s, variant);
-            let sunlight = bands.coefficients().transmittance(along);
+            let sunlight = sunlight_at(medium, altitude, density, mu_s, variant);
+            let sunlight = bands.coefficients().transmittance(sunlight.along) * sunlight.spread;
             let at = scatterers_at(uniform, node, group);
             air += fetch(values, at) * sunlight;
             aerosol += fetch(values, at + 1) * sunlight;

@@ -34,11 +34,11 @@ pub fn field_node(
     node: usize,
     variant: u32,
 ) {
-    let atmosphere = &uniform.atmosphere;
+    let medium = buffers.medium(uniform);
     let (ray_number, index) = (node / uniform.nodes_of_ray(), node % uniform.nodes_of_ray());
     let ray = ray_of(uniform, buffers.tables, ray_number);
     let in_plane = Ray::new(ray.x, Vec3::new(ray.z, 0.0, ray.y), Vec3::Z);
-    let way = Way::new(atmosphere.shell(), in_plane, variant & !variant::SHADOW);
+    let way = Way::new(medium, in_plane, variant & !variant::SHADOW);
     if index == 0 {
         store_origin(uniform, buffers, values, ray_number, way, variant);
     }
@@ -46,13 +46,13 @@ pub fn field_node(
     let interval = way.lit(false, rising);
     let at = uniform.values.nodes as usize + OF_NODE * node;
     if interval.end > interval.start {
-        let samples = PieceSamples::new(atmosphere, &uniform.placed_for, way, interval, rising, variant);
+        let samples = PieceSamples::new(medium, &uniform.placed_for, way, interval, rising, variant);
         let quadrature = fetch(buffers.quadrature, index % uniform.samples as usize);
-        let sample = samples.at(atmosphere, quadrature, variant);
+        let sample = samples.at(medium, quadrature, variant);
         let sine = safe_sqrt(1.0 - sample.mu * sample.mu);
-        let place = place_of_altitude(atmosphere, uniform.thin_air, sample.altitude);
+        let place = place_of_altitude(medium.atmosphere, uniform.thin_air, sample.altitude);
         let Stencil { first, weights } = uniform.altitude_axis(buffers.tables).stencil(place, 0);
-        let radius = atmosphere.ground_radius + sample.altitude;
+        let radius = medium.atmosphere.ground_radius + sample.altitude;
         store(values, at, Vec4::new(sample.mu, sine, sample.distance, radius));
         store(values, at + 1, Vec4::from_array(weights));
         store(values, at + 2, functions_of_air(uniform.air, sample.mu, sine));
@@ -76,12 +76,12 @@ fn store_origin(
     way: Way,
     variant: u32,
 ) {
-    let atmosphere = &uniform.atmosphere;
+    let medium = buffers.medium(uniform);
     let Vec4 { x: altitude, z: sine, .. } = ray_of(uniform, buffers.tables, ray);
-    let ground = ground_on_way(atmosphere, way, variant);
-    let radius = atmosphere.ground_radius + way.ray.altitude;
+    let ground = ground_on_way(medium, way, variant);
+    let radius = medium.atmosphere.ground_radius + way.ray.altitude;
     // Where a ray from outside enters, it is as far from the planet's centre as anywhere else.
-    let sine = sine * ((atmosphere.ground_radius + altitude) / radius);
+    let sine = sine * ((medium.atmosphere.ground_radius + altitude) / radius);
     let at = uniform.values.origins as usize + OF_ORIGIN * ray;
     let is_seen = if ground.is_seen { 1.0 } else { 0.0 };
     store(values, at, Vec4::new(radius, way.ray.mu, sine, ground.distance));

@@ -2,9 +2,9 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::glam::{UVec2, Vec2};
+use crate::glam::{UVec2, Vec2, Vec4};
 use crate::light_field::moments::{Axis, Moments};
-use crate::medium::atmosphere::Atmosphere;
+use crate::medium::atmosphere::{Atmosphere, Medium};
 use crate::medium::bands::Bands;
 
 /// [`Moments`] from a uniform, where they are the highest degree and the highest azimuthal number.
@@ -154,6 +154,16 @@ pub struct FieldBuffers<'a> {
     pub quadrature: &'a [Vec2],
     /// Lists of numbers; see [`Tables`].
     pub tables: &'a [f32],
+    /// The tables of the medium; see [`crate::medium::tables`].
+    pub columns: &'a [Vec4],
+}
+
+impl<'a> FieldBuffers<'a> {
+    /// What fills the air.
+    #[inline(always)]
+    pub(crate) fn medium(&self, uniform: &'a FieldUniform) -> Medium<'a> {
+        Medium { atmosphere: &uniform.atmosphere, tables: self.columns }
+    }
 }
 
 /// Values of a node but those of its bands.

@@ -49,6 +49,7 @@ pub(super) struct DeviceBuffers {
     quadrature: Kept,
     colour: Kept,
     multiple: Kept,
+    columns: Kept,
     lookup: Kept,
     pub(super) pixels: Kept,
     slots: [Option<Slot>; STRIPS_UNDER_WAY],
@@ -63,6 +64,7 @@ impl Default for DeviceBuffers {
             quadrature: Kept::new("quadrature", storage),
             colour: Kept::new("colour", storage),
             multiple: Kept::new("lookup of multiply scattered light", storage),
+            columns: Kept::new("tables of the medium", storage),
             lookup: Kept::new("sky lookup", wgpu::BufferUsages::STORAGE),
             pixels: Kept::new("pixels", wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC),
             slots: Default::default(),
@@ -88,6 +90,7 @@ impl DeviceBuffers {
         let quadrature_bytes = self.quadrature.upload(device, queue, bytemuck::cast_slice(buffers.quadrature));
         let colour_bytes = self.colour.upload(device, queue, &not_empty(buffers.colour));
         let multiple_bytes = self.multiple.upload(device, queue, &not_empty(buffers.multiple));
+        let columns_bytes = self.columns.upload(device, queue, &not_empty(buffers.columns));
         let bound = [
             (self.uniform.get(), uniform_bytes),
             (self.bands.get(), bands_bytes),
@@ -96,6 +99,7 @@ impl DeviceBuffers {
             (self.multiple.get(), multiple_bytes),
             (self.lookup.get(), lookup_bytes),
             (self.pixels.get(), pixel_bytes),
+            (self.columns.get(), columns_bytes),
         ];
         layouts.bind(device, &bound)
     }

@@ -17,7 +17,7 @@ pub(super) struct Groups {
 }
 
 /// Storage buffers that are bound to a kernel, at most.
-pub(super) const STORAGE_BUFFERS: u32 = 6;
+pub(super) const STORAGE_BUFFERS: u32 = 7;
 
 /// A bind group layout and the pipeline layout on it.
 pub(super) struct Layouts {
@@ -87,14 +87,17 @@ pub(super) struct KernelLayouts {
 impl KernelLayouts {
     pub(super) fn new(device: &wgpu::Device) -> Self {
         Self {
-            lookup: Layouts::new(device, &[0, 1, 2, 3, 4, 5], &[5]),
-            pixels: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], &[6]),
+            lookup: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], &[5]),
+            pixels: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6, 7], &[6]),
         }
     }
 
-    /// Buffers in the order of the bindings, with the bytes that an image uses of each.
-    pub(super) fn bind(&self, device: &wgpu::Device, buffers: &[(&wgpu::Buffer, u64); 7]) -> Groups {
-        Groups { lookup: self.lookup.bind(device, buffers), pixels: self.pixels.bind(device, buffers) }
+    /// Buffers in the order of the bindings of pixels, with the bytes that an image uses of each. Where the lookup is filled, the tables of
+    /// the medium take the place of the pixels.
+    pub(super) fn bind(&self, device: &wgpu::Device, buffers: &[(&wgpu::Buffer, u64); 8]) -> Groups {
+        let [inputs @ .., _, columns] = buffers;
+        let of_lookup = [&inputs[..], &[*columns]].concat();
+        Groups { lookup: self.lookup.bind(device, &of_lookup), pixels: self.pixels.bind(device, buffers) }
     }
 }
 

@@ -48,8 +48,8 @@ pub(super) fn light_fields_by(kernels: Arc<Kernels>, device: &wgpu::Device, queu
     }
     LightFields::on_device(Arc::new(Planner {
         kernels,
-        fields: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], &[4, 5, 6]),
-        looks: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6], &[6]),
+        fields: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6, 7], &[4, 5, 6]),
+        looks: Layouts::new(device, &[0, 1, 2, 3, 4, 5, 6, 7], &[6]),
         free: Arc::default(),
         device: device.clone(),
         queue: queue.clone(),
@@ -125,7 +125,7 @@ impl Planner {
         }
         let [functions, values, orders] = work.memory.map(buffer_of);
         let mut upload = Upload::new(&self.device);
-        let lists = [cast_slice(work.bands), cast_slice(work.tables)].map(|list| upload.add(list));
+        let lists = [cast_slice(work.bands), cast_slice(work.tables), cast_slice(work.columns)].map(|list| upload.add(list));
         let quadratures = work.quadratures.map(|rule| upload.add(cast_slice(rule)));
         let uniforms: Vec<_> = work.steps.iter().map(|step| upload.add(bytes_of(&step.uniform))).collect();
         let memory = self.uploaded(&upload);
@@ -134,10 +134,10 @@ impl Planner {
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         for (step, uniform) in work.steps.iter().zip(&uniforms) {
-            let [bands, tables] = lists.each_ref().map(part);
+            let [bands, tables, columns] = lists.each_ref().map(part);
             let quadrature = part(&quadratures[step.kernel.quadrature()]);
             let [functions, values, orders] = [functions, values, orders].map(whole);
-            let parts = [part(uniform), bands, quadrature, tables, functions, values, orders];
+            let parts = [part(uniform), bands, quadrature, tables, functions, values, orders, columns];
             let variant = if step.kernel.is_specialised() { work.variant } else { 0 };
             pass.set_pipeline(&self.pipeline(step.kernel.entry_point(), &self.fields, variant));
             pass.set_bind_group(0, &self.fields.bind_parts(&self.device, &parts), &[]);
@@ -163,8 +163,14 @@ impl Planner {
         let mut upload = Upload::new(&self.device);
         let add = |Views { uniform, buffers, views, .. }: &Views<'_>| {
             let views: Vec<Vec4> = views.iter().map(|view| view.extend(0.0)).collect();
-            let Buffers { bands, quadrature, colour, multiple } = buffers;
-            let lists = [cast_slice(bands), cast_slice(quadrature), cast_slice(colour), cast_slice(multiple)];
+            let Buffers { bands, quadrature, colour, multiple, columns } = buffers;
+            let lists = [
+                cast_slice(bands),
+                cast_slice(quadrature),
+                cast_slice(colour),
+                cast_slice(multiple),
+                cast_slice(columns),
+            ];
             let lists = lists.map(|list| upload.add(list));
             (upload.add(bytes_of(*uniform)), lists, upload.add(cast_slice(&views)))
         };
@@ -177,9 +183,9 @@ impl Planner {
         for (Views { buffers, views, variant, .. }, (uniform, lists, views_at)) in at.iter().zip(&parts) {
             let invocations = views.len() * buffers.bands.len();
             let memory = self.reserve(4 * PARTS * invocations)?;
-            let [bands, quadrature, colour, multiple] = lists.each_ref().map(|list| list.of(uploaded));
+            let [bands, quadrature, colour, multiple, columns] = lists.each_ref().map(|list| list.of(uploaded));
             let (uniform, views) = (uniform.of(uploaded), views_at.of(uploaded));
-            let parts = [uniform, bands, quadrature, colour, multiple, views, whole(buffer_of(&memory))];
+            let parts = [uniform, bands, quadrature, colour, multiple, views, whole(buffer_of(&memory)), columns];
             pass.set_pipeline(&self.pipeline(LOOK, &self.looks, *variant));
             pass.set_bind_group(0, &self.looks.bind_parts(&self.device, &parts), &[]);
             pass.dispatch_workgroups((invocations as u32).div_ceil(LOOKUP_WORKGROUP), 1, 1);

@@ -68,6 +68,7 @@ struct UploadedSky {
     bands: wgpu::Buffer,
     quadrature: wgpu::Buffer,
     multiple: wgpu::Buffer,
+    columns: wgpu::Buffer,
 }
 
 /// A sky lookup, and for what it was filled.
@@ -362,9 +363,11 @@ impl ResidentRenderer {
         if lookup_bytes(plan) > largest {
             return too_large("the sky lookup");
         }
-        let Buffers { bands, quadrature, colour, multiple } = plan.buffers();
-        let read = [size_of_val(bands), size_of_val(quadrature), size_of_val(colour), size_of_val(multiple)];
-        if read.into_iter().any(|bytes| bytes as u64 > largest) {
+        let Buffers { bands, quadrature, colour, multiple, columns } = plan.buffers();
+        let sky = [size_of_val(bands), size_of_val(quadrature), size_of_val(multiple), size_of_val(columns)];
+        let read = sky.into_iter().chain([size_of_val(colour)]);
+        let mut read = read;
+        if read.any(|bytes| bytes as u64 > largest) {
             return too_large("what the kernels read");
         }
         let groups = plan.width().max(plan.height()).div_ceil(WORKGROUP_SIDE);
@@ -449,12 +452,13 @@ impl ResidentRenderer {
                 quadrature: filled(&self.device, "quadrature", bytemuck::cast_slice(buffers.quadrature), storage),
                 // A binding may not be empty.
                 multiple: filled(&self.device, "multiply scattered light", &not_empty(buffers.multiple), storage),
+                columns: filled(&self.device, "tables of the medium", &not_empty(buffers.columns), storage),
             },
         };
         let colour = filled(&self.device, "colour", &not_empty(buffers.colour), storage);
         let uniform = filled(&self.device, "uniform", bytemuck::bytes_of(uniform), wgpu::BufferUsages::UNIFORM);
         let lookup = self.lookup.as_ref().expect("it was reserved").buffer.clone();
-        let bound = [&uniform, &sky.bands, &sky.quadrature, &colour, &sky.multiple, &lookup, output];
+        let bound = [&uniform, &sky.bands, &sky.quadrature, &colour, &sky.multiple, &lookup, output, &sky.columns];
         let groups =
             self.kernels.layouts(&self.device).bind(&self.device, &bound.map(|buffer| (buffer, buffer.size())));
         self.sky = Some(sky);

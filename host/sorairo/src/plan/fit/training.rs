@@ -270,7 +270,7 @@ pub fn scattered_once(
         let (mut air, mut aerosol) = (Vec::new(), Vec::new());
         for chunk in &chunks {
             let light = single_scattering_of_many(
-                &integral.uniform.atmosphere,
+                integral.medium(),
                 &chunk.air,
                 &placed_for,
                 quadrature,
@@ -295,11 +295,11 @@ fn scattered_once_on_device(
     groups: &[Bands],
     wavelengths: usize,
 ) -> Option<AirAndAerosol> {
-    let Uniform { atmosphere, altitude, sun, .. } = &integral.uniform;
+    let Uniform { altitude, sun, .. } = &integral.uniform;
     let rays = (*altitude, views, sun.truncate());
     let bands = (groups, &integral.placed_for());
     let ask = |device: &dyn PlanDevice| {
-        light_field::scattered_once(device, atmosphere, bands, quadrature, rays, integral.variant)
+        light_field::scattered_once(device, integral.medium(), bands, quadrature, rays, integral.variant)
     };
     let light = integral.light_fields.ask_device(ask)?;
     let spectrum = |ray: &[[Vec4; 2]], of: usize| {
@@ -377,7 +377,7 @@ fn rest(
 
 /// Light of the ground at a group of bands, as if its albedo were 1.
 fn ground_at(integral: &RayIntegral, group: &Bands, seen: GroundView, light: Light) -> Vec4 {
-    ground_light(&integral.uniform.atmosphere, group, seen, light.diffuse_irradiance, integral.variant)
+    ground_light(integral.medium(), group, seen, light.diffuse_irradiance, integral.variant)
 }
 
 /// The ground that a ray meets, by the cosines of its zenith angle and of its azimuth from the sun.
@@ -385,7 +385,7 @@ fn ground_of(integral: &RayIntegral, mu: f64, cosine: f64) -> GroundView {
     let (to_sun, level) = (integral.uniform.bearing.as_dvec4().truncate(), (1.0 - mu * mu).max(0.0).sqrt());
     let across = DVec3::new(-to_sun.y, to_sun.x, 0.0);
     let view = (to_sun * cosine + across * (1.0 - cosine * cosine).max(0.0).sqrt()) * level + DVec3::Z * mu;
-    ground_seen(&integral.uniform.atmosphere, integral.ray(view.as_vec3()), integral.variant)
+    ground_seen(integral.medium(), integral.ray(view.as_vec3()), integral.variant)
 }
 
 /// The training rays as rows, from above the ground also those below the horizon; on the ground itself one that looks

@@ -63,19 +63,19 @@ impl Grid {
 impl Grid {
     /// An altitude (km) as a place among those of the table.
     pub fn place_of(&self, setting: &Setting, altitude: f32) -> f32 {
-        place_of_altitude(setting.atmosphere, self.thin_air, altitude)
+        place_of_altitude(setting.medium.atmosphere, self.thin_air, altitude)
     }
 }
 
 fn place_of(setting: &Setting, thin_air: f32, altitude: f64) -> f64 {
-    f64::from(place_of_altitude(setting.atmosphere, thin_air, altitude as f32))
+    f64::from(place_of_altitude(setting.medium.atmosphere, thin_air, altitude as f32))
 }
 
 /// So many altitudes (km), at equal distances of their places.
 fn altitude_nodes(setting: &Setting, count: usize, thin_air: f32) -> Vec<f64> {
     /// Halves of the atmosphere's depth: as near as single precision tells places apart.
     const HALVINGS: u32 = 30;
-    let depth = f64::from(setting.atmosphere.depth);
+    let depth = f64::from(setting.medium.atmosphere.depth);
     let top = place_of(setting, thin_air, depth);
     let altitude = |place: f64| {
         let (mut low, mut high) = (0.0, depth);
@@ -112,7 +112,7 @@ pub struct Direction {
 /// Directions at every altitude: Gauss-Legendre nodes in the cosine of the zenith angle, so many above the level, from there to the horizon and
 /// below it, where the light field has its edges.
 pub fn directions(setting: &Setting, altitudes: &[f64], counts: [u32; 3]) -> Vec<Direction> {
-    let ground = f64::from(setting.atmosphere.ground_radius);
+    let ground = f64::from(setting.medium.atmosphere.ground_radius);
     let at = |(altitude, &height): (usize, &f64)| {
         let horizon = horizon(ground, height).sin();
         let parts = [(0.0, 1.0), (horizon, 0.0), (-1.0, horizon)];

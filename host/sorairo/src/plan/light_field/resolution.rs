@@ -90,7 +90,7 @@ impl Resolution {
     pub fn choose(setting: &Setting, depth: f64) -> Self {
         // Of the places that light comes from, and of those that are seen.
         let meets_low_suns = setting.suns.last().is_some_and(|&sun| sun > DAY);
-        let seen = -horizon(f64::from(setting.atmosphere.ground_radius), setting.altitude);
+        let seen = -horizon(f64::from(setting.medium.atmosphere.ground_radius), setting.altitude);
         let low = setting.centre.angle + seen > GRAZING;
         let thick = depth > THICK_HAZE;
         // In thick haze all light crosses the altitudes at a slant.
@@ -208,7 +208,7 @@ impl Resolution {
 
 /// The vertical optical depth of scattering: that of air where samples are placed, and an aerosol's.
 fn vertical_depth(setting: &Setting, depth: f64) -> f64 {
-    f64::from(setting.placed_for.air_scattering.x * setting.atmosphere.air.scale_height) + depth
+    f64::from(setting.placed_for.air_scattering.x * setting.medium.atmosphere.air.scale_height) + depth
 }
 
 /// The same, each constituent's times `1 - g`: that of isotropic scattering which spreads light alike.

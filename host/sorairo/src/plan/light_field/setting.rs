@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use sorairo_shared::medium::atmosphere::Atmosphere;
+use sorairo_shared::medium::atmosphere::Medium;
 use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::variant;
 
@@ -15,8 +15,8 @@ pub(crate) const HIGHEST_DEGREE: usize = 40;
 /// What a light field depends on beside the wavelength.
 #[derive(Clone, Debug)]
 pub struct Setting<'a> {
-    /// Planet and profiles.
-    pub(crate) atmosphere: &'a Atmosphere,
+    /// What fills the air.
+    pub(crate) medium: Medium<'a>,
     /// What the integral must not skip for any ray of the table.
     pub(crate) variant: u32,
     /// Altitude of the observer (km).
@@ -65,15 +65,16 @@ impl AerosolMoments {
 }
 
 impl<'a> Setting<'a> {
-    /// For an atmosphere, the bands for which samples are placed, what the integral of its light scattered once must not skip (see
+    /// For what fills the air, the bands for which samples are placed, what the integral of its light scattered once must not skip (see
     /// [`variant`]), an observer's altitude (km) and the sun's elevation (radians).
     pub fn new(
-        atmosphere: &'a Atmosphere,
+        medium: Medium<'a>,
         placed_for: Bands,
         integral: u32,
         altitude: f64,
         sun_elevation: f64,
     ) -> Self {
+        let atmosphere = medium.atmosphere;
         let AerosolMoments { chi, peak } = AerosolMoments::new(atmosphere.aerosol_asymmetry);
         let (aerosol, forward_peak) = if integral & variant::AEROSOL == 0 {
             (Vec::new(), 0.0)
@@ -88,7 +89,7 @@ impl<'a> Setting<'a> {
         let meets_low_suns = suns.last().is_some_and(|darkest| darkest + 2.0 * top >= FRAC_PI_2);
         const LOW: u32 = variant::SHADOW | variant::LOW_SUN;
         Self {
-            atmosphere,
+            medium,
             variant: integral & !LOW | variant::DESCENT | if meets_low_suns { LOW } else { 0 },
             altitude,
             placed_for,

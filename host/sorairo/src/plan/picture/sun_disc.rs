@@ -5,13 +5,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use sorairo_shared::camera::Camera;
 use sorairo_shared::geometry::{Ray, inside_atmosphere};
 use sorairo_shared::glam::{DVec2, DVec3, Vec2, Vec4};
-use sorairo_shared::math::abs;
 use sorairo_shared::medium::atmosphere::relative_densities;
-use sorairo_shared::medium::columns::{column_densities, sun_column_densities};
+use sorairo_shared::medium::columns::sunlight_at;
 use sorairo_shared::picture::disc::{ELEVATIONS, LIMB_COSINES};
 use sorairo_shared::uniform::SunDisc;
 use sorairo_shared::variant;
 
+use crate::medium::tables::Tables;
 use crate::plan::integral::RayIntegral;
 pub use crate::plan::picture::sun_irradiance::SunIrradiance;
 use crate::plan::rays::quadrature::gauss_legendre;
@@ -32,6 +32,9 @@ const SAMPLES_ACROSS: f64 = 48.0;
 
 /// Most samples along a side of a pixel.
 const MOST_SAMPLES: f64 = 64.0;
+
+/// What single precision leaves of an elevation near the horizon (radians).
+const ROUNDED: f64 = 1e-6;
 
 /// Strips of each piece of the disc, and parts of a strip, of the sum over the disc.
 const STRIPS: u32 = 48;
@@ -87,10 +90,14 @@ pub struct Sun<'a> {
     sky: &'a SkyPlan,
     /// Angular radius (radians).
     radius: f64,
-    /// Elevation of the centre (radians).
+    /// Elevation of the centre, without air (radians).
     elevation: f64,
     /// Elevation of the horizon (radians).
     horizon: f64,
+    /// Elevation, without air, of what is seen on the horizon (radians).
+    lowest: f64,
+    /// Elevation at which the centre is seen (radians), and by how much the disc is seen flattened there.
+    centre: (f64, f64),
     /// Per wavelength (nm): itself, irradiance over the disc's projected solid angle (W·m⁻²·sr⁻¹·nm⁻¹).
     spectrum: Vec<(f64, f64)>,
     /// What weakens it at each wavelength.
@@ -146,14 +153,22 @@ impl<'a> Sun<'a> {
     fn as_read(sky: &'a SkyPlan, optics: &Optics, wavelengths: &[f64]) -> Self {
         let sine = (SOLAR_RADIUS / (optics.sun_distance * ASTRONOMICAL_UNIT)).min(1.0);
         let mean = |nm: f64| optics.solar_irradiance(nm) / (PI * sine * sine) / mean_darkening(nm);
-        Self {
+        let horizon = f64::from(sky.base.uniform.horizon);
+        let elevation = sky.base.source.elevation.to_radians();
+        let straight = Self {
             sky,
             radius: sine.asin(),
-            elevation: sky.base.source.elevation.to_radians(),
-            horizon: f64::from(sky.base.uniform.horizon),
+            elevation,
+            horizon,
+            lowest: horizon,
+            centre: (elevation, 1.0),
             spectrum: wavelengths.iter().map(|&nm| (nm, mean(nm))).collect(),
             coefficients: wavelengths.iter().map(|&nm| optics.at(nm)).collect(),
-        }
+        };
+        let Some((tables, altitude)) = straight.bent() else { return straight };
+        let lowest = FRAC_PI_2 - tables.lowest_sun(altitude);
+        let horizon = FRAC_PI_2 - tables.seen(altitude, FRAC_PI_2 - lowest);
+        Self { lowest, horizon, centre: straight.seen(elevation), ..straight }
     }
 
     /// The angle across the disc (degrees).
@@ -187,6 +202,11 @@ impl<'a> Sun<'a> {
             lowest: lowest as f32,
             highest: highest as f32,
             horizon: self.horizon.sin() as f32,
+            centre: {
+                let (elevation, flattening) = self.centre;
+                let bearing = self.sky.base.source.bearing();
+                (bearing * elevation.cos() + DVec3::Z * elevation.sin()).as_vec3().extend(flattening as f32)
+            },
             first_entry: 0,
             samples: (SAMPLES_ACROSS / across).ceil().clamp(2.0, MOST_SAMPLES) as u32,
             padding0: 0,
@@ -232,12 +252,12 @@ impl<'a> Sun<'a> {
         let disc = self.radius.sin().powi(2);
         let strip = move |(theta, weight): (f64, f64)| {
             let (over, half) = theta.sin_cos();
-            let elevation = self.elevation + self.radius * over;
+            let (elevation, spread) = self.seen(self.elevation + self.radius * over);
             let part = |node: &Vec2| {
                 let (sine, cosine) = (PI * (f64::from(node.x) - 0.5)).sin_cos();
                 // Across, the disc is as good as flat.
                 let level = ahead * elevation.cos() + ahead.perp() * (self.radius * half * sine);
-                let solid_angle = disc * half * half * cosine * weight * PI * f64::from(node.y);
+                let solid_angle = spread * disc * half * half * cosine * weight * PI * f64::from(node.y);
                 Part { view: level.extend(elevation.sin()), limb_cosine: half * cosine, solid_angle }
             };
             Strip { depths: self.depths(elevation.sin()), parts: across.iter().map(part).collect() }
@@ -253,35 +273,70 @@ impl<'a> Sun<'a> {
         let limb = (from_centre > optics.top_radius).then(|| -(optics.top_radius / from_centre).acos());
         let angle = |elevation: f64| ((elevation - self.elevation) / self.radius).clamp(-1.0, 1.0).asin();
         let edges: Vec<f64> =
-            [Some(angle(self.horizon)), limb.map(angle), Some(FRAC_PI_2)].into_iter().flatten().collect();
+            [Some(angle(self.lowest)), limb.map(angle), Some(FRAC_PI_2)].into_iter().flatten().collect();
         edges.windows(2).map(|edge| (edge[0], edge[1])).filter(|(low, high)| low < high).collect()
     }
 
     /// Sines of the elevations between which the disc can be seen.
     fn heights(&self) -> (f64, f64) {
-        let low = (self.elevation - self.radius).max(self.horizon);
-        let high = (self.elevation + self.radius).min(FRAC_PI_2);
+        let (centre, flattening) = self.centre;
+        let low = (centre - self.radius * flattening).max(self.horizon);
+        let high = (centre + self.radius * flattening).min(FRAC_PI_2);
         (low.sin(), high.sin().max(low.sin() + 1e-6))
     }
 
-    /// Optical depth between the observer and the sun, for a place of the disc at the sine of an elevation, at each wavelength.
+    /// Optical depth between the observer and the sun, for a place of the disc that is seen at the sine of an elevation, at each wavelength.
     fn depths(&self, height: f64) -> Vec<f64> {
-        let RayIntegral { uniform, variant, .. } = &self.sky.base;
+        let to_sun = match self.bent() {
+            Some((tables, altitude)) => {
+                let seen = FRAC_PI_2 - height.clamp(-1.0, 1.0).asin();
+                // The horizon itself may be rounded to below it.
+                let beam = tables.beam(altitude, seen).or_else(|| tables.beam(altitude, seen - ROUNDED));
+                beam.map_or(DVec3::INFINITY, |beam| beam.along.into())
+            }
+            None => self.straight_to_sun(height),
+        };
+        let depth = |c: &Coefficients| {
+            let depth = |coefficient: f64, along: f64| if coefficient > 0.0 { coefficient * along } else { 0.0 };
+            depth(c.air_scattering, to_sun.x) + depth(c.aerosol_extinction, to_sun.y) + depth(c.ozone_absorption, to_sun.z)
+        };
+        self.coefficients.iter().map(depth).collect()
+    }
+
+    /// Column densities between the observer and the sun along a straight ray (km).
+    fn straight_to_sun(&self, height: f64) -> DVec3 {
+        let variant = self.sky.base.variant;
+        let medium = self.sky.base.medium();
         // Towards the sun itself, tilted to the elevation asked for.
         let level = (1.0 - height * height).max(0.0).sqrt();
         let view = (self.sky.base.source.bearing() * level + DVec3::Z * height).as_vec3();
-        let (Ray { altitude, mu, .. }, length) = inside_atmosphere(uniform.atmosphere.shell(), self.sky.base.ray(view));
-        let mut to_sun = DVec3::ZERO;
-        if length > 0.0 {
-            let variant = variant | variant::LOW_SUN | variant::ABOVE_TOP;
-            let density = relative_densities(&uniform.atmosphere, altitude, variant);
-            let outwards = column_densities(&uniform.atmosphere, altitude, density, abs(mu), variant);
-            to_sun = sun_column_densities(&uniform.atmosphere, altitude, outwards, mu, variant).as_dvec3();
+        let (Ray { altitude, mu, .. }, length) = inside_atmosphere(medium.shell(), self.sky.base.ray(view));
+        if length <= 0.0 {
+            return DVec3::ZERO;
         }
-        let depth = |c: &Coefficients| {
-            c.air_scattering * to_sun.x + c.aerosol_extinction * to_sun.y + c.ozone_absorption * to_sun.z
-        };
-        self.coefficients.iter().map(depth).collect()
+        let above_top = if variant & variant::TABLES == 0 { variant::ABOVE_TOP } else { 0 };
+        let variant = variant | variant::LOW_SUN | above_top;
+        let density = relative_densities(medium, altitude, variant);
+        sunlight_at(medium, altitude, density, mu, variant).along.as_dvec3()
+    }
+
+    /// The tables that bend sunlight to the observer, and the altitude (km); none for straight light, and from above the atmosphere, where the
+    /// disc is shown as if light were straight.
+    fn bent(&self) -> Option<(&Tables, f64)> {
+        let altitude = f64::from(self.sky.base.uniform.altitude);
+        let tables = self.sky.base.tables.as_deref()?;
+        (tables.shadow[1] > 0.0 && altitude <= f64::from(self.sky.base.uniform.atmosphere.depth)).then_some((tables, altitude))
+    }
+
+    /// The elevation at which a place of the disc is seen, by that without air (radians), and the solid angle that it is seen to have by its own.
+    fn seen(&self, elevation: f64) -> (f64, f64) {
+        let Some((tables, altitude)) = self.bent() else { return (elevation, 1.0) };
+        const STEP: f64 = 1e-4;
+        let at = |elevation: f64| FRAC_PI_2 - tables.seen(altitude, FRAC_PI_2 - elevation);
+        let lowest = FRAC_PI_2 - tables.lowest_sun(altitude);
+        let (low, high) = ((elevation - STEP).max(lowest), (elevation + STEP).max(lowest + STEP));
+        let (seen, slope) = (at(elevation.max(lowest)), (at(high) - at(low)) / (high - low));
+        (seen, slope * seen.cos() / elevation.cos())
     }
 
     /// Radiance at each wavelength (W·m⁻²·sr⁻¹·nm⁻¹).
@@ -324,9 +379,11 @@ impl<'a> Sun<'a> {
 
     fn equirectangular_bounds(&self, camera: &Camera, width: f64, height: f64) -> [f64; 4] {
         let row = |elevation: f64| (0.5 - elevation / PI) * height;
-        let (top, bottom) = (row(self.elevation + self.radius).max(0.0), row(self.elevation - self.radius).min(height));
-        let over_zenith = self.elevation.abs() + self.radius >= FRAC_PI_2;
-        let half = if over_zenith { PI } else { (self.radius.sin() / self.elevation.cos()).asin() };
+        let (elevation, flattening) = self.centre;
+        let (up, down) = (elevation + self.radius * flattening, elevation - self.radius * flattening);
+        let (top, bottom) = (row(up).max(0.0), row(down).min(height));
+        let over_zenith = elevation.abs() + self.radius >= FRAC_PI_2;
+        let half = if over_zenith { PI } else { (self.radius.sin() / elevation.cos()).asin() };
         let half = half / (2.0 * PI) * width;
         if half > (0.5 * width - 1.0).max(0.25 * width) {
             return [0.0, top, width, bottom];
@@ -340,7 +397,9 @@ impl<'a> Sun<'a> {
     /// Directions around the disc's edge.
     fn rim(&self) -> impl Iterator<Item = DVec3> {
         const PLACES: u32 = 64;
-        let sun = self.sky.base.source.direction();
+        // That of a disc that is not flattened, which has it in it.
+        let (elevation, _) = self.centre;
+        let sun = self.sky.base.source.bearing() * elevation.cos() + DVec3::Z * elevation.sin();
         let (side, other) = sun.any_orthonormal_pair();
         let (sine, cosine) = self.radius.sin_cos();
         (0..PLACES).map(move |place| {

@@ -113,7 +113,7 @@ impl TrainingSky {
         let [sun, bearing] = source.for_kernels();
         let under = RayIntegral {
             uniform: Uniform { sun, bearing, ..*uniform },
-            variant: variant & !variant::WHOLE_INTEGRAL | needed(&scene, optics),
+            variant: variant & !variant::INTEGRAL | needed(&scene, optics),
             source,
             ..sky.base.clone()
         };

@@ -195,6 +195,7 @@ impl<'a, const N: usize> Table<'a, N> {
             bands: self.bands,
             quadratures: [&self.quadratures[0], &self.quadratures[1]],
             tables: &self.lists.0,
+            columns: self.setting.medium.tables,
             memory: [&self.memory[0], &self.memory[1], &self.memory[2]],
             keep,
             read,

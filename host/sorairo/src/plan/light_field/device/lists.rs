@@ -91,7 +91,7 @@ pub fn uniform_of(setting: &Setting, resolution: &Resolution, grid: &Grid, group
         logarithmic: u32::from(resolution.logarithmic),
         thin_air: resolution.thin_air,
         air: setting.air,
-        ..empty(setting.atmosphere, &setting.placed_for)
+        ..empty(setting.medium.atmosphere, &setting.placed_for)
     }
 }
 

@@ -3,7 +3,7 @@
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::light_field::device::first::OF_LISTED_RAY;
 use sorairo_shared::light_field::device::uniform::{FieldUniform, OF_FIRST, Values as ValuesAt};
-use sorairo_shared::medium::atmosphere::Atmosphere;
+use sorairo_shared::medium::atmosphere::Medium;
 use sorairo_shared::medium::bands::Bands;
 
 use crate::error::Result;
@@ -73,6 +73,7 @@ pub fn light_of_rows(
         bands,
         quadratures: [&quadrature, &quadrature],
         tables: &lists.0,
+        columns: setting.medium.tables,
         memory: [&functions, &values, &field.memory],
         keep: None,
         read: Some(ReadBack::Values(from..from + 2 * light)),
@@ -89,7 +90,7 @@ pub fn light_of_rows(
 /// their phase functions.
 pub fn scattered_once(
     device: &dyn PlanDevice,
-    atmosphere: &Atmosphere,
+    medium: Medium<'_>,
     (bands, placed_for): (&[Bands], &Bands),
     quadrature: &[Vec2],
     (altitude, views, sun): (f32, &[Vec3], Vec3),
@@ -100,7 +101,7 @@ pub fn scattered_once(
     let sights = lists.add(views.iter().flat_map(of_ray));
     let count = views.len() * bands.len();
     let mut uniform =
-        FieldUniform { invocations: count as u32, groups: bands.len() as u32, ..empty(atmosphere, placed_for) };
+        FieldUniform { invocations: count as u32, groups: bands.len() as u32, ..empty(medium.atmosphere, placed_for) };
     uniform.tables.sights = sights;
     let (values, none) = (device.reserve(NUMBERS * OF_FIRST * count)?, device.reserve(NUMBERS)?);
     let read = device.run(&PlanPass {
@@ -109,6 +110,7 @@ pub fn scattered_once(
         bands,
         quadratures: [quadrature, quadrature],
         tables: &lists.0,
+        columns: medium.tables,
         memory: [&none, &values, &none],
         keep: None,
         read: Some(ReadBack::Values(0..OF_FIRST * count)),

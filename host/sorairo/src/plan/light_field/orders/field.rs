@@ -262,11 +262,11 @@ impl<'a, const N: usize> Table<'a, N> {
         };
         let mut lit = Vec::with_capacity(count);
         for (a, &cosine) in azimuths.cosines.iter().enumerate() {
-            if setting.variant & variant::SHADOW == 0 || lit_from_end_to_end(setting.atmosphere, rays(cosine)) {
+            if setting.variant & variant::SHADOW == 0 || lit_from_end_to_end(setting.medium, rays(cosine), setting.variant) {
                 lit.push(a);
             } else {
                 let ByScatterer { air, aerosol } = single_scattering_of_many(
-                    setting.atmosphere,
+                    setting.medium,
                     &wavelengths.air,
                     &setting.placed_for,
                     quadrature,
@@ -279,7 +279,7 @@ impl<'a, const N: usize> Table<'a, N> {
         for two in lit.chunks(2) {
             let sights = [two[0], two[two.len() - 1]].map(|a| sight(azimuths.cosines[a]));
             let light =
-                single_scattering_of_lit_ray(setting.atmosphere, &wavelengths.air, ray.view(), sights, setting.variant);
+                single_scattering_of_lit_ray(setting.medium, &wavelengths.air, ray.view(), sights, setting.variant);
             for (&a, ByScatterer { air, aerosol }) in two.iter().zip(light) {
                 (parts[a][0], parts[a][1]) = (air, aerosol);
             }
@@ -287,7 +287,7 @@ impl<'a, const N: usize> Table<'a, N> {
         if let Some(seen) = &ray.ground {
             for (&cosine, part) in azimuths.cosines.iter().zip(&mut parts) {
                 let mu_s = ray.mu_s_on_ground(setting, seen.distance, mu_s, sight(cosine).nu);
-                let direct = direct_irradiance(setting.atmosphere, &wavelengths.air, mu_s, setting.variant);
+                let direct = direct_irradiance(setting.medium, &wavelengths.air, mu_s, setting.variant);
                 part[2].add_product(&direct, &seen.radiance);
             }
         }

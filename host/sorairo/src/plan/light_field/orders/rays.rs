@@ -52,7 +52,7 @@ impl<const N: usize> OwnedRay<N> {
     ) -> Self {
         let sine = (1.0 - mu * mu).max(0.0).sqrt();
         let ray = Ray::new(altitude as f32, Vec3::new(sine as f32, 0.0, mu as f32), Vec3::Z);
-        let ground_radius = setting.atmosphere.ground_radius;
+        let ground_radius = setting.medium.atmosphere.ground_radius;
         let mut nodes = Vec::with_capacity(2 * sampling.fewest());
         let mut functions = Vec::with_capacity(nodes.capacity() * of.count());
         let chi: Vec<f32> = if setting.aerosol.is_empty() {
@@ -90,9 +90,9 @@ impl<const N: usize> OwnedRay<N> {
         let mut depth = [0.0; 2];
         let of_piece = |piece: PieceSamples| {
             let rule = sampling.of_piece(setting, wavelengths, piece, &mut depth);
-            rule.iter().for_each(|&node| visit(piece.at(setting.atmosphere, node, setting.variant)));
+            rule.iter().for_each(|&node| visit(piece.at(setting.medium, node, setting.variant)));
         };
-        let (ray, ground) = for_each_piece(setting.atmosphere, &setting.placed_for, ray, setting.variant, of_piece);
+        let (ray, ground) = for_each_piece(setting.medium, &setting.placed_for, ray, setting.variant, of_piece);
         let ground = ground.is_seen.then(|| {
             let seen = wavelengths.air.transmittance(ground.along);
             Ground { distance: ground.distance, radiance: seen.times(&wavelengths.albedo).scaled(LAMBERT) }
@@ -124,6 +124,6 @@ impl<const N: usize> OwnedRay<N> {
 
     /// Cosine of the zenith angle of the sun where the ray meets the ground at a distance (km).
     pub fn mu_s_on_ground(&self, setting: &Setting, distance: f32, mu_s: f32, nu: f32) -> f32 {
-        (self.radius * mu_s + distance * nu) / setting.atmosphere.ground_radius
+        (self.radius * mu_s + distance * nu) / setting.medium.atmosphere.ground_radius
     }
 }

@@ -83,7 +83,7 @@ fn panels<const N: usize>(
     let length = f64::from(piece.length());
     let rule = nodes_and_weights(NODES);
     let from_low = |along: f64| if piece.is_rising() { along } else { length - along };
-    let altitude = |along: f64| f64::from(piece.altitude(setting.atmosphere, from_low(along) as f32));
+    let altitude = |along: f64| f64::from(piece.altitude(setting.medium, from_low(along) as f32));
     let mut nodes = Vec::new();
     let mut along = 0.0;
     while along < length && depth[1] < OPAQUE {
@@ -133,7 +133,7 @@ fn altitudes<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>, sc
     /// A step, relative to the height over which the air falls off; where it is thin it grows.
     const STEP: f64 = 0.25;
     const THIN: f64 = 0.03;
-    let top = f64::from(setting.atmosphere.depth);
+    let top = f64::from(setting.medium.atmosphere.depth);
     let (mut altitudes, mut below) = (vec![0.0], 0.0);
     let mut altitude = 0.0;
     loop {
@@ -155,9 +155,9 @@ fn altitudes<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>, sc
 /// Relative densities of (air, aerosol, ozone) at an altitude (km).
 pub fn densities(setting: &Setting, altitude: f64) -> [f64; 3] {
     let altitude = altitude as f32;
-    let density = relative_densities(setting.atmosphere, altitude, setting.variant);
+    let density = relative_densities(setting.medium, altitude, setting.variant);
     let has_ozone = setting.variant & variant::OZONE != 0;
-    let ozone = if has_ozone { ozone_density(setting.atmosphere, altitude) } else { 0.0 };
+    let ozone = if has_ozone { ozone_density(setting.medium, altitude, setting.variant) } else { 0.0 };
     [density.x, density.y, ozone].map(f64::from)
 }
 
@@ -168,7 +168,7 @@ pub fn strongest<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>
     let at = |i: usize| {
         let of_air = f64::from(of.air_scattering.0[i]) * air;
         let of_aerosol = f64::from(of.aerosol_extinction.0[i]) * aerosol;
-        let atmosphere = setting.atmosphere;
+        let atmosphere = setting.medium.atmosphere;
         let falls =
             of_air / f64::from(atmosphere.air.scale_height) + of_aerosol / f64::from(atmosphere.aerosol.scale_height);
         let extinction = of_air + of_aerosol + f64::from(of.ozone_absorption.0[i]) * ozone;

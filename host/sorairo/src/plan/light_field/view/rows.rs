@@ -150,8 +150,8 @@ fn lookup(setting: &Setting, degree: usize, groups: usize) -> MultipleLookup {
     /// Degrees of a sun between two columns, and between two rows at the nadir, that a cubic bridges.
     const SUN_STEP: f64 = 1.8;
     const FEWEST_AZIMUTHS: u32 = 18;
-    let ground = f64::from(setting.atmosphere.ground_radius);
-    let depth = f64::from(setting.atmosphere.depth);
+    let ground = f64::from(setting.medium.atmosphere.ground_radius);
+    let depth = f64::from(setting.medium.atmosphere.depth);
     let inside = setting.altitude <= depth;
     let seen = -horizon(ground, setting.altitude).to_degrees();
     let at_entry = horizon(ground, setting.altitude.min(depth));
@@ -187,7 +187,7 @@ fn rows_of(setting: &Setting, lookup: &MultipleLookup) -> Vec<Row> {
 
 /// Cosine of the zenith angle at the observer of a ray that has an elevation (radians) where it enters the atmosphere, or begins.
 fn towards(setting: &Setting, elevation: f64) -> f64 {
-    let (ground, depth) = (f64::from(setting.atmosphere.ground_radius), f64::from(setting.atmosphere.depth));
+    let (ground, depth) = (f64::from(setting.medium.atmosphere.ground_radius), f64::from(setting.medium.atmosphere.depth));
     if setting.altitude <= depth {
         return elevation.sin();
     }

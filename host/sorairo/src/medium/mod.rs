@@ -1,0 +1,4 @@
+//! What fills the air: measured profiles, and the tables that the kernels take of them.
+
+pub mod profile;
+pub mod tables;

@@ -43,11 +43,13 @@ const SUN: [SceneFlag; 2] =
 const EXPOSURE: [SceneFlag; 1] = [value("render.exposure", "--exposure", "EV", exposure)];
 
 /// The flags of what a spectrum depends on too.
-const SKY: [SceneFlag; 14] = [
+const SKY: [SceneFlag; 16] = [
     word("preset", "--preset"),
     value("sun.azimuth", "--sun-azimuth", "DEG", number),
     value("sun.place", "--place", "LAT,LON", text_of::<Place>),
     value("observer.altitude", "--altitude", "KM", number),
+    word("atmosphere.profile", "--profile"),
+    SceneFlag { key: "atmosphere.refraction", name: "--refraction", takes: Takes::Nothing },
     value("atmosphere.air.pressure", "--pressure", "HPA", number),
     value(OPTICAL_DEPTH, "--aerosol", "DEPTH@NM", depth_at),
     value(OPTICAL_DEPTH, "--visibility", "KM", visibility),

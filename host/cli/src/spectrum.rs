@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 use sorairo::low_level::spectrum::{Appearance, Direction, Sample, appearances, spectra};
-use sorairo::{PixelFormat, Plan};
+use sorairo::{BeamSample, PixelFormat, Plan, sun_beam};
 
 use crate::arguments::{SpectrumArguments, SpectrumFormat, scene};
 use crate::directions;
@@ -29,6 +29,9 @@ struct Spectrum<'a> {
 /// `sorairo spectrum`.
 pub fn run(arguments: &SpectrumArguments) -> Result<()> {
     let plan = Plan::new(&scene(arguments.scene.as_deref(), &arguments.sky.0)?, PixelFormat::LinearRgb);
+    if arguments.direct {
+        return print_line(&direct(&sun_beam(&plan.sky, &arguments.wavelengths)?, arguments.format));
+    }
     let directions = match (&arguments.directions, arguments.view_elevation.zip(arguments.view_azimuth)) {
         (None, Some((elevation, azimuth))) => vec![Direction { elevation, azimuth }],
         (path, _) => directions::read(path.as_deref().expect("without a direction the table is required"))?,
@@ -54,6 +57,19 @@ pub fn run(arguments: &SpectrumArguments) -> Result<()> {
         }
     };
     print_line(&text)
+}
+
+/// The sun's beam at each wavelength.
+fn direct(beam: &[BeamSample], format: SpectrumFormat) -> String {
+    let row = |BeamSample { wavelength_nm, transmittance, irradiance }: &BeamSample| {
+        format!("\n{wavelength_nm},{transmittance:e},{irradiance:e}")
+    };
+    match format {
+        SpectrumFormat::Csv => {
+            "wavelength_nm,transmittance,irradiance".to_owned() + &beam.iter().map(row).collect::<String>()
+        }
+        SpectrumFormat::Json => text_of(&beam),
+    }
 }
 
 fn sample_row(Sample { wavelength_nm, radiance, dense }: &Sample) -> String {

@@ -27,7 +27,7 @@
 //! | irradiance of a surface that faces any way, by wavelength | [`Surface::irradiance`] |
 //! | the same as the photoreceptors of the eye weight it | [`Surface::alpha_opic`] |
 //! | what falls on level ground, in total | [`SkyLight`] |
-//! | the sun through the air | [`sun_transmittance`] |
+//! | the sun through the air | [`sun_transmittance`], [`sun_beam`] |
 //! | many suns | [`of_each_sky`]; one after the other, [`SkyPlan::with_light_fields`] |
 //! | a device of one's own | [`Renderer::with_device`] |
 //! | plans whose light that device integrates | `ResidentRenderer::light_fields`, then [`SkyPlan::with_light_fields`] |
@@ -60,7 +60,7 @@ pub use measure::irradiance::{Harmonics, SkyLight};
 pub use measure::spectral_irradiance::SpectralIrradiance;
 pub use measure::spectrum::{Method, Sample, Spectra, spectrum, xyz};
 pub use measure::suns::{of_each_numbered_sky, of_each_sky};
-pub use measure::surface::{Irradiance, Surface, sun_transmittance};
+pub use measure::surface::{BeamSample, Irradiance, Surface, sun_beam, sun_transmittance};
 #[cfg(feature = "files")]
 pub use output::render::{Report, Request, render};
 pub use plan::{LightFields, Plan, SkyPlan};

@@ -67,13 +67,5 @@ pub fn single_scattering_of_many<'a, const N: usize>(
     ray: Ray,
     variant: u32,
 ) -> ByScatterer<Lanes<N>> {
-    single_scattering_placed_for(
-        medium,
-        coefficients,
-        bands,
-        PER_MEAN_FREE_PATH_OF_ORDERS,
-        quadrature,
-        ray,
-        variant,
-    )
+    single_scattering_placed_for(medium, coefficients, bands, PER_MEAN_FREE_PATH_OF_ORDERS, quadrature, ray, variant)
 }

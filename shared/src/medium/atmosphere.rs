@@ -1,13 +1,10 @@
-//! The planet and what lies about it: the radii, the profiles, and densities by altitude.
+//! The planet and what lies about it: the radii and the profiles.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::geometry::{Shadow, Shell};
-use crate::glam::{Vec2, Vec4};
-use crate::math::exp4;
+use crate::glam::{Vec3, Vec4};
 use crate::medium::exponential::Exponential;
-use crate::medium::tables;
-use crate::variant;
 
 /// How the planet and the constituents of its atmosphere are laid out. The layout is that of a GPU buffer.
 #[repr(C, align(16))]
@@ -43,6 +40,9 @@ pub struct Atmosphere {
     pub padding: u32,
 }
 
+/// Column densities of (air, aerosol, ozone) along one path (km).
+pub type ColumnDensities = Vec3;
+
 /// What fills the air: the planet and the constituents, and the tables of profiles that have no closed form.
 #[derive(Clone, Copy, Debug)]
 pub struct Medium<'a> {
@@ -67,19 +67,6 @@ impl Atmosphere {
         let shadow = Shadow { offset: self.shadow_offset, slope: self.shadow_slope, begin: self.shadow_begin };
         Shell { ground_radius: self.ground_radius, depth: self.depth, shadow }
     }
-}
-
-/// Relative densities of (air, aerosol) at an altitude (km); aerosol is 0 where `variant` leaves it out.
-#[inline(always)]
-pub fn relative_densities(medium: Medium<'_>, altitude: f32, variant: u32) -> Vec2 {
-    let density = if variant & variant::TABLES != 0 {
-        tables::relative_densities(medium, altitude)
-    } else {
-        // Divisions of what a ray's samples share: the compiler makes them once.
-        let fall_off = Vec4::NEG_ONE / lanes(medium.atmosphere.air.scale_height, medium.atmosphere.aerosol.scale_height);
-        exp4(fall_off * altitude)
-    };
-    Vec2::new(density.x, if variant & variant::AEROSOL != 0 { density.y } else { 0.0 })
 }
 
 /// Two values, of air and of aerosol or of the two slopes of ozone, for each of two rays.

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::glam::{Vec2, Vec4};
-use crate::medium::columns::ColumnDensities;
+use crate::medium::atmosphere::ColumnDensities;
 use crate::value::Value;
 
 /// Optical properties of the atmosphere and the sun at four bands. The layout is that of a GPU buffer.

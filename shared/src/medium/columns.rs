@@ -7,14 +7,12 @@
 use crate::geometry::{altitude_from, distance_to_top, perigee_altitude, zenith_cosine_at_top};
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::math::{abs, max, sqrt};
-use crate::medium::atmosphere::{Atmosphere, Medium, lanes, relative_densities};
+use crate::medium::atmosphere::{Atmosphere, ColumnDensities, Medium, lanes};
+use crate::medium::density::relative_densities;
 use crate::medium::exponential::CHAPMAN_ALTITUDE_COEFFICIENTS;
 use crate::medium::ozone::ozone_column_densities;
 use crate::medium::tables::{self, Sunlight};
 use crate::variant;
-
-/// Column densities of (air, aerosol, ozone) along one path (km).
-pub type ColumnDensities = Vec3;
 
 /// Column densities along two rays from one point.
 #[derive(Clone, Copy)]
@@ -52,13 +50,7 @@ fn altitude_correction(atmosphere: &Atmosphere, g: f32, t: Vec4) -> Vec4 {
 /// Column densities (km) from `altitude` (km) outwards along two rays with cosines `mu >= 0`, of an atmosphere without a top.
 /// `density` holds the relative densities of (air, aerosol) there; what `variant` leaves out is 0.
 #[inline(always)]
-pub fn column_densities_of_two(
-    medium: Medium<'_>,
-    altitude: f32,
-    density: Vec2,
-    mu: Vec2,
-    variant: u32,
-) -> TwoRays {
+pub fn column_densities_of_two(medium: Medium<'_>, altitude: f32, density: Vec2, mu: Vec2, variant: u32) -> TwoRays {
     if variant & variant::TABLES != 0 {
         let along = |mu: f32| present(tables::column_densities(medium, altitude, mu), variant);
         return TwoRays { first: along(mu.x), second: along(mu.y) };
@@ -79,13 +71,7 @@ pub fn column_densities_of_two(
 
 /// Column densities (km) from `altitude` (km) outwards along a ray with a cosine `mu >= 0`; see [`column_densities_of_two`].
 #[inline(always)]
-pub fn column_densities(
-    medium: Medium<'_>,
-    altitude: f32,
-    density: Vec2,
-    mu: f32,
-    variant: u32,
-) -> ColumnDensities {
+pub fn column_densities(medium: Medium<'_>, altitude: f32, density: Vec2, mu: f32, variant: u32) -> ColumnDensities {
     if variant & variant::TABLES != 0 {
         return present(tables::column_densities(medium, altitude, mu), variant);
     }
@@ -185,13 +171,7 @@ pub fn sunlight_at(medium: Medium<'_>, altitude: f32, density: Vec2, mu_s: f32, 
 
 /// Sunlight of two suns at a lit point.
 #[inline(always)]
-pub fn sunlight_of_two(
-    medium: Medium<'_>,
-    altitude: f32,
-    density: Vec2,
-    mu_s: Vec2,
-    variant: u32,
-) -> [Sunlight; 2] {
+pub fn sunlight_of_two(medium: Medium<'_>, altitude: f32, density: Vec2, mu_s: Vec2, variant: u32) -> [Sunlight; 2] {
     let mut outwards = TwoRays { first: Vec3::ZERO, second: Vec3::ZERO };
     if variant & variant::TABLES == 0 {
         let up = Vec2::new(abs(mu_s.x), abs(mu_s.y));

@@ -18,8 +18,10 @@ pub fn ozone_density(medium: Medium<'_>, altitude: f32, variant: u32) -> f32 {
     if variant & variant::TABLES != 0 {
         return tables::relative_densities(medium, altitude).z;
     }
-    let rising = (altitude - medium.atmosphere.ozone_bottom) / (medium.atmosphere.ozone_peak - medium.atmosphere.ozone_bottom);
-    let falling = (medium.atmosphere.ozone_top - altitude) / (medium.atmosphere.ozone_top - medium.atmosphere.ozone_peak);
+    let rising =
+        (altitude - medium.atmosphere.ozone_bottom) / (medium.atmosphere.ozone_peak - medium.atmosphere.ozone_bottom);
+    let falling =
+        (medium.atmosphere.ozone_top - altitude) / (medium.atmosphere.ozone_top - medium.atmosphere.ozone_peak);
     max(min(rising, falling), 0.0)
 }
 
@@ -30,7 +32,8 @@ pub fn ozone_density(medium: Medium<'_>, altitude: f32, variant: u32) -> f32 {
 /// falling slope along the first ray, then along the second.
 #[inline(always)]
 pub(crate) fn ozone_column_densities(medium: Medium<'_>, altitude: f32, mu: Vec2) -> Vec2 {
-    let (bottom, peak, top) = (medium.atmosphere.ozone_bottom, medium.atmosphere.ozone_peak, medium.atmosphere.ozone_top);
+    let (bottom, peak, top) =
+        (medium.atmosphere.ozone_bottom, medium.atmosphere.ozone_peak, medium.atmosphere.ozone_top);
     let rise = 1.0 / (peak - bottom);
     let fall = 1.0 / (top - peak);
     let r = medium.atmosphere.ground_radius + altitude;

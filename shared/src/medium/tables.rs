@@ -20,8 +20,7 @@ use crate::geometry::Shadow;
 use crate::glam::{Vec3, Vec4};
 use crate::interpolation::cubic::{Stencil, stencil};
 use crate::math::{acos, exp4, fetch, max, min, sqrt};
-use crate::medium::atmosphere::Medium;
-use crate::medium::columns::ColumnDensities;
+use crate::medium::atmosphere::{ColumnDensities, Medium};
 
 /// Altitudes of the tables.
 pub const ALTITUDES: usize = 128;

@@ -6,9 +6,10 @@
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec4};
 use crate::math::max;
-use crate::medium::atmosphere::{Medium, relative_densities};
+use crate::medium::atmosphere::{ColumnDensities, Medium};
 use crate::medium::bands::{Bands, Coefficients};
-use crate::medium::columns::{ColumnDensities, column_densities, sunlight_at};
+use crate::medium::columns::{column_densities, sunlight_at};
+use crate::medium::density::relative_densities;
 use crate::medium::tables::{self, Sunlight};
 use crate::path::observer::TowardsObserver;
 use crate::path::ray::Way;
@@ -35,12 +36,7 @@ pub struct GroundView {
 /// Irradiance of level ground by the sun, relative to that above the atmosphere: `μ_s e^(-τ)`, with the angle at which the sun is seen; 0
 /// where it is below the horizon.
 #[inline]
-pub fn direct_irradiance<V: Value>(
-    medium: Medium<'_>,
-    coefficients: &Coefficients<V>,
-    mu_s: f32,
-    variant: u32,
-) -> V {
+pub fn direct_irradiance<V: Value>(medium: Medium<'_>, coefficients: &Coefficients<V>, mu_s: f32, variant: u32) -> V {
     let has_tables = variant & variant::TABLES != 0;
     let up = if has_tables { mu_s } else { max(mu_s, 0.0) };
     let Sunlight { along, spread } = sunlight_at(medium, 0.0, ground_density(medium, variant), up, variant);

@@ -3,11 +3,11 @@
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec3};
 use crate::math::{abs, max};
-use crate::medium::atmosphere::{Medium, relative_densities};
+use crate::medium::atmosphere::{ColumnDensities, Medium};
 use crate::medium::columns::{
-    ColumnDensities, LowestPoint, column_densities, level_column_densities, outwards_and_sunlight,
-    stretch_column_densities,
+    LowestPoint, column_densities, level_column_densities, outwards_and_sunlight, stretch_column_densities,
 };
+use crate::medium::density::relative_densities;
 use crate::path::ray::direction;
 use crate::path::samples::Place;
 use crate::variant;

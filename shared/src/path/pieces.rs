@@ -2,9 +2,10 @@
 
 use crate::geometry::{Interval, Ray, altitude_from};
 use crate::glam::Vec2;
-use crate::medium::atmosphere::{Medium, relative_densities};
+use crate::medium::atmosphere::{ColumnDensities, Medium};
 use crate::medium::bands::Bands;
-use crate::medium::columns::{ColumnDensities, column_densities};
+use crate::medium::columns::column_densities;
+use crate::medium::density::relative_densities;
 use crate::path::ground::{GroundView, ground_on_way};
 use crate::path::observer::TowardsObserver;
 use crate::path::ray::{Way, direction, in_shadow};

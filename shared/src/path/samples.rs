@@ -3,9 +3,10 @@
 use crate::geometry::{Ray, Shell, altitude_from};
 use crate::glam::Vec2;
 use crate::math::{max, sqrt};
-use crate::medium::atmosphere::{Medium, relative_densities};
+use crate::medium::atmosphere::Medium;
 use crate::medium::bands::Bands;
 use crate::medium::columns::equivalent_lengths;
+use crate::medium::density::relative_densities;
 use crate::path::ray::{Piece, direction};
 
 /// A place on a ray.

@@ -176,7 +176,8 @@ mod tests {
         let depths = [0.05f32, 0.3, 1.0, 2.5];
         let coefficients = depths.map(|depth| depth / SCALE_HEIGHT as f32);
         for (mu, mu_s) in [(1.0f32, 1.0f32), (0.5, 0.9), (0.8, 0.35), (0.4, 0.4)] {
-            let found = single_scattering(exponential(&air()), &bands(coefficients), &midpoints(), ray(mu, mu_s), 0).air;
+            let found =
+                single_scattering(exponential(&air()), &bands(coefficients), &midpoints(), ray(mu, mu_s), 0).air;
             for (found, depth) in found.to_array().into_iter().zip(depths.map(f64::from)) {
                 let (mu, mu_s) = (f64::from(mu), f64::from(mu_s));
                 let truth = if mu == mu_s {
@@ -203,8 +204,16 @@ mod tests {
             ozone_absorption: Lanes::ZERO,
         };
         let crowding = PER_MEAN_FREE_PATH;
-        let many =
-            single_scattering_placed_for(exponential(&air()), &coefficients, &bands, crowding, &midpoints(), ray(0.3, 0.6), 0).air;
+        let many = single_scattering_placed_for(
+            exponential(&air()),
+            &coefficients,
+            &bands,
+            crowding,
+            &midpoints(),
+            ray(0.3, 0.6),
+            0,
+        )
+        .air;
         // A processor's exponentials are the same numbers whatever stands beside them.
         assert_eq!(many, lanes(four));
     }

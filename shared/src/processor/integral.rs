@@ -127,13 +127,7 @@ pub fn single_scattering_of_block(
 }
 
 #[inline(always)]
-fn integrate(
-    medium: Medium<'_>,
-    bands: &Bands,
-    quadrature: &[Vec2],
-    rays: &[Ray],
-    variant: u32,
-) -> BlockScattering {
+fn integrate(medium: Medium<'_>, bands: &Bands, quadrature: &[Vec2], rays: &[Ray], variant: u32) -> BlockScattering {
     let shell = medium.shell();
     let count = rays.len();
     let mut ways = [Way::new(medium, rays[0], variant); BLOCK];
@@ -162,8 +156,7 @@ fn integrate(
                 let samples = Samples::new(medium, bands, way.ray, piece, PER_MEAN_FREE_PATH, variant);
                 pieces.set(place, samples, towards_observer);
             }
-            let part =
-                integrate_pieces(medium, &bands.coefficients(), quadrature, &pieces, rising, lit_count, variant);
+            let part = integrate_pieces(medium, &bands.coefficients(), quadrature, &pieces, rising, lit_count, variant);
             for place in lanes(lit_count) {
                 let lane = lit[place];
                 sum.air.set(lane, sum.air.get(lane) + part.air.get(place));

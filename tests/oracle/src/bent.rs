@@ -165,7 +165,8 @@ impl Profile<'_> {
             let place = move |i: u32| from + (to - from) * (f64::from(i) / f64::from(SAMPLES)).powi(3);
             (0..SAMPLES).map(move |i| (place(i), place(i + 1)))
         };
-        let column = |from: f64, to: f64| (self.densities)(at(0.5 * (from + to)).0).map(|density| density * (to - from));
+        let column =
+            |from: f64, to: f64| (self.densities)(at(0.5 * (from + to)).0).map(|density| density * (to - from));
         let mut along = [0.0; 3];
         for (start, end) in cells(0.0, edge).filter(|_| edge > 0.0) {
             (0..3).for_each(|c| along[c] += column(start, end)[c]);

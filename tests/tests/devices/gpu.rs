@@ -94,8 +94,8 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
 #[test]
 fn light_of_all_orders_agrees_with_the_cpu_over_whole_images() {
     let mut compared = 0;
-    let exponential =
-        [(50.0, 0.0), (4.0, 0.0), (-5.0, 0.0), (-14.0, 0.0), (30.0, 9.0), (0.0, 30.0), (20.0, 400.0)].map(|of| (of, false));
+    let exponential = [(50.0, 0.0), (4.0, 0.0), (-5.0, 0.0), (-14.0, 0.0), (30.0, 9.0), (0.0, 30.0), (20.0, 400.0)]
+        .map(|of| (of, false));
     let measured = [(40.0, 0.0), (-3.0, 0.0), (1.0, 9.0), (-4.0, 400.0)].map(|of| (of, true));
     for ((sun, altitude), is_measured) in exponential.into_iter().chain(measured) {
         for (fit, color) in [

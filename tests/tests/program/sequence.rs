@@ -743,7 +743,7 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
 }
 
 /// A value of each key, as a scene file says it, and what stands beside it there.
-const VALUES: [(&str, &str, &str); 56] = [
+const VALUES: [(&str, &str, &str); 58] = [
     ("preset", "'mars'", ""),
     ("sun.elevation", "3.5", ""),
     ("sun.azimuth", "-20", ""),
@@ -755,6 +755,8 @@ const VALUES: [(&str, &str, &str); 56] = [
     ("observer.altitude", "2.5", ""),
     ("atmosphere.ground_radius", "6370", ""),
     ("atmosphere.top_radius", "6450", ""),
+    ("atmosphere.profile", "'us-standard'", ""),
+    ("atmosphere.refraction", "true", "atmosphere.profile = 'us-standard'\n"),
     ("atmosphere.air.scattering", "0.0012", ""),
     ("atmosphere.air.spectrum", "'fourth-power'", ""),
     ("atmosphere.air.pressure", "900", ""),
@@ -834,7 +836,7 @@ fn each_key_is_the_same_in_a_scene_by_its_flag_and_in_a_table() {
         if let Some(flag) = flag(name).filter(|_| value != "false") {
             let at_its_wavelength = format!("{said}@1000");
             let given: &[&str] = match name {
-                "sun.disc" | "render.purkinje" => &[flag],
+                "sun.disc" | "render.purkinje" | "atmosphere.refraction" => &[flag],
                 "atmosphere.aerosol.optical_depth" => &[flag, &at_its_wavelength],
                 _ => &[flag, said],
             };

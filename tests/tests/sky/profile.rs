@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use sorairo::low_level::medium::profile::{Levels, Profile};
 use sorairo::low_level::plan::direction;
 use sorairo::scene::{Preset, Scene};
-use sorairo::{PixelFormat, Plan, SkyPlan, Surface};
+use sorairo::{BeamSample, PixelFormat, Plan, Renderer, SkyPlan, Surface, sun_beam};
 use sorairo_evaluation::judge::{coefficients, ray};
 use sorairo_oracle as oracle;
 use sorairo_tests::sky::scene;
@@ -108,12 +108,52 @@ fn twilight_in_measured_air_is_as_bright_as_published() {
         let exponential = illuminance(sun, |scene| {
             (scene.atmosphere.profile, scene.atmosphere.refraction) = (Profile::Exponential, false);
         });
-        println!("{sun}: {:+.0} %, exponential {:+.0} %", 100.0 * (found / published - 1.0), 100.0 * (exponential / published - 1.0));
+        println!(
+            "{sun}: {:+.0} %, exponential {:+.0} %",
+            100.0 * (found / published - 1.0),
+            100.0 * (exponential / published - 1.0)
+        );
         // Clear skies differ by their haze: Seidelmann's is hazier than clean country and darker near sunset.
         assert!((0.75..1.35).contains(&(found / published)), "{sun}: {found} lx, not {published}");
         if sun < -3.0 {
             assert!(exponential / published > 1.6, "negative control, {sun}: {exponential}");
         }
+    }
+}
+
+/// Relative air mass by the cosine of the sun's zenith angle without refraction (Young 1994, <https://doi.org/10.1364/AO.33.001108>, Eq. 5).
+fn young(cosine: f64) -> f64 {
+    let polynomial = |coefficients: &[f64]| coefficients.iter().fold(0.0, |sum, c| sum * cosine + c);
+    polynomial(&[1.002_432, 0.148_386, 0.009_646_7]) / polynomial(&[1.0, 0.149_864, 0.010_296_3, 0.000_303_978])
+}
+
+#[test]
+fn the_beam_crosses_as_much_air_as_published() {
+    for sun in [60.0f64, 10.0, 5.0, 2.0, 1.0, 0.0, -0.5] {
+        let beam = |profile: Profile| {
+            let mut scene = Scene::preset(Preset::Standard);
+            scene.sun.elevation = sun;
+            (scene.atmosphere.profile, scene.atmosphere.refraction) = (profile, profile.is_measured());
+            (scene.atmosphere.aerosol.optical_depth, scene.atmosphere.ozone.column) = (0.0, 0.0);
+            let scene = scene.validated().unwrap();
+            let vertical = scene.optics().at(700.0).air_scattering * scene.atmosphere.air.scale_height;
+            let BeamSample { transmittance, irradiance, .. } =
+                sun_beam(&SkyPlan::new(&scene, scene.render.rgb), &[700.0]).unwrap()[0];
+            (-transmittance.ln() / vertical, irradiance / scene.optics().solar_irradiance(700.0) / transmittance)
+        };
+        let (found, spread) = beam(Profile::UsStandard);
+        let (exponential, _) = beam(Profile::Exponential);
+        let published = young(sun.to_radians().sin());
+        println!(
+            "{sun}: {found:.3}, published {published:.3}, straight through an exponential {exponential:.3}; spread {spread:.3}"
+        );
+        assert!((found / published - 1.0).abs() < 5e-3, "sun at {sun}: {found}, not {published}");
+        if sun == 0.0 {
+            assert!(exponential / published > 1.05, "negative control: {exponential}");
+            // The setting disc is seen flattened to six sevenths or less (Young 2004, <https://doi.org/10.1086/420950>), and hidden by a part.
+            assert!((0.8..0.9).contains(&spread), "{spread}");
+        }
+        assert!(sun < 30.0 || (spread - 1.0).abs() < 2e-3, "{spread}");
     }
 }
 
@@ -131,6 +171,18 @@ fn the_sun_rises_before_its_time_and_flattened() {
             let light = sky(sun, refraction).sun_irradiance().facing;
             assert_eq!(light > 0.0, is_seen, "sun at {sun}, bent {refraction}: {light}");
         }
+    }
+    // Of a sun below the horizon no picture shows a disc.
+    for (sun, is_seen) in [(-4.0, false), (-0.75, true), (0.0, true)] {
+        let mut scene = measured(Preset::Standard, sun, true);
+        scene.sun.disc = true;
+        scene.camera.size = "720x360".parse().unwrap();
+        let shown = Renderer::open("cpu").unwrap().render(&scene.clone().validated().unwrap()).unwrap();
+        scene.sun.disc = false;
+        let hidden = Renderer::open("cpu").unwrap().render(&scene.validated().unwrap()).unwrap();
+        let pixels = || (0..360).flat_map(|row| (0..720).map(move |column| (column, row)));
+        let differ = pixels().filter(|&(column, row)| shown.pixel(column, row) != hidden.pixel(column, row)).count();
+        assert_eq!(differ > 0, is_seen, "sun at {sun}: {differ} pixels");
     }
     // High up nothing of it is left.
     let [bent, straight] = [true, false].map(|refraction| sky(50.0, refraction).sun_irradiance().facing);

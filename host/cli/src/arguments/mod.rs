@@ -212,14 +212,17 @@ pub struct SpectrumArguments {
     pub sky: SkyFlags,
     /// Elevation of the direction (degrees).
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
-    #[arg(required_unless_present = "directions", conflicts_with = "directions")]
+    #[arg(required_unless_present_any = ["directions", "direct"], conflicts_with_all = ["directions", "direct"])]
     pub view_elevation: Option<f64>,
     /// Azimuth of the direction, clockwise from north (degrees).
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
-    #[arg(required_unless_present = "directions", conflicts_with = "directions")]
+    #[arg(required_unless_present_any = ["directions", "direct"], conflicts_with_all = ["directions", "direct"])]
     pub view_azimuth: Option<f64>,
+    /// Print the sun's beam in place of the sky: rows of wavelength_nm,transmittance,irradiance.
+    #[arg(long, conflicts_with = "luminance")]
+    pub direct: bool,
     /// Table (CSV) of directions in place of one: an elevation and an azimuth in each row (degrees).
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "direct")]
     pub directions: Option<PathBuf>,
     /// Wavelengths in nm: START:END:STEP, or a list with commas.
     #[arg(long, value_name = "LIST", default_value = "380:780:5", value_parser = wavelengths)]

@@ -173,6 +173,31 @@ pub fn sun_transmittance(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Vec<f64>>
     Ok(facing.into_iter().zip(wavelengths).map(transmittance).collect())
 }
 
+/// The sun's beam at a wavelength.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BeamSample {
+    /// Wavelength (nm).
+    pub wavelength_nm: f64,
+    /// The part of the light from the disc's centre that the air lets through; what refraction spreads is not lost to it. 0 of a centre below
+    /// the horizon.
+    pub transmittance: f64,
+    /// Irradiance of a surface that faces the sun (W·m⁻²·nm⁻¹): of as much of the disc as is seen, as large as it is seen.
+    pub irradiance: f64,
+}
+
+/// The sun's beam at wavelengths in nm.
+///
+/// # Errors
+///
+/// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene is not known.
+pub fn sun_beam(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Vec<BeamSample>> {
+    check_wavelengths(sky, wavelengths)?;
+    let sun = Sun::at(sky, wavelengths);
+    let facing = sun.spectral_irradiance(|_| 1.0).into_iter();
+    let of = |((&wavelength_nm, transmittance), irradiance)| BeamSample { wavelength_nm, transmittance, irradiance };
+    Ok(wavelengths.iter().zip(sun.transmittance_of_centre()).zip(facing).map(of).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -65,11 +65,13 @@ impl Profile {
     pub fn levels(self) -> Option<Levels> {
         static TABLE: OnceLock<Table<12>> = OnceLock::new();
         let table = TABLE.get_or_init(|| {
-            Table::parse(include_str!("../../data/afgl_atmospheres.csv")).expect("the tables in the program are well formed")
+            Table::parse(include_str!("../../data/afgl_atmospheres.csv"))
+                .expect("the tables in the program are well formed")
         });
         let at = 2 * (self as usize).checked_sub(1)?;
         let of_row = |row: [f64; 12]| [row[at].ln(), (row[at] * row[at + 1] * 1e-6).ln()];
-        let (altitudes, logarithms): (Vec<_>, Vec<_>) = table.rows().map(|(altitude, row)| (altitude, of_row(row))).unzip();
+        let (altitudes, logarithms): (Vec<_>, Vec<_>) =
+            table.rows().map(|(altitude, row)| (altitude, of_row(row))).unzip();
         let slopes = slopes(&altitudes, &logarithms);
         Some(Levels { altitudes, logarithms, slopes })
     }
@@ -128,7 +130,9 @@ mod tests {
     fn the_standard_atmosphere_is_the_published_one() {
         // US Standard Atmosphere 1976 (NOAA-S/T 76-1562): number densities (m⁻³) of its Table VIII.
         let levels = Profile::UsStandard.levels().unwrap();
-        for (altitude, published) in [(0.0, 2.547e19), (5.0, 1.531e19), (11.0, 7.585e18), (20.0, 1.849e18), (50.0, 2.135e16)] {
+        for (altitude, published) in
+            [(0.0, 2.547e19), (5.0, 1.531e19), (11.0, 7.585e18), (20.0, 1.849e18), (50.0, 2.135e16)]
+        {
             let [found, _] = levels.at(altitude).value;
             assert!((found / published - 1.0).abs() < 3e-3, "{altitude} km: {found:e}, not {published:e}");
         }

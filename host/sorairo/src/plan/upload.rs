@@ -26,7 +26,13 @@ use crate::spectra::optics::Optics;
 /// The uniform of a sky that no camera looks at: what concerns an image is 0, its exposure 1.
 ///
 /// `wavelengths` are those of the bands (nm), `nodes` the observer nodes of each constituent.
-pub fn sky_uniform(scene: &Scene, tables: Option<&Tables>, wavelengths: &[f64], nodes: u32, space: &ColourSpace) -> Uniform {
+pub fn sky_uniform(
+    scene: &Scene,
+    tables: Option<&Tables>,
+    wavelengths: &[f64],
+    nodes: u32,
+    space: &ColourSpace,
+) -> Uniform {
     let [sun, bearing] = Source::sun(scene).for_kernels();
     let band = |i: usize| observer::normalised(wavelengths[i.min(wavelengths.len() - 1)]) as f32;
     Uniform {

@@ -422,8 +422,7 @@ pub fn stops_of_ev100(ev100: f64) -> f64 {
 #[serde(try_from = "ExposureText", into = "ExposureText")]
 #[strum(serialize_all = "lowercase")]
 pub enum Exposure {
-    /// Of pictures as a camera meters what it sees, after civil dusk as an eye adapts; of half floats from the
-    /// brightest.
+    /// Of pictures as a camera meters, after civil dusk as an eye adapts; of half floats from the brightest.
     Auto,
     /// As an eye that adapts to three fifths of the way from daylight: dusk falls, and a night is dark.
     Adapt,

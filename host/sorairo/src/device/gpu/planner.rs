@@ -125,7 +125,8 @@ impl Planner {
         }
         let [functions, values, orders] = work.memory.map(buffer_of);
         let mut upload = Upload::new(&self.device);
-        let lists = [cast_slice(work.bands), cast_slice(work.tables), cast_slice(work.columns)].map(|list| upload.add(list));
+        let lists =
+            [cast_slice(work.bands), cast_slice(work.tables), cast_slice(work.columns)].map(|list| upload.add(list));
         let quadratures = work.quadratures.map(|rule| upload.add(cast_slice(rule)));
         let uniforms: Vec<_> = work.steps.iter().map(|step| upload.add(bytes_of(&step.uniform))).collect();
         let memory = self.uploaded(&upload);

@@ -71,9 +71,12 @@ struct Key {
 
 impl Key {
     fn new<T: 'static>(setting: &Setting, spectra: &[&[f32]], resolution: &Resolution, orders: Orders) -> Self {
-        let mut air =
-            [bytes_of(setting.medium.atmosphere), bytes_of(&setting.variant), bytes_of(&without_sun(&setting.placed_for))]
-                .concat();
+        let mut air = [
+            bytes_of(setting.medium.atmosphere),
+            bytes_of(&setting.variant),
+            bytes_of(&without_sun(&setting.placed_for)),
+        ]
+        .concat();
         spectra.iter().for_each(|values| air.extend_from_slice(cast_slice(values)));
         let (suns, resolution) = (setting.suns.clone(), resolution.clone());
         Self { of: TypeId::of::<T>(), air, suns, resolution, orders, others: Vec::new() }

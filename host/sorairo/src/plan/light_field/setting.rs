@@ -67,13 +67,7 @@ impl AerosolMoments {
 impl<'a> Setting<'a> {
     /// For what fills the air, the bands for which samples are placed, what the integral of its light scattered once must not skip (see
     /// [`variant`]), an observer's altitude (km) and the sun's elevation (radians).
-    pub fn new(
-        medium: Medium<'a>,
-        placed_for: Bands,
-        integral: u32,
-        altitude: f64,
-        sun_elevation: f64,
-    ) -> Self {
+    pub fn new(medium: Medium<'a>, placed_for: Bands, integral: u32, altitude: f64, sun_elevation: f64) -> Self {
         let atmosphere = medium.atmosphere;
         let AerosolMoments { chi, peak } = AerosolMoments::new(atmosphere.aerosol_asymmetry);
         let (aerosol, forward_peak) = if integral & variant::AEROSOL == 0 {

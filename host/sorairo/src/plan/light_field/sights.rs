@@ -25,7 +25,8 @@ pub struct Light {
 /// The sun where a ray enters the atmosphere, or begins: the cosines of its zenith angle and of its angle from the ray. The ray has a cosine of its own zenith
 /// angle at the observer, and of its azimuth from the sun.
 pub(crate) fn sight(setting: &Setting, mu: f64, cosine: f64) -> [f32; 2] {
-    let (ground, depth) = (f64::from(setting.medium.atmosphere.ground_radius), f64::from(setting.medium.atmosphere.depth));
+    let (ground, depth) =
+        (f64::from(setting.medium.atmosphere.ground_radius), f64::from(setting.medium.atmosphere.depth));
     let (sine_s, mu_s) = setting.sun.sin_cos();
     let nu = mu * mu_s + (1.0 - mu * mu).max(0.0).sqrt() * sine_s * cosine;
     let mut mu_s_there = mu_s;

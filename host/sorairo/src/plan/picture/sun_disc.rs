@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use sorairo_shared::camera::Camera;
 use sorairo_shared::geometry::{Ray, inside_atmosphere};
 use sorairo_shared::glam::{DVec2, DVec3, Vec2, Vec4};
-use sorairo_shared::medium::atmosphere::relative_densities;
 use sorairo_shared::medium::columns::sunlight_at;
+use sorairo_shared::medium::density::relative_densities;
 use sorairo_shared::picture::disc::{ELEVATIONS, LIMB_COSINES};
 use sorairo_shared::uniform::SunDisc;
 use sorairo_shared::variant;
@@ -242,6 +242,14 @@ impl<'a> Sun<'a> {
         sum
     }
 
+    /// The part of the light from the disc's centre that the air lets through at each wavelength; none of a centre below the horizon.
+    pub fn transmittance_of_centre(&self) -> Vec<f64> {
+        if self.elevation < self.lowest {
+            return vec![0.0; self.coefficients.len()];
+        }
+        self.depths(self.centre.0.sin()).into_iter().map(|depth| (-depth).exp()).collect()
+    }
+
     /// The level strips of the disc that the ground does not hide.
     ///
     /// A strip lies at the height `v = sin θ` over the disc's centre, in radii, and its parts at `u = cos θ sin φ` across. There the cosine to the
@@ -298,7 +306,9 @@ impl<'a> Sun<'a> {
         };
         let depth = |c: &Coefficients| {
             let depth = |coefficient: f64, along: f64| if coefficient > 0.0 { coefficient * along } else { 0.0 };
-            depth(c.air_scattering, to_sun.x) + depth(c.aerosol_extinction, to_sun.y) + depth(c.ozone_absorption, to_sun.z)
+            depth(c.air_scattering, to_sun.x)
+                + depth(c.aerosol_extinction, to_sun.y)
+                + depth(c.ozone_absorption, to_sun.z)
         };
         self.coefficients.iter().map(depth).collect()
     }
@@ -325,7 +335,8 @@ impl<'a> Sun<'a> {
     fn bent(&self) -> Option<(&Tables, f64)> {
         let altitude = f64::from(self.sky.base.uniform.altitude);
         let tables = self.sky.base.tables.as_deref()?;
-        (tables.shadow[1] > 0.0 && altitude <= f64::from(self.sky.base.uniform.atmosphere.depth)).then_some((tables, altitude))
+        (tables.shadow[1] > 0.0 && altitude <= f64::from(self.sky.base.uniform.atmosphere.depth))
+            .then_some((tables, altitude))
     }
 
     /// The elevation at which a place of the disc is seen, by that without air (radians), and the solid angle that it is seen to have by its own.
@@ -335,7 +346,9 @@ impl<'a> Sun<'a> {
         let at = |elevation: f64| FRAC_PI_2 - tables.seen(altitude, FRAC_PI_2 - elevation);
         let lowest = FRAC_PI_2 - tables.lowest_sun(altitude);
         let (low, high) = ((elevation - STEP).max(lowest), (elevation + STEP).max(lowest + STEP));
-        let (seen, slope) = (at(elevation.max(lowest)), (at(high) - at(low)) / (high - low));
+        let slope = (at(high) - at(low)) / (high - low);
+        // A centre below the horizon stands as far below it as the disc that is left asks for.
+        let seen = at(elevation.max(lowest)) + (elevation - elevation.max(lowest)) * slope;
         (seen, slope * seen.cos() / elevation.cos())
     }
 

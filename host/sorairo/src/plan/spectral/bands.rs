@@ -58,7 +58,8 @@ pub(crate) fn at_wavelengths(sky: &RayIntegral, fit: &SpectralFit, wavelengths: 
 pub(crate) fn sampled(scene: &Scene, sky: &RayIntegral, fit: &SpectralFit, bands: &[f64]) -> Vec<Vec2> {
     let RayIntegral { uniform, optics, variant, .. } = sky;
     let bands = fit.bands(optics, bands);
-    let fewest = || samples::per_piece(scene, sky.tables.as_deref(), uniform, optics, &bands, *variant, &sky.light_fields);
+    let fewest =
+        || samples::per_piece(scene, sky.tables.as_deref(), uniform, optics, &bands, *variant, &sky.light_fields);
     gauss_legendre(scene.render.steps.unwrap_or_else(fewest))
 }
 

@@ -262,7 +262,9 @@ impl<'a, const N: usize> Table<'a, N> {
         };
         let mut lit = Vec::with_capacity(count);
         for (a, &cosine) in azimuths.cosines.iter().enumerate() {
-            if setting.variant & variant::SHADOW == 0 || lit_from_end_to_end(setting.medium, rays(cosine), setting.variant) {
+            if setting.variant & variant::SHADOW == 0
+                || lit_from_end_to_end(setting.medium, rays(cosine), setting.variant)
+            {
                 lit.push(a);
             } else {
                 let ByScatterer { air, aerosol } = single_scattering_of_many(

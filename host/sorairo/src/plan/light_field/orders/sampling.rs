@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use sorairo_shared::glam::Vec2;
-use sorairo_shared::medium::atmosphere::relative_densities;
+use sorairo_shared::medium::density::relative_densities;
 use sorairo_shared::medium::ozone::ozone_density;
 use sorairo_shared::path::pieces::PieceSamples;
 use sorairo_shared::variant;

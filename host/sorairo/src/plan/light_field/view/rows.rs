@@ -187,7 +187,8 @@ fn rows_of(setting: &Setting, lookup: &MultipleLookup) -> Vec<Row> {
 
 /// Cosine of the zenith angle at the observer of a ray that has an elevation (radians) where it enters the atmosphere, or begins.
 fn towards(setting: &Setting, elevation: f64) -> f64 {
-    let (ground, depth) = (f64::from(setting.medium.atmosphere.ground_radius), f64::from(setting.medium.atmosphere.depth));
+    let (ground, depth) =
+        (f64::from(setting.medium.atmosphere.ground_radius), f64::from(setting.medium.atmosphere.depth));
     if setting.altitude <= depth {
         return elevation.sin();
     }

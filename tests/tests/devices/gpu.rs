@@ -104,6 +104,10 @@ fn light_of_all_orders_agrees_with_the_cpu_over_whole_images() {
             (Fit::Transfer, ColourPath::Folded),
             (Fit::Cubic, ColourPath::Solve),
         ] {
+            // Tables come before any fit.
+            if is_measured && color == ColourPath::Solve {
+                continue;
+            }
             let mut scene = Scene::preset(Preset::Standard);
             (scene.sun.elevation, scene.observer.altitude) = (sun, altitude);
             (scene.render.fit, scene.render.color) = (fit, color);
@@ -127,7 +131,7 @@ fn light_of_all_orders_agrees_with_the_cpu_over_whole_images() {
             }
         }
     }
-    assert_eq!(compared, 88);
+    assert_eq!(compared, 72);
 }
 
 /// The pixels' colours and their spectra.

@@ -121,6 +121,30 @@ fn twilight_in_measured_air_is_as_bright_as_published() {
     }
 }
 
+#[test]
+fn a_profile_without_its_ozone_and_bent_light_without_a_profile_are_refused() {
+    let refused = |change: fn(&mut Scene)| {
+        let mut scene = Scene::preset(Preset::Standard);
+        change(&mut scene);
+        scene.validated().unwrap_err().to_string()
+    };
+    let short = refused(|scene| {
+        scene.atmosphere.profile = Profile::Tropical;
+        scene.atmosphere.top_radius = 6400.0;
+    });
+    assert_eq!(
+        short,
+        "atmosphere.profile is tropical, and needs atmosphere.top_radius at least 60 km above the ground; it is 40 km"
+    );
+    let straight = refused(|scene| scene.atmosphere.refraction = true);
+    assert_eq!(straight, "atmosphere.refraction is true, and needs a measured atmosphere.profile");
+    let elsewhere = refused(|scene| {
+        (scene.atmosphere.profile, scene.atmosphere.refraction) = (Profile::UsStandard, true);
+        (scene.atmosphere.ground_radius, scene.atmosphere.top_radius) = (3390.0, 3490.0);
+    });
+    assert_eq!(elsewhere, "atmosphere.refraction is true, and needs the ground radius of the Earth");
+}
+
 /// Relative air mass by the cosine of the sun's zenith angle without refraction (Young 1994, <https://doi.org/10.1364/AO.33.001108>, Eq. 5).
 fn young(cosine: f64) -> f64 {
     let polynomial = |coefficients: &[f64]| coefficients.iter().fold(0.0, |sum, c| sum * cosine + c);

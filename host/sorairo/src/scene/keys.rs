@@ -179,7 +179,7 @@ pub static KEYS: &[Key] = &[
         )
     )
     .rule(opaque_at_its_top),
-    key!(atmosphere.profile, one_of::<Profile>()),
+    key!(atmosphere.profile, one_of::<Profile>()).rule(rules::profile_cut_short),
     key!(atmosphere.refraction, Other(|| "true or false; true takes a measured `profile` and the Earth".into()))
         .rule(rules::bent_without_a_profile),
     number!(atmosphere.air.scattering, "km⁻¹", At(0.0), At(100.0)),

@@ -100,6 +100,24 @@ pub fn narrower_than_its_display(render: &Render) -> Result<()> {
     Err(Error::not_allowed("render.display", complaint))
 }
 
+/// The lowest top above the ground (km) over a measured profile: it leaves 3e-4 of the air and less than 1e-3 of the ozone above it.
+const LOWEST_TOP_OF_A_PROFILE: f64 = 60.0;
+
+/// A measured profile has its ozone high up.
+pub(super) fn profile_cut_short(scene: &Scene) -> Result<()> {
+    let atmosphere = &scene.atmosphere;
+    let depth = atmosphere.top_radius - atmosphere.ground_radius;
+    if !atmosphere.profile.is_measured() || depth >= LOWEST_TOP_OF_A_PROFILE {
+        return Ok(());
+    }
+    let complaint = format!(
+        "is {}, and needs atmosphere.top_radius at least {LOWEST_TOP_OF_A_PROFILE} km above the ground; it is {} km",
+        word(atmosphere.profile),
+        shown(depth)
+    );
+    Err(Error::not_allowed("atmosphere.profile", complaint))
+}
+
 /// Sunlight bends by the slope of a measured density.
 pub(super) fn bent_without_a_profile(scene: &Scene) -> Result<()> {
     let atmosphere = &scene.atmosphere;

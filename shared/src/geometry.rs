@@ -17,8 +17,8 @@ pub struct Shell {
     pub shadow: Shadow,
 }
 
-/// The planet's shadow: a cone about the sun's direction, of the radius `R + offset - slope x` at a distance `x` behind the planet's centre.
-/// Without refraction it is a cylinder.
+/// The planet's shadow: a cone about the sun's direction, of the radius `R + offset - slope x` at a distance `x` behind
+/// the planet's centre. Without refraction it is a cylinder.
 #[derive(Clone, Copy)]
 pub struct Shadow {
     /// How much wider the cone is at the planet's centre than the planet (km).
@@ -219,7 +219,8 @@ pub fn shadow(shell: Shell, ray: Ray) -> Interval {
 /// what that distance has for it.
 ///
 /// Behind the terminator the shadow's edge is as far from its axis as the cone is wide: `r_s c = R + offset + slope r_s m`, with `m` the
-/// cosine of the zenith angle of the sun there and `c = √(1 - m²)`, so that `h = (R (m² / (1 + c) + slope m) + offset) / (c - slope m)`. Near the terminator that keeps
+/// cosine of the zenith angle of the sun there and `c = √(1 - m²)`, so that
+/// `h = (R (m² / (1 + c) + slope m) + offset) / (c - slope m)`. Near the terminator that keeps
 /// the metres that the distance of an observer far above has lost, with which the edge may also be rounded to the ground. The error of
 /// the distance weighs `s |μ|`, that of `m` at most `(r_s |m| + s) |m|`; what weighs less is taken.
 #[inline(always)]

@@ -47,14 +47,11 @@ fn altitude_correction(atmosphere: &Atmosphere, g: f32, t: Vec4) -> Vec4 {
     Vec4::ONE - curvature * (1.0 - 1.0 / (g * g)) * ((t * e2 + Vec4::splat(e1)) * t + Vec4::splat(e0))
 }
 
-/// Column densities (km) from `altitude` (km) outwards along two rays with cosines `mu >= 0`, of an atmosphere without a top.
+/// Column densities (km) in closed form from `altitude` (km) outwards along two rays with cosines `mu >= 0`, of an atmosphere
+/// without a top.
 /// `density` holds the relative densities of (air, aerosol) there; what `variant` leaves out is 0.
 #[inline(always)]
-pub fn column_densities_of_two(medium: Medium<'_>, altitude: f32, density: Vec2, mu: Vec2, variant: u32) -> TwoRays {
-    if variant & variant::TABLES != 0 {
-        let along = |mu: f32| present(tables::column_densities(medium, altitude, mu), variant);
-        return TwoRays { first: along(mu.x), second: along(mu.y) };
-    }
+fn column_densities_of_two(medium: Medium<'_>, altitude: f32, density: Vec2, mu: Vec2, variant: u32) -> TwoRays {
     let g = sqrt(1.0 + altitude * (1.0 / medium.atmosphere.ground_radius));
     let exponential = lanes(density.x, density.y) * equivalent_lengths(medium, g, mu, variant);
     let mut first = Vec3::new(exponential.x, 0.0, 0.0);
@@ -147,40 +144,34 @@ pub fn stretch_column_densities(
     result
 }
 
-/// Sunlight at a lit point.
-///
-/// `outwards` are the column densities from the point outwards at the cosine `|mu_s|`, where they are known; see [`sunlight_of_two`].
+/// Sunlight at a lit point from the tables.
 #[inline(always)]
-fn sunlight(medium: Medium<'_>, altitude: f32, outwards: ColumnDensities, mu_s: f32, variant: u32) -> Sunlight {
-    if variant & variant::TABLES != 0 {
-        let Sunlight { along, spread } = tables::sunlight(medium, altitude, mu_s);
-        return Sunlight { along: present(along, variant), spread };
-    }
-    Sunlight { along: sun_column_densities(medium, altitude, outwards, mu_s, variant), spread: 1.0 }
+fn bent_sunlight(medium: Medium<'_>, altitude: f32, mu_s: f32, variant: u32) -> Sunlight {
+    let Sunlight { along, spread } = tables::sunlight(medium, altitude, mu_s);
+    Sunlight { along: present(along, variant), spread }
 }
 
-/// Sunlight at a lit point where the relative densities of (air, aerosol) are known, by the cosine of the sun's zenith angle.
+/// Sunlight at a lit point where the relative densities of (air, aerosol) are known, by the cosine of the sun's zenith
+/// angle.
 #[inline(always)]
 pub fn sunlight_at(medium: Medium<'_>, altitude: f32, density: Vec2, mu_s: f32, variant: u32) -> Sunlight {
-    let mut outwards = Vec3::ZERO;
-    if variant & variant::TABLES == 0 {
-        outwards = column_densities(medium, altitude, density, abs(mu_s), variant);
+    if variant & variant::TABLES != 0 {
+        return bent_sunlight(medium, altitude, mu_s, variant);
     }
-    sunlight(medium, altitude, outwards, mu_s, variant)
+    let outwards = column_densities(medium, altitude, density, abs(mu_s), variant);
+    straight_sunlight(medium, altitude, outwards, mu_s, variant)
 }
 
 /// Sunlight of two suns at a lit point.
 #[inline(always)]
 pub fn sunlight_of_two(medium: Medium<'_>, altitude: f32, density: Vec2, mu_s: Vec2, variant: u32) -> [Sunlight; 2] {
-    let mut outwards = TwoRays { first: Vec3::ZERO, second: Vec3::ZERO };
-    if variant & variant::TABLES == 0 {
-        let up = Vec2::new(abs(mu_s.x), abs(mu_s.y));
-        outwards = column_densities_of_two(medium, altitude, density, up, variant);
+    if variant & variant::TABLES != 0 {
+        return [mu_s.x, mu_s.y].map(|mu_s| bent_sunlight(medium, altitude, mu_s, variant));
     }
-    [
-        sunlight(medium, altitude, outwards.first, mu_s.x, variant),
-        sunlight(medium, altitude, outwards.second, mu_s.y, variant),
-    ]
+    let up = Vec2::new(abs(mu_s.x), abs(mu_s.y));
+    let TwoRays { first, second } = column_densities_of_two(medium, altitude, density, up, variant);
+    [(first, mu_s.x), (second, mu_s.y)]
+        .map(|(outwards, mu_s)| straight_sunlight(medium, altitude, outwards, mu_s, variant))
 }
 
 /// Column densities outwards along a ray with a cosine `mu >= 0`, and sunlight, at a lit point.
@@ -195,10 +186,23 @@ pub fn outwards_and_sunlight(
 ) -> (ColumnDensities, Sunlight) {
     if variant & variant::TABLES != 0 {
         let outwards = column_densities(medium, altitude, density, mu, variant);
-        return (outwards, sunlight(medium, altitude, Vec3::ZERO, mu_s, variant));
+        return (outwards, bent_sunlight(medium, altitude, mu_s, variant));
     }
-    let outwards = column_densities_of_two(medium, altitude, density, Vec2::new(mu, abs(mu_s)), variant);
-    (outwards.first, sunlight(medium, altitude, outwards.second, mu_s, variant))
+    let TwoRays { first, second } =
+        column_densities_of_two(medium, altitude, density, Vec2::new(mu, abs(mu_s)), variant);
+    (first, straight_sunlight(medium, altitude, second, mu_s, variant))
+}
+
+/// Sunlight on a straight way, by the column densities from a lit point outwards at the cosine `|mu_s|` (km).
+#[inline(always)]
+fn straight_sunlight(
+    medium: Medium<'_>,
+    altitude: f32,
+    outwards: ColumnDensities,
+    mu_s: f32,
+    variant: u32,
+) -> Sunlight {
+    Sunlight { along: sun_column_densities(medium, altitude, outwards, mu_s, variant), spread: 1.0 }
 }
 
 /// Column densities (km) from a lit point to the sun, on either side of the point's horizon.

@@ -45,8 +45,8 @@ pub(crate) struct Way {
     edges: [Shadow; 2],
 }
 
-/// The part of a ray of so many km that lies in the planet's shadow, and the cones on which it begins and ends. Of bent light the edge is no cone: each
-/// end is found on one that touches it near there.
+/// The part of a ray of so many km that lies in the planet's shadow, and the cones on which it begins and ends. Of bent
+/// light the edge is no cone: each end is found on one that touches it near there.
 #[inline(always)]
 pub(crate) fn in_shadow(medium: Medium<'_>, ray: Ray, length: f32, variant: u32) -> (Interval, [Shadow; 2]) {
     let shell = medium.shell();

@@ -1,7 +1,7 @@
 //! Light scattered once in air of any profile, with sunlight that the air bends: by marching, in place of any formula.
 //!
-//! A ray of light follows `d/ds (n dr/ds) = ∇n` (Born and Wolf, *Principles of Optics*, 3.2), here in the plane through the planet's centre, by the
-//! classical Runge-Kutta steps. The sun is found by shooting rays out of a place until one leaves in the sun's direction; how much bending
+//! A ray of light follows `d/ds (n dr/ds) = ∇n` (Born and Wolf, *Principles of Optics*, 3.2), here in the plane through
+//! the planet's centre, by the classical Runge-Kutta steps. The sun is found by shooting rays out of a place until one leaves in the sun's direction; how much bending
 //! weakens the beam is told by a second ray beside it. The view ray is straight.
 
 use crate::line::dot;
@@ -135,7 +135,8 @@ impl Profile<'_> {
         Some(Beam { seen, columns: exit.columns, spread })
     }
 
-    /// Radiance scattered once along a straight view ray that rises from the ground, at several wavelengths, for an irradiance of 1 (sr⁻¹).
+    /// Radiance scattered once along a straight view ray that rises from the ground, at several wavelengths, for an
+    /// irradiance of 1 (sr⁻¹).
     pub fn scattered_once(&self, bands: &[Coefficients], ray: &Ray) -> Vec<f64> {
         const SAMPLES: u32 = 160;
         let (radius, mu) = (self.ground_radius_km + ray.observer_altitude_km, ray.view[2]);

@@ -8,8 +8,8 @@
 //! * [`Profile::scattered_once`] is the same in air of any profile, with sunlight that the air bends.
 //! * [`radiance_of_all_orders`] is all the light, by a Monte Carlo that has no bias and states its error.
 //!
-//! Lengths are in km, coefficients in km⁻¹, z is up, x north, y west. Light does not bend but in a [`Profile`], and the atmosphere ends at its top
-//! radius.
+//! Lengths are in km, coefficients in km⁻¹, z is up, x north, y west. Light does not bend but in a
+//! [`Profile`], and the atmosphere ends at its top radius.
 
 mod atmosphere;
 mod bent;

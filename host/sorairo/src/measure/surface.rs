@@ -178,8 +178,8 @@ pub fn sun_transmittance(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Vec<f64>>
 pub struct BeamSample {
     /// Wavelength (nm).
     pub wavelength_nm: f64,
-    /// The part of the light from the disc's centre that the air lets through; what refraction spreads is not lost to it. 0 of a centre below
-    /// the horizon.
+    /// The part of the light from the disc's centre that the air lets through, without the beam's spread by refraction;
+    /// 0 of a centre below the horizon.
     pub transmittance: f64,
     /// Irradiance of a surface that faces the sun (W·m⁻²·nm⁻¹): of as much of the disc as is seen, as large as it is seen.
     pub irradiance: f64,

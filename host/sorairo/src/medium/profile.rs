@@ -32,7 +32,8 @@ pub enum Profile {
     SubarcticWinter,
 }
 
-/// Densities at some altitudes, between which their logarithms are monotone cubics (Fritsch and Carlson 1980, <https://doi.org/10.1137/0717021>).
+/// Densities at some altitudes, between which their logarithms are monotone cubics (Fritsch and Butland 1984,
+/// <https://doi.org/10.1137/0905021>).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Levels {
     /// Altitudes (km), increasing.
@@ -128,7 +129,7 @@ mod tests {
 
     #[test]
     fn the_standard_atmosphere_is_the_published_one() {
-        // US Standard Atmosphere 1976 (NOAA-S/T 76-1562): number densities (m⁻³) of its Table VIII.
+        // Number densities (cm⁻³) of the US Standard Atmosphere 1976 (NOAA-S/T 76-1562); the AFGL's have four digits.
         let levels = Profile::UsStandard.levels().unwrap();
         for (altitude, published) in
             [(0.0, 2.547e19), (5.0, 1.531e19), (11.0, 7.585e18), (20.0, 1.849e18), (50.0, 2.135e16)]
@@ -145,7 +146,7 @@ mod tests {
             // A pressure of 1013 to 1018 hPa holds 2.14e25 to 2.17e25 molecules per cm² (of 28.96 g/mol under 9.8 m/s²).
             let [air, ozone] = columns(&levels);
             assert!((2.13e25..2.18e25).contains(&air), "{profile:?}: {air:e}");
-            // The tropics have the least ozone of the six, the winter of the subarctic the most (Anderson et al. 1986).
+            // Climates of ozone lie between 250 and 500 DU.
             let dobson = ozone / 2.687e16;
             assert!((250.0..500.0).contains(&dobson), "{profile:?}: {dobson}");
         }

@@ -1,14 +1,15 @@
 //! The tables of [`sorairo_shared::medium::tables`], made from a profile by quadrature.
 //!
-//! A ray whose zenith angle is `z` at a radius `r` keeps `p = n r sin z` (Bouguer's law) with the refractive index `n`, and over an altitude `dz`
-//! crosses `ds = n r / √((n r)² - p²) dz`. Its bending is `δ = -∫ (dn/dz) / n · p / √((n r)² - p²) dz`. Straight rays are those of `n = 1`.
+//! A ray whose zenith angle is `z` at a radius `r` keeps `p = n r sin z` (Bouguer's law) with the refractive index `n`.
+//! Over an altitude `dz` it crosses `ds = n r / √((n r)² - p²) dz`. Its bending is
+//! `δ = -∫ (dn/dz) / n · p / √((n r)² - p²) dz`. Straight rays are those of `n = 1`.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
-use sorairo_shared::glam::Vec4;
-use sorairo_shared::medium::tables::{ALTITUDES, AXIS_SCALE_HEIGHT, EDGE, ENTRIES, SEEN, SUN, SUNS, VIEW, VIEWS};
+use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::medium::tables::{ALTITUDES, AXIS_SPREAD, EDGE, ENTRIES, SEEN, SUN, SUNS, VIEW, VIEWS};
 
 use super::profile::{Density, Levels, Profile};
 
@@ -21,7 +22,8 @@ pub struct Air {
     pub ground_radius: f64,
     /// Height of the top of the atmosphere above the ground (km).
     pub depth: f64,
-    /// Vertical column densities (km) that the relative densities of air, aerosol and ozone shall have; that of aerosol is its scale height.
+    /// Vertical column densities (km) of air, aerosol and ozone, to which the relative densities are scaled; that of
+    /// aerosol is its scale height.
     pub columns: [f64; 3],
     /// `n - 1` on the ground; 0 for straight sunlight.
     pub refractivity: f64,
@@ -34,8 +36,8 @@ pub struct Tables {
     pub entries: Vec<Vec4>,
     /// A number that tells them from others; not 0.
     pub number: u32,
-    /// Of the planet's shadow how much wider it is at the planet's centre than the planet (km), by how much it narrows with the distance, and
-    /// where it begins (km): the nearest cone.
+    /// The cone nearest to the planet's shadow: offset (km), slope and where it begins (km); see
+    /// [`sorairo_shared::geometry::Shadow`].
     pub shadow: [f64; 3],
     layers: Layers,
     level: LevelRays,
@@ -78,8 +80,8 @@ impl Tables {
         made
     }
 
-    /// The beam on which the sun is seen at a zenith angle (radians) from an altitude inside the atmosphere (km); none that would come out of
-    /// the ground.
+    /// The beam on which the sun is seen at a zenith angle (radians) from an altitude inside the atmosphere (km); none
+    /// out of the ground.
     pub fn beam(&self, altitude: f64, seen: f64) -> Option<Beam> {
         let row = self.layers.row(altitude);
         (seen <= self.level.lowest_seen(&row)).then(|| {
@@ -149,16 +151,16 @@ fn part(entry: usize, entries: usize) -> f64 {
 
 /// Column densities (km) along the view rays of a row of the table, which is so far from the planet's centre (km).
 fn straight(row: &Row, radius: f64) -> Vec<[f64; 3]> {
-    let spread = 0.45 * (radius * 0.5 / f64::from(AXIS_SCALE_HEIGHT)).sqrt();
+    let spread = (radius * f64::from(AXIS_SPREAD)).sqrt();
     let along = |x: f64| row.straight((1.0 - x) / (1.0 + spread * x));
     (0..VIEWS).map(|j| along(part(j, VIEWS))).collect()
 }
 
 /// Natural logarithms, of what has no smaller ones in single precision.
-fn logarithms(values: [f64; 3]) -> sorairo_shared::glam::Vec3 {
+fn logarithms(values: [f64; 3]) -> Vec3 {
     /// `e` to this power is 1e-35.
     const SMALLEST: f64 = -80.0;
-    sorairo_shared::glam::Vec3::from_array(values.map(|value| value.max(0.0).ln().max(SMALLEST) as f32))
+    Vec3::from_array(values.map(|value| value.max(0.0).ln().max(SMALLEST) as f32))
 }
 
 /// A number that differs where entries do (FNV-1a); not 0.
@@ -482,7 +484,7 @@ mod tests {
 
     #[test]
     fn air_masses_are_those_of_kasten_and_young() {
-        // Kasten and Young 1989, Table II (DOI 10.1364/AO.28.004735): relative optical air mass by apparent elevation.
+        // Kasten and Young 1989, Eq. 3 (DOI 10.1364/AO.28.004735): relative optical air mass by apparent elevation.
         for (elevation, published) in
             [(0.0, 37.92), (1.0, 26.31), (2.0, 19.43), (5.0, 10.31), (10.0, 5.585), (30.0, 1.994)]
         {
@@ -497,7 +499,8 @@ mod tests {
 
     #[test]
     fn the_setting_sun_is_lifted_as_observed() {
-        // Bennett 1982 (DOI 10.1017/S0373463300022037): 34.5' at the horizon, 24.4' at 1°, 9.9' at 5°, 5.4' at 10°, for 10 °C; at 15 °C 2 % less.
+        // Bennett 1982 (DOI 10.1017/S0373463300022037), for 10 °C and 1010 hPa; at 15 °C it is 2 % less. The horizon's
+        // depends on the lowest air besides.
         for (elevation, minutes) in [(0.0, 34.5), (1.0, 24.4), (5.0, 9.9), (10.0, 5.4)] {
             let (found, _) = seen(elevation);
             assert!((found / minutes - 1.0).abs() < 0.06, "{elevation}: {found}' instead of {minutes}'");
@@ -522,7 +525,8 @@ mod tests {
         let air = air(true);
         let tables = Tables::new(&air);
         let [_, slope, begin] = tables.shadow;
-        // The lowest sun that is seen from the ground stands 0.5 to 0.6° below the horizon, and its light leaves the air bent twice as far.
+        // The lowest sun that is seen from the ground stands 0.5 to 0.6° below the horizon; its light leaves the air bent
+        // twice as far.
         assert!((0.009..0.0105).contains(&(begin / air.ground_radius)), "{begin}");
         assert!((0.016..0.021).contains(&slope), "{slope}");
         for i in [1, 20, 60, 126] {

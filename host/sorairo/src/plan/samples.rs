@@ -153,8 +153,8 @@ impl Sky<'_> {
         views.par_chunks(BLOCK).flat_map_iter(of_block).collect()
     }
 
-    /// The fewest samples, from a guess on, that keep the radiance along each view within the tolerance. `brightest` is the largest value of
-    /// the views before at each wavelength.
+    /// The fewest samples, from a guess on, that keep the radiance along each view within the tolerance. `brightest` is
+    /// the largest value of the views before at each wavelength.
     fn fewest(&self, mut views: Vec<Vec3>, brightest: &mut Vec<f64>, guess: u32) -> u32 {
         let has_tables = self.integral & variant::TABLES != 0;
         let tolerance = if has_tables { TOLERANCE_OF_TABLES } else { TOLERANCE };

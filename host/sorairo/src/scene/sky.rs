@@ -80,7 +80,7 @@ pub struct AtmosphereScene {
     pub ground_radius: f64,
     /// Radius of the top of the atmosphere (km).
     pub top_radius: f64,
-    /// How air and ozone lie over altitude: by `air.scale_height` and the tent of ozone, or as measured. There is as much of them either way.
+    /// How air and ozone lie over altitude: by `air.scale_height` and the tent of ozone, or as measured; as much either way.
     pub profile: Profile,
     /// Whether air bends sunlight, which it spreads and lifts; a measured profile of the Earth alone knows by how much.
     pub refraction: bool,

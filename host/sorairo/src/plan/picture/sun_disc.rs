@@ -293,7 +293,8 @@ impl<'a> Sun<'a> {
         (low.sin(), high.sin().max(low.sin() + 1e-6))
     }
 
-    /// Optical depth between the observer and the sun, for a place of the disc that is seen at the sine of an elevation, at each wavelength.
+    /// Optical depth between the observer and a place of the disc, by the sine of the elevation at which it is seen, at
+    /// each wavelength.
     fn depths(&self, height: f64) -> Vec<f64> {
         let to_sun = match self.bent() {
             Some((tables, altitude)) => {
@@ -330,8 +331,8 @@ impl<'a> Sun<'a> {
         sunlight_at(medium, altitude, density, mu, variant).along.as_dvec3()
     }
 
-    /// The tables that bend sunlight to the observer, and the altitude (km); none for straight light, and from above the atmosphere, where the
-    /// disc is shown as if light were straight.
+    /// The tables that bend sunlight to the observer, and the altitude (km); none for straight light, and from above the
+    /// atmosphere, where the disc is shown as if light were straight.
     fn bent(&self) -> Option<(&Tables, f64)> {
         let altitude = f64::from(self.sky.base.uniform.altitude);
         let tables = self.sky.base.tables.as_deref()?;
@@ -339,7 +340,8 @@ impl<'a> Sun<'a> {
             .then_some((tables, altitude))
     }
 
-    /// The elevation at which a place of the disc is seen, by that without air (radians), and the solid angle that it is seen to have by its own.
+    /// The elevation at which a place of the disc is seen, by that without air (radians), and its solid angle there
+    /// relative to that without air.
     fn seen(&self, elevation: f64) -> (f64, f64) {
         let Some((tables, altitude)) = self.bent() else { return (elevation, 1.0) };
         const STEP: f64 = 1e-4;

@@ -8,9 +8,6 @@ use super::layouts::{KernelLayouts, Layouts};
 use super::module::{Module, load};
 use crate::plan::Kernel;
 
-/// A module for a value of the specialisation constant, of all entry points or of one.
-type Loaded = (Module, Option<&'static str>, u32);
-
 /// The kernels of a device.
 pub(super) struct Kernels {
     /// How buffers are bound to them: made when it is first asked for, since a device may lack the bindings.
@@ -19,20 +16,13 @@ pub(super) struct Kernels {
     passthrough: bool,
     /// Where the driver keeps what it compiles, if the program has such a place.
     cache: Option<wgpu::PipelineCache>,
-    modules: Mutex<HashMap<Loaded, wgpu::ShaderModule>>,
     pipelines: Mutex<HashMap<(&'static str, u32), wgpu::ComputePipeline>>,
 }
 
 impl Kernels {
     /// Those of a device; nothing is compiled yet.
     pub(super) fn new(device: &wgpu::Device) -> Self {
-        Self {
-            layouts: OnceLock::new(),
-            passthrough: takes_spirv(device),
-            cache: None,
-            modules: Mutex::default(),
-            pipelines: Mutex::default(),
-        }
+        Self { layouts: OnceLock::new(), passthrough: takes_spirv(device), cache: None, pipelines: Mutex::default() }
     }
 
     /// The same, whose pipelines a cache of the driver's keeps.
@@ -60,12 +50,10 @@ impl Kernels {
     ) -> wgpu::ComputePipeline {
         let key = (entry_point, variant);
         found_or_made(&self.pipelines, key, || {
-            let translated = (!self.passthrough).then_some(entry_point);
-            let load = || load(device, module, translated, variant);
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry_point),
                 layout: Some(&layouts.pipeline),
-                module: &found_or_made(&self.modules, (module, translated, variant), load),
+                module: &load(device, module, entry_point, variant, self.passthrough),
                 entry_point: Some(entry_point),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: self.cache.as_ref(),

@@ -16,13 +16,15 @@ mod planner;
 #[cfg(not(target_arch = "wasm32"))]
 mod readback;
 mod resident;
+mod specialised;
 
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::adapters::{DeviceInfo, Hardware, adapter, devices};
 pub use self::environment::EnvironmentTarget;
-pub use self::module::{Module, specialised};
+pub use self::module::Module;
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::native::{Gpu, open};
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::planner::light_fields;
 pub use self::resident::{ResidentRenderer, Target};
+pub use self::specialised::specialised;

@@ -10,7 +10,7 @@ use sorairo::scene::rules::CAMERA;
 use sorairo::scene::{Reflectance, Size};
 
 use crate::values::{
-    Given, Read, Value, Values, albedo, depth_at, exposure, number, orders, shutter, steps, text_of, visibility,
+    Given, Read, Value, Values, albedo, depth_at, exposure, number, orders, shutter, steps, text_of, visibility, water,
     wavelengths,
 };
 
@@ -43,13 +43,14 @@ const SUN: [SceneFlag; 2] =
 const EXPOSURE: [SceneFlag; 1] = [value("render.exposure", "--exposure", "EV", exposure)];
 
 /// The flags of what a spectrum depends on too.
-const SKY: [SceneFlag; 16] = [
+const SKY: [SceneFlag; 17] = [
     word("preset", "--preset"),
     value("sun.azimuth", "--sun-azimuth", "DEG", number),
     value("sun.place", "--place", "LAT,LON", text_of::<Place>),
     value("observer.altitude", "--altitude", "KM", number),
     word("atmosphere.profile", "--profile"),
     SceneFlag { key: "atmosphere.refraction", name: "--refraction", takes: Takes::Nothing },
+    value("atmosphere.water.column", "--water", "CM", water),
     value("atmosphere.air.pressure", "--pressure", "HPA", number),
     value(OPTICAL_DEPTH, "--aerosol", "DEPTH@NM", depth_at),
     value(OPTICAL_DEPTH, "--visibility", "KM", visibility),
@@ -95,7 +96,8 @@ fn all() -> impl Iterator<Item = &'static SceneFlag> {
 }
 
 /// Arguments of the library that are no keys, with their flags.
-const ARGUMENTS: [(&str, &str); 7] = [
+const ARGUMENTS: [(&str, &str); 8] = [
+    ("resolution", "--resolution"),
     ("visibility", "--visibility"),
     ("spectral", "--spectral"),
     ("wavelengths", "--wavelengths"),

@@ -30,7 +30,8 @@ struct Spectrum<'a> {
 pub fn run(arguments: &SpectrumArguments) -> Result<()> {
     let plan = Plan::new(&scene(arguments.scene.as_deref(), &arguments.sky.0)?, PixelFormat::LinearRgb);
     if arguments.direct {
-        return print_line(&direct(&sun_beam(&plan.sky, &arguments.wavelengths)?, arguments.format));
+        let beam = sun_beam(&plan.sky, &arguments.wavelengths, arguments.resolution)?;
+        return print_line(&direct(&beam, arguments.format));
     }
     let directions = match (&arguments.directions, arguments.view_elevation.zip(arguments.view_azimuth)) {
         (None, Some((elevation, azimuth))) => vec![Direction { elevation, azimuth }],

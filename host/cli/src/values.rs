@@ -174,6 +174,11 @@ pub fn number(text: &str) -> Result<Given, String> {
     text.parse().map(Given::Number).map_err(|_| "a number is wanted, such as 12.5".into())
 }
 
+pub fn water(text: &str) -> Result<Given, String> {
+    let column = text.strip_suffix("cm").unwrap_or(text).trim_end();
+    column.parse().map(Given::Number).map_err(|_| "a column in cm is wanted, such as 1.4cm".into())
+}
+
 pub fn steps(text: &str) -> Result<Given, String> {
     let range = || keys::find("render.steps").map(Key::range).unwrap_or_default();
     text.parse().map(Given::Count).map_err(|_| format!("a whole number from {} is wanted", range()))

@@ -1,9 +1,12 @@
 //! A scene as the oracle takes it: its numbers, copied one by one. Every formula is the oracle's own.
 
+use std::sync::Mutex;
+
 use sorairo::Scene;
+use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection};
-use sorairo_oracle::{AirLaw, Atmosphere, Coefficients, MARS_DUST_ALBEDO, Medium, Ray, Spectrum, direction};
+use sorairo_oracle::{AirLaw, Atmosphere, Coefficients, Level, MARS_DUST_ALBEDO, Medium, Ray, Spectrum, direction};
 
 /// The pressure (hPa) for which the scattering of a scene's air is given: one standard atmosphere.
 const SEA_LEVEL_HPA: f64 = 1013.25;
@@ -39,7 +42,9 @@ pub fn atmosphere(scene: &Scene) -> Atmosphere {
         ozone_peak_km: a.ozone.peak,
         ozone_top_km: a.ozone.top,
         ozone_cross_section_m2: match &a.ozone.cross_section {
-            measured @ OzoneCrossSection::At233K => at_each_nanometre(|nm| measured.at(nm)),
+            measured @ (OzoneCrossSection::At233K | OzoneCrossSection::Bogumil) => {
+                at_each_nanometre(|nm| measured.at(nm, a.profile.ozone_temperature()))
+            }
             OzoneCrossSection::File(file) => read(file),
         },
     }
@@ -62,9 +67,44 @@ fn read(file: &TableFile) -> Spectrum {
     Spectrum::from_csv(&std::fs::read_to_string(file.path()).expect("a table that was read before"))
 }
 
-/// The medium of a scene.
+/// The medium of a scene, in which light goes straight: that of bent sunlight is no such medium.
+///
+/// # Panics
+///
+/// If sunlight bends there.
 pub fn medium(scene: &Scene) -> Medium {
-    atmosphere(scene).medium()
+    assert!(!scene.atmosphere.refraction, "sunlight bends");
+    Medium { levels: levels(scene), ..atmosphere(scene).medium() }
+}
+
+/// A measured profile every few hundred metres, as much of it as the scene has.
+fn levels(scene: &Scene) -> &'static [Level] {
+    static KEPT: Mutex<Vec<((Profile, f64, f64), &'static [Level])>> = Mutex::new(Vec::new());
+    let a = &scene.atmosphere;
+    let Some(measured) = a.profile.levels() else { return &[] };
+    let columns = (a.air.scale_height, 0.5 * (a.ozone.top - a.ozone.bottom));
+    let key = (a.profile, columns.0, columns.1);
+    let mut kept = KEPT.lock().expect("no holder of this lock panics");
+    if let Some((_, levels)) = kept.iter().find(|(known, _)| *known == key) {
+        return levels;
+    }
+    let altitudes: Vec<f64> =
+        (0..=220).map(|i| if i < 120 { 0.25 * f64::from(i) } else { 0.9 * f64::from(i) - 78.0 }).collect();
+    let densities: Vec<[f64; 2]> = altitudes.iter().map(|&altitude| measured.at(altitude).value).collect();
+    let column = |i: usize| -> f64 {
+        // Trapezoids of what is sampled so closely leave 1e-4.
+        let pair = |j: usize| 0.5 * (densities[j][i] + densities[j + 1][i]) * (altitudes[j + 1] - altitudes[j]);
+        (0..altitudes.len() - 1).map(pair).sum()
+    };
+    let scale = [columns.0 / column(0), columns.1 / column(1)];
+    let level = |(&altitude_km, density): (&f64, &[f64; 2])| Level {
+        altitude_km,
+        logarithms: std::array::from_fn(|i| (density[i] * scale[i]).ln()),
+    };
+    // A few hundred levels for each of a handful of profiles, for as long as the process lasts.
+    let levels: &'static [Level] = altitudes.iter().zip(&densities).map(level).collect::<Vec<_>>().leak();
+    kept.push((key, levels));
+    levels
 }
 
 /// The coefficients of a scene at a wavelength (nm).
@@ -91,13 +131,13 @@ mod tests {
     fn ozone_absorbs_at_the_wavelengths_at_which_another_laboratory_found_it_to() {
         // In the middles of ten nanometres, where both tables have a row.
         let ratios = (44..=77).map(|ten| f64::from(10 * ten + 5)).map(|nm| {
-            let ratio = OZONE_CROSS_SECTION_233K.at(nm) / OzoneCrossSection::At233K.at(nm);
+            let ratio = OZONE_CROSS_SECTION_233K.at(nm) / OzoneCrossSection::At233K.at(nm, 233.0);
             println!("{nm} nm: {ratio:.3}");
             ratio
         });
         // Bogumil's are 3 to 6 % above Serdyuchenko's at all of these; five nanometres are 10 to 20 % on the band's flanks.
         assert!(ratios.clone().all(|ratio| (1.02..1.065).contains(&ratio)));
-        let shifted = |nm: f64| OZONE_CROSS_SECTION_233K.at(nm) / OzoneCrossSection::At233K.at(nm + 5.0);
+        let shifted = |nm: f64| OZONE_CROSS_SECTION_233K.at(nm) / OzoneCrossSection::At233K.at(nm + 5.0, 233.0);
         assert!(!(44..=77).map(|ten| f64::from(10 * ten + 5)).map(shifted).all(|ratio| (1.02..1.065).contains(&ratio)));
     }
 

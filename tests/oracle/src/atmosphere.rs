@@ -62,6 +62,7 @@ impl Atmosphere {
             ozone_bottom_km: self.ozone_bottom_km,
             ozone_peak_km: self.ozone_peak_km,
             ozone_top_km: self.ozone_top_km,
+            levels: &[],
         }
     }
 

@@ -16,6 +16,10 @@ const OZONE_ORDER: usize = 8;
 /// rounding.
 const COLUMN_PANELS: [f64; 3] = [7.0, 18.0, 42.0];
 
+/// Nodes between two levels, which lie closer than any scale height.
+const LEVEL_ORDER: usize = 6;
+
+static LEVEL_RULE: LazyLock<GaussLegendre<LEVEL_ORDER>> = LazyLock::new(GaussLegendre::new);
 static COLUMN_RULE: LazyLock<GaussLegendre<COLUMN_ORDER>> = LazyLock::new(GaussLegendre::new);
 static OZONE_RULE: LazyLock<GaussLegendre<OZONE_ORDER>> = LazyLock::new(GaussLegendre::new);
 
@@ -41,11 +45,30 @@ fn rising_column(medium: &Medium, line: &Line, end_km: f64) -> [f64; 3] {
     if end_km <= line.altitude {
         return [0.0; 3];
     }
-    [
-        exponential_column(medium.air_scale_height_km, line, end_km),
-        exponential_column(medium.aerosol_scale_height_km, line, end_km),
-        ozone_column(medium, line, end_km),
-    ]
+    let aerosol = exponential_column(medium.aerosol_scale_height_km, line, end_km);
+    if medium.levels.is_empty() {
+        let air = exponential_column(medium.air_scale_height_km, line, end_km);
+        return [air, aerosol, ozone_column(medium, line, end_km)];
+    }
+    let [air, _, ozone] = column_of_levels(medium, line, end_km);
+    [air, aerosol, ozone]
+}
+
+/// Columns of what was measured along a line that rises, level by level, km.
+fn column_of_levels(medium: &Medium, line: &Line, end_km: f64) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    let mut low = line.altitude;
+    let levels = medium.levels.iter().map(|level| level.altitude_km).filter(|&level| level > line.altitude);
+    for high in levels.take_while(|&level| level < end_km).chain([end_km]) {
+        let start = line.distance_to_climb(low - line.altitude);
+        let length = line.distance_to_climb(high - line.altitude) - start;
+        for (node, weight) in LEVEL_RULE.nodes.iter().zip(LEVEL_RULE.weights) {
+            let densities = medium.densities(line.altitude + line.climb(start + node * length));
+            (0..3).for_each(|i| sum[i] += weight * length * densities[i]);
+        }
+        low = high;
+    }
+    sum
 }
 
 /// ∫ exp(−h/H) ds along a line that rises, km.
@@ -67,7 +90,7 @@ fn exponential_column(scale_height: f64, line: &Line, end_km: f64) -> f64 {
 
 /// ∫ ozone density ds along a line that rises, piece by piece of the tent, km.
 fn ozone_column(medium: &Medium, line: &Line, end_km: f64) -> f64 {
-    let kinks = medium.ozone_kinks_km().map(|h| h.clamp(line.altitude, end_km));
+    let kinks: Vec<f64> = medium.kinks_km().iter().map(|h| h.clamp(line.altitude, end_km)).collect();
     let piece = |low: f64, high: f64| {
         if high <= low {
             return 0.0;

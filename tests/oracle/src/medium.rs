@@ -19,6 +19,17 @@ pub struct Medium {
     pub ozone_peak_km: f64,
     /// Altitude above which there is no ozone, km.
     pub ozone_top_km: f64,
+    /// Where air and ozone were measured, in place of all of these; none for exponential air and a tent of ozone.
+    pub levels: &'static [Level],
+}
+
+/// Air and ozone at an altitude. Between levels logarithms are straight, and beyond the last as between the last two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Level {
+    /// Altitude, km.
+    pub altitude_km: f64,
+    /// Logarithms of the relative densities of air and ozone.
+    pub logarithms: [f64; 2],
 }
 
 /// What the constituents do to light of one wavelength where their density is 1.
@@ -47,11 +58,27 @@ impl Medium {
     /// Relative densities of air, aerosol and ozone at an altitude, each 1 at its reference: the
     /// ground, the ground and the ozone peak.
     pub fn densities(&self, altitude_km: f64) -> [f64; 3] {
-        [
-            (-altitude_km / self.air_scale_height_km).exp(),
-            (-altitude_km / self.aerosol_scale_height_km).exp(),
-            self.ozone_density(altitude_km),
-        ]
+        let aerosol = (-altitude_km / self.aerosol_scale_height_km).exp();
+        if let Some((level, falls)) = self.level_below(altitude_km) {
+            let [air, ozone] =
+                std::array::from_fn(|i| level.logarithms[i] - falls[i] * (altitude_km - level.altitude_km));
+            return [air.exp(), aerosol, ozone.exp()];
+        }
+        [(-altitude_km / self.air_scale_height_km).exp(), aerosol, self.ozone_density(altitude_km)]
+    }
+
+    /// The level below an altitude and by how much logarithms fall from there, km⁻¹.
+    fn level_below(&self, altitude_km: f64) -> Option<(Level, [f64; 2])> {
+        let last = self.levels.len().checked_sub(1)?;
+        let above = self.levels.partition_point(|level| level.altitude_km <= altitude_km).clamp(1, last);
+        let (low, high) = (self.levels[above - 1], self.levels[above]);
+        let fall = |i: usize| (low.logarithms[i] - high.logarithms[i]) / (high.altitude_km - low.altitude_km);
+        Some((low, [fall(0), fall(1)]))
+    }
+
+    /// The height over which air falls to 1/e at an altitude, km.
+    pub(crate) fn air_scale_height_km(&self, altitude_km: f64) -> f64 {
+        self.level_below(altitude_km).map_or(self.air_scale_height_km, |(_, falls)| 1.0 / falls[0].max(1e-3))
     }
 
     /// The tent: 0 at the bottom and at the top, 1 at the peak.
@@ -65,9 +92,12 @@ impl Medium {
         }
     }
 
-    /// Altitudes where the ozone profile has a corner, km.
-    pub(crate) fn ozone_kinks_km(&self) -> [f64; 3] {
-        [self.ozone_bottom_km, self.ozone_peak_km, self.ozone_top_km]
+    /// Altitudes where a profile has a corner, km, increasing.
+    pub(crate) fn kinks_km(&self) -> Vec<f64> {
+        match self.levels {
+            [] => vec![self.ozone_bottom_km, self.ozone_peak_km, self.ozone_top_km],
+            levels => levels.iter().map(|level| level.altitude_km).collect(),
+        }
     }
 }
 

@@ -122,7 +122,8 @@ impl ViewPath {
     /// Distances between which everything along the ray is smooth, from 0 to the ray's length.
     pub(crate) fn smooth_pieces(&self, medium: &Medium, bands: &[Coefficients]) -> Vec<f64> {
         let has = |of: fn(&Coefficients) -> f64| bands.iter().any(|band| of(band) > 0.0);
-        let ozone: &[f64] = if has(|band| band.ozone_absorption) { &medium.ozone_kinks_km() } else { &[] };
+        let has_kinks = has(|band| band.ozone_absorption) || !medium.levels.is_empty();
+        let kinks = if has_kinks { medium.kinks_km() } else { Vec::new() };
         let mut fading = Vec::new();
         if has(|band| band.air_scattering) {
             fading.extend(FADING_SCALE_HEIGHTS.map(|n| n * medium.air_scale_height_km));
@@ -130,9 +131,9 @@ impl ViewPath {
         if has(|band| band.aerosol_extinction) {
             fading.extend(FADING_SCALE_HEIGHTS.map(|n| n * medium.aerosol_scale_height_km));
         }
-        let shells = ozone.iter().chain(&fading).filter_map(|&h| self.line.crossings(h));
+        let shells = kinks.iter().chain(&fading).filter_map(|&h| self.line.crossings(h));
         // Sunlight that has grazed a layer as thin as that fades within a few of its scale heights, too.
-        let grazed = ozone.iter().chain(&[0.0]).chain(&fading).filter_map(|&h| self.sun_perigee_crossings(h));
+        let grazed = kinks.iter().chain(&[0.0]).chain(&fading).filter_map(|&h| self.sun_perigee_crossings(h));
         let mut cuts: Vec<f64> = shells
             .chain(grazed)
             .flatten()

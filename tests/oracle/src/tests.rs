@@ -15,6 +15,7 @@ const EARTH: Medium = Medium {
     ozone_bottom_km: 10.0,
     ozone_peak_km: 25.0,
     ozone_top_km: 40.0,
+    levels: &[],
 };
 
 /// Violet, where air is thickest; orange, where ozone is; and orange through heavy haze.
@@ -101,7 +102,7 @@ fn column_by_simpson(medium: &Medium, altitude: f64, mu: f64) -> [f64; 3] {
     let start = radius * mu;
     let end = half_chord(medium.top_radius_km, perigee);
     let mut cuts = vec![start, end];
-    for kink in medium.ozone_kinks_km() {
+    for kink in medium.kinks_km() {
         let chord = half_chord(medium.ground_radius_km + kink, perigee);
         cuts.extend([-chord, chord].into_iter().filter(|t| *t > start && *t < end));
     }

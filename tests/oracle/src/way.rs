@@ -287,8 +287,8 @@ fn borders(medium: &Medium, band: &Coefficients) -> Vec<f64> {
         low += scale_height;
         borders.push(low);
     }
-    if band.ozone_absorption > 0.0 {
-        borders.extend(medium.ozone_kinks_km());
+    if band.ozone_absorption > 0.0 || !medium.levels.is_empty() {
+        borders.extend(medium.kinks_km());
     }
     borders.retain(|&border| border == 0.0 || (0.0..top).contains(&border));
     borders.push(top);
@@ -303,7 +303,7 @@ fn steepest_fall(medium: &Medium, band: &Coefficients, altitude: f64, thin: f64)
     let [air, aerosol, _] = medium.densities(altitude);
     let extinctions = [air * band.air_scattering, aerosol * band.aerosol_extinction];
     let least = thin.max(MATTERS * (extinctions[0] + extinctions[1]));
-    let scale_heights = [medium.air_scale_height_km, medium.aerosol_scale_height_km];
+    let scale_heights = [medium.air_scale_height_km(altitude), medium.aerosol_scale_height_km];
     let matter = scale_heights.into_iter().zip(extinctions).filter(|(_, extinction)| *extinction > least);
     let steepest = matter.map(|(scale_height, _)| scale_height).reduce(f64::min);
     steepest.filter(|_| altitude < medium.top_altitude_km())

@@ -23,6 +23,7 @@ const EARTH: Medium = Medium {
     ozone_bottom_km: 10.0,
     ozone_peak_km: 25.0,
     ozone_top_km: 40.0,
+    levels: &[],
 };
 
 /// Everything at once: air that depolarises, haze and ozone that absorb, ground that reflects.

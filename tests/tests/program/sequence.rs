@@ -743,7 +743,7 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
 }
 
 /// A value of each key, as a scene file says it, and what stands beside it there.
-const VALUES: [(&str, &str, &str); 58] = [
+const VALUES: [(&str, &str, &str); 59] = [
     ("preset", "'mars'", ""),
     ("sun.elevation", "3.5", ""),
     ("sun.azimuth", "-20", ""),
@@ -772,6 +772,7 @@ const VALUES: [(&str, &str, &str); 58] = [
     ("atmosphere.ozone.peak", "22", ""),
     ("atmosphere.ozone.top", "45.5", ""),
     ("atmosphere.ozone.cross_section", "'tables/ozone.csv'", ""),
+    ("atmosphere.water.column", "2.5", "atmosphere.profile = 'us-standard'\n"),
     ("ground.albedo", "'tables/ground.csv'", ""),
     ("camera.projection", "'fisheye'", ""),
     ("camera.size", "'12x6'", ""),

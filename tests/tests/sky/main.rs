@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod fits;
+mod gases;
 mod integral;
 mod light;
 mod lookup;

@@ -3,10 +3,11 @@
 use rayon::prelude::*;
 use sorairo::low_level::medium::profile::{Levels, Profile};
 use sorairo::low_level::plan::direction;
-use sorairo::scene::{Preset, Scene};
+use sorairo::low_level::spectrum::DenseSpectrum;
+use sorairo::scene::{GroundAlbedo, Orders, Preset, Scene, SunSpectrum};
 use sorairo::{BeamSample, PixelFormat, Plan, Renderer, SkyPlan, Surface, sun_beam};
-use sorairo_evaluation::judge::{coefficients, ray};
-use sorairo_oracle as oracle;
+use sorairo_evaluation::judge::{coefficients, medium, ray};
+use sorairo_oracle::{self as oracle, Paths};
 use sorairo_tests::sky::scene;
 
 fn measured(preset: Preset, sun: f64, refraction: bool) -> Scene {
@@ -87,6 +88,38 @@ fn light_in_measured_air_is_that_of_rays_that_march() {
     }
 }
 
+/// Of some suns and views, the errors of light of all orders against paths that are drawn by chance, in air of a profile: relative to the radiance
+/// or to 5 % of the brightest view, less three standard errors.
+#[test]
+fn light_of_all_orders_in_measured_air_is_that_of_paths() {
+    const WAVELENGTH: f64 = 550.0;
+    for (sun, paths, bound) in [(40.0, 1 << 14, 0.005), (3.0, 1 << 14, 0.01), (-4.0, 1 << 14, 0.015)] {
+        let mut scene = measured(Preset::Standard, sun, false);
+        scene.render.orders = Orders::All;
+        scene.ground.albedo = GroundAlbedo::Grey(0.3);
+        scene.sun.spectrum = SunSpectrum::Flat;
+        let (medium, band) = (medium(&scene), coefficients(&scene, WAVELENGTH));
+        let validated = scene.clone().validated().unwrap();
+        let sky = SkyPlan::new(&validated, validated.render.rgb);
+        let dense = DenseSpectrum::new(&sky, &[WAVELENGTH]);
+        let views = [(3.0, 10.0), (15.0, 90.0), (60.0, 180.0), (90.0, 0.0)];
+        let of_view = |(seed, &(elevation, azimuth)): (usize, &(f64, f64))| {
+            let paths = Paths { number: paths, seed: seed as u64 };
+            let found = dense.radiance(direction(elevation, azimuth).as_vec3())[0];
+            (found, oracle::radiance_of_all_orders(&medium, &band, &ray(&scene, elevation, azimuth), paths))
+        };
+        let both: Vec<_> = views.par_iter().enumerate().map(|(seed, view)| of_view((seed, view))).collect();
+        let floor = 0.05 * both.iter().map(|(_, expected)| expected.mean).fold(0.0, f64::max);
+        for ((found, expected), view) in both.iter().zip(views) {
+            let scale = expected.mean.max(floor);
+            let chance = expected.standard_error / scale;
+            let error = (found - expected.mean).abs() / scale;
+            println!("sun at {sun}, {view:?}: {:.2} % of {:.2}", 100.0 * error, 100.0 * chance);
+            assert!(chance < 0.01 && error < bound + 3.0 * chance, "sun at {sun}, {view:?}: {found:e}, {expected:?}");
+        }
+    }
+}
+
 /// Horizontal illuminance (lx) by the sun's elevation without refraction (degrees): Seidelmann 1992, *Explanatory
 /// Supplement to the Astronomical Almanac*.
 const PUBLISHED: [(f64, f64); 6] =
@@ -161,11 +194,14 @@ fn the_beam_crosses_as_much_air_as_published() {
             scene.sun.elevation = sun;
             (scene.atmosphere.profile, scene.atmosphere.refraction) = (profile, profile.is_measured());
             (scene.atmosphere.aerosol.optical_depth, scene.atmosphere.ozone.column) = (0.0, 0.0);
+            // Of dry air nothing else weakens light of this wavelength.
+            const WAVELENGTH: f64 = 800.0;
+            scene.atmosphere.water.column = profile.is_measured().then_some(0.0);
             let scene = scene.validated().unwrap();
-            let vertical = scene.optics().at(700.0).air_scattering * scene.atmosphere.air.scale_height;
+            let vertical = scene.optics().at(WAVELENGTH).air_scattering * scene.atmosphere.air.scale_height;
             let BeamSample { transmittance, irradiance, .. } =
-                sun_beam(&SkyPlan::new(&scene, scene.render.rgb), &[700.0]).unwrap()[0];
-            (-transmittance.ln() / vertical, irradiance / scene.optics().solar_irradiance(700.0) / transmittance)
+                sun_beam(&SkyPlan::new(&scene, scene.render.rgb), &[WAVELENGTH], None).unwrap()[0];
+            (-transmittance.ln() / vertical, irradiance / scene.optics().solar_irradiance(WAVELENGTH) / transmittance)
         };
         let (found, spread) = beam(Profile::UsStandard);
         let (exponential, _) = beam(Profile::Exponential);

@@ -221,6 +221,9 @@ pub struct SpectrumArguments {
     /// Print the sun's beam in place of the sky: rows of wavelength_nm,transmittance,irradiance.
     #[arg(long, conflicts_with = "luminance")]
     pub direct: bool,
+    /// Means over so much about each wavelength, in place of values there (nm).
+    #[arg(long, value_name = "NM", requires = "direct", value_parser = number)]
+    pub resolution: Option<f64>,
     /// Table (CSV) of directions in place of one: an elevation and an azimuth in each row (degrees).
     #[arg(long, value_name = "FILE", conflicts_with = "direct")]
     pub directions: Option<PathBuf>,

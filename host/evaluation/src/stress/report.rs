@@ -28,8 +28,8 @@ struct Sweep<'a> {
 fn sweeps(device: &Device, spectra: u64) -> Vec<Sweep<'_>> {
     vec![
         Sweep { name: "rays", cases: 12_800, run: Box::new(integral::integral) },
-        Sweep { name: "skies", cases: 4, run: Box::new(orders::orders) },
-        Sweep { name: "energies", cases: 16, run: Box::new(energy::energy) },
+        Sweep { name: "skies", cases: 2, run: Box::new(orders::orders) },
+        Sweep { name: "energies", cases: 8, run: Box::new(energy::energy) },
         Sweep { name: "walks", cases: 10, run: Box::new(steps::steps) },
         Sweep { name: "spectra", cases: spectra, run: Box::new(spectra::spectra) },
         Sweep { name: "solves", cases: 50_000, run: Box::new(solve::solve) },

@@ -44,8 +44,9 @@ struct Number {
     room: f64,
 }
 
-/// Numbers that vary with what they belong to: the camera's field and the settings.
-const ELSEWHERE: [&str; 8] = [
+/// Numbers that vary with what they belong to: the camera's field and the settings; water is that of the profile.
+const ELSEWHERE: [&str; 9] = [
+    "atmosphere.water.column",
     "camera.fov",
     "render.orders",
     "render.steps",

@@ -251,7 +251,11 @@ pub fn xyz(sky: &SkyPlan, directions: &[[f64; 2]]) -> Result<Vec<[f64; 3]>> {
 ///
 /// [`Error::NotAllowed`] if it is not.
 pub fn check_wavelengths(sky: &SkyPlan, wavelengths: &[f64]) -> Result<()> {
-    let (shortest, longest) = sky.scene.known_wavelengths();
+    check_within(sky.scene.known_wavelengths(), wavelengths)
+}
+
+/// Checks that wavelengths (nm) lie between two.
+pub(crate) fn check_within((shortest, longest): (f64, f64), wavelengths: &[f64]) -> Result<()> {
     match wavelengths.iter().find(|&&wavelength| !(shortest..=longest).contains(&wavelength)) {
         Some(outside) => {
             let complaint = format!("holds {outside}; wavelengths must lie between {shortest} and {longest} nm");

@@ -7,7 +7,7 @@ use sorairo_shared::glam::DVec3;
 use crate::azimuth::within_a_turn;
 use crate::error::{Result, check_range};
 use crate::measure::irradiance::{Pair, pairs};
-use crate::measure::spectrum::{Method, Spectra, check_wavelengths};
+use crate::measure::spectrum::{Method, Spectra, check_wavelengths, check_within};
 use crate::plan::picture::sun_disc::Sun;
 use crate::plan::{SkyPlan, direction};
 use crate::spectra::alpha_opic::{self, AlphaOpic};
@@ -185,18 +185,40 @@ pub struct BeamSample {
     pub irradiance: f64,
 }
 
-/// The sun's beam at wavelengths in nm.
+/// The sun's beam at wavelengths in nm: in means over a resolution (nm) about each, or at the wavelengths themselves, where gases have the
+/// means of their tables, over 1 nm (up to 1000 nm) or 5. A measured profile of the air has gases, and its beam is known from 280 to 2500 nm.
 ///
 /// # Errors
 ///
-/// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene is not known.
-pub fn sun_beam(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Vec<BeamSample>> {
-    check_wavelengths(sky, wavelengths)?;
-    let sun = Sun::at(sky, wavelengths);
-    let facing = sun.spectral_irradiance(|_| 1.0).into_iter();
-    let of = |((&wavelength_nm, transmittance), irradiance)| BeamSample { wavelength_nm, transmittance, irradiance };
-    Ok(wavelengths.iter().zip(sun.transmittance_of_centre()).zip(facing).map(of).collect())
+/// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the beam is not known; [`Error::OutOfRange`](crate::Error::OutOfRange) for a
+/// resolution that is none.
+pub fn sun_beam(sky: &SkyPlan, wavelengths: &[f64], resolution: Option<f64>) -> Result<Vec<BeamSample>> {
+    let parts = match resolution {
+        Some(width) => {
+            check_range("resolution", width, RESOLUTIONS, "nm")?;
+            (width / LONGEST_PART).ceil() as usize
+        }
+        None => 1,
+    };
+    let width = resolution.unwrap_or(0.0);
+    let part = |nm: f64, i: usize| nm + width * ((i as f64 + 0.5) / parts as f64 - 0.5);
+    let finely: Vec<f64> = wavelengths.iter().flat_map(|&nm| (0..parts).map(move |i| part(nm, i))).collect();
+    check_within(sky.scene.known_wavelengths_of_beams(), &finely)?;
+    let sun = Sun::at(sky, &finely);
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / parts as f64;
+    let (transmittance, irradiance) = (sun.transmittance_of_centre(), sun.spectral_irradiance(|_| 1.0));
+    let of = |((&wavelength_nm, transmittance), irradiance): ((&f64, &[f64]), &[f64])| BeamSample {
+        wavelength_nm,
+        transmittance: mean(transmittance),
+        irradiance: mean(irradiance),
+    };
+    Ok(wavelengths.iter().zip(transmittance.chunks(parts)).zip(irradiance.chunks(parts)).map(of).collect())
 }
+
+/// The finest and the coarsest resolution (nm).
+const RESOLUTIONS: (f64, f64) = (0.1, 200.0);
+/// The longest part (nm) into which a mean is divided: the finest bins of the sun.
+const LONGEST_PART: f64 = 0.5;
 
 #[cfg(test)]
 mod tests {

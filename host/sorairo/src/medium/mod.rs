@@ -1,4 +1,5 @@
 //! What fills the air: measured profiles, and the tables that the kernels take of them.
 
+pub mod gases;
 pub mod profile;
 pub mod tables;

@@ -44,6 +44,25 @@ pub struct Levels {
     slopes: Vec<[f64; 2]>,
 }
 
+/// What was measured at an altitude. Densities in molecules per cm³.
+#[derive(Clone, Copy, Debug)]
+pub struct Level {
+    /// Altitude (km).
+    pub altitude: f64,
+    /// Pressure (hPa).
+    pub pressure: f64,
+    /// Temperature (K).
+    pub temperature: f64,
+    /// Air.
+    pub air: f64,
+    /// Water vapour.
+    pub water: f64,
+    /// Ozone.
+    pub ozone: f64,
+    /// Nitrogen dioxide.
+    pub nitrogen_dioxide: f64,
+}
+
 /// Densities of air and of ozone at an altitude (molecules per cm³), and by how much they grow with it relative to themselves (km⁻¹).
 #[derive(Clone, Copy, Debug)]
 pub struct Density {
@@ -64,17 +83,38 @@ impl Profile {
     /// Anderson, Clough, Kneizys, Chetwynd and Shettle 1986, *AFGL atmospheric constituent profiles*, AFGL-TR-86-0110: 50 levels from
     /// 0 to 120 km.
     pub fn levels(self) -> Option<Levels> {
-        static TABLE: OnceLock<Table<12>> = OnceLock::new();
+        let levels = self.measured()?;
+        let altitudes: Vec<f64> = levels.iter().map(|level| level.altitude).collect();
+        let logarithms: Vec<_> = levels.iter().map(|level| [level.air.ln(), level.ozone.ln()]).collect();
+        let slopes = slopes(&altitudes, &logarithms);
+        Some(Levels { altitudes, logarithms, slopes })
+    }
+
+    /// Temperature of its ozone (K), each molecule alike; of the exponential, that of the US Standard Atmosphere.
+    pub fn ozone_temperature(self) -> f64 {
+        let profile = if self.is_measured() { self } else { Self::UsStandard };
+        let levels = profile.measured().expect("it is measured");
+        let [heat, ozone] = vertical(&levels, |level| [level.ozone * level.temperature, level.ozone]);
+        heat / ozone
+    }
+
+    /// What was measured at its levels.
+    pub fn measured(self) -> Option<Vec<Level>> {
+        /// Of an atmosphere: pressure, temperature, air, water vapour and ozone.
+        const OF_ATMOSPHERE: usize = 5;
+        static TABLE: OnceLock<Table<31>> = OnceLock::new();
         let table = TABLE.get_or_init(|| {
             Table::parse(include_str!("../../data/afgl_atmospheres.csv"))
                 .expect("the tables in the program are well formed")
         });
-        let at = 2 * (self as usize).checked_sub(1)?;
-        let of_row = |row: [f64; 12]| [row[at].ln(), (row[at] * row[at + 1] * 1e-6).ln()];
-        let (altitudes, logarithms): (Vec<_>, Vec<_>) =
-            table.rows().map(|(altitude, row)| (altitude, of_row(row))).unzip();
-        let slopes = slopes(&altitudes, &logarithms);
-        Some(Levels { altitudes, logarithms, slopes })
+        let at = OF_ATMOSPHERE * (self as usize).checked_sub(1)?;
+        let part = |air: f64, ppmv: f64| air * ppmv * 1e-6;
+        let level = |(altitude, row): (f64, [f64; 31])| {
+            let [pressure, temperature, air, water, ozone] = std::array::from_fn(|i| row[at + i]);
+            let (water, ozone, nitrogen_dioxide) = (part(air, water), part(air, ozone), part(air, row[30]));
+            Level { altitude, pressure, temperature, air, water, ozone, nitrogen_dioxide }
+        };
+        Some(table.rows().map(level).collect())
     }
 }
 
@@ -97,6 +137,20 @@ impl Levels {
         });
         Density { value: both.map(|(value, _)| value.exp()), growth: both.map(|(_, growth)| growth) }
     }
+}
+
+/// Vertical columns of what falls by the same part over every stretch between two levels (times km).
+pub(super) fn vertical<const N: usize>(levels: &[Level], of: impl Fn(&Level) -> [f64; N]) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for pair in levels.windows(2) {
+        let (low, high) = (of(&pair[0]), of(&pair[1]));
+        for i in 0..N {
+            let fall = (low[i] / high[i]).ln();
+            let mean = if fall.abs() < 1e-6 { low[i] } else { (low[i] - high[i]) / fall };
+            sum[i] += mean * (pair[1].altitude - pair[0].altitude);
+        }
+    }
+    sum
 }
 
 /// The slopes at levels: the harmonic mean of those on either side, weighted by their lengths, or 0 where they differ in sign.

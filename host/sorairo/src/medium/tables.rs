@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::medium::tables::{ALTITUDES, AXIS_SPREAD, EDGE, ENTRIES, SEEN, SUN, SUNS, VIEW, VIEWS};
 
+use super::gases::{CLASSES, Gases};
 use super::profile::{Density, Levels, Profile};
 
 /// What the tables of an air depend on.
@@ -48,6 +49,8 @@ pub struct Tables {
 pub struct Beam {
     /// Column densities of air, aerosol and ozone along it (km).
     pub along: [f64; 3],
+    /// What absorbs along it, class by class; see [`super::gases`].
+    pub gases: [f64; CLASSES],
     /// Zenith angle, without air, of the sun that it comes from (radians).
     pub sun: f64,
 }
@@ -86,8 +89,19 @@ impl Tables {
         let row = self.layers.row(altitude);
         (seen <= self.level.lowest_seen(&row)).then(|| {
             let Crossed { along, bending } = self.level.crossed(&row, seen);
-            Beam { along, sun: seen + bending }
+            Beam { along, gases: self.gases(&row, seen), sun: seen + bending }
         })
+    }
+
+    /// What absorbs on the ray on which the sun is seen at a zenith angle (radians).
+    fn gases(&self, row: &Row, seen: f64) -> [f64; CLASSES] {
+        if seen <= FRAC_PI_2 {
+            return row.gases(&self.layers, seen.cos());
+        }
+        let level = self.level.altitude(&self.layers, row.index * row.radius * seen.sin());
+        let both = self.layers.row(level).gases(&self.layers, 0.0);
+        let behind = row.gases(&self.layers, -seen.cos());
+        std::array::from_fn(|i| (2.0 * both[i] - behind[i]).max(0.0))
     }
 
     /// Zenith angle (radians) at which a sun is seen from an altitude inside the atmosphere (km), by that without air; of one below the
@@ -182,6 +196,7 @@ const ABOVE_TOP: f64 = 20.0;
 struct Layers {
     air: Air,
     levels: Levels,
+    gases: Gases,
     /// What densities of the levels are multiplied with, of air and of ozone.
     scale: [f64; 2],
     /// The density of air on the ground.
@@ -192,7 +207,9 @@ struct Layers {
 
 impl Layers {
     fn new(air: Air) -> Self {
-        let levels = air.profile.levels().expect("tables are those of a measured profile");
+        const MEASURED: &str = "tables are those of a measured profile";
+        let levels = air.profile.levels().expect(MEASURED);
+        let gases = Gases::of(&air.profile.measured().expect(MEASURED));
         let outer = 0.5 - 0.15f64.sqrt();
         let of_panel = |panel: usize| {
             let nodes = [(outer, 5.0 / 18.0), (0.5, 8.0 / 18.0), (1.0 - outer, 5.0 / 18.0)];
@@ -200,7 +217,7 @@ impl Layers {
         };
         let rule = (0..PANELS).flat_map(of_panel).collect();
         let ground = levels.at(0.0).value[0];
-        let layers = Self { air, levels, scale: [1.0; 2], ground, rule };
+        let layers = Self { air, levels, gases, scale: [1.0; 2], ground, rule };
         let [of_air, _, of_ozone] = layers.row(0.0).straight(1.0);
         let [column, _, ozone] = air.columns;
         Self { scale: [column / of_air, ozone / of_ozone], ..layers }
@@ -289,20 +306,36 @@ impl Row {
     fn outwards(&self, mu: f64) -> Crossed {
         let mut crossed = Crossed::default();
         let invariant = self.index * self.radius * (1.0 - mu * mu).sqrt();
-        for Node { above, weight, densities, index, slope } in &self.nodes {
-            let product = index * (self.radius + above);
-            // (n r)² - p², without the difference of what is almost alike.
-            let square = (product - self.index * self.radius) * (product + self.index * self.radius)
-                + (self.index * self.radius * mu).powi(2);
-            let root = square.max(1e-12).sqrt();
+        for (Node { weight, densities, index, slope, .. }, product, root) in self.bent(mu) {
             add(&mut crossed.along, densities, weight * product / root);
             crossed.bending -= weight * slope / index * invariant / root;
         }
         crossed
     }
+
+    /// What absorbs on the same ray.
+    fn gases(&self, layers: &Layers, mu: f64) -> [f64; CLASSES] {
+        let altitude = self.radius - layers.air.ground_radius;
+        let mut along = [0.0; CLASSES];
+        for (Node { above, weight, .. }, product, root) in self.bent(mu) {
+            add(&mut along, &layers.gases.at(altitude + above), weight * product / root);
+        }
+        along
+    }
+
+    /// The nodes of a bent ray outwards, each with its `n r` and `√((n r)² - p²)` (km).
+    fn bent(&self, mu: f64) -> impl Iterator<Item = (&Node, f64, f64)> {
+        self.nodes.iter().map(move |node| {
+            let product = node.index * (self.radius + node.above);
+            // (n r)² - p², without the difference of what is almost alike.
+            let square = (product - self.index * self.radius) * (product + self.index * self.radius)
+                + (self.index * self.radius * mu).powi(2);
+            (node, product, square.max(1e-12).sqrt())
+        })
+    }
 }
 
-fn add(sum: &mut [f64; 3], values: &[f64; 3], times: f64) {
+fn add<const N: usize>(sum: &mut [f64; N], values: &[f64; N], times: f64) {
     sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += value * times);
 }
 
@@ -346,6 +379,15 @@ impl LevelRays {
         let lowest = self.lowest_sun(&row);
         let view = straight(&row, layers.air.ground_radius + altitude);
         TableRow { densities: row.densities, lowest, view, suns: self.bent(&row, lowest) }
+    }
+
+    /// The altitude (km) where a ray is level whose `n r` is this (km).
+    fn altitude(&self, layers: &Layers, product: f64) -> f64 {
+        let after = self.products.partition_point(|&level| level <= product).clamp(1, self.products.len() - 1);
+        let (low, high) = (self.products[after - 1], self.products[after]);
+        let share = ((product - low) / (high - low)).clamp(0.0, 1.0);
+        let of = |i: usize| layers.air.depth * part(i, LEVEL_RAYS).powi(2);
+        of(after - 1) * (1.0 - share) + of(after) * share
     }
 
     /// What a level ray crosses whose `n r` is this (km).

@@ -14,7 +14,7 @@ use super::settings::{
     ColourPath, Display, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook,
     Render, Rgb, ViewTransform, WhiteBalance,
 };
-use super::sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, Sun};
+use super::sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, Sun, Water};
 use super::{plausible, rules};
 use crate::azimuth::within_a_turn;
 use crate::error::{Error, Result, check_range};
@@ -82,7 +82,7 @@ struct Table {
     sentence: fn(&str) -> Option<&'static str>,
 }
 
-static TABLES: [Table; 10] = [
+static TABLES: [Table; 11] = [
     table::<Scene>(""),
     table::<Sun>("sun"),
     table::<Observer>("observer"),
@@ -90,6 +90,7 @@ static TABLES: [Table; 10] = [
     table::<Air>("atmosphere.air"),
     table::<Aerosol>("atmosphere.aerosol"),
     table::<Ozone>("atmosphere.ozone"),
+    table::<Water>("atmosphere.water"),
     table::<Ground>("ground"),
     table::<CameraScene>("camera"),
     table::<Render>("render"),
@@ -214,6 +215,9 @@ pub static KEYS: &[Key] = &[
     key!(atmosphere.ozone.cross_section, one_of::<OzoneCrossSection>())
         .or_table(way!(atmosphere.ozone.cross_section))
         .rule(plausible::cross_section),
+    number!(atmosphere.water.column, "cm", At(0.0), At(20.0))
+        .otherwise(|| "that of the profile: 1.42 of us-standard, 4.1 of tropical".into())
+        .rule(rules::water_of_no_profile),
     number!(ground.albedo, "", At(0.0), At(1.0))
         .or_words(words::<GroundAlbedo>)
         .or_table(way!(ground.albedo))

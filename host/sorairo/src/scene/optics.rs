@@ -5,8 +5,10 @@ use super::preset::Scene;
 use super::sky::STANDARD_PRESSURE;
 use crate::error::{Error, Result};
 use crate::input::shown;
-use crate::spectra::measured::MEASURED_RANGE;
+use crate::medium::gases::{Relative, water};
+use crate::spectra::choice::OrTable;
 use crate::spectra::optics::Optics;
+use crate::spectra::range::{MEASURED_RANGE, RANGE_OF_BEAMS};
 
 /// One Dobson unit: molecules per m².
 const DOBSON_UNIT: f64 = 2.687e20;
@@ -33,6 +35,7 @@ impl Scene {
             ozone_peak_density: if a.ozone.column > 0.0 { a.ozone.column * DOBSON_UNIT / half_base } else { 0.0 },
             forward_peak: 0.0,
             cross_section: a.ozone.cross_section.clone(),
+            ozone_temperature: a.profile.ozone_temperature(),
             ground_albedo: self.ground.albedo.clone(),
             sun: self.sun.spectrum.clone(),
             sun_distance: self.sun.distance,
@@ -44,8 +47,31 @@ impl Scene {
     /// The wavelengths (nm) at which all of the scene is known: those of [`MEASURED_RANGE`] that a person's tables hold.
     pub fn known_wavelengths(&self) -> (f64, f64) {
         let ranges = keys::tables(self).map(|(_, file)| file.table().range());
-        ranges.fold(MEASURED_RANGE, |known, table| (known.0.max(table.0), known.1.min(table.1)))
+        ranges.fold(MEASURED_RANGE, both)
     }
+
+    /// The wavelengths (nm) at which the sun's beam is known: in a measured profile, of which all that absorbs is, those of
+    /// [`RANGE_OF_BEAMS`] that a person's tables of the sun and of ozone hold.
+    pub fn known_wavelengths_of_beams(&self) -> (f64, f64) {
+        if !self.atmosphere.profile.is_measured() {
+            return self.known_wavelengths();
+        }
+        let files = [self.sun.spectrum.file(), self.atmosphere.ozone.cross_section.file()];
+        files.into_iter().flatten().map(|file| file.table().range()).fold(RANGE_OF_BEAMS, both)
+    }
+
+    /// The gases of a measured profile, relative to those that were measured.
+    pub fn gases(&self) -> Option<Relative> {
+        let a = &self.atmosphere;
+        let measured = water(a.profile)?;
+        let water = a.water.column.map_or(1.0, |column| column / measured);
+        Some(Relative { water, pressure: a.air.pressure / STANDARD_PRESSURE })
+    }
+}
+
+/// What lies in both of two ranges.
+fn both(known: (f64, f64), table: (f64, f64)) -> (f64, f64) {
+    (known.0.max(table.0), known.1.min(table.1))
 }
 
 /// What the eye tells of a contrast with the horizon's sky, by which Koschmieder's visibility is defined.

@@ -5,6 +5,7 @@ use super::preset::Scene;
 use super::settings::{ColourPath, Display, Exposure, Fit, Render, Rgb, ViewTransform};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
+use crate::medium::gases::most_water;
 use crate::words::word;
 
 /// Bands closer than this (nm) make the fit's matrix singular in practice.
@@ -126,6 +127,23 @@ pub(super) fn bent_without_a_profile(scene: &Scene) -> Result<()> {
     }
     let lacks = if scene.is_on_earth() { "a measured atmosphere.profile" } else { "the ground radius of the Earth" };
     Err(Error::not_allowed("atmosphere.refraction", format!("is true, and needs {lacks}")))
+}
+
+/// Water lies as a measured profile says, and not twice as thick as its air can hold.
+pub(super) fn water_of_no_profile(scene: &Scene) -> Result<()> {
+    let atmosphere = &scene.atmosphere;
+    let Some(column) = atmosphere.water.column else { return Ok(()) };
+    let complaint = match most_water(atmosphere.profile) {
+        None => "is set, and needs a measured atmosphere.profile".into(),
+        Some(most) if column <= most => return Ok(()),
+        Some(most) => format!(
+            "is {} cm; the air of {} is saturated at {:.1} cm, and at most twice that is allowed",
+            shown(column),
+            word(atmosphere.profile),
+            0.5 * most
+        ),
+    };
+    Err(Error::not_allowed("atmosphere.water.column", complaint))
 }
 
 pub(super) fn place_elsewhere(scene: &Scene) -> Result<()> {

@@ -90,6 +90,8 @@ pub struct AtmosphereScene {
     pub aerosol: Aerosol,
     /// Ozone.
     pub ozone: Ozone,
+    /// Water vapour.
+    pub water: Water,
 }
 
 impl Default for AtmosphereScene {
@@ -102,6 +104,7 @@ impl Default for AtmosphereScene {
             air: Air::default(),
             aerosol: Aerosol::default(),
             ozone: Ozone::default(),
+            water: Water::default(),
         }
     }
 }
@@ -185,4 +188,13 @@ impl Default for Ozone {
     fn default() -> Self {
         Self { column: 300.0, bottom: 10.0, peak: 25.0, top: 40.0, cross_section: OzoneCrossSection::At233K }
     }
+}
+
+/// Water vapour: absorbs, in a measured profile, whose shape it has.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, DocumentedFields)]
+#[serde(deny_unknown_fields, default)]
+pub struct Water {
+    /// Precipitable water over the ground (cm).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<f64>,
 }

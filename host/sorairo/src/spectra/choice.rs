@@ -7,9 +7,10 @@ use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use super::mean::{self, Window};
 use super::measured;
-use super::range::STEP;
+use super::range::{MEASURED_RANGE, STEP};
 use super::table::Table;
 use super::table_file::TableFile;
+use crate::medium::gases::ozone_cross_section;
 use crate::words::{Words, word, words};
 
 /// The sun's spectrum at the top of the atmosphere.
@@ -19,6 +20,9 @@ use crate::words::{Words, word, words};
 pub enum SunSpectrum {
     /// Measured: ASTM G173-03 extraterrestrial (W·m⁻²·nm⁻¹).
     AstmG173,
+    /// Measured from orbit to 0.3 %: TSIS-1 HSRS (Coddington et al. 2021, W·m⁻²·nm⁻¹).
+    #[strum(serialize = "tsis-1")]
+    Tsis1,
     /// 1 at every wavelength, so that radiance is in sr⁻¹.
     Flat,
     /// A person's table (W·m⁻²·nm⁻¹).
@@ -30,9 +34,8 @@ impl SunSpectrum {
     /// Irradiance at a wavelength (nm), at a distance of 1 au.
     pub fn at(&self, wavelength: f64) -> f64 {
         match self {
-            Self::AstmG173 => measured::solar_irradiance().at(wavelength)[0],
             Self::Flat => 1.0,
-            Self::File(file) => file.table().at(wavelength)[0],
+            measured => measured.table().expect("the others are tables").at(wavelength)[0],
         }
     }
 
@@ -40,6 +43,7 @@ impl SunSpectrum {
     pub(super) fn table(&self) -> Option<&Table<1>> {
         match self {
             Self::AstmG173 => Some(measured::solar_irradiance()),
+            Self::Tsis1 => Some(measured::solar_irradiance_from_orbit()),
             Self::Flat => None,
             Self::File(file) => Some(file.table()),
         }
@@ -49,11 +53,12 @@ impl SunSpectrum {
     pub(super) fn over(&self, window: Window) -> Self {
         match (self, window) {
             (Self::AstmG173, Window::Node(STEP)) => Self::File(measured::solar_irradiance_over_steps().clone()),
-            (Self::AstmG173, _) => {
-                Self::File(TableFile::holding("astm-g173", mean::over(window, measured::solar_irradiance(), None)))
-            }
             (Self::Flat, _) => Self::Flat,
             (Self::File(file), _) => Self::File(file.over(window, None)),
+            (measured, _) => {
+                let table = measured.table().expect("the others are tables");
+                Self::File(TableFile::holding(word(measured.clone()), mean::over(window, table, None)))
+            }
         }
     }
 }
@@ -214,19 +219,26 @@ impl AlbedoSpectrum {
 #[serde(try_from = "String", into = "String")]
 #[strum(serialize_all = "kebab-case")]
 pub enum OzoneCrossSection {
-    /// Measured at 233 K (Serdyuchenko et al. 2014).
+    /// Measured at 233 K (Serdyuchenko et al. 2014); beyond 360 to 830 nm that of `bogumil` at this temperature.
     #[strum(serialize = "233k")]
     At233K,
+    /// Measured from 203 to 293 K (Bogumil et al. 2003): that of the temperature of the profile's ozone.
+    Bogumil,
     /// A person's table (m²).
     #[strum(disabled)]
     File(TableFile),
 }
 
 impl OzoneCrossSection {
-    /// The cross-section at a wavelength in nm (m²).
-    pub fn at(&self, wavelength: f64) -> f64 {
+    /// The cross-section (m²) at a wavelength (nm) of ozone of a temperature (K).
+    pub fn at(&self, wavelength: f64, temperature: f64) -> f64 {
+        let (shortest, longest) = MEASURED_RANGE;
         match self {
-            Self::At233K => measured::ozone_cross_section().at(wavelength)[0],
+            Self::At233K if (shortest..=longest).contains(&wavelength) => {
+                measured::ozone_cross_section().at(wavelength)[0]
+            }
+            Self::At233K => ozone_cross_section(wavelength, 233.0),
+            Self::Bogumil => ozone_cross_section(wavelength, temperature),
             Self::File(file) => file.table().at(wavelength)[0],
         }
     }

@@ -27,6 +27,14 @@ impl Window {
     /// A node of the observer's sum.
     pub const STEP: Self = Self::Node(STEP);
 
+    /// The middles of stretches of at most a nanometre of it about a wavelength (nm), with their weights.
+    pub(crate) fn nodes(self, nm: f64) -> Vec<(f64, f64)> {
+        let reach = self.reach();
+        let count = (2.0 * reach).ceil().max(1.0);
+        let offset = |i: u32| 2.0 * reach * ((f64::from(i) + 0.5) / count - 0.5);
+        (0..count as u32).map(offset).map(|offset| (nm + offset, self.weight(offset.abs()))).collect()
+    }
+
     /// How far it reaches (nm).
     fn reach(self) -> f64 {
         match self {

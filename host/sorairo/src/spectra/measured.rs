@@ -35,7 +35,13 @@ pub fn solar_irradiance() -> &'static Table<1> {
     embedded(&TABLE, include_str!("../../data/astm_g173_extraterrestrial.csv"))
 }
 
-/// The same in means over what a node of the observer's sum stands for, as the file of a person's own that holds them.
+/// The same, TSIS-1 HSRS version 2: means over bins of 0.5 nm (to 400 nm), 1 (1000), 2 (1700) and 5 nm, in the middles of which they stand.
+pub fn solar_irradiance_from_orbit() -> &'static Table<1> {
+    static TABLE: OnceLock<Table<1>> = OnceLock::new();
+    embedded(&TABLE, include_str!("../../data/tsis1_hsrs.csv"))
+}
+
+/// That of ASTM G173-03 in means over what a node of the observer's sum stands for, as the file of a person's own that holds them.
 pub(super) fn solar_irradiance_over_steps() -> &'static TableFile {
     static TABLE: OnceLock<TableFile> = OnceLock::new();
     TABLE.get_or_init(|| TableFile::holding("astm-g173", mean::over(Window::STEP, solar_irradiance(), None)))

@@ -39,6 +39,8 @@ pub struct Optics {
     pub forward_peak: f64,
     /// Absorption cross-section of ozone.
     pub cross_section: OzoneCrossSection,
+    /// Temperature of ozone (K).
+    pub ozone_temperature: f64,
     /// Albedo of the ground.
     pub ground_albedo: GroundAlbedo,
     /// Spectrum of the sun.
@@ -59,7 +61,9 @@ impl Optics {
             air_scattering: self.air_scattering * self.air_spectrum.relative(micrometres),
             aerosol_scattering: self.albedo_spectrum.at(wavelength, self.single_scattering_albedo) * aerosol_extinction,
             aerosol_extinction,
-            ozone_absorption: self.ozone_peak_density * self.cross_section.at(wavelength) * METRES_PER_KM,
+            ozone_absorption: self.ozone_peak_density
+                * self.cross_section.at(wavelength, self.ozone_temperature)
+                * METRES_PER_KM,
         }
     }
 

@@ -67,7 +67,7 @@ impl Labels<'_> {
             ColourObserver::Cie2015 => "CIE 2015 2-degree",
         };
         let unit = match self.sun.spectrum {
-            SunSpectrum::AstmG173 | SunSpectrum::File(_) => "W.m^-2.sr^-1",
+            SunSpectrum::AstmG173 | SunSpectrum::Tsis1 | SunSpectrum::File(_) => "W.m^-2.sr^-1",
             SunSpectrum::Flat => "for a sun of 1 W.m^-2.nm^-1, W.m^-2.sr^-1",
         };
         let space = match self.render.rgb {

@@ -11,6 +11,7 @@ use sorairo_shared::picture::disc::{ELEVATIONS, LIMB_COSINES};
 use sorairo_shared::uniform::SunDisc;
 use sorairo_shared::variant;
 
+use crate::medium::gases::{Absorption, CLASSES, Relative};
 use crate::medium::tables::Tables;
 use crate::plan::integral::RayIntegral;
 pub use crate::plan::picture::sun_irradiance::SunIrradiance;
@@ -102,6 +103,8 @@ pub struct Sun<'a> {
     spectrum: Vec<(f64, f64)>,
     /// What weakens it at each wavelength.
     coefficients: Vec<Coefficients>,
+    /// What gases take of it at each wavelength, and how much of them there is; none but in a measured profile.
+    gases: Option<(Vec<Absorption>, Relative)>,
 }
 
 /// A level strip of the disc.
@@ -137,24 +140,30 @@ impl SkyPlan {
 impl<'a> Sun<'a> {
     /// That of a sky at the observer nodes, each with the means over what it stands for.
     pub fn new(sky: &'a SkyPlan) -> Self {
-        Self::as_read(sky, &sky.base.optics, &observer::wavelengths())
+        Self::as_read(sky, &sky.base.optics, &observer::wavelengths(), Some(Window::STEP))
     }
 
     /// That of a sky at wavelengths (nm) themselves.
     pub fn at(sky: &'a SkyPlan, wavelengths: &[f64]) -> Self {
-        Self::as_read(sky, &sky.scene.optics(), wavelengths)
+        Self::as_read(sky, &sky.scene.optics(), wavelengths, None)
     }
 
     /// That of a sky in means over bands so wide (nm) about wavelengths (nm).
     pub fn over_bands(sky: &'a SkyPlan, wavelengths: &[f64], width: f64) -> Self {
-        Self::as_read(sky, &sky.scene.optics().over(Window::Band(width)), wavelengths)
+        let window = Window::Band(width);
+        Self::as_read(sky, &sky.scene.optics().over(window), wavelengths, Some(window))
     }
 
-    fn as_read(sky: &'a SkyPlan, optics: &Optics, wavelengths: &[f64]) -> Self {
+    fn as_read(sky: &'a SkyPlan, optics: &Optics, wavelengths: &[f64], window: Option<Window>) -> Self {
         let sine = (SOLAR_RADIUS / (optics.sun_distance * ASTRONOMICAL_UNIT)).min(1.0);
         let mean = |nm: f64| optics.solar_irradiance(nm) / (PI * sine * sine) / mean_darkening(nm);
         let horizon = f64::from(sky.base.uniform.horizon);
         let elevation = sky.base.source.elevation.to_radians();
+        let absorption = |&nm: &f64| match window {
+            Some(window) => Absorption::mean(&window.nodes(nm), optics.ozone_temperature),
+            None => Absorption::at(nm, optics.ozone_temperature),
+        };
+        let gases = sky.scene.gases().map(|relative| (wavelengths.iter().map(absorption).collect(), relative));
         let straight = Self {
             sky,
             radius: sine.asin(),
@@ -164,6 +173,7 @@ impl<'a> Sun<'a> {
             centre: (elevation, 1.0),
             spectrum: wavelengths.iter().map(|&nm| (nm, mean(nm))).collect(),
             coefficients: wavelengths.iter().map(|&nm| optics.at(nm)).collect(),
+            gases,
         };
         let Some((tables, altitude)) = straight.bent() else { return straight };
         let lowest = FRAC_PI_2 - tables.lowest_sun(altitude);
@@ -296,22 +306,30 @@ impl<'a> Sun<'a> {
     /// Optical depth between the observer and a place of the disc, by the sine of the elevation at which it is seen, at
     /// each wavelength.
     fn depths(&self, height: f64) -> Vec<f64> {
-        let to_sun = match self.bent() {
-            Some((tables, altitude)) => {
-                let seen = FRAC_PI_2 - height.clamp(-1.0, 1.0).asin();
-                // The horizon itself may be rounded to below it.
-                let beam = tables.beam(altitude, seen).or_else(|| tables.beam(altitude, seen - ROUNDED));
-                beam.map_or(DVec3::INFINITY, |beam| beam.along.into())
-            }
-            None => self.straight_to_sun(height),
-        };
+        let (to_sun, gases) = self.to_sun(height);
         let depth = |c: &Coefficients| {
             let depth = |coefficient: f64, along: f64| if coefficient > 0.0 { coefficient * along } else { 0.0 };
             depth(c.air_scattering, to_sun.x)
                 + depth(c.aerosol_extinction, to_sun.y)
                 + depth(c.ozone_absorption, to_sun.z)
         };
-        self.coefficients.iter().map(depth).collect()
+        let mut depths: Vec<f64> = self.coefficients.iter().map(depth).collect();
+        if let Some((absorptions, relative)) = &self.gases {
+            let amounts = relative.of(gases);
+            let absorbed = absorptions.iter().map(|absorption| absorption.transmittance(&amounts));
+            depths.iter_mut().zip(absorbed).for_each(|(depth, left)| *depth -= left.ln());
+        }
+        depths
+    }
+
+    /// What lies between the observer and a place of the disc: column densities (km), and what absorbs, class by class.
+    fn to_sun(&self, height: f64) -> (DVec3, [f64; CLASSES]) {
+        let Some((tables, altitude)) = self.inside() else { return (self.straight_to_sun(height), [0.0; CLASSES]) };
+        let seen = FRAC_PI_2 - height.clamp(-1.0, 1.0).asin();
+        // The horizon itself may be rounded to below it.
+        let beam = tables.beam(altitude, seen).or_else(|| tables.beam(altitude, seen - ROUNDED));
+        let (along, gases) = beam.map_or((DVec3::INFINITY, [0.0; CLASSES]), |beam| (beam.along.into(), beam.gases));
+        (if self.bent().is_some() { along } else { self.straight_to_sun(height) }, gases)
     }
 
     /// Column densities between the observer and the sun along a straight ray (km).
@@ -334,10 +352,14 @@ impl<'a> Sun<'a> {
     /// The tables that bend sunlight to the observer, and the altitude (km); none for straight light, and from above the
     /// atmosphere, where the disc is shown as if light were straight.
     fn bent(&self) -> Option<(&Tables, f64)> {
+        self.inside().filter(|(tables, _)| tables.shadow[1] > 0.0)
+    }
+
+    /// The tables of a measured profile around the observer, and the altitude (km).
+    fn inside(&self) -> Option<(&Tables, f64)> {
         let altitude = f64::from(self.sky.base.uniform.altitude);
         let tables = self.sky.base.tables.as_deref()?;
-        (tables.shadow[1] > 0.0 && altitude <= f64::from(self.sky.base.uniform.atmosphere.depth))
-            .then_some((tables, altitude))
+        (altitude <= f64::from(self.sky.base.uniform.atmosphere.depth)).then_some((tables, altitude))
     }
 
     /// The elevation at which a place of the disc is seen, by that without air (radians), and its solid angle there

@@ -1,0 +1,193 @@
+//! Gases in the sun's beam, from 280 to 2500 nm: against the band model that they are fitted to, and against published beams.
+
+use std::collections::BTreeMap;
+
+use sorairo::low_level::medium::gases::{Absorption, Relative, water};
+use sorairo::low_level::medium::profile::Profile;
+use sorairo::low_level::medium::tables::{Air, Tables};
+use sorairo::scene::{OzoneCrossSection, Preset, Scene, SunSpectrum};
+use sorairo::{BeamSample, SkyPlan, sun_beam};
+
+fn measured() -> Scene {
+    let mut scene = Scene::preset(Preset::Standard);
+    scene.atmosphere.profile = Profile::UsStandard;
+    scene
+}
+
+fn beam(scene: &Scene, wavelengths: &[f64], resolution: Option<f64>) -> Vec<BeamSample> {
+    let scene = scene.clone().validated().unwrap();
+    sun_beam(&SkyPlan::new(&scene, scene.render.rgb), wavelengths, resolution).unwrap()
+}
+
+/// The rows of a table behind its comments and the names of its columns.
+fn rows(text: &str) -> impl Iterator<Item = Vec<&str>> {
+    text.lines().filter(|line| !line.starts_with('#')).skip(1).map(|line| line.split(',').collect())
+}
+
+fn number(cell: &str) -> f64 {
+    cell.parse().unwrap()
+}
+
+/// The amounts along a straight ray from an altitude (km) at a zenith angle (degrees); without what LOWTRAN7 has not.
+fn amounts(profile: Profile, zenith: f64, altitude: f64, column: f64) -> [f64; 5] {
+    let columns = [8.0, 1.2, 15.0];
+    let air = Air { profile, ground_radius: 6371.23, depth: 100.0, columns, refractivity: 0.0 };
+    let along = Tables::of(&air).beam(altitude, zenith.to_radians()).unwrap().gases;
+    let [wet, dry, own, ..] = Relative { water: column / water(profile).unwrap(), pressure: 1.0 }.of(along);
+    [wet, dry, own, 0.0, 0.0]
+}
+
+#[test]
+fn gases_absorb_as_the_band_model_of_lowtran7_does() {
+    let mut errors = BTreeMap::<bool, Vec<f64>>::new();
+    for row in rows(include_str!("../../data/gas_transmittances_LOWTRAN7.csv")) {
+        let profile: Profile = row[0].parse().unwrap();
+        let [zenith, altitude, column, low, high, expected] = std::array::from_fn(|i| number(row[i + 1]));
+        let found =
+            Absorption::at(0.5 * (low + high), 225.0).transmittance(&amounts(profile, zenith, altitude, column));
+        assert!((0.0..=1.0).contains(&found), "{row:?}: {found}");
+        errors.entry(profile == Profile::UsStandard).or_default().push((found - expected).abs());
+    }
+    // Air masses of 1 to 20 and 0.5 to 5 cm of water. Two classes of amounts stand for the powers of pressure and temperature that each gas and
+    // region has of its own.
+    for (is_standard, rms_bound, bound) in [(true, 0.003, 0.016), (false, 0.004, 0.026)] {
+        let errors = &errors[&is_standard];
+        let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
+        let largest = errors.iter().fold(0.0, |a: f64, b| a.max(*b));
+        println!("standard {is_standard}: {} bins, rms {rms:.4}, largest {largest:.4}", errors.len());
+        assert!(errors.len() > 100 && rms < rms_bound && largest < bound, "{is_standard}: {rms}, {largest}");
+    }
+}
+
+#[test]
+fn the_beam_is_that_of_the_reference_spectrum() {
+    // ASTM G173-03: US Standard Atmosphere, 1.42 cm of water, 0.34 atm-cm of ozone, aerosol of an optical depth of 0.084 at 500 nm, air mass 1.5. Its rural
+    // aerosol has no one Ångström exponent: 1.14 is that of its depths at 400 and 1000 nm.
+    let mut scene = measured();
+    scene.sun.elevation = 41.81;
+    scene.atmosphere.water.column = Some(1.42);
+    scene.atmosphere.ozone.column = 343.8;
+    scene.atmosphere.aerosol.angstrom_exponent = 1.14;
+    scene.atmosphere.aerosol.optical_depth = scene.optical_depth_from(0.084, 500.0);
+    let (rms, sum, published) = against_the_standard(&scene);
+    println!("rms {:.2} %, broadband {sum:.1} instead of {published:.1} W/m²", 100.0 * rms);
+    // 2.4 %: the standard was computed by SMARTS, from which LOWTRAN7's bands differ by 0.01 to 0.05 of 1.
+    assert!(rms < 0.026, "{rms}");
+    assert!((sum / published - 1.0).abs() < 0.01, "{sum} instead of {published} W/m²");
+    scene.atmosphere.water.column = Some(0.0);
+    let (_, dry, _) = against_the_standard(&scene);
+    assert!(dry / published > 1.08, "negative control: {dry}");
+}
+
+/// Of the beam and of that of ASTM G173-03: the root mean square of the differences over that of the standard's, and both
+/// sums (W/m²).
+fn against_the_standard(scene: &Scene) -> (f64, f64, f64) {
+    let (mut square, mut published_square, mut sum, mut published_sum) = (0.0, 0.0, 0.0, 0.0);
+    for width in [5.0, 10.0] {
+        let rows = rows(include_str!("../../data/astm_g173_direct.csv")).filter(|row| number(row[1]) == width);
+        let (wavelengths, published): (Vec<f64>, Vec<f64>) = rows.map(|row| (number(row[0]), number(row[2]))).unzip();
+        for (found, published) in beam(scene, &wavelengths, Some(width)).iter().zip(published) {
+            square += width * (found.irradiance - published).powi(2);
+            published_square += width * published.powi(2);
+            sum += width * found.irradiance;
+            published_sum += width * published;
+        }
+    }
+    ((square / published_square).sqrt(), sum, published_sum)
+}
+
+#[test]
+fn pairs_of_oxygen_are_as_many_as_published_and_absorb_in_their_bands() {
+    // 1.33e43 cm⁻⁵ over sea level: Wagner et al. 2009, https://doi.org/10.5194/amt-2-113-2009.
+    let columns = [8.0, 1.2, 15.0];
+    let air = Air { profile: Profile::UsStandard, ground_radius: 6371.0, depth: 100.0, columns, refractivity: 0.0 };
+    let [.., pairs, nitrogen_dioxide] = Tables::of(&air).beam(0.0, 0.0).unwrap().gases;
+    assert!((pairs * 1e46 / 1.33e43 - 1.0).abs() < 0.05, "{pairs}");
+    // The stratosphere holds some 0.1 to 0.2 DU of nitrogen dioxide.
+    let dobson = nitrogen_dioxide * 1e20 / 2.687e16;
+    assert!((0.1..0.25).contains(&dobson), "{dobson} DU");
+    // Greenblatt et al. 1990: the strongest bands in visible light, of which the one at 577 nm is nearly the strongest.
+    let depth = |nm: f64| -Absorption::at(nm, 225.0).transmittance(&[0.0, 0.0, 0.0, pairs, 0.0]).ln();
+    assert!((0.012..0.017).contains(&depth(577.0)), "{}", depth(577.0));
+    assert!(depth(550.0) < 0.1 * depth(577.0));
+}
+
+#[test]
+fn more_water_leaves_less_light_and_none_of_its_bands_is_beyond_them() {
+    let of = |column: f64| {
+        let mut scene = measured();
+        scene.atmosphere.water.column = Some(column);
+        beam(&scene, &[550.5, 723.5, 940.5, 1380.0], Some(1.0)).iter().map(|at| at.transmittance).collect::<Vec<_>>()
+    };
+    let [dry, usual, moist] = [0.0, 1.42, 4.0].map(of);
+    assert_eq!(dry[0], moist[0], "green light meets no water");
+    for band in 1..4 {
+        assert!(dry[band] > usual[band] && usual[band] > moist[band], "{band}: {dry:?}, {usual:?}, {moist:?}");
+    }
+    // 1.42 cm leave a part of the light at 940 nm, and none at 1380 nm.
+    assert!((0.2..0.7).contains(&usual[2]) && usual[3] < 1e-3, "{usual:?}");
+}
+
+#[test]
+fn means_over_a_resolution_are_those_of_its_wavelengths() {
+    let scene = measured();
+    let coarse = beam(&scene, &[762.5], Some(5.0))[0];
+    let fine: Vec<f64> = (0..10).map(|i| 760.25 + 0.5 * f64::from(i)).collect();
+    let fine = beam(&scene, &fine, None);
+    let mean = |of: fn(&BeamSample) -> f64| fine.iter().map(of).sum::<f64>() / fine.len() as f64;
+    // They are sums of the same.
+    assert!((coarse.transmittance / mean(|at| at.transmittance) - 1.0).abs() < 1e-9);
+    assert!((coarse.irradiance / mean(|at| at.irradiance) - 1.0).abs() < 1e-9);
+    // The bins of the band of oxygen differ by far.
+    assert!(fine[0].transmittance < 0.8 * fine[9].transmittance);
+}
+
+#[test]
+fn cold_ozone_lets_more_ultraviolet_through() {
+    let of = |profile: Profile| {
+        let mut scene = measured();
+        scene.atmosphere.profile = profile;
+        scene.atmosphere.ozone.cross_section = OzoneCrossSection::Bogumil;
+        (profile.ozone_temperature(), beam(&scene, &[335.5], Some(1.0))[0].transmittance)
+    };
+    let (temperature, standard) = of(Profile::UsStandard);
+    // The study of the profiles has 225 K, and 217 to 234 K in the six.
+    assert!((222.0..229.0).contains(&temperature), "{temperature} K");
+    let (warm, summer) = of(Profile::SubarcticSummer);
+    assert!(warm > temperature && summer < standard, "{warm} K: {summer}, {temperature} K: {standard}");
+}
+
+#[test]
+fn the_sun_from_orbit_is_brighter_in_blue_light_than_that_of_the_standard() {
+    // Coddington et al. 2021: 1.9 % more from 400 to 500 nm in the satellite's spectrum, 2.1 % less from 830 to 1300.
+    let mean = |sun: &SunSpectrum, from: f64, to: f64| {
+        let count = ((to - from) / 0.5) as u32;
+        (0..count).map(|i| sun.at(from + 0.25 + 0.5 * f64::from(i))).sum::<f64>() / f64::from(count)
+    };
+    for (from, to, published) in [(400.0, 500.0, 1.0 / 0.981), (600.0, 700.0, 1.0), (830.0, 1300.0, 1.0 / 1.021)] {
+        let ratio = mean(&SunSpectrum::Tsis1, from, to) / mean(&SunSpectrum::AstmG173, from, to);
+        assert!((ratio / published - 1.0).abs() < 3e-3, "{from} to {to}: {ratio}, not {published}");
+    }
+}
+
+#[test]
+fn water_that_no_air_holds_and_wavelengths_that_no_table_has_are_refused() {
+    let refused = |profile: Profile, column: f64| {
+        let mut scene = measured();
+        (scene.atmosphere.profile, scene.atmosphere.water.column) = (profile, Some(column));
+        scene.validated().unwrap_err().to_string()
+    };
+    let none = refused(Profile::Exponential, 1.0);
+    assert_eq!(none, "atmosphere.water.column is set, and needs a measured atmosphere.profile");
+    let moist = refused(Profile::SubarcticWinter, 3.0);
+    assert!(
+        moist.starts_with("atmosphere.water.column is 3 cm; the air of subarctic-winter is saturated at"),
+        "{moist}"
+    );
+    let scene = measured().validated().unwrap();
+    let sky = SkyPlan::new(&scene, scene.render.rgb);
+    let outside = |nm: f64, resolution: Option<f64>| sun_beam(&sky, &[nm], resolution).unwrap_err().to_string();
+    assert_eq!(outside(2600.0, None), "wavelengths holds 2600; wavelengths must lie between 280 and 2500 nm");
+    assert!(outside(281.0, Some(10.0)).starts_with("wavelengths holds 276.25"), "{}", outside(281.0, Some(10.0)));
+    assert_eq!(outside(500.0, Some(0.0)), "resolution is 0; it must lie between 0.1 and 200 nm");
+}

@@ -43,11 +43,13 @@ const SUN: [SceneFlag; 2] =
 const EXPOSURE: [SceneFlag; 1] = [value("render.exposure", "--exposure", "EV", exposure)];
 
 /// The flags of what a spectrum depends on too.
-const SKY: [SceneFlag; 17] = [
+const SKY: [SceneFlag; 19] = [
     word("preset", "--preset"),
     value("sun.azimuth", "--sun-azimuth", "DEG", number),
     value("sun.place", "--place", "LAT,LON", text_of::<Place>),
+    SceneFlag { key: "sun.apparent", name: "--apparent", takes: Takes::Nothing },
     value("observer.altitude", "--altitude", "KM", number),
+    value("site.altitude", "--site-altitude", "KM", number),
     word("atmosphere.profile", "--profile"),
     SceneFlag { key: "atmosphere.refraction", name: "--refraction", takes: Takes::Nothing },
     value("atmosphere.water.column", "--water", "CM", water),

@@ -22,7 +22,8 @@ pub fn atmosphere(scene: &Scene) -> Atmosphere {
         ground_radius_km: a.ground_radius,
         top_radius_km: a.top_radius,
         ground_albedo: ground_albedo(&scene.ground.albedo),
-        air_scattering_at_1_um: a.air.scattering * a.air.pressure / SEA_LEVEL_HPA,
+        air_scattering_at_1_um: a.air.scattering
+            * if scene.site.altitude > 0.0 { 1.0 } else { a.air.pressure / SEA_LEVEL_HPA },
         air_law: match a.air.spectrum {
             AirSpectrum::FourthPower => AirLaw::FourthPower,
             AirSpectrum::Bodhaine => AirLaw::Measured,
@@ -77,32 +78,37 @@ pub fn medium(scene: &Scene) -> Medium {
     Medium { levels: levels(scene), ..atmosphere(scene).medium() }
 }
 
+/// A profile, the column densities (km) of its air and ozone, and the altitude of the ground (km).
+type Sampled = (Profile, [f64; 3]);
+
 /// A measured profile every few hundred metres, as much of it as the scene has.
 fn levels(scene: &Scene) -> &'static [Level] {
-    static KEPT: Mutex<Vec<((Profile, f64, f64), &'static [Level])>> = Mutex::new(Vec::new());
+    static KEPT: Mutex<Vec<(Sampled, &'static [Level])>> = Mutex::new(Vec::new());
     let a = &scene.atmosphere;
     let Some(measured) = a.profile.levels() else { return &[] };
-    let columns = (a.air.scale_height, 0.5 * (a.ozone.top - a.ozone.bottom));
-    let key = (a.profile, columns.0, columns.1);
+    let site = scene.site.altitude;
+    let columns = [a.air.scale_height, 0.5 * (a.ozone.top - a.ozone.bottom)];
+    let key = (a.profile, [columns[0], columns[1], site]);
     let mut kept = KEPT.lock().expect("no holder of this lock panics");
     if let Some((_, levels)) = kept.iter().find(|(known, _)| *known == key) {
         return levels;
     }
-    let altitudes: Vec<f64> =
-        (0..=220).map(|i| if i < 120 { 0.25 * f64::from(i) } else { 0.9 * f64::from(i) - 78.0 }).collect();
-    let densities: Vec<[f64; 2]> = altitudes.iter().map(|&altitude| measured.at(altitude).value).collect();
-    let column = |i: usize| -> f64 {
-        // Trapezoids of what is sampled so closely leave 1e-4.
-        let pair = |j: usize| 0.5 * (densities[j][i] + densities[j + 1][i]) * (altitudes[j + 1] - altitudes[j]);
-        (0..altitudes.len() - 1).map(pair).sum()
+    let altitudes = (0..=220).map(|i| if i < 120 { 0.25 * f64::from(i) } else { 0.9 * f64::from(i) - 78.0 });
+    let sampled = |from: f64| -> Vec<(f64, [f64; 2])> {
+        altitudes.clone().map(|above| (above, measured.at(from + above).value)).collect()
     };
-    let scale = [columns.0 / column(0), columns.1 / column(1)];
-    let level = |(&altitude_km, density): (&f64, &[f64; 2])| Level {
-        altitude_km,
+    let column = |levels: &[(f64, [f64; 2])], i: usize| -> f64 {
+        // Trapezoids of what is sampled so closely leave 1e-4.
+        levels.windows(2).map(|pair| 0.5 * (pair[0].1[i] + pair[1].1[i]) * (pair[1].0 - pair[0].0)).sum()
+    };
+    let (over_sea, over_site) = (sampled(0.0), sampled(site));
+    let scale = [columns[0] / column(&over_sea, 0), columns[1] / column(&over_site, 1)];
+    let level = |(altitude_km, density): &(f64, [f64; 2])| Level {
+        altitude_km: *altitude_km,
         logarithms: std::array::from_fn(|i| (density[i] * scale[i]).ln()),
     };
     // A few hundred levels for each of a handful of profiles, for as long as the process lasts.
-    let levels: &'static [Level] = altitudes.iter().zip(&densities).map(level).collect::<Vec<_>>().leak();
+    let levels: &'static [Level] = over_site.iter().map(level).collect::<Vec<_>>().leak();
     kept.push((key, levels));
     levels
 }

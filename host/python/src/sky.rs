@@ -182,7 +182,9 @@ impl NativeSky {
         py: Python<'py>,
         wavelengths: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Array<'py, f64>> {
-        let (sky, wavelengths) = (Arc::clone(&self.sky), self.wavelengths(&wavelengths)?);
+        let known = self.sky.scene.known_wavelengths_of_beams();
+        let wavelengths: Vec<f64> = wavelengths.as_slice()?.iter().map(|&nm| meant(nm, known)).collect();
+        let sky = Arc::clone(&self.sky);
         let found = work(py, move |_| {
             // The sun's spectrum, what is left of it, and both on the way.
             array::<f64>(&[wavelengths.len(), 6], 0)?;

@@ -96,6 +96,9 @@ def test_the_suns_light_is_its_transmittance_times_the_cosine():
     in_space = sorairo.Sky(sun_elevation=30, sun_azimuth=120, keys={"observer.altitude": 1000})
     # What single precision leaves of the nodes of the sum over the disc.
     assert np.allclose(in_space.sun_transmittance(WAVELENGTHS), 1, atol=5e-5)
+    measured = sorairo.Sky(sun_elevation=40, keys={"atmosphere.profile": "us-standard", "atmosphere.water.column": 1.4})
+    blue, water, oxygen = measured.sun_transmittance([450, 1380, 760.5])
+    assert water < 1e-3 < oxygen < 0.5 < blue
     above = in_space.irradiance(WAVELENGTHS, surface_tilt=60, surface_azimuth=120)["direct"]
     assert np.allclose(facing / above, transmittance, rtol=5e-5)
     assert 0.1 < transmittance[0] < transmittance[-1] < 1

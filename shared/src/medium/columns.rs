@@ -66,7 +66,7 @@ fn column_densities_of_two(medium: Medium<'_>, altitude: f32, density: Vec2, mu:
     TwoRays { first, second }
 }
 
-/// Column densities (km) from `altitude` (km) outwards along a ray with a cosine `mu >= 0`; see [`column_densities_of_two`].
+/// Column densities (km) from `altitude` (km) outwards along a ray with a cosine `mu >= 0`.
 #[inline(always)]
 pub fn column_densities(medium: Medium<'_>, altitude: f32, density: Vec2, mu: f32, variant: u32) -> ColumnDensities {
     if variant & variant::TABLES != 0 {

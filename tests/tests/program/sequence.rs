@@ -743,9 +743,10 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
 }
 
 /// A value of each key, as a scene file says it, and what stands beside it there.
-const VALUES: [(&str, &str, &str); 59] = [
+const VALUES: [(&str, &str, &str); 61] = [
     ("preset", "'mars'", ""),
     ("sun.elevation", "3.5", ""),
+    ("sun.apparent", "true", "atmosphere.profile = 'us-standard'\natmosphere.refraction = true\n"),
     ("sun.azimuth", "-20", ""),
     ("sun.place", "'43.06,141.35'", "sun.time = 2026-06-21T04:30:00+09:00\n"),
     ("sun.time", "2026-06-21T04:30:00+09:00", "sun.place = '43.06,141.35'\n"),
@@ -753,6 +754,7 @@ const VALUES: [(&str, &str, &str); 59] = [
     ("sun.distance", "1.5", ""),
     ("sun.disc", "true", ""),
     ("observer.altitude", "2.5", ""),
+    ("site.altitude", "1.5", "atmosphere.profile = 'us-standard'\n"),
     ("atmosphere.ground_radius", "6370", ""),
     ("atmosphere.top_radius", "6450", ""),
     ("atmosphere.profile", "'us-standard'", ""),
@@ -837,7 +839,7 @@ fn each_key_is_the_same_in_a_scene_by_its_flag_and_in_a_table() {
         if let Some(flag) = flag(name).filter(|_| value != "false") {
             let at_its_wavelength = format!("{said}@1000");
             let given: &[&str] = match name {
-                "sun.disc" | "render.purkinje" | "atmosphere.refraction" => &[flag],
+                "sun.disc" | "sun.apparent" | "render.purkinje" | "atmosphere.refraction" => &[flag],
                 "atmosphere.aerosol.optical_depth" => &[flag, &at_its_wavelength],
                 _ => &[flag, said],
             };

@@ -93,8 +93,9 @@ fn light_in_measured_air_is_that_of_rays_that_march() {
 #[test]
 fn light_of_all_orders_in_measured_air_is_that_of_paths() {
     const WAVELENGTH: f64 = 550.0;
-    for (sun, paths, bound) in [(40.0, 1 << 14, 0.005), (3.0, 1 << 14, 0.01), (-4.0, 1 << 14, 0.015)] {
+    for (sun, site, bound) in [(40.0, 0.0, 0.005), (3.0, 2.5, 0.01), (-4.0, 0.0, 0.015)] {
         let mut scene = measured(Preset::Standard, sun, false);
+        scene.site.altitude = site;
         scene.render.orders = Orders::All;
         scene.ground.albedo = GroundAlbedo::Grey(0.3);
         scene.sun.spectrum = SunSpectrum::Flat;
@@ -104,7 +105,7 @@ fn light_of_all_orders_in_measured_air_is_that_of_paths() {
         let dense = DenseSpectrum::new(&sky, &[WAVELENGTH]);
         let views = [(3.0, 10.0), (15.0, 90.0), (60.0, 180.0), (90.0, 0.0)];
         let of_view = |(seed, &(elevation, azimuth)): (usize, &(f64, f64))| {
-            let paths = Paths { number: paths, seed: seed as u64 };
+            let paths = Paths { number: 1 << 14, seed: seed as u64 };
             let found = dense.radiance(direction(elevation, azimuth).as_vec3())[0];
             (found, oracle::radiance_of_all_orders(&medium, &band, &ray(&scene, elevation, azimuth), paths))
         };
@@ -249,4 +250,73 @@ fn the_sun_rises_before_its_time_and_flattened() {
     // High up nothing of it is left.
     let [bent, straight] = [true, false].map(|refraction| sky(50.0, refraction).sun_irradiance().facing);
     assert!((bent / straight - 1.0).abs() < 2e-3, "{bent}, {straight}");
+}
+
+#[test]
+fn a_site_has_the_air_of_its_pressure() {
+    // US Standard Atmosphere 1976 (NOAA-S/T 76-1562): hPa by km. Air that nothing but scatters has as much over it as it weighs.
+    for (site, published) in [(0.0, 1013.25), (1.0, 898.76), (2.0, 795.01), (5.0, 540.48)] {
+        let depth = |pressure: Option<f64>| {
+            let mut scene = measured(Preset::Standard, 90.0, false);
+            scene.atmosphere.aerosol.optical_depth = 0.0;
+            scene.atmosphere.ozone.column = 0.0;
+            scene.atmosphere.water.column = Some(0.0);
+            scene.site.altitude = site;
+            scene.atmosphere.air.pressure = pressure.unwrap_or(scene.atmosphere.air.pressure);
+            let scene = scene.validated().unwrap();
+            let sky = SkyPlan::new(&scene, scene.render.rgb);
+            let vertical =
+                Scene::preset(Preset::Standard).optics().at(800.0).air_scattering * scene.atmosphere.air.scale_height;
+            -sun_beam(&sky, &[800.0], None).unwrap()[0].transmittance.ln() / vertical
+        };
+        // Gravity falls off by 0.3 % over the air's height, and the AFGL's levels have four digits.
+        let found = depth(None);
+        assert!((found / (published / 1013.25) - 1.0).abs() < 3e-3, "{site} km: {found}");
+        // Weather changes all of it alike.
+        let low = depth(Some(0.95 * published));
+        assert!((low / found - 0.95).abs() < 2e-3, "{site} km: {low}, {found}");
+    }
+    let refused = |change: fn(&mut Scene)| {
+        let mut scene = measured(Preset::Standard, 30.0, false);
+        scene.site.altitude = 2.0;
+        change(&mut scene);
+        scene.validated().unwrap_err().to_string()
+    };
+    assert_eq!(
+        refused(|scene| scene.atmosphere.air.pressure = 1000.0),
+        "atmosphere.air.pressure is 1000 hPa, but us-standard has 795 hPa at site.altitude = 2, from which it may differ by a tenth"
+    );
+    assert_eq!(
+        refused(|scene| scene.atmosphere.profile = Profile::Exponential),
+        "site.altitude is set, and needs a measured atmosphere.profile"
+    );
+}
+
+#[test]
+fn an_apparent_sun_is_seen_where_it_was_asked_for() {
+    for seen in [0.0, 0.5, 2.0, 10.0, 60.0] {
+        let mut scene = measured(Preset::Standard, seen, true);
+        scene.sun.apparent = true;
+        let valid = scene.validated().unwrap();
+        assert!((valid.apparent_elevation().unwrap() - seen).abs() < 1e-4, "{seen}: {:?}", valid.apparent_elevation());
+        // Bennett 1982, https://doi.org/10.1017/S0373463300022037, for 1010 hPa and 10 °C; colder air bends more.
+        let bennett = 1.0 / (seen + 7.31 / (seen + 4.4)).to_radians().tan() / 60.0;
+        let found = seen - valid.sun.elevation;
+        assert!((found - bennett).abs() < 0.07 * bennett + 1e-3, "{seen}: {found}, not {bennett}");
+        assert_eq!(valid.as_asked(), scene);
+    }
+    let refused = |change: fn(&mut Scene)| {
+        let mut scene = measured(Preset::Standard, 2.0, true);
+        scene.sun.apparent = true;
+        change(&mut scene);
+        scene.validated().unwrap_err().to_string()
+    };
+    assert_eq!(
+        refused(|scene| scene.atmosphere.refraction = false),
+        "sun.apparent is true, and needs atmosphere.refraction"
+    );
+    assert_eq!(
+        refused(|scene| scene.sun.elevation = -1.0),
+        "sun.apparent is true, and sun.elevation is -1: the sun is not seen below the horizon"
+    );
 }

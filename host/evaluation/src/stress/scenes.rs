@@ -44,8 +44,9 @@ struct Number {
     room: f64,
 }
 
-/// Numbers that vary with what they belong to: the camera's field and the settings; water is that of the profile.
-const ELSEWHERE: [&str; 9] = [
+/// Numbers that vary with what they belong to: the camera's field and the settings; site and water are those of a profile.
+const ELSEWHERE: [&str; 10] = [
+    "site.altitude",
     "atmosphere.water.column",
     "camera.fov",
     "render.orders",

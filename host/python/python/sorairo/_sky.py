@@ -274,7 +274,8 @@ class Sky:
         return {name: AlphaOpic(_parts(irradiances, tilts), _parts(daylights, tilts)) for name, irradiances, daylights in found}
 
     def sun_transmittance(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
-        """The part of the sun's light that comes through the air to the observer (0 to 1), at wavelengths (at most one axis; nm, 360 to 830).
+        """The part of the sun's light that comes through the air to the observer (0 to 1), at wavelengths (at most one axis; nm, 360 to 830; with a measured
+        `atmosphere.profile`, which has gases, 280 to 2500).
 
         The mean over the sun's disc, darker towards its limb (Neckel 2005, DOI 10.1007/s11207-005-4081-z), of which the ground may hide a
         part: what a surface that faces the sun gets from it, divided by what it would get above the atmosphere.

@@ -7,7 +7,7 @@ use sorairo_shared::glam::DVec3;
 use crate::azimuth::within_a_turn;
 use crate::error::{Result, check_range};
 use crate::measure::irradiance::{Pair, pairs};
-use crate::measure::spectrum::{Method, Spectra, check_wavelengths, check_within};
+use crate::measure::spectrum::{Method, Spectra, check_within};
 use crate::plan::picture::sun_disc::Sun;
 use crate::plan::{SkyPlan, direction};
 use crate::spectra::alpha_opic::{self, AlphaOpic};
@@ -160,9 +160,9 @@ fn weight(&(view, mirrored, solid_angle): &Pair, normal: DVec3) -> f64 {
 ///
 /// # Errors
 ///
-/// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene is not known.
+/// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the beam is not known; see [`sun_beam`].
 pub fn sun_transmittance(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Vec<f64>> {
-    check_wavelengths(sky, wavelengths)?;
+    check_within(sky.scene.known_wavelengths_of_beams(), wavelengths)?;
     let facing = Sun::at(sky, wavelengths).spectral_irradiance(|_| 1.0);
     let optics = sky.scene.optics();
     let transmittance = |(facing, &nm): (f64, &f64)| match optics.solar_irradiance(nm) {

@@ -101,21 +101,24 @@ fn precipitable(levels: &[Level]) -> f64 {
     vertical(levels, |level| [level.water])[0] * CM_PER_KM * OF_MOLECULE
 }
 
-/// Precipitable water of a measured profile (cm).
-pub fn water(profile: Profile) -> Option<f64> {
-    profile.measured().map(|levels| precipitable(&levels))
+/// Precipitable water of a measured profile over an altitude (cm).
+pub fn water(profile: Profile, altitude: f64) -> Option<f64> {
+    let above = profile.measured()?.into_iter().filter(|level| level.altitude > altitude);
+    let levels: Vec<Level> = profile.level(altitude).into_iter().chain(above).collect();
+    Some(precipitable(&levels))
 }
 
-/// The most precipitable water (cm) that a measured profile can hold: twice what saturates its air where that is nearest to it.
-pub fn most_water(profile: Profile) -> Option<f64> {
+/// The most precipitable water (cm) that a measured profile can hold over an altitude (km): twice what saturates its air where that is nearest
+/// to it.
+pub fn most_water(profile: Profile, altitude: f64) -> Option<f64> {
     let levels = profile.measured()?;
     // Above, ice takes what is too much.
-    let moist = levels.iter().filter(|level| level.altitude <= 10.0);
+    let moist = levels.iter().filter(|level| (altitude..=altitude.max(10.0)).contains(&level.altitude));
     let share = moist.map(|level| {
         let vapour = level.water / level.air * level.pressure;
         saturation(level.temperature) / vapour
     });
-    Some(2.0 * share.fold(f64::INFINITY, f64::min) * precipitable(&levels))
+    Some(2.0 * share.fold(f64::INFINITY, f64::min) * water(profile, altitude)?)
 }
 
 /// Pressure of water vapour (hPa) over water at a temperature (K): Alduchov and Eskridge 1996, Eq. 21,
@@ -296,12 +299,12 @@ mod tests {
         for (profile, published) in
             [(Profile::UsStandard, 1.42), (Profile::Tropical, 4.1), (Profile::SubarcticWinter, 0.42)]
         {
-            let found = water(profile).unwrap();
+            let found = water(profile, 0.0).unwrap();
             assert!((found / published - 1.0).abs() < 0.02, "{profile:?}: {found} cm");
         }
-        assert_eq!(water(Profile::Exponential), None);
+        assert_eq!(water(Profile::Exponential, 0.0), None);
         // The standard atmosphere is less than half saturated at the ground.
-        assert!(most_water(Profile::UsStandard).unwrap() > 2.0 * water(Profile::UsStandard).unwrap());
+        assert!(most_water(Profile::UsStandard, 0.0).unwrap() > 2.0 * water(Profile::UsStandard, 0.0).unwrap());
     }
 
     #[test]

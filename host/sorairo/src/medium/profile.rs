@@ -90,6 +90,24 @@ impl Profile {
         Some(Levels { altitudes, logarithms, slopes })
     }
 
+    /// What was measured, at any altitude (km): the temperature is straight between levels, and so are the logarithms of all else.
+    pub fn level(self, altitude: f64) -> Option<Level> {
+        let levels = self.measured()?;
+        let after = levels.partition_point(|level| level.altitude <= altitude).clamp(1, levels.len() - 1);
+        let (low, high) = (&levels[after - 1], &levels[after]);
+        let part = (altitude - low.altitude) / (high.altitude - low.altitude);
+        let mix = |of: fn(&Level) -> f64| of(low) * (of(high) / of(low)).powf(part);
+        Some(Level {
+            altitude,
+            pressure: mix(|level| level.pressure),
+            temperature: low.temperature + part * (high.temperature - low.temperature),
+            air: mix(|level| level.air),
+            water: mix(|level| level.water),
+            ozone: mix(|level| level.ozone),
+            nitrogen_dioxide: mix(|level| level.nitrogen_dioxide),
+        })
+    }
+
     /// Temperature of its ozone (K), each molecule alike; of the exponential, that of the US Standard Atmosphere.
     pub fn ozone_temperature(self) -> f64 {
         let profile = if self.is_measured() { self } else { Self::UsStandard };

@@ -23,10 +23,12 @@ pub struct Air {
     pub ground_radius: f64,
     /// Height of the top of the atmosphere above the ground (km).
     pub depth: f64,
-    /// Vertical column densities (km) of air, aerosol and ozone, to which the relative densities are scaled; that of
-    /// aerosol is its scale height.
+    /// Altitude of the ground in the profile (km).
+    pub site: f64,
+    /// Vertical column densities (km) of air over the sea, and of aerosol and ozone over the ground, to which the relative
+    /// densities are scaled; that of aerosol is its scale height.
     pub columns: [f64; 3],
-    /// `n - 1` on the ground; 0 for straight sunlight.
+    /// `n - 1` at the sea; 0 for straight sunlight.
     pub refractivity: f64,
 }
 
@@ -88,7 +90,7 @@ impl Tables {
     pub fn beam(&self, altitude: f64, seen: f64) -> Option<Beam> {
         let row = self.layers.row(altitude);
         (seen <= self.level.lowest_seen(&row)).then(|| {
-            let Crossed { along, bending } = self.level.crossed(&row, seen);
+            let [Crossed { along, bending }] = self.level.crossed(&row, [seen]);
             Beam { along, gases: self.gases(&row, seen), sun: seen + bending }
         })
     }
@@ -112,7 +114,7 @@ impl Tables {
         // A zenith angle in f64 has no more digits.
         for _ in 0..52 {
             let middle = 0.5 * (high + low);
-            let seen = middle + self.level.crossed(&row, middle).bending;
+            let seen = middle + self.level.crossed(&row, [middle])[0].bending;
             if seen < sun { high = middle } else { low = middle }
         }
         0.5 * (high + low)
@@ -166,8 +168,11 @@ fn part(entry: usize, entries: usize) -> f64 {
 /// Column densities (km) along the view rays of a row of the table, which is so far from the planet's centre (km).
 fn straight(row: &Row, radius: f64) -> Vec<[f64; 3]> {
     let spread = (radius * f64::from(AXIS_SPREAD)).sqrt();
-    let along = |x: f64| row.straight((1.0 - x) / (1.0 + spread * x));
-    (0..VIEWS).map(|j| along(part(j, VIEWS))).collect()
+    let mu = |j: usize| {
+        let x = part(j, VIEWS);
+        (1.0 - x) / (1.0 + spread * x)
+    };
+    (0..VIEWS / LANES).flat_map(|block| row.straight::<LANES>(std::array::from_fn(|i| mu(block * LANES + i)))).collect()
 }
 
 /// Natural logarithms, of what has no smaller ones in single precision.
@@ -199,7 +204,7 @@ struct Layers {
     gases: Gases,
     /// What densities of the levels are multiplied with, of air and of ozone.
     scale: [f64; 2],
-    /// The density of air on the ground.
+    /// The density of air at the sea.
     ground: f64,
     /// Places on [0, 1] and weights.
     rule: Vec<[f64; 2]>,
@@ -218,7 +223,8 @@ impl Layers {
         let rule = (0..PANELS).flat_map(of_panel).collect();
         let ground = levels.at(0.0).value[0];
         let layers = Self { air, levels, gases, scale: [1.0; 2], ground, rule };
-        let [of_air, _, of_ozone] = layers.row(0.0).straight(1.0);
+        let [[_, _, of_ozone]] = layers.row(0.0).straight([1.0]);
+        let [[of_air, ..]] = layers.row(-air.site).straight([1.0]);
         let [column, _, ozone] = air.columns;
         Self { scale: [column / of_air, ozone / of_ozone], ..layers }
     }
@@ -229,7 +235,12 @@ impl Layers {
 
     /// Relative densities of air, aerosol and ozone at an altitude (km).
     fn densities(&self, altitude: f64) -> [f64; 3] {
-        self.relative(self.levels.at(altitude), altitude)
+        self.relative(self.level(altitude), altitude)
+    }
+
+    /// The densities of the profile at an altitude above the ground (km).
+    fn level(&self, altitude: f64) -> Density {
+        self.levels.at(altitude + self.air.site)
     }
 
     fn relative(&self, density: Density, altitude: f64) -> [f64; 3] {
@@ -246,20 +257,21 @@ impl Layers {
     fn row(&self, altitude: f64) -> Row {
         let height = (self.air.depth + ABOVE_TOP - altitude).sqrt();
         let radius = self.air.ground_radius + altitude;
+        let index = 1.0 + self.excess(self.level(altitude));
         let node = |&[place, weight]: &[f64; 2]| {
             let u = place * height;
-            let above = u * u;
-            let density = self.levels.at(altitude + above);
+            let (above, weight) = (u * u, 2.0 * u * weight * height);
+            let density = self.level(altitude + above);
             let excess = self.excess(density);
+            let step = |start: f64, here: f64| Step { square: (here - start) * (here + start), length: weight * here };
             Node {
                 above,
-                weight: 2.0 * u * weight * height,
                 densities: self.relative(density, altitude + above),
-                index: 1.0 + excess,
-                slope: excess * density.growth[0],
+                straight: step(radius, radius + above),
+                bent: step(index * radius, (1.0 + excess) * (radius + above)),
+                bend: -weight * excess * density.growth[0] / (1.0 + excess),
             }
         };
-        let index = 1.0 + self.excess(self.levels.at(altitude));
         Row { radius, index, densities: self.densities(altitude), nodes: self.rule.iter().map(node).collect() }
     }
 }
@@ -268,11 +280,19 @@ impl Layers {
 struct Node {
     /// Height above the row (km).
     above: f64,
-    /// The height that it stands for (km).
-    weight: f64,
     densities: [f64; 3],
-    index: f64,
-    slope: f64,
+    straight: Step,
+    bent: Step,
+    /// `-dn/dz / n` times the height that it stands for.
+    bend: f64,
+}
+
+/// A node as a ray crosses it.
+struct Step {
+    /// `(n r)²` less that of the row (km²), without the difference of what is almost alike.
+    square: f64,
+    /// `n r` times the height that it stands for (km²).
+    length: f64,
 }
 
 /// An altitude from which rays go outwards.
@@ -291,52 +311,56 @@ struct Crossed {
 }
 
 impl Row {
-    /// Column densities (km) along a straight ray with the cosine `mu >= 0` of the zenith angle.
-    fn straight(&self, mu: f64) -> [f64; 3] {
-        let mut along = [0.0; 3];
-        for Node { above, weight, densities, .. } in &self.nodes {
-            let radius = self.radius + above;
-            let root = (above * (radius + self.radius) + (self.radius * mu).powi(2)).sqrt();
-            add(&mut along, densities, weight * radius / root);
+    /// Column densities (km) along straight rays with the cosines `mu >= 0` of the zenith angle.
+    fn straight<const N: usize>(&self, mu: [f64; N]) -> [[f64; 3]; N] {
+        let squares = mu.map(|mu| (self.radius * mu).powi(2));
+        let mut along = [[0.0; N]; 3];
+        for Node { densities, straight, .. } in &self.nodes {
+            add_to_each(&mut along, densities, &straight.lengths(&squares));
         }
-        along
+        std::array::from_fn(|i| along.map(|column| column[i]))
     }
 
-    /// What a bent ray outwards crosses that has the cosine `mu >= 0` of the zenith angle here.
-    fn outwards(&self, mu: f64) -> Crossed {
-        let mut crossed = Crossed::default();
-        let invariant = self.index * self.radius * (1.0 - mu * mu).sqrt();
-        for (Node { weight, densities, index, slope, .. }, product, root) in self.bent(mu) {
-            add(&mut crossed.along, densities, weight * product / root);
-            crossed.bending -= weight * slope / index * invariant / root;
+    /// What bent rays outwards cross that have the cosines `mu >= 0` of the zenith angle here.
+    fn outwards<const N: usize>(&self, mu: [f64; N]) -> [Crossed; N] {
+        let start = self.index * self.radius;
+        let squares = mu.map(|mu| (start * mu).powi(2));
+        let (mut along, mut bending) = ([[0.0; N]; 3], [[0.0; N]]);
+        for Node { densities, bent, bend, .. } in &self.nodes {
+            let lengths = bent.lengths(&squares);
+            add_to_each(&mut along, densities, &lengths);
+            add_to_each(&mut bending, &[bend / bent.length], &lengths);
         }
-        crossed
+        let invariant = |i: usize| start * (1.0 - mu[i] * mu[i]).sqrt();
+        std::array::from_fn(|i| Crossed { along: along.map(|column| column[i]), bending: bending[0][i] * invariant(i) })
     }
 
-    /// What absorbs on the same ray.
+    /// What absorbs on such a ray.
     fn gases(&self, layers: &Layers, mu: f64) -> [f64; CLASSES] {
-        let altitude = self.radius - layers.air.ground_radius;
+        let altitude = self.radius - layers.air.ground_radius + layers.air.site;
+        let square = (self.index * self.radius * mu).powi(2);
         let mut along = [0.0; CLASSES];
-        for (Node { above, weight, .. }, product, root) in self.bent(mu) {
-            add(&mut along, &layers.gases.at(altitude + above), weight * product / root);
+        for Node { above, bent, .. } in &self.nodes {
+            let [length] = bent.lengths(&[square]);
+            along.iter_mut().zip(layers.gases.at(altitude + above)).for_each(|(sum, value)| *sum += value * length);
         }
         along
-    }
-
-    /// The nodes of a bent ray outwards, each with its `n r` and `√((n r)² - p²)` (km).
-    fn bent(&self, mu: f64) -> impl Iterator<Item = (&Node, f64, f64)> {
-        self.nodes.iter().map(move |node| {
-            let product = node.index * (self.radius + node.above);
-            // (n r)² - p², without the difference of what is almost alike.
-            let square = (product - self.index * self.radius) * (product + self.index * self.radius)
-                + (self.index * self.radius * mu).powi(2);
-            (node, product, square.max(1e-12).sqrt())
-        })
     }
 }
 
-fn add<const N: usize>(sum: &mut [f64; N], values: &[f64; N], times: f64) {
-    sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += value * times);
+impl Step {
+    /// The lengths (km) of rays through it, by the squares of what `n r cos z` is on the row.
+    fn lengths<const N: usize>(&self, squares: &[f64; N]) -> [f64; N] {
+        // Of rays side by side, which a processor computes together.
+        squares.map(|square| self.length / (self.square + square).max(1e-12).sqrt())
+    }
+}
+
+/// Adds values times the length of each ray.
+fn add_to_each<const N: usize, const C: usize>(sums: &mut [[f64; N]; C], values: &[f64; C], lengths: &[f64; N]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        sum.iter_mut().zip(lengths).for_each(|(sum, length)| *sum += value * length);
+    }
 }
 
 /// Level rays from every altitude, one of which each ray becomes that comes down and goes up again.
@@ -349,8 +373,10 @@ struct LevelRays {
 
 /// Altitudes of level rays.
 const LEVEL_RAYS: usize = 288;
-/// Rays from an altitude, by the zenith angle at which the sun is seen.
+/// Rays from an altitude, by the zenith angle at which the sun is seen: a multiple of [`LANES`].
 const SEEN_SUNS: usize = 160;
+/// Rays that are computed side by side; the view rays of a row are a multiple of it too.
+const LANES: usize = 8;
 
 /// The sun from an altitude.
 #[derive(Clone, Copy)]
@@ -367,7 +393,7 @@ impl LevelRays {
         let altitudes = (0..LEVEL_RAYS).map(|i| layers.air.depth * part(i, LEVEL_RAYS).powi(2));
         let of_altitude = |altitude: f64| {
             let row = layers.row(altitude);
-            (row.index * row.radius, row.outwards(0.0))
+            (row.index * row.radius, row.outwards([0.0])[0])
         };
         let (products, crossed) = altitudes.collect::<Vec<_>>().into_par_iter().map(of_altitude).unzip();
         Self { products, crossed }
@@ -403,17 +429,20 @@ impl LevelRays {
         }
     }
 
-    /// What the ray crosses on which the sun is seen at a zenith angle (radians).
-    fn crossed(&self, row: &Row, seen: f64) -> Crossed {
-        if seen <= FRAC_PI_2 {
-            return row.outwards(seen.cos());
-        }
-        let level = self.at(row.index * row.radius * seen.sin());
-        let behind = row.outwards(-seen.cos());
-        Crossed {
-            along: std::array::from_fn(|i| 2.0 * level.along[i] - behind.along[i]),
-            bending: 2.0 * level.bending - behind.bending,
-        }
+    /// What the rays cross on which the sun is seen at zenith angles (radians).
+    fn crossed<const N: usize>(&self, row: &Row, seen: [f64; N]) -> [Crossed; N] {
+        let outwards = row.outwards(seen.map(|seen| seen.cos().abs()));
+        std::array::from_fn(|ray| {
+            let outwards = outwards[ray];
+            if seen[ray] <= FRAC_PI_2 {
+                return outwards;
+            }
+            let level = self.at(row.index * row.radius * seen[ray].sin());
+            Crossed {
+                along: std::array::from_fn(|i| 2.0 * level.along[i] - outwards.along[i]),
+                bending: 2.0 * level.bending - outwards.bending,
+            }
+        })
     }
 
     /// Zenith angle of the ray that touches the ground (radians).
@@ -424,14 +453,15 @@ impl LevelRays {
     /// Zenith angle, without air, of the lowest sun that is seen (radians).
     fn lowest_sun(&self, row: &Row) -> f64 {
         let seen = self.lowest_seen(row);
-        seen + self.crossed(row, seen).bending
+        seen + self.crossed(row, [seen])[0].bending
     }
 
     /// The suns of a row of the table.
     fn bent(&self, row: &Row, lowest: f64) -> Vec<SeenSun> {
         let lowest_seen = self.lowest_seen(row);
         let seen: Vec<f64> = (0..SEEN_SUNS).map(|i| lowest_seen * (1.0 - (1.0 - part(i, SEEN_SUNS)).powi(2))).collect();
-        let crossed: Vec<Crossed> = seen.iter().map(|&seen| self.crossed(row, seen)).collect();
+        let (blocks, _) = seen.as_chunks::<LANES>();
+        let crossed: Vec<Crossed> = blocks.iter().flat_map(|&seen| self.crossed(row, seen)).collect();
         let suns: Vec<f64> = seen.iter().zip(&crossed).map(|(seen, crossed)| seen + crossed.bending).collect();
         let logarithms: Vec<[f64; 3]> =
             crossed.iter().map(|crossed| crossed.along.map(|along| along.max(1e-300).ln())).collect();
@@ -511,6 +541,7 @@ mod tests {
             profile,
             ground_radius: 6371.0,
             depth: 100.0,
+            site: 0.0,
             columns: [8.0, 1.2, 15.0],
             refractivity: if refraction { refractivity(profile, 1.0) } else { 0.0 },
         }
@@ -520,7 +551,7 @@ mod tests {
     fn seen(elevation: f64) -> (f64, f64) {
         let air = air(true);
         let layers = Layers::new(air);
-        let crossed = layers.row(0.0).outwards(elevation.to_radians().sin());
+        let [crossed] = layers.row(0.0).outwards([elevation.to_radians().sin()]);
         (crossed.bending.to_degrees() * 60.0, crossed.along[0] / air.columns[0])
     }
 

@@ -106,8 +106,10 @@ pub struct Report {
     pub width: u32,
     /// Height (pixels).
     pub height: u32,
-    /// Elevation of the sun (degrees).
+    /// Elevation of the sun (degrees), without refraction.
     pub sun_elevation: f64,
+    /// Elevation at which it is seen (degrees); none where light goes straight or the sun's centre is below the horizon.
+    pub sun_apparent_elevation: Option<f64>,
     /// Azimuth of the sun, clockwise from north (degrees).
     pub sun_azimuth: f64,
     /// Whether the sun's disc is in the image where it can be seen; a program that adds a sun of its own must not, then.
@@ -497,6 +499,7 @@ fn render_jobs(
         width: plan.width(),
         height: plan.height(),
         sun_elevation: scene.sun.elevation,
+        sun_apparent_elevation: scene.apparent_elevation(),
         sun_azimuth: scene.sun.azimuth,
         sun_disc: scene.sun.disc,
         fit: scene.render.fit,

@@ -82,7 +82,7 @@ impl SkyPlan {
         let variant = integral::needed(scene, &optics) | fit.variant(wavelengths.len(), colour_path);
         let bands = fit.bands(&optics, &wavelengths);
         let nodes = fit.nodes(wavelengths.len());
-        let tables = upload::tables(scene);
+        let tables = scene.tables();
         let uniform = upload::sky_uniform(scene, tables.as_deref(), &wavelengths, nodes, &space);
         let fewest = || samples::per_piece(scene, tables.as_deref(), &uniform, &optics, &bands, variant, light_fields);
         let samples = scene.render.steps.unwrap_or_else(fewest);

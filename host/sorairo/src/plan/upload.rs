@@ -1,7 +1,5 @@
 //! The scene in the numbers of the kernels.
 
-use std::sync::Arc;
-
 use bytemuck::Zeroable;
 use sorairo_shared::camera::{self, Camera};
 use sorairo_shared::display::grade::Grade;
@@ -13,12 +11,11 @@ use sorairo_shared::medium::exponential::Exponential;
 use sorairo_shared::uniform::{NODE_ROWS, Uniform};
 use sorairo_shared::variant;
 
-use crate::medium::tables::{Air, Tables, refractivity};
+use crate::medium::tables::Tables;
 use crate::plan::picture::aces;
 use crate::plan::picture::colour_space::ColourSpace;
 use crate::plan::rays::directions::{direction, horizon, span_above_horizon};
 use crate::plan::rays::source::Source;
-use crate::scene::sky::STANDARD_PRESSURE;
 use crate::scene::{Display, PictureLook, Projection, Render, Scene, View, ViewTransform};
 use crate::spectra::observer::{self, LUMENS_PER_WATT};
 use crate::spectra::optics::Optics;
@@ -66,20 +63,6 @@ pub fn with_rows(uniform: Uniform, rows: &[Vec4], variant: u32) -> (Uniform, &[V
 pub fn bands(optics: &Optics, wavelengths: &[f64]) -> Vec<Bands> {
     let four = |group: &[f64]| std::array::from_fn(|i| group[i.min(group.len() - 1)]);
     wavelengths.chunks(4).map(|group| optics.bands(four(group))).collect()
-}
-
-/// The tables of a scene's air, where its profile has no closed form.
-pub fn tables(scene: &Scene) -> Option<Arc<Tables>> {
-    let a = &scene.atmosphere;
-    let pressure = a.air.pressure / STANDARD_PRESSURE;
-    let air = Air {
-        profile: a.profile,
-        ground_radius: a.ground_radius,
-        depth: a.top_radius - a.ground_radius,
-        columns: [a.air.scale_height, a.aerosol.scale_height, 0.5 * (a.ozone.top - a.ozone.bottom)],
-        refractivity: if a.refraction { refractivity(a.profile, pressure) } else { 0.0 },
-    };
-    a.profile.is_measured().then(|| Tables::of(&air))
 }
 
 fn atmosphere(scene: &Scene, tables: Option<&Tables>) -> Atmosphere {

@@ -14,7 +14,7 @@ use super::settings::{
     ColourPath, Display, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook,
     Render, Rgb, ViewTransform, WhiteBalance,
 };
-use super::sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, Sun, Water};
+use super::sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, Site, Sun, Water};
 use super::{plausible, rules};
 use crate::azimuth::within_a_turn;
 use crate::error::{Error, Result, check_range};
@@ -82,10 +82,11 @@ struct Table {
     sentence: fn(&str) -> Option<&'static str>,
 }
 
-static TABLES: [Table; 11] = [
+static TABLES: [Table; 12] = [
     table::<Scene>(""),
     table::<Sun>("sun"),
     table::<Observer>("observer"),
+    table::<Site>("site"),
     table::<AtmosphereScene>("atmosphere"),
     table::<Air>("atmosphere.air"),
     table::<Aerosol>("atmosphere.aerosol"),
@@ -154,6 +155,8 @@ const OZONE_STEP: f64 = 0.1;
 pub static KEYS: &[Key] = &[
     key!(preset, one_of::<Preset>()),
     number!(sun.elevation, "degrees", At(-90.0), At(90.0)),
+    key!(sun.apparent, Other(|| "true or false; true takes `refraction`, and a sun that no place and time put".into()))
+        .rule(rules::apparent_without_refraction),
     number!(sun.azimuth, "degrees", At(-360.0), At(360.0)).wraps(),
     key!(sun.place, Other(|| "\"LATITUDE,LONGITUDE\", -90 to 90 north, -180 to 180 east".into()))
         .unit("degrees")
@@ -166,6 +169,7 @@ pub static KEYS: &[Key] = &[
     key!(sun.disc, Other(|| format!("true or false; with a disc the distance is at most {} au", rules::FARTHEST_DISC)))
         .rule(rules::disc_too_small),
     number!(observer.altitude, "km", At(0.0), At(1e5)),
+    number!(site.altitude, "km", At(0.0), At(9.0)).rule(rules::site_of_no_profile),
     // In single precision a horizon is as sharp as 6e-8 of the radius, which must lie far below the scale heights.
     number!(atmosphere.ground_radius, "km", At(10.0), At(1e5)),
     number!(

@@ -29,5 +29,5 @@ pub use settings::{
     ColourPath, Display, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook,
     Render, Rgb, Shutter, ViewTransform, WhiteBalance, stops_of_ev100,
 };
-pub use sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, STANDARD_PRESSURE, Sun, Water};
+pub use sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, STANDARD_PRESSURE, Site, Sun, Water};
 pub use valid::ValidScene;

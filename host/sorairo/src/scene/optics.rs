@@ -1,11 +1,14 @@
 //! The optical properties of a scene.
 
+use std::sync::Arc;
+
 use super::keys;
 use super::preset::Scene;
 use super::sky::STANDARD_PRESSURE;
 use crate::error::{Error, Result};
 use crate::input::shown;
 use crate::medium::gases::{Relative, water};
+use crate::medium::tables::{Air, Tables, refractivity};
 use crate::spectra::choice::OrTable;
 use crate::spectra::optics::Optics;
 use crate::spectra::range::{MEASURED_RANGE, RANGE_OF_BEAMS};
@@ -23,7 +26,7 @@ impl Scene {
         Optics {
             ground_radius: a.ground_radius,
             top_radius: a.top_radius,
-            air_scattering: a.air.scattering * (a.air.pressure / STANDARD_PRESSURE),
+            air_scattering: a.air.scattering * self.relative_pressure(),
             air_spectrum: a.air.spectrum,
             air_scale_height: a.air.scale_height,
             aerosol_extinction: a.aerosol.optical_depth / a.aerosol.scale_height,
@@ -60,12 +63,53 @@ impl Scene {
         files.into_iter().flatten().map(|file| file.table().range()).fold(RANGE_OF_BEAMS, both)
     }
 
+    /// Pressure of the air relative to that of the standard atmosphere, or to that of a measured profile at the site.
+    pub fn relative_pressure(&self) -> f64 {
+        let pressure = self.atmosphere.air.pressure;
+        let site = (self.site.altitude > 0.0).then_some(self.site.altitude);
+        match site.and_then(|altitude| self.atmosphere.profile.level(altitude)) {
+            // The default stands for what was measured there.
+            Some(_) if pressure == STANDARD_PRESSURE => 1.0,
+            Some(there) => pressure / there.pressure,
+            None => pressure / STANDARD_PRESSURE,
+        }
+    }
+
     /// The gases of a measured profile, relative to those that were measured.
     pub fn gases(&self) -> Option<Relative> {
+        let measured = water(self.atmosphere.profile, self.site.altitude)?;
+        let water = self.atmosphere.water.column.map_or(1.0, |column| column / measured);
+        Some(Relative { water, pressure: self.relative_pressure() })
+    }
+
+    /// The tables of the air, where its profile has no closed form.
+    pub fn tables(&self) -> Option<Arc<Tables>> {
         let a = &self.atmosphere;
-        let measured = water(a.profile)?;
-        let water = a.water.column.map_or(1.0, |column| column / measured);
-        Some(Relative { water, pressure: a.air.pressure / STANDARD_PRESSURE })
+        let air = Air {
+            profile: a.profile,
+            ground_radius: a.ground_radius,
+            depth: a.top_radius - a.ground_radius,
+            site: self.site.altitude,
+            columns: [a.air.scale_height, a.aerosol.scale_height, 0.5 * (a.ozone.top - a.ozone.bottom)],
+            refractivity: if a.refraction { refractivity(a.profile, self.relative_pressure()) } else { 0.0 },
+        };
+        a.profile.is_measured().then(|| Tables::of(&air))
+    }
+
+    /// Elevation without refraction (degrees) of the sun that the observer sees at an elevation (degrees).
+    pub(super) fn elevation_of_apparent(&self, seen: f64) -> f64 {
+        let beam = self.tables().and_then(|tables| tables.beam(self.observer.altitude, (90.0 - seen).to_radians()));
+        beam.map_or(seen, |beam| 90.0 - beam.sun.to_degrees())
+    }
+
+    /// Elevation (degrees) at which the observer sees the sun's centre: none below the horizon.
+    pub fn apparent_elevation(&self) -> Option<f64> {
+        let sun = (90.0 - self.sun.elevation).to_radians();
+        let altitude = self.observer.altitude;
+        let tables = self.tables().filter(|_| self.atmosphere.refraction)?;
+        let inside = altitude <= self.atmosphere.top_radius - self.atmosphere.ground_radius;
+        let is_seen = inside && sun <= tables.lowest_sun(altitude);
+        is_seen.then(|| 90.0 - tables.seen(altitude, sun).to_degrees())
     }
 }
 

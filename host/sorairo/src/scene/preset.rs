@@ -6,7 +6,7 @@ use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use super::camera::CameraScene;
 use super::settings::{Orders, Render};
-use super::sky::{Aerosol, AtmosphereScene, Ground, Observer, Sun};
+use super::sky::{Aerosol, AtmosphereScene, Ground, Observer, Site, Sun};
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, SunSpectrum};
 
 /// A complete description of one sky. Read from TOML; every key has a default, that of the preset.
@@ -37,6 +37,8 @@ pub struct Scene {
     pub sun: Sun,
     /// Where the observer is.
     pub observer: Observer,
+    /// Where the ground is.
+    pub site: Site,
     /// The planet and what surrounds it.
     pub atmosphere: AtmosphereScene,
     /// The ground.
@@ -84,6 +86,7 @@ impl Scene {
             preset,
             sun: Sun::default(),
             observer: Observer::default(),
+            site: Site::default(),
             atmosphere: AtmosphereScene::default(),
             ground: Ground::default(),
             camera: CameraScene::default(),

@@ -3,6 +3,7 @@
 use super::camera::{Below, CameraScene, LONGEST_SIDE};
 use super::preset::Scene;
 use super::settings::{ColourPath, Display, Exposure, Fit, Render, Rgb, ViewTransform};
+use super::sky::{STANDARD_PRESSURE, Sun};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
 use crate::medium::gases::most_water;
@@ -129,11 +130,53 @@ pub(super) fn bent_without_a_profile(scene: &Scene) -> Result<()> {
     Err(Error::not_allowed("atmosphere.refraction", format!("is true, and needs {lacks}")))
 }
 
+/// What lies under a site is known of a measured profile.
+pub(super) fn site_of_no_profile(scene: &Scene) -> Result<()> {
+    let (site, atmosphere) = (scene.site.altitude, &scene.atmosphere);
+    if site == 0.0 {
+        return Ok(());
+    }
+    let Some(there) = atmosphere.profile.level(site).map(|level| level.pressure) else {
+        return Err(Error::not_allowed("site.altitude", "is set, and needs a measured atmosphere.profile"));
+    };
+    let pressure = atmosphere.air.pressure;
+    if pressure == STANDARD_PRESSURE || (pressure / there - 1.0).abs() <= OF_A_PRESSURE {
+        return Ok(());
+    }
+    let complaint = format!(
+        "is {} hPa, but {} has {there:.0} hPa at site.altitude = {}, from which it may differ by a tenth",
+        shown(pressure),
+        word(atmosphere.profile),
+        shown(site)
+    );
+    Err(Error::not_allowed("atmosphere.air.pressure", complaint))
+}
+
+/// How much the weather may change the pressure of a profile.
+const OF_A_PRESSURE: f64 = 0.1;
+
+/// What lifts the sun must be there.
+pub(super) fn apparent_without_refraction(scene: &Scene) -> Result<()> {
+    let Sun { apparent, elevation, place, .. } = &scene.sun;
+    if !apparent {
+        return Ok(());
+    }
+    let complaint = match (scene.atmosphere.refraction, place) {
+        (false, _) => "is true, and needs atmosphere.refraction".into(),
+        (true, Some(_)) => "is true, and sun.place puts the sun without refraction".into(),
+        (true, None) if *elevation < 0.0 => {
+            format!("is true, and sun.elevation is {}: the sun is not seen below the horizon", shown(*elevation))
+        }
+        (true, None) => return Ok(()),
+    };
+    Err(Error::not_allowed("sun.apparent", complaint))
+}
+
 /// Water lies as a measured profile says, and not twice as thick as its air can hold.
 pub(super) fn water_of_no_profile(scene: &Scene) -> Result<()> {
     let atmosphere = &scene.atmosphere;
     let Some(column) = atmosphere.water.column else { return Ok(()) };
-    let complaint = match most_water(atmosphere.profile) {
+    let complaint = match most_water(atmosphere.profile, scene.site.altitude) {
         None => "is set, and needs a measured atmosphere.profile".into(),
         Some(most) if column <= most => return Ok(()),
         Some(most) => format!(

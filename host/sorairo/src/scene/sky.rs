@@ -11,8 +11,10 @@ use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCro
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sun {
-    /// Elevation of the sun above the horizon (degrees).
+    /// Elevation of the sun above the horizon (degrees), without refraction.
     pub elevation: f64,
+    /// Whether `elevation` is that at which the sun is seen, lifted by refraction.
+    pub apparent: bool,
     /// Azimuth of the sun, clockwise from north (degrees).
     pub azimuth: f64,
     /// Latitude and longitude on the Earth (degrees north, degrees east) from which the sun is seen.
@@ -33,6 +35,7 @@ impl Default for Sun {
     fn default() -> Self {
         Self {
             elevation: 30.0,
+            apparent: false,
             azimuth: 0.0,
             place: None,
             time: None,
@@ -55,6 +58,14 @@ impl Default for Observer {
     fn default() -> Self {
         Self { altitude: 0.0 }
     }
+}
+
+/// The site.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, DocumentedFields)]
+#[serde(deny_unknown_fields, default)]
+pub struct Site {
+    /// Altitude of the ground above the sea (km), where a measured profile begins; `observer.altitude` is above this ground.
+    pub altitude: f64,
 }
 
 /// The ground.

@@ -17,6 +17,8 @@ pub struct ValidScene {
     scene: Scene,
     /// The place and the time that put the sun where it stands.
     seen_from: Option<(Place, Time)>,
+    /// The elevation at which the sun is seen (degrees), if that was asked for.
+    seen_at: Option<f64>,
 }
 
 impl ValidScene {
@@ -29,6 +31,9 @@ impl ValidScene {
     pub fn as_asked(&self) -> Scene {
         let mut scene = self.scene.clone();
         (scene.sun.place, scene.sun.time) = self.seen_from.unzip();
+        if let Some(elevation) = self.seen_at {
+            (scene.sun.elevation, scene.sun.apparent) = (elevation, true);
+        }
         scene
     }
 
@@ -36,7 +41,7 @@ impl ValidScene {
     pub(crate) fn under_sun(&self, elevation: f64) -> Self {
         let mut scene = self.scene.clone();
         (scene.sun.elevation, scene.sun.azimuth) = (elevation, 0.0);
-        Self { scene, seen_from: None }
+        Self { scene, seen_from: None, seen_at: None }
     }
 
     /// The same sky before another camera, which alone is checked.
@@ -48,7 +53,7 @@ impl ValidScene {
         let mut scene = Scene { camera: camera.clone(), ..self.scene.clone() };
         keys::check_table("camera", &scene)?;
         keys::unwind(&mut scene)?;
-        Ok(Self { scene, seen_from: self.seen_from })
+        Ok(Self { scene, ..*self })
     }
 
     /// The same sky with the sun's disc in its images, or without.
@@ -111,10 +116,12 @@ impl Scene {
         }
         let mut scene = self.placed()?;
         keys::unwind(&mut scene)?;
-        Ok(ValidScene { scene, seen_from: self.sun.place.zip(self.sun.time) })
+        let seen_at = self.sun.apparent.then_some(self.sun.elevation);
+        Ok(ValidScene { scene, seen_from: self.sun.place.zip(self.sun.time), seen_at })
     }
 
-    /// The scene with elevation, azimuth and distance of the sun in the place of a place and a time; as it is where it has neither.
+    /// The scene with elevation, azimuth and distance of the sun in the place of a place and a time, and with the elevation without refraction
+    /// in that of an apparent one; as it is where it has neither.
     ///
     /// # Errors
     ///
@@ -131,6 +138,9 @@ impl Scene {
             }
             (Some(_), None) => return Err(Error::not_allowed("sun.place", "needs a time: give sun.time too")),
             (None, Some(_)) => return Err(Error::not_allowed("sun.time", "needs a place: give sun.place too")),
+        }
+        if scene.sun.apparent {
+            (scene.sun.elevation, scene.sun.apparent) = (self.elevation_of_apparent(self.sun.elevation), false);
         }
         Ok(scene)
     }

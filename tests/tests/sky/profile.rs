@@ -305,6 +305,9 @@ fn an_apparent_sun_is_seen_where_it_was_asked_for() {
         assert!((found - bennett).abs() < 0.07 * bennett + 1e-3, "{seen}: {found}, not {bennett}");
         assert_eq!(valid.as_asked(), scene);
     }
+    let mut above_all_air = measured(Preset::Standard, 2.0, true);
+    (above_all_air.sun.apparent, above_all_air.observer.altitude) = (true, 400.0);
+    assert_eq!(above_all_air.validated().unwrap().sun.elevation, 2.0);
     let refused = |change: fn(&mut Scene)| {
         let mut scene = measured(Preset::Standard, 2.0, true);
         scene.sun.apparent = true;

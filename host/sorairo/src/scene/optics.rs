@@ -98,18 +98,22 @@ impl Scene {
 
     /// Elevation without refraction (degrees) of the sun that the observer sees at an elevation (degrees).
     pub(super) fn elevation_of_apparent(&self, seen: f64) -> f64 {
-        let beam = self.tables().and_then(|tables| tables.beam(self.observer.altitude, (90.0 - seen).to_radians()));
-        beam.map_or(seen, |beam| 90.0 - beam.sun.to_degrees())
+        let beam = |tables: Arc<Tables>| tables.beam(self.observer.altitude, (90.0 - seen).to_radians());
+        self.bending_air().and_then(beam).map_or(seen, |beam| 90.0 - beam.sun.to_degrees())
     }
 
     /// Elevation (degrees) at which the observer sees the sun's centre: none below the horizon.
     pub fn apparent_elevation(&self) -> Option<f64> {
-        let sun = (90.0 - self.sun.elevation).to_radians();
-        let altitude = self.observer.altitude;
-        let tables = self.tables().filter(|_| self.atmosphere.refraction)?;
-        let inside = altitude <= self.atmosphere.top_radius - self.atmosphere.ground_radius;
-        let is_seen = inside && sun <= tables.lowest_sun(altitude);
-        is_seen.then(|| 90.0 - tables.seen(altitude, sun).to_degrees())
+        let (sun, altitude) = ((90.0 - self.sun.elevation).to_radians(), self.observer.altitude);
+        let tables = self.bending_air().filter(|tables| sun <= tables.lowest_sun(altitude))?;
+        Some(90.0 - tables.seen(altitude, sun).to_degrees())
+    }
+
+    /// The air around the observer, if it bends sunlight.
+    fn bending_air(&self) -> Option<Arc<Tables>> {
+        let a = &self.atmosphere;
+        let is_around = self.observer.altitude <= a.top_radius - a.ground_radius;
+        if a.refraction && is_around { self.tables() } else { None }
     }
 }
 

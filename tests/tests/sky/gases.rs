@@ -48,8 +48,8 @@ fn gases_absorb_as_the_band_model_of_lowtran7_does() {
         assert!((0.0..=1.0).contains(&found), "{row:?}: {found}");
         errors.entry(profile == Profile::UsStandard).or_default().push((found - expected).abs());
     }
-    // Air masses of 1 to 20 and 0.5 to 5 cm of water. Two classes of amounts stand for the powers of pressure and temperature that each gas and
-    // region has of its own.
+    // Air masses of 1 to 20 and 0.5 to 5 cm of water. Two classes of amounts stand for the powers of pressure and
+    // temperature that each gas and region has of its own.
     for (is_standard, rms_bound, bound) in [(true, 0.003, 0.016), (false, 0.004, 0.026)] {
         let errors = &errors[&is_standard];
         let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();

@@ -88,8 +88,8 @@ fn light_in_measured_air_is_that_of_rays_that_march() {
     }
 }
 
-/// Of some suns and views, the errors of light of all orders against paths that are drawn by chance, in air of a profile: relative to the radiance
-/// or to 5 % of the brightest view, less three standard errors.
+/// Of some suns and views, the errors of light of all orders against paths that are drawn by chance, in air of a
+/// profile: relative to the radiance or to 5 % of the brightest view, less three standard errors.
 #[test]
 fn light_of_all_orders_in_measured_air_is_that_of_paths() {
     const WAVELENGTH: f64 = 550.0;

@@ -185,13 +185,14 @@ pub struct BeamSample {
     pub irradiance: f64,
 }
 
-/// The sun's beam at wavelengths in nm: in means over a resolution (nm) about each, or at the wavelengths themselves, where gases have the
-/// means of their tables, over 1 nm (up to 1000 nm) or 5. A measured profile of the air has gases, and its beam is known from 280 to 2500 nm.
+/// The sun's beam at wavelengths in nm: in means over a resolution (nm) about each, or at the wavelengths themselves,
+/// where gases have the means of their tables, over 1 nm (up to 1000 nm) or 5. A measured profile of the air has
+/// gases, and its beam is known from 280 to 2500 nm.
 ///
 /// # Errors
 ///
-/// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the beam is not known; [`Error::OutOfRange`](crate::Error::OutOfRange) for a
-/// resolution that is none.
+/// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the beam is not known;
+/// [`Error::OutOfRange`](crate::Error::OutOfRange) for a resolution that is none.
 pub fn sun_beam(sky: &SkyPlan, wavelengths: &[f64], resolution: Option<f64>) -> Result<Vec<BeamSample>> {
     let parts = match resolution {
         Some(width) => {

@@ -7,10 +7,11 @@
 //! T = Π_g Σ_i w_gi exp(-k_gi c_g) · exp(-f c_wet - s c_self - o c_oo - σ c_no2)
 //! ```
 //!
-//! The lines are those of the band model of LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), and so is water's continuum. What pressure
-//! does to lines is in the amounts: of water vapour times pressure, of dry air times pressure to the power 0.9. Against the model, in which each gas
-//! has its own powers and the temperature counts too, `T` is within 0.016, rms 0.003, in the standard atmosphere for 0.5 to 5 cm of water and
-//! air masses of 1 to 20, and within 0.026 in the five others. The model itself is known to 0.01 to 0.04.
+//! The lines are those of the band model of LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), and so is water's
+//! continuum. What pressure does to lines is in the amounts: of water vapour times pressure, of dry air times
+//! pressure to the power 0.9. Against the model, in which each gas has its own powers and the temperature counts too,
+//! `T` is within 0.016, rms 0.003, in the standard atmosphere for 0.5 to 5 cm of water and air masses of 1 to 20, and
+//! within 0.026 in the five others. The model itself is known to 0.01 to 0.04.
 
 use std::sync::OnceLock;
 
@@ -108,8 +109,8 @@ pub fn water(profile: Profile, altitude: f64) -> Option<f64> {
     Some(precipitable(&levels))
 }
 
-/// The most precipitable water (cm) that a measured profile can hold over an altitude (km): twice what saturates its air where that is nearest
-/// to it.
+/// The most precipitable water (cm) that a measured profile can hold over an altitude (km): twice what saturates its
+/// air where that is nearest to it.
 pub fn most_water(profile: Profile, altitude: f64) -> Option<f64> {
     let levels = profile.measured()?;
     // Above, ice takes what is too much.

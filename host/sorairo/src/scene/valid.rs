@@ -120,8 +120,8 @@ impl Scene {
         Ok(ValidScene { scene, seen_from: self.sun.place.zip(self.sun.time), seen_at })
     }
 
-    /// The scene with elevation, azimuth and distance of the sun in the place of a place and a time, and with the elevation without refraction
-    /// in that of an apparent one; as it is where it has neither.
+    /// The scene with elevation, azimuth and distance of the sun in the place of a place and a time, and with the
+    /// elevation without refraction in that of an apparent one; as it is where it has neither.
     ///
     /// # Errors
     ///

@@ -1,9 +1,10 @@
 //! One kernel of a SPIR-V module, specialised: what its variant leaves out no driver reads.
 //!
-//! rust-gpu puts everything that a kernel may need into one function; a variant needs between a fifth and a twentieth of it. Drivers drop the
-//! rest too, after they have translated all of it, which takes them several times as long as what remains. Constants are propagated along the
-//! branches that they leave open (Wegman and Zadeck 1991, *ACM TOPLAS* 13(2), section 3.4, doi:10.1145/103135.103136), over 32-bit integers and
-//! truth values alone, and without the optimism about loops. Section numbers are those of the SPIR-V 1.3 specification.
+//! rust-gpu puts everything that a kernel may need into one function; a variant needs between a fifth and a twentieth
+//! of it. Drivers drop the rest too, after they have translated all of it, which takes them several times as long as
+//! what remains. Constants are propagated along the branches that they leave open (Wegman and Zadeck 1991, *ACM
+//! TOPLAS* 13(2), section 3.4, doi:10.1145/103135.103136), over 32-bit integers and truth values alone, and without
+//! the optimism about loops. Section numbers are those of the SPIR-V 1.3 specification.
 
 use std::collections::{HashMap, HashSet};
 
@@ -149,8 +150,8 @@ impl<'a> Block<'a> {
         Self { instructions, merges, successors }
     }
 
-    /// The one side to which it goes, if its condition is known. A loop keeps the branch that ends its rounds, which has no merge: without a way
-    /// back it would be no loop (2.11).
+    /// The one side to which it goes, if its condition is known. A loop keeps the branch that ends its rounds, which
+    /// has no merge: without a way back it would be no loop (2.11).
     fn decided(&self, known: &HashMap<u32, u32>) -> Option<u32> {
         let last = self.instructions[self.instructions.len() - 1];
         if opcode(last) != op::BRANCH_CONDITIONAL || self.merges.is_empty() {

@@ -72,9 +72,11 @@ fn read(file: &TableFile) -> Spectrum {
 ///
 /// # Panics
 ///
-/// If sunlight bends there.
+/// If sunlight bends there, or a site above the sea has a pressure of its own.
 pub fn medium(scene: &Scene) -> Medium {
     assert!(!scene.atmosphere.refraction, "sunlight bends");
+    let is_of_profile = scene.site.altitude == 0.0 || scene.atmosphere.air.pressure == SEA_LEVEL_HPA;
+    assert!(is_of_profile, "a site has a pressure of its own");
     Medium { levels: levels(scene), ..atmosphere(scene).medium() }
 }
 

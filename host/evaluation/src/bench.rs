@@ -403,7 +403,7 @@ impl Bench {
         );
         let suns: Vec<String> = self.suns.iter().map(f64::to_string).collect();
         format!(
-            "# Run time against error\n\n{}. Times are medians (shortest–longest) of {} runs, after one to warm up, in turn \
+            "# Run time against error\n\n{}. Times are medians (shortest–longest) of {} runs, after half a second to warm up, in turn \
              with their rivals.\n\n![Run time against error](pareto.png)\n\nEvery point is a fit, its wavelengths (the larger the mark, \
              the more) and its samples per piece; time for an image of {} with ozone and aerosol, the sun at {}° by day and {}° in \
              twilight. Errors are the largest over the whole sky, suns at {}°, with and without ozone and aerosol, against \

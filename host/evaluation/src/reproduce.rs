@@ -289,7 +289,7 @@ impl Experiment {
              ![The sky by every fit](figure2.png)\n\nThe sun is in the north, at the top. Each row has one exposure. Differences are \
              of colours scaled so that the reference has Y = 50, before the gamut of the display, from black at ΔE₀₀ = 0.001 to white at 10; \
              the reference integrates every 5 nm with {DENSE_STEPS} samples.\n\n{}\n## Run time\n\n{} pixels, the sun at 30°, 12 \
-             samples per piece; medians (shortest–longest) of {} runs, after one to warm up, in turn with their rivals.\n\n{}",
+             samples per piece; medians (shortest–longest) of {} runs, after half a second to warm up, in turn with their rivals.\n\n{}",
             self.machine,
             self.radiance_table(),
             self.colour_table(),

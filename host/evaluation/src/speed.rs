@@ -17,7 +17,7 @@ use sorairo::PixelFormat;
 use sorairo::low_level::device::{Device, DeviceKind, cpu};
 use sorairo::low_level::plan::lookup::LookupSize;
 use sorairo::low_level::plan::{Kernel, LightFields, Plan};
-use sorairo::scene::{Orders, PathChoice, Preset, Projection, Scene, Size};
+use sorairo::scene::{Exposure, Orders, PathChoice, Preset, Projection, Scene, Size, ViewTransform};
 
 /// The image on which paths and kernels are compared.
 const COMMON: Size = Size { width: 1920, height: 960 };
@@ -76,6 +76,15 @@ struct LookupRow {
 struct StepRow {
     steps: u32,
     kernel_ms: Spread,
+}
+
+/// Time of a picture by a view transform.
+#[derive(Clone, Debug, Serialize)]
+struct TransformRow {
+    view: &'static str,
+    kernel_ms: Spread,
+    /// Beside a picture of linear light in the curve of sRGB.
+    times_ungraded: f64,
 }
 
 /// What light of all orders costs beside light that is scattered once: the default sky with the same ground, hence the
@@ -142,6 +151,7 @@ pub struct Speed {
     #[serde(rename = "tables")]
     lookups: Vec<LookupRow>,
     steps: Vec<StepRow>,
+    transforms: Vec<TransformRow>,
     orders: Vec<OrdersRow>,
     /// Of perspectives, then of maps: over altitudes with the sun at 30° and at 0°, then over suns from the ground and
     /// from an eye's height above it.
@@ -192,6 +202,8 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     let lookups = lookups(device)?;
     stage("timing samples");
     let steps = steps(device)?;
+    stage("timing view transforms");
+    let transforms = transforms(device)?;
     stage("timing orders of scattering");
     let orders = orders(device, if quick { Size { width: 256, height: 128 } } else { COMMON })?;
     stage("timing altitudes and suns");
@@ -218,6 +230,7 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
         multiples,
         lookups,
         steps,
+        transforms,
         orders,
         places: places.concat(),
         plans,
@@ -491,7 +504,7 @@ fn places_of(device: &Device, projection: Projection, quick: bool) -> Result<Vec
         (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
         (scene.camera.projection, scene.camera.look_elevation) = (projection, Some(-3.0));
         scene.camera.size = size;
-        plan(&scene)
+        as_chosen(scene, PixelFormat::LinearRgb)
     };
     let plans: Vec<Plan> = places.iter().map(planned).collect::<Result<_>>()?;
     let mut jobs: Vec<Job> = plans.iter().map(|plan| job(device, plan, plan.kernel())).collect();
@@ -509,11 +522,40 @@ fn places_of(device: &Device, projection: Projection, quick: bool) -> Result<Vec
     Ok(places.iter().zip(&plans).zip(&times).map(row).collect())
 }
 
+/// A plan by the path that the scene chooses, unexposed.
+fn as_chosen(mut scene: Scene, format: PixelFormat) -> Result<Plan> {
+    scene.render.exposure = Exposure::Stops(0.0);
+    Ok(Plan::new(&scene.validated()?, format))
+}
+
+/// The default sky as a picture by every view transform, beside linear floats.
+fn transforms(device: &Device) -> Result<Vec<TransformRow>> {
+    let mut plans = vec![("none, linear floats", as_chosen(shown(ViewTransform::Srgb), PixelFormat::LinearRgb)?)];
+    for view in [ViewTransform::Srgb, ViewTransform::Agx, ViewTransform::Aces] {
+        plans.push((view.into(), as_chosen(shown(view), PixelFormat::Picture)?));
+    }
+    let mut jobs: Vec<Job> = plans.iter().map(|(_, plan)| job(device, plan, plan.kernel())).collect();
+    let times = interleaved(&mut jobs)?;
+    let ungraded = times[1].kernel.median;
+    let row = |(&(view, _), times): (&(&'static str, Plan), Times)| {
+        let kernel_ms = times.kernel;
+        TransformRow { view, kernel_ms, times_ungraded: kernel_ms.median / ungraded }
+    };
+    Ok(plans.iter().zip(times).map(row).collect())
+}
+
+/// The default sky in [`COMMON`] pixels, by a view transform.
+fn shown(view: ViewTransform) -> Scene {
+    let mut scene = Scene::preset(Preset::Standard);
+    (scene.camera.size, scene.render.view) = (COMMON, view);
+    scene
+}
+
 /// The job of planning a scene.
 fn planning(scene: &Scene) -> Job<'_> {
     Box::new(move || {
         let start = Instant::now();
-        std::hint::black_box(plan(scene)?);
+        std::hint::black_box(as_chosen(scene.clone(), PixelFormat::LinearRgb)?);
         Ok(start.elapsed())
     })
 }
@@ -671,6 +713,10 @@ impl Speed {
             ]
         });
         let steps = self.steps.iter().map(|row| vec![row.steps.to_string(), row.kernel_ms.to_string()]);
+        let transforms = self
+            .transforms
+            .iter()
+            .map(|row| vec![row.view.into(), row.kernel_ms.to_string(), format!("{:.2}", row.times_ungraded)]);
         let orders = self.orders.iter().map(|row| {
             vec![
                 row.sun.to_string(),
@@ -716,7 +762,7 @@ impl Speed {
         });
         let memory = self.peak_memory_mib.map_or("not told by this system".into(), |mib| format!("{mib:.0} MiB"));
         format!(
-            "# Speed\n\nOn {}. Medians (shortest–longest) of {ROUNDS} runs in ms, after one to warm up, in turn with their rivals, and as \
+            "# Speed\n\nOn {}. Medians (shortest–longest) of {ROUNDS} runs in ms, after half a second to warm up, in turn with their rivals, and as \
              many images in each as last as long. \
              The default scene: earth preset, sun at 30°, regression fit, equirectangular, linear floats.\n\n\
              * Sky lookup over the integral at every pixel, {COMMON}: **{:.1}** times the pixels per second.\n\
@@ -732,6 +778,7 @@ impl Speed {
              ## What the kernels reach\n\n{}\n\
              ## Size of the sky lookup\n\n{COMMON}; RMSE against the integral at every pixel, divided by the image's mean.\n\n{}\n\
              ## Samples per piece\n\n512x256, every pixel integrated.\n\n{}\n\
+             ## View transforms\n\n{COMMON}, standard preset, all orders, pictures of 8 bits.\n\n{}\n\
              ## Light of all orders\n\n{COMMON}, standard preset; light scattered once over the same ground.\n\n{}\n\
              ## Altitudes and suns\n\n960x540 in perspective, 3° below the level, and maps of 1024x512, standard preset, all orders; beside the ground and a sun at 30°.\n\n{}\n\
              ## Plans\n\n{COMMON}, standard preset, all orders (ms).\n\n{}\n\
@@ -747,6 +794,7 @@ impl Speed {
             self.rooflines.iter().map(limits).collect::<String>(),
             table(&["projection", "lookup", "kernels (ms)", "RMSE ÷ mean"], lookups),
             table(&["samples per piece", "kernels (ms)"], steps),
+            table(&["view", "kernels (ms)", "times sRGB"], transforms),
             table(&["sun (°)", "", "scattered once (ms)", "all orders (ms)", "ratio"], orders),
             table(&["projection", "altitude (km)", "sun (°)", "integrals", "kernels (ms)", "times the ground"], places),
             table(&["sun (°)", "processor", "device", "processor, fields kept", "device, fields kept"], plans),

@@ -10,8 +10,12 @@ use sorairo::Device;
 use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::scene::{Scene, Size};
 
-/// Rounds that are measured, after one that is not.
+/// Rounds that are measured, after those that warm up.
 pub const ROUNDS: usize = 9;
+
+/// How long jobs warm up, one round at least: a graphics device that was idle takes some tenths of a second to raise its clock, and until
+/// then computes up to six times as slowly.
+const WARM_UP: Duration = Duration::from_millis(500);
 
 /// Median and range of repeated measurements (ms).
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -81,21 +85,31 @@ pub fn repeated<'a>(mut job: Job<'a>, times: u32) -> Job<'a> {
     Box::new(move || Ok((0..times).map(|_| job()).sum::<Result<Duration>>()? / times))
 }
 
-/// Times jobs in turn, so that whatever else the machine does meets them all alike: once to warm up, then [`ROUNDS`] times.
+/// Times jobs in turn, so that whatever else the machine does meets them all alike: for [`WARM_UP`] unmeasured, then [`ROUNDS`] times.
 ///
 /// # Errors
 ///
 /// The first error of a job.
 pub fn interleaved(jobs: &mut [Job<'_>]) -> Result<Vec<Times>> {
+    interleaved_after(WARM_UP, jobs)
+}
+
+fn interleaved_after(warm_up: Duration, jobs: &mut [Job<'_>]) -> Result<Vec<Times>> {
+    let start = Instant::now();
+    loop {
+        for job in jobs.iter_mut() {
+            job()?;
+        }
+        if start.elapsed() >= warm_up {
+            break;
+        }
+    }
     let mut samples = vec![(Vec::with_capacity(ROUNDS), Vec::with_capacity(ROUNDS)); jobs.len()];
-    for round in 0..=ROUNDS {
+    for _ in 0..ROUNDS {
         for (job, (kernels, walls)) in jobs.iter_mut().zip(&mut samples) {
             let start = Instant::now();
-            let kernel = job()?;
-            if round > 0 {
-                kernels.push(kernel);
-                walls.push(start.elapsed());
-            }
+            kernels.push(job()?);
+            walls.push(start.elapsed());
         }
     }
     Ok(samples
@@ -168,7 +182,7 @@ mod tests {
                 })
             })
             .collect();
-        let times = interleaved(&mut jobs).unwrap();
+        let times = interleaved_after(Duration::ZERO, &mut jobs).unwrap();
         drop(jobs);
         assert_eq!(order.borrow().len(), 2 * (ROUNDS + 1));
         assert!(order.borrow().chunks(2).all(|turn| turn == [0, 1]));

@@ -25,6 +25,10 @@ fn floats(plan: &Plan, backend: &dyn Backend, kernel: Kernel) -> Vec<f32> {
 /// depths up to 40 that still reach 1e-6 of the maximum in a sum.
 const SAME_FUNCTION: f64 = 2e-4;
 
+/// Where the sun's disc is seen: hardware takes sines within 2⁻²¹, hence directions within 1e-4 of the disc's radius, and at the limb its radiance
+/// falls by its half within 3 % of the radius.
+const SAME_DISC: f64 = 3e-3;
+
 /// Every way to a colour: fit, colour path, and the bands if not the fit's own.
 fn ways() -> Vec<(Fit, ColourPath, Option<Vec<f64>>)> {
     let six = Some(vec![435.0, 475.0, 506.0, 555.0, 608.0, 659.0]);
@@ -311,7 +315,8 @@ fn pixels_in_runs_agree_with_pixels_alone() {
         println!("{size}, sun {sun}, altitude {altitude}: {:.1e} at {}", worst.relative, worst.place);
         assert!(worst.relative > 0.0 && worst.relative <= 5e-4, "{sun}°, {altitude} km: {worst:?}");
         let worst = worst_in_images(&floats(&runs, gpu(), runs.kernel()), &images[0], width, 3, 1e-6);
-        assert!(worst.relative <= SAME_FUNCTION, "{sun}°, {altitude} km: {worst:?}");
+        let bound = if disc { SAME_DISC } else { SAME_FUNCTION };
+        assert!(worst.relative <= bound, "{sun}°, {altitude} km: {worst:?}");
     }
 }
 

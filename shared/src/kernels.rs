@@ -157,7 +157,7 @@ fn lit_pixel(
         let parts = light(uniform, buffers, group, direction, variant);
         if is_linear_spectrum | (variant & variant::AT_BANDS != 0) {
             let bands = fetch(buffers.bands, group);
-            let transfer = transfer_of_parts(uniform, parts, bands.albedo, angle, variant);
+            let transfer = transfer_of_parts(uniform, parts, (bands.albedo, bands.abscissae), angle, variant);
             if is_linear_spectrum {
                 rgb += spectral::store_linear(uniform, buffers, output, at, group, transfer);
             } else {
@@ -267,7 +267,11 @@ pub fn lookup_pixel(
     let first = index(uniform, pixel);
     let mut of_run = 0;
     while of_run < RUN {
-        let sky = if is_perspective { on_line.sky(of_run, variant) } else { on_circle.sky(of_run, variant) };
+        let sky = if is_perspective {
+            on_line.sky(uniform, of_run, variant)
+        } else {
+            on_circle.sky(uniform, of_run, variant)
+        };
         let rgb = seen(uniform, colour, pixel, with_ground(uniform, sky, view.ground), variant);
         store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
         pixel.x += 1;

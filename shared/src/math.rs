@@ -297,10 +297,16 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
 #[inline(always)]
 pub fn acos(x: f32) -> f32 {
     let y = min(if x < 0.0 { -x } else { x }, 1.0);
+    let angle = acos_beside(y, 1.0 - y);
+    if x < 0.0 { PI - angle } else { angle }
+}
+
+/// The same of a cosine `y` in `[0, 1]`, and of `1 - y` with all its digits: a small angle has as many.
+#[inline(always)]
+pub fn acos_beside(y: f32, from_one: f32) -> f32 {
     let high = ((-1.262_491_1e-3 * y + 6.670_09e-3) * y - 1.708_812_6e-2) * y + 3.089_188_1e-2;
     let polynomial = (((high * y - 5.017_430_5e-2) * y + 8.897_899e-2) * y - 2.145_988e-1) * y + 0.5 * PI;
-    let angle = sqrt(1.0 - y) * polynomial;
-    if x < 0.0 { PI - angle } else { angle }
+    sqrt(from_one) * polynomial
 }
 
 /// The angle of the point (`x`, `y`) in `[0, 2π]`, counted from the axis of `x` towards that of `y`, to 7e-7 radians on

@@ -8,7 +8,7 @@ use crate::geometry::Ray;
 use crate::glam::{Vec3, Vec4};
 use crate::light_field::multiple_lookup;
 use crate::math::{clamp, fetch, max, sqrt};
-use crate::medium::phase::{ScatteringAngle, air_phase, cornette_shanks_phase};
+use crate::medium::phase::{ScatteringAngle, air_phase, cornette_shanks_phase, tabulated_phase};
 use crate::path::ground::{ground_light, ground_seen};
 use crate::path::single::single_scattering;
 use crate::uniform::{Buffers, Uniform};
@@ -102,19 +102,21 @@ pub fn cosine_from_sun(uniform: &Uniform, direction: Vec3) -> f32 {
 pub fn transfer(uniform: &Uniform, buffers: Buffers<'_>, group: usize, direction: Vec3, variant: u32) -> Vec4 {
     let parts = light(uniform, buffers, group, direction, variant);
     let angle = ScatteringAngle::of_ray(view_ray(uniform, direction));
-    transfer_of_parts(uniform, parts, fetch(buffers.bands, group).albedo, angle, variant)
+    let bands = fetch(buffers.bands, group);
+    transfer_of_parts(uniform, parts, (bands.albedo, bands.abscissae), angle, variant)
 }
 
-/// The same of light whose constituents are known, over ground of this albedo.
+/// The same of light whose constituents are known, over ground of this albedo, at bands with these abscissae of the
+/// aerosol's phase function.
 #[inline(always)]
 pub fn transfer_of_parts(
     uniform: &Uniform,
     parts: ByConstituent<Vec4>,
-    albedo: Vec4,
+    (albedo, abscissae): (Vec4, Vec4),
     angle: ScatteringAngle,
     variant: u32,
 ) -> Vec4 {
-    let phases = phases(uniform, angle);
+    let phases = phases(uniform, angle, abscissae, variant);
     let mut transfer = parts.air * phases.air;
     if variant & variant::AEROSOL != 0 {
         transfer += parts.aerosol * phases.aerosol;
@@ -125,14 +127,31 @@ pub fn transfer_of_parts(
     transfer
 }
 
-/// The phase functions at an angle (sr⁻¹); 1 for light that has none left.
+/// The phase functions of what scatters, at an angle (sr⁻¹).
+#[derive(Clone, Copy)]
+pub struct Phases {
+    /// Of air.
+    pub air: f32,
+    /// Of aerosol, at four wavelengths.
+    pub aerosol: Vec4,
+}
+
+/// The phase functions at an angle and at wavelengths with these abscissae.
 #[inline(always)]
-pub fn phases(uniform: &Uniform, angle: ScatteringAngle) -> ByConstituent<f32> {
-    ByConstituent {
+pub fn phases(uniform: &Uniform, angle: ScatteringAngle, abscissae: Vec4, variant: u32) -> Phases {
+    Phases {
         air: air_phase(uniform.atmosphere.air_anisotropy, angle.cosine),
-        aerosol: cornette_shanks_phase(angle, uniform.atmosphere.aerosol_asymmetry),
-        multiple: 1.0,
-        ground: 1.0,
+        aerosol: aerosol_phase(uniform, angle, abscissae, variant),
+    }
+}
+
+/// The phase function of aerosol likewise: by the variant's table, or that of Cornette and Shanks at every wavelength.
+#[inline(always)]
+pub fn aerosol_phase(uniform: &Uniform, angle: ScatteringAngle, abscissae: Vec4, variant: u32) -> Vec4 {
+    if variant & variant::PHASE_TABLE != 0 {
+        tabulated_phase(&uniform.aerosol_phase, angle, abscissae)
+    } else {
+        Vec4::splat(cornette_shanks_phase(angle, uniform.atmosphere.aerosol_asymmetry))
     }
 }
 
@@ -157,7 +176,8 @@ impl Constituents {
 pub fn with_phases(uniform: &Uniform, constituents: Constituents, angle: ScatteringAngle, variant: u32) -> Vec3 {
     let mut rgb = constituents.air * air_phase(uniform.atmosphere.air_anisotropy, angle.cosine);
     if variant & variant::AEROSOL != 0 {
-        rgb += constituents.aerosol * cornette_shanks_phase(angle, uniform.atmosphere.aerosol_asymmetry);
+        let phase = aerosol_phase(uniform, angle, uniform.rgb_abscissae, variant);
+        rgb += constituents.aerosol * Vec3::new(phase.x, phase.y, phase.z);
     }
     if variant & variant::REST != 0 {
         rgb += constituents.rest;
@@ -239,7 +259,8 @@ impl Gathered {
                 ground: ground.first,
             };
             let bands = fetch(buffers.bands, 0);
-            let radiance = transfer_of_parts(uniform, four, bands.albedo, angle, variant) * bands.fit_irradiance;
+            let of_bands = (bands.albedo, bands.abscissae);
+            let radiance = transfer_of_parts(uniform, four, of_bands, angle, variant) * bands.fit_irradiance;
             let xyz = observe_cubic(uniform.band_wavelengths, radiance, buffers.colour);
             into_gamut(uniform.rgb.from_xyz(xyz), &uniform.rgb)
         } else {

@@ -1,14 +1,15 @@
 //! The sky's colour and spectrum in a direction: what a pixel of a spectral image holds.
 //!
-//! A pixel takes three words of linear RGB, then one for the radiance at each wavelength (W·m⁻²·sr⁻¹·nm⁻¹). A fit that is linear
-//! in the transfer has one colour row of each wavelength for each group of four bands, which follow those of the colour; the regression fit has
-//! [`rows_per_node`] of each constituent that there is ([`regression_value`]).
+//! A pixel takes three words of linear RGB, then one for the radiance at each wavelength (W·m⁻²·sr⁻¹·nm⁻¹). A fit that
+//! is linear in the transfer has one colour row of each wavelength for each group of four bands, which follow those of
+//! the colour; the regression fit has [`rows_per_node`] of each constituent that there is ([`regression_value`]), and
+//! behind all of them the abscissa of each wavelength where the aerosol's phase function is a table.
 
 use crate::fit::spectrum::{Dozen, Logarithms, regression_value, rows_per_node};
 use crate::glam::{Vec3, Vec4};
 use crate::math::{fetch, max, store};
-use crate::medium::phase::ScatteringAngle;
-use crate::sky::{ByConstituent, linear_rgb, phases, regression_constituents, with_phases};
+use crate::medium::phase::{ScatteringAngle, air_phase};
+use crate::sky::{ByConstituent, aerosol_phase, constituent_count, linear_rgb, regression_constituents, with_phases};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
 
@@ -69,15 +70,21 @@ pub fn store_regression(
     let aerosol = logarithms(lights.aerosol);
     let multiple = logarithms(lights.multiple);
     let ground = logarithms(lights.ground);
-    let phases = phases(uniform, angle);
+    let air_phase = air_phase(uniform.atmosphere.air_anisotropy, angle.cosine);
     let rows = rows_per_node(variant) as usize;
+    let abscissae = (uniform.spectral_wavelengths * constituent_count(variant)) as usize * rows;
     let mut row = 0;
     let mut i = 0;
     while i < uniform.spectral_wavelengths as usize {
-        let mut radiance = phases.air * regression_value(colour, row, &air, variant);
+        let mut radiance = air_phase * regression_value(colour, row, &air, variant);
         row += rows;
         if variant & variant::AEROSOL != 0 {
-            radiance += phases.aerosol * regression_value(colour, row, &aerosol, variant);
+            let mut abscissa = 0.0;
+            if variant & variant::PHASE_TABLE != 0 {
+                abscissa = fetch(colour, abscissae + i).x;
+            }
+            let phase = aerosol_phase(uniform, angle, Vec4::splat(abscissa), variant).x;
+            radiance += phase * regression_value(colour, row, &aerosol, variant);
             row += rows;
         }
         if variant & variant::MULTIPLE != 0 {

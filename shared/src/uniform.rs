@@ -10,6 +10,7 @@ use crate::glam::{Vec2, Vec4};
 use crate::light_field::multiple_lookup::MultipleLookup;
 use crate::medium::atmosphere::{Atmosphere, Medium};
 use crate::medium::bands::Bands;
+use crate::medium::phase::PHASE_ENTRIES;
 
 /// Rows of observer nodes that the uniform has room for: the four of each of sixteen nodes of each of four constituents.
 pub const NODE_ROWS: usize = 256;
@@ -77,6 +78,10 @@ pub struct Uniform {
     /// The rows of the observer nodes of a regression fit; see [`crate::fit::spectrum::regression_rgb`]. Every pixel reads all of them: a device that fetches for
     /// several pixels at a time knows of a uniform, and of no buffer, that all fetch the same.
     pub node_rows: [Vec4; NODE_ROWS],
+    /// Abscissae of red, green and blue in the table of the aerosol's phase function, where the variant has one.
+    pub rgb_abscissae: Vec4,
+    /// That table; see [`crate::medium::phase::tabulated_phase`].
+    pub aerosol_phase: [Vec4; PHASE_ENTRIES],
 }
 
 /// Where the sun's disc is in the image, and its grid of colours. The layout is that of a GPU buffer.

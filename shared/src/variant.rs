@@ -23,6 +23,8 @@ pub const OPAQUE: u32 = 128;
 pub const WHOLE_INTEGRAL: u32 = 63 | OPAQUE;
 /// Densities and column densities come from tables; see [`crate::medium::tables`].
 pub const TABLES: u32 = 1 << 30;
+/// The phase function of aerosol comes from a table; see [`crate::medium::phase::tabulated_phase`].
+pub const PHASE_TABLE: u32 = 1 << 31;
 /// Everything that concerns what fills the air and where light goes.
 pub const INTEGRAL: u32 = WHOLE_INTEGRAL | TABLES;
 

@@ -43,7 +43,7 @@ const SUN: [SceneFlag; 2] =
 const EXPOSURE: [SceneFlag; 1] = [value("render.exposure", "--exposure", "EV", exposure)];
 
 /// The flags of what a spectrum depends on too.
-const SKY: [SceneFlag; 19] = [
+const SKY: [SceneFlag; 20] = [
     word("preset", "--preset"),
     value("sun.azimuth", "--sun-azimuth", "DEG", number),
     value("sun.place", "--place", "LAT,LON", text_of::<Place>),
@@ -54,6 +54,7 @@ const SKY: [SceneFlag; 19] = [
     SceneFlag { key: "atmosphere.refraction", name: "--refraction", takes: Takes::Nothing },
     value("atmosphere.water.column", "--water", "CM", water),
     value("atmosphere.air.pressure", "--pressure", "HPA", number),
+    word("atmosphere.aerosol.kind", "--aerosol-kind"),
     value(OPTICAL_DEPTH, "--aerosol", "DEPTH@NM", depth_at),
     value(OPTICAL_DEPTH, "--visibility", "KM", visibility),
     value("atmosphere.aerosol.angstrom_exponent", "--angstrom", "ALPHA", number),

@@ -25,6 +25,9 @@ const SEARCHED: (u32, u32) = (395, 700);
 /// Bands of a candidate lie at least this far apart (nm).
 const APART: u32 = 8;
 
+/// The wavelength (nm) of the phase functions by which rays count.
+const OF_PHASE: f64 = 550.0;
+
 /// Steps of the descent (nm), each until nothing improves.
 const STEPS: [u32; 5] = [20, 10, 5, 2, 1];
 
@@ -219,8 +222,8 @@ impl Spectra {
         let ln = |values: &[f64]| values.iter().map(|value| value.max(DARKEST).ln()).collect::<Vec<f64>>();
         let judged = spectra(&reference.views, &searched);
         let judged = judged.iter().zip(&reference.views).map(|(ray, &view)| {
-            let phase = constituent.of(plan.sky.integral().phases(view));
-            ray.iter().any(|&value| value > 0.0).then(|| (ln(&ray[..searched.len()]), f64::from(phase)))
+            let phase = plan.sky.integral().phases_at(constituent, view, &[OF_PHASE])[0];
+            ray.iter().any(|&value| value > 0.0).then(|| (ln(&ray[..searched.len()]), phase))
         });
         Self {
             constituent,

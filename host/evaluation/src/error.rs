@@ -105,7 +105,7 @@ pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
         return observe_cubic(integral.uniform.band_wavelengths, radiance, &sky.colours().rows).as_dvec3();
     }
     let (phases, Constituents { air, aerosol, rest }) = (integral.phases(view), sky.constituents(&[view])[0]);
-    let rgb = air * phases.air + aerosol * phases.aerosol + rest;
+    let rgb = air * phases.air + aerosol * phases.aerosol.truncate() + rest;
     sky.space.from_xyz.inverse() * rgb.as_dvec3()
 }
 

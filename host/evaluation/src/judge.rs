@@ -3,10 +3,13 @@
 use std::sync::Mutex;
 
 use sorairo::Scene;
+use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection};
-use sorairo_oracle::{AirLaw, Atmosphere, Coefficients, Level, MARS_DUST_ALBEDO, Medium, Ray, Spectrum, direction};
+use sorairo_oracle::{
+    AirLaw, Atmosphere, Coefficients, Level, MARS_DUST_ALBEDO, Medium, PhaseRows, Ray, Spectrum, direction,
+};
 
 /// The pressure (hPa) for which the scattering of a scene's air is given: one standard atmosphere.
 const SEA_LEVEL_HPA: f64 = 1013.25;
@@ -31,11 +34,13 @@ pub fn atmosphere(scene: &Scene) -> Atmosphere {
         air_scale_height_km: a.air.scale_height,
         aerosol_optical_depth_at_1_um: a.aerosol.optical_depth,
         aerosol_angstrom_exponent: a.aerosol.angstrom_exponent,
+        aerosol_spectrum: a.aerosol.kind.known().map(|kind| at_each_nanometre(|nm| kind.extinction(nm, 1000.0))),
         aerosol_scale_height_km: a.aerosol.scale_height,
-        aerosol_albedo: match &a.aerosol.single_scattering_albedo_spectrum {
-            AlbedoSpectrum::Grey => Spectrum::Grey(a.aerosol.single_scattering_albedo),
-            AlbedoSpectrum::MarsDust => MARS_DUST_ALBEDO,
-            AlbedoSpectrum::File(file) => read(file),
+        aerosol_albedo: match (a.aerosol.kind.known(), &a.aerosol.single_scattering_albedo_spectrum) {
+            (Some(kind), _) => at_each_nanometre(|nm| kind.single_scattering_albedo(nm)),
+            (None, AlbedoSpectrum::Grey) => Spectrum::Grey(a.aerosol.single_scattering_albedo),
+            (None, AlbedoSpectrum::MarsDust) => MARS_DUST_ALBEDO,
+            (None, AlbedoSpectrum::File(file)) => read(file),
         },
         aerosol_asymmetry: a.aerosol.asymmetry,
         ozone_column_du: a.ozone.column,
@@ -117,7 +122,37 @@ fn levels(scene: &Scene) -> &'static [Level] {
 
 /// The coefficients of a scene at a wavelength (nm).
 pub fn coefficients(scene: &Scene, wavelength: f64) -> Coefficients {
-    atmosphere(scene).coefficients(wavelength)
+    let aerosol_phase = phase_rows(scene.atmosphere.aerosol.kind, wavelength);
+    Coefficients { aerosol_phase, ..atmosphere(scene).coefficients(wavelength) }
+}
+
+/// A phase function that was asked for, by the kind of aerosol and the wavelength (nm).
+type KnownPhase = ((AerosolKind, f64), &'static PhaseRows);
+
+/// The phase function of a known kind at a wavelength (nm): the published rows at the nearest two wavelengths, between
+/// which logarithms are straight over that of the wavelength.
+fn phase_rows(kind: AerosolKind, wavelength: f64) -> Option<&'static PhaseRows> {
+    static KEPT: Mutex<Vec<KnownPhase>> = Mutex::new(Vec::new());
+    const TABLE: &str = include_str!("../../sorairo/data/aerosol_phase_functions.csv");
+    kind.known()?;
+    let mut kept = KEPT.lock().expect("no holder of this lock panics");
+    if let Some((_, rows)) = kept.iter().find(|(key, _)| *key == (kind, wavelength)) {
+        return Some(rows);
+    }
+    const COLUMNS: [f64; 5] = [350.0, 450.0, 550.0, 700.0, 900.0];
+    let after = COLUMNS.partition_point(|&nm| nm <= wavelength).clamp(1, 4);
+    let part = (wavelength / COLUMNS[after - 1]).ln() / (COLUMNS[after] / COLUMNS[after - 1]).ln();
+    let name: &str = kind.into();
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let number = |i: usize| cells[i].parse::<f64>().expect("a number");
+        let of_kind = cells[0] == name;
+        of_kind.then(|| (number(1).to_radians(), number(1 + after).powf(1.0 - part) * number(2 + after).powf(part)))
+    };
+    // A few kilobytes for each of a handful of kinds and wavelengths, for as long as the process lasts.
+    let rows: &'static PhaseRows = Box::leak(Box::new(PhaseRows::new(TABLE.lines().filter_map(row))));
+    kept.push(((kind, wavelength), rows));
+    Some(rows)
 }
 
 /// The ray of a scene towards an elevation and an azimuth (degrees).

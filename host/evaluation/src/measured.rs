@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
+use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::plan::{SkyPlan, direction};
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{AirSpectrum, GroundAlbedo, Preset, Rgb, Scene, SunSpectrum};
@@ -82,7 +83,7 @@ pub fn measured(folder: &Path, stage: &dyn Fn(&str)) -> Result<Vec<Outcome>> {
 type Change = fn(&mut Scene);
 
 /// The atmospheres.
-const ATMOSPHERES: [(&str, Change); 4] = [
+const ATMOSPHERES: [(&str, Change); 5] = [
     // The models of the comparison were run under a sun at 1 au (atmosphere.cc of Bruneton 2016, <https://github.com/ebruneton/clear-sky-models>).
     ("the published comparison", |scene| {
         published(scene);
@@ -90,18 +91,30 @@ const ATMOSPHERES: [(&str, Change); 4] = [
     }),
     ("the same, the sun as far as it was", published),
     ("the standard preset", |_| {}),
+    ("a continent's aerosol, by its optical depth", |scene| {
+        // Of a kind whose spectra and phase function are computed, with the depth at 550 nm that comes nearest to the
+        // scans.
+        of_the_day(scene);
+        scene.atmosphere.aerosol.kind = AerosolKind::ContinentalAverage;
+        scene.atmosphere.aerosol.optical_depth = scene.optical_depth_from(0.06, 550.0);
+    }),
     ("aerosol chosen for the scans", |scene| {
         // Nobody measured the aerosol of that day. Single-scattering albedo and asymmetry are those of clean air of the mid-Atlantic coast from 440
         // to 670 nm (Goddard in Dubovik et al. 2002, DOI 10.1175/1520-0469(2002)059<0590:VOAAOP>2.0.CO;2); optical depth and Ångström exponent are
-        // those that come nearest to the scans. 982 hPa at 264 m, 330 DU of ozone for the season.
-        scene.atmosphere.air.pressure = 982.0;
-        scene.atmosphere.ozone.column = 330.0;
+        // those that come nearest to the scans.
+        of_the_day(scene);
         let aerosol = &mut scene.atmosphere.aerosol;
         (aerosol.optical_depth, aerosol.angstrom_exponent) = (0.036, 0.8);
         (aerosol.single_scattering_albedo, aerosol.asymmetry) = (0.97, 0.6);
         aerosol.scale_height = 1.5;
     }),
 ];
+
+/// 982 hPa at 264 m, 330 DU of ozone for the season.
+fn of_the_day(scene: &mut Scene) {
+    scene.atmosphere.air.pressure = 982.0;
+    scene.atmosphere.ozone.column = 330.0;
+}
 
 /// The atmosphere under which the models of the comparison were run: air as it is, no ozone, aerosol .04 λ^-.8 of albedo .8 and asymmetry .7.
 fn published(scene: &mut Scene) {

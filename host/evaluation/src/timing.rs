@@ -13,8 +13,8 @@ use sorairo::scene::{Scene, Size};
 /// Rounds that are measured, after those that warm up.
 pub const ROUNDS: usize = 9;
 
-/// How long jobs warm up, one round at least: a graphics device that was idle takes some tenths of a second to raise its clock, and until
-/// then computes up to six times as slowly.
+/// How long jobs warm up, one round at least: a graphics device that was idle takes some tenths of a second to raise
+/// its clock, and until then computes up to six times as slowly.
 const WARM_UP: Duration = Duration::from_millis(500);
 
 /// Median and range of repeated measurements (ms).
@@ -85,7 +85,8 @@ pub fn repeated<'a>(mut job: Job<'a>, times: u32) -> Job<'a> {
     Box::new(move || Ok((0..times).map(|_| job()).sum::<Result<Duration>>()? / times))
 }
 
-/// Times jobs in turn, so that whatever else the machine does meets them all alike: for [`WARM_UP`] unmeasured, then [`ROUNDS`] times.
+/// Times jobs in turn, so that whatever else the machine does meets them all alike: for [`WARM_UP`] unmeasured, then
+/// [`ROUNDS`] times.
 ///
 /// # Errors
 ///

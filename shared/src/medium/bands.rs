@@ -24,6 +24,8 @@ pub struct Bands {
     pub fit_irradiance: Vec4,
     /// Albedo of the ground.
     pub albedo: Vec4,
+    /// Abscissae of the aerosol's phase function; see [`crate::medium::phase::tabulated_phase`].
+    pub abscissae: Vec4,
 }
 
 impl Bands {

@@ -1,8 +1,8 @@
 //! Phase functions: how light that is scattered spreads over directions (sr⁻¹).
 
 use crate::geometry::Ray;
-use crate::glam::Vec3;
-use crate::math::{PI, abs, max, sqrt};
+use crate::glam::{Vec3, Vec4};
+use crate::math::{PI, abs, acos_beside, exp4, fetch_in, max, min, sqrt};
 
 /// The angle by which light is scattered.
 #[derive(Clone, Copy)]
@@ -38,6 +38,16 @@ impl ScatteringAngle {
             Self { cosine, from_sun: near, from_antisun: far }
         } else {
             Self { cosine, from_sun: far, from_antisun: near }
+        }
+    }
+
+    /// The angle itself, in `[0, π]`.
+    #[inline(always)]
+    pub fn radians(self) -> f32 {
+        if self.cosine > 0.0 {
+            acos_beside(min(self.cosine, 1.0), max(self.from_sun, 0.0))
+        } else {
+            PI - acos_beside(min(-self.cosine, 1.0), max(self.from_antisun, 0.0))
         }
     }
 }
@@ -109,6 +119,23 @@ impl AerosolPhase {
         let spread = max(self.narrowest + self.widening * from_peak, 1e-12);
         self.scale * (1.0 + angle.cosine * angle.cosine) / (spread * sqrt(spread))
     }
+}
+
+/// Entries of a table of a phase function, at the angles `π (i / 127)²`: they crowd where a phase function has its
+/// peak.
+pub const PHASE_ENTRIES: usize = 128;
+
+/// The phase function of aerosol from a table, at four wavelengths (sr⁻¹).
+///
+/// An entry holds the coefficients of `ln P = a + b x + c x²` in the abscissa `x = ln(λ / 550 nm)`; between two of them
+/// they are straight lines over the root of the angle.
+#[inline(always)]
+pub fn tabulated_phase(table: &[Vec4; PHASE_ENTRIES], angle: ScatteringAngle, abscissae: Vec4) -> Vec4 {
+    let along = sqrt(angle.radians() * (1.0 / PI)) * (PHASE_ENTRIES - 1) as f32;
+    let first = min(along, (PHASE_ENTRIES - 2) as f32) as u32;
+    let below = fetch_in(table, first as usize);
+    let entry = below + (fetch_in(table, first as usize + 1) - below) * (along - first as f32);
+    exp4((abscissae * entry.z + Vec4::splat(entry.y)) * abscissae + Vec4::splat(entry.x))
 }
 
 /// The phase function of air at an angle (sr⁻¹); see [`AirPhase`].

@@ -85,13 +85,13 @@ impl PerspectiveRun {
 
     /// Linear RGB of the sky at one of its pixels, counted from 0.
     #[inline(always)]
-    pub fn sky(self, pixel: u32, variant: u32) -> Vec3 {
+    pub fn sky(self, uniform: &Uniform, pixel: u32, variant: u32) -> Vec3 {
         let beside = from_middle(pixel);
         let vector = self.middle + self.step * beside;
         let sine = self.sine + self.sine_step * beside;
         let inverse = 1.0 / sqrt(vector.dot(vector));
         let cosine = (self.cosine + self.cosine_step * beside) * inverse;
         let angle = ScatteringAngle::new(cosine, sine.dot(sine) * (inverse * inverse));
-        self.colours.sky(beside * (1.0 / SPACING), angle, variant)
+        self.colours.sky(uniform, beside * (1.0 / SPACING), angle, variant)
     }
 }

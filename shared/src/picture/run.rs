@@ -16,7 +16,7 @@ use crate::display::rgb::into_gamut_by;
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::interpolation::cubic::{ColourCubic, Stencil, TWISTS, stencil};
 use crate::math::{PI, abs, max, sin_cos, sqrt};
-use crate::medium::phase::{AerosolPhase, AirPhase, ScatteringAngle};
+use crate::medium::phase::{AerosolPhase, AirPhase, ScatteringAngle, tabulated_phase};
 use crate::picture::lookup::{FourEntries, along_row, colours_per_entry};
 use crate::sky::Constituents;
 use crate::uniform::Uniform;
@@ -205,10 +205,16 @@ impl Colours {
     /// Linear RGB of the sky so many steps of the cubics beside the run's middle, at an angle from the sun; as [`crate::sky::with_phases`] makes it of
     /// constituents.
     #[inline(always)]
-    pub fn sky(self, steps: f32, angle: ScatteringAngle, variant: u32) -> Vec3 {
+    pub fn sky(self, uniform: &Uniform, steps: f32, angle: ScatteringAngle, variant: u32) -> Vec3 {
         let mut rgb = self.air.beside(steps) * self.air_phase.at(angle.cosine);
         if variant & variant::AEROSOL != 0 {
-            rgb += self.aerosol.beside(steps) * self.aerosol_phase.at(angle);
+            let aerosol = self.aerosol.beside(steps);
+            if variant & variant::PHASE_TABLE != 0 {
+                let phase = tabulated_phase(&uniform.aerosol_phase, angle, uniform.rgb_abscissae);
+                rgb += aerosol * Vec3::new(phase.x, phase.y, phase.z);
+            } else {
+                rgb += aerosol * self.aerosol_phase.at(angle);
+            }
         }
         if variant & variant::REST != 0 {
             rgb += self.rest.beside(steps);
@@ -287,14 +293,14 @@ impl Run {
 
     /// Linear RGB of the sky at one of its pixels, counted from 0.
     #[inline(always)]
-    pub fn sky(self, pixel: u32, variant: u32) -> Vec3 {
+    pub fn sky(self, uniform: &Uniform, pixel: u32, variant: u32) -> Vec3 {
         let beside = from_middle(pixel);
         let columns = self.columns.at(beside);
         let from_sun = self.nearest + self.growth * (columns * columns);
         // Opposite the sun digits are missing, which only a peak that lies behind would need.
         let angle = ScatteringAngle { cosine: 1.0 - from_sun, from_sun, from_antisun: 2.0 - from_sun };
         let steps = if self.long != 0 { beside * (1.0 / SPACING) } else { abs(columns) - self.middle };
-        self.colours.sky(steps, angle, variant)
+        self.colours.sky(uniform, steps, angle, variant)
     }
 }
 

@@ -222,6 +222,10 @@ pub fn with_phases_of_block(
     variant: u32,
 ) -> Three {
     const REST: u32 = variant::AEROSOL | variant::REST;
+    if variant & variant::PHASE_TABLE != 0 {
+        let reads = variant & (variant::PHASE_TABLE | REST);
+        return with_known_phases(uniform, constituents, directions, count, reads);
+    }
     match (variant & variant::AEROSOL != 0, variant & variant::REST != 0) {
         (true, false) => with_known_phases(uniform, constituents, directions, count, variant::AEROSOL),
         (true, true) => with_known_phases(uniform, constituents, directions, count, REST),

@@ -34,6 +34,13 @@ fn sky_above(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, rows: [u32; 2]
     let is_perspective = variant::projection(variant) == PERSPECTIVE;
     const REST: u32 = variant::AEROSOL | variant::REST;
     let image = variant & (variant::DESCENT | variant::IMAGE);
+    if variant & variant::PHASE_TABLE != 0 {
+        let reads = variant & (variant::PHASE_TABLE | REST);
+        return match is_perspective {
+            true => sky_of_perspective(uniform, entries, pixels, reads | image),
+            false => sky_on_circle(uniform, entries, pixels, rows, reads),
+        };
+    }
     match (variant & variant::AEROSOL != 0, variant & variant::REST != 0) {
         (true, false) if is_perspective => sky_of_perspective(uniform, entries, pixels, variant::AEROSOL | image),
         (true, true) if is_perspective => sky_of_perspective(uniform, entries, pixels, REST | image),
@@ -62,7 +69,7 @@ fn sky_of_perspective(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, varia
         let run = PerspectiveRun::new(uniform, entries, column, uniform.first_row, variant);
         for pixel in 0..RUN {
             let lane = (RUN as usize * index + pixel as usize) % BLOCK;
-            sky.set(lane, run.sky(pixel, variant));
+            sky.set(lane, run.sky(uniform, pixel, variant));
         }
     }
     sky
@@ -83,7 +90,7 @@ fn sky_on_circle(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, rows: [u32
         let run = Run::new(uniform, entries, circle, middles.get(index), source_row, variant);
         for pixel in 0..RUN {
             let lane = (RUN as usize * index + pixel as usize) % BLOCK;
-            sky.set(lane, run.sky(pixel, variant));
+            sky.set(lane, run.sky(uniform, pixel, variant));
         }
     }
     sky

@@ -32,6 +32,8 @@ pub struct Atmosphere {
     pub aerosol_optical_depth_at_1_um: f64,
     /// Ångström exponent of the aerosol's extinction.
     pub aerosol_angstrom_exponent: f64,
+    /// The aerosol's extinction relative to that at 1 µm, in place of the exponent.
+    pub aerosol_spectrum: Option<Spectrum>,
     /// Scale height of the aerosol's density, km.
     pub aerosol_scale_height_km: f64,
     /// The part of the aerosol's extinction that is scattering.
@@ -75,7 +77,11 @@ impl Atmosphere {
     pub fn coefficients(&self, wavelength_nm: f64) -> Coefficients {
         let to_1_um = 1000.0 / wavelength_nm;
         let extinction_at_1_um = self.aerosol_optical_depth_at_1_um / self.aerosol_scale_height_km;
-        let aerosol_extinction = extinction_at_1_um * to_1_um.powf(self.aerosol_angstrom_exponent);
+        let aerosol_relative = match &self.aerosol_spectrum {
+            Some(measured) => measured.at(wavelength_nm),
+            None => to_1_um.powf(self.aerosol_angstrom_exponent),
+        };
+        let aerosol_extinction = extinction_at_1_um * aerosol_relative;
         let (relative, air_depolarisation) = match self.air_law {
             AirLaw::FourthPower => (to_1_um.powi(4), 0.0),
             AirLaw::Measured => (
@@ -90,6 +96,7 @@ impl Atmosphere {
             aerosol_scattering: self.aerosol_albedo.at(wavelength_nm) * aerosol_extinction,
             ozone_absorption: self.ozone_molecules_per_m2_km() * self.ozone_cross_section_m2.at(wavelength_nm),
             ground_albedo: self.ground_albedo.at(wavelength_nm),
+            aerosol_phase: None,
         }
     }
 

@@ -6,7 +6,7 @@
 
 use crate::line::dot;
 use crate::medium::Coefficients;
-use crate::phase::{aerosol_phase, air_phase};
+use crate::phase::air_phase;
 use crate::ray::Ray;
 
 /// Air of a profile.
@@ -181,7 +181,7 @@ impl Profile<'_> {
                 for (sum, band) in sum.iter_mut().zip(bands) {
                     let columns = std::array::from_fn(|c| along[c] + half[c] + beam.columns[c]);
                     let scattered = band.air_scattering * densities[0] * air_phase(band.air_depolarisation, nu)
-                        + band.aerosol_scattering * densities[1] * aerosol_phase(self.aerosol_asymmetry, nu);
+                        + band.aerosol_scattering * densities[1] * band.aerosol_phase(self.aerosol_asymmetry, nu);
                     *sum += scattered * beam.spread * (-band.optical_depth(columns)).exp() * (end - start);
                 }
             }

@@ -33,7 +33,7 @@ pub use bent::{Beam, Profile};
 pub use column::column_to_top;
 pub use medium::{Coefficients, Level, Medium};
 pub use orders::{Estimate, Paths, radiance_of_all_orders, radiance_of_orders, sunlit_ground_radiance};
-pub use phase::{aerosol_phase, air_phase};
+pub use phase::{PhaseRows, aerosol_phase, air_phase};
 pub use published::{DOBSON_UNIT, MARS_DUST_ALBEDO, OZONE_CROSS_SECTION_233K};
 pub use ray::{Ray, direction};
 pub use single::{TOLERANCE, scattered_radiance, scattered_radiance_bands, scattered_radiance_bands_within};

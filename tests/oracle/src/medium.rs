@@ -1,5 +1,7 @@
 //! What light passes through: the shapes of the constituents, and what they do to light of one wavelength.
 
+use crate::phase::{PhaseRows, aerosol_phase};
+
 /// The planet and the shapes of its three constituents, the same at every wavelength.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Medium {
@@ -47,6 +49,15 @@ pub struct Coefficients {
     pub ozone_absorption: f64,
     /// Lambertian albedo of the ground.
     pub ground_albedo: f64,
+    /// Phase function of aerosol; none where it is that of Cornette and Shanks with the medium's asymmetry.
+    pub aerosol_phase: Option<&'static PhaseRows>,
+}
+
+impl Coefficients {
+    /// The phase function of aerosol at an angle with the cosine ν (sr⁻¹).
+    pub(crate) fn aerosol_phase(&self, asymmetry: f64, nu: f64) -> f64 {
+        self.aerosol_phase.map_or_else(|| aerosol_phase(asymmetry, nu), |rows| rows.at(nu))
+    }
 }
 
 impl Medium {

@@ -18,7 +18,7 @@ use crate::column::column_to_top;
 use crate::directions::{Glow, aerosol_angle, air_angle, turned, unit};
 use crate::line::dot;
 use crate::medium::{Coefficients, Medium};
-use crate::phase::{aerosol_phase, air_phase};
+use crate::phase::air_phase;
 use crate::ray::Ray;
 use crate::single::{ViewPath, scattered_radiance};
 use crate::way::{Shells, Way};
@@ -259,8 +259,11 @@ impl Scatter {
     /// The phase function of air and aerosol together, sr⁻¹.
     fn phase(&self, shells: &Shells, nu: f64) -> f64 {
         let by_air = self.by_air.unwrap_or(0.0);
-        let aerosol =
-            if by_air < 1.0 { (1.0 - by_air) * aerosol_phase(shells.medium.aerosol_asymmetry, nu) } else { 0.0 };
+        let aerosol = if by_air < 1.0 {
+            (1.0 - by_air) * shells.band.aerosol_phase(shells.medium.aerosol_asymmetry, nu)
+        } else {
+            0.0
+        };
         by_air * air_phase(shells.band.air_depolarisation, nu) + aerosol
     }
 
@@ -277,6 +280,8 @@ impl Scatter {
         }
         let nu = if rng.random::<f64>() < by_air {
             air_angle(shells.band.air_depolarisation, rng)
+        } else if let Some(rows) = shells.band.aerosol_phase {
+            rows.cosine_of_part(rng.random())
         } else {
             aerosol_angle(shells.medium.aerosol_asymmetry, rng)
         };

@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 use crate::column::column_to_top;
 use crate::line::{Line, cross, dot, entry_distance, length_in_atmosphere, line_from_entry, quadratic_roots};
 use crate::medium::{Coefficients, Medium};
-use crate::phase::{aerosol_phase, air_phase};
+use crate::phase::air_phase;
 use crate::quadrature::GaussLegendre;
 use crate::ray::Ray;
 
@@ -180,16 +180,16 @@ struct Integral<'a> {
     medium: &'a Medium,
     bands: &'a [Coefficients],
     path: &'a ViewPath,
-    /// Phase functions along the whole ray, sr⁻¹: of air per band, and of aerosol.
+    /// Phase functions along the whole ray, sr⁻¹: of air and of aerosol, per band.
     air_phases: Vec<f64>,
-    aerosol_phase: f64,
+    aerosol_phases: Vec<f64>,
 }
 
 impl<'a> Integral<'a> {
     fn new(tolerance: f64, medium: &'a Medium, bands: &'a [Coefficients], path: &'a ViewPath) -> Self {
         let air_phases = bands.iter().map(|band| air_phase(band.air_depolarisation, path.nu)).collect();
-        let aerosol_phase = aerosol_phase(medium.aerosol_asymmetry, path.nu);
-        Self { tolerance, medium, bands, path, air_phases, aerosol_phase }
+        let aerosol_phases = bands.iter().map(|band| band.aerosol_phase(medium.aerosol_asymmetry, path.nu)).collect();
+        Self { tolerance, medium, bands, path, air_phases, aerosol_phases }
     }
 
     fn radiance(&self) -> Vec<f64> {
@@ -256,7 +256,7 @@ impl<'a> Integral<'a> {
     fn agree(&self, a: &Stretch, b: &Stretch, accuracy: &[f64]) -> bool {
         let difference = std::array::from_fn(|i| (a.column[i] - b.column[i]).abs());
         self.bands.iter().enumerate().all(|(i, band)| {
-            let brightest = self.air_phases[i].max(self.aerosol_phase);
+            let brightest = self.air_phases[i].max(self.aerosol_phases[i]);
             let depth_error = band.optical_depth(difference);
             let behind = brightest * (-band.optical_depth(b.column)).exp();
             // Close to itself is enough too: the scale is a first guess, and everything adds up.
@@ -296,9 +296,10 @@ impl<'a> Integral<'a> {
 
     /// Adds what a point scatters, `weight` km long and seen through `column`.
     fn add_scattered(&self, sum: &mut [f64], weight: f64, density: [f64; 3], column: [f64; 3]) {
-        let aerosol = weight * density[1] * self.aerosol_phase;
-        for ((sum, band), air_phase) in sum.iter_mut().zip(self.bands).zip(&self.air_phases) {
-            let scattered = weight * density[0] * air_phase * band.air_scattering + aerosol * band.aerosol_scattering;
+        let phases = self.air_phases.iter().zip(&self.aerosol_phases);
+        for ((sum, band), (air, aerosol)) in sum.iter_mut().zip(self.bands).zip(phases) {
+            let scattered =
+                weight * (density[0] * air * band.air_scattering + density[1] * aerosol * band.aerosol_scattering);
             *sum += scattered * (-band.optical_depth(column)).exp();
         }
     }

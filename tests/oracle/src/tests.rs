@@ -27,6 +27,7 @@ const BANDS: [Coefficients; 3] = [
         aerosol_scattering: 4.0e-3,
         ozone_absorption: 1e-5,
         ground_albedo: 0.0,
+        aerosol_phase: None,
     },
     Coefficients {
         air_scattering: 9.0e-3,
@@ -35,6 +36,7 @@ const BANDS: [Coefficients; 3] = [
         aerosol_scattering: 4.0e-3,
         ozone_absorption: 2.6e-3,
         ground_albedo: 0.0,
+        aerosol_phase: None,
     },
     Coefficients {
         air_scattering: 9.0e-3,
@@ -43,6 +45,7 @@ const BANDS: [Coefficients; 3] = [
         aerosol_scattering: 4.0e-2,
         ozone_absorption: 2.6e-3,
         ground_albedo: 0.0,
+        aerosol_phase: None,
     },
 ];
 
@@ -53,6 +56,7 @@ const ONLY_AIR: Coefficients = Coefficients {
     aerosol_scattering: 0.0,
     ozone_absorption: 0.0,
     ground_albedo: 0.0,
+    aerosol_phase: None,
 };
 
 fn ray(observer_altitude_km: f64, view: [f64; 3], sun: [f64; 3]) -> Ray {
@@ -205,6 +209,7 @@ fn coefficients_are_those_of_published_numbers() {
         air_law: AirLaw::FourthPower,
         aerosol_optical_depth_at_1_um: 0.150,
         aerosol_angstrom_exponent: 1.3,
+        aerosol_spectrum: None,
         aerosol_scale_height_km: 1.2,
         aerosol_albedo: MARS_DUST_ALBEDO,
         aerosol_asymmetry: 0.8,
@@ -340,6 +345,7 @@ fn thin_zenith_at_sun_minus_four_is_lit_from_the_shadow_edge_up() {
         aerosol_scattering: 1e-9,
         ozone_absorption: 0.0,
         ground_albedo: 0.0,
+        aerosol_phase: None,
     };
     let zenith = ray(0.0, [0.0, 0.0, 1.0], sun);
     let [air, haze] = [air, haze].map(|band| scattered_radiance(&EARTH, &band, &zenith));
@@ -369,6 +375,7 @@ fn radiance_is_linear_in_the_scattering_alone() {
         aerosol_scattering: scattering,
         ozone_absorption: 1e-3,
         ground_albedo: 0.0,
+        aerosol_phase: None,
     };
     let ray = ray(0.0, direction(3.0, 20.0), direction(5.0, 0.0));
     let radiance = scattered_radiance_bands(&EARTH, &[albedo(0.04), albedo(0.01)], &ray);

@@ -34,6 +34,7 @@ const HAZE: Coefficients = Coefficients {
     aerosol_scattering: 0.09,
     ozone_absorption: 2.6e-3,
     ground_albedo: 0.4,
+    aerosol_phase: None,
 };
 
 fn ray(observer_altitude_km: f64, view: (f64, f64), sun: f64) -> Ray {
@@ -96,6 +97,7 @@ fn atmosphere(case: &str, ground_albedo: f64) -> Atmosphere {
         air_law: AirLaw::FourthPower,
         aerosol_optical_depth_at_1_um: depth,
         aerosol_angstrom_exponent: exponent,
+        aerosol_spectrum: None,
         aerosol_scale_height_km: 1.2,
         aerosol_albedo: Spectrum::Grey(albedo),
         aerosol_asymmetry: asymmetry,

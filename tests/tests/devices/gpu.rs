@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use sorairo::PixelFormat;
 use sorairo::low_level::device::{self, Backend};
+use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
@@ -25,8 +26,8 @@ fn floats(plan: &Plan, backend: &dyn Backend, kernel: Kernel) -> Vec<f32> {
 /// depths up to 40 that still reach 1e-6 of the maximum in a sum.
 const SAME_FUNCTION: f64 = 2e-4;
 
-/// Where the sun's disc is seen: hardware takes sines within 2⁻²¹, hence directions within 1e-4 of the disc's radius, and at the limb its radiance
-/// falls by its half within 3 % of the radius.
+/// Where the sun's disc is seen: hardware takes sines within 2⁻²¹, hence directions within 1e-4 of the disc's radius,
+/// and at the limb its radiance falls by its half within 3 % of the radius.
 const SAME_DISC: f64 = 3e-3;
 
 /// Every way to a colour: fit, colour path, and the bands if not the fit's own.
@@ -285,6 +286,35 @@ fn check_lookup(mut scene: Scene) {
     // edge of the planet's shadow is a kink, at which an error falls with the spacing alone.
     let bound = if sun <= 0.0 { 3e-2 } else { 4e-3 };
     assert!(worst <= bound, "{what}: {worst:e}");
+}
+
+/// The phase function of a known kind of aerosol comes from a table, of each band and wavelength, or of red, green and
+/// blue.
+#[test]
+fn aerosol_of_a_known_kind_agrees_with_the_cpu() {
+    for (projection, path, size) in [
+        (Projection::Fisheye, PathChoice::Direct, "96x96"),
+        (Projection::Fisheye, PathChoice::Lookup, "96x96"),
+        (Projection::Perspective, PathChoice::Lookup, "320x176"),
+        (Projection::Equirectangular, PathChoice::Lookup, "384x192"),
+    ] {
+        for fit in [Fit::Regression, Fit::Transfer] {
+            let mut scene = scene(Preset::Standard, 30.0, size);
+            scene.atmosphere.aerosol.kind = AerosolKind::Desert;
+            (scene.camera.projection, scene.render.path, scene.render.fit) = (projection, path, fit);
+            let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+            assert!(plan.variant & variant::PHASE_TABLE != 0);
+            let what = format!("{projection:?}, {path:?}, {fit:?}");
+            let plans = [plan.clone(), plan.clone().at_bands(), plan.with_spectrum(&[450.0, 550.0, 650.0]).unwrap()];
+            for plan in &plans {
+                let [found, expected] = [gpu(), &device::cpu::Cpu].map(|backend| floats(plan, backend, plan.kernel()));
+                let words = plan.pixel_words() as usize;
+                let worst = worst_in_images(&found, &expected, plan.width() as usize, words, 1e-6);
+                println!("{what}, {words} words: {:.1e} at {}", worst.relative, worst.place);
+                assert!(worst.relative <= SAME_FUNCTION, "{what}, {words} words: {worst:?}");
+            }
+        }
+    }
 }
 
 /// Pixels that share entries of the sky lookup reach hardly beyond them: where they do, the colour is as good as anywhere.

@@ -519,7 +519,8 @@ fn the_example_draws_a_moving_sun_as_the_command_does() {
         assert_eq!(shown.len(), rendered.len());
         let apart: Vec<u8> =
             shown.iter().zip(&rendered).map(|(a, b)| a.abs_diff(*b)).filter(|&step| step > 0).collect();
-        // The command plans on a device of hardware, the example on the processor: 1e-6 apart, which takes one value in a thousand to the byte beside.
+        // The command plans on a device of hardware, the example on the processor: 1e-6 apart, which takes one value in
+        // a thousand to the byte beside.
         assert!(
             apart.iter().all(|&step| step == 1) && 1000 * apart.len() <= shown.len(),
             "sun at {sun}: {}",

@@ -743,7 +743,7 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
 }
 
 /// A value of each key, as a scene file says it, and what stands beside it there.
-const VALUES: [(&str, &str, &str); 61] = [
+const VALUES: [(&str, &str, &str); 62] = [
     ("preset", "'mars'", ""),
     ("sun.elevation", "3.5", ""),
     ("sun.apparent", "true", "atmosphere.profile = 'us-standard'\natmosphere.refraction = true\n"),
@@ -763,6 +763,7 @@ const VALUES: [(&str, &str, &str); 61] = [
     ("atmosphere.air.spectrum", "'fourth-power'", ""),
     ("atmosphere.air.pressure", "900", ""),
     ("atmosphere.air.scale_height", "7.5", ""),
+    ("atmosphere.aerosol.kind", "'desert'", ""),
     ("atmosphere.aerosol.optical_depth", "0.2", ""),
     ("atmosphere.aerosol.angstrom_exponent", "0.5", ""),
     ("atmosphere.aerosol.scale_height", "1.5", ""),

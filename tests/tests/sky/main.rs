@@ -1,6 +1,7 @@
 //! The light of the sky, against theory, measurements and other programs.
 
 mod accuracy;
+mod aerosol;
 mod fits;
 mod gases;
 mod integral;

@@ -55,10 +55,11 @@ fn light_from_below(plan: &Plan) -> Vec3 {
 
 /// Which parts of the integral the kernels are compiled with.
 fn terms(plan: &Plan) -> String {
-    const NAMES: [(u32, &str); 11] = [
+    const NAMES: [(u32, &str); 12] = [
         (variant::AEROSOL, "aerosol"),
         (variant::OZONE, "ozone"),
         (variant::TABLES, "column densities of a measured profile from tables"),
+        (variant::PHASE_TABLE, "the phase function of a kind of aerosol"),
         (variant::ABOVE_TOP, "air above the top of the atmosphere"),
         (variant::SHADOW, "the planet's shadow"),
         (variant::DESCENT, "descending rays"),

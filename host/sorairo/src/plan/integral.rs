@@ -9,10 +9,11 @@ use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::medium::phase::ScatteringAngle;
 use sorairo_shared::processor::kernels::light_of_directions;
 use sorairo_shared::processor::lanes::BLOCK;
-use sorairo_shared::sky::{ByConstituent, phases, transfer, view_ray};
+use sorairo_shared::sky::{ByConstituent, Phases, aerosol_phase, phases, transfer, view_ray};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
+use crate::medium::aerosol::abscissa;
 use crate::medium::tables::Tables;
 use crate::plan::light_field::{COMPARED_DEPTH, LightFields, MultipleLight, OrdersMade, Resolution, Setting};
 use crate::plan::rays::directions::farthest_air;
@@ -128,9 +129,26 @@ impl RayIntegral {
         view_ray(&self.uniform, view)
     }
 
-    /// The phase functions in a direction (sr⁻¹); 1 for light that has none left.
-    pub fn phases(&self, view: Vec3) -> ByConstituent<f32> {
-        phases(&self.uniform, ScatteringAngle::of_ray(self.ray(view)))
+    /// The phase functions in a direction (sr⁻¹), that of aerosol for red, green and blue.
+    pub fn phases(&self, view: Vec3) -> Phases {
+        phases(&self.uniform, ScatteringAngle::of_ray(self.ray(view)), self.uniform.rgb_abscissae, self.variant)
+    }
+
+    /// The phase function of a constituent in a direction at wavelengths (nm; sr⁻¹); 1 for light that has none left.
+    pub fn phases_at(&self, constituent: Constituent, view: Vec3, wavelengths: &[f64]) -> Vec<f64> {
+        let angle = ScatteringAngle::of_ray(self.ray(view));
+        let of_aerosol = |nm: f64| {
+            let abscissae = Vec4::splat(abscissa(nm) as f32);
+            f64::from(aerosol_phase(&self.uniform, angle, abscissae, self.variant).x)
+        };
+        match constituent {
+            Constituent::Air => vec![f64::from(self.phases(view).air); wavelengths.len()],
+            Constituent::Aerosol if self.variant & variant::PHASE_TABLE == 0 => {
+                vec![of_aerosol(550.0); wavelengths.len()]
+            }
+            Constituent::Aerosol => wavelengths.iter().map(|&nm| of_aerosol(nm)).collect(),
+            Constituent::Multiple | Constituent::Ground => vec![1.0; wavelengths.len()],
+        }
     }
 
     /// Transfer (sr⁻¹) in a direction at each band, of all light.
@@ -171,7 +189,7 @@ impl RayIntegral {
         let of_first_order = self.variant & variant::INTEGRAL;
         Setting::new(
             self.medium(),
-            self.placed_for(),
+            (self.placed_for(), self.optics.aerosol_kind),
             of_first_order,
             f64::from(self.uniform.altitude),
             self.source.elevation.to_radians(),
@@ -253,6 +271,7 @@ pub fn needed(scene: &Scene, optics: &Optics) -> u32 {
         | bit(a.ozone.column > 0.0, variant::OZONE)
         | bit(!has_tables && optics.depth_above_top() > NEGLIGIBLE_DEPTH_ABOVE_TOP, variant::ABOVE_TOP)
         | bit(has_tables, variant::TABLES)
+        | bit(a.aerosol.optical_depth > 0.0 && a.aerosol.kind.known().is_some(), variant::PHASE_TABLE)
         | bit(shadow, variant::SHADOW)
         | bit(from_above, variant::DESCENT)
         | bit(low_sun, variant::LOW_SUN)

@@ -135,8 +135,10 @@ impl Sky<'_> {
     fn of_views(&self, views: &[Vec3], light: &[ByConstituent<Vec4>]) -> Vec<Vec<f64>> {
         let transfer = |(&view, light): (&Vec3, &[ByConstituent<Vec4>])| {
             let angle = ScatteringAngle::of_ray(view_ray(self.uniform, view));
-            let four = |&parts| transfer_of_parts(self.uniform, parts, Vec4::ZERO, angle, self.variant()).to_array();
-            light.iter().flat_map(four).map(f64::from).collect()
+            let four = |(&parts, bands): (&ByConstituent<Vec4>, &Bands)| {
+                transfer_of_parts(self.uniform, parts, (Vec4::ZERO, bands.abscissae), angle, self.variant()).to_array()
+            };
+            light.iter().zip(&self.bands).flat_map(four).map(f64::from).collect()
         };
         views.iter().zip(light.chunks_exact(self.bands.len())).map(transfer).collect()
     }

@@ -363,7 +363,8 @@ fn forward_peak(scene: &Scene) -> f64 {
     if scene.render.orders == Orders::UpTo(1) || !has_aerosol {
         return 0.0;
     }
-    AerosolMoments::new(scene.atmosphere.aerosol.asymmetry as f32).peak
+    let aerosol = &scene.atmosphere.aerosol;
+    AerosolMoments::new(aerosol.asymmetry as f32, aerosol.kind).peak
 }
 
 /// What a scene has beside light that is scattered once: bits of [`variant::REST`].

@@ -19,6 +19,7 @@ use super::{plausible, rules};
 use crate::azimuth::within_a_turn;
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
+use crate::medium::aerosol::AerosolKind;
 use crate::medium::profile::Profile;
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 use crate::spectra::measured::MEASURED_RANGE;
@@ -191,6 +192,7 @@ pub static KEYS: &[Key] = &[
     key!(atmosphere.air.spectrum, one_of::<AirSpectrum>()),
     number!(atmosphere.air.pressure, "hPa", At(0.0), At(2000.0)),
     number!(atmosphere.air.scale_height, "km", At(0.05), THICKEST),
+    key!(atmosphere.aerosol.kind, one_of::<AerosolKind>()),
     number!(atmosphere.aerosol.optical_depth, "", At(0.0), At(1000.0)),
     number!(atmosphere.aerosol.angstrom_exponent, "", At(-5.0), At(5.0)),
     number!(atmosphere.aerosol.scale_height, "km", At(0.05), THICKEST),

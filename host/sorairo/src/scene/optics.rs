@@ -30,6 +30,7 @@ impl Scene {
             air_spectrum: a.air.spectrum,
             air_scale_height: a.air.scale_height,
             aerosol_extinction: a.aerosol.optical_depth / a.aerosol.scale_height,
+            aerosol_kind: a.aerosol.kind,
             angstrom_exponent: a.aerosol.angstrom_exponent,
             aerosol_scale_height: a.aerosol.scale_height,
             single_scattering_albedo: a.aerosol.single_scattering_albedo,
@@ -129,9 +130,14 @@ const LEAST_CONTRAST: f64 = 0.02;
 const OF_VISIBILITY: f64 = 550.0;
 
 impl Scene {
-    /// The optical depth of aerosol at 1 µm, of one at another wavelength (nm), by the scene's Ångström exponent.
+    /// The optical depth of aerosol at 1 µm, of one at another wavelength (nm), by the aerosol's kind or its Ångström
+    /// exponent.
     pub fn optical_depth_from(&self, depth: f64, wavelength: f64) -> f64 {
-        depth * (wavelength / 1000.0).powf(self.atmosphere.aerosol.angstrom_exponent)
+        let aerosol = &self.atmosphere.aerosol;
+        match aerosol.kind.known() {
+            Some(kind) => depth * kind.extinction(1000.0, wavelength),
+            None => depth * (wavelength / 1000.0).powf(aerosol.angstrom_exponent),
+        }
     }
 
     /// The optical depth of aerosol at 1 µm with which a black object near the ground is told from the sky up to a distance (km).

@@ -4,6 +4,7 @@ use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
 
 use super::place::{Place, Time};
+use crate::medium::aerosol::AerosolKind;
 use crate::medium::profile::Profile;
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 
@@ -152,6 +153,8 @@ impl Default for Air {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Aerosol {
+    /// Kind of aerosol; a known one has spectra and a phase function of its own, in place of exponent, albedo and asymmetry.
+    pub kind: AerosolKind,
     /// Vertical optical depth of aerosol at 1 µm: extinction at the ground times the scale height.
     pub optical_depth: f64,
     /// Ångström exponent α of the extinction by aerosol, which varies as λ^-α.
@@ -169,6 +172,7 @@ pub struct Aerosol {
 impl Default for Aerosol {
     fn default() -> Self {
         Self {
+            kind: AerosolKind::Plain,
             optical_depth: 5.328e-3,
             angstrom_exponent: 0.0,
             scale_height: 1.2,

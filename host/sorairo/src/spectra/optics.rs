@@ -7,6 +7,7 @@ use super::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OrTable, OzoneCro
 use super::mean::Window;
 use super::observer;
 use super::table_file::TableFile;
+use crate::medium::aerosol::{AerosolKind, abscissa};
 
 const METRES_PER_KM: f64 = 1000.0;
 
@@ -25,6 +26,8 @@ pub struct Optics {
     pub air_scale_height: f64,
     /// Extinction coefficient of aerosol at the ground and 1 µm (km⁻¹).
     pub aerosol_extinction: f64,
+    /// Kind of the aerosol, whose spectra take the place of the exponent and of the albedos.
+    pub aerosol_kind: AerosolKind,
     /// Ångström exponent of that extinction.
     pub angstrom_exponent: f64,
     /// Scale height of aerosol (km).
@@ -56,10 +59,17 @@ impl Optics {
     /// The coefficients at a wavelength (nm).
     pub fn at(&self, wavelength: f64) -> Coefficients {
         let micrometres = wavelength / 1000.0;
-        let aerosol_extinction = self.aerosol_extinction * micrometres.powf(-self.angstrom_exponent);
+        let (relative, albedo) = match self.aerosol_kind.known() {
+            Some(kind) => (kind.extinction(wavelength, 1000.0), kind.single_scattering_albedo(wavelength)),
+            None => {
+                let albedo = self.albedo_spectrum.at(wavelength, self.single_scattering_albedo);
+                (micrometres.powf(-self.angstrom_exponent), albedo)
+            }
+        };
+        let aerosol_extinction = self.aerosol_extinction * relative;
         Coefficients {
             air_scattering: self.air_scattering * self.air_spectrum.relative(micrometres),
-            aerosol_scattering: self.albedo_spectrum.at(wavelength, self.single_scattering_albedo) * aerosol_extinction,
+            aerosol_scattering: albedo * aerosol_extinction,
             aerosol_extinction,
             ozone_absorption: self.ozone_peak_density
                 * self.cross_section.at(wavelength, self.ozone_temperature)
@@ -131,6 +141,7 @@ impl Optics {
             solar_irradiance,
             fit_irradiance: solar_irradiance,
             albedo: vec4(wavelengths.map(|wavelength| self.ground_albedo.at(wavelength))),
+            abscissae: vec4(wavelengths.map(abscissa)),
         }
     }
 }

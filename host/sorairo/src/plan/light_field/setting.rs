@@ -6,6 +6,7 @@ use sorairo_shared::medium::atmosphere::Medium;
 use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::variant;
 
+use crate::medium::aerosol::AerosolKind;
 use crate::plan::light_field::suns::{Centre, sun_nodes};
 use crate::plan::rays::directions::horizon;
 
@@ -48,14 +49,15 @@ pub struct AerosolMoments {
 }
 
 impl AerosolMoments {
-    /// For an asymmetry in (-1, 1).
-    pub fn new(asymmetry: f32) -> Self {
+    /// For an asymmetry in (-1, 1), or for a kind that is known.
+    pub fn new(asymmetry: f32, kind: AerosolKind) -> Self {
         /// The degree up to which moments are kept where the phase function has a peak, and the asymmetry at which it begins to have one: what is left has as
         /// much in that degree as there.
         const DEGREE: usize = 20;
         const ASYMMETRY: f64 = 0.8;
-        let whole = cornette_shanks_moments(f64::from(asymmetry), HIGHEST_DEGREE);
-        if f64::from(asymmetry) <= ASYMMETRY {
+        let known = kind.known().map(|kind| kind.moments(HIGHEST_DEGREE).to_vec());
+        let whole = known.unwrap_or_else(|| cornette_shanks_moments(f64::from(asymmetry), HIGHEST_DEGREE));
+        if kind == AerosolKind::Plain && f64::from(asymmetry) <= ASYMMETRY {
             return Self { chi: whole, peak: 0.0 };
         }
         let left = cornette_shanks_moments(ASYMMETRY, DEGREE)[DEGREE];
@@ -67,9 +69,15 @@ impl AerosolMoments {
 impl<'a> Setting<'a> {
     /// For what fills the air, the bands for which samples are placed, what the integral of its light scattered once must not skip (see
     /// [`variant`]), an observer's altitude (km) and the sun's elevation (radians).
-    pub fn new(medium: Medium<'a>, placed_for: Bands, integral: u32, altitude: f64, sun_elevation: f64) -> Self {
+    pub fn new(
+        medium: Medium<'a>,
+        (placed_for, kind): (Bands, AerosolKind),
+        integral: u32,
+        altitude: f64,
+        sun_elevation: f64,
+    ) -> Self {
         let atmosphere = medium.atmosphere;
-        let AerosolMoments { chi, peak } = AerosolMoments::new(atmosphere.aerosol_asymmetry);
+        let AerosolMoments { chi, peak } = AerosolMoments::new(atmosphere.aerosol_asymmetry, kind);
         let (aerosol, forward_peak) = if integral & variant::AEROSOL == 0 {
             (Vec::new(), 0.0)
         } else {

@@ -195,7 +195,7 @@ impl Chosen {
         let cell = |&place: &Place| {
             let phases = integral.phases(place.view(uniform, grid));
             let luminance = |Constituents { air, aerosol, rest }: Constituents| {
-                f64::from(uniform.rgb.luminance(air * phases.air + aerosol * phases.aerosol + rest))
+                f64::from(uniform.rgb.luminance(air * phases.air + aerosol * phases.aerosol.truncate() + rest))
             };
             let middle = luminance(at(place));
             let error = |between: &[(Place, f64)]| {

@@ -17,6 +17,8 @@ pub type Regressions = Vec<(Constituent, Vec<Regression>)>;
 pub(crate) struct Illumination {
     /// Irradiance of the sun above the atmosphere (W·m⁻²·nm⁻¹).
     pub(crate) sun: Vec<f64>,
+    /// The wavelengths (nm).
+    pub(crate) wavelengths: Vec<f64>,
     /// What each constituent's light is multiplied with; see [`Constituent::albedo`].
     albedo: ByConstituent<Vec<f64>>,
 }
@@ -25,6 +27,7 @@ impl Illumination {
     pub(crate) fn new(optics: &Optics, wavelengths: &[f64]) -> Self {
         let albedo = |of: Constituent| wavelengths.iter().map(|&nm| of.albedo(optics, nm)).collect();
         Self {
+            wavelengths: wavelengths.to_vec(),
             sun: wavelengths.iter().map(|&nm| optics.solar_irradiance(nm)).collect(),
             albedo: ByConstituent {
                 air: albedo(Constituent::Air),
@@ -49,7 +52,6 @@ pub(crate) fn radiance(
     view: Vec3,
     light: impl Fn(Constituent) -> Vec<f64>,
 ) -> Vec<f64> {
-    let phases = integral.phases(view);
     let mut transfer = vec![0.0; illumination.sun.len()];
     for (constituent, regressions) in regressions {
         let at_bands = light(*constituent);
@@ -57,10 +59,11 @@ pub(crate) fn radiance(
             continue;
         }
         let logarithms: Vec<f64> = at_bands.iter().map(|value| value.max(DARKEST).ln()).collect();
-        let phase = f64::from(constituent.of(phases));
+        let phases = integral.phases_at(*constituent, view, &illumination.wavelengths);
         let highest = at_bands.iter().copied().fold(DARKEST, f64::max) * f64::from(SPECTRUM_RISE).exp();
-        for ((sum, regression), albedo) in transfer.iter_mut().zip(regressions).zip(illumination.albedo(*constituent)) {
-            *sum += phase * albedo * regression.value(&logarithms).min(highest);
+        let factors = phases.iter().zip(illumination.albedo(*constituent)).map(|(phase, albedo)| phase * albedo);
+        for ((sum, regression), factor) in transfer.iter_mut().zip(regressions).zip(factors) {
+            *sum += factor * regression.value(&logarithms).min(highest);
         }
     }
     transfer.iter().zip(&illumination.sun).map(|(transfer, sun)| transfer * sun).collect()

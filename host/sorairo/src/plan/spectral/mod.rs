@@ -15,6 +15,7 @@ pub use bands::BANDS;
 pub use illumination::Regressions;
 pub use model::FLOOR;
 
+use crate::medium::aerosol::abscissa;
 use crate::plan::fit::SpectralFit;
 use crate::plan::fit::linear::{Interpolant, LinearFit};
 use crate::plan::fit::regression::{Regression, Training, beside_more_bands, spectrum_rows};
@@ -30,6 +31,7 @@ use crate::spectra::measured::MEASURED_RANGE;
 use crate::spectra::observer;
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::sky::ByConstituent;
+use sorairo_shared::variant;
 
 /// What a spectrum may be off by day, relative to itself or, where it is fainter, to [`FLOOR`] of its peak.
 pub const BOUND_BY_DAY: f64 = 0.01;
@@ -215,7 +217,11 @@ impl SpectralPlan {
             SpectrumFit::Regression(regressions) => {
                 let (own, all) = (sky.base.bands.len(), self.integral.bands.len());
                 let colour = beside_more_bands(&sky.colours().rows, own, all);
-                [colour, spectrum_rows(optics, &self.wavelengths, regressions)]
+                let mut of_spectrum = spectrum_rows(optics, &self.wavelengths, regressions);
+                if self.integral.variant & variant::PHASE_TABLE != 0 {
+                    of_spectrum.extend(self.wavelengths.iter().map(|&nm| Vec4::splat(abscissa(nm) as f32)));
+                }
+                [colour, of_spectrum]
             }
         }
     }

@@ -195,12 +195,13 @@ fn error(sky: &TrainingSky, regressions: &[(Constituent, Vec<Regression>)], ends
     let of_ray = |(ray, &view): (usize, &Vec3)| {
         let seen = |constituent: Constituent| constituent.of(spectra)[ray].split_at(bands.wavelengths.len());
         let found = radiance(every, &illumination, regressions, view, |constituent| seen(constituent).0.to_vec());
-        let phases = every.phases(view);
+        let phases: Vec<Vec<f64>> =
+            regressions.iter().map(|(constituent, _)| every.phases_at(*constituent, view, computed)).collect();
         let truth = |i: usize| {
-            let of = |(constituent, _): &(Constituent, Vec<Regression>)| {
-                seen(*constituent).1[i] * illumination.albedo(*constituent)[i] * f64::from(constituent.of(phases))
+            let of = |((constituent, _), phases): (&(Constituent, Vec<Regression>), &Vec<f64>)| {
+                seen(*constituent).1[i] * illumination.albedo(*constituent)[i] * phases[i]
             };
-            regressions.iter().map(of).sum::<f64>() * illumination.sun[i]
+            regressions.iter().zip(&phases).map(of).sum::<f64>() * illumination.sun[i]
         };
         let truth: Vec<f64> = (0..computed.len()).map(truth).collect();
         let peak = truth[judged.clone()].iter().copied().fold(0.0, f64::max);

@@ -373,6 +373,8 @@ impl Window {
             "Haze: aerosol optical depth at 1 µm",
             haze.logarithmic(true).smallest_positive(1e-4).max_decimals(4),
         );
+        ui.horizontal(|ui| choice(ui, "Kind of haze", &mut scene.atmosphere.aerosol.kind));
+        ui.horizontal(|ui| choice(ui, "Profile", &mut scene.atmosphere.profile));
         let ozone = Slider::new(&mut scene.atmosphere.ozone.column, 0.0..=600.0);
         control(ui, "Ozone", ozone.suffix(" DU").max_decimals(0));
         section(ui, "Light");

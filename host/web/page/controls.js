@@ -9,6 +9,8 @@ const NAMES = {
   "sun.distance": "Distance of the sun",
   "observer.altitude": "Altitude",
   "atmosphere.air.pressure": "Pressure",
+  "atmosphere.profile": "Profile",
+  "atmosphere.aerosol.kind": "Kind of haze",
   "atmosphere.aerosol.optical_depth": "Haze",
   "atmosphere.aerosol.angstrom_exponent": "Ångström exponent",
   "atmosphere.aerosol.single_scattering_albedo": "Single-scattering albedo",

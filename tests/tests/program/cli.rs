@@ -799,6 +799,8 @@ fn run_in_memory(folder: &Path, megabytes: u32, line: &str) -> Ended {
     let mut shell = std::process::Command::new("sh");
     shell.args(["-c", &format!("ulimit -v {}; exec \"$@\"", megabytes * 1024), "sh"]);
     shell.arg(sorairo_tests::program::binary()).args(line.split(' ')).current_dir(folder);
+    // Each thread takes address space for its stack and for what it allocates.
+    shell.env("RAYON_NUM_THREADS", "2");
     shell.output().expect("the shell starts").into()
 }
 

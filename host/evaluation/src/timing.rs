@@ -85,7 +85,7 @@ pub fn repeated<'a>(mut job: Job<'a>, times: u32) -> Job<'a> {
     Box::new(move || Ok((0..times).map(|_| job()).sum::<Result<Duration>>()? / times))
 }
 
-/// Times jobs in turn, so that whatever else the machine does meets them all alike: for [`WARM_UP`] unmeasured, then
+/// Times jobs in turn, so that whatever else the machine does meets them all alike: half a second unmeasured, then
 /// [`ROUNDS`] times.
 ///
 /// # Errors

@@ -99,12 +99,12 @@ fn colours_of_known_kinds_are_those_of_every_wavelength() {
             let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
             let errors = errors.errors(&plan);
             println!("{kind:?}, sun {sun}: {errors:?}");
+            // One abscissa leaves 0.5 % of a channel of a continent's aerosol and 1.5 % of dust, in light of any redness.
             assert!(errors.delta_e_max <= 0.5, "{kind:?}, sun {sun}: {errors:?}");
         }
     }
 }
 
-/// A kind that scatters as the plain numbers say is the plain aerosol, but for its phase function.
 #[test]
 fn light_that_is_scattered_forwards_is_more_of_the_aureole() {
     let views = [(40.0, 0.0), (45.0, 0.0), (40.0, 90.0)];
@@ -114,6 +114,7 @@ fn light_that_is_scattered_forwards_is_more_of_the_aureole() {
         radiance(&scene, 550.0, &views)
     };
     let [plain, dust] = [AerosolKind::Plain, AerosolKind::Desert].map(of);
-    // Mie's phase function of dust is 6 times that of Cornette and Shanks at 2 degrees, and .4 of it at 7 (OPAC).
+    // Mie's phase function of dust is six times that of Cornette and Shanks at 2 degrees, and 0.7 to 0.9 of it from 30
+    // to 60.
     assert!(dust[0] > 2.0 * plain[0] && dust[2] < 1.2 * plain[2], "{plain:?}, {dust:?}");
 }

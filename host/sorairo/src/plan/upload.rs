@@ -92,7 +92,7 @@ fn atmosphere(scene: &Scene, tables: Option<&Tables>) -> Atmosphere {
         aerosol: constituent(a.aerosol.scale_height),
         ground_radius: a.ground_radius as f32,
         depth: depth as f32,
-        aerosol_asymmetry: a.aerosol.asymmetry as f32,
+        aerosol_asymmetry: a.aerosol.kind.known().map_or(a.aerosol.asymmetry, |kind| kind.asymmetry(550.0)) as f32,
         ozone_bottom: a.ozone.bottom as f32,
         ozone_peak: a.ozone.peak as f32,
         ozone_top: a.ozone.top as f32,

@@ -11,7 +11,7 @@ use super::chart::{Chart, Panel, Point};
 use super::document::{Machine, make_folder, table, write};
 use super::error::{Reference, SUNS, plan};
 use super::metrics::Errors;
-use super::timing::{Job, Times, fitting_size, interleaved, job};
+use super::timing::{Care, Job, Times, fitting_size, job};
 use super::{light_field, readback};
 use crate::problem::Result;
 use sorairo::low_level::plan::Plan;
@@ -94,6 +94,8 @@ pub struct Bench {
     pub machine: Machine,
     /// How often each time was measured.
     pub rounds: usize,
+    #[serde(skip)]
+    care: Care,
     /// Elevations of the sun (degrees) at which run time was measured, by day and in twilight.
     pub timed_at: [f64; 2],
     /// Size of the images of the comparison of fits.
@@ -109,7 +111,7 @@ pub struct Bench {
 }
 
 /// Measures and writes `bench.csv`, `bench.json`, `report.md`, and `pareto` and `light_field` as `.svg` and `.png` into a folder. `quick` measures fewer
-/// suns and smaller images.
+/// suns and smaller images, each once.
 ///
 /// # Errors
 ///
@@ -117,6 +119,7 @@ pub struct Bench {
 pub fn bench(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) -> Result<Bench> {
     make_folder(folder)?;
     let suns = if quick { vec![-4.0, 0.0, 10.0, 45.0] } else { SUNS.to_vec() };
+    let care = Care::of(quick);
     let ways = ways(device, quick, stage)?;
     let budget = Duration::from_micros(if quick { 2_000 } else { 10_000 });
     let size = fitting_size(device, &Scene::preset(Preset::Earth).first_order(), budget)?;
@@ -126,7 +129,7 @@ pub fn bench(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     let mut measured = Vec::new();
     for (light, sun) in ["day", "twilight"].into_iter().zip(TIMED_AT) {
         stage(&format!("timing fits by {light}"));
-        let times = times(&configurations, device, size, sun)?;
+        let times = times(&configurations, device, size, sun, care)?;
         for ((configuration, times), errors) in configurations.iter().zip(times).zip(&errors) {
             measured.push(gather(configuration, light, times, errors)?);
         }
@@ -135,10 +138,11 @@ pub fn bench(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
         mark_unbeaten(measured.iter_mut().filter(|measured| measured.light == light).collect());
     }
     stage("timing light fields");
-    let light_fields = light_field::light_fields()?;
+    let light_fields = light_field::light_fields(care)?;
     let bench = Bench {
         machine: Machine::new(device),
-        rounds: super::timing::ROUNDS,
+        rounds: care.rounds,
+        care,
         timed_at: TIMED_AT,
         size: size.to_string(),
         suns,
@@ -222,7 +226,7 @@ fn errors(configurations: &[Configuration], suns: &[f64], quick: bool) -> Result
     Ok(all)
 }
 
-fn times(configurations: &[Configuration], device: &Device, size: Size, sun: f64) -> Result<Vec<Times>> {
+fn times(configurations: &[Configuration], device: &Device, size: Size, sun: f64, care: Care) -> Result<Vec<Times>> {
     let sized = |configuration: &Configuration| {
         let mut scene = scene(configuration, sun);
         scene.camera.size = size;
@@ -230,7 +234,7 @@ fn times(configurations: &[Configuration], device: &Device, size: Size, sun: f64
     };
     let plans: Vec<Plan> = configurations.iter().map(sized).collect::<Result<_>>()?;
     let mut jobs: Vec<Job> = plans.iter().map(|plan| job(device, plan, plan.kernel())).collect();
-    interleaved(&mut jobs)
+    care.interleaved(&mut jobs)
 }
 
 fn gather(configuration: &Configuration, light: &'static str, times: Times, skies: &Skies) -> Result<Measured> {
@@ -265,12 +269,12 @@ fn ways(device: &Device, quick: bool, stage: &dyn Fn(&str)) -> Result<Vec<Way>> 
     let mut ways = Vec::new();
     for (width, height) in &sizes[..if quick { 1 } else { 3 }] {
         stage(&format!("timing the paths at {width}x{height}"));
-        ways.extend(ways_at(device, Size { width: *width, height: *height })?);
+        ways.extend(ways_at(device, Size { width: *width, height: *height }, Care::of(quick))?);
     }
     Ok(ways)
 }
 
-fn ways_at(device: &Device, size: Size) -> Result<Vec<Way>> {
+fn ways_at(device: &Device, size: Size, care: Care) -> Result<Vec<Way>> {
     let of = |fit: Fit, color: ColourPath| {
         let mut scene = Scene::preset(Preset::Earth).first_order();
         scene.camera.size = size;
@@ -308,7 +312,7 @@ fn ways_at(device: &Device, size: Size) -> Result<Vec<Way>> {
         "read back, then solve and 81 samples on the CPU (the paper's design)",
         "read back, then the folded matrix on the CPU",
     ];
-    let times = interleaved(&mut jobs)?;
+    let times = care.interleaved(&mut jobs)?;
     let size = size.to_string();
     Ok(names.into_iter().zip(times).map(|(way, times)| Way { size: size.clone(), way, times }).collect())
 }
@@ -403,7 +407,7 @@ impl Bench {
         );
         let suns: Vec<String> = self.suns.iter().map(f64::to_string).collect();
         format!(
-            "# Run time against error\n\n{}. Times are medians (shortest–longest) of {} runs, after half a second to warm up, in turn \
+            "# Run time against error\n\n{}. Times are medians (shortest–longest) of {}, in turn \
              with their rivals.\n\n![Run time against error](pareto.png)\n\nEvery point is a fit, its wavelengths (the larger the mark, \
              the more) and its samples per piece; time for an image of {} with ozone and aerosol, the sun at {}° by day and {}° in \
              twilight. Errors are the largest over the whole sky, suns at {}°, with and without ozone and aerosol, against \
@@ -413,7 +417,7 @@ impl Bench {
              vector instructions.\n\n{ways}\n## Light of all orders\n\nThe light field of all orders at four bands and 63 rays through it, against one three times \
              as fine in everything.\n\n![Time against error of a light field](light_field.png)\n\n{}",
             self.machine,
-            super::timing::ROUNDS,
+            self.care,
             self.size,
             TIMED_AT[0],
             TIMED_AT[1],

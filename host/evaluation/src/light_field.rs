@@ -9,7 +9,7 @@ use sorairo_shared::light_field::moments::Moments;
 use sorairo_shared::variant;
 
 use super::chart::{Chart, Panel, Point};
-use super::timing::{Job, Spread, interleaved};
+use super::timing::{Care, Job, Spread};
 use crate::problem::Result;
 
 /// Elevations (degrees) of the rays that are compared.
@@ -59,18 +59,18 @@ const SKIES: [(&str, Preset, f64); 3] =
 /// # Errors
 ///
 /// [`crate::Error::Sky`] if a value of a scene is out of range.
-pub fn light_fields() -> Result<Vec<Measured>> {
+pub fn light_fields(care: Care) -> Result<Vec<Measured>> {
     let mut measured = Vec::new();
     for (name, preset, sun) in SKIES {
         let mut scene = Scene::preset(preset);
         (scene.sun.elevation, scene.render.fit) = (sun, Fit::Transfer);
         let sky = SkyPlan::new(&scene.validated()?, Rgb::Srgb);
-        measured.extend(of_sky(name, sky.integral())?);
+        measured.extend(of_sky(name, sky.integral(), care)?);
     }
     Ok(measured)
 }
 
-fn of_sky(name: &'static str, integral: &RayIntegral) -> Result<Vec<Measured>> {
+fn of_sky(name: &'static str, integral: &RayIntegral, care: Care) -> Result<Vec<Measured>> {
     let setting = integral.setting();
     let default = Resolution::choose(&setting, integral.aerosol_depth());
     let configurations = configurations(&default);
@@ -87,7 +87,7 @@ fn of_sky(name: &'static str, integral: &RayIntegral) -> Result<Vec<Measured>> {
             })
         })
         .collect();
-    let times = interleaved(&mut jobs)?;
+    let times = care.interleaved(&mut jobs)?;
     drop(jobs);
     let row = |((varied, what, resolution, orders), time): (&(Option<Varied>, String, Resolution, Orders), Spread)| {
         let (largest, rms) = error(&all(resolution, *orders), &truth);
@@ -227,7 +227,7 @@ mod tests {
 
     #[test]
     fn more_of_a_light_field_is_nearer() {
-        let measured = light_fields().unwrap();
+        let measured = light_fields(Care::QUICK).unwrap();
         for (sky, ..) in SKIES {
             let rms = |what: &str| measured.iter().find(|row| row.sky == sky && row.what == what).unwrap().rms;
             assert!(rms("default") < 2e-3 && rms("2 orders") > 5.0 * rms("default"), "{sky}: {measured:?}");

@@ -12,7 +12,7 @@ use super::timing::Spread;
 use crate::problem::Result;
 
 /// Frames of a sun that moves.
-const FRAMES: u32 = 60;
+pub const FRAMES: u32 = 60;
 
 /// Degrees by which it sinks from one to the next.
 const STEP: f64 = 0.25;
@@ -49,18 +49,23 @@ pub struct MovingSun {
     pub mean_resident_frame_ms: Option<f64>,
 }
 
-/// Renders the suns of [`STARTS`] on a device.
+/// Renders the suns of [`STARTS`] on a device, so many frames of each.
 ///
 /// # Errors
 ///
 /// A device that fails.
-pub fn moving_suns(device: &Device, size: Size) -> Result<Vec<MovingSun>> {
+pub fn moving_suns(device: &Device, size: Size, frames: u32) -> Result<Vec<MovingSun>> {
     let mut resident = Resident::beside(device, size)?;
-    STARTS.into_iter().map(|from| moving_sun(device, resident.as_mut(), size, from)).collect()
+    STARTS.into_iter().map(|from| moving_sun(device, resident.as_mut(), (size, frames), from)).collect()
 }
 
-fn moving_sun(device: &Device, resident: Option<&mut Resident>, size: Size, from: f64) -> Result<MovingSun> {
-    let scenes: Vec<Scene> = (0..FRAMES).map(|frame| sky(size, from - STEP * f64::from(frame))).collect();
+fn moving_sun(
+    device: &Device,
+    resident: Option<&mut Resident>,
+    (size, count): (Size, u32),
+    from: f64,
+) -> Result<MovingSun> {
+    let scenes: Vec<Scene> = (0..count).map(|frame| sky(size, from - STEP * f64::from(frame))).collect();
     let (mut plans, mut kernels, mut frames) = (Vec::new(), Vec::new(), Vec::new());
     let light_fields = device.backend.light_fields().emptied();
     // A frame of another sky readies the device's pipelines and buffers.
@@ -72,14 +77,14 @@ fn moving_sun(device: &Device, resident: Option<&mut Resident>, size: Size, from
         frames.push(whole);
     }
     let resident = resident.map(|resident| resident_frames(resident, &scenes)).transpose()?;
-    let mean = |times: &[Duration]| times.iter().sum::<Duration>().as_secs_f64() * 1e3 / f64::from(FRAMES);
+    let mean = |times: &[Duration]| times.iter().sum::<Duration>().as_secs_f64() * 1e3 / f64::from(count);
     let (mean_plan_ms, mean_frame_ms) = (mean(&plans), mean(&frames));
     let plan_over_kernels = mean_plan_ms / mean(&kernels);
     let (plan_ms, kernel_ms) = (Spread::of(plans), Spread::of(kernels));
     Ok(MovingSun {
         from,
-        to: scenes[FRAMES as usize - 1].sun.elevation,
-        frames: FRAMES,
+        to: scenes[count as usize - 1].sun.elevation,
+        frames: count,
         plan_ms,
         mean_plan_ms,
         kernel_ms,

@@ -16,7 +16,7 @@ use super::document::{Machine, make_folder, table, write};
 use super::error::{plan, xyz};
 use super::metrics::{ColourError, Errors, RadianceError};
 use super::picture::Sheet;
-use super::timing::{Job, Times, fitting_size, interleaved, job};
+use super::timing::{Care, Job, Times, fitting_size, job};
 use crate::problem::Result;
 use sorairo::low_level::files::png;
 use sorairo::low_level::plan::{Plan, SpectralPlan};
@@ -269,7 +269,7 @@ fn timing(device: &Device, size: Size) -> Result<Vec<Timing>> {
         ("4 bands, regression, sky lookup (default)", job(device, &lookup, lookup.kernel())),
     ];
     let (names, mut jobs): (Vec<&str>, Vec<Job>) = named.into_iter().unzip();
-    let times = interleaved(&mut jobs)?;
+    let times = Care::FULL.interleaved(&mut jobs)?;
     let twelve = times[0].kernel.median;
     let timing = |(i, (way, times)): (usize, (_, Times))| {
         let paper = STATED.get(i).copied().flatten();
@@ -289,12 +289,12 @@ impl Experiment {
              ![The sky by every fit](figure2.png)\n\nThe sun is in the north, at the top. Each row has one exposure. Differences are \
              of colours scaled so that the reference has Y = 50, before the gamut of the display, from black at ΔE₀₀ = 0.001 to white at 10; \
              the reference integrates every 5 nm with {DENSE_STEPS} samples.\n\n{}\n## Run time\n\n{} pixels, the sun at 30°, 12 \
-             samples per piece; medians (shortest–longest) of {} runs, after half a second to warm up, in turn with their rivals.\n\n{}",
+             samples per piece; medians (shortest–longest) of {}, in turn with their rivals.\n\n{}",
             self.machine,
             self.radiance_table(),
             self.colour_table(),
             self.timed_size,
-            super::timing::ROUNDS,
+            Care::FULL,
             self.time_table(),
         )
     }

@@ -10,8 +10,8 @@ use super::bench::{looked_up, with_lookup};
 use super::chart::{Chart, Panel, Point};
 use super::document::{Machine, make_folder, table, write};
 use super::error::plan;
-use super::moving_sun::{MovingSun, moving_suns};
-use super::timing::{Job, ROUNDS, Spread, Times, interleaved, job, repeated, streamed};
+use super::moving_sun::{FRAMES, MovingSun, moving_suns};
+use super::timing::{Care, Job, Spread, Times, job, repeated, streamed};
 use crate::problem::{Error, Result};
 use sorairo::PixelFormat;
 use sorairo::low_level::device::{Device, DeviceKind, cpu};
@@ -19,8 +19,35 @@ use sorairo::low_level::plan::lookup::LookupSize;
 use sorairo::low_level::plan::{Kernel, LightFields, Plan};
 use sorairo::scene::{Exposure, Orders, PathChoice, Preset, Projection, Scene, Size, ViewTransform};
 
-/// The image on which paths and kernels are compared.
-const COMMON: Size = Size { width: 1920, height: 960 };
+/// How much is measured.
+#[derive(Clone, Copy)]
+struct Extent {
+    quick: bool,
+    care: Care,
+    /// The image on which paths and kernels are compared.
+    common: Size,
+    /// Images of 2 to this power of pixels are the largest.
+    largest: u32,
+    /// How often the window is opened, an odd number.
+    windows: usize,
+    /// Skies that it counts.
+    skies: u32,
+    /// Frames of a sun that moves.
+    frames: u32,
+}
+
+impl Extent {
+    fn of(quick: bool) -> Self {
+        let care = Care::of(quick);
+        if quick {
+            let common = Size { width: 256, height: 128 };
+            Self { quick, care, common, largest: 21, windows: 1, skies: 12, frames: 4 }
+        } else {
+            let common = Size { width: 1920, height: 960 };
+            Self { quick, care, common, largest: 25, windows: 3, skies: 120, frames: FRAMES }
+        }
+    }
+}
 
 /// A path that would take longer than this for an image is not timed at larger sizes.
 const PATIENCE: Duration = Duration::from_millis(1500);
@@ -142,6 +169,8 @@ pub struct Speed {
     machine: Machine,
     /// How often each time was measured.
     rounds: usize,
+    #[serde(skip)]
+    care: Care,
     /// The image on which paths and kernels are compared.
     size: String,
     scaling: Vec<Scaling>,
@@ -190,42 +219,45 @@ pub struct Speed {
 /// [`Error::Folder`] for a folder that cannot be made; [`Error::Sky`] for a device or a file that fails.
 pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) -> Result<Speed> {
     make_folder(folder)?;
+    let extent = Extent::of(quick);
     stage("timing a cold process");
-    let first_picture_ms = cold_process(folder, &device.name, device.kind)?;
+    let first_picture_ms = cold_process(folder, &device.name, device.kind, extent)?;
     stage("counting skies of the window");
-    let window = window(device)?;
+    let window = window(device, extent)?;
     stage("timing sizes");
-    let scaling = scaling(device, if quick { 21 } else { 25 })?;
+    let scaling = scaling(device, extent)?;
     stage("timing kernels");
-    let multiples = multiples(device)?;
+    let multiples = multiples(device, extent)?;
     stage("timing sizes of the sky lookup");
-    let lookups = lookups(device)?;
+    let lookups = lookups(device, extent)?;
     stage("timing samples");
-    let steps = steps(device)?;
+    let steps = steps(device, extent)?;
     stage("timing view transforms");
-    let transforms = transforms(device)?;
+    let transforms = transforms(device, extent)?;
     stage("timing orders of scattering");
-    let orders = orders(device, if quick { Size { width: 256, height: 128 } } else { COMMON })?;
+    let orders = orders(device, extent)?;
     stage("timing altitudes and suns");
     let places = [Projection::Perspective, Projection::Equirectangular];
     let places =
-        places.map(|projection| places_of(device, projection, quick)).into_iter().collect::<Result<Vec<_>>>()?;
+        places.map(|projection| places_of(device, projection, extent)).into_iter().collect::<Result<Vec<_>>>()?;
     stage("timing plans");
-    let plans = plans(device, if quick { &SUNS_OF_ORDERS[..1] } else { &SUNS_OF_ORDERS })?;
+    let plans = plans(device, extent)?;
     stage("timing a sun that moves");
-    let (moving_sun, moving_sun_on_cpu) = (moving_suns(device, COMMON)?, moving_suns(&cpu::device(), COMMON)?);
+    let moving = |device: &Device| moving_suns(device, extent.common, extent.frames);
+    let (moving_sun, moving_sun_on_cpu) = (moving(device)?, moving(&cpu::device())?);
     stage("measuring limits");
-    let rooflines = rooflines(device, &multiples)?;
+    let rooflines = rooflines(device, &multiples, extent)?;
     stage("timing paths");
-    let paths = paths(device, [with_lookup(COMMON)?, integrated(COMMON)?])?;
-    let in_all_orders = self::paths(device, in_all_orders()?)?;
+    let paths = paths(device, [with_lookup(extent.common)?, integrated(extent.common)?], extent)?;
+    let in_all_orders = self::paths(device, in_all_orders(extent.common)?, extent)?;
     let speed = Speed {
         machine: Machine::new(device),
-        rounds: ROUNDS,
-        size: COMMON.to_string(),
+        rounds: extent.care.rounds,
+        care: extent.care,
+        size: extent.common.to_string(),
         exponent: exponent(&scaling),
         lookup_ms: paths.lookup,
-        lookup_megapixels_per_second: f64::from(COMMON.width * COMMON.height) / paths.lookup.median / 1e3,
+        lookup_megapixels_per_second: f64::from(extent.common.width * extent.common.height) / paths.lookup.median / 1e3,
         scaling,
         multiples,
         lookups,
@@ -251,11 +283,11 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
 }
 
 /// Starts this program anew and renders a picture, several times.
-fn cold_process(folder: &Path, device: &str, kind: DeviceKind) -> Result<Spread> {
+fn cold_process(folder: &Path, device: &str, kind: DeviceKind, extent: Extent) -> Result<Spread> {
     let program = program()?;
     let picture = folder.join(".first-picture.png");
     let mut durations = Vec::new();
-    for _ in 0..ROUNDS {
+    for _ in 0..extent.care.rounds {
         let start = Instant::now();
         let status = Command::new(&program)
             .args([
@@ -289,12 +321,10 @@ struct Count {
 }
 
 /// Opens the window several times, and has it count its skies.
-fn window(device: &Device) -> Result<Option<Window>> {
-    const RUNS: usize = 3;
-    const SKIES: u32 = 120;
+fn window(device: &Device, extent: Extent) -> Result<Option<Window>> {
     let mut runs = Vec::new();
-    for _ in 0..RUNS {
-        let skies = SKIES.to_string();
+    for _ in 0..extent.windows {
+        let skies = extent.skies.to_string();
         let name = if device.kind == DeviceKind::Cpu { "cpu" } else { &device.name };
         let counting = ["view", "--projection", "perspective", "--frames", &skies, "--json", "--device", name];
         let ended = Command::new(program()?).args(counting).stderr(Stdio::null()).output().map_err(not_started)?;
@@ -308,8 +338,8 @@ fn window(device: &Device) -> Result<Option<Window>> {
     rates.sort_by(f64::total_cmp);
     Ok(Some(Window {
         size: runs[0].size.clone(),
-        skies: SKIES,
-        skies_per_second: Spread { median: rates[RUNS / 2], min: rates[0], max: rates[RUNS - 1] },
+        skies: extent.skies,
+        skies_per_second: Spread { median: rates[extent.windows / 2], min: rates[0], max: rates[extent.windows - 1] },
         read_back: runs.iter().map(|run| run.read_back).sum(),
     }))
 }
@@ -330,9 +360,10 @@ fn integrated(size: Size) -> Result<Plan> {
     plan(&scene)
 }
 
-/// Images of 2^16 to 2^`largest` pixels, by the sky lookup and by the integral. All sizes take turns, and the lookup's
+/// Images of 2^16 pixels and more, by the sky lookup and by the integral. All sizes take turns, and the lookup's
 /// large ones compute as many pixels in each: a machine whose speed changes meanwhile changes it for all of them.
-fn scaling(device: &Device, largest: u32) -> Result<Vec<Scaling>> {
+fn scaling(device: &Device, extent: Extent) -> Result<Vec<Scaling>> {
+    let largest = extent.largest;
     let mut plans = Vec::new();
     let mut direct_is_bearable = true;
     for power in (16..=largest).filter(|power| power % 2 == 1 || *power == 16 || *power >= FITTED_FROM) {
@@ -348,7 +379,7 @@ fn scaling(device: &Device, largest: u32) -> Result<Vec<Scaling>> {
     }
     let mut jobs: Vec<Job> =
         plans.iter().map(|(_, _, images, plan)| repeated(streamed(device, plan, plan.kernel()), *images)).collect();
-    let times = interleaved(&mut jobs)?;
+    let times = extent.care.interleaved(&mut jobs)?;
     let row = |(&(way, power, _, _), kernel): (&(&'static str, u32, u32, Plan), Spread)| {
         let pixels = 1 << power;
         Scaling { way, pixels, kernel, megapixels_per_second: pixels as f64 / kernel.median / 1e3 }
@@ -373,9 +404,9 @@ fn exponent(rows: &[Scaling]) -> f64 {
     covariance / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
 }
 
-fn multiples(device: &Device) -> Result<Vec<Multiple>> {
-    let with_lookup = with_lookup(COMMON)?;
-    let direct = integrated(COMMON)?;
+fn multiples(device: &Device, extent: Extent) -> Result<Vec<Multiple>> {
+    let with_lookup = with_lookup(extent.common)?;
+    let direct = integrated(extent.common)?;
     let plans = [
         ("writing every pixel once", &direct, Kernel::Fill, 32),
         ("sky lookup, all kernels", &with_lookup, with_lookup.kernel(), 8),
@@ -383,7 +414,7 @@ fn multiples(device: &Device) -> Result<Vec<Multiple>> {
     ];
     let mut jobs: Vec<Job> =
         plans.iter().map(|(_, plan, kernel, images)| repeated(job(device, plan, *kernel), *images)).collect();
-    let times = interleaved(&mut jobs)?;
+    let times = extent.care.interleaved(&mut jobs)?;
     let fill = times[0].kernel.median;
     let row = |(&(kernel, ..), times): (&(&'static str, &Plan, Kernel, u32), Times)| Multiple {
         kernel,
@@ -395,23 +426,23 @@ fn multiples(device: &Device) -> Result<Vec<Multiple>> {
 
 /// Sky lookups from coarse to fine, timed and compared with the integral at every pixel: of an image that has the rows
 /// of its lookup, and of one that does not.
-fn lookups(device: &Device) -> Result<Vec<LookupRow>> {
-    let mut rows =
-        lookups_of(device, common(Projection::Equirectangular), &[4, 8, 16, 32, 64].map(|columns| (0, columns)))?;
+fn lookups(device: &Device, extent: Extent) -> Result<Vec<LookupRow>> {
+    let map = common(Projection::Equirectangular, extent.common);
+    let mut rows = lookups_of(device, map, &[4, 8, 16, 32, 64].map(|columns| (0, columns)), extent.care)?;
     let grids = [(32, 8), (64, 16), (128, 16), (256, 32), (512, 64)];
-    rows.extend(lookups_of(device, common(Projection::Fisheye), &grids)?);
+    rows.extend(lookups_of(device, common(Projection::Fisheye, extent.common), &grids, extent.care)?);
     Ok(rows)
 }
 
-/// The default scene in [`COMMON`] pixels.
-fn common(projection: Projection) -> Scene {
+/// The default scene in so many pixels.
+fn common(projection: Projection, size: Size) -> Scene {
     let mut scene = Scene::preset(Preset::Earth).first_order();
-    (scene.camera.size, scene.camera.projection) = (COMMON, projection);
+    (scene.camera.size, scene.camera.projection) = (size, projection);
     scene
 }
 
 /// Sky lookups of some rows (0: those that the plan chose) and azimuths.
-fn lookups_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec<LookupRow>> {
+fn lookups_of(device: &Device, scene: Scene, sizes: &[(u32, u32)], care: Care) -> Result<Vec<LookupRow>> {
     let projection = scene.camera.projection;
     let integrated = plan(&scene)?;
     let chosen = looked_up(scene)?;
@@ -422,7 +453,7 @@ fn lookups_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec
     };
     let plans: Vec<(LookupSize, Plan)> = sizes.iter().map(sized).collect();
     let mut jobs: Vec<Job> = plans.iter().map(|(_, plan)| job(device, plan, plan.kernel())).collect();
-    let times = interleaved(&mut jobs)?;
+    let times = care.interleaved(&mut jobs)?;
     let floats = |plan: &Plan| -> Result<Vec<f64>> {
         let words = device.backend.run(plan, plan.kernel())?.words;
         Ok(words.into_iter().map(|word| f64::from(f32::from_bits(word))).collect())
@@ -437,7 +468,7 @@ fn lookups_of(device: &Device, scene: Scene, sizes: &[(u32, u32)]) -> Result<Vec
     plans.iter().zip(times).map(row).collect()
 }
 
-fn steps(device: &Device) -> Result<Vec<StepRow>> {
+fn steps(device: &Device, extent: Extent) -> Result<Vec<StepRow>> {
     let counts = [4, 8, 12, 16, 32, 64];
     let sized = |steps| {
         let mut scene = Scene::preset(Preset::Earth).first_order();
@@ -447,7 +478,7 @@ fn steps(device: &Device) -> Result<Vec<StepRow>> {
     };
     let plans: Vec<Plan> = counts.into_iter().map(sized).collect::<Result<_>>()?;
     let mut jobs: Vec<Job> = plans.iter().map(|plan| job(device, plan, plan.kernel())).collect();
-    let times = interleaved(&mut jobs)?;
+    let times = extent.care.interleaved(&mut jobs)?;
     Ok(counts.into_iter().zip(times).map(|(steps, times)| StepRow { steps, kernel_ms: times.kernel }).collect())
 }
 
@@ -456,12 +487,12 @@ const SUNS_OF_ORDERS: [f64; 3] = [30.0, 5.0, -4.0];
 
 /// Kernels by the sky lookup and by the integral at every pixel, and the plan, with light of all orders and with light
 /// scattered once.
-fn orders(device: &Device, size: Size) -> Result<Vec<OrdersRow>> {
+fn orders(device: &Device, extent: Extent) -> Result<Vec<OrdersRow>> {
     let mut rows = Vec::new();
     for sun in SUNS_OF_ORDERS {
         let scene = |orders| {
             let mut scene = Scene::preset(Preset::Standard);
-            (scene.sun.elevation, scene.camera.size, scene.render.orders) = (sun, size, orders);
+            (scene.sun.elevation, scene.camera.size, scene.render.orders) = (sun, extent.common, orders);
             scene
         };
         let scenes = [scene(Orders::UpTo(1)), scene(Orders::All)];
@@ -476,7 +507,7 @@ fn orders(device: &Device, size: Size) -> Result<Vec<OrdersRow>> {
         jobs.extend(lookups.iter().map(|plan| repeated(job(device, plan, plan.kernel()), 8)));
         jobs.extend(direct.iter().map(|plan| job(device, plan, plan.kernel())));
         jobs.extend(scenes.iter().map(planning));
-        let times = interleaved(&mut jobs)?;
+        let times = extent.care.interleaved(&mut jobs)?;
         for (way, pair) in ["sky lookup", "every pixel integrated", "plan"].into_iter().zip(times.chunks(2)) {
             let (once, all) = (pair[0].kernel, pair[1].kernel);
             rows.push(OrdersRow { sun, way, once_ms: once, all_ms: all, all_over_once: all.median / once.median });
@@ -492,13 +523,13 @@ const ALTITUDES: [f64; 13] = [0.0, 5e-4, 0.0017, 0.02, 0.1, 0.5, 3.0, 8.0, 12.0,
 const SUNS_OF_PLACES: [f64; 11] = [90.0, 60.0, 15.0, 5.0, 0.0, -3.0, -6.5, -7.0, -9.0, -12.0, -18.0];
 
 /// A picture, which in perspective looks a little below the level, from altitudes and under suns; all take turns.
-/// `quick` takes every fourth of them, and a smaller picture.
-fn places_of(device: &Device, projection: Projection, quick: bool) -> Result<Vec<PlaceRow>> {
+/// A quick bench takes every fourth of them, and a smaller picture.
+fn places_of(device: &Device, projection: Projection, extent: Extent) -> Result<Vec<PlaceRow>> {
     let over_altitude = [30.0, 0.0].into_iter().flat_map(|sun| ALTITUDES.map(|altitude| (altitude, sun)));
     let over_sun = [0.0, 0.0017].into_iter().flat_map(|altitude| SUNS_OF_PLACES.map(|sun| (altitude, sun)));
-    let places: Vec<(f64, f64)> = over_altitude.chain(over_sun).step_by(if quick { 4 } else { 1 }).collect();
+    let places: Vec<(f64, f64)> = over_altitude.chain(over_sun).step_by(if extent.quick { 4 } else { 1 }).collect();
     let (width, height) = if projection == Projection::Perspective { (960, 540) } else { (1024, 512) };
-    let size = if quick { Size { width: width / 4, height: height / 4 } } else { Size { width, height } };
+    let size = if extent.quick { Size { width: width / 4, height: height / 4 } } else { Size { width, height } };
     let planned = |&(altitude, sun): &(f64, f64)| {
         let mut scene = Scene::preset(Preset::Standard);
         (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
@@ -508,7 +539,7 @@ fn places_of(device: &Device, projection: Projection, quick: bool) -> Result<Vec
     };
     let plans: Vec<Plan> = places.iter().map(planned).collect::<Result<_>>()?;
     let mut jobs: Vec<Job> = plans.iter().map(|plan| job(device, plan, plan.kernel())).collect();
-    let times = interleaved(&mut jobs)?;
+    let times = extent.care.interleaved(&mut jobs)?;
     // The first is from the ground with the sun at 30°.
     let ground = times[0].kernel.median;
     let row = |((&(altitude, sun), plan), times): ((&(f64, f64), &Plan), &Times)| PlaceRow {
@@ -529,13 +560,14 @@ fn as_chosen(mut scene: Scene, format: PixelFormat) -> Result<Plan> {
 }
 
 /// The default sky as a picture by every view transform, beside linear floats.
-fn transforms(device: &Device) -> Result<Vec<TransformRow>> {
-    let mut plans = vec![("none, linear floats", as_chosen(shown(ViewTransform::Srgb), PixelFormat::LinearRgb)?)];
+fn transforms(device: &Device, extent: Extent) -> Result<Vec<TransformRow>> {
+    let mut plans =
+        vec![("none, linear floats", as_chosen(shown(ViewTransform::Srgb, extent.common), PixelFormat::LinearRgb)?)];
     for view in [ViewTransform::Srgb, ViewTransform::Agx, ViewTransform::Aces] {
-        plans.push((view.into(), as_chosen(shown(view), PixelFormat::Picture)?));
+        plans.push((view.into(), as_chosen(shown(view, extent.common), PixelFormat::Picture)?));
     }
     let mut jobs: Vec<Job> = plans.iter().map(|(_, plan)| job(device, plan, plan.kernel())).collect();
-    let times = interleaved(&mut jobs)?;
+    let times = extent.care.interleaved(&mut jobs)?;
     let ungraded = times[1].kernel.median;
     let row = |(&(view, _), times): (&(&'static str, Plan), Times)| {
         let kernel_ms = times.kernel;
@@ -544,10 +576,10 @@ fn transforms(device: &Device) -> Result<Vec<TransformRow>> {
     Ok(plans.iter().zip(times).map(row).collect())
 }
 
-/// The default sky in [`COMMON`] pixels, by a view transform.
-fn shown(view: ViewTransform) -> Scene {
+/// The default sky in so many pixels, by a view transform.
+fn shown(view: ViewTransform, size: Size) -> Scene {
     let mut scene = Scene::preset(Preset::Standard);
-    (scene.camera.size, scene.render.view) = (COMMON, view);
+    (scene.camera.size, scene.render.view) = (size, view);
     scene
 }
 
@@ -562,7 +594,8 @@ fn planning(scene: &Scene) -> Job<'_> {
 
 /// Plans of the default sky on the processor and on the device, each time of another sun that has the same light
 /// fields.
-fn plans(device: &Device, suns: &[f64]) -> Result<Vec<PlanRow>> {
+fn plans(device: &Device, extent: Extent) -> Result<Vec<PlanRow>> {
+    let suns = if extent.quick { &SUNS_OF_ORDERS[..1] } else { &SUNS_OF_ORDERS };
     let Some(own) = device.backend.own_light_fields() else { return Ok(Vec::new()) };
     let row = |&sun: &f64| {
         let kept = [LightFields::default(), own.emptied()];
@@ -571,7 +604,7 @@ fn plans(device: &Device, suns: &[f64]) -> Result<Vec<PlanRow>> {
             number += 1;
             let mut scene = Scene::preset(Preset::Standard);
             // No two plans are of the same sun.
-            (scene.sun.elevation, scene.camera.size) = (sun + 1e-4 * f64::from(number), COMMON);
+            (scene.sun.elevation, scene.camera.size) = (sun + 1e-4 * f64::from(number), extent.common);
             scene
         };
         let mut planned = |fields: LightFields| -> Result<Duration> {
@@ -586,7 +619,7 @@ fn plans(device: &Device, suns: &[f64]) -> Result<Vec<PlanRow>> {
             Ok(time)
         };
         let mut times: [Vec<Duration>; 4] = Default::default();
-        for round in 0..=ROUNDS {
+        for round in 0..=extent.care.rounds {
             let fields = [LightFields::default(), own.emptied(), kept[0].clone(), kept[1].clone()];
             for (times, fields) in times.iter_mut().zip(fields) {
                 let time = planned(fields)?;
@@ -623,16 +656,16 @@ impl Paths {
 }
 
 /// The default sky in light of all orders: by the sky lookup, and every pixel integrated.
-fn in_all_orders() -> Result<[Plan; 2]> {
+fn in_all_orders(size: Size) -> Result<[Plan; 2]> {
     let mut scene = Scene::preset(Preset::Standard);
-    scene.camera.size = COMMON;
+    scene.camera.size = size;
     let with_lookup = looked_up(scene.clone())?;
     scene.render.path = PathChoice::Direct;
     Ok([with_lookup, plan(&scene)?])
 }
 
 /// The sky lookup against the integral at every pixel, and the CPU backend against the device, in one run.
-fn paths(device: &Device, [with_lookup, direct]: [Plan; 2]) -> Result<Paths> {
+fn paths(device: &Device, [with_lookup, direct]: [Plan; 2], extent: Extent) -> Result<Paths> {
     let cpu = cpu::device();
     let mut jobs = vec![
         repeated(job(device, &with_lookup, with_lookup.kernel()), 8),
@@ -640,24 +673,24 @@ fn paths(device: &Device, [with_lookup, direct]: [Plan; 2]) -> Result<Paths> {
         repeated(job(&cpu, &with_lookup, with_lookup.kernel()), 8),
         job(&cpu, &direct, direct.kernel()),
     ];
-    let times: Vec<Spread> = interleaved(&mut jobs)?.into_iter().map(|times| times.kernel).collect();
+    let times: Vec<Spread> = extent.care.interleaved(&mut jobs)?.into_iter().map(|times| times.kernel).collect();
     Ok(Paths { lookup: times[0], direct: times[1], cpu_lookup: times[2], cpu_direct: times[3] })
 }
 
 /// The rates at which the device and the CPU write pixels, and what their kernels reach of them.
-fn rooflines(device: &Device, multiples: &[Multiple]) -> Result<Vec<Roofline>> {
-    let mut rooflines = vec![Roofline::of(device, multiples)?];
+fn rooflines(device: &Device, multiples: &[Multiple], extent: Extent) -> Result<Vec<Roofline>> {
+    let mut rooflines = vec![Roofline::of(device, multiples, extent.common)?];
     if device.kind != DeviceKind::Cpu {
         let cpu = cpu::device();
-        rooflines.push(Roofline::of(&cpu, &self::multiples(&cpu)?)?);
+        rooflines.push(Roofline::of(&cpu, &self::multiples(&cpu, extent)?, extent.common)?);
     }
     Ok(rooflines)
 }
 
 impl Roofline {
     /// Of a device that took these times for the image.
-    fn of(device: &Device, multiples: &[Multiple]) -> Result<Self> {
-        let direct = integrated(COMMON)?;
+    fn of(device: &Device, multiples: &[Multiple], size: Size) -> Result<Self> {
+        let direct = integrated(size)?;
         let megabytes = 4e-6 * f64::from(direct.pixel_words()) * direct.lit_pixels() as f64;
         let least = multiples[0].kernel_ms.median;
         let reached = |row: &Multiple| Reached {
@@ -760,13 +793,14 @@ impl Speed {
             let Window { size, skies_per_second: Spread { median, min, max }, read_back, .. } = window;
             format!("{median:.1} ({min:.1}–{max:.1}) skies of {size} a second, {read_back} read back")
         });
+        let (size, care) = (&self.size, self.care);
         let memory = self.peak_memory_mib.map_or("not told by this system".into(), |mib| format!("{mib:.0} MiB"));
         format!(
-            "# Speed\n\nOn {}. Medians (shortest–longest) of {ROUNDS} runs in ms, after half a second to warm up, in turn with their rivals, and as \
+            "# Speed\n\nOn {}. Medians (shortest–longest) of {care}, in ms, in turn with their rivals, and as \
              many images in each as last as long. \
              The default scene: earth preset, sun at 30°, regression fit, equirectangular, linear floats.\n\n\
-             * Sky lookup over the integral at every pixel, {COMMON}: **{:.1}** times the pixels per second.\n\
-             * Sky lookup, {COMMON}, of which the upper half can be lit: **{:.0}** million pixels per second ({} ms).\n\
+             * Sky lookup over the integral at every pixel, {size}: **{:.1}** times the pixels per second.\n\
+             * Sky lookup, {size}, of which the upper half can be lit: **{:.0}** million pixels per second ({} ms).\n\
              * Time against pixels above 2²⁰, sky lookup: exponent **{:.3}**.\n\
              * CPU backend over this device, time: **{cpu_lookup:.2}** by the lookup, **{cpu_direct:.2}** by the integral; of the \
              default sky in light of all orders {all_lookup:.2} and {all_direct:.2}.\n\
@@ -774,15 +808,15 @@ impl Speed {
              * A cold process, 1024x512 to PNG: **{} ms**.\n\
              * Peak memory of this run: {memory}.\n\n\
              ![Time against pixels](speed.png)\n\n{}\n\
-             ## Kernels against writing the pixels once\n\n{COMMON}, 12 bytes a pixel, the rows that can be lit.\n\n{}\n\
+             ## Kernels against writing the pixels once\n\n{size}, 12 bytes a pixel, the rows that can be lit.\n\n{}\n\
              ## What the kernels reach\n\n{}\n\
-             ## Size of the sky lookup\n\n{COMMON}; RMSE against the integral at every pixel, divided by the image's mean.\n\n{}\n\
+             ## Size of the sky lookup\n\n{size}; RMSE against the integral at every pixel, divided by the image's mean.\n\n{}\n\
              ## Samples per piece\n\n512x256, every pixel integrated.\n\n{}\n\
-             ## View transforms\n\n{COMMON}, standard preset, all orders, pictures of 8 bits.\n\n{}\n\
-             ## Light of all orders\n\n{COMMON}, standard preset; light scattered once over the same ground.\n\n{}\n\
+             ## View transforms\n\n{size}, standard preset, all orders, pictures of 8 bits.\n\n{}\n\
+             ## Light of all orders\n\n{size}, standard preset; light scattered once over the same ground.\n\n{}\n\
              ## Altitudes and suns\n\n960x540 in perspective, 3° below the level, and maps of 1024x512, standard preset, all orders; beside the ground and a sun at 30°.\n\n{}\n\
-             ## Plans\n\n{COMMON}, standard preset, all orders (ms).\n\n{}\n\
-             ## A sun that moves\n\n{COMMON}, standard preset, all orders; frames a quarter of a degree apart.\n\n{}",
+             ## Plans\n\n{size}, standard preset, all orders (ms).\n\n{}\n\
+             ## A sun that moves\n\n{size}, standard preset, all orders; frames a quarter of a degree apart.\n\n{}",
             self.machine,
             self.lookup_over_direct,
             self.lookup_megapixels_per_second,

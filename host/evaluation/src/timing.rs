@@ -10,12 +10,65 @@ use sorairo::Device;
 use sorairo::low_level::plan::{Kernel, Plan};
 use sorairo::scene::{Scene, Size};
 
-/// Rounds that are measured, after those that warm up.
-pub const ROUNDS: usize = 9;
+/// How much is measured for a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Care {
+    /// Rounds that are measured, after those that warm up.
+    pub rounds: usize,
+    /// How long jobs warm up, one round at least.
+    warm_up: Duration,
+}
 
-/// How long jobs warm up, one round at least: a graphics device that was idle takes some tenths of a second to raise
-/// its clock, and until then computes up to six times as slowly.
-const WARM_UP: Duration = Duration::from_millis(500);
+impl Care {
+    /// For figures. A graphics device that was idle takes some tenths of a second to raise its clock, and until then computes up to six times as
+    /// slowly.
+    pub const FULL: Self = Self { rounds: 9, warm_up: Duration::from_millis(500) };
+
+    /// To see what is measured, and how.
+    pub const QUICK: Self = Self { rounds: 1, warm_up: Duration::ZERO };
+
+    /// Of a bench that is quick or not.
+    pub fn of(quick: bool) -> Self {
+        if quick { Self::QUICK } else { Self::FULL }
+    }
+
+    /// Times jobs in turn, so that whatever else the machine does meets them all alike: some rounds unmeasured, then those that are.
+    ///
+    /// # Errors
+    ///
+    /// The first error of a job.
+    pub fn interleaved(self, jobs: &mut [Job<'_>]) -> Result<Vec<Times>> {
+        let start = Instant::now();
+        loop {
+            for job in jobs.iter_mut() {
+                job()?;
+            }
+            if start.elapsed() >= self.warm_up {
+                break;
+            }
+        }
+        let mut samples = vec![(Vec::with_capacity(self.rounds), Vec::with_capacity(self.rounds)); jobs.len()];
+        for _ in 0..self.rounds {
+            for (job, (kernels, walls)) in jobs.iter_mut().zip(&mut samples) {
+                let start = Instant::now();
+                kernels.push(job()?);
+                walls.push(start.elapsed());
+            }
+        }
+        Ok(samples
+            .into_iter()
+            .map(|(kernels, walls)| Times { kernel: Spread::of(kernels), wall: Spread::of(walls) })
+            .collect())
+    }
+}
+
+/// In the words of a report: how often, and after what.
+impl std::fmt::Display for Care {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let runs = if self.rounds == 1 { "run" } else { "runs" };
+        write!(f, "{} {runs}, after {} ms to warm up", self.rounds, self.warm_up.as_millis())
+    }
+}
 
 /// Median and range of repeated measurements (ms).
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -85,40 +138,6 @@ pub fn repeated<'a>(mut job: Job<'a>, times: u32) -> Job<'a> {
     Box::new(move || Ok((0..times).map(|_| job()).sum::<Result<Duration>>()? / times))
 }
 
-/// Times jobs in turn, so that whatever else the machine does meets them all alike: half a second unmeasured, then
-/// [`ROUNDS`] times.
-///
-/// # Errors
-///
-/// The first error of a job.
-pub fn interleaved(jobs: &mut [Job<'_>]) -> Result<Vec<Times>> {
-    interleaved_after(WARM_UP, jobs)
-}
-
-fn interleaved_after(warm_up: Duration, jobs: &mut [Job<'_>]) -> Result<Vec<Times>> {
-    let start = Instant::now();
-    loop {
-        for job in jobs.iter_mut() {
-            job()?;
-        }
-        if start.elapsed() >= warm_up {
-            break;
-        }
-    }
-    let mut samples = vec![(Vec::with_capacity(ROUNDS), Vec::with_capacity(ROUNDS)); jobs.len()];
-    for _ in 0..ROUNDS {
-        for (job, (kernels, walls)) in jobs.iter_mut().zip(&mut samples) {
-            let start = Instant::now();
-            kernels.push(job()?);
-            walls.push(start.elapsed());
-        }
-    }
-    Ok(samples
-        .into_iter()
-        .map(|(kernels, walls)| Times { kernel: Spread::of(kernels), wall: Spread::of(walls) })
-        .collect())
-}
-
 /// Image sizes that measurements choose from.
 const SIZES: [(u32, u32); 7] = [(64, 32), (128, 64), (256, 128), (512, 256), (1024, 512), (1920, 960), (3840, 1920)];
 
@@ -183,9 +202,9 @@ mod tests {
                 })
             })
             .collect();
-        let times = interleaved_after(Duration::ZERO, &mut jobs).unwrap();
+        let times = Care { rounds: 9, warm_up: Duration::ZERO }.interleaved(&mut jobs).unwrap();
         drop(jobs);
-        assert_eq!(order.borrow().len(), 2 * (ROUNDS + 1));
+        assert_eq!(order.borrow().len(), 2 * (9 + 1));
         assert!(order.borrow().chunks(2).all(|turn| turn == [0, 1]));
         assert_eq!((times[1].kernel.median, times[1].kernel.max), (2.0, 2.0));
     }

@@ -7,7 +7,7 @@ use sorairo::low_level::irradiance::SkyLight;
 use sorairo::low_level::plan::picture::sun_disc::Sun;
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::{ColourPath, Fit, OzoneCrossSection, PathChoice, Preset, Projection, Scene};
-use sorairo::{PixelFormat, Plan};
+use sorairo::{PixelFormat, Plan, SkyPlan};
 use sorairo_evaluation::judge::{coefficients, medium};
 use sorairo_oracle::column_to_top;
 use sorairo_shared::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, solid_angle_density};
@@ -158,7 +158,7 @@ fn more_air_never_makes_the_sun_brighter() {
     let brightness = |change: &dyn Fn(&mut Scene)| {
         let mut scene = scene(Preset::Earth, 10.0, "8x4");
         change(&mut scene);
-        SkyLight::new(&plan(&scene).sky).sun_irradiance_w_m2
+        SkyPlan::new(&scene.validated().unwrap(), scene.render.rgb).sun_irradiance().facing
     };
     let falls = |values: Vec<f64>, what: &str| {
         assert!(values.iter().all(|value| value.is_finite() && *value >= 0.0), "{what}: {values:?}");

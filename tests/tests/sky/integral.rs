@@ -11,7 +11,7 @@ use sorairo_shared::glam::Vec3;
 use sorairo_tests::sky::scene;
 
 /// Rays of random scenes in a run of the tests; `sorairo stress` tries more.
-const RAYS: u64 = 128_000;
+const RAYS: u64 = 64_000;
 
 /// Seed of those rays.
 const SEED: u64 = 20_261_121;
@@ -29,9 +29,12 @@ fn seen(plan: &Plan, elevation: f64, azimuth: f64) -> [f64; 4] {
     std::array::from_fn(|i| transfer[i])
 }
 
+/// Where a value is looked at about a place, in angles.
+const PARTS: [f64; 4] = [-3.0, -1.0, 1.0, 3.0];
+
 /// What changes over twice an angle (degrees) about a place is no more than twice what changes beside it.
 fn assert_continuous(what: &str, at: f64, angle: f64, value: impl Fn(f64) -> [f64; 4]) {
-    let [far_below, below, above, far_above] = [-3.0, -1.0, 1.0, 3.0].map(|part| value(at + part * angle));
+    let [far_below, below, above, far_above] = PARTS.map(|part| value(at + part * angle));
     for band in 0..4 {
         let jump = (above[band] - below[band]).abs();
         let slope = (far_above[band] - above[band]).abs().max((below[band] - far_below[band]).abs());
@@ -108,15 +111,21 @@ fn the_step_at_the_edge_of_the_ground_is_that_of_the_oracle() {
 
 #[test]
 fn radiance_is_continuous_as_the_sun_sets() {
-    for elevation in [1.0, 20.0, 60.0, 90.0] {
-        for azimuth in [5.0, 90.0, 175.0] {
-            for altitude in [0.0, 12.0] {
+    const ANGLE: f64 = 0.02;
+    for altitude in [0.0, 12.0] {
+        let under = |part: f64| {
+            let mut scene = scene(Preset::Earth, part * ANGLE, "8x4");
+            scene.observer.altitude = altitude;
+            (part * ANGLE, plan(&scene))
+        };
+        let plans = PARTS.map(under);
+        for elevation in [1.0, 20.0, 60.0, 90.0] {
+            for azimuth in [5.0, 90.0, 175.0] {
                 let at_sun = |sun: f64| {
-                    let mut scene = scene(Preset::Earth, sun, "8x4");
-                    scene.observer.altitude = altitude;
-                    seen(&plan(&scene), elevation, azimuth)
+                    let (_, plan) = plans.iter().find(|(planned, _)| *planned == sun).expect("a sun that is planned");
+                    seen(plan, elevation, azimuth)
                 };
-                assert_continuous(&format!("{altitude} km, view {elevation}, {azimuth}"), 0.0, 0.02, at_sun);
+                assert_continuous(&format!("{altitude} km, view {elevation}, {azimuth}"), 0.0, ANGLE, at_sun);
             }
         }
     }

@@ -27,13 +27,13 @@ struct Sweep<'a> {
 /// Every sweep, on the CPU and, where a device is one, on the GPU.
 fn sweeps(device: &Device, spectra: u64) -> Vec<Sweep<'_>> {
     vec![
-        Sweep { name: "rays", cases: 12_800, run: Box::new(integral::integral) },
+        Sweep { name: "rays", cases: 6_400, run: Box::new(integral::integral) },
         Sweep { name: "skies", cases: 2, run: Box::new(orders::orders) },
         Sweep { name: "energies", cases: 8, run: Box::new(energy::energy) },
         Sweep { name: "walks", cases: 10, run: Box::new(steps::steps) },
         Sweep { name: "spectra", cases: spectra, run: Box::new(spectra::spectra) },
         Sweep { name: "solves", cases: 50_000, run: Box::new(solve::solve) },
-        Sweep { name: "scenes", cases: 140, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },
+        Sweep { name: "scenes", cases: 35, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },
         Sweep { name: "refusals", cases: 500, run: Box::new(scenes::refusals) },
     ]
 }

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::sync::{Arc, Mutex};
 
 use sorairo::low_level::device::{Backend, cpu::Cpu, gpu};
+use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::plan::on_device::{DeviceUses, Memory, PlanDevice, PlanPass, Views};
 use sorairo::low_level::plan::{GridKind, SpectralPlan, direction};
@@ -42,6 +43,7 @@ fn skies() -> Vec<(String, Scene)> {
             scene.ground.albedo = GroundAlbedo::Grey(0.9);
         }));
         skies.push(of("400 km", Preset::Standard, sun, &|scene| scene.observer.altitude = 400.0));
+        skies.push(of("desert", Preset::Standard, sun, &|scene| scene.atmosphere.aerosol.kind = AerosolKind::Desert));
         skies.push(of("without aerosol", Preset::Standard, sun, &|scene| scene.atmosphere.aerosol.optical_depth = 0.0));
         skies.push(of("three orders", Preset::Standard, sun, &|scene| scene.render.orders = Orders::UpTo(3)));
     }

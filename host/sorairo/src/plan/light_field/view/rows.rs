@@ -118,8 +118,9 @@ fn of_groups<const N: usize>(
     orders: Orders,
     rows: &[Row],
 ) -> (Vec<Vec<Vec<Light>>>, OrdersMade) {
-    // Samples that follow the optical depth are no list that a device takes, nor is scattering without a peak.
-    let device_has_it = !resolution.thick && setting.forward_peak == 0.0;
+    let bands = &setting.without_peak(bands);
+    // Samples that follow the optical depth are no list that a device takes.
+    let device_has_it = !resolution.thick;
     let ask = |device: &dyn PlanDevice| {
         let field = fields.get_on_device::<N>(device, setting, bands, resolution, orders)?;
         let light = rays::light_of_rows(device, &field, setting, bands, resolution, rows)?;
@@ -128,7 +129,7 @@ fn of_groups<const N: usize>(
     if device_has_it && let Some(found) = fields.ask_device(ask) {
         return found;
     }
-    let wavelengths = &Wavelengths::<N>::new(&setting.without_peak(bands));
+    let wavelengths = &Wavelengths::<N>::new(bands);
     let field = &*fields.get(setting, wavelengths, resolution, orders);
     let view = View {
         setting,

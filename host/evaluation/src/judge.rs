@@ -2,11 +2,12 @@
 
 use std::sync::Mutex;
 
-use sorairo::Scene;
 use sorairo::low_level::medium::aerosol::AerosolKind;
+use sorairo::low_level::medium::gases::Lanes;
 use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection};
+use sorairo::{Scene, SkyPlan};
 use sorairo_oracle::{
     AirLaw, Atmosphere, Coefficients, Level, MARS_DUST_ALBEDO, Medium, PhaseRows, Ray, Spectrum, direction,
 };
@@ -73,6 +74,13 @@ fn read(file: &TableFile) -> Spectrum {
     Spectrum::from_csv(&std::fs::read_to_string(file.path()).expect("a table that was read before"))
 }
 
+/// A scene in whose air everything has a closed form: exponential, aerosol of no known kind, straight sunlight, no gases but ozone.
+pub fn in_closed_form(mut scene: Scene) -> Scene {
+    (scene.atmosphere.profile, scene.atmosphere.refraction) = (Profile::Exponential, false);
+    scene.atmosphere.aerosol.kind = AerosolKind::Plain;
+    scene
+}
+
 /// The medium of a scene, in which light goes straight: that of bent sunlight is no such medium.
 ///
 /// # Panics
@@ -88,7 +96,7 @@ pub fn medium(scene: &Scene) -> Medium {
 /// A profile, the column densities (km) of its air and ozone, and the altitude of the ground (km).
 type Sampled = (Profile, [f64; 3]);
 
-/// A measured profile every few hundred metres, as much of it as the scene has.
+/// A measured profile every few hundred metres, as much of its air and ozone as the scene has; of gases as much as 1.
 fn levels(scene: &Scene) -> &'static [Level] {
     static KEPT: Mutex<Vec<(Sampled, &'static [Level])>> = Mutex::new(Vec::new());
     let a = &scene.atmosphere;
@@ -101,16 +109,27 @@ fn levels(scene: &Scene) -> &'static [Level] {
         return levels;
     }
     let altitudes = (0..=220).map(|i| if i < 120 { 0.25 * f64::from(i) } else { 0.9 * f64::from(i) - 78.0 });
-    let sampled = |from: f64| -> Vec<(f64, [f64; 2])> {
-        altitudes.clone().map(|above| (above, measured.at(from + above).value)).collect()
+    let densities = |altitude: f64| {
+        let [air, ozone] = measured.at(altitude).value;
+        let level = a.profile.level(altitude).expect("it is measured");
+        // Pairs of molecules, and vapour by the pressure that widens its lines.
+        [air, ozone, level.air * level.air, level.water * level.pressure]
     };
-    let column = |levels: &[(f64, [f64; 2])], i: usize| -> f64 {
+    let sampled = |from: f64| -> Vec<(f64, [f64; 4])> {
+        altitudes.clone().map(|above| (above, densities(from + above))).collect()
+    };
+    let column = |levels: &[(f64, [f64; 4])], i: usize| -> f64 {
         // Trapezoids of what is sampled so closely leave 1e-4.
         levels.windows(2).map(|pair| 0.5 * (pair[0].1[i] + pair[1].1[i]) * (pair[1].0 - pair[0].0)).sum()
     };
     let (over_sea, over_site) = (sampled(0.0), sampled(site));
-    let scale = [columns[0] / column(&over_sea, 0), columns[1] / column(&over_site, 1)];
-    let level = |(altitude_km, density): &(f64, [f64; 2])| Level {
+    let scale = [
+        columns[0] / column(&over_sea, 0),
+        columns[1] / column(&over_site, 1),
+        1.0 / column(&over_site, 2),
+        1.0 / column(&over_site, 3),
+    ];
+    let level = |(altitude_km, density): &(f64, [f64; 4])| Level {
         altitude_km: *altitude_km,
         logarithms: std::array::from_fn(|i| (density[i] * scale[i]).ln()),
     };
@@ -122,8 +141,27 @@ fn levels(scene: &Scene) -> &'static [Level] {
 
 /// The coefficients of a scene at a wavelength (nm).
 pub fn coefficients(scene: &Scene, wavelength: f64) -> Coefficients {
+    with_gases(scene, scene.optics().gases.as_ref(), wavelength)
+}
+
+/// The coefficients at the bands of a plan, whose gases are means over what a band stands for.
+pub fn bands(scene: &Scene, sky: &SkyPlan) -> Vec<Coefficients> {
+    let integral = sky.integral();
+    let gases = integral.optics.gases.as_ref();
+    integral.wavelengths.iter().map(|&nm| with_gases(scene, gases, nm)).collect()
+}
+
+fn with_gases(scene: &Scene, gases: Option<&Lanes>, wavelength: f64) -> Coefficients {
     let aerosol_phase = phase_rows(scene.atmosphere.aerosol.kind, wavelength);
-    Coefficients { aerosol_phase, ..atmosphere(scene).coefficients(wavelength) }
+    let own = atmosphere(scene).coefficients(wavelength);
+    let gases = gases.map(|gases| gases.at(wavelength)).unwrap_or_default();
+    let ozone_km = 0.5 * (scene.atmosphere.ozone.top - scene.atmosphere.ozone.bottom);
+    Coefficients {
+        aerosol_phase,
+        ozone_absorption: own.ozone_absorption + gases.nitrogen_dioxide / ozone_km,
+        gas_absorption: [gases.pairs, gases.water],
+        ..own
+    }
 }
 
 /// A phase function that was asked for, by the kind of aerosol and the wavelength (nm).

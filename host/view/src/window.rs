@@ -374,7 +374,11 @@ impl Window {
             haze.logarithmic(true).smallest_positive(1e-4).max_decimals(4),
         );
         ui.horizontal(|ui| choice(ui, "Kind of haze", &mut scene.atmosphere.aerosol.kind));
+        let profile = scene.atmosphere.profile;
         ui.horizontal(|ui| choice(ui, "Profile", &mut scene.atmosphere.profile));
+        if scene.atmosphere.profile != profile {
+            scene.atmosphere.refraction = scene.atmosphere.profile.is_measured() && scene.is_on_earth();
+        }
         let ozone = Slider::new(&mut scene.atmosphere.ozone.column, 0.0..=600.0);
         control(ui, "Ozone", ozone.suffix(" DU").max_decimals(0));
         section(ui, "Light");

@@ -1,9 +1,12 @@
 //! The planet and what lies about it: the radii and the profiles.
 
+use core::ops::{Add, Mul, Sub};
+
 use bytemuck::{Pod, Zeroable};
 
 use crate::geometry::{Shadow, Shell};
 use crate::glam::{Vec3, Vec4};
+use crate::math::max;
 use crate::medium::exponential::Exponential;
 
 /// How the planet and the constituents of its atmosphere are laid out. The layout is that of a GPU buffer.
@@ -40,8 +43,75 @@ pub struct Atmosphere {
     pub padding: u32,
 }
 
-/// Column densities of (air, aerosol, ozone) along one path (km).
-pub type ColumnDensities = Vec3;
+/// What lies along one path. Numbers one by one: vectors of three in a structure are laid out otherwise in WGSL.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColumnDensities {
+    /// Column density of air (km).
+    pub air: f32,
+    /// Of aerosol (km).
+    pub aerosol: f32,
+    /// Of ozone (km).
+    pub ozone: f32,
+    /// Amount of what absorbs as pairs of oxygen lie, relative to that over the ground; 0 in air of closed form.
+    pub pairs: f32,
+    /// That of what absorbs as water vapour lies.
+    pub water: f32,
+}
+
+impl ColumnDensities {
+    /// Nothing.
+    pub const ZERO: Self = Self { air: 0.0, aerosol: 0.0, ozone: 0.0, pairs: 0.0, water: 0.0 };
+
+    /// Those of air, aerosol and ozone (km), without gases.
+    #[inline(always)]
+    pub fn without_gases(main: Vec3) -> Self {
+        Self { air: main.x, aerosol: main.y, ozone: main.z, ..Self::ZERO }
+    }
+
+    /// Without what rounding made negative.
+    #[inline(always)]
+    pub fn at_least_zero(self) -> Self {
+        self.with(Self::ZERO, max)
+    }
+
+    #[inline(always)]
+    fn with(self, other: Self, of: impl Fn(f32, f32) -> f32) -> Self {
+        Self {
+            air: of(self.air, other.air),
+            aerosol: of(self.aerosol, other.aerosol),
+            ozone: of(self.ozone, other.ozone),
+            pairs: of(self.pairs, other.pairs),
+            water: of(self.water, other.water),
+        }
+    }
+}
+
+impl Add for ColumnDensities {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.with(other, |a, b| a + b)
+    }
+}
+
+impl Sub for ColumnDensities {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.with(other, |a, b| a - b)
+    }
+}
+
+impl Mul<f32> for ColumnDensities {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: f32) -> Self {
+        self.with(self, |a, _| a * factor)
+    }
+}
 
 /// What fills the air: the planet and the constituents, and the tables of profiles that have no closed form.
 #[derive(Clone, Copy, Debug)]

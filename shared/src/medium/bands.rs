@@ -18,6 +18,10 @@ pub struct Bands {
     pub aerosol_extinction: Vec4,
     /// Absorption coefficient of ozone at its peak (km⁻¹).
     pub ozone_absorption: Vec4,
+    /// Optical depth of what absorbs as pairs of oxygen lie, from the ground to the zenith.
+    pub pair_absorption: Vec4,
+    /// That of what absorbs as water vapour lies.
+    pub water_absorption: Vec4,
     /// Solar irradiance at the top of the atmosphere (W·m⁻²·nm⁻¹).
     pub solar_irradiance: Vec4,
     /// What the fit of an explicit solve multiplies the transfer with: the solar irradiance, or 1.
@@ -37,11 +41,14 @@ impl Bands {
             aerosol_scattering: self.aerosol_scattering,
             aerosol_extinction: self.aerosol_extinction,
             ozone_absorption: self.ozone_absorption,
+            pair_absorption: self.pair_absorption,
+            water_absorption: self.water_absorption,
         }
     }
 }
 
-/// Coefficients of the atmosphere (km⁻¹): at the ground, those of ozone at its peak.
+/// Coefficients of the atmosphere (km⁻¹): at the ground, those of ozone at its peak; of gases the optical depth from the
+/// ground to the zenith.
 #[derive(Clone, Copy, Debug)]
 pub struct Coefficients<V> {
     /// Scattering by air.
@@ -52,6 +59,10 @@ pub struct Coefficients<V> {
     pub aerosol_extinction: V,
     /// Absorption by ozone.
     pub ozone_absorption: V,
+    /// By what lies as pairs of oxygen do.
+    pub pair_absorption: V,
+    /// By what lies as water vapour does.
+    pub water_absorption: V,
 }
 
 /// One value for each constituent that scatters.
@@ -72,9 +83,11 @@ impl<V: Value> Coefficients<V> {
     /// Optical depth of column densities (Eq. 2).
     #[inline(always)]
     pub fn optical_depth(&self, along: ColumnDensities) -> V {
-        let mut depth = self.air_scattering.scaled(along.x);
-        depth.add_scaled(&self.aerosol_extinction, along.y);
-        depth.add_scaled(&self.ozone_absorption, along.z);
+        let mut depth = self.air_scattering.scaled(along.air);
+        depth.add_scaled(&self.aerosol_extinction, along.aerosol);
+        depth.add_scaled(&self.ozone_absorption, along.ozone);
+        depth.add_scaled(&self.pair_absorption, along.pairs);
+        depth.add_scaled(&self.water_absorption, along.water);
         depth
     }
 

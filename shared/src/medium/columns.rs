@@ -1,4 +1,4 @@
-//! Column densities of air, aerosol and ozone along rays.
+//! Column densities along rays.
 //!
 //! A column density is the integral of a constituent's relative density along a ray to the top of the atmosphere, in km. It
 //! is colourless: the same number serves every wavelength. Those of air and aerosol come by the closed form of
@@ -63,7 +63,7 @@ fn column_densities_of_two(medium: Medium<'_>, altitude: f32, density: Vec2, mu:
         let ozone = ozone_column_densities(medium, altitude, mu);
         (first.z, second.z) = (ozone.x, ozone.y);
     }
-    TwoRays { first, second }
+    TwoRays { first: ColumnDensities::without_gases(first), second: ColumnDensities::without_gases(second) }
 }
 
 /// Column densities (km) from `altitude` (km) outwards along a ray with a cosine `mu >= 0`.
@@ -78,8 +78,11 @@ pub fn column_densities(medium: Medium<'_>, altitude: f32, density: Vec2, mu: f3
 /// Column densities without those of what the variant leaves out.
 #[inline(always)]
 fn present(along: ColumnDensities, variant: u32) -> ColumnDensities {
-    let aerosol = if variant & variant::AEROSOL != 0 { along.y } else { 0.0 };
-    Vec3::new(along.x, aerosol, if variant & variant::OZONE != 0 { along.z } else { 0.0 })
+    ColumnDensities {
+        aerosol: if variant & variant::AEROSOL != 0 { along.aerosol } else { 0.0 },
+        ozone: if variant & variant::OZONE != 0 { along.ozone } else { 0.0 },
+        ..along
+    }
 }
 
 /// [`column_densities`] along the level ray at an altitude (km), the lowest point of a ray that comes down and goes up again.
@@ -100,7 +103,7 @@ pub fn level_column_densities(medium: Medium<'_>, altitude: f32, variant: u32) -
     if variant & variant::OZONE != 0 {
         outwards.z = ozone_column_densities(medium, altitude, Vec2::ZERO).x;
     }
-    outwards
+    ColumnDensities::without_gases(outwards)
 }
 
 /// The lowest point of a stretch of a ray.
@@ -136,10 +139,10 @@ pub fn stretch_column_densities(
     let fall_off = equivalent_lengths(medium, g, Vec2::splat(lowest.mu), variant);
     let mut result = difference;
     if length < fall_off.x {
-        result.x = stretch.x;
+        result.air = stretch.x;
     }
     if (variant & variant::AEROSOL != 0) & (length < fall_off.y) {
-        result.y = stretch.y;
+        result.aerosol = stretch.y;
     }
     result
 }
@@ -227,13 +230,13 @@ fn sun_column_densities(
     if variant & variant::ABOVE_TOP != 0 {
         let top = medium.atmosphere.depth;
         let mu = zenith_cosine_at_top(medium.shell(), altitude, mu_s);
-        density -= column_densities(medium, top, relative_densities(medium, top, variant), mu, variant);
+        density = density - column_densities(medium, top, relative_densities(medium, top, variant), mu, variant);
         if variant & variant::OPAQUE != 0 {
             let length = distance_to_top(medium.shell(), altitude, mu_s);
             density = stretch_column_densities(medium, altitude, mu_s, lowest, length, density, variant);
         }
     }
-    density.max(Vec3::ZERO)
+    density.at_least_zero()
 }
 
 #[cfg(test)]
@@ -277,7 +280,7 @@ mod tests {
     }
 
     fn agrees(found: ColumnDensities, truth: [f64; 3], vertical: [f64; 3]) {
-        for ((found, truth), vertical) in found.to_array().into_iter().zip(truth).zip(vertical) {
+        for ((found, truth), vertical) in [found.air, found.aerosol, found.ozone].into_iter().zip(truth).zip(vertical) {
             // The closed form's 9e-6 of the ground's, and single precision's rounding.
             let error = (f64::from(found) - truth).abs();
             assert!(error <= 1.2e-5 * truth.max(0.1 * vertical), "{found}, not {truth}");

@@ -1,6 +1,7 @@
 //! Densities and column densities of profiles that have no closed form, from tables.
 //!
-//! A table holds, over altitude and direction, the logarithms of column densities to the top of the atmosphere.
+//! A table holds, over altitude and direction, the logarithms of column densities to the top of the atmosphere, and beside
+//! them those of two gases.
 //! Between its entries they are straight lines over the altitude and cubics over the direction. Altitudes crowd
 //! towards the ground, `h = depth (i / (N - 1))²`. One table is of straight view rays, by the cosine `μ ≥ 0` of the
 //! zenith angle. The other is of sunlight, which may be bent, by the zenith angle of the sun without air:
@@ -18,7 +19,7 @@
 //! irradiance, so that `F` stands beside the column densities.
 
 use crate::geometry::Shadow;
-use crate::glam::{Vec3, Vec4};
+use crate::glam::{Vec2, Vec4};
 use crate::interpolation::cubic::{Stencil, stencil};
 use crate::math::{acos, exp4, fetch, max, min, sqrt};
 use crate::medium::atmosphere::{ColumnDensities, Medium};
@@ -38,8 +39,16 @@ pub const SUN: usize = VIEW + ALTITUDES * VIEWS;
 pub const SEEN: usize = SUN + ALTITUDES * SUNS;
 /// Where the cones begin that the planet's shadow is at each altitude: offset (km) and slope; see [`Shadow`].
 pub const EDGE: usize = SEEN + SUNS;
+/// Where, altitude by altitude, the relative densities of (pairs of oxygen, water vapour) begin, per km and relative to the
+/// columns over the ground.
+pub const GASES: usize = EDGE + ALTITUDES;
+/// Where the table of gases on view rays begins: logarithms of the amounts of both in a direction, and in the next. They
+/// are straight lines over the direction, since so little light is lost to them.
+pub const VIEW_GASES: usize = GASES + ALTITUDES;
+/// Where that of gases on sunlight begins.
+pub const SUN_GASES: usize = VIEW_GASES + ALTITUDES * VIEWS;
 /// Entries of all.
-pub const ENTRIES: usize = EDGE + ALTITUDES;
+pub const ENTRIES: usize = SUN_GASES + ALTITUDES * SUNS;
 
 /// `K²` of the axis of view rays by the distance from the planet's centre (km⁻¹): `0.45² / (2 · 8 km)`.
 pub const AXIS_SPREAD: f32 = 0.2025 / 16.0;
@@ -123,13 +132,40 @@ pub fn relative_densities(medium: Medium<'_>, altitude: f32) -> Vec4 {
 pub fn column_densities(medium: Medium<'_>, altitude: f32, mu: f32) -> ColumnDensities {
     let spread = sqrt((medium.atmosphere.ground_radius + altitude) * AXIS_SPREAD);
     let x = (1.0 - mu) / (1.0 + spread * mu);
-    exp4(at_direction(medium, (VIEW, VIEWS), place_of_altitude(medium, altitude), x)).truncate()
+    let place = place_of_altitude(medium, altitude);
+    let main = at_direction(medium, (VIEW, VIEWS), place, x);
+    with_gases(main, gases(medium, (VIEW_GASES, VIEWS), place, x))
+}
+
+/// Column densities of the logarithms of those of air, aerosol and ozone, and of the gases.
+#[inline(always)]
+fn with_gases(main: Vec4, gases: Vec2) -> ColumnDensities {
+    let (main, gases) = (exp4(main), exp4(Vec4::new(gases.x, gases.y, 0.0, 0.0)));
+    ColumnDensities { air: main.x, aerosol: main.y, ozone: main.z, pairs: gases.x, water: gases.y }
+}
+
+/// Logarithms of the amounts of gases at a place of a table.
+#[inline(always)]
+fn gases(medium: Medium<'_>, (table, count): (usize, usize), altitude: Place, x: f32) -> Vec2 {
+    let Place { first, part } = Place::new(x, count);
+    let below = table + altitude.first * count + first;
+    let both = altitude.between(fetch(medium.tables, below), fetch(medium.tables, below + count));
+    Vec2::new(both.x + (both.z - both.x) * part, both.y + (both.w - both.y) * part)
+}
+
+/// Relative densities of (pairs of oxygen, water vapour) at an altitude (km), per km of the columns over the ground.
+#[inline(always)]
+pub fn gas_densities(medium: Medium<'_>, altitude: f32) -> Vec2 {
+    let place = place_of_altitude(medium, altitude);
+    let entry = place.between(fetch(medium.tables, GASES + place.first), fetch(medium.tables, GASES + place.first + 1));
+    let densities = exp4(entry);
+    Vec2::new(densities.x, densities.y)
 }
 
 /// The way of sunlight to a point.
 #[derive(Clone, Copy)]
 pub struct Sunlight {
-    /// Column densities along it (km).
+    /// What lies along it.
     pub along: ColumnDensities,
     /// `F`: by how much bending weakens the beam.
     pub spread: f32,
@@ -145,9 +181,9 @@ fn along_suns(lowest: f32, mu_s: f32) -> f32 {
 #[inline(always)]
 pub fn sunlight(medium: Medium<'_>, altitude: f32, mu_s: f32) -> Sunlight {
     let lowest = at_altitude(medium, place_of_root(medium, altitude)).w;
-    let entry = at_direction(medium, (SUN, SUNS), place_of_altitude(medium, altitude), along_suns(lowest, mu_s));
-    let along: Vec3 = exp4(entry).truncate();
-    Sunlight { along, spread: entry.w }
+    let (place, x) = (place_of_altitude(medium, altitude), along_suns(lowest, mu_s));
+    let entry = at_direction(medium, (SUN, SUNS), place, x);
+    Sunlight { along: with_gases(entry, gases(medium, (SUN_GASES, SUNS), place, x)), spread: entry.w }
 }
 
 /// Cosine of the zenith angle at which the sun is seen from the ground, by that without air; 0 below the horizon.

@@ -1,7 +1,7 @@
 //! What lies between the observer and a place on a ray, and between that place and the sun.
 
 use crate::geometry::Ray;
-use crate::glam::{Vec2, Vec3};
+use crate::glam::Vec2;
 use crate::math::{abs, max};
 use crate::medium::atmosphere::{ColumnDensities, Medium};
 use crate::medium::columns::{
@@ -39,7 +39,7 @@ impl TowardsObserver {
         } else if rising {
             level_column_densities(medium, lowest, variant) * 2.0 - outwards
         } else {
-            -outwards
+            ColumnDensities::ZERO - outwards
         };
         let lowest = LowestPoint { altitude: lowest, mu: max(ray.mu, 0.0) };
         Self { altitude: ray.altitude, mu: ray.mu, rising, offset, lowest }
@@ -61,7 +61,7 @@ impl TowardsObserver {
             let (altitude, mu, length) = (self.altitude, self.mu, place.distance);
             between = stretch_column_densities(medium, altitude, mu, lowest, length, between, variant);
         }
-        between.max(Vec3::ZERO)
+        between.at_least_zero()
     }
 }
 

@@ -202,6 +202,8 @@ mod tests {
             aerosol_scattering: Lanes::ZERO,
             aerosol_extinction: Lanes::ZERO,
             ozone_absorption: Lanes::ZERO,
+            pair_absorption: Lanes::ZERO,
+            water_absorption: Lanes::ZERO,
         };
         let crowding = PER_MEAN_FREE_PATH;
         let many = single_scattering_placed_for(

@@ -32,7 +32,7 @@ const DEEP: f32 = 0.01;
 /// of half a kilometre of air in which one sees 20 km. A ray that sinks by the angle `d` meets the ground behind an
 /// optical depth of `HAZE / tan d`, and haze that is lit as the air at the horizon is puts the part `1 - T` of that
 /// air's light before it, `T = exp(-HAZE / tan d)` (Koschmieder 1924). Where the horizon glows in twilight the haze at
-/// one's feet does not, so a fade has a power of that part, with the phase functions of its own direction: `L = (1 - p)
+/// one's feet does not, so a fade has a power of that part, with the phase functions of its own direction ([`has_set`]): `L = (1 - p)
 /// L_ground + p L_horizon`, `p = (1 - T)^n`. It leaves the horizon without an edge. See [`haze_power`].
 const HAZE: f32 = 0.1;
 
@@ -102,10 +102,10 @@ fn rows_seen(uniform: &Uniform, row: u32, variant: u32) -> (u32, u32, f32) {
     }
     let horizon = (0.5 - uniform.horizon / PI) * uniform.camera.height as f32;
     let at_horizon = max(floor(horizon - 0.5), 0.0) as u32;
+    let mirrored = max(floor(2.0 * horizon - middle), 0.0) as u32;
     if below == FADE {
-        (row, at_horizon, faded(uniform, depth))
+        (if has_set(uniform) { mirrored } else { row }, at_horizon, faded(uniform, depth))
     } else if below == MIRROR {
-        let mirrored = max(floor(2.0 * horizon - middle), 0.0) as u32;
         (mirrored, mirrored, 0.0)
     } else {
         (row, row, 1.0)
@@ -124,7 +124,8 @@ pub fn direction_seen(uniform: &Uniform, direction: Vec3, variant: u32) -> (Vec3
         (mirrored, mirrored, 0.0)
     } else if below == FADE {
         let depth = uniform.horizon - (0.5 * PI - acos(clamp(direction.z, -1.0, 1.0)));
-        (direction, beside_horizon(uniform, direction, margin(uniform)), faded(uniform, depth))
+        let own = if has_set(uniform) { mirrored(uniform, direction) } else { direction };
+        (own, beside_horizon(uniform, direction, margin(uniform)), faded(uniform, depth))
     } else {
         (direction, direction, 1.0)
     }
@@ -219,6 +220,13 @@ fn mirrored(uniform: &Uniform, direction: Vec3) -> Vec3 {
     let across = max(sqrt(direction.x * direction.x + direction.y * direction.y), 1e-10);
     let level = (cosine * across + sine * direction.z) / across;
     Vec3::new(direction.x * level, direction.y * level, sine * across - cosine * direction.z)
+}
+
+/// Whether the sun stands below the level. Haze in its direction would glow as if it shone there: a fade then has the
+/// phase functions of the mirrored direction, in which it is as far away as from the horizon or farther.
+#[inline(always)]
+fn has_set(uniform: &Uniform) -> bool {
+    uniform.sun.z < 0.0
 }
 
 /// The part of ground so far below the horizon (radians), before haze of a power; see [`HAZE`].

@@ -1,9 +1,9 @@
 //! Light scattered once along the rays of a block: the steps of [`crate::path::single::single_scattering`], each for all rays.
 
-use super::lanes::{BLOCK, Four, Lanes, Three, ZERO, lanes};
+use super::lanes::{BLOCK, Four, Lanes, ZERO, lanes};
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec4};
-use crate::medium::atmosphere::Medium;
+use crate::medium::atmosphere::{ColumnDensities, Medium};
 use crate::medium::bands::{Bands, Coefficients};
 use crate::medium::columns::LowestPoint;
 use crate::path::observer::TowardsObserver;
@@ -21,6 +21,37 @@ pub struct BlockScattering {
     pub aerosol: Four,
 }
 
+/// The members of [`ColumnDensities`].
+struct Offset {
+    air: Lanes,
+    aerosol: Lanes,
+    ozone: Lanes,
+    pairs: Lanes,
+    water: Lanes,
+}
+
+impl Offset {
+    #[inline(always)]
+    fn set(&mut self, lane: usize, value: ColumnDensities) {
+        self.air[lane] = value.air;
+        self.aerosol[lane] = value.aerosol;
+        self.ozone[lane] = value.ozone;
+        self.pairs[lane] = value.pairs;
+        self.water[lane] = value.water;
+    }
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> ColumnDensities {
+        ColumnDensities {
+            air: self.air[lane],
+            aerosol: self.aerosol[lane],
+            ozone: self.ozone[lane],
+            pairs: self.pairs[lane],
+            water: self.water[lane],
+        }
+    }
+}
+
 /// A piece of each ray, and what lies between it and the observer; the members are those of [`Samples`] and [`TowardsObserver`].
 struct Pieces {
     low: Lanes,
@@ -33,7 +64,7 @@ struct Pieces {
     k: Lanes,
     origin_altitude: Lanes,
     origin_mu: Lanes,
-    offset: Three,
+    offset: Offset,
     lowest_altitude: Lanes,
     lowest_mu: Lanes,
 }
@@ -50,7 +81,7 @@ impl Pieces {
         k: ZERO,
         origin_altitude: ZERO,
         origin_mu: ZERO,
-        offset: Three::ZERO,
+        offset: Offset { air: ZERO, aerosol: ZERO, ozone: ZERO, pairs: ZERO, water: ZERO },
         lowest_altitude: ZERO,
         lowest_mu: ZERO,
     };

@@ -95,6 +95,7 @@ impl Atmosphere {
             aerosol_extinction,
             aerosol_scattering: self.aerosol_albedo.at(wavelength_nm) * aerosol_extinction,
             ozone_absorption: self.ozone_molecules_per_m2_km() * self.ozone_cross_section_m2.at(wavelength_nm),
+            gas_absorption: [0.0; 2],
             ground_albedo: self.ground_albedo.at(wavelength_nm),
             aerosol_phase: None,
         }

@@ -5,7 +5,7 @@
 //! weakens the beam is told by a second ray beside it. The view ray is straight.
 
 use crate::line::dot;
-use crate::medium::Coefficients;
+use crate::medium::{CONSTITUENTS, Coefficients};
 use crate::phase::air_phase;
 use crate::ray::Ray;
 
@@ -15,8 +15,8 @@ pub struct Profile<'a> {
     pub ground_radius_km: f64,
     /// Height of the top of the atmosphere above it, km.
     pub top_altitude_km: f64,
-    /// Relative densities of air, aerosol and ozone at an altitude (km).
-    pub densities: &'a (dyn Fn(f64) -> [f64; 3] + Sync),
+    /// Relative densities at an altitude (km).
+    pub densities: &'a (dyn Fn(f64) -> [f64; CONSTITUENTS] + Sync),
     /// `n - 1` at an altitude (km).
     pub excess: &'a (dyn Fn(f64) -> f64 + Sync),
     /// Asymmetry of the aerosol's phase function.
@@ -28,8 +28,8 @@ pub struct Profile<'a> {
 pub struct Exit {
     /// Angle from the vertical of the place where it began (radians).
     pub zenith: f64,
-    /// Column densities of air, aerosol and ozone, km.
-    pub columns: [f64; 3],
+    /// Column densities, km.
+    pub columns: [f64; CONSTITUENTS],
 }
 
 /// A beam of sunlight to a place.
@@ -38,12 +38,13 @@ pub struct Beam {
     /// Zenith angle at which it arrives (radians).
     pub seen: f64,
     /// Column densities, km.
-    pub columns: [f64; 3],
+    pub columns: [f64; CONSTITUENTS],
     /// What bending leaves of its irradiance.
     pub spread: f64,
 }
 
-type State = [f64; 7];
+/// A place, a direction, and the column densities so far.
+type State = [f64; 4 + CONSTITUENTS];
 
 impl Profile<'_> {
     fn slopes(&self, [x, y, px, py, ..]: State) -> State {
@@ -52,15 +53,16 @@ impl Profile<'_> {
         let altitude = radius - self.ground_radius_km;
         let index = 1.0 + (self.excess)(altitude);
         let slope = ((self.excess)(altitude + STEP) - (self.excess)(altitude - STEP)) / (2.0 * STEP);
-        let [air, aerosol, ozone] = (self.densities)(altitude);
+        let densities = (self.densities)(altitude);
         let gradient = index * slope / radius;
-        [px, py, gradient * x, gradient * y, air * index, aerosol * index, ozone * index]
+        let of_ray = [px, py, gradient * x, gradient * y];
+        std::array::from_fn(|i| if i < 4 { of_ray[i] } else { densities[i - 4] * index })
     }
 
     /// The way out of the air from an altitude (km) at a zenith angle (radians); none into the ground.
     pub fn way_out(&self, altitude: f64, zenith: f64) -> Option<Exit> {
         let index = 1.0 + (self.excess)(altitude);
-        let mut state: State = [0.0; 7];
+        let mut state: State = [0.0; 4 + CONSTITUENTS];
         state[1] = self.ground_radius_km + altitude;
         (state[2], state[3]) = (index * zenith.sin(), index * zenith.cos());
         loop {
@@ -70,7 +72,7 @@ impl Profile<'_> {
                 return None;
             }
             if altitude > self.top_altitude_km && rises {
-                let columns = [state[4], state[5], state[6]];
+                let columns = std::array::from_fn(|i| state[4 + i]);
                 return Some(Exit { zenith: state[2].atan2(state[3]), columns });
             }
             // As far as densities change by a tenth or so.
@@ -168,9 +170,9 @@ impl Profile<'_> {
         };
         let column =
             |from: f64, to: f64| (self.densities)(at(0.5 * (from + to)).0).map(|density| density * (to - from));
-        let mut along = [0.0; 3];
+        let mut along = [0.0; CONSTITUENTS];
         for (start, end) in cells(0.0, edge).filter(|_| edge > 0.0) {
-            (0..3).for_each(|c| along[c] += column(start, end)[c]);
+            (0..CONSTITUENTS).for_each(|c| along[c] += column(start, end)[c]);
         }
         let mut sum = vec![0.0; bands.len()];
         for (start, end) in cells(edge, length) {
@@ -185,7 +187,7 @@ impl Profile<'_> {
                     *sum += scattered * beam.spread * (-band.optical_depth(columns)).exp() * (end - start);
                 }
             }
-            (0..3).for_each(|c| along[c] += column(start, end)[c]);
+            (0..CONSTITUENTS).for_each(|c| along[c] += column(start, end)[c]);
         }
         sum
     }

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use crate::line::Line;
-use crate::medium::Medium;
+use crate::medium::{CONSTITUENTS, Medium};
 use crate::quadrature::GaussLegendre;
 
 /// Nodes per panel of an exponential column.
@@ -23,11 +23,11 @@ static LEVEL_RULE: LazyLock<GaussLegendre<LEVEL_ORDER>> = LazyLock::new(GaussLeg
 static COLUMN_RULE: LazyLock<GaussLegendre<COLUMN_ORDER>> = LazyLock::new(GaussLegendre::new);
 static OZONE_RULE: LazyLock<GaussLegendre<OZONE_ORDER>> = LazyLock::new(GaussLegendre::new);
 
-/// Column densities of air, aerosol and ozone from an altitude to the top of the atmosphere, km.
+/// Column densities from an altitude to the top of the atmosphere, km.
 ///
 /// `mu` is the cosine of the zenith angle. The ray must not meet the ground; it may start beyond
 /// the atmosphere.
-pub fn column_to_top(medium: &Medium, altitude_km: f64, mu: f64) -> [f64; 3] {
+pub fn column_to_top(medium: &Medium, altitude_km: f64, mu: f64) -> [f64; CONSTITUENTS] {
     let line = Line::new(medium, altitude_km, mu);
     let top = medium.top_altitude_km();
     let rising = Line { mu: mu.abs(), ..line };
@@ -41,22 +41,22 @@ pub fn column_to_top(medium: &Medium, altitude_km: f64, mu: f64) -> [f64; 3] {
 }
 
 /// Columns along a line that rises, from its origin up to an altitude, km.
-fn rising_column(medium: &Medium, line: &Line, end_km: f64) -> [f64; 3] {
+fn rising_column(medium: &Medium, line: &Line, end_km: f64) -> [f64; CONSTITUENTS] {
     if end_km <= line.altitude {
-        return [0.0; 3];
+        return [0.0; CONSTITUENTS];
     }
     let aerosol = exponential_column(medium.aerosol_scale_height_km, line, end_km);
     if medium.levels.is_empty() {
         let air = exponential_column(medium.air_scale_height_km, line, end_km);
-        return [air, aerosol, ozone_column(medium, line, end_km)];
+        return [air, aerosol, ozone_column(medium, line, end_km), 0.0, 0.0];
     }
-    let [air, _, ozone] = column_of_levels(medium, line, end_km);
-    [air, aerosol, ozone]
+    let [air, _, ozone, first, second] = column_of_levels(medium, line, end_km);
+    [air, aerosol, ozone, first, second]
 }
 
 /// Columns of what was measured along a line that rises, level by level, km.
-fn column_of_levels(medium: &Medium, line: &Line, end_km: f64) -> [f64; 3] {
-    let mut sum = [0.0; 3];
+fn column_of_levels(medium: &Medium, line: &Line, end_km: f64) -> [f64; CONSTITUENTS] {
+    let mut sum = [0.0; CONSTITUENTS];
     let mut low = line.altitude;
     let levels = medium.levels.iter().map(|level| level.altitude_km).filter(|&level| level > line.altitude);
     for high in levels.take_while(|&level| level < end_km).chain([end_km]) {
@@ -64,7 +64,7 @@ fn column_of_levels(medium: &Medium, line: &Line, end_km: f64) -> [f64; 3] {
         let length = line.distance_to_climb(high - line.altitude) - start;
         for (node, weight) in LEVEL_RULE.nodes.iter().zip(LEVEL_RULE.weights) {
             let densities = medium.densities(line.altitude + line.climb(start + node * length));
-            (0..3).for_each(|i| sum[i] += weight * length * densities[i]);
+            (0..CONSTITUENTS).for_each(|i| sum[i] += weight * length * densities[i]);
         }
         low = high;
     }

@@ -31,7 +31,7 @@ mod way;
 pub use atmosphere::{AirLaw, Atmosphere};
 pub use bent::{Beam, Profile};
 pub use column::column_to_top;
-pub use medium::{Coefficients, Level, Medium};
+pub use medium::{CONSTITUENTS, Coefficients, Level, Medium};
 pub use orders::{Estimate, Paths, radiance_of_all_orders, radiance_of_orders, sunlit_ground_radiance};
 pub use phase::{PhaseRows, aerosol_phase, air_phase};
 pub use published::{DOBSON_UNIT, MARS_DUST_ALBEDO, OZONE_CROSS_SECTION_233K};

@@ -2,7 +2,10 @@
 
 use crate::phase::{PhaseRows, aerosol_phase};
 
-/// The planet and the shapes of its three constituents, the same at every wavelength.
+/// Air, aerosol, ozone, and two more gases that absorb, in this order.
+pub const CONSTITUENTS: usize = 5;
+
+/// The planet and the shapes of its constituents, the same at every wavelength.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Medium {
     /// Radius of the ground, km.
@@ -21,17 +24,17 @@ pub struct Medium {
     pub ozone_peak_km: f64,
     /// Altitude above which there is no ozone, km.
     pub ozone_top_km: f64,
-    /// Where air and ozone were measured, in place of all of these; none for exponential air and a tent of ozone.
+    /// Where air and gases were measured, in place of all of these; none for exponential air and a tent of ozone.
     pub levels: &'static [Level],
 }
 
-/// Air and ozone at an altitude. Between levels logarithms are straight, and beyond the last as between the last two.
+/// Air and gases at an altitude. Between levels logarithms are straight, and beyond the last as between the last two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Level {
     /// Altitude, km.
     pub altitude_km: f64,
-    /// Logarithms of the relative densities of air and ozone.
-    pub logarithms: [f64; 2],
+    /// Logarithms of the relative densities of air, ozone, and the two gases.
+    pub logarithms: [f64; 4],
 }
 
 /// What the constituents do to light of one wavelength where their density is 1.
@@ -47,6 +50,8 @@ pub struct Coefficients {
     pub aerosol_scattering: f64,
     /// Absorption by ozone, which does not scatter, km⁻¹.
     pub ozone_absorption: f64,
+    /// Absorption by the two gases of measured levels, km⁻¹.
+    pub gas_absorption: [f64; 2],
     /// Lambertian albedo of the ground.
     pub ground_albedo: f64,
     /// Phase function of aerosol; none where it is that of Cornette and Shanks with the medium's asymmetry.
@@ -66,25 +71,25 @@ impl Medium {
         self.top_radius_km - self.ground_radius_km
     }
 
-    /// Relative densities of air, aerosol and ozone at an altitude, each 1 at its reference: the
-    /// ground, the ground and the ozone peak.
-    pub fn densities(&self, altitude_km: f64) -> [f64; 3] {
+    /// Relative densities at an altitude: of air, aerosol and ozone each 1 at its reference, the ground, the ground and
+    /// the ozone peak; of gases as the levels have them.
+    pub fn densities(&self, altitude_km: f64) -> [f64; CONSTITUENTS] {
         let aerosol = (-altitude_km / self.aerosol_scale_height_km).exp();
         if let Some((level, falls)) = self.level_below(altitude_km) {
-            let [air, ozone] =
-                std::array::from_fn(|i| level.logarithms[i] - falls[i] * (altitude_km - level.altitude_km));
-            return [air.exp(), aerosol, ozone.exp()];
+            let at = |i: usize| level.logarithms[i] - falls[i] * (altitude_km - level.altitude_km);
+            let [air, ozone, first, second] = std::array::from_fn(|i| at(i).exp());
+            return [air, aerosol, ozone, first, second];
         }
-        [(-altitude_km / self.air_scale_height_km).exp(), aerosol, self.ozone_density(altitude_km)]
+        [(-altitude_km / self.air_scale_height_km).exp(), aerosol, self.ozone_density(altitude_km), 0.0, 0.0]
     }
 
     /// The level below an altitude and by how much logarithms fall from there, km⁻¹.
-    fn level_below(&self, altitude_km: f64) -> Option<(Level, [f64; 2])> {
+    fn level_below(&self, altitude_km: f64) -> Option<(Level, [f64; 4])> {
         let last = self.levels.len().checked_sub(1)?;
         let above = self.levels.partition_point(|level| level.altitude_km <= altitude_km).clamp(1, last);
         let (low, high) = (self.levels[above - 1], self.levels[above]);
         let fall = |i: usize| (low.logarithms[i] - high.logarithms[i]) / (high.altitude_km - low.altitude_km);
-        Some((low, [fall(0), fall(1)]))
+        Some((low, std::array::from_fn(fall)))
     }
 
     /// The height over which air falls to 1/e at an altitude, km.
@@ -113,8 +118,10 @@ impl Medium {
 }
 
 impl Coefficients {
-    /// Optical depth of a column (air, aerosol, ozone) in km.
-    pub(crate) fn optical_depth(&self, column: [f64; 3]) -> f64 {
-        self.air_scattering * column[0] + self.aerosol_extinction * column[1] + self.ozone_absorption * column[2]
+    /// Optical depth of a column (km).
+    pub(crate) fn optical_depth(&self, column: [f64; CONSTITUENTS]) -> f64 {
+        let [first, second] = self.gas_absorption;
+        let lost = [self.air_scattering, self.aerosol_extinction, self.ozone_absorption, first, second];
+        lost.into_iter().zip(column).map(|(coefficient, column)| coefficient * column).sum()
     }
 }

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use crate::column::column_to_top;
 use crate::line::{Line, cross, dot, entry_distance, length_in_atmosphere, line_from_entry, quadratic_roots};
-use crate::medium::{Coefficients, Medium};
+use crate::medium::{CONSTITUENTS, Coefficients, Medium};
 use crate::phase::air_phase;
 use crate::quadrature::GaussLegendre;
 use crate::ray::Ray;
@@ -158,8 +158,8 @@ impl ViewPath {
 /// What one stretch of the view ray adds, seen from where it starts.
 #[derive(Clone, Debug)]
 struct Stretch {
-    /// Its columns of air, aerosol and ozone, km.
-    column: [f64; 3],
+    /// Its columns, km.
+    column: [f64; CONSTITUENTS],
     /// The radiance that it scatters to its start, per band, sr⁻¹.
     radiance: Vec<f64>,
 }
@@ -224,7 +224,7 @@ impl<'a> Integral<'a> {
 
     /// Error in radiance that a stretch behind this column may have, per band, for the whole to be
     /// in tolerance.
-    fn accuracy_after(&self, column: [f64; 3], scale: &[f64]) -> Vec<f64> {
+    fn accuracy_after(&self, column: [f64; CONSTITUENTS], scale: &[f64]) -> Vec<f64> {
         let allowed = |(band, &scale): (&Coefficients, &f64)| {
             // Light so faint that it underflows has no digits to ask for.
             if scale < 1e-290 {
@@ -272,7 +272,7 @@ impl<'a> Integral<'a> {
         let width = panel.end - panel.start;
         let distances = rule.nodes.map(|x| panel.start + width * x);
         let densities = distances.map(|s| self.medium.densities(self.path.altitude(s)));
-        let column = |weights: &[f64; VIEW_ORDER]| -> [f64; 3] {
+        let column = |weights: &[f64; VIEW_ORDER]| -> [f64; CONSTITUENTS] {
             std::array::from_fn(|i| {
                 width * weights.iter().zip(&densities).map(|(w, density)| w * density[i]).sum::<f64>()
             })
@@ -290,12 +290,12 @@ impl<'a> Integral<'a> {
         sum
     }
 
-    fn column_to_sun(&self, s: f64) -> [f64; 3] {
+    fn column_to_sun(&self, s: f64) -> [f64; CONSTITUENTS] {
         column_to_top(self.medium, self.path.altitude(s), self.path.mu_sun(s))
     }
 
     /// Adds what a point scatters, `weight` km long and seen through `column`.
-    fn add_scattered(&self, sum: &mut [f64], weight: f64, density: [f64; 3], column: [f64; 3]) {
+    fn add_scattered(&self, sum: &mut [f64], weight: f64, density: [f64; CONSTITUENTS], column: [f64; CONSTITUENTS]) {
         let phases = self.air_phases.iter().zip(&self.aerosol_phases);
         for ((sum, band), (air, aerosol)) in sum.iter_mut().zip(self.bands).zip(phases) {
             let scattered =
@@ -316,6 +316,6 @@ impl<'a> Integral<'a> {
     }
 
     fn nothing(&self) -> Stretch {
-        Stretch { column: [0.0; 3], radiance: vec![0.0; self.bands.len()] }
+        Stretch { column: [0.0; CONSTITUENTS], radiance: vec![0.0; self.bands.len()] }
     }
 }

@@ -26,6 +26,7 @@ const BANDS: [Coefficients; 3] = [
         aerosol_extinction: 4.44e-3,
         aerosol_scattering: 4.0e-3,
         ozone_absorption: 1e-5,
+        gas_absorption: [0.0; 2],
         ground_albedo: 0.0,
         aerosol_phase: None,
     },
@@ -35,6 +36,7 @@ const BANDS: [Coefficients; 3] = [
         aerosol_extinction: 4.44e-3,
         aerosol_scattering: 4.0e-3,
         ozone_absorption: 2.6e-3,
+        gas_absorption: [0.0; 2],
         ground_albedo: 0.0,
         aerosol_phase: None,
     },
@@ -44,6 +46,7 @@ const BANDS: [Coefficients; 3] = [
         aerosol_extinction: 4.44e-2,
         aerosol_scattering: 4.0e-2,
         ozone_absorption: 2.6e-3,
+        gas_absorption: [0.0; 2],
         ground_albedo: 0.0,
         aerosol_phase: None,
     },
@@ -55,6 +58,7 @@ const ONLY_AIR: Coefficients = Coefficients {
     aerosol_extinction: 0.0,
     aerosol_scattering: 0.0,
     ozone_absorption: 0.0,
+    gas_absorption: [0.0; 2],
     ground_albedo: 0.0,
     aerosol_phase: None,
 };
@@ -308,7 +312,7 @@ fn a_chord_seen_from_space_is_twice_its_half() {
     for i in 0..3 {
         assert_close(chord[i], 2.0 * half[i], 1e-11);
     }
-    assert_eq!(column_to_top(&EARTH, 200.0, -0.1), [0.0; 3]);
+    assert_eq!(column_to_top(&EARTH, 200.0, -0.1), [0.0; CONSTITUENTS]);
 }
 
 #[test]
@@ -344,6 +348,7 @@ fn thin_zenith_at_sun_minus_four_is_lit_from_the_shadow_edge_up() {
         aerosol_extinction: 1e-9,
         aerosol_scattering: 1e-9,
         ozone_absorption: 0.0,
+        gas_absorption: [0.0; 2],
         ground_albedo: 0.0,
         aerosol_phase: None,
     };
@@ -374,6 +379,7 @@ fn radiance_is_linear_in_the_scattering_alone() {
         aerosol_extinction: 0.04,
         aerosol_scattering: scattering,
         ozone_absorption: 1e-3,
+        gas_absorption: [0.0; 2],
         ground_albedo: 0.0,
         aerosol_phase: None,
     };

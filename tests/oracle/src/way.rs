@@ -300,7 +300,7 @@ fn borders(medium: &Medium, band: &Coefficients) -> Vec<f64> {
 /// The smaller scale height (km) of air and aerosol, of those that matter at an altitude below the top; None where neither
 /// extinguishes more than `thin` (km⁻¹).
 fn steepest_fall(medium: &Medium, band: &Coefficients, altitude: f64, thin: f64) -> Option<f64> {
-    let [air, aerosol, _] = medium.densities(altitude);
+    let [air, aerosol, ..] = medium.densities(altitude);
     let extinctions = [air * band.air_scattering, aerosol * band.aerosol_extinction];
     let least = thin.max(MATTERS * (extinctions[0] + extinctions[1]));
     let scale_heights = [medium.air_scale_height_km(altitude), medium.aerosol_scale_height_km];

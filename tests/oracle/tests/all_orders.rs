@@ -33,6 +33,7 @@ const HAZE: Coefficients = Coefficients {
     aerosol_extinction: 0.1,
     aerosol_scattering: 0.09,
     ozone_absorption: 2.6e-3,
+    gas_absorption: [0.0; 2],
     ground_albedo: 0.4,
     aerosol_phase: None,
 };
@@ -189,6 +190,7 @@ fn thin_air_over_lit_ground_scatters_half_of_what_it_reflects() {
         aerosol_extinction: 0.0,
         aerosol_scattering: 0.0,
         ozone_absorption: 0.0,
+        gas_absorption: [0.0; 2],
         ground_albedo: 0.8,
         ..HAZE
     };
@@ -212,6 +214,7 @@ fn a_white_planet_returns_what_it_got() {
         aerosol_extinction: 0.1,
         aerosol_scattering: 0.1,
         ozone_absorption: 0.0,
+        gas_absorption: [0.0; 2],
         ground_albedo: 1.0,
         ..HAZE
     };
@@ -293,6 +296,7 @@ fn what_scatters_nothing_is_black() {
         aerosol_extinction: 0.0,
         aerosol_scattering: 0.0,
         ozone_absorption: 0.0,
+        gas_absorption: [0.0; 2],
         ..HAZE
     };
     dark(&nothing, &ray(0.0, (20.0, 0.0), 30.0));

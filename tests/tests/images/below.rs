@@ -101,6 +101,20 @@ fn a_fade_leaves_no_line_at_the_horizon_and_ends_in_the_ground() {
 }
 
 #[test]
+fn a_sun_that_has_set_leaves_no_spot_below_the_horizon() {
+    for sun in [-2, -4, -7] {
+        // The peak of dust is narrow.
+        let image =
+            linear(&format!("--device cpu --size 16x720 --sun-elevation={sun} --aerosol-kind desert --below fade"));
+        let brightest = |row| (0..16).map(|column| luminance(image.at(column, row))).fold(0.0, f64::max);
+        for row in 360..420 {
+            let [above, below] = [row, row + 1].map(brightest);
+            assert!(above > 0.0 && below <= 1.001 * above, "sun at {sun}, row {row}: {below} below {above}");
+        }
+    }
+}
+
+#[test]
 fn a_glow_of_twilight_does_not_lie_over_the_ground_at_ones_feet() {
     for sun in [-3, -9, -15] {
         let flags = format!("--device cpu --size 16x720 --sun-elevation={sun}");

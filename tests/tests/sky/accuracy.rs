@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use sorairo::PixelFormat;
 use sorairo::low_level::plan::{Plan, direction};
 use sorairo::scene::{Preset, Scene};
-use sorairo_evaluation::judge::{coefficients, medium, ray};
+use sorairo_evaluation::judge::{bands, medium, ray};
 use sorairo_oracle::scattered_radiance_bands_within;
 use sorairo_tests::compare::{Worst, worst_relative};
 use sorairo_tests::sky::{SUNS, scene};
@@ -18,8 +18,7 @@ const REFERENCE_TOLERANCE: f64 = 1e-6;
 /// The transfer at the plan's bands against the oracle, over the sky; brighter than a part of the sky's maximum.
 fn compare_sky(scene: &Scene, above: f64) -> Worst {
     let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
-    let bands: Vec<_> =
-        plan.sky.integral().wavelengths.iter().map(|&wavelength| coefficients(scene, wavelength)).collect();
+    let bands = bands(scene, &plan.sky);
     let medium = medium(scene);
     let azimuths = (0..=12).map(|i| 15.0 * f64::from(i));
     let views: Vec<(f64, f64)> =

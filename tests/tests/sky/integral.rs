@@ -4,7 +4,7 @@ use sorairo::PixelFormat;
 use sorairo::low_level::plan::{Plan, direction};
 use sorairo::scene::keys::{Key, find};
 use sorairo::scene::{Preset, Scene};
-use sorairo_evaluation::judge::{coefficients, medium, ray};
+use sorairo_evaluation::judge::{bands, medium, ray};
 use sorairo_evaluation::stress::integral::{compare, integral};
 use sorairo_oracle::scattered_radiance_bands;
 use sorairo_shared::glam::Vec3;
@@ -94,7 +94,7 @@ fn the_step_at_the_edge_of_the_ground_is_that_of_the_oracle() {
             let mut scene = scene(Preset::Earth, sun, "8x4");
             scene.observer.altitude = altitude;
             let plan = plan(&scene);
-            let bands: Vec<_> = plan.sky.integral().wavelengths.iter().map(|&nm| coefficients(&scene, nm)).collect();
+            let bands = bands(&scene, &plan.sky);
             let ground = scene.atmosphere.ground_radius;
             let horizon = -(ground / (ground + altitude)).acos().to_degrees();
             for elevation in [horizon - 0.01, horizon + 0.01] {

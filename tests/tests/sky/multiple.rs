@@ -592,7 +592,7 @@ fn passed_by(scene: &Scene, wavelength: f64) -> f64 {
     let steps = 2000;
     let passed = |i: u32| {
         let altitude = medium.top_altitude_km() * (f64::from(i) + 0.5) / f64::from(steps);
-        let [air, aerosol, _] = column_to_top(&medium, altitude, 0.0);
+        let [air, aerosol, ..] = column_to_top(&medium, altitude, 0.0);
         let depth = 2.0 * (band.air_scattering * air + band.aerosol_extinction * aerosol);
         2.0 * (medium.ground_radius_km + altitude) * (-depth).exp() / medium.top_radius_km.powi(2)
     };

@@ -6,7 +6,7 @@ use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{GroundAlbedo, Orders, Preset, Scene, SunSpectrum};
 use sorairo::{BeamSample, PixelFormat, Plan, Renderer, SkyPlan, Surface, sun_beam};
-use sorairo_evaluation::judge::{coefficients, medium, ray};
+use sorairo_evaluation::judge::{bands, coefficients, medium, ray};
 use sorairo_oracle::{self as oracle, Paths};
 use sorairo_tests::sky::scene;
 
@@ -33,9 +33,15 @@ fn largest_error(sun: f64, refraction: bool) -> f64 {
     let a = &scene.atmosphere;
     let of = [0, 1].map(|i| column(|altitude| levels.at(altitude).value[i]));
     let scale = [a.air.scale_height / of[0], 0.5 * (a.ozone.top - a.ozone.bottom) / of[1]];
+    let gases = |altitude: f64| {
+        let level = a.profile.level(altitude).unwrap();
+        [level.air * level.air, level.water * level.pressure]
+    };
+    let over_ground = [0, 1].map(|i| column(|altitude| gases(altitude)[i]));
     let densities = |altitude: f64| {
-        let [air, ozone] = levels.at(altitude).value;
-        [air * scale[0], (-altitude / a.aerosol.scale_height).exp(), ozone * scale[1]]
+        let ([air, ozone], [pairs, water]) = (levels.at(altitude).value, gases(altitude));
+        let aerosol = (-altitude / a.aerosol.scale_height).exp();
+        [air * scale[0], aerosol, ozone * scale[1], pairs / over_ground[0], water / over_ground[1]]
     };
     let excess = |altitude: f64| if refraction { levels.at(altitude).value[0] * EXCESS_OF_A_MOLECULE } else { 0.0 };
     let air = oracle::Profile {
@@ -45,7 +51,7 @@ fn largest_error(sun: f64, refraction: bool) -> f64 {
         excess: &excess,
         aerosol_asymmetry: a.aerosol.asymmetry,
     };
-    let bands: Vec<_> = plan.sky.base.wavelengths.iter().map(|&nm| coefficients(&scene, nm)).collect();
+    let bands = bands(&scene, &plan.sky);
     let views: Vec<(f64, f64)> =
         [1.0, 6.0, 25.0, 80.0].into_iter().flat_map(|up| [3.0, 70.0, 175.0].map(|azimuth| (up, azimuth))).collect();
     let of_view = |&(elevation, azimuth): &(f64, f64)| {
@@ -92,17 +98,19 @@ fn light_in_measured_air_is_that_of_rays_that_march() {
 /// profile: relative to the radiance or to 5 % of the brightest view, less three standard errors.
 #[test]
 fn light_of_all_orders_in_measured_air_is_that_of_paths() {
-    const WAVELENGTH: f64 = 550.0;
-    for (sun, site, bound) in [(40.0, 0.0, 0.005), (3.0, 2.5, 0.01), (-4.0, 0.0, 0.015)] {
+    // Where water absorbs most of visible light, and where pairs of oxygen do.
+    for (sun, site, wavelength, bound) in
+        [(40.0, 0.0, 725.0, 0.005), (3.0, 2.5, 575.0, 0.01), (-4.0, 0.0, 575.0, 0.015)]
+    {
         let mut scene = measured(Preset::Standard, sun, false);
         scene.site.altitude = site;
         scene.render.orders = Orders::All;
         scene.ground.albedo = GroundAlbedo::Grey(0.3);
         scene.sun.spectrum = SunSpectrum::Flat;
-        let (medium, band) = (medium(&scene), coefficients(&scene, WAVELENGTH));
+        let (medium, band) = (medium(&scene), coefficients(&scene, wavelength));
         let validated = scene.clone().validated().unwrap();
         let sky = SkyPlan::new(&validated, validated.render.rgb);
-        let dense = DenseSpectrum::new(&sky, &[WAVELENGTH]);
+        let dense = DenseSpectrum::new(&sky, &[wavelength]);
         let views = [(3.0, 10.0), (15.0, 90.0), (60.0, 180.0), (90.0, 0.0)];
         let of_view = |(seed, &(elevation, azimuth)): (usize, &(f64, f64))| {
             let paths = Paths { number: 1 << 14, seed: seed as u64 };

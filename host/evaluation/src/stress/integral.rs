@@ -184,7 +184,7 @@ struct Judge<'a> {
 
 impl<'a> Judge<'a> {
     fn new(scene: &'a Scene, plan: &'a Plan) -> Self {
-        let bands = plan.sky.integral().wavelengths.iter().map(|&nm| judge::coefficients(scene, nm)).collect();
+        let bands = judge::bands(scene, &plan.sky);
         let sun = unit(plan.uniform.sun.truncate());
         Self { scene, plan, medium: judge::medium(scene), bands, sun }
     }

@@ -12,15 +12,18 @@ use sorairo_shared::variant::{self, PixelFormat};
 use strum::IntoEnumIterator;
 
 use super::outcome::{Outcome, generator};
+use crate::judge::in_closed_form;
 use crate::problem::Error;
 use sorairo::low_level::device::cpu::Cpu;
 use sorairo::low_level::device::{Backend, Device, DeviceKind};
+use sorairo::low_level::medium::aerosol::AerosolKind;
+use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::plan::Plan;
 use sorairo::low_level::plan::fit::linear::{Interpolant, LinearFit};
 use sorairo::low_level::spectra::measured::MEASURED_RANGE;
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::keys::{self, DENSEST_TOP, KEYS, Key};
-use sorairo::scene::rules::{CLOSEST_BANDS, FARTHEST_DISC, band_counts};
+use sorairo::scene::rules::{CLOSEST_BANDS, FARTHEST_DISC, LOWEST_TOP_OF_A_PROFILE, band_counts};
 use sorairo::scene::{
     AlbedoSpectrum, ColourObserver, ColourPath, Display, Dither, Exposure, ExrDepth, Fit, GroundAlbedo, MOST_STOPS,
     Orders, PathChoice, PictureLook, Preset, Projection, Render, Rgb, Scene, Size, SunSpectrum, ViewTransform,
@@ -170,6 +173,7 @@ impl Case {
         for number in numbers() {
             number.set(&mut scene, rng, boldness);
         }
+        air(&mut scene, rng);
         thin_the_top(&mut scene);
         if scene.atmosphere.ozone.column == 0.0 && rng.random_bool(0.3) {
             // Nobody asks where the ozone is that is not there.
@@ -341,6 +345,22 @@ fn camera(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     };
     if rng.random_bool(0.3) {
         (camera.look_azimuth, camera.look_elevation) = (None, None);
+    }
+}
+
+/// Air of closed form, or one in four that was measured, where there is room for it; and one in four of a kind of aerosol.
+fn air(scene: &mut Scene, rng: &mut ChaCha8Rng) {
+    *scene = in_closed_form(scene.clone());
+    let (profile, kind) = (any(rng, Profile::iter()), any(rng, AerosolKind::iter()));
+    let has_room = depth(scene) >= LOWEST_TOP_OF_A_PROFILE;
+    let is_on_earth = scene.is_on_earth();
+    let atmosphere = &mut scene.atmosphere;
+    if has_room && rng.random_bool(0.25) {
+        atmosphere.profile = profile;
+        atmosphere.refraction = profile.is_measured() && is_on_earth && rng.random_bool(0.5);
+    }
+    if rng.random_bool(0.25) {
+        atmosphere.aerosol.kind = kind;
     }
 }
 

@@ -8,8 +8,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
-use sorairo_shared::glam::{Vec3, Vec4};
-use sorairo_shared::medium::tables::{ALTITUDES, AXIS_SPREAD, EDGE, ENTRIES, SEEN, SUN, SUNS, VIEW, VIEWS};
+use sorairo_shared::glam::{Vec2, Vec3, Vec4};
+use sorairo_shared::medium::tables::{
+    ALTITUDES, AXIS_SPREAD, EDGE, ENTRIES, GASES, SEEN, SUN, SUN_GASES, SUNS, VIEW, VIEW_GASES, VIEWS,
+};
 
 use super::gases::{CLASSES, Gases};
 use super::profile::{Density, Levels, Profile};
@@ -90,7 +92,8 @@ impl Tables {
     pub fn beam(&self, altitude: f64, seen: f64) -> Option<Beam> {
         let row = self.layers.row(altitude);
         (seen <= self.level.lowest_seen(&row)).then(|| {
-            let [Crossed { along, bending }] = self.level.crossed(&row, [seen]);
+            let [Crossed { along: [air, aerosol, ozone, ..], bending }] = self.level.crossed(&row, [seen]);
+            let along = [air, aerosol, ozone];
             Beam { along, gases: self.gases(&row, seen), sun: seen + bending }
         })
     }
@@ -133,13 +136,16 @@ impl Tables {
         let mut entries = vec![Vec4::ZERO; ENTRIES];
         let mut edge = Vec::new();
         for (i, TableRow { densities, lowest, view, suns }) in rows.iter().enumerate() {
-            entries[i] = logarithms(*densities).extend(*lowest as f32);
+            entries[i] = logarithms(densities).extend(*lowest as f32);
+            entries[GASES + i] = (logarithms_of_gases(densities), Vec2::ZERO).into();
             edge.push((layers.altitude(i), *lowest));
             for (j, along) in view.iter().enumerate() {
-                entries[VIEW + i * VIEWS + j] = logarithms(*along).extend(0.0);
+                entries[VIEW + i * VIEWS + j] = logarithms(along).extend(0.0);
+                entries[VIEW_GASES + i * VIEWS + j] = gases_and_next(view, j, |along| along);
             }
             for (j, sun) in suns.iter().enumerate() {
-                entries[SUN + i * SUNS + j] = logarithms(sun.along).extend(sun.spread as f32);
+                entries[SUN + i * SUNS + j] = logarithms(&sun.along).extend(sun.spread as f32);
+                entries[SUN_GASES + i * SUNS + j] = gases_and_next(suns, j, |sun| &sun.along);
             }
         }
         for (j, sun) in rows[0].suns.iter().enumerate() {
@@ -152,11 +158,11 @@ impl Tables {
 
 /// What the tables hold at an altitude.
 struct TableRow {
-    densities: [f64; 3],
+    densities: [f64; CONSTITUENTS],
     /// Zenith angle of the lowest sun that is seen (radians).
     lowest: f64,
     /// Column densities of view rays (km).
-    view: Vec<[f64; 3]>,
+    view: Vec<[f64; CONSTITUENTS]>,
     suns: Vec<SeenSun>,
 }
 
@@ -166,7 +172,7 @@ fn part(entry: usize, entries: usize) -> f64 {
 }
 
 /// Column densities (km) along the view rays of a row of the table, which is so far from the planet's centre (km).
-fn straight(row: &Row, radius: f64) -> Vec<[f64; 3]> {
+fn straight(row: &Row, radius: f64) -> Vec<[f64; CONSTITUENTS]> {
     let spread = (radius * f64::from(AXIS_SPREAD)).sqrt();
     let mu = |j: usize| {
         let x = part(j, VIEWS);
@@ -175,11 +181,27 @@ fn straight(row: &Row, radius: f64) -> Vec<[f64; 3]> {
     (0..VIEWS / LANES).flat_map(|block| row.straight::<LANES>(std::array::from_fn(|i| mu(block * LANES + i)))).collect()
 }
 
-/// Natural logarithms, of what has no smaller ones in single precision.
-fn logarithms(values: [f64; 3]) -> Vec3 {
+/// A natural logarithm, of what has no smaller one in single precision.
+fn logarithm(value: f64) -> f32 {
     /// `e` to this power is 1e-35.
     const SMALLEST: f64 = -80.0;
-    Vec3::from_array(values.map(|value| value.max(0.0).ln().max(SMALLEST) as f32))
+    value.max(0.0).ln().max(SMALLEST) as f32
+}
+
+/// Natural logarithms of air, aerosol and ozone.
+fn logarithms([air, aerosol, ozone, ..]: &[f64; CONSTITUENTS]) -> Vec3 {
+    [*air, *aerosol, *ozone].map(logarithm).into()
+}
+
+/// Those of the gases.
+fn logarithms_of_gases([.., pairs, water]: &[f64; CONSTITUENTS]) -> Vec2 {
+    [*pairs, *water].map(logarithm).into()
+}
+
+/// Those of the gases in a direction and in the next, of which the last has none.
+fn gases_and_next<T>(row: &[T], j: usize, along: impl Fn(&T) -> &[f64; CONSTITUENTS]) -> Vec4 {
+    let at = |j: usize| logarithms_of_gases(along(&row[j.min(row.len() - 1)]));
+    (at(j), at(j + 1)).into()
 }
 
 /// A number that differs where entries do (FNV-1a); not 0.
@@ -192,9 +214,13 @@ fn number_of(entries: &[Vec4]) -> u32 {
 
 /// Panels of a column's quadrature, each with three nodes of Gauss-Legendre.
 const PANELS: usize = 40;
+const NODES: usize = 3 * PANELS;
 
 /// How far above the top of the atmosphere columns reach (km): a ray that grazes the top ends as smoothly there as the profile does.
 const ABOVE_TOP: f64 = 20.0;
+
+/// Air, aerosol, ozone, pairs of oxygen and water vapour, in this order.
+const CONSTITUENTS: usize = 5;
 
 /// The densities of an air, relative to those whose columns it shall have.
 #[derive(Debug)]
@@ -202,12 +228,12 @@ struct Layers {
     air: Air,
     levels: Levels,
     gases: Gases,
-    /// What densities of the levels are multiplied with, of air and of ozone.
-    scale: [f64; 2],
+    /// What densities of the levels are multiplied with; those of aerosol are as they are.
+    scale: [f64; CONSTITUENTS],
     /// The density of air at the sea.
     ground: f64,
     /// Places on [0, 1] and weights.
-    rule: Vec<[f64; 2]>,
+    rule: [[f64; 2]; NODES],
 }
 
 impl Layers {
@@ -216,25 +242,25 @@ impl Layers {
         let levels = air.profile.levels().expect(MEASURED);
         let gases = Gases::of(&air.profile.measured().expect(MEASURED));
         let outer = 0.5 - 0.15f64.sqrt();
-        let of_panel = |panel: usize| {
-            let nodes = [(outer, 5.0 / 18.0), (0.5, 8.0 / 18.0), (1.0 - outer, 5.0 / 18.0)];
-            nodes.map(|(place, weight)| [(panel as f64 + place) / PANELS as f64, weight / PANELS as f64])
-        };
-        let rule = (0..PANELS).flat_map(of_panel).collect();
+        let of_panel = [(outer, 5.0 / 18.0), (0.5, 8.0 / 18.0), (1.0 - outer, 5.0 / 18.0)];
+        let rule = std::array::from_fn(|node| {
+            let (place, weight) = of_panel[node % 3];
+            [((node / 3) as f64 + place) / PANELS as f64, weight / PANELS as f64]
+        });
         let ground = levels.at(0.0).value[0];
-        let layers = Self { air, levels, gases, scale: [1.0; 2], ground, rule };
-        let [[_, _, of_ozone]] = layers.row(0.0).straight([1.0]);
+        let layers = Self { air, levels, gases, scale: [1.0; CONSTITUENTS], ground, rule };
+        let [[_, _, of_ozone, of_pairs, of_water]] = layers.row(0.0).straight([1.0]);
         let [[of_air, ..]] = layers.row(-air.site).straight([1.0]);
         let [column, _, ozone] = air.columns;
-        Self { scale: [column / of_air, ozone / of_ozone], ..layers }
+        Self { scale: [column / of_air, 1.0, ozone / of_ozone, 1.0 / of_pairs, 1.0 / of_water], ..layers }
     }
 
     fn altitude(&self, i: usize) -> f64 {
         self.air.depth * part(i, ALTITUDES).powi(2)
     }
 
-    /// Relative densities of air, aerosol and ozone at an altitude (km).
-    fn densities(&self, altitude: f64) -> [f64; 3] {
+    /// Relative densities at an altitude (km), of gases per km of the columns over the ground.
+    fn densities(&self, altitude: f64) -> [f64; CONSTITUENTS] {
         self.relative(self.level(altitude), altitude)
     }
 
@@ -243,9 +269,11 @@ impl Layers {
         self.levels.at(altitude + self.air.site)
     }
 
-    fn relative(&self, density: Density, altitude: f64) -> [f64; 3] {
+    fn relative(&self, density: Density, altitude: f64) -> [f64; CONSTITUENTS] {
         let [air, ozone] = density.value;
-        [self.scale[0] * air, (-altitude / self.air.columns[1]).exp(), self.scale[1] * ozone]
+        let [pairs, water] = self.gases.pairs_and_water(altitude + self.air.site);
+        let values = [air, (-altitude / self.air.columns[1]).exp(), ozone, pairs, water];
+        std::array::from_fn(|i| self.scale[i] * values[i])
     }
 
     /// `n - 1` where air has this density.
@@ -258,7 +286,7 @@ impl Layers {
         let height = (self.air.depth + ABOVE_TOP - altitude).sqrt();
         let radius = self.air.ground_radius + altitude;
         let index = 1.0 + self.excess(self.level(altitude));
-        let node = |&[place, weight]: &[f64; 2]| {
+        let node = |[place, weight]: [f64; 2]| {
             let u = place * height;
             let (above, weight) = (u * u, 2.0 * u * weight * height);
             let density = self.level(altitude + above);
@@ -272,7 +300,7 @@ impl Layers {
                 bend: -weight * excess * density.growth[0] / (1.0 + excess),
             }
         };
-        Row { radius, index, densities: self.densities(altitude), nodes: self.rule.iter().map(node).collect() }
+        Row { radius, index, densities: self.densities(altitude), nodes: self.rule.map(node) }
     }
 }
 
@@ -280,7 +308,7 @@ impl Layers {
 struct Node {
     /// Height above the row (km).
     above: f64,
-    densities: [f64; 3],
+    densities: [f64; CONSTITUENTS],
     straight: Step,
     bent: Step,
     /// `-dn/dz / n` times the height that it stands for.
@@ -299,22 +327,22 @@ struct Step {
 struct Row {
     radius: f64,
     index: f64,
-    densities: [f64; 3],
-    nodes: Vec<Node>,
+    densities: [f64; CONSTITUENTS],
+    nodes: [Node; NODES],
 }
 
 /// What a ray crosses up to space: column densities (km) and its bending (radians).
 #[derive(Clone, Copy, Debug, Default)]
 struct Crossed {
-    along: [f64; 3],
+    along: [f64; CONSTITUENTS],
     bending: f64,
 }
 
 impl Row {
     /// Column densities (km) along straight rays with the cosines `mu >= 0` of the zenith angle.
-    fn straight<const N: usize>(&self, mu: [f64; N]) -> [[f64; 3]; N] {
+    fn straight<const N: usize>(&self, mu: [f64; N]) -> [[f64; CONSTITUENTS]; N] {
         let squares = mu.map(|mu| (self.radius * mu).powi(2));
-        let mut along = [[0.0; N]; 3];
+        let mut along = [[0.0; N]; CONSTITUENTS];
         for Node { densities, straight, .. } in &self.nodes {
             add_to_each(&mut along, densities, &straight.lengths(&squares));
         }
@@ -325,7 +353,7 @@ impl Row {
     fn outwards<const N: usize>(&self, mu: [f64; N]) -> [Crossed; N] {
         let start = self.index * self.radius;
         let squares = mu.map(|mu| (start * mu).powi(2));
-        let (mut along, mut bending) = ([[0.0; N]; 3], [[0.0; N]]);
+        let (mut along, mut bending) = ([[0.0; N]; CONSTITUENTS], [[0.0; N]]);
         for Node { densities, bent, bend, .. } in &self.nodes {
             let lengths = bent.lengths(&squares);
             add_to_each(&mut along, densities, &lengths);
@@ -383,7 +411,7 @@ const LANES: usize = 8;
 struct SeenSun {
     /// Zenith angle at which it is seen (radians).
     seen: f64,
-    along: [f64; 3],
+    along: [f64; CONSTITUENTS],
     /// See [`sorairo_shared::medium::tables`].
     spread: f64,
 }
@@ -463,7 +491,7 @@ impl LevelRays {
         let (blocks, _) = seen.as_chunks::<LANES>();
         let crossed: Vec<Crossed> = blocks.iter().flat_map(|&seen| self.crossed(row, seen)).collect();
         let suns: Vec<f64> = seen.iter().zip(&crossed).map(|(seen, crossed)| seen + crossed.bending).collect();
-        let logarithms: Vec<[f64; 3]> =
+        let logarithms: Vec<[f64; CONSTITUENTS]> =
             crossed.iter().map(|crossed| crossed.along.map(|along| along.max(1e-300).ln())).collect();
         let at = |sun: f64| {
             let last = suns.len() - 1;

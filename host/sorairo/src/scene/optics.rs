@@ -7,7 +7,7 @@ use super::preset::Scene;
 use super::sky::STANDARD_PRESSURE;
 use crate::error::{Error, Result};
 use crate::input::shown;
-use crate::medium::gases::{Relative, water};
+use crate::medium::gases::{Lanes, Relative, water};
 use crate::medium::tables::{Air, Tables, refractivity};
 use crate::spectra::choice::OrTable;
 use crate::spectra::optics::Optics;
@@ -40,6 +40,10 @@ impl Scene {
             forward_peak: 0.0,
             cross_section: a.ozone.cross_section.clone(),
             ozone_temperature: a.profile.ozone_temperature(),
+            ozone_column: half_base / METRES_PER_KM,
+            gases: self.gases().and_then(|relative| {
+                Lanes::new(a.profile, self.site.altitude, relative, a.profile.ozone_temperature())
+            }),
             ground_albedo: self.ground.albedo.clone(),
             sun: self.sun.spectrum.clone(),
             sun_distance: self.sun.distance,

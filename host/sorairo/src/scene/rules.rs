@@ -103,7 +103,7 @@ pub fn narrower_than_its_display(render: &Render) -> Result<()> {
 }
 
 /// The lowest top above the ground (km) over a measured profile: it leaves 3e-4 of the air and less than 1e-3 of the ozone above it.
-const LOWEST_TOP_OF_A_PROFILE: f64 = 60.0;
+pub const LOWEST_TOP_OF_A_PROFILE: f64 = 60.0;
 
 /// A measured profile has its ozone high up.
 pub(super) fn profile_cut_short(scene: &Scene) -> Result<()> {

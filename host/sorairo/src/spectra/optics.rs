@@ -8,6 +8,7 @@ use super::mean::Window;
 use super::observer;
 use super::table_file::TableFile;
 use crate::medium::aerosol::{AerosolKind, abscissa};
+use crate::medium::gases::{Depths, Lanes};
 
 const METRES_PER_KM: f64 = 1000.0;
 
@@ -44,6 +45,10 @@ pub struct Optics {
     pub cross_section: OzoneCrossSection,
     /// Temperature of ozone (K).
     pub ozone_temperature: f64,
+    /// Vertical column density of ozone (km).
+    pub ozone_column: f64,
+    /// The other gases of a measured profile.
+    pub gases: Option<Lanes>,
     /// Albedo of the ground.
     pub ground_albedo: GroundAlbedo,
     /// Spectrum of the sun.
@@ -58,6 +63,19 @@ pub type Coefficients = bands::Coefficients<f64>;
 impl Optics {
     /// The coefficients at a wavelength (nm).
     pub fn at(&self, wavelength: f64) -> Coefficients {
+        let without = self.without_gases(wavelength);
+        let Some(gases) = &self.gases else { return without };
+        let Depths { pairs, water, nitrogen_dioxide } = gases.at(wavelength);
+        Coefficients {
+            ozone_absorption: without.ozone_absorption + nitrogen_dioxide / self.ozone_column,
+            pair_absorption: pairs,
+            water_absorption: water,
+            ..without
+        }
+    }
+
+    /// Those of air, aerosol and ozone alone: a beam has gases of its own, line by line.
+    pub fn without_gases(&self, wavelength: f64) -> Coefficients {
         let micrometres = wavelength / 1000.0;
         let (relative, albedo) = match self.aerosol_kind.known() {
             Some(kind) => (kind.extinction(wavelength, 1000.0), kind.single_scattering_albedo(wavelength)),
@@ -67,13 +85,14 @@ impl Optics {
             }
         };
         let aerosol_extinction = self.aerosol_extinction * relative;
+        let ozone = self.ozone_peak_density * self.cross_section.at(wavelength, self.ozone_temperature) * METRES_PER_KM;
         Coefficients {
             air_scattering: self.air_scattering * self.air_spectrum.relative(micrometres),
             aerosol_scattering: albedo * aerosol_extinction,
             aerosol_extinction,
-            ozone_absorption: self.ozone_peak_density
-                * self.cross_section.at(wavelength, self.ozone_temperature)
-                * METRES_PER_KM,
+            ozone_absorption: ozone,
+            pair_absorption: 0.0,
+            water_absorption: 0.0,
         }
     }
 
@@ -86,6 +105,7 @@ impl Optics {
             cross_section: self.cross_section.over(window, &self.sun),
             ground_albedo: self.ground_albedo.over(window, &self.sun),
             sun: self.sun.over(window),
+            gases: self.gases.as_ref().map(|gases| gases.over(window)),
             ..self.clone()
         }
     }
@@ -93,7 +113,7 @@ impl Optics {
     /// Whether what scatters, absorbs and reflects has no such means beside its values.
     pub fn is_on_steps(&self) -> bool {
         let files = [self.albedo_spectrum.file(), self.cross_section.file(), self.ground_albedo.file()];
-        files.into_iter().flatten().all(TableFile::is_on_steps)
+        self.gases.is_none() && files.into_iter().flatten().all(TableFile::is_on_steps)
     }
 
     /// Solar irradiance at the top of the atmosphere (W·m⁻²·nm⁻¹; for the flat sun 1 at 1 au).
@@ -138,6 +158,8 @@ impl Optics {
             aerosol_scattering: vec4(at.map(|c| c.aerosol_scattering)),
             aerosol_extinction: vec4(at.map(|c| c.aerosol_extinction)),
             ozone_absorption: vec4(at.map(|c| c.ozone_absorption)),
+            pair_absorption: vec4(at.map(|c| c.pair_absorption)),
+            water_absorption: vec4(at.map(|c| c.water_absorption)),
             solar_irradiance,
             fit_irradiance: solar_irradiance,
             albedo: vec4(wavelengths.map(|wavelength| self.ground_albedo.at(wavelength))),

@@ -232,11 +232,12 @@ impl Training<'_> {
     /// Spectra `β e^(-β n - κ m)` for column densities of air up to 400 km and of ozone up to 450 km: what light through any
     /// atmosphere of these constituents is made of.
     fn synthetic(&self, constituent: Constituent, wavelengths: &[f64]) -> Vec<Vec<f64>> {
-        let of = |c: Coefficients, n: f64, m: f64| {
-            scattering_of(constituent, c) * (-c.air_scattering * n - c.ozone_absorption * m).exp()
+        let of = |c: &Coefficients, n: f64, m: f64| {
+            scattering_of(constituent, *c) * (-c.air_scattering * n - c.ozone_absorption * m).exp()
         };
+        let at: Vec<Coefficients> = wavelengths.iter().map(|&wavelength| self.integral.optics.at(wavelength)).collect();
         let densities = (0..9).flat_map(|i| (0..5).map(move |j| (50.0 * f64::from(i), 112.5 * f64::from(j))));
-        densities.map(|(n, m)| wavelengths.iter().map(|&w| of(self.integral.optics.at(w), n, m)).collect()).collect()
+        densities.map(|(n, m)| at.iter().map(|c| of(c, n, m)).collect()).collect()
     }
 }
 

@@ -144,8 +144,9 @@ impl LightFields {
         orders: Orders,
     ) -> Arc<LightField<N>> {
         let Wavelengths { air, albedo } = wavelengths;
-        let air = [&air.air_scattering, &air.aerosol_scattering, &air.aerosol_extinction, &air.ozone_absorption];
-        let spectra = [air[0], air[1], air[2], air[3], albedo].map(|lanes| &lanes.0[..]);
+        let scattered = [&air.air_scattering, &air.aerosol_scattering, &air.aerosol_extinction];
+        let absorbed = [&air.ozone_absorption, &air.pair_absorption, &air.water_absorption, albedo];
+        let spectra: Vec<&[f32]> = scattered.into_iter().chain(absorbed).map(|lanes| &lanes.0[..]).collect();
         let key = Key::new::<LightField<N>>(setting, &spectra, resolution, orders);
         self.found_or_made(key, || LightField::new(setting, wavelengths, resolution, orders))
     }
@@ -276,7 +277,7 @@ mod tests {
         sky(40.0, &light_fields, |_| {}).colours();
         let changes: [fn(&mut Scene); 4] = [
             |scene| scene.atmosphere.ozone.column += 1.0,
-            |scene| scene.atmosphere.aerosol.asymmetry += 0.01,
+            |scene| scene.atmosphere.aerosol.optical_depth += 0.01,
             |scene| scene.ground.albedo = crate::scene::GroundAlbedo::Grey(0.3),
             |scene| scene.render.orders = Orders::UpTo(3),
         ];

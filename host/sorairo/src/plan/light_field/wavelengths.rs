@@ -23,6 +23,8 @@ impl<const N: usize> Wavelengths<N> {
             aerosol_scattering: lanes(&|group| bands[group].aerosol_scattering),
             aerosol_extinction: lanes(&|group| bands[group].aerosol_extinction),
             ozone_absorption: lanes(&|group| bands[group].ozone_absorption),
+            pair_absorption: lanes(&|group| bands[group].pair_absorption),
+            water_absorption: lanes(&|group| bands[group].water_absorption),
         };
         Self { air, albedo: lanes(&|group| bands[group].albedo) }
     }

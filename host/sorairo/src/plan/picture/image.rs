@@ -96,7 +96,7 @@ impl Plan {
         let camera = upload::camera(scene);
         let shows_disc = scene.sun.disc && !sky.is_night;
         let (disc, grid) = if shows_disc {
-            (Sun::at(&sky, &[]).for_kernels(scene.camera.projection, &camera), sky.disc_grid())
+            (Sun::shape(&sky).for_kernels(scene.camera.projection, &camera), sky.disc_grid())
         } else {
             Default::default()
         };

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use sorairo_shared::camera::Camera;
 use sorairo_shared::geometry::{Ray, inside_atmosphere};
 use sorairo_shared::glam::{DVec2, DVec3, Vec2, Vec4};
+use sorairo_shared::medium::atmosphere::ColumnDensities;
 use sorairo_shared::medium::columns::sunlight_at;
 use sorairo_shared::medium::density::relative_densities;
 use sorairo_shared::picture::disc::{ELEVATIONS, LIMB_COSINES};
@@ -143,6 +144,11 @@ impl<'a> Sun<'a> {
         Self::as_read(sky, &sky.base.optics, &observer::wavelengths(), Some(Window::STEP))
     }
 
+    /// Its place and shape in a sky alone, without light.
+    pub fn shape(sky: &'a SkyPlan) -> Self {
+        Self::as_read(sky, &sky.base.optics, &[], None)
+    }
+
     /// That of a sky at wavelengths (nm) themselves.
     pub fn at(sky: &'a SkyPlan, wavelengths: &[f64]) -> Self {
         Self::as_read(sky, &sky.scene.optics(), wavelengths, None)
@@ -163,7 +169,8 @@ impl<'a> Sun<'a> {
             Some(window) => Absorption::mean(&window.nodes(nm), optics.ozone_temperature),
             None => Absorption::at(nm, optics.ozone_temperature),
         };
-        let gases = sky.scene.gases().map(|relative| (wavelengths.iter().map(absorption).collect(), relative));
+        let relative = if wavelengths.is_empty() { None } else { sky.scene.gases() };
+        let gases = relative.map(|relative| (wavelengths.iter().map(absorption).collect(), relative));
         let straight = Self {
             sky,
             radius: sine.asin(),
@@ -172,7 +179,7 @@ impl<'a> Sun<'a> {
             lowest: horizon,
             centre: (elevation, 1.0),
             spectrum: wavelengths.iter().map(|&nm| (nm, mean(nm))).collect(),
-            coefficients: wavelengths.iter().map(|&nm| optics.at(nm)).collect(),
+            coefficients: wavelengths.iter().map(|&nm| optics.without_gases(nm)).collect(),
             gases,
         };
         let Some((tables, altitude)) = straight.bent() else { return straight };
@@ -346,7 +353,8 @@ impl<'a> Sun<'a> {
         let above_top = if variant & variant::TABLES == 0 { variant::ABOVE_TOP } else { 0 };
         let variant = variant | variant::LOW_SUN | above_top;
         let density = relative_densities(medium, altitude, variant);
-        sunlight_at(medium, altitude, density, mu, variant).along.as_dvec3()
+        let ColumnDensities { air, aerosol, ozone, .. } = sunlight_at(medium, altitude, density, mu, variant).along;
+        DVec3::new(air.into(), aerosol.into(), ozone.into())
     }
 
     /// The tables that bend sunlight to the observer, and the altitude (km); none for straight light, and from above the
@@ -503,6 +511,8 @@ mod tests {
             let at = |sun: f64| {
                 let mut scene = Scene::preset(Preset::Standard);
                 (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
+                // So that the geometric horizon is that at which it sets.
+                scene.atmosphere.refraction = false;
                 SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb)
             };
             let horizon = f64::from(at(0.0).base.uniform.horizon).to_degrees();
@@ -531,7 +541,7 @@ mod tests {
     #[test]
     fn without_air_all_of_the_sun_arrives_that_the_ground_does_not_hide() {
         for (sun, part) in [(30.0, 1.0), (90.0, 1.0), (0.0, 0.5)] {
-            let mut scene = Scene::preset(Preset::Standard);
+            let mut scene = Scene::preset(Preset::Earth);
             scene.sun.elevation = sun;
             (scene.atmosphere.air.scattering, scene.atmosphere.aerosol.optical_depth) = (0.0, 0.0);
             scene.atmosphere.ozone.column = 0.0;

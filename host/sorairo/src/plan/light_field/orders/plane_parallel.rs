@@ -47,8 +47,8 @@ pub struct Layers {
 }
 
 struct Layer {
-    /// Column densities of (air, aerosol, ozone) from its bottom to its top (km).
-    columns: [f64; 3],
+    /// Column densities of (air, aerosol, ozone) from its bottom to its top (km), and amounts of gases.
+    columns: [f64; 5],
     /// Its middle among the altitudes of the table.
     middle: Stencil,
 }
@@ -206,9 +206,9 @@ struct Solution {
 impl Layer {
     /// From an altitude (km) on, so high (km).
     fn new(setting: &Setting, grid: &Grid, altitude: f64, height: f64) -> Self {
-        let columns = nodes_and_weights(3).into_iter().fold([0.0; 3], |sum, (place, weight)| {
+        let columns = nodes_and_weights(3).into_iter().fold([0.0; 5], |sum: [f64; 5], (place, weight)| {
             let density = densities(setting, altitude + place * height);
-            [0, 1, 2].map(|i| sum[i] + density[i] * weight * height)
+            std::array::from_fn(|i| sum[i] + density[i] * weight * height)
         });
         let place = grid.place_of(setting, (altitude + 0.5 * height) as f32);
         Self { columns, middle: grid.places.axis().stencil(place, 0) }
@@ -240,7 +240,7 @@ impl Optics {
         setting: &Setting,
         wavelengths: &Wavelengths<N>,
         lane: usize,
-        columns: [f64; 3],
+        columns: [f64; 5],
         degree: usize,
         m: usize,
     ) -> Self {
@@ -250,8 +250,9 @@ impl Optics {
         let scattered_by_aerosol = of(&air.aerosol_scattering) * columns[1];
         let of_aerosol = |l: usize| setting.aerosol.get(l).map_or(0.0, |&chi| f64::from(chi));
         let peak = setting.aerosol.get(DEGREE + 1).map_or(0.0, |&chi| f64::from(chi)).min(of_aerosol(DEGREE)).max(0.0);
-        let extinction =
-            scattered_by_air + of(&air.aerosol_extinction) * columns[1] + of(&air.ozone_absorption) * columns[2];
+        let lost = [&air.aerosol_extinction, &air.ozone_absorption, &air.pair_absorption, &air.water_absorption];
+        let lost: f64 = lost.into_iter().zip(&columns[1..]).map(|(coefficient, column)| of(coefficient) * column).sum();
+        let extinction = scattered_by_air + lost;
         let depth = extinction - peak * scattered_by_aerosol;
         let of_air = |l: usize| match l {
             0 => scattered_by_air,

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use sorairo_shared::glam::Vec2;
 use sorairo_shared::medium::density::relative_densities;
 use sorairo_shared::medium::ozone::ozone_density;
+use sorairo_shared::medium::tables::gas_densities;
 use sorairo_shared::path::pieces::PieceSamples;
 use sorairo_shared::variant;
 
@@ -152,18 +153,20 @@ fn altitudes<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>, sc
     altitudes
 }
 
-/// Relative densities of (air, aerosol, ozone) at an altitude (km).
-pub fn densities(setting: &Setting, altitude: f64) -> [f64; 3] {
+/// Relative densities of (air, aerosol, ozone), and of the gases of the tables, at an altitude (km).
+pub fn densities(setting: &Setting, altitude: f64) -> [f64; 5] {
     let altitude = altitude as f32;
     let density = relative_densities(setting.medium, altitude, setting.variant);
     let has_ozone = setting.variant & variant::OZONE != 0;
     let ozone = if has_ozone { ozone_density(setting.medium, altitude, setting.variant) } else { 0.0 };
-    [density.x, density.y, ozone].map(f64::from)
+    let has_tables = setting.variant & variant::TABLES != 0;
+    let gases = if has_tables { gas_densities(setting.medium, altitude) } else { Vec2::ZERO };
+    [density.x, density.y, ozone, gases.x, gases.y].map(f64::from)
 }
 
 /// The air at an altitude (km) at the wavelength at which it is thickest.
 pub fn strongest<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>, altitude: f64) -> Thickness {
-    let [air, aerosol, ozone] = densities(setting, altitude);
+    let [air, aerosol, ozone, ..] = densities(setting, altitude);
     let of = &wavelengths.air;
     let at = |i: usize| {
         let of_air = f64::from(of.air_scattering.0[i]) * air;
@@ -179,7 +182,7 @@ pub fn strongest<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>
 
 /// The largest and the smallest extinction at an altitude (km⁻¹).
 fn extremes<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>, altitude: f64) -> [f64; 2] {
-    let [air, aerosol, ozone] = densities(setting, altitude);
+    let [air, aerosol, ozone, ..] = densities(setting, altitude);
     let of = &wavelengths.air;
     let at = |i: usize| {
         f64::from(of.air_scattering.0[i]) * air

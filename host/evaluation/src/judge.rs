@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use sorairo::low_level::medium::aerosol::AerosolKind;
-use sorairo::low_level::medium::gases::Lanes;
+use sorairo::low_level::medium::gases::SkyGases;
 use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection};
@@ -72,13 +72,6 @@ fn at_each_nanometre(measured: impl Fn(f64) -> f64) -> Spectrum {
 /// A person's table, read anew by the oracle.
 fn read(file: &TableFile) -> Spectrum {
     Spectrum::from_csv(&std::fs::read_to_string(file.path()).expect("a table that was read before"))
-}
-
-/// A scene in whose air everything has a closed form: exponential, aerosol of no known kind, straight sunlight, no gases but ozone.
-pub fn in_closed_form(mut scene: Scene) -> Scene {
-    (scene.atmosphere.profile, scene.atmosphere.refraction) = (Profile::Exponential, false);
-    scene.atmosphere.aerosol.kind = AerosolKind::Plain;
-    scene
 }
 
 /// The medium of a scene, in which light goes straight: that of bent sunlight is no such medium.
@@ -151,14 +144,16 @@ pub fn bands(scene: &Scene, sky: &SkyPlan) -> Vec<Coefficients> {
     integral.wavelengths.iter().map(|&nm| with_gases(scene, gases, nm)).collect()
 }
 
-fn with_gases(scene: &Scene, gases: Option<&Lanes>, wavelength: f64) -> Coefficients {
+fn with_gases(scene: &Scene, gases: Option<&SkyGases>, wavelength: f64) -> Coefficients {
     let aerosol_phase = phase_rows(scene.atmosphere.aerosol.kind, wavelength);
     let own = atmosphere(scene).coefficients(wavelength);
     let gases = gases.map(|gases| gases.at(wavelength)).unwrap_or_default();
-    let ozone_km = 0.5 * (scene.atmosphere.ozone.top - scene.atmosphere.ozone.bottom);
+    let ozone = &scene.atmosphere.ozone;
+    let nitrogen_dioxide =
+        if ozone.column > 0.0 { gases.nitrogen_dioxide / (0.5 * (ozone.top - ozone.bottom)) } else { 0.0 };
     Coefficients {
         aerosol_phase,
-        ozone_absorption: own.ozone_absorption + gases.nitrogen_dioxide / ozone_km,
+        ozone_absorption: own.ozone_absorption + nitrogen_dioxide,
         gas_absorption: [gases.pairs, gases.water],
         ..own
     }

@@ -182,7 +182,6 @@ fn water_that_no_air_holds_and_wavelengths_that_no_table_has_are_refused() {
     let refused = |profile: Profile, column: f64| {
         let mut scene = measured();
         (scene.atmosphere.profile, scene.atmosphere.water.column) = (profile, Some(column));
-        scene.atmosphere.refraction = false;
         scene.validated().unwrap_err().to_string()
     };
     let none = refused(Profile::Exponential, 1.0);

@@ -12,7 +12,6 @@ use sorairo_shared::variant::{self, PixelFormat};
 use strum::IntoEnumIterator;
 
 use super::outcome::{Outcome, generator};
-use crate::judge::in_closed_form;
 use crate::problem::Error;
 use sorairo::low_level::device::cpu::Cpu;
 use sorairo::low_level::device::{Backend, Device, DeviceKind};
@@ -350,7 +349,6 @@ fn camera(scene: &mut Scene, rng: &mut ChaCha8Rng) {
 
 /// Air of closed form, or one in four that was measured, where there is room for it; and one in four of a kind of aerosol.
 fn air(scene: &mut Scene, rng: &mut ChaCha8Rng) {
-    *scene = in_closed_form(scene.clone());
     let (profile, kind) = (any(rng, Profile::iter()), any(rng, AerosolKind::iter()));
     let has_room = depth(scene) >= LOWEST_TOP_OF_A_PROFILE;
     let is_on_earth = scene.is_on_earth();

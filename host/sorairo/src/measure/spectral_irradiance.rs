@@ -52,15 +52,15 @@ impl SpectralIrradiance {
 mod tests {
     use super::*;
     use crate::measure::irradiance::SkyLight;
-    use crate::scene::{Preset, Rgb, Scene, SunSpectrum};
+    use crate::scene::{Rgb, Scene, SunSpectrum};
     use crate::spectra::observer;
 
     #[test]
     fn its_sum_over_the_observers_wavelengths_is_the_irradiance() {
         for sun in [40.0, 3.0, -3.0] {
-            // Of its own spectrum sums take means, and of gases.
-            let mut scene = Scene::preset(Preset::Earth);
+            let mut scene = Scene::default();
             scene.sun.elevation = sun;
+            // Of its own spectrum sums take means.
             scene.sun.spectrum = SunSpectrum::Flat;
             let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
             let (light, spectral) =

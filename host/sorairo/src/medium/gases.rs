@@ -172,7 +172,7 @@ const AIR_MASSES: f64 = 5.0;
 /// crossed less loses more: in means over 5 nm within 0.02 of 1 below 680 nm up to five air masses, and
 /// within 0.04 at ten.
 #[derive(Clone, Debug)]
-pub struct Lanes {
+pub struct SkyGases {
     /// Amounts from the ground to the zenith, class by class.
     vertical: [f64; CLASSES],
     /// Temperature of nitrogen dioxide (K).
@@ -194,7 +194,7 @@ pub struct Depths {
     pub nitrogen_dioxide: f64,
 }
 
-impl Lanes {
+impl SkyGases {
     /// Those over an altitude of a measured profile (km); nitrogen dioxide at a temperature (K).
     pub fn new(profile: Profile, altitude: f64, relative: Relative, temperature: f64) -> Option<Self> {
         let vertical = relative.of(vertical(&over(profile, altitude)?, classes));
@@ -417,7 +417,7 @@ mod tests {
     #[test]
     fn one_coefficient_holds_where_lines_are_weak() {
         let relative = Relative { water: 1.0, pressure: 1.0 };
-        let lanes = Lanes::new(Profile::UsStandard, 0.0, relative, 225.0).unwrap().over(Window::STEP);
+        let lanes = SkyGases::new(Profile::UsStandard, 0.0, relative, 225.0).unwrap().over(Window::STEP);
         for nm in (80..=135).map(|step| 5.0 * f64::from(step)) {
             let all = Absorption::mean(&Window::STEP.nodes(nm), 225.0);
             let Depths { pairs, water, nitrogen_dioxide } = lanes.at(nm);

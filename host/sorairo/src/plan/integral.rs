@@ -268,7 +268,7 @@ pub fn needed(scene: &Scene, optics: &Optics) -> u32 {
     let shadow = if from_above { low_sun } else { scene.sun.elevation <= 0.0 };
     let bit = |present: bool, bit: u32| if present { bit } else { 0 };
     bit(a.aerosol.optical_depth > 0.0, variant::AEROSOL)
-        | bit(a.ozone.column > 0.0 || optics.gases.is_some(), variant::OZONE)
+        | bit(a.ozone.column > 0.0, variant::OZONE)
         | bit(!has_tables && optics.depth_above_top() > NEGLIGIBLE_DEPTH_ABOVE_TOP, variant::ABOVE_TOP)
         | bit(has_tables, variant::TABLES)
         | bit(a.aerosol.optical_depth > 0.0 && a.aerosol.kind.known().is_some(), variant::PHASE_TABLE)

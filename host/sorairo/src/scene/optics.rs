@@ -7,7 +7,7 @@ use super::preset::Scene;
 use super::sky::STANDARD_PRESSURE;
 use crate::error::{Error, Result};
 use crate::input::shown;
-use crate::medium::gases::{Lanes, Relative, water};
+use crate::medium::gases::{Relative, SkyGases, water};
 use crate::medium::tables::{Air, Tables, refractivity};
 use crate::spectra::choice::OrTable;
 use crate::spectra::optics::Optics;
@@ -42,7 +42,7 @@ impl Scene {
             ozone_temperature: a.profile.ozone_temperature(),
             ozone_column: half_base / METRES_PER_KM,
             gases: self.gases().and_then(|relative| {
-                Lanes::new(a.profile, self.site.altitude, relative, a.profile.ozone_temperature())
+                SkyGases::new(a.profile, self.site.altitude, relative, a.profile.ozone_temperature())
             }),
             ground_albedo: self.ground.albedo.clone(),
             sun: self.sun.spectrum.clone(),

@@ -8,7 +8,7 @@ use super::mean::Window;
 use super::observer;
 use super::table_file::TableFile;
 use crate::medium::aerosol::{AerosolKind, abscissa};
-use crate::medium::gases::{Depths, Lanes};
+use crate::medium::gases::{Depths, SkyGases};
 
 const METRES_PER_KM: f64 = 1000.0;
 
@@ -48,7 +48,7 @@ pub struct Optics {
     /// Vertical column density of ozone (km).
     pub ozone_column: f64,
     /// The other gases of a measured profile.
-    pub gases: Option<Lanes>,
+    pub gases: Option<SkyGases>,
     /// Albedo of the ground.
     pub ground_albedo: GroundAlbedo,
     /// Spectrum of the sun.
@@ -67,7 +67,12 @@ impl Optics {
         let Some(gases) = &self.gases else { return without };
         let Depths { pairs, water, nitrogen_dioxide } = gases.at(wavelength);
         Coefficients {
-            ozone_absorption: without.ozone_absorption + nitrogen_dioxide / self.ozone_column,
+            // Nitrogen dioxide lies where ozone does; without ozone its layer may be anywhere, and no kernel asks for it.
+            ozone_absorption: if self.ozone_peak_density > 0.0 {
+                without.ozone_absorption + nitrogen_dioxide / self.ozone_column
+            } else {
+                0.0
+            },
             pair_absorption: pairs,
             water_absorption: water,
             ..without

@@ -511,8 +511,6 @@ mod tests {
             let at = |sun: f64| {
                 let mut scene = Scene::preset(Preset::Standard);
                 (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
-                // So that the geometric horizon is that at which it sets.
-                scene.atmosphere.refraction = false;
                 SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb)
             };
             let horizon = f64::from(at(0.0).base.uniform.horizon).to_degrees();

@@ -6,16 +6,17 @@
 use crate::camera::PERSPECTIVE;
 use crate::display::night::by_eye;
 use crate::display::rgb::into_gamut;
-use crate::display::tone::{NEAREST, bytes, dither, shown};
+use crate::display::tone::{NEAREST, bytes, bytes_of_encoded, dither, shown};
 use crate::glam::{UVec2, Vec3, Vec4};
-use crate::math::{fetch, half_bits, store};
+use crate::math::{clamp, fetch, half_bits, store};
 use crate::medium::bands::Bands;
 use crate::medium::phase::ScatteringAngle;
 use crate::picture::below::{SkyView, sky_view, with_ground};
 use crate::picture::disc::disc_in_pixel;
+use crate::picture::formed_run::{FORMED, FormedRun, encoded, from_middle_to_formed, is_beside_disc, is_formed};
 use crate::picture::lookup;
 use crate::picture::perspective_run::{PerspectiveRun, may_meet_horizon};
-use crate::picture::run::{self, Circle, Middle, RUN, Run};
+use crate::picture::run::{self, Circle, Middle, RUN, Run, from_middle};
 use crate::sky::{ByConstituent, Constituents, Gathered, constituents, is_done, light, transfer_of_parts, view_ray};
 use crate::spectral;
 use crate::uniform::{Buffers, Uniform};
@@ -66,8 +67,21 @@ fn store_rgb_at(uniform: &Uniform, output: &mut [u32], index: u32, pixel: UVec2,
 /// A picture's word of a pixel's linear RGB as a display shows it; `row` counts from the image's top.
 #[inline(always)]
 pub fn picture_word(column: u32, row: u32, shown: Vec3, variant: u32) -> u32 {
-    let is_dithered = variant & variant::DITHER != 0;
-    bytes(shown, if is_dithered { dither(column, row) } else { NEAREST })
+    bytes(shown, threshold(column, row, variant))
+}
+
+/// [`picture_word`] of values in the curve of sRGB that were interpolated.
+#[inline(always)]
+pub fn interpolated_word(column: u32, row: u32, encoded: Vec3, variant: u32) -> u32 {
+    let within = |x| clamp(x, 0.0, 1.0);
+    let encoded = Vec3::new(within(encoded.x), within(encoded.y), within(encoded.z));
+    bytes_of_encoded(encoded, threshold(column, row, variant))
+}
+
+/// The threshold from which on a variant rounds a pixel up.
+#[inline(always)]
+fn threshold(column: u32, row: u32, variant: u32) -> f32 {
+    if variant & variant::DITHER != 0 { dither(column, row) } else { NEAREST }
 }
 
 /// A pixel's linear RGB as it is stored: in a picture that of a display.
@@ -264,18 +278,38 @@ pub fn lookup_pixel(
         let (circle, middle) = (Circle::of_row(uniform, view.row), Middle::towards(uniform, direction));
         on_circle = Run::new(uniform, entries, circle, middle, view.source_row, variant);
     }
-    let first = index(uniform, pixel);
-    let mut of_run = 0;
-    while of_run < RUN {
+    let (first_pixel, first) = (pixel, index(uniform, pixel));
+    // The places first, if the run may be interpolated between them, then the pixels, if it was not smooth: in one loop,
+    // since a second call would double the shader.
+    let is_formed = is_formed(variant);
+    let mut formed = FormedRun::BLACK;
+    let mut step = if is_formed & is_beside_disc(uniform, row, variant) { 0 } else { FORMED };
+    let mut last = FORMED + RUN;
+    while step < last {
+        let is_place = is_formed & (step < FORMED);
+        let beside = if is_place { from_middle_to_formed(step) } else { from_middle(step - FORMED) };
         let sky = if is_perspective {
-            on_line.sky(uniform, of_run, variant)
+            on_line.sky(uniform, beside, variant)
         } else {
-            on_circle.sky(uniform, of_run, variant)
+            on_circle.sky(uniform, beside, variant)
         };
         let rgb = seen(uniform, colour, pixel, with_ground(uniform, sky, view.ground), variant);
-        store_rgb_at(uniform, output, first + of_run, pixel, rgb, variant);
-        pixel.x += 1;
-        of_run += 1;
+        if is_place {
+            formed.add(encoded(rgb), step);
+            last = if (step + 1 == FORMED) & formed.is_smooth() { FORMED } else { last };
+        } else {
+            store_rgb_at(uniform, output, first + (step - FORMED), pixel, rgb, variant);
+            pixel.x += 1;
+        }
+        step += 1;
+    }
+    if is_formed & (last == FORMED) {
+        let mut of_run = 0;
+        while of_run < RUN {
+            let word = interpolated_word(first_pixel.x + of_run, row, formed.beside(from_middle(of_run)), variant);
+            store(output, (first + of_run) as usize, word);
+            of_run += 1;
+        }
     }
 }
 

@@ -197,10 +197,13 @@ fn with_chroma(rgb: Vec3, chroma: f32, parts: Vec3) -> Vec3 {
 #[inline(always)]
 fn curve(logarithms: Vec3) -> Vec3 {
     let from_pivot = max4(logarithms.extend(0.0) * (core::f32::consts::LOG2_E / STOPS), -PIVOT_X);
-    let scale = |x: f32| if x < 0.0 { TOE } else { SHOULDER };
-    let scale = Vec4::new(scale(from_pivot.x), scale(from_pivot.y), scale(from_pivot.z), SHOULDER);
+    let of_end = |toe, shoulder| {
+        let of = |x: f32| if x < 0.0 { toe } else { shoulder };
+        Vec4::new(of(from_pivot.x), of(from_pivot.y), of(from_pivot.z), shoulder)
+    };
+    let scale = of_end(TOE, SHOULDER);
     // A rounding below 0 has no root.
-    let t = max4(from_pivot * SLOPE / scale, 0.0);
+    let t = max4(from_pivot * of_end(SLOPE / TOE, SLOPE / SHOULDER), 0.0);
     let root = sqrt4(Vec4::ONE / (Vec4::ONE + t * sqrt4(t)));
     // Near black the difference of two equal numbers may be negative.
     let y = max4(scale * t * polynomial(BENT, root) + Vec4::splat(PIVOT_Y), 0.0);

@@ -64,8 +64,15 @@ pub fn shown(rgb: Vec3, exposure: f32, grade: &Grade, tables: &[Vec4], variant: 
 /// rest: [`NEAREST`], or [`dither`]. Returns red in the lowest byte, then green, blue, and 255.
 #[inline(always)]
 pub fn bytes(shown: Vec3, threshold: f32) -> u32 {
-    let byte = |x: f32| (255.0 * srgb_encode(x) + threshold) as u32;
-    byte(shown.x) | (byte(shown.y) << 8) | (byte(shown.z) << 16) | (255 << 24)
+    let encoded = Vec3::new(srgb_encode(shown.x), srgb_encode(shown.y), srgb_encode(shown.z));
+    bytes_of_encoded(encoded, threshold)
+}
+
+/// [`bytes`] of values in the curve of sRGB, in [0, 1].
+#[inline(always)]
+pub fn bytes_of_encoded(encoded: Vec3, threshold: f32) -> u32 {
+    let byte = |x: f32| (255.0 * x + threshold) as u32;
+    byte(encoded.x) | (byte(encoded.y) << 8) | (byte(encoded.z) << 16) | (255 << 24)
 }
 
 /// [`bytes`] of linear RGB without a view transform.

@@ -52,8 +52,9 @@ impl ColourCubic {
     }
 }
 
+/// One of four values, counted from 0.
 #[inline(always)]
-fn lane(four: Vec4, index: u32) -> f32 {
+pub fn lane(four: Vec4, index: u32) -> f32 {
     if index == 0 {
         four.x
     } else if index == 1 {

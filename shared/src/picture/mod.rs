@@ -3,6 +3,7 @@
 pub mod below;
 pub mod disc;
 pub mod environment;
+pub mod formed_run;
 pub mod lookup;
 pub mod perspective_run;
 pub mod run;

@@ -13,7 +13,7 @@ use crate::interpolation::cubic::{Stencil, stencil};
 use crate::math::{abs, sin_cos, sqrt};
 use crate::medium::phase::ScatteringAngle;
 use crate::picture::lookup::{grid_constituents, grid_place};
-use crate::picture::run::{Colours, PLACES, RUN, SPACING, from_middle, middle_position};
+use crate::picture::run::{Colours, PLACES, RUN, SPACING, middle_position};
 use crate::uniform::Uniform;
 use crate::variant;
 
@@ -83,10 +83,9 @@ impl PerspectiveRun {
         self.colours.add(found, near, place, variant);
     }
 
-    /// Linear RGB of the sky at one of its pixels, counted from 0.
+    /// Linear RGB of the sky so many pixels beside its middle.
     #[inline(always)]
-    pub fn sky(self, uniform: &Uniform, pixel: u32, variant: u32) -> Vec3 {
-        let beside = from_middle(pixel);
+    pub fn sky(self, uniform: &Uniform, beside: f32, variant: u32) -> Vec3 {
         let vector = self.middle + self.step * beside;
         let sine = self.sine + self.sine_step * beside;
         let inverse = 1.0 / sqrt(vector.dot(vector));

@@ -291,10 +291,9 @@ impl Run {
         }
     }
 
-    /// Linear RGB of the sky at one of its pixels, counted from 0.
+    /// Linear RGB of the sky so many pixels beside its middle.
     #[inline(always)]
-    pub fn sky(self, uniform: &Uniform, pixel: u32, variant: u32) -> Vec3 {
-        let beside = from_middle(pixel);
+    pub fn sky(self, uniform: &Uniform, beside: f32, variant: u32) -> Vec3 {
         let columns = self.columns.at(beside);
         let from_sun = self.nearest + self.growth * (columns * columns);
         // Opposite the sun digits are missing, which only a peak that lies behind would need.

@@ -8,8 +8,11 @@ use super::colour::{constituents, light, with_phases_of_block};
 use super::lanes::{BLOCK, Three, lanes};
 use super::lookup::{entries_of_rows, sky_of_block};
 use super::pixels::{Pixels, are_on_ground, blacken, put_ground, show, store_block, views};
-use super::run::sky_of_runs;
+use super::run::{AT_PIXELS, AT_PLACES, encode, runs, sky_of_runs, store_smooth};
 use crate::glam::{Vec3, Vec4};
+use crate::kernels::shown_in;
+use crate::picture::below::{sky_view, with_ground};
+use crate::picture::formed_run::{is_beside_disc, is_formed};
 use crate::picture::lookup::{anchor_view, store_entry};
 use crate::sky::{ByConstituent, Constituents};
 use crate::uniform::{Buffers, Uniform};
@@ -124,10 +127,29 @@ pub mod plain {
     /// [`lookup_row`] of a variant with runs.
     #[inline(always)]
     fn lookup_runs(uniform: &Uniform, colour: &[Vec4], entries: &[Vec4], output: &mut [u32], variant: u32) {
+        let is_formed = is_formed(variant) && is_beside_disc(uniform, uniform.first_row, variant);
         for (pixels, output) in blocks(uniform, output) {
-            let mut sky = sky_of_runs(uniform, entries, pixels, variant);
+            if sky_view(uniform, pixels.first, uniform.first_row, variant).ground >= 1.0 {
+                let ground = shown_in(uniform, colour, with_ground(uniform, Vec3::ZERO, 1.0), variant);
+                store_block(uniform, output, pixels, &Three::splat(ground), variant);
+                continue;
+            }
+            let mut at_places = Three::ZERO;
+            if is_formed {
+                at_places = sky_of_runs::<AT_PLACES>(uniform, entries, pixels, variant);
+                let count = AT_PLACES * runs(pixels);
+                show(uniform, colour, Pixels { count, ..pixels }, &mut at_places, variant);
+                encode(&mut at_places, count);
+                if store_smooth(uniform, output, pixels, &at_places, variant) {
+                    continue;
+                }
+            }
+            let mut sky = sky_of_runs::<AT_PIXELS>(uniform, entries, pixels, variant);
             show(uniform, colour, pixels, &mut sky, variant);
             store_block(uniform, output, pixels, &sky, variant);
+            if is_formed {
+                store_smooth(uniform, output, pixels, &at_places, variant);
+            }
         }
     }
 

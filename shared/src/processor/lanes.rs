@@ -28,6 +28,12 @@ impl Three {
     /// Zeros.
     pub const ZERO: Self = Self([ZERO; 3]);
 
+    /// The same of each pixel.
+    #[inline(always)]
+    pub fn splat(value: Vec3) -> Self {
+        Self([[value.x; BLOCK], [value.y; BLOCK], [value.z; BLOCK]])
+    }
+
     /// That of a pixel.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Vec3 {

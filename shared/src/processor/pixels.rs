@@ -5,6 +5,7 @@ use crate::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE};
 use crate::glam::{UVec2, Vec3, Vec4};
 use crate::kernels::{picture_word, seen, shown_in, store_rgb};
 use crate::picture::below::{sky_view, with_ground};
+use crate::picture::formed_run::is_beside_disc;
 use crate::uniform::Uniform;
 use crate::variant::{self, PixelFormat};
 
@@ -96,9 +97,7 @@ pub fn blacken(views: &Views, count: usize, rgb: &mut Three) {
 /// Makes colours of the sky those that are stored, with the sun's disc before them: in a picture those of a display.
 #[inline(always)]
 pub fn show(uniform: &Uniform, colour: &[Vec4], pixels: Pixels, rgb: &mut Three, variant: u32) {
-    let row = uniform.first_row as f32;
-    let meets_disc = (row + 1.0 > uniform.disc.top) & (row < uniform.disc.bottom);
-    if (variant & variant::SUN_DISC != 0) & meets_disc {
+    if !is_beside_disc(uniform, uniform.first_row, variant) {
         for lane in lanes(pixels.count) {
             let pixel = UVec2::new(pixels.column(lane), 0);
             rgb.set(lane, seen(uniform, colour, pixel, rgb.get(lane), variant));

@@ -11,7 +11,7 @@ use crate::medium::atmosphere::{Atmosphere, ColumnDensities, Medium, lanes};
 use crate::medium::density::relative_densities;
 use crate::medium::exponential::CHAPMAN_ALTITUDE_COEFFICIENTS;
 use crate::medium::ozone::ozone_column_densities;
-use crate::medium::tables::{self, Sunlight};
+use crate::medium::tables::{self, Sunlight, SunlightEntry};
 use crate::variant;
 
 /// Column densities along two rays from one point.
@@ -150,7 +150,13 @@ pub fn stretch_column_densities(
 /// Sunlight at a lit point from the tables.
 #[inline(always)]
 fn bent_sunlight(medium: Medium<'_>, altitude: f32, mu_s: f32, variant: u32) -> Sunlight {
-    let Sunlight { along, spread } = tables::sunlight(medium, altitude, mu_s);
+    sunlight_of_entry(SunlightEntry::at(medium, altitude, mu_s), variant)
+}
+
+/// Sunlight of what the table of sunlight holds.
+#[inline(always)]
+pub fn sunlight_of_entry(entry: SunlightEntry, variant: u32) -> Sunlight {
+    let Sunlight { along, spread } = entry.sunlight();
     Sunlight { along: present(along, variant), spread }
 }
 

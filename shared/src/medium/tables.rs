@@ -134,12 +134,12 @@ pub fn column_densities(medium: Medium<'_>, altitude: f32, mu: f32) -> ColumnDen
     let x = (1.0 - mu) / (1.0 + spread * mu);
     let place = place_of_altitude(medium, altitude);
     let main = at_direction(medium, (VIEW, VIEWS), place, x);
-    with_gases(main, gases(medium, (VIEW_GASES, VIEWS), place, x))
+    of_logarithms(main, gases(medium, (VIEW_GASES, VIEWS), place, x))
 }
 
 /// Column densities of the logarithms of those of air, aerosol and ozone, and of the gases.
 #[inline(always)]
-fn with_gases(main: Vec4, gases: Vec2) -> ColumnDensities {
+fn of_logarithms(main: Vec4, gases: Vec2) -> ColumnDensities {
     let (main, gases) = (exp4(main), exp4(Vec4::new(gases.x, gases.y, 0.0, 0.0)));
     ColumnDensities { air: main.x, aerosol: main.y, ozone: main.z, pairs: gases.x, water: gases.y }
 }
@@ -176,14 +176,36 @@ fn along_suns(lowest: f32, mu_s: f32) -> f32 {
     1.0 - sqrt(max(1.0 - acos(mu_s) / lowest, 0.0))
 }
 
-/// Sunlight at an altitude (km), by the cosine of the sun's zenith angle without air. A sun below the horizon shines as
-/// one on it.
+/// What the table of sunlight holds at a place.
+#[derive(Clone, Copy)]
+pub struct SunlightEntry {
+    /// Logarithms of the column densities of air, aerosol and ozone, and `F`.
+    pub main: Vec4,
+    /// Logarithms of the amounts of gases.
+    pub gases: Vec2,
+}
+
+impl SunlightEntry {
+    /// That at an altitude (km), by the cosine of the sun's zenith angle without air. A sun below the horizon shines as
+    /// one on it.
+    #[inline(always)]
+    pub fn at(medium: Medium<'_>, altitude: f32, mu_s: f32) -> Self {
+        let lowest = at_altitude(medium, place_of_root(medium, altitude)).w;
+        let (place, x) = (place_of_altitude(medium, altitude), along_suns(lowest, mu_s));
+        Self { main: at_direction(medium, (SUN, SUNS), place, x), gases: gases(medium, (SUN_GASES, SUNS), place, x) }
+    }
+
+    /// The sunlight.
+    #[inline(always)]
+    pub fn sunlight(self) -> Sunlight {
+        Sunlight { along: of_logarithms(self.main, self.gases), spread: self.main.w }
+    }
+}
+
+/// Sunlight at an altitude (km); see [`SunlightEntry::at`].
 #[inline(always)]
 pub fn sunlight(medium: Medium<'_>, altitude: f32, mu_s: f32) -> Sunlight {
-    let lowest = at_altitude(medium, place_of_root(medium, altitude)).w;
-    let (place, x) = (place_of_altitude(medium, altitude), along_suns(lowest, mu_s));
-    let entry = at_direction(medium, (SUN, SUNS), place, x);
-    Sunlight { along: with_gases(entry, gases(medium, (SUN_GASES, SUNS), place, x)), spread: entry.w }
+    SunlightEntry::at(medium, altitude, mu_s).sunlight()
 }
 
 /// Cosine of the zenith angle at which the sun is seen from the ground, by that without air; 0 below the horizon.

@@ -8,6 +8,7 @@ use crate::medium::columns::{
     LowestPoint, column_densities, level_column_densities, outwards_and_sunlight, stretch_column_densities,
 };
 use crate::medium::density::relative_densities;
+use crate::medium::tables::Sunlight;
 use crate::path::ray::direction;
 use crate::path::samples::Place;
 use crate::variant;
@@ -77,6 +78,20 @@ pub(crate) fn lit_place(
     let Place { altitude, mu, mu_s, .. } = place;
     let density = relative_densities(medium, altitude, variant);
     let (outwards, sunlight) = outwards_and_sunlight(medium, altitude, density, mu, mu_s, variant);
+    joined(medium, towards_observer, place, (density, outwards), sunlight, variant)
+}
+
+/// The same by the relative densities at the place, the column densities from there outwards along the ray (km), and
+/// the sunlight there.
+#[inline(always)]
+pub(crate) fn joined(
+    medium: Medium<'_>,
+    towards_observer: TowardsObserver,
+    place: Place,
+    (density, outwards): (Vec2, ColumnDensities),
+    sunlight: Sunlight,
+    variant: u32,
+) -> (Vec2, ColumnDensities) {
     let to_observer = towards_observer.column_densities(medium, place, outwards, variant);
     (density * sunlight.spread, to_observer + sunlight.along)
 }

@@ -16,7 +16,7 @@
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec4};
 use crate::math::fetch;
-use crate::medium::atmosphere::Medium;
+use crate::medium::atmosphere::{ColumnDensities, Medium};
 use crate::medium::bands::{Bands, ByScatterer, Coefficients};
 use crate::path::observer::{TowardsObserver, lit_place};
 use crate::path::ray::Way;
@@ -34,7 +34,16 @@ pub(crate) fn integrand<V: Value>(
     weight: f32,
     variant: u32,
 ) -> ByScatterer<V> {
-    let (density, along) = lit_place(medium, towards_observer, place, variant);
+    scattered_at(coefficients, lit_place(medium, towards_observer, place, variant), weight)
+}
+
+/// The same by what light meets there; see [`lit_place`].
+#[inline(always)]
+pub(crate) fn scattered_at<V: Value>(
+    coefficients: &Coefficients<V>,
+    (density, along): (Vec2, ColumnDensities),
+    weight: f32,
+) -> ByScatterer<V> {
     let transmittance = coefficients.transmittance(along).scaled(weight);
     ByScatterer { air: transmittance.scaled(density.x), aerosol: transmittance.scaled(density.y) }
 }

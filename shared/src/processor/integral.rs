@@ -5,11 +5,13 @@ use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec4};
 use crate::medium::atmosphere::{ColumnDensities, Medium};
 use crate::medium::bands::{Bands, Coefficients};
-use crate::medium::columns::LowestPoint;
-use crate::path::observer::TowardsObserver;
+use crate::medium::columns::{LowestPoint, column_densities, sunlight_of_entry};
+use crate::medium::density::relative_densities;
+use crate::medium::tables::SunlightEntry;
+use crate::path::observer::{TowardsObserver, joined};
 use crate::path::ray::{Piece, Way};
 use crate::path::samples::{PER_MEAN_FREE_PATH, Samples};
-use crate::path::single::integrand;
+use crate::path::single::{integrand, scattered_at};
 use crate::variant;
 
 /// What single scattering along the rays of a block amounts to at four bands, before the phase functions; see
@@ -22,7 +24,7 @@ pub struct BlockScattering {
 }
 
 /// The members of [`ColumnDensities`].
-struct Offset {
+struct Columns {
     air: Lanes,
     aerosol: Lanes,
     ozone: Lanes,
@@ -30,7 +32,9 @@ struct Offset {
     water: Lanes,
 }
 
-impl Offset {
+impl Columns {
+    const NONE: Self = Self { air: ZERO, aerosol: ZERO, ozone: ZERO, pairs: ZERO, water: ZERO };
+
     #[inline(always)]
     fn set(&mut self, lane: usize, value: ColumnDensities) {
         self.air[lane] = value.air;
@@ -64,7 +68,7 @@ struct Pieces {
     k: Lanes,
     origin_altitude: Lanes,
     origin_mu: Lanes,
-    offset: Offset,
+    offset: Columns,
     lowest_altitude: Lanes,
     lowest_mu: Lanes,
 }
@@ -81,7 +85,7 @@ impl Pieces {
         k: ZERO,
         origin_altitude: ZERO,
         origin_mu: ZERO,
-        offset: Offset { air: ZERO, aerosol: ZERO, ozone: ZERO, pairs: ZERO, water: ZERO },
+        offset: Columns::NONE,
         lowest_altitude: ZERO,
         lowest_mu: ZERO,
     };
@@ -216,11 +220,21 @@ fn integrate_pieces(
 ) -> BlockScattering {
     let shell = medium.shell();
     let mut sum = BlockScattering { air: Four::ZERO, aerosol: Four::ZERO };
+    let mut entries = Entries::NONE;
     for &node in quadrature {
+        if variant & variant::TABLES != 0 {
+            entries.look_up(medium, pieces, (node, rising), count, variant);
+        }
         for lane in lanes(count) {
             let (samples, towards_observer) = pieces.get(lane, rising);
             let (place, weight) = samples.at(shell, node);
-            let part = integrand(medium, coefficients, towards_observer, place, weight, variant);
+            let part = if variant & variant::TABLES != 0 {
+                let sunlight = sunlight_of_entry(entries.sun(lane), variant);
+                let met = joined(medium, towards_observer, place, entries.here(lane), sunlight, variant);
+                scattered_at(coefficients, met, weight)
+            } else {
+                integrand(medium, coefficients, towards_observer, place, weight, variant)
+            };
             sum.air.set(lane, sum.air.get(lane) + part.air);
             if variant & variant::AEROSOL != 0 {
                 sum.aerosol.set(lane, sum.aerosol.get(lane) + part.aerosol);
@@ -228,4 +242,60 @@ fn integrate_pieces(
         }
     }
     sum
+}
+
+/// What the tables hold at a sample of each ray: looked up ray by ray, so that the rest is computed of all at once.
+struct Entries {
+    air: Lanes,
+    aerosol: Lanes,
+    outwards: Columns,
+    sun: [Lanes; 6],
+}
+
+impl Entries {
+    const NONE: Self = Self { air: ZERO, aerosol: ZERO, outwards: Columns::NONE, sun: [ZERO; 6] };
+
+    #[inline(always)]
+    fn look_up(
+        &mut self,
+        medium: Medium<'_>,
+        pieces: &Pieces,
+        (node, rising): (Vec2, bool),
+        count: usize,
+        variant: u32,
+    ) {
+        let shell = medium.shell();
+        let (mut altitude, mut mu, mut mu_s) = (ZERO, ZERO, ZERO);
+        for lane in lanes(count) {
+            let (place, _) = pieces.get(lane, rising).0.at(shell, node);
+            (altitude[lane], mu[lane], mu_s[lane]) = (place.altitude, place.mu, place.mu_s);
+        }
+        let (mut density, mut outwards) = (Vec2::ZERO, ColumnDensities::ZERO);
+        for lane in lanes(count) {
+            // Rays of one elevation, as those of a row, have the same places.
+            if lane == 0 || (altitude[lane], mu[lane]) != (altitude[lane - 1], mu[lane - 1]) {
+                density = relative_densities(medium, altitude[lane], variant);
+                outwards = column_densities(medium, altitude[lane], density, mu[lane], variant);
+            }
+            (self.air[lane], self.aerosol[lane]) = (density.x, density.y);
+            self.outwards.set(lane, outwards);
+            let SunlightEntry { main, gases } = SunlightEntry::at(medium, altitude[lane], mu_s[lane]);
+            for (kind, value) in self.sun.iter_mut().zip([main.x, main.y, main.z, main.w, gases.x, gases.y]) {
+                kind[lane] = value;
+            }
+        }
+    }
+
+    /// The relative densities and the column densities outwards.
+    #[inline(always)]
+    fn here(&self, lane: usize) -> (Vec2, ColumnDensities) {
+        (Vec2::new(self.air[lane], self.aerosol[lane]), self.outwards.get(lane))
+    }
+
+    #[inline(always)]
+    fn sun(&self, lane: usize) -> SunlightEntry {
+        let [air, aerosol, ozone, spread, pairs, water] = &self.sun;
+        let main = Vec4::new(air[lane], aerosol[lane], ozone[lane], spread[lane]);
+        SunlightEntry { main, gases: Vec2::new(pairs[lane], water[lane]) }
+    }
 }

@@ -39,8 +39,9 @@ const TOLERANCE_OF_TABLES: f64 = BOUND;
 /// Samples that a guess is compared with, at least: two coarse rules can miss the same.
 const FEWEST_OF_REFERENCE: u32 = 96;
 
-/// What a smooth integrand takes.
+/// What a smooth integrand takes, and one of measured profiles, whose levels leave kinks.
 const SMOOTH: u32 = 12;
+const SMOOTH_OF_TABLES: u32 = 24;
 
 /// Most samples on a piece that are taken unasked.
 const MOST: u32 = 3072;
@@ -80,11 +81,12 @@ pub fn per_piece(
 ) -> u32 {
     let columns = tables.map_or(&[][..], |tables| &tables.entries[..]);
     let sky = Sky { uniform, columns, bands: test_bands(scene, optics, bands, integral), integral, light_fields };
-    let guess = if scene.sun.elevation >= 5.0 { SMOOTH } else { 48 };
+    let smooth = if tables.is_some() { SMOOTH_OF_TABLES } else { SMOOTH };
+    let guess = if scene.sun.elevation >= 5.0 { smooth } else { 48 };
     let mut brightest = Vec::new();
     let first = sky.fewest(test_views(scene, &FIRST), &mut brightest, guess);
-    if first == SMOOTH {
-        return SMOOTH;
+    if first == smooth {
+        return smooth;
     }
     sky.fewest(test_views(scene, &SECOND), &mut brightest, first)
 }
@@ -110,21 +112,20 @@ struct Sky<'a> {
 
 impl Sky<'_> {
     /// The transfer at the test wavelengths along each view, by rules of so many samples.
-    fn transfers(&self, views: &[Vec3], samples: [u32; 2]) -> [Vec<Vec<f64>>; 2] {
+    fn transfers(&self, views: &[Vec3], samples: &[u32]) -> Vec<Vec<Vec<f64>>> {
         let on_device = self.light_fields.ask_device(|device| self.transfers_on(device, views, samples));
-        on_device.unwrap_or_else(|| samples.map(|samples| self.transfer(views, samples)))
+        on_device.unwrap_or_else(|| samples.iter().map(|&samples| self.transfer(views, samples)).collect())
     }
 
     /// The same on a device.
-    fn transfers_on(&self, device: &dyn PlanDevice, views: &[Vec3], samples: [u32; 2]) -> Result<[Vec<Vec<f64>>; 2]> {
-        let rules = samples.map(gauss_legendre);
+    fn transfers_on(&self, device: &dyn PlanDevice, views: &[Vec3], samples: &[u32]) -> Result<Vec<Vec<Vec<f64>>>> {
+        let rules: Vec<_> = samples.iter().copied().map(gauss_legendre).collect();
         let look = |quadrature| {
             let buffers = Buffers { bands: &self.bands, quadrature, colour: &[], multiple: &[], columns: self.columns };
             Views { uniform: self.uniform, buffers, variant: self.variant(), views }
         };
-        let light: [_; 2] =
-            device.light_of_views(&rules.each_ref().map(|rule| look(rule)))?.try_into().expect("two answers");
-        Ok(light.map(|light| self.of_views(views, &light)))
+        let looks: Vec<_> = rules.iter().map(|rule| look(rule)).collect();
+        Ok(device.light_of_views(&looks)?.iter().map(|light| self.of_views(views, light)).collect())
     }
 
     fn variant(&self) -> u32 {
@@ -161,23 +162,36 @@ impl Sky<'_> {
         let has_tables = self.integral & variant::TABLES != 0;
         let tolerance = if has_tables { TOLERANCE_OF_TABLES } else { TOLERANCE };
         let mut samples = guess;
+        // What is known of the views that are left, by the samples of the rule.
+        let mut known: Vec<(u32, Vec<Vec<f64>>)> = Vec::new();
         while samples < MOST {
-            let [values, references] = self.transfers(&views, [samples, (2 * samples).max(FEWEST_OF_REFERENCE)]);
-            *brightest = largest(brightest, &references);
-            let errors = values.iter().zip(&references).map(|(value, reference)| worst(value, reference, brightest));
+            let rules = [samples, (2 * samples).max(FEWEST_OF_REFERENCE)];
+            let unknown: Vec<u32> = rules.into_iter().filter(|rule| known.iter().all(|(of, _)| of != rule)).collect();
+            known.extend(unknown.iter().copied().zip(self.transfers(&views, &unknown)));
+            let of = |rule| &known.iter().find(|(of, _)| *of == rule).expect("both rules are known").1;
+            let (values, references) = (of(rules[0]), of(rules[1]));
+            *brightest = largest(brightest, references);
+            let errors = values.iter().zip(references).map(|(value, reference)| worst(value, reference, brightest));
             let errors: Vec<f64> = errors.collect();
             let largest = errors.iter().copied().fold(0.0, f64::max);
             if largest <= tolerance {
                 return samples;
             }
             // What is far within the bound will not leave it with more samples.
-            let mut of_views = errors.into_iter();
-            views.retain(|_| of_views.next().is_some_and(|error| error > tolerance / 16.0));
+            let is_left: Vec<bool> = errors.iter().map(|&error| error > tolerance / 16.0).collect();
+            retain(&mut views, &is_left);
+            known.iter_mut().for_each(|(_, of_views)| retain(of_views, &is_left));
             // Where light grazes a kink of the ozone the error falls by the power 2.5 of the samples: twice as many are not too many there.
             samples = if largest > 8.0 * tolerance { 2 * samples } else { more(samples) };
         }
         MOST
     }
+}
+
+/// Keeps those that are left.
+fn retain<T>(all: &mut Vec<T>, is_left: &[bool]) {
+    let mut is_left = is_left.iter();
+    all.retain(|_| is_left.next() == Some(&true));
 }
 
 /// The largest value of rays at each wavelength, and of those `before`.

@@ -188,11 +188,10 @@ impl SkyPlan {
 
     /// The rule by which the anchors are integrated: the fewest samples whose colours are near to those of the
     /// integral's own. Those keep the faintest ray exact, which a picture does not show beside brighter ones. Rays of
-    /// one piece through air of closed form are cheap and keep theirs.
+    /// one piece are cheap and keep theirs.
     pub fn lookup_quadrature(&self) -> &[Vec2] {
         let most = &self.base.quadrature;
-        let are_cheap = !self.has_rays_of_pieces() && self.base.variant & variant::TABLES == 0;
-        if are_cheap || self.scene.render.steps.is_some() || self.is_night {
+        if !self.has_rays_of_pieces() || self.scene.render.steps.is_some() || self.is_night {
             return most;
         }
         let found: &Vec<Vec2> = found_once(&self.lookup_quadrature, || {
@@ -201,10 +200,7 @@ impl SkyPlan {
                 |rule: &[Vec2]| self.phased(&views, self.constituents_here(&self.colours().rows, rule, &views));
             let truth = colours(most);
             let fewer = samples::fewer_than(most.len() as u32).map(gauss_legendre);
-            fewer
-                .into_iter()
-                .find(|rule| grid::are_near(&colours(rule), &truth, self.base.variant))
-                .unwrap_or_else(|| most.to_vec())
+            fewer.into_iter().find(|rule| grid::are_near(&colours(rule), &truth)).unwrap_or_else(|| most.to_vec())
         });
         found
     }

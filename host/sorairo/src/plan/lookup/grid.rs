@@ -8,7 +8,6 @@ use sorairo_shared::math::max;
 use sorairo_shared::picture::lookup::grid_view;
 use sorairo_shared::sky::Constituents;
 use sorairo_shared::uniform::Uniform;
-use sorairo_shared::variant;
 
 use crate::plan::integral::RayIntegral;
 
@@ -50,9 +49,8 @@ pub const FEWEST_ANCHORS: Entries = (24, 8);
 const FEWEST_ACROSS_SHADOW: u32 = 48;
 
 /// What a direction counts for at most when samples are judged, as a part of the brightest one: 1.5e-5 of that may be
-/// off. Tables of column densities leave more than 5e-4 themselves.
+/// off.
 const PART_OF_BRIGHTEST: f32 = 0.03;
-const PART_OF_BRIGHTEST_OF_TABLES: f32 = 1.0;
 
 /// Powers of the spacing by which the errors of straight lines and of cubics fall.
 const LINEAR: f64 = 2.0;
@@ -129,12 +127,10 @@ pub fn tried_views(uniform: &Uniform) -> Vec<Vec3> {
 
 /// Whether colours are within half of the tolerance of others, each relative to itself or a tenth of their mean, and
 /// nearer where those are brightest: in twilight all light of a picture may come from a hundredth of it.
-pub fn are_near(colours: &[Vec3], truth: &[Vec3], variant: u32) -> bool {
-    let has_tables = variant & variant::TABLES != 0;
-    let part = if has_tables { PART_OF_BRIGHTEST_OF_TABLES } else { PART_OF_BRIGHTEST };
+pub fn are_near(colours: &[Vec3], truth: &[Vec3]) -> bool {
     let tenth = 0.1 * truth.iter().map(|rgb| rgb.element_sum()).sum::<f32>() / (3 * truth.len()) as f32;
     let brightest = truth.iter().map(|rgb| rgb.max_element()).fold(0.0, max);
-    let relative_to = |truth: &Vec3| truth.min(Vec3::splat(part * brightest)).max(Vec3::splat(tenth));
+    let relative_to = |truth: &Vec3| truth.min(Vec3::splat(PART_OF_BRIGHTEST * brightest)).max(Vec3::splat(tenth));
     let worst = |(rgb, truth): (&Vec3, &Vec3)| ((*rgb - *truth).abs() / relative_to(truth)).max_element();
     colours.iter().zip(truth).map(worst).all(|error| f64::from(error) <= 0.5 * TOLERANCE)
 }

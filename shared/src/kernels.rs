@@ -6,14 +6,14 @@
 use crate::camera::PERSPECTIVE;
 use crate::display::night::by_eye;
 use crate::display::rgb::into_gamut;
-use crate::display::tone::{NEAREST, bytes, bytes_of_encoded, dither, shown};
+use crate::display::tone::{NEAREST, bytes, bytes_of_encoded, dither, encoded, shown};
 use crate::glam::{UVec2, Vec3, Vec4};
 use crate::math::{clamp, fetch, half_bits, store};
 use crate::medium::bands::Bands;
 use crate::medium::phase::ScatteringAngle;
 use crate::picture::below::{SkyView, sky_view, with_ground};
-use crate::picture::disc::disc_in_pixel;
-use crate::picture::formed_run::{FORMED, FormedRun, encoded, from_middle_to_formed, is_beside_disc, is_formed};
+use crate::picture::disc::{disc_in_pixel, is_beside_disc};
+use crate::picture::formed_run::{FORMED, FormedRun, from_middle_to_formed, is_formed};
 use crate::picture::lookup;
 use crate::picture::perspective_run::{PerspectiveRun, may_meet_horizon};
 use crate::picture::run::{self, Circle, Middle, RUN, Run, from_middle};

@@ -64,8 +64,13 @@ pub fn shown(rgb: Vec3, exposure: f32, grade: &Grade, tables: &[Vec4], variant: 
 /// rest: [`NEAREST`], or [`dither`]. Returns red in the lowest byte, then green, blue, and 255.
 #[inline(always)]
 pub fn bytes(shown: Vec3, threshold: f32) -> u32 {
-    let encoded = Vec3::new(srgb_encode(shown.x), srgb_encode(shown.y), srgb_encode(shown.z));
-    bytes_of_encoded(encoded, threshold)
+    bytes_of_encoded(encoded(shown), threshold)
+}
+
+/// Linear RGB of a display in the curve of sRGB.
+#[inline(always)]
+pub fn encoded(shown: Vec3) -> Vec3 {
+    Vec3::new(srgb_encode(shown.x), srgb_encode(shown.y), srgb_encode(shown.z))
 }
 
 /// [`bytes`] of values in the curve of sRGB, in [0, 1].

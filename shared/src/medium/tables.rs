@@ -202,12 +202,6 @@ impl SunlightEntry {
     }
 }
 
-/// Sunlight at an altitude (km); see [`SunlightEntry::at`].
-#[inline(always)]
-pub fn sunlight(medium: Medium<'_>, altitude: f32, mu_s: f32) -> Sunlight {
-    SunlightEntry::at(medium, altitude, mu_s).sunlight()
-}
-
 /// Cosine of the zenith angle at which the sun is seen from the ground, by that without air; 0 below the horizon.
 #[inline(always)]
 pub fn cosine_from_ground(medium: Medium<'_>, mu_s: f32) -> f32 {

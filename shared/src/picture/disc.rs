@@ -22,6 +22,13 @@ pub const ELEVATIONS: u32 = 16;
 /// Columns of the grid, from the limb to the disc's centre.
 pub const LIMB_COSINES: u32 = 16;
 
+/// Whether a row of the whole image has no pixel of the sun's disc.
+#[inline(always)]
+pub fn is_beside_disc(uniform: &Uniform, row: u32, variant: u32) -> bool {
+    let (disc, row) = (uniform.disc, row as f32);
+    (variant & variant::SUN_DISC == 0) | (row + 1.0 <= disc.top) | (row >= disc.bottom)
+}
+
 /// What the disc adds to the linear RGB of a pixel, and the part of the pixel that it covers; `row` counts from the
 /// image's top.
 #[inline]

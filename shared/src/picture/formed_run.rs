@@ -7,12 +7,10 @@
 //! most. A corner, as where a colour reaches the end of the gamut, leaves no such term at one place, -1/11, but a
 //! square. Where either term is large, and where the sun's disc stands, each pixel is formed for itself.
 
-use crate::display::tone::srgb_encode;
 use crate::glam::{Vec3, Vec4};
 use crate::interpolation::cubic::{ColourCubic, lane};
 use crate::math::{abs, max};
 use crate::picture::run::RUN;
-use crate::uniform::Uniform;
 use crate::variant::{self, PixelFormat};
 
 /// Places of a run at which it is formed.
@@ -43,23 +41,10 @@ pub fn is_formed(variant: u32) -> bool {
     is_picture & (variant & variant::RUNS != 0) & (variant & (variant::AGX | variant::ACES) != 0)
 }
 
-/// Whether a row of the whole image has no pixel of the sun's disc.
-#[inline(always)]
-pub fn is_beside_disc(uniform: &Uniform, row: u32, variant: u32) -> bool {
-    let (disc, row) = (uniform.disc, row as f32);
-    (variant & variant::SUN_DISC == 0) | (row + 1.0 <= disc.top) | (row >= disc.bottom)
-}
-
 /// Pixels from the middle of a run to one of the places, counted from 0.
 #[inline(always)]
 pub fn from_middle_to_formed(place: u32) -> f32 {
     (0.5 * RUN as f32) * lane(PLACES, place)
-}
-
-/// Linear RGB of a display in the curve of sRGB.
-#[inline(always)]
-pub fn encoded(shown: Vec3) -> Vec3 {
-    Vec3::new(srgb_encode(shown.x), srgb_encode(shown.y), srgb_encode(shown.z))
 }
 
 /// What a display shows along a run, in the curve of sRGB.

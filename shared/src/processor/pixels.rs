@@ -5,7 +5,7 @@ use crate::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE};
 use crate::glam::{UVec2, Vec3, Vec4};
 use crate::kernels::{picture_word, seen, shown_in, store_rgb};
 use crate::picture::below::{sky_view, with_ground};
-use crate::picture::formed_run::is_beside_disc;
+use crate::picture::disc::is_beside_disc;
 use crate::uniform::Uniform;
 use crate::variant::{self, PixelFormat};
 

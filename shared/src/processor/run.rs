@@ -3,11 +3,12 @@
 use super::lanes::{BLOCK, Four, Lanes, Three, ZERO, lanes};
 use super::pixels::Pixels;
 use crate::camera::{EQUIRECTANGULAR, PERSPECTIVE, position_view};
+use crate::display::tone::encoded;
 use crate::glam::{UVec2, Vec4};
 use crate::interpolation::cubic::Stencil;
 use crate::kernels::interpolated_word;
 use crate::picture::below::{sky_view, with_ground};
-use crate::picture::formed_run::{FORMED, FormedRun, encoded, from_middle_to_formed};
+use crate::picture::formed_run::{FORMED, FormedRun, from_middle_to_formed};
 use crate::picture::lookup::sky_at_pixel;
 use crate::picture::perspective_run::{PerspectiveRun, may_meet_horizon};
 use crate::picture::run::{Circle, HalfAzimuth, Middle, RUN, Run, from_middle, middle_position};
@@ -148,6 +149,7 @@ pub fn store_smooth(uniform: &Uniform, output: &mut [u32], pixels: Pixels, at_pl
         let column = pixels.first + RUN * index as u32;
         let has_places = !(is_perspective && may_meet_horizon(uniform, column, uniform.first_row, variant));
         if has_places & run.is_smooth() {
+            // Each compiled for itself.
             if variant & variant::DITHER != 0 {
                 store_run(uniform, output, column, run, variant::DITHER);
             } else {

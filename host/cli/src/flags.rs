@@ -29,6 +29,8 @@ enum Takes {
     Word,
     /// Nothing: it says true.
     Nothing,
+    /// True or false; true where neither is said.
+    Truth,
     /// What is read from its text, and how the help calls it.
     Value(&'static str, Read),
 }
@@ -51,7 +53,7 @@ const SKY: [SceneFlag; 20] = [
     value("observer.altitude", "--altitude", "KM", number),
     value("site.altitude", "--site-altitude", "KM", number),
     word("atmosphere.profile", "--profile"),
-    SceneFlag { key: "atmosphere.refraction", name: "--refraction", takes: Takes::Nothing },
+    SceneFlag { key: "atmosphere.refraction", name: "--refraction", takes: Takes::Truth },
     value("atmosphere.water.column", "--water", "CM", water),
     value("atmosphere.air.pressure", "--pressure", "HPA", number),
     word("atmosphere.aerosol.kind", "--aerosol-kind"),
@@ -99,7 +101,8 @@ fn all() -> impl Iterator<Item = &'static SceneFlag> {
 }
 
 /// Arguments of the library that are no keys, with their flags.
-const ARGUMENTS: [(&str, &str); 8] = [
+const ARGUMENTS: [(&str, &str); 9] = [
+    ("distance", "--distance"),
     ("resolution", "--resolution"),
     ("visibility", "--visibility"),
     ("spectral", "--spectral"),
@@ -139,7 +142,8 @@ pub struct SkyFlags(pub Values);
 /// The values that the flags of some lists were given.
 fn given(matches: &ArgMatches, flags: &[&[SceneFlag]]) -> Values {
     let given = |flag: &SceneFlag| match flag.takes {
-        Takes::Nothing => matches.get_flag(flag.id()).then_some(Given::True),
+        Takes::Nothing => matches.get_flag(flag.id()).then_some(Given::Truth(true)),
+        Takes::Truth => matches.get_one(flag.id()).map(|&truth| Given::Truth(truth)),
         _ => matches.get_one::<Given>(flag.id()).cloned(),
     };
     flags
@@ -168,6 +172,12 @@ impl SceneFlag {
         let arg = if self.name == "--samples" { arg.alias("steps") } else { arg };
         match self.takes {
             Takes::Nothing => arg.action(ArgAction::SetTrue),
+            Takes::Truth => arg
+                .value_name("true|false")
+                .num_args(0..=1)
+                .require_equals(true)
+                .default_missing_value("true")
+                .value_parser(clap::value_parser!(bool)),
             Takes::Word => {
                 let words = keys::find(self.key).expect("the key of a flag").words();
                 let arg = arg.value_name(self.id().replace('-', "_").to_uppercase()).ignore_case(true);

@@ -1,6 +1,7 @@
 //! The command line of sorairo.
 
 pub mod arguments;
+mod between;
 mod cases;
 mod contact_sheet;
 mod devices;
@@ -62,6 +63,7 @@ fn dispatch(command: Command) -> Result<()> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Sequence(arguments) => sequence::run(&arguments),
         Command::Spectrum(arguments) => spectrum::run(&arguments),
+        Command::Between(arguments) => between::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         #[cfg(feature = "evaluation")]
         Command::Evaluation(command) => evaluation::run(&command),

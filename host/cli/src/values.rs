@@ -16,7 +16,7 @@ pub type Read = fn(&str) -> Result<Given, String>;
 /// What a flag gives to its key.
 #[derive(Clone, Debug)]
 pub enum Given {
-    True,
+    Truth(bool),
     Number(f64),
     Count(u32),
     Numbers(Numbers),
@@ -127,7 +127,7 @@ impl Value {
         type Error = serde::de::value::Error;
         let key = keys::find(self.key).expect("the key of a value");
         let set = match &self.given {
-            Given::True => draft.set(key, BoolDeserializer::<Error>::new(true)),
+            Given::Truth(truth) => draft.set(key, BoolDeserializer::<Error>::new(*truth)),
             Given::Number(number) => draft.set(key, F64Deserializer::<Error>::new(*number)),
             Given::Count(count) => draft.set(key, U32Deserializer::<Error>::new(*count)),
             Given::Numbers(numbers) => draft.set(key, SeqDeserializer::<_, Error>::new(numbers.iter().copied())),

@@ -147,7 +147,7 @@ fn finest(default: &Resolution) -> Resolution {
 /// Transfer of all light at the bands along every ray, from that of light scattered once.
 fn all_light(integral: &RayIntegral, resolution: &Resolution, orders: Orders, once: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let cosines: Vec<f64> = AZIMUTHS.map(|azimuth| azimuth.to_radians().cos()).to_vec();
-    let rows = ELEVATIONS.map(|elevation| Row { mu: elevation.to_radians().sin(), cosines: cosines.clone() });
+    let rows = ELEVATIONS.map(|elevation| Row::whole(elevation.to_radians().sin(), cosines.clone()));
     let (light, _) =
         light_of_rows(&LightFields::default(), &integral.setting(), &integral.bands, resolution, orders, &rows);
     let rays = light[0].iter().flatten().zip(once);

@@ -6,12 +6,13 @@ use std::sync::{Arc, LazyLock};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use sorairo::low_level::spectrum::Direction;
 use sorairo::scene::file::text;
 use sorairo::scene::keys::tables;
 use sorairo::scene::{CameraScene, Scene, Size, ValidScene};
 use sorairo::{
-    AlphaOpic, Error, Irradiance, LightFields, Method, PixelFormat, Plan, Result, SkyPlan, Spectra, Surface,
-    sun_transmittance, xyz,
+    AirBetween, AlphaOpic, Error, Irradiance, LightFields, Method, PixelFormat, Plan, Result, SkyPlan, Spectra,
+    Surface, sun_transmittance, xyz,
 };
 
 use crate::device;
@@ -87,6 +88,22 @@ impl NativeSky {
         let sky = Arc::clone(&self.sky);
         let radiance = work(py, move |stop| radiance(&sky, &directions, &wavelengths, method, stop))?;
         Ok(PyArray1::from_vec(py, radiance))
+    }
+
+    fn between<'py>(
+        &self,
+        py: Python<'py>,
+        elevations: PyReadonlyArray1<'py, f64>,
+        azimuths: PyReadonlyArray1<'py, f64>,
+        distances: PyReadonlyArray1<'py, f64>,
+        wavelengths: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
+        let (directions, distances) = (directions(&elevations, &azimuths)?, distances.as_slice()?.to_vec());
+        let wavelengths = self.wavelengths(&wavelengths)?;
+        let sky = Arc::clone(&self.sky);
+        let found = work(py, move |stop| between(&sky, &directions, &distances, &wavelengths, stop))?;
+        let [transmittance, radiance] = found.map(|values| PyArray1::from_vec(py, values));
+        Ok((transmittance, radiance))
     }
 
     fn xyz<'py>(
@@ -284,6 +301,26 @@ pub fn radiance(
         radiance.append(&mut spectra.in_directions(directions)?);
     }
     Ok(radiance)
+}
+
+/// Transmittance and radiance up to distances in directions, one after the other.
+fn between(
+    sky: &SkyPlan,
+    directions: &[[f64; 2]],
+    distances: &[f64],
+    wavelengths: &[f64],
+    stop: &Stop,
+) -> Result<[Vec<f64>; 2]> {
+    let room = || array(&[directions.len(), wavelengths.len()], of_wavelengths(wavelengths.len()));
+    let (mut transmittance, mut radiance) = (room()?, room()?);
+    let air = AirBetween::new(sky, wavelengths)?;
+    for (&[elevation, azimuth], &distance) in directions.iter().zip(distances) {
+        stop.check()?;
+        let found = air.until(&Direction { elevation, azimuth }, distance)?;
+        transmittance.extend(found.iter().map(|sample| sample.transmittance));
+        radiance.extend(found.iter().map(|sample| sample.radiance));
+    }
+    Ok([transmittance, radiance])
 }
 
 /// What is found of things that have a value at each of so many wavelengths, between which someone is asked whether to stop.

@@ -31,6 +31,20 @@ def test_radiance_is_that_of_the_command_bit_for_bit(command, parameters, flags)
 
 
 @pytest.mark.parametrize(("parameters", "flags"), SCENES)
+def test_the_air_before_a_point_is_that_of_the_command(command, parameters, flags):
+    sky = sorairo.Sky(**parameters)
+    at = [450, 550, 650]
+    transmittance, radiance = sky.between(2, [90, 10], [[0], [20], [np.inf]], at)
+    assert transmittance.shape == radiance.shape == (3, 2, 3)
+    assert (transmittance[0] == 1).all() and (radiance[0] == 0).all()
+    assert (np.diff(transmittance, axis=0) < 0).all() and (np.diff(radiance, axis=0) > 0).all()
+    view = ["--view-elevation=2", "--view-azimuth=10", "--distance=20", "--wavelengths=450,550,650", "--format=json"]
+    said = json.loads(command("between", *view, *flags))
+    assert list(transmittance[1, 1]) == [sample["transmittance"] for sample in said]
+    assert list(radiance[1, 1]) == [sample["radiance"] for sample in said]
+
+
+@pytest.mark.parametrize(("parameters", "flags"), SCENES)
 @pytest.mark.parametrize("device", ["cpu", "gpu"])
 def test_an_image_is_that_of_the_command_bit_for_bit(command, tmp_path, parameters, flags, device):
     command("render", "--size=64x32", f"--device={device}", "-osky.exr", *flags)

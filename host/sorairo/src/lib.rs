@@ -56,6 +56,7 @@ pub use device::Device;
 #[cfg(feature = "gpu")]
 pub use device::gpu::{EnvironmentTarget, ResidentRenderer, Target};
 pub use error::{Error, Result};
+pub use measure::between::{AirBetween, BetweenSample};
 pub use measure::irradiance::{Harmonics, SkyLight};
 pub use measure::spectral_irradiance::SpectralIrradiance;
 pub use measure::spectrum::{Method, Sample, Spectra, spectrum, xyz};

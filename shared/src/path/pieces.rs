@@ -115,14 +115,45 @@ pub fn for_each_piece(
     bands: &Bands,
     ray: Ray,
     variant: u32,
-    mut visit: impl FnMut(PieceSamples),
+    visit: impl FnMut(PieceSamples),
 ) -> (Ray, GroundView) {
     let way = Way::new(medium, ray, variant & !variant::SHADOW);
+    visit_pieces(medium, bands, way, variant, visit);
+    (way.ray, ground_on_way(medium, way, variant))
+}
+
+/// Visits those of a ray up to a distance (km) from its origin, and returns it from where it enters the atmosphere.
+#[inline(always)]
+pub fn for_each_piece_until(
+    medium: Medium<'_>,
+    bands: &Bands,
+    (ray, distance): (Ray, f32),
+    variant: u32,
+    visit: impl FnMut(PieceSamples),
+) -> Ray {
+    let way = Way::new(medium, ray, variant & !variant::SHADOW).until(medium.shell(), ray, distance);
+    visit_pieces(medium, bands, way, variant, visit);
+    way.ray
+}
+
+#[inline(always)]
+fn visit_pieces(medium: Medium<'_>, bands: &Bands, way: Way, variant: u32, mut visit: impl FnMut(PieceSamples)) {
     for rising in [false, true] {
         let interval = way.lit(false, rising);
         if interval.end > interval.start {
             visit(PieceSamples::new(medium, bands, way, interval, rising, variant));
         }
     }
-    (way.ray, ground_on_way(medium, way, variant))
+}
+
+/// Column densities (km) between the origin of a ray and a distance from it (km). `variant` is one in which a ray can
+/// descend.
+pub fn column_densities_until(medium: Medium<'_>, bands: &Bands, ray: (Ray, f32), variant: u32) -> ColumnDensities {
+    let mut along = ColumnDensities::ZERO;
+    for_each_piece_until(medium, bands, ray, variant, |piece| {
+        // Of the last piece the far end counts.
+        let far = Vec2::new(if piece.is_rising() { 1.0 } else { 0.0 }, 0.0);
+        along = piece.at(medium, far, variant).to_observer;
+    });
+    along
 }

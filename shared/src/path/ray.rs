@@ -52,11 +52,17 @@ pub(crate) fn in_shadow(medium: Medium<'_>, ray: Ray, length: f32, variant: u32)
     let shell = medium.shell();
     let mut interval = shadow(shell, ray);
     let mut edges = [shell.shadow; 2];
-    if (variant & variant::TABLES != 0) & (shell.shadow.slope > 0.0) {
+    let is_found = interval.end > interval.start;
+    if (variant & variant::TABLES != 0) & (shell.shadow.slope > 0.0) & is_found {
         let begins = tables::shadow_at(medium, altitude_along(shell, ray, min(interval.start, length)));
         let ends = tables::shadow_at(medium, altitude_along(shell, ray, min(interval.end, length)));
-        let start = shadow(Shell { shadow: begins, ..shell }, ray).start;
-        interval = Interval { start, end: shadow(Shell { shadow: ends, ..shell }, ray).end };
+        let beginning = shadow(Shell { shadow: begins, ..shell }, ray);
+        let ending = shadow(Shell { shadow: ends, ..shell }, ray);
+        // The first cone is the widest: a ray may pass the one that is right where it would begin.
+        let is_dark = beginning.end > beginning.start;
+        let end = if ending.end > ending.start { ending.end } else { beginning.end };
+        interval =
+            Interval { start: if is_dark { beginning.start } else { length }, end: if is_dark { end } else { length } };
         edges = [begins, ends];
     }
     (interval, edges)
@@ -84,6 +90,18 @@ impl Way {
             (dark, edges) = in_shadow(medium, ray, length, variant);
         }
         Self { ray, length, perigee, lowest, shadow: dark, edges }
+    }
+
+    /// The part of it up to a distance (km) from where its ray begins, which may be before it enters the atmosphere.
+    /// It ends on no ground.
+    #[inline(always)]
+    pub(crate) fn until(self, shell: Shell, begins: Ray, distance: f32) -> Self {
+        let along = |ray: Ray| (shell.ground_radius + ray.altitude) * ray.mu;
+        let entered = along(self.ray) - along(begins);
+        let length = min(max(distance - entered, 0.0), self.length);
+        let falls = (length < self.perigee) & (length < self.length);
+        let lowest = if falls { altitude_along(shell, self.ray, length) } else { self.lowest };
+        Self { length, lowest, ..self }
     }
 
     /// Whether it ends on the ground: before its lowest point. Only for a variant in which a ray can descend.

@@ -109,8 +109,21 @@ pub(crate) fn single_scattering_placed_for<V: Value>(
     ray: Ray,
     variant: u32,
 ) -> ByScatterer<V> {
-    let shell = medium.shell();
     let way = Way::new(medium, ray, variant);
+    single_scattering_on_way(medium, coefficients, (placed_for, per_mean_free_path), quadrature, way, variant)
+}
+
+/// The same on a way, or a part of one.
+#[inline(always)]
+pub(crate) fn single_scattering_on_way<V: Value>(
+    medium: Medium<'_>,
+    coefficients: &Coefficients<V>,
+    (placed_for, per_mean_free_path): (&Bands, f32),
+    quadrature: &[Vec2],
+    way: Way,
+    variant: u32,
+) -> ByScatterer<V> {
+    let shell = medium.shell();
     let mut sum = ByScatterer::<V>::ZERO;
     // Before or behind the shadow, falling or rising: at most three of the four pieces are not empty.
     let mut index = if variant & variant::DESCENT != 0 { 0 } else { 1 };

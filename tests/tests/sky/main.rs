@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod aerosol;
+mod between;
 mod fits;
 mod gases;
 mod integral;

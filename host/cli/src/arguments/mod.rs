@@ -47,6 +47,8 @@ pub enum Command {
     Sequence(SequenceArguments),
     /// Prints the spectrum of the sky in a direction, or in many.
     Spectrum(SpectrumArguments),
+    /// Prints what the air up to a distance lets through, and the light that it adds.
+    Between(BetweenArguments),
     /// Opens a window on the sky; a click plots the spectrum.
     View(ViewArguments),
     #[cfg(feature = "evaluation")]
@@ -236,6 +238,38 @@ pub struct SpectrumArguments {
     /// Format of the output.
     #[arg(long, value_enum, ignore_case = true, default_value_t = SpectrumFormat::Csv)]
     pub format: SpectrumFormat,
+}
+
+#[derive(Args)]
+pub struct BetweenArguments {
+    /// Scene file (TOML).
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub sky: SkyFlags,
+    /// Elevation of the direction (degrees).
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
+    pub view_elevation: f64,
+    /// Azimuth of the direction, clockwise from north (degrees).
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
+    pub view_azimuth: f64,
+    /// Distance up to which air counts (km); inf for all of it.
+    #[arg(long, value_name = "KM", allow_negative_numbers = true, value_parser = number)]
+    pub distance: f64,
+    /// Wavelengths in nm: START:END:STEP, or a list with commas.
+    #[arg(long, value_name = "LIST", default_value = "380:780:5", value_parser = wavelengths)]
+    pub wavelengths: Numbers,
+    /// Format of the output.
+    #[arg(long, value_enum, ignore_case = true, default_value_t = BetweenFormat::Csv)]
+    pub format: BetweenFormat,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum BetweenFormat {
+    /// Rows of wavelength_nm,transmittance,radiance.
+    Csv,
+    /// An array of objects.
+    Json,
 }
 
 #[derive(Args)]

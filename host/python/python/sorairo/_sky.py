@@ -15,6 +15,7 @@ from ._values import (
     Doubles,
     Place,
     Time,
+    broadcast,
     directions_of,
     doubles,
     flat,
@@ -163,6 +164,40 @@ class Sky:
         at = wavelengths_of(wavelengths)
         found = self._sky.radiance(flat(elevations), flat(azimuths), flat(at), text("method", method))
         return found.reshape(elevations.shape + at.shape)
+
+    def between(
+        self, elevation: ArrayLike, azimuth: ArrayLike, distance: ArrayLike, wavelengths: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """What the air up to a distance lets through, and the light that it adds.
+
+        Light from behind arrives as ``radiance + transmittance * behind``.
+
+        Parameters
+        ----------
+        elevation, azimuth, distance : array_like
+            Directions (degrees, as those of `radiance`) and distances from the observer (km; inf for all of the air), broadcast against each
+            other. A distance behind the ground is refused.
+        wavelengths : array_like
+            At most one axis (nm, 360 to 830).
+
+        Returns
+        -------
+        transmittance, radiance : ndarray of float64
+            The part of light that arrives, and light of all orders that is scattered towards the observer on the way (W·m⁻²·sr⁻¹·nm⁻¹; with
+            the flat sun sr⁻¹), of the broadcast shape with an axis of wavelengths at its end; the numbers of the command `sorairo between`.
+
+        Raises
+        ------
+        ValueError
+            A direction, a distance or a wavelength out of range.
+        """
+        elevations, azimuths = directions_of(elevation, azimuth)
+        elevations, distances = broadcast("elevation", elevations, "distance", distance)
+        azimuths = np.broadcast_to(azimuths, elevations.shape)
+        at = wavelengths_of(wavelengths)
+        found = self._sky.between(flat(elevations), flat(azimuths), flat(distances), flat(at))
+        shape = elevations.shape + at.shape
+        return found[0].reshape(shape), found[1].reshape(shape)
 
     def xyz(self, elevation: ArrayLike, azimuth: ArrayLike) -> NDArray[np.float64]:
         """Colour of the sky in directions: X, Y and Z (W·m⁻²·sr⁻¹, weighted by the scene's observer), without the sun's disc.

@@ -1,5 +1,6 @@
 //! What is measured of a sky.
 
+pub mod between;
 pub mod irradiance;
 pub mod spectral_irradiance;
 pub mod spectrum;

@@ -204,9 +204,14 @@ impl RayIntegral {
 
     /// The same for a spectrum; see [`Self::spectral_resolution`].
     pub fn with_spectral_light(self) -> Self {
+        let resolutions = self.spectral_resolutions();
+        self.with_light_of(&resolutions)
+    }
+
+    /// The light fields of a spectrum, by how much each counts.
+    pub(super) fn spectral_resolutions(&self) -> Vec<(f32, Resolution)> {
         let resolutions = Resolution::mixed(&self.setting(), self.aerosol_depth());
-        let of_spectra = resolutions.into_iter().map(|(share, resolution)| (share, of_spectrum(resolution)));
-        self.with_light_of(&of_spectra.collect::<Vec<_>>())
+        resolutions.into_iter().map(|(share, resolution)| (share, of_spectrum(resolution))).collect()
     }
 
     /// How finely the light field of a spectrum is resolved. The series of orders ends closer to its limit than a colour's, so that a wavelength

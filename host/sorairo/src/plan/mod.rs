@@ -17,6 +17,7 @@ pub mod rays;
 pub mod samples;
 mod sky;
 pub mod spectral;
+mod stretch;
 pub mod upload;
 
 pub use kernel::Kernel;

@@ -102,7 +102,7 @@ impl Grid {
 
     fn rows(&self) -> impl Iterator<Item = Row> {
         let cosines: Vec<f64> = self.azimuths.iter().map(|azimuth| azimuth.to_radians().cos()).collect();
-        self.elevations.iter().map(move |elevation| Row { mu: elevation.to_radians().sin(), cosines: cosines.clone() })
+        self.elevations.iter().map(move |elevation| Row::whole(elevation.to_radians().sin(), cosines.clone()))
     }
 }
 
@@ -403,12 +403,12 @@ fn training_rows(integral: &RayIntegral) -> Vec<Row> {
     let (elevations, azimuths) = training_grid(integral);
     let cosines: Vec<f64> =
         (0..azimuths).map(|j| (std::f64::consts::PI * f64::from(j) / f64::from(azimuths - 1)).cos()).collect();
-    let row = |elevation: f64| Row { mu: elevation.to_radians().sin(), cosines: cosines.clone() };
+    let row = |elevation: f64| Row::whole(elevation.to_radians().sin(), cosines.clone());
     let above = (0..elevations).map(|i| row(training_elevation(i, elevations)));
     let below: Vec<Row> = if integral.uniform.altitude > 0.0 {
         (1..elevations).map(|i| row(-training_elevation(i, elevations))).collect()
     } else {
-        vec![Row { mu: -1.0, cosines: vec![1.0] }]
+        vec![Row::whole(-1.0, vec![1.0])]
     };
     above.chain(below).collect()
 }

@@ -11,6 +11,15 @@ pub struct Row {
     pub mu: f64,
     /// Cosines of the azimuths from the sun.
     pub cosines: Vec<f64>,
+    /// Distance at which they end (km), before any ground; of whole rays infinite.
+    pub length: f64,
+}
+
+impl Row {
+    /// Of whole rays.
+    pub fn whole(mu: f64, cosines: Vec<f64>) -> Self {
+        Self { mu, cosines, length: f64::INFINITY }
+    }
 }
 
 /// Multiply scattered light along one ray at a group of bands.

@@ -128,7 +128,15 @@ impl<'a, const N: usize> Table<'a, N> {
         let ray = |direction: &Direction| {
             let altitude = grid.altitudes[direction.altitude];
             // No order gathers more of the one before than the second of the first.
-            OwnedRay::new(setting, wavelengths, grid, &sampling, resolution.next, altitude, direction.mu)
+            OwnedRay::new(
+                setting,
+                wavelengths,
+                grid,
+                &sampling,
+                resolution.next,
+                altitude,
+                (direction.mu, f64::INFINITY),
+            )
         };
         let rays: Vec<OwnedRay<N>> = directions.par_iter().map(ray).collect();
         let functions = rays.iter().map(|ray| functions_of(resolution.first, ray.mu, ray.sine)).collect();

@@ -7,7 +7,7 @@ use sorairo_shared::light_field::rays::{NodePlace, Sight, SunPlace, functions_of
 use sorairo_shared::light_field::table::{RayNode, TableRay, suns_along};
 use sorairo_shared::math::safe_sqrt;
 use sorairo_shared::path::ground::LAMBERT;
-use sorairo_shared::path::pieces::{PieceSamples, Sample, for_each_piece};
+use sorairo_shared::path::pieces::{PieceSamples, Sample, for_each_piece, for_each_piece_until};
 use sorairo_shared::value::{Lanes, Value};
 
 use crate::plan::light_field::grid::Grid;
@@ -40,7 +40,8 @@ pub struct OwnedRay<const N: usize> {
 }
 
 impl<const N: usize> OwnedRay<N> {
-    /// The ray from an altitude (km) with the cosine `mu` of its zenith angle; its nodes know the functions of `of`.
+    /// The ray from an altitude (km) with the cosine `mu` of its zenith angle, up to a length (km) or, if that is
+    /// infinite, its end; its nodes know the functions of `of`.
     pub fn new(
         setting: &Setting,
         wavelengths: &Wavelengths<N>,
@@ -48,7 +49,7 @@ impl<const N: usize> OwnedRay<N> {
         sampling: &Sampling,
         of: Moments,
         altitude: f64,
-        mu: f64,
+        (mu, length): (f64, f64),
     ) -> Self {
         let sine = (1.0 - mu * mu).max(0.0).sqrt();
         let ray = Ray::new(altitude as f32, Vec3::new(sine as f32, 0.0, mu as f32), Vec3::Z);
@@ -92,8 +93,14 @@ impl<const N: usize> OwnedRay<N> {
             let rule = sampling.of_piece(setting, wavelengths, piece, &mut depth);
             rule.iter().for_each(|&node| visit(piece.at(setting.medium, node, setting.variant)));
         };
-        let (ray, ground) = for_each_piece(setting.medium, &setting.placed_for, ray, setting.variant, of_piece);
-        let ground = ground.is_seen.then(|| {
+        let Setting { medium, placed_for, variant, .. } = setting;
+        let (ray, ground) = if length.is_finite() {
+            (for_each_piece_until(*medium, placed_for, (ray, length as f32), *variant, of_piece), None)
+        } else {
+            let (ray, ground) = for_each_piece(*medium, placed_for, ray, *variant, of_piece);
+            (ray, ground.is_seen.then_some(ground))
+        };
+        let ground = ground.map(|ground| {
             let seen = wavelengths.air.transmittance(ground.along);
             Ground { distance: ground.distance, radiance: seen.times(&wavelengths.albedo).scaled(LAMBERT) }
         });

@@ -119,8 +119,8 @@ fn of_groups<const N: usize>(
     rows: &[Row],
 ) -> (Vec<Vec<Vec<Light>>>, OrdersMade) {
     let bands = &setting.without_peak(bands);
-    // Samples that follow the optical depth are no list that a device takes.
-    let device_has_it = !resolution.thick;
+    // Samples that follow the optical depth are no list that a device takes, nor are rays that end.
+    let device_has_it = !resolution.thick && rows.iter().all(|row| row.length.is_infinite());
     let ask = |device: &dyn PlanDevice| {
         let field = fields.get_on_device::<N>(device, setting, bands, resolution, orders)?;
         let light = rays::light_of_rows(device, &field, setting, bands, resolution, rows)?;
@@ -180,7 +180,7 @@ fn rows_of(setting: &Setting, lookup: &MultipleLookup) -> Vec<Row> {
         let margin = if setting.altitude > 0.0 || !above { HORIZON_MARGIN } else { 0.0 };
         let from_horizon = (x * x * span).max(margin);
         let elevation = f64::from(lookup.horizon) + if above { from_horizon } else { -from_horizon };
-        Row { mu: towards(setting, elevation.clamp(-FRAC_PI_2, FRAC_PI_2)), cosines: cosines.clone() }
+        Row::whole(towards(setting, elevation.clamp(-FRAC_PI_2, FRAC_PI_2)), cosines.clone())
     };
     let above = (0..lookup.above).map(|i| row(true, i, lookup.above));
     above.chain((0..lookup.below).map(|i| row(false, i, lookup.below))).collect()
@@ -219,10 +219,17 @@ impl<const N: usize> View<'_, N> {
     /// Light along the rays of a row.
     pub fn light(&self, row: &Row) -> Vec<LightOfMany<N>> {
         let (setting, field) = (self.setting, self.field);
-        let Row { mu, cosines } = row;
+        let Row { mu, cosines, length } = row;
         let altitude = setting.altitude;
-        let ray =
-            OwnedRay::new(setting, self.wavelengths, &field.grid, &self.sampling, self.resolution.first, altitude, *mu);
+        let ray = OwnedRay::new(
+            setting,
+            self.wavelengths,
+            &field.grid,
+            &self.sampling,
+            self.resolution.first,
+            altitude,
+            (*mu, *length),
+        );
         let near = field.grid.suns.len() / 2;
         let sight = |&cosine: &f64| {
             let [mu_s, nu] = sight(setting, *mu, cosine);

@@ -1,0 +1,90 @@
+//! Light between two points: what the air between them leaves of light that comes from behind it, and what it adds.
+//!
+//! For any point `P` on a ray
+//!
+//! ```text
+//! L(observer) = L(observer to P) + T(observer to P) · L(P)
+//! ```
+//!
+//! with the radiance `L(observer to P)` of light of all orders that the air before `P` scatters towards the observer. It is the integral of whole
+//! rays, which ends at `P`; see [`sorairo_shared::path::single`] and [`sorairo_shared::light_field`].
+
+use serde::Serialize;
+use sorairo_shared::variant::ABOVE_TOP;
+
+use crate::error::{Error, Result};
+use crate::input::shown;
+use crate::measure::spectrum::{DENSE_STEPS, Direction, check_wavelengths};
+use crate::plan::integral::RayIntegral;
+use crate::plan::rays::quadrature::gauss_legendre;
+use crate::plan::upload::bands;
+use crate::plan::{SkyPlan, optics_of};
+
+/// How far behind the ground (as a part of its distance) a distance may lie that was meant to end on it.
+const ON_THE_GROUND: f64 = 1e-3;
+
+/// What the air between two points does at one wavelength.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BetweenSample {
+    /// Wavelength (nm).
+    pub wavelength_nm: f64,
+    /// The part of light from the far point that arrives: 1 over no distance.
+    pub transmittance: f64,
+    /// Radiance of light of all orders that is scattered towards the observer on the way (W·m⁻²·sr⁻¹·nm⁻¹; relative with the flat sun, sr⁻¹).
+    pub radiance: f64,
+}
+
+/// The air between an observer and other points, at some wavelengths. What all points share is prepared once.
+pub struct AirBetween {
+    integral: RayIntegral,
+    irradiance: Vec<f64>,
+    is_night: bool,
+}
+
+impl AirBetween {
+    /// Prepares it for the observer of a sky, at wavelengths in nm.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] for a wavelength at which the scene is not known.
+    pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Self> {
+        check_wavelengths(sky, wavelengths)?;
+        let optics = optics_of(&sky.scene);
+        let integral = RayIntegral {
+            wavelengths: wavelengths.to_vec(),
+            bands: bands(&optics, wavelengths),
+            quadrature: gauss_legendre(DENSE_STEPS),
+            variant: sky.base.variant | ABOVE_TOP,
+            optics,
+            ..sky.base.clone()
+        };
+        let irradiance = wavelengths.iter().map(|&wavelength| integral.optics.solar_irradiance(wavelength)).collect();
+        Ok(Self { integral, irradiance, is_night: sky.is_night })
+    }
+
+    /// What lies up to a distance (km) in a direction; an infinite distance is all air there.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for a direction, [`Error::NotAllowed`] for a distance that is negative or none, or ends below the ground.
+    pub fn until(&self, direction: &Direction, distance: f64) -> Result<Vec<BetweenSample>> {
+        let view = direction.vector()?;
+        if distance.is_nan() || distance < 0.0 {
+            return Err(Error::not_allowed("distance", format!("is {distance}; it must be 0 km or more")));
+        }
+        let ground = self.integral.ground_distance(view).unwrap_or(f64::INFINITY);
+        if distance > ground * (1.0 + ON_THE_GROUND) {
+            let complaint = format!("is {} km, and the ground is {ground:.3} km away there", shown(distance));
+            return Err(Error::not_allowed("distance", complaint));
+        }
+        let distance = distance.min(ground);
+        let transmittance = self.integral.transmittance_until(view, distance);
+        let transfer =
+            if self.is_night { vec![0.0; transmittance.len()] } else { self.integral.transfer_until(view, distance) };
+        let light = transmittance.into_iter().zip(transfer).zip(&self.irradiance);
+        let sample = |(((transmittance, transfer), irradiance), &wavelength_nm): (((f64, f64), &f64), &f64)| {
+            BetweenSample { wavelength_nm, transmittance, radiance: (transfer * irradiance).max(0.0) }
+        };
+        Ok(light.zip(&self.integral.wavelengths).map(sample).collect())
+    }
+}

@@ -114,8 +114,9 @@ if ! has_linker && ! install build-essential; then
     exit 1
 fi
 echo "test.sh: building"
-# Beside the Python package, which asks for more of some crates: all that follows takes what is built here.
-cargo "${quick[@]}" build --release --package sorairo-cli --package sorairo-python --bin sorairo --features sorairo-cli/view
+# Beside the Python package and the tests, which ask for more of some crates: all that follows takes what is built here.
+cargo "${quick[@]}" build --release --package sorairo-cli --package sorairo-python --package sorairo-tests --bin sorairo \
+    --features sorairo-cli/view
 if ! has_vulkan; then
     if ! install mesa-vulkan-drivers libvulkan1 || ! has_vulkan; then
         echo "test.sh: no Vulkan device; the tests need one, and Mesa's software driver will do" >&2

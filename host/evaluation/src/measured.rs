@@ -96,7 +96,7 @@ const ATMOSPHERES: [(&str, Change); 5] = [
         // scans.
         of_the_day(scene);
         scene.atmosphere.aerosol.kind = AerosolKind::ContinentalAverage;
-        scene.atmosphere.aerosol.optical_depth = scene.optical_depth_from(0.06, 550.0);
+        scene.atmosphere.aerosol.optical_depth = scene.optical_depth_from(0.07, 550.0);
     }),
     ("aerosol chosen for the scans", |scene| {
         // Nobody measured the aerosol of that day. Single-scattering albedo and asymmetry are those of clean air of the mid-Atlantic coast from 440
@@ -104,6 +104,7 @@ const ATMOSPHERES: [(&str, Change); 5] = [
         // those that come nearest to the scans.
         of_the_day(scene);
         let aerosol = &mut scene.atmosphere.aerosol;
+        aerosol.kind = AerosolKind::Plain;
         (aerosol.optical_depth, aerosol.angstrom_exponent) = (0.036, 0.8);
         (aerosol.single_scattering_albedo, aerosol.asymmetry) = (0.97, 0.6);
         aerosol.scale_height = 1.5;
@@ -118,6 +119,7 @@ fn of_the_day(scene: &mut Scene) {
 
 /// The atmosphere under which the models of the comparison were run: air as it is, no ozone, aerosol .04 λ^-.8 of albedo .8 and asymmetry .7.
 fn published(scene: &mut Scene) {
+    *scene = scene.clone().in_closed_form();
     scene.atmosphere.ozone.column = 0.0;
     let aerosol = &mut scene.atmosphere.aerosol;
     (aerosol.optical_depth, aerosol.angstrom_exponent) = (0.04, 0.8);

@@ -32,7 +32,7 @@ fn luminance(rgb: [f32; 3]) -> f64 {
     f64::from(0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2])
 }
 
-const MAP: &str = "--device cpu --size 64x64 --sun-elevation 25";
+const MAP: &str = "--device cpu --path direct --size 64x64 --sun-elevation 25";
 
 #[test]
 fn the_sky_is_the_same_whatever_is_below_it_and_maps_have_the_ground_by_themselves() {

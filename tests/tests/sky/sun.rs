@@ -6,7 +6,7 @@ use sorairo::low_level::device::{self, Backend};
 use sorairo::low_level::irradiance::SkyLight;
 use sorairo::low_level::plan::picture::sun_disc::Sun;
 use sorairo::low_level::spectra::table_file::TableFile;
-use sorairo::scene::{ColourPath, Fit, OzoneCrossSection, PathChoice, Preset, Projection, Scene};
+use sorairo::scene::{ColourPath, Fit, OzoneCrossSection, PathChoice, Preset, Projection, Scene, SunSpectrum};
 use sorairo::{PixelFormat, Plan, SkyPlan};
 use sorairo_evaluation::judge::{coefficients, medium};
 use sorairo_oracle::column_to_top;
@@ -258,8 +258,8 @@ const SUNSET: [(f64, f64); 32] = [
 fn the_light_of_a_setting_sun_fades_as_its_disc_sets() {
     let ozone = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/data/ozone_cross_section_of_the_references.csv"));
     let red = |elevation: f64| {
-        let mut scene = Scene::preset(Preset::Standard);
-        scene.sun.elevation = elevation;
+        let mut scene = Scene::preset(Preset::Standard).in_closed_form();
+        (scene.sun.elevation, scene.sun.spectrum) = (elevation, SunSpectrum::AstmG173);
         scene.atmosphere.ozone.cross_section = OzoneCrossSection::File(TableFile::read(ozone).unwrap());
         Sun::new(&plan(&scene).sky).irradiance().rgb.x
     };

@@ -58,7 +58,8 @@ fn net(scene: &Scene) -> f64 {
 
 /// Air and haze up to an optical depth of 100 together, seen from up to 3 km.
 fn random_scene(rng: &mut ChaCha8Rng) -> Scene {
-    let mut scene = Scene::preset(Preset::Standard);
+    // Gases of a measured profile absorb.
+    let mut scene = Scene::preset(Preset::Standard).in_closed_form();
     (scene.sun.spectrum, scene.render.fit) = (SunSpectrum::Flat, Fit::Transfer);
     scene.sun.elevation = rng.random_range(15.0..=90.0);
     scene.observer.altitude = rng.random_range(0.0..=3.0);

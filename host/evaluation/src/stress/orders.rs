@@ -136,7 +136,8 @@ fn reference(scene: &Scene, wavelength: f64, view: (f64, f64), enough: f64, seed
 /// to orbit.
 pub(super) fn random_scene(rng: &mut ChaCha8Rng) -> Scene {
     let preset = if rng.random() { Preset::Standard } else { Preset::Earth };
-    let mut scene = Scene::preset(preset);
+    // Paths through the levels of a profile take ten times as long.
+    let mut scene = Scene::preset(preset).in_closed_form();
     scene.sun.spectrum = SunSpectrum::Flat;
     scene.render.fit = Fit::Transfer;
     scene.sun.elevation = match rng.random_range(0..4) {

@@ -355,8 +355,12 @@ fn air(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     let atmosphere = &mut scene.atmosphere;
     if has_room && rng.random_bool(0.25) {
         atmosphere.profile = profile;
-        atmosphere.refraction = profile.is_measured() && is_on_earth && rng.random_bool(0.5);
+        atmosphere.refraction = profile.is_measured() && rng.random_bool(0.5);
     }
+    if !has_room {
+        atmosphere.profile = Profile::Exponential;
+    }
+    atmosphere.refraction &= atmosphere.profile.is_measured() && is_on_earth;
     if rng.random_bool(0.25) {
         atmosphere.aerosol.kind = kind;
     }

@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn spectra_through_the_bands_of_colour_alone_are_told() {
-        let mut scene = Scene::default();
+        let mut scene = Scene::default().in_closed_form();
         scene.sun.elevation = -2.0;
         let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
         let wavelengths: Vec<f64> = (0..=47).map(|i| 360.0 + 10.0 * f64::from(i)).collect();

@@ -58,9 +58,9 @@ mod tests {
     #[test]
     fn its_sum_over_the_observers_wavelengths_is_the_irradiance() {
         for sun in [40.0, 3.0, -3.0] {
-            let mut scene = Scene::default();
+            let mut scene = Scene::default().in_closed_form();
             scene.sun.elevation = sun;
-            // Of its own spectrum sums take means.
+            // Of its own spectrum sums take means, and of gases.
             scene.sun.spectrum = SunSpectrum::Flat;
             let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
             let (light, spectral) =

@@ -270,7 +270,7 @@ mod tests {
         let standard = |optical_depth, asymmetry| {
             explained(
                 |scene| {
-                    *scene = Scene::preset(Preset::Standard);
+                    *scene = Scene::preset(Preset::Standard).in_closed_form();
                     scene.atmosphere.aerosol.optical_depth = optical_depth;
                     scene.atmosphere.aerosol.asymmetry = asymmetry;
                     scene.atmosphere.aerosol.single_scattering_albedo = 1.0;
@@ -288,7 +288,7 @@ mod tests {
 
     #[test]
     fn the_bands_of_a_spectrum_are_told_and_what_rays_say_of_them() {
-        let mut scene = Scene::preset(Preset::Standard);
+        let mut scene = Scene::preset(Preset::Standard).in_closed_form();
         scene.sun.elevation = 40.0;
         let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
         let of = |wavelengths: &[f64]| {

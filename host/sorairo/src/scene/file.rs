@@ -1,6 +1,6 @@
 //! Scene files: from TOML to a scene, with the place of everything that is wrong.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -28,6 +28,8 @@ pub struct Draft {
     text: Arc<SourceText>,
     /// Where the value of each key stands in the text.
     spans: Spans,
+    /// The keys whose values were said, in the text or since.
+    said: BTreeSet<&'static str>,
 }
 
 /// A text and the name of its file.
@@ -73,7 +75,7 @@ fn first(problems: Vec<Error>) -> Error {
 impl Draft {
     /// The scene of a preset.
     pub fn of(preset: Preset) -> Self {
-        Self { scene: Scene::preset(preset), text: Arc::default(), spans: Spans::new() }
+        Self { scene: Scene::preset(preset), text: Arc::default(), spans: Spans::new(), said: BTreeSet::new() }
     }
 
     /// Reads a file; see [`Draft::parse`].
@@ -100,7 +102,7 @@ impl Draft {
         let text =
             SourceText { name: source.into(), text: input::without_mark(text).into(), folder: folder.to_owned() };
         let (scene, spans) = text.scene(preset)?;
-        Ok(Self { scene, text: text.into(), spans })
+        Ok(Self { scene, text: text.into(), said: spans.keys().copied().collect(), spans })
     }
 
     /// The same file over another preset, without what was set since.
@@ -110,7 +112,7 @@ impl Draft {
     /// Those of [`Draft::read`] for tables of the file, which are read again.
     pub fn with_preset(&self, preset: Preset) -> Result<Self> {
         let (scene, spans) = self.text.scene(Some(preset)).map_err(first)?;
-        Ok(Self { scene, text: Arc::clone(&self.text), spans })
+        Ok(Self { scene, text: Arc::clone(&self.text), said: spans.keys().copied().collect(), spans })
     }
 
     /// Every problem of a file by itself, without flags: none if it is a scene.
@@ -151,6 +153,8 @@ impl Draft {
             Error::Text(complaint) => wrong(in_plain_words(&complaint)),
             other => other,
         })?;
+        self.said.insert(key.name);
+        self.scene.imply(|key| self.said.contains(key));
         keys::change_tables(&mut self.scene, |table| table.name_from(&self.text.folder));
         Ok(())
     }
@@ -239,6 +243,7 @@ impl SourceText {
             return Err(problems.told());
         }
         scene.preset = preset;
+        scene.imply(|key| spans.contains_key(key));
         Ok((scene, spans))
     }
 

@@ -9,6 +9,8 @@ mod field;
 #[cfg(feature = "scene-files")]
 pub mod file;
 pub mod filmstrip;
+#[cfg(feature = "scene-files")]
+mod implied;
 pub mod keys;
 mod optics;
 pub mod place;

@@ -7,6 +7,8 @@ use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 use super::camera::CameraScene;
 use super::settings::{Orders, Render};
 use super::sky::{Aerosol, AtmosphereScene, Ground, Observer, Site, Sun};
+use crate::medium::aerosol::AerosolKind;
+use crate::medium::profile::Profile;
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, SunSpectrum};
 
 /// A complete description of one sky. Read from TOML; every key has a default, that of the preset.
@@ -56,7 +58,7 @@ pub struct Scene {
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum Preset {
-    /// The Earth's atmosphere as it is: air of the standard atmosphere, ozone, the aerosol of clean country, over grass.
+    /// The sky that is measured: US Standard Atmosphere with ozone, water and refraction, aerosol of clean country, over grass.
     #[default]
     Standard,
     /// The Earth's atmosphere with the constants of Bruneton and Neyret: air 7 to 14 % thicker, hardly any aerosol.
@@ -109,6 +111,17 @@ impl Scene {
         self.preset
     }
 
+    /// The same scene in air whose densities have a closed form and leave sunlight straight, with aerosol by its numbers, as thick as before at 550 nm.
+    #[must_use]
+    pub fn in_closed_form(mut self) -> Self {
+        let aerosol = &self.atmosphere.aerosol;
+        let at_550 = aerosol.optical_depth / self.optical_depth_from(1.0, 550.0);
+        self.atmosphere.aerosol.kind = AerosolKind::Plain;
+        self.atmosphere.aerosol.optical_depth = self.optical_depth_from(at_550, 550.0);
+        (self.atmosphere.profile, self.atmosphere.refraction) = (Profile::Exponential, false);
+        self
+    }
+
     /// The same scene in light of one order over black ground, as the paper has it.
     #[must_use]
     pub fn first_order(mut self) -> Self {
@@ -118,29 +131,41 @@ impl Scene {
     }
 }
 
-/// The Earth's atmosphere.
+/// The Earth's atmosphere as it is measured.
 ///
-/// * Air: optical depth of the standard atmosphere at sea level, 0.0971 at 550 nm, its dispersion and depolarisation (Bodhaine et al. 1999,
-///   DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2); a scale height of 8 km.
-/// * Ozone: 300 Dobson units.
+/// * Air: US Standard Atmosphere 1976; its optical depth at sea level, 0.0971 at 550 nm, its dispersion and depolarisation (Bodhaine et al. 1999,
+///   DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2). It bends sunlight.
+/// * Gases: 300 Dobson units of ozone, 1.4 cm of water, pairs of oxygen and nitrogen dioxide as that atmosphere has them.
 /// * Aerosol: OPAC's *continental clean* at a relative humidity of 80 %, that of the country far from cities (Hess, Koepke and Schult 1998,
-///   DOI 10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2): optical depth 0.064, single-scattering albedo 0.972 and asymmetry 0.709 at 550 nm;
-///   its Ångström exponent 1.3 lies between those that OPAC gives below and above 500 nm; a scale height of 2 km, the depth of its layer.
+///   DOI 10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2): optical depth 0.064 at 550 nm; a scale height of 2 km, the depth of its layer.
+/// * Sun: TSIS-1 HSRS (Coddington et al. 2021, DOI 10.1029/2020GL091709).
 /// * Ground: grass.
+///
+/// Beside them stand the numbers that describe the same air in closed form, with a scale height of 8 km, and the same aerosol plainly; they hold where
+/// a key says so.
 fn standard(scene: &mut Scene) {
-    let air = &mut scene.atmosphere.air;
-    air.spectrum = AirSpectrum::Bodhaine;
+    let atmosphere = &mut scene.atmosphere;
+    atmosphere.profile = Profile::UsStandard;
+    atmosphere.refraction = true;
+    atmosphere.air.spectrum = AirSpectrum::Bodhaine;
     // 0.00864052 at 1 µm.
-    air.scattering = 1.080_065e-3;
-    clean_country(&mut scene.atmosphere.aerosol);
+    atmosphere.air.scattering = 1.080_065e-3;
+    clean_country(&mut atmosphere.aerosol);
+    atmosphere.aerosol.kind = AerosolKind::ContinentalClean;
+    // 0.064 at 550 nm by the spectrum of this kind.
+    atmosphere.aerosol.optical_depth = 0.026133;
+    scene.sun.spectrum = SunSpectrum::Tsis1;
     scene.ground.albedo = GroundAlbedo::Grass;
 }
 
-/// OPAC's *continental clean* aerosol (Hess, Koepke and Schult 1998).
+/// Optical depth of the plain aerosol of clean country at 1 µm: 0.064 at 550 nm.
+pub(super) const CLEAN_COUNTRY: f64 = 0.0294;
+
+/// OPAC's *continental clean* aerosol in numbers (Hess, Koepke and Schult 1998): single-scattering albedo 0.972 and asymmetry 0.709 at 550 nm; the
+/// Ångström exponent 1.3 lies between those that OPAC gives below and above 500 nm.
 fn clean_country(aerosol: &mut Aerosol) {
     aerosol.angstrom_exponent = 1.3;
-    // 0.064 at 550 nm.
-    aerosol.optical_depth = 0.0294;
+    aerosol.optical_depth = CLEAN_COUNTRY;
     aerosol.scale_height = 2.0;
     aerosol.single_scattering_albedo = 0.972;
     aerosol.asymmetry = 0.709;
@@ -215,7 +240,8 @@ mod tests {
         for preset in [Preset::Standard, Preset::Earth] {
             let scene = Scene::preset(preset);
             assert_eq!(scene.atmosphere.ozone.column, 300.0);
-            assert_eq!(scene.sun.spectrum, SunSpectrum::AstmG173);
+            let sun = if preset == Preset::Earth { SunSpectrum::AstmG173 } else { SunSpectrum::Tsis1 };
+            assert_eq!(scene.sun.spectrum, sun);
             assert_eq!(scene.render.orders, Orders::All);
         }
         let paper = Scene::preset(Preset::Paper);

@@ -34,6 +34,9 @@ pub const TRANSFER_BANDS: [f64; 4] = [443.0, 510.0, 568.0, 632.0];
 /// Bands of the regression fit (nm), found alike: of light of all orders over black ground and grass.
 pub const REGRESSION_BANDS: [f64; 4] = [433.0, 525.0, 564.0, 632.0];
 
+/// The same in a measured profile, whose water and pairs of oxygen absorb: found over suns from -11° to 25°.
+pub const MEASURED_BANDS: [f64; 4] = [441.0, 545.0, 571.0, 616.0];
+
 /// The same of light that was scattered once.
 pub const FIRST_ORDER_BANDS: [f64; 4] = [444.0, 530.0, 585.0, 650.0];
 
@@ -44,6 +47,7 @@ pub fn wavelengths(scene: &Scene) -> Vec<f64> {
         (None, Fit::Cubic) => CUBIC_BANDS.to_vec(),
         (None, Fit::Transfer) => TRANSFER_BANDS.to_vec(),
         (None, Fit::Regression) if scene.render.orders == Orders::UpTo(1) => FIRST_ORDER_BANDS.to_vec(),
+        (None, Fit::Regression) if scene.atmosphere.profile.is_measured() => MEASURED_BANDS.to_vec(),
         (None, Fit::Regression) => REGRESSION_BANDS.to_vec(),
         (None, Fit::Dense) => observer::wavelengths(),
     };

@@ -509,7 +509,8 @@ mod tests {
         let wavelengths = [400.0, 550.0, 700.0];
         for altitude in [0.0, 0.0017, 1.0, 12.0, 400.0, 30_000.0] {
             let at = |sun: f64| {
-                let mut scene = Scene::preset(Preset::Standard);
+                // Straight light, as the grid has it.
+                let mut scene = Scene::preset(Preset::Standard).in_closed_form();
                 (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
                 SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb)
             };

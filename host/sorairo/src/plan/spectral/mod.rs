@@ -349,9 +349,11 @@ mod tests {
         let groups = each.integral.bands.len();
         assert_eq!([of_colour.len(), of_spectrum.len()], [3 * groups, asked.len() * groups]);
         let of_colour = |plan: &SpectralPlan| {
-            let transfer = plan.integral.transfer(view);
             let [rows, _] = plan.rows(&sky);
             let groups = plan.integral.bands.len();
+            // Those of colour lie beside those that are asked for.
+            let all = RayIntegral { wavelengths: vec![0.0; 4 * groups], ..plan.integral.clone() };
+            let transfer = all.transfer(view);
             let channel = |channel: usize| -> f64 {
                 let weight = |band: usize| f64::from(rows[3 * (band / 4) + channel][band % 4]);
                 (0..groups * 4).map(|band| weight(band) * transfer.get(band).copied().unwrap_or(0.0)).sum()

@@ -99,7 +99,8 @@ def test_irradiance_is_the_integral_of_an_image(sun, tilt, azimuth):
 
 
 def test_the_suns_light_is_its_transmittance_times_the_cosine():
-    sky = sorairo.Sky(sun_elevation=30, sun_azimuth=120)
+    straight = {"atmosphere.profile": "exponential"}
+    sky = sorairo.Sky(sun_elevation=30, sun_azimuth=120, keys=straight)
     facing = sky.irradiance(WAVELENGTHS, surface_tilt=60, surface_azimuth=120)["direct"]
     level = sky.irradiance(WAVELENGTHS)["direct"]
     # The disc is half a degree wide.
@@ -107,7 +108,7 @@ def test_the_suns_light_is_its_transmittance_times_the_cosine():
     assert np.all(sky.irradiance(WAVELENGTHS, surface_tilt=90, surface_azimuth=300)["direct"] == 0)
     transmittance = sky.sun_transmittance(WAVELENGTHS)
     # Above the atmosphere nothing is in the way.
-    in_space = sorairo.Sky(sun_elevation=30, sun_azimuth=120, keys={"observer.altitude": 1000})
+    in_space = sorairo.Sky(sun_elevation=30, sun_azimuth=120, keys=straight | {"observer.altitude": 1000})
     # What single precision leaves of the nodes of the sum over the disc.
     assert np.allclose(in_space.sun_transmittance(WAVELENGTHS), 1, atol=5e-5)
     measured = sorairo.Sky(sun_elevation=40, keys={"atmosphere.profile": "us-standard", "atmosphere.water.column": 1.4})
@@ -119,8 +120,8 @@ def test_the_suns_light_is_its_transmittance_times_the_cosine():
 
 
 def test_totals_are_those_of_the_command(report):
-    said = report("--sun-elevation=12")
-    sky = sorairo.Sky(sun_elevation=12)
+    said = report("--preset=earth", "--sun-elevation=12")
+    sky = sorairo.Sky("earth", sun_elevation=12)
     fallen = {name: np.trapezoid(part, WAVELENGTHS) for name, part in sky.irradiance(WAVELENGTHS).items()}
     # Sums take the mean of the sun over each 5 nm, spectra what it is at the wavelength: the lines between are half a per cent.
     assert fallen["diffuse"] == pytest.approx(said["irradiance_w_m2"], rel=0.01)
@@ -134,8 +135,8 @@ def test_totals_are_those_of_the_command(report):
 
 
 def test_colour_science_sees_the_same_colours():
-    # Without the lines of a sun, over which colours take means, a sum of 5 nm is theirs too.
-    sky = sorairo.Sky(sun_elevation=8, sun_azimuth=90, keys={"sun.spectrum": "flat"})
+    # Without the lines of a sun and of gases, over which colours take means, a sum of 5 nm is theirs too.
+    sky = sorairo.Sky("earth", sun_elevation=8, sun_azimuth=90, keys={"sun.spectrum": "flat"})
     shape = colour.SpectralShape(380, 780, 5)
     functions = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
     for elevation, azimuth in [(60, 0), (10, 90), (5, 270)]:

@@ -80,7 +80,7 @@ def test_a_row_of_even_steps_may_end_a_rounding_beyond_its_end():
     assert found.sun_elevation[-1] == 90
     poles = [sorairo.Sky(place=(latitude, 0), time="2026-06-21T04:30Z") for latitude in (suns[-1], 90)]
     assert poles[0].sun_elevation == poles[1].sun_elevation
-    sky = sorairo.Sky(sun_elevation=30)
+    sky = sorairo.Sky("earth", sun_elevation=30)
     wavelengths = np.arange(360, 830.01, 0.1)
     assert wavelengths[-1] > 830
     assert np.array_equal(sky.radiance(suns[-1], 0, wavelengths[-2:]), sky.radiance(90, 0, [wavelengths[-2], 830]))

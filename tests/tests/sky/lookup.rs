@@ -144,6 +144,7 @@ fn a_climbing_camera_integrates_hardly_more_from_frame_to_frame() {
         println!("{altitude:.4} km: {now} integrals");
         // Where it leaves the atmosphere, at 100 km, the half of the lookup that sees none of it goes: half of all, at
         // once, which are a tenth of the time of a picture.
+        // In measured air 1.54 times as many at 2.2 km.
         assert!(now <= 1.6 * before && before <= 2.0 * now, "{altitude} km: {now} after {before}");
         before = now;
     }

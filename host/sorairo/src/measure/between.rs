@@ -6,18 +6,15 @@
 //! L(observer) = L(observer to P) + T(observer to P) · L(P)
 //! ```
 //!
-//! with the radiance `L(observer to P)` of light of all orders that the air before `P` scatters towards the observer. It is the integral of whole
-//! rays, which ends at `P`; see [`sorairo_shared::path::single`] and [`sorairo_shared::light_field`].
+//! with the radiance `L(observer to P)` of light of all orders that the air before `P` scatters towards the observer. It
+//! is the integral of whole rays, which ends at `P`; see [`sorairo_shared::path::single`] and [`sorairo_shared::light_field`].
 
 use serde::Serialize;
-use sorairo_shared::variant::ABOVE_TOP;
 
 use crate::error::{Error, Result};
 use crate::input::shown;
-use crate::measure::spectrum::{DENSE_STEPS, Direction, check_wavelengths};
+use crate::measure::spectrum::{Direction, check_wavelengths, integral_at};
 use crate::plan::integral::RayIntegral;
-use crate::plan::rays::quadrature::gauss_legendre;
-use crate::plan::upload::bands;
 use crate::plan::{SkyPlan, optics_of};
 
 /// How far behind the ground (as a part of its distance) a distance may lie that was meant to end on it.
@@ -30,7 +27,8 @@ pub struct BetweenSample {
     pub wavelength_nm: f64,
     /// The part of light from the far point that arrives: 1 over no distance.
     pub transmittance: f64,
-    /// Radiance of light of all orders that is scattered towards the observer on the way (W·m⁻²·sr⁻¹·nm⁻¹; relative with the flat sun, sr⁻¹).
+    /// Radiance of light of all orders that is scattered towards the observer on the way (W·m⁻²·sr⁻¹·nm⁻¹; sr⁻¹ with
+    /// the flat sun).
     pub radiance: f64,
 }
 
@@ -49,15 +47,7 @@ impl AirBetween {
     /// [`Error::NotAllowed`] for a wavelength at which the scene is not known.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Self> {
         check_wavelengths(sky, wavelengths)?;
-        let optics = optics_of(&sky.scene);
-        let integral = RayIntegral {
-            wavelengths: wavelengths.to_vec(),
-            bands: bands(&optics, wavelengths),
-            quadrature: gauss_legendre(DENSE_STEPS),
-            variant: sky.base.variant | ABOVE_TOP,
-            optics,
-            ..sky.base.clone()
-        };
+        let integral = integral_at(sky, &optics_of(&sky.scene), wavelengths);
         let irradiance = wavelengths.iter().map(|&wavelength| integral.optics.solar_irradiance(wavelength)).collect();
         Ok(Self { integral, irradiance, is_night: sky.is_night })
     }

@@ -265,6 +265,18 @@ pub(crate) fn check_within((shortest, longest): (f64, f64), wavelengths: &[f64])
     }
 }
 
+/// The integral of a sky at wavelengths (nm), with [`DENSE_STEPS`] samples.
+pub(crate) fn integral_at(sky: &SkyPlan, optics: &Optics, wavelengths: &[f64]) -> RayIntegral {
+    RayIntegral {
+        wavelengths: wavelengths.to_vec(),
+        optics: optics.clone(),
+        bands: bands(optics, wavelengths),
+        quadrature: gauss_legendre(DENSE_STEPS),
+        variant: sky.base.variant | ABOVE_TOP,
+        ..sky.base.clone()
+    }
+}
+
 /// The spectrum integrated at every one of its wavelengths with [`DENSE_STEPS`] samples: the reference of every fit.
 pub struct DenseSpectrum {
     integral: RayIntegral,
@@ -283,16 +295,8 @@ impl DenseSpectrum {
     }
 
     fn as_read(sky: &SkyPlan, optics: &Optics, wavelengths: &[f64]) -> Self {
-        let integral = RayIntegral {
-            wavelengths: wavelengths.to_vec(),
-            optics: optics.clone(),
-            bands: bands(optics, wavelengths),
-            quadrature: gauss_legendre(DENSE_STEPS),
-            variant: sky.base.variant | ABOVE_TOP,
-            ..sky.base.clone()
-        };
         Self {
-            integral: integral.with_spectral_light(),
+            integral: integral_at(sky, optics, wavelengths).with_spectral_light(),
             irradiance: wavelengths.iter().map(|&wavelength| optics.solar_irradiance(wavelength)).collect(),
         }
     }

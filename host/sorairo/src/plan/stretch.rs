@@ -14,16 +14,15 @@ impl RayIntegral {
     pub fn ground_distance(&self, view: Vec3) -> Option<f64> {
         let ray = self.ray(view);
         let ground = ground_seen(self.medium(), ray, self.variant | variant::DESCENT);
-        // The distance counts from where a ray from above enters the atmosphere.
-        let radius = |altitude: f32| f64::from(self.uniform.atmosphere.ground_radius) + f64::from(altitude);
-        let (from, mu) = (radius(ray.altitude), f64::from(view.z));
+        // Its own distance counts from where a ray from above enters the atmosphere.
+        let radius = f64::from(self.uniform.atmosphere.ground_radius);
+        let (from, mu) = (radius + f64::from(ray.altitude), f64::from(view.z));
         let nearest = from * from * (1.0 - mu * mu);
-        let to = |altitude: f32| -from * mu - (radius(altitude).powi(2) - nearest).max(0.0).sqrt();
-        ground.is_seen.then(|| to(0.0).max(0.0))
+        ground.is_seen.then(|| (-from * mu - (radius * radius - nearest).max(0.0).sqrt()).max(0.0))
     }
 
-    /// The part of light that the air up to a distance (km) lets through at each band. The forward peak of aerosol counts as let through, as
-    /// it does along whole rays.
+    /// The part of light that the air up to a distance (km) lets through at each band. The forward peak of aerosol counts
+    /// as let through, as it does along whole rays.
     pub fn transmittance_until(&self, view: Vec3, distance: f64) -> Vec<f64> {
         let ray = (self.ray(view), distance as f32);
         let along = column_densities_until(self.medium(), &self.placed_for(), ray, self.variant | variant::DESCENT);

@@ -111,7 +111,8 @@ impl Scene {
         self.preset
     }
 
-    /// The same scene in air whose densities have a closed form and leave sunlight straight, with aerosol by its numbers, as thick as before at 550 nm.
+    /// The same scene in air whose densities have a closed form and leave sunlight straight, with aerosol by its numbers,
+    /// as thick as before at 550 nm.
     #[must_use]
     pub fn in_closed_form(mut self) -> Self {
         let aerosol = &self.atmosphere.aerosol;
@@ -133,16 +134,16 @@ impl Scene {
 
 /// The Earth's atmosphere as it is measured.
 ///
-/// * Air: US Standard Atmosphere 1976; its optical depth at sea level, 0.0971 at 550 nm, its dispersion and depolarisation (Bodhaine et al. 1999,
-///   DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2). It bends sunlight.
+/// * Air: US Standard Atmosphere 1976; its optical depth at sea level, 0.0971 at 550 nm, its dispersion and
+///   depolarisation (Bodhaine et al. 1999, DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2). It bends sunlight.
 /// * Gases: 300 Dobson units of ozone, 1.4 cm of water, pairs of oxygen and nitrogen dioxide as that atmosphere has them.
 /// * Aerosol: OPAC's *continental clean* at a relative humidity of 80 %, that of the country far from cities (Hess, Koepke and Schult 1998,
 ///   DOI 10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2): optical depth 0.064 at 550 nm; a scale height of 2 km, the depth of its layer.
 /// * Sun: TSIS-1 HSRS (Coddington et al. 2021, DOI 10.1029/2020GL091709).
 /// * Ground: grass.
 ///
-/// Beside them stand the numbers that describe the same air in closed form, with a scale height of 8 km, and the same aerosol plainly; they hold where
-/// a key says so.
+/// Beside them stand the numbers that describe the same air in closed form, with a scale height of 8 km, and the same
+/// aerosol plainly. They hold where a key says so.
 fn standard(scene: &mut Scene) {
     let atmosphere = &mut scene.atmosphere;
     atmosphere.profile = Profile::UsStandard;
@@ -161,8 +162,8 @@ fn standard(scene: &mut Scene) {
 /// Optical depth of the plain aerosol of clean country at 1 µm: 0.064 at 550 nm.
 pub(super) const CLEAN_COUNTRY: f64 = 0.0294;
 
-/// OPAC's *continental clean* aerosol in numbers (Hess, Koepke and Schult 1998): single-scattering albedo 0.972 and asymmetry 0.709 at 550 nm; the
-/// Ångström exponent 1.3 lies between those that OPAC gives below and above 500 nm.
+/// OPAC's *continental clean* aerosol in numbers (Hess, Koepke and Schult 1998): single-scattering albedo 0.972 and
+/// asymmetry 0.709 at 550 nm; the Ångström exponent 1.3 lies between those that OPAC gives below and above 500 nm.
 fn clean_country(aerosol: &mut Aerosol) {
     aerosol.angstrom_exponent = 1.3;
     aerosol.optical_depth = CLEAN_COUNTRY;

@@ -1,15 +1,18 @@
 //! From Python's values to a scene.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use pyo3::prelude::*;
+use serde::Serialize;
 use serde::de::value::{BoolDeserializer, F64Deserializer, I64Deserializer, SeqDeserializer, StrDeserializer};
 use sorairo::scene::file::{Draft, key};
 use sorairo::scene::{Preset, ValidScene};
 use sorairo::{Error, Result};
 
 /// A value of a key.
-#[derive(Clone, Debug, FromPyObject)]
+#[derive(Clone, Debug, FromPyObject, Serialize)]
+#[serde(untagged)]
 pub enum Value {
     /// True or false, which Python takes for a number too.
     Truth(bool),
@@ -21,6 +24,8 @@ pub enum Value {
     Text(String),
     /// Wavelengths.
     Numbers(Vec<f64>),
+    /// Modes of aerosol.
+    Tables(Vec<BTreeMap<String, Value>>),
 }
 
 /// Keys by their dotted names.
@@ -68,6 +73,10 @@ fn lay_over(draft: &mut Draft, name: &str, value: &Value) -> Result<()> {
         Value::Number(number) => draft.set(key, F64Deserializer::<Wrong>::new(*number)),
         Value::Text(text) => draft.set(key, StrDeserializer::<Wrong>::new(text)),
         Value::Numbers(numbers) => draft.set(key, SeqDeserializer::<_, Wrong>::new(numbers.iter().copied())),
+        Value::Tables(_) => {
+            let tables = toml::Value::try_from(value).map_err(|error| Error::Text(error.to_string()))?;
+            draft.set(key, tables)
+        }
     };
     set.map_err(|error| match error {
         Error::Text(complaint) => Error::Text(format!("{name}: {complaint}")),

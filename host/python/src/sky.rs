@@ -8,7 +8,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use sorairo::low_level::spectrum::Direction;
 use sorairo::scene::file::text;
-use sorairo::scene::keys::tables;
+use sorairo::scene::keys::files;
 use sorairo::scene::{CameraScene, Scene, Size, ValidScene};
 use sorairo::{
     AirBetween, AlphaOpic, Error, Irradiance, LightFields, Method, PixelFormat, Plan, Result, SkyPlan, Spectra,
@@ -51,7 +51,7 @@ impl NativeSky {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Pickled<'py>> {
         let scene = &slf.get().sky.scene;
-        let checksums = tables(scene).map(|(_, table)| table.checksum()).collect();
+        let checksums = files(scene).map(|(.., checksum)| checksum).collect();
         Ok((slf.py().import("sorairo._sorairo")?.getattr("sky_again")?, (text(scene), checksums)))
     }
 
@@ -216,14 +216,11 @@ impl NativeSky {
 pub fn sky_again(py: Python<'_>, text: String, checksums: Vec<u32>) -> PyResult<NativeSky> {
     work(py, move |_| {
         let scene = Scene::parse(&text, "the scene of a pickled sky", None)?.validated()?;
-        match tables(&scene)
-            .map(|(_, table)| table)
-            .zip(checksums)
-            .find(|(table, checksum)| table.checksum() != *checksum)
-        {
+        let changed = files(&scene).zip(checksums).find(|((.., now), before)| now != before);
+        match changed {
             None => Ok(NativeSky::of(&scene)),
-            Some((table, _)) => {
-                let complaint = format!("cannot be read again: {} has changed since", table.path().display());
+            Some(((_, file, _), _)) => {
+                let complaint = format!("cannot be read again: {} has changed since", file.path().display());
                 Err(Error::not_allowed("the scene of a pickled sky", complaint))
             }
         }

@@ -745,7 +745,7 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
 }
 
 /// A value of each key, as a scene file says it, and what stands beside it there.
-const VALUES: [(&str, &str, &str); 62] = [
+const VALUES: [(&str, &str, &str); 63] = [
     ("preset", "'mars'", ""),
     ("sun.elevation", "3.5", ""),
     ("sun.apparent", "true", "atmosphere.profile = 'us-standard'\natmosphere.refraction = true\n"),
@@ -772,6 +772,7 @@ const VALUES: [(&str, &str, &str); 62] = [
     ("atmosphere.aerosol.single_scattering_albedo", "0.8", ""),
     ("atmosphere.aerosol.single_scattering_albedo_spectrum", "'mars-dust'", ""),
     ("atmosphere.aerosol.asymmetry", "-0.5", ""),
+    ("atmosphere.aerosol.modes", "[{ kind = 'desert', optical_depth = 0.2 }]", ""),
     ("atmosphere.ozone.column", "500", ""),
     ("atmosphere.ozone.bottom", "12", ""),
     ("atmosphere.ozone.peak", "22", ""),
@@ -857,6 +858,8 @@ fn each_key_is_the_same_in_a_scene_by_its_flag_and_in_a_table() {
             "true" => &["true", "TRUE", "True"],
             "false" => &["false", "FALSE", "False"],
             "7" => &["7", "7.0"],
+            // A list of tables has no cell.
+            _ if name == "atmosphere.aerosol.modes" => &[],
             said => &[said],
         };
         for cell in cells {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use sorairo::low_level::medium::aerosol::Lane;
 use sorairo::low_level::medium::gases::{Absorption, Relative, water};
 use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::medium::tables::{Air, Tables};
@@ -28,10 +29,15 @@ fn number(cell: &str) -> f64 {
     cell.parse().unwrap()
 }
 
+/// Air of a profile that bends nothing.
+fn air(profile: Profile) -> Air {
+    let (columns, aerosol) = ([8.0, 15.0], Lane::exponential(1.2));
+    Air { profile, ground_radius: 6371.23, depth: 100.0, site: 0.0, columns, aerosol, refractivity: 0.0 }
+}
+
 /// The amounts along a straight ray from an altitude (km) at a zenith angle (degrees); without what LOWTRAN7 has not.
 fn amounts(profile: Profile, zenith: f64, altitude: f64, column: f64) -> [f64; 5] {
-    let columns = [8.0, 1.2, 15.0];
-    let air = Air { profile, ground_radius: 6371.23, depth: 100.0, site: 0.0, columns, refractivity: 0.0 };
+    let air = air(profile);
     let along = Tables::of(&air).beam(altitude, zenith.to_radians()).unwrap().gases;
     let [wet, dry, own, ..] = Relative { water: column / water(profile, 0.0).unwrap(), pressure: 1.0 }.of(along);
     [wet, dry, own, 0.0, 0.0]
@@ -100,15 +106,7 @@ fn against_the_standard(scene: &Scene) -> (f64, f64, f64) {
 #[test]
 fn pairs_of_oxygen_are_as_many_as_published_and_absorb_in_their_bands() {
     // 1.33e43 cm⁻⁵ over sea level: Wagner et al. 2009, https://doi.org/10.5194/amt-2-113-2009.
-    let columns = [8.0, 1.2, 15.0];
-    let air = Air {
-        profile: Profile::UsStandard,
-        ground_radius: 6371.0,
-        depth: 100.0,
-        site: 0.0,
-        columns,
-        refractivity: 0.0,
-    };
+    let air = air(Profile::UsStandard);
     let [.., pairs, nitrogen_dioxide] = Tables::of(&air).beam(0.0, 0.0).unwrap().gases;
     assert!((pairs * 1e46 / 1.33e43 - 1.0).abs() < 0.05, "{pairs}");
     // The stratosphere holds some 0.1 to 0.2 DU of nitrogen dioxide.

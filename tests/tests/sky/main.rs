@@ -8,6 +8,7 @@ mod gases;
 mod integral;
 mod light;
 mod lookup;
+mod modes;
 mod multiple;
 mod profile;
 mod radiance;

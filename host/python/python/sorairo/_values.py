@@ -73,6 +73,8 @@ def value_of(name: str, value: Any) -> Any:
         value = os.fspath(value)
     if isinstance(value, str):
         return text(called(name), value)
+    if name == "atmosphere.aerosol" and isinstance(value, Sequence) and all(isinstance(mode, Mapping) for mode in value):
+        return [{text(name, key): value_of(f"{name}.{key}", part) for key, part in mode.items()} for mode in value]
     if isinstance(value, Sequence) and not isinstance(value, BYTES):
         return doubles(called(name), value, 1).tolist()
     raise ValueError(f"{called(name)} is {shown(value)}; a number, a text, true or false or a list of numbers is wanted")

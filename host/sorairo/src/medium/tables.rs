@@ -13,11 +13,12 @@ use sorairo_shared::medium::tables::{
     ALTITUDES, AXIS_SPREAD, EDGE, ENTRIES, GASES, SEEN, SUN, SUN_GASES, SUNS, VIEW, VIEW_GASES, VIEWS,
 };
 
+use super::aerosol::Lane;
 use super::gases::{CLASSES, Gases};
 use super::profile::{Density, Levels, Profile};
 
 /// What the tables of an air depend on.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Air {
     /// The profile of air and ozone; one that is measured.
     pub profile: Profile,
@@ -27,9 +28,10 @@ pub struct Air {
     pub depth: f64,
     /// Altitude of the ground in the profile (km).
     pub site: f64,
-    /// Vertical column densities (km) of air over the sea, and of aerosol and ozone over the ground, to which the relative
-    /// densities are scaled; that of aerosol is its scale height.
-    pub columns: [f64; 3],
+    /// Vertical column densities (km) of air over the sea and of ozone over the ground, to which the relative densities are scaled.
+    pub columns: [f64; 2],
+    /// Where aerosol lies.
+    pub aerosol: Lane,
     /// `n - 1` at the sea; 0 for straight sunlight.
     pub refractivity: f64,
 }
@@ -83,7 +85,7 @@ impl Tables {
         let made = Arc::new(Self::new(air));
         let mut kept = lock();
         kept.truncate(KEPT - 1);
-        kept.insert(0, (*air, Arc::clone(&made)));
+        kept.insert(0, (air.clone(), Arc::clone(&made)));
         made
     }
 
@@ -129,7 +131,7 @@ impl Tables {
     }
 
     fn new(air: &Air) -> Self {
-        let layers = Layers::new(*air);
+        let layers = Layers::new(air.clone());
         let level = LevelRays::new(&layers);
         let rows: Vec<TableRow> =
             (0..ALTITUDES).into_par_iter().map(|i| level.of_altitude(&layers, layers.altitude(i))).collect();
@@ -228,7 +230,7 @@ struct Layers {
     air: Air,
     levels: Levels,
     gases: Gases,
-    /// What densities of the levels are multiplied with; those of aerosol are as they are.
+    /// What densities of the levels are multiplied with.
     scale: [f64; CONSTITUENTS],
     /// The density of air at the sea.
     ground: f64,
@@ -249,10 +251,13 @@ impl Layers {
         });
         let ground = levels.at(0.0).value[0];
         let layers = Self { air, levels, gases, scale: [1.0; CONSTITUENTS], ground, rule };
-        let [[_, _, of_ozone, of_pairs, of_water]] = layers.row(0.0).straight([1.0]);
-        let [[of_air, ..]] = layers.row(-air.site).straight([1.0]);
-        let [column, _, ozone] = air.columns;
-        Self { scale: [column / of_air, 1.0, ozone / of_ozone, 1.0 / of_pairs, 1.0 / of_water], ..layers }
+        let [[_, of_aerosol, of_ozone, of_pairs, of_water]] = layers.row(0.0).straight([1.0]);
+        let [[of_air, ..]] = layers.row(-layers.air.site).straight([1.0]);
+        let [column, ozone] = layers.air.columns;
+        let aerosol = &layers.air.aerosol;
+        // The edges of layers fall between the nodes of the quadrature.
+        let of_layers = if aerosol.is_exponential() { 1.0 } else { aerosol.scale_height / of_aerosol };
+        Self { scale: [column / of_air, of_layers, ozone / of_ozone, 1.0 / of_pairs, 1.0 / of_water], ..layers }
     }
 
     fn altitude(&self, i: usize) -> f64 {
@@ -272,7 +277,7 @@ impl Layers {
     fn relative(&self, density: Density, altitude: f64) -> [f64; CONSTITUENTS] {
         let [air, ozone] = density.value;
         let [pairs, water] = self.gases.pairs_and_water(altitude + self.air.site);
-        let values = [air, (-altitude / self.air.columns[1]).exp(), ozone, pairs, water];
+        let values = [air, self.air.aerosol.density(altitude), ozone, pairs, water];
         std::array::from_fn(|i| self.scale[i] * values[i])
     }
 
@@ -570,7 +575,8 @@ mod tests {
             ground_radius: 6371.0,
             depth: 100.0,
             site: 0.0,
-            columns: [8.0, 1.2, 15.0],
+            columns: [8.0, 15.0],
+            aerosol: Lane::exponential(1.2),
             refractivity: if refraction { refractivity(profile, 1.0) } else { 0.0 },
         }
     }
@@ -578,7 +584,7 @@ mod tests {
     /// Refraction (arc minutes) and air mass at which the sun is seen (degrees), and the air mass.
     fn seen(elevation: f64) -> (f64, f64) {
         let air = air(true);
-        let layers = Layers::new(air);
+        let layers = Layers::new(air.clone());
         let [crossed] = layers.row(0.0).outwards([elevation.to_radians().sin()]);
         (crossed.bending.to_degrees() * 60.0, crossed.along[0] / air.columns[0])
     }
@@ -615,7 +621,7 @@ mod tests {
         assert!(straight.entries[SUN..SEEN].iter().all(|entry| (entry.w - 1.0).abs() < 1e-5));
         // At the zenith and from the ground, columns are those that were asked for.
         for first in [VIEW, SUN] {
-            for (found, asked) in straight.entries[first].to_array().into_iter().zip(air(false).columns) {
+            for (found, asked) in straight.entries[first].to_array().into_iter().zip([8.0, 1.2, 15.0]) {
                 assert!((f64::from(found).exp() / asked - 1.0).abs() < 1e-5, "{found}, {asked}");
             }
         }

@@ -103,9 +103,9 @@ fn expected_brightness(scene: &ValidScene) -> f64 {
     let coefficients = optics.at(WAVELENGTH);
     let above = |scale_height: f64| scale_height * (-scene.observer.altitude / scale_height).exp();
     // Of what aerosol scatters, that which does not go on as the sun's light did: around the sun it brightens little of a sky.
-    let aside = 1.0 - scene.atmosphere.aerosol.asymmetry;
+    let aside = 1.0 - optics.aerosol.asymmetry();
     let depth = coefficients.air_scattering * above(optics.air_scale_height)
-        + aside * coefficients.aerosol_scattering * above(optics.aerosol_scale_height);
+        + aside * coefficients.aerosol_scattering * above(optics.aerosol.lane.scale_height);
     let sine = scene.sun.elevation.to_radians().sin();
     // The sine of a high sun, and on a round planet more than nothing of a low one.
     let level = 0.5 * (sine + sine.hypot(0.02));

@@ -189,7 +189,7 @@ impl RayIntegral {
         let of_first_order = self.variant & variant::INTEGRAL;
         Setting::new(
             self.medium(),
-            (self.placed_for(), self.optics.aerosol_kind),
+            (self.placed_for(), self.optics.aerosol.phase().map(Arc::as_ref)),
             of_first_order,
             f64::from(self.uniform.altitude),
             self.source.elevation.to_radians(),
@@ -266,17 +266,17 @@ fn of_spectrum(resolution: Resolution) -> Resolution {
 /// What a scene has that the integral must not skip: bits of [`variant::INTEGRAL`].
 pub fn needed(scene: &Scene, optics: &Optics) -> u32 {
     let a = &scene.atmosphere;
-    let has_tables = a.profile.is_measured();
+    let (has_tables, has_aerosol) = (a.profile.is_measured(), optics.aerosol.is_there());
     let from_above = scene.observer.altitude > 0.0;
     let low_sun = scene.sun.elevation <= farthest_air(scene).to_degrees();
     // By day no ray from the ground itself meets the shadow.
     let shadow = if from_above { low_sun } else { scene.sun.elevation <= 0.0 };
     let bit = |present: bool, bit: u32| if present { bit } else { 0 };
-    bit(a.aerosol.optical_depth > 0.0, variant::AEROSOL)
+    bit(has_aerosol, variant::AEROSOL)
         | bit(a.ozone.column > 0.0, variant::OZONE)
         | bit(!has_tables && optics.depth_above_top() > NEGLIGIBLE_DEPTH_ABOVE_TOP, variant::ABOVE_TOP)
         | bit(has_tables, variant::TABLES)
-        | bit(a.aerosol.optical_depth > 0.0 && a.aerosol.kind.known().is_some(), variant::PHASE_TABLE)
+        | bit(has_aerosol && optics.aerosol.phase().is_some(), variant::PHASE_TABLE)
         | bit(shadow, variant::SHADOW)
         | bit(from_above, variant::DESCENT)
         | bit(low_sun, variant::LOW_SUN)

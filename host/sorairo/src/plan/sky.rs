@@ -1,6 +1,6 @@
 //! The sky, planned: what depends on it alone, decided once and never changed. A camera only looks at it.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
@@ -12,6 +12,7 @@ use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
 use crate::error::Result;
+use crate::medium::aerosol::Mixture;
 use crate::plan::fit::regression::Training;
 use crate::plan::fit::{self, SpectralFit};
 use crate::plan::integral::{self, RayIntegral};
@@ -354,17 +355,16 @@ pub(crate) fn found_once<T>(cell: &OnceLock<T>, find: impl FnOnce() -> T) -> &T 
 
 /// A scene's optical properties as its orders of scattering take them.
 pub(crate) fn optics_of(scene: &Scene) -> Optics {
-    Optics { forward_peak: forward_peak(scene), ..scene.optics() }
+    let optics = scene.optics();
+    Optics { forward_peak: forward_peak(scene, &optics.aerosol), ..optics }
 }
 
 /// The forward peak of aerosol that light scattered more than once does not resolve; none where there is no such light.
-fn forward_peak(scene: &Scene) -> f64 {
-    let has_aerosol = scene.atmosphere.aerosol.optical_depth > 0.0;
-    if scene.render.orders == Orders::UpTo(1) || !has_aerosol {
+fn forward_peak(scene: &Scene, aerosol: &Mixture) -> f64 {
+    if scene.render.orders == Orders::UpTo(1) || !aerosol.is_there() {
         return 0.0;
     }
-    let aerosol = &scene.atmosphere.aerosol;
-    AerosolMoments::new(aerosol.asymmetry as f32, aerosol.kind).peak
+    AerosolMoments::new(aerosol.asymmetry() as f32, aerosol.phase().map(Arc::as_ref)).peak
 }
 
 /// What a scene has beside light that is scattered once: bits of [`variant::REST`].

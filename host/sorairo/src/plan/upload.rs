@@ -12,7 +12,7 @@ use sorairo_shared::medium::phase::PHASE_ENTRIES;
 use sorairo_shared::uniform::{NODE_ROWS, Uniform};
 use sorairo_shared::variant;
 
-use crate::medium::aerosol::{Kind, abscissa};
+use crate::medium::aerosol::{Mixture, abscissa};
 use crate::medium::tables::Tables;
 use crate::plan::picture::aces;
 use crate::plan::picture::colour_space::ColourSpace;
@@ -33,15 +33,16 @@ pub fn sky_uniform(
     space: &ColourSpace,
 ) -> Uniform {
     let [sun, bearing] = Source::sun(scene).for_kernels();
+    let aerosol = scene.atmosphere.aerosol.mixture(scene.atmosphere.profile);
     let band = |i: usize| observer::normalised(wavelengths[i.min(wavelengths.len() - 1)]) as f32;
     Uniform {
-        atmosphere: atmosphere(scene, tables),
+        atmosphere: atmosphere(scene, &aerosol, tables),
         sun,
         bearing,
         band_wavelengths: Vec4::from_array(std::array::from_fn(band)),
         rgb: space.for_kernels(),
         rgb_abscissae: rgb_abscissae(scene, space),
-        aerosol_phase: scene.atmosphere.aerosol.kind.known().map_or([Vec4::ZERO; PHASE_ENTRIES], Kind::entries),
+        aerosol_phase: aerosol.phase().map_or([Vec4::ZERO; PHASE_ENTRIES], |phase| phase.entries()),
         altitude: scene.observer.altitude as f32,
         exposure: 1.0,
         grade: Grade::NONE,
@@ -58,7 +59,7 @@ pub fn sky_uniform(
 /// abscissa.
 fn rgb_abscissae(scene: &Scene, space: &ColourSpace) -> Vec4 {
     let optics = scene.optics();
-    if optics.aerosol_kind.known().is_none() {
+    if optics.aerosol.phase().is_none() {
         return Vec4::ZERO;
     }
     let scattered = |nm: f64| optics.solar_irradiance(nm) * optics.at(nm).aerosol_scattering;
@@ -82,17 +83,17 @@ pub fn bands(optics: &Optics, wavelengths: &[f64]) -> Vec<Bands> {
     wavelengths.chunks(4).map(|group| optics.bands(four(group))).collect()
 }
 
-fn atmosphere(scene: &Scene, tables: Option<&Tables>) -> Atmosphere {
+fn atmosphere(scene: &Scene, mixture: &Mixture, tables: Option<&Tables>) -> Atmosphere {
     let [shadow_offset, shadow_slope, shadow_begin] = tables.map_or([0.0; 3], |tables| tables.shadow);
     let a = &scene.atmosphere;
     let depth = a.top_radius - a.ground_radius;
     let constituent = |scale_height: f64| Exponential::new(scale_height, a.ground_radius);
     Atmosphere {
         air: constituent(a.air.scale_height),
-        aerosol: constituent(a.aerosol.scale_height),
+        aerosol: constituent(mixture.lane.scale_height),
         ground_radius: a.ground_radius as f32,
         depth: depth as f32,
-        aerosol_asymmetry: a.aerosol.kind.known().map_or(a.aerosol.asymmetry, |kind| kind.asymmetry(550.0)) as f32,
+        aerosol_asymmetry: mixture.asymmetry() as f32,
         ozone_bottom: a.ozone.bottom as f32,
         ozone_peak: a.ozone.peak as f32,
         ozone_top: a.ozone.top as f32,

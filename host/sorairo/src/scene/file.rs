@@ -148,6 +148,9 @@ impl Draft {
         if key.name == "preset" {
             return Err(Error::not_allowed("preset", "is what a scene begins as, and cannot be set over it"));
         }
+        if key.name.starts_with(AEROSOL_KEYS) && key.name != MODES && !self.scene.atmosphere.aerosol.modes.is_empty() {
+            return Err(Error::not_allowed(key.name, "is a key of one aerosol, and the scene lists several"));
+        }
         self.spans.remove(key.name);
         key.set(&mut self.scene, value).map_err(|error| match error {
             Error::Text(complaint) => wrong(in_plain_words(&complaint)),
@@ -155,7 +158,7 @@ impl Draft {
         })?;
         self.said.insert(key.name);
         self.scene.imply(|key| self.said.contains(key));
-        keys::change_tables(&mut self.scene, |table| table.name_from(&self.text.folder));
+        keys::change_names(&mut self.scene, |file| file.name_from(&self.text.folder));
         Ok(())
     }
 
@@ -237,7 +240,7 @@ impl SourceText {
                 problems.add(value.span().start, wrong(in_plain_words(&error.to_string())));
             }
         }
-        keys::change_tables(&mut scene, |table| table.name_from(&self.folder));
+        keys::change_names(&mut scene, |file| file.name_from(&self.folder));
         refuse_two_suns(&given, &mut problems);
         if !problems.found.is_empty() {
             return Err(problems.told());
@@ -285,6 +288,9 @@ fn collect<'a>(table: &'a DeTable<'a>, prefix: &str, given: &mut Vec<Given<'a>>,
         let inside = format!("{name}.");
         let is_table = KEYS.iter().any(|key| key.name.starts_with(&inside));
         match (keys::find(&name), value.get_ref()) {
+            (None, DeValue::Array(_)) if inside == AEROSOL_KEYS => {
+                given.push((keys::find(MODES).expect("a key"), value));
+            }
             (Some(key), _) => given.push((key, value)),
             (None, DeValue::Table(table)) if is_table => collect(table, &inside, given, problems),
             (None, _) if is_table => {
@@ -295,12 +301,17 @@ fn collect<'a>(table: &'a DeTable<'a>, prefix: &str, given: &mut Vec<Given<'a>>,
     }
 }
 
+/// Where the keys of one aerosol stand, and that of several, which in a file is the array `[[atmosphere.aerosol]]`.
+const AEROSOL_KEYS: &str = "atmosphere.aerosol.";
+const MODES: &str = "atmosphere.aerosol.modes";
+
 /// The key of a name with its tables, as in `sun.elevation`.
 ///
 /// # Errors
 ///
 /// [`Error::UnknownKey`] if there is none.
 pub fn key(name: &str) -> Result<&'static Key> {
+    let name = if AEROSOL_KEYS.strip_suffix('.') == Some(name) { MODES } else { name };
     let tables = name.rfind('.').map_or("", |dot| &name[..=dot]);
     let prefix = if KEYS.iter().any(|key| key.name.starts_with(tables)) { tables } else { "" };
     keys::find(name).ok_or_else(|| unknown(prefix, name.strip_prefix(prefix).unwrap_or(name)))
@@ -345,15 +356,10 @@ fn named_preset(given: &[Given<'_>]) -> Preset {
 /// Lays one value over a scene, if it is of the right kind.
 fn lay_over(scene: &mut Scene, key: &Key, value: &Spanned<DeValue<'_>>, folder: &Path) -> Result<()> {
     let text = match (&key.allowed, value.get_ref()) {
-        (_, DeValue::String(name)) if key.takes_table() && is_table_file(name) => {
-            let path = std::path::absolute(folder.join(&**name));
-            let complaint = |error: io::Error| match error.kind() {
-                io::ErrorKind::Unsupported => {
-                    format!("{name}: a table is a file, and here are none; a word or a number would do")
-                }
-                _ => format!("{name}: {error}"),
-            };
-            path.map_err(|error| Error::Text(complaint(error)))?.to_string_lossy().into_owned()
+        (_, DeValue::String(name)) if key.takes_table() && is_table_file(name) => path_from(folder, name)?,
+        (_, DeValue::Array(modes)) if key.name == MODES => {
+            let rooted = modes.iter().map(|mode| with_paths(mode, folder)).collect::<Result<Vec<_>>>()?;
+            return key.set(scene, toml::Value::Array(rooted));
         }
         // A place or a time that is none is quoted as it stands, whatever TOML takes it for.
         (Allowed::Other(_), _) if ["sun.place", "sun.time"].contains(&key.name) => as_it_stands(value),
@@ -361,6 +367,32 @@ fn lay_over(scene: &mut Scene, key: &Key, value: &Spanned<DeValue<'_>>, folder: 
         _ => return key.set(scene, ValueDeserializer::from(value.clone())),
     };
     key.set(scene, StringDeserializer::<serde::de::value::Error>::new(text))
+}
+
+/// The path of a table of a person's own from the root, whose name stands in a file of a folder.
+fn path_from(folder: &Path, name: &str) -> Result<String> {
+    let complaint = |error: io::Error| match error.kind() {
+        io::ErrorKind::Unsupported => {
+            format!("{name}: a table is a file, and here are none; a word or a number would do")
+        }
+        _ => format!("{name}: {error}"),
+    };
+    let path = std::path::absolute(folder.join(name)).map_err(|error| Error::Text(complaint(error)))?;
+    Ok(path.to_string_lossy().into_owned())
+}
+
+/// A table whose names of files are paths from the root.
+fn with_paths(table: &Spanned<DeValue<'_>>, folder: &Path) -> Result<toml::Value> {
+    let read = toml::Value::deserialize(ValueDeserializer::from(table.clone()));
+    let mut value = read.map_err(|error| Error::Text(error.message().to_owned()))?;
+    for (_, text) in value.as_table_mut().into_iter().flatten() {
+        if let toml::Value::String(name) = text
+            && is_table_file(name)
+        {
+            *name = path_from(folder, name)?;
+        }
+    }
+    Ok(value)
 }
 
 /// A text, or a date of TOML as text; anything else as it stands in TOML.

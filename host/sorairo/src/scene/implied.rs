@@ -35,6 +35,9 @@ impl Scene {
         if !is_said("atmosphere.refraction") {
             atmosphere.refraction = preset.atmosphere.refraction && atmosphere.profile.is_measured() && is_on_earth;
         }
+        if is_said("atmosphere.aerosol.modes") {
+            return;
+        }
         if !is_said("atmosphere.aerosol.kind") {
             let described = has_said(&PLAIN).then_some(AerosolKind::Plain);
             atmosphere.aerosol.kind = described.unwrap_or(preset.atmosphere.aerosol.kind);

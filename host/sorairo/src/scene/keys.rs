@@ -7,6 +7,7 @@ use std::ops::RangeInclusive;
 use documented::DocumentedFields;
 use serde::Deserializer;
 
+use super::aerosol::AerosolMode;
 use super::camera::{Below, CameraScene, Projection, Reflectance, Size};
 use super::field::{Field, NumberField, Present, TableField, Way};
 use super::preset::{Preset, Scene};
@@ -23,6 +24,7 @@ use crate::medium::aerosol::AerosolKind;
 use crate::medium::profile::Profile;
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 use crate::spectra::measured::MEASURED_RANGE;
+use crate::spectra::named_file::NamedFile;
 use crate::spectra::observer::ColourObserver;
 use crate::spectra::table_file::TableFile;
 use crate::words::{Word, Words, words};
@@ -201,6 +203,9 @@ pub static KEYS: &[Key] = &[
         .or_table(way!(atmosphere.aerosol.single_scattering_albedo_spectrum))
         .rule(plausible::aerosol_albedo),
     number!(atmosphere.aerosol.asymmetry, "", At(-0.9), At(0.99)),
+    key!(atmosphere.aerosol.modes, Other(|| "a list of tables, each with the keys below".into()))
+        .otherwise(|| "the one aerosol of the other keys".into())
+        .rule(rules::modes_of_aerosol),
     // Behind a layer that is opaque itself, the samples of a ray would have to follow every edge of its tent.
     number!(atmosphere.ozone.column, "Dobson units", At(0.0), At(2e3)),
     number!(atmosphere.ozone.bottom, "km", At(0.0), DEPTH).matters(has_ozone),
@@ -488,20 +493,28 @@ pub fn find(name: &str) -> Option<&'static Key> {
     KEYS.iter().find(|key| key.name == name)
 }
 
-/// The tables of a person's own that a scene reads, each with its key. All that asks for tables takes this list.
+/// The spectra of a person's own that a scene reads, each with its key.
 pub fn tables(scene: &Scene) -> impl Iterator<Item = (&'static str, &TableFile)> {
     KEYS.iter().filter_map(|key| Some((key.name, key.table?.table(scene)?)))
 }
 
-/// Changes each of [`tables`].
+/// The files that a scene reads, each with its key and the CRC-32 of what it holds.
+pub fn files(scene: &Scene) -> impl Iterator<Item = (&'static str, &NamedFile, u32)> {
+    let tables = tables(scene).map(|(key, table)| (key, &table.file, table.checksum()));
+    let modes = scene.atmosphere.aerosol.modes.iter().flat_map(AerosolMode::files);
+    tables.chain(modes.map(|(file, checksum)| ("atmosphere.aerosol", file, checksum)))
+}
+
+/// Changes the name of each of [`files`].
 #[cfg_attr(
     not(feature = "scene-files"),
     allow(dead_code, reason = "scenes that come from files alone have names to change")
 )]
-pub(crate) fn change_tables(scene: &mut Scene, mut change: impl FnMut(&mut TableFile)) {
+pub(crate) fn change_names(scene: &mut Scene, mut change: impl FnMut(&mut NamedFile)) {
     for way in KEYS.iter().filter_map(|key| key.table) {
-        way.table_mut(scene).into_iter().for_each(&mut change);
+        way.table_mut(scene).into_iter().for_each(|table| change(&mut table.file));
     }
+    scene.atmosphere.aerosol.modes.iter_mut().flat_map(AerosolMode::names_mut).for_each(change);
 }
 
 /// What is wrong with a scene, key by key.
@@ -550,7 +563,8 @@ const OF_THE_TOP: [&str; 7] = [
 
 fn opaque_at_its_top(scene: &Scene) -> Result<()> {
     // Where one of them is out of its range, that is what is wrong.
-    if OF_THE_TOP.iter().any(|name| find(name).expect("a key").check_range(scene).is_err()) {
+    let is_wrong = |name: &str| find(name).expect("a key").check_range(scene).is_err();
+    if OF_THE_TOP.into_iter().any(is_wrong) || rules::modes_of_aerosol(scene).is_err() {
         return Ok(());
     }
     let depth = scene.optics().depth_above_top();

@@ -2,6 +2,7 @@
 //!
 //! Everything about a key but its name and its sentence (range, unit, what stands in for it) is in [`keys`].
 
+mod aerosol;
 mod camera;
 #[cfg(feature = "scene-files")]
 pub mod command;
@@ -25,6 +26,7 @@ mod valid;
 
 pub use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 pub use crate::spectra::observer::ColourObserver;
+pub use aerosol::{AerosolMode, AerosolProfile, ModeAlbedo, PhaseFunction};
 pub use camera::{Below, CameraScene, LONGEST_SIDE, Projection, Reflectance, Size, View};
 pub use preset::{Preset, Scene};
 pub use settings::{

@@ -29,12 +29,7 @@ impl Scene {
             air_scattering: a.air.scattering * self.relative_pressure(),
             air_spectrum: a.air.spectrum,
             air_scale_height: a.air.scale_height,
-            aerosol_extinction: a.aerosol.optical_depth / a.aerosol.scale_height,
-            aerosol_kind: a.aerosol.kind,
-            angstrom_exponent: a.aerosol.angstrom_exponent,
-            aerosol_scale_height: a.aerosol.scale_height,
-            single_scattering_albedo: a.aerosol.single_scattering_albedo,
-            albedo_spectrum: a.aerosol.single_scattering_albedo_spectrum.clone(),
+            aerosol: a.aerosol.mixture(a.profile),
             // Without ozone its layer may be anywhere, and as thin as nothing.
             ozone_peak_density: if a.ozone.column > 0.0 { a.ozone.column * DOBSON_UNIT / half_base } else { 0.0 },
             forward_peak: 0.0,
@@ -90,12 +85,14 @@ impl Scene {
     /// The tables of the air, where its profile has no closed form.
     pub fn tables(&self) -> Option<Arc<Tables>> {
         let a = &self.atmosphere;
+        let aerosol = a.aerosol.mixture(a.profile).lane;
         let air = Air {
             profile: a.profile,
             ground_radius: a.ground_radius,
             depth: a.top_radius - a.ground_radius,
             site: self.site.altitude,
-            columns: [a.air.scale_height, a.aerosol.scale_height, 0.5 * (a.ozone.top - a.ozone.bottom)],
+            columns: [a.air.scale_height, 0.5 * (a.ozone.top - a.ozone.bottom)],
+            aerosol,
             refractivity: if a.refraction { refractivity(a.profile, self.relative_pressure()) } else { 0.0 },
         };
         a.profile.is_measured().then(|| Tables::of(&air))

@@ -114,7 +114,12 @@ impl Scene {
     /// The same scene in air whose densities have a closed form and leave sunlight straight, with aerosol by its numbers,
     /// as thick as before at 550 nm.
     #[must_use]
+    ///
+    /// # Panics
+    ///
+    /// If it lists several aerosols.
     pub fn in_closed_form(mut self) -> Self {
+        assert!(self.atmosphere.aerosol.modes.is_empty(), "one aerosol has a closed form");
         let aerosol = &self.atmosphere.aerosol;
         let at_550 = aerosol.optical_depth / self.optical_depth_from(1.0, 550.0);
         self.atmosphere.aerosol.kind = AerosolKind::Plain;
@@ -164,7 +169,7 @@ pub(super) const CLEAN_COUNTRY: f64 = 0.0294;
 
 /// OPAC's *continental clean* aerosol in numbers (Hess, Koepke and Schult 1998): single-scattering albedo 0.972 and
 /// asymmetry 0.709 at 550 nm; the Ångström exponent 1.3 lies between those that OPAC gives below and above 500 nm.
-fn clean_country(aerosol: &mut Aerosol) {
+pub(super) fn clean_country(aerosol: &mut Aerosol) {
     aerosol.angstrom_exponent = 1.3;
     aerosol.optical_depth = CLEAN_COUNTRY;
     aerosol.scale_height = 2.0;

@@ -4,6 +4,9 @@ use std::fmt::Write;
 
 use strum::IntoEnumIterator;
 
+use documented::DocumentedFields;
+
+use super::aerosol::AerosolMode;
 use super::keys::{self, KEYS, Key};
 use super::preset::{Preset, Scene};
 use crate::words::{Word, word};
@@ -21,7 +24,21 @@ pub fn markdown(flag: fn(&str) -> Option<&'static str>) -> String {
         }
         page += &entry(key, flag(key.name));
     }
-    page + PRESETS + &presets() + TABLES
+    page + &modes() + PRESETS + &presets() + TABLES
+}
+
+const MODES: &str = "## `[[atmosphere.aerosol]]`
+
+Several aerosols stand as tables of this name, in place of the one of `[atmosphere.aerosol]`. The sky has the sum of their spectra and phase
+functions over the whole column, and a density that is theirs altitude by altitude: exact for aerosols that lie alike. Layers of
+their own need a measured `atmosphere.profile`.
+
+";
+
+fn modes() -> String {
+    let line = |(name, sentence): (&&str, &&str)| format!("* `{name}`: {sentence}\n");
+    let lines: String = AerosolMode::FIELD_NAMES.iter().zip(AerosolMode::FIELD_DOCS).map(line).collect();
+    format!("{MODES}{lines}\n")
 }
 
 const HEAD: &str = "# Scene files

@@ -189,6 +189,11 @@ pub(super) fn water_of_no_profile(scene: &Scene) -> Result<()> {
     Err(Error::not_allowed("atmosphere.water.column", complaint))
 }
 
+/// Modes of aerosol are each allowed, and lie as the air can take them.
+pub(super) fn modes_of_aerosol(scene: &Scene) -> Result<()> {
+    scene.atmosphere.aerosol.check_modes(scene.atmosphere.profile)
+}
+
 pub(super) fn place_elsewhere(scene: &Scene) -> Result<()> {
     if scene.sun.place.is_none() || scene.is_on_earth() {
         return Ok(());

@@ -3,6 +3,7 @@
 use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
 
+use super::aerosol::{self, AerosolMode};
 use super::place::{Place, Time};
 use crate::medium::aerosol::AerosolKind;
 use crate::medium::profile::Profile;
@@ -99,6 +100,7 @@ pub struct AtmosphereScene {
     /// Air.
     pub air: Air,
     /// Aerosol.
+    #[serde(with = "aerosol")]
     pub aerosol: Aerosol,
     /// Ozone.
     pub ozone: Ozone,
@@ -167,6 +169,9 @@ pub struct Aerosol {
     pub single_scattering_albedo_spectrum: AlbedoSpectrum,
     /// Asymmetry of the Cornette-Shanks phase function of aerosol.
     pub asymmetry: f64,
+    /// Several aerosols in place of the one of the other keys; in a file each is a table `[[atmosphere.aerosol]]`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub modes: Vec<AerosolMode>,
 }
 
 impl Default for Aerosol {
@@ -179,6 +184,7 @@ impl Default for Aerosol {
             single_scattering_albedo: 0.9,
             single_scattering_albedo_spectrum: AlbedoSpectrum::Grey,
             asymmetry: 0.8,
+            modes: Vec::new(),
         }
     }
 }

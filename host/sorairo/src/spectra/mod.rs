@@ -3,8 +3,10 @@
 pub mod alpha_opic;
 pub mod choice;
 pub mod colour_temperature;
+pub mod columns_file;
 pub mod mean;
 pub mod measured;
+pub mod named_file;
 pub mod observer;
 pub mod optics;
 pub mod range;

@@ -3,11 +3,11 @@
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::medium::bands::{self, Bands};
 
-use super::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OrTable, OzoneCrossSection, SunSpectrum};
+use super::choice::{AirSpectrum, GroundAlbedo, OrTable, OzoneCrossSection, SunSpectrum};
 use super::mean::Window;
 use super::observer;
 use super::table_file::TableFile;
-use crate::medium::aerosol::{AerosolKind, abscissa};
+use crate::medium::aerosol::{Mixture, abscissa};
 use crate::medium::gases::{Depths, SkyGases};
 
 const METRES_PER_KM: f64 = 1000.0;
@@ -25,18 +25,8 @@ pub struct Optics {
     pub air_spectrum: AirSpectrum,
     /// Scale height of air (km).
     pub air_scale_height: f64,
-    /// Extinction coefficient of aerosol at the ground and 1 µm (km⁻¹).
-    pub aerosol_extinction: f64,
-    /// Kind of the aerosol, whose spectra take the place of the exponent and of the albedos.
-    pub aerosol_kind: AerosolKind,
-    /// Ångström exponent of that extinction.
-    pub angstrom_exponent: f64,
-    /// Scale height of aerosol (km).
-    pub aerosol_scale_height: f64,
-    /// Single-scattering albedo of aerosol where it is the same at every wavelength.
-    pub single_scattering_albedo: f64,
-    /// Single-scattering albedo of aerosol by wavelength.
-    pub albedo_spectrum: AlbedoSpectrum,
+    /// Aerosol.
+    pub aerosol: Mixture,
     /// Molecules of ozone per m³ where it is densest.
     pub ozone_peak_density: f64,
     /// The part of the light scattered by aerosol that goes straight ahead, and counts as not scattered where bands are integrated.
@@ -82,18 +72,11 @@ impl Optics {
     /// Those of air, aerosol and ozone alone: a beam has gases of its own, line by line.
     pub fn without_gases(&self, wavelength: f64) -> Coefficients {
         let micrometres = wavelength / 1000.0;
-        let (relative, albedo) = match self.aerosol_kind.known() {
-            Some(kind) => (kind.extinction(wavelength, 1000.0), kind.single_scattering_albedo(wavelength)),
-            None => {
-                let albedo = self.albedo_spectrum.at(wavelength, self.single_scattering_albedo);
-                (micrometres.powf(-self.angstrom_exponent), albedo)
-            }
-        };
-        let aerosol_extinction = self.aerosol_extinction * relative;
+        let [aerosol_scattering, aerosol_extinction] = self.aerosol.coefficients(wavelength);
         let ozone = self.ozone_peak_density * self.cross_section.at(wavelength, self.ozone_temperature) * METRES_PER_KM;
         Coefficients {
             air_scattering: self.air_scattering * self.air_spectrum.relative(micrometres),
-            aerosol_scattering: albedo * aerosol_extinction,
+            aerosol_scattering,
             aerosol_extinction,
             ozone_absorption: ozone,
             pair_absorption: 0.0,
@@ -106,7 +89,7 @@ impl Optics {
     /// table in [`Optics`] as they are. See [`super::mean`].
     pub fn over(&self, window: Window) -> Self {
         Self {
-            albedo_spectrum: self.albedo_spectrum.over(window, &self.sun),
+            aerosol: self.aerosol.with_albedos(|albedo| albedo.over(window, &self.sun)),
             cross_section: self.cross_section.over(window, &self.sun),
             ground_albedo: self.ground_albedo.over(window, &self.sun),
             sun: self.sun.over(window),
@@ -117,8 +100,9 @@ impl Optics {
 
     /// Whether what scatters, absorbs and reflects has no such means beside its values.
     pub fn is_on_steps(&self) -> bool {
-        let files = [self.albedo_spectrum.file(), self.cross_section.file(), self.ground_albedo.file()];
-        self.gases.is_none() && files.into_iter().flatten().all(TableFile::is_on_steps)
+        let files = [self.cross_section.file(), self.ground_albedo.file()];
+        let albedos = self.aerosol.albedo_spectra().filter_map(OrTable::file);
+        self.gases.is_none() && files.into_iter().flatten().chain(albedos).all(TableFile::is_on_steps)
     }
 
     /// Solar irradiance at the top of the atmosphere (W·m⁻²·nm⁻¹; for the flat sun 1 at 1 au).
@@ -145,7 +129,7 @@ impl Optics {
             extinction * column_density * (-(radius - self.ground_radius) / scale_height).exp()
         };
         level(self.air_scale_height, coefficients.air_scattering)
-            + level(self.aerosol_scale_height, coefficients.aerosol_extinction)
+            + level(self.aerosol.lane.scale_height, coefficients.aerosol_extinction)
     }
 
     /// The coefficients at four wavelengths (nm), as the kernels take them: extinction by aerosol is without the forward peak, scattering whole. Light

@@ -5,6 +5,7 @@ use std::fmt::Write;
 
 use super::spectral::channel_name;
 use crate::scene::{self, Scene, keys};
+use crate::spectra::named_file::NamedFile;
 
 /// The program, as files name it.
 pub(crate) const SOFTWARE: &str = concat!("sorairo ", env!("CARGO_PKG_VERSION"));
@@ -23,14 +24,14 @@ pub(crate) const EXPOSURE: &str = "sorairoExposure";
 pub(crate) fn scene_text(scene: &Scene) -> String {
     // A scene that was rendered can be placed.
     let mut placed = scene.placed().unwrap_or_else(|_| scene.clone());
-    keys::change_tables(&mut placed, |table| *table = table.as_named());
+    keys::change_names(&mut placed, NamedFile::go_by_name);
     let mut text = scene::file::text(&placed);
     if let Some((place, time)) = scene.sun.place.zip(scene.sun.time) {
         let _ = writeln!(text, "# sun.place = \"{place}\"\n# sun.time = \"{time}\"");
     }
-    for (key, table) in keys::tables(scene) {
+    for (key, _, checksum) in keys::files(scene) {
         // A text takes whatever is written to it.
-        let _ = writeln!(text, "# CRC-32 of {key}: {:08x}", table.checksum());
+        let _ = writeln!(text, "# CRC-32 of {key}: {checksum:08x}");
     }
     text
 }

@@ -6,7 +6,7 @@ use sorairo_shared::medium::atmosphere::Medium;
 use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::variant;
 
-use crate::medium::aerosol::AerosolKind;
+use crate::medium::aerosol::Phase;
 use crate::plan::light_field::suns::{Centre, sun_nodes};
 use crate::plan::rays::directions::horizon;
 
@@ -49,17 +49,17 @@ pub struct AerosolMoments {
 }
 
 impl AerosolMoments {
-    /// For an asymmetry in (-1, 1), or for a kind that is known.
-    pub fn new(asymmetry: f32, kind: AerosolKind) -> Self {
+    /// For an asymmetry in (-1, 1), or for a phase function that is tabulated.
+    pub fn new(asymmetry: f32, phase: Option<&Phase>) -> Self {
         /// The degree up to which moments are kept where the phase function has a peak, and the asymmetry at which it begins to have one: what is left has as
         /// much in that degree as there.
         const DEGREE: usize = 20;
         const ASYMMETRY: f64 = 0.8;
         /// A peak of less of what aerosol scatters is none: its moments end below a hundredth all the same.
         const LEAST: f64 = 0.005;
-        let known = kind.known().map(|kind| kind.moments(HIGHEST_DEGREE).to_vec());
+        let known = phase.map(|phase| phase.moments(HIGHEST_DEGREE).to_vec());
         let whole = known.unwrap_or_else(|| cornette_shanks_moments(f64::from(asymmetry), HIGHEST_DEGREE));
-        if kind == AerosolKind::Plain && f64::from(asymmetry) <= ASYMMETRY {
+        if phase.is_none() && f64::from(asymmetry) <= ASYMMETRY {
             return Self { chi: whole, peak: 0.0 };
         }
         let left = cornette_shanks_moments(ASYMMETRY, DEGREE)[DEGREE];
@@ -73,13 +73,13 @@ impl<'a> Setting<'a> {
     /// [`variant`]), an observer's altitude (km) and the sun's elevation (radians).
     pub fn new(
         medium: Medium<'a>,
-        (placed_for, kind): (Bands, AerosolKind),
+        (placed_for, phase): (Bands, Option<&Phase>),
         integral: u32,
         altitude: f64,
         sun_elevation: f64,
     ) -> Self {
         let atmosphere = medium.atmosphere;
-        let AerosolMoments { chi, peak } = AerosolMoments::new(atmosphere.aerosol_asymmetry, kind);
+        let AerosolMoments { chi, peak } = AerosolMoments::new(atmosphere.aerosol_asymmetry, phase);
         let (aerosol, forward_peak) = if integral & variant::AEROSOL == 0 {
             (Vec::new(), 0.0)
         } else {

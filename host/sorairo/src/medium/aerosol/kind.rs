@@ -2,26 +2,17 @@
 //!
 //! The kinds are mixtures of OPAC (Hess, Koepke and Schult 1998, DOI 10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2)
 //! at a relative humidity of 80 %, and a stratospheric one of sulphate; their optics are Mie's. Between rows the
-//! logarithms of the extinction and of the phase function are straight over that of the wavelength and over the angle.
-//! Over the wavelength the logarithm of the phase function is a parabola in `x = ln(λ / 550 nm)`, through the rows at
-//! 350 to 900 nm:
-//!
-//! ```text
-//! ln P(θ, λ) = a(θ) + b(θ) x + c(θ) x²
-//! ```
-//!
-//! From 375 to 800 nm it is within 0.6 % rms of Mie's at every wavelength, for dust within 1.2 % (largest 4 and 6 %, at
-//! angles above 160°).
+//! logarithms of the extinction and of the phase function are straight over that of the wavelength and over the angle; see [`Phase`].
 
 use std::collections::HashMap;
-use std::f64::consts::PI;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
-use sorairo_shared::glam::{DMat3, DVec3, Vec4};
-use sorairo_shared::medium::phase::PHASE_ENTRIES;
+use sorairo_shared::glam::DVec3;
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
+use super::layers::{self, Layer};
+use super::phase::{Phase, between};
 use crate::rows::{Row, rows};
 use crate::words::word;
 
@@ -74,23 +65,38 @@ pub enum AerosolKind {
 /// Wavelengths (nm) of the rows of phase functions.
 const OF_PHASE: [f64; 5] = [350.0, 450.0, 550.0, 700.0, 900.0];
 
-/// The abscissa of a wavelength (nm) in a phase function.
-pub fn abscissa(wavelength: f64) -> f64 {
-    (wavelength / 550.0).ln()
-}
-
 /// The optics of a kind.
 #[derive(Debug, Default)]
 pub struct Kind {
     /// Logarithms of wavelengths, and extinction (logarithm), single-scattering albedo and asymmetry there.
     optics: Vec<(f64, DVec3)>,
-    /// Scattering angles (radians), and `a`, `b` and `c` there.
-    phase: Vec<(f64, DVec3)>,
-    /// Legendre moments at 550 nm, once they were asked for.
-    moments: OnceLock<Vec<f64>>,
+    phase: Arc<Phase>,
 }
 
 impl AerosolKind {
+    /// The vertical optical depth at 550 nm that the kind usually has, and where it lies; none of one that its numbers describe.
+    ///
+    /// Those of OPAC (Hess, Koepke and Schult 1998): a mixing layer under a free troposphere. The depths hold the stratosphere's 0.005, which is a
+    /// kind by itself.
+    pub fn usual(self) -> Option<(f64, Layer)> {
+        // Extinction (km⁻¹) at the ground and 550 nm; top and scale height (km) of the mixing layer.
+        let (depth, extinction, top, scale_height) = match self {
+            Self::Plain => return None,
+            Self::Stratospheric => return Some((0.005, layers::stratosphere())),
+            Self::ContinentalClean => (0.064, 0.026, 2.0, 8.0),
+            Self::ContinentalAverage => (0.151, 0.075, 2.0, 8.0),
+            Self::ContinentalPolluted => (0.327, 0.175, 2.0, 8.0),
+            Self::Urban => (0.643, 0.353, 2.0, 8.0),
+            Self::Desert => (0.286, 0.145, 6.0, 2.0),
+            Self::MaritimeClean => (0.096, 0.090, 2.0, 1.0),
+            Self::MaritimePolluted => (0.117, 0.115, 2.0, 1.0),
+            Self::MaritimeTropical => (0.056, 0.043, 2.0, 1.0),
+            Self::Arctic => (0.063, 0.023, 2.0, 99.0),
+            Self::Antarctic => (0.072, 0.011, 10.0, 8.0),
+        };
+        Some((depth, layers::mixing_layer(extinction, top, scale_height)))
+    }
+
     /// Its optics; none of one that its numbers describe.
     pub fn known(self) -> Option<&'static Kind> {
         static KINDS: OnceLock<HashMap<&str, Kind>> = OnceLock::new();
@@ -108,32 +114,14 @@ fn kinds() -> HashMap<&'static str, Kind> {
             add(kinds.entry(name).or_default(), &numbers);
         }
     };
-    each(include_str!("../../data/aerosol_optics.csv"), &|kind, row| {
+    each(include_str!("../../../data/aerosol_optics.csv"), &|kind, row| {
         kind.optics.push((row[0].ln(), DVec3::new(row[1].ln(), row[2], row[3])));
     });
-    each(include_str!("../../data/aerosol_phase_functions.csv"), &|kind, row| {
-        kind.phase.push((row[0].to_radians(), parabola(&row[1..])));
+    each(include_str!("../../../data/aerosol_phase_functions.csv"), &|kind, row| {
+        let phase = Arc::get_mut(&mut kind.phase).expect("nobody has it yet");
+        phase.push(&OF_PHASE, row[0].to_radians(), &row[1..]);
     });
     kinds
-}
-
-/// The parabola nearest to the logarithms of a phase function at the wavelengths of its rows.
-fn parabola(values: &[f64]) -> DVec3 {
-    let powers = |nm: f64| DVec3::new(1.0, abscissa(nm), abscissa(nm).powi(2));
-    let (mut normal, mut right) = (DMat3::ZERO, DVec3::ZERO);
-    for (&nm, value) in OF_PHASE.iter().zip(values) {
-        let p = powers(nm);
-        normal += DMat3::from_cols(p * p.x, p * p.y, p * p.z);
-        right += p * value.ln();
-    }
-    normal.inverse() * right
-}
-
-/// The value at a place between rows; that of the end beyond them.
-fn between(rows: &[(f64, DVec3)], at: f64) -> DVec3 {
-    let above = rows.partition_point(|&(place, _)| place <= at).clamp(1, rows.len() - 1);
-    let ((low, below), (high, above)) = (rows[above - 1], rows[above]);
-    below.lerp(above, ((at - low) / (high - low)).clamp(0.0, 1.0))
 }
 
 impl Kind {
@@ -156,53 +144,16 @@ impl Kind {
         self.optics(wavelength).z
     }
 
-    /// `a`, `b` and `c` at a scattering angle (radians).
-    fn coefficients(&self, angle: f64) -> DVec3 {
-        between(&self.phase, angle)
-    }
-
-    /// The phase function (sr⁻¹) at a scattering angle (radians) and a wavelength (nm).
-    pub fn phase(&self, angle: f64, wavelength: f64) -> f64 {
-        let (x, DVec3 { x: a, y: b, z: c }) = (abscissa(wavelength), self.coefficients(angle));
-        (a + (b + c * x) * x).exp() / (4.0 * PI)
-    }
-
-    /// Legendre moments of the phase function at 550 nm, up to a degree of at most 64.
-    pub fn moments(&self, degree: usize) -> &[f64] {
-        &self.moments.get_or_init(|| self.moments_up_to(64))[..=degree]
-    }
-
-    fn moments_up_to(&self, degree: usize) -> Vec<f64> {
-        // Angles crowd ahead, where a coarse mode has its peak of a few degrees.
-        const ANGLES: usize = 4000;
-        let mut moments = vec![0.0; degree + 1];
-        for i in 0..ANGLES {
-            let root = (i as f64 + 0.5) / ANGLES as f64;
-            let angle = PI * root * root;
-            let weight = self.phase(angle, 550.0) * angle.sin() * 2.0 * PI * root / ANGLES as f64;
-            let (mut before, mut value) = (0.0, 1.0);
-            for (l, moment) in moments.iter_mut().enumerate() {
-                *moment += 2.0 * PI * weight * value;
-                let l = l as f64;
-                (before, value) = (value, ((2.0 * l + 1.0) * angle.cos() * value - l * before) / (l + 1.0));
-            }
-        }
-        let whole = moments[0];
-        moments.into_iter().map(|moment| moment / whole).collect()
-    }
-
-    /// The phase function as the kernels take it; see [`sorairo_shared::medium::phase::tabulated_phase`].
-    pub fn entries(&self) -> [Vec4; PHASE_ENTRIES] {
-        std::array::from_fn(|i| {
-            let angle = PI * (i as f64 / (PHASE_ENTRIES - 1) as f64).powi(2);
-            let per_steradian = DVec3::new(-(4.0 * PI).ln(), 0.0, 0.0);
-            (self.coefficients(angle) + per_steradian).as_vec3().extend(0.0)
-        })
+    /// Its phase function.
+    pub fn phase(&self) -> &Arc<Phase> {
+        &self.phase
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use strum::IntoEnumIterator;
 
     use super::*;
@@ -239,7 +190,7 @@ mod tests {
     #[test]
     fn a_phase_function_has_the_asymmetry_of_its_kind() {
         for (name, kind) in known() {
-            let moments = kind.moments(2);
+            let moments = kind.phase().moments(2);
             // The parabola, and straight lines over steps of 2.5°.
             assert!((moments[1] - kind.asymmetry(550.0)).abs() < 4e-3, "{name}: {}", moments[1]);
         }
@@ -251,11 +202,22 @@ mod tests {
             for wavelength in [360.0, 550.0, 830.0] {
                 let n = 20_000;
                 let at = |i: u32| PI * ((f64::from(i) + 0.5) / f64::from(n)).powi(2);
-                let part = |i: u32| kind.phase(at(i), wavelength) * at(i).sin() * (f64::from(i) + 0.5) * 2.0;
+                let part = |i: u32| kind.phase().at(at(i), wavelength) * at(i).sin() * (f64::from(i) + 0.5) * 2.0;
                 let whole = (0..n).map(part).sum::<f64>() * PI / f64::from(n).powi(2) * 2.0 * PI;
                 // The steps of the rows beside a peak of dust.
                 assert!((whole - 1.0).abs() < 1e-2, "{name}, {wavelength} nm: {whole}");
             }
+        }
+    }
+
+    /// The depths that OPAC printed are those of its layers.
+    #[test]
+    fn the_usual_layers_hold_the_usual_depth() {
+        for kind in AerosolKind::iter().filter(|&kind| kind != AerosolKind::Stratospheric) {
+            let Some((depth, layer)) = kind.usual() else { continue };
+            let found = layer.column() + 0.005;
+            // Extinctions are printed with two digits; the edges of the layers are a fifth of a kilometre wide here.
+            assert!((found / depth - 1.0).abs() < 0.04, "{kind:?}: {found}, not {depth}");
         }
     }
 

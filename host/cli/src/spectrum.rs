@@ -47,7 +47,7 @@ pub fn run(arguments: &SpectrumArguments) -> Result<()> {
             SpectrumFormat::Json => json(&directions, are_many, &found, |found| found),
         }
     } else {
-        let found = spectra(&plan.sky, &directions, &arguments.wavelengths)?;
+        let found = spectra(&plan.sky, &directions, &arguments.wavelengths, arguments.resolution)?;
         match arguments.format {
             SpectrumFormat::Csv => {
                 let rows = found.iter().map(|spectrum| spectrum.iter().map(sample_row).collect());

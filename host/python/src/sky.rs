@@ -247,8 +247,8 @@ type Pickled<'py> = (Bound<'py, PyAny>, (String, Vec<u32>));
 
 /// Wavelengths, those at the ends of what is known of a sky where they are meant.
 pub fn known(sky: &SkyPlan, wavelengths: &[f64]) -> Vec<f64> {
-    let known = sky.scene.known_wavelengths();
-    wavelengths.iter().map(|&nm| meant(nm, known)).collect()
+    let (visible, all) = (sky.scene.known_wavelengths(), sky.scene.known_wavelengths_of_skies());
+    wavelengths.iter().map(|&nm| meant(meant(nm, visible), all)).collect()
 }
 
 /// Pixels row by row from the top: linear RGB, or the radiance at wavelengths.

@@ -87,7 +87,7 @@ WRONG_QUESTIONS = [
     (lambda sky: sky.radiance(100, 0, 550), "elevation is 100; it must lie between -90 and 90 degrees"),
     (lambda sky: sky.radiance([10, np.nan], 0, 550), "elevation is NaN"),
     (lambda sky: sky.radiance(10, np.inf, 550), "azimuth is inf; an azimuth is a finite number of degrees"),
-    (lambda sky: sky.radiance(10, 0, [550, 300]), "wavelengths holds 300; wavelengths must lie between 360 and 830 nm"),
+    (lambda sky: sky.radiance(10, 0, [550, 270]), "wavelengths holds 270; wavelengths must lie between 280 and 2500 nm"),
     (lambda sky: sky.between(10, 0, -1, 550), "distance is -1; it must be 0 km or more"),
     (lambda sky: sky.between(-10, 0, 1, 550), "distance is 1 km, and the ground is 0.000 km away there"),
     (lambda sky: sky.radiance(10, 0, []), "wavelengths is empty"),

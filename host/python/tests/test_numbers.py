@@ -214,3 +214,38 @@ def test_a_bluer_light_has_more_of_the_shorter_wavelengths():
     lux = sky.illuminance(90, 270)["diffuse"]
     ratio = {name: of.edi["diffuse"] / lux for name, of in sky.alpha_opic(90, 270).items()}
     assert ratio["s_cone_opic"] > ratio["melanopic"] > ratio["m_cone_opic"] > ratio["l_cone_opic"] and ratio["melanopic"] > 1.1
+
+
+def test_several_aerosols_are_those_of_a_scene_file(tmp_path):
+    table = tmp_path / "extinction.csv"
+    table.write_text("wavelength_nm,extinction\n440,0.5\n870,0.2\n")
+    modes = [
+        {"kind": "continental-average", "optical_depth": 0.1, "profile": 1.5},
+        {"optical_depth": np.float64(0.05), "reference_wavelength": 440, "extinction": table, "profile": [8, 12]},
+    ]
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        "[[atmosphere.aerosol]]\nkind = 'continental-average'\noptical_depth = 0.1\nprofile = 1.5\n"
+        "[[atmosphere.aerosol]]\noptical_depth = 0.05\nreference_wavelength = 440\nextinction = 'extinction.csv'\nprofile = [8, 12]\n"
+    )
+    given, read = sorairo.Sky(keys={"atmosphere.aerosol": modes}), sorairo.Sky(scene=scene)
+    assert given.radiance(20, 40, [450, 600]).tolist() == read.radiance(20, 40, [450, 600]).tolist()
+    assert given.radiance(20, 40, 450) != sorairo.Sky().radiance(20, 40, 450)
+    with pytest.raises(ValueError, match="unknown field `colour`"):
+        sorairo.Sky(keys={"atmosphere.aerosol": [{"colour": 1}]})
+    with pytest.raises(ValueError, match="the scene lists several"):
+        sorairo.Sky(scene=scene, keys={"atmosphere.aerosol.optical_depth": 0.1})
+
+
+def test_the_sky_is_known_through_lines_to_2500_nm(command):
+    at = [320, 550, 762.5, 1380, 2200]
+    view = ["--sun-elevation=20", "--view-elevation=30", "--view-azimuth=90", f"--wavelengths={','.join(map(str, at))}", "--format=json"]
+    said = json.loads(command("spectrum", *view))
+    sky = sorairo.Sky(sun_elevation=20)
+    assert list(sky.radiance(30, 90, at)) == [sample["radiance"] for sample in said]
+    fallen = sky.irradiance(np.arange(280.5, 2500))
+    light = json.loads(command("render", "--sun-elevation=20", "--size=8x4", "-osky.png", "--json"))
+    # The command computes half as many wavelengths.
+    assert fallen["global"].sum() == pytest.approx(light["ghi_w_m2"], rel=1e-3)
+    assert fallen["diffuse"].sum() == pytest.approx(light["dhi_w_m2"], rel=2e-3)
+    assert light["ghi_w_m2"] == pytest.approx(light["dhi_w_m2"] + light["dni_w_m2"] * np.sin(np.radians(20.04)), rel=1e-3)

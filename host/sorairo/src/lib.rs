@@ -57,6 +57,7 @@ pub use device::Device;
 pub use device::gpu::{EnvironmentTarget, ResidentRenderer, Target};
 pub use error::{Error, Result};
 pub use measure::between::{AirBetween, BetweenSample};
+pub use measure::broadband::Broadband;
 pub use measure::irradiance::{Harmonics, SkyLight};
 pub use measure::spectral_irradiance::SpectralIrradiance;
 pub use measure::spectrum::{Method, Sample, Spectra, spectrum, xyz};

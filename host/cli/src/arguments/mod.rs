@@ -224,7 +224,7 @@ pub struct SpectrumArguments {
     #[arg(long, conflicts_with = "luminance")]
     pub direct: bool,
     /// Means over so much about each wavelength, in place of values there (nm).
-    #[arg(long, value_name = "NM", requires = "direct", value_parser = number)]
+    #[arg(long, value_name = "NM", conflicts_with = "luminance", value_parser = number)]
     pub resolution: Option<f64>,
     /// Table (CSV) of directions in place of one: an elevation and an azimuth in each row (degrees).
     #[arg(long, value_name = "FILE", conflicts_with = "direct")]

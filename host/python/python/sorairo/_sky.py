@@ -81,7 +81,7 @@ class Sky:
         A scene file in TOML, over which all other parameters are laid.
     keys : dict, optional
         Any other keys of a scene by their dotted names, such as `{"atmosphere.aerosol.optical_depth": 0.2}`; `docs/scene-reference.md` has
-        all of them.
+        all of them. Several aerosols are a list of dicts: `{"atmosphere.aerosol": [{"kind": "urban"}, {"kind": "stratospheric"}]}`.
 
     Raises
     ------
@@ -145,7 +145,7 @@ class Sky:
             Directions (degrees; −90 to 90 above the horizon, −360 to 360 clockwise from north), broadcast against each other. Below the
             horizon is the ground.
         wavelengths : array_like
-            At most one axis (nm, 360 to 830).
+            At most one axis (nm, 360 to 830; in measured air 280 to 2500).
         method : {"fit", "dense"}
             By the fit through the bands, as images are made; or by an integral at each wavelength, which is exact and takes longer.
 
@@ -178,7 +178,7 @@ class Sky:
             Directions (degrees, as those of `radiance`) and distances from the observer (km; inf for all of the air), broadcast against each
             other. A distance behind the ground is refused.
         wavelengths : array_like
-            At most one axis (nm, 360 to 830).
+            At most one axis (nm, 360 to 830; in measured air 280 to 2500).
 
         Returns
         -------
@@ -262,7 +262,7 @@ class Sky:
         Parameters
         ----------
         wavelengths : array_like
-            At most one axis (nm, 360 to 830).
+            At most one axis (nm, 360 to 830; in measured air 280 to 2500).
         surface_tilt : array_like
             Angle between a surface's normal and the zenith (degrees, 0 to 180): 0 is level and faces up, 90 is a wall.
         surface_azimuth : array_like

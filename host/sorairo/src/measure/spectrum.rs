@@ -14,6 +14,7 @@ use crate::azimuth::within_a_turn;
 use crate::error::{Error, Result, check_range};
 use crate::plan::integral::RayIntegral;
 use crate::plan::rays::quadrature::gauss_legendre;
+use crate::plan::shortwave::{self, Lines, Shortwave};
 use crate::plan::upload::{self, bands};
 use crate::plan::{Plan, SkyPlan, SpectralPlan, direction, optics_of};
 use crate::scene::ValidScene;
@@ -23,6 +24,9 @@ use crate::spectra::{colour_temperature, observer};
 /// Samples per piece for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
 /// the convergence.
 pub const DENSE_STEPS: u32 = 512;
+
+/// The finest and the coarsest resolution of means (nm).
+pub(crate) const RESOLUTIONS: (f64, f64) = (0.1, 200.0);
 
 /// Radiance at one wavelength.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -117,19 +121,35 @@ pub fn appearances(sky: &SkyPlan, directions: &[Direction]) -> Result<Vec<Appear
 ///
 /// Those of [`spectra`].
 pub fn spectrum(sky: &SkyPlan, elevation: f64, azimuth: f64, wavelengths: &[f64]) -> Result<Vec<Sample>> {
-    spectra(sky, &[Direction { elevation, azimuth }], wavelengths).map(|mut spectra| spectra.remove(0))
+    spectra(sky, &[Direction { elevation, azimuth }], wavelengths, None).map(|mut spectra| spectra.remove(0))
 }
 
-/// The spectra in directions at wavelengths in nm.
+/// The spectra in directions at wavelengths in nm, or in means over a resolution (nm) about each. Beyond visible light and in means both values of a
+/// sample are the one that lines of gases leave.
 ///
 /// # Errors
 ///
-/// [`Error::OutOfRange`] for a direction, [`Error::NotAllowed`] for a wavelength out of range.
-pub fn spectra(sky: &SkyPlan, directions: &[Direction], wavelengths: &[f64]) -> Result<Vec<Vec<Sample>>> {
+/// [`Error::OutOfRange`] for a direction or a resolution, [`Error::NotAllowed`] for a wavelength out of range.
+pub fn spectra(
+    sky: &SkyPlan,
+    directions: &[Direction],
+    wavelengths: &[f64],
+    resolution: Option<f64>,
+) -> Result<Vec<Vec<Sample>>> {
     let views: Vec<Vec3> = directions.iter().map(Direction::vector).collect::<Result<_>>()?;
+    if let Some(width) = resolution {
+        check_range("resolution", width, RESOLUTIONS, "nm")?;
+    }
+    let sample = |((&wavelength_nm, radiance), dense): ((&f64, f64), f64)| Sample { wavelength_nm, radiance, dense };
+    if let Some(beyond) = Spectra::beyond_visible_light(sky, wavelengths, resolution)? {
+        let samples = |&view: &Vec3| {
+            let radiance = beyond.radiance(view);
+            wavelengths.iter().zip(radiance.clone()).zip(radiance).map(sample).collect()
+        };
+        return Ok(views.par_iter().map(samples).collect());
+    }
     let of = |method| Spectra::new(sky, wavelengths, method);
     let (fitted, dense) = (of(Method::Fit)?, of(Method::Dense)?);
-    let sample = |((&wavelength_nm, radiance), dense): ((&f64, f64), f64)| Sample { wavelength_nm, radiance, dense };
     let samples =
         |&view: &Vec3| wavelengths.iter().zip(fitted.radiance(view)).zip(dense.radiance(view)).map(sample).collect();
     Ok(views.par_iter().map(samples).collect())
@@ -145,7 +165,7 @@ pub enum Method {
     /// From the bands by the fit.
     #[default]
     Fit,
-    /// By an integral at this very wavelength.
+    /// By an integral at this very wavelength, through the lines of gases.
     Dense,
 }
 
@@ -157,7 +177,10 @@ pub struct Spectra {
 /// What gives the radiance.
 enum By {
     Fit(Arc<SpectralPlan>),
-    Dense(Box<DenseSpectrum>),
+    /// What lines leave of the light of each wavelength; none in air without gases.
+    Dense(Box<DenseSpectrum>, Option<Box<Lines>>),
+    /// Beyond visible light, through the lines of gases; none of a night.
+    Shortwave(Option<Box<Shortwave>>, usize),
 }
 
 impl Spectra {
@@ -167,12 +190,50 @@ impl Spectra {
     ///
     /// [`Error::NotAllowed`] for a wavelength at which the scene is not known.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64], method: Method) -> Result<Self> {
-        check_wavelengths(sky, wavelengths)?;
+        if let Some(beyond) = Self::beyond_visible_light(sky, wavelengths, None)? {
+            return Ok(beyond);
+        }
         let by = match method {
             Method::Fit => By::Fit(Arc::new(SpectralPlan::new(sky, wavelengths))),
-            Method::Dense => By::Dense(Box::new(DenseSpectrum::new(sky, wavelengths))),
+            Method::Dense => {
+                let lines = if sky.is_night { None } else { Lines::new(sky, wavelengths).map(Box::new) };
+                let dense = match lines {
+                    Some(_) => DenseSpectrum::without_lines(sky, wavelengths),
+                    None => DenseSpectrum::new(sky, wavelengths),
+                };
+                By::Dense(Box::new(dense), lines)
+            }
         };
         Ok(Self { by })
+    }
+
+    /// Spectra of a sky that is asked for beyond visible light, or in means over a resolution (nm) about each wavelength (nm): all of them through
+    /// the lines of its gases.
+    fn beyond_visible_light(sky: &SkyPlan, wavelengths: &[f64], resolution: Option<f64>) -> Result<Option<Self>> {
+        let (low, high) = sky.scene.known_wavelengths();
+        if resolution.is_none() && wavelengths.iter().all(|nm| (low..=high).contains(nm)) {
+            return Ok(None);
+        }
+        check_all_wavelengths(sky, wavelengths)?;
+        match Self::shortwave(sky, wavelengths, resolution) {
+            None => {
+                Err(Error::not_allowed("resolution", "is of lines of gases, which need a measured atmosphere.profile"))
+            }
+            spectra => Ok(spectra),
+        }
+    }
+
+    /// Spectra for sums over the whole range; see [`Shortwave::for_sums`]. None in air without gases.
+    pub(crate) fn for_sums(sky: &SkyPlan, wavelengths: &[f64]) -> Option<Self> {
+        let shortwave = if sky.is_night { None } else { Some(Box::new(Shortwave::for_sums(sky, wavelengths)?)) };
+        Some(Self { by: By::Shortwave(shortwave, wavelengths.len()) })
+    }
+
+    /// Spectra through the lines of gases; see [`Shortwave`]. None in air without gases.
+    fn shortwave(sky: &SkyPlan, wavelengths: &[f64], resolution: Option<f64>) -> Option<Self> {
+        let of = || Shortwave::new(sky, wavelengths, resolution).map(Box::new);
+        let shortwave = if sky.is_night { None } else { Some(of()?) };
+        Some(Self { by: By::Shortwave(shortwave, wavelengths.len()) })
     }
 
     /// Spectra at the nodes of the observer, for sums over them; see [`SpectralPlan::over_steps`].
@@ -190,7 +251,8 @@ impl Spectra {
     pub fn bands(&self) -> &[f64] {
         match &self.by {
             By::Fit(planned) => &planned.integral.wavelengths,
-            By::Dense(dense) => &dense.integral.wavelengths,
+            By::Dense(dense, _) => &dense.integral.wavelengths,
+            By::Shortwave(shortwave, _) => shortwave.as_ref().map_or(&[], |shortwave| shortwave.bands()),
         }
     }
 
@@ -225,7 +287,16 @@ impl Spectra {
     fn radiance_of_directions(&self, views: &[Vec3]) -> Vec<f64> {
         let mut radiance = match &self.by {
             By::Fit(planned) => planned.radiance_of_directions(views),
-            By::Dense(dense) => views.iter().flat_map(|&view| dense.radiance(view)).collect(),
+            By::Dense(dense, None) => views.iter().flat_map(|&view| dense.radiance(view)).collect(),
+            By::Dense(dense, Some(lines)) => {
+                let of_view = |&view: &Vec3| {
+                    let both = dense.radiance(view).into_iter().zip(lines.left(view));
+                    both.map(|(radiance, left)| radiance * left).collect::<Vec<_>>()
+                };
+                views.iter().flat_map(of_view).collect()
+            }
+            By::Shortwave(Some(shortwave), _) => views.iter().flat_map(|&view| shortwave.radiance(view)).collect(),
+            By::Shortwave(None, count) => vec![0.0; views.len() * count],
         };
         // A polynomial can pass below zero between its bands; light cannot.
         radiance.iter_mut().for_each(|value| *value = value.max(0.0));
@@ -245,7 +316,13 @@ pub fn xyz(sky: &SkyPlan, directions: &[[f64; 2]]) -> Result<Vec<[f64; 3]>> {
     Ok(radiances.chunks_exact(observer::wavelengths().len()).map(of_direction).collect())
 }
 
-/// Checks that a sky is known at wavelengths (nm).
+/// Checks that a sky's light is known at wavelengths (nm), in visible light or beyond it.
+fn check_all_wavelengths(sky: &SkyPlan, wavelengths: &[f64]) -> Result<()> {
+    let (visible, all) = (sky.scene.known_wavelengths(), sky.scene.known_wavelengths_of_skies());
+    check_within((visible.0.min(all.0), visible.1.max(all.1)), wavelengths)
+}
+
+/// Checks that a sky is known at wavelengths (nm) of visible light.
 ///
 /// # Errors
 ///
@@ -289,16 +366,26 @@ impl DenseSpectrum {
         Self::as_read(sky, &optics_of(&sky.scene), wavelengths)
     }
 
+    /// The same without the lines of gases.
+    fn without_lines(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
+        let optics = optics_of(&sky.scene);
+        let bands = shortwave::without_lines(&optics, wavelengths);
+        Self::of(RayIntegral { bands, ..integral_at(sky, &optics, wavelengths) })
+    }
+
     /// The same at the nodes of the observer, for sums over them; see [`SpectralPlan::over_steps`].
     pub fn over_steps(sky: &SkyPlan) -> Self {
         Self::as_read(sky, &sky.base.optics, &observer::wavelengths())
     }
 
     fn as_read(sky: &SkyPlan, optics: &Optics, wavelengths: &[f64]) -> Self {
-        Self {
-            integral: integral_at(sky, optics, wavelengths).with_spectral_light(),
-            irradiance: wavelengths.iter().map(|&wavelength| optics.solar_irradiance(wavelength)).collect(),
-        }
+        Self::of(integral_at(sky, optics, wavelengths))
+    }
+
+    fn of(integral: RayIntegral) -> Self {
+        let optics = &integral.optics;
+        let irradiance = integral.wavelengths.iter().map(|&wavelength| optics.solar_irradiance(wavelength)).collect();
+        Self { irradiance, integral: integral.with_spectral_light() }
     }
 
     /// Radiance at each wavelength in a direction (W·m⁻²·sr⁻¹·nm⁻¹).

@@ -7,7 +7,7 @@ use sorairo_shared::glam::DVec3;
 use crate::azimuth::within_a_turn;
 use crate::error::{Result, check_range};
 use crate::measure::irradiance::{Pair, pairs};
-use crate::measure::spectrum::{Method, Spectra, check_within};
+use crate::measure::spectrum::{Method, RESOLUTIONS, Spectra, check_within};
 use crate::plan::picture::sun_disc::Sun;
 use crate::plan::{SkyPlan, direction};
 use crate::spectra::alpha_opic::{self, AlphaOpic};
@@ -216,8 +216,6 @@ pub fn sun_beam(sky: &SkyPlan, wavelengths: &[f64], resolution: Option<f64>) -> 
     Ok(wavelengths.iter().zip(transmittance.chunks(parts)).zip(irradiance.chunks(parts)).map(of).collect())
 }
 
-/// The finest and the coarsest resolution (nm).
-const RESOLUTIONS: (f64, f64) = (0.1, 200.0);
 /// The longest part (nm) into which a mean is divided: the finest bins of the sun.
 const LONGEST_PART: f64 = 0.5;
 
@@ -302,7 +300,7 @@ mod tests {
             refused(Surface { tilt: 181.0, azimuth: 0.0 }, 500.0),
             "surface_tilt is 181; it must lie between 0 and 180 degrees"
         );
-        assert!(refused(Surface::default(), 300.0).starts_with("wavelengths holds 300"));
+        assert!(refused(Surface::default(), 270.0).starts_with("wavelengths holds 270"));
         assert!(sun_transmittance(&sky, &[f64::NAN]).is_err());
     }
 }

@@ -30,10 +30,10 @@ use crate::spectra::table::Table;
 /// 5. nitrogen dioxide (10²⁰ cm⁻²)
 pub const CLASSES: usize = 5;
 
-const WET: usize = 0;
-const DRY: usize = 1;
-const SELF: usize = 2;
-const OXYGEN_SQUARED: usize = 3;
+pub(crate) const WET: usize = 0;
+pub(crate) const DRY: usize = 1;
+pub(crate) const SELF: usize = 2;
+pub(crate) const OXYGEN_SQUARED: usize = 3;
 const NITROGEN_DIOXIDE: usize = 4;
 
 /// Pressure (hPa) to which lines belong.
@@ -124,6 +124,14 @@ fn over(profile: Profile, altitude: f64) -> Option<Vec<Level>> {
     Some(profile.level(altitude).into_iter().chain(above).collect())
 }
 
+/// The parts of pairs of oxygen and of water vapour over a site (km) of a measured profile that lie above an altitude over it (km).
+pub fn parts_above(profile: Profile, site: f64, altitude: f64) -> Option<[f64; 2]> {
+    let [whole, above] =
+        [site, site + altitude].map(|from| over(profile, from).map(|levels| vertical(&levels, classes)));
+    let (whole, above) = (whole?, above?);
+    Some([OXYGEN_SQUARED, WET].map(|class| above[class] / whole[class]))
+}
+
 /// The most precipitable water (cm) that a measured profile can hold over an altitude (km): twice what saturates its
 /// air where that is nearest to it.
 pub fn most_water(profile: Profile, altitude: f64) -> Option<f64> {
@@ -206,6 +214,16 @@ impl SkyGases {
         Self { window: Some(window), found: Arc::default(), ..*self }
     }
 
+    /// Amounts from the ground to the zenith, class by class.
+    pub fn vertical(&self) -> [f64; CLASSES] {
+        self.vertical
+    }
+
+    /// Temperature of nitrogen dioxide (K).
+    pub fn temperature(&self) -> f64 {
+        self.temperature
+    }
+
     /// What they do at a wavelength (nm).
     pub fn at(&self, wavelength: f64) -> Depths {
         let lock = || self.found.lock().expect("no holder of this lock panics");
@@ -263,6 +281,32 @@ impl Absorption {
     /// The part of light that is left after amounts of each class.
     pub fn transmittance(&self, amounts: &[f64; CLASSES]) -> f64 {
         self.0.iter().map(|(weight, at)| weight * at.transmittance(amounts)).sum()
+    }
+}
+
+#[cfg(test)]
+impl Absorption {
+    /// Every combination of lines of a bin: its weight, and its optical depths by dry air and by water of amounts of each class.
+    pub(crate) fn every_line(&self, amounts: &[f64; CLASSES]) -> Vec<(f64, [f64; 2])> {
+        let mut all = Vec::new();
+        for (weight, at) in &self.0 {
+            let lane = |class: usize| usize::from([WET, SELF].contains(&class));
+            let mut depths = [0.0; 2];
+            (0..NITROGEN_DIOXIDE).for_each(|class| depths[lane(class)] += at.smooth[class] * amounts[class]);
+            let mut combined = vec![(*weight, depths)];
+            for gas in at.lines {
+                let of = |&(weight, depths): &(f64, [f64; 2])| {
+                    gas.terms.iter().map(move |[w, k]| {
+                        let mut depths = depths;
+                        depths[lane(gas.class)] += k * amounts[gas.class];
+                        (weight * w, depths)
+                    })
+                };
+                combined = combined.iter().flat_map(of).collect();
+            }
+            all.extend(combined);
+        }
+        all
     }
 }
 

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::device::{Device, DeviceKind, Times};
 use crate::error::{Error, Result};
+use crate::measure::broadband::Broadband;
 use crate::measure::irradiance::SkyLight;
 use crate::output::files::{self, Format, Image, Replace, Staged, Sunlight, Writer};
 use sorairo_shared::variant::PixelFormat;
@@ -137,6 +138,9 @@ pub struct Report {
     /// The downwelling irradiance, if it was asked for.
     #[serde(flatten)]
     pub sky_light: Option<SkyLight>,
+    /// That of the sun and the sky from 280 to 2500 nm, where it is known.
+    #[serde(flatten)]
+    pub broadband: Option<Broadband>,
     /// The same at the wavelengths of spectral files, if there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spectral_irradiance: Option<SpectralIrradiance>,
@@ -488,6 +492,7 @@ fn render_jobs(
         stage("measuring the sky's light");
         SkyLight::new(&plan.sky)
     });
+    let broadband = if request.sky_light { Broadband::new(&plan.sky) } else { None };
     let spectral = plan.spectral.as_ref().filter(|_| request.sky_light);
     let spectral_irradiance = spectral.map(|spectral| {
         let (spectra, sun) = (Spectra::planned(Arc::clone(spectral)), job.first().sun());
@@ -513,6 +518,7 @@ fn render_jobs(
         exposure_ev: job.picture().uniform.exposure.log2(),
         exr_exposure_ev: plan.linear_exposure(scene.render.exr),
         sky_light,
+        broadband,
         spectral_irradiance,
         plan_ms: ms(planned),
         kernel_ms: ms(times.kernel),

@@ -15,6 +15,7 @@ pub mod on_device;
 pub mod picture;
 pub mod rays;
 pub mod samples;
+pub(crate) mod shortwave;
 mod sky;
 pub mod spectral;
 mod stretch;

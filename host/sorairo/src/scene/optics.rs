@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::input::shown;
 use crate::medium::gases::{Relative, SkyGases, water};
 use crate::medium::tables::{Air, Tables, refractivity};
-use crate::spectra::choice::OrTable;
+use crate::spectra::choice::{AlbedoSpectrum, OrTable};
 use crate::spectra::optics::Optics;
 use crate::spectra::range::{MEASURED_RANGE, RANGE_OF_BEAMS};
 
@@ -61,6 +61,17 @@ impl Scene {
         }
         let files = [self.sun.spectrum.file(), self.atmosphere.ozone.cross_section.file()];
         files.into_iter().flatten().map(|file| file.table().range()).fold(RANGE_OF_BEAMS, both)
+    }
+
+    /// The wavelengths (nm) at which the light of the whole sky is known through the lines of its gases: in a measured profile those of
+    /// [`RANGE_OF_BEAMS`] at which ground and aerosol are known too; none in other air.
+    pub fn known_wavelengths_of_skies(&self) -> (f64, f64) {
+        if !self.atmosphere.profile.is_measured() {
+            return (f64::INFINITY, f64::NEG_INFINITY);
+        }
+        let aerosol = self.atmosphere.aerosol.mixture(self.atmosphere.profile);
+        let parts = aerosol.albedo_spectra().map(AlbedoSpectrum::range).chain([self.ground.albedo.range()]);
+        parts.fold(self.known_wavelengths_of_beams(), both)
     }
 
     /// Pressure of the air relative to that of the standard atmosphere, or to that of a measured profile at the site.

@@ -7,7 +7,7 @@ use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use super::mean::{self, Window};
 use super::measured;
-use super::range::{MEASURED_RANGE, STEP};
+use super::range::{MEASURED_RANGE, RANGE_OF_BEAMS, STEP};
 use super::table::Table;
 use super::table_file::TableFile;
 use crate::medium::gases::ozone_cross_section;
@@ -183,6 +183,15 @@ impl GroundAlbedo {
         }
     }
 
+    /// The wavelengths (nm) at which it is known: of a surface that was measured to its end, up to 2500 nm as at that.
+    pub(crate) fn range(&self) -> (f64, f64) {
+        match self {
+            Self::Snow | Self::Sea => (RANGE_OF_BEAMS.0, MEASURED_RANGE.1),
+            Self::File(file) => file.table().range(),
+            Self::Grey(_) | Self::Grass | Self::Soil | Self::Sand | Self::Concrete => RANGE_OF_BEAMS,
+        }
+    }
+
     /// Whether no light comes back.
     pub fn is_black(&self) -> bool {
         *self == Self::Grey(0.0)
@@ -204,6 +213,15 @@ pub enum AlbedoSpectrum {
 }
 
 impl AlbedoSpectrum {
+    /// The wavelengths (nm) at which it is known.
+    pub(crate) fn range(&self) -> (f64, f64) {
+        match self {
+            Self::Grey => RANGE_OF_BEAMS,
+            Self::MarsDust => MEASURED_RANGE,
+            Self::File(file) => file.table().range(),
+        }
+    }
+
     /// The albedo at a wavelength (nm); `grey` where it is the same at every wavelength.
     pub fn at(&self, wavelength: f64, grey: f64) -> f64 {
         match self {

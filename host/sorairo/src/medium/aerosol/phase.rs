@@ -15,9 +15,9 @@ use std::sync::OnceLock;
 use sorairo_shared::glam::{DMat3, DVec3, Vec4};
 use sorairo_shared::medium::phase::PHASE_ENTRIES;
 
-/// The abscissa of a wavelength (nm) in a phase function.
+/// The abscissa of a wavelength (nm) in a phase function: beyond the ends between which its parabola was fitted, that of the end.
 pub fn abscissa(wavelength: f64) -> f64 {
-    (wavelength / 550.0).ln()
+    (wavelength.clamp(350.0, 900.0) / 550.0).ln()
 }
 
 /// A phase function over the scattering angle and the wavelength; its mean over the sphere is 1.

@@ -375,13 +375,18 @@ impl<'a> Sun<'a> {
     fn seen(&self, elevation: f64) -> (f64, f64) {
         let Some((tables, altitude)) = self.bent() else { return (elevation, 1.0) };
         const STEP: f64 = 1e-4;
-        let at = |elevation: f64| FRAC_PI_2 - tables.seen(altitude, FRAC_PI_2 - elevation);
+        let at = |elevation: f64| {
+            // Of a sun overhead a part stands beyond the zenith.
+            let zenith = FRAC_PI_2 - elevation;
+            FRAC_PI_2 - tables.seen(altitude, zenith.abs()).copysign(zenith)
+        };
         let lowest = FRAC_PI_2 - tables.lowest_sun(altitude);
         let (low, high) = ((elevation - STEP).max(lowest), (elevation + STEP).max(lowest + STEP));
         let slope = (at(high) - at(low)) / (high - low);
         // A centre below the horizon stands as far below it as the disc that is left asks for.
         let seen = at(elevation.max(lowest)) + (elevation - elevation.max(lowest)) * slope;
-        (seen, slope * seen.cos() / elevation.cos())
+        let level = if elevation.cos().abs() > STEP { seen.cos() / elevation.cos() } else { slope };
+        (seen, slope * level)
     }
 
     /// Radiance at each wavelength (W·m⁻²·sr⁻¹·nm⁻¹).
@@ -566,5 +571,23 @@ mod tests {
         assert!(limb_darkening(450.0, 0.2) < limb_darkening(650.0, 0.2));
         // Allen's Astrophysical Quantities (4th ed., 14.7): 0.80 of the centre at 550 nm and 0.6 of its cosine.
         assert!((limb_darkening(550.0, 0.6) - 0.76).abs() < 0.03, "{}", limb_darkening(550.0, 0.6));
+    }
+
+    #[test]
+    fn a_sun_overhead_lights_as_one_beside_it() {
+        let light = |elevation: f64| {
+            let mut scene = Scene::default();
+            scene.sun.elevation = elevation;
+            let scene = scene.validated().unwrap();
+            Sun::new(&SkyPlan::new(&scene, Rgb::Srgb)).irradiance()
+        };
+        let (beside, below) = (light(88.0), light(87.5));
+        for elevation in [89.6, 89.73, 89.9, 89.999, 90.0] {
+            let overhead = light(elevation);
+            // An air mass grows by 6e-4 over two degrees.
+            assert!((overhead.facing / beside.facing - 1.0).abs() < 5e-4, "{elevation}: {}", overhead.facing);
+            assert!((overhead.level / overhead.facing - 1.0).abs() < 1e-4, "{elevation}: {}", overhead.level);
+        }
+        assert!(below.facing < beside.facing && light(60.0).facing < 0.99 * beside.facing);
     }
 }

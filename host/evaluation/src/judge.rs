@@ -96,7 +96,7 @@ fn levels(scene: &Scene) -> &'static [Level] {
     let Some(measured) = a.profile.levels() else { return &[] };
     let site = scene.site.altitude;
     let columns = [a.air.scale_height, 0.5 * (a.ozone.top - a.ozone.bottom)];
-    let key = (a.profile, [columns[0], columns[1], site]);
+    let key = (a.profile.clone(), [columns[0], columns[1], site]);
     let mut kept = KEPT.lock().expect("no holder of this lock panics");
     if let Some((_, levels)) = kept.iter().find(|(known, _)| *known == key) {
         return levels;

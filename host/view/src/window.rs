@@ -374,7 +374,7 @@ impl Window {
             haze.logarithmic(true).smallest_positive(1e-4).max_decimals(4),
         );
         ui.horizontal(|ui| choice(ui, "Kind of haze", &mut scene.atmosphere.aerosol.kind));
-        let profile = scene.atmosphere.profile;
+        let profile = scene.atmosphere.profile.clone();
         ui.horizontal(|ui| choice(ui, "Profile", &mut scene.atmosphere.profile));
         if scene.atmosphere.profile != profile {
             scene.atmosphere.refraction = scene.atmosphere.profile.is_measured() && scene.is_on_earth();
@@ -617,9 +617,9 @@ fn projections(ui: &mut Ui, projection: &mut Projection) {
 }
 
 /// A list of the words of a choice, each with its sentence.
-fn choice<T: Words + Copy>(ui: &mut Ui, label: &str, value: &mut T) {
+fn choice<T: Words + Clone>(ui: &mut Ui, label: &str, value: &mut T) {
     ui.label(label);
-    let chosen = word(*value);
+    let chosen = word(value.clone());
     ComboBox::from_id_salt(label).selected_text(chosen).width(92.0).show_ui(ui, |ui| {
         for each in words::<T>() {
             let picked = ui.selectable_label(each.name == chosen, each.name).on_hover_text(each.sentence).clicked();

@@ -206,7 +206,8 @@ fn the_beam_crosses_as_much_air_as_published() {
         let beam = |profile: Profile| {
             let mut scene = Scene::preset(Preset::Standard);
             scene.sun.elevation = sun;
-            (scene.atmosphere.profile, scene.atmosphere.refraction) = (profile, profile.is_measured());
+            scene.atmosphere.refraction = profile.is_measured();
+            scene.atmosphere.profile = profile.clone();
             (scene.atmosphere.aerosol.optical_depth, scene.atmosphere.ozone.column) = (0.0, 0.0);
             // Of dry air nothing else weakens light of this wavelength.
             const WAVELENGTH: f64 = 800.0;

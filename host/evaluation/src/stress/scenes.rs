@@ -354,8 +354,8 @@ fn air(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     let is_on_earth = scene.is_on_earth();
     let atmosphere = &mut scene.atmosphere;
     if has_room && rng.random_bool(0.25) {
-        atmosphere.profile = profile;
         atmosphere.refraction = profile.is_measured() && rng.random_bool(0.5);
+        atmosphere.profile = profile;
     }
     if !has_room {
         atmosphere.profile = Profile::Exponential;

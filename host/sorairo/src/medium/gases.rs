@@ -114,18 +114,18 @@ fn precipitable(levels: &[Level]) -> f64 {
 }
 
 /// Precipitable water of a measured profile over an altitude (cm).
-pub fn water(profile: Profile, altitude: f64) -> Option<f64> {
+pub fn water(profile: &Profile, altitude: f64) -> Option<f64> {
     Some(precipitable(&over(profile, altitude)?))
 }
 
 /// What was measured at an altitude (km) and above it.
-fn over(profile: Profile, altitude: f64) -> Option<Vec<Level>> {
+fn over(profile: &Profile, altitude: f64) -> Option<Vec<Level>> {
     let above = profile.measured()?.into_iter().filter(|level| level.altitude > altitude);
     Some(profile.level(altitude).into_iter().chain(above).collect())
 }
 
 /// The parts of pairs of oxygen and of water vapour over a site (km) of a measured profile that lie above an altitude over it (km).
-pub fn parts_above(profile: Profile, site: f64, altitude: f64) -> Option<[f64; 2]> {
+pub fn parts_above(profile: &Profile, site: f64, altitude: f64) -> Option<[f64; 2]> {
     let [whole, above] =
         [site, site + altitude].map(|from| over(profile, from).map(|levels| vertical(&levels, classes)));
     let (whole, above) = (whole?, above?);
@@ -134,7 +134,7 @@ pub fn parts_above(profile: Profile, site: f64, altitude: f64) -> Option<[f64; 2
 
 /// The most precipitable water (cm) that a measured profile can hold over an altitude (km): twice what saturates its
 /// air where that is nearest to it.
-pub fn most_water(profile: Profile, altitude: f64) -> Option<f64> {
+pub fn most_water(profile: &Profile, altitude: f64) -> Option<f64> {
     let levels = profile.measured()?;
     // Above, ice takes what is too much.
     let moist = levels.iter().filter(|level| (altitude..=altitude.max(10.0)).contains(&level.altitude));
@@ -204,7 +204,7 @@ pub struct Depths {
 
 impl SkyGases {
     /// Those over an altitude of a measured profile (km); nitrogen dioxide at a temperature (K).
-    pub fn new(profile: Profile, altitude: f64, relative: Relative, temperature: f64) -> Option<Self> {
+    pub fn new(profile: &Profile, altitude: f64, relative: Relative, temperature: f64) -> Option<Self> {
         let vertical = relative.of(vertical(&over(profile, altitude)?, classes));
         Some(Self { vertical, temperature, window: None, found: Arc::default() })
     }
@@ -432,12 +432,12 @@ mod tests {
         for (profile, published) in
             [(Profile::UsStandard, 1.42), (Profile::Tropical, 4.1), (Profile::SubarcticWinter, 0.42)]
         {
-            let found = water(profile, 0.0).unwrap();
+            let found = water(&profile, 0.0).unwrap();
             assert!((found / published - 1.0).abs() < 0.02, "{profile:?}: {found} cm");
         }
-        assert_eq!(water(Profile::Exponential, 0.0), None);
+        assert_eq!(water(&Profile::Exponential, 0.0), None);
         // The standard atmosphere is less than half saturated at the ground.
-        assert!(most_water(Profile::UsStandard, 0.0).unwrap() > 2.0 * water(Profile::UsStandard, 0.0).unwrap());
+        assert!(most_water(&Profile::UsStandard, 0.0).unwrap() > 2.0 * water(&Profile::UsStandard, 0.0).unwrap());
     }
 
     #[test]
@@ -461,7 +461,7 @@ mod tests {
     #[test]
     fn one_coefficient_holds_where_lines_are_weak() {
         let relative = Relative { water: 1.0, pressure: 1.0 };
-        let lanes = SkyGases::new(Profile::UsStandard, 0.0, relative, 225.0).unwrap().over(Window::STEP);
+        let lanes = SkyGases::new(&Profile::UsStandard, 0.0, relative, 225.0).unwrap().over(Window::STEP);
         for nm in (80..=135).map(|step| 5.0 * f64::from(step)) {
             let all = Absorption::mean(&Window::STEP.nodes(nm), 225.0);
             let Depths { pairs, water, nitrogen_dioxide } = lanes.at(nm);

@@ -3,16 +3,19 @@
 use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
-use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
+use strum::{EnumIter, EnumMessage, EnumString, IntoEnumIterator, IntoStaticStr};
 
+use crate::spectra::choice::is_table_file;
+use crate::spectra::columns_file::{Columns, FileOf, FromColumns};
 use crate::spectra::table::Table;
+use crate::words::{word, words};
 
 /// How the densities of air and of ozone fall and rise with altitude. Of a measured profile the shape is taken; how much there is in all,
 /// the optical depths and the column of ozone say.
 #[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+    Clone, Debug, Default, PartialEq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
 )]
-#[serde(rename_all = "kebab-case")]
+#[serde(try_from = "String", into = "String")]
 #[strum(serialize_all = "kebab-case")]
 pub enum Profile {
     /// Air that falls off by its scale height, and ozone as a tent.
@@ -30,6 +33,123 @@ pub enum Profile {
     SubarcticSummer,
     /// Measured: below the Arctic Circle in winter (AFGL).
     SubarcticWinter,
+    /// A person's table: pressure, temperature and what absorbs over altitude.
+    #[strum(disabled)]
+    File(FileOf<OwnProfile>),
+}
+
+impl TryFrom<String> for Profile {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        if is_table_file(&name) {
+            return FileOf::try_from(name).map(Self::File);
+        }
+        name.parse().map_err(|_| {
+            let names: Vec<_> = words::<Self>().into_iter().map(|word| word.name).collect();
+            format!("{name:?} is neither {} nor the name of a .csv file", names.join(" nor "))
+        })
+    }
+}
+
+impl From<Profile> for String {
+    fn from(profile: Profile) -> Self {
+        match profile {
+            Profile::File(file) => file.into(),
+            named => word(named).into(),
+        }
+    }
+}
+
+/// A profile of a person's own.
+#[derive(Debug)]
+pub struct OwnProfile(Vec<Level>);
+
+/// How high a person's profile must reach (km): of what scatters at dusk a hundredth lies above.
+pub const LOWEST_END: f64 = 60.0;
+
+impl FromColumns for OwnProfile {
+    /// Columns by their names: `altitude_km`, `pressure_hpa` and `temperature_k`; `water_ppmv`, `ozone_ppmv` and `no2_ppmv` are mixing ratios, in
+    /// place of which those of the US Standard Atmosphere stand.
+    fn from_columns(columns: &Columns) -> Result<Self, String> {
+        const WANTED: [&str; 6] =
+            ["altitude_km", "pressure_hpa", "temperature_k", "water_ppmv", "ozone_ppmv", "no2_ppmv"];
+        if let Some(other) = columns.names.iter().find(|name| !WANTED.contains(&name.as_str())) {
+            return Err(format!("a column is called {other:?}; a profile has {}", WANTED.join(", ")));
+        }
+        let place = |name: &str| columns.names.iter().position(|known| known == name);
+        let [Some(0), Some(pressure), Some(temperature)] = [0, 1, 2].map(|i| place(WANTED[i])) else {
+            return Err(format!(
+                "the first row must name the columns: {}, and more if they are known",
+                WANTED[..3].join(", ")
+            ));
+        };
+        let ratios = [3, 4, 5].map(|i| place(WANTED[i]));
+        let mut levels: Vec<Level> = Vec::new();
+        for ((altitude, values), line) in columns.rows.iter().zip(&columns.lines) {
+            let standard = Profile::UsStandard.level(*altitude).expect("it is measured");
+            let (pressure, temperature) = (values[pressure - 1], values[temperature - 1]);
+            if !(100.0..=400.0).contains(&temperature) || pressure <= 0.0 {
+                return Err(format!(
+                    "line {line}: {pressure} hPa and {temperature} K; air has more than 0 hPa, and 100 to 400 K"
+                ));
+            }
+            let air = pressure * PER_HPA / temperature;
+            let of = |i: usize, of_standard: f64| {
+                let ratio = ratios[i].map_or(of_standard / standard.air, |column| values[column - 1] * 1e-6);
+                // A logarithm of nothing there is none.
+                air * ratio.max(1e-16)
+            };
+            let level = Level {
+                altitude: *altitude,
+                pressure,
+                temperature,
+                air,
+                water: of(0, standard.water),
+                ozone: of(1, standard.ozone),
+                nitrogen_dioxide: of(2, standard.nitrogen_dioxide),
+            };
+            if let Some(below) = levels.last() {
+                check_step(below, &level).map_err(|complaint| format!("line {line}: {complaint}"))?;
+            }
+            levels.push(level);
+        }
+        let [first, last] = [levels[0].altitude, levels[levels.len() - 1].altitude];
+        if first > 0.5 || last < LOWEST_END {
+            return Err(format!(
+                "it holds {first} to {last} km; a profile begins at the sea and reaches {LOWEST_END} km or more"
+            ));
+        }
+        Ok(Self(levels))
+    }
+}
+
+/// Molecules per cm³ of a gas of 1 hPa at 1 K: 1e-4 over Boltzmann's constant in J/K.
+const PER_HPA: f64 = 7.242_971_6e18;
+
+/// Checks that the air of a level lies on that of the one below as its weight asks for.
+fn check_step(below: &Level, level: &Level) -> Result<(), String> {
+    /// Acceleration by gravity at the sea (m/s²), over the gas constant of dry air (J/(kg K)), per km.
+    const WEIGHT: f64 = 1000.0 * 9.806_65 / 287.05;
+    /// What water, gravity aloft and a temperature that is not straight between two levels change.
+    const ROOM: f64 = 0.1;
+    if level.air >= below.air {
+        return Err(format!("air grows denser from {} to {} km", below.altitude, level.altitude));
+    }
+    let expected = WEIGHT * (level.altitude - below.altitude) * 2.0 / (below.temperature + level.temperature);
+    let found = (below.pressure / level.pressure).ln();
+    if (found / expected - 1.0).abs() > ROOM + 0.02 / expected {
+        let complaint = format!(
+            "pressure falls from {} to {} hPa between {} and {} km; by weight and temperature it falls to {:.4}",
+            below.pressure,
+            level.pressure,
+            below.altitude,
+            level.altitude,
+            below.pressure * (-expected).exp()
+        );
+        return Err(complaint);
+    }
+    Ok(())
 }
 
 /// Densities at some altitudes, between which their logarithms are monotone cubics (Fritsch and Butland 1984,
@@ -74,15 +194,15 @@ pub struct Density {
 
 impl Profile {
     /// Whether it has no closed form.
-    pub fn is_measured(self) -> bool {
-        self != Self::Exponential
+    pub fn is_measured(&self) -> bool {
+        *self != Self::Exponential
     }
 
     /// Its levels; none of the exponential.
     ///
     /// Anderson, Clough, Kneizys, Chetwynd and Shettle 1986, *AFGL atmospheric constituent profiles*, AFGL-TR-86-0110: 50 levels from
     /// 0 to 120 km.
-    pub fn levels(self) -> Option<Levels> {
+    pub fn levels(&self) -> Option<Levels> {
         let levels = self.measured()?;
         let altitudes: Vec<f64> = levels.iter().map(|level| level.altitude).collect();
         let logarithms: Vec<_> = levels.iter().map(|level| [level.air.ln(), level.ozone.ln()]).collect();
@@ -91,7 +211,7 @@ impl Profile {
     }
 
     /// What was measured, at any altitude (km): the temperature is straight between levels, and so are the logarithms of all else.
-    pub fn level(self, altitude: f64) -> Option<Level> {
+    pub fn level(&self, altitude: f64) -> Option<Level> {
         let levels = self.measured()?;
         let after = levels.partition_point(|level| level.altitude <= altitude).clamp(1, levels.len() - 1);
         let (low, high) = (&levels[after - 1], &levels[after]);
@@ -109,15 +229,15 @@ impl Profile {
     }
 
     /// Temperature of its ozone (K), each molecule alike; of the exponential, that of the US Standard Atmosphere.
-    pub fn ozone_temperature(self) -> f64 {
-        let profile = if self.is_measured() { self } else { Self::UsStandard };
+    pub fn ozone_temperature(&self) -> f64 {
+        let profile = if self.is_measured() { self } else { &Self::UsStandard };
         let levels = profile.measured().expect("it is measured");
         let [heat, ozone] = vertical(&levels, |level| [level.ozone * level.temperature, level.ozone]);
         heat / ozone
     }
 
-    /// What was measured at its levels.
-    pub fn measured(self) -> Option<Vec<Level>> {
+    /// What was measured, or a person's table says, at its levels.
+    pub fn measured(&self) -> Option<Vec<Level>> {
         /// Of an atmosphere: pressure, temperature, air, water vapour and ozone.
         const OF_ATMOSPHERE: usize = 5;
         static TABLE: OnceLock<Table<31>> = OnceLock::new();
@@ -125,7 +245,11 @@ impl Profile {
             Table::parse(include_str!("../../data/afgl_atmospheres.csv"))
                 .expect("the tables in the program are well formed")
         });
-        let at = OF_ATMOSPHERE * (self as usize).checked_sub(1)?;
+        if let Self::File(file) = self {
+            return Some(file.value.0.clone());
+        }
+        let place = Self::iter().position(|profile| profile == *self).expect("the others are listed");
+        let at = OF_ATMOSPHERE * place.checked_sub(1)?;
         let part = |air: f64, ppmv: f64| air * ppmv * 1e-6;
         let level = |(altitude, row): (f64, [f64; 31])| {
             let [pressure, temperature, air, water, ozone] = std::array::from_fn(|i| row[at + i]);
@@ -221,6 +345,75 @@ mod tests {
             // Climates of ozone lie between 250 and 500 DU.
             let dobson = ozone / 2.687e16;
             assert!((250.0..500.0).contains(&dobson), "{profile:?}: {dobson}");
+        }
+    }
+
+    /// A table of the US Standard Atmosphere, of which a change makes lines.
+    fn table(change: impl Fn(&Level) -> Option<[f64; 4]>) -> String {
+        let levels = Profile::UsStandard.measured().unwrap();
+        let row = |level: &Level| {
+            let [altitude, pressure, temperature, ozone] = change(level)?;
+            Some(format!("{altitude},{pressure},{temperature},{ozone}\n"))
+        };
+        let rows: String = levels.iter().filter_map(row).collect();
+        format!("altitude_km,pressure_hpa,temperature_k,ozone_ppmv\n{rows}")
+    }
+
+    fn read(text: &str) -> Result<Profile, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("own.csv");
+        std::fs::write(&path, text).unwrap();
+        Profile::try_from(path.to_str().unwrap().to_owned())
+    }
+
+    fn as_it_is(level: &Level) -> [f64; 4] {
+        [level.altitude, level.pressure, level.temperature, level.ozone / level.air * 1e6]
+    }
+
+    #[test]
+    fn a_table_of_the_standard_atmosphere_is_the_standard_atmosphere() {
+        let own = read(&table(|level| Some(as_it_is(level)))).unwrap();
+        for altitude in [0.0, 3.3, 11.0, 25.0, 47.5, 80.0] {
+            let [own, standard] = [&own, &Profile::UsStandard].map(|profile| profile.level(altitude).unwrap());
+            for (own, standard) in [
+                (own.air, standard.air),
+                (own.ozone, standard.ozone),
+                (own.water, standard.water),
+                (own.pressure, standard.pressure),
+            ] {
+                // AFGL's densities and pressures have three or four digits.
+                assert!((own / standard - 1.0).abs() < 4e-3, "{altitude} km: {own:e}, {standard:e}");
+            }
+        }
+        assert!((own.ozone_temperature() - Profile::UsStandard.ozone_temperature()).abs() < 0.5);
+    }
+
+    #[test]
+    fn a_table_that_is_no_atmosphere_is_refused_by_its_line() {
+        let wrong = |change: &dyn Fn(&Level) -> Option<[f64; 4]>| read(&table(change)).unwrap_err();
+        let at = |altitude: f64, with: &dyn Fn([f64; 4]) -> [f64; 4]| {
+            wrong(&|level| Some(if level.altitude == altitude { with(as_it_is(level)) } else { as_it_is(level) }))
+        };
+        for (found, words) in [
+            (
+                wrong(&|level| (level.altitude < 30.5).then(|| as_it_is(level))),
+                "it holds 0 to 30 km; a profile begins at the sea and reaches 60 km",
+            ),
+            (at(5.0, &|[z, p, t, o]| [z, 1.7 * p, t, o]), "line 7: air grows denser from 4 to 5 km"),
+            (at(5.0, &|[z, p, t, o]| [z, 0.8 * p, t, o]), "line 7: pressure falls from 616.6 to"),
+            (at(5.0, &|[z, p, t, o]| [z, p, t - 273.15, o]), "line 7"),
+            (at(5.0, &|[z, p, t, _]| [z, p, t, -999.0]), "line 7: column 4 is \"-999\""),
+            (
+                read("altitude_km,pressure\n0,1013\n1,900\n").unwrap_err(),
+                "a column is called \"pressure\"; a profile has altitude_km, pressure_hpa",
+            ),
+            (
+                read("0,1013,288\n100,0.1,200\n").unwrap_err(),
+                "the first row must name the columns: altitude_km, pressure_hpa, temperature_k",
+            ),
+            (Profile::try_from("own".to_owned()).unwrap_err(), "\"own\" is neither exponential nor us-standard"),
+        ] {
+            assert!(found.contains(words), "{found}\nwithout: {words}");
         }
     }
 }

@@ -67,7 +67,7 @@ const REFRACTIVITY: f64 = 2.778e-4;
 const OF_DENSITY: f64 = 2.547e19;
 
 /// `n - 1` of a profile on the ground at a pressure relative to the profile's own.
-pub fn refractivity(profile: Profile, pressure: f64) -> f64 {
+pub fn refractivity(profile: &Profile, pressure: f64) -> f64 {
     profile.levels().map_or(0.0, |levels| REFRACTIVITY * levels.at(0.0).value[0] / OF_DENSITY * pressure)
 }
 
@@ -571,13 +571,13 @@ mod tests {
     fn air(refraction: bool) -> Air {
         let profile = Profile::UsStandard;
         Air {
-            profile,
             ground_radius: 6371.0,
             depth: 100.0,
             site: 0.0,
             columns: [8.0, 15.0],
             aerosol: Lane::exponential(1.2),
-            refractivity: if refraction { refractivity(profile, 1.0) } else { 0.0 },
+            refractivity: if refraction { refractivity(&profile, 1.0) } else { 0.0 },
+            profile,
         }
     }
 

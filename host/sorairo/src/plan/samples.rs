@@ -313,7 +313,7 @@ fn toward(scene: &Scene, elevation: f64, from_sun: f64) -> Vec3 {
 fn lowest_points(scene: &Scene, rays: &TestRays) -> Vec<f64> {
     let a = &scene.atmosphere;
     let highest = scene.observer.altitude.min(a.top_radius - a.ground_radius);
-    let thinner = a.air.scale_height.min(a.aerosol.mixture(a.profile).lane.scale_height);
+    let thinner = a.air.scale_height.min(a.aerosol.mixture(&a.profile).lane.scale_height);
     let ozone = [a.ozone.bottom, 0.5 * (a.ozone.bottom + a.ozone.peak), a.ozone.peak, a.ozone.top];
     let of_air = [0.5 * thinner, 1.5 * thinner, 4.0 * a.air.scale_height].into_iter();
     let all = of_air.chain(rays.limb.iter().map(|part| part * highest)).chain(ozone.map(|h| rays.below_ozone * h));

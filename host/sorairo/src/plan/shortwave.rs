@@ -64,6 +64,11 @@ pub struct Lines {
 impl Lines {
     /// Of a sky at wavelengths (nm); none in air without gases.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Option<Self> {
+        Self::by(sky, wavelengths, RayIntegral::with_spectral_light)
+    }
+
+    /// The same, light of higher orders by a light field of some resolution.
+    fn by(sky: &SkyPlan, wavelengths: &[f64], lit: fn(RayIntegral) -> RayIntegral) -> Option<Self> {
         let optics = optics_of(&sky.scene);
         let gases = optics.gases.clone()?;
         let lanes = lanes(sky);
@@ -74,7 +79,7 @@ impl Lines {
         let nodes = &OF_STRENGTHS[low..=high];
         let point = |&nm: &f64| (nm >= FIRST_LINE).then(|| (weights(&gases, lanes, nm), place(nodes, nm)));
         let all = || nodes.iter().flat_map(|&nm| at_strengths(nm, lanes)).collect::<Vec<_>>();
-        let integral = absorbed().next().map(|_| integral(sky, &optics, &all()));
+        let integral = absorbed().next().map(|_| lit(integral(sky, &optics, &all())));
         Some(Self { integral, points: wavelengths.iter().map(point).collect() })
     }
 
@@ -105,15 +110,21 @@ impl Lines {
 impl Shortwave {
     /// That of a sky at wavelengths (nm), in means over a resolution (nm) about each or in the gases' bins about it. None in air without gases.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64], resolution: Option<f64>) -> Option<Self> {
-        Self::with_steps(sky, wavelengths, resolution, 1.0)
+        Self::with_steps(sky, wavelengths, resolution, 1.0, RayIntegral::with_spectral_light)
     }
 
-    /// The same for sums over all wavelengths, by half as many at which light is computed.
+    /// The same for sums over all wavelengths, by half as many at which light is computed, and that as for colours.
     pub fn for_sums(sky: &SkyPlan, wavelengths: &[f64]) -> Option<Self> {
-        Self::with_steps(sky, wavelengths, None, 2.0)
+        Self::with_steps(sky, wavelengths, None, 2.0, RayIntegral::with_multiple_light)
     }
 
-    fn with_steps(sky: &SkyPlan, wavelengths: &[f64], resolution: Option<f64>, steps: f64) -> Option<Self> {
+    fn with_steps(
+        sky: &SkyPlan,
+        wavelengths: &[f64],
+        resolution: Option<f64>,
+        steps: f64,
+        lit: fn(RayIntegral) -> RayIntegral,
+    ) -> Option<Self> {
         let optics = optics_of(&sky.scene);
         let parts = resolution.map_or(1, |width| (width / LONGEST_PART).ceil().max(1.0) as usize);
         let width = resolution.unwrap_or(0.0);
@@ -121,10 +132,10 @@ impl Shortwave {
         let finely: Vec<f64> = wavelengths.iter().flat_map(|&nm| (0..parts).map(move |i| part(nm, i))).collect();
         let ends = finely.iter().fold((f64::INFINITY, 0.0f64), |(low, high), &nm| (low.min(nm), high.max(nm)));
         let smooth = Self::smooth_wavelengths(ends, steps);
-        let lines = Lines::new(sky, &finely)?;
+        let lines = Lines::by(sky, &finely, lit)?;
         let points = finely.iter().map(|&nm| (optics.solar_irradiance(nm), place(&smooth, nm))).collect();
         let without: Vec<AtStrengths> = smooth.iter().map(|&nm| (nm, [0.0; 2])).collect();
-        Some(Self { smooth: integral(sky, &optics, &without), points, lines, parts })
+        Some(Self { smooth: lit(integral(sky, &optics, &without)), points, lines, parts })
     }
 
     /// The wavelengths (nm) at which light without lines is integrated.
@@ -168,7 +179,7 @@ impl Shortwave {
 /// The parts of dry air's lane and of water's above the observer, which the vertical column of a strength is.
 fn lanes(sky: &SkyPlan) -> [f64; 2] {
     let scene = &sky.scene;
-    let parts = parts_above(scene.atmosphere.profile, scene.site.altitude, scene.observer.altitude);
+    let parts = parts_above(&scene.atmosphere.profile, scene.site.altitude, scene.observer.altitude);
     parts.unwrap_or([0.0; 2]).map(|part| part.clamp(LEAST_PART, 1.0))
 }
 
@@ -267,7 +278,7 @@ pub(crate) fn without_lines(optics: &Optics, wavelengths: &[f64]) -> Vec<Bands> 
     wavelengths.chunks(4).map(|group| through(optics.bands(four(group)), four(group), [[0.0; 4]; 2])).collect()
 }
 
-/// The light of a sky at wavelengths and strengths.
+/// The integral of a sky at wavelengths and strengths; without light that was scattered more than once.
 fn integral(sky: &SkyPlan, optics: &Optics, all: &[AtStrengths]) -> RayIntegral {
     let group = |group: &[AtStrengths]| {
         let of = |i: usize| group[i.min(group.len() - 1)];
@@ -280,7 +291,6 @@ fn integral(sky: &SkyPlan, optics: &Optics, all: &[AtStrengths]) -> RayIntegral 
         optics: optics.clone(),
         ..sky.base.clone()
     }
-    .with_spectral_light()
 }
 
 #[cfg(test)]
@@ -342,7 +352,7 @@ mod tests {
                 let terms = Absorption::at(nm, gases.temperature()).every_line(&gases.vertical());
                 let all: Vec<AtStrengths> =
                     [(nm, [0.0; 2])].into_iter().chain(terms.iter().map(|(_, strengths)| (nm, *strengths))).collect();
-                let every = integral(&sky, &optics, &all);
+                let every = integral(&sky, &optics, &all).with_spectral_light();
                 let sun_above = optics.solar_irradiance(nm);
                 for (view, angles) in views().into_iter().zip(VIEWS) {
                     let light = every.transfer(view);

@@ -33,7 +33,7 @@ pub fn sky_uniform(
     space: &ColourSpace,
 ) -> Uniform {
     let [sun, bearing] = Source::sun(scene).for_kernels();
-    let aerosol = scene.atmosphere.aerosol.mixture(scene.atmosphere.profile);
+    let aerosol = scene.atmosphere.aerosol.mixture(&scene.atmosphere.profile);
     let band = |i: usize| observer::normalised(wavelengths[i.min(wavelengths.len() - 1)]) as f32;
     Uniform {
         atmosphere: atmosphere(scene, &aerosol, tables),

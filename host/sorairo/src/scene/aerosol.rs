@@ -283,7 +283,7 @@ impl AerosolMode {
     }
 
     /// What the kernels take of it, in air of a profile.
-    fn optics(&self, profile: Profile) -> aerosol::Mode {
+    fn optics(&self, profile: &Profile) -> aerosol::Mode {
         let mut plain = Aerosol::default();
         clean_country(&mut plain);
         let known = self.kind.known();
@@ -363,7 +363,7 @@ impl AerosolMode {
 
 impl Aerosol {
     /// What the kernels take of the aerosol, in air of a profile.
-    pub(crate) fn mixture(&self, profile: Profile) -> Mixture {
+    pub(crate) fn mixture(&self, profile: &Profile) -> Mixture {
         if self.modes.is_empty() {
             return Mixture::new(vec![self.as_one()]);
         }
@@ -392,11 +392,11 @@ impl Aerosol {
 
     /// Whether there is any.
     pub fn is_there(&self) -> bool {
-        if self.modes.is_empty() { self.optical_depth > 0.0 } else { self.mixture(Profile::UsStandard).is_there() }
+        if self.modes.is_empty() { self.optical_depth > 0.0 } else { self.mixture(&Profile::UsStandard).is_there() }
     }
 
     /// Checks the modes in air of a profile.
-    pub(super) fn check_modes(&self, profile: Profile) -> Result<()> {
+    pub(super) fn check_modes(&self, profile: &Profile) -> Result<()> {
         self.modes.iter().try_for_each(AerosolMode::check)?;
         if profile.is_measured() || self.mixture(profile).lane.is_exponential() {
             return Ok(());

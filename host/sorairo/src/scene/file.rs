@@ -356,7 +356,7 @@ fn named_preset(given: &[Given<'_>]) -> Preset {
 /// Lays one value over a scene, if it is of the right kind.
 fn lay_over(scene: &mut Scene, key: &Key, value: &Spanned<DeValue<'_>>, folder: &Path) -> Result<()> {
     let text = match (&key.allowed, value.get_ref()) {
-        (_, DeValue::String(name)) if key.takes_table() && is_table_file(name) => path_from(folder, name)?,
+        (_, DeValue::String(name)) if key.takes_file() && is_table_file(name) => path_from(folder, name)?,
         (_, DeValue::Array(modes)) if key.name == MODES => {
             let rooted = modes.iter().map(|mode| with_paths(mode, folder)).collect::<Result<Vec<_>>>()?;
             return key.set(scene, toml::Value::Array(rooted));

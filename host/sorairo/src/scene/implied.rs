@@ -30,7 +30,7 @@ impl Scene {
         let depth = atmosphere.top_radius - atmosphere.ground_radius;
         if !is_said("atmosphere.profile") {
             let is_described = has_said(&CLOSED_FORM) || !is_on_earth || depth < LOWEST_TOP_OF_A_PROFILE;
-            atmosphere.profile = if is_described { Profile::Exponential } else { preset.atmosphere.profile };
+            atmosphere.profile = if is_described { Profile::Exponential } else { preset.atmosphere.profile.clone() };
         }
         if !is_said("atmosphere.refraction") {
             atmosphere.refraction = preset.atmosphere.refraction && atmosphere.profile.is_measured() && is_on_earth;

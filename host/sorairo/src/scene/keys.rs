@@ -41,6 +41,8 @@ pub struct Key {
     or_words: Option<fn() -> Vec<Word>>,
     /// The way to a person's table, where it may be the name of a CSV file beside those words.
     table: Option<&'static dyn TableField>,
+    /// Whether it may be the name of a CSV file that is no such table.
+    or_file: bool,
     field: &'static dyn Field,
     /// Whether its number is an azimuth: any finite one is allowed, and the range is that in which it is usually given.
     wraps: bool,
@@ -187,7 +189,7 @@ pub static KEYS: &[Key] = &[
         )
     )
     .rule(opaque_at_its_top),
-    key!(atmosphere.profile, one_of::<Profile>()).rule(rules::profile_cut_short),
+    key!(atmosphere.profile, one_of::<Profile>()).or_file().rule(rules::profile_cut_short),
     key!(atmosphere.refraction, Other(|| "true or false; true takes a measured `profile` and the Earth".into()))
         .rule(rules::bent_without_a_profile),
     number!(atmosphere.air.scattering, "km⁻¹", At(0.0), At(100.0)),
@@ -326,6 +328,7 @@ impl Key {
             allowed,
             or_words: None,
             table: None,
+            or_file: false,
             field,
             wraps: false,
             matters: |_| true,
@@ -346,6 +349,11 @@ impl Key {
 
     const fn or_table(mut self, table: &'static dyn TableField) -> Self {
         self.table = Some(table);
+        self
+    }
+
+    const fn or_file(mut self) -> Self {
+        self.or_file = true;
         self
     }
 
@@ -417,9 +425,14 @@ impl Key {
         }
     }
 
-    /// Whether the key may be the name of a CSV file.
+    /// Whether the key may be the name of a CSV file that is a spectrum.
     pub fn takes_table(&self) -> bool {
         self.table.is_some()
+    }
+
+    /// Whether the key may be the name of a CSV file.
+    pub fn takes_file(&self) -> bool {
+        self.takes_table() || self.or_file
     }
 
     /// The words that the key may be.
@@ -437,7 +450,7 @@ impl Key {
 
     /// What the key may be, in words.
     pub fn range(&self) -> String {
-        let table = if self.takes_table() { ", or the name of a .csv file" } else { "" };
+        let table = if self.takes_file() { ", or the name of a .csv file" } else { "" };
         match &self.allowed {
             Allowed::Range { low, high, .. } => {
                 let words = self.or_words.map(|words| format!(", {}", listed(&words()))).unwrap_or_default();
@@ -501,8 +514,12 @@ pub fn tables(scene: &Scene) -> impl Iterator<Item = (&'static str, &TableFile)>
 /// The files that a scene reads, each with its key and the CRC-32 of what it holds.
 pub fn files(scene: &Scene) -> impl Iterator<Item = (&'static str, &NamedFile, u32)> {
     let tables = tables(scene).map(|(key, table)| (key, &table.file, table.checksum()));
+    let profile = match &scene.atmosphere.profile {
+        Profile::File(own) => Some(("atmosphere.profile", &own.file, own.checksum)),
+        _ => None,
+    };
     let modes = scene.atmosphere.aerosol.modes.iter().flat_map(AerosolMode::files);
-    tables.chain(modes.map(|(file, checksum)| ("atmosphere.aerosol", file, checksum)))
+    tables.chain(profile).chain(modes.map(|(file, checksum)| ("atmosphere.aerosol", file, checksum)))
 }
 
 /// Changes the name of each of [`files`].
@@ -513,6 +530,9 @@ pub fn files(scene: &Scene) -> impl Iterator<Item = (&'static str, &NamedFile, u
 pub(crate) fn change_names(scene: &mut Scene, mut change: impl FnMut(&mut NamedFile)) {
     for way in KEYS.iter().filter_map(|key| key.table) {
         way.table_mut(scene).into_iter().for_each(|table| change(&mut table.file));
+    }
+    if let Profile::File(own) = &mut scene.atmosphere.profile {
+        change(&mut own.file);
     }
     scene.atmosphere.aerosol.modes.iter_mut().flat_map(AerosolMode::names_mut).for_each(change);
 }

@@ -29,7 +29,7 @@ impl Scene {
             air_scattering: a.air.scattering * self.relative_pressure(),
             air_spectrum: a.air.spectrum,
             air_scale_height: a.air.scale_height,
-            aerosol: a.aerosol.mixture(a.profile),
+            aerosol: a.aerosol.mixture(&a.profile),
             // Without ozone its layer may be anywhere, and as thin as nothing.
             ozone_peak_density: if a.ozone.column > 0.0 { a.ozone.column * DOBSON_UNIT / half_base } else { 0.0 },
             forward_peak: 0.0,
@@ -37,7 +37,7 @@ impl Scene {
             ozone_temperature: a.profile.ozone_temperature(),
             ozone_column: half_base / METRES_PER_KM,
             gases: self.gases().and_then(|relative| {
-                SkyGases::new(a.profile, self.site.altitude, relative, a.profile.ozone_temperature())
+                SkyGases::new(&a.profile, self.site.altitude, relative, a.profile.ozone_temperature())
             }),
             ground_albedo: self.ground.albedo.clone(),
             sun: self.sun.spectrum.clone(),
@@ -69,7 +69,7 @@ impl Scene {
         if !self.atmosphere.profile.is_measured() {
             return (f64::INFINITY, f64::NEG_INFINITY);
         }
-        let aerosol = self.atmosphere.aerosol.mixture(self.atmosphere.profile);
+        let aerosol = self.atmosphere.aerosol.mixture(&self.atmosphere.profile);
         let parts = aerosol.albedo_spectra().map(AlbedoSpectrum::range).chain([self.ground.albedo.range()]);
         parts.fold(self.known_wavelengths_of_beams(), both)
     }
@@ -88,7 +88,7 @@ impl Scene {
 
     /// The gases of a measured profile, relative to those that were measured.
     pub fn gases(&self) -> Option<Relative> {
-        let measured = water(self.atmosphere.profile, self.site.altitude)?;
+        let measured = water(&self.atmosphere.profile, self.site.altitude)?;
         let water = self.atmosphere.water.column.map_or(1.0, |column| column / measured);
         Some(Relative { water, pressure: self.relative_pressure() })
     }
@@ -96,15 +96,15 @@ impl Scene {
     /// The tables of the air, where its profile has no closed form.
     pub fn tables(&self) -> Option<Arc<Tables>> {
         let a = &self.atmosphere;
-        let aerosol = a.aerosol.mixture(a.profile).lane;
+        let aerosol = a.aerosol.mixture(&a.profile).lane;
         let air = Air {
-            profile: a.profile,
+            profile: a.profile.clone(),
             ground_radius: a.ground_radius,
             depth: a.top_radius - a.ground_radius,
             site: self.site.altitude,
             columns: [a.air.scale_height, 0.5 * (a.ozone.top - a.ozone.bottom)],
             aerosol,
-            refractivity: if a.refraction { refractivity(a.profile, self.relative_pressure()) } else { 0.0 },
+            refractivity: if a.refraction { refractivity(&a.profile, self.relative_pressure()) } else { 0.0 },
         };
         a.profile.is_measured().then(|| Tables::of(&air))
     }

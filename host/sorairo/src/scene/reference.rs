@@ -74,6 +74,13 @@ name a table as it is found from the folder of the scene, with its checksum, and
 Colours, irradiances over all wavelengths and illuminances take from a table, and from the sun's, the mean around each 5 nm of their sum, weighed by
 the sun: lines between those wavelengths count, however fine. A spectrum at a wavelength takes what the table holds at that wavelength itself.
 
+## A profile of a person's own
+
+`atmosphere.profile` takes a file too. Its first row names the columns: `altitude_km`, `pressure_hpa`, `temperature_k` and, where they are known, `water_ppmv`,
+`ozone_ppmv` and `no2_ppmv`, in place of which the mixing ratios of `us-standard` stand. Altitudes increase from the sea to 60 km or more. Air
+grows thinner from row to row, and pressure falls as weight and temperature ask for, within a tenth. As with the others, the shape is taken:
+`air.pressure`, `ozone.column` and `water.column` say how much there is.
+
 ## Place and time
 
 `place` and `time` together stand for the sun's elevation and azimuth at the observer's altitude, and for its distance, 0.983 to 1.017 au. They

@@ -7,6 +7,7 @@ use super::sky::{STANDARD_PRESSURE, Sun};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
 use crate::medium::gases::most_water;
+use crate::medium::profile::LOWEST_END;
 use crate::words::word;
 
 /// Bands closer than this (nm) make the fit's matrix singular in practice.
@@ -103,7 +104,7 @@ pub fn narrower_than_its_display(render: &Render) -> Result<()> {
 }
 
 /// The lowest top above the ground (km) over a measured profile: it leaves 3e-4 of the air and less than 1e-3 of the ozone above it.
-pub const LOWEST_TOP_OF_A_PROFILE: f64 = 60.0;
+pub const LOWEST_TOP_OF_A_PROFILE: f64 = LOWEST_END;
 
 /// A measured profile has its ozone high up.
 pub(super) fn profile_cut_short(scene: &Scene) -> Result<()> {
@@ -114,7 +115,7 @@ pub(super) fn profile_cut_short(scene: &Scene) -> Result<()> {
     }
     let complaint = format!(
         "is {}, and needs atmosphere.top_radius at least {LOWEST_TOP_OF_A_PROFILE} km above the ground; it is {} km",
-        word(atmosphere.profile),
+        String::from(atmosphere.profile.clone()),
         shown(depth)
     );
     Err(Error::not_allowed("atmosphere.profile", complaint))
@@ -146,7 +147,7 @@ pub(super) fn site_of_no_profile(scene: &Scene) -> Result<()> {
     let complaint = format!(
         "is {} hPa, but {} has {there:.0} hPa at site.altitude = {}, from which it may differ by a tenth",
         shown(pressure),
-        word(atmosphere.profile),
+        String::from(atmosphere.profile.clone()),
         shown(site)
     );
     Err(Error::not_allowed("atmosphere.air.pressure", complaint))
@@ -176,13 +177,13 @@ pub(super) fn apparent_without_refraction(scene: &Scene) -> Result<()> {
 pub(super) fn water_of_no_profile(scene: &Scene) -> Result<()> {
     let atmosphere = &scene.atmosphere;
     let Some(column) = atmosphere.water.column else { return Ok(()) };
-    let complaint = match most_water(atmosphere.profile, scene.site.altitude) {
+    let complaint = match most_water(&atmosphere.profile, scene.site.altitude) {
         None => "is set, and needs a measured atmosphere.profile".into(),
         Some(most) if column <= most => return Ok(()),
         Some(most) => format!(
             "is {} cm; the air of {} is saturated at {:.1} cm, and at most twice that is allowed",
             shown(column),
-            word(atmosphere.profile),
+            String::from(atmosphere.profile.clone()),
             0.5 * most
         ),
     };
@@ -191,7 +192,7 @@ pub(super) fn water_of_no_profile(scene: &Scene) -> Result<()> {
 
 /// Modes of aerosol are each allowed, and lie as the air can take them.
 pub(super) fn modes_of_aerosol(scene: &Scene) -> Result<()> {
-    scene.atmosphere.aerosol.check_modes(scene.atmosphere.profile)
+    scene.atmosphere.aerosol.check_modes(&scene.atmosphere.profile)
 }
 
 pub(super) fn place_elsewhere(scene: &Scene) -> Result<()> {

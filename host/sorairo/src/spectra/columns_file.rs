@@ -15,6 +15,8 @@ use crate::rows::{Row, rows};
 pub struct Columns {
     /// The numbers in the heads of the columns after the first, where each has one.
     pub heads: Option<Vec<f64>>,
+    /// The names of all columns, where the first row has them.
+    pub names: Vec<String>,
     /// The first column, which increases, and the others.
     pub rows: Vec<(f64, Vec<f64>)>,
     /// The line of the text where each row stood.
@@ -23,11 +25,12 @@ pub struct Columns {
 
 impl Columns {
     fn parse(text: &str) -> Result<Self, String> {
-        let mut columns = Self { heads: None, rows: Vec::new(), lines: Vec::new() };
+        let mut columns = Self { heads: None, names: Vec::new(), rows: Vec::new(), lines: Vec::new() };
         for (before, row) in rows(text).enumerate() {
             let row = row?;
             if before == 0 && row.cells[0].parse::<f64>().is_err() {
                 columns.heads = row.cells[1..].iter().map(|cell| number_in(cell)).collect();
+                columns.names = row.cells;
                 continue;
             }
             columns.add(&row).map_err(|complaint| row.wrong(&complaint))?;

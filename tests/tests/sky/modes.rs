@@ -184,3 +184,18 @@ fn a_list_of_one_is_the_aerosol_of_the_keys() {
     let smoky = format!("{half}{}", second.replace("0.1\n", "0.1\nsingle_scattering_albedo = 0.5\n"));
     assert!(radiance(&read(&smoky), 520.0, &views)[0] < 0.9 * radiance(&one, 520.0, &views)[0]);
 }
+
+/// With 8 samples of a ray, and not 48, light of higher orders had bands at 2 and 5°: samples passed the layer's edges one by one.
+#[test]
+fn a_layer_aloft_draws_no_bands_above_the_horizon() {
+    let scene = read(
+        "sun.elevation = 20\n[[atmosphere.aerosol]]\nkind = 'maritime-clean'\n[[atmosphere.aerosol]]\nkind = 'desert'\n\
+         optical_depth = 0.3\nprofile = [2.0, 5.0]\n",
+    );
+    let views: Vec<(f64, f64)> = (2..=20).map(|elevation| (f64::from(elevation), 120.0)).collect();
+    let light = radiance(&scene, 550.0, &views);
+    let slopes: Vec<bool> = light.windows(2).map(|two| two[1] > two[0]).collect();
+    let turns = slopes.windows(2).filter(|two| two[0] != two[1]).count();
+    // It grows to where dust is thickest before the eye takes its light, and falls from there.
+    assert!(slopes[0] && turns == 1, "{light:?}");
+}

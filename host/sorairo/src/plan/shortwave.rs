@@ -52,13 +52,16 @@ pub struct Shortwave {
     parts: usize,
 }
 
+/// The weights of strengths of water and of dry air in a bin, and where it lies among the wavelengths at which light is computed at each.
+type OfLines = ([[f64; STRENGTHS.len()]; 2], (usize, f64));
+
 /// What lines leave of a sky's light at some wavelengths.
 pub struct Lines {
     /// At those of [`OF_STRENGTHS`] that the wavelengths need, each without lines, with those of water and with those of dry air; none where no
     /// lines absorb.
     integral: Option<RayIntegral>,
-    /// At each wavelength the weights of strengths of water and of dry air, and where it lies among those.
-    points: Vec<Option<([[f64; STRENGTHS.len()]; 2], (usize, f64))>>,
+    /// At each wavelength; none where no lines absorb.
+    points: Vec<Option<OfLines>>,
 }
 
 impl Lines {
@@ -91,7 +94,7 @@ impl Lines {
             .chunks_exact(1 + 2 * STRENGTHS.len())
             .map(|at| at[1..].iter().map(|light| if at[0] > 0.0 { light / at[0] } else { 0.0 }).collect())
             .collect();
-        let of_point = |(weights, (below, part)): &([[f64; STRENGTHS.len()]; 2], (usize, f64))| -> f64 {
+        let of_point = |(weights, (below, part)): &OfLines| -> f64 {
             let (low, high) = (&nodes[*below], &nodes[below + 1]);
             let of_class = |class: usize| {
                 // The weights of all strengths, none included, sum to 1.

@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 use serde::{Deserialize, Serialize};
 use strum::{EnumIter, EnumMessage, EnumString, IntoEnumIterator, IntoStaticStr};
 
-use crate::spectra::choice::is_table_file;
 use crate::spectra::columns_file::{Columns, FileOf, FromColumns};
+use crate::spectra::named_file::is_table_file;
 use crate::spectra::table::Table;
 use crate::words::{word, words};
 

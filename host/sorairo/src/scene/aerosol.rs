@@ -5,15 +5,64 @@ use std::sync::Arc;
 use documented::DocumentedFields;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::preset::clean_country;
-use super::sky::Aerosol;
 use crate::error::{Error, Result, check_range};
 use crate::medium::aerosol::{self, AerosolKind, Layer, Mixture, Phase, Scattering};
 use crate::medium::profile::Profile;
-use crate::spectra::choice::{AlbedoSpectrum, is_table_file};
+use crate::spectra::choice::AlbedoSpectrum;
 use crate::spectra::columns_file::{Columns, FileOf, FromColumns};
-use crate::spectra::named_file::NamedFile;
+use crate::spectra::named_file::{NamedFile, is_table_file};
 use crate::spectra::table::Table;
+
+/// Aerosol: scatters and absorbs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
+#[serde(deny_unknown_fields, default)]
+pub struct Aerosol {
+    /// Kind of aerosol; a known one has spectra and a phase function of its own, in place of exponent, albedo and asymmetry.
+    pub kind: AerosolKind,
+    /// Vertical optical depth of aerosol at 1 µm: extinction at the ground times the scale height.
+    pub optical_depth: f64,
+    /// Ångström exponent α of the extinction by aerosol, which varies as λ^-α.
+    pub angstrom_exponent: f64,
+    /// Scale height of aerosol (km).
+    pub scale_height: f64,
+    /// Single-scattering albedo of aerosol at every wavelength: the part of the extinction that is scattering.
+    pub single_scattering_albedo: f64,
+    /// Single-scattering albedo of aerosol by wavelength, in place of `single_scattering_albedo`; a file holds parts of 1.
+    pub single_scattering_albedo_spectrum: AlbedoSpectrum,
+    /// Asymmetry of the Cornette-Shanks phase function of aerosol.
+    pub asymmetry: f64,
+    /// Several aerosols in place of the one of the other keys; in a file each is a table `[[atmosphere.aerosol]]`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub modes: Vec<AerosolMode>,
+}
+
+impl Default for Aerosol {
+    fn default() -> Self {
+        Self {
+            kind: AerosolKind::Plain,
+            optical_depth: 5.328e-3,
+            angstrom_exponent: 0.0,
+            scale_height: 1.2,
+            single_scattering_albedo: 0.9,
+            single_scattering_albedo_spectrum: AlbedoSpectrum::Grey,
+            asymmetry: 0.8,
+            modes: Vec::new(),
+        }
+    }
+}
+
+/// Optical depth of the plain aerosol of clean country at 1 µm: 0.064 at 550 nm.
+pub(super) const CLEAN_COUNTRY: f64 = 0.0294;
+
+/// OPAC's *continental clean* aerosol in numbers (Hess, Koepke and Schult 1998): single-scattering albedo 0.972 and
+/// asymmetry 0.709 at 550 nm; the Ångström exponent 1.3 lies between those that OPAC gives below and above 500 nm.
+pub(super) fn clean_country(aerosol: &mut Aerosol) {
+    aerosol.angstrom_exponent = 1.3;
+    aerosol.optical_depth = CLEAN_COUNTRY;
+    aerosol.scale_height = 2.0;
+    aerosol.single_scattering_albedo = 0.972;
+    aerosol.asymmetry = 0.709;
+}
 
 /// One aerosol of several: what is not said is that of its kind; without a kind, that of the aerosol of clean country in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
@@ -426,82 +475,4 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> std::re
         OneOrMany::One(aerosol) => *aerosol,
         OneOrMany::Many(modes) => Aerosol { modes, ..Aerosol::default() },
     })
-}
-
-#[cfg(all(test, feature = "scene-files"))]
-mod tests {
-    use std::path::Path;
-
-    use crate::scene::Scene;
-    use crate::scene::file::{Draft, text};
-
-    fn draft(modes: &str, folder: &Path) -> std::result::Result<Draft, String> {
-        Draft::parse(modes, "a.toml", folder, None).map_err(|problems| problems[0].to_string())
-    }
-
-    /// What is wrong with a list of modes.
-    fn complaint(modes: &str) -> String {
-        match draft(modes, Path::new(".")) {
-            Ok(draft) => draft.validated().unwrap_err().to_string(),
-            Err(complaint) => complaint,
-        }
-    }
-
-    #[test]
-    fn modes_are_written_as_they_are_read() {
-        let folder = tempfile::tempdir().unwrap();
-        for (name, text) in [
-            ("phase.csv", "angle_deg,440,675\n0,40,30\n10,9,8\n60,1,1\n180,0.4,0.5\n"),
-            ("levels.csv", "altitude_km,density\n0,1\n2,1\n3,0\n"),
-            ("ext.csv", "wavelength_nm,extinction\n440,0.5\n675,0.25\n"),
-        ] {
-            std::fs::write(folder.path().join(name), text).unwrap();
-        }
-        let modes = "[[atmosphere.aerosol]]\nkind = 'desert'\nprofile = [2.0, 4.0]\n[[atmosphere.aerosol]]\noptical_depth = 0.1\n\
-                     extinction = 'ext.csv'\nphase_function = 'phase.csv'\nprofile = 'levels.csv'\nsingle_scattering_albedo = 'urban'\n";
-        let draft = draft(modes, folder.path()).unwrap();
-        let scene = draft.validated().unwrap().into_scene();
-        let aerosol = &scene.atmosphere.aerosol;
-        assert_eq!(aerosol.modes.len(), 2);
-        assert!(text(&scene).contains("[[atmosphere.aerosol]]"), "{}", text(&scene));
-        let again = Scene::parse(&text(&scene), "again.toml", None).unwrap();
-        assert_eq!(again.atmosphere.aerosol.modes, aerosol.modes);
-        assert!(toml::from_str::<Scene>(&text(&scene)).unwrap().atmosphere.aerosol.modes == aerosol.modes);
-        // Phase functions to any scale have a mean of 1 over the sphere.
-        let phase = scene.optics().aerosol;
-        let moments = phase.phase().unwrap().moments(1);
-        assert!((moments[0] - 1.0).abs() < 1e-9 && (0.3..0.9).contains(&moments[1]), "{moments:?}");
-    }
-
-    #[test]
-    fn what_is_wrong_with_a_mode_is_one_sentence() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("p.csv");
-        std::fs::write(&path, "angle_deg,440\n0,40\n90,-999\n180,1\n").unwrap();
-        let mode = |keys: &str| complaint(&format!("[[atmosphere.aerosol]]\n{keys}\n"));
-        for (found, words) in [
-            (
-                mode("optical_depth = -1"),
-                "atmosphere.aerosol has a mode whose optical_depth is -1; it must lie between 0 and 1000",
-            ),
-            (mode("profile = 2.0"), "has a mode with neither a kind nor an optical_depth"),
-            (mode("kind = 'urban'\nprofile = [3.0, 2.0]"), "a layer is 0.5 km thick or more"),
-            (mode("kind = 'urban'\ncolour = 1"), "unknown field `colour`"),
-            (mode("kind = 'urban'\nphase_function = 'dust'"), "\"dust\" is no kind of aerosol"),
-            (mode(&format!("kind = 'urban'\nphase_function = '{}'", path.display())), "line 3: column 2 is \"-999\""),
-            (
-                complaint(
-                    "atmosphere.profile = 'exponential'\n[[atmosphere.aerosol]]\nkind = 'urban'\nprofile = [2.0, 3.0]\n",
-                ),
-                "which needs a measured atmosphere.profile",
-            ),
-        ] {
-            assert!(found.contains(words), "{found}\nwithout: {words}");
-        }
-        let mut draft = draft("[[atmosphere.aerosol]]\nkind = 'urban'\n", folder.path()).unwrap();
-        let key = crate::scene::keys::find("atmosphere.aerosol.optical_depth").unwrap();
-        let number = serde::de::value::F64Deserializer::<serde::de::value::Error>::new(0.1);
-        let refused = draft.set(key, number).unwrap_err().to_string();
-        assert!(refused.contains("the scene lists several"), "{refused}");
-    }
 }

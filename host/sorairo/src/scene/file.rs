@@ -16,7 +16,7 @@ use super::preset::{Preset, Scene};
 use super::valid::ValidScene;
 use crate::error::{Error, PlaceInFile, Result};
 use crate::input::{self, LARGEST_SCENE};
-use crate::spectra::choice::is_table_file;
+use crate::spectra::named_file::is_table_file;
 
 /// Most problems of one file that are told.
 const MOST_PROBLEMS: usize = 20;
@@ -584,5 +584,75 @@ mod tests {
             scene.render.exposure = Exposure::Stops(-3.5);
             assert_eq!(Scene::parse(&toml::to_string(&scene).unwrap(), "scene.toml", None).unwrap(), scene);
         }
+    }
+
+    fn draft_of(modes: &str, folder: &Path) -> std::result::Result<Draft, String> {
+        Draft::parse(modes, "a.toml", folder, None).map_err(|problems| problems[0].to_string())
+    }
+
+    /// What is wrong with a list of modes.
+    fn complaint(modes: &str) -> String {
+        match draft_of(modes, Path::new(".")) {
+            Ok(draft) => draft.validated().unwrap_err().to_string(),
+            Err(complaint) => complaint,
+        }
+    }
+
+    #[test]
+    fn modes_are_written_as_they_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in [
+            ("phase.csv", "angle_deg,440,675\n0,40,30\n10,9,8\n60,1,1\n180,0.4,0.5\n"),
+            ("levels.csv", "altitude_km,density\n0,1\n2,1\n3,0\n"),
+            ("ext.csv", "wavelength_nm,extinction\n440,0.5\n675,0.25\n"),
+        ] {
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        let modes = "[[atmosphere.aerosol]]\nkind = 'desert'\nprofile = [2.0, 4.0]\n[[atmosphere.aerosol]]\noptical_depth = 0.1\n\
+                     extinction = 'ext.csv'\nphase_function = 'phase.csv'\nprofile = 'levels.csv'\nsingle_scattering_albedo = 'urban'\n";
+        let draft = draft_of(modes, folder.path()).unwrap();
+        let scene = draft.validated().unwrap().into_scene();
+        let aerosol = &scene.atmosphere.aerosol;
+        assert_eq!(aerosol.modes.len(), 2);
+        assert!(text(&scene).contains("[[atmosphere.aerosol]]"), "{}", text(&scene));
+        let again = Scene::parse(&text(&scene), "again.toml", None).unwrap();
+        assert_eq!(again.atmosphere.aerosol.modes, aerosol.modes);
+        assert!(toml::from_str::<Scene>(&text(&scene)).unwrap().atmosphere.aerosol.modes == aerosol.modes);
+        // Phase functions to any scale have a mean of 1 over the sphere.
+        let phase = scene.optics().aerosol;
+        let moments = phase.phase().unwrap().moments(1);
+        assert!((moments[0] - 1.0).abs() < 1e-9 && (0.3..0.9).contains(&moments[1]), "{moments:?}");
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_mode_is_one_sentence() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("p.csv");
+        std::fs::write(&path, "angle_deg,440\n0,40\n90,-999\n180,1\n").unwrap();
+        let mode = |keys: &str| complaint(&format!("[[atmosphere.aerosol]]\n{keys}\n"));
+        for (found, words) in [
+            (
+                mode("optical_depth = -1"),
+                "atmosphere.aerosol has a mode whose optical_depth is -1; it must lie between 0 and 1000",
+            ),
+            (mode("profile = 2.0"), "has a mode with neither a kind nor an optical_depth"),
+            (mode("kind = 'urban'\nprofile = [3.0, 2.0]"), "a layer is 0.5 km thick or more"),
+            (mode("kind = 'urban'\ncolour = 1"), "unknown field `colour`"),
+            (mode("kind = 'urban'\nphase_function = 'dust'"), "\"dust\" is no kind of aerosol"),
+            (mode(&format!("kind = 'urban'\nphase_function = '{}'", path.display())), "line 3: column 2 is \"-999\""),
+            (
+                complaint(
+                    "atmosphere.profile = 'exponential'\n[[atmosphere.aerosol]]\nkind = 'urban'\nprofile = [2.0, 3.0]\n",
+                ),
+                "which needs a measured atmosphere.profile",
+            ),
+        ] {
+            assert!(found.contains(words), "{found}\nwithout: {words}");
+        }
+        let mut draft = draft_of("[[atmosphere.aerosol]]\nkind = 'urban'\n", folder.path()).unwrap();
+        let key = keys::find("atmosphere.aerosol.optical_depth").unwrap();
+        let number = serde::de::value::F64Deserializer::<serde::de::value::Error>::new(0.1);
+        let refused = draft.set(key, number).unwrap_err().to_string();
+        assert!(refused.contains("the scene lists several"), "{refused}");
     }
 }

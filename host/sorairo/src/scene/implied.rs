@@ -3,7 +3,8 @@
 //! A preset of measured air holds the numbers of air in closed form and of plain aerosol too. Who says one of those, and no profile or
 //! kind, means the air or the aerosol that it describes. So does who moves the ground or the top to where no profile was measured.
 
-use super::preset::{CLEAN_COUNTRY, Scene};
+use super::aerosol::CLEAN_COUNTRY;
+use super::preset::Scene;
 use super::rules::LOWEST_TOP_OF_A_PROFILE;
 use crate::medium::aerosol::AerosolKind;
 use crate::medium::profile::Profile;

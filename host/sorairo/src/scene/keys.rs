@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 use documented::DocumentedFields;
 use serde::Deserializer;
 
-use super::aerosol::AerosolMode;
+use super::aerosol::{Aerosol, AerosolMode};
 use super::camera::{Below, CameraScene, Projection, Reflectance, Size};
 use super::field::{Field, NumberField, Present, TableField, Way};
 use super::preset::{Preset, Scene};
@@ -15,7 +15,7 @@ use super::settings::{
     ColourPath, Display, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook,
     Render, Rgb, ViewTransform, WhiteBalance,
 };
-use super::sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, Site, Sun, Water};
+use super::sky::{Air, AtmosphereScene, Ground, Observer, Ozone, Site, Sun, Water};
 use super::{plausible, rules};
 use crate::azimuth::within_a_turn;
 use crate::error::{Error, Result, check_range};

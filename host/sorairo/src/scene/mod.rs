@@ -26,12 +26,12 @@ mod valid;
 
 pub use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 pub use crate::spectra::observer::ColourObserver;
-pub use aerosol::{AerosolMode, AerosolProfile, ModeAlbedo, PhaseFunction};
+pub use aerosol::{Aerosol, AerosolMode, AerosolProfile, ModeAlbedo, PhaseFunction};
 pub use camera::{Below, CameraScene, LONGEST_SIDE, Projection, Reflectance, Size, View};
 pub use preset::{Preset, Scene};
 pub use settings::{
     ColourPath, Display, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook,
     Render, Rgb, Shutter, ViewTransform, WhiteBalance, stops_of_ev100,
 };
-pub use sky::{Aerosol, Air, AtmosphereScene, Ground, Observer, Ozone, STANDARD_PRESSURE, Site, Sun, Water};
+pub use sky::{Air, AtmosphereScene, Ground, Observer, Ozone, STANDARD_PRESSURE, Site, Sun, Water};
 pub use valid::ValidScene;

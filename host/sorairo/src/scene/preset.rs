@@ -4,9 +4,10 @@ use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
+use super::aerosol::clean_country;
 use super::camera::CameraScene;
 use super::settings::{Orders, Render};
-use super::sky::{Aerosol, AtmosphereScene, Ground, Observer, Site, Sun};
+use super::sky::{AtmosphereScene, Ground, Observer, Site, Sun};
 use crate::medium::aerosol::AerosolKind;
 use crate::medium::profile::Profile;
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, SunSpectrum};
@@ -162,19 +163,6 @@ fn standard(scene: &mut Scene) {
     atmosphere.aerosol.optical_depth = 0.026133;
     scene.sun.spectrum = SunSpectrum::Tsis1;
     scene.ground.albedo = GroundAlbedo::Grass;
-}
-
-/// Optical depth of the plain aerosol of clean country at 1 µm: 0.064 at 550 nm.
-pub(super) const CLEAN_COUNTRY: f64 = 0.0294;
-
-/// OPAC's *continental clean* aerosol in numbers (Hess, Koepke and Schult 1998): single-scattering albedo 0.972 and
-/// asymmetry 0.709 at 550 nm; the Ångström exponent 1.3 lies between those that OPAC gives below and above 500 nm.
-pub(super) fn clean_country(aerosol: &mut Aerosol) {
-    aerosol.angstrom_exponent = 1.3;
-    aerosol.optical_depth = CLEAN_COUNTRY;
-    aerosol.scale_height = 2.0;
-    aerosol.single_scattering_albedo = 0.972;
-    aerosol.asymmetry = 0.709;
 }
 
 /// Takahashi and Dobashi, *Full-spectrum rendering of the sky using GPU*: light of one order over black ground, no ozone, a sun of 1 at

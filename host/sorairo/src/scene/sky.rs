@@ -3,11 +3,10 @@
 use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
 
-use super::aerosol::{self, AerosolMode};
+use super::aerosol::{self, Aerosol};
 use super::place::{Place, Time};
-use crate::medium::aerosol::AerosolKind;
 use crate::medium::profile::Profile;
-use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
+use crate::spectra::choice::{AirSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 
 /// The sun.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
@@ -147,44 +146,6 @@ impl Default for Air {
             spectrum: AirSpectrum::FourthPower,
             pressure: STANDARD_PRESSURE,
             scale_height: 8.0,
-        }
-    }
-}
-
-/// Aerosol: scatters and absorbs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
-#[serde(deny_unknown_fields, default)]
-pub struct Aerosol {
-    /// Kind of aerosol; a known one has spectra and a phase function of its own, in place of exponent, albedo and asymmetry.
-    pub kind: AerosolKind,
-    /// Vertical optical depth of aerosol at 1 µm: extinction at the ground times the scale height.
-    pub optical_depth: f64,
-    /// Ångström exponent α of the extinction by aerosol, which varies as λ^-α.
-    pub angstrom_exponent: f64,
-    /// Scale height of aerosol (km).
-    pub scale_height: f64,
-    /// Single-scattering albedo of aerosol at every wavelength: the part of the extinction that is scattering.
-    pub single_scattering_albedo: f64,
-    /// Single-scattering albedo of aerosol by wavelength, in place of `single_scattering_albedo`; a file holds parts of 1.
-    pub single_scattering_albedo_spectrum: AlbedoSpectrum,
-    /// Asymmetry of the Cornette-Shanks phase function of aerosol.
-    pub asymmetry: f64,
-    /// Several aerosols in place of the one of the other keys; in a file each is a table `[[atmosphere.aerosol]]`.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub modes: Vec<AerosolMode>,
-}
-
-impl Default for Aerosol {
-    fn default() -> Self {
-        Self {
-            kind: AerosolKind::Plain,
-            optical_depth: 5.328e-3,
-            angstrom_exponent: 0.0,
-            scale_height: 1.2,
-            single_scattering_albedo: 0.9,
-            single_scattering_albedo_spectrum: AlbedoSpectrum::Grey,
-            asymmetry: 0.8,
-            modes: Vec::new(),
         }
     }
 }

@@ -7,6 +7,7 @@ use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use super::mean::{self, Window};
 use super::measured;
+use super::named_file::is_table_file;
 use super::range::{MEASURED_RANGE, RANGE_OF_BEAMS, STEP};
 use super::table::Table;
 use super::table_file::TableFile;
@@ -271,11 +272,6 @@ fn named_or_file<T: Words>(text: &str, file: fn(TableFile) -> T) -> std::result:
         let names: Vec<_> = words::<T>().into_iter().map(|word| word.name).collect();
         format!("{text:?} is neither {} nor the name of a .csv file", names.join(" nor "))
     })
-}
-
-/// Whether a value is the name of a CSV file.
-pub(crate) fn is_table_file(text: &str) -> bool {
-    Path::new(text).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
 /// What may be a person's table.

@@ -66,6 +66,11 @@ fn whole(path: &Path) -> Option<PathBuf> {
     Some(whole)
 }
 
+/// Whether a value is the name of a CSV file.
+pub(crate) fn is_table_file(text: &str) -> bool {
+    Path::new(text).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
+}
+
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;

@@ -26,7 +26,7 @@ fn scene(kind: AerosolKind, depth: f64, sun: f64) -> Scene {
 }
 
 /// Radiance at a wavelength itself (W·m⁻²·sr⁻¹·nm⁻¹) in directions of an elevation and an azimuth (degrees).
-fn radiance(scene: &Scene, wavelength: f64, views: &[(f64, f64)]) -> Vec<f64> {
+pub fn radiance(scene: &Scene, wavelength: f64, views: &[(f64, f64)]) -> Vec<f64> {
     let scene = scene.clone().validated().unwrap();
     let sky = SkyPlan::new(&scene, scene.render.rgb);
     let dense = DenseSpectrum::new(&sky, &[wavelength]);

@@ -70,8 +70,9 @@ fn gases_absorb_as_the_band_model_of_lowtran7_does() {
     }
 }
 
-/// The atmosphere of ASTM G173-03: US Standard, 1.42 cm of water, 0.34 atm-cm of ozone, aerosol of an optical depth of 0.084 at
-/// 500 nm, air mass 1.5. Its rural aerosol has no one Ångström exponent; the irradiance changes by 0.3 % from 1.0 to 1.3.
+/// The atmosphere of ASTM G173-03: US Standard, 1.42 cm of water, 0.34 atm-cm of ozone, aerosol of an optical depth of
+/// 0.084 at 500 nm, air mass 1.5. Its rural aerosol has no one Ångström exponent; the irradiance changes by 0.3 % from
+/// 1.0 to 1.3.
 fn of_the_standard() -> Scene {
     let mut scene = measured();
     scene.sun.elevation = 41.81;
@@ -104,7 +105,8 @@ fn the_beam_is_that_of_the_reference_spectrum() {
 #[test]
 fn a_tilted_surface_gets_the_irradiance_of_the_reference_spectrum() {
     let mut scene = of_the_standard();
-    // Rural aerosol has a single-scattering albedo of 0.95 and an asymmetry of 0.65 (Shettle and Fenn 1979); the soil is light and sandy.
+    // Rural aerosol has a single-scattering albedo of 0.95 and an asymmetry of 0.65 (Shettle and Fenn 1979); the soil
+    // is light and sandy.
     let aerosol = &mut scene.atmosphere.aerosol;
     (aerosol.single_scattering_albedo, aerosol.asymmetry) = (0.95, 0.65);
     (scene.ground.albedo, scene.render.orders) = (GroundAlbedo::Sand, Orders::All);
@@ -118,16 +120,17 @@ fn a_tilted_surface_gets_the_irradiance_of_the_reference_spectrum() {
         global.chunks(width as usize).map(|parts| parts.iter().sum::<f64>() / width).collect()
     });
     println!("rms {:.2} %, broadband {sum:.1} instead of {published:.1} W/m²", 100.0 * rms);
-    // 5.1 % and +3.0 %, all of it diffuse: SMARTS has 117 W/m² of sky and ground, and spectrl2 (Bird and Riordan 1986, DOI
-    // 10.1175/1520-0450(1986)025<0087:SSSMFD>2.0.CO;2), by pvlib, 133 for the same surface over ground of an albedo of 0.2; here it is 144 there.
+    // 5.1 % and +3.0 %, all of it diffuse: SMARTS has 117 W/m² of sky and ground, and spectrl2 (Bird and Riordan 1986,
+    // DOI 10.1175/1520-0450(1986)025<0087:SSSMFD>2.0.CO;2), by pvlib, 133 for the same surface over ground of an albedo
+    // of 0.2; here it is 144 there.
     assert!(rms < 0.055, "{rms}");
     assert!((sum / published - 1.0).abs() < 0.035, "{sum} instead of {published} W/m²");
     let level = Broadband::new(&sky).unwrap();
     assert!((level.ghi_w_m2 - level.dhi_w_m2 - level.dni_w_m2 * 41.83f64.to_radians().sin()).abs() < 0.5, "{level:?}");
 }
 
-/// Of irradiances and those of a column of ASTM G173-03: the root mean square of the differences over that of the standard's, and both
-/// sums (W/m²).
+/// Of irradiances and those of a column of ASTM G173-03: the root mean square of the differences over that of the
+/// standard's, and both sums (W/m²).
 fn against_the_standard(column: usize, of: impl Fn(&[f64], f64) -> Vec<f64>) -> (f64, f64, f64) {
     let (mut square, mut published_square, mut sum, mut published_sum) = (0.0, 0.0, 0.0, 0.0);
     for width in [5.0, 10.0] {

@@ -5,11 +5,12 @@ use std::path::Path;
 use rayon::prelude::*;
 use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::plan::direction;
-use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{AerosolMode, AerosolProfile, Preset, Scene, file};
-use sorairo::{PixelFormat, Plan, SkyPlan};
+use sorairo::{PixelFormat, Plan};
 use sorairo_evaluation::judge::{bands, ray};
 use sorairo_oracle as oracle;
+
+use crate::aerosol::radiance;
 
 /// A scene file in the folder of the data of the tests.
 fn read(text: &str) -> Scene {
@@ -19,14 +20,6 @@ fn read(text: &str) -> Scene {
         .unwrap()
         .scene()
         .clone()
-}
-
-/// Radiance at a wavelength (W·m⁻²·sr⁻¹·nm⁻¹) in directions of an elevation and an azimuth (degrees).
-fn radiance(scene: &Scene, wavelength: f64, views: &[(f64, f64)]) -> Vec<f64> {
-    let scene = scene.clone().validated().unwrap();
-    let sky = SkyPlan::new(&scene, scene.render.rgb);
-    let dense = DenseSpectrum::new(&sky, &[wavelength]);
-    views.iter().map(|&(elevation, azimuth)| dense.radiance(direction(elevation, azimuth).as_vec3())[0]).collect()
 }
 
 /// Optical depth, single-scattering albedo and phase function are those that AERONET derived from the same scans.
@@ -90,8 +83,8 @@ fn beside_another(sun: f64, profile: AerosolProfile) -> Scene {
 
 #[test]
 fn modes_in_layers_of_their_own_scatter_as_rays_that_march() {
-    // Those of measured air; tables are straight between altitudes 0.7 km apart where the layer aloft has its edges, over
-    // which the oracle itself takes steps as long.
+    // Those of measured air; tables are straight between altitudes 0.7 km apart where the layer aloft has its edges,
+    // over which the oracle itself takes steps as long.
     for (sun, is_layer, bound) in
         [(40.0, false, 5e-3), (5.0, false, 1e-2), (-3.0, false, 1.5e-2), (40.0, true, 1.5e-2), (-3.0, true, 5e-2)]
     {
@@ -185,7 +178,8 @@ fn a_list_of_one_is_the_aerosol_of_the_keys() {
     assert!(radiance(&read(&smoky), 520.0, &views)[0] < 0.9 * radiance(&one, 520.0, &views)[0]);
 }
 
-/// With 8 samples of a ray, and not 48, light of higher orders had bands at 2 and 5°: samples passed the layer's edges one by one.
+/// With 8 samples of a ray, and not 48, light of higher orders had bands at 2 and 5°: samples passed the layer's edges
+/// one by one.
 #[test]
 fn a_layer_aloft_draws_no_bands_above_the_horizon() {
     let scene = read(

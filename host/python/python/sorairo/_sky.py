@@ -178,7 +178,7 @@ class Sky:
             Directions (degrees, as those of `radiance`) and distances from the observer (km; inf for all of the air), broadcast against each
             other. A distance behind the ground is refused.
         wavelengths : array_like
-            At most one axis (nm, 360 to 830; in measured air 280 to 2500).
+            At most one axis (nm, 360 to 830).
 
         Returns
         -------

@@ -6,8 +6,9 @@
 //! L(observer) = L(observer to P) + T(observer to P) · L(P)
 //! ```
 //!
-//! with the radiance `L(observer to P)` of light of all orders that the air before `P` scatters towards the observer. It
-//! is the integral of whole rays, which ends at `P`; see [`sorairo_shared::path::single`] and [`sorairo_shared::light_field`].
+//! with the radiance `L(observer to P)` of light of all orders that the air before `P` scatters towards the observer.
+//! It is the integral of whole rays, which ends at `P`; see [`sorairo_shared::path::single`] and
+//! [`sorairo_shared::light_field`].
 
 use serde::Serialize;
 

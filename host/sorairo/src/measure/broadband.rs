@@ -9,8 +9,8 @@ use crate::plan::SkyPlan;
 use crate::plan::picture::sun_disc::Sun;
 use crate::spectra::range::RANGE_OF_BEAMS;
 
-/// What the sun and the sky send through measured air between 280 and 2500 nm (W·m⁻²), by the names of solar energy: 98 % of what the sun sends
-/// lie there.
+/// What the sun and the sky send through measured air between 280 and 2500 nm (W·m⁻²), by the names of solar energy: 96
+/// % of what the sun sends lie there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Broadband {
     /// Direct normal irradiance: that of the sun's disc on a surface that faces it.
@@ -79,8 +79,8 @@ mod tests {
 
     #[test]
     fn ultraviolet_light_is_as_strong_as_its_published_formula() {
-        // Madronich 2007, https://doi.org/10.1562/2006-12-20-RA-1138: 12.5 cos(z)^2.42 (ozone / 300 DU)^-1.23 of clear air over dark ground,
-        // within 10 % up to a zenith angle of 60°.
+        // Madronich 2007, https://doi.org/10.1111/j.1751-1097.2007.00200.x: 12.5 cos(z)^2.42 (ozone / 300 DU)^-1.23 of
+        // clear air over dark ground, within 10 % up to a zenith angle of 60°.
         for (sun, ozone) in [(90.0, 300.0), (60.0, 300.0), (40.0, 300.0), (60.0, 400.0), (60.0, 250.0)] {
             let sky = sky(sun, |scene| scene.atmosphere.ozone.column = ozone);
             let found = Broadband::new(&sky).unwrap().uv_index;
@@ -93,7 +93,8 @@ mod tests {
     #[test]
     fn parts_of_the_broadband_are_as_measured() {
         let found = Broadband::new(&sky(50.0, |_| {})).unwrap();
-        // McCree 1972, https://doi.org/10.1016/0002-1571(72)90045-3: half of the sun's energy lies from 400 to 700 nm, of 4.57 µmol/J.
+        // McCree 1972, https://doi.org/10.1016/0002-1571(72)90045-3: half of the sun's energy lies from 400 to 700 nm,
+        // of 4.57 µmol/J.
         let photons = found.ppfd_umol_m2_s / found.ghi_w_m2;
         assert!((1.9..2.3).contains(&photons), "{found:?}");
         // The sun stands 0.013° higher than without air.

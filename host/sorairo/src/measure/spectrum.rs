@@ -124,8 +124,8 @@ pub fn spectrum(sky: &SkyPlan, elevation: f64, azimuth: f64, wavelengths: &[f64]
     spectra(sky, &[Direction { elevation, azimuth }], wavelengths, None).map(|mut spectra| spectra.remove(0))
 }
 
-/// The spectra in directions at wavelengths in nm, or in means over a resolution (nm) about each. Beyond visible light and in means both values of a
-/// sample are the one that lines of gases leave.
+/// The spectra in directions at wavelengths in nm, or in means over a resolution (nm) about each. Beyond visible light
+/// and in means both values of a sample are the one that lines of gases leave.
 ///
 /// # Errors
 ///
@@ -207,8 +207,8 @@ impl Spectra {
         Ok(Self { by })
     }
 
-    /// Spectra of a sky that is asked for beyond visible light, or in means over a resolution (nm) about each wavelength (nm): all of them through
-    /// the lines of its gases.
+    /// Spectra of a sky that is asked for beyond visible light, or in means over a resolution (nm) about each
+    /// wavelength (nm): all of them through the lines of its gases.
     fn beyond_visible_light(sky: &SkyPlan, wavelengths: &[f64], resolution: Option<f64>) -> Result<Option<Self>> {
         let (low, high) = sky.scene.known_wavelengths();
         if resolution.is_none() && wavelengths.iter().all(|nm| (low..=high).contains(nm)) {

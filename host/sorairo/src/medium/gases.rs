@@ -124,7 +124,8 @@ fn over(profile: &Profile, altitude: f64) -> Option<Vec<Level>> {
     Some(profile.level(altitude).into_iter().chain(above).collect())
 }
 
-/// The parts of pairs of oxygen and of water vapour over a site (km) of a measured profile that lie above an altitude over it (km).
+/// The parts of pairs of oxygen and of water vapour over a site (km) of a measured profile that lie above an altitude
+/// over it (km).
 pub fn parts_above(profile: &Profile, site: f64, altitude: f64) -> Option<[f64; 2]> {
     let [whole, above] =
         [site, site + altitude].map(|from| over(profile, from).map(|levels| vertical(&levels, classes)));
@@ -286,7 +287,8 @@ impl Absorption {
 
 #[cfg(test)]
 impl Absorption {
-    /// Every combination of lines of a bin: its weight, and its optical depths by dry air and by water of amounts of each class.
+    /// Every combination of lines of a bin: its weight, and its optical depths by dry air and by water of amounts of
+    /// each class.
     pub(crate) fn every_line(&self, amounts: &[f64; CLASSES]) -> Vec<(f64, [f64; 2])> {
         let mut all = Vec::new();
         for (weight, at) in &self.0 {

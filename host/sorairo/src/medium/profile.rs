@@ -69,8 +69,8 @@ pub struct OwnProfile(Vec<Level>);
 pub const LOWEST_END: f64 = 60.0;
 
 impl FromColumns for OwnProfile {
-    /// Columns by their names: `altitude_km`, `pressure_hpa` and `temperature_k`; `water_ppmv`, `ozone_ppmv` and `no2_ppmv` are mixing ratios, in
-    /// place of which those of the US Standard Atmosphere stand.
+    /// Columns by their names: `altitude_km`, `pressure_hpa` and `temperature_k`; `water_ppmv`, `ozone_ppmv` and
+    /// `no2_ppmv` are mixing ratios, in place of which those of the US Standard Atmosphere stand.
     fn from_columns(columns: &Columns) -> Result<Self, String> {
         const WANTED: [&str; 6] =
             ["altitude_km", "pressure_hpa", "temperature_k", "water_ppmv", "ozone_ppmv", "no2_ppmv"];

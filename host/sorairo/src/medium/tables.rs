@@ -28,7 +28,8 @@ pub struct Air {
     pub depth: f64,
     /// Altitude of the ground in the profile (km).
     pub site: f64,
-    /// Vertical column densities (km) of air over the sea and of ozone over the ground, to which the relative densities are scaled.
+    /// Vertical column densities (km) of air over the sea and of ozone over the ground, to which the relative densities
+    /// are scaled.
     pub columns: [f64; 2],
     /// Where aerosol lies.
     pub aerosol: Lane,

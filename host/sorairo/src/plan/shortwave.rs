@@ -1,22 +1,25 @@
 //! The light of a sky from 280 to 2500 nm, through the lines of its gases.
 //!
-//! Where lines absorb, no wavelength has one coefficient. But of the light that an observer sees from a direction some part has crossed each amount `u`
-//! of an absorber, whatever its orders of scattering; if that part is `P(u)` at a wavelength, light that is absorbed by a strength `k` is
+//! Where lines absorb, no wavelength has one coefficient. But of the light that an observer sees from a direction some
+//! part has crossed each amount `u` of an absorber, whatever its orders of scattering; if that part is `P(u)` at a
+//! wavelength, light that is absorbed by a strength `k` is
 //!
 //! ```text
 //! L(k) = ∫ P(u) exp(-k u) du,
 //! ```
 //!
-//! which is linear in `exp(-k u)`. So the transmittance of a bin of wavelengths, in which lines have many strengths, is written as a sum of
-//! exponentials of fixed strengths, `T(u) = Σ_j W_j exp(-K_j u)`, by least squares over the amounts that light crosses; and the light of the bin is
-//! `Σ_j W_j L(K_j)` of the sky's light at those strengths. They are eight for what lies as water vapour does and eight for what lies as dry air
-//! does, one of which is nothing. What both leave is the product of what each leaves.
+//! which is linear in `exp(-k u)`. So the transmittance of a bin of wavelengths, in which lines have many strengths, is
+//! written as a sum of exponentials of fixed strengths, `T(u) = Σ_j W_j exp(-K_j u)`, by least squares over the amounts
+//! that light crosses; and the light of the bin is `Σ_j W_j L(K_j)` of the sky's light at those strengths. They are
+//! eight for what lies as water vapour does and eight for what lies as dry air does, one of which is nothing. What both
+//! leave is the product of what each leaves.
 //!
-//! Without lines light is smooth over the wavelength and is computed at [`Shortwave::smooth_wavelengths`]; what a strength leaves of it is
-//! smoother still and is computed at [`OF_STRENGTHS`].
+//! Without lines light is smooth over the wavelength and is computed at [`Shortwave::smooth_wavelengths`]; what a
+//! strength leaves of it is smoother still and is computed at [`OF_STRENGTHS`].
 
 use std::sync::OnceLock;
 
+use nalgebra::{SMatrix, SVector};
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::medium::bands::Bands;
 
@@ -45,20 +48,22 @@ const LEAST_PART: f64 = 0.1;
 pub struct Shortwave {
     /// At the smooth wavelengths, without lines.
     smooth: RayIntegral,
-    /// Of each wavelength of a sum the solar irradiance (W·m⁻²·nm⁻¹), the smooth wavelength below, and how far it is to the next.
+    /// Of each wavelength of a sum the solar irradiance (W·m⁻²·nm⁻¹), the smooth wavelength below, and how far it is to
+    /// the next.
     points: Vec<(f64, (usize, f64))>,
     lines: Lines,
     /// How many points are one wavelength.
     parts: usize,
 }
 
-/// The weights of strengths of water and of dry air in a bin, and where it lies among the wavelengths at which light is computed at each.
+/// The weights of strengths of water and of dry air in a bin, and where it lies among the wavelengths at which light is
+/// computed at each.
 type OfLines = ([[f64; STRENGTHS.len()]; 2], (usize, f64));
 
 /// What lines leave of a sky's light at some wavelengths.
 pub struct Lines {
-    /// At those of [`OF_STRENGTHS`] that the wavelengths need, each without lines, with those of water and with those of dry air; none where no
-    /// lines absorb.
+    /// At those of [`OF_STRENGTHS`] that the wavelengths need, each without lines, with those of water and with those
+    /// of dry air; none where no lines absorb.
     integral: Option<RayIntegral>,
     /// At each wavelength; none where no lines absorb.
     points: Vec<Option<OfLines>>,
@@ -111,7 +116,8 @@ impl Lines {
 }
 
 impl Shortwave {
-    /// That of a sky at wavelengths (nm), in means over a resolution (nm) about each or in the gases' bins about it. None in air without gases.
+    /// That of a sky at wavelengths (nm), in means over a resolution (nm) about each or in the gases' bins about it.
+    /// None in air without gases.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64], resolution: Option<f64>) -> Option<Self> {
         Self::with_steps(sky, wavelengths, resolution, 1.0, RayIntegral::with_spectral_light)
     }
@@ -205,55 +211,28 @@ fn weights(gases: &SkyGases, [pairs, water]: [f64; 2], nm: f64) -> [[f64; STRENG
     [of([WET, SELF], water), of([DRY, OXYGEN_SQUARED], pairs)]
 }
 
-/// Amounts of a gas for which weights are fitted, in columns above the observer: from the zenith's to more than three horizons'.
+/// Amounts of a gas for which weights are fitted, in columns above the observer: from the zenith's to more than three
+/// horizons'.
 const AMOUNTS: usize = 120;
 
 fn amount(i: usize) -> f64 {
     120f64.powf(i as f64 / (AMOUNTS - 1) as f64)
 }
 
-/// The weights with which exponentials of [`STRENGTHS`] and a constant, together 1, come nearest to a transmittance by amount.
+/// The weights with which exponentials of [`STRENGTHS`] and a constant, together 1, come nearest to a transmittance by
+/// amount.
 fn fitted(transmittance: impl Fn(f64) -> f64) -> [f64; STRENGTHS.len()] {
     const N: usize = STRENGTHS.len();
-    static SOLVE: OnceLock<Vec<[f64; N]>> = OnceLock::new();
-    // For each amount, what it adds to each weight.
+    static SOLVE: OnceLock<SMatrix<f64, N, AMOUNTS>> = OnceLock::new();
     let solve = SOLVE.get_or_init(|| {
         /// Keeps weights small, which multiply what light is off by.
         const RIDGE: f64 = 1e-4;
-        let row = |i: usize| STRENGTHS.map(|strength| (-strength * amount(i)).exp() - 1.0);
-        let mut normal = [[0.0; N]; N];
-        for i in 0..AMOUNTS {
-            let row = row(i);
-            for (a, line) in normal.iter_mut().enumerate() {
-                line.iter_mut().zip(row).for_each(|(sum, value)| *sum += row[a] * value / AMOUNTS as f64);
-            }
-        }
-        (0..N).for_each(|a| normal[a][a] += RIDGE * RIDGE);
-        (0..AMOUNTS).map(|i| solved(normal, row(i).map(|value| value / AMOUNTS as f64))).collect()
+        let rows = SMatrix::<f64, N, AMOUNTS>::from_fn(|j, i| (-STRENGTHS[j] * amount(i)).exp() - 1.0);
+        let normal = rows * rows.transpose() / AMOUNTS as f64 + SMatrix::identity() * (RIDGE * RIDGE);
+        normal.cholesky().expect("a ridge makes it positive").solve(&rows) / AMOUNTS as f64
     });
-    let mut weights = [0.0; N];
-    for (i, of_amount) in solve.iter().enumerate() {
-        let lost = transmittance(amount(i)) - 1.0;
-        weights.iter_mut().zip(of_amount).for_each(|(weight, part)| *weight += part * lost);
-    }
-    weights
-}
-
-/// The solution of linear equations with a positive matrix, by elimination.
-fn solved<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> [f64; N] {
-    for pivot in 0..N {
-        for row in pivot + 1..N {
-            let factor = matrix[row][pivot] / matrix[pivot][pivot];
-            let of_pivot = matrix[pivot];
-            matrix[row].iter_mut().zip(of_pivot).for_each(|(value, above)| *value -= factor * above);
-            right[row] -= factor * right[pivot];
-        }
-    }
-    for row in (0..N).rev() {
-        let known: f64 = (row + 1..N).map(|column| matrix[row][column] * right[column]).sum();
-        right[row] = (right[row] - known) / matrix[row][row];
-    }
-    right
+    let lost = SVector::<f64, AMOUNTS>::from_fn(|i, _| transmittance(amount(i)) - 1.0);
+    (solve * lost).into()
 }
 
 /// A wavelength (nm), and the optical depths of the lanes of dry air and of water from the ground to the zenith.
@@ -266,7 +245,8 @@ fn at_strengths(nm: f64, [pairs, water]: [f64; 2]) -> impl Iterator<Item = AtStr
     [(nm, [0.0; 2])].into_iter().chain(wet).chain(dry)
 }
 
-/// Bands at wavelengths (nm) whose lines are those of strengths of dry air and of water. Pairs of oxygen absorb smoothly below the first line.
+/// Bands at wavelengths (nm) whose lines are those of strengths of dry air and of water. Pairs of oxygen absorb
+/// smoothly below the first line.
 fn through(bands: Bands, wavelengths: [f64; 4], strengths: [[f64; 4]; 2]) -> Bands {
     let [mut pairs, mut water] = [bands.pair_absorption.to_array(), bands.water_absorption.to_array()];
     for (i, _) in wavelengths.iter().enumerate().filter(|(_, nm)| **nm >= FIRST_LINE) {
@@ -337,7 +317,8 @@ mod tests {
         }
         let rms = (square / count).sqrt();
         println!("rms {rms:.1e}, largest {largest:.1e}");
-        // A study in double precision found 4e-4 and 1.1e-3 of bins of five nanometres; lines of one have one strength or two.
+        // A study in double precision found 4e-4 and 1.1e-3 of bins of five nanometres; lines of one have one strength
+        // or two.
         assert!(rms < 1e-3 && largest < 8e-3, "{rms:e}, {largest:e}");
     }
 
@@ -365,7 +346,8 @@ mod tests {
                         "sun {sun}, {altitude} km, {nm} nm, {angles:?}: {truth:.2e} of {:.2e}, {error:+.1e}",
                         light[0]
                     );
-                    // What strengths leave, of lines whose parts are not alike between two wavelengths, and the product of two gases.
+                    // What strengths leave, of lines whose parts are not alike between two wavelengths, and the product
+                    // of two gases.
                     assert!(error.abs() < 0.025, "sun {sun}, {altitude} km, {nm} nm, {angles:?}: {error}");
                 }
             }

@@ -21,8 +21,8 @@ impl RayIntegral {
         ground.is_seen.then(|| (-from * mu - (radius * radius - nearest).max(0.0).sqrt()).max(0.0))
     }
 
-    /// The part of light that the air up to a distance (km) lets through at each band. The forward peak of aerosol counts
-    /// as let through, as it does along whole rays.
+    /// The part of light that the air up to a distance (km) lets through at each band. The forward peak of aerosol
+    /// counts as let through, as it does along whole rays.
     pub fn transmittance_until(&self, view: Vec3, distance: f64) -> Vec<f64> {
         let ray = (self.ray(view), distance as f32);
         let along = column_densities_until(self.medium(), &self.placed_for(), ray, self.variant | variant::DESCENT);

@@ -17,7 +17,8 @@ use crate::spectra::table::Table;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Aerosol {
-    /// Kind of aerosol; a known one has spectra and a phase function of its own, in place of exponent, albedo and asymmetry.
+    /// Kind of aerosol; a known one has spectra and a phase function of its own, in place of exponent, albedo and
+    /// asymmetry.
     pub kind: AerosolKind,
     /// Vertical optical depth of aerosol at 1 µm: extinction at the ground times the scale height.
     pub optical_depth: f64,
@@ -27,7 +28,8 @@ pub struct Aerosol {
     pub scale_height: f64,
     /// Single-scattering albedo of aerosol at every wavelength: the part of the extinction that is scattering.
     pub single_scattering_albedo: f64,
-    /// Single-scattering albedo of aerosol by wavelength, in place of `single_scattering_albedo`; a file holds parts of 1.
+    /// Single-scattering albedo of aerosol by wavelength, in place of `single_scattering_albedo`; a file holds parts of
+    /// 1.
     pub single_scattering_albedo_spectrum: AlbedoSpectrum,
     /// Asymmetry of the Cornette-Shanks phase function of aerosol.
     pub asymmetry: f64,
@@ -64,13 +66,15 @@ pub(super) fn clean_country(aerosol: &mut Aerosol) {
     aerosol.asymmetry = 0.709;
 }
 
-/// One aerosol of several: what is not said is that of its kind; without a kind, that of the aerosol of clean country in numbers.
+/// One aerosol of several: what is not said is that of its kind; without a kind, that of the aerosol of clean country
+/// in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct AerosolMode {
     /// Kind of aerosol: one of the words of `atmosphere.aerosol.kind`.
     pub kind: AerosolKind,
-    /// Vertical optical depth at the reference wavelength, 0 to 1000. Default: that which OPAC gives the kind at 550 nm.
+    /// Vertical optical depth at the reference wavelength, 0 to 1000. Default: that which OPAC gives the kind at 550
+    /// nm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub optical_depth: Option<f64>,
     /// Wavelength of the optical depth (nm). Default: 550.
@@ -78,19 +82,23 @@ pub struct AerosolMode {
     /// Ångström exponent of the extinction, -5 to 5. Default: the spectrum of the kind, or 1.3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angstrom_exponent: Option<f64>,
-    /// Extinction by wavelength in place of the exponent: a file of `wavelength_nm,extinction`, to any scale; beyond its rows it goes on as a power.
+    /// Extinction by wavelength in place of the exponent: a file of `wavelength_nm,extinction`, to any scale; beyond
+    /// its rows it goes on as a power.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extinction: Option<FileOf<ExtinctionRows>>,
-    /// Single-scattering albedo: a number, a kind, `mars-dust` or a file of `wavelength_nm,albedo`. Default: that of the kind, or 0.972.
+    /// Single-scattering albedo: a number, a kind, `mars-dust` or a file of `wavelength_nm,albedo`. Default: that of
+    /// the kind, or 0.972.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub single_scattering_albedo: Option<ModeAlbedo>,
     /// Asymmetry of the phase function of Cornette and Shanks, -0.9 to 0.99. Default: 0.709.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub asymmetry: Option<f64>,
-    /// Phase function: `cornette-shanks`, a kind, or a file of `angle_deg` and a column for each wavelength, named by it in nm. Default: that of the kind.
+    /// Phase function: `cornette-shanks`, a kind, or a file of `angle_deg` and a column for each wavelength, named by
+    /// it in nm. Default: that of the kind.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase_function: Option<PhaseFunction>,
-    /// Where it lies above the ground: a scale height (km), `[bottom, top]` (km), or a file of `altitude_km,density`. Default: the layers of the kind, or 2.
+    /// Where it lies above the ground: a scale height (km), `[bottom, top]` (km), or a file of `altitude_km,density`.
+    /// Default: the layers of the kind, or 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile: Option<AerosolProfile>,
 }
@@ -111,14 +119,14 @@ impl Default for AerosolMode {
     }
 }
 
-/// Extinction at wavelengths (nm), to any scale.
+/// Logarithms of wavelengths (nm) and of the extinction there, to any scale.
 #[derive(Debug)]
-pub struct ExtinctionRows(Table<1>);
+pub struct ExtinctionRows(Arc<[(f64, f64)]>);
 
 impl FromColumns for ExtinctionRows {
     fn from_columns(columns: &Columns) -> std::result::Result<Self, String> {
         let pairs = columns.pairs("more than 0", |value| value > 0.0)?;
-        Ok(Self(Table::of(pairs.into_iter().map(|(nm, value)| (nm, [value])))))
+        Ok(Self(pairs.into_iter().map(|(nm, value)| (nm.ln(), value.ln())).collect()))
     }
 }
 
@@ -345,7 +353,7 @@ impl AerosolMode {
             depth: self.optical_depth.or(usual.as_ref().map(|(depth, _)| *depth)).unwrap_or(0.0),
             reference: self.reference_wavelength,
             extinction: match (&self.extinction, self.angstrom_exponent, known) {
-                (Some(file), ..) => aerosol::Extinction::Rows(Arc::new(file.value.0.clone())),
+                (Some(file), ..) => aerosol::Extinction::Rows(Arc::clone(&file.value.0)),
                 (None, None, Some(kind)) => aerosol::Extinction::Kind(kind),
                 (None, ..) => aerosol::Extinction::Power(exponent),
             },

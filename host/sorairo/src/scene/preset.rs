@@ -112,8 +112,8 @@ impl Scene {
         self.preset
     }
 
-    /// The same scene in air whose densities have a closed form and leave sunlight straight, with aerosol by its numbers,
-    /// as thick as before at 550 nm.
+    /// The same scene in air whose densities have a closed form and leave sunlight straight, with aerosol by its
+    /// numbers, as thick as before at 550 nm.
     #[must_use]
     ///
     /// # Panics

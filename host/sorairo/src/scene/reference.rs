@@ -36,7 +36,7 @@ their own need a measured `atmosphere.profile`.
 ";
 
 fn modes() -> String {
-    let line = |(name, sentence): (&&str, &&str)| format!("* `{name}`: {sentence}\n");
+    let line = |(name, sentence): (&&str, &&str)| format!("* `{name}`: {}\n", sentence.replace('\n', " "));
     let lines: String = AerosolMode::FIELD_NAMES.iter().zip(AerosolMode::FIELD_DOCS).map(line).collect();
     format!("{MODES}{lines}\n")
 }

@@ -28,8 +28,8 @@ impl NamedFile {
         &self.path
     }
 
-    /// Names it in files as it is found from a folder: that of the scene, which may move with it to another machine. Where the two have no folder in
-    /// common its place tells of the machine alone, and its own name is left.
+    /// Names it in files as it is found from a folder: that of the scene, which may move with it to another machine.
+    /// Where the two have no folder in common its place tells of the machine alone, and its own name is left.
     pub(crate) fn name_from(&mut self, folder: &Path) {
         self.name = found_from(folder, &self.path).unwrap_or_else(|| self.path.clone());
     }

@@ -2,7 +2,8 @@
 //!
 //! The kinds are mixtures of OPAC (Hess, Koepke and Schult 1998, DOI 10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2)
 //! at a relative humidity of 80 %, and a stratospheric one of sulphate; their optics are Mie's. Between rows the
-//! logarithms of the extinction and of the phase function are straight over that of the wavelength and over the angle; see [`Phase`].
+//! logarithms of the extinction and of the phase function are straight over that of the wavelength and over the angle;
+//! see [`Phase`].
 
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -74,10 +75,11 @@ pub struct Kind {
 }
 
 impl AerosolKind {
-    /// The vertical optical depth at 550 nm that the kind usually has, and where it lies; none of one that its numbers describe.
+    /// The vertical optical depth at 550 nm that the kind usually has, and where it lies; none of one that its numbers
+    /// describe.
     ///
-    /// Those of OPAC (Hess, Koepke and Schult 1998): a mixing layer under a free troposphere. The depths hold the stratosphere's 0.005, which is a
-    /// kind by itself.
+    /// Those of OPAC (Hess, Koepke and Schult 1998): a mixing layer under a free troposphere. The depths hold the
+    /// stratosphere's 0.005, which is a kind by itself.
     pub fn usual(self) -> Option<(f64, Layer)> {
         // Extinction (km⁻¹) at the ground and 550 nm; top and scale height (km) of the mixing layer.
         let (depth, extinction, top, scale_height) = match self {

@@ -7,8 +7,8 @@ use std::sync::Arc;
 pub enum Layer {
     /// Falls off by a scale height (km).
     Exponential(f64),
-    /// Densities at altitudes (km), increasing. Between two levels the logarithm is straight, beside one without any the density is. None lies
-    /// above the last.
+    /// Densities at altitudes (km), increasing. Between two levels the logarithm is straight, beside one without any
+    /// the density is. None lies above the last.
     Levels(Arc<[(f64, f64)]>),
 }
 
@@ -74,18 +74,20 @@ fn between(below: f64, above: f64, part: f64) -> f64 {
     }
 }
 
-/// OPAC's mixing layer: extinction at the ground (km⁻¹), top and scale height (km). Above it lies the free troposphere, with an optical depth of 0.013
-/// from 2 to 12 km and a scale height of 8 km.
+/// OPAC's mixing layer: extinction at the ground (km⁻¹), top and scale height (km). Above it lies the free troposphere,
+/// with an optical depth of 0.013 from 2 to 12 km and a scale height of 8 km.
 pub(super) fn mixing_layer(extinction: f64, top: f64, scale_height: f64) -> Layer {
+    /// Extinction (km⁻¹) at 2 km: the depth over the integral of `exp(-(z - 2 km) / 8 km)` to 12 km.
     const FREE: f64 = 0.013 / 5.708;
+    /// Half the width (km) of the edge between both, of which OPAC has none: less than the rows of a table are apart.
     const EDGE: f64 = 0.1;
     let mixed = |altitude: f64| (altitude, extinction * (-altitude / scale_height).exp());
     let free = |altitude: f64| (altitude, FREE * (-(altitude - 2.0) / 8.0).exp());
     Layer::Levels([mixed(0.0), mixed(top - EDGE), free(top + EDGE), free(12.0), (13.0, 0.0)].into())
 }
 
-/// The background of the stratosphere at 550 nm (km⁻¹): the mean of the seasons of LOWTRAN7, whose table ends with the air above it (Kneizys et al. 1988,
-/// *Users Guide to LOWTRAN 7*, AFGL-TR-88-0177).
+/// The background of the stratosphere at 550 nm (km⁻¹): the mean of the seasons of LOWTRAN7, whose table ends with the
+/// air above it (Kneizys et al. 1988, *Users Guide to LOWTRAN 7*, AFGL-TR-88-0177).
 pub(super) fn stratosphere() -> Layer {
     const EXTINCTION: [(f64, f64); 22] = [
         (10.0, 0.0),
@@ -117,7 +119,7 @@ pub(super) fn stratosphere() -> Layer {
 /// All modes where they lie, as one constituent: its density relative to that whose vertical column is `scale_height`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lane {
-    /// Each mode: its part of the optical depth, and where it lies.
+    /// Each mode: what its density is multiplied with, and where it lies.
     layers: Vec<(f64, Layer)>,
     /// The mean altitude of all (km).
     pub scale_height: f64,
@@ -133,7 +135,8 @@ impl Lane {
             [(_, Layer::Exponential(height))] => *height,
             layers => layers.iter().map(|(part, layer)| part * layer.mean_altitude()).sum(),
         };
-        Self { layers, scale_height }
+        let scaled = |(part, layer): (f64, Layer)| (part * scale_height / layer.column(), layer);
+        Self { layers: layers.into_iter().map(scaled).collect(), scale_height }
     }
 
     /// Of aerosol that falls off by a scale height (km).
@@ -151,8 +154,7 @@ impl Lane {
         if self.is_exponential() {
             return (-altitude / self.scale_height).exp();
         }
-        let of = |(part, layer): &(f64, Layer)| part * layer.at(altitude) / layer.column();
-        self.scale_height * self.layers.iter().map(of).sum::<f64>()
+        self.layers.iter().map(|(scale, layer)| scale * layer.at(altitude)).sum()
     }
 }
 

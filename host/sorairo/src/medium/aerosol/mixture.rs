@@ -1,13 +1,14 @@
 //! Modes of aerosol and their sum.
 //!
-//! The kernels know one aerosol: a density over altitude, a spectrum of extinction and of scattering, a phase function. Of several modes these are the
-//! sums over the whole column, the density by their optical depths at 550 nm:
+//! The kernels know one aerosol: a density over altitude, a spectrum of extinction and of scattering, a phase function.
+//! Of several modes these are the sums over the whole column, the density by their optical depths at 550 nm:
 //!
 //! ```text
 //! σ_e(λ) = Σ τ_m(λ) / H,   σ_s(λ) = Σ ϖ_m(λ) τ_m(λ) / H,   P(θ, λ) = Σ ϖ_m τ_m P_m(θ, λ) / Σ ϖ_m τ_m
 //! ```
 //!
-//! That is exact for modes that lie alike. Of modes in layers of their own, each layer has the spectrum and the phase function of all.
+//! That is exact for modes that lie alike. Of modes in layers of their own, each layer has the spectrum and the phase
+//! function of all.
 
 use std::f64::consts::PI;
 use std::sync::{Arc, OnceLock};
@@ -30,8 +31,8 @@ pub enum Extinction {
     Power(f64),
     /// As that of a kind.
     Kind(&'static Kind),
-    /// As rows of a table, to any scale: between them and beyond, the logarithm is straight over that of the wavelength.
-    Rows(Arc<Table<1>>),
+    /// As rows of logarithms of wavelengths and of values, to any scale: straight between them and beyond.
+    Rows(Arc<[(f64, f64)]>),
 }
 
 impl Extinction {
@@ -40,17 +41,16 @@ impl Extinction {
         match self {
             Self::Power(exponent) => (wavelength / reference).powf(-exponent),
             Self::Kind(kind) => kind.extinction(wavelength, reference),
-            Self::Rows(table) => (logarithm(table, wavelength) - logarithm(table, reference)).exp(),
+            Self::Rows(rows) => (straight(rows, wavelength.ln()) - straight(rows, reference.ln())).exp(),
         }
     }
 }
 
-/// The logarithm of a table's value at a wavelength (nm), straight over that of the wavelength.
-fn logarithm(table: &Table<1>, wavelength: f64) -> f64 {
-    let rows: Vec<(f64, f64)> = table.rows().map(|(nm, [value])| (nm.ln(), value.ln())).collect();
-    let above = rows.partition_point(|&(at, _)| at <= wavelength.ln()).clamp(1, rows.len() - 1);
+/// The value on the straight line through the two rows nearest to a place.
+fn straight(rows: &[(f64, f64)], place: f64) -> f64 {
+    let above = rows.partition_point(|&(at, _)| at <= place).clamp(1, rows.len() - 1);
     let ((low, below), (high, above)) = (rows[above - 1], rows[above]);
-    below + (above - below) * (wavelength.ln() - low) / (high - low)
+    below + (above - below) * (place - low) / (high - low)
 }
 
 /// The single-scattering albedo of a mode.
@@ -145,7 +145,8 @@ impl Mixture {
         Self { lane: Lane::new(&layers), modes, phase: OnceLock::new() }
     }
 
-    /// Coefficients of scattering and of extinction at a wavelength (nm), at the ground (km⁻¹): vertical optical depths over the scale height.
+    /// Coefficients of scattering and of extinction at a wavelength (nm), at the ground (km⁻¹): vertical optical depths
+    /// over the scale height.
     pub fn coefficients(&self, wavelength: f64) -> [f64; 2] {
         let of_mode = |mode: &Mode| {
             let extinction = mode.depth / self.lane.scale_height * mode.extinction.relative(wavelength, mode.reference);
@@ -262,8 +263,8 @@ mod tests {
 
     #[test]
     fn rows_of_an_extinction_go_on_as_a_power_of_the_wavelength() {
-        let rows = Table::of([(440.0, [0.4]), (675.0, [0.2])].into_iter());
-        let (rows, exponent) = (Extinction::Rows(Arc::new(rows)), 2f64.ln() / (675.0f64 / 440.0).ln());
+        let rows = [(440.0f64, 0.4f64), (675.0, 0.2)].map(|(nm, value)| (nm.ln(), value.ln()));
+        let (rows, exponent) = (Extinction::Rows(rows.into()), 2f64.ln() / (675.0f64 / 440.0).ln());
         for nm in [380.0, 550.0, 780.0] {
             let power = Extinction::Power(exponent).relative(nm, 440.0);
             assert!((rows.relative(nm, 440.0) / power - 1.0).abs() < 1e-12, "{nm} nm");

@@ -6,8 +6,8 @@
 //! ln P(θ, λ) = a(θ) + b(θ) x + c(θ) x²
 //! ```
 //!
-//! Through Mie's values of the known kinds at 350 to 900 nm it is within 0.6 % rms of them at every wavelength from 375 to 800 nm, for
-//! dust within 1.2 % (largest 4 and 6 %, at angles above 160°).
+//! Through Mie's values of the known kinds at 350 to 900 nm it is within 0.6 % rms of them at every wavelength from 375
+//! to 800 nm, for dust within 1.2 % (largest 4 and 6 %, at angles above 160°).
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -15,7 +15,8 @@ use std::sync::OnceLock;
 use sorairo_shared::glam::{DMat3, DVec3, Vec4};
 use sorairo_shared::medium::phase::PHASE_ENTRIES;
 
-/// The abscissa of a wavelength (nm) in a phase function: beyond the ends between which its parabola was fitted, that of the end.
+/// The abscissa of a wavelength (nm) in a phase function: beyond the ends between which its parabola was fitted, that
+/// of the end.
 pub fn abscissa(wavelength: f64) -> f64 {
     (wavelength.clamp(350.0, 900.0) / 550.0).ln()
 }
@@ -37,7 +38,8 @@ impl PartialEq for Phase {
 }
 
 impl Phase {
-    /// That of rows of an angle (radians, increasing) and the values at some wavelengths (nm, increasing), to any scale.
+    /// That of rows of an angle (radians, increasing) and the values at some wavelengths (nm, increasing), to any
+    /// scale.
     pub fn new(wavelengths: &[f64], rows: impl Iterator<Item = (f64, Vec<f64>)>) -> Self {
         let rows: Vec<(f64, Vec<f64>)> = rows.collect();
         let means: Vec<f64> = (0..wavelengths.len()).map(|i| mean(&rows, i)).collect();

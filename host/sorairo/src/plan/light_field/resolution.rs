@@ -213,7 +213,8 @@ impl Resolution {
     }
 }
 
-/// Whether the density of aerosol differs by more than a part from that of one scale height at the ground or some scale heights above.
+/// Whether the density of aerosol differs by more than a part from that of one scale height at the ground or some scale
+/// heights above.
 fn is_layered(setting: &Setting) -> bool {
     const ALIKE: f64 = 0.02;
     if setting.variant & variant::TABLES == 0 || setting.aerosol.is_empty() {

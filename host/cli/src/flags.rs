@@ -45,7 +45,7 @@ const SUN: [SceneFlag; 2] =
 const EXPOSURE: [SceneFlag; 1] = [value("render.exposure", "--exposure", "EV", exposure)];
 
 /// The flags of what a spectrum depends on too.
-const SKY: [SceneFlag; 20] = [
+const SKY: [SceneFlag; 21] = [
     word("preset", "--preset"),
     value("sun.azimuth", "--sun-azimuth", "DEG", number),
     value("sun.place", "--place", "LAT,LON", text_of::<Place>),
@@ -62,6 +62,7 @@ const SKY: [SceneFlag; 20] = [
     value("atmosphere.aerosol.angstrom_exponent", "--angstrom", "ALPHA", number),
     value("ground.albedo", "--albedo", "ALBEDO", albedo),
     value("render.orders", "--orders", "N", orders),
+    word("render.polarisation", "--polarisation"),
     word("render.fit", "--fit"),
     value("render.bands", "--bands", "LIST", wavelengths),
     value("render.steps", "--samples", "N", steps),

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 use sorairo::low_level::spectrum::{Appearance, Direction, Sample, appearances, spectra};
-use sorairo::{BeamSample, PixelFormat, Plan, sun_beam};
+use sorairo::{BeamSample, PixelFormat, Plan, Stokes, StokesSpectra, sun_beam};
 
 use crate::arguments::{SpectrumArguments, SpectrumFormat, scene};
 use crate::directions;
@@ -22,9 +22,12 @@ struct Of<'a, T> {
 
 /// A spectrum by its name.
 #[derive(Serialize)]
-struct Spectrum<'a> {
-    spectrum: &'a [Sample],
+struct Spectrum<'a, T> {
+    spectrum: &'a [T],
 }
+
+/// The columns of Stokes vectors.
+const STOKES: &str = "wavelength_nm,stokes_i,stokes_q,stokes_u,degree_of_polarisation,angle_of_polarisation_deg";
 
 /// `sorairo spectrum`.
 pub fn run(arguments: &SpectrumArguments) -> Result<()> {
@@ -45,6 +48,17 @@ pub fn run(arguments: &SpectrumArguments) -> Result<()> {
                 csv(&directions, are_many, "luminance_cd_m2,x,y,cct_k", found.iter().map(|found| vec![row(found)]))
             }
             SpectrumFormat::Json => json(&directions, are_many, &found, |found| found),
+        }
+    } else if arguments.stokes {
+        let found = StokesSpectra::new(&plan.sky, &arguments.wavelengths, arguments.stokes_frame)?
+            .in_directions(&directions)?;
+        match arguments.format {
+            SpectrumFormat::Csv => {
+                let rows = found.iter().map(|spectrum| spectrum.iter().map(stokes_row).collect());
+                csv(&directions, are_many, STOKES, rows)
+            }
+            SpectrumFormat::Json if are_many => json(&directions, true, &found, |spectrum| Spectrum { spectrum }),
+            SpectrumFormat::Json => text_of(&found[0]),
         }
     } else {
         let found = spectra(&plan.sky, &directions, &arguments.wavelengths, arguments.resolution)?;
@@ -75,6 +89,14 @@ fn direct(beam: &[BeamSample], format: SpectrumFormat) -> String {
 
 fn sample_row(Sample { wavelength_nm, radiance, dense }: &Sample) -> String {
     format!("{wavelength_nm},{radiance:e},{dense:e}")
+}
+
+fn stokes_row(found: &Stokes) -> String {
+    let Stokes { wavelength_nm, stokes_i, stokes_q, stokes_u, degree_of_polarisation, angle_of_polarisation_deg } =
+        found;
+    format!(
+        "{wavelength_nm},{stokes_i:e},{stokes_q:e},{stokes_u:e},{degree_of_polarisation:e},{angle_of_polarisation_deg:e}"
+    )
 }
 
 fn row(found: &Appearance) -> String {

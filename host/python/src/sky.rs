@@ -12,7 +12,7 @@ use sorairo::scene::keys::files;
 use sorairo::scene::{CameraScene, Scene, Size, ValidScene};
 use sorairo::{
     AirBetween, AlphaOpic, Error, Irradiance, LightFields, Method, PixelFormat, Plan, Result, SkyPlan, Spectra,
-    Surface, sun_transmittance, xyz,
+    StokesFrame, StokesSpectra, Surface, sun_transmittance, xyz,
 };
 
 use crate::device;
@@ -104,6 +104,35 @@ impl NativeSky {
         let found = work(py, move |stop| between(&sky, &directions, &distances, &wavelengths, stop))?;
         let [transmittance, radiance] = found.map(|values| PyArray1::from_vec(py, values));
         Ok((transmittance, radiance))
+    }
+
+    fn stokes<'py>(
+        &self,
+        py: Python<'py>,
+        elevations: PyReadonlyArray1<'py, f64>,
+        azimuths: PyReadonlyArray1<'py, f64>,
+        wavelengths: PyReadonlyArray1<'py, f64>,
+        frame: &str,
+    ) -> PyResult<Array<'py, f64>> {
+        let directions = directions(&elevations, &azimuths)?;
+        let frame: StokesFrame = frame
+            .parse()
+            .map_err(|_| PyValueError::new_err(format!("frame is {frame:?}; allowed: \"vertical\", \"camera\"")))?;
+        let wavelengths = self.wavelengths(&wavelengths)?;
+        let sky = Arc::clone(&self.sky);
+        let found = work(py, move |stop| {
+            let mut found = array(&[directions.len(), wavelengths.len(), 3], of_wavelengths(wavelengths.len()))?;
+            let spectra = StokesSpectra::new(&sky, &wavelengths, frame)?;
+            for directions in directions.chunks(at_once(wavelengths.len())) {
+                stop.check()?;
+                let towards = |&[elevation, azimuth]: &[f64; 2]| Direction { elevation, azimuth };
+                let directions: Vec<Direction> = directions.iter().map(towards).collect();
+                let vectors = spectra.in_directions(&directions)?;
+                found.extend(vectors.iter().flatten().flat_map(|of| [of.stokes_i, of.stokes_q, of.stokes_u]));
+            }
+            Ok(found)
+        })?;
+        Ok(PyArray1::from_vec(py, found))
     }
 
     fn xyz<'py>(

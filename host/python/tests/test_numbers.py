@@ -44,6 +44,20 @@ def test_the_air_before_a_point_is_that_of_the_command(command, parameters, flag
     assert list(radiance[1, 1]) == [sample["radiance"] for sample in said]
 
 
+def test_stokes_vectors_are_those_of_the_command(command):
+    sky = sorairo.Sky("earth", sun_elevation=20, sun_azimuth=0, keys={"render.polarisation": "on"})
+    at = [400, 550]
+    found = sky.stokes([30, 90], [[90], [-90]], at)
+    assert found.shape == (2, 2, 2, 3)
+    # Both sides of the sun are each other's mirror image.
+    assert np.allclose(found[0, 0] * [1, 1, -1], found[1, 0], rtol=1e-9)
+    flags = ["--preset=earth", "--sun-elevation=20", "--sun-azimuth=0", "--polarisation=on", "--view-elevation=30", "--view-azimuth=90"]
+    said = json.loads(command("spectrum", "--stokes", "--wavelengths=400,550", "--format=json", *flags))
+    assert [list(of) for of in found[0, 0]] == [[sample[f"stokes_{part}"] for part in "iqu"] for sample in said]
+    degree = np.hypot(found[0, 0, :, 1], found[0, 0, :, 2]) / found[0, 0, :, 0]
+    assert np.allclose(degree, [sample["degree_of_polarisation"] for sample in said]) and (degree > 0.3).all()
+
+
 @pytest.mark.parametrize(("parameters", "flags"), SCENES)
 @pytest.mark.parametrize("device", ["cpu", "gpu"])
 def test_an_image_is_that_of_the_command_bit_for_bit(command, tmp_path, parameters, flags, device):

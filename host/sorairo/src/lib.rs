@@ -61,6 +61,7 @@ pub use measure::broadband::Broadband;
 pub use measure::irradiance::{Harmonics, SkyLight};
 pub use measure::spectral_irradiance::SpectralIrradiance;
 pub use measure::spectrum::{Method, Sample, Spectra, spectrum, xyz};
+pub use measure::stokes::{Stokes, StokesFrame, StokesSpectra};
 pub use measure::suns::{of_each_numbered_sky, of_each_sky};
 pub use measure::surface::{BeamSample, Irradiance, Surface, sun_beam, sun_transmittance};
 #[cfg(feature = "files")]

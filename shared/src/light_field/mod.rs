@@ -33,6 +33,7 @@ pub mod first_order;
 pub mod gather;
 pub mod moments;
 pub mod multiple_lookup;
+pub mod polarisation;
 pub mod rays;
 pub mod source;
 #[cfg(not(target_arch = "spirv"))]

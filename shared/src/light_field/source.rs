@@ -5,6 +5,7 @@
 
 use crate::glam::Vec4;
 use crate::light_field::moments::Moments;
+use crate::light_field::polarisation::Coupling;
 use crate::light_field::rays::SMALLEST;
 use crate::medium::bands::ByScatterer;
 use crate::value::Value;
@@ -55,6 +56,26 @@ pub fn source<V: Value>(
         source.add_product(&of_air, &scatterers.air);
     }
     source
+}
+
+/// What air and aerosol make of the second moments of a light field with the azimuthal number `m`: the part of `I_2m`
+/// that polarised light adds, and `E_2m`, before what scatters. The moments of polarised light stand behind the others,
+/// which lie as `of` says; see [`crate::light_field::polarisation`].
+#[inline(always)]
+pub fn polarised_source<V: Value>(
+    node: &impl NodeMoments<V>,
+    of: Moments,
+    m: usize,
+    of_air: Coupling,
+    of_aerosol: Coupling,
+) -> [[V; 2]; 2] {
+    let (radiance, polarised) = (node.moment(of.first(m) + 2 - m), node.moment(of.count() + m));
+    let made = |Coupling { gamma, alpha }: Coupling| {
+        let mut made = radiance.scaled(gamma);
+        made.add_scaled(&polarised, alpha);
+        [polarised.scaled(gamma), made]
+    };
+    [made(of_air), made(of_aerosol)]
 }
 
 /// The size of a source of which the magnitudes of all `S_m` are the sum: what is [`SMALLEST`] of what scatters is

@@ -2,6 +2,7 @@
 
 use crate::glam::{Vec2, Vec4};
 use crate::light_field::moments::{Axis, Moments, Stencil};
+use crate::light_field::polarisation::{self, Coupling};
 use crate::light_field::rays::{NodePlace, SMALLEST, Sight, SunPlace, between_logarithms};
 use crate::math::exp_lanes;
 use crate::medium::bands::ByScatterer;
@@ -83,6 +84,8 @@ pub const fn suns_of_tile<const N: usize>() -> usize {
 pub struct MomentTable<'a> {
     /// Which.
     pub moments: Moments,
+    /// How scatterers couple the moments of polarised light, which stand behind the others; none of a table without.
+    pub couplings: Option<ByScatterer<Coupling>>,
     /// The moments, tile after tile of the wavelengths: in each, altitude after altitude, all of the first suns that
     /// share a tile, then of the next.
     pub values: &'a [f32],
@@ -93,6 +96,14 @@ pub struct MomentTable<'a> {
     /// Whether what lies between suns is interpolated relative to its logarithm: where the sun sets, light falls by
     /// powers of ten.
     pub logarithmic: bool,
+}
+
+impl MomentTable<'_> {
+    /// Moments of polarised light at a node.
+    #[inline(always)]
+    pub fn polarised(&self) -> usize {
+        if self.couplings.is_some() { polarisation::MOMENTS } else { 0 }
+    }
 }
 
 /// The suns of all sights at a node of a ray, where they stand among the suns of a table: appended by `visit`, in the

@@ -10,6 +10,7 @@ mod light;
 mod lookup;
 mod modes;
 mod multiple;
+mod polarised;
 mod profile;
 mod radiance;
 mod solve;

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use sorairo::StokesFrame;
 use sorairo::low_level::files::{Format, Replace};
 use sorairo::low_level::render::Request;
 use sorairo::scene::Preset;
@@ -235,6 +236,12 @@ pub struct SpectrumArguments {
     /// Print luminance (cd·m⁻²), chromaticity and correlated colour temperature (K) in place of the spectrum.
     #[arg(long, conflicts_with = "wavelengths")]
     pub luminance: bool,
+    /// Print the Stokes vector in place of radiance: rows of wavelength_nm,stokes_i,stokes_q,stokes_u and the degree and the angle of polarisation.
+    #[arg(long, conflicts_with_all = ["luminance", "direct", "resolution"])]
+    pub stokes: bool,
+    /// Plane from which it counts: vertical, or that of the camera's top.
+    #[arg(long, value_name = "NAME", requires = "stokes", default_value = "vertical", ignore_case = true, value_parser = word_of::<StokesFrame>())]
+    pub stokes_frame: StokesFrame,
     /// Format of the output.
     #[arg(long, value_enum, ignore_case = true, default_value_t = SpectrumFormat::Csv)]
     pub format: SpectrumFormat,

@@ -25,8 +25,8 @@ use sorairo::scene::keys::{self, DENSEST_TOP, KEYS, Key};
 use sorairo::scene::rules::{CLOSEST_BANDS, FARTHEST_DISC, LOWEST_TOP_OF_A_PROFILE, band_counts};
 use sorairo::scene::{
     AlbedoSpectrum, ColourObserver, ColourPath, Display, Dither, Exposure, ExrDepth, Fit, GroundAlbedo, MOST_STOPS,
-    Orders, PathChoice, PictureLook, Preset, Projection, Render, Rgb, Scene, Size, SunSpectrum, ViewTransform,
-    WhiteBalance,
+    Orders, PathChoice, PictureLook, Polarisation, Preset, Projection, Render, Rgb, Scene, Size, SunSpectrum,
+    ViewTransform, WhiteBalance,
 };
 
 /// Radiance that no device takes for nothing: far above the smallest normal number.
@@ -403,6 +403,7 @@ fn render(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     render.rgb = any(rng, Rgb::iter());
     render.observer = any(rng, ColourObserver::iter());
     render.white_balance = any(rng, WhiteBalance::iter());
+    render.polarisation = any(rng, Polarisation::iter());
     let kind = kind(scene);
     scene.render.orders = [Orders::UpTo(1), Orders::All, Orders::UpTo(2)][kind % 3];
     if kind % 4 < 2 {

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     import xarray
 
 Method = Literal["fit", "dense"]
+Frame = Literal["vertical", "camera"]
 
 # Most pixels along a side of an image.
 LONGEST_SIDE = 2**23
@@ -164,6 +165,38 @@ class Sky:
         at = wavelengths_of(wavelengths)
         found = self._sky.radiance(flat(elevations), flat(azimuths), flat(at), text("method", method))
         return found.reshape(elevations.shape + at.shape)
+
+    def stokes(
+        self, elevation: ArrayLike, azimuth: ArrayLike, wavelengths: ArrayLike, frame: Frame = "vertical"
+    ) -> NDArray[np.float64]:
+        """Stokes vectors of the sky in directions (W·m⁻²·sr⁻¹·nm⁻¹), without the sun's disc.
+
+        `Q > 0` where the electric vector lies in the plane of the frame, `U > 0` where it lies 45° counterclockwise of it as the observer sees it.
+        The degree of polarisation is ``hypot(Q, U) / I``, the angle of the electric vector from the plane ``arctan2(U, Q) / 2``; average `Q` and
+        `U`, never these.
+
+        Parameters
+        ----------
+        elevation, azimuth, wavelengths : array_like
+            As in `radiance`; wavelengths from 360 to 830 nm.
+        frame : {"vertical", "camera"}
+            The vertical plane through each direction; or the plane through it and the top of the scene's camera.
+
+        Returns
+        -------
+        ndarray of float64
+            Of the directions' shape with an axis of wavelengths and one of `I`, `Q`, `U` at its end; the numbers of the command
+            `sorairo spectrum --stokes`.
+
+        Raises
+        ------
+        ValueError
+            A direction or a wavelength out of range, a sky whose light is taken as natural (`render.polarisation`).
+        """
+        elevations, azimuths = directions_of(elevation, azimuth)
+        at = wavelengths_of(wavelengths)
+        found = self._sky.stokes(flat(elevations), flat(azimuths), flat(at), text("frame", frame))
+        return found.reshape(elevations.shape + at.shape + (3,))
 
     def between(
         self, elevation: ArrayLike, azimuth: ArrayLike, distance: ArrayLike, wavelengths: ArrayLike

@@ -5,5 +5,6 @@ pub mod broadband;
 pub mod irradiance;
 pub mod spectral_irradiance;
 pub mod spectrum;
+pub mod stokes;
 pub mod suns;
 pub mod surface;

@@ -111,6 +111,8 @@ pub struct RayIntegral {
     pub variant: u32,
     /// Orders of scattering.
     pub orders: Orders,
+    /// Whether light is polarised as it is scattered, and not natural.
+    pub polarised: bool,
     /// Entries of the lookup of light that was scattered more than once.
     pub multiple: Vec<Vec4>,
     /// How that light was computed, for each group of bands that were computed together.
@@ -187,13 +189,15 @@ impl RayIntegral {
     /// What the light field around the observer depends on beside the wavelength.
     pub fn setting(&self) -> Setting<'_> {
         let of_first_order = self.variant & variant::INTEGRAL;
-        Setting::new(
+        let phase = self.optics.aerosol.phase().map(Arc::as_ref);
+        let setting = Setting::new(
             self.medium(),
-            (self.placed_for(), self.optics.aerosol.phase().map(Arc::as_ref)),
+            (self.placed_for(), phase),
             of_first_order,
             f64::from(self.uniform.altitude),
             self.source.elevation.to_radians(),
-        )
+        );
+        if self.polarised { setting.polarised(phase) } else { setting }
     }
 
     /// The same with the light that the scene's orders of scattering add at these bands, where there are any.
@@ -209,7 +213,7 @@ impl RayIntegral {
     }
 
     /// The light fields of a spectrum, by how much each counts.
-    pub(super) fn spectral_resolutions(&self) -> Vec<(f32, Resolution)> {
+    pub(crate) fn spectral_resolutions(&self) -> Vec<(f32, Resolution)> {
         let resolutions = Resolution::mixed(&self.setting(), self.aerosol_depth());
         resolutions.into_iter().map(|(share, resolution)| (share, of_spectrum(resolution))).collect()
     }
@@ -260,7 +264,7 @@ impl RayIntegral {
 
 /// A resolution for a spectrum.
 fn of_spectrum(resolution: Resolution) -> Resolution {
-    Resolution { tolerance: SPECTRAL_TOLERANCE, ..resolution }
+    Resolution { tolerance: resolution.tolerance.min(SPECTRAL_TOLERANCE), ..resolution }
 }
 
 /// What a scene has that the integral must not skip: bits of [`variant::INTEGRAL`].

@@ -25,7 +25,7 @@ use crate::plan::rays::directions;
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::rays::source::Source;
 use crate::plan::{samples, upload};
-use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
+use crate::scene::{ColourObserver, ColourPath, Orders, Polarisation, Rgb, Scene, ValidScene};
 use crate::spectra::mean::Window;
 use crate::spectra::optics::Optics;
 
@@ -97,6 +97,7 @@ impl SkyPlan {
             quadrature,
             variant: if is_night { variant } else { variant | rest(scene) },
             orders: scene.render.orders,
+            polarised: scene.render.polarisation == Polarisation::On,
             multiple: Vec::new(),
             orders_made: Vec::new(),
             light_fields: light_fields.clone(),

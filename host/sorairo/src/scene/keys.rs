@@ -13,7 +13,7 @@ use super::field::{Field, NumberField, Present, TableField, Way};
 use super::preset::{Preset, Scene};
 use super::settings::{
     ColourPath, Display, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook,
-    Render, Rgb, ViewTransform, WhiteBalance,
+    Polarisation, Render, Rgb, ViewTransform, WhiteBalance,
 };
 use super::sky::{Air, AtmosphereScene, Ground, Observer, Ozone, Site, Sun, Water};
 use super::{plausible, rules};
@@ -258,6 +258,7 @@ pub static KEYS: &[Key] = &[
         .otherwise(|| "fade in pictures of the whole sphere over ground that is not black, from less than 1 km up; ground elsewhere".into()),
     key!(camera.below_color, Other(Reflectance::allowed)).rule(rules::colour_of_no_ground),
     number!(render.orders, "", At(1.0), At(Orders::MOST as f64)).or_words(words::<Orders>),
+    key!(render.polarisation, one_of::<Polarisation>()),
     key!(render.fit, one_of::<Fit>()),
     key!(render.bands, Other(range_of_bands))
         .unit("nm")

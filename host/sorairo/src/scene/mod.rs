@@ -31,7 +31,7 @@ pub use camera::{Below, CameraScene, LONGEST_SIDE, Projection, Reflectance, Size
 pub use preset::{Preset, Scene};
 pub use settings::{
     ColourPath, Display, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook,
-    Render, Rgb, Shutter, ViewTransform, WhiteBalance, stops_of_ev100,
+    Polarisation, Render, Rgb, Shutter, ViewTransform, WhiteBalance, stops_of_ev100,
 };
 pub use sky::{Air, AtmosphereScene, Ground, Observer, Ozone, STANDARD_PRESSURE, Site, Sun, Water};
 pub use valid::ValidScene;

@@ -15,6 +15,8 @@ use crate::spectra::observer::{ColourObserver, LUMENS_PER_WATT};
 pub struct Render {
     /// Orders of scattering: how often light may be scattered or reflected on its way.
     pub orders: Orders,
+    /// Whether light is polarised as air and aerosol scatter it, or taken as natural.
+    pub polarisation: Polarisation,
     /// Fit through the bands.
     pub fit: Fit,
     /// Wavelengths that are integrated (nm).
@@ -61,6 +63,7 @@ impl Default for Render {
     fn default() -> Self {
         Self {
             orders: Orders::All,
+            polarisation: Polarisation::Off,
             fit: Fit::Regression,
             bands: None,
             color: ColourPath::Folded,
@@ -187,6 +190,20 @@ impl From<Orders> for OrdersText {
             Orders::UpTo(order) => Self::Number(order),
         }
     }
+}
+
+/// Whether light is polarised.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum Polarisation {
+    /// What is scattered is polarised, and scatters otherwise the next time.
+    On,
+    /// Light is natural after every scattering.
+    #[default]
+    Off,
 }
 
 /// A space of linear RGB; see `plan::colour_space`.

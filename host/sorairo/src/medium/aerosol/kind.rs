@@ -123,6 +123,10 @@ fn kinds() -> HashMap<&'static str, Kind> {
         let phase = Arc::get_mut(&mut kind.phase).expect("nobody has it yet");
         phase.push(&OF_PHASE, row[0].to_radians(), &row[1..]);
     });
+    each(include_str!("../../../data/aerosol_polarisation.csv"), &|kind, row| {
+        let phase = Arc::get_mut(&mut kind.phase).expect("nobody has it yet");
+        phase.push_degrees(row[0].to_radians(), std::array::from_fn(|i| row[1 + i]));
+    });
     kinds
 }
 
@@ -196,6 +200,21 @@ mod tests {
             // The parabola, and straight lines over steps of 2.5°.
             assert!((moments[1] - kind.asymmetry(550.0)).abs() < 4e-3, "{name}: {}", moments[1]);
         }
+    }
+
+    /// Natural light that goes on or turns back in its plane is natural; sulphate and soot polarise across, salt does not.
+    #[test]
+    fn kinds_polarise_light_that_they_scatter_across() {
+        for (name, kind) in known() {
+            for angle in [0.0, PI] {
+                assert!(kind.phase().degree(angle, 550.0).unwrap().abs() < 1e-3, "{name}");
+            }
+        }
+        let across = |kind: AerosolKind, nm: f64| kind.known().unwrap().phase().degree(0.5 * PI, nm).unwrap();
+        assert_eq!(across(AerosolKind::ContinentalAverage, 550.0), 0.399);
+        assert!((across(AerosolKind::ContinentalAverage, 500.0) - 0.365).abs() < 1e-12);
+        assert!(across(AerosolKind::MaritimeClean, 550.0) < 0.03);
+        assert!(across(AerosolKind::Desert, 550.0) < 0.0, "dust, as spheres, has its electric vector in the plane");
     }
 
     #[test]

@@ -17,7 +17,8 @@ use sorairo_shared::medium::phase::{ScatteringAngle, cornette_shanks_phase};
 
 use super::kind::Kind;
 use super::layers::{Lane, Layer};
-use super::phase::Phase;
+use super::phase::{DEGREES_AT, Phase};
+use super::polarisation;
 use crate::spectra::choice::AlbedoSpectrum;
 use crate::spectra::table::Table;
 
@@ -96,6 +97,14 @@ impl Scattering {
         4.0 * PI * per_steradian
     }
 
+    /// The degree of polarisation of natural light scattered once.
+    fn degree(&self, angle: f64, wavelength: f64) -> f64 {
+        match self {
+            Self::CornetteShanks(_) => polarisation::degree(None, angle, wavelength),
+            Self::Tabulated(phase) => polarisation::degree(Some(phase), angle, wavelength),
+        }
+    }
+
     fn asymmetry(&self) -> f64 {
         match self {
             Self::CornetteShanks(asymmetry) => *asymmetry,
@@ -167,13 +176,16 @@ impl Mixture {
         /// Wavelengths (nm) and entries of a mixture's table; the angles crowd ahead.
         const WAVELENGTHS: [f64; 5] = [350.0, 450.0, 550.0, 700.0, 900.0];
         const ANGLES: u32 = 512;
+        /// Steps of 2.5°, as tables of kinds have them.
+        const ANGLES_OF_DEGREES: u32 = 72;
         if let Some(one) = self.only_one() {
             return match &one.scattering {
                 Scattering::CornetteShanks(_) => None,
                 Scattering::Tabulated(phase) => Some(Arc::clone(phase)),
             };
         }
-        let weights = WAVELENGTHS.map(|nm| self.modes.iter().map(|mode| mode.albedo.at(nm) * mode.depth(nm)).collect());
+        let weights_at = |nm: f64| self.modes.iter().map(|mode| mode.albedo.at(nm) * mode.depth(nm)).collect();
+        let weights: [Vec<f64>; 5] = WAVELENGTHS.map(weights_at);
         let mixed = |angle: f64, nm: f64, weights: &Vec<f64>| {
             let parts = self.modes.iter().zip(weights).map(|(mode, weight)| weight * mode.scattering.at(angle, nm));
             parts.sum::<f64>().max(f64::MIN_POSITIVE)
@@ -182,7 +194,21 @@ impl Mixture {
             let angle = PI * (f64::from(i) / f64::from(ANGLES - 1)).powi(2);
             (angle, WAVELENGTHS.iter().zip(&weights).map(|(&nm, weights)| mixed(angle, nm, weights)).collect())
         };
-        Some(Arc::new(Phase::new(&WAVELENGTHS, (0..ANGLES).map(row))))
+        let weights: [Vec<f64>; DEGREES_AT.len()] = DEGREES_AT.map(weights_at);
+        let degree = |(&nm, weights): (&f64, &Vec<f64>), angle: f64| {
+            let scattered = self.modes.iter().zip(weights).map(|(mode, weight)| {
+                let scattered = weight * mode.scattering.at(angle, nm);
+                [scattered, scattered * mode.scattering.degree(angle, nm)]
+            });
+            let [all, polarised] = scattered.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
+            if all > 0.0 { polarised / all } else { 0.0 }
+        };
+        let degrees = (0..=ANGLES_OF_DEGREES).map(|i| {
+            let angle = PI * f64::from(i) / f64::from(ANGLES_OF_DEGREES);
+            let mut at = DEGREES_AT.iter().zip(&weights);
+            (angle, std::array::from_fn(|_| degree(at.next().expect("as many weights"), angle)))
+        });
+        Some(Arc::new(Phase::new(&WAVELENGTHS, (0..ANGLES).map(row)).with_degrees(degrees)))
     }
 
     /// The mode whose phase function is that of all.

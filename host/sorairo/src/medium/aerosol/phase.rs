@@ -26,14 +26,23 @@ pub fn abscissa(wavelength: f64) -> f64 {
 pub struct Phase {
     /// Scattering angles (radians), increasing, and `a`, `b` and `c` there.
     rows: Vec<(f64, DVec3)>,
+    /// Scattering angles (radians), increasing, and the degrees of polarisation there at the wavelengths of
+    /// [`DEGREES_AT`]; none where they are not known.
+    degrees: Vec<(f64, Degrees)>,
     /// Legendre moments at 550 nm, once they were asked for.
     moments: OnceLock<Vec<f64>>,
 }
 
+/// Wavelengths (nm) of the degrees of polarisation in a table.
+pub const DEGREES_AT: [f64; 6] = [350.0, 450.0, 550.0, 650.0, 800.0, 1000.0];
+
+/// Degrees of polarisation, `-F12/F11`, at the wavelengths of [`DEGREES_AT`].
+pub type Degrees = [f64; DEGREES_AT.len()];
+
 /// Phase functions are alike that hold the same rows.
 impl PartialEq for Phase {
     fn eq(&self, other: &Self) -> bool {
-        self.rows == other.rows
+        self.rows == other.rows && self.degrees == other.degrees
     }
 }
 
@@ -45,13 +54,40 @@ impl Phase {
         let means: Vec<f64> = (0..wavelengths.len()).map(|i| mean(&rows, i)).collect();
         let logarithms = |values: &[f64]| values.iter().zip(&means).map(|(value, mean)| (value / mean).ln()).collect();
         let rows = rows.iter().map(|(angle, values)| (*angle, parabola(wavelengths, logarithms(values)))).collect();
-        Self { rows, moments: OnceLock::new() }
+        Self { rows, ..Self::default() }
     }
 
     /// That of rows whose mean over the sphere is 1.
     pub(super) fn push(&mut self, wavelengths: &[f64], angle: f64, values: &[f64]) {
         let logarithms = values.iter().map(|value| value.ln()).collect();
         self.rows.push((angle, parabola(wavelengths, logarithms)));
+    }
+
+    /// The same with degrees of polarisation at scattering angles (radians, increasing).
+    pub(super) fn with_degrees(self, degrees: impl Iterator<Item = (f64, Degrees)>) -> Self {
+        Self { degrees: degrees.collect(), ..self }
+    }
+
+    /// Adds degrees of polarisation at the next angle (radians).
+    pub(super) fn push_degrees(&mut self, angle: f64, degrees: Degrees) {
+        self.degrees.push((angle, degrees));
+    }
+
+    /// The degree of polarisation, `-F12/F11`, of natural light scattered once, at a scattering angle (radians) and a
+    /// wavelength (nm): straight between the rows and columns of the table, as at its ends beyond. None where it is not
+    /// known.
+    pub fn degree(&self, angle: f64, wavelength: f64) -> Option<f64> {
+        if self.degrees.is_empty() {
+            return None;
+        }
+        let above = self.degrees.partition_point(|&(at, _)| at <= angle).clamp(1, self.degrees.len() - 1);
+        let ((low, below), (high, above)) = (&self.degrees[above - 1], &self.degrees[above]);
+        let part = ((angle - low) / (high - low)).clamp(0.0, 1.0);
+        let column = DEGREES_AT.partition_point(|&nm| nm <= wavelength).clamp(1, DEGREES_AT.len() - 1);
+        let [first, second] = [DEGREES_AT[column - 1], DEGREES_AT[column]];
+        let across = ((wavelength - first) / (second - first)).clamp(0.0, 1.0);
+        let at = |column: usize| below[column] + part * (above[column] - below[column]);
+        Some(at(column - 1) + across * (at(column) - at(column - 1)))
     }
 
     /// `a`, `b` and `c` at a scattering angle (radians).

@@ -6,7 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytemuck::{bytes_of, cast_slice};
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::medium::bands::Bands;
+use sorairo_shared::light_field::polarisation::Coupling;
+use sorairo_shared::medium::bands::{Bands, ByScatterer};
 
 use crate::error::Result;
 use crate::plan::light_field::device::field::DeviceField;
@@ -77,6 +78,10 @@ impl Key {
             bytes_of(&without_sun(&setting.placed_for)),
         ]
         .concat();
+        if let Some(ByScatterer { air: of_air, aerosol }) = setting.couplings {
+            let couplings = [of_air, aerosol].map(|Coupling { gamma, alpha }| [gamma, alpha]);
+            air.extend_from_slice(cast_slice(&couplings));
+        }
         spectra.iter().for_each(|values| air.extend_from_slice(cast_slice(values)));
         let (suns, resolution) = (setting.suns.clone(), resolution.clone());
         Self { of: TypeId::of::<T>(), air, suns, resolution, orders, others: Vec::new() }

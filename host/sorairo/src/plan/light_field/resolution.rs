@@ -19,9 +19,10 @@ pub struct Resolution {
     pub next: Moments,
     /// Moments of the tables after it.
     pub later: Moments,
-    /// Whether altitudes and samples follow the optical depth, and what remains of the orders is taken from a plane atmosphere; then the counts of
-    /// both are those that thin air takes.
+    /// Whether altitudes and samples follow the optical depth; then the counts of both are those that thin air takes.
     pub thick: bool,
+    /// Whether what remains of the orders of thick air is taken from a plane atmosphere.
+    pub plane: bool,
     /// Whether what a plane atmosphere says of thick air is corrected for what it lacks.
     pub corrected: bool,
     /// Altitudes.
@@ -56,6 +57,10 @@ pub const COMPARED_DEPTH: f64 = 300.0;
 
 /// The vertical optical depth of scattering above which a layer is thick: where samples that follow the density alone miss a mean free path.
 const THICK: f64 = 1.2;
+
+/// The vertical optical depth of scattering up to which orders of polarised light are summed: a plane atmosphere's light
+/// is natural here, and what is left of polarisation is little only where light is scattered often.
+const MOST_SUMMED: f64 = 4.0;
 
 /// The highest degree in thick air, where scattering after scattering leaves less of a moment than of the one before, and where a table has many more rays.
 const HIGHEST_IN_THICK_AIR: usize = 28;
@@ -113,6 +118,7 @@ impl Resolution {
         let closer = if is_layered(setting) { IN_LAYERS } else { 1 };
         Self {
             thick: is_thick,
+            plane: is_thick && (setting.couplings.is_none() || vertical_depth(setting, depth) > MOST_SUMMED),
             corrected: diffusive_depth(setting, depth) < MOST_CORRECTED,
             first: Moments { degree, azimuthal: degree },
             next,

@@ -2,11 +2,13 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use sorairo_shared::light_field::polarisation::Coupling;
 use sorairo_shared::medium::atmosphere::Medium;
-use sorairo_shared::medium::bands::Bands;
+use sorairo_shared::medium::bands::{Bands, ByScatterer};
+use sorairo_shared::medium::phase::{ScatteringAngle, cornette_shanks_phase};
 use sorairo_shared::variant;
 
-use crate::medium::aerosol::Phase;
+use crate::medium::aerosol::{Phase, polarisation};
 use crate::plan::light_field::suns::{Centre, sun_nodes};
 use crate::plan::rays::directions::horizon;
 
@@ -36,7 +38,12 @@ pub struct Setting<'a> {
     pub(crate) aerosol: Vec<f32>,
     /// The forward peak: the part of the light scattered by aerosol that counts as not scattered.
     pub(crate) forward_peak: f64,
+    /// How air and aerosol couple the moments of polarised light; none where light is taken as natural.
+    pub(crate) couplings: Option<Couplings>,
 }
+
+/// How air and aerosol, without its forward peak, couple the moments of polarised light.
+pub type Couplings = ByScatterer<Coupling>;
 
 /// The phase function of aerosol as light scattered more than once takes it: moments of what is left without a forward peak, which
 /// counts as no scattering (delta-M, Wiscombe 1977, <https://doi.org/10.1175/1520-0469(1977)034%3C1408:TDMRYA%3E2.0.CO;2>). What such moments
@@ -103,7 +110,26 @@ impl<'a> Setting<'a> {
             air: 0.1 * atmosphere.air_anisotropy,
             aerosol,
             forward_peak,
+            couplings: None,
         }
+    }
+
+    /// The same of polarised light.
+    pub fn polarised(self, phase: Option<&Phase>) -> Self {
+        let atmosphere = self.medium.atmosphere;
+        let phase_at = |angle: f64| match phase {
+            Some(phase) => phase.at(angle, 550.0),
+            None => {
+                let angle = ScatteringAngle::new(angle.cos() as f32, angle.sin().powi(2) as f32);
+                f64::from(cornette_shanks_phase(angle, atmosphere.aerosol_asymmetry))
+            }
+        };
+        let degree = |angle: f64| polarisation::degree(phase, angle, 550.0);
+        let couplings = ByScatterer {
+            air: Coupling::of_dipoles(atmosphere.air_anisotropy),
+            aerosol: polarisation::coupling(phase_at, degree, self.forward_peak),
+        };
+        Self { couplings: Some(couplings), ..self }
     }
 
     /// Bands whose scattering by aerosol is without the forward peak, as their extinction is.

@@ -27,6 +27,10 @@ impl Row {
 pub struct Light {
     /// Light that air and aerosol scatter towards the observer, neither for the first time (sr⁻¹).
     pub scattered: Vec4,
+    /// `Q` of it (sr⁻¹); see [`sorairo_shared::light_field::polarisation`]. 0 where light is taken as natural.
+    pub q: Vec4,
+    /// `U` of it, left of the sun's vertical plane; right of it, it has the other sign.
+    pub u: Vec4,
     /// Diffuse irradiance of the ground that the ray meets; 0 for one that meets none.
     pub diffuse_irradiance: Vec4,
 }

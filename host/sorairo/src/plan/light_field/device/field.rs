@@ -263,7 +263,7 @@ impl<'a, const N: usize> Table<'a, N> {
     /// after the first counts.
     fn all_orders(&self, made: &mut OrdersMade) -> Result<Vec<Lanes<N>>> {
         let mut means = self.compute(0..AT_FIRST)?;
-        let mut series = Series::new(means[0].clone(), self.grid.suns.len());
+        let mut series = Series::new(means[0].clone(), means[0].len(), self.grid.suns.len());
         let mut next = 1;
         loop {
             if next == means.len() {

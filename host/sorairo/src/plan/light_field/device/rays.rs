@@ -80,7 +80,7 @@ pub fn light_of_rows(
     })?;
     let of_ray = |group: usize, row: usize, column: usize| {
         let at = 2 * ((row * columns + column) * groups + group);
-        Light { scattered: read[at], diffuse_irradiance: read[at + 1] }
+        Light { scattered: read[at], diffuse_irradiance: read[at + 1], ..Light::default() }
     };
     let of_row = |group, row: usize| (0..rows[row].cosines.len()).map(|column| of_ray(group, row, column)).collect();
     Ok((0..groups).map(|group| (0..rows.len()).map(|row| of_row(group, row)).collect()).collect())

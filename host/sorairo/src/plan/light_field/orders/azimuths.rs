@@ -1,6 +1,8 @@
 //! Functions of the azimuth as sums of cos(m φ): light that is gathered, and phase functions.
 
 use sorairo_shared::light_field::moments::Moments;
+use sorairo_shared::light_field::polarisation::{self, Coupling, SpinFunctions};
+use sorairo_shared::medium::bands::ByScatterer;
 use sorairo_shared::value::{Lanes, Value};
 
 use crate::plan::light_field::setting::Setting;
@@ -47,6 +49,26 @@ impl Azimuths {
             }
         }
     }
+
+    /// What `Q` and `U` at the azimuths add to the moments of polarised light in a direction.
+    pub(crate) fn polarised<const N: usize>(
+        &self,
+        SpinFunctions { w, x }: SpinFunctions,
+        stokes: &[[Lanes<N>; 2]],
+    ) -> [Lanes<N>; polarisation::MOMENTS] {
+        let part = 2.0 * std::f32::consts::PI / self.cosines.len() as f32;
+        let mut moments = [Lanes::ZERO; polarisation::MOMENTS];
+        for (&cosine, [q, u]) in self.cosines.iter().zip(stokes) {
+            let sine = (1.0 - cosine * cosine).sqrt();
+            let cosines = [1.0, cosine, 2.0 * cosine * cosine - 1.0];
+            let sines = [0.0, sine, 2.0 * sine * cosine];
+            for (m, moment) in moments.iter_mut().enumerate() {
+                moment.add_scaled(q, part * w[m] * cosines[m]);
+                moment.add_scaled(u, part * x[m] * sines[m]);
+            }
+        }
+        moments
+    }
 }
 
 /// The phase functions of air and aerosol between a direction and a sun as coefficients of `cos(m φ)` in the azimuth
@@ -54,6 +76,8 @@ impl Azimuths {
 pub(crate) struct AzimuthalPhases {
     pub(crate) air: Vec<f32>,
     pub(crate) aerosol: Vec<f32>,
+    /// Of polarised light `γ Y_2m` of the sun, by which both make `E_2m`; none where light is taken as natural.
+    pub(crate) polarised: Option<ByScatterer<[f32; polarisation::MOMENTS]>>,
 }
 
 impl AzimuthalPhases {
@@ -67,7 +91,11 @@ impl AzimuthalPhases {
             _ => 0.0,
         };
         let aerosol = |l: usize| setting.aerosol.get(l).copied().unwrap_or(0.0);
+        let of_sun = |Coupling { gamma, .. }: Coupling| std::array::from_fn(|m| gamma * sun[of.first(m) + 2 - m]);
+        let polarised = setting.couplings;
         Self {
+            polarised: polarised
+                .map(|ByScatterer { air, aerosol }| ByScatterer { air: of_sun(air), aerosol: of_sun(aerosol) }),
             air: (0..=of.azimuthal.min(2)).map(|m| coefficient(m, &air)).collect(),
             aerosol: (0..=of.azimuthal).map(|m| coefficient(m, &aerosol)).collect(),
         }
@@ -78,4 +106,12 @@ impl AzimuthalPhases {
 pub(crate) fn product(p: &[f32], n: usize, j: usize) -> f32 {
     let both = |k: usize| if k == 0 { 2.0 * p[0] } else { p.get(k).copied().unwrap_or(0.0) };
     0.5 * std::f32::consts::PI * (both(n.abs_diff(j)) + both(n + j))
+}
+
+/// The integral over the circle of `Σ_m p_m sin(m φ)` times `sin(n φ) cos(j φ)`.
+pub(crate) fn product_of_sines(p: &[f32], n: usize, j: usize) -> f32 {
+    // sin(m φ) sin(n φ) = (cos((m - n) φ) - cos((m + n) φ)) / 2
+    let around = if j == 0 { 2.0 } else { 1.0 } * std::f32::consts::PI;
+    let is_left = |m: usize| f32::from(u8::from(m.abs_diff(n) == j)) - f32::from(u8::from(m + n == j));
+    p.iter().enumerate().map(|(m, value)| 0.5 * around * is_left(m) * value).sum()
 }

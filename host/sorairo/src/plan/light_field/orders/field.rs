@@ -6,6 +6,7 @@ use sorairo_shared::glam::{Vec2, Vec3};
 use sorairo_shared::light_field::first_order::{single_scattering_of_lit_ray, single_scattering_of_many};
 use sorairo_shared::light_field::gather::gather;
 use sorairo_shared::light_field::moments::{Moments, legendre};
+use sorairo_shared::light_field::polarisation::{self, SpinFunctions};
 use sorairo_shared::light_field::rays::{Sight, SunPlace};
 use sorairo_shared::math::{acos, max};
 use sorairo_shared::medium::bands::ByScatterer;
@@ -15,7 +16,7 @@ use sorairo_shared::value::{Lanes, Value};
 use sorairo_shared::variant;
 
 use crate::plan::light_field::grid::{Direction, Grid, directions};
-use crate::plan::light_field::orders::azimuths::{AzimuthalPhases, Azimuths, product};
+use crate::plan::light_field::orders::azimuths::{AzimuthalPhases, Azimuths, product, product_of_sines};
 use crate::plan::light_field::orders::irradiance::Irradiance;
 use crate::plan::light_field::orders::made::OrdersMade;
 use crate::plan::light_field::orders::plane_parallel::Layers;
@@ -43,7 +44,16 @@ pub struct LightField<const N: usize> {
 /// A light field as coefficients of `cos(m φ)` in every direction, for each sun.
 struct Fourier<const N: usize> {
     azimuthal: usize,
-    rows: Vec<Vec<Lanes<N>>>,
+    rows: Vec<FourierRow<N>>,
+}
+
+/// That of one direction.
+#[derive(Clone)]
+struct FourierRow<const N: usize> {
+    /// For each sun the coefficients of radiance.
+    radiance: Vec<Lanes<N>>,
+    /// For each sun what the direction adds to the moments of polarised light; none where light is taken as natural.
+    polarised: Vec<Lanes<N>>,
 }
 
 /// A correction of thick air's light is made while it is smaller than this part of the one before.
@@ -60,7 +70,7 @@ impl<const N: usize> LightField<N> {
         let table = Table::new(setting, wavelengths, resolution, &grid);
         let mut made = OrdersMade::of(resolution, &grid);
         let moments = match orders {
-            Orders::All if resolution.thick => table.all_orders_of_thick_air(&mut made),
+            Orders::All if resolution.plane => table.all_orders_of_thick_air(&mut made),
             Orders::All => table.all_orders(&mut made),
             Orders::UpTo(orders) => table.orders_up_to(orders.saturating_sub(1).max(1), &mut made),
         };
@@ -68,13 +78,14 @@ impl<const N: usize> LightField<N> {
     }
 
     /// The moments as the gathering takes them.
-    pub fn tiles(&self) -> Tiles {
-        self.moments.tiles(&self.grid, self.moments.of)
+    pub fn tiles(&self, setting: &Setting) -> Tiles {
+        self.moments.tiles(&self.grid, self.moments.of, setting.couplings)
     }
 
     /// Memory that its values take (bytes).
     pub fn bytes(&self) -> usize {
-        (self.moments.values.len() + self.moments.irradiance.len()) * size_of::<Lanes<N>>()
+        let Values { values, polarised, irradiance, .. } = &self.moments;
+        (values.len() + polarised.len() + irradiance.len()) * size_of::<Lanes<N>>()
     }
 
     /// The diffuse irradiance of the ground.
@@ -155,7 +166,8 @@ impl<'a, const N: usize> Table<'a, N> {
     /// Light of all orders: some are computed, until what stands for the rest is near enough.
     fn all_orders(&self, made: &mut OrdersMade) -> Values<N> {
         let mut sum = self.first_order();
-        let mut series = Series::new(sum.means(), self.suns.len());
+        let nodes = self.grid.altitudes.len() * self.suns.len();
+        let mut series = Series::new(sum.falling_together(), nodes, self.suns.len());
         // The orders that are not in the sum yet.
         let mut last: Vec<Values<N>> = Vec::new();
         loop {
@@ -166,11 +178,12 @@ impl<'a, const N: usize> Table<'a, N> {
             if last.len() == LAST {
                 sum.add(&last.remove(0), Lanes([1.0; N]));
             }
-            let closing = series.close(next.means());
+            let closing = series.close(next.falling_together());
             last.push(next);
             made.computed += 1;
             if let Some(closing) = closing.filter(|closing| made.is_closed_by(closing)) {
-                last.iter().zip(closing.factors).for_each(|(order, factor)| sum.add(order, factor));
+                last.iter().zip(&closing.factors).for_each(|(order, factor)| sum.add_radiance(order, *factor));
+                sum.close_polarised(&last, &closing.factors);
                 return sum;
             }
         }
@@ -239,17 +252,19 @@ impl<'a, const N: usize> Table<'a, N> {
         let rays = self.directions.par_iter().zip(&self.rays).zip(&self.functions);
         let rows = rays.map(|((direction, ray), of_ray)| {
             let suns = self.suns.iter().zip(&functions);
-            suns.flat_map(|(&sun, of_sun)| {
+            let mut row = FourierRow { radiance: Vec::new(), polarised: Vec::new() };
+            for (&sun, of_sun) in suns {
                 let phases = AzimuthalPhases::new(self.setting, of, of_ray, of_sun);
-                self.first_order_of(direction, ray, sun, &quadrature, &azimuths, &phases)
-            })
-            .collect()
+                self.add_first_order(direction, ray, sun, &quadrature, &azimuths, &phases, &mut row);
+            }
+            row
         });
         self.moments(of, Fourier { azimuthal: of.azimuthal, rows: rows.collect() })
     }
 
-    /// Light of the first order in one direction and for one sun, as coefficients of `cos(m φ)`.
-    fn first_order_of(
+    /// Adds the light of the first order in one direction and for one sun to the row of the direction.
+    #[expect(clippy::too_many_arguments, reason = "what all suns of a row share, and the row")]
+    fn add_first_order(
         &self,
         direction: &Direction,
         ray: &OwnedRay<N>,
@@ -257,7 +272,8 @@ impl<'a, const N: usize> Table<'a, N> {
         quadrature: &[Vec2],
         azimuths: &Azimuths,
         phases: &AzimuthalPhases,
-    ) -> Vec<Lanes<N>> {
+        row: &mut FourierRow<N>,
+    ) {
         let (setting, wavelengths) = (self.setting, self.wavelengths);
         let sun = Vec3::new(sine_s, 0.0, mu_s);
         let altitude = self.grid.altitudes[direction.altitude] as f32;
@@ -303,6 +319,8 @@ impl<'a, const N: usize> Table<'a, N> {
         }
         let numbers = self.resolution.first.azimuthal + 1;
         let mut fourier = vec![Lanes::ZERO; numbers];
+        let mut polarised = [Lanes::ZERO; polarisation::MOMENTS];
+        let spin = SpinFunctions::new(ray.mu, ray.sine);
         for j in 0..count {
             let mut amplitudes = [Lanes::ZERO; 3];
             for (part, &share) in parts.iter().zip(azimuths.amplitudes(j)) {
@@ -316,28 +334,42 @@ impl<'a, const N: usize> Table<'a, N> {
                 coefficient.add_scaled(&aerosol, product(&phases.aerosol, n, j));
                 coefficient.add_scaled(&ground, product(&[1.0], n, j));
             }
+            if let Some(of_suns) = phases.polarised {
+                for (n, moment) in polarised.iter_mut().enumerate() {
+                    moment.add_scaled(&air, of_polarised(spin, of_suns.air, n, j));
+                    moment.add_scaled(&aerosol, of_polarised(spin, of_suns.aerosol, n, j));
+                }
+            }
         }
-        fourier
+        row.radiance.extend(fourier);
+        if phases.polarised.is_some() {
+            row.polarised.extend(polarised);
+        }
     }
 
     /// Light of the order after the one of `last`, in these moments. Scattering mixes moments of different azimuthal numbers as little as the
     /// vertical turns along a ray: those of `last` that are not among them are left out.
     fn next_order(&self, last: &Values<N>, of: Moments) -> Values<N> {
-        let (tiles, azimuths) = (last.tiles(self.grid, of), self.azimuths.cosines.len());
+        let tiles = last.tiles(self.grid, of, self.setting.couplings);
+        let azimuths = self.azimuths.cosines.len();
         let table = tiles.table(self.grid, self.resolution.logarithmic);
         let irradiance = Irradiance::new(&last.irradiance, self.resolution.logarithmic);
         let rows = self.rays.par_iter().zip(&self.sights).map_init(
-            || Room::new::<N>(self.suns.len(), tiles.of, self.suns.len() * azimuths),
+            || Room::new::<N>(&table, self.suns.len() * azimuths),
             |room, (ray, (sights, places))| {
                 let mut light = vec![Lanes::ZERO; sights.len()];
+                let mut stokes = vec![[Lanes::ZERO; 2]; if table.couplings.is_some() { sights.len() } else { 0 }];
                 let found = places.is_none().then(|| ray.suns_along(self.grid, sights));
                 let places = found.as_ref().or(places.as_ref()).expect("either");
-                gather(table, ray.view(), places, &mut room.scratch(), &mut light);
+                gather(table, ray.view(), places, &mut room.scratch(), &mut light, &mut stokes);
                 self.add_ground(ray, &irradiance, sights, &mut light);
                 let mut fourier = vec![Lanes::ZERO; self.suns.len() * (of.azimuthal + 1)];
                 let suns = light.chunks(azimuths).zip(fourier.chunks_mut(of.azimuthal + 1));
                 suns.for_each(|(light, fourier)| self.azimuths.add_fourier(light, fourier));
-                fourier
+                let spin = SpinFunctions::new(ray.mu, ray.sine);
+                let polarised =
+                    stokes.chunks(azimuths).flat_map(|stokes| self.azimuths.polarised(spin, stokes)).collect();
+                FourierRow { radiance: fourier, polarised }
             },
         );
         self.moments(of, Fourier { azimuthal: of.azimuthal, rows: rows.collect() })
@@ -363,7 +395,7 @@ impl<'a, const N: usize> Table<'a, N> {
             let mut values = vec![Lanes::ZERO; suns * of.count()];
             let rays = self.directions.iter().zip(&self.functions).zip(&field.rows);
             for ((direction, functions), row) in rays.filter(|((direction, _), _)| direction.altitude == altitude) {
-                for (values, fourier) in values.chunks_mut(of.count()).zip(row.chunks(numbers)) {
+                for (values, fourier) in values.chunks_mut(of.count()).zip(row.radiance.chunks(numbers)) {
                     for (m, fourier) in fourier.iter().enumerate() {
                         let functions = &functions[self.resolution.first.first(m)..];
                         for (value, function) in values[of.first(m)..of.first(m + 1)].iter_mut().zip(functions) {
@@ -375,15 +407,28 @@ impl<'a, const N: usize> Table<'a, N> {
             values
         };
         let values = (0..self.grid.altitudes.len()).into_par_iter().flat_map_iter(of_altitude).collect();
+        let of_node = suns * if self.setting.couplings.is_some() { polarisation::MOMENTS } else { 0 };
+        let mut polarised = vec![Lanes::ZERO; self.grid.altitudes.len() * of_node];
+        for (direction, row) in self.directions.iter().zip(&field.rows) {
+            let moments = polarised[direction.altitude * of_node..].iter_mut().zip(&row.polarised);
+            moments.for_each(|(moment, of_row)| moment.add_scaled(of_row, direction.weight as f32));
+        }
         let mut irradiance = vec![Lanes::ZERO; suns];
         let down = |direction: &&Direction| direction.altitude == 0 && direction.mu > 0.0;
         for (direction, row) in self.directions.iter().zip(&field.rows).filter(|(direction, _)| down(direction)) {
-            for (irradiance, fourier) in irradiance.iter_mut().zip(row.chunks(numbers)) {
+            for (irradiance, fourier) in irradiance.iter_mut().zip(row.radiance.chunks(numbers)) {
                 irradiance.add_scaled(&fourier[0], (direction.mu * direction.weight) as f32);
             }
         }
-        Values { of, values, irradiance }
+        Values { of, values, polarised, irradiance }
     }
+}
+
+/// What the light of a constituent, times `cos(j φ)`, adds to the moment `E_2n` in a direction: its `Q` and `U` are `Σ_m c_m
+/// W_m cos(m φ)` and `Σ_m c_m X_m sin(m φ)`.
+fn of_polarised(SpinFunctions { w, x }: SpinFunctions, c: [f32; polarisation::MOMENTS], n: usize, j: usize) -> f32 {
+    let of = |functions: [f32; polarisation::MOMENTS]| std::array::from_fn::<f32, 3, _>(|m| functions[m] * c[m]);
+    w[n] * product(&of(w), n, j) + x[n] * product_of_sines(&of(x), n, j)
 }
 
 /// Every sun at every azimuth, as a ray sees it.

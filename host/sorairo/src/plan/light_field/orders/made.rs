@@ -35,7 +35,7 @@ impl OrdersMade {
             degree: resolution.first.degree,
             tolerance: resolution.tolerance,
             leaves: resolution.leaves,
-            thick: resolution.thick,
+            thick: resolution.plane,
             beyond_degree: resolution.beyond_degree,
             nodes: [grid.altitudes.len(), grid.suns.len()],
             ..Self::default()

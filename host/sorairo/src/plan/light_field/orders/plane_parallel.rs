@@ -140,7 +140,8 @@ impl Layers {
                 irradiance.iter_mut().zip(of_ground).for_each(|(to, value)| to.0[lane] = value as f32);
             }
         }
-        Values { of, values, irradiance }
+        // What is scattered that often is natural: its polarisation is left to what is corrected.
+        Values { of, values, polarised: vec![Lanes::ZERO; r.polarised.len()], irradiance }
     }
 
     fn solve<const N: usize>(

@@ -1,7 +1,7 @@
 //! Memory in which light is gathered along one ray after the other.
 
 use sorairo_shared::light_field::gather::{Scratch, scratch_sizes};
-use sorairo_shared::light_field::moments::Moments;
+use sorairo_shared::light_field::table::MomentTable;
 
 /// Room in which light is gathered along one ray after the other.
 pub struct Room {
@@ -13,10 +13,10 @@ pub struct Room {
 }
 
 impl Room {
-    /// For the suns and the moments of a table of `N` wavelengths and so many sights.
-    pub fn new<const N: usize>(suns: usize, of: Moments, sights: usize) -> Self {
+    /// For a table of `N` wavelengths and so many sights.
+    pub fn new<const N: usize>(table: &MomentTable, sights: usize) -> Self {
         let [sums, sources, logarithms, scales, light] =
-            scratch_sizes::<N>(suns, of, sights).map(|size| vec![0.0; size]);
+            scratch_sizes::<N>(table.suns.count, table.moments, table.polarised(), sights).map(|size| vec![0.0; size]);
         Self { sums, sources, logarithms, scales, light }
     }
 

@@ -94,7 +94,11 @@ fn panels<const N: usize>(
         // Where the ray is level, the altitude changes with the square of the distance.
         let climbed = |step: f64| (altitude((along + step).min(length)) - here).abs();
         let mut step = by_depth.min(length - along);
-        while climbed(step) > OF_FALL_OFF * fall_off * (1.0 + 1e-3 / (extinction * fall_off)) {
+        // Air with less than a thousandth of an optical depth is crossed at once: all that lies above, or as much of it
+        // as has grown to that below.
+        let thin = 1e-3 / (extinction * fall_off).max(f64::MIN_POSITIVE);
+        let panel = if piece.is_rising() { OF_FALL_OFF * (1.0 + thin) } else { OF_FALL_OFF + thin.ln_1p() };
+        while climbed(step) > panel * fall_off {
             step *= 0.7;
         }
         if along + 1.3 * step > length {

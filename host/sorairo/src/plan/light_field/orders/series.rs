@@ -13,7 +13,7 @@ use sorairo_shared::value::{Lanes, Value};
 const TOWARDS_GEOMETRIC: f64 = 1e-4;
 
 /// The ratio of orders that is taken at most where they do not fall off: the sum of what is left stays finite.
-const LARGEST_RATIO: f64 = 0.98;
+pub(crate) const LARGEST_RATIO: f64 = 0.98;
 
 /// Nodes with less than this part of the brightest light under the same sun matter less. Under each sun light is as near: an observer sees those about his
 /// own, which in twilight have a millionth of the light of the brightest.
@@ -34,7 +34,7 @@ pub struct Closing<const N: usize> {
 
 impl<const N: usize> Closing<N> {
     /// From the mean radiances at all nodes of an order and of those after it, [`LAST`] at most, and those of the sum of all up to the first of them. The
-    /// nodes are those of so many suns, altitude after altitude.
+    /// nodes are those of so many suns, altitude after altitude. Behind the mean radiances of an order may stand what falls off with them, of each node again.
     fn new(orders: &[Vec<Lanes<N>>], sum: &[Lanes<N>], suns: usize) -> Self {
         let after = orders.len() - 1;
         let mut closing = Self { factors: vec![Lanes([1.0; N]); after], ratio: [0.0; N], error: 0.0 };
@@ -64,9 +64,10 @@ pub struct Series<const N: usize> {
 }
 
 impl<const N: usize> Series<N> {
-    /// From the mean radiances of the first order at the nodes of so many suns, altitude after altitude.
-    pub fn new(first: Vec<Lanes<N>>, suns: usize) -> Self {
-        Self { means: vec![first.clone()], sum: first, suns }
+    /// From the mean radiances of the first order at so many nodes of so many suns, altitude after altitude, and what
+    /// falls off with them.
+    pub fn new(first: Vec<Lanes<N>>, nodes: usize, suns: usize) -> Self {
+        Self { sum: first[..nodes].to_vec(), means: vec![first], suns }
     }
 
     /// Takes the next order; what stands for all after the sum, once two orders follow it. Where [`LAST`] follow it already, the first of them joins it.
@@ -89,7 +90,8 @@ struct OfBand {
 impl OfBand {
     fn new(orders: &[Vec<f64>], sum: &[f64], suns: usize) -> Self {
         let after = orders.len() - 1;
-        let total = |order: usize| orders[order].iter().sum::<f64>();
+        let light = |node: usize| sum[node % sum.len()];
+        let total = |order: usize| orders[order][..sum.len()].iter().sum::<f64>();
         let before = total(after - 1);
         let ratio = if before > 0.0 { (total(after) / before).clamp(0.0, LARGEST_RATIO) } else { 0.0 };
         let left = 1.0 / (1.0 - ratio);
@@ -103,8 +105,8 @@ impl OfBand {
             orders[0][node] - taken
         };
         let (mut products, mut target) = ([[0.0; LAST]; LAST], [0.0; LAST]);
-        for node in (0..sum.len()).filter(|&node| dark[node % suns] > 0.0) {
-            let square = sum[node].max(dark[node % suns]).powi(-2);
+        for node in (0..orders[0].len()).filter(|&node| dark[node % suns] > 0.0) {
+            let square = light(node).max(dark[node % suns]).powi(-2);
             let rest = residual(&factors, node);
             for i in 0..after {
                 target[i] += falls(i, node) * rest * square;
@@ -114,11 +116,13 @@ impl OfBand {
         let change = least(products, target, after);
         factors.iter_mut().zip(change).for_each(|(factor, change)| *factor += change);
         let off = |node: usize| {
-            let light: f64 = sum[node] + (0..after).map(|order| factors[order] * orders[order + 1][node]).sum::<f64>();
+            let node_of_light = node % sum.len();
+            let after_sum = (0..after).map(|order| factors[order] * orders[order + 1][node_of_light]);
+            let light = sum[node_of_light] + after_sum.sum::<f64>();
             let dark = dark[node % suns];
             if dark > 0.0 { residual(&factors, node).abs() * ratio * left / light.max(dark) } else { 0.0 }
         };
-        Self { factors, ratio, error: (0..sum.len()).map(off).fold(0.0, f64::max) }
+        Self { factors, ratio, error: (0..orders[0].len()).map(off).fold(0.0, f64::max) }
     }
 }
 

@@ -50,6 +50,7 @@ pub struct MultipleLight {
 #[derive(Clone, Copy, Debug)]
 pub struct LightOfMany<const N: usize> {
     scattered: Lanes<N>,
+    polarised: [Lanes<N>; 2],
     diffuse_irradiance: Lanes<N>,
 }
 
@@ -57,7 +58,8 @@ impl<const N: usize> LightOfMany<N> {
     /// At a group of four.
     pub fn of_group(&self, group: usize) -> Light {
         let four = |lanes: &Lanes<N>| Vec4::from_slice(&lanes.0[4 * group..]);
-        Light { scattered: four(&self.scattered), diffuse_irradiance: four(&self.diffuse_irradiance) }
+        let [q, u] = self.polarised.each_ref().map(four);
+        Light { scattered: four(&self.scattered), q, u, diffuse_irradiance: four(&self.diffuse_irradiance) }
     }
 }
 
@@ -120,7 +122,8 @@ fn of_groups<const N: usize>(
 ) -> (Vec<Vec<Vec<Light>>>, OrdersMade) {
     let bands = &setting.without_peak(bands);
     // Samples that follow the optical depth are no list that a device takes, nor are rays that end.
-    let device_has_it = !resolution.thick && rows.iter().all(|row| row.length.is_infinite());
+    let device_has_it =
+        !resolution.thick && setting.couplings.is_none() && rows.iter().all(|row| row.length.is_infinite());
     let ask = |device: &dyn PlanDevice| {
         let field = fields.get_on_device::<N>(device, setting, bands, resolution, orders)?;
         let light = rays::light_of_rows(device, &field, setting, bands, resolution, rows)?;
@@ -136,7 +139,7 @@ fn of_groups<const N: usize>(
         wavelengths,
         resolution,
         field,
-        tiles: field.tiles(),
+        tiles: field.tiles(setting),
         sampling: Sampling::new(resolution, resolution.view_samples),
         irradiance: field.diffuse_irradiance(resolution.logarithmic),
     };
@@ -238,15 +241,18 @@ impl<const N: usize> View<'_, N> {
         let sights: Vec<Sight> = cosines.iter().map(sight).collect();
         let mut light = vec![Lanes::ZERO; cosines.len()];
         let table = self.tiles.table(&field.grid, self.resolution.logarithmic);
-        let mut room = Room::new::<N>(field.grid.suns.len(), table.moments, sights.len());
-        gather(table, ray.view(), &ray.suns_along(&field.grid, &sights), &mut room.scratch(), &mut light);
-        let light_of = |(scattered, sight): (Lanes<N>, &Sight)| {
+        let mut stokes = vec![[Lanes::ZERO; 2]; if table.couplings.is_some() { cosines.len() } else { 0 }];
+        let mut room = Room::new::<N>(&table, sights.len());
+        let places = ray.suns_along(&field.grid, &sights);
+        gather(table, ray.view(), &places, &mut room.scratch(), &mut light, &mut stokes);
+        stokes.resize(cosines.len(), [Lanes::ZERO; 2]);
+        let light_of = |((scattered, polarised), sight): ((Lanes<N>, [Lanes<N>; 2]), &Sight)| {
             let diffuse_irradiance = ray.ground.map_or(Lanes::ZERO, |ground| {
                 let mu_s = ray.mu_s_on_ground(setting, ground.distance, sight.mu_s, sight.nu);
                 self.irradiance.at(&field.grid, acos(mu_s))
             });
-            LightOfMany { scattered, diffuse_irradiance }
+            LightOfMany { scattered, polarised, diffuse_irradiance }
         };
-        light.into_iter().zip(&sights).map(light_of).collect()
+        light.into_iter().zip(stokes).zip(&sights).map(light_of).collect()
     }
 }

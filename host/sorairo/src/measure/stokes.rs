@@ -1,0 +1,259 @@
+//! The Stokes vector of the sky's light in directions.
+//!
+//! `(I, Q, U)` relative to the vertical plane through the view direction: `Q > 0` where the electric vector lies in
+//! it, `U > 0` where it lies 45° counterclockwise of it as the observer sees it. Light that nothing scattered before is
+//! that of dipoles and of the aerosol's scattering matrix, in closed form: with the components `s_a` of the sun up
+//! across the ray and `s_b` to the left of it, and the degree of polarisation `p` at the scattering angle,
+//!
+//! ```text
+//! (Q, U) = -p I (s_a² - s_b², 2 s_a s_b) / (s_a² + s_b²)
+//! ```
+//!
+//! Light of higher orders is gathered from the moments of the light field; see
+//! [`sorairo_shared::light_field::polarisation`]. The ground's is natural.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sorairo_shared::glam::{DVec3, Vec4};
+use sorairo_shared::sky::ByConstituent;
+use sorairo_shared::variant;
+use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
+
+use crate::error::{Error, Result};
+use crate::measure::spectrum::{Direction, check_wavelengths, integral_at};
+use crate::medium::aerosol::polarisation;
+use crate::plan::integral::{Constituent, RayIntegral};
+use crate::plan::light_field::{Row, light_of_rows};
+use crate::plan::shortwave::{self, Lines};
+use crate::plan::{SkyPlan, direction, optics_of, upload};
+use crate::scene::ValidScene;
+
+/// How far from the vertical (radians) rays of higher orders stay at least: within, light is straight between those on
+/// both sides, where single precision knows the azimuth.
+const FROM_VERTICAL: f64 = 0.01;
+
+/// The Stokes vector at one wavelength (W·m⁻²·sr⁻¹·nm⁻¹). Circular polarisation, which air does not make, is left out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Stokes {
+    /// Wavelength (nm).
+    pub wavelength_nm: f64,
+    /// Radiance.
+    pub stokes_i: f64,
+    /// Radiance with the electric vector in the plane, less that across it.
+    pub stokes_q: f64,
+    /// Radiance with the electric vector 45° counterclockwise of the plane, less that 45° clockwise of it.
+    pub stokes_u: f64,
+    /// Degree of polarisation; 0 without light.
+    pub degree_of_polarisation: f64,
+    /// Angle of the electric vector (degrees), counterclockwise from the plane, above -90 and up to 90.
+    pub angle_of_polarisation_deg: f64,
+}
+
+/// The plane from which polarisation counts.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
+)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum StokesFrame {
+    /// The vertical plane through the direction; of the zenith and the nadir that of the azimuth that is given.
+    #[default]
+    Vertical,
+    /// The plane through the direction and the top of the camera's image: of a perspective the camera's vertical, of a
+    /// fisheye the direction at its top, of an equirectangular image the vertical.
+    Camera,
+}
+
+/// The Stokes vectors of a sky at fixed wavelengths. What all directions share is prepared once.
+pub struct StokesSpectra {
+    integral: RayIntegral,
+    irradiance: Vec<f64>,
+    /// What lines leave of the light of each wavelength; none in air without gases.
+    lines: Option<Lines>,
+    /// The top of the camera's image, from which polarisation counts; none where it counts from the vertical.
+    up: Option<DVec3>,
+    is_night: bool,
+}
+
+impl StokesSpectra {
+    /// Prepares them at wavelengths in nm of visible light.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] for a wavelength at which the scene is not known, and for a sky of natural light.
+    pub fn new(sky: &SkyPlan, wavelengths: &[f64], frame: StokesFrame) -> Result<Self> {
+        if !sky.base.polarised {
+            let complaint = "is \"off\", so that all light is natural; a Stokes vector needs \"on\"";
+            return Err(Error::not_allowed("render.polarisation", complaint));
+        }
+        check_wavelengths(sky, wavelengths)?;
+        let optics = optics_of(&sky.scene);
+        let lines = if sky.is_night { None } else { Lines::new(sky, wavelengths) };
+        let integral = integral_at(sky, &optics, wavelengths);
+        let bands = match lines {
+            Some(_) => shortwave::without_lines(&optics, wavelengths),
+            None => integral.bands,
+        };
+        let integral = RayIntegral { bands, ..integral }.with_spectral_light();
+        let irradiance = wavelengths.iter().map(|&nm| integral.optics.solar_irradiance(nm)).collect();
+        let up = (frame == StokesFrame::Camera).then(|| top_of_image(&sky.scene));
+        Ok(Self { integral, irradiance, lines, up, is_night: sky.is_night })
+    }
+
+    /// The Stokes vector at each wavelength, in each of many directions; on all cores.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for a direction.
+    pub fn in_directions(&self, directions: &[Direction]) -> Result<Vec<Vec<Stokes>>> {
+        let planes: Vec<Plane> = directions.iter().map(|direction| self.plane(direction)).collect::<Result<_>>()?;
+        let multiple = self.multiple(&planes);
+        let of_direction = |(plane, multiple): (&Plane, Vec<[f64; 2]>)| self.of_direction(plane, &multiple);
+        Ok(planes.par_iter().zip(multiple).map(of_direction).collect())
+    }
+
+    fn plane(&self, direction: &Direction) -> Result<Plane> {
+        direction.vector()?;
+        Ok(Plane::new(direction, self.integral.source.direction(), self.integral.source.azimuth))
+    }
+
+    /// The Stokes vector in a direction, with `Q` and `U` of light of higher orders at each wavelength.
+    fn of_direction(&self, plane: &Plane, multiple: &[[f64; 2]]) -> Vec<Stokes> {
+        let integral = &self.integral;
+        let view = plane.view.as_vec3();
+        let light = integral.light_of_directions(&[view]);
+        let part = |of: fn(&ByConstituent<Vec4>) -> Vec4| integral.at_bands(light.iter().map(of));
+        let (air, aerosol) = (part(|light| light.air), part(|light| light.aerosol));
+        let (rest, ground) = (part(|light| light.multiple), part(|light| light.ground));
+        let [of_air, of_aerosol] = [Constituent::Air, Constituent::Aerosol]
+            .map(|constituent| integral.phases_at(constituent, view, &integral.wavelengths));
+        let left = self.lines.as_ref().map(|lines| lines.left(view));
+        let phase = integral.optics.aerosol.phase().map(AsRef::as_ref);
+        let anisotropy = f64::from(integral.uniform.atmosphere.air_anisotropy);
+        let at = |(i, &nm): (usize, &f64)| {
+            let (air, aerosol) = (air[i] * of_air[i], aerosol[i] * of_aerosol[i]);
+            let albedo = Constituent::Ground.albedo(&integral.optics, nm);
+            let scale =
+                if self.is_night { 0.0 } else { self.irradiance[i] * left.as_ref().map_or(1.0, |left| left[i]) };
+            let polarised = air * plane.degree_of_air(anisotropy)
+                + aerosol * polarisation::degree(phase, plane.scattering_angle, nm);
+            let [q, u] = [0, 1].map(|k| scale * (multiple[i][k] - polarised * plane.of_sun[k]));
+            let i = scale * (air + aerosol + rest[i] + ground[i] * albedo);
+            plane.stokes(nm, [i.max(0.0), q, u], self.up)
+        };
+        integral.wavelengths.iter().enumerate().map(at).collect()
+    }
+
+    /// `Q` and `U` of light of higher orders (sr⁻¹) in each direction, at each wavelength.
+    fn multiple(&self, planes: &[Plane]) -> Vec<Vec<[f64; 2]>> {
+        let integral = &self.integral;
+        let mut sums = vec![vec![[0.0; 2]; integral.wavelengths.len()]; planes.len()];
+        if integral.variant & variant::MULTIPLE == 0 || self.is_night {
+            return sums;
+        }
+        let rows: Vec<Row> = planes.iter().map(Plane::row).collect();
+        let setting = integral.setting();
+        for (share, resolution) in integral.spectral_resolutions() {
+            let (light, _) =
+                light_of_rows(&integral.light_fields, &setting, &integral.bands, &resolution, integral.orders, &rows);
+            for (row, (plane, sums)) in planes.iter().zip(&mut sums).enumerate() {
+                for (ray, [of_q, of_u]) in plane.shares().into_iter().enumerate().take(rows[row].cosines.len()) {
+                    let q = integral.at_bands(light.iter().map(|group| group[row][ray].q));
+                    let u = integral.at_bands(light.iter().map(|group| group[row][ray].u));
+                    for ((sum, q), u) in sums.iter_mut().zip(q).zip(u) {
+                        sum[0] += f64::from(share) * of_q * q;
+                        sum[1] += f64::from(share) * of_u * u;
+                    }
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// The unit vector to the top of a scene's image.
+fn top_of_image(scene: &ValidScene) -> DVec3 {
+    upload::camera(scene).up.as_dvec4().truncate()
+}
+
+/// The vertical plane through a direction, and the sun about it.
+struct Plane {
+    /// The direction.
+    view: DVec3,
+    /// Up across it, and to its left.
+    axes: [DVec3; 2],
+    /// Cosine of the azimuth from the sun.
+    cosine: f64,
+    /// 1 left of the sun, -1 right of it, 0 in its plane.
+    side: f64,
+    /// `(s_a² - s_b², 2 s_a s_b) / (s_a² + s_b²)`; nothing towards the sun and away from it.
+    of_sun: [f64; 2],
+    /// The angle to the sun (radians).
+    scattering_angle: f64,
+}
+
+impl Plane {
+    fn new(direction_of: &Direction, sun: DVec3, sun_azimuth: f64) -> Self {
+        let Direction { elevation, azimuth } = *direction_of;
+        let view = direction(elevation, azimuth);
+        let (sine, cosine) = elevation.to_radians().sin_cos();
+        // By the angles themselves: right at the zenith too, where the direction alone has no azimuth.
+        let up = DVec3::new(0.0, 0.0, cosine) - direction(0.0, azimuth) * sine;
+        let left = direction(0.0, azimuth - 90.0);
+        let (a, b) = (up.dot(sun), left.dot(sun));
+        let across = a * a + b * b;
+        let of_sun = if across > 1e-12 { [(a * a - b * b) / across, 2.0 * a * b / across] } else { [0.0; 2] };
+        let from_sun = (sun_azimuth - azimuth).to_radians();
+        let side = if from_sun.sin().abs() < 1e-9 { 0.0 } else { from_sun.sin().signum() };
+        let scattering_angle = view.dot(sun).clamp(-1.0, 1.0).acos();
+        Self { view, axes: [up, left], cosine: from_sun.cos(), side, of_sun, scattering_angle }
+    }
+
+    /// The angle to the vertical, zenith or nadir (radians).
+    fn zenith_distance(&self) -> f64 {
+        self.view.truncate().length().asin()
+    }
+
+    /// The ray of higher orders; beside the vertical, where it would have no plane, that on either side.
+    fn row(&self) -> Row {
+        if self.zenith_distance() >= FROM_VERTICAL {
+            return Row::whole(self.view.z, vec![self.cosine]);
+        }
+        Row::whole(FROM_VERTICAL.cos().copysign(self.view.z), vec![self.cosine, -self.cosine])
+    }
+
+    /// What `Q` and `U` of each of them add.
+    fn shares(&self) -> [[f64; 2]; 2] {
+        let part = (self.zenith_distance() / FROM_VERTICAL).min(1.0);
+        let [here, opposite] = [0.5 * (1.0 + part), 0.5 * (1.0 - part)];
+        [[here, here * self.side], [opposite, -opposite * self.side]]
+    }
+
+    /// The degree of polarisation of sunlight scattered by air.
+    fn degree_of_air(&self, anisotropy: f64) -> f64 {
+        let square = self.scattering_angle.cos().powi(2);
+        // The phase function is (4 - ε)/3 + ε ν² of 3/(16π).
+        anisotropy * (1.0 - square) / ((4.0 - anisotropy) / 3.0 + anisotropy * square)
+    }
+
+    /// With its plane, or that of another vector that is upwards.
+    fn stokes(&self, wavelength_nm: f64, [i, q, u]: [f64; 3], up: Option<DVec3>) -> Stokes {
+        let [q, u] = match up.and_then(|up| up.reject_from_normalized(self.view).try_normalize()) {
+            None => [q, u],
+            Some(up) => {
+                let [cosine, sine] = self.axes.map(|axis| axis.dot(up));
+                let (cosine, sine) = (cosine * cosine - sine * sine, 2.0 * cosine * sine);
+                [q * cosine + u * sine, u * cosine - q * sine]
+            }
+        };
+        let polarised = q.hypot(u);
+        Stokes {
+            wavelength_nm,
+            stokes_i: i,
+            stokes_q: q,
+            stokes_u: u,
+            degree_of_polarisation: if i > 0.0 { (polarised / i).min(1.0) } else { 0.0 },
+            angle_of_polarisation_deg: 0.5 * u.atan2(q).to_degrees(),
+        }
+    }
+}

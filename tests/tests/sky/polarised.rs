@@ -1,0 +1,277 @@
+//! Polarised light, against published tables, a Monte Carlo and what is known of the sky.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::path::Path;
+
+use sorairo::low_level::spectrum::Direction;
+use sorairo::scene::{AirSpectrum, GroundAlbedo, OzoneCrossSection, Polarisation, Preset, Rgb, Scene, SunSpectrum};
+use sorairo::{SkyPlan, Stokes, StokesFrame, StokesSpectra};
+
+const NATRAJ: &str = include_str!("../../data/natraj_2009.csv");
+const MONTE_CARLO: &str = include_str!("../../data/vector_reference.csv");
+
+/// The numbers of a table's rows, behind so many words.
+fn rows(text: &str, words: usize) -> Vec<(String, Vec<f64>)> {
+    let lines = text.lines().filter(|line| !line.starts_with('#')).skip(1);
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        (cells[..words].join(","), cells[words..].iter().map(|cell| cell.parse().unwrap()).collect())
+    };
+    lines.map(row).collect()
+}
+
+/// Molecules alone, over a grey ground, under a sun of 1 at every wavelength.
+fn air(sun: f64, albedo: f64) -> Scene {
+    let mut scene = Scene::preset(Preset::Earth);
+    (scene.sun.spectrum, scene.sun.elevation) = (SunSpectrum::Flat, sun);
+    scene.ground.albedo = GroundAlbedo::Grey(albedo);
+    scene.atmosphere.aerosol.optical_depth = 0.0;
+    scene.atmosphere.ozone.column = 0.0;
+    scene.render.polarisation = Polarisation::On;
+    scene
+}
+
+/// A layer of dipoles without depolarisation, of an optical depth, on a planet so large that it is plane.
+fn plane_layer(depth: f64, sun: f64, albedo: f64) -> Scene {
+    const RADIUS: f64 = 1e5;
+    let mut scene = air(sun, albedo);
+    let atmosphere = &mut scene.atmosphere;
+    (atmosphere.ground_radius, atmosphere.top_radius) = (RADIUS, RADIUS + 16.0);
+    (atmosphere.air.spectrum, atmosphere.air.scale_height) = (AirSpectrum::FourthPower, 1.0);
+    atmosphere.air.scattering = depth * 0.55f64.powi(4);
+    scene
+}
+
+fn stokes(scene: &Scene, wavelengths: &[f64], directions: &[Direction]) -> Vec<Vec<Stokes>> {
+    let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+    StokesSpectra::new(&sky, wavelengths, StokesFrame::Vertical).unwrap().in_directions(directions).unwrap()
+}
+
+fn towards(elevation: f64, azimuth: f64) -> Direction {
+    Direction { elevation, azimuth }
+}
+
+/// The largest errors of `I`, `Q` and `U`, relative to a radiance.
+#[derive(Default)]
+struct Errors {
+    largest: [f64; 3],
+    at: [String; 3],
+    count: usize,
+}
+
+impl Errors {
+    fn add(&mut self, found: [f64; 3], expected: [f64; 3], radiance: f64, at: &str) {
+        self.count += 1;
+        for k in 0..3 {
+            let error = (found[k] - expected[k]).abs() / radiance;
+            assert!(error.is_finite(), "{at}: {found:?}");
+            if error > self.largest[k] {
+                (self.largest[k], self.at[k]) = (error, at.into());
+            }
+        }
+    }
+
+    #[track_caller]
+    fn check(&self, what: &str, bounds: [f64; 3]) {
+        assert!(self.count > 0, "{what}: nothing was compared");
+        let Self { largest, at, count } = self;
+        println!(
+            "{what}, {count} values: {:.3} {:.3} {:.3} %",
+            100.0 * largest[0],
+            100.0 * largest[1],
+            100.0 * largest[2]
+        );
+        assert!((0..3).all(|k| largest[k] <= bounds[k]), "{what}: {largest:?} at {at:?}");
+    }
+}
+
+/// Every value of a plane layer that was printed with ten digits, from below and from above.
+#[test]
+fn a_layer_of_dipoles_has_the_stokes_vectors_that_were_published() {
+    let mut layers: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
+    for (layer, row) in rows(NATRAJ, 4) {
+        layers.entry(layer).or_default().push(row);
+    }
+    let (mut flat, mut low) = (Errors::default(), Errors::default());
+    for (layer, rows) in layers {
+        let told: Vec<&str> = layer.split(',').collect();
+        let [depth, albedo, mu_0] = [1, 2, 3].map(|i| told[i].parse::<f64>().unwrap());
+        let mut scene = plane_layer(depth, mu_0.asin().to_degrees(), albedo);
+        let side = if told[0] == "up" { -1.0 } else { 1.0 };
+        scene.observer.altitude = if told[0] == "up" { 16.0 } else { 0.0 };
+        // Ours count the azimuth clockwise.
+        let directions: Vec<Direction> =
+            rows.iter().map(|row| towards(side * row[0].asin().to_degrees(), -row[1])).collect();
+        for (row, found) in rows.iter().zip(stokes(&scene, &[550.0], &directions)) {
+            let found = [found[0].stokes_i, found[0].stokes_q, found[0].stokes_u].map(|value| PI * value);
+            let errors = if row[0].min(mu_0) >= 0.4 { &mut flat } else { &mut low };
+            errors.add(found, [row[2], -row[3], row[4]], row[2], &format!("{layer} {row:?}"));
+        }
+    }
+    // Where a hundred thousand kilometres are flat enough, and where they bend a little.
+    flat.check("cosines of .4 and more", [3e-3; 3]);
+    low.check("cosines of .2", [1e-2; 3]);
+}
+
+/// The scene of rows of the Monte Carlo, whose header says what its air is.
+fn scene_of(albedo: f64, altitude: f64, sun: f64) -> Scene {
+    let mut scene = air(sun, albedo);
+    scene.observer.altitude = altitude;
+    let atmosphere = &mut scene.atmosphere;
+    (atmosphere.ground_radius, atmosphere.top_radius) = (6360.0, 6460.0);
+    (atmosphere.air.spectrum, atmosphere.air.scattering) = (AirSpectrum::Bodhaine, 1.080_065e-3);
+    atmosphere.air.scale_height = 8.0;
+    let ozone = concat!(env!("CARGO_MANIFEST_DIR"), "/data/ozone_cross_section_of_the_references.csv");
+    let ozone = sorairo::low_level::spectra::table_file::TableFile::read(Path::new(ozone)).unwrap();
+    atmosphere.ozone.cross_section = OzoneCrossSection::File(ozone);
+    atmosphere.ozone.column = 300.0;
+    (atmosphere.ozone.bottom, atmosphere.ozone.peak, atmosphere.ozone.top) = (10.0, 25.0, 40.0);
+    scene
+}
+
+/// From the ground to 400 km, by day and in twilight: radiance, `Q`, `U` and the degree of polarisation.
+#[test]
+fn polarised_skies_are_those_of_paths_that_were_followed_one_by_one() {
+    let mut skies: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
+    for (_, row) in rows(MONTE_CARLO, 0) {
+        skies.entry(format!("{:?}", &row[1..4])).or_default().push(row);
+    }
+    // By the elevation of the sun: what three standard errors of the reference leave.
+    let mut errors: BTreeMap<&str, (Errors, f64, Vec<f64>)> = BTreeMap::new();
+    for rows in skies.values() {
+        let &[_, albedo, altitude, sun, ..] = &rows[0][..] else { panic!("a row of {:?}", rows[0]) };
+        let class = match sun {
+            10.0.. => "by day",
+            0.0.. => "low sun",
+            -6.0.. => "sun at -4",
+            _ => "sun at -8",
+        };
+        let wavelengths = [360.0, 400.0, 444.0, 500.0, 550.0, 650.0];
+        let directions: Vec<Direction> = rows.iter().map(|row| towards(row[4], row[5])).collect();
+        let brightest = |nm: f64| rows.iter().filter(|row| row[0] == nm).map(|row| row[6]).fold(0.0, f64::max);
+        let found = stokes(&scene_of(albedo, altitude, sun), &wavelengths, &directions);
+        for (row, found) in rows.iter().zip(found) {
+            let found = found[wavelengths.iter().position(|&nm| nm == row[0]).unwrap()];
+            let radiance = row[6].max(0.05 * brightest(row[0]));
+            let of_reference = [0, 1, 2].map(|k| {
+                let value = [found.stokes_i, found.stokes_q, found.stokes_u][k];
+                // Nearer by what the reference may be off.
+                value - (value - row[6 + k]).clamp(-3.0 * row[9 + k], 3.0 * row[9 + k])
+            });
+            let (errors, degree, signed) = errors.entry(class).or_default();
+            errors.add(of_reference, [row[6], row[7], row[8]], radiance, &format!("{row:?}"));
+            let off = found.degree_of_polarisation - row[7].hypot(row[8]) / row[6];
+            *degree = degree.max(off.abs() - 3.0 * row[10].max(row[11]) / row[6]);
+            signed.push((found.stokes_i - row[6]) / radiance);
+        }
+    }
+    // Twelve altitudes leave 1.1 % of one ray from 12 km away from the sun at 360 nm, of natural light too.
+    for (class, bound) in [("by day", 5e-3), ("low sun", 1.2e-2), ("sun at -4", 1.5e-2), ("sun at -8", 3e-2)] {
+        let (errors, degree, signed) = &errors[class];
+        errors.check(class, [bound; 3]);
+        let mean = signed.iter().sum::<f64>() / signed.len() as f64;
+        println!("{class}: degree of polarisation {degree:.4}, mean error {:.3} %", 100.0 * mean);
+        // The degree that an instrument tells; and no light is lost.
+        assert!(*degree <= 0.01 && mean.abs() <= 0.5 * bound, "{class}: {degree}, {mean}");
+    }
+}
+
+/// Natural light after every scattering is another sky: what all who leave polarisation out are off by.
+#[test]
+fn light_that_is_taken_as_natural_is_off_by_several_percent_in_blue() {
+    let directions: Vec<Direction> = (0..9).map(|i| towards(10.0 + 10.0 * f64::from(i), 90.0)).collect();
+    let of = |polarisation: Polarisation| {
+        let mut scene = scene_of(0.0, 0.0, 30.0);
+        scene.render.polarisation = polarisation;
+        let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+        let spectra = sorairo::Spectra::new(&sky, &[400.0], sorairo::Method::Dense).unwrap();
+        let of_direction = |of: &Direction| spectra.towards(of.elevation, of.azimuth).unwrap()[0];
+        directions.iter().map(of_direction).collect::<Vec<f64>>()
+    };
+    let (on, off) = (of(Polarisation::On), of(Polarisation::Off));
+    let polarised: Vec<f64> =
+        stokes(&scene_of(0.0, 0.0, 30.0), &[400.0], &directions).iter().map(|of| of[0].stokes_i).collect();
+    let largest =
+        |found: &[f64], of: &[f64]| found.iter().zip(of).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
+    // One integral, asked for in two ways.
+    assert!(largest(&on, &polarised) < 1e-6, "{}", largest(&on, &polarised));
+    let apart = largest(&off, &on);
+    assert!((0.03..0.15).contains(&apart), "{apart}");
+}
+
+/// Which way the electric vector turns: a dipole under a sun on the horizon, in light of one order.
+#[test]
+fn q_and_u_have_the_signs_that_are_told() {
+    let mut scene = plane_layer(1e-3, 0.01, 0.0);
+    scene.render.orders = sorairo::scene::Orders::UpTo(1);
+    let directions = [towards(45.0, 45.0), towards(45.0, -45.0), towards(45.0, 90.0), towards(90.0, 0.0)];
+    let found = stokes(&scene, &[550.0], &directions);
+    let relative = |i: usize| [found[i][0].stokes_q, found[i][0].stokes_u].map(|value| value / found[i][0].stokes_i);
+    let root = 0.5657;
+    for (found, expected) in [(relative(0), [0.2, root]), (relative(1), [0.2, -root]), (relative(2), [1.0, 0.0])] {
+        // The sun stands a hundredth of a degree above the horizon.
+        assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 1e-3), "{found:?} instead of {expected:?}");
+    }
+    // At the zenith light is polarised across the sun: level in the sun's plane.
+    assert!(relative(3)[0] < -0.999 && (found[3][0].angle_of_polarisation_deg.abs() - 90.0).abs() < 1e-3);
+}
+
+/// A camera that looks up sees the vertical of each place turned about its centre.
+#[test]
+fn polarisation_counts_from_the_top_of_the_image_where_it_is_asked_for() {
+    let scene = scene_of(0.2, 0.0, 20.0);
+    let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+    let of = |frame: StokesFrame, direction: Direction| {
+        StokesSpectra::new(&sky, &[450.0], frame).unwrap().in_directions(&[direction]).unwrap()[0][0]
+    };
+    // The preset's camera is equirectangular: its top is the zenith.
+    let place = towards(30.0, 70.0);
+    let [vertical, camera] = [StokesFrame::Vertical, StokesFrame::Camera].map(|frame| of(frame, place));
+    assert!((vertical.stokes_q - camera.stokes_q).abs() < 1e-9 * vertical.stokes_i);
+    assert!((vertical.stokes_u - camera.stokes_u).abs() < 1e-9 * vertical.stokes_i);
+    let mut upwards = scene.clone();
+    upwards.camera.projection = sorairo::scene::Projection::Fisheye;
+    let sky = SkyPlan::new(&upwards.validated().unwrap(), Rgb::Srgb);
+    let fisheye =
+        StokesSpectra::new(&sky, &[450.0], StokesFrame::Camera).unwrap().in_directions(&[place]).unwrap()[0][0];
+    assert!((fisheye.degree_of_polarisation - vertical.degree_of_polarisation).abs() < 1e-9);
+    assert!((fisheye.stokes_q - vertical.stokes_q).abs() > 0.05 * vertical.stokes_i, "another plane");
+}
+
+/// Light turns about the zenith without a step.
+#[test]
+fn polarisation_is_continuous_through_the_zenith() {
+    let scene = scene_of(0.2, 0.0, 25.0);
+    let elevations = [88.0, 89.0, 89.4, 89.5, 89.8, 89.9, 90.0];
+    for azimuth in [20.0, 135.0] {
+        let directions: Vec<Direction> = elevations.iter().map(|&elevation| towards(elevation, azimuth)).collect();
+        let found = stokes(&scene, &[400.0], &directions);
+        for pair in found.windows(2) {
+            let [a, b] = [&pair[0][0], &pair[1][0]];
+            let step = (a.stokes_q - b.stokes_q).hypot(a.stokes_u - b.stokes_u) / a.stokes_i;
+            // A degree changes the angle to the sun by as much.
+            assert!(step < 0.012, "{a:?}, {b:?}");
+        }
+    }
+}
+
+/// Where no light is lost, none is lost for being polarised: a white planet sends back all that it gets.
+#[test]
+fn a_white_planet_sends_back_all_polarised_light() {
+    let mut above = plane_layer(0.3, 40.0, 1.0);
+    above.observer.altitude = 16.0;
+    // Flux upwards by midpoints in the cosine and in the azimuth.
+    const COSINES: u32 = 24;
+    let cosines = (0..COSINES).map(|i| (f64::from(i) + 0.5) / f64::from(COSINES));
+    let azimuths: Vec<f64> = (0..8).map(|i| 22.5 + 45.0 * f64::from(i)).collect();
+    let around = |mu: f64| azimuths.iter().map(move |&azimuth| towards(-mu.asin().to_degrees(), azimuth));
+    let directions: Vec<Direction> = cosines.clone().flat_map(around).collect();
+    let found = stokes(&above, &[550.0], &directions);
+    let flux = found.chunks(azimuths.len()).zip(cosines).fold(0.0, |sum, (of_cosine, mu)| {
+        let mean = of_cosine.iter().map(|stokes| stokes[0].stokes_i).sum::<f64>() / azimuths.len() as f64;
+        sum + 2.0 * PI * mu * mean / f64::from(COSINES)
+    });
+    let incoming = 40f64.to_radians().sin();
+    assert!((flux / incoming - 1.0).abs() < 3e-3, "{flux} of {incoming}");
+}

@@ -52,6 +52,7 @@
 //! | source | of a *light field*: what a place scatters into a direction; of a *sky*: the sun |
 //! | order | how often light was scattered or reflected; order 1 is the paper's |
 //! | albedo | of the ground: the part of the irradiance that comes back; of aerosol always *single-scattering albedo* |
+//! | Stokes vector | `I`, `Q` and `U` of light seen in a direction, relative to the vertical plane through it; *natural* light has `I` alone |
 //! | light field | radiance in all directions at a point; a *moment* is its integral against a spherical harmonic |
 //! | piece | an interval of a ray on which the altitude only falls or only rises; for light scattered once a lit one |
 //! | samples per piece | the places at which a piece is evaluated; what `--samples` counts |

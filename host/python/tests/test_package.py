@@ -54,12 +54,22 @@ def test_a_dataset_has_names_and_units():
     xarray = pytest.importorskip("xarray")
     sky = sorairo.Sky(sun_elevation=20, sun_azimuth=90)
     found = sky.to_xarray([10, 50], [0, 90, 180], [450, 550])
+    assert "stokes" not in found
     assert isinstance(found, xarray.Dataset)
     assert found.radiance.dims == ("elevation", "azimuth", "wavelength")
     assert found.radiance.attrs["units"] == "W m-2 sr-1 nm-1"
     assert np.array_equal(found.radiance.sel(elevation=50, azimuth=90), sky.radiance(50, 90, [450, 550]))
     assert np.array_equal(found.global_irradiance, sky.irradiance([450, 550])["global"])
     assert float(found.sun_elevation) == 20
+
+
+def test_a_dataset_has_stokes_vectors_where_they_are_asked_for():
+    pytest.importorskip("xarray")
+    sky = sorairo.Sky(sun_elevation=20, sun_azimuth=90, keys={"render.polarisation": "on"})
+    found = sky.to_xarray([10, 50], [0, 90, 180], [450, 550], stokes=True)
+    assert found.stokes.dims == ("elevation", "azimuth", "wavelength", "parameter")
+    assert np.array_equal(found.stokes.sel(elevation=50, azimuth=180), sky.stokes(50, 180, [450, 550]))
+    assert float(found.stokes.sel(elevation=50, azimuth=90, wavelength=550, parameter="U")) == 0.0
 
 
 def test_a_sequence_is_a_dataset_with_times_and_what_differs():

@@ -5,7 +5,7 @@ use core::ops::Range;
 use crate::light_field::moments::{Moments, Stencil};
 use crate::light_field::polarisation::SpinFunctions;
 use crate::light_field::rays::{SunPlace, between_logarithms, functions_of_air};
-use crate::light_field::source::{NodeMoments, polarised_source, size, source};
+use crate::light_field::source::{NodeMoments, polarised_source, second_moments, size, source};
 use crate::light_field::table::{MomentTable, RayNode, TILE, TableRay, suns_of_tile, wavelengths_of_tile};
 use crate::math::{exp_lanes, ln_lanes, safe_sqrt};
 use crate::medium::bands::ByScatterer;
@@ -176,10 +176,12 @@ fn take_sums<const N: usize, const T: usize>(
         if let Some(couplings) = table.couplings {
             let second = functions_of_air(1.0, node.place.mu, node.place.sine);
             for (m, of_radiance) in [second.y, second.z, second.w].into_iter().enumerate() {
-                let [of_air, of_aerosol] = polarised_source(&of_node, moments, m, couplings.air, couplings.aerosol);
-                let [mut to_radiance, mut to_polarised] =
-                    [of_air[0].times(&scatterers.air), of_air[1].times(&scatterers.air)];
+                let moments = second_moments(&of_node, moments, m);
+                let [to_radiance, to_polarised] = polarised_source(&moments, couplings.air);
+                let mut to_radiance = to_radiance.times(&scatterers.air);
+                let mut to_polarised = to_polarised.times(&scatterers.air);
                 if has_aerosol {
+                    let of_aerosol = polarised_source(&moments, couplings.aerosol);
                     to_radiance.add_product(&of_aerosol[0], &scatterers.aerosol);
                     to_polarised.add_product(&of_aerosol[1], &scatterers.aerosol);
                 }
@@ -410,15 +412,16 @@ fn polarised_of_place<const T: usize>(
     let of_u = [0.0, spin.x[1] * sine, spin.x[2] * (2.0 * sine * cosine)];
     let mut sums = [[0.0; TILE]; 2];
     for at in 0..(numbers.polarised * T).div_ceil(TILE) {
-        let between = between_suns(four, place.suns.weights, first + at);
-        for (lanes, i) in (0..TILE).step_by(T).enumerate() {
-            let m = at * (TILE / T) + lanes;
-            if m < numbers.polarised {
-                for i in i..i + T {
-                    sums[0][i] += between[i] * of_q[m];
-                    sums[1][i] += between[i] * of_u[m];
-                }
+        let mut multiples = [[0.0; TILE]; 2];
+        for (to, of) in multiples.iter_mut().zip([&of_q, &of_u]) {
+            for (lanes, value) in to.chunks_exact_mut(T).zip(&of[at * (TILE / T)..]) {
+                lanes.fill(*value);
             }
+        }
+        let between = between_suns(four, place.suns.weights, first + at);
+        for i in 0..TILE {
+            sums[0][i] += between[i] * multiples[0][i];
+            sums[1][i] += between[i] * multiples[1][i];
         }
     }
     sums

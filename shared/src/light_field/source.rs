@@ -58,24 +58,19 @@ pub fn source<V: Value>(
     source
 }
 
-/// What air and aerosol make of the second moments of a light field with the azimuthal number `m`: the part of `I_2m`
-/// that polarised light adds, and `E_2m`, before what scatters. The moments of polarised light stand behind the others,
-/// which lie as `of` says; see [`crate::light_field::polarisation`].
+/// The moments `L_2m` and `E_2m` at a node. Those of polarised light stand behind the others, which lie as `of` says;
+/// see [`crate::light_field::polarisation`].
 #[inline(always)]
-pub fn polarised_source<V: Value>(
-    node: &impl NodeMoments<V>,
-    of: Moments,
-    m: usize,
-    of_air: Coupling,
-    of_aerosol: Coupling,
-) -> [[V; 2]; 2] {
-    let (radiance, polarised) = (node.moment(of.first(m) + 2 - m), node.moment(of.count() + m));
-    let made = |Coupling { gamma, alpha }: Coupling| {
-        let mut made = radiance.scaled(gamma);
-        made.add_scaled(&polarised, alpha);
-        [polarised.scaled(gamma), made]
-    };
-    [made(of_air), made(of_aerosol)]
+pub fn second_moments<V: Value>(node: &impl NodeMoments<V>, of: Moments, m: usize) -> [V; 2] {
+    [node.moment(of.first(m) + 2 - m), node.moment(of.count() + m)]
+}
+
+/// What a scatterer makes of them: the part of `I_2m` that polarised light adds, and `E_2m`.
+#[inline(always)]
+pub fn polarised_source<V: Value>([radiance, polarised]: &[V; 2], Coupling { gamma, alpha }: Coupling) -> [V; 2] {
+    let mut made = radiance.scaled(gamma);
+    made.add_scaled(polarised, alpha);
+    [polarised.scaled(gamma), made]
 }
 
 /// The size of a source of which the magnitudes of all `S_m` are the sum: what is [`SMALLEST`] of what scatters is

@@ -275,3 +275,79 @@ fn a_white_planet_sends_back_all_polarised_light() {
     let incoming = 40f64.to_radians().sin();
     assert!((flux / incoming - 1.0).abs() < 3e-3, "{flux} of {incoming}");
 }
+
+/// Aerosol that polarises light and keeps a part of its polarisation, against paths with its whole matrix.
+#[test]
+fn aerosol_polarises_light_as_its_matrix_says() {
+    const AEROSOL: &str = include_str!("../../data/polarised_aerosol_reference.csv");
+    let mut skies: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
+    for (_, row) in rows(AEROSOL, 0) {
+        skies.entry(format!("{:?}", &row[..2])).or_default().push(row);
+    }
+    let mut of_depths: BTreeMap<String, (Errors, Vec<f64>, f64)> = BTreeMap::new();
+    for rows in skies.values() {
+        let &[depth, sun, ..] = &rows[0][..] else { panic!("a row of {:?}", rows[0]) };
+        let mut scene = scene_of(0.2, 0.0, sun);
+        scene.atmosphere.ozone.column = 0.0;
+        let relative = scene.optics().without_gases(550.0).air_scattering / scene.atmosphere.air.scattering;
+        scene.atmosphere.air.scattering = 0.03 / relative;
+        let aerosol = &mut scene.atmosphere.aerosol;
+        (aerosol.optical_depth, aerosol.angstrom_exponent, aerosol.scale_height) = (depth, 0.0, 2.0);
+        (aerosol.single_scattering_albedo, aerosol.asymmetry) = (0.96, 0.65);
+        let directions: Vec<Direction> = rows.iter().map(|row| towards(row[2], row[3])).collect();
+
+        for (row, found) in rows.iter().zip(stokes(&scene, &[550.0], &directions)) {
+            let Stokes { stokes_i, stokes_q, stokes_u, degree_of_polarisation, .. } = found[0];
+            let (errors, degrees, largest) = of_depths.entry(depth.to_string()).or_default();
+            let found = [stokes_i, stokes_q, stokes_u];
+            errors.add(found, [row[4], row[5], row[6]], row[4], &format!("{row:?}"));
+            let expected = row[5].hypot(row[6]) / row[4];
+            degrees.push(degree_of_polarisation - expected);
+            *largest = largest.max(expected);
+        }
+    }
+    for (depth, bound) in [("0.1", 0.02), ("0.3", 0.04)] {
+        let (errors, degrees, largest) = &of_depths[depth];
+        let rms = (degrees.iter().map(|off| off * off).sum::<f64>() / degrees.len() as f64).sqrt();
+        println!("depth {depth}: degree of polarisation {rms:.4} rms of {largest:.2} at most");
+        // Of Q and U the degrees above 2 are left out.
+        errors.check(depth, [1e-2, 3.0 * bound, 3.0 * bound]);
+        assert!(rms < bound && *largest > 0.4, "{depth}: {rms}, {largest}");
+    }
+}
+
+/// What docs/polarisation.md tells of the three neutral points, and of the largest degree in the sun's plane.
+#[test]
+fn neutral_points_lie_where_the_page_tells() {
+    const PAGE: &str = include_str!("../../../docs/polarisation.md");
+    let is_figure = |line: &&str| line.starts_with("| ") && line.as_bytes()[2].is_ascii_digit();
+    let figures: Vec<Vec<Option<f64>>> = PAGE
+        .lines()
+        .filter(is_figure)
+        .map(|line| line.split('|').skip(1).take(6).map(|cell| cell.trim().parse().ok()).collect())
+        .collect();
+    assert!(figures.len() > 5, "the page has a table");
+    for figures in figures {
+        let &[Some(sun), Some(nm), babinet, brewster, arago, Some(largest)] = &figures[..] else {
+            panic!("a row of {figures:?}")
+        };
+        let mut scene = Scene::preset(Preset::Standard);
+        (scene.sun.elevation, scene.render.polarisation) = (sun, Polarisation::On);
+        // From the horizon under the sun through the zenith to that opposite.
+        let along: Vec<f64> = (1..360).map(|i| 0.5 * f64::from(i)).collect();
+        let place = |&arc: &f64| if arc <= 90.0 { towards(arc, 0.0) } else { towards(180.0 - arc, 180.0) };
+        let found = stokes(&scene, &[nm], &along.iter().map(place).collect::<Vec<_>>());
+        let relative: Vec<f64> = found.iter().map(|of| of[0].stokes_q / of[0].stokes_i).collect();
+        let zeros: Vec<f64> = (1..along.len())
+            .filter(|&i| relative[i - 1] * relative[i] < 0.0)
+            .map(|i| along[i] - 0.5 * relative[i] / (relative[i] - relative[i - 1]))
+            .collect();
+        let told =
+            [brewster.map(|below| sun - below), babinet.map(|above| sun + above), arago.map(|from| 180.0 + sun - from)];
+        let told: Vec<f64> = told.into_iter().flatten().collect();
+        assert!(!told.is_empty() && told.len() == zeros.len(), "{sun}, {nm}: {zeros:?}, told {told:?}");
+        assert!(told.iter().zip(&zeros).all(|(told, zero)| (told - zero).abs() < 0.3), "{zeros:?}, told {told:?}");
+        let degree = found.iter().map(|of| of[0].degree_of_polarisation).fold(0.0, f64::max);
+        assert!((degree - largest).abs() < 0.01, "{sun}, {nm}: {degree}");
+    }
+}

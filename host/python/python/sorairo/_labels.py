@@ -20,6 +20,10 @@ IRRADIANCE = {"direct": "from the sun", "diffuse": "from the sky", "ground": "fr
 ELEVATION = {"long_name": "elevation above the horizon", "units": "degree"}
 AZIMUTH = {"long_name": "azimuth clockwise from north", "units": "degree"}
 WAVELENGTH = {"standard_name": "radiation_wavelength", "units": "nm"}
+STOKES = {
+    "long_name": "Stokes vector of the sky, Q > 0 in the vertical plane, U > 0 45 degrees counterclockwise of it as seen",
+    "units": "W m-2 sr-1 nm-1",
+}
 SUN_ELEVATION = {"standard_name": "solar_elevation_angle", "units": "degree"}
 SUN_AZIMUTH = {"standard_name": "solar_azimuth_angle", "units": "degree"}
 
@@ -31,6 +35,7 @@ def labelled(
     wavelengths: Doubles,
     radiance: Doubles,
     irradiance: dict[str, Doubles],
+    stokes: Doubles | None = None,
 ) -> xarray.Dataset:
     """A dataset after the CF conventions; quantities that have a standard name there bear it."""
     variables = {"radiance": _radiance(("elevation", "azimuth", "wavelength"), radiance)}
@@ -42,6 +47,9 @@ def labelled(
         "sun_elevation": ((), sun[0], SUN_ELEVATION),
         "sun_azimuth": ((), sun[1], SUN_AZIMUTH),
     }
+    if stokes is not None:
+        variables["stokes"] = ("elevation", "azimuth", "wavelength", "parameter"), stokes, STOKES
+        coordinates["parameter"] = (("parameter",), ["I", "Q", "U"], {"long_name": "parameter of the Stokes vector"})
     return _dataset(variables, coordinates, {"scene": scene})
 
 

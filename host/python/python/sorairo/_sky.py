@@ -352,7 +352,12 @@ class Sky:
         return self._sky.sun_transmittance(flat(at)).reshape(at.shape)
 
     def to_xarray(
-        self, elevation: ArrayLike, azimuth: ArrayLike, wavelengths: ArrayLike, method: Method = "fit"
+        self,
+        elevation: ArrayLike,
+        azimuth: ArrayLike,
+        wavelengths: ArrayLike,
+        method: Method = "fit",
+        stokes: bool = False,
     ) -> xarray.Dataset:
         """Radiance over a grid of directions, and the irradiance of level ground, as an `xarray.Dataset` with units and CF's names.
 
@@ -362,6 +367,8 @@ class Sky:
             One axis each; the dataset has every elevation with every azimuth.
         method : {"fit", "dense"}
             As in `radiance`.
+        stokes : bool
+            Whether the dataset has `stokes` too: `I`, `Q` and `U` relative to the vertical plane, as `stokes` of a sky.
 
         Raises
         ------
@@ -375,7 +382,8 @@ class Sky:
         axes = [np.atleast_1d(doubles(*axis, 1)) for axis in (("elevation", elevation), ("azimuth", azimuth))]
         at = np.atleast_1d(wavelengths_of(wavelengths))
         radiance = self.radiance(axes[0][:, None], axes[1][None, :], at, method)
-        return labelled((self.sun_elevation, self.sun_azimuth), self.scene, axes, at, radiance, self.irradiance(at))
+        vectors = self.stokes(axes[0][:, None], axes[1][None, :], at) if stokes else None
+        return labelled((self.sun_elevation, self.sun_azimuth), self.scene, axes, at, radiance, self.irradiance(at), vectors)
 
 
 def _parts(of_surfaces: list[tuple[float, float, float, float]], like: Doubles) -> dict[str, Any]:

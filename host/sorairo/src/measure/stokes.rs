@@ -217,9 +217,10 @@ impl Plane {
     /// The ray of higher orders; beside the vertical, where it would have no plane, that on either side.
     fn row(&self) -> Row {
         if self.zenith_distance() >= FROM_VERTICAL {
-            return Row::whole(self.view.z, vec![self.cosine]);
+            return Row { polarised: true, ..Row::whole(self.view.z, vec![self.cosine]) };
         }
-        Row::whole(FROM_VERTICAL.cos().copysign(self.view.z), vec![self.cosine, -self.cosine])
+        let mu = FROM_VERTICAL.cos().copysign(self.view.z);
+        Row { polarised: true, ..Row::whole(mu, vec![self.cosine, -self.cosine]) }
     }
 
     /// What `Q` and `U` of each of them add.

@@ -64,7 +64,7 @@ impl RayIntegral {
         }
         let (view, bearing) = (view.as_dvec3(), self.uniform.bearing.as_dvec4().truncate());
         let cosine = level(view).dot(level(bearing));
-        let row = Row { mu: view.z, cosines: vec![cosine], length: distance };
+        let row = Row { mu: view.z, cosines: vec![cosine], length: distance, polarised: false };
         for (share, resolution) in self.spectral_resolutions() {
             let setting = self.setting();
             let (light, _) = light_of_rows(

@@ -13,12 +13,14 @@ pub struct Row {
     pub cosines: Vec<f64>,
     /// Distance at which they end (km), before any ground; of whole rays infinite.
     pub length: f64,
+    /// Whether `Q` and `U` are asked for beside radiance.
+    pub polarised: bool,
 }
 
 impl Row {
     /// Of whole rays.
     pub fn whole(mu: f64, cosines: Vec<f64>) -> Self {
-        Self { mu, cosines, length: f64::INFINITY }
+        Self { mu, cosines, length: f64::INFINITY, polarised: false }
     }
 }
 
@@ -27,7 +29,8 @@ impl Row {
 pub struct Light {
     /// Light that air and aerosol scatter towards the observer, neither for the first time (sr⁻¹).
     pub scattered: Vec4,
-    /// `Q` of it (sr⁻¹); see [`sorairo_shared::light_field::polarisation`]. 0 where light is taken as natural.
+    /// `Q` of it (sr⁻¹); see [`sorairo_shared::light_field::polarisation`]. 0 where light is taken as natural, or nobody
+    /// asked.
     pub q: Vec4,
     /// `U` of it, left of the sun's vertical plane; right of it, it has the other sign.
     pub u: Vec4,

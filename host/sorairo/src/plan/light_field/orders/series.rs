@@ -122,7 +122,7 @@ impl OfBand {
             let dark = dark[node % suns];
             if dark > 0.0 { residual(&factors, node).abs() * ratio * left / light.max(dark) } else { 0.0 }
         };
-        Self { factors, ratio, error: (0..orders[0].len()).map(off).fold(0.0, f64::max) }
+        Self { factors, ratio, error: (0..sum.len()).map(off).fold(0.0, f64::max) }
     }
 }
 

@@ -222,7 +222,7 @@ impl<const N: usize> View<'_, N> {
     /// Light along the rays of a row.
     pub fn light(&self, row: &Row) -> Vec<LightOfMany<N>> {
         let (setting, field) = (self.setting, self.field);
-        let Row { mu, cosines, length } = row;
+        let Row { mu, cosines, length, polarised } = row;
         let altitude = setting.altitude;
         let ray = OwnedRay::new(
             setting,
@@ -241,7 +241,8 @@ impl<const N: usize> View<'_, N> {
         let sights: Vec<Sight> = cosines.iter().map(sight).collect();
         let mut light = vec![Lanes::ZERO; cosines.len()];
         let table = self.tiles.table(&field.grid, self.resolution.logarithmic);
-        let mut stokes = vec![[Lanes::ZERO; 2]; if table.couplings.is_some() { cosines.len() } else { 0 }];
+        let mut stokes =
+            vec![[Lanes::ZERO; 2]; if *polarised && table.couplings.is_some() { cosines.len() } else { 0 }];
         let mut room = Room::new::<N>(&table, sights.len());
         let places = ray.suns_along(&field.grid, &sights);
         gather(table, ray.view(), &places, &mut room.scratch(), &mut light, &mut stokes);

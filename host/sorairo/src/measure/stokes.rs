@@ -200,11 +200,12 @@ impl Plane {
         // By the angles themselves: right at the zenith too, where the direction alone has no azimuth.
         let up = DVec3::new(0.0, 0.0, cosine) - direction(0.0, azimuth) * sine;
         let left = direction(0.0, azimuth - 90.0);
-        let (a, b) = (up.dot(sun), left.dot(sun));
-        let across = a * a + b * b;
-        let of_sun = if across > 1e-12 { [(a * a - b * b) / across, 2.0 * a * b / across] } else { [0.0; 2] };
         let from_sun = (sun_azimuth - azimuth).to_radians();
         let side = if from_sun.sin().abs() < 1e-9 { 0.0 } else { from_sun.sin().signum() };
+        // In the sun's plane nothing is left or right, not by a rounding either.
+        let (a, b) = (up.dot(sun), if side == 0.0 { 0.0 } else { left.dot(sun) });
+        let across = a * a + b * b;
+        let of_sun = if across > 1e-12 { [(a * a - b * b) / across, 2.0 * a * b / across] } else { [0.0; 2] };
         let scattering_angle = view.dot(sun).clamp(-1.0, 1.0).acos();
         Self { view, axes: [up, left], cosine: from_sun.cos(), side, of_sun, scattering_angle }
     }
@@ -248,13 +249,14 @@ impl Plane {
             }
         };
         let polarised = q.hypot(u);
+        let angle = 0.5 * u.atan2(q).to_degrees();
         Stokes {
             wavelength_nm,
             stokes_i: i,
             stokes_q: q,
             stokes_u: u,
             degree_of_polarisation: if i > 0.0 { (polarised / i).min(1.0) } else { 0.0 },
-            angle_of_polarisation_deg: 0.5 * u.atan2(q).to_degrees(),
+            angle_of_polarisation_deg: if angle > -90.0 { angle } else { 90.0 },
         }
     }
 }

@@ -101,8 +101,9 @@ fn orders(plan: &Plan) -> String {
     } else {
         "and no more were asked for".to_owned()
     };
+    let light = if integral.polarised { "polarised light" } else { "light" };
     format!(
-        "orders: a light field of {computed}, {rest}; moments up to degree {degree}, where aerosol has no more to say, over {altitudes} altitudes \
+        "orders: a {light} field of {computed}, {rest}; moments up to degree {degree}, where aerosol has no more to say, over {altitudes} altitudes \
          and {suns} suns; seen in {} directions{refined}",
         directions(&integral.uniform.multiple)
     )
@@ -223,7 +224,7 @@ fn bytes(plan: &Plan) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Preset, Scene};
+    use crate::scene::{Polarisation, Preset, Scene};
 
     fn explained(change: impl FnOnce(&mut Scene), pixel: PixelFormat) -> String {
         let mut scene = Scene::preset(Preset::Earth).first_order();
@@ -261,6 +262,8 @@ mod tests {
             "{all}"
         );
         assert!(!all.contains("black ground"), "{all}");
+        let polarised = explained(|scene| scene.render.polarisation = Polarisation::On, PixelFormat::Picture);
+        assert!(polarised.contains("orders: a polarised light field of"), "{polarised}");
         let one = explained(|scene| scene.render.orders = Orders::UpTo(1), PixelFormat::Picture);
         assert!(one.contains("orders: 1 alone"), "{one}");
     }

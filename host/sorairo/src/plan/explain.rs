@@ -262,7 +262,11 @@ mod tests {
             "{all}"
         );
         assert!(!all.contains("black ground"), "{all}");
-        let polarised = explained(|scene| scene.render.polarisation = Polarisation::On, PixelFormat::Picture);
+        let polarise = |scene: &mut Scene| {
+            *scene = Scene::preset(Preset::Standard);
+            scene.render.polarisation = Polarisation::On;
+        };
+        let polarised = explained(polarise, PixelFormat::Picture);
         assert!(polarised.contains("orders: a polarised light field of"), "{polarised}");
         let one = explained(|scene| scene.render.orders = Orders::UpTo(1), PixelFormat::Picture);
         assert!(one.contains("orders: 1 alone"), "{one}");

@@ -78,6 +78,13 @@ impl AirPhase {
     pub fn at(self, nu: f32) -> f32 {
         self.across + self.growth * (nu * nu)
     }
+
+    /// The degree of polarisation of natural light scattered by an angle with this cosine: `ε (1 - ν²)` over
+    /// `(4 - ε)/3 + ε ν²` (Chandrasekhar 1950, *Radiative Transfer*, section 16), across the plane of both directions.
+    #[inline(always)]
+    pub fn degree_of_polarisation(self, nu: f32) -> f32 {
+        self.growth * (1.0 - nu * nu) / self.at(nu)
+    }
 }
 
 /// The phase function of aerosol by Cornette and Shanks (1992, <https://doi.org/10.1364/AO.31.003152>, Eq. 8), in sr⁻¹:

@@ -86,7 +86,7 @@ impl Errors {
     }
 }
 
-/// Every value of a plane layer that was printed with ten digits, from below and from above.
+/// Plane layers from below and from above, as they were printed.
 #[test]
 fn a_layer_of_dipoles_has_the_stokes_vectors_that_were_published() {
     let mut layers: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();

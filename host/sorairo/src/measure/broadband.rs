@@ -9,8 +9,8 @@ use crate::plan::SkyPlan;
 use crate::plan::picture::sun_disc::Sun;
 use crate::spectra::range::RANGE_OF_BEAMS;
 
-/// What the sun and the sky send through measured air between 280 and 2500 nm (W·m⁻²), by the names of solar energy: 96
-/// % of what the sun sends lie there.
+/// What the sun and the sky send through measured air between 280 and 2500 nm (W·m⁻²), by the names of solar energy:
+/// 96 % of what the sun sends lie there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Broadband {
     /// Direct normal irradiance: that of the sun's disc on a surface that faces it.

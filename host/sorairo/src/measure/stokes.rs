@@ -15,13 +15,13 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sorairo_shared::glam::{DVec3, Vec4};
+use sorairo_shared::medium::phase::AirPhase;
 use sorairo_shared::sky::ByConstituent;
 use sorairo_shared::variant;
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use crate::error::{Error, Result};
 use crate::measure::spectrum::{Direction, check_wavelengths, integral_at};
-use crate::medium::aerosol::polarisation;
 use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::light_field::{Row, light_of_rows};
 use crate::plan::shortwave::{self, Lines};
@@ -128,15 +128,14 @@ impl StokesSpectra {
         let [of_air, of_aerosol] = [Constituent::Air, Constituent::Aerosol]
             .map(|constituent| integral.phases_at(constituent, view, &integral.wavelengths));
         let left = self.lines.as_ref().map(|lines| lines.left(view));
-        let phase = integral.optics.aerosol.phase().map(AsRef::as_ref);
-        let anisotropy = f64::from(integral.uniform.atmosphere.air_anisotropy);
+        let air_phase = AirPhase::new(integral.uniform.atmosphere.air_anisotropy);
+        let degree_of_air = f64::from(air_phase.degree_of_polarisation(plane.scattering_angle.cos() as f32));
         let at = |(i, &nm): (usize, &f64)| {
             let (air, aerosol) = (air[i] * of_air[i], aerosol[i] * of_aerosol[i]);
             let albedo = Constituent::Ground.albedo(&integral.optics, nm);
             let scale =
                 if self.is_night { 0.0 } else { self.irradiance[i] * left.as_ref().map_or(1.0, |left| left[i]) };
-            let polarised = air * plane.degree_of_air(anisotropy)
-                + aerosol * polarisation::degree(phase, plane.scattering_angle, nm);
+            let polarised = air * degree_of_air + aerosol * integral.optics.aerosol.degree(plane.scattering_angle, nm);
             let [q, u] = [0, 1].map(|k| scale * (multiple[i][k] - polarised * plane.of_sun[k]));
             let i = scale * (air + aerosol + rest[i] + ground[i] * albedo);
             plane.stokes(nm, [i.max(0.0), q, u], self.up)
@@ -229,13 +228,6 @@ impl Plane {
         let part = (self.zenith_distance() / FROM_VERTICAL).min(1.0);
         let [here, opposite] = [0.5 * (1.0 + part), 0.5 * (1.0 - part)];
         [[here, here * self.side], [opposite, -opposite * self.side]]
-    }
-
-    /// The degree of polarisation of sunlight scattered by air.
-    fn degree_of_air(&self, anisotropy: f64) -> f64 {
-        let square = self.scattering_angle.cos().powi(2);
-        // The phase function is (4 - ε)/3 + ε ν² of 3/(16π).
-        anisotropy * (1.0 - square) / ((4.0 - anisotropy) / 3.0 + anisotropy * square)
     }
 
     /// With its plane, or that of another vector that is upwards.

@@ -197,7 +197,12 @@ impl RayIntegral {
             f64::from(self.uniform.altitude),
             self.source.elevation.to_radians(),
         );
-        if self.polarised { setting.polarised(phase) } else { setting }
+        if self.polarised {
+            let of_aerosol = self.optics.aerosol.coupling(setting.forward_peak);
+            setting.polarised(of_aerosol)
+        } else {
+            setting
+        }
     }
 
     /// The same with the light that the scene's orders of scattering add at these bands, where there are any.

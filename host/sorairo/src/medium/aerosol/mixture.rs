@@ -13,6 +13,7 @@
 use std::f64::consts::PI;
 use std::sync::{Arc, OnceLock};
 
+use sorairo_shared::light_field::polarisation::Coupling;
 use sorairo_shared::medium::phase::{ScatteringAngle, cornette_shanks_phase};
 
 use super::kind::Kind;
@@ -209,6 +210,23 @@ impl Mixture {
             (angle, std::array::from_fn(|_| degree(at.next().expect("as many weights"), angle)))
         });
         Some(Arc::new(Phase::new(&WAVELENGTHS, (0..ANGLES).map(row)).with_degrees(degrees)))
+    }
+
+    /// How light is scattered by all.
+    fn scattering(&self) -> Scattering {
+        self.phase().map_or_else(|| self.modes[0].scattering.clone(), |phase| Scattering::Tabulated(Arc::clone(phase)))
+    }
+
+    /// The degree of polarisation, `-F12/F11`, of natural light that all scatter once, at a scattering angle (radians)
+    /// and a wavelength (nm).
+    pub fn degree(&self, angle: f64, wavelength: f64) -> f64 {
+        self.scattering().degree(angle, wavelength)
+    }
+
+    /// How all couple the moments of polarised light at 550 nm, without a forward peak of a part of what they scatter.
+    pub fn coupling(&self, peak: f64) -> Coupling {
+        let scattering = self.scattering();
+        polarisation::coupling(|angle| scattering.at(angle, MIDDLE), |angle| scattering.degree(angle, MIDDLE), peak)
     }
 
     /// The mode whose phase function is that of all.

@@ -4,7 +4,7 @@ mod kind;
 mod layers;
 mod mixture;
 mod phase;
-pub mod polarisation;
+mod polarisation;
 
 pub use kind::{AerosolKind, Kind};
 pub use layers::{Lane, Layer};

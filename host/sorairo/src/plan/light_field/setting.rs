@@ -5,10 +5,9 @@ use std::f64::consts::FRAC_PI_2;
 use sorairo_shared::light_field::polarisation::Coupling;
 use sorairo_shared::medium::atmosphere::Medium;
 use sorairo_shared::medium::bands::{Bands, ByScatterer};
-use sorairo_shared::medium::phase::{ScatteringAngle, cornette_shanks_phase};
 use sorairo_shared::variant;
 
-use crate::medium::aerosol::{Phase, polarisation};
+use crate::medium::aerosol::Phase;
 use crate::plan::light_field::suns::{Centre, sun_nodes};
 use crate::plan::rays::directions::horizon;
 
@@ -114,22 +113,10 @@ impl<'a> Setting<'a> {
         }
     }
 
-    /// The same of polarised light.
-    pub fn polarised(self, phase: Option<&Phase>) -> Self {
-        let atmosphere = self.medium.atmosphere;
-        let phase_at = |angle: f64| match phase {
-            Some(phase) => phase.at(angle, 550.0),
-            None => {
-                let angle = ScatteringAngle::new(angle.cos() as f32, angle.sin().powi(2) as f32);
-                f64::from(cornette_shanks_phase(angle, atmosphere.aerosol_asymmetry))
-            }
-        };
-        let degree = |angle: f64| polarisation::degree(phase, angle, 550.0);
-        let couplings = ByScatterer {
-            air: Coupling::of_dipoles(atmosphere.air_anisotropy),
-            aerosol: polarisation::coupling(phase_at, degree, self.forward_peak),
-        };
-        Self { couplings: Some(couplings), ..self }
+    /// The same of polarised light, which aerosol without its forward peak couples so.
+    pub fn polarised(self, aerosol: Coupling) -> Self {
+        let air = Coupling::of_dipoles(self.medium.atmosphere.air_anisotropy);
+        Self { couplings: Some(ByScatterer { air, aerosol }), ..self }
     }
 
     /// Bands whose scattering by aerosol is without the forward peak, as their extinction is.

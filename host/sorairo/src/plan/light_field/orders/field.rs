@@ -427,7 +427,9 @@ impl<'a, const N: usize> Table<'a, N> {
 /// What the light of a constituent, times `cos(j φ)`, adds to the moment `E_2n` in a direction: its `Q` and `U` are `Σ_m c_m
 /// W_m cos(m φ)` and `Σ_m c_m X_m sin(m φ)`.
 fn of_polarised(SpinFunctions { w, x }: SpinFunctions, c: [f32; polarisation::MOMENTS], n: usize, j: usize) -> f32 {
-    let of = |functions: [f32; polarisation::MOMENTS]| std::array::from_fn::<f32, 3, _>(|m| functions[m] * c[m]);
+    let of = |functions: [f32; polarisation::MOMENTS]| {
+        std::array::from_fn::<f32, { polarisation::MOMENTS }, _>(|m| functions[m] * c[m])
+    };
     w[n] * product(&of(w), n, j) + x[n] * product_of_sines(&of(x), n, j)
 }
 

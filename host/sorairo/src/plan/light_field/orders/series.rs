@@ -90,7 +90,6 @@ struct OfBand {
 impl OfBand {
     fn new(orders: &[Vec<f64>], sum: &[f64], suns: usize) -> Self {
         let after = orders.len() - 1;
-        let light = |node: usize| sum[node % sum.len()];
         let total = |order: usize| orders[order][..sum.len()].iter().sum::<f64>();
         let before = total(after - 1);
         let ratio = if before > 0.0 { (total(after) / before).clamp(0.0, LARGEST_RATIO) } else { 0.0 };
@@ -106,7 +105,7 @@ impl OfBand {
         };
         let (mut products, mut target) = ([[0.0; LAST]; LAST], [0.0; LAST]);
         for node in (0..orders[0].len()).filter(|&node| dark[node % suns] > 0.0) {
-            let square = light(node).max(dark[node % suns]).powi(-2);
+            let square = sum[node % sum.len()].max(dark[node % suns]).powi(-2);
             let rest = residual(&factors, node);
             for i in 0..after {
                 target[i] += falls(i, node) * rest * square;
@@ -116,9 +115,7 @@ impl OfBand {
         let change = least(products, target, after);
         factors.iter_mut().zip(change).for_each(|(factor, change)| *factor += change);
         let off = |node: usize| {
-            let node_of_light = node % sum.len();
-            let after_sum = (0..after).map(|order| factors[order] * orders[order + 1][node_of_light]);
-            let light = sum[node_of_light] + after_sum.sum::<f64>();
+            let light: f64 = sum[node] + (0..after).map(|order| factors[order] * orders[order + 1][node]).sum::<f64>();
             let dark = dark[node % suns];
             if dark > 0.0 { residual(&factors, node).abs() * ratio * left / light.max(dark) } else { 0.0 }
         };

@@ -58,7 +58,7 @@ impl<const N: usize> Values<N> {
         let mut values = Vec::with_capacity(altitudes * suns.next_multiple_of(together) * of_node * N);
         for tile in 0..N / lanes {
             for altitude in 0..altitudes {
-                let at_altitude = |of_all: &'_ [Lanes<N>]| {
+                let at_altitude = |of_all: &[Lanes<N>]| {
                     let count = of_all.len() / altitudes;
                     altitude * count..(altitude + 1) * count
                 };

@@ -1,7 +1,7 @@
 //! From a pixel to the direction it looks in.
 
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::math::{PI, abs, acos, clamp, safe_sqrt, sin_cos, sqrt};
+use crate::math::{PI, abs, acos, clamp, max, safe_sqrt, sin_cos, sqrt};
 use bytemuck::{Pod, Zeroable};
 
 /// Whole sphere: columns are azimuths with the camera's azimuth in the centre, rows are elevations from the zenith down.
@@ -143,6 +143,22 @@ pub fn perspective_vector(camera: &Camera, position: Vec2) -> Vec3 {
 pub fn perspective_step(camera: &Camera) -> Vec3 {
     let step = camera.right * (2.0 / camera.width as f32 * camera.half_field);
     Vec3::new(step.x, step.y, step.z)
+}
+
+/// The top of the image as it lies across a direction (a unit vector, or less where none is): the vertical in an
+/// equirectangular image, and in others the camera's own, turned with the direction about the axis across both, as a
+/// lens that is round carries it.
+#[inline(always)]
+pub fn top_of_image(camera: &Camera, projection: u32, direction: Vec3) -> Vec3 {
+    let vector = |axis: Vec4| Vec3::new(axis.x, axis.y, axis.z);
+    let (up, forward) = (vector(camera.up), vector(camera.forward));
+    let along = up.dot(direction);
+    if projection == EQUIRECTANGULAR {
+        let across = up - direction * along;
+        across * (1.0 / max(sqrt(across.dot(across)), 1e-10))
+    } else {
+        up - (forward + direction) * (along / max(1.0 + forward.dot(direction), 1e-6))
+    }
 }
 
 /// Whether a direction may lie within an angle (radians, less than a quarter turn) of what a perspective sees: never false where it does.

@@ -258,7 +258,7 @@ pub fn lookup_pixel(
         loop {
             let mut rgb = Vec3::ZERO;
             if view.covered {
-                rgb = lookup::sky_from_lookup(uniform, entries, UVec2::new(pixel.x, row), view, variant);
+                rgb = lookup::sky_from_lookup(uniform, colour, entries, UVec2::new(pixel.x, row), view, variant);
                 rgb = seen(uniform, colour, pixel, rgb, variant);
             }
             store_rgb(uniform, output, pixel, rgb, variant);

@@ -78,6 +78,8 @@ pub struct Uniform {
     /// The rows of the observer nodes of a regression fit; see [`crate::fit::spectrum::regression_rgb`]. Every pixel reads all of them: a device that fetches for
     /// several pixels at a time knows of a uniform, and of no buffer, that all fetch the same.
     pub node_rows: [Vec4; NODE_ROWS],
+    /// The polariser before the lens, where the variant has it.
+    pub polariser: Polariser,
     /// Abscissae of red, green and blue in the table of the aerosol's phase function, where the variant has one.
     pub rgb_abscissae: Vec4,
     /// That table; see [`crate::medium::phase::tabulated_phase`].
@@ -116,6 +118,26 @@ pub struct SunDisc {
     pub padding1: u32,
 }
 
+/// A polariser, and where that stands which it reads beside the sky lookup; see
+/// [`crate::picture::polariser`]. The layout is that of a GPU buffer.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Polariser {
+    /// What passes of `I`, `Q` and `U` relative to the top of the image; `w` unused. 0 without a polariser.
+    pub passes: Vec4,
+    /// The lookup of light of higher orders: linear RGB of `Q`, then of `U` over the sine of the azimuth from the sun,
+    /// relative to the vertical.
+    pub lookup: MultipleLookup,
+    /// Where the degrees of polarisation stand in the colour rows, for red, green and blue; the lookup's entries follow.
+    pub first: u32,
+    /// Unused; fills the last 16 bytes.
+    pub padding0: u32,
+    /// Unused, too.
+    pub padding1: u32,
+    /// Unused, too.
+    pub padding2: u32,
+}
+
 /// The buffers from which a kernel integrates and fits.
 #[derive(Clone, Copy)]
 pub struct Buffers<'a> {
@@ -124,7 +146,7 @@ pub struct Buffers<'a> {
     /// Quadrature nodes: (place, weight) on [0, 1].
     pub quadrature: &'a [Vec2],
     /// The colour rows of a linear fit, as the fit takes them, then those of the wavelengths of a spectral image, or
-    /// the tables of a view transform and the grid of the sun's disc.
+    /// the tables of a view transform, what a polariser reads, and the grid of the sun's disc.
     pub colour: &'a [Vec4],
     /// The lookup of light that was scattered more than once; see [`crate::light_field::multiple_lookup`].
     pub multiple: &'a [Vec4],

@@ -62,6 +62,10 @@ pub const FIT: u32 = BANDS | REGRESSION | SOLVED;
 /// The lookup of light that was scattered more than once is so fine that straight lines do between its entries.
 pub const REFINED: u32 = 1 << 22;
 
+/// Of a pixel that is looked up, which has no use of [`REFINED`]: a polariser stands before the lens; see
+/// [`crate::picture::polariser`].
+pub const POLARISER: u32 = REFINED;
+
 /// A pixel holds a spectrum beside its colour; see [`crate::spectral`].
 pub const SPECTRUM: u32 = 1 << 20;
 /// A pixel holds the radiance at every band and no colour. This is where the paper's own GPU part ends.

@@ -70,7 +70,7 @@ const SKY: [SceneFlag; 21] = [
 ];
 
 /// The flags of images alone.
-const IMAGE: [SceneFlag; 23] = [
+const IMAGE: [SceneFlag; 25] = [
     SceneFlag { key: "sun.disc", name: "--sun-disc", takes: Takes::Nothing },
     word("camera.projection", "--projection"),
     value("camera.size", "--size", "WxH", text_of::<Size>),
@@ -79,6 +79,8 @@ const IMAGE: [SceneFlag; 23] = [
     value("camera.look_elevation", "--look-elevation", "DEG", number),
     word("camera.below", "--below"),
     value("camera.below_color", "--below-color", "R,G,B", text_of::<Reflectance>),
+    value("camera.polariser", "--polariser", "DEG", number),
+    value("camera.polariser_extinction", "--polariser-extinction", "RATIO", number),
     word("render.color", "--color"),
     value("render.iso", "--iso", "ISO", number),
     value("render.shutter", "--shutter", "S", shutter),

@@ -105,12 +105,19 @@ pub fn place_at(lookup: MultipleLookup, mu: f32, c: f32) -> Place {
 /// Light that air and aerosol scatter towards the observer, neither for the first time, at a group of four bands (sr⁻¹).
 #[inline(always)]
 pub fn scattered(lookup: MultipleLookup, values: &[Vec4], place: Place, group: u32, variant: u32) -> Vec4 {
+    max4(value(lookup, values, (0, group), place, variant), 0.0)
+}
+
+/// The value at a place of a group of a lookup whose entries begin at an index of `values`: of either sign, and 0 where
+/// the ray meets no air.
+#[inline(always)]
+pub fn value(lookup: MultipleLookup, values: &[Vec4], (first, group): (u32, u32), place: Place, variant: u32) -> Vec4 {
     if !place.is_lit {
         return Vec4::ZERO;
     }
     let (first_row, rows) = if place.is_above { (0, lookup.above) } else { (lookup.above, lookup.below) };
     let first_row = group * (lookup.above + lookup.below) + first_row;
-    max4(between_entries(values, first_row * lookup.azimuths, rows, lookup.azimuths, place, variant), 0.0)
+    between_entries(values, first + first_row * lookup.azimuths, rows, lookup.azimuths, place, variant)
 }
 
 /// Diffuse irradiance of the ground in a direction below the horizon, at a group of four bands; 0 above it.

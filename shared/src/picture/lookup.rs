@@ -21,6 +21,7 @@ use crate::interpolation::cubic::{Stencil, stencil};
 use crate::math::{PI, abs, acos, clamp, fetch, floor, max, min, mix, safe_sqrt, sin_cos, sqrt, store};
 use crate::medium::phase::ScatteringAngle;
 use crate::picture::below::{SkyView, edge, margin, with_ground};
+use crate::picture::polariser::passed;
 use crate::sky::{Constituents, cosine_from_sun, with_phases};
 use crate::uniform::Uniform;
 use crate::variant;
@@ -269,12 +270,22 @@ fn mirrored_at_sun(uniform: &Uniform, view: Vec3) -> Vec3 {
 }
 
 /// Linear RGB of the sky and the ground at a pixel of the whole image, from the sky lookup: colours of air and aerosol
-/// between its entries, exact phase functions.
+/// between its entries, exact phase functions. A polariser alone reads the colour rows.
 #[inline(always)]
-pub fn sky_from_lookup(uniform: &Uniform, lookup: &[Vec4], pixel: UVec2, view: SkyView, variant: u32) -> Vec3 {
+pub fn sky_from_lookup(
+    uniform: &Uniform,
+    colour: &[Vec4],
+    lookup: &[Vec4],
+    pixel: UVec2,
+    view: SkyView,
+    variant: u32,
+) -> Vec3 {
     let mut sky = Vec3::ZERO;
     if view.ground < 1.0 {
-        sky = if variant::projection(variant) == EQUIRECTANGULAR {
+        sky = if variant & variant::POLARISER != 0 {
+            let found = constituents_at_pixel(uniform, lookup, pixel, view, variant);
+            passed(uniform, colour, found, view.source, view.direction, variant)
+        } else if variant::projection(variant) == EQUIRECTANGULAR {
             let place = row_place(uniform, view.direction);
             coloured(uniform, along_row(uniform, lookup, place, view.source_row, variant), view.direction, variant)
         } else {
@@ -295,6 +306,32 @@ pub fn sky_at_pixel(uniform: &Uniform, lookup: &[Vec4], pixel: UVec2, view: SkyV
     } else {
         sky_in_grid(uniform, lookup, view.source, view.direction, variant)
     }
+}
+
+/// Colours of the constituents in the direction of a pixel; where the horizon crosses the pixel, of both its sides.
+#[inline(always)]
+fn constituents_at_pixel(
+    uniform: &Uniform,
+    lookup: &[Vec4],
+    pixel: UVec2,
+    view: SkyView,
+    variant: u32,
+) -> Constituents {
+    if variant::projection(variant) == EQUIRECTANGULAR {
+        return along_row(uniform, lookup, row_place(uniform, view.direction), view.source_row, variant);
+    }
+    let (above, below, part) = edge(uniform, pixel.x, pixel.y, view.direction, variant);
+    let mut is_crossed = (part > 0.0) & (part < 1.0);
+    let first = if is_crossed { above } else { view.source };
+    let mut found = grid_constituents(uniform, lookup, grid_place(uniform, first, variant), variant);
+    while is_crossed {
+        let other = grid_constituents(uniform, lookup, grid_place(uniform, below, variant), variant);
+        found.air += (other.air - found.air) * part;
+        found.aerosol += (other.aerosol - found.aerosol) * part;
+        found.rest += (other.rest - found.rest) * part;
+        is_crossed = false;
+    }
+    found
 }
 
 /// The entries about a direction in its row of the lookup.

@@ -6,4 +6,5 @@ pub mod environment;
 pub mod formed_run;
 pub mod lookup;
 pub mod perspective_run;
+pub mod polariser;
 pub mod run;

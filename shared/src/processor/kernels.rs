@@ -9,8 +9,8 @@ use super::lanes::{BLOCK, Three, lanes};
 use super::lookup::{entries_of_rows, sky_of_block};
 use super::pixels::{Pixels, are_on_ground, blacken, put_ground, show, store_block, views};
 use super::run::{AT_PIXELS, AT_PLACES, encode, runs, sky_of_runs, store_smooth};
-use crate::glam::{Vec3, Vec4};
-use crate::kernels::shown_in;
+use crate::glam::{UVec2, Vec3, Vec4};
+use crate::kernels::{lookup_pixel, shown_in};
 use crate::picture::below::{sky_view, with_ground};
 use crate::picture::disc::is_beside_disc;
 use crate::picture::formed_run::is_formed;
@@ -112,6 +112,12 @@ pub mod plain {
     pub fn lookup_row(uniform: &Uniform, colour: &[Vec4], entries: &[Vec4], output: &mut [u32], variant: u32) {
         if variant & variant::RUNS != 0 {
             return lookup_runs(uniform, colour, entries, output, variant);
+        }
+        if variant & variant::POLARISER != 0 {
+            for column in 0..uniform.camera.width {
+                lookup_pixel(uniform, colour, entries, output, UVec2::new(column, 0), variant);
+            }
+            return;
         }
         for (pixels, output) in blocks(uniform, output) {
             let views = views(uniform, pixels, variant);

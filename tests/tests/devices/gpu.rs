@@ -433,6 +433,21 @@ fn every_projection_agrees_with_the_cpu() {
 }
 
 #[test]
+fn a_polariser_passes_the_same_light_on_the_device() {
+    for projection in PROJECTIONS {
+        for (altitude, aerosol) in [(0.0, AerosolKind::Plain), (12.0, AerosolKind::Desert)] {
+            let mut scene = scene(Preset::Standard, 8.0, "101x67");
+            (scene.camera.projection, scene.camera.polariser) = (projection, Some(20.0));
+            (scene.observer.altitude, scene.atmosphere.aerosol.kind) = (altitude, aerosol);
+            let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+            let reference = floats(&plan, &device::cpu::Cpu, plan.kernel());
+            let worst = worst_in_images(&floats(&plan, gpu(), plan.kernel()), &reference, 101, 3, 1e-6);
+            assert!(worst.relative <= SAME_FUNCTION, "{projection:?}, {altitude} km: {worst:?}");
+        }
+    }
+}
+
+#[test]
 fn pictures_differ_by_one_step_at_most() {
     let plan = Plan::new(&scene(Preset::Earth, 10.0, "128x64").validated().unwrap(), PixelFormat::Picture);
     let reference = device::cpu::Cpu.run(&plan, plan.kernel()).unwrap().words;

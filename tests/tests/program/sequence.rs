@@ -745,7 +745,7 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
 }
 
 /// A value of each key, as a scene file says it, and what stands beside it there.
-const VALUES: [(&str, &str, &str); 64] = [
+const VALUES: [(&str, &str, &str); 66] = [
     ("preset", "'mars'", ""),
     ("sun.elevation", "3.5", ""),
     ("sun.apparent", "true", "atmosphere.profile = 'us-standard'\natmosphere.refraction = true\n"),
@@ -788,6 +788,8 @@ const VALUES: [(&str, &str, &str); 64] = [
     ("camera.below", "'mirror'", ""),
     ("camera.below_color", "'0.3,0.2,0.1'", "camera.below = 'colour'\n"),
     ("render.orders", "2", ""),
+    ("camera.polariser", "30", ""),
+    ("camera.polariser_extinction", "100", "camera.polariser = 30\n"),
     ("render.polarisation", "'on'", ""),
     ("render.fit", "'cubic'", ""),
     ("render.bands", "[433, 525.5, 564, 632]", ""),

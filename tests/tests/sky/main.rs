@@ -11,6 +11,7 @@ mod lookup;
 mod modes;
 mod multiple;
 mod polarised;
+mod polariser;
 mod profile;
 mod radiance;
 mod solve;

@@ -228,8 +228,9 @@ fn polarisation_counts_from_the_top_of_the_image_where_it_is_asked_for() {
     // The preset's camera is equirectangular: its top is the zenith.
     let place = towards(30.0, 70.0);
     let [vertical, camera] = [StokesFrame::Vertical, StokesFrame::Camera].map(|frame| of(frame, place));
-    assert!((vertical.stokes_q - camera.stokes_q).abs() < 1e-9 * vertical.stokes_i);
-    assert!((vertical.stokes_u - camera.stokes_u).abs() < 1e-9 * vertical.stokes_i);
+    // The top is known in single precision.
+    assert!((vertical.stokes_q - camera.stokes_q).abs() < 1e-6 * vertical.stokes_i);
+    assert!((vertical.stokes_u - camera.stokes_u).abs() < 1e-6 * vertical.stokes_i);
     let mut upwards = scene.clone();
     upwards.camera.projection = sorairo::scene::Projection::Fisheye;
     let sky = SkyPlan::new(&upwards.validated().unwrap(), Rgb::Srgb);

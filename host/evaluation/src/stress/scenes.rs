@@ -46,11 +46,14 @@ struct Number {
     room: f64,
 }
 
-/// Numbers that vary with what they belong to: the camera's field and the settings; site and water are those of a profile.
-const ELSEWHERE: [&str; 10] = [
+/// Numbers that vary with what they belong to: the camera's field and the settings; site and water are those of a
+/// profile. A polariser forbids ways to a colour that vary.
+const ELSEWHERE: [&str; 12] = [
     "site.altitude",
     "atmosphere.water.column",
     "camera.fov",
+    "camera.polariser",
+    "camera.polariser_extinction",
     "render.orders",
     "render.steps",
     "render.exposure",

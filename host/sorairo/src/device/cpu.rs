@@ -69,7 +69,7 @@ const ROWS_OF_ENTRIES: usize = 16;
 
 /// The sky lookup of a plan: its anchors, so far as they are read, and the entries between them.
 fn sky_lookup(plan: &Plan) -> Vec<Vec4> {
-    let (uniform, variant) = (&plan.uniform, plan.variant);
+    let (uniform, variant) = (&plan.uniform, Kernel::Lookup.variant(plan.variant));
     let colours = colours_per_entry(variant) as usize;
     let are_read: Vec<bool> =
         (0..anchors(uniform)).into_par_iter().map(|anchor| is_anchor_read(uniform, anchor, variant)).collect();
@@ -88,7 +88,7 @@ fn anchors_of(plan: &Plan, are_read: &[bool]) -> Vec<Vec4> {
     let read: Vec<u32> = (0..).zip(are_read).filter(|&(_, &is_read)| is_read).map(|(anchor, _)| anchor).collect();
     let mut found = vec![Vec4::ZERO; colours * read.len()];
     found.par_chunks_mut(BLOCK * colours).zip(read.par_chunks(BLOCK)).for_each(|(anchors, indices)| {
-        lookup_anchors(&plan.uniform, plan.buffers(), indices, anchors, plan.variant);
+        lookup_anchors(&plan.uniform, plan.buffers(), indices, anchors, Kernel::Anchors.variant(plan.variant));
     });
     let mut all = vec![Vec4::ZERO; colours * are_read.len()];
     for (anchor, found) in read.into_iter().zip(found.chunks_exact(colours)) {

@@ -14,6 +14,7 @@
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sorairo_shared::camera::{Camera, top_of_image};
 use sorairo_shared::glam::{DVec3, Vec4};
 use sorairo_shared::medium::phase::AirPhase;
 use sorairo_shared::sky::ByConstituent;
@@ -26,7 +27,7 @@ use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::light_field::{Row, light_of_rows};
 use crate::plan::shortwave::{self, Lines};
 use crate::plan::{SkyPlan, direction, optics_of, upload};
-use crate::scene::ValidScene;
+use crate::scene::Polarisation;
 
 /// How far from the vertical (radians) rays of higher orders stay at least: within, light is straight between those on
 /// both sides, where single precision knows the azimuth.
@@ -59,8 +60,8 @@ pub enum StokesFrame {
     /// The vertical plane through the direction; of the zenith and the nadir that of the azimuth that is given.
     #[default]
     Vertical,
-    /// The plane through the direction and the top of the camera's image: of a perspective the camera's vertical, of a
-    /// fisheye the direction at its top, of an equirectangular image the vertical.
+    /// That through the direction and the top of the image as it lies there: in an equirectangular image the vertical,
+    /// in others the camera's own, carried from the middle of the image along the great circle.
     Camera,
 }
 
@@ -70,8 +71,8 @@ pub struct StokesSpectra {
     irradiance: Vec<f64>,
     /// What lines leave of the light of each wavelength; none in air without gases.
     lines: Option<Lines>,
-    /// The top of the camera's image, from which polarisation counts; none where it counts from the vertical.
-    up: Option<DVec3>,
+    /// The camera and its projection, from the top of whose image polarisation counts; none where from the vertical.
+    camera: Option<(Camera, u32)>,
     is_night: bool,
 }
 
@@ -82,22 +83,23 @@ impl StokesSpectra {
     ///
     /// [`Error::NotAllowed`] for a wavelength at which the scene is not known, and for a sky of natural light.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64], frame: StokesFrame) -> Result<Self> {
-        if !sky.base.polarised {
-            let complaint = "is \"off\", so that all light is natural; a Stokes vector needs \"on\"";
+        if sky.scene.render.polarisation == Polarisation::Off {
+            let complaint = "is \"off\", so that all light is natural; a Stokes vector needs \"auto\" or \"on\"";
             return Err(Error::not_allowed("render.polarisation", complaint));
         }
         check_wavelengths(sky, wavelengths)?;
         let optics = optics_of(&sky.scene);
         let lines = if sky.is_night { None } else { Lines::new(sky, wavelengths) };
-        let integral = integral_at(sky, &optics, wavelengths);
+        let integral = RayIntegral { polarised: true, ..integral_at(sky, &optics, wavelengths) };
         let bands = match lines {
             Some(_) => shortwave::without_lines(&optics, wavelengths),
             None => integral.bands,
         };
         let integral = RayIntegral { bands, ..integral }.with_spectral_light();
         let irradiance = wavelengths.iter().map(|&nm| integral.optics.solar_irradiance(nm)).collect();
-        let up = (frame == StokesFrame::Camera).then(|| top_of_image(&sky.scene));
-        Ok(Self { integral, irradiance, lines, up, is_night: sky.is_night })
+        let of_scene = || (upload::camera(&sky.scene), upload::projection(sky.scene.camera.projection));
+        let camera = (frame == StokesFrame::Camera).then(of_scene);
+        Ok(Self { integral, irradiance, lines, camera, is_night: sky.is_night })
     }
 
     /// The Stokes vector at each wavelength, in each of many directions; on all cores.
@@ -127,6 +129,7 @@ impl StokesSpectra {
         let (rest, ground) = (part(|light| light.multiple), part(|light| light.ground));
         let [of_air, of_aerosol] = [Constituent::Air, Constituent::Aerosol]
             .map(|constituent| integral.phases_at(constituent, view, &integral.wavelengths));
+        let up = self.camera.map(|(camera, projection)| top_of_image(&camera, projection, view).as_dvec3());
         let left = self.lines.as_ref().map(|lines| lines.left(view));
         let air_phase = AirPhase::new(integral.uniform.atmosphere.air_anisotropy);
         let degree_of_air = f64::from(air_phase.degree_of_polarisation(plane.scattering_angle.cos() as f32));
@@ -138,7 +141,7 @@ impl StokesSpectra {
             let polarised = air * degree_of_air + aerosol * integral.optics.aerosol.degree(plane.scattering_angle, nm);
             let [q, u] = [0, 1].map(|k| scale * (multiple[i][k] - polarised * plane.of_sun[k]));
             let i = scale * (air + aerosol + rest[i] + ground[i] * albedo);
-            plane.stokes(nm, [i.max(0.0), q, u], self.up)
+            plane.stokes(nm, [i.max(0.0), q, u], up)
         };
         integral.wavelengths.iter().enumerate().map(at).collect()
     }
@@ -168,11 +171,6 @@ impl StokesSpectra {
         }
         sums
     }
-}
-
-/// The unit vector to the top of a scene's image.
-fn top_of_image(scene: &ValidScene) -> DVec3 {
-    upload::camera(scene).up.as_dvec4().truncate()
 }
 
 /// The vertical plane through a direction, and the sun about it.

@@ -22,6 +22,7 @@ pub fn kernels(scene: &Scene, camera: &CameraScene, pixel: PixelFormat) -> Vec<(
         let below = below::of(scene, camera, pixel);
         let image = of_image(sky, scene, camera, below, scene.sun.disc, pixel);
         if scene.render.path != PathChoice::Direct && scene.render.color != ColourPath::Solve {
+            let image = if camera.polariser.is_some() { image | variant::POLARISER } else { image };
             kernels.extend([Kernel::Anchors, Kernel::Lookup, Kernel::SkyLookup].map(|kernel| (kernel, image)));
             kernels.extend(has_runs(camera).then_some((Kernel::SkyLookup, image | variant::RUNS)));
         }

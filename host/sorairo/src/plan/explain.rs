@@ -21,6 +21,7 @@ pub fn explain(plan: &Plan, projection: Projection) -> Vec<String> {
     lines.push(orders(plan));
     lines.extend(beyond_bounds(plan));
     lines.extend(plan.spectral.as_ref().map(|spectral| spectra(spectral)));
+    lines.extend(polariser(plan));
     lines.extend(black_pixels(plan, projection));
     lines.push(path(plan));
     lines.push(bytes(plan));
@@ -77,6 +78,18 @@ fn terms(plan: &Plan) -> String {
     format!("integral: compiled with {}; skipped: {}", of(true), of(false))
 }
 
+/// What a polariser before the lens passes.
+fn polariser(plan: &Plan) -> Option<String> {
+    let passes = plan.uniform.polariser.passes;
+    plan.has_polariser().then(|| {
+        format!(
+            "polariser: its axis stands {:.1} degrees counterclockwise from the top of the image; of natural light {:.1} % pass",
+            0.5 * passes.z.atan2(passes.y).to_degrees(),
+            100.0 * passes.x
+        )
+    })
+}
+
 /// How light of higher orders was computed, and how finely.
 fn orders(plan: &Plan) -> String {
     let integral = plan.sky.integral();
@@ -86,10 +99,10 @@ fn orders(plan: &Plan) -> String {
     let OrdersMade { computed, ratio, thick, degree, nodes: [altitudes, suns], .. } = made;
     let told = 100.0 * made.told();
     let directions = |lookup: &MultipleLookup| format!("{}x{}", lookup.above + lookup.below, lookup.azimuths);
-    let refined = if plan.variant & variant::REFINED == 0 {
-        String::new()
-    } else {
+    let refined = if plan.is_refined() {
         format!(", for pixels refined to {}", directions(&plan.uniform.multiple))
+    } else {
+        String::new()
     };
     let rest = if integral.orders == Orders::All && *thick {
         format!("then all after them as in a plane atmosphere, off by {told:.2} % of all light at most")

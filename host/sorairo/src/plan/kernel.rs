@@ -25,9 +25,10 @@ impl Kernel {
     /// What the kernel is specialised for in images of a variant: the variant without the bits that it does not read, so that images share its pipeline.
     pub fn variant(self, of_image: u32) -> u32 {
         match self {
-            // Neither the disc, the ground nor how pixels are stored.
+            // Neither the disc, the ground, a polariser nor how pixels are stored.
             Self::Anchors | Self::Lookup => {
-                let of_pixels = variant::SUN_DISC | variant::DITHER | variant::RUNS | variant::of(0, 0, 3);
+                let of_pixels = variant::SUN_DISC | variant::DITHER | variant::RUNS | variant::POLARISER;
+                let of_pixels = of_pixels | variant::of(0, 0, 3);
                 of_image & !(of_pixels | variant::AGX | variant::ACES | variant::SELDOM | variant::BELOW)
             }
             _ => of_image,

@@ -20,12 +20,13 @@ use crate::plan::light_field::{AerosolMoments, LightFields, Refined};
 use crate::plan::lookup::grid::{self, Entries, GridKind, Seen};
 use crate::plan::on_device::{PlanDevice, Views};
 use crate::plan::picture::colour_space::ColourSpace;
+use crate::plan::picture::polarised_rgb::PolarisedRgb;
 use crate::plan::picture::sun_irradiance::SunIrradiance;
 use crate::plan::rays::directions;
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::rays::source::Source;
 use crate::plan::{samples, upload};
-use crate::scene::{ColourObserver, ColourPath, Orders, Polarisation, Rgb, Scene, ValidScene};
+use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
 use crate::spectra::mean::Window;
 use crate::spectra::optics::Optics;
 
@@ -55,6 +56,7 @@ pub struct SkyPlan {
     /// Of each [`GridKind`].
     lookup_grids: [OnceLock<Entries>; 3],
     lookup_quadrature: OnceLock<Vec<Vec2>>,
+    pub(crate) polarised: OnceLock<PolarisedRgb>,
 }
 
 /// How the light of a sky becomes colours.
@@ -97,7 +99,7 @@ impl SkyPlan {
             quadrature,
             variant: if is_night { variant } else { variant | rest(scene) },
             orders: scene.render.orders,
-            polarised: scene.render.polarisation == Polarisation::On,
+            polarised: scene.is_polarised(),
             multiple: Vec::new(),
             orders_made: Vec::new(),
             light_fields: light_fields.clone(),
@@ -119,6 +121,7 @@ impl SkyPlan {
             sun_irradiance: OnceLock::new(),
             lookup_grids: Default::default(),
             lookup_quadrature: OnceLock::new(),
+            polarised: OnceLock::new(),
         }
     }
 
@@ -149,6 +152,7 @@ impl SkyPlan {
             sun_irradiance: OnceLock::new(),
             lookup_grids: Default::default(),
             lookup_quadrature: OnceLock::new(),
+            polarised: OnceLock::new(),
             ..*self
         }
     }

@@ -28,6 +28,10 @@ pub struct CameraScene {
     pub below: Option<Below>,
     /// Reflectance of the ground of `below = "colour"`: linear red, green and blue.
     pub below_color: Reflectance,
+    /// Angle of the axis of a polariser before the lens, counterclockwise from the top of the image (degrees).
+    pub polariser: Option<f64>,
+    /// How many times more of light along its axis than of light across it a polariser passes.
+    pub polariser_extinction: Option<f64>,
 }
 
 impl Default for CameraScene {
@@ -40,6 +44,8 @@ impl Default for CameraScene {
             look_elevation: None,
             below: None,
             below_color: Reflectance([0.18; 3]),
+            polariser: None,
+            polariser_extinction: None,
         }
     }
 }

@@ -257,6 +257,13 @@ pub static KEYS: &[Key] = &[
     key!(camera.below, one_of::<Below>())
         .otherwise(|| "fade in pictures of the whole sphere over ground that is not black, from less than 1 km up; ground elsewhere".into()),
     key!(camera.below_color, Other(Reflectance::allowed)).rule(rules::colour_of_no_ground),
+    number!(camera.polariser, "degrees", At(-360.0), At(360.0))
+        .wraps()
+        .otherwise(|| "none".into())
+        .rule(rules::polariser_of_no_light),
+    number!(camera.polariser_extinction, "", At(1.0), At(1e9))
+        .otherwise(|| "that of an ideal polariser, which passes nothing across".into())
+        .rule(rules::extinction_of_no_polariser),
     number!(render.orders, "", At(1.0), At(Orders::MOST as f64)).or_words(words::<Orders>),
     key!(render.polarisation, one_of::<Polarisation>()),
     key!(render.fit, one_of::<Fit>()),

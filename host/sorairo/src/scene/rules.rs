@@ -1,8 +1,8 @@
 //! What holds for a key beyond its range: rules that look at other keys.
 
-use super::camera::{Below, CameraScene, LONGEST_SIDE};
+use super::camera::{Below, CameraScene, LONGEST_SIDE, Projection};
 use super::preset::Scene;
-use super::settings::{ColourPath, Display, Exposure, Fit, Render, Rgb, ViewTransform};
+use super::settings::{ColourPath, Display, Exposure, Fit, PathChoice, Polarisation, Render, Rgb, ViewTransform};
 use super::sky::{STANDARD_PRESSURE, Sun};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;
@@ -26,6 +26,17 @@ impl Scene {
     /// Whether the planet is the Earth, by the radius of its ground.
     pub fn is_on_earth(&self) -> bool {
         (self.atmosphere.ground_radius / EARTH_RADIUS - 1.0).abs() <= OF_THE_EARTH
+    }
+}
+
+impl Scene {
+    /// Whether its light is polarised as it is scattered.
+    pub fn is_polarised(&self) -> bool {
+        match self.render.polarisation {
+            Polarisation::On => true,
+            Polarisation::Off => false,
+            Polarisation::Auto => self.camera.polariser.is_some(),
+        }
     }
 }
 
@@ -57,6 +68,38 @@ pub(super) fn colour_of_no_ground(scene: &Scene) -> Result<()> {
         return Ok(());
     }
     Err(Error::not_allowed("camera.below_color", "is shown with camera.below = colour alone"))
+}
+
+/// Most rows of an image of the whole sphere whose sky lookup, with as many rows, a device takes.
+const MOST_ROWS_BEHIND_POLARISER: u32 = 100_000;
+
+/// A polariser stands before polarised light that is looked up.
+pub(super) fn polariser_of_no_light(scene: &Scene) -> Result<()> {
+    let (camera, render) = (&scene.camera, &scene.render);
+    let is_too_high =
+        camera.projection == Projection::Equirectangular && camera.size.height > MOST_ROWS_BEHIND_POLARISER;
+    let complaint = if camera.polariser.is_none() {
+        return Ok(());
+    } else if render.polarisation == Polarisation::Off {
+        "stands before polarised light, and render.polarisation is off; take auto or on".into()
+    } else if render.color == ColourPath::Solve {
+        "takes colours from a sky lookup, and render.color = solve makes none; take folded".into()
+    } else if render.path == PathChoice::Direct {
+        "takes colours from a sky lookup, and render.path = direct makes none; take auto or lookup".into()
+    } else if is_too_high {
+        format!("takes images of at most {MOST_ROWS_BEHIND_POLARISER} rows in this projection")
+    } else {
+        return Ok(());
+    };
+    Err(Error::not_allowed("camera.polariser", complaint))
+}
+
+/// The extinction of a polariser needs one.
+pub(super) fn extinction_of_no_polariser(scene: &Scene) -> Result<()> {
+    if scene.camera.polariser_extinction.is_none() || scene.camera.polariser.is_some() {
+        return Ok(());
+    }
+    Err(Error::not_allowed("camera.polariser_extinction", "is of a polariser; give camera.polariser, its angle, too"))
 }
 
 /// An eye adapts to pictures alone.

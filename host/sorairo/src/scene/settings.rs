@@ -63,7 +63,7 @@ impl Default for Render {
     fn default() -> Self {
         Self {
             orders: Orders::All,
-            polarisation: Polarisation::Off,
+            polarisation: Polarisation::Auto,
             fit: Fit::Regression,
             bands: None,
             color: ColourPath::Folded,
@@ -199,10 +199,12 @@ impl From<Orders> for OrdersText {
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum Polarisation {
+    /// On where a polariser or a Stokes vector asks for it, and off elsewhere.
+    #[default]
+    Auto,
     /// What is scattered is polarised, and scatters otherwise the next time.
     On,
     /// Light is natural after every scattering.
-    #[default]
     Off,
 }
 

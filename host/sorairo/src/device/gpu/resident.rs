@@ -20,7 +20,7 @@ use crate::error::{Error, Result};
 use crate::plan::lookup::LookupSize;
 use crate::plan::{Kernel, LightFields, Plan, SkyPlan, day};
 use crate::scene::{CameraScene, ExrDepth, Projection, Size, ValidScene};
-use sorairo_shared::variant::{self, PixelFormat};
+use sorairo_shared::variant::PixelFormat;
 
 /// Where an image goes.
 #[derive(Clone, Copy, Debug)]
@@ -437,7 +437,7 @@ impl ResidentRenderer {
     fn bind(&mut self, plan: &Plan, uniform: &Uniform, output: &wgpu::Buffer) -> super::layouts::Groups {
         let buffers = plan.buffers();
         let storage = wgpu::BufferUsages::STORAGE;
-        let is_refined = plan.variant & variant::REFINED != 0;
+        let is_refined = plan.is_refined();
         let samples = plan.samples_per_piece();
         let is_known = |sky: &UploadedSky| {
             Arc::ptr_eq(&sky.of, &plan.sky) && sky.is_refined == is_refined && sky.samples == samples

@@ -28,5 +28,5 @@ pub use resolution::{COMPARED_DEPTH, NEGLIGIBLE, Resolution};
 pub use setting::{AerosolMoments, Setting};
 pub use sights::{Light, Row};
 pub use view::refined::Refined;
-pub use view::rows::{MultipleLight, TOGETHER, View, light_of_rows};
+pub use view::rows::{MultipleLight, PolarisedLight, TOGETHER, View, light_of_rows};
 pub use wavelengths::Wavelengths;

@@ -71,6 +71,8 @@ pub fn choose(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>) -> Lookup {
     let direct = |reason: String| Lookup { size: None, anchors: None, reason };
     let pixels = u64::from(scene.camera.size.width) * lit_rows.len() as u64;
     let fewest = grid(scene, FEWEST_ANCHORS).entries();
+    // A polariser stands before pixels that are looked up alone.
+    let is_asked = scene.render.path == PathChoice::Lookup || scene.camera.polariser.is_some();
     match scene.render.path {
         _ if sky.is_night => return direct("nothing is lit".into()),
         PathChoice::Direct => return direct("asked for".into()),
@@ -78,7 +80,7 @@ pub fn choose(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>) -> Lookup {
         _ if sized(scene, sky, lit_rows, COARSEST).azimuths < COARSEST.1 => {
             return direct("a sky lookup with as many rows as the image would be too large".into());
         }
-        PathChoice::Auto if pixels < PIXELS_PER_ANCHOR * fewest => {
+        PathChoice::Auto if !is_asked && pixels < PIXELS_PER_ANCHOR * fewest => {
             return direct(format!("{pixels} lit pixels are fewer than a sky lookup would need"));
         }
         PathChoice::Auto | PathChoice::Lookup => {}
@@ -88,7 +90,6 @@ pub fn choose(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>) -> Lookup {
     let size = sized(scene, sky, lit_rows, enough);
     let anchors = grid(scene, sky.lookup_anchors());
     let integrals = anchors.entries() + size.entries() / ENTRIES_PER_INTEGRAL;
-    let is_asked = scene.render.path == PathChoice::Lookup;
     if !is_asked && has_its_rows && size.azimuths < enough.1 {
         return direct("a sky lookup with as many rows as the image would be too large".into());
     }

@@ -36,11 +36,14 @@ pub fn of(sky: &SkyPlan, scene: &Scene, uniform: &Uniform, variant: u32) -> f32 
         && !sky.is_night;
     let metered = || if is_shown { metered(sky, scene.camera.projection, uniform, variant) } else { 0.0 };
     let daylight = stops_of_ev100(DAYLIGHT);
+    let passes = uniform.polariser.passes.x;
+    // Opened for what a polariser takes of natural light.
+    let filter = if passes > 0.0 { -f64::from(passes).log2() } else { 0.0 };
     let stops = match scene.render.exposure_of_pictures() {
         Exposure::Stops(stops) => stops,
-        Exposure::Auto => until_dusk(metered()),
+        Exposure::Auto => filter + until_dusk(metered()),
         Exposure::Adapt if sky.is_night => daylight,
-        Exposure::Adapt => daylight + ADAPTATION * (metered() - daylight),
+        Exposure::Adapt => filter + daylight + ADAPTATION * (metered() - daylight),
     };
     stops.clamp(-MOST_STOPS, MOST_STOPS).exp2() as f32
 }

@@ -10,6 +10,7 @@ use sorairo_shared::fit::spectrum::rows_per_node;
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::kernels::words_of_light;
 use sorairo_shared::math::{max, min};
+use sorairo_shared::picture::polariser::DEGREES;
 use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};
 use sorairo_shared::variant::{self, PixelFormat};
 
@@ -18,6 +19,7 @@ use crate::plan::integral::RayIntegral;
 use crate::plan::kernel::Kernel;
 use crate::plan::light_field::{LightFields, Refined};
 use crate::plan::lookup::{self, Lookup, LookupSize};
+use crate::plan::picture::polariser::passes;
 use crate::plan::picture::sun_disc::Sun;
 use crate::plan::picture::{below, exposure};
 use crate::plan::rays::directions;
@@ -84,6 +86,11 @@ impl Plan {
             let complaint = format!("of this sky is {}, and a picture of it {display}", word(sky.space.rgb));
             return Err(Error::not_allowed("render.rgb", complaint));
         }
+        if camera.polariser.is_some() && !sky.base.polarised {
+            let complaint =
+                "stands before polarised light, and this sky was planned without; set render.polarisation = on";
+            return Err(Error::not_allowed("camera.polariser", complaint));
+        }
         let below = below::of(&scene, camera, pixel);
         Ok(Self::of_sky(Arc::clone(sky), &scene, below, pixel))
     }
@@ -101,20 +108,38 @@ impl Plan {
             Default::default()
         };
         let tables = if pixel == PixelFormat::Picture { upload::view_tables(&scene.render) } else { &[] };
-        let ground = below::flat_ground(&sky, scene, below);
+        let passes = passes(&scene.camera).filter(|_| !sky.is_night);
+        // Light of the sun and of the ground is natural.
+        let of_natural = passes.map_or(1.0, |passes| passes.x);
+        let dimmed: Vec<Vec4>;
+        let grid = if passes.is_some() {
+            dimmed = grid.iter().map(|&rgb| rgb * of_natural).collect();
+            &dimmed
+        } else {
+            grid
+        };
+        let ground = below::flat_ground(&sky, scene, below) * Vec3::splat(of_natural).extend(1.0);
         let variant = of_image(sky.integral().variant, scene, &scene.camera, below, shows_disc, pixel);
         let (uniform, rows) = upload::with_rows(sky.integral().uniform, &colours.rows, sky.integral().variant);
+        let (polariser, polarised) = match passes {
+            Some(passes) => {
+                let found = sky.polarised();
+                (found.for_kernels(passes, rows.len() + tables.len()), &found.rows[..])
+            }
+            None => Default::default(),
+        };
         let uniform = Uniform {
             camera,
             rows: camera.height,
             row_pixels: camera.width,
-            disc: SunDisc { first_entry: (rows.len() + tables.len()) as u32, ..disc },
+            disc: SunDisc { first_entry: (rows.len() + tables.len() + polarised.len()) as u32, ..disc },
+            polariser,
             ground,
             grade: Grade { tables: rows.len() as u32, ..upload::grade(scene.render.look) },
             ..uniform
         };
         let uniform = Uniform { exposure: exposure::of(&sky, scene, &uniform, variant), ..uniform };
-        let colour = [rows, tables, grid].concat();
+        let colour = [rows, tables, polarised, grid].concat();
         let size = lookup.size;
         let plan = Self { sky, uniform, colour, spectral: None, variant, pixel, lit_rows, lookup, below };
         match size {
@@ -140,7 +165,13 @@ impl Plan {
         let anchors = lookup::grid(&self.sky.scene, self.sky.lookup_anchors());
         // Now, and not when a frame is drawn.
         self.sky.lookup_quadrature();
-        let runs = if lookup::pixels_run(&self.uniform, self.variant, size) { variant::RUNS } else { 0 };
+        let of_pixels = if self.has_polariser() {
+            variant::POLARISER
+        } else if lookup::pixels_run(&self.uniform, self.variant, size) {
+            variant::RUNS
+        } else {
+            0
+        };
         Self {
             uniform: Uniform {
                 lookup_above: size.above,
@@ -154,7 +185,7 @@ impl Plan {
                 fills_whole_lookup: u32::from(self.variant & variant::BELOW != 0),
                 ..self.uniform
             },
-            variant: self.variant & !(variant::RUNS | variant::REFINED) | runs,
+            variant: self.variant & !(variant::RUNS | variant::REFINED) | of_pixels,
             lookup: Lookup { size: Some(size), anchors: Some(anchors), ..self.lookup },
             ..self
         }
@@ -193,6 +224,10 @@ impl Plan {
         }
         if self.variant & variant::SUN_DISC != 0 {
             return Err(Error::not_allowed("sun.disc", "shows the sun in RGB; a spectral file is of the sky alone"));
+        }
+        if self.has_polariser() {
+            let complaint = "stands before images in RGB; a spectral file is of the sky without it";
+            return Err(Error::not_allowed("camera.polariser", complaint));
         }
         if self.variant & variant::BELOW != 0 {
             let complaint = "is of images in RGB; a spectral file shows the ground that is there";
@@ -262,7 +297,7 @@ impl Plan {
         if self.lookup.size.is_some() {
             return Buffers { quadrature: self.sky.lookup_quadrature(), ..buffers };
         }
-        if self.variant & variant::REFINED == 0 {
+        if !self.is_refined() {
             return buffers;
         }
         Buffers { multiple: &self.sky.refined().values, ..buffers }
@@ -293,7 +328,9 @@ impl Plan {
         // The last number of a row by which a cubic is observed is a wavelength.
         let last = if variant::is_solved_cubic(self.variant) { 1.0 } else { factor };
         let tables = if self.variant & variant::ACES == 0 { 0..0 } else { self.tables() };
-        let rows = self.colour.iter_mut().enumerate().filter(|(at, _)| !tables.contains(at));
+        let degrees = self.degrees();
+        let rows = self.colour.iter_mut().enumerate();
+        let rows = rows.filter(|(at, _)| !tables.contains(at) && !degrees.contains(at));
         rows.for_each(|(_, row)| *row *= Vec4::new(factor, factor, factor, last));
         self.uniform.ground = (self.uniform.ground.truncate() * factor).extend(self.uniform.ground.w);
         self.uniform.exposure /= factor;
@@ -301,6 +338,22 @@ impl Plan {
         [&mut eye.red, &mut eye.green, &mut eye.blue].into_iter().for_each(|column| *column /= factor);
         eye.red.w *= factor * factor;
         self
+    }
+
+    /// Whether its pixels are integrated with multiply scattered light from the finer grid.
+    pub fn is_refined(&self) -> bool {
+        self.lookup.size.is_none() && self.variant & variant::REFINED != 0
+    }
+
+    /// Whether a polariser stands before the lens.
+    pub fn has_polariser(&self) -> bool {
+        self.uniform.polariser.passes.x > 0.0
+    }
+
+    /// Where the aerosol's degrees of polarisation stand in the colour rows.
+    fn degrees(&self) -> Range<usize> {
+        let first = self.uniform.polariser.first as usize;
+        if self.has_polariser() { first..first + DEGREES as usize } else { 0..0 }
     }
 
     /// Where the tables of its view transform stand in the colour rows.

@@ -6,5 +6,7 @@ pub(crate) mod below;
 pub mod colour_space;
 pub(crate) mod exposure;
 pub(crate) mod image;
+pub mod polarised_rgb;
+pub mod polariser;
 pub mod sun_disc;
 pub(crate) mod sun_irradiance;

@@ -89,6 +89,56 @@ impl MultipleLight {
     }
 }
 
+/// How close to the vertical and to the sun's vertical plane (radians) polarised rays come: at both `U` is a rounding,
+/// and what is kept of it is smooth.
+const ASIDE: f64 = 0.02;
+
+/// `Q` and `U` of multiply scattered light, as an observer sees them.
+#[derive(Clone, Debug)]
+pub struct PolarisedLight {
+    /// Where the entries are, of two groups: `Q`, and `U` over the sine of the azimuth from the sun.
+    pub lookup: MultipleLookup,
+    /// Radiance and both at each entry, for each group of bands (sr⁻¹).
+    pub groups: Vec<Vec<[Vec4; 3]>>,
+}
+
+impl PolarisedLight {
+    /// For groups of bands, likewise.
+    pub fn new(
+        fields: &LightFields,
+        setting: &Setting,
+        bands: &[Bands],
+        resolutions: &[(f32, Resolution)],
+        orders: Orders,
+    ) -> Self {
+        let degree = resolutions.iter().map(|(_, resolution)| resolution.first.degree).max().unwrap_or_default();
+        let lookup = lookup(setting, degree, 2);
+        let (most, least) = (ASIDE.cos(), -ASIDE.cos());
+        let aside = |row: Row| Row {
+            mu: row.mu.clamp(least, most),
+            cosines: row.cosines.iter().map(|cosine| cosine.clamp(least, most)).collect(),
+            polarised: true,
+            ..row
+        };
+        let rows: Vec<Row> = rows_of(setting, &lookup).into_iter().map(aside).collect();
+        let sines: Vec<f32> = rows[0].cosines.iter().map(|cosine| (1.0 - cosine * cosine).sqrt() as f32).collect();
+        let entries = rows.len() * sines.len();
+        let mut groups = vec![vec![[Vec4::ZERO; 3]; entries]; bands.len()];
+        for (share, resolution) in resolutions {
+            let (light, _) = light_of_rows(fields, setting, bands, resolution, orders, &rows);
+            for (sums, rows) in groups.iter_mut().zip(&light) {
+                let of_rows = rows.iter().flat_map(|row| row.iter().zip(&sines));
+                for ([i, q, u], (light, &sine)) in sums.iter_mut().zip(of_rows) {
+                    *i += light.scattered * *share;
+                    *q += light.q * *share;
+                    *u += light.u * (*share / sine);
+                }
+            }
+        }
+        Self { lookup, groups }
+    }
+}
+
 /// Multiply scattered light along the rays of rows: for each group of bands, row and ray. Light fields are taken from those that are kept.
 pub fn light_of_rows(
     fields: &LightFields,

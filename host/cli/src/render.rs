@@ -9,10 +9,14 @@ use crate::arguments::RenderArguments;
 use crate::error::Result;
 use crate::memory;
 use crate::output::{print_line, print_note, refuse_scene_as_output};
+use crate::polarisation_map;
 use crate::progress::Progress;
 
 /// `sorairo render`.
 pub fn run(arguments: &RenderArguments) -> Result<()> {
+    if let Some(shown) = arguments.show {
+        return polarisation_map::run(arguments, shown);
+    }
     let scene = arguments.scene.scene()?;
     let request = arguments.request();
     refuse_scene_as_output(arguments.scene.scene.as_deref(), request.files().iter())?;

@@ -95,7 +95,7 @@ WRONG_QUESTIONS = [
     (lambda sky: sky.radiance("up", 0, 550), "elevation is 'up'; numbers are wanted"),
     (lambda sky: sky.radiance([1, 2], [1, 2, 3], 550), "cannot be broadcast"),
     (lambda sky: sky.radiance(10, 0, 550, method="guess"), 'method is "guess"; allowed: "fit", "dense"'),
-    (lambda sky: sky.stokes(10, 0, 550), "render.polarisation is \"off\""),
+    (lambda sky: sorairo.Sky(keys={"render.polarisation": "off"}).stokes(10, 0, 550), "render.polarisation is \"off\""),
     (lambda sky: sky.stokes(10, 0, 550, frame="level"), 'frame is "level"; allowed: "vertical", "camera"'),
     (lambda sky: sky.irradiance(2501), "wavelengths holds 2501"),
     (lambda sky: sky.irradiance(550, surface_tilt=181), "surface_tilt is 181; it must lie between 0 and 180 degrees"),

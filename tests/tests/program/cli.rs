@@ -549,6 +549,24 @@ fn refuses(scene: Option<&str>, arguments: &[&str], named: &[&str]) {
 
 const SPECTRUM: [&str; 5] = ["spectrum", "--view-elevation", "20", "--view-azimuth", "30"];
 
+/// A clear sky with a low sun is polarised most across the sun, and hardly towards it.
+#[test]
+fn a_map_shows_where_light_is_polarised() {
+    let folder = folder();
+    let path = folder.path();
+    let line = "render --device cpu --size 200x100 --sun-elevation 5 --sun-azimuth 180 --show polarisation-degree";
+    succeed(path, &line.split(' ').collect::<Vec<_>>());
+    let map = read_png(&path.join("polarisation-degree.png"));
+    assert_eq!((map.width, map.height), (200, 132), "the legend stands below");
+    let light = |column: usize, row: usize| map.at(column, row).map(u32::from).iter().sum::<u32>();
+    // The zenith, and the sun in the middle; black ground has no light.
+    assert!(light(100, 2) > 2 * light(100, 46), "{} {}", light(100, 2), light(100, 46));
+    // What it wrote itself it may replace, and nothing else.
+    succeed(path, &line.split(' ').collect::<Vec<_>>());
+    std::fs::write(path.join("polarisation-degree.png"), "another's").unwrap();
+    assert_eq!(run(path, &line.split(' ').collect::<Vec<_>>()).code, Some(2));
+}
+
 #[test]
 fn a_wrong_flag_exits_with_2_and_one_sentence() {
     let table: &[(&str, &[&str])] = &[
@@ -558,6 +576,18 @@ fn a_wrong_flag_exits_with_2_and_one_sentence() {
         ("--sun-elevation inf", &["--sun-elevation", "inf", "between -90 and 90"]),
         ("--sun-elevation=-inf", &["--sun-elevation", "-inf", "between -90 and 90"]),
         ("--sun-elevation high", &["--sun-elevation", "high", "a number"]),
+        ("--polariser 10 --polarisation off", &["--polariser", "polarised light", "off"]),
+        ("--polariser 10 --path direct", &["--polariser", "--path direct", "lookup"]),
+        ("--polariser 10 --color solve", &["--polariser", "solve", "folded"]),
+        ("--polariser 10 -o sky.spectral.exr", &["--polariser", "spectral"]),
+        ("--polariser inf", &["--polariser", "inf"]),
+        ("--polariser 10 --polariser-extinction 0.9", &["--polariser-extinction", "0.9", "between 1 and"]),
+        ("--polariser-extinction 100", &["--polariser-extinction", "--polariser"]),
+        ("--show polarisation", &["--show", "polarisation-degree", "polarisation-angle"]),
+        ("--show polarisation-angle -o a.exr", &["-o a.exr", "--show", ".png"]),
+        ("--show polarisation-angle --polariser 10", &["--show", "--polariser"]),
+        ("--show polarisation-angle --polarisation off", &["--show", "--polarisation off"]),
+        ("--show polarisation-degree --size 100x50", &["--show", "200 pixels", "100x50"]),
         ("--sun-elevation", &["--sun-elevation", "value is required"]),
         ("--sun-azimuth nan", &["--sun-azimuth", "is NaN", "a finite number of degrees"]),
         ("--look-azimuth inf", &["--look-azimuth", "is inf", "a finite number of degrees"]),

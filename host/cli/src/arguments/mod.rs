@@ -142,12 +142,24 @@ pub struct RenderArguments {
     /// seen: sky.sun.exr beside sky.exr. Of .png, .exr and .hdr.
     #[arg(long)]
     pub split_sun: bool,
+    /// Write a map of the polarisation with a legend, a .png, in the place of the sky.
+    #[arg(long, value_name = "WHAT", value_enum, ignore_case = true, conflicts_with_all = ["json", "explain"])]
+    pub show: Option<Shown>,
     /// Print what the plan skips, and what that saves (with --json, as its `explain`).
     #[arg(long)]
     pub explain: bool,
     /// Print one JSON object about the rendering to standard output.
     #[arg(long)]
     pub json: bool,
+}
+
+/// What a map shows.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Shown {
+    /// The part of the light's luminance that is polarised, 0 to 1.
+    PolarisationDegree,
+    /// The angle of its electric vector, counterclockwise from the top of the image; grey where little is polarised.
+    PolarisationAngle,
 }
 
 #[derive(Args)]
@@ -319,6 +331,11 @@ pub struct DevicesArguments {
 }
 
 impl RenderArguments {
+    /// Whether files are named.
+    pub fn names_files(&self) -> bool {
+        !self.output.is_empty()
+    }
+
     /// What to write and to measure.
     pub fn request(&self) -> Request {
         Request {

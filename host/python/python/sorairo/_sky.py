@@ -191,7 +191,7 @@ class Sky:
         Raises
         ------
         ValueError
-            A direction or a wavelength out of range, a sky whose light is taken as natural (`render.polarisation`).
+            A direction or a wavelength out of range, a sky with `render.polarisation = "off"`.
         """
         elevations, azimuths = directions_of(elevation, azimuth)
         at = wavelengths_of(wavelengths)

@@ -55,7 +55,7 @@ def test_a_click_shows_the_spectrum_of_the_native_program(sky, native, tmp_path)
     assert not numpy.allclose(page["radiance"], other, rtol=1e-2)
     card = sky.page.locator("#spectrum")
     expect(card).to_be_visible()
-    for word in ["XYZ", "Chromaticity", "Luminance", "Colour temperature", f"{figures['cct_k'].split('.')[0][:2]}"]:
+    for word in ["XYZ", "Chromaticity", "Luminance", "Colour temperature", "Polarisation at 550 nm", f"{figures['cct_k'].split('.')[0][:2]}"]:
         expect(card).to_contain_text(word)
 
 

@@ -10,8 +10,8 @@ use sorairo::Device;
 use sorairo::Plan;
 use sorairo::low_level::spectra::observer;
 use sorairo::low_level::spectrum::{Direction, Method, Sample, Spectra};
-use sorairo::scene::{Display, Rgb};
-use sorairo::{LightFields, PixelFormat, Result, Scene, SkyPlan};
+use sorairo::scene::{Display, Polarisation, Rgb};
+use sorairo::{LightFields, PixelFormat, Result, Scene, SkyPlan, Stokes, StokesFrame, StokesSpectra};
 
 /// What the window wants to show.
 #[derive(Clone, PartialEq)]
@@ -56,12 +56,17 @@ pub struct Picture {
     pub kernel: Duration,
 }
 
+/// The wavelength (nm) whose polarisation a click tells.
+pub const POLARISED_AT: f64 = 550.0;
+
 /// The spectrum in the direction of a point.
 pub struct PointSpectrum {
     /// The direction.
     pub towards: Direction,
     /// Radiance over the observer's range.
     pub samples: Vec<Sample>,
+    /// How light is polarised there, at [`POLARISED_AT`]; none where it is natural.
+    pub polarisation: Option<Stokes>,
     /// The bands (nm) through which the fit goes.
     pub bands: Vec<f64>,
     /// The plan whose observer it has.
@@ -145,7 +150,7 @@ fn compute(
     light_fields: &LightFields,
     request: &Request,
 ) -> Result<Computed> {
-    let known = latest.take().filter(|(scene, _)| is_same_sky(scene, &request.scene));
+    let known = latest.take().filter(|(scene, _)| scene.has_sky_of(&request.scene));
     let (plan, sky) = match known {
         Some((scene, plan)) if scene.camera == request.scene.camera => (plan, None),
         known => {
@@ -156,13 +161,6 @@ fn compute(
     *latest = Some((request.scene.clone(), Arc::clone(&plan)));
     let spectrum = request.point.map(|point| point_spectrum(&plan, point)).transpose()?.flatten();
     Ok(Computed { sky, spectrum })
-}
-
-/// Whether two scenes differ in nothing but the camera.
-fn is_same_sky(one: &Scene, other: &Scene) -> bool {
-    let mut one = one.clone();
-    one.camera = other.camera.clone();
-    one == *other
 }
 
 /// What a scene's camera sees of a sky that is known, or of a new one.
@@ -211,7 +209,10 @@ fn point_spectrum(plan: &Arc<Plan>, point: [f64; 2]) -> Result<Option<PointSpect
     let pairs = radiance(&fitted)?.into_iter().zip(radiance(&dense)?);
     let sample = |(&wavelength_nm, (radiance, dense)): (&f64, (f64, f64))| Sample { wavelength_nm, radiance, dense };
     let samples = wavelengths.iter().zip(pairs).map(sample).collect();
-    Ok(Some(PointSpectrum { towards, samples, bands: fitted.bands().to_vec(), plan: Arc::clone(plan) }))
+    let stokes = || StokesSpectra::new(&plan.sky, &[POLARISED_AT], StokesFrame::Vertical)?.in_directions(&[towards]);
+    let is_natural = plan.sky.scene.render.polarisation == Polarisation::Off;
+    let polarisation = if is_natural { None } else { Some(stokes()?[0][0]) };
+    Ok(Some(PointSpectrum { towards, samples, polarisation, bands: fitted.bands().to_vec(), plan: Arc::clone(plan) }))
 }
 
 #[cfg(test)]

@@ -17,8 +17,8 @@ use sorairo::low_level::words::{Word, Words, word, words};
 use sorairo::scene::command::command;
 use sorairo::scene::filmstrip::Moment;
 use sorairo::scene::place::{Place, SunPosition, Time};
-use sorairo::scene::{Exposure, GroundAlbedo, Orders, Projection, Size, ViewTransform, stops_of_ev100};
-use sorairo::{Error, Result, Scene};
+use sorairo::scene::{CameraScene, Exposure, GroundAlbedo, Orders, Projection, Size, ViewTransform, stops_of_ev100};
+use sorairo::{Error, Result, Scene, Stokes};
 
 use super::canvas::Canvas;
 use super::day::Day;
@@ -386,6 +386,7 @@ impl Window {
         orders(ui, &mut scene.render.orders);
         section(ui, "Picture");
         projections(ui, &mut scene.camera.projection);
+        polariser(ui, &mut scene.camera);
         let automatic = self.shown.as_ref().map_or(0.0, |shown| shown.plan.uniform.exposure.log2());
         exposure(ui, &mut scene.render.exposure, &mut self.by_ev100, f64::from(automatic));
         ui.horizontal(|ui| {
@@ -462,7 +463,13 @@ impl Window {
             let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
             return Some(Shape::image(picture.id(), rect, whole, Color32::WHITE));
         }
-        match self.canvas.as_mut()?.show(rect, &shown.plan.sky, &self.scene.camera) {
+        let sky = &shown.plan.sky;
+        let mut camera = self.scene.camera.clone();
+        if !sky.base.polarised {
+            // Until the polarised sky has come.
+            (camera.polariser, camera.polariser_extinction) = (None, None);
+        }
+        match self.canvas.as_mut()?.show(rect, sky, &camera) {
             Ok(image) => Some(image),
             Err(fault) => {
                 self.fault = Some(fault);
@@ -471,9 +478,17 @@ impl Window {
         }
     }
 
-    /// A hand on the picture of a perspective turns the camera; the wheel narrows its field of view.
+    /// A hand on the picture of a perspective turns the camera; the wheel narrows its field of view, and with Shift
+    /// turns a polariser.
     fn look_around(&mut self, ui: &Ui, response: &egui::Response, rect: Rect) {
         let camera = &mut self.scene.camera;
+        let scrolled = if response.hovered() { ui.input(|input| input.smooth_scroll_delta) } else { Vec2::ZERO };
+        if let Some(angle) = camera.polariser.as_mut().filter(|_| scrolled.x != 0.0) {
+            // With Shift a wheel scrolls sideways. A step of it, some 50 points, is 10 degrees.
+            *angle = (*angle + 0.2 * f64::from(scrolled.x)).rem_euclid(180.0);
+            ui.ctx().request_repaint();
+            return;
+        }
         if camera.projection != Projection::Perspective {
             return;
         }
@@ -489,7 +504,7 @@ impl Window {
             camera.look_elevation = Some(elevation.clamp(-90.0, 90.0));
             ui.ctx().request_repaint();
         }
-        let wheel = if response.hovered() { ui.input(|input| input.smooth_scroll_delta.y) } else { 0.0 };
+        let wheel = scrolled.y;
         if wheel != 0.0 {
             camera.fov = Some((fov * (-f64::from(wheel) / 400.0).exp()).clamp(NARROWEST, 150.0));
             ui.ctx().request_repaint();
@@ -513,7 +528,9 @@ impl Window {
         match (&self.spectrum, self.point) {
             (Some(spectrum), Some(_)) => {
                 ui.horizontal(|ui| {
-                    ui.label(format!("Spectrum towards {}", in_words(spectrum.towards)));
+                    let polarised = spectrum.polarisation.map(|stokes| format!(", {}", polarised_in_words(&stokes)));
+                    let polarised = polarised.unwrap_or_default();
+                    ui.label(format!("Spectrum towards {}{polarised}", in_words(spectrum.towards)));
                     ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| plot::legend(ui, spectrum));
                 });
                 plot::show(ui, spectrum);
@@ -616,6 +633,21 @@ fn projections(ui: &mut Ui, projection: &mut Projection) {
     });
 }
 
+/// A polariser before the lens, and the angle of its axis.
+fn polariser(ui: &mut Ui, camera: &mut CameraScene) {
+    let mut is_there = camera.polariser.is_some();
+    ui.horizontal(|ui| {
+        let hint = "The wheel with Shift turns it, on the sky";
+        if ui.checkbox(&mut is_there, "Polariser").on_hover_text(hint).changed() {
+            (camera.polariser, camera.polariser_extinction) = (is_there.then_some(90.0), None);
+        }
+        if let Some(angle) = &mut camera.polariser {
+            ui.spacing_mut().slider_width = 100.0;
+            ui.add(Slider::new(angle, 0.0..=180.0).suffix("°").max_decimals(1).clamping(SliderClamping::Edits));
+        }
+    });
+}
+
 /// A list of the words of a choice, each with its sentence.
 fn choice<T: Words + Clone>(ui: &mut Ui, label: &str, value: &mut T) {
     ui.label(label);
@@ -705,6 +737,12 @@ fn fractions(rect: Rect, position: Pos2) -> [f64; 2] {
 
 fn in_words(direction: Direction) -> String {
     format!("elevation {:.1}°, azimuth {:.1}°", direction.elevation, direction.azimuth)
+}
+
+fn polarised_in_words(stokes: &Stokes) -> String {
+    let Stokes { wavelength_nm, degree_of_polarisation, angle_of_polarisation_deg, .. } = stokes;
+    let percent = 100.0 * degree_of_polarisation;
+    format!("{percent:.0} % polarised at {wavelength_nm} nm, {angle_of_polarisation_deg:.0}° from the vertical")
 }
 
 /// Writes a line of text over the sky, from its lower left corner.
@@ -924,6 +962,31 @@ mod tests {
         assert!(hand.window.scene.camera.fov.expect("it was narrowed") < 50.0);
         hand.settle();
         assert!(hand.window.fault.is_none());
+    }
+
+    #[test]
+    fn the_wheel_with_shift_turns_a_polariser_that_the_sky_is_seen_through() {
+        let mut hand = Hand::open(Scene::default());
+        hand.click_on("Polariser");
+        hand.settle();
+        assert_eq!(hand.window.scene.camera.polariser, Some(90.0));
+        let shown = |hand: &Hand| hand.window.shown.as_ref().expect("a sky").plan.uniform.polariser.passes;
+        let before = shown(&hand);
+        assert!(before.x == 0.5 && before.y < -0.49, "{before}");
+        hand.frame(vec![Event::PointerMoved(pos2(CONTROLS_WIDTH + 300.0, 200.0))]);
+        hand.frame(vec![Event::MouseWheel {
+            unit: egui::MouseWheelUnit::Point,
+            delta: Vec2::new(0.0, 100.0),
+            phase: egui::TouchPhase::Move,
+            source: egui::MouseWheelSource::Unknown,
+            modifiers: Modifiers::SHIFT,
+        }]);
+        (0..20).for_each(|_| drop(hand.frame(Vec::new())));
+        let turned = hand.window.scene.camera.polariser.expect("it is there");
+        // The slider rounds each of the steps in which the scrolling ends.
+        assert!((turned - 110.0).abs() < 3.0, "{turned}");
+        hand.settle();
+        assert!(hand.window.fault.is_none() && shown(&hand) != before);
     }
 
     #[test]

@@ -21,6 +21,7 @@ const NAMES = {
   "camera.fov": "Field of view",
   "camera.look_azimuth": "Look towards",
   "camera.look_elevation": "Look up",
+  "camera.polariser": "Polariser",
   "camera.size": "Size of the picture",
   "render.fit": "Fit",
   "render.exposure": "Exposure",

@@ -29,6 +29,10 @@ export class Readout {
       ["Luminance", `${digits(sky.luminance_cd_m2)} cd·m⁻²`],
       ["Colour temperature", sky.colour_temperature_k ? `${Math.round(sky.colour_temperature_k)} K` : "none: too far from a black body"],
     ];
+    if (sky.polarisation) {
+      const { degree_of_polarisation: degree, angle_of_polarisation_deg: angle, wavelength_nm: nm } = sky.polarisation;
+      rows.push([`Polarisation at ${nm} nm`, `${(100 * degree).toFixed(1)} %, ${angle.toFixed(1)}° from the vertical`]);
+    }
     byId("figures").replaceChildren(...rows.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]));
     byId("spectrum").hidden = false;
     byId("spectrum").dataset.values = JSON.stringify(sky);

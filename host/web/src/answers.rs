@@ -7,8 +7,8 @@ use sorairo::low_level::spectrum::{Direction, appearances};
 use sorairo::low_level::words::{Word, words};
 use sorairo::scene::filmstrip::{Moment, filmstrip as moments};
 use sorairo::scene::keys::{Allowed, KEYS, Key};
-use sorairo::scene::{Fit, Preset, Rgb, ValidScene};
-use sorairo::{Error, Method, PixelFormat, Plan, Result, Scene, Spectra, xyz};
+use sorairo::scene::{Fit, Polarisation, Preset, Rgb, ValidScene};
+use sorairo::{Error, Method, PixelFormat, Plan, Result, Scene, Spectra, StokesFrame, StokesSpectra, xyz};
 
 use crate::skies::{read, read_for_canvas, sky};
 
@@ -122,6 +122,9 @@ pub fn direction(toml: &str, column: u32, row: u32) -> Result<String> {
     Ok(Value::from(found).to_string())
 }
 
+/// The wavelength (nm) whose polarisation is told.
+const POLARISED_AT: f64 = 550.0;
+
 /// The spectrum in a direction (degrees), by the fit, as `sorairo spectrum` prints it, beside that of the sun, and how it looks.
 ///
 /// # Errors
@@ -133,6 +136,9 @@ pub fn spectrum(toml: &str, azimuth: f64, elevation: f64) -> Result<String> {
     let radiance = Spectra::new(&sky, &wavelengths, Method::Fit)?.towards(elevation, azimuth)?;
     let colour = xyz(&sky, &[[elevation, azimuth]])?.remove(0);
     let appearance = appearances(&sky, &towards)?.remove(0);
+    let is_natural = sky.scene.render.polarisation == Polarisation::Off;
+    let stokes = || StokesSpectra::new(&sky, &[POLARISED_AT], StokesFrame::Vertical)?.in_directions(&towards);
+    let polarisation = if is_natural { None } else { Some(stokes()?[0][0]) };
     let optics = sky.scene.optics();
     let sun = |&wavelength: &f64| optics.solar_irradiance(wavelength);
     Ok(json!({
@@ -143,6 +149,7 @@ pub fn spectrum(toml: &str, azimuth: f64, elevation: f64) -> Result<String> {
         "xy": appearance.x.zip(appearance.y).map(|(x, y)| [x, y]),
         "luminance_cd_m2": appearance.luminance_cd_m2,
         "colour_temperature_k": appearance.cct_k,
+        "polarisation": polarisation,
     })
     .to_string())
 }

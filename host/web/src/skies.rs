@@ -39,7 +39,7 @@ const KEPT: usize = 2;
 /// The sky of a scene in a space of linear RGB: a picture's is that of its display.
 pub fn sky(scene: &ValidScene, rgb: Rgb) -> Arc<SkyPlan> {
     LAST.with_borrow_mut(|skies| {
-        let known = skies.iter().position(|sky| sky.space.rgb == rgb && is_same_sky(&sky.scene, scene));
+        let known = skies.iter().position(|sky| sky.space.rgb == rgb && sky.scene.has_sky_of(scene));
         let planned = || Arc::new(LIGHT_FIELDS.with(|fields| SkyPlan::with_light_fields(scene, rgb, fields)));
         let sky = known.map_or_else(planned, |at| skies.remove(at));
         skies.insert(0, Arc::clone(&sky));
@@ -52,10 +52,4 @@ pub fn sky(scene: &ValidScene, rgb: Rgb) -> Arc<SkyPlan> {
 #[cfg(test)]
 pub fn planned() -> usize {
     LAST.with_borrow(Vec::len)
-}
-
-fn is_same_sky(one: &Scene, other: &Scene) -> bool {
-    let mut seen = one.clone();
-    seen.camera = other.camera.clone();
-    seen == *other
 }

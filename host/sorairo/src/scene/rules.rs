@@ -38,6 +38,14 @@ impl Scene {
             Polarisation::Auto => self.camera.polariser.is_some(),
         }
     }
+
+    /// Whether another scene has the same sky: it differs in nothing but its camera, and in no polariser that asks for
+    /// other light.
+    pub fn has_sky_of(&self, other: &Self) -> bool {
+        let mut seen = self.clone();
+        seen.camera = other.camera.clone();
+        self.is_polarised() == other.is_polarised() && seen == *other
+    }
 }
 
 /// The keys of a camera's settings.

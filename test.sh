@@ -21,7 +21,7 @@ esac
 
 has_vulkan() { "$sorairo" devices 2>/dev/null | grep -vq '^CPU'; }
 
-has_linker() { command -v cc >/dev/null; }
+has_linker() { command -v cc >/dev/null || [ "${OS:-}" = Windows_NT ]; }
 
 # Installs Debian packages where that is allowed; says what it does, or what there is to do.
 install() {

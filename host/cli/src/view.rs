@@ -45,5 +45,7 @@ pub fn run(arguments: &ViewArguments) -> Result<()> {
 /// `sorairo view` without its window.
 #[cfg(not(feature = "view"))]
 pub fn run(_: &ViewArguments) -> Result<()> {
-    Err(crate::error::Error::request("this build of sorairo has no window; build it with `--features view`"))
+    Err(crate::error::Error::request(
+        "this sorairo has no window; `cargo install sorairo-cli --features view` gives one that has",
+    ))
 }

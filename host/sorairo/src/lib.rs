@@ -12,30 +12,31 @@
 //! # Ok::<(), sorairo::Error>(())
 //! ```
 //!
-//! A [`Scene`] is what a person asks for; a [`Plan`] decides once, in double precision, what to compute; a [`Device`] runs the kernels
-//! of `sorairo-shared`, on a graphics device or on the CPU. [`Renderer`] does these in one call, [`render()`] from a scene to files without
-//! ever holding the image whole. `ResidentRenderer` draws a [`SkyPlan`] into the buffers and textures of a program's own device, and reads nothing
-//! back. What these are made of is in [`low_level`].
+//! A [`Scene`] describes a sky and a camera. A [`Plan`] decides once, in double precision, what to compute. A [`Device`]
+//! runs the kernels of `sorairo-shared`, on a graphics device or on the CPU. [`Renderer`] does all three in one call;
+//! [`render()`] writes files in bounded memory. `ResidentRenderer` renders a [`SkyPlan`] into the buffers and textures of
+//! a program's own device, without a read-back. [`low_level`] holds their parts.
 //!
-//! One way for each question:
-//!
-//! | what | how |
+//! | quantity | function |
 //! | --- | --- |
 //! | an image | [`Renderer::render`] |
 //! | spectra, in one direction or in many | [`Spectra`], of a [`SkyPlan`] |
-//! | colours of directions, luminance | [`xyz`] |
-//! | irradiance of a surface that faces any way, by wavelength | [`Surface::irradiance`] |
-//! | the same as the photoreceptors of the eye weight it | [`Surface::alpha_opic`] |
-//! | what falls on level ground, in total | [`SkyLight`] |
-//! | the sun through the air | [`sun_transmittance`], [`sun_beam`] |
-//! | many suns | [`of_each_sky`]; one after the other, [`SkyPlan::with_light_fields`] |
-//! | a device of one's own | [`Renderer::with_device`] |
-//! | plans whose light that device integrates | `ResidentRenderer::light_fields`, then [`SkyPlan::with_light_fields`] |
-//! | an environment map on it, and its irradiance | `ResidentRenderer::encode_environment` |
+//! | XYZ and luminance in a direction | [`xyz`] |
+//! | spectral irradiance of a tilted surface | [`Surface::irradiance`] |
+//! | α-opic irradiance of a surface (CIE S 026) | [`Surface::alpha_opic`] |
+//! | broadband irradiance of level ground | [`SkyLight`] |
+//! | transmittance and irradiance of the sun's beam | [`sun_transmittance`], [`sun_beam`] |
+//! | skies under many suns | [`of_each_sky`] in parallel, [`SkyPlan::with_light_fields`] in turn |
+//! | images on a program's own device | [`Renderer::with_device`] |
+//! | plans computed on that device | `ResidentRenderer::light_fields`, then [`SkyPlan::with_light_fields`] |
+//! | environment maps and their irradiance, on that device | `ResidentRenderer::encode_environment` |
 //!
-//! Features, all on by default: `vulkan`, `metal`, `dx12` and `webgpu` (graphics devices, each where its platform has it), `cpu` (the CPU as a device),
-//! `encoding` (PNG and OpenEXR as bytes), `files` (as files), `scene-files` (TOML). `gpu` alone is for programs with a device of their own, whose
-//! interfaces are theirs to choose.
+//! Features on by default: `vulkan`, `metal`, `dx12` and `webgpu` (graphics interfaces, where the platform has them),
+//! `cpu` (the CPU as a device), `encoding` (PNG and OpenEXR as bytes), `files` (as files), `scene-files` (TOML). `gpu`
+//! alone is for a program that chooses the interfaces of its own wgpu.
+//!
+//! `lanes`, off by default, speeds up the CPU where it integrates every pixel. It switches glam to scalar maths
+//! (`scalar-math`) in the whole program, which is the program's choice.
 
 mod azimuth;
 mod device;
@@ -71,11 +72,11 @@ pub use renderer::{Image, Renderer};
 pub use scene::{Preset, Scene};
 pub use sorairo_shared::variant::PixelFormat;
 pub use spectra::alpha_opic::AlphaOpic;
-/// The graphics interface of [`ResidentRenderer`], in the version that it takes.
+/// The version of wgpu that [`ResidentRenderer`] takes.
 #[cfg(feature = "gpu")]
 pub use wgpu;
 
-/// What the names above are made of, for programs that need a part of it. Any version may change it.
+/// The parts of the above. Any version may change them.
 pub mod low_level {
     /// Devices that run the kernels.
     pub mod device {
@@ -86,11 +87,11 @@ pub mod low_level {
     pub mod encoding {
         pub use crate::output::encoding::*;
     }
-    /// The ways in which a request can end badly.
+    /// Errors.
     pub mod error {
         pub use crate::error::*;
     }
-    /// Files: written beside their place and renamed into it when all are whole.
+    /// Files, written under temporary names and renamed once all are complete.
     #[cfg(feature = "files")]
     pub mod files {
         pub use crate::output::files::*;
@@ -99,11 +100,11 @@ pub mod low_level {
     pub mod irradiance {
         pub use crate::measure::irradiance::*;
     }
-    /// What fills the air.
+    /// Constituents of the atmosphere.
     pub mod medium {
         pub use crate::medium::*;
     }
-    /// What to compute and what to skip, decided once per scene in double precision.
+    /// Plans: what to compute for a scene, in double precision.
     pub mod plan {
         pub use crate::plan::*;
     }
@@ -116,24 +117,24 @@ pub mod low_level {
     pub mod rows {
         pub use crate::rows::*;
     }
-    /// Frames one after the other.
+    /// Sequences of frames.
     #[cfg(feature = "files")]
     pub mod sequence {
         pub use crate::output::sequence::*;
     }
-    /// What is known per wavelength.
+    /// Spectral data.
     pub mod spectra {
         pub use crate::spectra::*;
     }
-    /// The spectrum of the sky in directions.
+    /// Spectra of the sky.
     pub mod spectrum {
         pub use crate::measure::spectrum::*;
     }
-    /// The threads on which all computing is done.
+    /// Worker threads.
     pub mod threads {
         pub use crate::threads::*;
     }
-    /// The words of choices.
+    /// Names of choices.
     pub mod words {
         pub use crate::words::*;
     }

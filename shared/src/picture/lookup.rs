@@ -416,7 +416,7 @@ pub fn along_anchors(
 /// Colours between those of four rows.
 #[inline(always)]
 pub fn between_rows(a: Constituents, b: Constituents, c: Constituents, d: Constituents, weights: Vec4) -> Constituents {
-    let Vec4 { x, y, z, w } = weights;
+    let (x, y, z, w) = (weights.x, weights.y, weights.z, weights.w);
     Constituents {
         air: a.air * x + b.air * y + c.air * z + d.air * w,
         aerosol: a.aerosol * x + b.aerosol * y + c.aerosol * z + d.aerosol * w,

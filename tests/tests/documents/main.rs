@@ -197,6 +197,28 @@ fn the_first_picture_of_the_readme_is_what_the_first_command_makes() {
     assert!(made.rgb.iter().zip(&shown.rgb).all(|(a, b)| a.abs_diff(*b) <= 1));
 }
 
+/// The numbers of a text, as it writes them.
+fn numbers(text: &str) -> impl Iterator<Item = &str> {
+    let words = text.split(|c: char| !c.is_ascii_digit() && c != '.');
+    words.filter(|word| word.starts_with(|c: char| c.is_ascii_digit()))
+}
+
+#[test]
+fn every_figure_of_the_readme_is_one_of_its_page() {
+    let readme = std::fs::read_to_string(repository().join("README.md")).unwrap();
+    let mut found = 0;
+    for row in readme.lines().filter(|line| line.starts_with("| ") && line.contains("](docs/")) {
+        let cells: Vec<&str> = row.split('|').collect();
+        let (_, link) = cells[3].split_once("](").unwrap();
+        let page = std::fs::read_to_string(repository().join(link.split(['#', ')']).next().unwrap())).unwrap();
+        for figure in numbers(cells[2]) {
+            assert!(numbers(&page).any(|number| number == figure), "{link} has no {figure}");
+            found += 1;
+        }
+    }
+    assert!(found >= 4, "{found} figures");
+}
+
 /// The files that a page shows: their names stand behind the languages of their blocks.
 fn files_shown(page: &str) -> impl Iterator<Item = (&str, &str)> {
     page.split("```").skip(1).step_by(2).filter_map(|block| {

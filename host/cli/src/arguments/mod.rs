@@ -39,18 +39,18 @@ pub struct Arguments {
 pub enum Command {
     /// Renders the sky into PNG and EXR files.
     Render(RenderArguments),
-    /// Renders numbered frames while the sun moves; those that are there already are skipped.
+    /// Renders numbered frames under a moving sun, and skips frames that exist already.
     ///
     /// The sun moves through elevations (--sun-elevation) or through time at a place (--from, --to, --frames N, --place). A
-    /// frame is skipped if each of its files is whole and was written by this version of the program for the same scene; any
-    /// other is rendered again. --frames A-B renders a part and --frame N one, so that several processes or machines can share the work. Once
-    /// every frame is there, contact.png beside the frames shows them small, up to 64, evenly spread.
+    /// frame is skipped if all its files are complete and from this version of the program and the same scene. --frames A-B
+    /// renders a range and --frame N one frame, so that processes or machines share the work. When the last frame is
+    /// complete, contact.png beside the frames shows up to 64 of them, evenly spaced.
     Sequence(SequenceArguments),
-    /// Prints the spectrum of the sky in a direction, or in many.
+    /// Prints the spectrum of the sky in one direction or many.
     Spectrum(SpectrumArguments),
-    /// Prints what the air up to a distance lets through, and the light that it adds.
+    /// Prints the transmittance of the air up to a distance, and the radiance that it adds.
     Between(BetweenArguments),
-    /// Opens a window on the sky; a click plots the spectrum.
+    /// Opens a window that shows the sky; a click plots its spectrum.
     View(ViewArguments),
     #[cfg(feature = "evaluation")]
     #[command(flatten)]
@@ -76,23 +76,23 @@ pub enum Command {
 
 #[derive(Subcommand)]
 pub enum SceneCommand {
-    /// Writes a scene file with every key at its default and a comment above each; over an existing file with --force alone.
+    /// Writes a scene file with every key and its default, each under a comment; --force replaces an existing file.
     New {
         /// File to write.
         #[arg(default_value = "scene.toml")]
         file: PathBuf,
-        /// Named atmosphere whose values are written.
+        /// Preset whose values are written.
         #[arg(long, default_value = "standard", ignore_case = true, value_parser = word_of::<Preset>())]
         preset: Preset,
         #[command(flatten)]
         replace: ReplaceFlags,
     },
-    /// Says whether a file is a scene, and names everything that is wrong with it.
+    /// Checks a scene file, and reports every error in it.
     Check {
         #[command(flatten)]
         file: SceneFile,
     },
-    /// Prints a whole scene as TOML: the preset, under the file, under the flags.
+    /// Prints a complete scene as TOML: the preset, overridden by the file, overridden by the flags.
     Show {
         /// Scene file (TOML) [default: none, the preset alone].
         file: Option<PathBuf>,
@@ -129,8 +129,8 @@ pub struct RenderArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
     #[arg(short = 'o', long = "output", value_name = "OUT", help = format!(
-        "File to write, {} (.spectral.exr for a spectral one); may be given more than once [default: sky.png and sky.exr, in the place of \
-         files that sorairo wrote, and of no others]",
+        "File to write, {} (.spectral.exr for a spectral one); repeatable [default: sky.png and sky.exr, which replace \
+         only files that sorairo wrote]",
         Format::extensions()
     ))]
     output: Vec<PathBuf>,
@@ -138,14 +138,14 @@ pub struct RenderArguments {
     replace: ReplaceFlags,
     #[command(flatten)]
     spectral: SpectralFlags,
-    /// Leave the sun's disc out of every file, to light with it, and write another beside it that shows the disc, to be
-    /// seen: sky.sun.exr beside sky.exr. Of .png, .exr and .hdr.
+    /// Write each .png, .exr and .hdr twice: without the sun's disc, for lighting, and with it, for the camera (sky.exr
+    /// and sky.sun.exr).
     #[arg(long)]
     pub split_sun: bool,
     /// Write a map of the polarisation with a legend, a .png, in the place of the sky.
     #[arg(long, value_name = "WHAT", value_enum, ignore_case = true, conflicts_with_all = ["json", "explain"])]
     pub show: Option<Shown>,
-    /// Print what the plan skips, and what that saves (with --json, as its `explain`).
+    /// Print what the plan omits, and the time that this saves (in --json as `explain`).
     #[arg(long)]
     pub explain: bool,
     /// Print one JSON object about the rendering to standard output.
@@ -165,29 +165,30 @@ pub enum Shown {
 #[derive(Args)]
 #[command(group(ArgGroup::new("suns").required(true).args(["sun-elevation", "from", "table"])))]
 pub struct SequenceArguments {
-    /// Elevations of the sun (degrees), one a frame: from A by STEP to B, which is included if it falls on a step. The sun sinks
+    /// Elevations of the sun (degrees), one per frame: from A to B by STEP, B included if it falls on a step. The sun sinks
     /// if B is below A.
     #[arg(id = "sun-elevation", long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = elevations)]
     pub sun_elevation: Option<Numbers>,
     /// Time of the first frame, with an offset from UTC, such as 2026-06-21T04:30:00+09:00; needs --to, --frames N and a place.
     #[arg(long, value_name = "TIME", requires = "to", conflicts_with = "sun-azimuth")]
     pub from: Option<Time>,
-    /// Time of the last frame, written as that of the first.
+    /// Time of the last frame, in the same format.
     #[arg(long, value_name = "TIME", requires = "from")]
     pub to: Option<Time>,
-    /// Table (CSV) of cases, one a frame: its header names keys of a scene, such as sun.elevation,ground.albedo. A manifest.csv beside the frames
-    /// says what each file shows.
+    /// Table (CSV) of cases, one per frame. Its header names keys of a scene, such as sun.elevation,ground.albedo. A
+    /// manifest.csv beside the frames lists the case of each file.
     #[arg(long, value_name = "FILE")]
     pub table: Option<PathBuf>,
-    /// N: how many frames there are between --from and --to, evenly spaced in time, both ends included. A-B: render only the
-    /// frames with the numbers A to B, counted from 0; may be given more than once [default: all].
+    /// N: number of frames from --from to --to, evenly spaced in time, both ends included. A-B: render only frames A to B,
+    /// counted from 0; repeatable [default: all].
     #[arg(long = "frames", value_name = "N|A-B")]
     pub frames: Vec<FrameChoice>,
-    /// Exposure of the pictures: a number of stops; sequence: one for all frames, from the brightest; first: one for all, from the first; auto:
-    /// each frame its own [default: that of the scene file if it is a number, or else sequence; with --table auto].
+    /// Exposure of the pictures: a number of stops; adapt: each frame as an eye adapts; auto: each frame metered;
+    /// sequence: one for all, of the brightest frame; first: one for all, of the first [default: that of the scene file
+    /// if it is fixed, else adapt; with --table that of the scene file].
     #[arg(long, value_name = "EV", allow_negative_numbers = true)]
     pub exposure: Option<FrameExposure>,
-    /// Number of the one frame to render, counted from 0, as farms hand it to a task; may be given more than once, and beside --frames A-B.
+    /// Number of a frame to render, counted from 0, as farms pass it to a task; repeatable, and combines with --frames A-B.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub frame: Vec<u32>,
     /// Scene file (TOML).
@@ -199,9 +200,9 @@ pub struct SequenceArguments {
     #[arg(long, default_value = "auto", value_name = "NAME", value_parser = device)]
     pub device: String,
     #[arg(short = 'o', long = "output", value_name = "OUT", help = format!(
-        "Files to write, {} (.spectral.exr for spectral ones); a run of # in the file name becomes the number of the frame with as many digits or \
-         more. The folder is made. May be given more than once [default: frames/sky.####.png, in the place of files that sorairo wrote, and of no \
-         others]",
+        "Files to write, {} (.spectral.exr for spectral ones); a run of # in the file name becomes the frame number with at \
+         least as many digits. The folder is created. Repeatable [default: frames/sky.####.png, which replaces only files \
+         that sorairo wrote]",
         Format::extensions()
     ))]
     output: Vec<PathBuf>,
@@ -209,8 +210,8 @@ pub struct SequenceArguments {
     pub replace: ReplaceFlags,
     #[command(flatten)]
     pub spectral: SpectralFlags,
-    /// Leave the sun's disc out of every file, to light with it, and write another beside it that shows the disc, to be
-    /// seen: sky.0001.sun.exr beside sky.0001.exr. Of .png, .exr and .hdr.
+    /// Write each .png, .exr and .hdr twice: without the sun's disc, for lighting, and with it, for the camera
+    /// (sky.0001.exr and sky.0001.sun.exr).
     #[arg(long)]
     pub split_sun: bool,
     /// Print one JSON object about the sequence and each of its frames to standard output.
@@ -236,10 +237,10 @@ pub struct SpectrumArguments {
     /// Print the sun's beam in place of the sky: rows of wavelength_nm,transmittance,irradiance.
     #[arg(long, conflicts_with = "luminance")]
     pub direct: bool,
-    /// Means over so much about each wavelength, in place of values there (nm).
+    /// Width of the band about each wavelength over which spectra are averaged (nm).
     #[arg(long, value_name = "NM", conflicts_with = "luminance", value_parser = number)]
     pub resolution: Option<f64>,
-    /// Table (CSV) of directions in place of one: an elevation and an azimuth in each row (degrees).
+    /// Table (CSV) of directions: an elevation and an azimuth per row (degrees).
     #[arg(long, value_name = "FILE", conflicts_with = "direct")]
     pub directions: Option<PathBuf>,
     /// Wavelengths in nm: START:END:STEP, or a list with commas.
@@ -248,10 +249,11 @@ pub struct SpectrumArguments {
     /// Print luminance (cd·m⁻²), chromaticity and correlated colour temperature (K) in place of the spectrum.
     #[arg(long, conflicts_with = "wavelengths")]
     pub luminance: bool,
-    /// Print the Stokes vector in place of radiance: rows of wavelength_nm,stokes_i,stokes_q,stokes_u and the degree and the angle of polarisation.
+    /// Print the Stokes vector in place of radiance: rows of wavelength_nm,stokes_i,stokes_q,stokes_u and the degree and
+    /// angle of polarisation.
     #[arg(long, conflicts_with_all = ["luminance", "direct", "resolution"])]
     pub stokes: bool,
-    /// Plane from which it counts: vertical, or that of the camera's top.
+    /// Reference plane of the Stokes vector.
     #[arg(long, value_name = "NAME", requires = "stokes", default_value = "vertical", ignore_case = true, value_parser = word_of::<StokesFrame>())]
     pub stokes_frame: StokesFrame,
     /// Format of the output.
@@ -272,7 +274,7 @@ pub struct BetweenArguments {
     /// Azimuth of the direction, clockwise from north (degrees).
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
     pub view_azimuth: f64,
-    /// Distance up to which air counts (km); inf for all of it.
+    /// Distance to the object (km); inf for the whole path through the air.
     #[arg(long, value_name = "KM", allow_negative_numbers = true, value_parser = number)]
     pub distance: f64,
     /// Wavelengths in nm: START:END:STEP, or a list with commas.
@@ -295,16 +297,16 @@ pub enum BetweenFormat {
 pub struct ViewArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// Point whose spectrum is plotted at first: fractions of the sky's width and height, from the top left.
+    /// Point whose spectrum is plotted first, as fractions of the sky's width and height from the top left.
     #[arg(long, value_name = "X,Y", value_parser = fractions)]
     pub click: Option<[f64; 2]>,
-    /// Save the window's content as a picture once all of it is shown, and close.
+    /// Save the window as a picture once it is complete, and close.
     #[arg(short = 'o', long, value_name = "FILE.png")]
     pub screenshot: Option<PathBuf>,
-    /// Show so many skies while the sun rises, print how many there were a second, and close.
+    /// Show N skies under a rising sun, print their rate, and close.
     #[arg(long, value_name = "N", conflicts_with = "screenshot", value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
-    /// Print the count as one JSON object.
+    /// Print the rate as one JSON object.
     #[arg(long, requires = "frames")]
     pub json: bool,
 }
@@ -317,9 +319,9 @@ fn fractions(text: &str) -> std::result::Result<[f64; 2], String> {
 
 #[derive(Clone, Copy, ValueEnum)]
 pub enum SpectrumFormat {
-    /// Rows of wavelength_nm,radiance,dense; of many directions, each after view_elevation,view_azimuth.
+    /// Rows of wavelength_nm,radiance,dense; for many directions preceded by view_elevation,view_azimuth.
     Csv,
-    /// An array of objects with the same names; of many directions, an array of those.
+    /// An array of objects with the same names; for many directions an array of such arrays.
     Json,
 }
 
@@ -354,7 +356,7 @@ impl SequenceArguments {
     }
 }
 
-/// A request for files of these names, or else of the usual ones: nobody named those, so another program's files stay.
+/// A request for the named files, or for the default ones, which replace no other program's files.
 fn request(outputs: &[PathBuf], usual: &[&str], replace: &ReplaceFlags, spectral: &SpectralFlags) -> Request {
     let (outputs, allowed) = match outputs {
         [] => (usual.iter().map(PathBuf::from).collect(), Replace::Own),

@@ -14,7 +14,7 @@ use crate::values::Values;
 
 #[derive(Args)]
 pub struct SpectralFlags {
-    /// Make every EXR file a spectral one, whatever its name.
+    /// Write every EXR file with spectra, whatever its name.
     #[arg(long)]
     spectral: bool,
     /// Wavelengths of spectral files in nm: START:END:STEP, or a list with commas [default: 380:780:10, with
@@ -34,10 +34,10 @@ impl SpectralFlags {
 /// What becomes of files that are there already.
 #[derive(Args)]
 pub struct ReplaceFlags {
-    /// Replace files that are there already, whatever wrote them.
+    /// Replace existing files, whichever program wrote them.
     #[arg(short, long, conflicts_with = "no_clobber")]
     pub force: bool,
-    /// Replace no file that is there already.
+    /// Replace no existing file.
     #[arg(short, long)]
     pub no_clobber: bool,
 }

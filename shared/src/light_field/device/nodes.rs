@@ -77,11 +77,11 @@ fn store_origin(
     variant: u32,
 ) {
     let medium = buffers.medium(uniform);
-    let Vec4 { x: altitude, z: sine, .. } = ray_of(uniform, buffers.tables, ray);
+    let start = ray_of(uniform, buffers.tables, ray);
     let ground = ground_on_way(medium, way, variant);
     let radius = medium.atmosphere.ground_radius + way.ray.altitude;
     // Where a ray from outside enters, it is as far from the planet's centre as anywhere else.
-    let sine = sine * ((medium.atmosphere.ground_radius + altitude) / radius);
+    let sine = start.z * ((medium.atmosphere.ground_radius + start.x) / radius);
     let at = uniform.values.origins as usize + OF_ORIGIN * ray;
     let is_seen = if ground.is_seen { 1.0 } else { 0.0 };
     store(values, at, Vec4::new(radius, way.ray.mu, sine, ground.distance));

@@ -27,6 +27,7 @@
 //! | irradiance of a surface that faces any way, by wavelength | [`Surface::irradiance`] |
 //! | the same as the photoreceptors of the eye weight it | [`Surface::alpha_opic`] |
 //! | what falls on level ground, in total | [`SkyLight`] |
+//! | the air in front of things, by wavelength or as RGB | [`AirBetween`], [`AirBetweenRgb`] |
 //! | the sun through the air | [`sun_transmittance`], [`sun_beam`] |
 //! | many suns | [`of_each_sky`]; one after the other, [`SkyPlan::with_light_fields`] |
 //! | a device of one's own | [`Renderer::with_device`] |
@@ -57,6 +58,7 @@ pub use device::Device;
 pub use device::gpu::{EnvironmentTarget, ResidentRenderer, Target};
 pub use error::{Error, Result};
 pub use measure::between::{AirBetween, BetweenSample};
+pub use measure::between_rgb::{AirBetweenRgb, BetweenRgb};
 pub use measure::broadband::Broadband;
 pub use measure::irradiance::{Harmonics, SkyLight};
 pub use measure::spectral_irradiance::SpectralIrradiance;

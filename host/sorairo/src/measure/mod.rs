@@ -1,6 +1,7 @@
 //! What is measured of a sky.
 
 pub mod between;
+pub mod between_rgb;
 pub mod broadband;
 pub mod irradiance;
 pub mod spectral_irradiance;

@@ -28,6 +28,7 @@
 //! | the same as the photoreceptors of the eye weight it | [`Surface::alpha_opic`] |
 //! | what falls on level ground, in total | [`SkyLight`] |
 //! | the air in front of things, by wavelength or as RGB | [`AirBetween`], [`AirBetweenRgb`] |
+//! | the same before a camera, at many places | [`AirVolume`] |
 //! | the sun through the air | [`sun_transmittance`], [`sun_beam`] |
 //! | many suns | [`of_each_sky`]; one after the other, [`SkyPlan::with_light_fields`] |
 //! | a device of one's own | [`Renderer::with_device`] |
@@ -66,6 +67,7 @@ pub use measure::spectrum::{Method, Sample, Spectra, spectrum, xyz};
 pub use measure::stokes::{Stokes, StokesFrame, StokesSpectra};
 pub use measure::suns::{of_each_numbered_sky, of_each_sky};
 pub use measure::surface::{BeamSample, Irradiance, Surface, sun_beam, sun_transmittance};
+pub use measure::volume::{AirVolume, VolumeSize};
 #[cfg(feature = "files")]
 pub use output::render::{Report, Request, render};
 pub use plan::{LightFields, Plan, SkyPlan};

@@ -17,3 +17,4 @@ mod solve;
 mod spectra;
 mod sun;
 mod thick;
+mod volume;

@@ -9,3 +9,4 @@ pub mod spectrum;
 pub mod stokes;
 pub mod suns;
 pub mod surface;
+pub mod volume;

@@ -81,6 +81,11 @@ pub use wgpu;
 
 /// What the names above are made of, for programs that need a part of it. Any version may change it.
 pub mod low_level {
+    /// The air before the pixels of an image, as a file.
+    #[cfg(feature = "files")]
+    pub mod aerial {
+        pub use crate::output::aerial::*;
+    }
     /// Devices that run the kernels.
     pub mod device {
         pub use crate::device::*;

@@ -20,7 +20,7 @@ use sorairo::scene::place::Time;
 use crate::flags::{SceneFlags, SharedFlags, SkyFlags, word_of};
 use crate::ranges::{FrameChoice, FrameExposure, Numbers, elevations, wavelengths};
 
-pub use between::{BetweenArguments, BetweenFormat};
+pub use between::{AerialArguments, BetweenArguments, BetweenFormat};
 #[cfg(feature = "evaluation")]
 pub use measuring::{BandsArguments, BenchArguments, EvaluationCommand, ReproduceArguments, StressArguments};
 pub use shared::{ReplaceFlags, SceneArguments, SpectralFlags, scene};
@@ -52,6 +52,11 @@ pub enum Command {
     Spectrum(SpectrumArguments),
     /// Prints what the air up to a distance lets through, and the light that it adds.
     Between(BetweenArguments),
+    /// Writes the air before each pixel of a depth image: what it adds and lets through, or a picture seen through it.
+    ///
+    /// The depth image says how large the output is. An infinite depth, or one of 10¹⁰ and more, is the sky, or the scene's own ground where
+    /// that is seen; a depth behind the ground ends on it. Light is linear RGB as in the EXR files of `render`, exposed by --exr-exposure alone.
+    Aerial(Box<AerialArguments>),
     /// Opens a window on the sky; a click plots the spectrum.
     View(ViewArguments),
     #[cfg(feature = "evaluation")]

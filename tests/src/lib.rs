@@ -7,4 +7,5 @@ pub mod own_device;
 pub mod program;
 pub mod python;
 pub mod sky;
+pub mod terrain;
 pub mod wait;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, WritableImage, read_first_flat_layer_from_file};
 
 /// How a run of the program ended.
 #[derive(Debug)]
@@ -157,4 +157,27 @@ pub fn read_exr(path: &Path) -> (Image<f32>, [[f32; 2]; 4]) {
     let c = chromaticities;
     let points = [c.red, c.green, c.blue, c.white].map(|point| [point.x(), point.y()]);
     (Image { width: size.width(), height: size.height(), rgb }, points)
+}
+
+/// Writes an EXR of some channels in 32 bit floats, whose values are given row by row from the top.
+///
+/// # Panics
+///
+/// If it cannot be written.
+pub fn write_channels(path: &Path, (width, height): (usize, usize), channels: &[(&str, Vec<f32>)]) {
+    let channel = |(name, values): &(&str, Vec<f32>)| AnyChannel::new(*name, FlatSamples::F32(values.clone()));
+    let channels = AnyChannels::sort(channels.iter().map(channel).collect());
+    exr::prelude::Image::from_channels((width, height), channels).write().to_file(path).expect("an EXR");
+}
+
+/// The channels of an EXR by name.
+///
+/// # Panics
+///
+/// If the file is not one.
+pub fn read_channels(path: &Path) -> BTreeMap<String, Vec<f32>> {
+    let file = read_first_flat_layer_from_file(path).expect("an EXR");
+    let channel =
+        |channel: AnyChannel<FlatSamples>| (channel.name.to_string(), channel.sample_data.values_as_f32().collect());
+    file.layer_data.channel_data.list.into_iter().map(channel).collect()
 }

@@ -1,7 +1,8 @@
 //! The command that prints what lies between an observer and a point.
 
+use serde::Serialize;
 use sorairo::low_level::spectrum::Direction;
-use sorairo::{AirBetween, BetweenSample, SkyPlan};
+use sorairo::{AirBetween, AirBetweenRgb, BetweenRgb, BetweenSample, SkyPlan};
 
 use crate::arguments::{BetweenArguments, BetweenFormat, scene};
 use crate::error::Result;
@@ -10,16 +11,37 @@ use crate::output::print_line;
 /// `sorairo between`.
 pub fn run(arguments: &BetweenArguments) -> Result<()> {
     let scene = scene(arguments.scene.as_deref(), &arguments.sky.0)?;
-    let sky = SkyPlan::new(&scene, scene.render.rgb);
+    let space = arguments.rgb.flatten().unwrap_or(scene.render.rgb);
+    let sky = SkyPlan::new(&scene, space);
     let direction = Direction { elevation: arguments.view_elevation, azimuth: arguments.view_azimuth };
-    let found = AirBetween::new(&sky, &arguments.wavelengths)?.until(&direction, arguments.distance)?;
+    let printed = if arguments.rgb.is_some() {
+        let found = AirBetweenRgb::new(&sky).until(&direction, arguments.distance)?;
+        printed(arguments.format, &found, || rows_of_channels(&found))
+    } else {
+        let found = AirBetween::new(&sky, &arguments.wavelengths)?.until(&direction, arguments.distance)?;
+        printed(arguments.format, &found, || rows_of_wavelengths(&found))
+    };
+    print_line(&printed)
+}
+
+fn printed(format: BetweenFormat, found: &impl Serialize, rows: impl FnOnce() -> String) -> String {
+    match format {
+        BetweenFormat::Csv => rows(),
+        BetweenFormat::Json => serde_json::to_string(found).expect("what is printed is plain data"),
+    }
+}
+
+fn rows_of_wavelengths(found: &[BetweenSample]) -> String {
     let row = |BetweenSample { wavelength_nm, transmittance, radiance }: &BetweenSample| {
         format!("\n{wavelength_nm},{transmittance:e},{radiance:e}")
     };
-    print_line(&match arguments.format {
-        BetweenFormat::Csv => {
-            "wavelength_nm,transmittance,radiance".to_owned() + &found.iter().map(row).collect::<String>()
-        }
-        BetweenFormat::Json => serde_json::to_string(&found).expect("what is printed is plain data"),
-    })
+    "wavelength_nm,transmittance,radiance".to_owned() + &found.iter().map(row).collect::<String>()
+}
+
+fn rows_of_channels(BetweenRgb { transmittance, radiance }: &BetweenRgb) -> String {
+    let row = |((channel, transmittance), radiance): ((&str, &f64), &f64)| {
+        format!("\n{channel},{transmittance:e},{radiance:e}")
+    };
+    let rows = ["r", "g", "b"].into_iter().zip(transmittance).zip(radiance).map(row);
+    "channel,transmittance,radiance".to_owned() + &rows.collect::<String>()
 }

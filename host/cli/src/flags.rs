@@ -104,7 +104,9 @@ fn all() -> impl Iterator<Item = &'static SceneFlag> {
 }
 
 /// Arguments of the library that are no keys, with their flags.
-const ARGUMENTS: [(&str, &str); 9] = [
+const ARGUMENTS: [(&str, &str); 11] = [
+    ("depth", "--depth"),
+    ("beauty", "--beauty"),
     ("distance", "--distance"),
     ("resolution", "--resolution"),
     ("visibility", "--visibility"),

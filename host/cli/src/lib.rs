@@ -1,5 +1,6 @@
 //! The command line of sorairo.
 
+mod aerial;
 pub mod arguments;
 mod between;
 mod cases;
@@ -66,6 +67,7 @@ fn dispatch(command: Command) -> Result<()> {
         Command::Sequence(arguments) => sequence::run(&arguments),
         Command::Spectrum(arguments) => spectrum::run(&arguments),
         Command::Between(arguments) => between::run(&arguments),
+        Command::Aerial(arguments) => aerial::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         #[cfg(feature = "evaluation")]
         Command::Evaluation(command) => evaluation::run(&command),

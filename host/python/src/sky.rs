@@ -11,8 +11,8 @@ use sorairo::scene::file::text;
 use sorairo::scene::keys::files;
 use sorairo::scene::{CameraScene, Scene, Size, ValidScene};
 use sorairo::{
-    AirBetween, AlphaOpic, Error, Irradiance, LightFields, Method, PixelFormat, Plan, Result, SkyPlan, Spectra,
-    StokesFrame, StokesSpectra, Surface, sun_transmittance, xyz,
+    AirBetween, AirBetweenRgb, AlphaOpic, Error, Irradiance, LightFields, Method, PixelFormat, Plan, Result, SkyPlan,
+    Spectra, StokesFrame, StokesSpectra, Surface, sun_transmittance, xyz,
 };
 
 use crate::device;
@@ -102,6 +102,20 @@ impl NativeSky {
         let wavelengths = self.wavelengths(&wavelengths)?;
         let sky = Arc::clone(&self.sky);
         let found = work(py, move |stop| between(&sky, &directions, &distances, &wavelengths, stop))?;
+        let [transmittance, radiance] = found.map(|values| PyArray1::from_vec(py, values));
+        Ok((transmittance, radiance))
+    }
+
+    fn between_rgb<'py>(
+        &self,
+        py: Python<'py>,
+        elevations: PyReadonlyArray1<'py, f64>,
+        azimuths: PyReadonlyArray1<'py, f64>,
+        distances: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
+        let (directions, distances) = (directions(&elevations, &azimuths)?, distances.as_slice()?.to_vec());
+        let sky = Arc::clone(&self.sky);
+        let found = work(py, move |stop| between_rgb(&sky, &directions, &distances, stop))?;
         let [transmittance, radiance] = found.map(|values| PyArray1::from_vec(py, values));
         Ok((transmittance, radiance))
     }
@@ -345,6 +359,20 @@ fn between(
         let found = air.until(&Direction { elevation, azimuth }, distance)?;
         transmittance.extend(found.iter().map(|sample| sample.transmittance));
         radiance.extend(found.iter().map(|sample| sample.radiance));
+    }
+    Ok([transmittance, radiance])
+}
+
+/// The same as linear RGB.
+fn between_rgb(sky: &SkyPlan, directions: &[[f64; 2]], distances: &[f64], stop: &Stop) -> Result<[Vec<f64>; 2]> {
+    let room = || array(&[directions.len(), 3], 0);
+    let (mut transmittance, mut radiance) = (room()?, room()?);
+    let air = AirBetweenRgb::new(sky);
+    for (&[elevation, azimuth], &distance) in directions.iter().zip(distances) {
+        stop.check()?;
+        let found = air.until(&Direction { elevation, azimuth }, distance)?;
+        transmittance.extend(found.transmittance);
+        radiance.extend(found.radiance);
     }
     Ok([transmittance, radiance])
 }

@@ -90,6 +90,8 @@ WRONG_QUESTIONS = [
     (lambda sky: sky.radiance(10, 0, [550, 270]), "wavelengths holds 270; wavelengths must lie between 280 and 2500 nm"),
     (lambda sky: sky.between(10, 0, -1, 550), "distance is -1; it must be 0 km or more"),
     (lambda sky: sky.between(-10, 0, 1, 550), "distance is 1 km, and the ground is 0.000 km away there"),
+    (lambda sky: sky.between(10, 0, 1), "wavelengths are wanted, or rgb=True in their place"),
+    (lambda sky: sky.between(10, 0, 1, 550, rgb=True), "wavelengths are wanted, or rgb=True in their place"),
     (lambda sky: sky.radiance(10, 0, []), "wavelengths is empty"),
     (lambda sky: sky.radiance(10, 0, [[550]]), "wavelengths has 2 axes"),
     (lambda sky: sky.radiance("up", 0, 550), "elevation is 'up'; numbers are wanted"),

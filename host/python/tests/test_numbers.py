@@ -44,6 +44,18 @@ def test_the_air_before_a_point_is_that_of_the_command(command, parameters, flag
     assert list(radiance[1, 1]) == [sample["radiance"] for sample in said]
 
 
+def test_the_air_before_a_point_as_rgb_is_that_of_the_command(command):
+    sky = sorairo.Sky(sun_elevation=20, sun_azimuth=0)
+    transmittance, radiance = sky.between(2, [90, 10], [[0], [20]], rgb=True)
+    assert transmittance.shape == radiance.shape == (2, 2, 3)
+    assert (transmittance[0] == 1).all() and (radiance[0] == 0).all()
+    # Air takes blue and gives blue.
+    assert (np.diff(transmittance[1]) < 0).all() and (radiance[1, 0, 2] > radiance[1, 0, 0]).all()
+    view = ["--view-elevation=2", "--view-azimuth=10", "--distance=20", "--rgb", "--format=json"]
+    said = json.loads(command("between", *view, "--sun-elevation=20", "--sun-azimuth=0"))
+    assert list(transmittance[1, 1]) == said["transmittance"] and list(radiance[1, 1]) == said["radiance"]
+
+
 def test_stokes_vectors_are_those_of_the_command(command):
     sky = sorairo.Sky("earth", sun_elevation=20, sun_azimuth=0, keys={"render.polarisation": "on"})
     at = [400, 550]

@@ -26,6 +26,8 @@
 //! | α-opic irradiance of a surface (CIE S 026) | [`Surface::alpha_opic`] |
 //! | broadband irradiance of level ground | [`SkyLight`] |
 //! | transmittance and irradiance of the sun's beam | [`sun_transmittance`], [`sun_beam`] |
+//! | the air in front of objects, by wavelength or as RGB | [`AirBetween`], [`AirBetweenRgb`] |
+//! | the same at many places before a camera | [`AirVolume`] |
 //! | skies under many suns | [`of_each_sky`] in parallel, [`SkyPlan::with_light_fields`] in turn |
 //! | images on a program's own device | [`Renderer::with_device`] |
 //! | plans computed on that device | `ResidentRenderer::light_fields`, then [`SkyPlan::with_light_fields`] |
@@ -58,6 +60,7 @@ pub use device::Device;
 pub use device::gpu::{EnvironmentTarget, ResidentRenderer, Target};
 pub use error::{Error, Result};
 pub use measure::between::{AirBetween, BetweenSample};
+pub use measure::between_rgb::{AirBetweenRgb, BetweenRgb};
 pub use measure::broadband::Broadband;
 pub use measure::irradiance::{Harmonics, SkyLight};
 pub use measure::spectral_irradiance::SpectralIrradiance;
@@ -65,6 +68,7 @@ pub use measure::spectrum::{Method, Sample, Spectra, spectrum, xyz};
 pub use measure::stokes::{Stokes, StokesFrame, StokesSpectra};
 pub use measure::suns::{of_each_numbered_sky, of_each_sky};
 pub use measure::surface::{BeamSample, Irradiance, Surface, sun_beam, sun_transmittance};
+pub use measure::volume::{AirVolume, VolumeSize};
 #[cfg(feature = "files")]
 pub use output::render::{Report, Request, render};
 pub use plan::{LightFields, Plan, SkyPlan};
@@ -78,6 +82,11 @@ pub use wgpu;
 
 /// The parts of the above. Any version may change them.
 pub mod low_level {
+    /// The air before the pixels of an image, as a file.
+    #[cfg(feature = "files")]
+    pub mod aerial {
+        pub use crate::output::aerial::*;
+    }
     /// Devices that run the kernels.
     pub mod device {
         pub use crate::device::*;

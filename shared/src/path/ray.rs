@@ -43,6 +43,8 @@ pub(crate) struct Way {
     shadow: Interval,
     /// The cones on which that begins and ends.
     edges: [Shadow; 2],
+    /// Whether it ends in the air while it falls, on neither the ground nor a cone.
+    ends_falling: bool,
 }
 
 /// The part of a ray of so many km that lies in the planet's shadow, and the cones on which it begins and ends. Of bent
@@ -89,7 +91,7 @@ impl Way {
         if variant & variant::SHADOW != 0 {
             (dark, edges) = in_shadow(medium, ray, length, variant);
         }
-        Self { ray, length, perigee, lowest, shadow: dark, edges }
+        Self { ray, length, perigee, lowest, shadow: dark, edges, ends_falling: false }
     }
 
     /// The part of it up to a distance (km) from where its ray begins, which may be before it enters the atmosphere.
@@ -101,7 +103,7 @@ impl Way {
         let length = min(max(distance - entered, 0.0), self.length);
         let falls = (length < self.perigee) & (length < self.length);
         let lowest = if falls { altitude_along(shell, self.ray, length) } else { self.lowest };
-        Self { length, lowest, ..self }
+        Self { length, lowest, ends_falling: falls, ..self }
     }
 
     /// Whether it ends on the ground: before its lowest point. Only for a variant in which a ray can descend.
@@ -134,7 +136,8 @@ impl Way {
         // shadow.
         let at_lowest = (low == perigee) | (!rising & (low == length));
         let mut altitude = if at_lowest { lowest } else { altitude_along(shell, ray, low) };
-        if (variant & variant::SHADOW != 0) & (low != perigee) {
+        let is_in_the_air = self.ends_falling & (low == length);
+        if (variant & variant::SHADOW != 0) & (low != perigee) & !is_in_the_air {
             let [begins, ends] = self.edges;
             let edge = if low >= self.shadow.end { ends } else { begins };
             altitude = altitude_of_lit_end(Shell { shadow: edge, ..shell }, ray, low, altitude);

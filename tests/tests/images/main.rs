@@ -1,5 +1,6 @@
 //! What images show, in any scene.
 
+mod aerial;
 mod below;
 mod environment;
 mod hdr;

@@ -1,5 +1,6 @@
 //! The program as a person runs it, and what other programs make of its files.
 
+mod aerial;
 mod cli;
 mod ecosystem;
 mod examples;

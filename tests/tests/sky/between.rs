@@ -2,10 +2,12 @@
 
 use rayon::prelude::*;
 use sorairo::low_level::plan::direction;
+use sorairo::low_level::spectra::observer;
 use sorairo::low_level::spectrum::{DenseSpectrum, Direction};
 use sorairo::scene::{GroundAlbedo, Orders, Preset, Rgb, Scene};
-use sorairo::{AirBetween, BetweenSample, SkyPlan};
-use sorairo_shared::glam::DVec3;
+use sorairo::{AirBetween, AirBetweenRgb, BetweenSample, SkyPlan};
+use sorairo_evaluation::stress::between::from_there;
+use sorairo_shared::glam::{DVec3, Vec3};
 
 const WAVELENGTHS: [f64; 4] = [400.0, 500.0, 600.0, 700.0];
 
@@ -15,25 +17,6 @@ fn sky(scene: &Scene) -> SkyPlan {
 
 fn between(sky: &SkyPlan, elevation: f64, azimuth: f64, distance: f64) -> Vec<BetweenSample> {
     AirBetween::new(sky, &WAVELENGTHS).unwrap().until(&Direction { elevation, azimuth }, distance).unwrap()
-}
-
-/// The angle between two directions about the vertical (degrees).
-fn azimuth_between(a: DVec3, b: DVec3, up: DVec3) -> f64 {
-    let level = |v: DVec3| (v - up * v.dot(up)).normalize();
-    level(a).dot(level(b)).clamp(-1.0, 1.0).acos().to_degrees()
-}
-
-/// The scene as one sees it from a distance (km) along a ray, and the direction in which the ray goes on there.
-fn from_there(scene: &Scene, (elevation, azimuth): (f64, f64), distance: f64) -> (Scene, Direction) {
-    let radius = scene.atmosphere.ground_radius;
-    let view = direction(elevation, azimuth);
-    let sun = direction(scene.sun.elevation, scene.sun.azimuth);
-    let place = DVec3::Z * (radius + scene.observer.altitude) + view * distance;
-    let up = place.normalize();
-    let mut there = scene.clone();
-    there.observer.altitude = (place.length() - radius).max(0.0);
-    (there.sun.elevation, there.sun.azimuth) = (up.dot(sun).asin().to_degrees(), 0.0);
-    (there, Direction { elevation: up.dot(view).asin().to_degrees(), azimuth: azimuth_between(view, sun, up) })
 }
 
 /// `L(from) = L(from to P) + T L(P)`: from the ground, a hill, an aeroplane, a balloon and orbit; up, level, down and through the limb.
@@ -48,6 +31,8 @@ fn light_of_a_ray_is_that_of_its_near_part_and_what_comes_through_it() {
         (12.0, 30.0, (-10.0, 45.0), 40.0),
         (12.0, 2.0, (-2.0, 30.0), 150.0),
         (12.0, -6.0, (1.0, 90.0), 100.0),
+        // It ends in lit air over ground that lies in the planet's shadow.
+        (6.0, -0.6, (-86.0, 67.0), 2.7),
         (40.0, 10.0, (-5.0, 150.0), 500.0),
         (400.0, 30.0, (-30.0, 20.0), 750.0),
         (400.0, 0.0, (-19.2, 0.0), 2000.0),
@@ -59,7 +44,8 @@ fn light_of_a_ray_is_that_of_its_near_part_and_what_comes_through_it() {
             let here = sky(&scene);
             let whole = DenseSpectrum::new(&here, &WAVELENGTHS).radiance(direction(elevation, azimuth).as_vec3());
             let (there, onwards) = from_there(&scene, (elevation, azimuth), distance);
-            let far = DenseSpectrum::new(&sky(&there), &WAVELENGTHS).radiance(onwards.vector().unwrap());
+            let onwards = direction(onwards.0, onwards.1).as_vec3();
+            let far = DenseSpectrum::new(&sky(&there), &WAVELENGTHS).radiance(onwards);
             let near = between(&here, elevation, azimuth, distance);
             let brightest = whole.iter().copied().fold(0.0, f64::max);
             let what = format!("{:?}, {altitude} km, sun at {sun}°, {elevation}° up, {distance} km", scene.began_as());
@@ -138,4 +124,46 @@ fn what_lies_below_the_ground_is_no_distance() {
     assert!(refused(10.0, -1.0).contains("it must be 0 km or more") && refused(10.0, f64::NAN).contains("is NaN"));
     assert!(refused(91.0, 1.0).starts_with("view_elevation is 91"));
     assert!(air.until(&Direction { elevation: -90.0, azimuth: 0.0 }, 1.0).unwrap()[0].transmittance < 1.0);
+}
+
+/// Far away nothing is left but the sky, whose colour a fit makes of four bands.
+#[test]
+fn all_the_air_has_the_colour_of_the_sky() {
+    for (preset, sun) in [(Preset::Standard, 40.0), (Preset::Standard, 2.0), (Preset::Hazy, 20.0), (Preset::Mars, 10.0)]
+    {
+        let mut scene = Scene::preset(preset);
+        scene.sun.elevation = sun;
+        let sky = sky(&scene);
+        let air = AirBetweenRgb::new(&sky);
+        for (elevation, azimuth) in [(0.5, 20.0), (5.0, 160.0), (60.0, 90.0)] {
+            let found = air.until(&Direction { elevation, azimuth }, f64::INFINITY).unwrap();
+            let found = Vec3::from_array(found.radiance.map(|value| value as f32));
+            let colour = sky.radiance(direction(elevation, azimuth).as_vec3());
+            let off = (found - colour).abs().max_element() / colour.max_element();
+            // What the fit of colours leaves of the sky: see docs/accuracy.md.
+            assert!(off < 0.01, "{preset:?}, sun at {sun}°, {elevation}° up: {found}, not {colour}");
+        }
+    }
+}
+
+/// Transmittance in three colours is that of sunlight; what a spectrum lets through of a grey wall in the sun is the same.
+#[test]
+fn a_wall_in_the_sun_is_reddened_as_its_spectrum_is() {
+    let mut scene = Scene::preset(Preset::Standard);
+    (scene.sun.elevation, scene.observer.altitude) = (30.0, 1.0);
+    let sky = sky(&scene);
+    let at = Direction { elevation: -0.5, azimuth: 60.0 };
+    let (optics, nodes) = (scene.optics(), observer::wavelengths());
+    let seen = AirBetween::new(&sky, &nodes).unwrap().until(&at, 50.0).unwrap();
+    let xyz = |of: &dyn Fn(usize) -> f64| {
+        let spectrum: Vec<f64> = (0..nodes.len()).map(|i| of(i) * optics.solar_irradiance(nodes[i])).collect();
+        sky.space.from_xyz * observer::xyz_of_samples(sky.observer, &spectrum)
+    };
+    let expected: DVec3 = xyz(&|i| seen[i].transmittance) / xyz(&|_| 1.0);
+    let found = DVec3::from_array(AirBetweenRgb::new(&sky).until(&at, 50.0).unwrap().transmittance);
+    // Between the sun's spectrum at the nodes and its means about them lie its lines.
+    assert!((found - expected).abs().max_element() < 5e-3, "{found}, not {expected}");
+    assert!(found.x > found.y && found.y > found.z && found.z > 0.0 && found.x < 1.0, "{found}");
+    let near = AirBetweenRgb::new(&sky).until(&at, 0.0).unwrap();
+    assert_eq!((near.transmittance, near.radiance), ([1.0; 3], [0.0; 3]));
 }

@@ -18,3 +18,4 @@ mod solve;
 mod spectra;
 mod sun;
 mod thick;
+mod volume;

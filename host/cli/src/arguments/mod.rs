@@ -2,6 +2,7 @@
 
 #![expect(missing_docs, reason = "a doc comment here is the text of a help page")]
 
+mod between;
 #[cfg(feature = "evaluation")]
 mod measuring;
 mod shared;
@@ -19,6 +20,7 @@ use sorairo::scene::place::Time;
 use crate::flags::{SceneFlags, SharedFlags, SkyFlags, word_of};
 use crate::ranges::{FrameChoice, FrameExposure, Numbers, elevations, wavelengths};
 
+pub use between::{AerialArguments, BetweenArguments, BetweenFormat};
 #[cfg(feature = "evaluation")]
 pub use measuring::{BandsArguments, BenchArguments, EvaluationCommand, ReproduceArguments, StressArguments};
 pub use shared::{ReplaceFlags, SceneArguments, SpectralFlags, scene};
@@ -50,6 +52,12 @@ pub enum Command {
     Spectrum(SpectrumArguments),
     /// Prints the transmittance of the air up to a distance, and the radiance that it adds.
     Between(BetweenArguments),
+    /// Writes the air before each pixel of a depth image: its light and its transmittance, or a picture seen through it.
+    ///
+    /// The depth image gives the size of the output. An infinite depth, or one of 10¹⁰ and more, is the sky or the
+    /// scene's ground; a depth behind the ground ends on it. Light is linear RGB as in the EXR files of `render`, exposed
+    /// by --exr-exposure alone.
+    Aerial(Box<AerialArguments>),
     /// Opens a window that shows the sky; a click plots its spectrum.
     View(ViewArguments),
     #[cfg(feature = "evaluation")]
@@ -259,38 +267,6 @@ pub struct SpectrumArguments {
     /// Format of the output.
     #[arg(long, value_enum, ignore_case = true, default_value_t = SpectrumFormat::Csv)]
     pub format: SpectrumFormat,
-}
-
-#[derive(Args)]
-pub struct BetweenArguments {
-    /// Scene file (TOML).
-    #[arg(long, value_name = "FILE")]
-    pub scene: Option<PathBuf>,
-    #[command(flatten)]
-    pub sky: SkyFlags,
-    /// Elevation of the direction (degrees).
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
-    pub view_elevation: f64,
-    /// Azimuth of the direction, clockwise from north (degrees).
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
-    pub view_azimuth: f64,
-    /// Distance to the object (km); inf for the whole path through the air.
-    #[arg(long, value_name = "KM", allow_negative_numbers = true, value_parser = number)]
-    pub distance: f64,
-    /// Wavelengths in nm: START:END:STEP, or a list with commas.
-    #[arg(long, value_name = "LIST", default_value = "380:780:5", value_parser = wavelengths)]
-    pub wavelengths: Numbers,
-    /// Format of the output.
-    #[arg(long, value_enum, ignore_case = true, default_value_t = BetweenFormat::Csv)]
-    pub format: BetweenFormat,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-pub enum BetweenFormat {
-    /// Rows of wavelength_nm,transmittance,radiance.
-    Csv,
-    /// An array of objects.
-    Json,
 }
 
 #[derive(Args)]

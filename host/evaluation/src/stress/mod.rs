@@ -2,6 +2,7 @@
 //!
 //! A case follows from a seed and its number alone, whatever else is tried and on however many threads.
 
+pub mod between;
 pub mod energy;
 mod error_map;
 mod figures;

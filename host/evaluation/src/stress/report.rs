@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::integral::{self, Cell};
 use super::outcome::Outcome;
 use super::solve::{self, Form, condition, double, error_of, exact};
-use super::{energy, error_map, figures, orders, scenes, spectra, steps};
+use super::{between, energy, error_map, figures, orders, scenes, spectra, steps};
 use crate::document::{Machine, make_folder, table, write};
 use crate::problem::Result;
 use sorairo::Device;
@@ -31,6 +31,7 @@ fn sweeps(device: &Device, spectra: u64) -> Vec<Sweep<'_>> {
         Sweep { name: "skies", cases: 2, run: Box::new(orders::orders) },
         Sweep { name: "energies", cases: 8, run: Box::new(energy::energy) },
         Sweep { name: "walks", cases: 10, run: Box::new(steps::steps) },
+        Sweep { name: "pairs", cases: 48, run: Box::new(between::between) },
         Sweep { name: "spectra", cases: spectra, run: Box::new(spectra::spectra) },
         Sweep { name: "solves", cases: 50_000, run: Box::new(solve::solve) },
         Sweep { name: "scenes", cases: 35, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },

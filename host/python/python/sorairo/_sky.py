@@ -199,7 +199,13 @@ class Sky:
         return found.reshape(elevations.shape + at.shape + (3,))
 
     def between(
-        self, elevation: ArrayLike, azimuth: ArrayLike, distance: ArrayLike, wavelengths: ArrayLike
+        self,
+        elevation: ArrayLike,
+        azimuth: ArrayLike,
+        distance: ArrayLike,
+        wavelengths: ArrayLike | None = None,
+        *,
+        rgb: bool = False,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """What the air up to a distance lets through, and the light that it adds.
 
@@ -210,8 +216,11 @@ class Sky:
         elevation, azimuth, distance : array_like
             Directions (degrees, as those of `radiance`) and distances from the observer (km; inf for all of the air), broadcast against each
             other. A distance behind the ground is refused.
-        wavelengths : array_like
+        wavelengths : array_like, optional
             At most one axis (nm, 360 to 830).
+        rgb : bool
+            In the place of wavelengths linear RGB of the scene's space (`render.rgb`), with an axis of three at the end: the radiance in
+            W·m⁻²·sr⁻¹ as that of the sky, the transmittance as that of sunlight from above the atmosphere.
 
         Returns
         -------
@@ -222,11 +231,17 @@ class Sky:
         Raises
         ------
         ValueError
-            A direction, a distance or a wavelength out of range.
+            A direction, a distance or a wavelength out of range; wavelengths beside RGB, or neither.
         """
         elevations, azimuths = directions_of(elevation, azimuth)
         elevations, distances = broadcast("elevation", elevations, "distance", distance)
         azimuths = np.broadcast_to(azimuths, elevations.shape)
+        if rgb == (wavelengths is not None):
+            raise ValueError("wavelengths are wanted, or rgb=True in their place")
+        if rgb:
+            found = self._sky.between_rgb(flat(elevations), flat(azimuths), flat(distances))
+            shape = elevations.shape + (3,)
+            return found[0].reshape(shape), found[1].reshape(shape)
         at = wavelengths_of(wavelengths)
         found = self._sky.between(flat(elevations), flat(azimuths), flat(distances), flat(at))
         shape = elevations.shape + at.shape

@@ -17,6 +17,8 @@ use crate::input::shown;
 use crate::measure::spectrum::{Direction, check_wavelengths, integral_at};
 use crate::plan::integral::RayIntegral;
 use crate::plan::{SkyPlan, optics_of};
+use crate::spectra::observer;
+use crate::spectra::optics::Optics;
 
 /// How far behind the ground (as a part of its distance) a distance may lie that was meant to end on it.
 const ON_THE_GROUND: f64 = 1e-3;
@@ -48,16 +50,40 @@ impl AirBetween {
     /// [`Error::NotAllowed`] for a wavelength at which the scene is not known.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Self> {
         check_wavelengths(sky, wavelengths)?;
-        let integral = integral_at(sky, &optics_of(&sky.scene), wavelengths);
+        Ok(Self::as_read(sky, &optics_of(&sky.scene), wavelengths))
+    }
+
+    /// The same at the nodes of the observer of colours, in means over their steps.
+    pub(crate) fn over_steps(sky: &SkyPlan) -> Self {
+        Self::as_read(sky, &sky.base.optics, &observer::wavelengths())
+    }
+
+    fn as_read(sky: &SkyPlan, optics: &Optics, wavelengths: &[f64]) -> Self {
+        let integral = integral_at(sky, optics, wavelengths);
         let irradiance = wavelengths.iter().map(|&wavelength| integral.optics.solar_irradiance(wavelength)).collect();
-        Ok(Self { integral, irradiance, is_night: sky.is_night })
+        Self { integral, irradiance, is_night: sky.is_night }
+    }
+
+    /// Irradiance by the sun above the atmosphere at each wavelength (W·m⁻²·nm⁻¹).
+    pub(crate) fn irradiance(&self) -> &[f64] {
+        &self.irradiance
+    }
+
+    /// Distance of the ground in a direction (km); none where the ray meets none.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for a direction.
+    pub fn ground(&self, direction: &Direction) -> Result<Option<f64>> {
+        Ok(self.integral.ground_distance(direction.vector()?))
     }
 
     /// What lies up to a distance (km) in a direction; an infinite distance is all air there.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for a direction, [`Error::NotAllowed`] for a distance that is negative or none, or ends below the ground.
+    /// [`Error::OutOfRange`] for a direction, [`Error::NotAllowed`] for a distance that is negative or none, or ends
+    /// below the ground.
     pub fn until(&self, direction: &Direction, distance: f64) -> Result<Vec<BetweenSample>> {
         let view = direction.vector()?;
         if distance.is_nan() || distance < 0.0 {

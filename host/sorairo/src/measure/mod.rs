@@ -1,6 +1,7 @@
 //! What is measured of a sky.
 
 pub mod between;
+pub mod between_rgb;
 pub mod broadband;
 pub mod irradiance;
 pub mod spectral_irradiance;
@@ -8,3 +9,4 @@ pub mod spectrum;
 pub mod stokes;
 pub mod suns;
 pub mod surface;
+pub mod volume;

@@ -1,5 +1,7 @@
 //! What becomes of images: bytes, files, frames one after the other.
 
+#[cfg(feature = "files")]
+pub mod aerial;
 #[cfg(feature = "encoding")]
 pub mod encoding;
 #[cfg(feature = "files")]

@@ -3,6 +3,7 @@
 //! [`SkyPlan`] decides what the sky alone depends on: samples, bands, fit, exposure. [`Plan`] decides what an image of it takes: the rows that can be
 //! lit, the sky lookup, the sun's disc. [`SpectralPlan`] decides by which bands spectra are found.
 
+pub(crate) mod aerial;
 pub mod day;
 pub mod explain;
 pub mod fit;

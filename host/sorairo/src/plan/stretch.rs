@@ -2,6 +2,7 @@
 
 use sorairo_shared::glam::{DVec2, DVec3, Vec3};
 use sorairo_shared::light_field::first_order::single_scattering_until;
+use sorairo_shared::medium::atmosphere::ColumnDensities;
 use sorairo_shared::path::ground::ground_seen;
 use sorairo_shared::path::pieces::column_densities_until;
 use sorairo_shared::variant;
@@ -24,9 +25,15 @@ impl RayIntegral {
     /// The part of light that the air up to a distance (km) lets through at each band. The forward peak of aerosol
     /// counts as let through, as it does along whole rays.
     pub fn transmittance_until(&self, view: Vec3, distance: f64) -> Vec<f64> {
-        let ray = (self.ray(view), distance as f32);
-        let along = column_densities_until(self.medium(), &self.placed_for(), ray, self.variant | variant::DESCENT);
+        let along = self.columns_until(view, distance);
         self.at_bands(self.bands.iter().map(|group| group.coefficients().transmittance(along)))
+    }
+
+    /// Column densities up to a distance (km; infinite for all air, up to the ground where it is seen).
+    pub fn columns_until(&self, view: Vec3, distance: f64) -> ColumnDensities {
+        let distance = if distance.is_finite() { distance } else { self.ground_distance(view).unwrap_or(distance) };
+        let ray = (self.ray(view), distance as f32);
+        column_densities_until(self.medium(), &self.placed_for(), ray, self.variant | variant::DESCENT)
     }
 
     /// Transfer (sr⁻¹) at each band of light of all orders that the air up to a distance (km) scatters towards the observer.

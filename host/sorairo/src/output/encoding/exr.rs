@@ -19,7 +19,8 @@ use super::spectral;
 use crate::measure::irradiance::LUMENS_PER_WATT;
 use crate::plan::picture::colour_space::chromaticities;
 use crate::scene::{
-    ColourObserver, ExrCompression, ExrDepth, Orders, Projection, Render, Rgb, Scene, Sun, SunSpectrum, WhiteBalance,
+    ColourObserver, ExrCompression, ExrDepth, Orders, Projection, Render, Rgb, Scene, Size, Sun, SunSpectrum,
+    WhiteBalance,
 };
 
 /// What a file says about its colours, and of where and when they were seen.
@@ -95,22 +96,29 @@ impl Labels<'_> {
 
 /// The header of linear RGB, losslessly compressed, with its chromaticities, its scene and by how many stops it is exposed; where there are wavelengths (nm), of a
 /// spectral image.
-///
 pub(super) fn header(width: u32, height: u32, scene: &Scene, exposure: f32, wavelengths: &[f64]) -> Header {
+    let others = if wavelengths.is_empty() { Vec::new() } else { spectral::attributes().to_vec() };
+    header_of((width, height), scene, exposure, &channel_names(wavelengths), others)
+}
+
+/// The same of an image of these channels, in the order of the alphabet, with other attributes.
+fn header_of(
+    (width, height): (u32, u32),
+    scene: &Scene,
+    exposure: f32,
+    names: &[String],
+    others: Vec<(&'static str, AttributeValue)>,
+) -> Header {
     let sample_type = match scene.render.exr {
         ExrDepth::Full => SampleType::F32,
         ExrDepth::Half => SampleType::F16,
     };
-    let names = channel_names(wavelengths);
     let channels: SmallVec<[_; 5]> =
         names.iter().map(|name| ChannelDescription::named(name.as_str(), sample_type)).collect();
     let labels = Labels { render: &scene.render, sun: &scene.sun, projection: scene.camera.projection, exposure };
     let mut attributes = labels.layer();
-    let mut others = vec![(CHECKSUM, AttributeValue::I32(0)), (EXPOSURE, AttributeValue::F32(exposure))];
-    if !wavelengths.is_empty() {
-        others.extend(spectral::attributes());
-    }
-    attributes.other = in_order(&others);
+    let own = [(CHECKSUM, AttributeValue::I32(0)), (EXPOSURE, AttributeValue::F32(exposure))];
+    attributes.other = in_order(&own.into_iter().chain(others).collect::<Vec<_>>());
     let size = (width as usize, height as usize);
     let mut shared = ImageAttributes::with_size(size);
     shared.chromaticities = Some(labels.chromaticities());
@@ -233,6 +241,28 @@ impl<W: Write + Seek> Lines<'_, '_, W> {
         self.next = end;
         Ok(())
     }
+}
+
+/// Writes an image of any channels of a scene, in the order of the alphabet, in 32 bits or in 16 as its scene says;
+/// each channel has its values row by row from the top.
+pub(crate) fn encode_channels<W: Read + Write + Seek>(
+    output: &mut BufWriter<W>,
+    scene: &Scene,
+    exposure: f32,
+    channels: &[(String, Vec<f32>)],
+) -> io::Result<()> {
+    let Size { width, height } = scene.camera.size;
+    let names: Vec<String> = channels.iter().map(|(name, _)| name.clone()).collect();
+    let line = |row: usize| {
+        let values = channels.iter().flat_map(|(_, values)| &values[row * width as usize..][..width as usize]);
+        match scene.render.exr {
+            ExrDepth::Full => values.flat_map(|value| value.to_ne_bytes()).collect(),
+            ExrDepth::Half => values.flat_map(|&value| (half_bits(value) as u16).to_ne_bytes()).collect(),
+        }
+    };
+    encode(output, header_of((width, height), scene, exposure, &names, Vec::new()), |lines| {
+        lines.write(height as usize, line)
+    })
 }
 
 /// The bytes of a line whose pixels hold red, green and blue, and then what other values there are: blue, green, red, and the

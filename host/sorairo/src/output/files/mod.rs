@@ -3,6 +3,7 @@
 mod check;
 mod format;
 mod hdr;
+mod layers;
 mod place;
 pub mod png;
 mod radiance_picture;
@@ -19,6 +20,7 @@ pub use crate::output::encoding::{Image, Sunlight, exr, spectral};
 pub use check::check_scenes;
 pub use check::{Replace, check_distinct, check_room, check_writable, make_folder};
 pub use format::Format;
+pub use layers::Layers;
 pub(crate) use radiance_picture::step as band_width;
 pub use signature::{is_finished, is_own, png_text, signature};
 pub use staged::{Staged, Standstill, commit_all, remove_unfinished, stage};

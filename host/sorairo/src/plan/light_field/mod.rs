@@ -24,6 +24,8 @@ pub use cache::{Cacheable, LightFields};
 pub use device::rays::scattered_once;
 pub use orders::field::LightField;
 pub use orders::made::OrdersMade;
+pub(crate) use orders::rays::OwnedRay;
+pub(crate) use orders::room::Room;
 pub use resolution::{COMPARED_DEPTH, NEGLIGIBLE, Resolution};
 pub use setting::{AerosolMoments, Setting};
 pub use sights::{Light, Row};

@@ -1,0 +1,200 @@
+//! Light between two points: what the air before a point adds, and what it lets through of the light behind it, are
+//! together the light of the whole ray.
+//!
+//! A case is a ray through a random sky, and a point on it. With the path radiance `L` and the transmittance `T`
+//!
+//! ```text
+//! L(observer to end) = L(observer to P) + T(observer to P) · L(P to end)
+//! ```
+//!
+//! where the last is computed for an observer at the point, under the sun that is seen there: its light field stands
+//! about other suns, and its samples elsewhere. The end is where the ray leaves the air or meets the ground.
+
+use std::fmt;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use sorairo::low_level::medium::aerosol::AerosolKind;
+use sorairo::low_level::plan::{SkyPlan, direction};
+use sorairo::low_level::spectrum::Direction;
+use sorairo::scene::{Preset, Rgb, Scene};
+use sorairo::{AirBetween, BetweenSample};
+use sorairo_shared::glam::DVec3;
+
+use super::orders::{random_scene, seen};
+use super::outcome::{Outcome, generator};
+
+/// A ray is judged relative to its own light, or to this part of the brightest of its sky.
+const FLOOR: f64 = 0.05;
+
+/// What the two sides may differ by, relative to the brightest wavelength of the ray or to [`FLOOR`] of the brightest of
+/// some rays. Both come from light fields about other suns: by day and until civil dusk a third of what such a field may
+/// be off from drawn paths, later as much as that; see `docs/accuracy.md`. Of 300 cases half leave 2.5e-5, and 13 more
+/// than 1e-3.
+fn allowed(scene: &Scene) -> f64 {
+    if scene.sun.elevation >= -6.0 { 3e-3 } else { 0.03 }
+}
+
+/// Wavelengths (nm).
+const WAVELENGTHS: [f64; 4] = [400.0, 500.0, 600.0, 700.0];
+
+/// A ray and a point on it.
+pub struct Case {
+    scene: Scene,
+    /// Elevation and azimuth (degrees).
+    view: (f64, f64),
+    /// Of the point (km).
+    distance: f64,
+    /// How far both sides are apart, over what is allowed.
+    pub error: f64,
+}
+
+/// Compares random rays.
+pub fn between(seed: u64, cases: u64) -> Outcome {
+    let found: Vec<Case> = (0..cases).into_par_iter().map(|number| Case::random(seed, number)).collect();
+    let worst = found.iter().max_by(|a, b| a.error.total_cmp(&b.error));
+    Outcome {
+        subject: "light before a point and through it against that of the whole ray",
+        seed,
+        cases,
+        failures: found.iter().filter(|case| case.error.is_nan() || case.error > 1.0).count() as u64,
+        worst: worst.map_or(0.0, |case| case.error),
+        bound: 1.0,
+        worst_case: worst.map_or("none".into(), ToString::to_string),
+        judged_apart: 0,
+        apart: "",
+    }
+}
+
+impl Case {
+    /// That of a number.
+    pub fn random(seed: u64, number: u64) -> Self {
+        let rng = &mut generator(seed, number);
+        let scene = random_air(rng);
+        let here = air(&scene);
+        let brightest = (0..8).map(|_| peak(&whole(&here, random_view(rng, &scene)))).fold(0.0, f64::max);
+        let view = random_view(rng, &scene);
+        let all = whole(&here, view);
+        // Where the ray is still in the air: most of it lies near one end.
+        let distance = rng.random_range(0.0..1.0f64).powi(2) * length(&scene, view);
+        let near = here.until(&towards(view), distance).expect("a distance before the ground");
+        let (there, onwards) = from_there(&scene, view, distance);
+        let far = whole(&air(&there), onwards);
+        let scale = peak(&all).max(FLOOR * brightest);
+        let off = |((near, far), all): ((&BetweenSample, &BetweenSample), &BetweenSample)| {
+            (near.radiance + near.transmittance * far.radiance - all.radiance).abs()
+        };
+        let off = near.iter().zip(&far).zip(&all).map(off).fold(0.0, f64::max);
+        let error = if off == 0.0 { 0.0 } else { off / scale / allowed(&scene) };
+        Self { scene, view, distance, error }
+    }
+}
+
+/// A sky of any air that a scene may name, seen from anywhere between the ground and orbit.
+fn random_air(rng: &mut ChaCha8Rng) -> Scene {
+    let scene = random_scene(rng);
+    if rng.random() {
+        return scene;
+    }
+    let presets = [Preset::Standard, Preset::Earth, Preset::Hazy, Preset::Mars];
+    let mut other = Scene::preset(presets[rng.random_range(0..presets.len())]);
+    if other.atmosphere.profile.is_measured() && rng.random() {
+        other.atmosphere.aerosol.kind = AerosolKind::Desert;
+    }
+    (other.sun.elevation, other.observer.altitude) = (scene.sun.elevation, scene.observer.altitude);
+    other
+}
+
+/// A direction (degrees) in which there is air.
+fn random_view(rng: &mut ChaCha8Rng, scene: &Scene) -> (f64, f64) {
+    let atmosphere = &scene.atmosphere;
+    let nearest = atmosphere.top_radius / (atmosphere.ground_radius + scene.observer.altitude);
+    let highest = if nearest < 1.0 { -nearest.acos().to_degrees() } else { 90.0 };
+    let lowest = if scene.observer.altitude > 0.0 { -90.0 } else { 0.2 };
+    (rng.random_range(lowest..highest), scene.sun.azimuth + rng.random_range(0.0..=180.0))
+}
+
+/// How long the ray is (km) that ends on the ground, or where it leaves the air.
+fn length(scene: &Scene, (elevation, _): (f64, f64)) -> f64 {
+    let atmosphere = &scene.atmosphere;
+    let from = atmosphere.ground_radius + scene.observer.altitude;
+    let (sine, cosine) = elevation.to_radians().sin_cos();
+    let half = |radius: f64| (radius * radius - (from * cosine).powi(2)).max(0.0).sqrt();
+    let meets_ground = sine < 0.0 && from * cosine < atmosphere.ground_radius;
+    if meets_ground {
+        -from * sine - half(atmosphere.ground_radius)
+    } else {
+        -from * sine + half(atmosphere.top_radius)
+    }
+}
+
+fn air(scene: &Scene) -> AirBetween {
+    let sky = SkyPlan::new(&scene.validated().expect("a valid scene"), Rgb::Srgb);
+    AirBetween::new(&sky, &WAVELENGTHS).expect("wavelengths of light")
+}
+
+fn towards((elevation, azimuth): (f64, f64)) -> Direction {
+    Direction { elevation, azimuth }
+}
+
+/// All air in a direction, up to the ground where it is seen.
+fn whole(air: &AirBetween, view: (f64, f64)) -> Vec<BetweenSample> {
+    let ground = air.ground(&towards(view)).expect("a direction");
+    air.until(&towards(view), ground.unwrap_or(f64::INFINITY)).expect("a distance up to the ground")
+}
+
+fn peak(samples: &[BetweenSample]) -> f64 {
+    samples.iter().map(|sample| sample.radiance).fold(0.0, f64::max)
+}
+
+/// The scene as one sees it from a distance (km) along a ray of an elevation and an azimuth (degrees), and the
+/// direction in which the ray goes on there.
+pub fn from_there(scene: &Scene, (elevation, azimuth): (f64, f64), distance: f64) -> (Scene, (f64, f64)) {
+    let radius = scene.atmosphere.ground_radius;
+    let view = direction(elevation, azimuth);
+    let sun = direction(scene.sun.elevation, scene.sun.azimuth);
+    let place = DVec3::Z * (radius + scene.observer.altitude) + view * distance;
+    let up = place.normalize();
+    let mut there = scene.clone();
+    there.observer.altitude = (place.length() - radius).max(0.0);
+    (there.sun.elevation, there.sun.azimuth) = (up.dot(sun).clamp(-1.0, 1.0).asin().to_degrees(), 0.0);
+    (there, (up.dot(view).clamp(-1.0, 1.0).asin().to_degrees(), azimuth_between(view, sun, up)))
+}
+
+/// The angle between two directions about the vertical (degrees).
+fn azimuth_between(a: DVec3, b: DVec3, up: DVec3) -> f64 {
+    let level = |v: DVec3| (v - up * v.dot(up)).normalize_or_zero();
+    level(a).dot(level(b)).clamp(-1.0, 1.0).acos().to_degrees()
+}
+
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { scene, view, distance, error } = self;
+        write!(f, "{error:.2} of what is allowed, {distance:.3} km away; {}", seen(scene, *view))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_from_behind_under_another_sun_is_told() {
+        let mut scene = Scene::preset(Preset::Standard);
+        scene.sun.elevation = 20.0;
+        let (view, distance) = ((2.0, 60.0), 30.0);
+        let here = air(&scene);
+        let near = here.until(&towards(view), distance).unwrap();
+        let (mut there, onwards) = from_there(&scene, view, distance);
+        let off = |there: &Scene| {
+            let far = whole(&air(there), onwards);
+            let all = whole(&here, view);
+            let sum = |i: usize| near[i].radiance + near[i].transmittance * far[i].radiance;
+            (0..4).map(|i| (sum(i) - all[i].radiance).abs() / peak(&all)).fold(0.0, f64::max)
+        };
+        let right = off(&there);
+        there.sun.elevation += 3.0;
+        assert!(right < 1e-3 && off(&there) > 2.0 * allowed(&scene), "{right}, {}", off(&there));
+    }
+}

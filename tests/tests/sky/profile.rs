@@ -26,6 +26,18 @@ fn column(density: impl Fn(f64) -> f64) -> f64 {
     (0..6000).map(|i| density(0.02 * (f64::from(i) + 0.5)) * 0.02).sum()
 }
 
+/// Pairs of molecules of air, and water times pressure, at an altitude (km): between levels their logarithms are straight.
+pub fn gases(profile: &Profile) -> impl Fn(f64) -> [f64; 2] + Sync {
+    let levels = profile.measured().unwrap();
+    move |altitude| {
+        let above = levels.partition_point(|level| level.altitude <= altitude).clamp(1, levels.len() - 1);
+        let (low, high) = (&levels[above - 1], &levels[above]);
+        let part = (altitude - low.altitude) / (high.altitude - low.altitude);
+        let [low, high] = [low, high].map(|level| [level.air * level.air, level.water * level.pressure]);
+        [0, 1].map(|i| low[i] * (high[i] / low[i]).powf(part))
+    }
+}
+
 /// Of suns and views the largest error at the bands, relative to the radiance or to a hundredth of the brightest view's.
 fn largest_error(sun: f64, refraction: bool) -> f64 {
     let scene = measured(Preset::Standard, sun, refraction);
@@ -34,10 +46,7 @@ fn largest_error(sun: f64, refraction: bool) -> f64 {
     let a = &scene.atmosphere;
     let of = [0, 1].map(|i| column(|altitude| levels.at(altitude).value[i]));
     let scale = [a.air.scale_height / of[0], 0.5 * (a.ozone.top - a.ozone.bottom) / of[1]];
-    let gases = |altitude: f64| {
-        let level = a.profile.level(altitude).unwrap();
-        [level.air * level.air, level.water * level.pressure]
-    };
+    let gases = gases(&a.profile);
     let over_ground = [0, 1].map(|i| column(|altitude| gases(altitude)[i]));
     let densities = |altitude: f64| {
         let ([air, ozone], [pairs, water]) = (levels.at(altitude).value, gases(altitude));

@@ -14,10 +14,8 @@ mod manifest;
 mod other_target;
 mod package;
 mod pages;
-#[cfg(feature = "pixels")]
 mod pixels;
 mod platforms;
-#[cfg(feature = "web")]
 mod web;
 
 use std::error::Error;
@@ -37,14 +35,6 @@ const MANIFEST: &str = "manifest.json";
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
     let arguments: Vec<_> = arguments.iter().map(String::as_str).collect();
-    #[cfg(not(feature = "pixels"))]
-    if arguments.first() == Some(&"pixels") {
-        return with_feature("pixels", &arguments);
-    }
-    #[cfg(not(feature = "web"))]
-    if arguments.first() == Some(&"web") {
-        return with_feature("web", &arguments);
-    }
     let result = match arguments.as_slice() {
         ["shaders"] => shaders(false),
         ["shaders", "--check"] => shaders(true),
@@ -54,15 +44,12 @@ fn main() -> ExitCode {
         ["gallery"] => root().and_then(gallery::make),
         ["docs"] => root().and_then(docs::write),
         ["docs", reports] => root().and_then(|root| docs::take(root, Path::new(reports))),
-        #[cfg(feature = "pixels")]
         ["pixels", "--program", program, "--out", file] => {
             root().and_then(|root| pixels::keep(root, Path::new(program), Path::new(file)))
         }
-        #[cfg(feature = "pixels")]
         ["pixels", "--program", program, "--against", file] => {
             root().and_then(|root| pixels::check(root, Path::new(program), Path::new(file)))
         }
-        #[cfg(feature = "web")]
         ["web"] => root().and_then(web::build),
         _ => {
             eprintln!(
@@ -78,20 +65,6 @@ fn main() -> ExitCode {
         }
         Err(error) => {
             eprintln!("xtask: {error}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-/// Runs this program with a feature.
-#[cfg(not(all(feature = "pixels", feature = "web")))]
-fn with_feature(feature: &str, arguments: &[&str]) -> ExitCode {
-    let run = ["run", "--quiet", "--release", "--package", "xtask", "--features", feature, "--"];
-    match std::process::Command::new("cargo").args(run).args(arguments).status() {
-        Ok(status) if status.success() => ExitCode::SUCCESS,
-        Ok(_) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("xtask: cargo: {error}");
             ExitCode::FAILURE
         }
     }

@@ -40,6 +40,16 @@ fn counts(summary: &Value) -> (u64, u64) {
     (count("rendered"), count("skipped"))
 }
 
+/// Runs a sequence successfully, and gives the same from its words: JSON tells the light of each frame too, which takes
+/// as long as many frames.
+fn counted(folder: &Path, line: &str) -> (u64, u64) {
+    let said = succeed(folder, &words(line)).stderr;
+    let summary = said.lines().find(|line| line.contains(" frames rendered, ")).expect("a summary");
+    let said: Vec<&str> = summary.split(' ').collect();
+    let before = |word: &str| said[said.iter().position(|said| *said == word).unwrap() - 1].parse().unwrap();
+    (before("frames"), before("skipped,"))
+}
+
 /// When each file of a folder took its place.
 fn times(folder: &Path) -> BTreeMap<String, SystemTime> {
     let name = |name: &String| (name.clone(), std::fs::metadata(folder.join(name)).unwrap().modified().unwrap());
@@ -72,15 +82,15 @@ fn each_frame_of_a_sun_that_is_split_off_is_the_two_files_of_render_and_is_whole
     for kind in ["png", "exr", "sun.png", "sun.exr"] {
         assert!(files[&format!("sky.1.{kind}")] == files[&format!("sky.9.{kind}")], "{kind}");
     }
-    assert_eq!(counts(&sequence(folder.path(), &line)), (0, 3));
+    assert_eq!(counted(folder.path(), &line), (0, 3));
     // Without its sheet nothing is known of the files but what stands in them.
     std::fs::remove_file(folder.path().join("f/contact.png")).unwrap();
-    assert_eq!(counts(&sequence(folder.path(), &line)), (0, 3));
+    assert_eq!(counted(folder.path(), &line), (0, 3));
     std::fs::remove_file(folder.path().join("f/sky.2.sun.exr")).unwrap();
-    assert_eq!(counts(&sequence(folder.path(), &line)), (1, 2));
+    assert_eq!(counted(folder.path(), &line), (1, 2));
     // Frames of one file have a sun of another kind.
     let whole = line.replace(" --split-sun", "").replace(" --exposure", " --sun-disc --exposure");
-    assert_eq!(counts(&sequence(folder.path(), &whole)), (3, 0));
+    assert_eq!(counted(folder.path(), &whole), (3, 0));
 }
 
 #[test]
@@ -134,8 +144,7 @@ fn through_time_each_frame_is_the_rendering_at_its_place_and_moment() {
     }
     // A scene file may name the place.
     std::fs::write(folder.path().join("scene.toml"), "[sun]\nplace = '43.06,141.35'").unwrap();
-    let summary = sequence(folder.path(), &format!("{line} --scene scene.toml --size 32x16 --device cpu"));
-    assert_eq!(counts(&summary), (0, 4), "{summary}");
+    assert_eq!(counted(folder.path(), &format!("{line} --scene scene.toml --size 32x16 --device cpu")), (0, 4));
 }
 
 /// The exposures (stops) of the frames that a run lists.
@@ -176,7 +185,7 @@ fn a_time_lapse_gets_dark() {
     // A sun that rises has the same exposure, and so has a part of its way by itself.
     let rising = sequence(folder.path(), &line("-8:4:4", "two/#.png --exposure sequence --frames 1-2"));
     assert_eq!((exposures(&rising), counts(&rising)), (shared[..2].to_vec(), (2, 0)));
-    assert_eq!(counts(&sequence(folder.path(), &line("-8:4:4", "two/#.png --exposure sequence"))), (2, 2));
+    assert_eq!(counted(folder.path(), &line("-8:4:4", "two/#.png --exposure sequence")), (2, 2));
     let first = exposures(&sequence(folder.path(), &line("-8:4:4", "first/#.png --exposure first")));
     assert!(first.iter().all(|&ev| ev == first[0]) && first[0] > shared[0] + 3.0, "{first:?}");
     let own = exposures(&sequence(folder.path(), &line("4:-8:4", "own/#.png --exposure auto")));
@@ -233,7 +242,7 @@ fn only_frames_that_are_missing_damaged_or_of_another_scene_are_rendered_again()
     let whole = contents(&frames);
 
     let before = times(&frames);
-    assert_eq!(counts(&sequence(folder.path(), TEN)), (0, 10));
+    assert_eq!(counted(folder.path(), TEN), (0, 10));
     assert_eq!(touched(&frames, &before), [""; 0]);
 
     let spoil = |name: &str, change: &dyn Fn(&mut Vec<u8>)| {
@@ -249,15 +258,15 @@ fn only_frames_that_are_missing_damaged_or_of_another_scene_are_rendered_again()
     // A picture of another moment.
     spoil("sky.0008.png", &|bytes| bytes.clone_from(&whole["sky.0009.png"]));
     let before = times(&frames);
-    assert_eq!(counts(&sequence(folder.path(), TEN)), (6, 4));
+    assert_eq!(counted(folder.path(), TEN), (6, 4));
     assert_eq!(touched(&frames, &before), ["0001", "0003", "0004", "0006", "0007", "0008"]);
     assert!(contents(&frames) == whole);
 
     let before = times(&frames);
     let hazier = format!("{TEN} --preset hazy --frames 2-3 --frames 5-5");
-    assert_eq!(counts(&sequence(folder.path(), &hazier)), (3, 0));
+    assert_eq!(counted(folder.path(), &hazier), (3, 0));
     assert_eq!(touched(&frames, &before), ["0002", "0003", "0005"]);
-    assert_eq!(counts(&sequence(folder.path(), TEN)), (3, 7));
+    assert_eq!(counted(folder.path(), TEN), (3, 7));
     assert!(contents(&frames) == whole);
 }
 
@@ -317,8 +326,8 @@ fn frames_are_rendered_again_when_a_table_of_ones_own_holds_something_else() {
         ] {
             write("t.csv", &table);
             for line in lines {
-                let summary = sequence(folder.path(), &format!("sequence --device cpu --scene scene.toml {line}"));
-                assert_eq!(counts(&summary), expected, "{key}, {line}: {table:?}");
+                let found = counted(folder.path(), &format!("sequence --device cpu --scene scene.toml {line}"));
+                assert_eq!(found, expected, "{key}, {line}: {table:?}");
             }
         }
     });
@@ -357,8 +366,8 @@ fn spectral_frames_hold_the_wavelengths_that_were_asked_for() {
     let folder = folder();
     let line = "sequence --device cpu --size 16x8 --sun-elevation 0:2:1 -o #.exr --spectral --exposure auto";
     for (wavelengths, expected) in [("450,550", (3, 0)), ("450,550", (0, 3)), ("450,560", (3, 0))] {
-        let summary = sequence(folder.path(), &format!("{line} --wavelengths {wavelengths}"));
-        assert_eq!(counts(&summary), expected, "{wavelengths}");
+        let found = counted(folder.path(), &format!("{line} --wavelengths {wavelengths}"));
+        assert_eq!(found, expected, "{wavelengths}");
     }
     let mut scene = Scene::default();
     (scene.sun.elevation, scene.camera.size) = (0.0, "16x8".parse().unwrap());
@@ -368,7 +377,7 @@ fn spectral_frames_hold_the_wavelengths_that_were_asked_for() {
 #[test]
 fn parts_by_two_processes_are_the_whole_and_the_last_leaves_the_contact_sheet() {
     let (whole, parts) = (folder(), folder());
-    sequence(whole.path(), TEN);
+    counted(whole.path(), TEN);
     // While a frame is missing there is no sheet.
     let first = sequence(parts.path(), &format!("{TEN} --frames 5-9"));
     assert_eq!((counts(&first), &first["contact_sheet"]), ((5, 0), &Value::Null));
@@ -393,7 +402,7 @@ fn a_frame_a_task_is_byte_for_byte_the_whole_and_the_last_task_leaves_sheet_and_
     for folder in [&whole, &parts] {
         std::fs::write(folder.path().join("cases.csv"), CASES).unwrap();
     }
-    sequence(whole.path(), line);
+    counted(whole.path(), line);
     // In no order, as a farm starts its tasks.
     for (number, sheet) in [("2", None), ("0", None), ("1", Some("f/contact.png"))] {
         let summary = sequence(parts.path(), &format!("{line} --frame {number}"));
@@ -404,19 +413,16 @@ fn a_frame_a_task_is_byte_for_byte_the_whole_and_the_last_task_leaves_sheet_and_
     assert!(contents(&frames) == contents(&whole.path().join("f")));
     // A task that is run again when all is done leaves everything, and what is missing it makes.
     let before = times(&frames);
-    assert_eq!(counts(&sequence(parts.path(), &format!("{line} --frame 1"))), (0, 1));
+    assert_eq!(counted(parts.path(), &format!("{line} --frame 1")), (0, 1));
     assert!(times(&frames) == before);
     for lost in ["contact.png", "manifest.csv"] {
         std::fs::remove_file(frames.join(lost)).unwrap();
-        assert_eq!(counts(&sequence(parts.path(), &format!("{line} --frame 1"))), (0, 1));
+        assert_eq!(counted(parts.path(), &format!("{line} --frame 1")), (0, 1));
         assert!(contents(&frames) == contents(&whole.path().join("f")), "{lost}");
     }
     // Numbers and parts together, and beside the number of frames between two times.
     let times = "sequence --device cpu --size 8x4 --place 43,141 --from 2026-06-21T03:00:00Z --to 2026-06-21T04:00:00Z -o t/#.png";
-    assert_eq!(
-        counts(&sequence(parts.path(), &format!("{times} --frames 9 --frames 2-3 --frame 8 --frame 3"))),
-        (3, 0)
-    );
+    assert_eq!(counted(parts.path(), &format!("{times} --frames 9 --frames 2-3 --frame 8 --frame 3")), (3, 0));
     assert_eq!(contents(&parts.path().join("t")).keys().collect::<Vec<_>>(), ["2.png", "3.png", "8.png"]);
 }
 
@@ -459,8 +465,8 @@ fn the_frames_of_another_table_are_not_taken_for_those_of_this_one() {
 #[test]
 fn the_contact_sheet_shows_at_most_64_frames_and_the_sky() {
     let folder = folder();
-    let summary = sequence(folder.path(), "sequence --device cpu --size 8x4 --sun-elevation 0:70:1 -o #.png");
-    assert_eq!((counts(&summary), summary["contact_sheet"].as_str()), ((71, 0), Some("contact.png")));
+    let line = "sequence --device cpu --size 8x4 --sun-elevation 0:70:1 -o #.png";
+    assert_eq!(counted(folder.path(), line), (71, 0));
     let sheet = read_png(&folder.path().join("contact.png"));
     // Eight by eight cells of 192 by 96 pixels, 20 for a label below each, gaps of 6.
     assert_eq!((sheet.width, sheet.height), (6 + 8 * 198, 6 + 8 * 122));
@@ -551,7 +557,7 @@ fn a_failure_names_its_frame_and_leaves_the_frames_before_it() {
     let expected = [0, 1, 2].map(|n| [format!("sky.000{n}.exr"), format!("sky.000{n}.png")]).concat();
     assert_eq!(left, [&expected[..], &["sky.0003.png".into()]].concat());
     std::fs::remove_dir(frames.join("sky.0003.png")).unwrap();
-    assert_eq!(counts(&sequence(folder.path(), TEN)), (7, 3));
+    assert_eq!(counted(folder.path(), TEN), (7, 3));
 }
 
 #[cfg(unix)]
@@ -578,9 +584,9 @@ fn an_interruption_leaves_whole_frames_from_which_the_next_run_goes_on() {
         "{:?}",
         left.keys()
     );
-    let summary = sequence(folder.path(), &format!("{long} --frames 0-2"));
+    let found = counted(folder.path(), &format!("{long} --frames 0-2"));
     // The third picture may have taken its place without its linear image.
-    assert!([(0, 3), (1, 2)].contains(&counts(&summary)), "{summary}");
+    assert!([(0, 3), (1, 2)].contains(&found), "{found:?}");
 }
 
 #[test]
@@ -649,7 +655,7 @@ fn a_table_is_a_sky_for_each_row_and_a_manifest_of_what_the_files_show() {
     }
     // What is whole is left, and what the manifest says stays what it was.
     std::fs::remove_file(folder.path().join("f/0002.exr")).unwrap();
-    assert_eq!(counts(&sequence(folder.path(), line)), (1, 2));
+    assert_eq!(counted(folder.path(), line), (1, 2));
     assert_eq!(String::from_utf8(bytes("f/manifest.csv")).unwrap(), manifest);
 }
 
@@ -659,7 +665,7 @@ fn a_manifest_that_is_not_whole_is_written_anew() {
     let (manifest, sheet) = (folder.path().join("f/manifest.csv"), folder.path().join("f/contact.png"));
     std::fs::write(folder.path().join("cases.csv"), "sun.elevation,ground.albedo\n30,0.5\n2,snow\n").unwrap();
     let line = "sequence --device cpu --orders 1 --size 8x4 --table cases.csv -o f/#.png -o f/#.exr";
-    sequence(folder.path(), line);
+    counted(folder.path(), line);
     let whole = contents(&folder.path().join("f"));
     let text = std::fs::read_to_string(&manifest).unwrap();
     let without_column =
@@ -688,8 +694,7 @@ fn a_manifest_that_is_not_whole_is_written_anew() {
                 std::fs::remove_file(&sheet).unwrap();
             }
             for task in ["", " --frame 1"] {
-                let summary = sequence(folder.path(), &format!("{line}{task}"));
-                assert_eq!(counts(&summary).0, 0, "{how}: {summary}");
+                assert_eq!(counted(folder.path(), &format!("{line}{task}")).0, 0, "{how}");
                 assert!(contents(&folder.path().join("f")) == whole, "{how}, with the sheet: {has_sheet}{task}");
             }
         }
@@ -714,7 +719,7 @@ fn a_manifest_of_another_program_is_refused_before_any_work() {
             assert_eq!(contents(&frames).into_values().collect::<Vec<_>>(), [foreign.as_bytes()], "{foreign}{flags}");
         }
     }
-    assert_eq!(counts(&sequence(folder.path(), &format!("{line} --force"))), (3, 0));
+    assert_eq!(counted(folder.path(), &format!("{line} --force")), (3, 0));
     let whole = contents(&frames);
     assert!(whole["manifest.csv"].starts_with(b"frame,sun.elevation,"));
     // That of another table is its own, and --no-clobber keeps it.
@@ -724,7 +729,7 @@ fn a_manifest_of_another_program_is_refused_before_any_work() {
     let kept = run(folder.path(), &words(&format!("{line} --no-clobber")));
     assert!(kept.code == Some(2) && kept.stderr.contains("f/manifest.csv exists; choose"), "{}", kept.stderr);
     assert_eq!(contents(&frames)["manifest.csv"], whole["manifest.csv"]);
-    assert_eq!(counts(&sequence(folder.path(), line)), (0, 3));
+    assert_eq!(counted(folder.path(), line), (0, 3));
     assert!(contents(&frames)["manifest.csv"] != whole["manifest.csv"]);
 }
 

@@ -11,6 +11,7 @@ use sorairo_evaluation::judge::{bands, ray};
 use sorairo_oracle as oracle;
 
 use crate::aerosol::radiance;
+use crate::profile::gases;
 
 /// A scene file in the folder of the data of the tests.
 fn read(text: &str) -> Scene {
@@ -98,10 +99,7 @@ fn modes_in_layers_of_their_own_scatter_as_rays_that_march() {
         let a = &scene.atmosphere;
         let of = [0, 1].map(|i| column(&|altitude| levels.at(altitude).value[i]));
         let scale = [a.air.scale_height / of[0], 0.5 * (a.ozone.top - a.ozone.bottom) / of[1]];
-        let gases = |altitude: f64| {
-            let level = a.profile.level(altitude).unwrap();
-            [level.air * level.air, level.water * level.pressure]
-        };
+        let gases = gases(&a.profile);
         let over_ground = [0, 1].map(|i| column(&|altitude| gases(altitude)[i]));
         // A layer has edges of 0.8 km. The column of both is a scale height at the mean of their altitudes.
         let layer = |altitude: f64| ((altitude - 7.6) / 0.8).min((12.4 - altitude) / 0.8).clamp(0.0, 1.0) / 4.0;

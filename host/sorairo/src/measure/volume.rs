@@ -166,6 +166,10 @@ pub(crate) fn check(scene: &Scene) -> Result<()> {
         let complaint = format!("is {}; the air before a camera takes perspective", word(scene.camera.projection));
         return Err(Error::not_allowed("camera.projection", complaint));
     }
+    if scene.camera.polariser.is_some() {
+        let complaint = "stands before images of the sky; the air before a camera is told without it";
+        return Err(Error::not_allowed("camera.polariser", complaint));
+    }
     if scene.render.color == ColourPath::Solve {
         return Err(Error::not_allowed("render.color", "is solve, of whole rays; air up to a distance takes folded"));
     }

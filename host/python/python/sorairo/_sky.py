@@ -236,9 +236,9 @@ class Sky:
         elevations, azimuths = directions_of(elevation, azimuth)
         elevations, distances = broadcast("elevation", elevations, "distance", distance)
         azimuths = np.broadcast_to(azimuths, elevations.shape)
-        if rgb == (wavelengths is not None):
+        if rgb is (wavelengths is not None):
             raise ValueError("wavelengths are wanted, or rgb=True in their place")
-        if rgb:
+        if wavelengths is None:
             found = self._sky.between_rgb(flat(elevations), flat(azimuths), flat(distances))
             shape = elevations.shape + (3,)
             return found[0].reshape(shape), found[1].reshape(shape)

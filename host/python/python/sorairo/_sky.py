@@ -236,7 +236,7 @@ class Sky:
         elevations, azimuths = directions_of(elevation, azimuth)
         elevations, distances = broadcast("elevation", elevations, "distance", distance)
         azimuths = np.broadcast_to(azimuths, elevations.shape)
-        if rgb is (wavelengths is not None):
+        if bool(rgb) == (wavelengths is not None):
             raise ValueError("wavelengths are wanted, or rgb=True in their place")
         if wavelengths is None:
             found = self._sky.between_rgb(flat(elevations), flat(azimuths), flat(distances))

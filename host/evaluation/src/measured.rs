@@ -10,7 +10,7 @@ use serde::Serialize;
 use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::plan::{SkyPlan, direction};
 use sorairo::low_level::spectrum::DenseSpectrum;
-use sorairo::scene::{AirSpectrum, GroundAlbedo, Preset, Rgb, Scene, SunSpectrum};
+use sorairo::scene::{AirSpectrum, GroundAlbedo, Polarisation, Preset, Rgb, Scene, SunSpectrum};
 
 use super::comparison::{Comparison, WIDTH};
 use super::document::{make_folder, table, write};
@@ -83,7 +83,7 @@ pub fn measured(folder: &Path, stage: &dyn Fn(&str)) -> Result<Vec<Outcome>> {
 type Change = fn(&mut Scene);
 
 /// The atmospheres.
-const ATMOSPHERES: [(&str, Change); 5] = [
+const ATMOSPHERES: [(&str, Change); 6] = [
     // The models of the comparison were run under a sun at 1 au (atmosphere.cc of Bruneton 2016, <https://github.com/ebruneton/clear-sky-models>).
     ("the published comparison", |scene| {
         published(scene);
@@ -91,12 +91,10 @@ const ATMOSPHERES: [(&str, Change); 5] = [
     }),
     ("the same, the sun as far as it was", published),
     ("the standard preset", |_| {}),
-    ("a continent's aerosol, by its optical depth", |scene| {
-        // Of a kind whose spectra and phase function are computed, with the depth at 550 nm that comes nearest to the
-        // scans.
-        of_the_day(scene);
-        scene.atmosphere.aerosol.kind = AerosolKind::ContinentalAverage;
-        scene.atmosphere.aerosol.optical_depth = scene.optical_depth_from(0.07, 550.0);
+    ("a continent's aerosol, by its optical depth", of_a_continent),
+    ("the same, its light polarised", |scene| {
+        of_a_continent(scene);
+        scene.render.polarisation = Polarisation::On;
     }),
     ("aerosol chosen for the scans", |scene| {
         // Nobody measured the aerosol of that day. Single-scattering albedo and asymmetry are those of clean air of the mid-Atlantic coast from 440
@@ -115,6 +113,14 @@ const ATMOSPHERES: [(&str, Change); 5] = [
 fn of_the_day(scene: &mut Scene) {
     scene.atmosphere.air.pressure = 982.0;
     scene.atmosphere.ozone.column = 330.0;
+}
+
+/// Aerosol of a kind whose spectra and phase function are computed, with the depth at 550 nm that comes nearest to the
+/// scans.
+fn of_a_continent(scene: &mut Scene) {
+    of_the_day(scene);
+    scene.atmosphere.aerosol.kind = AerosolKind::ContinentalAverage;
+    scene.atmosphere.aerosol.optical_depth = scene.optical_depth_from(0.07, 550.0);
 }
 
 /// The atmosphere under which the models of the comparison were run: air as it is, no ozone, aerosol .04 λ^-.8 of albedo .8 and asymmetry .7.

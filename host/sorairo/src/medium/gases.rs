@@ -88,8 +88,8 @@ fn classes(level: &Level) -> [f64; CLASSES] {
     static STANDARD: OnceLock<[f64; CLASSES]> = OnceLock::new();
     let standard = STANDARD.get_or_init(|| {
         let levels = Profile::UsStandard.measured().expect("it is measured");
-        let share = STANDARD_WATER / precipitable(&levels);
-        let columns = vertical(&levels, as_measured);
+        let share = STANDARD_WATER / precipitable(levels);
+        let columns = vertical(levels, as_measured);
         [columns[WET] * share, columns[DRY], columns[SELF] * share * share, 1.0, 1.0]
     });
     let own = as_measured(level);
@@ -120,7 +120,7 @@ pub fn water(profile: &Profile, altitude: f64) -> Option<f64> {
 
 /// What was measured at an altitude (km) and above it.
 fn over(profile: &Profile, altitude: f64) -> Option<Vec<Level>> {
-    let above = profile.measured()?.into_iter().filter(|level| level.altitude > altitude);
+    let above = profile.measured()?.iter().copied().filter(|level| level.altitude > altitude);
     Some(profile.level(altitude).into_iter().chain(above).collect())
 }
 

@@ -1,6 +1,6 @@
 //! Profiles of air and ozone over altitude.
 
-use std::sync::OnceLock;
+use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 use strum::{EnumIter, EnumMessage, EnumString, IntoEnumIterator, IntoStaticStr};
@@ -232,32 +232,38 @@ impl Profile {
     pub fn ozone_temperature(&self) -> f64 {
         let profile = if self.is_measured() { self } else { &Self::UsStandard };
         let levels = profile.measured().expect("it is measured");
-        let [heat, ozone] = vertical(&levels, |level| [level.ozone * level.temperature, level.ozone]);
+        let [heat, ozone] = vertical(levels, |level| [level.ozone * level.temperature, level.ozone]);
         heat / ozone
     }
 
     /// What was measured, or a person's table says, at its levels.
-    pub fn measured(&self) -> Option<Vec<Level>> {
-        /// Of an atmosphere: pressure, temperature, air, water vapour and ozone.
-        const OF_ATMOSPHERE: usize = 5;
-        static TABLE: OnceLock<Table<31>> = OnceLock::new();
-        let table = TABLE.get_or_init(|| {
-            Table::parse(include_str!("../../data/afgl_atmospheres.csv"))
-                .expect("the tables in the program are well formed")
-        });
+    pub fn measured(&self) -> Option<&[Level]> {
+        static ATMOSPHERES: LazyLock<Vec<Vec<Level>>> = LazyLock::new(atmospheres);
         if let Self::File(file) = self {
-            return Some(file.value.0.clone());
+            return Some(&file.value.0);
         }
         let place = Self::iter().position(|profile| profile == *self).expect("the others are listed");
-        let at = OF_ATMOSPHERE * place.checked_sub(1)?;
-        let part = |air: f64, ppmv: f64| air * ppmv * 1e-6;
-        let level = |(altitude, row): (f64, [f64; 31])| {
-            let [pressure, temperature, air, water, ozone] = std::array::from_fn(|i| row[at + i]);
-            let (water, ozone, nitrogen_dioxide) = (part(air, water), part(air, ozone), part(air, row[30]));
-            Level { altitude, pressure, temperature, air, water, ozone, nitrogen_dioxide }
-        };
-        Some(table.rows().map(level).collect())
+        Some(&ATMOSPHERES[place.checked_sub(1)?])
     }
+}
+
+/// The levels of each atmosphere of the program's own table.
+fn atmospheres() -> Vec<Vec<Level>> {
+    /// Of an atmosphere: pressure, temperature, air, water vapour and ozone; one mixing ratio of all follows them.
+    const OF_ATMOSPHERE: usize = 5;
+    const ALL: usize = 6 * OF_ATMOSPHERE;
+    let table: Table<{ ALL + 1 }> = Table::parse(include_str!("../../data/afgl_atmospheres.csv"))
+        .expect("the tables in the program are well formed");
+    let part = |air: f64, ppmv: f64| air * ppmv * 1e-6;
+    let level = |altitude: f64, row: &[f64], nitrogen_dioxide: f64| {
+        let [pressure, temperature, air, water, ozone] = std::array::from_fn(|i| row[i]);
+        let (water, ozone, nitrogen_dioxide) = (part(air, water), part(air, ozone), part(air, nitrogen_dioxide));
+        Level { altitude, pressure, temperature, air, water, ozone, nitrogen_dioxide }
+    };
+    let of = |at: usize| {
+        table.rows().map(|(altitude, row)| level(altitude, &row[at..at + OF_ATMOSPHERE], row[ALL])).collect()
+    };
+    (0..ALL).step_by(OF_ATMOSPHERE).map(of).collect()
 }
 
 impl Levels {

@@ -243,7 +243,7 @@ impl Layers {
     fn new(air: Air) -> Self {
         const MEASURED: &str = "tables are those of a measured profile";
         let levels = air.profile.levels().expect(MEASURED);
-        let gases = Gases::of(&air.profile.measured().expect(MEASURED));
+        let gases = Gases::of(air.profile.measured().expect(MEASURED));
         let outer = 0.5 - 0.15f64.sqrt();
         let of_panel = [(outer, 5.0 / 18.0), (0.5, 8.0 / 18.0), (1.0 - outer, 5.0 / 18.0)];
         let rule = std::array::from_fn(|node| {

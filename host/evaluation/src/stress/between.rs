@@ -53,18 +53,13 @@ pub struct Case {
 /// Compares random rays.
 pub fn between(seed: u64, cases: u64) -> Outcome {
     let found: Vec<Case> = (0..cases).into_par_iter().map(|number| Case::random(seed, number)).collect();
-    let worst = found.iter().max_by(|a, b| a.error.total_cmp(&b.error));
-    Outcome {
-        subject: "light before a point and through it against that of the whole ray",
+    Outcome::of_cases(
+        "light before a point and through it against that of the whole ray",
         seed,
         cases,
-        failures: found.iter().filter(|case| case.error.is_nan() || case.error > 1.0).count() as u64,
-        worst: worst.map_or(0.0, |case| case.error),
-        bound: 1.0,
-        worst_case: worst.map_or("none".into(), ToString::to_string),
-        judged_apart: 0,
-        apart: "",
-    }
+        &found,
+        |case| case.error,
+    )
 }
 
 impl Case {

@@ -1,5 +1,7 @@
 //! What a sweep found, and how it draws its cases.
 
+use std::fmt::Display;
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
@@ -28,6 +30,28 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Of cases whose errors are over what is allowed; NaN fails too. All are judged alike.
+    pub(super) fn of_cases<T: Display>(
+        subject: &'static str,
+        seed: u64,
+        cases: u64,
+        found: &[T],
+        error: fn(&T) -> f64,
+    ) -> Self {
+        let worst = found.iter().max_by(|a, b| error(a).total_cmp(&error(b)));
+        Self {
+            subject,
+            seed,
+            cases,
+            failures: found.iter().map(error).filter(|error| error.is_nan() || *error > 1.0).count() as u64,
+            worst: worst.map_or(0.0, error),
+            bound: 1.0,
+            worst_case: worst.map_or("none".into(), ToString::to_string),
+            judged_apart: 0,
+            apart: "",
+        }
+    }
+
     /// This outcome and a later one of the same sweep as one, with the seed of the first.
     pub(super) fn and(self, later: Self) -> Self {
         let Self { subject, seed, bound, apart, .. } = self;

@@ -42,17 +42,16 @@ pub fn spectra(seed: u64, cases: u64) -> Outcome {
         .into_par_iter()
         .flat_map_iter(|number| of_a_sky(seed, number, OF_A_SKY.min(cases - number * OF_A_SKY)))
         .collect();
-    let worst = found.iter().max_by(|a, b| a.error.total_cmp(&b.error));
     Outcome {
-        subject: "spectra by the fit against the oracle and each wavelength itself",
-        seed,
-        cases,
-        failures: found.iter().filter(|case| case.error.is_nan() || case.error > 1.0).count() as u64,
-        worst: worst.map_or(0.0, |case| case.error),
-        bound: 1.0,
-        worst_case: worst.map_or("none".into(), ToString::to_string),
         judged_apart: found.iter().filter(|case| case.is_integrated).count() as u64,
         apart: "of skies in which each wavelength is integrated, because rays that were held out said that a fit would not do",
+        ..Outcome::of_cases(
+            "spectra by the fit against the oracle and each wavelength itself",
+            seed,
+            cases,
+            &found,
+            |case| case.error,
+        )
     }
 }
 

@@ -141,18 +141,7 @@ struct Case {
 /// Walks through random skies.
 pub fn steps(seed: u64, cases: u64) -> Outcome {
     let found: Vec<Case> = (0..cases).into_par_iter().map(|number| Case::random(seed, number)).collect();
-    let worst = found.iter().max_by(|a, b| a.error.total_cmp(&b.error));
-    Outcome {
-        subject: "steps of the plan along a number of a scene",
-        seed,
-        cases,
-        failures: found.iter().filter(|case| case.error.is_nan() || case.error > 1.0).count() as u64,
-        worst: worst.map_or(0.0, |case| case.error),
-        bound: 1.0,
-        worst_case: worst.map_or("none".into(), ToString::to_string),
-        judged_apart: 0,
-        apart: "",
-    }
+    Outcome::of_cases("steps of the plan along a number of a scene", seed, cases, &found, |case| case.error)
 }
 
 impl Case {

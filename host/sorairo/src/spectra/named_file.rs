@@ -78,10 +78,10 @@ mod tests {
     #[test]
     fn a_table_is_named_as_it_is_found_from_the_scene() {
         for (folder, file, name) in [
-            ("/a/work", "/a/work/x.csv", "x.csv"),
-            ("/a/work", "/a/work/tables/x.csv", "tables/x.csv"),
-            ("/a/work/", "/a/work/../tables/./x.csv", "../tables/x.csv"),
-            ("/a/b/../work", "/a/tables/x.csv", "../tables/x.csv"),
+            ("/a/scenes", "/a/scenes/x.csv", "x.csv"),
+            ("/a/scenes", "/a/scenes/tables/x.csv", "tables/x.csv"),
+            ("/a/scenes/", "/a/scenes/../tables/./x.csv", "../tables/x.csv"),
+            ("/a/b/../scenes", "/a/tables/x.csv", "../tables/x.csv"),
             // As from a scene on standard input.
             ("/dev", "/a/x.csv", "x.csv"),
             (".", "tables/x.csv", "tables/x.csv"),

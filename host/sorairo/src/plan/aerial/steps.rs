@@ -6,11 +6,11 @@ use sorairo_shared::geometry::{Ray, Shadow};
 use sorairo_shared::glam::{Vec2, Vec4};
 use sorairo_shared::medium::atmosphere::{ColumnDensities, Medium};
 use sorairo_shared::medium::bands::Coefficients;
-use sorairo_shared::medium::density::relative_densities;
-use sorairo_shared::medium::ozone::ozone_density;
-use sorairo_shared::medium::tables::{gas_densities, shadow_at};
+use sorairo_shared::medium::tables::shadow_at;
 use sorairo_shared::path::pieces::Sample;
 use sorairo_shared::variant;
+
+use crate::medium::density::densities_at;
 
 /// Nodes of Gauss and Legendre in a step, on [0, 1], and their weights.
 const NODES: [(f64, f64); 3] =
@@ -217,13 +217,7 @@ impl Walk<'_> {
         if altitude > f64::from(self.medium.atmosphere.depth) {
             return [0.0; 5];
         }
-        let altitude = altitude as f32;
-        let density = relative_densities(self.medium, altitude, self.variant);
-        let has_ozone = self.variant & variant::OZONE != 0;
-        let ozone = if has_ozone { ozone_density(self.medium, altitude, self.variant) } else { 0.0 };
-        let has_tables = self.variant & variant::TABLES != 0;
-        let gases = if has_tables { gas_densities(self.medium, altitude) } else { Vec2::ZERO };
-        [density.x, density.y, ozone, gases.x, gases.y].map(f64::from)
+        densities_at(self.medium, altitude, self.variant)
     }
 
     /// The extinction coefficient (km⁻¹) of such densities.

@@ -3,12 +3,9 @@
 use std::borrow::Cow;
 
 use sorairo_shared::glam::Vec2;
-use sorairo_shared::medium::density::relative_densities;
-use sorairo_shared::medium::ozone::ozone_density;
-use sorairo_shared::medium::tables::gas_densities;
 use sorairo_shared::path::pieces::PieceSamples;
-use sorairo_shared::variant;
 
+use crate::medium::density::densities_at;
 use crate::plan::light_field::resolution::Resolution;
 use crate::plan::light_field::setting::Setting;
 use crate::plan::light_field::wavelengths::Wavelengths;
@@ -157,15 +154,9 @@ fn altitudes<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>, sc
     altitudes
 }
 
-/// Relative densities of (air, aerosol, ozone), and of the gases of the tables, at an altitude (km).
+/// The [`densities_at`] an altitude (km).
 pub fn densities(setting: &Setting, altitude: f64) -> [f64; 5] {
-    let altitude = altitude as f32;
-    let density = relative_densities(setting.medium, altitude, setting.variant);
-    let has_ozone = setting.variant & variant::OZONE != 0;
-    let ozone = if has_ozone { ozone_density(setting.medium, altitude, setting.variant) } else { 0.0 };
-    let has_tables = setting.variant & variant::TABLES != 0;
-    let gases = if has_tables { gas_densities(setting.medium, altitude) } else { Vec2::ZERO };
-    [density.x, density.y, ozone, gases.x, gases.y].map(f64::from)
+    densities_at(setting.medium, altitude, setting.variant)
 }
 
 /// The air at an altitude (km) at the wavelength at which it is thickest.

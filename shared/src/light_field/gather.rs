@@ -5,7 +5,7 @@ use core::ops::Range;
 use crate::light_field::moments::{Moments, Stencil};
 use crate::light_field::polarisation::SpinFunctions;
 use crate::light_field::rays::{SunPlace, between_logarithms, functions_of_air};
-use crate::light_field::source::{NodeMoments, polarised_source, second_moments, size, source};
+use crate::light_field::source::{NodeMoments, polarised_source, size, source};
 use crate::light_field::table::{MomentTable, RayNode, TILE, TableRay, suns_of_tile, wavelengths_of_tile};
 use crate::math::{exp_lanes, ln_lanes, safe_sqrt};
 use crate::medium::bands::ByScatterer;
@@ -175,18 +175,11 @@ fn take_sums<const N: usize, const T: usize>(
         }
         if let Some(couplings) = table.couplings {
             let second = functions_of_air(1.0, node.place.mu, node.place.sine);
-            for (m, of_radiance) in [second.y, second.z, second.w].into_iter().enumerate() {
-                let moments = second_moments(&of_node, moments, m);
-                let [to_radiance, to_polarised] = polarised_source(&moments, couplings.air);
-                let mut to_radiance = to_radiance.times(&scatterers.air);
-                let mut to_polarised = to_polarised.times(&scatterers.air);
-                if has_aerosol {
-                    let of_aerosol = polarised_source(&moments, couplings.aerosol);
-                    to_radiance.add_product(&of_aerosol[0], &scatterers.aerosol);
-                    to_polarised.add_product(&of_aerosol[1], &scatterers.aerosol);
-                }
-                add_to(&mut radiance[m * TILE..][..TILE], &to_radiance.scaled(of_radiance));
-                polarised[m * TILE..][..TILE].copy_from_slice(&to_polarised.0);
+            for (m, function) in [second.y, second.z, second.w].into_iter().enumerate() {
+                let [added, made] =
+                    polarised_source(&of_node, moments, (m, function), &scatterers, couplings, has_aerosol);
+                add_to(&mut radiance[m * TILE..][..TILE], &added);
+                polarised[m * TILE..][..TILE].copy_from_slice(&made.0);
             }
         }
     }
@@ -408,8 +401,7 @@ fn polarised_of_place<const T: usize>(
     let first = numbers.of_radiance(T) / TILE;
     let cosine = place.cosine;
     let sine = safe_sqrt(1.0 - cosine * cosine);
-    let of_q = [spin.w[0], spin.w[1] * cosine, spin.w[2] * (2.0 * cosine * cosine - 1.0)];
-    let of_u = [0.0, spin.x[1] * sine, spin.x[2] * (2.0 * sine * cosine)];
+    let [of_q, of_u] = spin.at_azimuth(cosine, sine);
     let mut sums = [[0.0; TILE]; 2];
     for at in 0..(numbers.polarised * T).div_ceil(TILE) {
         let mut multiples = [[0.0; TILE]; 2];

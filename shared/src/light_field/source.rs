@@ -58,19 +58,32 @@ pub fn source<V: Value>(
     source
 }
 
-/// The moments `L_2m` and `E_2m` at a node. Those of polarised light stand behind the others, which lie as `of` says;
-/// see [`crate::light_field::polarisation`].
+/// What polarised light adds to the source of an azimuthal number up to 2, and the coefficient `P_m` of the source of
+/// polarised light: `I_2m += γ E_2m`, `E_2m' = γ L_2m + α E_2m`. The moments of polarised light stand behind the others,
+/// which lie as `of` says; see [`crate::light_field::polarisation`]. `function` is `N_2m P_2^m` of the ray's direction.
 #[inline(always)]
-pub fn second_moments<V: Value>(node: &impl NodeMoments<V>, of: Moments, m: usize) -> [V; 2] {
-    [node.moment(of.first(m) + 2 - m), node.moment(of.count() + m)]
-}
-
-/// What a scatterer makes of them: the part of `I_2m` that polarised light adds, and `E_2m`.
-#[inline(always)]
-pub fn polarised_source<V: Value>([radiance, polarised]: &[V; 2], Coupling { gamma, alpha }: Coupling) -> [V; 2] {
-    let mut made = radiance.scaled(gamma);
-    made.add_scaled(polarised, alpha);
-    [polarised.scaled(gamma), made]
+pub fn polarised_source<V: Value>(
+    node: &impl NodeMoments<V>,
+    of: Moments,
+    (m, function): (usize, f32),
+    scatterers: &ByScatterer<V>,
+    couplings: ByScatterer<Coupling>,
+    has_aerosol: bool,
+) -> [V; 2] {
+    let (radiance, polarised) = (node.moment(of.first(m) + 2 - m), node.moment(of.count() + m));
+    let scattered = |Coupling { gamma, alpha }: Coupling| {
+        let mut made = radiance.scaled(gamma);
+        made.add_scaled(&polarised, alpha);
+        [polarised.scaled(gamma), made]
+    };
+    let [added, made] = scattered(couplings.air);
+    let (mut added, mut made) = (added.times(&scatterers.air), made.times(&scatterers.air));
+    if has_aerosol {
+        let [added_by, made_by] = scattered(couplings.aerosol);
+        added.add_product(&added_by, &scatterers.aerosol);
+        made.add_product(&made_by, &scatterers.aerosol);
+    }
+    [added.scaled(function), made]
 }
 
 /// The size of a source of which the magnitudes of all `S_m` are the sum: what is [`SMALLEST`] of what scatters is

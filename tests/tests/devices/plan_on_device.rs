@@ -8,8 +8,9 @@ use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::plan::on_device::{DeviceUses, Memory, PlanDevice, PlanPass, Views};
 use sorairo::low_level::plan::{GridKind, SpectralPlan, direction};
-use sorairo::scene::{CameraScene, GroundAlbedo, Orders, PathChoice, Preset, Projection, Rgb, Scene};
-use sorairo::{Error, LightFields, PixelFormat, Plan, Result, SkyPlan, wgpu};
+use sorairo::low_level::spectrum::Direction;
+use sorairo::scene::{CameraScene, GroundAlbedo, Orders, PathChoice, Polarisation, Preset, Projection, Rgb, Scene};
+use sorairo::{Error, LightFields, PixelFormat, Plan, Result, SkyPlan, StokesFrame, StokesSpectra, wgpu};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::sky::ByConstituent;
 use sorairo_tests::compare::worst_in_images;
@@ -32,8 +33,14 @@ fn skies() -> Vec<(String, Scene)> {
         skies.push(of("standard", Preset::Standard, sun, &|_| {}));
     }
     for sun in [30.0, -3.0] {
-        skies.push(of("measured air", Preset::Standard, sun, &|scene| {
-            (scene.atmosphere.profile, scene.atmosphere.refraction) = (Profile::UsStandard, true);
+        skies.push(of("air in closed form", Preset::Standard, sun, &|scene| {
+            (scene.atmosphere.profile, scene.atmosphere.refraction) = (Profile::Exponential, false);
+        }));
+        skies.push(of("natural light", Preset::Standard, sun, &|scene| {
+            scene.render.polarisation = Polarisation::Off;
+        }));
+        skies.push(of("closed form, polarised", Preset::Earth, sun, &|scene| {
+            scene.render.polarisation = Polarisation::On;
         }));
     }
     for sun in [30.0, 2.0] {
@@ -154,6 +161,36 @@ fn spectra_of_a_sky_planned_on_a_device_are_those_of_the_processor() {
         before.push(expected);
     }
     assert!(apart(&before[1], &before[0]) > 0.1, "negative control");
+}
+
+#[test]
+fn stokes_vectors_of_a_sky_planned_on_a_device_are_those_of_the_processor() {
+    let (device, queue) = with_passthrough();
+    let on_device = gpu::light_fields(&device, &queue);
+    let directions: Vec<Direction> = [(3.0, 10.0), (20.0, 60.0), (75.0, 170.0), (60.0, 270.0)]
+        .map(|(elevation, azimuth)| Direction { elevation, azimuth })
+        .into();
+    let suns = ["standard, sun at 60°", "standard, sun at 5°", "standard, sun at -4°", "hazy, sun at 30°"];
+    let skies: Vec<_> = skies().into_iter().filter(|(name, _)| suns.contains(&name.as_str())).collect();
+    assert_eq!(skies.len(), suns.len());
+    for (name, scene) in skies {
+        let stokes = |fields: &LightFields| {
+            let spectra = StokesSpectra::new(&planned(&scene, fields), &[400.0, 550.0, 700.0], StokesFrame::Vertical);
+            spectra.unwrap().in_directions(&directions).unwrap()
+        };
+        let (found, expected) = (by_device_alone(&name, &on_device, stokes), stokes(&LightFields::default()));
+        let mut polarised: f64 = 0.0;
+        for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
+            let [found, expected] = [found, expected].map(|of| [of.stokes_i, of.stokes_q, of.stokes_u]);
+            polarised = polarised.max(expected[1].hypot(expected[2]) / expected[0]);
+            for (found, value) in found.into_iter().zip(expected) {
+                // As of spectra: slopes of up to ten multiply what the light is off.
+                let off = (found - value).abs() / expected[0];
+                assert!(off < 10.0 * SAME_FUNCTION, "{name}: {found:e}, not {value:e}");
+            }
+        }
+        assert!(polarised > 0.2, "{name}: light that is polarised, to {polarised}");
+    }
 }
 
 #[test]

@@ -6,7 +6,8 @@ use crate::light_field::device::nodes::{
     amplitude, meets_ground, mu_s_on_ground, origin_of, place_of_node, ray_of, scatterers_at, sun_angle, table_sight,
 };
 use crate::light_field::device::uniform::{FieldBuffers, FieldUniform, OF_FIRST, OF_NODE, moments_of};
-use crate::light_field::rays::Sight;
+use crate::light_field::polarisation::SpinFunctions;
+use crate::light_field::rays::{Sight, functions_of_air};
 use crate::math::{PI, fetch, safe_sqrt, store};
 use crate::medium::atmosphere::Medium;
 use crate::medium::bands::{Bands, ByScatterer};
@@ -144,16 +145,18 @@ pub fn field_phase(
 }
 
 /// Kernel `field_first_fourier`: the coefficient of `cos(n φ)` of the first order's light, after the phase functions,
-/// for a ray, a sun and a group of bands.
+/// for a ray, a sun and a group of bands; then what the ray adds to `E_2n`.
 ///
 /// What was integrated at some azimuths is a sum of their multiples `cos(j φ)`. The phase functions are sums of `cos(m
 /// φ)` by the addition theorem, and the integral over the circle of three cosines is left.
 #[inline(always)]
 pub fn field_first_fourier(uniform: &FieldUniform, tables: &[f32], values: &mut [Vec4], index: usize) {
     let groups = uniform.group_count();
-    let numbers = uniform.first.y as usize + 1;
+    let of_radiance = uniform.first.y as usize + 1;
+    let numbers = of_radiance + uniform.polarised as usize;
     let (place, group) = (index / groups, index % groups);
     let (under_sun, n) = (place / numbers, place % numbers);
+    let polarised = Polarised::new(uniform, tables, under_sun);
     let azimuths = uniform.azimuths as usize;
     let mut coefficient = Vec4::ZERO;
     let mut j = 0;
@@ -169,19 +172,54 @@ pub fn field_first_fourier(uniform: &FieldUniform, tables: &[f32], values: &mut 
             ground += fetch(values, at + 2) * share;
             azimuth += 1;
         }
-        let difference = n.abs_diff(j);
-        let mut both = phases(uniform, values, under_sun, difference) + phases(uniform, values, under_sun, n + j);
-        if difference == 0 {
-            both += phases(uniform, values, under_sun, 0);
+        if n < of_radiance {
+            let difference = n.abs_diff(j);
+            let mut both = phases(uniform, values, under_sun, difference) + phases(uniform, values, under_sun, n + j);
+            if difference == 0 {
+                both += phases(uniform, values, under_sun, 0);
+            }
+            if n + j == 0 {
+                both += phases(uniform, values, under_sun, 0);
+            }
+            both *= 0.5 * PI;
+            coefficient += air * both.x + aerosol * both.y + ground * both.z;
+        } else {
+            coefficient +=
+                (air * polarised.gamma.x + aerosol * polarised.gamma.y) * polarised.share(n - of_radiance, j);
         }
-        if n + j == 0 {
-            both += phases(uniform, values, under_sun, 0);
-        }
-        both *= 0.5 * PI;
-        coefficient += air * both.x + aerosol * both.y + ground * both.z;
         j += 1;
     }
     store(values, uniform.values.fourier as usize + index, coefficient);
+}
+
+/// Sunlight that is scattered once into a ray, as polarised light.
+struct Polarised {
+    spin: SpinFunctions,
+    /// `Y_2m` of the sun.
+    of_sun: Vec4,
+    /// `γ` of air and of aerosol.
+    gamma: Vec2,
+}
+
+impl Polarised {
+    #[inline(always)]
+    fn new(uniform: &FieldUniform, tables: &[f32], under_sun: usize) -> Self {
+        let suns = uniform.suns as usize;
+        let ray = ray_of(uniform, tables, under_sun / suns);
+        let sun = sun_angle(uniform, tables, under_sun % suns);
+        let ByScatterer { air, aerosol } = uniform.coupling();
+        Self {
+            spin: SpinFunctions::new(ray.y, ray.z),
+            of_sun: functions_of_air(1.0, sun.y, sun.x),
+            gamma: Vec2::new(air.gamma, aerosol.gamma),
+        }
+    }
+
+    /// What light times `cos(j φ)` adds to `E_2n`, before `γ`.
+    #[inline(always)]
+    fn share(&self, n: usize, j: usize) -> f32 {
+        self.spin.moment([self.of_sun.y, self.of_sun.z, self.of_sun.w], n, j)
+    }
 }
 
 /// The coefficients of `cos(m φ)` of the phase functions that [`field_phase`] found.

@@ -6,9 +6,10 @@ use crate::light_field::device::nodes::{
 };
 use crate::light_field::device::uniform::{FieldUniform, OF_NODE, moments_of};
 use crate::light_field::moments::{Moments, Stencil};
-use crate::light_field::rays::{SMALLEST, Sight, SunPlace, between_logarithms};
-use crate::light_field::source::{NodeMoments, size, source};
-use crate::math::{PI, acos, exp4, fetch, ln4, max, max4, store};
+use crate::light_field::polarisation::{SpinFunctions, number};
+use crate::light_field::rays::{SMALLEST, Sight, SunPlace, between_logarithms, functions_of_air};
+use crate::light_field::source::{NodeMoments, polarised_source, size, source};
+use crate::math::{PI, acos, exp4, fetch, ln4, max, max4, safe_sqrt, store};
 use crate::medium::bands::ByScatterer;
 use crate::value::Value;
 use crate::variant;
@@ -43,8 +44,8 @@ impl NodeMoments<Vec4> for MomentsOfOrder<'_> {
 }
 
 /// Kernel `field_sources`: the source at a node of a ray towards its origin, under a sun and for each azimuthal number:
-/// `Σ_l χ_l L_lm N_lm P_l^m`; where what lies between suns is interpolated by logarithms, relative to its size, whose
-/// logarithm follows.
+/// `Σ_l χ_l L_lm N_lm P_l^m`; then that of polarised light, where it is gathered; where what lies between suns is
+/// interpolated by logarithms, both relative to the size of the first, whose logarithm follows.
 #[inline(always)]
 pub fn field_source(
     uniform: &FieldUniform,
@@ -59,9 +60,11 @@ pub fn field_source(
     let (node, sun) = (place / suns, place % suns);
     let at = uniform.values.nodes as usize + OF_NODE * node;
     if fetch(values, at).w > 0.0 {
-        let functions_of_air = fetch(values, at + 2);
+        let of_air = fetch(values, at + 2);
+        let place = fetch(values, at);
+        let second = functions_of_air(1.0, place.x, place.y);
         let (taken, last) = (moments_of(uniform.taken), moments_of(uniform.last));
-        let of_sun = last.count() * groups;
+        let of_sun = uniform.of_node(uniform.last) * groups;
         let first_altitude = fetch(values, at + 3).w as usize;
         let known = moments_of(uniform.at_nodes);
         let moments = MomentsOfOrder {
@@ -81,7 +84,17 @@ pub fn field_source(
         let mut magnitudes = Vec4::ZERO;
         let mut m = 0;
         while m <= taken.azimuthal {
-            let source = source(&moments, last, (taken.degree, m), functions_of_air, &scatterers, has_aerosol);
+            let mut source = source(&moments, last, (taken.degree, m), of_air, &scatterers, has_aerosol);
+            if (uniform.polarised > 0) & (m <= 2) {
+                let function = number([second.y, second.z, second.w], m);
+                let couplings = uniform.coupling();
+                let [added, made] =
+                    polarised_source(&moments, last, (m, function), &scatterers, couplings, has_aerosol);
+                source += added;
+                if uniform.gathered > 0 {
+                    store(values, to + (taken.azimuthal + 1 + m) * groups, made);
+                }
+            }
             store(values, to + m * groups, source);
             magnitudes += source.magnitude();
             m += 1;
@@ -90,7 +103,7 @@ pub fn field_source(
             let size = size(&magnitudes, &scatterers);
             let inverse = Vec4::ONE / size;
             m = 0;
-            while m <= taken.azimuthal {
+            while m < taken.azimuthal + 1 + uniform.gathered as usize {
                 let source = fetch(values, to + m * groups);
                 store(values, to + m * groups, source * inverse);
                 m += 1;
@@ -101,7 +114,8 @@ pub fn field_source(
 }
 
 /// Kernel `field_gather`: the light that is gathered in a sight of a ray at a group of bands, with that of the ground
-/// for a ray of a table; for an observer's the irradiance of the ground stands beside it.
+/// for a ray of a table; for an observer's the irradiance of the ground stands beside it. `Q` and `U` follow where they
+/// are asked for.
 #[inline(always)]
 pub fn field_gather(uniform: &FieldUniform, tables: &[f32], values: &mut [Vec4], orders: &[Vec4], index: usize) {
     let groups = uniform.group_count();
@@ -116,14 +130,21 @@ pub fn field_gather(uniform: &FieldUniform, tables: &[f32], values: &mut [Vec4],
         Sight { mu_s: fetch(tables, at), nu: fetch(tables, at + 1), near: uniform.suns as usize / 2 }
     };
     let axis = uniform.sun_axis(tables);
-    let mut light = Vec4::ZERO;
+    let (mut light, mut q, mut u) = (Vec4::ZERO, Vec4::ZERO, Vec4::ZERO);
     let mut node = ray * uniform.nodes_of_ray();
     let end = node + uniform.nodes_of_ray();
     while node < end {
         let there = place_of_node(uniform, values, node);
         if there.radius > 0.0 {
             let SunPlace { suns, cosine } = there.sun(axis, origin.x, sight);
-            light += light_of_node(uniform, values, (node, group), suns, cosine);
+            let scale = scale_of_node(uniform, values, (node, group), suns);
+            light += light_of_node(uniform, values, (node, group), suns, cosine) * scale;
+            if uniform.gathered > 0 {
+                let spin = SpinFunctions::new(there.mu, there.sine);
+                let [of_q, of_u] = stokes_of_node(uniform, values, (node, group), suns, cosine, spin);
+                q += of_q * scale;
+                u += of_u * scale;
+            }
         }
         node += 1;
     }
@@ -146,12 +167,40 @@ pub fn field_gather(uniform: &FieldUniform, tables: &[f32], values: &mut [Vec4],
             light += irradiance * fetch(values, uniform.values.grounds as usize + ray * groups + group);
         }
     }
-    if is_of_table {
-        store(values, uniform.values.light as usize + index, light);
-    } else {
-        store(values, uniform.values.light as usize + 2 * index, light);
-        store(values, uniform.values.light as usize + 2 * index + 1, irradiance);
+    let mut at = uniform.values.light as usize + uniform.of_light() * index;
+    store(values, at, light);
+    at += 1;
+    if !is_of_table {
+        store(values, at, irradiance);
+        at += 1;
     }
+    if uniform.gathered > 0 {
+        store(values, at, q);
+        store(values, at + 1, u);
+    }
+}
+
+/// A source of a node between four suns.
+#[inline(always)]
+fn between_suns(values: &[Vec4], at: usize, step: usize, weights: [f32; 4]) -> Vec4 {
+    fetch(values, at) * weights[0]
+        + fetch(values, at + step) * weights[1]
+        + fetch(values, at + 2 * step) * weights[2]
+        + fetch(values, at + 3 * step) * weights[3]
+}
+
+/// The size that the sources of a node are relative to, between four suns.
+#[inline(always)]
+fn scale_of_node(uniform: &FieldUniform, values: &[Vec4], (node, group): (usize, usize), suns: Stencil) -> Vec4 {
+    if uniform.logarithmic == 0 {
+        return Vec4::ONE;
+    }
+    let groups = uniform.group_count();
+    let numbers = uniform.taken.y as usize + 1 + uniform.gathered as usize;
+    let (at, step) = (uniform.source(node, suns.first, group) + numbers * groups, (numbers + 1) * groups);
+    let four =
+        [fetch(values, at), fetch(values, at + step), fetch(values, at + 2 * step), fetch(values, at + 3 * step)];
+    exp4(between_logarithms_of_four(four, suns.weights))
 }
 
 /// The light that the sources of a node send under a sun between four: `Σ_m S_m cos(m φ)`.
@@ -165,32 +214,46 @@ fn light_of_node(
 ) -> Vec4 {
     let groups = uniform.group_count();
     let numbers = uniform.taken.y as usize + 1;
-    let step = (numbers + 1) * groups;
-    let weights = suns.weights;
+    let step = (numbers + 1 + uniform.gathered as usize) * groups;
     let first = uniform.source(node, suns.first, group);
     let mut sum = Vec4::ZERO;
     // cos((m + 1) φ) = 2 cos φ cos(m φ) - cos((m - 1) φ)
     let (mut before, mut value) = (cosine, 1.0);
     let mut m = 0;
     while m < numbers {
-        let at = first + m * groups;
-        let between = fetch(values, at) * weights[0]
-            + fetch(values, at + step) * weights[1]
-            + fetch(values, at + 2 * step) * weights[2]
-            + fetch(values, at + 3 * step) * weights[3];
-        sum += between * value;
+        sum += between_suns(values, first + m * groups, step, suns.weights) * value;
         let next = 2.0 * cosine * value - before;
         before = value;
         value = next;
         m += 1;
     }
-    if uniform.logarithmic != 0 {
-        let at = first + numbers * groups;
-        let four =
-            [fetch(values, at), fetch(values, at + step), fetch(values, at + 2 * step), fetch(values, at + 3 * step)];
-        sum *= exp4(between_logarithms_of_four(four, weights));
-    }
     sum
+}
+
+/// `Q` and `U` likewise: `Σ_m W_m P_m cos(m φ)` and `Σ_m X_m P_m sin(m φ)`.
+#[inline(always)]
+fn stokes_of_node(
+    uniform: &FieldUniform,
+    values: &[Vec4],
+    (node, group): (usize, usize),
+    suns: Stencil,
+    cosine: f32,
+    spin: SpinFunctions,
+) -> [Vec4; 2] {
+    let groups = uniform.group_count();
+    let numbers = uniform.taken.y as usize + 1;
+    let step = (numbers + 1 + uniform.gathered as usize) * groups;
+    let first = uniform.source(node, suns.first, group) + numbers * groups;
+    let [of_q, of_u] = spin.at_azimuth(cosine, safe_sqrt(1.0 - cosine * cosine));
+    let (mut q, mut u) = (Vec4::ZERO, Vec4::ZERO);
+    let mut m = 0;
+    while m <= 2 {
+        let between = between_suns(values, first + m * groups, step, suns.weights);
+        q += between * number(of_q, m);
+        u += between * number(of_u, m);
+        m += 1;
+    }
+    [q, u]
 }
 
 /// [`between_logarithms`] at four bands.
@@ -205,20 +268,34 @@ fn between_logarithms_of_four([a, b, c, d]: [Vec4; 4], weights: [f32; 4]) -> Vec
 }
 
 /// Kernel `field_fourier`: the integral over the circle of the light that was gathered against `cos(m φ)`, for a ray, a
-/// sun and a group of bands.
+/// sun and a group of bands; then what its `Q` and `U` add to `E_2m`.
 #[inline(always)]
 pub fn field_fourier(uniform: &FieldUniform, tables: &[f32], values: &mut [Vec4], index: usize) {
     let groups = uniform.group_count();
-    let numbers = uniform.of.y as usize + 1;
+    let of_radiance = uniform.of.y as usize + 1;
+    let numbers = of_radiance + uniform.polarised as usize;
     let (place, group) = (index / groups, index % groups);
     let (under_sun, m) = (place / numbers, place % numbers);
     let azimuths = uniform.azimuths as usize;
     let around = if m == 0 { 2.0 * PI } else { PI };
+    let ray = ray_of(uniform, tables, under_sun / uniform.suns as usize);
+    let spin = SpinFunctions::new(ray.y, ray.z);
     let mut coefficient = Vec4::ZERO;
     let mut azimuth = 0;
     while azimuth < azimuths {
-        let at = uniform.values.light as usize + (under_sun * azimuths + azimuth) * groups + group;
-        coefficient += fetch(values, at) * (around * amplitude(uniform, tables, m, azimuth));
+        let sight = (under_sun * azimuths + azimuth) * groups + group;
+        let at = uniform.values.light as usize + uniform.of_light() * sight;
+        if m < of_radiance {
+            coefficient += fetch(values, at) * (around * amplitude(uniform, tables, m, azimuth));
+        } else {
+            let cosine = fetch(tables, uniform.tables.azimuths as usize + azimuth);
+            let [of_q, of_u] = spin.at_azimuth(cosine, safe_sqrt(1.0 - cosine * cosine));
+            let part = 2.0 * PI * amplitude(uniform, tables, 0, azimuth);
+            let number_of = m - of_radiance;
+            coefficient += (fetch(values, at + 1) * number(of_q, number_of)
+                + fetch(values, at + 2) * number(of_u, number_of))
+                * part;
+        }
         azimuth += 1;
     }
     store(values, uniform.values.fourier as usize + index, coefficient);
@@ -238,27 +315,36 @@ pub fn field_moment(
     let (groups, suns) = (uniform.group_count(), uniform.suns as usize);
     let (of, first) = (moments_of(uniform.of), moments_of(uniform.first));
     let (place, group) = (index / groups, index % groups);
-    let (under_sun, moment) = (place / of.count(), place % of.count());
+    let of_node = uniform.of_node(uniform.of);
+    let nodes = uniform.altitudes as usize * suns;
+    let (under_sun, moment) = (place / of_node, place % of_node);
     let (mut altitude, mut sun) = (under_sun / suns, under_sun % suns);
-    let is_irradiance = altitude >= uniform.altitudes as usize;
+    let is_irradiance = under_sun >= nodes;
     if is_irradiance {
         altitude = 0;
-        sun = place - uniform.altitudes as usize * suns * of.count();
+        sun = place - nodes * of_node;
     }
+    let is_polarised = !is_irradiance & (moment >= of.count());
     let mut m = 0;
-    while !is_irradiance & (moment >= of.first(m + 1)) {
+    while !is_irradiance & !is_polarised & (moment >= of.first(m + 1)) {
         m += 1;
     }
-    let function = first.first(m) + moment - of.first(m);
+    // Which coefficient of a ray, and which of its functions.
+    let coefficient = if is_polarised { of.azimuthal + 1 + moment - of.count() } else { m };
+    let function = if is_polarised { 0 } else { first.first(m) + moment - of.first(m) };
+    let numbers = of.azimuthal + 1 + uniform.polarised as usize;
     let starts = uniform.tables.first_rays as usize;
     let mut ray = fetch(tables, starts + altitude) as usize;
     let end = fetch(tables, starts + altitude + 1) as usize;
     let mut sum = Vec4::ZERO;
     while ray < end {
         let of_ray = ray_of(uniform, tables, ray);
-        let fourier = uniform.values.fourier as usize + ((ray * suns + sun) * (of.azimuthal + 1) + m) * groups + group;
+        let at = ((ray * suns + sun) * numbers + coefficient) * groups + group;
+        let fourier = uniform.values.fourier as usize + at;
         let weight = if is_irradiance {
             max(of_ray.y, 0.0)
+        } else if is_polarised {
+            1.0
         } else {
             fetch(functions, uniform.values.ray_functions as usize + ray * first.count() + function)
         };
@@ -266,8 +352,9 @@ pub fn field_moment(
         ray += 1;
     }
     store(orders, uniform.kept.of as usize + index, sum);
-    if !is_irradiance & (moment == 0) {
-        store(orders, uniform.kept.means as usize + under_sun * groups + group, sum);
+    if !is_irradiance & ((moment == 0) | is_polarised) {
+        let kind = if is_polarised { 1 + moment - of.count() } else { 0 };
+        store(orders, uniform.kept.means as usize + (kind * nodes + under_sun) * groups + group, sum);
     }
 }
 
@@ -278,13 +365,19 @@ pub fn field_sum(uniform: &FieldUniform, tables: &[f32], orders: &mut [Vec4], in
     let nodes = uniform.altitudes as usize * uniform.suns as usize;
     let (first, next, later) = (moments_of(uniform.first), moments_of(uniform.next), moments_of(uniform.later));
     let (place, group) = (index / groups, index % groups);
-    let (node, moment) = (place / first.count(), place % first.count());
+    let polarised = uniform.polarised as usize;
+    let of_node = first.count() + polarised;
+    let (node, moment) = (place / of_node, place % of_node);
     let is_irradiance = node >= nodes;
+    let is_polarised = !is_irradiance & (moment >= first.count());
     let mut m = 0;
-    while !is_irradiance & (moment >= first.first(m + 1)) {
+    while !is_irradiance & !is_polarised & (moment >= first.first(m + 1)) {
         m += 1;
     }
-    let degree = m + moment - first.first(m);
+    let degree = if is_polarised { 0 } else { m + moment - first.first(m) };
+    // Whose factors: those of radiance and `E_20`, of `E_21` or of `E_22`.
+    let kinds = if polarised > 0 { polarised } else { 1 };
+    let kind = if is_polarised { moment - first.count() } else { 0 };
     let mut sum = fetch(orders, uniform.kept.of as usize + index);
     let mut at = uniform.kept.last as usize;
     let mut order = 0;
@@ -294,14 +387,17 @@ pub fn field_sum(uniform: &FieldUniform, tables: &[f32], orders: &mut [Vec4], in
             degree: if order == 0 { next.degree } else { later.degree },
             azimuthal: if order == 0 { next.azimuthal } else { later.azimuthal },
         };
-        let factor = four_of(tables, uniform.tables.factors as usize + 4 * (order * groups + group));
+        let of_node_there = of.count() + polarised;
+        let factor = four_of(tables, uniform.tables.factors as usize + 4 * ((order * kinds + kind) * groups + group));
         if is_irradiance {
-            let sun = place - nodes * first.count();
-            sum += fetch(orders, at + (nodes * of.count() + sun) * groups + group) * factor;
+            let sun = place - nodes * of_node;
+            sum += fetch(orders, at + (nodes * of_node_there + sun) * groups + group) * factor;
+        } else if is_polarised {
+            sum += fetch(orders, at + (node * of_node_there + of.count() + kind) * groups + group) * factor;
         } else if (m <= of.azimuthal) & (degree <= of.degree) {
-            sum += fetch(orders, at + (node * of.count() + of.first(m) + degree - m) * groups + group) * factor;
+            sum += fetch(orders, at + (node * of_node_there + of.first(m) + degree - m) * groups + group) * factor;
         }
-        at += (nodes * of.count() + uniform.suns as usize) * groups;
+        at += (nodes * of_node_there + uniform.suns as usize) * groups;
         order += 1;
     }
     store(orders, uniform.kept.sum as usize + index, sum);

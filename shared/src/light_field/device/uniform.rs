@@ -2,10 +2,13 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::glam::{UVec2, Vec2, Vec4};
+use crate::glam::{UVec2, Vec2, Vec4, Vec4Swizzles};
 use crate::light_field::moments::{Axis, Moments};
+#[cfg(doc)]
+use crate::light_field::polarisation;
+use crate::light_field::polarisation::Coupling;
 use crate::medium::atmosphere::{Atmosphere, Medium};
-use crate::medium::bands::Bands;
+use crate::medium::bands::{Bands, ByScatterer};
 
 /// [`Moments`] from a uniform, where they are the highest degree and the highest azimuthal number.
 #[inline(always)]
@@ -21,6 +24,8 @@ pub struct FieldUniform {
     pub atmosphere: Atmosphere,
     /// For which the samples of a ray are placed.
     pub placed_for: Bands,
+    /// How scatterers couple the moments of polarised light: `γ` and `α` of air, then those of aerosol.
+    pub couplings: Vec4,
     /// Moments, as their highest degree and azimuthal number: of the first order, and of the directions of rays and suns.
     pub first: UVec2,
     /// Moments of the second order.
@@ -59,10 +64,11 @@ pub struct FieldUniform {
     pub thin_air: f32,
     /// `χ_2` of air.
     pub air: f32,
-    /// Unused; fills the last 16 bytes.
-    pub padding0: u32,
-    /// Unused, too.
-    pub padding1: u32,
+    /// Moments of polarised light of each node, behind those of radiance: [`polarisation::MOMENTS`], or none where light
+    /// is taken as natural.
+    pub polarised: u32,
+    /// How many of them are gathered: all along the rays of a table, along an observer's where `Q` and `U` are asked for.
+    pub gathered: u32,
     /// Where the lists begin that the host wrote.
     pub tables: Tables,
     /// Where things begin that kernels leave for each other.
@@ -91,7 +97,8 @@ pub struct Tables {
     pub aerosol: u32,
     /// Of each sight of an observer's rays the cosines of the sun's zenith angle and of its angle from the ray, or listed rays.
     pub sights: u32,
-    /// Of each order and each band how much it counts.
+    /// Of each order and each band how much it counts; of polarised light for `E_20` as for radiance, then for `E_21` and
+    /// for `E_22`.
     pub factors: u32,
     /// Unused; fills the last 16 bytes.
     pub padding0: u32,
@@ -121,7 +128,8 @@ pub struct Values {
     pub grounds: u32,
     /// Sources.
     pub sources: u32,
-    /// Light of each sight; of the first order by constituents, of an observer with the irradiance of the ground.
+    /// Light of each sight; of the first order by constituents, of an observer with the irradiance of the ground; then
+    /// `Q` and `U` where they are gathered.
     pub light: u32,
     /// Those of the phase functions for each ray and sun.
     pub phases: u32,
@@ -131,7 +139,8 @@ pub struct Values {
     pub padding: u32,
 }
 
-/// Where the orders of a light field are, each with its moments and after them the irradiance of the ground.
+/// Where the orders of a light field are, each with its moments, at each node those of polarised light last, and after
+/// them the irradiance of the ground.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Orders {
@@ -139,7 +148,7 @@ pub struct Orders {
     pub last: u32,
     /// The one that is made.
     pub of: u32,
-    /// The mean radiances of the one that is made.
+    /// The mean radiances of the one that is made, then its `E_20`, `E_21` and `E_22`.
     pub means: u32,
     /// The sum.
     pub sum: u32,
@@ -172,6 +181,12 @@ pub(crate) const OF_NODE: usize = 4;
 pub(crate) const OF_ORIGIN: usize = 2;
 /// Values of a sight's light of the first order: of air, of aerosol, of the ground.
 pub const OF_FIRST: usize = 3;
+/// Values of a sight's light of a later order along a ray of a table.
+const OF_TABLE: usize = 1;
+/// Those along a ray of an observer: with the irradiance of the ground.
+pub const OF_OBSERVER: usize = 2;
+/// `Q` and `U` behind them.
+pub const OF_STOKES: usize = 2;
 
 impl FieldUniform {
     #[inline(always)]
@@ -194,17 +209,38 @@ impl FieldUniform {
         Axis { values: tables, first: self.tables.altitudes as usize, count: self.altitudes as usize }
     }
 
-    /// Where the sources of a node under a sun begin.
+    /// Moments of each node: those that are listed, and those of polarised light.
+    #[inline(always)]
+    pub(crate) fn of_node(&self, of: UVec2) -> usize {
+        moments_of(of).count() + self.polarised as usize
+    }
+
+    /// How scatterers couple the moments of polarised light.
+    #[inline(always)]
+    pub(crate) fn coupling(&self) -> ByScatterer<Coupling> {
+        let (air, aerosol) = (self.couplings.xy(), self.couplings.zw());
+        let coupling = |of: Vec2| Coupling { gamma: of.x, alpha: of.y };
+        ByScatterer { air: coupling(air), aerosol: coupling(aerosol) }
+    }
+
+    /// Values of a sight's light of the orders after the first.
+    #[inline(always)]
+    pub(crate) fn of_light(&self) -> usize {
+        let of_radiance = if self.azimuths > 0 { OF_TABLE } else { OF_OBSERVER };
+        if self.gathered > 0 { of_radiance + OF_STOKES } else { of_radiance }
+    }
+
+    /// Where the sources of a node under a sun begin: of radiance, of polarised light, then the logarithm of their size.
     #[inline(always)]
     pub(crate) fn source(&self, node: usize, sun: usize, group: usize) -> usize {
-        let of_sun = (self.taken.y as usize + 2) * self.group_count();
+        let of_sun = (self.taken.y as usize + 2 + self.gathered as usize) * self.group_count();
         self.values.sources as usize + (node * self.suns as usize + sun) * of_sun + group
     }
 
     /// Where an order's irradiance of the ground begins, after its moments.
     #[inline(always)]
     pub(crate) fn irradiance(&self, order: u32, of: UVec2) -> usize {
-        let moments = self.altitudes as usize * self.suns as usize * moments_of(of).count();
+        let moments = self.altitudes as usize * self.suns as usize * self.of_node(of);
         order as usize + moments * self.group_count()
     }
 }

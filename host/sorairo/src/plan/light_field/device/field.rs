@@ -6,19 +6,24 @@
 //! [`crate::plan::light_field::orders::field`]'s, by the same rules.
 
 use std::ops::Range;
+use std::{array, iter};
 
 use sorairo_shared::glam::{Vec2, Vec4};
-use sorairo_shared::light_field::device::uniform::{FieldUniform, Orders as OrdersAt, Tables, Values as ValuesAt};
+use sorairo_shared::light_field::device::uniform::{
+    FieldUniform, OF_FIRST, OF_STOKES, Orders as OrdersAt, Tables, Values as ValuesAt,
+};
 use sorairo_shared::light_field::moments::Moments;
 use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::value::{Lanes, Value};
 
 use crate::error::{Error, Result};
-use crate::plan::light_field::device::lists::{Lists, NUMBERS, Room, along_rays, both, of_ray, uniform_of};
+use crate::plan::light_field::device::lists::{
+    Lists, NUMBERS, Room, along_rays, both, of_ray, polarised_moments, uniform_of,
+};
 use crate::plan::light_field::grid::{Direction, Grid, directions};
 use crate::plan::light_field::orders::azimuths::Azimuths;
 use crate::plan::light_field::orders::made::{MOST, OrdersMade};
-use crate::plan::light_field::orders::series::Series;
+use crate::plan::light_field::orders::series::{Series, geometric_factor};
 use crate::plan::light_field::resolution::Resolution;
 use crate::plan::light_field::setting::Setting;
 use crate::plan::on_device::{Dispatch, FieldKernel, Memory, PlanDevice, PlanPass, ReadBack, Retained};
@@ -64,13 +69,14 @@ struct OrderPlaces {
 }
 
 impl OrderPlaces {
-    /// Of so many orders at so many altitudes, suns and groups of bands.
-    fn new(resolution: &Resolution, orders: usize, [altitudes, suns, groups]: [usize; 3]) -> Self {
+    /// Of so many orders at so many altitudes, suns and groups of bands, with so many moments of polarised light.
+    fn new(resolution: &Resolution, orders: usize, [altitudes, suns, groups]: [usize; 3], polarised: usize) -> Self {
         let mut room = Room::default();
         let nodes = altitudes * suns;
-        let mut order = |order| room.take((nodes * moments_of(resolution, order).count() + suns) * groups);
+        let mut order =
+            |order| room.take((nodes * (moments_of(resolution, order).count() + polarised) + suns) * groups);
         let (orders_at, sum) = ((0..orders).map(&mut order).collect(), order(0));
-        let means = (0..=orders).map(|_| room.take(nodes * groups)).collect();
+        let means = (0..=orders).map(|_| room.take(nodes * (1 + polarised) * groups)).collect();
         Self { orders: orders_at, means, sum, end: room.0 }
     }
 }
@@ -124,7 +130,7 @@ impl DeviceField {
             Orders::UpTo(_) => {
                 table.compute(0..most)?;
                 made.computed = most as u32;
-                vec![Lanes([1.0; N]); most - 1]
+                vec![Lanes([1.0; N]); (most - 1) * table.kinds()]
             }
         };
         table.sum(&factors, made)
@@ -151,22 +157,25 @@ impl<'a, const N: usize> Table<'a, N> {
         let Resolution { first, next, .. } = *resolution;
         let mut functions = Room::default();
         let mut values = Room::default();
-        let light = 3 * resolution.first_azimuths.max(resolution.azimuths.div_ceil(3));
+        let polarised = polarised_moments(setting);
+        let of_light = if polarised > 0 { 1 + OF_STOKES } else { 1 };
+        let light = (OF_FIRST * resolution.first_azimuths).max(of_light * resolution.azimuths);
         let at = ValuesAt {
             ray_functions: functions.take(rays * first.count()),
             sun_functions: functions.take(suns * first.count()),
             light: values.take(rays * suns * light * groups),
             phases: values.take(rays * suns * (first.azimuthal + 1)),
-            fourier: values.take(rays * suns * (first.azimuthal + 1) * groups),
-            ..along_rays(&mut functions, &mut values, next, [rays, nodes, suns, groups], next.azimuthal)
+            fourier: values.take(rays * suns * (first.azimuthal + 1 + polarised) * groups),
+            ..along_rays(&mut functions, &mut values, next, [rays, nodes, suns, groups], next.azimuthal + 1 + polarised)
         };
-        let places = OrderPlaces::new(resolution, most, [grid.altitudes.len(), suns, groups]);
+        let places = OrderPlaces::new(resolution, most, [grid.altitudes.len(), suns, groups], polarised);
         let uniform = FieldUniform {
             at_nodes: both(next),
             rays: rays as u32,
             samples: resolution.samples,
             sights: (suns * resolution.azimuths) as u32,
             azimuths: resolution.azimuths as u32,
+            gathered: polarised as u32,
             tables,
             values: at,
             ..uniform_of(setting, resolution, &grid, groups)
@@ -215,8 +224,10 @@ impl<'a, const N: usize> Table<'a, N> {
             },
             ..self.uniform
         };
-        let FieldUniform { rays, suns, groups, altitudes, samples, .. } = uniform;
-        let (nodes, of_moments) = (2 * rays * samples, (altitudes * suns * of.count() as u32 + suns) * groups);
+        let FieldUniform { rays, suns, groups, altitudes, samples, polarised, .. } = uniform;
+        let of_node = of.count() as u32 + polarised;
+        let (nodes, of_moments) = (2 * rays * samples, (altitudes * suns * of_node + suns) * groups);
+        let coefficients = of.azimuthal as u32 + 1 + polarised;
         let step = |kernel, uniform, invocations| Dispatch { kernel, uniform: FieldUniform { invocations, ..uniform } };
         let under_suns = rays * suns * groups;
         if order == 0 {
@@ -228,7 +239,7 @@ impl<'a, const N: usize> Table<'a, N> {
                 step(FieldKernel::FieldFunctions, uniform, rays + suns),
                 step(FieldKernel::FieldPhases, uniform, rays * suns * (of.azimuthal as u32 + 1)),
                 step(FieldKernel::FieldFirst, uniform, rays * uniform.sights * groups),
-                step(FieldKernel::FieldFirstFourier, uniform, under_suns * (of.azimuthal as u32 + 1)),
+                step(FieldKernel::FieldFirstFourier, uniform, under_suns * coefficients),
                 step(FieldKernel::FieldMoments, uniform, of_moments),
             ];
         }
@@ -239,57 +250,88 @@ impl<'a, const N: usize> Table<'a, N> {
         vec![
             step(FieldKernel::FieldSources, uniform, nodes * suns * groups),
             step(FieldKernel::FieldGather, uniform, rays * uniform.sights * groups),
-            step(FieldKernel::FieldFourier, uniform, under_suns * (of.azimuthal as u32 + 1)),
+            step(FieldKernel::FieldFourier, uniform, under_suns * coefficients),
             step(FieldKernel::FieldMoments, uniform, of_moments),
         ]
     }
 
-    /// Computes orders; returns the mean radiances of each at all nodes.
+    /// Factors of an order: those of radiance and `E_20`, and where light is polarised of `E_21` and of `E_22`.
+    fn kinds(&self) -> usize {
+        polarised_moments(self.setting).max(1)
+    }
+
+    fn nodes(&self) -> usize {
+        self.grid.altitudes.len() * self.grid.suns.len()
+    }
+
+    /// Computes orders; returns the mean radiances of each at all nodes, then the moments of polarised light.
     fn compute(&self, orders: Range<usize>) -> Result<Vec<Vec<Lanes<N>>>> {
         let steps: Vec<Dispatch> = orders.clone().flat_map(|order| self.steps(order)).collect();
         let means = self.places.means[orders.start] as usize..self.places.means[orders.end] as usize;
         let read = self.device.run(&self.work(&steps, None, Some(ReadBack::Orders(means))))?;
-        let nodes = self.grid.altitudes.len() * self.grid.suns.len();
+        let of_order = self.nodes() * (1 + polarised_moments(self.setting)) * self.bands.len();
         let mean = |groups: &[Vec4]| {
             let mut lanes = Lanes::ZERO;
             groups.iter().zip(lanes.0.chunks_mut(4)).for_each(|(four, lanes)| lanes.copy_from_slice(&four.to_array()));
             lanes
         };
-        let of_order = |order: &[Vec4]| order.chunks_exact(self.bands.len()).map(mean).collect();
-        Ok(read.chunks_exact(nodes * self.bands.len()).map(of_order).collect())
+        let means = |order: &[Vec4]| order.chunks_exact(self.bands.len()).map(mean).collect();
+        Ok(read.chunks_exact(of_order).map(means).collect())
     }
 
     /// Light of all orders: some are computed, until what stands for the rest is near enough. How often each of those
     /// after the first counts.
     fn all_orders(&self, made: &mut OrdersMade) -> Result<Vec<Lanes<N>>> {
         let mut means = self.compute(0..AT_FIRST)?;
-        let mut series = Series::new(means[0].clone(), means[0].len(), self.grid.suns.len());
+        let nodes = self.nodes();
+        // `E_20` mixes with the mean radiances from order to order.
+        let fall_together = |order: &[Lanes<N>]| order[..order.len().min(2 * nodes)].to_vec();
+        let mut series = Series::new(fall_together(&means[0]), nodes, self.grid.suns.len());
         let mut next = 1;
         loop {
             if next == means.len() {
                 means.extend(self.compute(next..(next + AT_ONCE).min(MOST as usize))?);
             }
-            let closing = series.close(means[next].clone());
+            let closing = series.close(fall_together(&means[next]));
             made.computed += 1;
             if let Some(closing) = closing.filter(|closing| made.is_closed_by(closing)) {
-                let in_sum = next - closing.factors.len();
-                return Ok([vec![Lanes([1.0; N]); in_sum], closing.factors].concat());
+                let last = closing.factors.len();
+                let of_order = |order: usize| {
+                    let of_radiance = order.checked_sub(next - last + 1).map(|at| closing.factors[at]);
+                    let others = (1..self.kinds()).map(|m| match order == next && last > 1 {
+                        true => self.closing_of_polarised(&means[next - 1..=next], m),
+                        false => Lanes([1.0; N]),
+                    });
+                    let others: Vec<Lanes<N>> = others.collect();
+                    iter::once(of_radiance.unwrap_or(Lanes([1.0; N]))).chain(others)
+                };
+                return Ok((1..=next).flat_map(of_order).collect());
             }
             next += 1;
         }
     }
 
+    /// How often the last of two orders counts for `E_2m`; see
+    /// [`crate::plan::light_field::orders::values::Values::close_polarised`].
+    fn closing_of_polarised(&self, last: &[Vec<Lanes<N>>], m: usize) -> Lanes<N> {
+        let nodes = self.nodes();
+        let size = |order: &[Lanes<N>], lane: usize| {
+            order[(1 + m) * nodes..(2 + m) * nodes].iter().map(|moment| f64::from(moment.0[lane].abs())).sum::<f64>()
+        };
+        Lanes(array::from_fn(|lane| geometric_factor(size(&last[0], lane), size(&last[1], lane))))
+    }
+
     /// The sum of the first order and those after it, as often as each counts.
     fn sum(mut self, factors: &[Lanes<N>], orders: OrdersMade) -> Result<DeviceField> {
         let groups = self.bands.len();
-        let count = self.resolution.first.count();
-        let values = (self.grid.altitudes.len() * self.grid.suns.len() * count + self.grid.suns.len()) * groups;
+        let count = self.resolution.first.count() + polarised_moments(self.setting);
+        let values = (self.nodes() * count + self.grid.suns.len()) * groups;
         let of_order = |factors: &Lanes<N>| factors.0.into_iter().take(4 * groups);
         let mut uniform = self.uniform;
         uniform.tables.factors = self.lists.add(factors.iter().flat_map(of_order));
         let uniform = FieldUniform {
             invocations: values as u32,
-            orders: factors.len() as u32,
+            orders: (factors.len() / self.kinds()) as u32,
             kept: OrdersAt {
                 of: self.places.orders[0],
                 last: self.places.orders.get(1).copied().unwrap_or_default(),

@@ -1,10 +1,11 @@
 //! What lies where in a device's memory for the kernels of a light field.
 
-use sorairo_shared::glam::UVec2;
+use sorairo_shared::glam::{UVec2, Vec4};
 use sorairo_shared::light_field::device::uniform::{FieldUniform, Tables, Values as ValuesAt};
 use sorairo_shared::light_field::moments::Moments;
+use sorairo_shared::light_field::polarisation;
 use sorairo_shared::medium::atmosphere::Atmosphere;
-use sorairo_shared::medium::bands::Bands;
+use sorairo_shared::medium::bands::{Bands, ByScatterer};
 
 use crate::plan::light_field::grid::Grid;
 use crate::plan::light_field::resolution::Resolution;
@@ -59,13 +60,14 @@ pub fn of_ray(altitude: f64, mu: f64, weight: f64) -> [f32; 4] {
     [altitude as f32, mu as f32, (1.0 - mu * mu).max(0.0).sqrt() as f32, weight as f32]
 }
 
-/// Room for what rays cross, and for the sources of so many azimuthal numbers: `counts` of rays, their nodes, suns and groups.
+/// Room for what rays cross, and for so many coefficients of their sources: `counts` of rays, their nodes, suns and
+/// groups.
 pub fn along_rays(
     functions: &mut Room,
     values: &mut Room,
     known: Moments,
     counts: [usize; 4],
-    azimuthal: usize,
+    coefficients: usize,
 ) -> ValuesAt {
     let [rays, nodes, suns, groups] = counts;
     ValuesAt {
@@ -74,9 +76,14 @@ pub fn along_rays(
         scatterers: values.take(2 * nodes * groups),
         origins: values.take(2 * rays),
         grounds: values.take(rays * groups),
-        sources: values.take(nodes * suns * (azimuthal + 2) * groups),
+        sources: values.take(nodes * suns * (coefficients + 1) * groups),
         ..ValuesAt::default()
     }
+}
+
+/// Moments of polarised light of each node.
+pub fn polarised_moments(setting: &Setting) -> usize {
+    if setting.couplings.is_some() { polarisation::MOMENTS } else { 0 }
 }
 
 /// What the kernels of a light field share, whatever their rays.
@@ -91,6 +98,10 @@ pub fn uniform_of(setting: &Setting, resolution: &Resolution, grid: &Grid, group
         logarithmic: u32::from(resolution.logarithmic),
         thin_air: resolution.thin_air,
         air: setting.air,
+        polarised: polarised_moments(setting) as u32,
+        couplings: setting.couplings.map_or(Vec4::ZERO, |ByScatterer { air, aerosol }| {
+            Vec4::new(air.gamma, air.alpha, aerosol.gamma, aerosol.alpha)
+        }),
         ..empty(setting.medium.atmosphere, &setting.placed_for)
     }
 }

@@ -2,13 +2,17 @@
 
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::light_field::device::first::OF_LISTED_RAY;
-use sorairo_shared::light_field::device::uniform::{FieldUniform, OF_FIRST, Values as ValuesAt};
+use sorairo_shared::light_field::device::uniform::{
+    FieldUniform, OF_FIRST, OF_OBSERVER, OF_STOKES, Values as ValuesAt,
+};
 use sorairo_shared::medium::atmosphere::Medium;
 use sorairo_shared::medium::bands::Bands;
 
 use crate::error::Result;
 use crate::plan::light_field::device::field::DeviceField;
-use crate::plan::light_field::device::lists::{Lists, NUMBERS, Room, along_rays, both, empty, of_ray, uniform_of};
+use crate::plan::light_field::device::lists::{
+    Lists, NUMBERS, Room, along_rays, both, empty, of_ray, polarised_moments, uniform_of,
+};
 use crate::plan::light_field::resolution::Resolution;
 use crate::plan::light_field::setting::Setting;
 use crate::plan::light_field::sights::{Light, Row, sight};
@@ -40,9 +44,12 @@ pub fn light_of_rows(
     let first = resolution.first;
     let (mut functions, mut values) = (Room::default(), Room::default());
     let light = rays * columns * groups;
+    let gathered = if rows.iter().any(|row| row.polarised) { polarised_moments(setting) } else { 0 };
+    let of_light = OF_OBSERVER + if gathered > 0 { OF_STOKES } else { 0 };
+    let coefficients = first.azimuthal + 1 + gathered;
     let at = ValuesAt {
-        light: values.take(2 * light),
-        ..along_rays(&mut functions, &mut values, first, [rays, nodes, suns, groups], first.azimuthal)
+        light: values.take(of_light * light),
+        ..along_rays(&mut functions, &mut values, first, [rays, nodes, suns, groups], coefficients)
     };
     let uniform = FieldUniform {
         at_nodes: both(first),
@@ -51,6 +58,7 @@ pub fn light_of_rows(
         rays: rays as u32,
         samples: resolution.view_samples,
         sights: columns as u32,
+        gathered: gathered as u32,
         tables,
         values: at,
         ..uniform_of(setting, resolution, &field.grid, groups)
@@ -76,11 +84,12 @@ pub fn light_of_rows(
         columns: setting.medium.tables,
         memory: [&functions, &values, &field.memory],
         keep: None,
-        read: Some(ReadBack::Values(from..from + 2 * light)),
+        read: Some(ReadBack::Values(from..from + of_light * light)),
     })?;
     let of_ray = |group: usize, row: usize, column: usize| {
-        let at = 2 * ((row * columns + column) * groups + group);
-        Light { scattered: read[at], diffuse_irradiance: read[at + 1], ..Light::default() }
+        let of_sight = &read[of_light * ((row * columns + column) * groups + group)..][..of_light];
+        let (q, u) = if let [_, _, q, u] = *of_sight { (q, u) } else { Default::default() };
+        Light { scattered: of_sight[0], q, u, diffuse_irradiance: of_sight[1] }
     };
     let of_row = |group, row: usize| (0..rows[row].cosines.len()).map(|column| of_ray(group, row, column)).collect();
     Ok((0..groups).map(|group| (0..rows.len()).map(|row| of_row(group, row)).collect()).collect())

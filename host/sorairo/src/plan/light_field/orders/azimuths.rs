@@ -53,18 +53,17 @@ impl Azimuths {
     /// What `Q` and `U` at the azimuths add to the moments of polarised light in a direction.
     pub(crate) fn polarised<const N: usize>(
         &self,
-        SpinFunctions { w, x }: SpinFunctions,
+        spin: SpinFunctions,
         stokes: &[[Lanes<N>; 2]],
     ) -> [Lanes<N>; polarisation::MOMENTS] {
         let part = 2.0 * std::f32::consts::PI / self.cosines.len() as f32;
         let mut moments = [Lanes::ZERO; polarisation::MOMENTS];
         for (&cosine, [q, u]) in self.cosines.iter().zip(stokes) {
             let sine = (1.0 - cosine * cosine).sqrt();
-            let cosines = [1.0, cosine, 2.0 * cosine * cosine - 1.0];
-            let sines = [0.0, sine, 2.0 * sine * cosine];
+            let [of_q, of_u] = spin.at_azimuth(cosine, sine);
             for (m, moment) in moments.iter_mut().enumerate() {
-                moment.add_scaled(q, part * w[m] * cosines[m]);
-                moment.add_scaled(u, part * x[m] * sines[m]);
+                moment.add_scaled(q, part * of_q[m]);
+                moment.add_scaled(u, part * of_u[m]);
             }
         }
         moments
@@ -106,12 +105,4 @@ impl AzimuthalPhases {
 pub(crate) fn product(p: &[f32], n: usize, j: usize) -> f32 {
     let both = |k: usize| if k == 0 { 2.0 * p[0] } else { p.get(k).copied().unwrap_or(0.0) };
     0.5 * std::f32::consts::PI * (both(n.abs_diff(j)) + both(n + j))
-}
-
-/// The integral over the circle of `Σ_m p_m sin(m φ)` times `sin(n φ) cos(j φ)`.
-pub(crate) fn product_of_sines(p: &[f32], n: usize, j: usize) -> f32 {
-    // sin(m φ) sin(n φ) = (cos((m - n) φ) - cos((m + n) φ)) / 2
-    let around = if j == 0 { 2.0 } else { 1.0 } * std::f32::consts::PI;
-    let is_left = |m: usize| f32::from(u8::from(m.abs_diff(n) == j)) - f32::from(u8::from(m + n == j));
-    p.iter().enumerate().map(|(m, value)| 0.5 * around * is_left(m) * value).sum()
 }

@@ -16,7 +16,7 @@ use sorairo_shared::value::{Lanes, Value};
 use sorairo_shared::variant;
 
 use crate::plan::light_field::grid::{Direction, Grid, directions};
-use crate::plan::light_field::orders::azimuths::{AzimuthalPhases, Azimuths, product, product_of_sines};
+use crate::plan::light_field::orders::azimuths::{AzimuthalPhases, Azimuths, product};
 use crate::plan::light_field::orders::irradiance::Irradiance;
 use crate::plan::light_field::orders::made::OrdersMade;
 use crate::plan::light_field::orders::plane_parallel::Layers;
@@ -336,8 +336,8 @@ impl<'a, const N: usize> Table<'a, N> {
             }
             if let Some(of_suns) = phases.polarised {
                 for (n, moment) in polarised.iter_mut().enumerate() {
-                    moment.add_scaled(&air, of_polarised(spin, of_suns.air, n, j));
-                    moment.add_scaled(&aerosol, of_polarised(spin, of_suns.aerosol, n, j));
+                    moment.add_scaled(&air, spin.moment(of_suns.air, n, j));
+                    moment.add_scaled(&aerosol, spin.moment(of_suns.aerosol, n, j));
                 }
             }
         }
@@ -422,15 +422,6 @@ impl<'a, const N: usize> Table<'a, N> {
         }
         Values { of, values, polarised, irradiance }
     }
-}
-
-/// What the light of a constituent, times `cos(j φ)`, adds to the moment `E_2n` in a direction: its `Q` and `U` are `Σ_m c_m
-/// W_m cos(m φ)` and `Σ_m c_m X_m sin(m φ)`.
-fn of_polarised(SpinFunctions { w, x }: SpinFunctions, c: [f32; polarisation::MOMENTS], n: usize, j: usize) -> f32 {
-    let of = |functions: [f32; polarisation::MOMENTS]| {
-        std::array::from_fn::<f32, { polarisation::MOMENTS }, _>(|m| functions[m] * c[m])
-    };
-    w[n] * product(&of(w), n, j) + x[n] * product_of_sines(&of(x), n, j)
 }
 
 /// Every sun at every azimuth, as a ray sees it.

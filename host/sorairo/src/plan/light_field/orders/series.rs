@@ -13,7 +13,14 @@ use sorairo_shared::value::{Lanes, Value};
 const TOWARDS_GEOMETRIC: f64 = 1e-4;
 
 /// The ratio of orders that is taken at most where they do not fall off: the sum of what is left stays finite.
-pub(crate) const LARGEST_RATIO: f64 = 0.98;
+const LARGEST_RATIO: f64 = 0.98;
+
+/// How often an order counts that stands for all after it, which fall off from it as it does from the one before: sizes
+/// of both.
+pub(crate) fn geometric_factor(before: f64, last: f64) -> f32 {
+    let ratio = if before > 0.0 { last / before } else { 0.0 };
+    (1.0 / (1.0 - ratio.min(LARGEST_RATIO))) as f32
+}
 
 /// Nodes with less than this part of the brightest light under the same sun matter less. Under each sun light is as near: an observer sees those about his
 /// own, which in twilight have a millionth of the light of the brightest.

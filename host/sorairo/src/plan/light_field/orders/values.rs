@@ -6,7 +6,7 @@ use sorairo_shared::light_field::table::{MomentTable, TILE, suns_of_tile, wavele
 use sorairo_shared::value::{Lanes, Value};
 
 use crate::plan::light_field::grid::Grid;
-use crate::plan::light_field::orders::series::LARGEST_RATIO;
+use crate::plan::light_field::orders::series::geometric_factor;
 use crate::plan::light_field::setting::Couplings;
 
 /// Moments of a light field at the nodes of a grid, and the irradiance of the ground.
@@ -111,9 +111,7 @@ impl<const N: usize> Values<N> {
                     if number + 1 < last.len() || number == 0 {
                         return 1.0;
                     }
-                    let before = size(&last[number - 1], m, lane);
-                    let ratio = if before > 0.0 { size(order, m, lane) / before } else { 0.0 };
-                    (1.0 / (1.0 - ratio.min(LARGEST_RATIO))) as f32
+                    geometric_factor(size(&last[number - 1], m, lane), size(order, m, lane))
                 }))
             });
             let moments = self.polarised.iter_mut().zip(&order.polarised);

@@ -172,8 +172,7 @@ fn of_groups<const N: usize>(
 ) -> (Vec<Vec<Vec<Light>>>, OrdersMade) {
     let bands = &setting.without_peak(bands);
     // Samples that follow the optical depth are no list that a device takes, nor are rays that end.
-    let device_has_it =
-        !resolution.thick && setting.couplings.is_none() && rows.iter().all(|row| row.length.is_infinite());
+    let device_has_it = !resolution.thick && rows.iter().all(|row| row.length.is_infinite());
     let ask = |device: &dyn PlanDevice| {
         let field = fields.get_on_device::<N>(device, setting, bands, resolution, orders)?;
         let light = rays::light_of_rows(device, &field, setting, bands, resolution, rows)?;

@@ -91,11 +91,11 @@ const ATMOSPHERES: [(&str, Change); 6] = [
     }),
     ("the same, the sun as far as it was", published),
     ("the standard preset", |_| {}),
-    ("a continent's aerosol, by its optical depth", of_a_continent),
-    ("the same, its light polarised", |scene| {
+    ("a continent's aerosol, by its optical depth", |scene| {
         of_a_continent(scene);
-        scene.render.polarisation = Polarisation::On;
+        scene.render.polarisation = Polarisation::Off;
     }),
+    ("the same, its light polarised", of_a_continent),
     ("aerosol chosen for the scans", |scene| {
         // Nobody measured the aerosol of that day. Single-scattering albedo and asymmetry are those of clean air of the mid-Atlantic coast from 440
         // to 670 nm (Goddard in Dubovik et al. 2002, DOI 10.1175/1520-0469(2002)059<0590:VOAAOP>2.0.CO;2); optical depth and Ångström exponent are

@@ -5,7 +5,7 @@ use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::medium::profile::{Levels, Profile};
 use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectrum::DenseSpectrum;
-use sorairo::scene::{AerosolMode, AerosolProfile, GroundAlbedo, Orders, Preset, Scene, SunSpectrum};
+use sorairo::scene::{AerosolMode, AerosolProfile, GroundAlbedo, Orders, Polarisation, Preset, Scene, SunSpectrum};
 use sorairo::{BeamSample, PixelFormat, Plan, Renderer, SkyPlan, Surface, sun_beam};
 use sorairo_evaluation::judge::{bands, coefficients, medium, ray};
 use sorairo_oracle::{self as oracle, Paths};
@@ -114,7 +114,7 @@ fn light_of_all_orders_in_measured_air_is_that_of_paths() {
     {
         let mut scene = measured(Preset::Standard, sun, false);
         scene.site.altitude = site;
-        scene.render.orders = Orders::All;
+        (scene.render.orders, scene.render.polarisation) = (Orders::All, Polarisation::Off);
         scene.ground.albedo = GroundAlbedo::Grey(0.3);
         scene.sun.spectrum = SunSpectrum::Flat;
         let (medium, band) = (medium(&scene), coefficients(&scene, wavelength));

@@ -271,16 +271,16 @@ mod tests {
     fn the_orders_of_a_sky_are_told() {
         let all = explained(|scene| *scene = Scene::preset(Preset::Standard), PixelFormat::Picture);
         assert!(
-            all.contains("orders: a light field of") && all.contains("all after them from the last of these"),
+            all.contains("orders: a polarised light field of") && all.contains("all after them from the last of these"),
             "{all}"
         );
         assert!(!all.contains("black ground"), "{all}");
-        let polarise = |scene: &mut Scene| {
+        let of_natural_light = |scene: &mut Scene| {
             *scene = Scene::preset(Preset::Standard);
-            scene.render.polarisation = Polarisation::On;
+            scene.render.polarisation = Polarisation::Off;
         };
-        let polarised = explained(polarise, PixelFormat::Picture);
-        assert!(polarised.contains("orders: a polarised light field of"), "{polarised}");
+        let natural = explained(of_natural_light, PixelFormat::Picture);
+        assert!(natural.contains("orders: a light field of"), "{natural}");
         let one = explained(|scene| scene.render.orders = Orders::UpTo(1), PixelFormat::Picture);
         assert!(one.contains("orders: 1 alone"), "{one}");
     }

@@ -35,7 +35,7 @@ impl Scene {
         match self.render.polarisation {
             Polarisation::On => true,
             Polarisation::Off => false,
-            Polarisation::Auto => self.camera.polariser.is_some(),
+            Polarisation::Auto => self.atmosphere.profile.is_measured() || self.camera.polariser.is_some(),
         }
     }
 

@@ -199,7 +199,7 @@ impl From<Orders> for OrdersText {
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum Polarisation {
-    /// On where a polariser or a Stokes vector asks for it, and off elsewhere.
+    /// On in air whose profile is measured, and where a polariser or a Stokes vector asks for it; off elsewhere.
     #[default]
     Auto,
     /// What is scattered is polarised, and scatters otherwise the next time.

@@ -1,7 +1,9 @@
 //! What draws the sky, lights with it, and measures a device.
 #![expect(clippy::too_many_arguments, reason = "each binding is an argument")]
 
-use sorairo_shared::kernels::{SENTINEL, anchor_colours, lookup_invocations, lookup_pixel, sky_pixel};
+use sorairo_shared::kernels::{
+    ANCHOR_LANES, AnchorLanes, SENTINEL, anchor_colours, keep_anchor_part, lookup_invocations, lookup_pixel, sky_pixel,
+};
 use sorairo_shared::math::store;
 use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::picture::environment::{
@@ -47,10 +49,11 @@ pub fn sky(
     }
 }
 
-/// The anchors of the sky lookup, which lie behind its entries.
+/// The anchors of the sky lookup, which lie behind its entries; some lanes share each.
 #[spirv(compute(threads(64), entry_point_name = "anchors"))]
 pub fn lookup_anchors(
     #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(local_invocation_index)] lane: u32,
     #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
     #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] bands: &[Bands],
@@ -59,10 +62,18 @@ pub fn lookup_anchors(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] multiple: &[Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] lookup: &mut [Vec4],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] columns: &[Vec4],
+    #[spirv(workgroup)] kept: &mut AnchorLanes,
 ) {
-    if (id.x < anchors(uniform)) && is_anchor_read(uniform, id.x, variant) {
-        let buffers = Buffers { bands, quadrature, colour, multiple, columns };
-        store_entry(lookup, entries(uniform) + id.x, anchor_colours(uniform, buffers, id.x, variant), variant);
+    let anchor = id.x / ANCHOR_LANES;
+    let buffers = Buffers { bands, quadrature, colour, multiple, columns };
+    let is_due = (anchor < anchors(uniform)) && is_anchor_read(uniform, anchor, variant);
+    if is_due {
+        keep_anchor_part(uniform, buffers, anchor, lane, kept, variant);
+    }
+    workgroup_memory_barrier_with_group_sync();
+    if is_due & (lane % ANCHOR_LANES == 0) {
+        let colours = anchor_colours(uniform, buffers, anchor, lane, kept, variant);
+        store_entry(lookup, entries(uniform) + anchor, colours, variant);
     }
 }
 

@@ -10,7 +10,7 @@ use crate::medium::columns::sunlight_of_two;
 use crate::medium::tables::Sunlight;
 use crate::path::pieces::PER_MEAN_FREE_PATH_OF_ORDERS;
 use crate::path::ray::Way;
-use crate::path::single::{single_scattering_on_way, single_scattering_placed_for};
+use crate::path::single::{Nodes, single_scattering_on_way, single_scattering_placed_for};
 use crate::value::{Lanes, Value};
 
 /// The part of sunlight that reaches a node of a ray for two suns, by the cosines of their zenith angles there. Neither
@@ -68,7 +68,15 @@ pub fn single_scattering_of_many<'a, const N: usize>(
     ray: Ray,
     variant: u32,
 ) -> ByScatterer<Lanes<N>> {
-    single_scattering_placed_for(medium, coefficients, bands, PER_MEAN_FREE_PATH_OF_ORDERS, quadrature, ray, variant)
+    single_scattering_placed_for(
+        medium,
+        coefficients,
+        bands,
+        PER_MEAN_FREE_PATH_OF_ORDERS,
+        Nodes::all(quadrature),
+        ray,
+        variant,
+    )
 }
 
 /// The same of the part of a ray up to a distance (km) from its origin.
@@ -86,5 +94,5 @@ pub fn single_scattering_until<'a, const N: usize>(
 ) -> ByScatterer<Lanes<N>> {
     let way = Way::new(medium, ray, variant).until(medium.shell(), ray, distance);
     let placed_for = (bands, PER_MEAN_FREE_PATH_OF_ORDERS);
-    single_scattering_on_way(medium, coefficients, placed_for, quadrature, way, variant)
+    single_scattering_on_way(medium, coefficients, placed_for, Nodes::all(quadrature), way, variant)
 }

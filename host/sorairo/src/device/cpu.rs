@@ -117,10 +117,13 @@ fn store_row(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], wo
 #[cfg(test)]
 mod tests {
     use sorairo_shared::glam::Vec3;
-    use sorairo_shared::kernels::{anchor_colours, lookup_invocations, lookup_pixel};
+    use sorairo_shared::kernels::{
+        ANCHOR_LANES, AnchorLanes, anchor_colours, keep_anchor_part, lookup_invocations, lookup_pixel,
+    };
+    use sorairo_shared::path::single::single_scattering;
     use sorairo_shared::picture::lookup::{entry_between_anchors, store_entry};
     use sorairo_shared::processor::kernels::{constituents_of_directions, light_of_directions, plain};
-    use sorairo_shared::sky::{ByConstituent, Constituents, constituents, light};
+    use sorairo_shared::sky::{ByConstituent, Constituents, constituents, light, view_ray};
     use sorairo_shared::variant::PixelFormat;
 
     use super::*;
@@ -171,7 +174,10 @@ mod tests {
         let count = entries(&plan.uniform);
         let mut entry_by_entry = vec![Vec4::ZERO; lookup.len() + of_anchors];
         for anchor in 0..anchors(&plan.uniform) {
-            let rgb = anchor_colours(&plan.uniform, buffers, anchor, variant);
+            let mut kept = [Vec4::NAN; size_of::<AnchorLanes>() / size_of::<Vec4>()];
+            (0..ANCHOR_LANES)
+                .for_each(|lane| keep_anchor_part(&plan.uniform, buffers, anchor, lane, &mut kept, variant));
+            let rgb = anchor_colours(&plan.uniform, buffers, anchor, 0, &kept, variant);
             store_entry(&mut entry_by_entry, count + anchor, rgb, variant);
         }
         for entry in 0..count {
@@ -263,7 +269,13 @@ mod tests {
             let [mut blocks, mut plain] = [const { [Constituents::DARK; 13] }; 2];
             constituents_of_directions(uniform, buffers, &views, &mut blocks, variant);
             plain::constituents_of_directions(uniform, buffers, &views, &mut plain, variant);
-            let alone: Vec<_> = views.iter().map(|&view| constituents(uniform, buffers, view, variant)).collect();
+            let alone = |&view: &Vec3| {
+                let (medium, ray) = (buffers.medium(uniform), view_ray(uniform, view));
+                let once =
+                    |group: usize| single_scattering(medium, &buffers.bands[group], buffers.quadrature, ray, variant);
+                constituents(uniform, buffers, view, once, variant)
+            };
+            let alone: Vec<_> = views.iter().map(alone).collect();
             assert!(rgb(&blocks).iter().flatten().all(|colour| colour.max_element() > 0.0), "{sun}°");
             assert!(rgb(&blocks) == rgb(&plain) && rgb(&blocks) == rgb(&alone), "{sun}°");
 

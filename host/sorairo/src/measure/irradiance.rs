@@ -203,7 +203,13 @@ mod tests {
             // Two ways through the fit: the nodes of colour and the sum over wavelengths. What they learn from at -18° is
             // a thousandth of a millionth of the day's light, beyond what cubics between the nodes of a light field
             // resolve: they differ by 0.7 % to -15°, 7 % to -17° and 18 % at -18°.
-            let bound = if sun >= -15.0 { 0.01 } else if sun >= -17.0 { 0.08 } else { 0.2 };
+            let bound = if sun >= -15.0 {
+                0.01
+            } else if sun >= -17.0 {
+                0.08
+            } else {
+                0.2
+            };
             assert!((by_colour - 1.0).abs() < bound, "sun at {sun}: {by_colour}");
             if let Some(before) = before {
                 let faded = light.irradiance_w_m2 / before.irradiance_w_m2;

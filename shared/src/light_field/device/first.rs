@@ -14,7 +14,7 @@ use crate::medium::bands::{Bands, ByScatterer};
 use crate::medium::columns::sunlight_at;
 use crate::path::ground::direct_irradiance;
 use crate::path::pieces::{PER_MEAN_FREE_PATH_OF_ORDERS, lit_from_end_to_end};
-use crate::path::single::single_scattering_placed_for;
+use crate::path::single::{Nodes, single_scattering_placed_for};
 use crate::variant;
 
 /// Kernel `field_first`: light of the first order at a group of bands in a sight of a table's ray, by its constituents
@@ -47,8 +47,8 @@ pub fn field_first(uniform: &FieldUniform, buffers: FieldBuffers<'_>, values: &m
         lit_ray(uniform, medium, values, &bands, (ray_number, group), sight, variant)
     } else {
         let placed_for = &uniform.placed_for;
-        let (quadrature, crowding) = (buffers.quadrature, PER_MEAN_FREE_PATH_OF_ORDERS);
-        single_scattering_placed_for(medium, &bands.coefficients(), placed_for, crowding, quadrature, ray, variant)
+        let (nodes, crowding) = (Nodes::all(buffers.quadrature), PER_MEAN_FREE_PATH_OF_ORDERS);
+        single_scattering_placed_for(medium, &bands.coefficients(), placed_for, crowding, nodes, ray, variant)
     };
     let at = uniform.values.light as usize + OF_FIRST * index;
     store(values, at, light.air);

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::num::NonZero;
 
 use sorairo_shared::glam::Vec4;
-use sorairo_shared::kernels::LOOKUP_WORKGROUP;
+use sorairo_shared::kernels::{ANCHOR_LANES, LOOKUP_WORKGROUP};
 use sorairo_shared::picture::lookup::{anchors, colours_per_entry, entries};
 use sorairo_shared::uniform::Uniform;
 
@@ -110,7 +110,7 @@ pub(super) fn lookup_bytes(plan: &Plan) -> u64 {
 
 /// Workgroups that fill the anchors of a sky lookup, and its entries.
 pub(super) fn groups_of_lookup(uniform: &Uniform) -> [(u32, u32); 2] {
-    [anchors(uniform), entries(uniform)].map(|count| (count.div_ceil(LOOKUP_WORKGROUP), 1))
+    [anchors(uniform) * ANCHOR_LANES, entries(uniform)].map(|count| (count.div_ceil(LOOKUP_WORKGROUP), 1))
 }
 
 /// The bytes of some values for a binding, which may not be empty.

@@ -2,7 +2,7 @@
 #![expect(clippy::too_many_arguments, reason = "each binding is an argument")]
 
 use sorairo_shared::kernels::{
-    ANCHOR_LANES, AnchorLanes, SENTINEL, anchor_colours, keep_anchor_part, lookup_invocations, lookup_pixel, sky_pixel,
+    ANCHOR_LANES, AnchorLanes, SENTINEL, anchor_light, keep_anchor_part, lookup_invocations, lookup_pixel, sky_pixel,
 };
 use sorairo_shared::math::store;
 use sorairo_shared::medium::bands::Bands;
@@ -11,7 +11,9 @@ use sorairo_shared::picture::environment::{
     level_pixel, store_coefficient, store_row_sum,
 };
 use sorairo_shared::picture::lookup::{anchors, entries, entry_between_anchors, is_anchor_read, is_read, store_entry};
+use sorairo_shared::sky::{Gathered, is_done};
 use sorairo_shared::uniform::{Buffers, Uniform};
+use sorairo_shared::variant::group_count;
 use spirv_std::arch::workgroup_memory_barrier_with_group_sync;
 use spirv_std::glam::{UVec3, Vec2, Vec4};
 use spirv_std::spirv;
@@ -67,13 +69,26 @@ pub fn lookup_anchors(
     let anchor = id.x / ANCHOR_LANES;
     let buffers = Buffers { bands, quadrature, colour, multiple, columns };
     let is_due = (anchor < anchors(uniform)) && is_anchor_read(uniform, anchor, variant);
-    if is_due {
-        keep_anchor_part(uniform, buffers, anchor, lane, kept, variant);
+    let is_first = is_due & (lane % ANCHOR_LANES == 0);
+    let mut gathered = Gathered::DARK;
+    let groups = group_count(bands.len(), variant);
+    let mut group = 0;
+    loop {
+        if is_due {
+            keep_anchor_part(uniform, buffers, (anchor, group), lane, kept, variant);
+        }
+        workgroup_memory_barrier_with_group_sync();
+        if is_first {
+            gathered.add(buffers, group, anchor_light(uniform, buffers, (anchor, group), lane, kept, variant), variant);
+        }
+        group += 1;
+        if is_done(group, groups) {
+            break;
+        }
+        workgroup_memory_barrier_with_group_sync();
     }
-    workgroup_memory_barrier_with_group_sync();
-    if is_due & (lane % ANCHOR_LANES == 0) {
-        let colours = anchor_colours(uniform, buffers, anchor, lane, kept, variant);
-        store_entry(lookup, entries(uniform) + anchor, colours, variant);
+    if is_first {
+        store_entry(lookup, entries(uniform) + anchor, gathered.constituents(uniform, variant), variant);
     }
 }
 

@@ -9,7 +9,7 @@ use crate::display::rgb::into_gamut;
 use crate::display::tone::{NEAREST, bytes, bytes_of_encoded, dither, encoded, shown};
 use crate::glam::{UVec2, Vec3, Vec4};
 use crate::math::{clamp, fetch, fetch_in, half_bits, store, store_in};
-use crate::medium::bands::{Bands, ByScatterer};
+use crate::medium::bands::Bands;
 use crate::medium::phase::ScatteringAngle;
 use crate::path::single::single_scattering_of_lane;
 use crate::picture::below::{SkyView, sky_view, with_ground};
@@ -18,7 +18,7 @@ use crate::picture::formed_run::{FORMED, FormedRun, from_middle_to_formed, is_fo
 use crate::picture::lookup;
 use crate::picture::perspective_run::{PerspectiveRun, may_meet_horizon};
 use crate::picture::run::{self, Circle, Middle, RUN, Run, from_middle};
-use crate::sky::{ByConstituent, Constituents, Gathered, constituents, is_done, light, transfer_of_parts, view_ray};
+use crate::sky::{ByConstituent, Gathered, is_done, light, rest_of_light, transfer_of_parts, view_ray};
 use crate::spectral;
 use crate::uniform::{Buffers, Uniform};
 use crate::variant::{self, PixelFormat};
@@ -220,65 +220,50 @@ pub fn look(uniform: &Uniform, buffers: Buffers<'_>, views: &[Vec4], found: &mut
 /// chain.
 pub const ANCHOR_LANES: u32 = 8;
 
-/// Groups of bands of a fit, at most.
-const MOST_GROUPS: u32 = 3;
+/// For each lane of a workgroup what it adds to the light that air and aerosol scatter once, at a group of bands.
+pub type AnchorLanes = [Vec4; 2 * LOOKUP_WORKGROUP as usize];
 
-/// For each lane of a workgroup what it adds to the light that air and aerosol scatter once, at each group of bands.
-pub type AnchorLanes = [Vec4; (LOOKUP_WORKGROUP * MOST_GROUPS * 2) as usize];
-
-/// Where a lane of a workgroup keeps its part at a group of bands.
-#[inline(always)]
-fn of_lane(lane: u32, group: usize) -> usize {
-    2 * (lane * MOST_GROUPS) as usize + 2 * group
-}
-
-/// Kernel `anchors`, first half: what a lane of the workgroup adds to the integral of its anchor of the sky lookup.
+/// Kernel `anchors`, first half of a group of bands: what a lane of the workgroup adds to the integral of its anchor of
+/// the sky lookup.
 #[inline(always)]
 pub fn keep_anchor_part(
     uniform: &Uniform,
     buffers: Buffers<'_>,
-    anchor: u32,
+    (anchor, group): (u32, usize),
     lane: u32,
     kept: &mut AnchorLanes,
     variant: u32,
 ) {
     let ray = view_ray(uniform, lookup::anchor_view(uniform, anchor));
-    let (medium, share) = (buffers.medium(uniform), (lane % ANCHOR_LANES, ANCHOR_LANES));
-    let groups = variant::group_count(buffers.bands.len(), variant);
-    let mut group = 0;
-    loop {
-        let bands = fetch(buffers.bands, group);
-        let part = single_scattering_of_lane(medium, &bands, buffers.quadrature, share, ray, variant);
-        store_in(kept, of_lane(lane, group), part.air);
-        store_in(kept, of_lane(lane, group) + 1, part.aerosol);
-        group += 1;
-        if is_done(group, groups) {
-            break;
-        }
-    }
+    let (medium, bands) = (buffers.medium(uniform), fetch(buffers.bands, group));
+    let share = (lane % ANCHOR_LANES, ANCHOR_LANES);
+    let part = single_scattering_of_lane(medium, &bands, buffers.quadrature, share, ray, variant);
+    store_in(kept, 2 * lane as usize, part.air);
+    store_in(kept, 2 * lane as usize + 1, part.aerosol);
 }
 
-/// Kernel `anchors`, second half, once all lanes are kept: the colours of an anchor whose first lane is given.
+/// Kernel `anchors`, second half of a group of bands, once all lanes are kept: the light of an anchor whose first lane
+/// is given.
 #[inline(always)]
-pub fn anchor_colours(
+pub fn anchor_light(
     uniform: &Uniform,
     buffers: Buffers<'_>,
-    anchor: u32,
+    (anchor, group): (u32, usize),
     first_lane: u32,
     kept: &AnchorLanes,
     variant: u32,
-) -> Constituents {
-    let once = |group: usize| {
-        let mut sum = ByScatterer { air: Vec4::ZERO, aerosol: Vec4::ZERO };
-        let mut lane = first_lane;
-        while lane < first_lane + ANCHOR_LANES {
-            sum.air += fetch_in(kept, of_lane(lane, group));
-            sum.aerosol += fetch_in(kept, of_lane(lane, group) + 1);
-            lane += 1;
-        }
-        sum
-    };
-    constituents(uniform, buffers, lookup::anchor_view(uniform, anchor), once, variant)
+) -> ByConstituent<Vec4> {
+    let (mut air, mut aerosol) = (Vec4::ZERO, Vec4::ZERO);
+    let mut lane = first_lane;
+    while lane < first_lane + ANCHOR_LANES {
+        air += fetch_in(kept, 2 * lane as usize);
+        aerosol += fetch_in(kept, 2 * lane as usize + 1);
+        lane += 1;
+    }
+    let direction = lookup::anchor_view(uniform, anchor);
+    let ray = view_ray(uniform, direction);
+    let (multiple, ground) = rest_of_light(uniform, buffers, group, ray, direction, variant);
+    ByConstituent { air, aerosol, multiple, ground }
 }
 
 /// Invocations of the kernel `sky_lookup` for a row: one for a pixel, or for a run of them.

@@ -8,7 +8,6 @@ use crate::geometry::Ray;
 use crate::glam::{Vec3, Vec4};
 use crate::light_field::multiple_lookup;
 use crate::math::{clamp, fetch, max, sqrt};
-use crate::medium::bands::ByScatterer;
 use crate::medium::phase::{ScatteringAngle, air_phase, cornette_shanks_phase, tabulated_phase};
 use crate::path::ground::{ground_light, ground_seen};
 use crate::path::single::single_scattering;
@@ -278,23 +277,14 @@ pub fn is_done(group: usize, groups: usize) -> bool {
     (groups == 1) | (group >= groups)
 }
 
-/// The light in a direction, at all bands. `once` tells what air and aerosol scatter once at a group of bands.
+/// The light in a direction, at all bands.
 #[inline(always)]
-fn gathered(
-    uniform: &Uniform,
-    buffers: Buffers<'_>,
-    direction: Vec3,
-    once: impl Fn(usize) -> ByScatterer<Vec4>,
-    variant: u32,
-) -> Gathered {
-    let ray = view_ray(uniform, direction);
+fn gathered(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Gathered {
     let mut gathered = Gathered::DARK;
     let groups = variant::group_count(buffers.bands.len(), variant);
     let mut group = 0;
     loop {
-        let ByScatterer { air, aerosol } = once(group);
-        let (multiple, ground) = rest_of_light(uniform, buffers, group, ray, direction, variant);
-        gathered.add(buffers, group, ByConstituent { air, aerosol, multiple, ground }, variant);
+        gathered.add(buffers, group, light(uniform, buffers, group, direction, variant), variant);
         group += 1;
         if is_done(group, groups) {
             break;
@@ -303,17 +293,10 @@ fn gathered(
     gathered
 }
 
-/// Colour of each constituent in a direction, by a linear or a regression fit. `once` tells what air and aerosol scatter
-/// once at a group of bands.
+/// Colour of each constituent in a direction, by a linear or a regression fit.
 #[inline(always)]
-pub fn constituents(
-    uniform: &Uniform,
-    buffers: Buffers<'_>,
-    direction: Vec3,
-    once: impl Fn(usize) -> ByScatterer<Vec4>,
-    variant: u32,
-) -> Constituents {
-    gathered(uniform, buffers, direction, once, variant).constituents(uniform, variant)
+pub fn constituents(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Constituents {
+    gathered(uniform, buffers, direction, variant).constituents(uniform, variant)
 }
 
 /// What a group of four bands adds to linear RGB by a linear fit, whose colour rows of the group are given.
@@ -373,9 +356,6 @@ pub fn constituent_count(variant: u32) -> u32 {
 /// Linear RGB of the sky in a direction (W·m⁻²·sr⁻¹).
 #[inline(always)]
 pub fn sky(uniform: &Uniform, buffers: Buffers<'_>, direction: Vec3, variant: u32) -> Vec3 {
-    let ray = view_ray(uniform, direction);
-    let once = |group: usize| {
-        single_scattering(buffers.medium(uniform), &fetch(buffers.bands, group), buffers.quadrature, ray, variant)
-    };
-    gathered(uniform, buffers, direction, once, variant).rgb(uniform, buffers, ScatteringAngle::of_ray(ray), variant)
+    let angle = ScatteringAngle::of_ray(view_ray(uniform, direction));
+    gathered(uniform, buffers, direction, variant).rgb(uniform, buffers, angle, variant)
 }

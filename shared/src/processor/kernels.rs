@@ -33,7 +33,7 @@ pub fn lookup_row(uniform: &Uniform, colour: &[Vec4], entries: &[Vec4], output: 
 }
 
 /// Kernel `anchors` for the anchors of these indices, [`BLOCK`] at most, stored in `anchors` one after the other; see
-/// [`crate::kernels::anchor_colours`].
+/// [`crate::kernels::anchor_light`].
 #[multiversion(targets("x86_64+avx+avx2"))]
 pub fn lookup_anchors<'a>(
     uniform: &Uniform,

@@ -118,12 +118,11 @@ fn store_row(uniform: &Uniform, plan: &Plan, kernel: Kernel, lookup: &[Vec4], wo
 mod tests {
     use sorairo_shared::glam::Vec3;
     use sorairo_shared::kernels::{
-        ANCHOR_LANES, AnchorLanes, anchor_colours, keep_anchor_part, lookup_invocations, lookup_pixel,
+        ANCHOR_LANES, LOOKUP_WORKGROUP, anchor_light, keep_anchor_part, lookup_invocations, lookup_pixel,
     };
-    use sorairo_shared::path::single::single_scattering;
-    use sorairo_shared::picture::lookup::{entry_between_anchors, store_entry};
+    use sorairo_shared::picture::lookup::{anchor_view, entry_between_anchors, store_entry};
     use sorairo_shared::processor::kernels::{constituents_of_directions, light_of_directions, plain};
-    use sorairo_shared::sky::{ByConstituent, Constituents, constituents, light, view_ray};
+    use sorairo_shared::sky::{ByConstituent, Constituents, constituents, light};
     use sorairo_shared::variant::PixelFormat;
 
     use super::*;
@@ -174,10 +173,7 @@ mod tests {
         let count = entries(&plan.uniform);
         let mut entry_by_entry = vec![Vec4::ZERO; lookup.len() + of_anchors];
         for anchor in 0..anchors(&plan.uniform) {
-            let mut kept = [Vec4::NAN; size_of::<AnchorLanes>() / size_of::<Vec4>()];
-            (0..ANCHOR_LANES)
-                .for_each(|lane| keep_anchor_part(&plan.uniform, buffers, anchor, lane, &mut kept, variant));
-            let rgb = anchor_colours(&plan.uniform, buffers, anchor, 0, &kept, variant);
+            let rgb = constituents(&plan.uniform, buffers, anchor_view(&plan.uniform, anchor), variant);
             store_entry(&mut entry_by_entry, count + anchor, rgb, variant);
         }
         for entry in 0..count {
@@ -243,6 +239,30 @@ mod tests {
     }
 
     #[test]
+    fn lanes_that_share_an_anchor_find_the_light_in_its_direction() {
+        for sun in [30.0, 0.0, -4.0] {
+            let scene = scene(Preset::Standard, sun, Projection::Equirectangular);
+            let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+            let (uniform, buffers) = (&plan.uniform, plan.buffers());
+            for anchor in (0..anchors(uniform)).step_by(37) {
+                // A workgroup whose second anchor it is.
+                let mut kept = [Vec4::NAN; 2 * LOOKUP_WORKGROUP as usize];
+                let first = ANCHOR_LANES;
+                for lane in first..2 * ANCHOR_LANES {
+                    keep_anchor_part(uniform, buffers, (anchor, 0), lane, &mut kept, plan.variant);
+                }
+                let found = anchor_light(uniform, buffers, (anchor, 0), first, &kept, plan.variant);
+                let alone = light(uniform, buffers, 0, anchor_view(uniform, anchor), plan.variant);
+                for (found, alone) in [(found.air, alone.air), (found.aerosol, alone.aerosol)] {
+                    // Sums of up to some hundred terms in another order.
+                    assert!((found - alone).abs().cmple(alone * 1e-5).all(), "{sun}°, {anchor}: {found}, not {alone}");
+                }
+                assert_eq!((found.multiple, found.ground), (alone.multiple, alone.ground));
+            }
+        }
+    }
+
+    #[test]
     fn pixels_in_runs_have_the_same_bits_in_blocks_and_alone_with_and_without_avx2() {
         for (preset, format) in [(Preset::Earth, PixelFormat::LinearRgb), (Preset::Standard, PixelFormat::Picture)] {
             let mut scene = scene(preset, 30.0, Projection::Equirectangular);
@@ -269,13 +289,7 @@ mod tests {
             let [mut blocks, mut plain] = [const { [Constituents::DARK; 13] }; 2];
             constituents_of_directions(uniform, buffers, &views, &mut blocks, variant);
             plain::constituents_of_directions(uniform, buffers, &views, &mut plain, variant);
-            let alone = |&view: &Vec3| {
-                let (medium, ray) = (buffers.medium(uniform), view_ray(uniform, view));
-                let once =
-                    |group: usize| single_scattering(medium, &buffers.bands[group], buffers.quadrature, ray, variant);
-                constituents(uniform, buffers, view, once, variant)
-            };
-            let alone: Vec<_> = views.iter().map(alone).collect();
+            let alone: Vec<_> = views.iter().map(|&view| constituents(uniform, buffers, view, variant)).collect();
             assert!(rgb(&blocks).iter().flatten().all(|colour| colour.max_element() > 0.0), "{sun}°");
             assert!(rgb(&blocks) == rgb(&plain) && rgb(&blocks) == rgb(&alone), "{sun}°");
 

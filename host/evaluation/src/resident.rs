@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use sorairo::low_level::device::{DeviceKind, gpu};
-use sorairo::low_level::plan::{LightFields, SkyPlan};
+use sorairo::low_level::plan::LightFields;
 use sorairo::scene::{Rgb, Scene, Size};
 use sorairo::{Device, PixelFormat, ResidentRenderer, Sky, Target, wgpu};
 
@@ -53,7 +53,7 @@ impl Resident {
     /// A wrong scene, an image of another size, or a device that fails.
     pub fn frame(&mut self, scene: &Scene, light_fields: &LightFields) -> Result<Duration> {
         let start = Instant::now();
-        let sky = Sky::from(SkyPlan::with_light_fields(&scene.validated()?, Rgb::default(), light_fields));
+        let sky = Sky::with_light_fields(&scene.validated()?, Rgb::default(), light_fields);
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let target = Target::Buffer(&self.pixels, PixelFormat::LinearRgb);
         self.renderer.encode(&mut encoder, &sky, &scene.camera, &target)?;

@@ -13,11 +13,10 @@ use super::error::plan;
 use super::moving_sun::{FRAMES, MovingSun, moving_suns};
 use super::timing::{Care, Job, Spread, Times, job, repeated, streamed};
 use crate::problem::{Error, Result};
-use sorairo::PixelFormat;
-use sorairo::low_level::device::{Device, DeviceKind};
+use sorairo::low_level::plan::Kernel;
 use sorairo::low_level::plan::lookup::LookupSize;
-use sorairo::low_level::plan::{Kernel, LightFields, Plan};
 use sorairo::scene::{Exposure, Orders, PathChoice, Preset, Projection, Scene, Size, ViewTransform};
+use sorairo::{Device, DeviceKind, LightFields, PixelFormat, Plan};
 
 /// How much is measured.
 #[derive(Clone, Copy)]

@@ -168,6 +168,7 @@ pub enum Error {
 
 /// A place in a scene file.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PlaceInFile {
     /// The name of the file.
     pub file: String,

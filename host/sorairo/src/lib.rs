@@ -38,9 +38,12 @@
 //! angles in degrees, distances in km, radiance in W·m⁻²·sr⁻¹·nm⁻¹. An exposure is a number of stops. Vectors are those
 //! of [`glam`]: x north, y west, z up.
 //!
-//! **Growth.** What the library hands out is `#[non_exhaustive]`. What a program fills in is not, so that
-//! `..Default::default()` completes it: [`Scene`] and its tables, [`Request`], [`VolumeSize`], [`Surface`],
-//! [`Direction`]. Neither are enums that a program must be able to match to the end, each of which says so.
+//! **Growth.** Enums, and structs that the library hands out, are `#[non_exhaustive]`, with three exceptions. Structs
+//! that a program fills in are exhaustive, so that `..Default::default()` completes them: [`Scene`] and its tables,
+//! `Request`, [`VolumeSize`], [`Surface`], [`scene::filmstrip::Moment`]. So are structs that are complete by what they
+//! mean: [`Direction`], [`Irradiance`], [`Harmonics`], [`LookupSize`], [`scene::Size`], `sequence::Ended`. And so are the enums of a
+//! scene's spectra and fits ([`scene::SunSpectrum`] and its like, [`scene::Fit`]): a program that computes the same sky
+//! by other means must not overlook one.
 //!
 //! **Features** on by default: `vulkan`, `metal`, `dx12` and `webgpu` (graphics interfaces, where the platform has them),
 //! `cpu` (the CPU as a device), `encoding` (PNG and OpenEXR as bytes), `files` (as files), `scene-files` (TOML). `gpu`
@@ -123,11 +126,6 @@ pub mod low_level {
     /// Devices that run the kernels.
     pub mod device {
         pub use crate::device::*;
-    }
-    /// Images as bytes.
-    #[cfg(feature = "encoding")]
-    pub mod encoding {
-        pub use crate::output::encoding::*;
     }
     /// Errors.
     pub mod error {

@@ -14,6 +14,7 @@ const LONGEST_CELL: usize = 4096;
 
 /// A row that holds something.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Row {
     /// Its line in the text, from 1.
     pub line: u64,

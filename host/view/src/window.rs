@@ -711,7 +711,7 @@ fn picture_rect(room: Rect, projection: Projection) -> Rect {
     let (width, height) = match projection {
         Projection::Equirectangular => (width.min(2.0 * height), height.min(width / 2.0)),
         Projection::Fisheye => (width.min(height), width.min(height)),
-        Projection::Perspective => (width, height),
+        _ => (width, height),
     };
     Rect::from_center_size(room.center(), Vec2::new(width as f32, height as f32))
 }

@@ -25,7 +25,7 @@ fn described(key: &Key) -> Value {
         Allowed::Range { .. } => "number",
         Allowed::Words(_) => "choice",
         Allowed::Other(_) if value.is_boolean() => "boolean",
-        Allowed::Other(_) => "text",
+        _ => "text",
     };
     json!({
         "key": key.name,

@@ -7,7 +7,7 @@ use sorairo::low_level::device::{Backend, cpu::Cpu, gpu};
 use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::plan::on_device::{DeviceUses, Memory, PlanDevice, PlanPass, Views};
-use sorairo::low_level::plan::{GridKind, SkyPlan, SpectralPlan, direction};
+use sorairo::low_level::plan::{GridKind, SpectralPlan, direction};
 use sorairo::scene::{CameraScene, GroundAlbedo, Orders, PathChoice, Preset, Projection, Rgb, Scene};
 use sorairo::{Error, LightFields, PixelFormat, Plan, Result, Sky, wgpu};
 use sorairo_shared::glam::Vec4;
@@ -51,7 +51,7 @@ fn skies() -> Vec<(String, Scene)> {
 }
 
 fn planned(scene: &Scene, fields: &LightFields) -> Sky {
-    Sky::from(SkyPlan::with_light_fields(&scene.clone().validated().unwrap(), Rgb::Srgb, fields))
+    Sky::with_light_fields(&scene.clone().validated().unwrap(), Rgb::Srgb, fields)
 }
 
 fn flat(values: &[Vec4]) -> Vec<f32> {

@@ -1,9 +1,8 @@
 //! Environment maps in a program's own device: every level of a map, and its irradiance in spherical harmonics.
 
-use sorairo::low_level::plan::Plan;
 use sorairo::scene::{CameraScene, GroundAlbedo, Preset, Projection, Scene};
 use sorairo::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use sorairo::{EnvironmentTarget, Error, PixelFormat, ResidentRenderer, Sky};
+use sorairo::{EnvironmentTarget, Error, PixelFormat, Plan, ResidentRenderer, Sky};
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::math::half_bits;
 use sorairo_shared::picture::environment::{Level, LevelStep, level_pixel, levels};

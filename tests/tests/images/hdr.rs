@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sorairo::low_level::encoding::Image;
+use sorairo::encoding::Image;
 use sorairo::low_level::plan::SkyPlan;
 use sorairo::scene::{Display, Rgb, ViewTransform};
 use sorairo::{Device, PixelFormat, Plan, Preset, Scene, Sky};

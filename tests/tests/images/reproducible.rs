@@ -2,9 +2,8 @@
 
 use sorairo::low_level::device::Backend;
 use sorairo::low_level::device::cpu::Cpu;
-use sorairo::low_level::render::{Request, render};
 use sorairo::scene::{ColourPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
-use sorairo::{PixelFormat, Plan};
+use sorairo::{PixelFormat, Plan, Request, render};
 use sorairo_tests::gpu;
 use sorairo_tests::sky::scene;
 use tempfile::tempdir;

@@ -8,11 +8,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use sorairo::low_level::device::cpu::Cpu;
-use sorairo::low_level::device::{Backend, Device, DeviceKind, TakeRows, Times};
-use sorairo::low_level::plan::{Kernel, Plan};
+use sorairo::low_level::device::{Backend, TakeRows, Times};
+use sorairo::low_level::plan::Kernel;
 use sorairo::low_level::render::{self, Request};
 use sorairo::scene::{Fit, PathChoice, Preset, Projection, Scene};
-use sorairo::{Error, PixelFormat, Result};
+use sorairo::{Device, DeviceKind, Error, PixelFormat, Plan, Result};
 use sorairo_shared::kernels::SENTINEL;
 use sorairo_tests::program::{Ended, command, contents, names, run, succeed};
 use sorairo_tests::sky::scene;

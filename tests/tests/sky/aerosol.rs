@@ -3,10 +3,10 @@
 
 use rayon::prelude::*;
 use sorairo::low_level::medium::aerosol::AerosolKind;
-use sorairo::low_level::plan::{Plan, direction};
+use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{Orders, PathChoice, Preset, Projection, Scene};
-use sorairo::{PixelFormat, Sky};
+use sorairo::{PixelFormat, Plan, Sky};
 use sorairo_evaluation::error::Reference;
 use sorairo_evaluation::judge;
 use sorairo_oracle::{Estimate, Paths, radiance_of_all_orders, scattered_radiance};

@@ -34,7 +34,7 @@ fn energy(scene: &Scene) -> DVec3 {
     let (projection, scale) = match scene.camera.projection {
         Projection::Equirectangular => (EQUIRECTANGULAR, std::f64::consts::TAU / width * std::f64::consts::PI / height),
         Projection::Fisheye => (FISHEYE, (2.0 * f64::from(camera.half_field) / width.min(height)).powi(2)),
-        Projection::Perspective => (PERSPECTIVE, (2.0 * f64::from(camera.half_field) / width).powi(2)),
+        _ => (PERSPECTIVE, (2.0 * f64::from(camera.half_field) / width).powi(2)),
     };
     let [with, without] = [scene, &without].map(|scene| image(scene, &device::cpu::Cpu));
     let pixels = with.chunks(3).zip(without.chunks(3)).enumerate();
@@ -197,7 +197,7 @@ fn the_ground_hides_the_sun_and_the_limb_is_darker_than_the_centre() {
 
 #[test]
 fn a_disc_beyond_what_a_file_can_hold_is_refused() {
-    let request = |name: &str| sorairo::low_level::render::Request { outputs: vec![name.into()], ..Default::default() };
+    let request = |name: &str| sorairo::Request { outputs: vec![name.into()], ..Default::default() };
     let mut scene = with_disc(30.0, "8x4");
     let folder = tempfile::tempdir().unwrap();
     let refused = |scene: &Scene, name: &str, named: &str| {

@@ -16,6 +16,7 @@ use crate::plan::{Kernel, LightFields, Plan};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum DeviceKind {
     /// The cores of the CPU.
     Cpu,

@@ -144,6 +144,7 @@ impl Sky {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum Method {
     /// From the bands by the fit.
     #[default]

@@ -58,6 +58,7 @@ pub struct Stokes {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum StokesFrame {
     /// The vertical plane through the direction; of the zenith and the nadir that of the azimuth that is given.
     #[default]

@@ -98,6 +98,7 @@ impl Request {
 
 /// What a rendering did, as `--json` prints it.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Report {
     /// Name of the device.
     pub device: String,
@@ -337,6 +338,7 @@ impl Part {
 
 /// What an image shows, beside its pixels.
 #[derive(Clone, Copy, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Shown {
     /// Factor from linear RGB to the picture's linear value, as a power of two.
     pub exposure_ev: f32,

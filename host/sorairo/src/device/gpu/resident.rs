@@ -24,6 +24,7 @@ use sorairo_shared::variant::PixelFormat;
 
 /// Where an image goes.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum Target<'a> {
     /// A storage buffer: pixel after pixel, row after row from the top, without gaps.
     Buffer(&'a wgpu::Buffer, PixelFormat),

@@ -36,12 +36,16 @@ pub struct Plan {
     /// The sky that the image shows.
     pub sky: Sky,
     /// What every pixel shares.
+    #[doc(hidden)]
     pub uniform: Uniform,
     /// The colour rows: those of the sky, then the grid of the sun's disc or the rows of a spectral image.
+    #[doc(hidden)]
     pub colour: Vec<Vec4>,
     /// The spectra of a spectral image; none of other images.
+    #[doc(hidden)]
     pub spectral: Option<Arc<SpectralPlan>>,
     /// What the kernels are specialised for; see [`variant`].
+    #[doc(hidden)]
     pub variant: u32,
     /// How a pixel is stored.
     pub pixel: PixelFormat,
@@ -259,6 +263,7 @@ impl Plan {
     }
 
     /// The same plan for an image that holds the radiance at every band and no colour. Every pixel is integrated.
+    #[doc(hidden)]
     pub fn at_bands(self) -> Self {
         let reason = "radiance at the bands is integrated at every pixel".into();
         let variant = self.variant & !(variant::LIGHT | variant::BELOW) | variant::AT_BANDS;
@@ -276,6 +281,7 @@ impl Plan {
     }
 
     /// The ray integral at the bands of the image.
+    #[doc(hidden)]
     pub fn integral(&self) -> &RayIntegral {
         self.spectral.as_ref().map_or_else(|| self.sky.integral(), |spectral| &spectral.integral)
     }
@@ -295,6 +301,7 @@ impl Plan {
     }
 
     /// What the kernels read beside the uniform.
+    #[doc(hidden)]
     pub fn buffers(&self) -> Buffers<'_> {
         let buffers = self.integral().buffers(&self.colour);
         if self.lookup.size.is_some() {
@@ -344,6 +351,7 @@ impl Plan {
     }
 
     /// Whether its pixels are integrated with multiply scattered light from the finer grid.
+    #[doc(hidden)]
     pub fn is_refined(&self) -> bool {
         self.lookup.size.is_none() && self.variant & variant::REFINED != 0
     }
@@ -415,11 +423,13 @@ impl Plan {
     }
 
     /// The kernel that computes the plan's pixels.
+    #[doc(hidden)]
     pub fn kernel(&self) -> Kernel {
         if self.lookup.size.is_some() { Kernel::SkyLookup } else { Kernel::Sky }
     }
 
     /// Samples per piece.
+    #[doc(hidden)]
     pub fn samples_per_piece(&self) -> u32 {
         self.buffers().quadrature.len() as u32
     }

@@ -33,8 +33,11 @@ pub fn check(root: &Path) -> Result<String, Box<dyn Error>> {
     Ok(format!("{} compile with no feature, with each alone and with all: {checked} choices", PACKAGES.join(", ")))
 }
 
+/// A package and its features.
+type Features = (String, Vec<String>);
+
 /// The features of each package.
-fn features(root: &Path) -> Result<Vec<(String, Vec<String>)>, Box<dyn Error>> {
+fn features(root: &Path) -> Result<Vec<Features>, Box<dyn Error>> {
     let metadata = ["metadata", "--no-deps", "--format-version", "1"];
     let output = Command::new(env!("CARGO")).args(metadata).current_dir(root).output()?;
     let metadata: serde_json::Value = serde_json::from_slice(&output.stdout)?;

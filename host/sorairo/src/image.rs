@@ -47,7 +47,8 @@ pub struct Image {
     pub width: u32,
     /// Height (pixels).
     pub height: u32,
-    /// Three values a pixel, row by row from the top: radiance weighted by the observer (W·m⁻²·sr⁻¹), in the scene's space.
+    /// Three values a pixel, row by row from the top: radiance weighted by the observer (W·m⁻²·sr⁻¹), in the space of
+    /// the sky.
     pub rgb: Vec<f32>,
     /// Exposure of a picture of it (stops): the scene's own, or what the meter found.
     pub exposure: f32,

@@ -26,9 +26,12 @@
 //! | the same by two methods, or in means over bands | [`Sky::spectrum`] |
 //! | Stokes vectors | [`Sky::stokes`] |
 //! | XYZ; luminance, chromaticity and colour temperature | [`Sky::xyz`], [`Sky::appearance`] |
-//! | irradiance, illuminance and α-opic irradiance (CIE S 026) of tilted surfaces | [`Sky::irradiance`], [`Sky::illuminance`], [`Sky::alpha_opic`] |
-//! | light on level ground: in visible light, by wavelength, from 280 to 2500 nm | [`Sky::light`], [`Sky::spectral_light`], [`Sky::broadband`] |
-//! | direction of the sun, transmittance and irradiance of its beam | [`Sky::sun`], [`Sky::transmittance`], [`Sky::sun_beam`] |
+//! | spectral irradiance of tilted surfaces | [`Sky::irradiance`] |
+//! | their illuminance and α-opic irradiance (CIE S 026) | [`Sky::illuminance`], [`Sky::alpha_opic`] |
+//! | irradiance of level ground in visible light, and by wavelength | [`Sky::light`], [`Sky::spectral_light`] |
+//! | the same from 280 to 2500 nm | [`Sky::broadband`] |
+//! | direction of the sun | [`Sky::sun`] |
+//! | transmittance and irradiance of its beam | [`Sky::transmittance`], [`Sky::sun_beam`] |
 //! | the air in front of objects, by wavelength or as RGB | [`Sky::between`], [`Sky::between_rgb`] |
 //! | the same at many places before a camera | [`Sky::air_volume`] |
 //! | skies under many suns | [`of_each_sky`] in parallel, [`Sky::with_light_fields`] in turn |
@@ -41,9 +44,9 @@
 //! **Growth.** Enums, and structs that the library hands out, are `#[non_exhaustive]`, with three exceptions. Structs
 //! that a program fills in are exhaustive, so that `..Default::default()` completes them: [`Scene`] and its tables,
 //! `Request`, [`VolumeSize`], [`Surface`], [`scene::filmstrip::Moment`]. So are structs that are complete by what they
-//! mean: [`Direction`], [`Irradiance`], [`Harmonics`], [`LookupSize`], [`scene::Size`], `sequence::Ended`. And so are the enums of a
-//! scene's spectra and fits ([`scene::SunSpectrum`] and its like, [`scene::Fit`]): a program that computes the same sky
-//! by other means must not overlook one.
+//! mean: [`Direction`], [`Irradiance`], [`Harmonics`], [`LookupSize`], [`scene::Size`], `sequence::Ended`. And so are
+//! the enums of a scene's spectra and fits ([`scene::SunSpectrum`] and its like, [`scene::Fit`]): a program that
+//! computes the same sky by other means must not overlook one.
 //!
 //! **Features** on by default: `vulkan`, `metal`, `dx12` and `webgpu` (graphics interfaces, where the platform has them),
 //! `cpu` (the CPU as a device), `encoding` (PNG and OpenEXR as bytes), `files` (as files), `scene-files` (TOML). `gpu`

@@ -60,8 +60,8 @@ impl Direction {
 }
 
 impl Sky {
-    /// The direction of the sun's centre without refraction. [`Scene::apparent_elevation`](crate::Scene::apparent_elevation)
-    /// tells where it is seen.
+    /// The direction of the sun's centre without refraction.
+    /// [`Scene::apparent_elevation`](crate::Scene::apparent_elevation) is the elevation at which it is seen.
     pub fn sun(&self) -> Direction {
         Direction::new(self.scene.sun.elevation, self.scene.sun.azimuth)
     }

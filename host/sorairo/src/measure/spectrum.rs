@@ -86,6 +86,8 @@ impl Sky {
         wavelengths: &[f64],
         resolution: Option<f64>,
     ) -> Result<Vec<Vec<Sample>>> {
+        // Before any work.
+        directions.iter().try_for_each(|direction| direction.vector().map(|_| ()))?;
         if let Some(width) = resolution {
             check_range("resolution", width, RESOLUTIONS, "nm")?;
         }

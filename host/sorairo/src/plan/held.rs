@@ -16,7 +16,7 @@ use crate::scene::{Rgb, Scene, ValidScene};
 /// first needs them, and kept.
 ///
 /// ```
-/// use sorairo::{Device, Direction, Scene, Sky};
+/// use sorairo::{Direction, Scene, Sky};
 ///
 /// let mut scene = Scene::default();
 /// scene.sun.elevation = 10.0;

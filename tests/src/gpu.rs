@@ -2,8 +2,9 @@
 
 use std::sync::LazyLock;
 
+use sorairo::Device;
+use sorairo::low_level::device::Backend;
 use sorairo::low_level::device::gpu::Gpu;
-use sorairo::low_level::device::{Backend, Device};
 
 /// The best Vulkan device of this machine, opened once for all tests of a process.
 ///

@@ -3,12 +3,13 @@
 //! `cargo xtask shaders` compiles the shaders into `shader-crate/compiled`; `cargo xtask shaders --check` compiles them
 //! and compares the bytes with those that are there. `cargo xtask docs` writes the pages of figures from docs/figures; `cargo
 //! xtask docs DIR` first takes the figures of a folder of reports. `cargo xtask gallery` makes the pictures of docs/gallery.md.
-//! `cargo xtask circles` fails if files need each other in a circle. `cargo xtask package` installs
-//! the command from packages alone. `cargo xtask platforms` compiles it for Windows and Apple. `cargo xtask web` builds the page for browsers into target/web. `cargo xtask pixels --program PATH --out FILE` keeps the
+//! `cargo xtask circles` fails if files need each other in a circle. `cargo xtask features` compiles packages with each
+//! feature alone. `cargo xtask package` installs the command from packages alone. `cargo xtask platforms` compiles it for Windows and Apple. `cargo xtask web` builds the page for browsers into target/web. `cargo xtask pixels --program PATH --out FILE` keeps the
 //! hashes of a program's pixels, and `--against FILE` compares another program's with them.
 
 mod circles;
 mod docs;
+mod features;
 mod gallery;
 mod manifest;
 mod other_target;
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         ["circles"] => root().and_then(circles::check),
         ["package"] => root().and_then(package::check),
         ["platforms"] => root().and_then(platforms::check),
+        ["features"] => root().and_then(features::check),
         ["gallery"] => root().and_then(gallery::make),
         ["docs"] => root().and_then(docs::write),
         ["docs", reports] => root().and_then(|root| docs::take(root, Path::new(reports))),
@@ -53,7 +55,7 @@ fn main() -> ExitCode {
         ["web"] => root().and_then(web::build),
         _ => {
             eprintln!(
-                "usage: cargo xtask shaders [--check] | docs [DIR] | gallery | circles | package | platforms | web | pixels --program PATH (--out | --against) FILE"
+                "usage: cargo xtask shaders [--check] | docs [DIR] | gallery | circles | features | package | platforms | web | pixels --program PATH (--out | --against) FILE"
             );
             return ExitCode::from(2);
         }

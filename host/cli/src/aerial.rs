@@ -1,6 +1,6 @@
 //! The command that writes the air before an image.
 
-use sorairo::low_level::aerial::{AerialReport, AerialRequest, aerial};
+use sorairo::aerial::{AerialReport, AerialRequest, aerial};
 
 use crate::arguments::{AerialArguments, scene};
 use crate::error::Result;

@@ -1,8 +1,7 @@
 //! The command that prints what lies between an observer and a point.
 
 use serde::Serialize;
-use sorairo::low_level::spectrum::Direction;
-use sorairo::{AirBetween, AirBetweenRgb, BetweenRgb, BetweenSample, SkyPlan};
+use sorairo::{BetweenRgb, BetweenSample, Direction, LightFields, Sky};
 
 use crate::arguments::{BetweenArguments, BetweenFormat, scene};
 use crate::error::Result;
@@ -12,13 +11,13 @@ use crate::output::print_line;
 pub fn run(arguments: &BetweenArguments) -> Result<()> {
     let scene = scene(arguments.scene.as_deref(), &arguments.sky.0)?;
     let space = arguments.rgb.flatten().unwrap_or(scene.render.rgb);
-    let sky = SkyPlan::new(&scene, space);
-    let direction = Direction { elevation: arguments.view_elevation, azimuth: arguments.view_azimuth };
+    let sky = Sky::with_light_fields(&scene, space, &LightFields::default());
+    let direction = Direction::new(arguments.view_elevation, arguments.view_azimuth);
     let printed = if arguments.rgb.is_some() {
-        let found = AirBetweenRgb::new(&sky).until(&direction, arguments.distance)?;
+        let found = sky.between_rgb().until(&direction, arguments.distance)?;
         printed(arguments.format, &found, || rows_of_channels(&found))
     } else {
-        let found = AirBetween::new(&sky, &arguments.wavelengths)?.until(&direction, arguments.distance)?;
+        let found = sky.between(&arguments.wavelengths)?.until(&direction, arguments.distance)?;
         printed(arguments.format, &found, || rows_of_wavelengths(&found))
     };
     print_line(&printed)
@@ -32,13 +31,13 @@ fn printed(format: BetweenFormat, found: &impl Serialize, rows: impl FnOnce() ->
 }
 
 fn rows_of_wavelengths(found: &[BetweenSample]) -> String {
-    let row = |BetweenSample { wavelength_nm, transmittance, radiance }: &BetweenSample| {
+    let row = |BetweenSample { wavelength_nm, transmittance, radiance, .. }: &BetweenSample| {
         format!("\n{wavelength_nm},{transmittance:e},{radiance:e}")
     };
     "wavelength_nm,transmittance,radiance".to_owned() + &found.iter().map(row).collect::<String>()
 }
 
-fn rows_of_channels(BetweenRgb { transmittance, radiance }: &BetweenRgb) -> String {
+fn rows_of_channels(BetweenRgb { transmittance, radiance, .. }: &BetweenRgb) -> String {
     let row = |((channel, transmittance), radiance): ((&str, &f64), &f64)| {
         format!("\n{channel},{transmittance:e},{radiance:e}")
     };

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use sorairo::low_level::rows::Row;
-use sorairo::low_level::words::words;
+use sorairo::rows::Row;
 use sorairo::scene::file::Draft;
 use sorairo::scene::keys::{self, Key};
 use sorairo::scene::{Preset, ValidScene};
+use sorairo::words::words;
 
 use crate::error::{Error, Result};
 use crate::ranges::MOST_FRAMES;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use sorairo::low_level::files::{self, png};
-use sorairo::low_level::sequence::Frame;
+use sorairo::files::{self, png};
+use sorairo::sequence::Frame;
 use sorairo::{Device, PixelFormat, Plan, Result, scene};
 
 use crate::sheet::Sheet;
@@ -50,7 +50,7 @@ pub fn contact_sheet(path: &Path, frames: &[Frame], made_of: &str, device: &mut 
         scene.camera.size = cell;
         scene.render.display = display;
         let plan = Plan::new(&scene.validated()?, PixelFormat::Picture);
-        let bytes = png::unpack(&device.run(&plan, plan.kernel())?.words);
+        let bytes = png::unpack(&device.pixels(&plan)?.words);
         sheet.paste(left, top, cell.width, &bytes);
         let label = format!("{}   sun {:.1}°", frame.number, scene.sun.elevation);
         sheet.write(left + cell.width / 2, top + cell.height + LABEL / 2, &label);

@@ -1,6 +1,6 @@
 //! The command that lists devices.
 
-use sorairo::low_level::device::{cpu, gpu};
+use sorairo::Device;
 
 use crate::arguments::DevicesArguments;
 use crate::error::Result;
@@ -8,8 +8,7 @@ use crate::output::print_line;
 
 /// `sorairo devices`.
 pub fn run(arguments: &DevicesArguments) -> Result<()> {
-    let devices = gpu::devices();
-    let cpu = cpu::device();
+    let (devices, cpu) = (Device::gpus(), Device::cpu());
     if arguments.json {
         let mut list = serde_json::to_value(&devices).expect("devices are plain data");
         let cpu = serde_json::json!({ "name": cpu.name, "kind": "cpu", "driver": "", "interface": "" });

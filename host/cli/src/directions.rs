@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use sorairo::low_level::rows::Row;
-use sorairo::low_level::spectrum::Direction;
+use sorairo::Direction;
+use sorairo::rows::Row;
 
 use crate::error::{Error, Result};
 use crate::table::Table;
@@ -100,7 +100,7 @@ fn direction(cells: &[String], columns: [Column; 2]) -> std::result::Result<Dire
         format!("two numbers are wanted, as the header says, not {} cells that hold {}", cells.len(), numbers.len())
     };
     let pair: [f64; 2] = numbers[..].try_into().ok().filter(|_| cells.len() == 2).ok_or_else(wanted)?;
-    let mut direction = Direction { elevation: 0.0, azimuth: 0.0 };
+    let mut direction = Direction::new(0.0, 0.0);
     for ((angle, in_radians), number) in columns.into_iter().zip(pair) {
         let degrees = if in_radians { decimal(number.to_degrees()) } else { number };
         match angle {
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn each_row_is_a_direction_whatever_its_columns_are_called() {
-        let expected = [Direction { elevation: 90.0, azimuth: 0.0 }, Direction { elevation: -2.5, azimuth: 180.0 }];
+        let expected = [Direction::new(90.0, 0.0), Direction::new(-2.5, 180.0)];
         for text in [
             "90,0\n-2.5,180\n",
             "# a scan\nelevation, azimuth\n90 , 0\n\n-2.5,180",

@@ -1,7 +1,7 @@
 //! The commands that measure: `bands`, `reproduce`, `bench`, `stress`.
 
 use serde::Serialize;
-use sorairo::low_level::device;
+use sorairo::Device;
 use sorairo_evaluation::bands::{Found, best};
 use sorairo_evaluation::metrics::Errors;
 use sorairo_evaluation::stress::{Extent, Outcome};
@@ -45,7 +45,7 @@ fn reproduce(arguments: &ReproduceArguments) -> Result<()> {
     if arguments.measured {
         return measured(arguments);
     }
-    let device = device::open(&memory::device(&arguments.device)?)?;
+    let device = Device::open(&memory::device(&arguments.device)?)?;
     let progress = Progress::start();
     let experiment = sorairo_evaluation::reproduce::reproduce(&arguments.out, &device, &|stage| progress.stage(stage));
     drop(progress);
@@ -64,7 +64,7 @@ fn measured(arguments: &ReproduceArguments) -> Result<()> {
 
 /// `sorairo bench`.
 fn bench(arguments: &BenchArguments) -> Result<()> {
-    let device = device::open(&memory::device(&arguments.device)?)?;
+    let device = Device::open(&memory::device(&arguments.device)?)?;
     let progress = Progress::start();
     let stage = |stage: &str| progress.stage(stage);
     let BenchArguments { out, quick, .. } = arguments;
@@ -84,7 +84,7 @@ fn bench(arguments: &BenchArguments) -> Result<()> {
 
 /// `sorairo stress`: prints what each sweep found, and fails if a case did.
 fn stress(arguments: &StressArguments) -> Result<()> {
-    let device = device::open(&memory::device(&arguments.device)?)?;
+    let device = Device::open(&memory::device(&arguments.device)?)?;
     let progress = Progress::start();
     let stage = |stage: &str| progress.stage(stage);
     let &StressArguments { minutes, seed, spectra, .. } = arguments;

@@ -2,12 +2,12 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
-use sorairo::low_level::words::{Word, Words, words};
 use sorairo::scene::keys::{self, KEYS};
 use sorairo::scene::place::{Place, Time};
 use sorairo::scene::reference::help;
 use sorairo::scene::rules::CAMERA;
 use sorairo::scene::{Reflectance, Size};
+use sorairo::words::{Word, Words, words};
 
 use crate::values::{
     Given, Read, Value, Values, albedo, depth_at, exposure, number, orders, shutter, steps, text_of, visibility, water,

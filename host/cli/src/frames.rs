@@ -2,10 +2,10 @@
 
 use std::ops::RangeInclusive;
 
-use sorairo::low_level::sequence::{self, Frame};
 use sorairo::scene::place::evenly;
 use sorairo::scene::rules::CAMERA;
 use sorairo::scene::{Exposure, Render, ValidScene};
+use sorairo::sequence::{self, Frame};
 
 use crate::arguments::SequenceArguments;
 use crate::cases::Cases;

@@ -16,7 +16,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 use sorairo::Result;
-use sorairo::low_level::sequence::Frame;
+use sorairo::sequence::Frame;
 
 use crate::cases::Cases;
 use crate::contact_sheet;

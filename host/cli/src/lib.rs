@@ -32,7 +32,7 @@ mod view;
 use std::ffi::OsString;
 
 use clap::Parser;
-use sorairo::low_level::{files, threads};
+use sorairo::{files, threads};
 
 use arguments::{Arguments, Command};
 use error::Result;

@@ -6,12 +6,10 @@ use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
-use sorairo::low_level::files;
-use sorairo::low_level::irradiance::SkyLight;
-use sorairo::low_level::rows::rows;
-use sorairo::low_level::sequence::Frame;
+use sorairo::rows::rows;
 use sorairo::scene::keys;
-use sorairo::{LightFields, SkyPlan};
+use sorairo::sequence::Frame;
+use sorairo::{LightFields, Sky, SkyLight, files};
 
 use crate::cases::Cases;
 use crate::error::{Error, Result};
@@ -107,7 +105,7 @@ fn measured(frames: &[&Frame]) -> Lights {
     let light_fields = LightFields::default();
     let mut progress = FrameProgress::start(frames.len(), "the light of their skies, for manifest.csv");
     let of = |frame: &&Frame| {
-        let light = SkyLight::new(&SkyPlan::with_light_fields(&frame.scene, frame.scene.render.rgb, &light_fields));
+        let light = Sky::with_light_fields(&frame.scene, frame.scene.render.rgb, &light_fields).light();
         progress.measured();
         (frame.number, light)
     };

@@ -9,13 +9,11 @@
 //! ```
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use clap::ValueEnum;
-use sorairo::low_level::device;
-use sorairo::low_level::files::{self, png};
+use sorairo::files::{self, png};
 use sorairo::scene::{Display, Polarisation, Scene, ValidScene};
-use sorairo::{Device, PixelFormat, Plan, SkyPlan};
+use sorairo::{Device, Sky};
 
 use crate::arguments::{RenderArguments, Shown};
 use crate::error::{Error, Result};
@@ -53,7 +51,7 @@ pub fn run(arguments: &RenderArguments, shown: Shown) -> Result<()> {
         request.replace.check_by(path, is_map)?;
         files::check_writable(path)?;
     }
-    let mut device = device::open(&memory::device(&arguments.scene.device)?)?;
+    let mut device = Device::open(&memory::device(&arguments.scene.device)?)?;
     let sheet = map(&scene, shown, &mut device)?;
     let size = scene.camera.size;
     let write = |path: &PathBuf| {
@@ -96,19 +94,15 @@ fn checked(arguments: &RenderArguments) -> Result<ValidScene> {
 
 /// The map of a scene's image with its legend.
 fn map(scene: &ValidScene, shown: Shown, device: &mut Device) -> Result<Sheet> {
-    let sky = Arc::new(SkyPlan::with_light_fields(scene, scene.render.rgb, &device.backend.light_fields()));
+    let sky = Sky::with_light_fields(scene, scene.render.rgb, &device.light_fields());
     let mut camera = scene.camera.clone();
     let mut pictures = Vec::new();
     for angle in ANGLES {
         camera.polariser = Some(angle);
-        let plan = Plan::seen(&sky, &camera, PixelFormat::LinearRgb)?;
-        let parts = plan.uniform.rgb.luminance_parts();
-        let luminance = |rgb: &[u32]| {
-            let [red, green, blue] = [0, 1, 2].map(|channel| f64::from(f32::from_bits(rgb[channel])));
-            f64::from(parts.x) * red + f64::from(parts.y) * green + f64::from(parts.z) * blue
-        };
-        let words = device.run(&plan, plan.kernel())?.words;
-        pictures.push(words.chunks_exact(3).map(luminance).collect::<Vec<_>>());
+        let image = sky.image(&camera, device)?;
+        let weights = image.luminance_weights();
+        let luminance = |rgb: &[f32]| rgb.iter().zip(weights).map(|(&value, weight)| f64::from(value) * weight).sum();
+        pictures.push(image.rgb.chunks_exact(3).map(luminance).collect::<Vec<f64>>());
     }
     let of_pixel = |pixel: usize| colour(shown, polarisation([0, 1, 2].map(|picture| pictures[picture][pixel])));
     let rgb: Vec<u8> = (0..pictures[0].len()).flat_map(of_pixel).collect();

@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, TermLike};
-use sorairo::low_level::sequence::Ended;
+use sorairo::sequence::Ended;
 
 use crate::output::is_quiet;
 

@@ -3,8 +3,8 @@
 use std::str::FromStr;
 use std::sync::Arc;
 
-use sorairo::low_level::sequence::SharedExposure;
 use sorairo::scene::Exposure;
+use sorairo::sequence::SharedExposure;
 
 /// Most frames of a sequence, and most steps of a range.
 pub const MOST_FRAMES: u32 = 100_000;

@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use sorairo::low_level::device;
-use sorairo::low_level::render::{self, Report};
+use sorairo::{Device, Report};
 
 use crate::arguments::RenderArguments;
 use crate::error::Result;
@@ -22,8 +21,8 @@ pub fn run(arguments: &RenderArguments) -> Result<()> {
     refuse_scene_as_output(arguments.scene.scene.as_deref(), request.files().iter())?;
     let device = memory::device(&arguments.scene.device)?;
     let progress = Progress::start();
-    let (open, stage) = (|| device::open(&device), |stage: &str| progress.stage(stage));
-    let report = render::render(&scene, &request, open, stage);
+    let (open, stage) = (|| Device::open(&device), |stage: &str| progress.stage(stage));
+    let report = sorairo::render(&scene, &request, open, stage);
     drop(progress);
     let report = report?;
     print_note(&summary(&report));

@@ -1,9 +1,9 @@
 //! The commands about scene files.
 
-use sorairo::low_level::files::text;
-use sorairo::low_level::words::word;
+use sorairo::files::text;
 use sorairo::scene::file::{self, Draft};
 use sorairo::scene::reference;
+use sorairo::words::word;
 
 use crate::arguments::{SceneCommand, scene};
 use crate::error::{Error, Result};

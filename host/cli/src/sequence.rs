@@ -4,10 +4,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use serde::Serialize;
-use sorairo::low_level::device::{self, DeviceKind};
-use sorairo::low_level::files::Replace;
-use sorairo::low_level::render::Shown;
-use sorairo::low_level::sequence::{self, Ended, Frame, Measured};
+use sorairo::files::Replace;
+use sorairo::sequence::{self, Ended, Frame, Measured};
+use sorairo::{Device, DeviceKind, Shown};
 
 use crate::arguments::SequenceArguments;
 use crate::cases::Cases;
@@ -97,7 +96,7 @@ pub fn run(arguments: &SequenceArguments) -> Result<()> {
     refuse_scene_as_output(arguments.scene.as_deref(), files.iter().chain([&sheet]))?;
     // Nobody names the sheet and the manifest.
     check_beside(if arguments.replace.force { Replace::All } else { Replace::Own })?;
-    let mut device = device::open(&memory::device(&arguments.device)?)?;
+    let mut device = Device::open(&memory::device(&arguments.device)?)?;
     sequence::make_folders(&chosen)?;
     let (mut rendered, mut replaced, mut skipped, mut reports) = (0, 0, 0, Vec::new());
     let start = Instant::now();

@@ -3,8 +3,7 @@
 use std::fmt::Write;
 
 use serde::Serialize;
-use sorairo::low_level::spectrum::{Appearance, Direction, Sample, appearances, spectra};
-use sorairo::{BeamSample, PixelFormat, Plan, Stokes, StokesSpectra, sun_beam};
+use sorairo::{Appearance, BeamSample, Direction, Sample, Sky, Stokes};
 
 use crate::arguments::{SpectrumArguments, SpectrumFormat, scene};
 use crate::directions;
@@ -31,18 +30,19 @@ const STOKES: &str = "wavelength_nm,stokes_i,stokes_q,stokes_u,degree_of_polaris
 
 /// `sorairo spectrum`.
 pub fn run(arguments: &SpectrumArguments) -> Result<()> {
-    let plan = Plan::new(&scene(arguments.scene.as_deref(), &arguments.sky.0)?, PixelFormat::LinearRgb);
+    let scene = scene(arguments.scene.as_deref(), &arguments.sky.0)?;
+    let sky = Sky::new(&scene)?;
     if arguments.direct {
-        let beam = sun_beam(&plan.sky, &arguments.wavelengths, arguments.resolution)?;
+        let beam = sky.sun_beam(&arguments.wavelengths, arguments.resolution)?;
         return print_line(&direct(&beam, arguments.format));
     }
     let directions = match (&arguments.directions, arguments.view_elevation.zip(arguments.view_azimuth)) {
-        (None, Some((elevation, azimuth))) => vec![Direction { elevation, azimuth }],
+        (None, Some((elevation, azimuth))) => vec![Direction::new(elevation, azimuth)],
         (path, _) => directions::read(path.as_deref().expect("without a direction the table is required"))?,
     };
     let are_many = arguments.directions.is_some();
     let text = if arguments.luminance {
-        let found = appearances(&plan.sky, &directions)?;
+        let found = sky.appearance(&directions)?;
         match arguments.format {
             SpectrumFormat::Csv => {
                 csv(&directions, are_many, "luminance_cd_m2,x,y,cct_k", found.iter().map(|found| vec![row(found)]))
@@ -50,8 +50,7 @@ pub fn run(arguments: &SpectrumArguments) -> Result<()> {
             SpectrumFormat::Json => json(&directions, are_many, &found, |found| found),
         }
     } else if arguments.stokes {
-        let found = StokesSpectra::new(&plan.sky, &arguments.wavelengths, arguments.stokes_frame)?
-            .in_directions(&directions)?;
+        let found = sky.stokes(&arguments.wavelengths, arguments.stokes_frame)?.in_directions(&directions)?;
         match arguments.format {
             SpectrumFormat::Csv => {
                 let rows = found.iter().map(|spectrum| spectrum.iter().map(stokes_row).collect());
@@ -61,7 +60,7 @@ pub fn run(arguments: &SpectrumArguments) -> Result<()> {
             SpectrumFormat::Json => text_of(&found[0]),
         }
     } else {
-        let found = spectra(&plan.sky, &directions, &arguments.wavelengths, arguments.resolution)?;
+        let found = sky.spectrum(&directions, &arguments.wavelengths, arguments.resolution)?;
         match arguments.format {
             SpectrumFormat::Csv => {
                 let rows = found.iter().map(|spectrum| spectrum.iter().map(sample_row).collect());
@@ -76,7 +75,7 @@ pub fn run(arguments: &SpectrumArguments) -> Result<()> {
 
 /// The sun's beam at each wavelength.
 fn direct(beam: &[BeamSample], format: SpectrumFormat) -> String {
-    let row = |BeamSample { wavelength_nm, transmittance, irradiance }: &BeamSample| {
+    let row = |BeamSample { wavelength_nm, transmittance, irradiance, .. }: &BeamSample| {
         format!("\n{wavelength_nm},{transmittance:e},{irradiance:e}")
     };
     match format {
@@ -87,13 +86,14 @@ fn direct(beam: &[BeamSample], format: SpectrumFormat) -> String {
     }
 }
 
-fn sample_row(Sample { wavelength_nm, radiance, dense }: &Sample) -> String {
+fn sample_row(Sample { wavelength_nm, radiance, dense, .. }: &Sample) -> String {
     format!("{wavelength_nm},{radiance:e},{dense:e}")
 }
 
 fn stokes_row(found: &Stokes) -> String {
-    let Stokes { wavelength_nm, stokes_i, stokes_q, stokes_u, degree_of_polarisation, angle_of_polarisation_deg } =
-        found;
+    let Stokes {
+        wavelength_nm, stokes_i, stokes_q, stokes_u, degree_of_polarisation, angle_of_polarisation_deg, ..
+    } = found;
     format!(
         "{wavelength_nm},{stokes_i:e},{stokes_q:e},{stokes_u:e},{degree_of_polarisation:e},{angle_of_polarisation_deg:e}"
     )

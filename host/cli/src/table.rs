@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sorairo::low_level::rows::{self, Row};
+use sorairo::rows::{self, Row};
 
 use crate::error::{Error, Result};
 

@@ -91,9 +91,9 @@ impl Values {
     /// These values and an exposure.
     pub fn with_exposure(&self, exposure: Exposure) -> Self {
         let given = match exposure {
-            Exposure::Auto => Given::Text("auto".into()),
-            Exposure::Adapt => Given::Text("adapt".into()),
             Exposure::Stops(stops) => Given::Number(stops),
+            Exposure::Adapt => Given::Text("adapt".into()),
+            _ => Given::Text("auto".into()),
         };
         self.with("render.exposure", "--exposure", given)
     }
@@ -190,8 +190,8 @@ pub fn wavelengths(text: &str) -> Result<Given, String> {
 
 pub fn exposure(text: &str) -> Result<Given, String> {
     text.parse().map(|exposure| match exposure {
-        Exposure::Auto | Exposure::Adapt => Given::Text(text.to_lowercase()),
         Exposure::Stops(stops) => Given::Number(stops),
+        _ => Given::Text(text.to_lowercase()),
     })
 }
 

@@ -1,8 +1,5 @@
 //! The command that opens the window.
 
-#[cfg(feature = "view")]
-use sorairo::low_level::device;
-
 use crate::arguments::ViewArguments;
 use crate::error::Result;
 #[cfg(feature = "view")]
@@ -20,7 +17,7 @@ pub fn run(arguments: &ViewArguments) -> Result<()> {
         frames: arguments.frames,
     };
     if let Some(sorairo_view::Counted { skies, size, time, longest, pipelines, drawn, read_back }) =
-        sorairo_view::open(options, || device::open(device))?
+        sorairo_view::open(options, || sorairo::Device::open(device))?
     {
         let longest = longest.as_secs_f64() * 1e3;
         let (seconds, rate) = (time.as_secs_f64(), f64::from(skies) / time.as_secs_f64());

@@ -14,11 +14,10 @@ use super::metrics::Errors;
 use super::timing::{Care, Job, Times, fitting_size, job};
 use super::{light_field, readback};
 use crate::problem::Result;
-use sorairo::low_level::plan::Plan;
 use sorairo::low_level::plan::fit::{CUBIC_BANDS, FIRST_ORDER_BANDS, TRANSFER_BANDS};
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::{ColourPath, Exposure, Fit, PathChoice, Preset, Scene, Size};
-use sorairo::{Device, PixelFormat};
+use sorairo::{Device, PixelFormat, Plan};
 
 /// Integration steps that are compared.
 const STEPS: [u32; 6] = [4, 6, 8, 12, 16, 32];

@@ -10,7 +10,7 @@ use plotters::style::{FontFamily, register_font};
 
 use super::document::write;
 use crate::problem::{Error, Result};
-use sorairo::low_level::files::png;
+use sorairo::files::png;
 
 /// Size of a chart in the SVG's unit; the PNG has twice as many pixels each way.
 const SIZE: (u32, u32) = (1280, 680);

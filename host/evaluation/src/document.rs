@@ -7,8 +7,8 @@ use chrono::Utc;
 use serde::Serialize;
 
 use crate::problem::{Error, Result};
-use sorairo::low_level::device::{Device, DeviceKind};
-use sorairo::low_level::files::stage;
+use sorairo::files::stage;
+use sorairo::{Device, DeviceKind};
 
 /// Where and when something was measured.
 #[derive(Clone, Debug, Serialize)]

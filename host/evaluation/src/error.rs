@@ -12,11 +12,11 @@ use sorairo_shared::variant::is_solved_cubic;
 
 use super::metrics::Errors;
 use crate::problem::Result;
-use sorairo::PixelFormat;
-use sorairo::low_level::plan::{Plan, direction};
+use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectra::observer;
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{ColourPath, Exposure, Fit, PathChoice, Scene};
+use sorairo::{PixelFormat, Plan};
 
 /// Elevations (degrees) at which the sky is compared: they resolve the horizon.
 const ELEVATIONS: [f64; 17] =

@@ -2,12 +2,13 @@
 
 use std::sync::Mutex;
 
+use sorairo::Scene;
 use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::medium::gases::SkyGases;
 use sorairo::low_level::medium::profile::Profile;
+use sorairo::low_level::plan::SkyPlan;
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection};
-use sorairo::{Scene, SkyPlan};
 use sorairo_oracle::{
     AirLaw, Atmosphere, Coefficients, Level, MARS_DUST_ALBEDO, Medium, PhaseRows, Ray, Spectrum, direction,
 };

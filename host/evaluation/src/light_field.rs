@@ -1,10 +1,11 @@
 //! What the light field of all orders costs, against its error: the degree of its moments, its orders, its sizes, and where the default stands.
 
 use serde::Serialize;
+use sorairo::Sky;
+use sorairo::low_level::plan::direction;
 use sorairo::low_level::plan::integral::RayIntegral;
 use sorairo::low_level::plan::light_field::{LightFields, Resolution, Row, light_of_rows};
-use sorairo::low_level::plan::{SkyPlan, direction};
-use sorairo::scene::{Fit, Orders, Preset, Rgb, Scene};
+use sorairo::scene::{Fit, Orders, Preset, Scene};
 use sorairo_shared::light_field::moments::Moments;
 use sorairo_shared::variant;
 
@@ -64,7 +65,7 @@ pub fn light_fields(care: Care) -> Result<Vec<Measured>> {
     for (name, preset, sun) in SKIES {
         let mut scene = Scene::preset(preset);
         (scene.sun.elevation, scene.render.fit) = (sun, Fit::Transfer);
-        let sky = SkyPlan::new(&scene.validated()?, Rgb::Srgb);
+        let sky = Sky::new(&scene)?;
         measured.extend(of_sky(name, sky.integral(), care)?);
     }
     Ok(measured)

@@ -7,10 +7,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
+use sorairo::Sky;
 use sorairo::low_level::medium::aerosol::AerosolKind;
-use sorairo::low_level::plan::{SkyPlan, direction};
+use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectrum::DenseSpectrum;
-use sorairo::scene::{AirSpectrum, GroundAlbedo, Polarisation, Preset, Rgb, Scene, SunSpectrum};
+use sorairo::scene::{AirSpectrum, GroundAlbedo, Polarisation, Preset, Scene, SunSpectrum};
 
 use super::comparison::{Comparison, WIDTH};
 use super::document::{make_folder, table, write};
@@ -153,7 +154,7 @@ pub fn compare(change: Change) -> Result<Vec<Comparison>> {
         change(&mut scene);
         let distance = std::mem::replace(&mut scene.sun.distance, 1.0);
         let irradiance: Vec<f64> = bands.iter().map(|&band| solar_irradiance(band, distance)).collect();
-        let sky = SkyPlan::new(&scene.validated()?, Rgb::Srgb);
+        let sky = Sky::new(&scene)?;
         let dense = DenseSpectrum::new(&sky, &middles);
         let sun = direction(directions[0].sun_elevation, directions[0].sun_azimuth);
         for measured in &directions {

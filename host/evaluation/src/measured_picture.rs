@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sorairo::low_level::files::png;
+use sorairo::files::png;
 use sorairo::low_level::plan::direction;
 use sorairo::low_level::plan::picture::colour_space::ColourSpace;
 use sorairo::low_level::spectra::observer;

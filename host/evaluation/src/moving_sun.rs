@@ -3,9 +3,8 @@
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
-use sorairo::low_level::plan::{LightFields, Plan};
 use sorairo::scene::{Preset, Scene, Size};
-use sorairo::{Device, PixelFormat};
+use sorairo::{Device, LightFields, PixelFormat, Plan};
 
 use super::resident::Resident;
 use super::timing::Spread;

@@ -10,7 +10,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::chart::register_fonts;
 use crate::problem::{Error, Result};
-use sorairo::low_level::files::png;
+use sorairo::files::png;
 
 /// Room above the columns, left of the rows, between pictures, and below for the scale (pixels).
 const TOP: u32 = 34;

@@ -18,7 +18,7 @@ use super::metrics::{ColourError, Errors, RadianceError};
 use super::picture::Sheet;
 use super::timing::{Care, Job, Times, fitting_size, job};
 use crate::problem::Result;
-use sorairo::low_level::files::png;
+use sorairo::files::png;
 use sorairo::low_level::plan::{Plan, SpectralPlan};
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{ColourPath, Fit, Preset, Projection, Scene, Size};

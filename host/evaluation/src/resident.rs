@@ -1,13 +1,11 @@
 //! Skies that stay in a device of a program's own: what a frame costs that nobody reads back.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use sorairo::low_level::device::{DeviceKind, gpu};
 use sorairo::low_level::plan::LightFields;
 use sorairo::scene::{Rgb, Scene, Size};
-use sorairo::wgpu;
-use sorairo::{Device, PixelFormat, Renderer, ResidentRenderer, SkyPlan, Target};
+use sorairo::{Device, PixelFormat, ResidentRenderer, Sky, Target, wgpu};
 
 use crate::problem::Result;
 
@@ -40,7 +38,7 @@ impl Resident {
             usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        Ok(Some(Self { renderer: Renderer::with_device(&device, &queue), device, queue, pixels }))
+        Ok(Some(Self { renderer: ResidentRenderer::with_device(&device, &queue), device, queue, pixels }))
     }
 
     /// Light fields where its plans integrate.
@@ -55,7 +53,7 @@ impl Resident {
     /// A wrong scene, an image of another size, or a device that fails.
     pub fn frame(&mut self, scene: &Scene, light_fields: &LightFields) -> Result<Duration> {
         let start = Instant::now();
-        let sky = Arc::new(SkyPlan::with_light_fields(&scene.validated()?, Rgb::default(), light_fields));
+        let sky = Sky::with_light_fields(&scene.validated()?, Rgb::default(), light_fields);
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let target = Target::Buffer(&self.pixels, PixelFormat::LinearRgb);
         self.renderer.encode(&mut encoder, &sky, &scene.camera, &target)?;

@@ -13,11 +13,10 @@ use super::error::plan;
 use super::moving_sun::{FRAMES, MovingSun, moving_suns};
 use super::timing::{Care, Job, Spread, Times, job, repeated, streamed};
 use crate::problem::{Error, Result};
-use sorairo::PixelFormat;
-use sorairo::low_level::device::{Device, DeviceKind, cpu};
+use sorairo::low_level::plan::Kernel;
 use sorairo::low_level::plan::lookup::LookupSize;
-use sorairo::low_level::plan::{Kernel, LightFields, Plan};
 use sorairo::scene::{Exposure, Orders, PathChoice, Preset, Projection, Scene, Size, ViewTransform};
+use sorairo::{Device, DeviceKind, LightFields, PixelFormat, Plan};
 
 /// How much is measured.
 #[derive(Clone, Copy)]
@@ -244,7 +243,7 @@ pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) 
     let plans = plans(device, extent)?;
     stage("timing a sun that moves");
     let moving = |device: &Device| moving_suns(device, extent.common, extent.frames);
-    let (moving_sun, moving_sun_on_cpu) = (moving(device)?, moving(&cpu::device())?);
+    let (moving_sun, moving_sun_on_cpu) = (moving(device)?, moving(&sorairo::Device::cpu())?);
     stage("measuring limits");
     let rooflines = rooflines(device, &multiples, extent)?;
     stage("timing paths");
@@ -666,7 +665,7 @@ fn in_all_orders(size: Size) -> Result<[Plan; 2]> {
 
 /// The sky lookup against the integral at every pixel, and the CPU backend against the device, in one run.
 fn paths(device: &Device, [with_lookup, direct]: [Plan; 2], extent: Extent) -> Result<Paths> {
-    let cpu = cpu::device();
+    let cpu = sorairo::Device::cpu();
     let mut jobs = vec![
         repeated(job(device, &with_lookup, with_lookup.kernel()), 8),
         job(device, &direct, direct.kernel()),
@@ -681,7 +680,7 @@ fn paths(device: &Device, [with_lookup, direct]: [Plan; 2], extent: Extent) -> R
 fn rooflines(device: &Device, multiples: &[Multiple], extent: Extent) -> Result<Vec<Roofline>> {
     let mut rooflines = vec![Roofline::of(device, multiples, extent.common)?];
     if device.kind != DeviceKind::Cpu {
-        let cpu = cpu::device();
+        let cpu = sorairo::Device::cpu();
         rooflines.push(Roofline::of(&cpu, &self::multiples(&cpu, extent)?, extent.common)?);
     }
     Ok(rooflines)

@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use super::error::plan;
 use crate::problem::Result;
-use sorairo::Device;
-use sorairo::low_level::plan::{Kernel, Plan};
+use sorairo::low_level::plan::Kernel;
 use sorairo::scene::{Scene, Size};
+use sorairo::{Device, Plan};
 
 /// How much is measured for a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

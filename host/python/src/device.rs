@@ -4,8 +4,7 @@ use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
-use sorairo::Result;
-use sorairo::low_level::device::{Device, open};
+use sorairo::{Device, Result};
 
 use crate::work::work;
 
@@ -16,7 +15,7 @@ pub fn with<T>(choice: &str, act: impl FnOnce(&mut Device) -> Result<T>) -> Resu
     // A device after a panic is as good as before: it keeps pipelines and buffers alone.
     let mut devices: MutexGuard<'_, _> = DEVICES.lock().unwrap_or_else(PoisonError::into_inner);
     if !devices.contains_key(choice) {
-        devices.insert(choice.to_owned(), open(choice)?);
+        devices.insert(choice.to_owned(), Device::open(choice)?);
     }
     act(devices.get_mut(choice).expect("it was opened"))
 }

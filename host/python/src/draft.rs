@@ -42,7 +42,7 @@ pub fn draft(preset: Option<&str>, file: Option<&Path>) -> Result<Draft> {
 
 fn named_preset(name: &str) -> Result<Preset> {
     name.parse().map_err(|_| {
-        let words: Vec<_> = sorairo::low_level::words::words::<Preset>().iter().map(|word| word.name).collect();
+        let words: Vec<_> = sorairo::words::words::<Preset>().iter().map(|word| word.name).collect();
         Error::not_allowed("preset", format!("is {name:?}; allowed: {}", words.join(", ")))
     })
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use sorairo::scene::file::text;
-use sorairo::{Error, Irradiance, of_each_numbered_sky};
+use sorairo::{Error, Irradiance, of_each_sky};
 
 use crate::draft::{Keys, draft, scene};
 use crate::memory::{array, of_wavelengths};
@@ -50,12 +50,13 @@ pub fn sequence<'py>(
                 .map_err(|error| Error::InFrame { number, error: Box::new(error) })
         };
         let scenes: Vec<_> = (0..).zip(&suns).map(of_sun).collect::<sorairo::Result<_>>()?;
-        let answers = of_each_numbered_sky(&scenes, |number, sky| {
+        let answers = of_each_sky(&scenes, |number, sky| {
             stop.check()?;
             let wavelengths = known(sky, &wavelengths);
             let radiance = views.as_ref().map(|views| radiance(sky, views, &wavelengths, method, stop));
-            let fallen = surfaces.as_ref().map(|surfaces| surfaces[number].irradiance(sky, &wavelengths));
-            let sun = (sky.scene.sun.elevation, sky.scene.sun.azimuth);
+            let fallen =
+                surfaces.as_ref().map(|surfaces| Ok(sky.irradiance(&surfaces[number..][..1], &wavelengths)?.remove(0)));
+            let sun = (sky.sun().elevation, sky.sun().azimuth);
             Ok::<Answer, _>((sun, radiance.transpose()?.unwrap_or_default(), fallen.transpose()?.unwrap_or_default()))
         })?;
         let suns = answers.iter().map(|answer| answer.0).collect();

@@ -1,18 +1,16 @@
 //! A sky, planned.
 
 use std::path::PathBuf;
-use std::sync::{Arc, LazyLock};
+use std::sync::LazyLock;
 
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use sorairo::low_level::spectrum::Direction;
 use sorairo::scene::file::text;
 use sorairo::scene::keys::files;
 use sorairo::scene::{CameraScene, Scene, Size, ValidScene};
 use sorairo::{
-    AirBetween, AirBetweenRgb, AlphaOpic, Error, Irradiance, LightFields, Method, PixelFormat, Plan, Result, SkyPlan,
-    Spectra, StokesFrame, StokesSpectra, Surface, sun_transmittance, xyz,
+    AlphaOpic, Direction, Error, Irradiance, LightFields, Method, PixelFormat, Plan, Result, Sky, StokesFrame, Surface,
 };
 
 use crate::device;
@@ -33,7 +31,7 @@ const PIXELS_AT_ONCE: usize = 1 << 21;
 /// A sky that was planned.
 #[pyclass(frozen, name = "Sky", module = "sorairo._sorairo")]
 pub struct NativeSky {
-    sky: Arc<SkyPlan>,
+    sky: Sky,
 }
 
 /// An array of one axis.
@@ -50,7 +48,7 @@ impl NativeSky {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Pickled<'py>> {
-        let scene = &slf.get().sky.scene;
+        let scene = &slf.get().sky.scene();
         let checksums = files(scene).map(|(.., checksum)| checksum).collect();
         Ok((slf.py().import("sorairo._sorairo")?.getattr("sky_again")?, (text(scene), checksums)))
     }
@@ -67,12 +65,13 @@ impl NativeSky {
 
     #[getter]
     fn sun(&self) -> (f64, f64) {
-        (self.sky.scene.sun.elevation, self.sky.scene.sun.azimuth)
+        let Direction { elevation, azimuth } = self.sky.sun();
+        (elevation, azimuth)
     }
 
     #[getter]
     fn scene(&self) -> String {
-        text(&self.sky.scene)
+        text(self.sky.scene())
     }
 
     fn radiance<'py>(
@@ -85,7 +84,7 @@ impl NativeSky {
     ) -> PyResult<Array<'py, f64>> {
         let (directions, method) = (directions(&elevations, &azimuths)?, method_of(method)?);
         let wavelengths = self.wavelengths(&wavelengths)?;
-        let sky = Arc::clone(&self.sky);
+        let sky = self.sky.clone();
         let radiance = work(py, move |stop| radiance(&sky, &directions, &wavelengths, method, stop))?;
         Ok(PyArray1::from_vec(py, radiance))
     }
@@ -100,7 +99,7 @@ impl NativeSky {
     ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
         let (directions, distances) = (directions(&elevations, &azimuths)?, distances.as_slice()?.to_vec());
         let wavelengths = self.wavelengths(&wavelengths)?;
-        let sky = Arc::clone(&self.sky);
+        let sky = self.sky.clone();
         let found = work(py, move |stop| between(&sky, &directions, &distances, &wavelengths, stop))?;
         let [transmittance, radiance] = found.map(|values| PyArray1::from_vec(py, values));
         Ok((transmittance, radiance))
@@ -114,7 +113,7 @@ impl NativeSky {
         distances: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
         let (directions, distances) = (directions(&elevations, &azimuths)?, distances.as_slice()?.to_vec());
-        let sky = Arc::clone(&self.sky);
+        let sky = self.sky.clone();
         let found = work(py, move |stop| between_rgb(&sky, &directions, &distances, stop))?;
         let [transmittance, radiance] = found.map(|values| PyArray1::from_vec(py, values));
         Ok((transmittance, radiance))
@@ -133,15 +132,13 @@ impl NativeSky {
             .parse()
             .map_err(|_| PyValueError::new_err(format!("frame is {frame:?}; allowed: \"vertical\", \"camera\"")))?;
         let wavelengths = self.wavelengths(&wavelengths)?;
-        let sky = Arc::clone(&self.sky);
+        let sky = self.sky.clone();
         let found = work(py, move |stop| {
             let mut found = array(&[directions.len(), wavelengths.len(), 3], of_wavelengths(wavelengths.len()))?;
-            let spectra = StokesSpectra::new(&sky, &wavelengths, frame)?;
+            let spectra = sky.stokes(&wavelengths, frame)?;
             for directions in directions.chunks(at_once(wavelengths.len())) {
                 stop.check()?;
-                let towards = |&[elevation, azimuth]: &[f64; 2]| Direction { elevation, azimuth };
-                let directions: Vec<Direction> = directions.iter().map(towards).collect();
-                let vectors = spectra.in_directions(&directions)?;
+                let vectors = spectra.in_directions(directions)?;
                 found.extend(vectors.iter().flatten().flat_map(|of| [of.stokes_i, of.stokes_q, of.stokes_u]));
             }
             Ok(found)
@@ -156,12 +153,12 @@ impl NativeSky {
         azimuths: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Array<'py, f64>> {
         let directions = directions(&elevations, &azimuths)?;
-        let sky = Arc::clone(&self.sky);
+        let sky = self.sky.clone();
         let found = work(py, move |stop| {
             let mut found = array(&[directions.len(), 3], 0)?;
             for directions in directions.chunks(at_once(81)) {
                 stop.check()?;
-                found.extend(xyz(&sky, directions)?.as_flattened());
+                found.extend(sky.xyz(directions)?.as_flattened());
             }
             Ok(found)
         })?;
@@ -176,7 +173,7 @@ impl NativeSky {
         device: String,
     ) -> PyResult<Array<'py, f32>> {
         let wavelengths = wavelengths.map(|given| self.wavelengths(&given)).transpose()?;
-        let sky = Arc::clone(&self.sky);
+        let sky = self.sky.clone();
         let pixels = work(py, move |stop| pixels(&sky, size, wavelengths.as_deref(), &device, stop))?;
         Ok(PyArray1::from_vec(py, pixels))
     }
@@ -189,7 +186,7 @@ impl NativeSky {
         azimuths: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<ByConstituent<Array<'py, f64>>> {
         let (wavelengths, surfaces) = (self.wavelengths(&wavelengths)?, surfaces(&tilts, &azimuths)?);
-        let sky = Arc::clone(&self.sky);
+        let sky = self.sky.clone();
         let fallen = work(py, move |stop| {
             let mut fallen = Irradiance::default().map(|()| Vec::new());
             let shape = [surfaces.len(), wavelengths.len()];
@@ -198,7 +195,7 @@ impl NativeSky {
             for part in parts_of(&mut fallen) {
                 *part = array(&shape, of_wavelengths(wavelengths.len()).saturating_add(values))?;
             }
-            let of_surfaces = |surfaces: &[Surface]| Surface::irradiances(surfaces, &sky, &wavelengths);
+            let of_surfaces = |surfaces: &[Surface]| sky.irradiance(surfaces, &wavelengths);
             for mut of_surface in in_chunks(&surfaces, wavelengths.len(), stop, of_surfaces)? {
                 parts_of(&mut fallen).into_iter().zip(parts_of(&mut of_surface)).for_each(|(all, one)| all.append(one));
             }
@@ -213,9 +210,8 @@ impl NativeSky {
         tilts: PyReadonlyArray1<'_, f64>,
         azimuths: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Vec<ByConstituent<f64>>> {
-        let (sky, surfaces) = (Arc::clone(&self.sky), surfaces(&tilts, &azimuths)?);
-        let fallen =
-            work(py, move |stop| in_chunks(&surfaces, 81, stop, |surfaces| Surface::illuminances(surfaces, &sky)))?;
+        let (sky, surfaces) = (self.sky.clone(), surfaces(&tilts, &azimuths)?);
+        let fallen = work(py, move |stop| in_chunks(&surfaces, 81, stop, |surfaces| sky.illuminance(surfaces)))?;
         Ok(fallen.into_iter().map(in_order).collect())
     }
 
@@ -226,9 +222,8 @@ impl NativeSky {
         tilts: PyReadonlyArray1<'_, f64>,
         azimuths: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Vec<AlphaOpicOfSurfaces>> {
-        let (sky, surfaces) = (Arc::clone(&self.sky), surfaces(&tilts, &azimuths)?);
-        let fallen =
-            work(py, move |stop| in_chunks(&surfaces, 401, stop, |surfaces| Surface::alpha_opics(surfaces, &sky)))?;
+        let (sky, surfaces) = (self.sky.clone(), surfaces(&tilts, &azimuths)?);
+        let fallen = work(py, move |stop| in_chunks(&surfaces, 401, stop, |surfaces| sky.alpha_opic(surfaces)))?;
         let of_quantity = |(i, quantity): (usize, AlphaOpic)| {
             let irradiances = fallen.iter().map(|of_surface| of_surface[i]);
             let daylights = irradiances.clone().map(|part| part.map(|value| quantity.equivalent_daylight(value)));
@@ -242,13 +237,13 @@ impl NativeSky {
         py: Python<'py>,
         wavelengths: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Array<'py, f64>> {
-        let known = self.sky.scene.known_wavelengths_of_beams();
+        let known = self.sky.scene().known_wavelengths_of_beams();
         let wavelengths: Vec<f64> = wavelengths.as_slice()?.iter().map(|&nm| meant(nm, known)).collect();
-        let sky = Arc::clone(&self.sky);
+        let sky = self.sky.clone();
         let found = work(py, move |_| {
             // The sun's spectrum, what is left of it, and both on the way.
             array::<f64>(&[wavelengths.len(), 6], 0)?;
-            sun_transmittance(&sky, &wavelengths)
+            sky.transmittance(&wavelengths)
         })?;
         Ok(PyArray1::from_vec(py, found))
     }
@@ -276,7 +271,7 @@ type AlphaOpicOfSurfaces = (&'static str, Vec<ByConstituent<f64>>, Vec<ByConstit
 impl NativeSky {
     /// That of a scene.
     fn of(scene: &ValidScene) -> Self {
-        Self { sky: Arc::new(SkyPlan::with_light_fields(scene, scene.render.rgb, &LIGHT_FIELDS)) }
+        Self { sky: Sky::with_light_fields(scene, scene.render.rgb, &LIGHT_FIELDS) }
     }
 
     /// Wavelengths; see [`known`].
@@ -289,14 +284,14 @@ impl NativeSky {
 type Pickled<'py> = (Bound<'py, PyAny>, (String, Vec<u32>));
 
 /// Wavelengths, those at the ends of what is known of a sky where they are meant.
-pub fn known(sky: &SkyPlan, wavelengths: &[f64]) -> Vec<f64> {
-    let (visible, all) = (sky.scene.known_wavelengths(), sky.scene.known_wavelengths_of_skies());
+pub fn known(sky: &Sky, wavelengths: &[f64]) -> Vec<f64> {
+    let (visible, all) = (sky.scene().known_wavelengths(), sky.scene().known_wavelengths_of_skies());
     wavelengths.iter().map(|&nm| meant(meant(nm, visible), all)).collect()
 }
 
 /// Pixels row by row from the top: linear RGB, or the radiance at wavelengths.
 fn pixels(
-    sky: &Arc<SkyPlan>,
+    sky: &Sky,
     (width, height): (u32, u32),
     wavelengths: Option<&[f64]>,
     device: &str,
@@ -309,15 +304,14 @@ fn pixels(
     // Rows on the device, and as they are handed over.
     let beside = of_wavelengths(wavelengths.map_or(0, <[f64]>::len)).saturating_add(of_rows.saturating_mul(2));
     let mut pixels = array(&shape, beside)?;
-    let camera = CameraScene { size: Size { width, height }, ..sky.scene.camera.clone() };
+    let camera = CameraScene { size: Size { width, height }, ..sky.scene().camera.clone() };
     let mut plan = Plan::seen(sky, &camera, PixelFormat::LinearRgb)?;
     if let Some(wavelengths) = wavelengths {
-        sorairo::low_level::spectrum::check_wavelengths(sky, wavelengths)?;
         plan = plan.with_spectrum(wavelengths)?;
     }
     let words = plan.pixel_words() as usize;
     device::with(device, |device| {
-        device.rows(&plan, plan.kernel(), &mut |_, rows| {
+        device.rows_of_pixels(&plan, &mut |_, rows| {
             let of_pixel = |pixel: &[u32]| pixel[words - kept..].iter().map(|&word| f32::from_bits(word)).collect();
             pixels.extend(rows.chunks_exact(words).flat_map(|pixel| -> Vec<f32> { of_pixel(pixel) }));
             stop.check()
@@ -328,35 +322,35 @@ fn pixels(
 
 /// Radiance in directions one after the other.
 pub fn radiance(
-    sky: &SkyPlan,
-    directions: &[[f64; 2]],
+    sky: &Sky,
+    directions: &[Direction],
     wavelengths: &[f64],
     method: Method,
     stop: &Stop,
 ) -> Result<Vec<f64>> {
     let mut radiance = array(&[directions.len(), wavelengths.len()], of_wavelengths(wavelengths.len()))?;
-    let spectra = Spectra::new(sky, wavelengths, method)?;
+    let spectra = sky.spectra(wavelengths, method)?;
     for directions in directions.chunks(at_once(wavelengths.len())) {
         stop.check()?;
-        radiance.append(&mut spectra.in_directions(directions)?);
+        radiance.extend(spectra.in_directions(directions)?.into_iter().flatten());
     }
     Ok(radiance)
 }
 
 /// Transmittance and radiance up to distances in directions, one after the other.
 fn between(
-    sky: &SkyPlan,
-    directions: &[[f64; 2]],
+    sky: &Sky,
+    directions: &[Direction],
     distances: &[f64],
     wavelengths: &[f64],
     stop: &Stop,
 ) -> Result<[Vec<f64>; 2]> {
     let room = || array(&[directions.len(), wavelengths.len()], of_wavelengths(wavelengths.len()));
     let (mut transmittance, mut radiance) = (room()?, room()?);
-    let air = AirBetween::new(sky, wavelengths)?;
-    for (&[elevation, azimuth], &distance) in directions.iter().zip(distances) {
+    let air = sky.between(wavelengths)?;
+    for (direction, &distance) in directions.iter().zip(distances) {
         stop.check()?;
-        let found = air.until(&Direction { elevation, azimuth }, distance)?;
+        let found = air.until(direction, distance)?;
         transmittance.extend(found.iter().map(|sample| sample.transmittance));
         radiance.extend(found.iter().map(|sample| sample.radiance));
     }
@@ -364,13 +358,13 @@ fn between(
 }
 
 /// The same as linear RGB.
-fn between_rgb(sky: &SkyPlan, directions: &[[f64; 2]], distances: &[f64], stop: &Stop) -> Result<[Vec<f64>; 2]> {
+fn between_rgb(sky: &Sky, directions: &[Direction], distances: &[f64], stop: &Stop) -> Result<[Vec<f64>; 2]> {
     let room = || array(&[directions.len(), 3], 0);
     let (mut transmittance, mut radiance) = (room()?, room()?);
-    let air = AirBetweenRgb::new(sky);
-    for (&[elevation, azimuth], &distance) in directions.iter().zip(distances) {
+    let air = sky.between_rgb();
+    for (direction, &distance) in directions.iter().zip(distances) {
         stop.check()?;
-        let found = air.until(&Direction { elevation, azimuth }, distance)?;
+        let found = air.until(direction, distance)?;
         transmittance.extend(found.transmittance);
         radiance.extend(found.radiance);
     }
@@ -402,10 +396,10 @@ fn at_once(wavelengths: usize) -> usize {
 pub fn directions(
     elevations: &PyReadonlyArray1<'_, f64>,
     azimuths: &PyReadonlyArray1<'_, f64>,
-) -> PyResult<Vec<[f64; 2]>> {
+) -> PyResult<Vec<Direction>> {
     let (elevations, azimuths) = (elevations.as_slice()?, azimuths.as_slice()?);
     let mut pairs = array(&[elevations.len(), 2], 0).map_err(|error| python(&error))?;
-    let pair = |(&elevation, &azimuth)| [meant(elevation, (-90.0, 90.0)), azimuth];
+    let pair = |(&elevation, &azimuth)| Direction::new(meant(elevation, (-90.0, 90.0)), azimuth);
     pairs.extend(elevations.iter().zip(azimuths).map(pair));
     Ok(pairs)
 }

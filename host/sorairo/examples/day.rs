@@ -4,8 +4,7 @@
 //! cargo run --release --package sorairo --example day -- 43.06,141.35 2026-06-21 +09:00
 //! ```
 
-use sorairo::scene::Rgb;
-use sorairo::{Scene, SkyLight, SkyPlan, SpectralIrradiance};
+use sorairo::{Scene, Sky, SkyLight};
 
 /// Of the spectrum, the peaks of what the three kinds of cones see, about (nm).
 const WAVELENGTHS: [f64; 3] = [440.0, 540.0, 570.0];
@@ -18,13 +17,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut scene = Scene::default();
         scene.sun.place = Some(place.parse()?);
         scene.sun.time = Some(format!("{date}T{hour:02}:00:00{offset}").parse()?);
-        let scene = scene.validated()?;
-        let sky = SkyPlan::new(&scene, Rgb::Srgb);
-        let SkyLight { irradiance_w_m2, direct_irradiance_w_m2, .. } = SkyLight::new(&sky);
-        let spectral = SpectralIrradiance::new(&sky, &WAVELENGTHS)?;
+        let sky = Sky::new(&scene)?;
+        let SkyLight { irradiance_w_m2, direct_irradiance_w_m2, .. } = sky.light();
+        let spectral = sky.spectral_light(&WAVELENGTHS)?;
         let global = spectral.irradiance_w_m2_nm.iter().zip(&spectral.direct_irradiance_w_m2_nm);
         let global: Vec<String> = global.map(|(diffuse, direct)| format!("{:.4}", diffuse + direct)).collect();
-        let elevation = scene.sun.elevation;
+        let elevation = sky.sun().elevation;
         println!("{hour},{elevation:.2},{irradiance_w_m2:.2},{direct_irradiance_w_m2:.2},{}", global.join(" "));
     }
     Ok(())

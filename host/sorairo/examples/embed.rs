@@ -1,10 +1,10 @@
 //! A sky in a program's own device: a sun that sinks, drawn frame by frame into a texture that a window shows, and never read back;
 //! or into files, without a window: `cargo run --release --package sorairo --example embed -- --frames 60 --out frames`.
-use sorairo::low_level::files::png;
+use sorairo::files::png;
 use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Size};
 use sorairo::wgpu::CurrentSurfaceTexture::Success;
 use sorairo::wgpu::{self, BufferDescriptor, BufferUsages, TextureUsages, util::TextureBlitter};
-use sorairo::{LightFields, Renderer, ResidentRenderer, Scene, SkyPlan, Target};
+use sorairo::{LightFields, ResidentRenderer, Scene, Sky, Target};
 use std::{path::Path, sync::Arc};
 use winit::event_loop::{ActiveEventLoop, EventLoop};
 use winit::window::{Window, WindowId};
@@ -23,7 +23,7 @@ fn main() -> Outcome {
 }
 
 /// A texture with a sky, on the program's own device.
-struct Sky {
+struct Canvas {
     device: wgpu::Device,
     queue: wgpu::Queue,
     view: wgpu::TextureView,
@@ -32,7 +32,7 @@ struct Sky {
     frame: u32,
 }
 
-impl Sky {
+impl Canvas {
     fn new(adapter: &wgpu::Adapter) -> Outcome<Self> {
         let descriptor = ResidentRenderer::device_descriptor(adapter);
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))?;
@@ -46,7 +46,7 @@ impl Sky {
             usage: TextureUsages::COPY_DST | TextureUsages::COPY_SRC | TextureUsages::TEXTURE_BINDING,
             view_formats: &[],
         });
-        let renderer = Renderer::with_device(&device, &queue);
+        let renderer = ResidentRenderer::with_device(&device, &queue);
         let view = texture.create_view(&Default::default());
         Ok(Self { light_fields: renderer.light_fields(), device, queue, view, renderer, frame: 0 })
     }
@@ -56,7 +56,7 @@ impl Sky {
         let mut scene = Scene::preset(Preset::Standard);
         scene.sun.elevation = 15.0 - 0.25 * f64::from(self.frame % 120);
         self.frame += 1;
-        let sky = Arc::new(SkyPlan::with_light_fields(&scene.validated()?, Rgb::Srgb, &self.light_fields));
+        let sky = Sky::with_light_fields(&scene.validated()?, Rgb::Srgb, &self.light_fields);
         let camera = CameraScene { projection: Projection::Perspective, size: SIZE, ..Default::default() };
         let mut encoder = self.device.create_command_encoder(&Default::default());
         self.renderer.encode(&mut encoder, &sky, &camera, &Target::Texture(&self.view))?;
@@ -67,7 +67,7 @@ impl Sky {
 /// Draws so many frames, and copies the texture of each into a file.
 fn save(frames: u32, folder: &Path) -> Outcome {
     std::fs::create_dir_all(folder)?;
-    let mut sky = Sky::new(&pollster::block_on(wgpu::Instance::default().request_adapter(&Default::default()))?)?;
+    let mut sky = Canvas::new(&pollster::block_on(wgpu::Instance::default().request_adapter(&Default::default()))?)?;
     let (size, usage) = (u64::from(4 * SIZE.width * SIZE.height), BufferUsages::COPY_DST | BufferUsages::MAP_READ);
     let copy = sky.device.create_buffer(&BufferDescriptor { label: None, size, usage, mapped_at_creation: false });
     for frame in 0..frames {
@@ -86,7 +86,7 @@ fn save(frames: u32, folder: &Path) -> Outcome {
 }
 
 /// A window, its surface, what draws the texture on it, and the sky.
-struct Screen(Option<(Arc<Window>, wgpu::Surface<'static>, TextureBlitter, Sky)>);
+struct Screen(Option<(Arc<Window>, wgpu::Surface<'static>, TextureBlitter, Canvas)>);
 
 impl ApplicationHandler for Screen {
     fn resumed(&mut self, events: &ActiveEventLoop) {
@@ -96,7 +96,7 @@ impl ApplicationHandler for Screen {
         let surface = instance.create_surface(Arc::clone(&window)).expect("it can be drawn on");
         let options = wgpu::RequestAdapterOptions { compatible_surface: Some(&surface), ..Default::default() };
         let adapter = pollster::block_on(instance.request_adapter(&options)).expect("a device draws on it");
-        let sky = Sky::new(&adapter).expect("the device opens");
+        let sky = Canvas::new(&adapter).expect("the device opens");
         let mut config = surface.get_default_config(&adapter, SIZE.width, SIZE.height).expect("as it said");
         config.format = config.format.remove_srgb_suffix(); // the texture holds sRGB already
         surface.configure(&sky.device, &config);

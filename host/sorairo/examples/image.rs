@@ -7,7 +7,7 @@
 //! writes `sky.png` and `sky.exr`.
 
 use sorairo::scene::Projection;
-use sorairo::{Preset, Renderer, Scene};
+use sorairo::{Device, Preset, Scene, Sky};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let name = std::env::args().nth(1).ok_or("usage: image NAME")?;
@@ -16,11 +16,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     scene.sun.azimuth = 250.0;
     scene.camera.projection = Projection::Fisheye;
     scene.camera.size = "512x512".parse()?;
-    let mut renderer = Renderer::open("auto")?;
-    let sky = renderer.render(&scene)?;
-    sky.save(format!("{name}.png"))?;
-    sky.save(format!("{name}.exr"))?;
-    let [red, green, blue] = sky.pixel(256, 256);
-    println!("{}: the zenith is {red:.3}, {green:.3}, {blue:.3} W.m-2.sr-1", renderer.device().name);
+    let mut device = Device::open("auto")?;
+    let image = Sky::new(&scene)?.image(&scene.camera, &mut device)?;
+    image.save(format!("{name}.png"))?;
+    image.save(format!("{name}.exr"))?;
+    let [red, green, blue] = image.pixel(256, 256);
+    println!("{}: the zenith is {red:.3}, {green:.3}, {blue:.3} W.m-2.sr-1", device.name);
     Ok(())
 }

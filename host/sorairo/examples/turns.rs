@@ -11,9 +11,8 @@
 use std::io::BufRead;
 
 use sorairo::low_level::device::{Backend, cpu::Cpu};
-use sorairo::low_level::plan::Plan;
 use sorairo::scene::{GroundAlbedo, PathChoice};
-use sorairo::{PixelFormat, Preset, Scene};
+use sorairo::{PixelFormat, Plan, Preset, Scene};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = Scene::preset(Preset::Standard);

@@ -168,6 +168,7 @@ pub enum Error {
 
 /// A place in a scene file.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PlaceInFile {
     /// The name of the file.
     pub file: String,
@@ -209,6 +210,21 @@ impl Error {
 /// [`Error::OutOfRange`] if it does not.
 pub fn check_range(key: &'static str, value: f64, (low, high): (f64, f64), unit: &'static str) -> Result<()> {
     if (low..=high).contains(&value) { Ok(()) } else { Err(Error::OutOfRange { key, value, low, high, unit }) }
+}
+
+/// Checks that wavelengths (nm) lie between two.
+///
+/// # Errors
+///
+/// [`Error::NotAllowed`] for the first that does not.
+pub fn check_wavelengths((shortest, longest): (f64, f64), wavelengths: &[f64]) -> Result<()> {
+    match wavelengths.iter().find(|&&wavelength| !(shortest..=longest).contains(&wavelength)) {
+        Some(outside) => {
+            let complaint = format!("holds {outside}; wavelengths must lie between {shortest} and {longest} nm");
+            Err(Error::not_allowed("wavelengths", complaint))
+        }
+        None => Ok(()),
+    }
 }
 
 /// A unit as it follows a number.

@@ -11,6 +11,7 @@ impl<T: IntoEnumIterator + EnumMessage + FromStr + Into<&'static str>> Words for
 
 /// A word that a key may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Word {
     /// The word.
     pub name: &'static str,

@@ -8,8 +8,7 @@ use eframe::egui_wgpu::{
     Callback, CallbackResources, CallbackTrait, RenderState, WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew,
 };
 use sorairo::scene::{CameraScene, Size, Sun};
-use sorairo::wgpu;
-use sorairo::{LightFields, PixelFormat, ResidentRenderer, Result, Scene, SkyPlan, Target};
+use sorairo::{LightFields, PixelFormat, ResidentRenderer, Result, Scene, Sky, Target, wgpu};
 
 /// A texture of the window on which skies are drawn.
 pub struct Canvas {
@@ -17,7 +16,7 @@ pub struct Canvas {
     renderer: ResidentRenderer,
     screen: Screen,
     texture: Option<Texture>,
-    drawn: Option<(Arc<SkyPlan>, CameraScene)>,
+    drawn: Option<(Sky, CameraScene)>,
     count: u32,
     /// The scene of whose day the pipelines were compiled last, without its sun, and who compiles them.
     ahead: Option<(Scene, JoinHandle<()>)>,
@@ -47,8 +46,8 @@ impl Canvas {
     /// # Errors
     ///
     /// Those of [`ResidentRenderer::encode`].
-    pub fn show(&mut self, rect: Rect, sky: &Arc<SkyPlan>, camera: &CameraScene) -> Result<Shape> {
-        let is_drawn = self.drawn.as_ref().is_some_and(|(of, from)| Arc::ptr_eq(of, sky) && from == camera);
+    pub fn show(&mut self, rect: Rect, sky: &Sky, camera: &CameraScene) -> Result<Shape> {
+        let is_drawn = self.drawn.as_ref().is_some_and(|(of, from)| of.is_same(sky) && from == camera);
         let texture = match self.texture.take() {
             Some(texture) if texture.size == camera.size => texture,
             _ => Texture::new(&self.state.device, &self.screen, camera.size),
@@ -59,7 +58,7 @@ impl Canvas {
             let mut encoder = self.state.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             self.renderer.encode(&mut encoder, sky, camera, &Target::Texture(&texture.view))?;
             self.state.queue.submit([encoder.finish()]);
-            self.drawn = Some((Arc::clone(sky), camera.clone()));
+            self.drawn = Some((sky.clone(), camera.clone()));
             self.count += 1;
             self.compile_ahead(sky, camera);
         }
@@ -68,15 +67,15 @@ impl Canvas {
 
     /// Compiles what the sky takes under other suns, beside the frames: the one before which the sun crosses into
     /// another kernel would wait for it.
-    fn compile_ahead(&mut self, sky: &SkyPlan, camera: &CameraScene) {
-        let mut scene = sky.scene.clone().into_scene();
+    fn compile_ahead(&mut self, sky: &Sky, camera: &CameraScene) {
+        let mut scene = sky.scene().clone().into_scene();
         scene.camera = camera.clone();
         scene.sun = Sun { disc: scene.sun.disc, ..Sun::default() };
         (scene.camera.look_azimuth, scene.camera.look_elevation, scene.camera.fov) = (None, None, None);
         if self.ahead.as_ref().is_some_and(|(of, thread)| *of == scene || !thread.is_finished()) {
             return;
         }
-        let warm_up = self.renderer.warm_up(&sky.scene, camera, PixelFormat::Picture);
+        let warm_up = self.renderer.warm_up(sky.scene(), camera, PixelFormat::Picture);
         self.ahead = Some((scene, thread::spawn(warm_up)));
     }
 

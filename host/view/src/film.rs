@@ -6,11 +6,10 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
 use eframe::egui::ColorImage;
-use sorairo::low_level::device::cpu;
-use sorairo::low_level::files::Replace;
+use sorairo::files::Replace;
 use sorairo::scene::Rgb;
 use sorairo::scene::filmstrip::{Moment, filmstrip};
-use sorairo::{Device, LightFields, PixelFormat, Plan, Request, Result, Scene, SkyPlan};
+use sorairo::{Device, LightFields, PixelFormat, Plan, Request, Result, Scene, Sky};
 
 use super::sky::rendered;
 
@@ -86,7 +85,7 @@ impl Film {
 }
 
 fn work(orders: &Receiver<Order>, print: impl Fn(Print)) {
-    let (mut device, light_fields) = (cpu::device(), LightFields::default());
+    let (mut device, light_fields) = (Device::cpu(), LightFields::default());
     while let Ok(order) = orders.recv() {
         let mut strip = None;
         for order in std::iter::once(order).chain(orders.try_iter()) {
@@ -105,8 +104,8 @@ fn work(orders: &Receiver<Order>, print: impl Fn(Print)) {
 fn frames(device: &mut Device, light_fields: &LightFields, scene: &Scene) -> Result<Vec<Frame>> {
     let frame = |moment: Moment| {
         let valid = moment.of(scene).validated()?;
-        let sky = SkyPlan::with_light_fields(&valid, Rgb::Srgb, light_fields);
-        let plan = Plan::seen(&sky.into(), &valid.camera, PixelFormat::Picture)?;
+        let sky = Sky::with_light_fields(&valid, Rgb::Srgb, light_fields);
+        let plan = Plan::seen(&sky, &valid.camera, PixelFormat::Picture)?;
         Ok(Frame { moment, image: rendered(device, &plan)?.image })
     };
     filmstrip(scene)?.into_iter().map(frame).collect()
@@ -117,6 +116,6 @@ fn save(scene: &Scene, folder: &Path) -> Result<PathBuf> {
     let names = std::iter::once("sky.png".to_owned()).chain((2..).map(|i| format!("sky-{i}.png")));
     let path = names.map(|name| folder.join(name)).find(|path| !path.exists()).expect("there is always another name");
     let request = Request { outputs: vec![path.clone()], replace: Replace::None, ..Request::default() };
-    sorairo::render(&scene.validated()?, &request, || Ok(cpu::device()), |_| {})?;
+    sorairo::render(&scene.validated()?, &request, || Ok(Device::cpu()), |_| {})?;
     Ok(path)
 }

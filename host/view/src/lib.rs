@@ -13,9 +13,7 @@ use std::path::Path;
 
 use eframe::egui;
 use eframe::egui_wgpu::WgpuConfiguration;
-use sorairo::Device;
-use sorairo::low_level::device::DeviceKind;
-use sorairo::low_level::files;
+use sorairo::{Device, DeviceKind, files};
 
 use canvas::Canvas;
 use film::Film;

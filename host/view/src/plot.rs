@@ -2,10 +2,8 @@
 
 use eframe::egui::{Color32, Stroke, Ui, Vec2};
 use egui_plot::{Bar, BarChart, HoverPosition, Line, LineStyle, Plot, PlotPoints, VLine};
-use sorairo::Plan;
-use sorairo::low_level::spectra::observer;
-use sorairo::low_level::spectrum::Sample;
-use sorairo_shared::display::rgb::into_gamut;
+use sorairo::glam::Vec3;
+use sorairo::{Sample, Sky, observer};
 use sorairo_shared::display::tone::{NEAREST, srgb8};
 use sorairo_shared::math;
 
@@ -39,7 +37,7 @@ pub fn show(ui: &mut Ui, spectrum: &PointSpectrum) {
         spectrum.samples.iter().map(|sample| [sample.wavelength_nm, value(sample) / unit.size]).collect()
     };
     let bars = spectrum.samples.iter().map(|sample| {
-        let fill = spectral_colour(&spectrum.plan, sample.wavelength_nm).gamma_multiply(0.55);
+        let fill = spectral_colour(&spectrum.sky, sample.wavelength_nm).gamma_multiply(0.55);
         Bar::new(sample.wavelength_nm, sample.dense / unit.size).width(observer::STEP).fill(fill)
     });
     let bars = BarChart::new("", bars.collect()).allow_hover(false);
@@ -102,9 +100,9 @@ impl Unit {
 }
 
 /// The colour of light of one wavelength (nm) on a screen, as far as it shows it, darker where the observer sees less.
-fn spectral_colour(plan: &Plan, wavelength: f64) -> Color32 {
-    let xyz = observer::weights(plan.sky.observer, wavelength);
-    let rgb = into_gamut((plan.sky.space.from_xyz * xyz).as_vec3(), &plan.sky.space.for_kernels());
+fn spectral_colour(sky: &Sky, wavelength: f64) -> Color32 {
+    let xyz = observer::weights(sky.scene().render.observer, wavelength);
+    let rgb = Vec3::from_array(sky.rgb_of_xyz(xyz.to_array()).map(|value| value as f32));
     let strength = (xyz.max_element() / (2.0 * observer::STEP)).sqrt() as f32;
     colour(srgb8(rgb * (strength / math::max(rgb.max_element(), f32::MIN_POSITIVE)), 1.0, NEAREST))
 }

@@ -6,12 +6,11 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use eframe::egui::{Color32, ColorImage};
-use sorairo::Device;
-use sorairo::Plan;
-use sorairo::low_level::spectra::observer;
-use sorairo::low_level::spectrum::{Direction, Method, Sample, Spectra};
 use sorairo::scene::{Display, Polarisation, Rgb};
-use sorairo::{LightFields, PixelFormat, Result, Scene, SkyPlan, Stokes, StokesFrame, StokesSpectra};
+use sorairo::{
+    Device, Direction, LightFields, Method, PixelFormat, Plan, Result, Sample, Scene, Sky, Stokes, StokesFrame,
+    observer,
+};
 
 /// What the window wants to show.
 #[derive(Clone, PartialEq)]
@@ -33,13 +32,13 @@ pub struct Answer {
 /// A sky and a spectrum.
 pub struct Computed {
     /// The sky, unless it is that of the answer before.
-    pub sky: Option<Sky>,
+    pub sky: Option<Seen>,
     /// The spectrum of the point, if there is one and the projection covers it.
     pub spectrum: Option<PointSpectrum>,
 }
 
 /// A sky that can be shown.
-pub struct Sky {
+pub struct Seen {
     /// What was decided.
     pub plan: Arc<Plan>,
     /// Time to decide it.
@@ -69,8 +68,8 @@ pub struct PointSpectrum {
     pub polarisation: Option<Stokes>,
     /// The bands (nm) through which the fit goes.
     pub bands: Vec<f64>,
-    /// The plan whose observer it has.
-    pub plan: Arc<Plan>,
+    /// The sky whose observer it has.
+    pub sky: Sky,
 }
 
 /// The direction that a point of a plan's image shows: fractions of its width and height from the top left. None where the
@@ -154,7 +153,7 @@ fn compute(
     let (plan, sky) = match known {
         Some((scene, plan)) if scene.camera == request.scene.camera => (plan, None),
         known => {
-            let sky = look(device, known.map(|(_, plan)| Arc::clone(&plan.sky)), light_fields, &request.scene)?;
+            let sky = look(device, known.map(|(_, plan)| plan.sky.clone()), light_fields, &request.scene)?;
             (Arc::clone(&sky.plan), Some(sky))
         }
     };
@@ -164,23 +163,18 @@ fn compute(
 }
 
 /// What a scene's camera sees of a sky that is known, or of a new one.
-fn look(
-    device: Option<&mut Device>,
-    known: Option<Arc<SkyPlan>>,
-    light_fields: &LightFields,
-    scene: &Scene,
-) -> Result<Sky> {
+fn look(device: Option<&mut Device>, known: Option<Sky>, light_fields: &LightFields, scene: &Scene) -> Result<Seen> {
     let start = Instant::now();
     // The window is one of sRGB.
     let mut scene = scene.clone();
     scene.render.display = Display::Srgb;
     let valid = scene.validated()?;
-    let plan = || Arc::new(SkyPlan::with_light_fields(&valid, Rgb::Srgb, light_fields));
+    let plan = || Sky::with_light_fields(&valid, Rgb::Srgb, light_fields);
     let sky = known.unwrap_or_else(plan);
     let plan = Plan::seen(&sky, &valid.camera, PixelFormat::Picture)?;
     let planning = start.elapsed();
     let picture = device.map(|device| rendered(device, &plan)).transpose()?;
-    Ok(Sky { plan: Arc::new(plan), planning, picture })
+    Ok(Seen { plan: Arc::new(plan), planning, picture })
 }
 
 /// The picture of a plan, by a device.
@@ -189,7 +183,7 @@ fn look(
 ///
 /// [`sorairo::Error::Device`] if it failed.
 pub fn rendered(device: &mut Device, plan: &Plan) -> Result<Picture> {
-    let run = device.run(plan, plan.kernel())?;
+    let run = device.pixels(plan)?;
     let size = [plan.width(), plan.height()].map(|side| side as usize);
     Ok(Picture { image: ColorImage::new(size, run.words.into_iter().map(colour).collect()), kernel: run.kernel })
 }
@@ -200,52 +194,29 @@ pub fn colour(pixel: u32) -> Color32 {
     Color32::from_rgb(red, green, blue)
 }
 
-fn point_spectrum(plan: &Arc<Plan>, point: [f64; 2]) -> Result<Option<PointSpectrum>> {
+fn point_spectrum(plan: &Plan, point: [f64; 2]) -> Result<Option<PointSpectrum>> {
     let Some(towards) = direction_at(plan, point) else { return Ok(None) };
-    let wavelengths = observer::wavelengths();
-    let by = |method| Spectra::new(&plan.sky, &wavelengths, method);
-    let (fitted, dense) = (by(Method::Fit)?, by(Method::Dense)?);
-    let radiance = |spectra: &Spectra| spectra.towards(towards.elevation, towards.azimuth);
-    let pairs = radiance(&fitted)?.into_iter().zip(radiance(&dense)?);
-    let sample = |(&wavelength_nm, (radiance, dense)): (&f64, (f64, f64))| Sample { wavelength_nm, radiance, dense };
-    let samples = wavelengths.iter().zip(pairs).map(sample).collect();
-    let stokes = || StokesSpectra::new(&plan.sky, &[POLARISED_AT], StokesFrame::Vertical)?.in_directions(&[towards]);
-    let is_natural = plan.sky.scene.render.polarisation == Polarisation::Off;
+    let (sky, wavelengths) = (&plan.sky, observer::wavelengths());
+    let samples = sky.spectrum(&[towards], &wavelengths, None)?.remove(0);
+    let stokes = || sky.stokes(&[POLARISED_AT], StokesFrame::Vertical)?.in_directions(&[towards]);
+    let is_natural = sky.scene().render.polarisation == Polarisation::Off;
     let polarisation = if is_natural { None } else { Some(stokes()?[0][0]) };
-    Ok(Some(PointSpectrum { towards, samples, polarisation, bands: fitted.bands().to_vec(), plan: Arc::clone(plan) }))
+    let bands = sky.spectra(&wavelengths, Method::Fit)?.bands().to_vec();
+    Ok(Some(PointSpectrum { towards, samples, polarisation, bands, sky: sky.clone() }))
 }
 
 #[cfg(test)]
 mod tests {
-    use std::ops::Range;
-    use std::sync::Mutex;
-
-    use sorairo::low_level::device::cpu::{self, Cpu};
-    use sorairo::low_level::device::{Backend, TakeRows, Times};
-    use sorairo::low_level::plan::Kernel;
-
     use super::*;
-
-    /// The CPU, which says when it begins, and waits until it is let go.
-    struct Held {
-        began: Sender<()>,
-        let_go: Mutex<Receiver<()>>,
-    }
-
-    impl Backend for Held {
-        fn lit_rows(&self, plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<Times> {
-            self.began.send(()).unwrap();
-            // Once its other end is gone nothing is held any more.
-            let _ = self.let_go.lock().unwrap().recv();
-            Cpu.lit_rows(plan, kernel, rows, take)
-        }
-    }
 
     #[test]
     fn the_newest_request_takes_the_place_of_those_that_wait() {
-        let ((began, begun), (hold, let_go)) = (channel(), channel());
-        let backend = Box::new(Held { began, let_go: Mutex::new(let_go) });
-        let worker = Worker::start(Some(Device { backend, ..cpu::device() }), || {});
+        // The worker has answered the first request, and waits until it is let go; then nothing holds it any more.
+        let ((began, begun), (hold, let_go)) = (channel(), channel::<()>());
+        let worker = Worker::start(None, move || {
+            began.send(()).unwrap();
+            let _ = let_go.recv();
+        });
         let request = |elevation: f64| {
             let mut scene = Scene::default();
             scene.sun.elevation = elevation;
@@ -272,14 +243,14 @@ mod tests {
             answer.result.unwrap().sky.expect("another view").plan
         };
         let (first, second) = (answer(10.0), answer(20.0));
-        assert!(Arc::ptr_eq(&first.sky, &second.sky));
-        assert!(first.uniform.camera != second.uniform.camera);
+        assert!(first.sky.is_same(&second.sky));
+        assert_ne!(direction_at(&first, [0.5; 2]), direction_at(&second, [0.5; 2]));
         worker.stop();
     }
 
     #[test]
     fn a_new_point_leaves_the_sky_as_it_is() {
-        let worker = Worker::start(Some(cpu::device()), || {});
+        let worker = Worker::start(Some(Device::cpu()), || {});
         let answer = |point| {
             worker.ask(Request { scene: Scene::default(), point });
             worker.answers.recv_timeout(Duration::from_secs(600)).expect("an answer").result.unwrap()

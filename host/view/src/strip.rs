@@ -113,7 +113,7 @@ fn small(scene: &Scene) -> Size {
     let sides = match scene.camera.projection {
         Projection::Equirectangular => Vec2::new(2.0, 1.0),
         Projection::Fisheye => Vec2::splat(1.0),
-        Projection::Perspective => Vec2::new(width as f32, height as f32),
+        _ => Vec2::new(width as f32, height as f32),
     };
     let sides = sides * (LONGER_SIDE / sides.max_elem());
     let side = |length: f32| ((length + 0.5) as u32).max(1);

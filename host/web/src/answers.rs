@@ -1,14 +1,11 @@
 //! The answers to a page's questions, in JSON.
 
 use serde_json::{Map, Value, json};
-use sorairo::low_level::device;
-use sorairo::low_level::spectra::observer;
-use sorairo::low_level::spectrum::{Direction, appearances};
-use sorairo::low_level::words::{Word, words};
 use sorairo::scene::filmstrip::{Moment, filmstrip as moments};
 use sorairo::scene::keys::{Allowed, KEYS, Key};
 use sorairo::scene::{Fit, Polarisation, Preset, Rgb, ValidScene};
-use sorairo::{Error, Method, PixelFormat, Plan, Result, Scene, Spectra, StokesFrame, StokesSpectra, xyz};
+use sorairo::words::{Word, words};
+use sorairo::{Device, Direction, Error, Image, PixelFormat, Plan, Result, Scene, Sky, StokesFrame, observer};
 
 use crate::skies::{read, read_for_canvas, sky};
 
@@ -28,7 +25,7 @@ fn described(key: &Key) -> Value {
         Allowed::Range { .. } => "number",
         Allowed::Words(_) => "choice",
         Allowed::Other(_) if value.is_boolean() => "boolean",
-        Allowed::Other(_) => "text",
+        _ => "text",
     };
     json!({
         "key": key.name,
@@ -106,7 +103,7 @@ pub fn command(toml: &str) -> Result<String> {
 pub fn exposure(toml: &str) -> Result<f32> {
     let scene = read_for_canvas(toml)?;
     let plan = Plan::seen(&sky(&scene, Rgb::Srgb), &scene.camera, PixelFormat::Picture)?;
-    Ok(plan.uniform.exposure.log2())
+    Ok(plan.exposure())
 }
 
 /// The direction (degrees) of a pixel, counted from the top left; null where the projection covers nothing.
@@ -132,14 +129,14 @@ const POLARISED_AT: f64 = 550.0;
 /// What is wrong with the scene or the direction.
 pub fn spectrum(toml: &str, azimuth: f64, elevation: f64) -> Result<String> {
     let sky = sky(&read(toml)?, Rgb::Srgb);
-    let (wavelengths, towards) = (observer::wavelengths(), [Direction { elevation, azimuth }]);
-    let radiance = Spectra::new(&sky, &wavelengths, Method::Fit)?.towards(elevation, azimuth)?;
-    let colour = xyz(&sky, &[[elevation, azimuth]])?.remove(0);
-    let appearance = appearances(&sky, &towards)?.remove(0);
-    let is_natural = sky.scene.render.polarisation == Polarisation::Off;
-    let stokes = || StokesSpectra::new(&sky, &[POLARISED_AT], StokesFrame::Vertical)?.in_directions(&towards);
+    let (wavelengths, towards) = (observer::wavelengths(), [Direction::new(elevation, azimuth)]);
+    let radiance = sky.radiance(&towards, &wavelengths)?.remove(0);
+    let colour = sky.xyz(&towards)?.remove(0);
+    let appearance = sky.appearance(&towards)?.remove(0);
+    let is_natural = sky.scene().render.polarisation == Polarisation::Off;
+    let stokes = || sky.stokes(&[POLARISED_AT], StokesFrame::Vertical)?.in_directions(&towards);
     let polarisation = if is_natural { None } else { Some(stokes()?[0][0]) };
-    let optics = sky.scene.optics();
+    let optics = sky.scene().optics();
     let sun = |&wavelength: &f64| optics.solar_irradiance(wavelength);
     Ok(json!({
         "wavelengths_nm": wavelengths,
@@ -183,24 +180,20 @@ pub fn errors(toml: &str, fit: &str) -> Result<Vec<u8>> {
     })?;
     let scene = read(toml)?;
     let (by_fit, dense) = (linear(&scene, fit)?, linear(&scene, Fit::Dense)?);
-    let (luminance, pixels) = (dense.1, by_fit.0.chunks_exact(3).zip(dense.0.chunks_exact(3)));
+    let luminance = dense.luminance_weights().map(|weight| weight as f32);
+    let pixels = by_fit.rgb.chunks_exact(3).zip(dense.rgb.chunks_exact(3));
     Ok(pixels.flat_map(|(fitted, dense)| colour(fitted, dense, luminance)).collect())
 }
 
-/// Linear RGB of a scene's picture by a fit at the fit's own bands, and the luminance of each part.
-fn linear(scene: &ValidScene, fit: Fit) -> Result<(Vec<f32>, [f32; 3])> {
+/// A scene's image by a fit at the fit's own bands.
+fn linear(scene: &ValidScene, fit: Fit) -> Result<Image> {
     let mut scene = scene.as_asked();
     if scene.render.fit != fit {
         scene.render.bands = None;
     }
     scene.render.fit = fit;
     scene.render.rgb = Default::default();
-    let plan = Plan::new(&scene.validated()?, PixelFormat::LinearRgb);
-    let run = device::open("cpu")?.run(&plan, plan.kernel())?;
-    let rgb = plan.uniform.rgb;
-    let part = |red: f32, green: f32, blue: f32| rgb.luminance([red, green, blue].into());
-    let luminance = [part(1.0, 0.0, 0.0), part(0.0, 1.0, 0.0), part(0.0, 0.0, 1.0)];
-    Ok((run.words.into_iter().map(f32::from_bits).collect(), luminance))
+    Sky::new(&scene)?.image(&scene.camera, &mut Device::open("cpu")?)
 }
 
 /// The colour of an error; none where there is no light.

@@ -4,8 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use js_sys::{Array, Function, Promise};
 use sorairo::scene::CameraScene;
-use sorairo::wgpu;
-use sorairo::{Error, PixelFormat, ResidentRenderer, SkyPlan, Target};
+use sorairo::{Error, PixelFormat, ResidentRenderer, Sky, Target, wgpu};
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 use wasm_bindgen_futures::JsFuture;
@@ -120,12 +119,7 @@ impl Gpu {
     /// # Errors
     ///
     /// A [`Failure`].
-    pub async fn pixels(
-        &mut self,
-        sky: &Arc<SkyPlan>,
-        camera: &CameraScene,
-        pixel: PixelFormat,
-    ) -> Result<Vec<u32>, Failure> {
+    pub async fn pixels(&mut self, sky: &Sky, camera: &CameraScene, pixel: PixelFormat) -> Result<Vec<u32>, Failure> {
         let bytes = 4 * u64::from(pixel.words()) * u64::from(camera.size.width) * u64::from(camera.size.height);
         if bytes > self.device.limits().max_buffer_size {
             return Err(Failure::TooSmall(format!("its limits do not allow a picture of {} pixels", camera.size)));
@@ -157,7 +151,7 @@ impl Gpu {
     /// # Errors
     ///
     /// A [`Failure`]; [`Failure::TooSmall`] also where the device draws for no canvas, or for none of this size.
-    pub async fn bitmap(&mut self, sky: &Arc<SkyPlan>, camera: &CameraScene) -> Result<ImageBitmap, Failure> {
+    pub async fn bitmap(&mut self, sky: &Sky, camera: &CameraScene) -> Result<ImageBitmap, Failure> {
         // Of a device that is known to be lost a browser's canvas may wait for ever.
         self.check_fault()?;
         let most = self.device.limits().max_texture_dimension_2d;

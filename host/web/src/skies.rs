@@ -1,14 +1,13 @@
 //! The skies that were planned last: most questions after a first one are of the same sky with another camera, or of the one beside it.
 
 use std::cell::RefCell;
-use std::sync::Arc;
 
 use sorairo::scene::{Display, Rgb, ValidScene};
-use sorairo::{LightFields, Result, Scene, SkyPlan};
+use sorairo::{LightFields, Result, Scene, Sky};
 
 thread_local! {
     /// The one that was asked for last comes first.
-    static LAST: RefCell<Vec<Arc<SkyPlan>>> = const { RefCell::new(Vec::new()) };
+    static LAST: RefCell<Vec<Sky>> = const { RefCell::new(Vec::new()) };
     /// For a sun that moves.
     static LIGHT_FIELDS: LightFields = LightFields::default();
 }
@@ -37,12 +36,12 @@ pub fn read_for_canvas(toml: &str) -> Result<ValidScene> {
 const KEPT: usize = 2;
 
 /// The sky of a scene in a space of linear RGB: a picture's is that of its display.
-pub fn sky(scene: &ValidScene, rgb: Rgb) -> Arc<SkyPlan> {
+pub fn sky(scene: &ValidScene, rgb: Rgb) -> Sky {
     LAST.with_borrow_mut(|skies| {
-        let known = skies.iter().position(|sky| sky.space.rgb == rgb && sky.scene.has_sky_of(scene));
-        let planned = || Arc::new(LIGHT_FIELDS.with(|fields| SkyPlan::with_light_fields(scene, rgb, fields)));
+        let known = skies.iter().position(|sky| sky.rgb() == rgb && sky.scene().has_sky_of(scene));
+        let planned = || LIGHT_FIELDS.with(|fields| Sky::with_light_fields(scene, rgb, fields));
         let sky = known.map_or_else(planned, |at| skies.remove(at));
-        skies.insert(0, Arc::clone(&sky));
+        skies.insert(0, sky.clone());
         skies.truncate(KEPT);
         sky
     })

@@ -1,7 +1,6 @@
 //! What makes pictures in a page: WebGPU, or the CPU by the same module.
 
-use sorairo::low_level::device;
-use sorairo::low_level::encoding::Image;
+use sorairo::encoding::Image;
 use sorairo::scene::{Rgb, ValidScene};
 use sorairo::{Device, Error, PixelFormat, Plan};
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -182,11 +181,11 @@ impl Studio {
                 Err(Failure::Refused(complaint)) => return Err(complaint),
                 Err(Failure::TooSmall(reason)) => {
                     self.too_small = Some(format!("{} is too small for this picture: {reason}", gpu.name));
-                    cpu()?.run(&plan, plan.kernel()).map_err(sentence)?.words
+                    cpu()?.pixels(&plan).map_err(sentence)?.words
                 }
                 Err(Failure::Lost(reason)) => return Err(self.lose(&reason)),
             },
-            By::Cpu(cpu) => cpu.run(&plan, plan.kernel()).map_err(sentence)?.words,
+            By::Cpu(cpu) => cpu.pixels(&plan).map_err(sentence)?.words,
             By::Nothing => return Err("There is no device".into()),
         };
         Ok((Image::of(&plan, scene), words))
@@ -198,5 +197,5 @@ fn sentence(error: Error) -> String {
 }
 
 fn cpu() -> Result<Device, String> {
-    device::open("cpu").map_err(sentence)
+    Device::open("cpu").map_err(sentence)
 }

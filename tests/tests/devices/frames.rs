@@ -1,11 +1,9 @@
 //! What a frame of a still sky costs the thread that encodes it.
 
-use std::sync::Arc;
-
 use allocation_counter::measure;
-use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Scene};
+use sorairo::scene::{CameraScene, Preset, Projection, Scene};
 use sorairo::wgpu::{self, BufferUsages};
-use sorairo::{PixelFormat, ResidentRenderer, SkyPlan, Target};
+use sorairo::{PixelFormat, ResidentRenderer, Sky, Target};
 use sorairo_tests::own_device::{buffer, with_passthrough};
 
 /// Most allocations of a frame, on the thread that encodes it: 82 were counted, most of them wgpu's, for two bind groups, two buffers and a pass.
@@ -14,16 +12,16 @@ const OF_A_FRAME: u64 = 100;
 /// The same that a disc may add: the places of its rim, and those of them that the camera sees.
 const OF_A_DISC: u64 = 4;
 
-fn sky(disc: bool) -> Arc<SkyPlan> {
+fn sky(disc: bool) -> Sky {
     let mut scene = Scene::preset(Preset::Standard);
     (scene.sun.elevation, scene.sun.azimuth, scene.sun.disc) = (20.0, 10.0, disc);
-    let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
-    sky.colours();
-    Arc::new(sky)
+    let sky = Sky::new(&scene).unwrap();
+    sky.prepare_images();
+    sky
 }
 
 /// Allocations of the third frame of a sky, when all is made that frames share.
-fn allocations((device, queue): &(wgpu::Device, wgpu::Queue), sky: &Arc<SkyPlan>, camera: &CameraScene) -> u64 {
+fn allocations((device, queue): &(wgpu::Device, wgpu::Queue), sky: &Sky, camera: &CameraScene) -> u64 {
     let mut renderer = ResidentRenderer::with_device(device, queue);
     let bytes = 4 * u64::from(camera.size.width * camera.size.height);
     let output = buffer(device, bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST);

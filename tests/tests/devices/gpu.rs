@@ -2,12 +2,12 @@
 
 use std::collections::HashSet;
 
-use sorairo::PixelFormat;
 use sorairo::low_level::device::{self, Backend};
 use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::medium::profile::Profile;
-use sorairo::low_level::plan::{Kernel, Plan};
+use sorairo::low_level::plan::Kernel;
 use sorairo::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
+use sorairo::{PixelFormat, Plan};
 use sorairo_shared::camera::{EQUIRECTANGULAR, pixel_view};
 use sorairo_shared::kernels::SENTINEL;
 use sorairo_shared::math::half_bits;

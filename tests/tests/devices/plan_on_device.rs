@@ -8,9 +8,8 @@ use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::plan::on_device::{DeviceUses, Memory, PlanDevice, PlanPass, Views};
 use sorairo::low_level::plan::{GridKind, SpectralPlan, direction};
-use sorairo::low_level::spectrum::Direction;
 use sorairo::scene::{CameraScene, GroundAlbedo, Orders, PathChoice, Polarisation, Preset, Projection, Rgb, Scene};
-use sorairo::{Error, LightFields, PixelFormat, Plan, Result, SkyPlan, StokesFrame, StokesSpectra, wgpu};
+use sorairo::{Direction, Error, LightFields, PixelFormat, Plan, Result, Sky, StokesFrame, StokesSpectra, wgpu};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::sky::ByConstituent;
 use sorairo_tests::compare::worst_in_images;
@@ -57,8 +56,8 @@ fn skies() -> Vec<(String, Scene)> {
     skies
 }
 
-fn planned(scene: &Scene, fields: &LightFields) -> Arc<SkyPlan> {
-    Arc::new(SkyPlan::with_light_fields(&scene.clone().validated().unwrap(), Rgb::Srgb, fields))
+fn planned(scene: &Scene, fields: &LightFields) -> Sky {
+    Sky::with_light_fields(&scene.clone().validated().unwrap(), Rgb::Srgb, fields)
 }
 
 fn flat(values: &[Vec4]) -> Vec<f32> {

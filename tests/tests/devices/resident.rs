@@ -4,22 +4,21 @@ use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::sync::Arc;
 
-use sorairo::low_level::plan::Plan;
+use sorairo::low_level::plan::{Plan, SkyPlan};
 use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Scene};
 use sorairo::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use sorairo::{EnvironmentTarget, Error, LightFields, PixelFormat, Renderer, ResidentRenderer, SkyPlan, Target};
+use sorairo::{EnvironmentTarget, Error, LightFields, PixelFormat, ResidentRenderer, Sky, Target};
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::own_device::{
     buffer, opened, opened_within, read, texels, texels_of_layer, texture, with_passthrough,
 };
 use sorairo_tests::{gpu, program, wait};
 
-fn sky(sun: f64) -> Arc<SkyPlan> {
+fn sky(sun: f64) -> Sky {
     let mut scene = Scene::preset(Preset::Standard);
     scene.sun.elevation = sun;
-    Arc::new(SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb))
+    Sky::new(&scene).unwrap()
 }
 
 /// Cameras whose rows a copy does and does not have to align.
@@ -40,7 +39,7 @@ fn cameras() -> Vec<CameraScene> {
 }
 
 /// What the program's renderer makes of the same sky and camera.
-fn expected(sky: &Arc<SkyPlan>, camera: &CameraScene, pixel: PixelFormat) -> Vec<u32> {
+fn expected(sky: &Sky, camera: &CameraScene, pixel: PixelFormat) -> Vec<u32> {
     let plan = Plan::seen(sky, camera, pixel).unwrap();
     gpu::backend().run(&plan, plan.kernel()).unwrap().words
 }
@@ -48,7 +47,7 @@ fn expected(sky: &Arc<SkyPlan>, camera: &CameraScene, pixel: PixelFormat) -> Vec
 #[test]
 fn a_sky_in_a_programs_own_textures_is_that_of_the_renderer() {
     let (device, queue) = with_passthrough();
-    let mut renderer = Renderer::with_device(&device, &queue);
+    let mut renderer = ResidentRenderer::with_device(&device, &queue);
     for sun in [25.0, -3.0] {
         let sky = sky(sun);
         for camera in cameras() {
@@ -73,7 +72,7 @@ fn a_sky_in_a_programs_own_textures_is_that_of_the_renderer() {
 #[test]
 fn a_part_of_a_texture_takes_the_sky_and_the_rest_stays() {
     let (device, queue) = with_passthrough();
-    let mut renderer = Renderer::with_device(&device, &queue);
+    let mut renderer = ResidentRenderer::with_device(&device, &queue);
     let sky = sky(25.0);
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: None,
@@ -129,7 +128,7 @@ fn a_part_of_a_texture_takes_the_sky_and_the_rest_stays() {
 #[test]
 fn a_camera_that_has_turned_around_sees_what_it_saw() {
     let (device, queue) = with_passthrough();
-    let mut renderer = Renderer::with_device(&device, &queue);
+    let mut renderer = ResidentRenderer::with_device(&device, &queue);
     let sky = sky(25.0);
     let bytes = 4 * 90 * 45;
     let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
@@ -256,7 +255,7 @@ fn a_renderer_that_is_warm_compiles_nothing_through_a_day() {
     let warm = renderer.pipelines();
     for sun in [60.0, 9.0, 4.0, 0.1, -3.0, -7.5, -13.0] {
         scene.sun.elevation = sun;
-        let sky = Arc::new(SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb));
+        let sky = Sky::new(&scene).unwrap();
         let mut encoder = device.create_command_encoder(&Default::default());
         renderer.encode(&mut encoder, &sky, &camera, &Target::Buffer(&output, PixelFormat::Picture)).unwrap();
         let target = EnvironmentTarget { map: &map, harmonics: &harmonics };
@@ -328,7 +327,7 @@ fn a_camera_that_turns_zooms_or_grows_plans_nothing_of_the_sky_anew() {
     let sky = sky(20.0);
     for camera in cameras() {
         let plan = Plan::seen(&sky, &camera, PixelFormat::LinearRgb).unwrap();
-        assert!(Arc::ptr_eq(&plan.sky, &sky), "{camera:?}");
+        assert!(plan.sky.is_same(&sky), "{camera:?}");
         let mut scene = Scene::clone(&sky.scene);
         scene.camera = camera;
         let anew = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
@@ -426,7 +425,7 @@ fn a_wrong_target_or_camera_is_refused_and_the_device_goes_on() {
     let wide = CameraScene { fov: Some(500.0), projection: Projection::Perspective, ..camera.clone() };
     let refused = renderer.encode(&mut encoder, &sky, &wide, &Target::Texture(&good)).unwrap_err();
     assert!(matches!(refused, Error::OutOfRange { .. }), "{refused}");
-    let xyz = Arc::new(SkyPlan::new(&sky.scene, Rgb::Xyz));
+    let xyz = Sky::from(SkyPlan::new(&sky.scene, Rgb::Xyz));
     let refused = renderer.encode(&mut encoder, &xyz, &camera, &Target::Texture(&good)).unwrap_err();
     assert!(refused.to_string().contains("render.rgb"), "{refused}");
     renderer.encode(&mut encoder, &sky, &camera, &Target::Texture(&good)).unwrap();
@@ -438,7 +437,7 @@ fn a_wrong_target_or_camera_is_refused_and_the_device_goes_on() {
 fn encoded(device: &wgpu::Device, queue: &wgpu::Queue, camera: &CameraScene) -> Result<(), Error> {
     let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
     let output = buffer(device, 12 * u64::from(camera.size.width * camera.size.height), usage);
-    let mut renderer = Renderer::with_device(device, queue);
+    let mut renderer = ResidentRenderer::with_device(device, queue);
     let mut encoder = device.create_command_encoder(&Default::default());
     let done = renderer.encode(&mut encoder, &sky(20.0), camera, &Target::Buffer(&output, PixelFormat::LinearRgb));
     // Whether or not it was refused, the encoder holds nothing that a queue would not take.
@@ -477,7 +476,7 @@ fn a_lost_device_is_told_before_anything_is_encoded_and_another_goes_on() {
         let texture = texture(device, size, 1, TextureFormat::Rgba8Unorm, usage);
         let target = texture.create_view(&Default::default());
         let mut encoder = device.create_command_encoder(&Default::default());
-        let mut renderer = Renderer::with_device(device, queue);
+        let mut renderer = ResidentRenderer::with_device(device, queue);
         if is_lost {
             device.destroy();
         }

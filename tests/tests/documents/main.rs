@@ -261,13 +261,14 @@ fn every_command_of_the_tutorial_runs() {
 
 /// The example of the README, line by line.
 fn example() -> sorairo::Result<()> {
-    use sorairo::{Renderer, Scene};
+    use sorairo::{Device, Direction, Scene, Sky};
 
     let mut scene = Scene::default();
     scene.sun.elevation = 10.0;
-    let mut renderer = Renderer::open("auto")?;
-    let sky = renderer.render(&scene)?;
-    sky.save("sky.exr")?;
+    let sky = Sky::new(&scene)?;
+    sky.image(&scene.camera, &mut Device::open("auto")?)?.save("sky.exr")?;
+    let zenith = sky.radiance(&[Direction::new(90.0, 0.0)], &[450.0, 550.0, 650.0])?; // [1][3], W·m⁻²·sr⁻¹·nm⁻¹
+    assert!(zenith[0][0] > zenith[0][2], "{zenith:?}");
     Ok(())
 }
 

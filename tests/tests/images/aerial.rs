@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use sorairo::low_level::spectrum::Direction;
-use sorairo::scene::{Preset, Rgb, Scene};
-use sorairo::{AirBetweenRgb, BetweenRgb, SkyPlan};
+use sorairo::scene::{Preset, Scene};
+use sorairo::{BetweenRgb, Direction, Sky};
 use sorairo_evaluation::metrics::ColourError;
 use sorairo_shared::glam::DVec3;
 use sorairo_tests::program::{read_channels, read_exr, succeed, write_channels};
@@ -69,12 +68,12 @@ fn hills_are_seen_through_the_air_that_each_pixel_has() {
 
         let mut scene = Scene::preset(preset);
         (scene.sun.elevation, scene.observer.altitude) = (sun, altitude);
-        let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
-        let air = AirBetweenRgb::new(&sky);
+        let sky = Sky::new(&scene).unwrap();
+        let air = sky.between_rgb();
         let expected: Vec<DVec3> = pixels
             .par_iter()
             .map(|seen| {
-                let BetweenRgb { transmittance, radiance } =
+                let BetweenRgb { transmittance, radiance, .. } =
                     air.until(&direction_of(seen.view), seen.distance).expect("hills stand on the ground");
                 DVec3::from_array(transmittance) * beauty(seen) + DVec3::from_array(radiance)
             })

@@ -1,11 +1,8 @@
 //! Environment maps in a program's own device: every level of a map, and its irradiance in spherical harmonics.
 
-use std::sync::Arc;
-
-use sorairo::low_level::plan::Plan;
-use sorairo::scene::{CameraScene, GroundAlbedo, Preset, Projection, Rgb, Scene};
+use sorairo::scene::{CameraScene, GroundAlbedo, Preset, Projection, Scene};
 use sorairo::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use sorairo::{EnvironmentTarget, Error, PixelFormat, ResidentRenderer, SkyLight, SkyPlan};
+use sorairo::{EnvironmentTarget, Error, PixelFormat, Plan, ResidentRenderer, Sky};
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::math::half_bits;
 use sorairo_shared::picture::environment::{Level, LevelStep, level_pixel, levels};
@@ -17,12 +14,12 @@ type OwnDevice = (wgpu::Device, wgpu::Queue);
 /// Bytes of nine coefficients.
 const HARMONICS: u64 = 144;
 
-fn sky(sun: f64) -> Arc<SkyPlan> {
+fn sky(sun: f64) -> Sky {
     let mut scene = Scene::preset(Preset::Standard);
     (scene.sun.elevation, scene.sun.azimuth) = (sun, 120.0);
     // Light from below, too.
     scene.ground.albedo = GroundAlbedo::Grey(0.3);
-    Arc::new(SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb))
+    Sky::new(&scene).unwrap()
 }
 
 /// The levels of a map, and its coefficients.
@@ -36,17 +33,11 @@ fn map(device: &wgpu::Device, (width, height): (u32, u32), format: TextureFormat
     texture(device, (width, height), count, format, TextureUsages::COPY_DST | TextureUsages::COPY_SRC)
 }
 
-fn draw(device: &OwnDevice, sky: &Arc<SkyPlan>, size: (u32, u32), format: TextureFormat) -> Drawn {
+fn draw(device: &OwnDevice, sky: &Sky, size: (u32, u32), format: TextureFormat) -> Drawn {
     draw_exposed(device, sky, size, format, 0.0)
 }
 
-fn draw_exposed(
-    (device, queue): &OwnDevice,
-    sky: &Arc<SkyPlan>,
-    size: (u32, u32),
-    format: TextureFormat,
-    stops: f32,
-) -> Drawn {
+fn draw_exposed((device, queue): &OwnDevice, sky: &Sky, size: (u32, u32), format: TextureFormat, stops: f32) -> Drawn {
     let mut renderer = ResidentRenderer::with_device(device, queue);
     renderer.set_linear_exposure(stops);
     let map = map(device, size, format);
@@ -162,7 +153,7 @@ fn an_exposed_map_of_half_floats_keeps_the_light_of_the_suns_disc() {
     let device = with_passthrough();
     let mut scene = Scene::preset(Preset::Standard);
     (scene.sun.elevation, scene.sun.azimuth, scene.sun.disc) = (25.0, 120.0, true);
-    let sky = Arc::new(SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb));
+    let sky = Sky::new(&scene).unwrap();
     let size = (512, 256);
     let camera = CameraScene { size: "512x256".parse().unwrap(), ..CameraScene::default() };
     let stops = ResidentRenderer::exposure_of_halves(&sky, &camera).unwrap();
@@ -226,7 +217,7 @@ fn the_harmonics_of_a_map_are_those_that_the_command_prints() {
     for sun in [60.0, 25.0, -3.0] {
         let sky = sky(sun);
         let drawn = draw(&device, &sky, (512, 256), TextureFormat::Rgba16Float);
-        let expected = SkyLight::new(&sky).irradiance_harmonics_rgb.coefficients;
+        let expected = sky.light().irradiance_harmonics_rgb.coefficients;
         let largest = expected[0].map(f64::abs);
         for (which, (found, expected)) in drawn.harmonics.iter().zip(&expected).enumerate() {
             for channel in 0..3 {

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use sorairo::low_level::encoding::Image;
+use sorairo::encoding::Image;
+use sorairo::low_level::plan::SkyPlan;
 use sorairo::scene::{Display, Rgb, ViewTransform};
-use sorairo::{PixelFormat, Plan, Preset, Renderer, Scene, SkyPlan};
+use sorairo::{Device, PixelFormat, Plan, Preset, Scene, Sky};
 use sorairo_shared::glam::DVec3;
 use sorairo_tests::program::{read_exr, read_png, succeed};
 use tempfile::tempdir;
@@ -51,7 +52,7 @@ fn hdr() -> Scene {
 fn of_greys(greys: &[f32]) -> Vec<[u16; 3]> {
     let scene = hdr().validated().unwrap();
     let plan = Plan::new(&scene, PixelFormat::Picture);
-    let image = Image { width: greys.len() as u32, height: 1, exposure: 1.0, ..Image::of(&plan, &scene) };
+    let image = Image { width: greys.len() as u32, height: 1, factor: 1.0, ..Image::of(&plan, &scene) };
     let words: Vec<u32> = greys.iter().flat_map(|grey| [grey.to_bits(); 3]).collect();
     decoded(&image.png(&words).unwrap())
 }
@@ -126,18 +127,18 @@ fn an_image_of_the_library_is_saved_in_high_dynamic_range_where_it_has_the_colou
     let folder = tempdir().unwrap();
     let mut scene = hdr();
     scene.camera.size = "16x8".parse().unwrap();
-    let mut renderer = Renderer::open("cpu").unwrap();
-    let refused = renderer.render(&scene).unwrap().save(folder.path().join("a.png")).unwrap_err().to_string();
+    let image = |scene: &Scene| Sky::new(scene).unwrap().image(&scene.camera, &mut Device::cpu()).unwrap();
+    let refused = image(&scene).save(folder.path().join("a.png")).unwrap_err().to_string();
     assert!(refused.contains("rec2100-pq") && refused.contains("rec2020 would do"), "{refused}");
     scene.render.rgb = Rgb::Rec2020;
-    renderer.render(&scene).unwrap().save(folder.path().join("a.png")).unwrap();
+    image(&scene).save(folder.path().join("a.png")).unwrap();
     assert_eq!(read(&folder.path().join("a.png")).len(), 128);
 }
 
 #[test]
 fn a_view_transform_and_a_target_of_8_bits_are_refused() {
     let mut scene = hdr();
-    let sky = std::sync::Arc::new(SkyPlan::new(&scene.validated().unwrap(), Rgb::Rec2020));
+    let sky = Sky::from(SkyPlan::new(&scene.validated().unwrap(), Rgb::Rec2020));
     let refused = Plan::seen(&sky, &scene.camera, PixelFormat::Picture).unwrap_err().to_string();
     assert!(refused.contains("render.display is rec2100-pq") && refused.contains("8 bits"), "{refused}");
     for view in [ViewTransform::Aces, ViewTransform::Srgb] {

@@ -1,10 +1,10 @@
 //! Random scenes over everything that may be asked for: every pixel is a finite light, and no picture is lost.
 
-use sorairo::PixelFormat;
 use sorairo::low_level::device::Backend;
 use sorairo::low_level::device::cpu::Cpu;
-use sorairo::low_level::plan::{Plan, direction};
+use sorairo::low_level::plan::direction;
 use sorairo::scene::{Fit, Preset, Projection};
+use sorairo::{PixelFormat, Plan};
 use sorairo_evaluation::stress::scenes::{refusals, scenes};
 use sorairo_tests::gpu;
 use sorairo_tests::sky::scene;

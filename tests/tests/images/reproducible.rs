@@ -1,11 +1,9 @@
 //! The same scene gives the same bytes, whatever came before it and however many threads work at it.
 
-use sorairo::PixelFormat;
-use sorairo::Plan;
+use sorairo::low_level::device::Backend;
 use sorairo::low_level::device::cpu::Cpu;
-use sorairo::low_level::device::{self, Backend};
-use sorairo::low_level::render::{Request, render};
 use sorairo::scene::{ColourPath, ExrDepth, Fit, PathChoice, Preset, Projection, Scene};
+use sorairo::{PixelFormat, Plan, Request, render};
 use sorairo_tests::gpu;
 use sorairo_tests::sky::scene;
 use tempfile::tempdir;
@@ -67,7 +65,7 @@ fn files(scene: &Scene, device: &str, threads: usize) -> Vec<Vec<u8>> {
     let outputs = ["sky.png", "sky.exr"].map(|name| folder.path().join(name)).to_vec();
     let request = Request { outputs, ..Request::default() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool.install(|| render(&scene.validated().unwrap(), &request, || device::open(device), |_| {})).unwrap();
+    pool.install(|| render(&scene.validated().unwrap(), &request, || sorairo::Device::open(device), |_| {})).unwrap();
     request.outputs.iter().map(|path| std::fs::read(path).unwrap()).collect()
 }
 

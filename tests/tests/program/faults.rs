@@ -8,11 +8,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use sorairo::low_level::device::cpu::Cpu;
-use sorairo::low_level::device::{Backend, Device, DeviceKind, TakeRows, Times};
-use sorairo::low_level::plan::{Kernel, Plan};
+use sorairo::low_level::device::{Backend, TakeRows, Times};
+use sorairo::low_level::plan::Kernel;
 use sorairo::low_level::render::{self, Request};
 use sorairo::scene::{Fit, PathChoice, Preset, Projection, Scene};
-use sorairo::{Error, PixelFormat, Result};
+use sorairo::{Device, DeviceKind, Error, PixelFormat, Plan, Result};
 use sorairo_shared::kernels::SENTINEL;
 use sorairo_tests::program::{Ended, command, contents, names, run, succeed};
 use sorairo_tests::sky::scene;
@@ -116,17 +116,12 @@ fn after_a_lost_device_and_its_spare_the_cpu_finishes_the_image() {
     let folder = tempfile::tempdir().unwrap();
     let expected = tempfile::tempdir().unwrap();
     let scene = scene(Preset::Earth, 10.0, "64x40");
-    render::render(
-        &scene.validated().unwrap(),
-        &files(&expected, &FILES),
-        || Ok(sorairo::low_level::device::cpu::device()),
-        |_| (),
-    )
-    .unwrap();
+    render::render(&scene.validated().unwrap(), &files(&expected, &FILES), || Ok(sorairo::Device::cpu()), |_| ())
+        .unwrap();
     for good_rows in [0, 1, 7] {
         let opened = Arc::default();
         let mut first = faulty(Fault::Lost, good_rows, 1, &opened);
-        first.spares.push_back(Box::new(|| Ok(sorairo::low_level::device::cpu::device())));
+        first.spares.push_back(Box::new(|| Ok(sorairo::Device::cpu())));
         let report =
             render::render(&scene.validated().unwrap(), &files(&folder, &FILES), || Ok(first), |_| ()).unwrap();
         assert_eq!((report.backend, opened.load(Ordering::Relaxed)), (DeviceKind::Cpu, 1));
@@ -189,7 +184,7 @@ fn a_pixel_of_more_rounds_than_the_driver_makes_is_left_to_the_cpu() {
         }
         // A fresh device of the same driver is passed over.
         device.spares.push_back(Box::new(|| Ok(gpu::limited(u64::MAX).into_device())));
-        device.spares.push_back(Box::new(|| Ok(sorairo::low_level::device::cpu::device())));
+        device.spares.push_back(Box::new(|| Ok(sorairo::Device::cpu())));
         let words = device.run(&plan, plan.kernel()).unwrap().words;
         let floats = |words: &[u32]| words.iter().map(|&word| f64::from(f32::from_bits(word))).collect::<Vec<_>>();
         let (image, expected) = (floats(&words), floats(&expected));

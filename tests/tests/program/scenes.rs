@@ -4,9 +4,9 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use serde_json::Value;
-use sorairo::PixelFormat;
-use sorairo::low_level::plan::{Plan, direction};
+use sorairo::low_level::plan::direction;
 use sorairo::scene::{Fit, Preset, Scene, reference};
+use sorairo::{PixelFormat, Plan};
 use sorairo_tests::program::{Ended, contents, read_png, run, succeed};
 use strum::IntoEnumIterator;
 use tempfile::{TempDir, tempdir};

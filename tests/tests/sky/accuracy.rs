@@ -1,9 +1,9 @@
 //! The kernels in single precision against the oracle.
 
 use rayon::prelude::*;
-use sorairo::PixelFormat;
-use sorairo::low_level::plan::{Plan, direction};
+use sorairo::low_level::plan::direction;
 use sorairo::scene::{Preset, Scene};
+use sorairo::{PixelFormat, Plan};
 use sorairo_evaluation::judge::{bands, medium, ray};
 use sorairo_oracle::scattered_radiance_bands_within;
 use sorairo_tests::compare::{Worst, worst_relative};

@@ -3,10 +3,10 @@
 
 use rayon::prelude::*;
 use sorairo::low_level::medium::aerosol::AerosolKind;
-use sorairo::low_level::plan::{Plan, direction};
+use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{Orders, PathChoice, Preset, Projection, Scene};
-use sorairo::{PixelFormat, SkyPlan};
+use sorairo::{PixelFormat, Plan, Sky};
 use sorairo_evaluation::error::Reference;
 use sorairo_evaluation::judge;
 use sorairo_oracle::{Estimate, Paths, radiance_of_all_orders, scattered_radiance};
@@ -28,7 +28,7 @@ fn scene(kind: AerosolKind, depth: f64, sun: f64) -> Scene {
 /// Radiance at a wavelength itself (W·m⁻²·sr⁻¹·nm⁻¹) in directions of an elevation and an azimuth (degrees).
 pub fn radiance(scene: &Scene, wavelength: f64, views: &[(f64, f64)]) -> Vec<f64> {
     let scene = scene.clone().validated().unwrap();
-    let sky = SkyPlan::new(&scene, scene.render.rgb);
+    let sky = Sky::new(&scene).unwrap();
     let dense = DenseSpectrum::new(&sky, &[wavelength]);
     views.iter().map(|&(elevation, azimuth)| dense.radiance(direction(elevation, azimuth).as_vec3())[0]).collect()
 }

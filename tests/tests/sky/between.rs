@@ -3,20 +3,20 @@
 use rayon::prelude::*;
 use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectra::observer;
-use sorairo::low_level::spectrum::{DenseSpectrum, Direction};
-use sorairo::scene::{GroundAlbedo, Orders, Preset, Rgb, Scene};
-use sorairo::{AirBetween, AirBetweenRgb, BetweenSample, SkyPlan};
+use sorairo::low_level::spectrum::DenseSpectrum;
+use sorairo::scene::{GroundAlbedo, Orders, Preset, Scene};
+use sorairo::{BetweenSample, Direction, Sky};
 use sorairo_evaluation::stress::between::from_there;
 use sorairo_shared::glam::{DVec3, Vec3};
 
 const WAVELENGTHS: [f64; 4] = [400.0, 500.0, 600.0, 700.0];
 
-fn sky(scene: &Scene) -> SkyPlan {
-    SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb)
+fn sky(scene: &Scene) -> Sky {
+    Sky::new(scene).unwrap()
 }
 
-fn between(sky: &SkyPlan, elevation: f64, azimuth: f64, distance: f64) -> Vec<BetweenSample> {
-    AirBetween::new(sky, &WAVELENGTHS).unwrap().until(&Direction { elevation, azimuth }, distance).unwrap()
+fn between(sky: &Sky, elevation: f64, azimuth: f64, distance: f64) -> Vec<BetweenSample> {
+    sky.between(&WAVELENGTHS).unwrap().until(&Direction { elevation, azimuth }, distance).unwrap()
 }
 
 /// `L(from) = L(from to P) + T L(P)`: from the ground, a hill, an aeroplane, a balloon and orbit; up, level, down and through the limb.
@@ -115,7 +115,7 @@ fn no_distance_changes_nothing_and_all_of_it_is_the_sky() {
 fn what_lies_below_the_ground_is_no_distance() {
     let mut scene = Scene::preset(Preset::Standard);
     scene.observer.altitude = 1.0;
-    let air = AirBetween::new(&sky(&scene), &[550.0]).unwrap();
+    let air = sky(&scene).between(&[550.0]).unwrap();
     let refused = |elevation: f64, distance: f64| {
         air.until(&Direction { elevation, azimuth: 0.0 }, distance).unwrap_err().to_string()
     };
@@ -135,11 +135,11 @@ fn all_the_air_has_the_colour_of_the_sky() {
         let mut scene = Scene::preset(preset);
         scene.sun.elevation = sun;
         let sky = sky(&scene);
-        let air = AirBetweenRgb::new(&sky);
+        let air = sky.between_rgb();
         for (elevation, azimuth) in [(0.5, 20.0), (5.0, 160.0), (60.0, 90.0)] {
             let found = air.until(&Direction { elevation, azimuth }, f64::INFINITY).unwrap();
             let found = Vec3::from_array(found.radiance.map(|value| value as f32));
-            let colour = sky.radiance(direction(elevation, azimuth).as_vec3());
+            let colour = sky.rgb_towards(direction(elevation, azimuth).as_vec3());
             let off = (found - colour).abs().max_element() / colour.max_element();
             // What the fit of colours leaves of the sky: see docs/accuracy.md.
             assert!(off < 0.01, "{preset:?}, sun at {sun}°, {elevation}° up: {found}, not {colour}");
@@ -155,16 +155,16 @@ fn a_wall_in_the_sun_is_reddened_as_its_spectrum_is() {
     let sky = sky(&scene);
     let at = Direction { elevation: -0.5, azimuth: 60.0 };
     let (optics, nodes) = (scene.optics(), observer::wavelengths());
-    let seen = AirBetween::new(&sky, &nodes).unwrap().until(&at, 50.0).unwrap();
+    let seen = sky.between(&nodes).unwrap().until(&at, 50.0).unwrap();
     let xyz = |of: &dyn Fn(usize) -> f64| {
         let spectrum: Vec<f64> = (0..nodes.len()).map(|i| of(i) * optics.solar_irradiance(nodes[i])).collect();
         sky.space.from_xyz * observer::xyz_of_samples(sky.observer, &spectrum)
     };
     let expected: DVec3 = xyz(&|i| seen[i].transmittance) / xyz(&|_| 1.0);
-    let found = DVec3::from_array(AirBetweenRgb::new(&sky).until(&at, 50.0).unwrap().transmittance);
+    let found = DVec3::from_array(sky.between_rgb().until(&at, 50.0).unwrap().transmittance);
     // Between the sun's spectrum at the nodes and its means about them lie its lines.
     assert!((found - expected).abs().max_element() < 5e-3, "{found}, not {expected}");
     assert!(found.x > found.y && found.y > found.z && found.z > 0.0 && found.x < 1.0, "{found}");
-    let near = AirBetweenRgb::new(&sky).until(&at, 0.0).unwrap();
+    let near = sky.between_rgb().until(&at, 0.0).unwrap();
     assert_eq!((near.transmittance, near.radiance), ([1.0; 3], [0.0; 3]));
 }

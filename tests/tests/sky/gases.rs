@@ -7,7 +7,7 @@ use sorairo::low_level::medium::gases::{Absorption, Relative, water};
 use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::medium::tables::{Air, Tables};
 use sorairo::scene::{GroundAlbedo, Orders, OzoneCrossSection, Preset, Scene, SunSpectrum};
-use sorairo::{BeamSample, Broadband, SkyPlan, Surface, sun_beam};
+use sorairo::{BeamSample, Sky, Surface};
 
 fn measured() -> Scene {
     let mut scene = Scene::preset(Preset::Standard).in_closed_form();
@@ -17,7 +17,7 @@ fn measured() -> Scene {
 
 fn beam(scene: &Scene, wavelengths: &[f64], resolution: Option<f64>) -> Vec<BeamSample> {
     let scene = scene.clone().validated().unwrap();
-    sun_beam(&SkyPlan::new(&scene, scene.render.rgb), wavelengths, resolution).unwrap()
+    Sky::new(&scene).unwrap().sun_beam(wavelengths, resolution).unwrap()
 }
 
 /// The rows of a table behind its comments and the names of its columns.
@@ -111,12 +111,12 @@ fn a_tilted_surface_gets_the_irradiance_of_the_reference_spectrum() {
     (aerosol.single_scattering_albedo, aerosol.asymmetry) = (0.95, 0.65);
     (scene.ground.albedo, scene.render.orders) = (GroundAlbedo::Sand, Orders::All);
     let scene = scene.validated().unwrap();
-    let sky = SkyPlan::new(&scene, scene.render.rgb);
+    let sky = Sky::new(&scene).unwrap();
     let surface = Surface { tilt: 37.0, azimuth: scene.sun.azimuth };
     let (rms, sum, published) = against_the_standard(3, |wavelengths, width| {
         let part = |nm: f64, i: u32| nm - 0.5 * width + f64::from(i) + 0.5;
         let finely: Vec<f64> = wavelengths.iter().flat_map(|&nm| (0..width as u32).map(move |i| part(nm, i))).collect();
-        let global = surface.irradiance(&sky, &finely).unwrap().global;
+        let global = sky.irradiance(&[surface], &finely).unwrap().remove(0).global;
         global.chunks(width as usize).map(|parts| parts.iter().sum::<f64>() / width).collect()
     });
     println!("rms {:.2} %, broadband {sum:.1} instead of {published:.1} W/m²", 100.0 * rms);
@@ -125,7 +125,7 @@ fn a_tilted_surface_gets_the_irradiance_of_the_reference_spectrum() {
     // of 0.2; here it is 144 there.
     assert!(rms < 0.055, "{rms}");
     assert!((sum / published - 1.0).abs() < 0.035, "{sum} instead of {published} W/m²");
-    let level = Broadband::new(&sky).unwrap();
+    let level = sky.broadband().unwrap();
     assert!((level.ghi_w_m2 - level.dhi_w_m2 - level.dni_w_m2 * 41.83f64.to_radians().sin()).abs() < 0.5, "{level:?}");
 }
 
@@ -235,8 +235,8 @@ fn water_that_no_air_holds_and_wavelengths_that_no_table_has_are_refused() {
         "{moist}"
     );
     let scene = measured().validated().unwrap();
-    let sky = SkyPlan::new(&scene, scene.render.rgb);
-    let outside = |nm: f64, resolution: Option<f64>| sun_beam(&sky, &[nm], resolution).unwrap_err().to_string();
+    let sky = Sky::new(&scene).unwrap();
+    let outside = |nm: f64, resolution: Option<f64>| sky.sun_beam(&[nm], resolution).unwrap_err().to_string();
     assert_eq!(outside(2600.0, None), "wavelengths holds 2600; wavelengths must lie between 280 and 2500 nm");
     assert!(outside(281.0, Some(10.0)).starts_with("wavelengths holds 276.25"), "{}", outside(281.0, Some(10.0)));
     assert_eq!(outside(500.0, Some(0.0)), "resolution is 0; it must lie between 0.1 and 200 nm");

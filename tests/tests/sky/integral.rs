@@ -1,9 +1,9 @@
 //! The ray integral over its whole domain: against the oracle, and where it must not jump.
 
-use sorairo::PixelFormat;
-use sorairo::low_level::plan::{Plan, direction};
+use sorairo::low_level::plan::direction;
 use sorairo::scene::keys::{Key, find};
 use sorairo::scene::{Preset, Scene};
+use sorairo::{PixelFormat, Plan};
 use sorairo_evaluation::judge::{bands, medium, ray};
 use sorairo_evaluation::stress::integral::{compare, integral};
 use sorairo_oracle::scattered_radiance_bands;

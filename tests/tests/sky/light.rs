@@ -138,7 +138,7 @@ fn an_image_in_memory_is_saved_as_the_same_hdr() {
     let folder = tempdir().unwrap();
     let mut scene = Scene::default();
     (scene.sun.elevation, scene.camera.size) = (12.0, "64x32".parse().unwrap());
-    let sky = sorairo::Renderer::open("cpu").unwrap().render(&scene).unwrap();
+    let sky = sorairo::Sky::new(&scene).unwrap().image(&scene.camera, &mut sorairo::Device::cpu()).unwrap();
     sky.save(folder.path().join("saved.hdr")).unwrap();
     say(folder.path(), "render --device cpu --size 64x32 --sun-elevation 12 -o told.hdr");
     let files = contents(folder.path());

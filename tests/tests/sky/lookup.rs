@@ -1,29 +1,25 @@
 //! The sky lookup from every altitude and under every sun: how much of a picture is integrated, and how near it is to
 //! the integral.
 
-use std::sync::Arc;
-
-use sorairo::PixelFormat;
 use sorairo::low_level::device::Backend;
 use sorairo::low_level::device::cpu::Cpu;
-use sorairo::low_level::plan::lookup::Lookup;
 use sorairo::low_level::plan::rays::directions;
-use sorairo::low_level::plan::{Plan, SkyPlan};
-use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Scene};
+use sorairo::scene::{CameraScene, Preset, Projection, Scene};
+use sorairo::{PixelFormat, Plan, Sky};
 use sorairo_shared::variant;
 
 /// Altitudes (km): of an ant, of a person, of a tower, a hill, a mountain, an aeroplane, a balloon, in the highest air
 /// and in orbit.
 const ALTITUDES: [f64; 9] = [0.0005, 0.0017, 0.05, 0.5, 3.0, 12.0, 40.0, 100.0, 400.0];
 
-fn sky(altitude: f64, sun: f64) -> Arc<SkyPlan> {
+fn sky(altitude: f64, sun: f64) -> Sky {
     let mut scene = Scene::preset(Preset::Standard);
     (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
-    Arc::new(SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb))
+    Sky::new(&scene).unwrap()
 }
 
 /// What a camera sees whose middle is the horizon.
-fn seen(sky: &Arc<SkyPlan>, size: &str) -> Plan {
+fn seen(sky: &Sky, size: &str) -> Plan {
     let horizon = directions::horizon(sky.scene.atmosphere.ground_radius, sky.scene.observer.altitude).to_degrees();
     let camera = CameraScene {
         projection: Projection::Perspective,
@@ -53,8 +49,8 @@ fn errors(found: &[f64], truth: &[f64]) -> [f64; 3] {
 
 /// The same of a plan's pixels against the integral at each.
 fn errors_of(plan: &Plan) -> [f64; 3] {
-    let none = Lookup { size: None, anchors: None, reason: "to compare".into() };
-    let direct = Plan { variant: plan.variant & !variant::RUNS, lookup: none, ..plan.clone() };
+    let mut direct = Plan { variant: plan.variant & !variant::RUNS, ..plan.clone() };
+    (direct.lookup.size, direct.lookup.anchors) = (None, None);
     errors(&pixels(plan), &pixels(&direct))
 }
 

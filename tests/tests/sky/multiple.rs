@@ -3,15 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use sorairo::PixelFormat;
-use sorairo::low_level::device;
-use sorairo::low_level::irradiance::SkyLight;
 use sorairo::low_level::plan::rays::quadrature::gauss_legendre;
 use sorairo::low_level::plan::spectral::{BOUND_BY_DAY, BOUND_IN_TWILIGHT, FLOOR};
 use sorairo::low_level::plan::{Plan, SkyPlan, SpectralPlan, direction};
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{Fit, GroundAlbedo, Orders, OzoneCrossSection, PathChoice, Preset, Rgb, Scene, SunSpectrum};
+use sorairo::{PixelFormat, Sky};
 use sorairo_evaluation::error::{Reference, plan};
 use sorairo_evaluation::judge::{coefficients, medium, ray};
 use sorairo_evaluation::measured::measured;
@@ -283,7 +281,7 @@ impl Air {
 fn lights(scene: &Scene) -> Vec<Vec<f64>> {
     let mut scene = scene.clone();
     (scene.render.fit, scene.render.bands) = (Fit::Transfer, Some(vec![400.0, 450.0, 550.0, 650.0]));
-    let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+    let sky = Sky::new(&scene).unwrap();
     let rows = (0..20).map(|row| 90.0 * (f64::from(row) / 19.0).powi(2));
     let views = rows.flat_map(|elevation| (0..7).map(move |column| direction(elevation, 30.0 * f64::from(column))));
     views.map(|view| sky.integral().transfer(view.as_vec3())).collect()
@@ -323,7 +321,7 @@ fn the_ground_seen_from_above_in_twilight_is_that_of_the_oracle() {
     for (elevation, azimuth) in [(-85.0, 170.0), (-30.0, 10.0)] {
         let paths = Paths { number: 1 << 17, seed: 1 };
         let oracle = radiance_of_all_orders(&medium, &band, &ray(&scene, elevation, azimuth), paths);
-        let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+        let sky = Sky::new(&scene).unwrap();
         let found = DenseSpectrum::new(&sky, &[550.0]).radiance(direction(elevation, azimuth).as_vec3())[0];
         println!("{elevation}, {azimuth}: {found:e}, {oracle:?}");
         // A twentieth of what was lost; four standard errors, and what a light field in twilight may be off.
@@ -339,7 +337,7 @@ fn the_ground_seen_from_above_in_twilight_is_that_of_the_oracle() {
 fn ground(sun: f64, altitude: f64, elevation: f64) -> f64 {
     let mut scene = Air::Standard.under(sun);
     scene.observer.altitude = altitude;
-    let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+    let sky = Sky::new(&scene).unwrap();
     DenseSpectrum::new(&sky, &[550.0]).radiance(direction(elevation, 170.0).as_vec3())[0]
 }
 
@@ -365,8 +363,8 @@ fn every_order_adds_light() {
     let luminance = |orders| {
         let mut scene = Scene::preset(Preset::Standard);
         scene.render.orders = orders;
-        let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
-        sky.radiance(direction(40.0, 120.0).as_vec3()).y
+        let sky = Sky::new(&scene).unwrap();
+        sky.rgb_towards(direction(40.0, 120.0).as_vec3()).y
     };
     let sums: Vec<f32> = [1, 2, 3, 4, 20].into_iter().map(|n| luminance(Orders::UpTo(n))).collect();
     assert!(sums.windows(2).all(|pair| pair[0] < pair[1]), "{sums:?}");
@@ -384,7 +382,7 @@ fn the_ground_that_is_stood_on_has_one_colour() {
             scene.ground.albedo = GroundAlbedo::Grey(0.4);
             (scene.sun.elevation, scene.render.path, scene.camera.size) = (sun, path, "64x32".parse().unwrap());
             let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
-            let words = device::cpu::device().run(&plan, plan.kernel()).unwrap().words;
+            let words = sorairo::Device::cpu().run(&plan, plan.kernel()).unwrap().words;
             let pixels: Vec<Vec3> =
                 words.chunks_exact(3).map(|rgb| Vec3::from_array([0, 1, 2].map(|i| f32::from_bits(rgb[i])))).collect();
             let (sky, ground) = pixels.split_at(16 * 64);
@@ -414,12 +412,12 @@ fn the_ground_is_as_bright_as_the_light_that_falls_on_it() {
     scene.render.fit = Fit::Dense;
     for sun in [60.0, 10.0] {
         scene.sun.elevation = sun;
-        let sky = SkyPlan::new(&scene.clone().validated().unwrap(), Rgb::Srgb);
-        let light = SkyLight::new(&sky);
+        let sky = Sky::new(&scene).unwrap();
+        let light = sky.light();
         for channel in 0..3 {
             let fallen = light.irradiance_rgb[channel] + light.sun_irradiance_rgb[channel] * sun.to_radians().sin();
             let expected = 0.4 * fallen / std::f64::consts::PI;
-            let found = f64::from(sky.radiance(-Vec3::Z)[channel]);
+            let found = f64::from(sky.rgb_towards(-Vec3::Z)[channel]);
             // The irradiance is a sum over 1536 directions, the sun a disc there and a point here.
             assert!((found / expected - 1.0).abs() < 0.01, "sun at {sun}, channel {channel}: {found} for {expected}");
         }
@@ -442,7 +440,7 @@ fn a_spectrum_is_that_of_each_wavelength() {
     ] {
         let mut scene = Scene::preset(preset);
         (scene.sun.elevation, scene.observer.altitude) = (sun, altitude);
-        let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+        let sky = Sky::new(&scene).unwrap();
         let spectral = SpectralPlan::new(&sky, &wavelengths);
         let of_colour = SpectralPlan::of_own_bands(&sky, &wavelengths);
         let dense = DenseSpectrum::new(&sky, &wavelengths);
@@ -482,7 +480,7 @@ fn a_spectrum_is_that_of_each_wavelength() {
 fn a_few_wavelengths_are_bands_themselves() {
     let mut scene = Scene::preset(Preset::Standard).in_closed_form();
     scene.sun.elevation = 5.0;
-    let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+    let sky = Sky::new(&scene).unwrap();
     let wavelengths = [830.0, 360.0, 433.0, 500.0];
     let (spectral, dense) = (SpectralPlan::new(&sky, &wavelengths), DenseSpectrum::new(&sky, &wavelengths));
     assert_eq!((spectral.integral.wavelengths.len(), spectral.validation.is_none()), (7, true));
@@ -506,7 +504,7 @@ fn a_spectrum_leaves_the_colour_alone() {
     let spectral = plan.clone().with_spectrum(&wavelengths).unwrap();
     assert_eq!((plan.integral().wavelengths.len(), spectral.integral().wavelengths.len()), (4, 12));
     assert_eq!(plan.integral().wavelengths, spectral.integral().wavelengths[..4]);
-    let words = |plan: &Plan| device::open("cpu").unwrap().run(plan, plan.kernel()).unwrap().words;
+    let words = |plan: &Plan| sorairo::Device::open("cpu").unwrap().run(plan, plan.kernel()).unwrap().words;
     let (colours, both) = (words(&plan), words(&spectral));
     let size = spectral.pixel_words() as usize;
     for (colour, pixel) in colours.chunks_exact(3).zip(both.chunks_exact(size)) {
@@ -524,7 +522,7 @@ fn a_spectrum_of_every_nanometre_is_that_of_each_wavelength() {
     for sun in [40.0, -4.0] {
         let mut scene = Scene::preset(Preset::Standard);
         scene.sun.elevation = sun;
-        let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+        let sky = Sky::new(&scene).unwrap();
         let (spectral, dense) = (SpectralPlan::new(&sky, &wavelengths), DenseSpectrum::new(&sky, &wavelengths));
         let bound = if sun < 0.0 { BOUND_IN_TWILIGHT } else { BOUND_BY_DAY };
         let mut worst = 0.0f64;
@@ -574,7 +572,7 @@ fn returned(scene: &Scene, wavelengths: &[f64]) -> Vec<f64> {
         let sine = -0.35 + 1.35 * f64::from(place.x);
         let mut scene = scene.clone();
         scene.sun.elevation = sine.asin().to_degrees();
-        let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+        let sky = Sky::new(&scene).unwrap();
         let dense = DenseSpectrum::new(&sky, wavelengths);
         for view in gauss_legendre(48) {
             let cosine = f64::from(view.x).powi(2);

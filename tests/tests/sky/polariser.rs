@@ -4,9 +4,8 @@ use sorairo::low_level::device::Backend;
 use sorairo::low_level::device::cpu::Cpu;
 use sorairo::low_level::plan::upload;
 use sorairo::low_level::spectra::observer;
-use sorairo::low_level::spectrum::Direction;
-use sorairo::scene::{Polarisation, Preset, Projection, Rgb, Scene};
-use sorairo::{PixelFormat, Plan, SkyPlan, StokesFrame, StokesSpectra};
+use sorairo::scene::{Polarisation, Preset, Projection, Scene};
+use sorairo::{Direction, PixelFormat, Plan, Sky, StokesFrame};
 use sorairo_shared::camera::pixel_view;
 use sorairo_shared::glam::DVec3;
 
@@ -35,9 +34,9 @@ fn pixels(scene: &Scene) -> Vec<DVec3> {
 
 /// Linear RGB of `I`, `Q` and `U` relative to the top of the image in some directions.
 fn stokes_in_rgb(scene: &Scene, directions: &[Direction]) -> Vec<[DVec3; 3]> {
-    let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+    let sky = Sky::new(scene).unwrap();
     let wavelengths = observer::wavelengths();
-    let spectra = StokesSpectra::new(&sky, &wavelengths, StokesFrame::Camera).unwrap();
+    let spectra = sky.stokes(&wavelengths, StokesFrame::Camera).unwrap();
     let in_rgb = |spectrum: &Vec<sorairo::Stokes>| {
         spectrum.iter().fold([DVec3::ZERO; 3], |sums, at| {
             let weight = sky.space.from_xyz * observer::weights(sky.observer, at.wavelength_nm);

@@ -6,7 +6,7 @@ use sorairo::low_level::medium::profile::{Levels, Profile};
 use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{AerosolMode, AerosolProfile, GroundAlbedo, Orders, Polarisation, Preset, Scene, SunSpectrum};
-use sorairo::{BeamSample, PixelFormat, Plan, Renderer, SkyPlan, Surface, sun_beam};
+use sorairo::{BeamSample, Device, PixelFormat, Plan, Sky, Surface};
 use sorairo_evaluation::judge::{bands, coefficients, medium, ray};
 use sorairo_oracle::{self as oracle, Paths};
 use sorairo_tests::sky::scene;
@@ -119,7 +119,7 @@ fn light_of_all_orders_in_measured_air_is_that_of_paths() {
         scene.sun.spectrum = SunSpectrum::Flat;
         let (medium, band) = (medium(&scene), coefficients(&scene, wavelength));
         let validated = scene.clone().validated().unwrap();
-        let sky = SkyPlan::new(&validated, validated.render.rgb);
+        let sky = Sky::new(&validated).unwrap();
         let dense = DenseSpectrum::new(&sky, &[wavelength]);
         let views = [(3.0, 10.0), (15.0, 90.0), (60.0, 180.0), (90.0, 0.0)];
         let of_view = |(seed, &(elevation, azimuth)): (usize, &(f64, f64))| {
@@ -152,7 +152,7 @@ fn beside(scene: &Scene, (sun, published): (f64, f64)) -> f64 {
     let mut scene = scene.clone();
     scene.sun.elevation = sun;
     let scene = scene.validated().unwrap();
-    let found = Surface::default().illuminance(&SkyPlan::new(&scene, scene.render.rgb)).unwrap().global;
+    let found = Sky::new(&scene).unwrap().illuminance(&[Surface::default()]).unwrap()[0].global;
     (found + OF_THE_NIGHT) / published
 }
 
@@ -222,7 +222,7 @@ fn the_beam_crosses_as_much_air_as_published() {
             let scene = scene.validated().unwrap();
             let vertical = scene.optics().at(WAVELENGTH).air_scattering * scene.atmosphere.air.scale_height;
             let BeamSample { transmittance, irradiance, .. } =
-                sun_beam(&SkyPlan::new(&scene, scene.render.rgb), &[WAVELENGTH], None).unwrap()[0];
+                Sky::new(&scene).unwrap().sun_beam(&[WAVELENGTH], None).unwrap()[0];
             (-transmittance.ln() / vertical, irradiance / scene.optics().solar_irradiance(WAVELENGTH) / transmittance)
         };
         let (found, spread) = beam(Profile::UsStandard);
@@ -247,7 +247,7 @@ fn the_sun_rises_before_its_time_and_flattened() {
         let mut scene = measured(Preset::Standard, sun, refraction);
         scene.sun.disc = true;
         let scene = scene.validated().unwrap();
-        SkyPlan::new(&scene, scene.render.rgb)
+        Sky::new(&scene).unwrap()
     };
     // Its centre is lifted by half a degree on the horizon, and it is as wide as that: sunrise is told for -0.833°.
     for (sun, bent, straight) in [(-0.9, false, false), (-0.75, true, false), (-0.3, true, false), (-0.2, true, true)] {
@@ -257,13 +257,14 @@ fn the_sun_rises_before_its_time_and_flattened() {
         }
     }
     // Of a sun below the horizon no picture shows a disc.
+    let image = |scene: &Scene| Sky::new(scene).unwrap().image(&scene.camera, &mut Device::cpu()).unwrap();
     for (sun, is_seen) in [(-4.0, false), (-0.75, true), (0.0, true)] {
         let mut scene = measured(Preset::Standard, sun, true);
         scene.sun.disc = true;
         scene.camera.size = "720x360".parse().unwrap();
-        let shown = Renderer::open("cpu").unwrap().render(&scene.clone().validated().unwrap()).unwrap();
+        let shown = image(&scene);
         scene.sun.disc = false;
-        let hidden = Renderer::open("cpu").unwrap().render(&scene.validated().unwrap()).unwrap();
+        let hidden = image(&scene);
         let pixels = || (0..360).flat_map(|row| (0..720).map(move |column| (column, row)));
         let differ = pixels().filter(|&(column, row)| shown.pixel(column, row) != hidden.pixel(column, row)).count();
         assert_eq!(differ > 0, is_seen, "sun at {sun}: {differ} pixels");
@@ -285,10 +286,10 @@ fn a_site_has_the_air_of_its_pressure() {
             scene.site.altitude = site;
             scene.atmosphere.air.pressure = pressure.unwrap_or(scene.atmosphere.air.pressure);
             let scene = scene.validated().unwrap();
-            let sky = SkyPlan::new(&scene, scene.render.rgb);
+            let sky = Sky::new(&scene).unwrap();
             let vertical =
                 Scene::preset(Preset::Standard).optics().at(800.0).air_scattering * scene.atmosphere.air.scale_height;
-            -sun_beam(&sky, &[800.0], None).unwrap()[0].transmittance.ln() / vertical
+            -sky.sun_beam(&[800.0], None).unwrap()[0].transmittance.ln() / vertical
         };
         // Gravity falls off by 0.3 % over the air's height, and the AFGL's levels have four digits.
         let found = depth(None);

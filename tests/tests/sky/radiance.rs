@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 use sorairo::low_level::files::{Format, is_finished};
 use sorairo::scene::Scene;
-use sorairo::{AlphaOpic, SkyPlan, Surface};
+use sorairo::{AlphaOpic, Sky, Surface};
 use sorairo_tests::program::{binary, contents, names, run, succeed};
 use sorairo_tests::python::check;
 use tempfile::tempdir;
@@ -157,9 +157,9 @@ fn every_command_of_the_page_runs_and_gives_the_light_at_an_eye() {
     scene.sun.place = Some("51.48,0.0".parse().unwrap());
     scene.sun.time = Some("2026-06-21T09:00:00+00:00".parse().unwrap());
     let scene = scene.validated().unwrap();
-    let sky = SkyPlan::new(&scene, scene.render.rgb);
+    let sky = Sky::new(&scene).unwrap();
     for (tilt, radiance) in [(0.0, melanopic[1]), (90.0, melanopic[0])] {
-        let fallen = Surface { tilt, azimuth: 180.0 }.alpha_opic(&sky).unwrap();
+        let fallen = sky.alpha_opic(&[Surface { tilt, azimuth: 180.0 }]).unwrap().remove(0);
         let own = AlphaOpic::Melanopic.equivalent_daylight(fallen[AlphaOpic::Melanopic as usize].global);
         check_is_on_the_page(page, own);
         // Half of a hundredth for 20 bands again.

@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use sorairo::low_level::device::{self, Backend};
-use sorairo::low_level::irradiance::SkyLight;
 use sorairo::low_level::plan::picture::sun_disc::Sun;
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::{ColourPath, Fit, OzoneCrossSection, PathChoice, Preset, Projection, Scene, SunSpectrum};
-use sorairo::{PixelFormat, Plan, SkyPlan};
+use sorairo::{PixelFormat, Plan, Sky};
 use sorairo_evaluation::judge::{coefficients, medium};
 use sorairo_oracle::column_to_top;
 use sorairo_shared::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, solid_angle_density};
@@ -35,7 +34,7 @@ fn energy(scene: &Scene) -> DVec3 {
     let (projection, scale) = match scene.camera.projection {
         Projection::Equirectangular => (EQUIRECTANGULAR, std::f64::consts::TAU / width * std::f64::consts::PI / height),
         Projection::Fisheye => (FISHEYE, (2.0 * f64::from(camera.half_field) / width.min(height)).powi(2)),
-        Projection::Perspective => (PERSPECTIVE, (2.0 * f64::from(camera.half_field) / width).powi(2)),
+        _ => (PERSPECTIVE, (2.0 * f64::from(camera.half_field) / width).powi(2)),
     };
     let [with, without] = [scene, &without].map(|scene| image(scene, &device::cpu::Cpu));
     let pixels = with.chunks(3).zip(without.chunks(3)).enumerate();
@@ -56,7 +55,7 @@ fn with_disc(elevation: f64, size: &str) -> Scene {
 }
 
 fn assert_holds_the_suns_light(scene: &Scene, place: &str) {
-    let expected = DVec3::from_array(SkyLight::new(&plan(scene).sky).sun_irradiance_rgb);
+    let expected = DVec3::from_array(plan(scene).sky.light().sun_irradiance_rgb);
     let error = ((energy(scene) - expected) / expected.max_element()).abs().max_element();
     // Some fifty samples across the disc, sixteen places in the disc's grid either way; coarse pixels far from where a projection's density is
     // level add up to half a per cent.
@@ -129,9 +128,9 @@ fn sunlight_is_weakened_by_the_optical_depth_of_the_oracle() {
         let outside = |scene: &Scene| {
             let mut scene = scene.clone();
             (scene.observer.altitude, scene.sun.elevation) = (1e4, 45.0);
-            DVec3::from_array(SkyLight::new(&plan(&scene).sky).sun_irradiance_rgb)
+            DVec3::from_array(plan(&scene).sky.light().sun_irradiance_rgb)
         };
-        let weakened = DVec3::from_array(SkyLight::new(&plan(&scene).sky).sun_irradiance_rgb);
+        let weakened = DVec3::from_array(plan(&scene).sky.light().sun_irradiance_rgb);
         let expected = {
             let column = column_to_top(&medium(&scene), altitude, elevation.to_radians().sin());
             let plan = plan(&scene);
@@ -158,7 +157,7 @@ fn more_air_never_makes_the_sun_brighter() {
     let brightness = |change: &dyn Fn(&mut Scene)| {
         let mut scene = scene(Preset::Earth, 10.0, "8x4");
         change(&mut scene);
-        SkyPlan::new(&scene.validated().unwrap(), scene.render.rgb).sun_irradiance().facing
+        Sky::new(&scene).unwrap().sun_irradiance().facing
     };
     let falls = |values: Vec<f64>, what: &str| {
         assert!(values.iter().all(|value| value.is_finite() && *value >= 0.0), "{what}: {values:?}");
@@ -198,7 +197,7 @@ fn the_ground_hides_the_sun_and_the_limb_is_darker_than_the_centre() {
 
 #[test]
 fn a_disc_beyond_what_a_file_can_hold_is_refused() {
-    let request = |name: &str| sorairo::low_level::render::Request { outputs: vec![name.into()], ..Default::default() };
+    let request = |name: &str| sorairo::Request { outputs: vec![name.into()], ..Default::default() };
     let mut scene = with_disc(30.0, "8x4");
     let folder = tempfile::tempdir().unwrap();
     let refused = |scene: &Scene, name: &str, named: &str| {

@@ -1,10 +1,10 @@
 //! Skies so thick that light is scattered hundreds of times before it meets the ground.
 
 use rayon::prelude::*;
+use sorairo::Sky;
 use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectrum::DenseSpectrum;
-use sorairo::scene::{AirSpectrum, GroundAlbedo, Orders, Preset, Rgb, Scene, SunSpectrum};
-use sorairo::{SkyPlan, SpectralIrradiance};
+use sorairo::scene::{AirSpectrum, GroundAlbedo, Orders, Preset, Scene, SunSpectrum};
 use sorairo_evaluation::judge;
 use sorairo_oracle::{Paths, radiance_of_all_orders};
 
@@ -41,13 +41,13 @@ fn aerosol(depth: f64, single_scattering_albedo: f64, asymmetry: f64, albedo: f6
     scene
 }
 
-fn sky(scene: &Scene) -> SkyPlan {
-    SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb)
+fn sky(scene: &Scene) -> Sky {
+    Sky::new(scene).unwrap()
 }
 
 /// What falls on the ground, relative to what meets the top of the atmosphere.
 fn transmitted(scene: &Scene) -> f64 {
-    let light = SpectralIrradiance::new(&sky(scene), &[WAVELENGTH]).unwrap();
+    let light = sky(scene).spectral_light(&[WAVELENGTH]).unwrap();
     (light.irradiance_w_m2_nm[0] + light.direct_irradiance_w_m2_nm[0]) / scene.sun.elevation.to_radians().sin()
 }
 

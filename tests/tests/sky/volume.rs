@@ -2,9 +2,8 @@
 
 use rayon::prelude::*;
 use sorairo::low_level::plan::direction;
-use sorairo::low_level::spectrum::Direction;
-use sorairo::scene::{CameraScene, ColourPath, Preset, Projection, Rgb, Scene, Size};
-use sorairo::{AirBetweenRgb, AirVolume, BetweenRgb, SkyPlan, VolumeSize};
+use sorairo::scene::{CameraScene, ColourPath, Preset, Projection, Scene, Size};
+use sorairo::{BetweenRgb, Direction, Sky, VolumeSize};
 use sorairo_shared::glam::DVec3;
 
 /// Places of a volume that are compared.
@@ -58,10 +57,10 @@ fn places(far: f64) -> Vec<([f64; 2], f64)> {
 /// How far a volume is from each ray integrated at places all over it: light relative to the brightest, then
 /// transmittance; in the mean of the squares and at most.
 fn errors(scene: &Scene, elevation: f64, size: VolumeSize) -> [[f64; 2]; 2] {
-    let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+    let sky = Sky::new(scene).unwrap();
     let camera = camera(elevation);
-    let volume = AirVolume::new(&sky, &camera, size).unwrap();
-    let each = AirBetweenRgb::new(&sky);
+    let volume = sky.air_volume(&camera, size).unwrap();
+    let each = sky.between_rgb();
     let compared: Vec<(BetweenRgb, BetweenRgb)> = places(size.far)
         .into_par_iter()
         .filter_map(|(place, distance)| {
@@ -111,10 +110,11 @@ fn at_dusk_the_air_between_froxels_is_near_to_that_of_each_ray() {
 fn before_no_distance_there_is_nothing_and_all_comes_through() {
     let mut scene = Scene::default();
     scene.sun.elevation = 20.0;
-    let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
-    let volume = AirVolume::new(&sky, &camera(5.0), VolumeSize { columns: 4, rows: 4, slices: 32, far: 40.0 }).unwrap();
+    let sky = Sky::new(&scene).unwrap();
+    let volume = sky.air_volume(&camera(5.0), VolumeSize { columns: 4, rows: 4, slices: 32, far: 40.0 }).unwrap();
     for place in [[0.0, 0.0], [0.3, 0.8], [1.0, 1.0]] {
-        assert_eq!(volume.at(place, 0.0), BetweenRgb { transmittance: [1.0; 3], radiance: [0.0; 3] });
+        let nothing = volume.at(place, 0.0);
+        assert_eq!((nothing.transmittance, nothing.radiance), ([1.0; 3], [0.0; 3]));
         let near = volume.at(place, 1e-6);
         assert!(near.transmittance.iter().all(|part| (part - 1.0).abs() < 1e-4), "{near:?}");
         assert!(near.radiance.iter().all(|light| *light < 1e-4), "{near:?}");
@@ -125,9 +125,9 @@ fn before_no_distance_there_is_nothing_and_all_comes_through() {
 #[test]
 fn a_volume_that_cannot_be_filled_is_refused() {
     let mut scene = Scene::default();
-    let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
-    let refused = |sky: &SkyPlan, camera: &CameraScene, size| {
-        AirVolume::new(sky, camera, size).err().map(|error| error.to_string()).unwrap_or_default()
+    let sky = Sky::new(&scene).unwrap();
+    let refused = |sky: &Sky, camera: &CameraScene, size| {
+        sky.air_volume(camera, size).err().map(|error| error.to_string()).unwrap_or_default()
     };
     let size = VolumeSize::default();
     for far in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -136,6 +136,6 @@ fn a_volume_that_cannot_be_filled_is_refused() {
     assert!(refused(&sky, &camera(0.0), VolumeSize { rows: 3, ..size }).starts_with("rows is 3; it must lie between"));
     assert!(refused(&sky, &CameraScene::default(), size).starts_with("camera.projection"));
     scene.render.color = ColourPath::Solve;
-    let solved = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+    let solved = Sky::new(&scene).unwrap();
     assert!(refused(&solved, &camera(0.0), size).starts_with("render.color"));
 }

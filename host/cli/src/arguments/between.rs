@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use sorairo::low_level::aerial::{AerialRequest, DepthKind, DepthUnit};
-use sorairo::low_level::files::Replace;
+use sorairo::aerial::{AerialRequest, DepthKind, DepthUnit};
+use sorairo::files::Replace;
 use sorairo::scene::Rgb;
 
 use super::shared::{ReplaceFlags, number};

@@ -11,11 +11,10 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use sorairo::StokesFrame;
-use sorairo::low_level::files::{Format, Replace};
-use sorairo::low_level::render::Request;
+use sorairo::files::{Format, Replace};
 use sorairo::scene::Preset;
 use sorairo::scene::place::Time;
+use sorairo::{Request, StokesFrame};
 
 use crate::flags::{SceneFlags, SharedFlags, SkyFlags, word_of};
 use crate::ranges::{FrameChoice, FrameExposure, Numbers, elevations, wavelengths};

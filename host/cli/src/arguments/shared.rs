@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use sorairo::low_level::files::Replace;
-use sorairo::low_level::render::Request;
+use sorairo::Request;
+use sorairo::files::Replace;
 use sorairo::scene::ValidScene;
 
 use crate::error::Result;

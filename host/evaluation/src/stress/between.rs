@@ -16,10 +16,9 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sorairo::low_level::medium::aerosol::AerosolKind;
-use sorairo::low_level::plan::{SkyPlan, direction};
-use sorairo::low_level::spectrum::Direction;
-use sorairo::scene::{Preset, Rgb, Scene};
-use sorairo::{AirBetween, BetweenSample};
+use sorairo::low_level::plan::direction;
+use sorairo::scene::{Preset, Scene};
+use sorairo::{AirBetween, BetweenSample, Direction, Sky};
 use sorairo_shared::glam::DVec3;
 
 use super::orders::{random_scene, seen};
@@ -125,8 +124,8 @@ fn length(scene: &Scene, (elevation, _): (f64, f64)) -> f64 {
 }
 
 fn air(scene: &Scene) -> AirBetween {
-    let sky = SkyPlan::new(&scene.validated().expect("a valid scene"), Rgb::Srgb);
-    AirBetween::new(&sky, &WAVELENGTHS).expect("wavelengths of light")
+    let sky = Sky::new(scene).expect("a valid scene");
+    sky.between(&WAVELENGTHS).expect("wavelengths of light")
 }
 
 fn towards((elevation, azimuth): (f64, f64)) -> Direction {

@@ -5,8 +5,8 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use sorairo::scene::{AirSpectrum, Fit, GroundAlbedo, Preset, Rgb, Scene, SunSpectrum};
-use sorairo::{SkyPlan, SpectralIrradiance};
+use sorairo::Sky;
+use sorairo::scene::{AirSpectrum, Fit, GroundAlbedo, Preset, Scene, SunSpectrum};
 
 use super::outcome::{Outcome, generator};
 
@@ -50,8 +50,8 @@ fn allowed(scene: &Scene) -> f64 {
 
 /// The net irradiance at the observer, relative to what meets the top of the atmosphere.
 fn net(scene: &Scene) -> f64 {
-    let sky = SkyPlan::new(&scene.validated().expect("a valid scene"), Rgb::Srgb);
-    let light = SpectralIrradiance::new(&sky, &[WAVELENGTH]).expect("a known wavelength");
+    let sky = Sky::new(scene).expect("a valid scene");
+    let light = sky.spectral_light(&[WAVELENGTH]).expect("a known wavelength");
     let down = light.irradiance_w_m2_nm[0] + light.direct_irradiance_w_m2_nm[0];
     (down - light.ground_irradiance_w_m2_nm[0]).abs() / scene.sun.elevation.to_radians().sin()
 }

@@ -8,7 +8,7 @@ use plotters::prelude::*;
 use super::integral::{Cell, MAP_ALTITUDES, MAP_SUNS, MAP_VIEWS};
 use crate::chart::{Drawn, font, register_fonts};
 use crate::problem::{Error, Result};
-use sorairo::low_level::files::png;
+use sorairo::files::png;
 use sorairo::low_level::plan::samples::BOUND;
 
 /// Size of the picture (pixels).

@@ -11,12 +11,12 @@ use super::outcome::generator;
 use super::solve::{Form, error_of, reference};
 use crate::chart::{Drawn, font, register_fonts, short};
 use crate::problem::{Error, Result};
-use sorairo::PixelFormat;
-use sorairo::low_level::files::png;
-use sorairo::low_level::plan::{Plan, direction};
+use sorairo::files::png;
+use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::rules::CLOSEST_BANDS;
 use sorairo::scene::{Fit, Preset, Scene};
+use sorairo::{PixelFormat, Plan};
 
 /// Size of the picture (pixels).
 const SIZE: (u32, u32) = (2400, 980);

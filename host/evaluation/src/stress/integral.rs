@@ -16,11 +16,11 @@ use sorairo_shared::glam::{DVec3, Vec3};
 use super::outcome::{Outcome, generator};
 use super::scenes::{bounds, thin_the_top};
 use crate::judge;
-use sorairo::PixelFormat;
+use sorairo::low_level::plan::direction;
 use sorairo::low_level::plan::rays::directions;
 use sorairo::low_level::plan::samples::{BOUND, error};
-use sorairo::low_level::plan::{Plan, direction};
 use sorairo::scene::{Exposure, Fit, PathChoice, Preset, Scene};
+use sorairo::{PixelFormat, Plan};
 
 /// Rays of a scene.
 pub const RAYS_PER_SCENE: u64 = 64;

@@ -6,14 +6,15 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use sorairo::Sky;
 use sorairo_oracle::{Estimate, Paths, radiance_of_all_orders};
 
 use super::outcome::{Outcome, generator};
 use crate::judge;
+use sorairo::low_level::plan::direction;
 use sorairo::low_level::plan::light_field::OrdersMade;
-use sorairo::low_level::plan::{SkyPlan, direction};
 use sorairo::low_level::spectrum::DenseSpectrum;
-use sorairo::scene::{Fit, GroundAlbedo, Preset, Rgb, Scene, SunSpectrum};
+use sorairo::scene::{Fit, GroundAlbedo, Preset, Scene, SunSpectrum};
 
 /// Paths of a first estimate.
 const FEWEST_PATHS: u64 = 8192;
@@ -86,7 +87,7 @@ impl Case {
         let rng = &mut generator(seed, number);
         let scene = random_scene(rng);
         let wavelength = rng.random_range(380.0..=780.0);
-        let sky = SkyPlan::new(&scene.validated().expect("a valid scene"), Rgb::Srgb);
+        let sky = Sky::new(&scene).expect("a valid scene");
         let wavelengths = [wavelength];
         let dense = DenseSpectrum::new(&sky, &wavelengths);
         let radiance = |(elevation, azimuth): (f64, f64)| dense.radiance(direction(elevation, azimuth).as_vec3())[0];
@@ -220,7 +221,7 @@ mod tests {
         scene.ground.albedo = GroundAlbedo::Grey(0.8);
         let lit = reference(&scene, 450.0, (60.0, 100.0), 0.0, 1);
         scene.ground.albedo = GroundAlbedo::Grey(0.0);
-        let black = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+        let black = Sky::new(&scene).unwrap();
         let found = DenseSpectrum::new(&black, &[450.0]).radiance(direction(60.0, 100.0).as_vec3())[0];
         assert!(
             lit.mean - found - STANDARD_ERRORS * lit.standard_error > 5.0 * allowed(&scene) * found,

@@ -13,11 +13,10 @@ use strum::IntoEnumIterator;
 
 use super::outcome::{Outcome, generator};
 use crate::problem::Error;
+use sorairo::low_level::device::Backend;
 use sorairo::low_level::device::cpu::Cpu;
-use sorairo::low_level::device::{Backend, Device, DeviceKind};
 use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::medium::profile::Profile;
-use sorairo::low_level::plan::Plan;
 use sorairo::low_level::plan::fit::linear::{Interpolant, LinearFit};
 use sorairo::low_level::spectra::measured::MEASURED_RANGE;
 use sorairo::low_level::spectra::observer;
@@ -28,6 +27,7 @@ use sorairo::scene::{
     Orders, PathChoice, PictureLook, Polarisation, Preset, Projection, Render, Rgb, Scene, Size, SunSpectrum,
     ViewTransform, WhiteBalance,
 };
+use sorairo::{Device, DeviceKind, Plan};
 
 /// Radiance that no device takes for nothing: far above the smallest normal number.
 const SURELY_LIT: f32 = 1e-30;
@@ -198,7 +198,7 @@ impl Case {
             _ if looks == Looks::Spectrum => PixelFormat::LinearRgb,
             Projection::Equirectangular => PixelFormat::Picture,
             Projection::Fisheye => PixelFormat::LinearRgb,
-            Projection::Perspective => PixelFormat::HalfRgb,
+            _ => PixelFormat::HalfRgb,
         };
         Self { scene, pixel, looks }
     }

@@ -4,6 +4,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use sorairo::Sky;
 use sorairo_oracle::scattered_radiance_bands;
 
 use super::orders::{random_scene, random_view, seen};
@@ -12,7 +13,7 @@ use crate::judge;
 use sorairo::low_level::plan::spectral::{BOUND_BY_DAY, BOUND_IN_TWILIGHT, FLOOR, SpectrumFit};
 use sorairo::low_level::plan::{SkyPlan, SpectralPlan, direction};
 use sorairo::low_level::spectrum::DenseSpectrum;
-use sorairo::scene::{Fit, GroundAlbedo, Orders, Rgb, Scene};
+use sorairo::scene::{Fit, GroundAlbedo, Orders, Scene};
 
 /// Spectra of a sky, in as many directions.
 const OF_A_SKY: u64 = 20;
@@ -64,7 +65,7 @@ fn of_a_sky(seed: u64, number: u64, count: u64) -> Vec<Case> {
         (scene.render.orders, scene.ground.albedo) = (Orders::UpTo(1), GroundAlbedo::Grey(0.0));
     }
     let wavelengths = random_wavelengths(rng);
-    let sky = SkyPlan::new(&scene.validated().expect("a valid scene"), Rgb::Srgb);
+    let sky = Sky::new(&scene).expect("a valid scene");
     let planned = SpectralPlan::new(&sky, &wavelengths);
     let views: Vec<(f64, f64)> = (0..count).map(|_| random_view(rng, &scene)).collect();
     let found = views.iter().map(|&(elevation, azimuth)| planned.radiance(direction(elevation, azimuth).as_vec3()));
@@ -129,7 +130,7 @@ mod tests {
     fn spectra_through_the_bands_of_colour_alone_are_told() {
         let mut scene = Scene::default().in_closed_form();
         scene.sun.elevation = -2.0;
-        let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
+        let sky = Sky::new(&scene).unwrap();
         let wavelengths: Vec<f64> = (0..=47).map(|i| 360.0 + 10.0 * f64::from(i)).collect();
         // Close to the horizon, where the ends of a spectrum lose most.
         let view = (1.0, 120.0);

@@ -26,11 +26,12 @@ impl std::ops::AddAssign for Times {
     }
 }
 
-/// What a kernel left behind, and how long it took.
+/// The pixels of an image, and how long they took.
 #[derive(Clone, Debug)]
-pub struct Run {
-    /// The pixels row by row from the top, in the layout of the plan's [`sorairo_shared::variant::PixelFormat`]; of a spectral image, in
-    /// that of [`sorairo_shared::spectral`]; of [`Plan::at_bands`] the radiance at every band.
+#[non_exhaustive]
+pub struct Pixels {
+    /// [`Plan::pixel_words`] words a pixel, row by row from the top, in the layout of the plan's
+    /// [`PixelFormat`](crate::PixelFormat); behind the linear RGB of a spectral image the radiance at each wavelength.
     pub words: Vec<u32>,
     /// Time of the kernels: on the GPU's own clock where it has one.
     pub kernel: Duration,
@@ -85,13 +86,13 @@ pub trait Backend: Send + Sync {
     /// # Errors
     ///
     /// Those of [`Backend::lit_rows`], and [`Error::Memory`] if the image does not fit into memory.
-    fn run(&self, plan: &Plan, kernel: Kernel) -> Result<Run> {
+    fn run(&self, plan: &Plan, kernel: Kernel) -> Result<Pixels> {
         whole(plan, |take| self.rows(plan, kernel, 0, take))
     }
 }
 
 /// The whole image of a run that hands out its rows.
-pub(super) fn whole(plan: &Plan, run: impl FnOnce(&mut TakeRows<'_>) -> Result<Times>) -> Result<Run> {
+pub(super) fn whole(plan: &Plan, run: impl FnOnce(&mut TakeRows<'_>) -> Result<Times>) -> Result<Pixels> {
     let mut words = Vec::new();
     let total = words_per_row(plan).checked_mul(plan.height() as usize);
     if total.is_none_or(|total| words.try_reserve_exact(total).is_err()) {
@@ -102,7 +103,7 @@ pub(super) fn whole(plan: &Plan, run: impl FnOnce(&mut TakeRows<'_>) -> Result<T
         words.extend_from_slice(rows);
         Ok(())
     })?;
-    Ok(Run { words, kernel, readback })
+    Ok(Pixels { words, kernel, readback })
 }
 
 /// Hands out rows without light.

@@ -5,15 +5,18 @@ use std::collections::VecDeque;
 
 use serde::Serialize;
 
-use super::backend::{Backend, Run, TakeRows, Times, whole};
+use super::backend::{Backend, Pixels, TakeRows, Times, whole};
 use super::rows::words_per_row;
 use crate::error::{Error, Result};
-use crate::plan::{Kernel, Plan};
+#[cfg(doc)]
+use crate::plan::Sky;
+use crate::plan::{Kernel, LightFields, Plan};
 
-/// What runs the kernels.
+/// What computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum DeviceKind {
     /// The cores of the CPU.
     Cpu,
@@ -28,8 +31,10 @@ pub struct Device {
     /// What kind of device it is.
     pub kind: DeviceKind,
     /// What runs the kernels.
+    #[doc(hidden)]
     pub backend: Box<dyn Backend>,
     /// What takes over after a failure, in this order.
+    #[doc(hidden)]
     pub spares: VecDeque<Spare>,
 }
 
@@ -37,12 +42,40 @@ pub struct Device {
 pub type Spare = Box<dyn FnOnce() -> Result<Device> + Send + Sync>;
 
 impl Device {
+    /// The pixels of a plan's image. If the device fails, a spare goes on, with a warning to the log; this device is
+    /// then the one that finished.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] for an image beyond the device's limits, [`Error::Device`] once no spare is left,
+    /// [`Error::Memory`] if the image does not fit into memory.
+    pub fn pixels(&mut self, plan: &Plan) -> Result<Pixels> {
+        self.run(plan, plan.kernel())
+    }
+
+    /// The same, some whole rows at a time from the top: `take` gets the number of the first and their words. An error
+    /// of `take` ends the run.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Device::pixels`] but for memory, and any error of `take`.
+    pub fn rows_of_pixels(&mut self, plan: &Plan, take: &mut dyn FnMut(u32, &[u32]) -> Result<()>) -> Result<()> {
+        self.rows(plan, plan.kernel(), take).map(|_| ())
+    }
+
+    /// Light fields for skies whose images it makes: a graphics device computes them itself, unless it is software; see
+    /// [`Sky::with_light_fields`].
+    pub fn light_fields(&self) -> LightFields {
+        self.backend.light_fields()
+    }
+
     /// [`Backend::rows`] for the whole image. If the device fails, its spares go on from the first row that it did not deliver,
     /// with a warning to the log; this device is then the one that finished.
     ///
     /// # Errors
     ///
     /// Those of [`Backend::rows`]; [`Error::Device`] once no spare is left.
+    #[doc(hidden)]
     pub fn rows(&mut self, plan: &Plan, kernel: Kernel, take: &mut TakeRows<'_>) -> Result<Times> {
         let row_words = words_per_row(plan);
         let next = Cell::new(0);
@@ -64,7 +97,8 @@ impl Device {
     /// # Errors
     ///
     /// Those of [`Device::rows`], and [`Error::Memory`] if the image does not fit into memory.
-    pub fn run(&mut self, plan: &Plan, kernel: Kernel) -> Result<Run> {
+    #[doc(hidden)]
+    pub fn run(&mut self, plan: &Plan, kernel: Kernel) -> Result<Pixels> {
         whole(plan, |take| self.rows(plan, kernel, take))
     }
 

@@ -23,14 +23,16 @@ use crate::plan::{Kernel, Plan};
 /// All cores, one row of the image at a time.
 pub struct Cpu;
 
-/// The CPU as a device.
-pub fn device() -> Device {
-    let cores = rayon::current_num_threads();
-    Device {
-        name: format!("CPU ({cores} threads)"),
-        kind: DeviceKind::Cpu,
-        backend: Box::new(Cpu),
-        spares: VecDeque::new(),
+impl Device {
+    /// The CPU as a device.
+    pub fn cpu() -> Self {
+        let cores = rayon::current_num_threads();
+        Self {
+            name: format!("CPU ({cores} threads)"),
+            kind: DeviceKind::Cpu,
+            backend: Box::new(Cpu),
+            spares: VecDeque::new(),
+        }
     }
 }
 

@@ -12,36 +12,44 @@ mod rows;
 
 use crate::error::{Error, Result};
 
-pub use self::backend::{Backend, Run, TakeRows, Times};
+pub use self::backend::{Backend, Pixels, TakeRows, Times};
 pub use self::chosen::{Device, DeviceKind, Spare};
 
-/// Opens the device that `choice` names: `auto`, `cpu`, `gpu`, or part of the name of a graphics device.
-///
-/// `auto` takes the best graphics device, and the CPU where there is none, with a warning to the log. If a graphics device fails
-/// later, it is opened once more; after that `auto` goes on with the CPU.
-///
-/// # Errors
-///
-/// [`Error::NoSuchDevice`] if there is no such device, naming those that there are; [`Error::Device`] if it cannot be opened.
-pub fn open(choice: &str) -> Result<Device> {
-    let auto = choice.eq_ignore_ascii_case("auto");
-    if choice.eq_ignore_ascii_case("cpu") || auto && !HAS_GPU {
-        return on_cpu().ok_or_else(|| no_such_device(choice));
-    }
-    let wanted = if auto || choice.eq_ignore_ascii_case("gpu") { String::new() } else { choice.to_owned() };
-    match on_gpu(&wanted) {
-        Ok(Some(mut device)) => {
-            let again = move || on_gpu(&wanted)?.ok_or_else(|| Error::Device("the device is gone".into()));
-            device.spares.push_back(Box::new(again));
-            if auto && let Some(cpu) = on_cpu() {
-                device.spares.push_back(Box::new(|| Ok(cpu)));
-            }
-            Ok(device)
+impl Device {
+    /// Opens the device that `choice` names: `auto`, `cpu`, `gpu`, or part of the name of a graphics device.
+    ///
+    /// `auto` takes the best graphics device, and the CPU where there is none, with a warning to the log. If a graphics device fails
+    /// later, it is opened once more; after that `auto` goes on with the CPU.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoSuchDevice`] if there is no such device, naming those that there are; [`Error::Device`] if it cannot be opened.
+    pub fn open(choice: &str) -> Result<Self> {
+        let auto = choice.eq_ignore_ascii_case("auto");
+        if choice.eq_ignore_ascii_case("cpu") || auto && !HAS_GPU {
+            return on_cpu().ok_or_else(|| no_such_device(choice));
         }
-        Ok(None) if auto => instead(format!("no {INTERFACES} device found")),
-        Ok(None) => Err(no_such_device(choice)),
-        Err(Error::Device(fault)) if auto => instead(fault),
-        Err(error) => Err(error),
+        let wanted = if auto || choice.eq_ignore_ascii_case("gpu") { String::new() } else { choice.to_owned() };
+        match on_gpu(&wanted) {
+            Ok(Some(mut device)) => {
+                let again = move || on_gpu(&wanted)?.ok_or_else(|| Error::Device("the device is gone".into()));
+                device.spares.push_back(Box::new(again));
+                if auto && let Some(cpu) = on_cpu() {
+                    device.spares.push_back(Box::new(|| Ok(cpu)));
+                }
+                Ok(device)
+            }
+            Ok(None) if auto => instead(format!("no {INTERFACES} device found")),
+            Ok(None) => Err(no_such_device(choice)),
+            Err(Error::Device(fault)) if auto => instead(fault),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The graphics devices of this machine, best first: those whose interfaces the features of the library choose.
+    #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
+    pub fn gpus() -> Vec<gpu::DeviceInfo> {
+        gpu::devices()
     }
 }
 
@@ -54,7 +62,7 @@ fn instead(fault: String) -> Result<Device> {
 
 #[cfg(feature = "cpu")]
 fn on_cpu() -> Option<Device> {
-    Some(cpu::device())
+    Some(Device::cpu())
 }
 
 #[cfg(not(feature = "cpu"))]
@@ -85,7 +93,7 @@ fn on_gpu(_wanted: &str) -> Result<Option<Device>> {
 /// The names of the graphics devices, best first.
 fn names_of_gpus() -> Vec<String> {
     #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
-    return gpu::devices().into_iter().map(|device| device.name).collect();
+    return Device::gpus().into_iter().map(|device| device.name).collect();
     #[cfg(not(all(feature = "gpu", not(target_arch = "wasm32"))))]
     Vec::new()
 }

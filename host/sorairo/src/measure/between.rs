@@ -12,11 +12,12 @@
 
 use serde::Serialize;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_wavelengths};
 use crate::input::shown;
-use crate::measure::spectrum::{Direction, check_wavelengths, integral_at};
+use crate::measure::direction::Direction;
+use crate::measure::spectrum::integral_at;
 use crate::plan::integral::RayIntegral;
-use crate::plan::{SkyPlan, optics_of};
+use crate::plan::{Sky, SkyPlan, optics_of};
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
 
@@ -25,6 +26,7 @@ const ON_THE_GROUND: f64 = 1e-3;
 
 /// What the air between two points does at one wavelength.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct BetweenSample {
     /// Wavelength (nm).
     pub wavelength_nm: f64,
@@ -42,14 +44,20 @@ pub struct AirBetween {
     is_night: bool,
 }
 
-impl AirBetween {
-    /// Prepares it for the observer of a sky, at wavelengths in nm.
+impl Sky {
+    /// The air between the observer and any point, at wavelengths (nm) of visible light.
     ///
     /// # Errors
     ///
     /// [`Error::NotAllowed`] for a wavelength at which the scene is not known.
-    pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Self> {
-        check_wavelengths(sky, wavelengths)?;
+    pub fn between(&self, wavelengths: &[f64]) -> Result<AirBetween> {
+        AirBetween::new(self, wavelengths)
+    }
+}
+
+impl AirBetween {
+    fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Self> {
+        check_wavelengths(sky.scene.known_wavelengths(), wavelengths)?;
         Ok(Self::as_read(sky, &optics_of(&sky.scene), wavelengths))
     }
 

@@ -15,14 +15,15 @@ use sorairo_shared::glam::DVec3;
 
 use crate::error::Result;
 use crate::measure::between::AirBetween;
-use crate::measure::spectrum::Direction;
-use crate::plan::SkyPlan;
+use crate::measure::direction::Direction;
 use crate::plan::picture::colour_space::ColourSpace;
+use crate::plan::{Sky, SkyPlan};
 use crate::spectra::observer::{self, ColourObserver};
 
 /// What the air between two points does to linear RGB of a scene's space: light from behind, `behind`, arrives as
 /// `transmittance * behind + radiance`, channel by channel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct BetweenRgb {
     /// The part of sunlight from the far point that arrives, in each channel: 1 over no distance.
     pub transmittance: [f64; 3],
@@ -39,9 +40,15 @@ pub struct AirBetweenRgb {
     sun: DVec3,
 }
 
+impl Sky {
+    /// The air between the observer and any point, in the sky's space of linear RGB.
+    pub fn between_rgb(&self) -> AirBetweenRgb {
+        AirBetweenRgb::new(self)
+    }
+}
+
 impl AirBetweenRgb {
-    /// Prepares it for the observer of a sky, in the sky's space of linear RGB.
-    pub fn new(sky: &SkyPlan) -> Self {
+    fn new(sky: &SkyPlan) -> Self {
         let air = AirBetween::over_steps(sky);
         let (observer, space) = (sky.observer, sky.space);
         let sun = space.into_gamut(space.from_xyz * observer::xyz_of_samples(observer, air.irradiance()));

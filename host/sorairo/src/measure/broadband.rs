@@ -5,13 +5,14 @@ use sorairo_shared::glam::DVec3;
 
 use crate::measure::spectrum::Spectra;
 use crate::measure::surface::irradiances_on;
-use crate::plan::SkyPlan;
 use crate::plan::picture::sun_disc::Sun;
+use crate::plan::{Sky, SkyPlan};
 use crate::spectra::range::RANGE_OF_BEAMS;
 
 /// What the sun and the sky send through measured air between 280 and 2500 nm (W·m⁻²), by the names of solar energy:
 /// 96 % of what the sun sends lie there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Broadband {
     /// Direct normal irradiance: that of the sun's disc on a surface that faces it.
     pub dni_w_m2: f64,
@@ -38,10 +39,16 @@ fn erythema(nm: f64) -> f64 {
 /// Photons of a joule of light by its wavelength (µmol·J⁻¹·nm⁻¹): `1 / (N_A h c)`.
 const PHOTONS: f64 = 8.359_347e-3;
 
+impl Sky {
+    /// What falls from 280 to 2500 nm, the sum over every nanometre; none where the sky is not known over the whole
+    /// range: see [`Scene::known_wavelengths_of_skies`](crate::Scene::known_wavelengths_of_skies).
+    pub fn broadband(&self) -> Option<Broadband> {
+        Broadband::new(self)
+    }
+}
+
 impl Broadband {
-    /// That of a sky, the sum over every nanometre; none where it is not known over the whole range: see
-    /// [`Scene::known_wavelengths_of_skies`](crate::Scene::known_wavelengths_of_skies).
-    pub fn new(sky: &SkyPlan) -> Option<Self> {
+    pub(crate) fn new(sky: &SkyPlan) -> Option<Self> {
         let (first, last) = RANGE_OF_BEAMS;
         let wavelengths: Vec<f64> = (0..(last - first) as u32).map(|i| first + f64::from(i) + 0.5).collect();
         if sky.scene.known_wavelengths_of_skies() != (first, last) {
@@ -69,12 +76,11 @@ mod tests {
     use super::*;
     use crate::scene::{GroundAlbedo, Scene};
 
-    fn sky(sun: f64, change: impl FnOnce(&mut Scene)) -> SkyPlan {
+    fn sky(sun: f64, change: impl FnOnce(&mut Scene)) -> Sky {
         let mut scene = Scene::default();
         scene.sun.elevation = sun;
         change(&mut scene);
-        let scene = scene.validated().unwrap();
-        SkyPlan::new(&scene, scene.render.rgb)
+        Sky::new(&scene).unwrap()
     }
 
     #[test]
@@ -83,7 +89,7 @@ mod tests {
         // clear air over dark ground, within 10 % up to a zenith angle of 60°.
         for (sun, ozone) in [(90.0, 300.0), (60.0, 300.0), (40.0, 300.0), (60.0, 400.0), (60.0, 250.0)] {
             let sky = sky(sun, |scene| scene.atmosphere.ozone.column = ozone);
-            let found = Broadband::new(&sky).unwrap().uv_index;
+            let found = sky.broadband().unwrap().uv_index;
             let published = 12.5 * f64::to_radians(sun).sin().powf(2.42) * f64::powf(ozone / 300.0, -1.23);
             println!("sun at {sun}, {ozone} DU: {found:.2}, published {published:.2}");
             assert!((found / published - 1.0).abs() < 0.15, "sun at {sun}, {ozone} DU: {found}, {published}");
@@ -92,7 +98,7 @@ mod tests {
 
     #[test]
     fn parts_of_the_broadband_are_as_measured() {
-        let found = Broadband::new(&sky(50.0, |_| {})).unwrap();
+        let found = sky(50.0, |_| {}).broadband().unwrap();
         // McCree 1972, https://doi.org/10.1016/0002-1571(72)90045-3: half of the sun's energy lies from 400 to 700 nm,
         // of 4.57 µmol/J.
         let photons = found.ppfd_umol_m2_s / found.ghi_w_m2;
@@ -106,8 +112,8 @@ mod tests {
 
     #[test]
     fn a_night_has_no_broadband_light_and_snow_none_that_is_known() {
-        assert_eq!(Broadband::new(&sky(-30.0, |_| {})), Some(Broadband::default()));
-        assert_eq!(Broadband::new(&sky(30.0, |scene| scene.ground.albedo = GroundAlbedo::Snow)), None);
-        assert_eq!(Broadband::new(&sky(30.0, |scene| *scene = scene.clone().in_closed_form())), None);
+        assert_eq!(sky(-30.0, |_| {}).broadband(), Some(Broadband::default()));
+        assert_eq!(sky(30.0, |scene| scene.ground.albedo = GroundAlbedo::Snow).broadband(), None);
+        assert_eq!(sky(30.0, |scene| *scene = scene.clone().in_closed_form()).broadband(), None);
     }
 }

@@ -9,7 +9,7 @@ use sorairo_shared::light_field::moments::{Moments, legendre};
 
 use crate::plan::hemisphere::{Node, nodes, nodes_below};
 use crate::plan::picture::sun_disc::Sun;
-use crate::plan::{SkyPlan, SpectralPlan};
+use crate::plan::{Sky, SkyPlan, SpectralPlan};
 use crate::spectra::observer;
 
 pub use crate::spectra::observer::LUMENS_PER_WATT;
@@ -18,6 +18,7 @@ pub use crate::spectra::observer::LUMENS_PER_WATT;
 ///
 /// With the flat sun, which is 1 at every wavelength, all values are relative.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SkyLight {
     /// Diffuse irradiance, that of the sky without the sun itself, between 380 and 780 nm (W·m⁻²).
     pub irradiance_w_m2: f64,
@@ -101,10 +102,17 @@ fn harmonics(DVec3 { x, y, z }: DVec3) -> [f64; 9] {
     ]
 }
 
+impl Sky {
+    /// What falls from the sky, its sun and the ground on level surfaces, in sums over visible light.
+    pub fn light(&self) -> SkyLight {
+        SkyLight::new(self)
+    }
+}
+
 impl SkyLight {
     /// That of a sky: the integral of its fitted spectrum and of its RGB over the upper hemisphere, by Gauss-Legendre quadrature
     /// with nodes crowded around the sun.
-    pub fn new(sky: &SkyPlan) -> Self {
+    pub(crate) fn new(sky: &SkyPlan) -> Self {
         if sky.is_night {
             return Self::default();
         }
@@ -112,7 +120,7 @@ impl SkyLight {
         let spectrum = SpectralPlan::over_steps(sky);
         let radiance = |view: DVec3| {
             let view = view.as_vec3();
-            (sky.radiance(view).as_dvec3(), power_and_luminance(sky, &wavelengths, &spectrum.radiance(view)))
+            (sky.rgb_towards(view).as_dvec3(), power_and_luminance(sky, &wavelengths, &spectrum.radiance(view)))
         };
         let lit = |nodes: Vec<Node>| -> Vec<(Node, DVec3, DVec3)> {
             let of_node = |node: Node| {
@@ -168,15 +176,15 @@ pub(crate) fn pairs(sky: &SkyPlan) -> [Vec<Pair>; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Fit, GroundAlbedo, Orders, Preset, Rgb, Scene, SunSpectrum};
+    use crate::scene::{Fit, GroundAlbedo, Orders, Preset, Scene, SunSpectrum};
     use crate::spectra::table::Table;
     use crate::spectra::table_file::TableFile;
 
-    fn sky(sun: f64, change: impl FnOnce(&mut Scene)) -> SkyPlan {
+    fn sky(sun: f64, change: impl FnOnce(&mut Scene)) -> Sky {
         let mut scene = Scene::preset(Preset::Earth).first_order();
         scene.sun.elevation = sun;
         change(&mut scene);
-        SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb)
+        Sky::new(&scene).unwrap()
     }
 
     #[test]
@@ -195,8 +203,8 @@ mod tests {
             let sun = -12.0 - 0.5 * f64::from(step);
             let mut scene = Scene::preset(Preset::Standard);
             scene.sun.elevation = sun;
-            let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
-            let light = SkyLight::new(&sky);
+            let sky = Sky::new(&scene).unwrap();
+            let light = sky.light();
             let luminance = sky.base.uniform.rgb.luminance(DVec3::from_array(light.irradiance_rgb).as_vec3());
             let by_colour = LUMENS_PER_WATT * f64::from(luminance) / light.illuminance_lux;
             println!("sun at {sun}: {:.2e} W/m², {by_colour:.3}", light.irradiance_w_m2);
@@ -229,10 +237,10 @@ mod tests {
                 scene.atmosphere.aerosol.asymmetry = asymmetry;
                 scene.atmosphere.aerosol.optical_depth = optical_depth;
             });
-            let light = SkyLight::new(&sky);
+            let light = sky.light();
             let fine: DVec3 = nodes(&sky, 8)
                 .into_par_iter()
-                .map(|node| sky.radiance(node.direction(&sky).as_vec3()).as_dvec3() * node.level())
+                .map(|node| sky.rgb_towards(node.direction(&sky).as_vec3()).as_dvec3() * node.level())
                 .sum();
             let error = (DVec3::from_array(light.irradiance_rgb) / fine - 1.0).abs().max_element();
             println!("sun at {sun}: {error:.1e}");
@@ -244,7 +252,7 @@ mod tests {
     #[test]
     fn illuminance_is_the_luminance_of_the_rgb() {
         let sky = sky(30.0, |_| {});
-        let light = SkyLight::new(&sky);
+        let light = sky.light();
         let luminance = LUMENS_PER_WATT * sky.space.luminance.dot(DVec3::from_array(light.irradiance_rgb));
         // The observer nodes of the fit stand for 81; a luminance of Rec. 709 is rounded to four digits.
         assert!((light.illuminance_lux / luminance - 1.0).abs() < 1e-3, "{} {luminance}", light.illuminance_lux);
@@ -261,12 +269,12 @@ mod tests {
     }
 
     /// What sums over the observer's nodes say of a sky.
-    fn sums(sky: &SkyPlan) -> Vec<f64> {
+    fn sums(sky: &Sky) -> Vec<f64> {
         let light = SkyLight::new(sky);
         let rgb = [light.irradiance_rgb, light.ground_irradiance_rgb, light.sun_irradiance_rgb].concat();
-        let surface = crate::Surface::default().illuminance(sky).unwrap();
+        let surface = sky.illuminance(&[crate::Surface::default()]).unwrap()[0];
         let measured = [light.irradiance_w_m2, light.sun_irradiance_w_m2, light.illuminance_lux, surface.global];
-        let zenith = crate::measure::spectrum::xyz(sky, &[[90.0, 0.0]]).unwrap().concat();
+        let zenith = sky.xyz(&[crate::Direction::new(90.0, 0.0)]).unwrap().concat();
         [&rgb[..], &measured, &zenith, &[light.luminance_zenith_cd_m2]].concat()
     }
 
@@ -353,15 +361,12 @@ mod tests {
                 scene.ground.albedo = GroundAlbedo::Grey(0.3);
                 scene.render.orders = Orders::All;
             });
-            let SkyLight { irradiance_w_m2, direct_irradiance_w_m2, ground_irradiance_w_m2, .. } = SkyLight::new(&sky);
+            let SkyLight { irradiance_w_m2, direct_irradiance_w_m2, ground_irradiance_w_m2, .. } = sky.light();
             let expected = 0.3 * (irradiance_w_m2 + direct_irradiance_w_m2);
             println!("sun at {sun}: {ground_irradiance_w_m2} of {expected}");
             // The ground is lit by moments of the light field and by a point, and the observer by nodes of the sky and by a disc.
             assert!((ground_irradiance_w_m2 / expected - 1.0).abs() < 2e-3, "sun at {sun}");
-            assert!(
-                (direct_irradiance_w_m2 / SkyLight::new(&sky).sun_irradiance_w_m2 - sun.to_radians().sin()).abs()
-                    < 1e-3
-            );
+            assert!((direct_irradiance_w_m2 / sky.light().sun_irradiance_w_m2 - sun.to_radians().sin()).abs() < 1e-3);
         }
         assert_eq!(SkyLight::new(&sky(40.0, |_| {})).ground_irradiance_w_m2, 0.0);
     }
@@ -372,7 +377,7 @@ mod tests {
             scene.ground.albedo = GroundAlbedo::Grey(0.3);
             scene.render.orders = Orders::All;
         });
-        let light = SkyLight::new(&sky);
+        let light = sky.light();
         let brightest = light.irradiance_rgb[1].max(light.ground_irradiance_rgb[1]);
         // Nine harmonics leave some hundredths of the largest irradiance, where light has an edge at the horizon and a glow around the sun.
         let is_near = |found: [f64; 3], expected: f64| (found[1] - expected).abs() < 0.03 * brightest;
@@ -387,7 +392,7 @@ mod tests {
             nodes.extend(nodes_below(&sky));
             let fallen = |node: Node| {
                 let view = node.direction(&sky);
-                f64::from(sky.radiance(view.as_vec3()).y) * node.solid_angle * view.dot(normal).max(0.0)
+                f64::from(sky.rgb_towards(view.as_vec3()).y) * node.solid_angle * view.dot(normal).max(0.0)
             };
             let expected: f64 = nodes.into_iter().map(fallen).sum();
             let found = light.irradiance_harmonics_rgb.towards(normal);

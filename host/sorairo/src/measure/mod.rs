@@ -3,6 +3,7 @@
 pub mod between;
 pub mod between_rgb;
 pub mod broadband;
+pub mod direction;
 pub mod irradiance;
 pub mod spectral_irradiance;
 pub mod spectrum;

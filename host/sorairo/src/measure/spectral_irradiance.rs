@@ -6,11 +6,12 @@ use sorairo_shared::glam::DVec3;
 use crate::error::Result;
 use crate::measure::spectrum::{Method, Spectra};
 use crate::measure::surface::irradiances_on;
-use crate::plan::SkyPlan;
 use crate::plan::picture::sun_disc::Sun;
+use crate::plan::{Sky, SkyPlan};
 
 /// What falls at the observer from the sky, from its sun and from the ground, at wavelengths (W·m⁻²·nm⁻¹; relative with the flat sun).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SpectralIrradiance {
     /// The wavelengths (nm).
     pub wavelength_nm: Vec<f64>,
@@ -24,17 +25,20 @@ pub struct SpectralIrradiance {
     pub sun_irradiance_w_m2_nm: Vec<f64>,
 }
 
-impl SpectralIrradiance {
-    /// That of a sky at wavelengths (nm): what falls on a level [`crate::Surface`] that faces up, and on one that faces down.
+impl Sky {
+    /// What falls on a level [`Surface`](crate::Surface) that faces up, and on one that faces down, at wavelengths (nm).
     ///
     /// # Errors
     ///
     /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene is not known.
-    pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Self> {
-        Ok(Self::by(&Spectra::new(sky, wavelengths, Method::Fit)?, sky, &Sun::at(sky, wavelengths), wavelengths))
+    pub fn spectral_light(&self, wavelengths: &[f64]) -> Result<SpectralIrradiance> {
+        let spectra = Spectra::new(self, wavelengths, Method::Fit)?;
+        Ok(SpectralIrradiance::by(&spectra, self, &Sun::at(self, wavelengths), wavelengths))
     }
+}
 
-    /// The same by spectra and a sun at these wavelengths.
+impl SpectralIrradiance {
+    /// That of a sky by spectra and a sun at these wavelengths.
     pub(crate) fn by(spectra: &Spectra, sky: &SkyPlan, sun: &Sun<'_>, wavelengths: &[f64]) -> Self {
         let mut sides = irradiances_on(&[DVec3::Z, -DVec3::Z], sky, spectra, sun);
         let (down, up) = (sides.remove(1), sides.remove(0));
@@ -51,8 +55,7 @@ impl SpectralIrradiance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::irradiance::SkyLight;
-    use crate::scene::{Rgb, Scene, SunSpectrum};
+    use crate::scene::{Scene, SunSpectrum};
     use crate::spectra::observer;
 
     #[test]
@@ -62,9 +65,8 @@ mod tests {
             scene.sun.elevation = sun;
             // Of its own spectrum sums take means, and of gases.
             scene.sun.spectrum = SunSpectrum::Flat;
-            let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
-            let (light, spectral) =
-                (SkyLight::new(&sky), SpectralIrradiance::new(&sky, &observer::wavelengths()).unwrap());
+            let sky = Sky::new(&scene).unwrap();
+            let (light, spectral) = (sky.light(), sky.spectral_light(&observer::wavelengths()).unwrap());
             let sum = |values: &[f64]| -> f64 {
                 values.iter().zip(&spectral.wavelength_nm).map(|(value, &nm)| value * observer::width(nm)).sum()
             };
@@ -85,8 +87,8 @@ mod tests {
     fn a_night_throws_no_light_at_any_wavelength() {
         let mut scene = Scene::default();
         scene.sun.elevation = -30.0;
-        let sky = SkyPlan::new(&scene.validated().unwrap(), Rgb::Srgb);
-        let light = SpectralIrradiance::new(&sky, &[450.0, 550.0]).unwrap();
+        let sky = Sky::new(&scene).unwrap();
+        let light = sky.spectral_light(&[450.0, 550.0]).unwrap();
         assert_eq!((light.irradiance_w_m2_nm, light.sun_irradiance_w_m2_nm), (vec![0.0; 2], vec![0.0; 2]));
     }
 }

@@ -4,20 +4,18 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sorairo_shared::camera::{PixelView, pixel_view};
 use sorairo_shared::glam::{DVec3, Vec3};
 use sorairo_shared::processor::lanes::BLOCK;
-use sorairo_shared::variant::{self, ABOVE_TOP};
+use sorairo_shared::variant::ABOVE_TOP;
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
-use crate::azimuth::within_a_turn;
-use crate::error::{Error, Result, check_range};
+use crate::error::{Error, Result, check_range, check_wavelengths};
+use crate::measure::direction::Direction;
 use crate::plan::integral::RayIntegral;
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::shortwave::{self, Lines, Shortwave};
-use crate::plan::upload::{self, bands};
-use crate::plan::{Plan, SkyPlan, SpectralPlan, direction, optics_of};
-use crate::scene::ValidScene;
+use crate::plan::upload::bands;
+use crate::plan::{Sky, SkyPlan, SpectralPlan, optics_of};
 use crate::spectra::optics::Optics;
 use crate::spectra::{colour_temperature, observer};
 
@@ -29,7 +27,8 @@ pub const DENSE_STEPS: u32 = 512;
 pub(crate) const RESOLUTIONS: (f64, f64) = (0.1, 200.0);
 
 /// Radiance at one wavelength.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Sample {
     /// Wavelength (nm).
     pub wavelength_nm: f64,
@@ -39,50 +38,9 @@ pub struct Sample {
     pub dense: f64,
 }
 
-/// A direction of which a spectrum is asked.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Direction {
-    /// Its elevation (degrees).
-    #[serde(rename = "view_elevation")]
-    pub elevation: f64,
-    /// Its azimuth, clockwise from north (degrees).
-    #[serde(rename = "view_azimuth")]
-    pub azimuth: f64,
-}
-
-impl Direction {
-    /// The direction as a vector.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::OutOfRange`] for an elevation that is none, [`Error::NotAllowed`] for an azimuth that is not finite.
-    pub fn vector(&self) -> Result<Vec3> {
-        check_range("view_elevation", self.elevation, (-90.0, 90.0), "degrees")?;
-        Ok(direction(self.elevation, within_a_turn("view_azimuth", self.azimuth)?).as_vec3())
-    }
-
-    /// The direction of a pixel's centre, its azimuth from 0 to 360; columns count from the left, rows from the top. None where the
-    /// projection covers nothing.
-    pub fn of_pixel(plan: &Plan, column: u32, row: u32) -> Option<Self> {
-        Self::of_view(pixel_view(&plan.uniform.camera, variant::projection(plan.variant), column, row))
-    }
-
-    /// The same of a pixel of a scene's image, without a plan of its sky.
-    pub fn of_scene_pixel(scene: &ValidScene, column: u32, row: u32) -> Option<Self> {
-        let projection = upload::projection(scene.camera.projection);
-        Self::of_view(pixel_view(&upload::camera(scene), projection, column, row))
-    }
-
-    fn of_view(PixelView { direction, covered }: PixelView) -> Option<Self> {
-        let [north, west, up] = direction.to_array().map(f64::from);
-        let elevation = up.clamp(-1.0, 1.0).asin().to_degrees();
-        let azimuth = (-west).atan2(north).to_degrees().rem_euclid(360.0);
-        covered.then_some(Self { elevation, azimuth })
-    }
-}
-
 /// How bright a direction is to the eye, and of which colour.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Appearance {
     /// Luminance (cd·m⁻²).
     pub luminance_cd_m2: f64,
@@ -90,69 +48,96 @@ pub struct Appearance {
     pub x: Option<f64>,
     /// The same.
     pub y: Option<f64>,
-    /// Correlated colour temperature (K); none for a colour that has none: see [`colour_temperature::correlated`].
+    /// Correlated colour temperature (K); none for a colour that has none.
     pub cct_k: Option<f64>,
 }
 
-/// The appearance of directions to the sky's observer, by what its bands and fit give.
-///
-/// # Errors
-///
-/// [`Error::OutOfRange`] for a direction.
-pub fn appearances(sky: &SkyPlan, directions: &[Direction]) -> Result<Vec<Appearance>> {
-    let angles: Vec<[f64; 2]> =
-        directions.iter().map(|&Direction { elevation, azimuth }| [elevation, azimuth]).collect();
-    let appearance = |colour: [f64; 3]| {
-        let colour = DVec3::from_array(colour);
-        let part = |value: f64| (colour.element_sum() > 0.0).then(|| value / colour.element_sum());
-        Appearance {
-            luminance_cd_m2: observer::LUMENS_PER_WATT * colour.y,
-            x: part(colour.x),
-            y: part(colour.y),
-            cct_k: colour_temperature::correlated(sky.observer, colour),
+impl Sky {
+    /// The radiance by the fit (W·m⁻²·sr⁻¹·nm⁻¹, at least 0) in each direction, at each wavelength (nm); on all cores.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Sky::spectra`] and [`Spectra::in_directions`].
+    pub fn radiance(&self, directions: &[Direction], wavelengths: &[f64]) -> Result<Vec<Vec<f64>>> {
+        self.spectra(wavelengths, Method::Fit)?.in_directions(directions)
+    }
+
+    /// The radiance at wavelengths (nm), ready for any direction: by the fit through as many bands as they need, or at
+    /// each wavelength itself.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] for a wavelength at which the scene is not known; see
+    /// [`Scene::known_wavelengths_of_skies`](crate::Scene::known_wavelengths_of_skies).
+    pub fn spectra(&self, wavelengths: &[f64], method: Method) -> Result<Spectra> {
+        Spectra::new(self, wavelengths, method)
+    }
+
+    /// The spectrum in each direction by both methods, at wavelengths (nm) or in means over a resolution (nm, 0.1 to
+    /// 200) about each. Beyond visible light, and in means, both values of a sample are the one that lines of gases
+    /// leave.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for a direction or a resolution, [`Error::NotAllowed`] for a wavelength out of range.
+    pub fn spectrum(
+        &self,
+        directions: &[Direction],
+        wavelengths: &[f64],
+        resolution: Option<f64>,
+    ) -> Result<Vec<Vec<Sample>>> {
+        // Before any work.
+        directions.iter().try_for_each(|direction| direction.vector().map(|_| ()))?;
+        if let Some(width) = resolution {
+            check_range("resolution", width, RESOLUTIONS, "nm")?;
         }
-    };
-    Ok(xyz(sky, &angles)?.into_iter().map(appearance).collect())
-}
-
-/// The spectrum towards an elevation and an azimuth (degrees, clockwise from north) at wavelengths in nm; see [`spectra`].
-///
-/// # Errors
-///
-/// Those of [`spectra`].
-pub fn spectrum(sky: &SkyPlan, elevation: f64, azimuth: f64, wavelengths: &[f64]) -> Result<Vec<Sample>> {
-    spectra(sky, &[Direction { elevation, azimuth }], wavelengths, None).map(|mut spectra| spectra.remove(0))
-}
-
-/// The spectra in directions at wavelengths in nm, or in means over a resolution (nm) about each. Beyond visible light
-/// and in means both values of a sample are the one that lines of gases leave.
-///
-/// # Errors
-///
-/// [`Error::OutOfRange`] for a direction or a resolution, [`Error::NotAllowed`] for a wavelength out of range.
-pub fn spectra(
-    sky: &SkyPlan,
-    directions: &[Direction],
-    wavelengths: &[f64],
-    resolution: Option<f64>,
-) -> Result<Vec<Vec<Sample>>> {
-    let views: Vec<Vec3> = directions.iter().map(Direction::vector).collect::<Result<_>>()?;
-    if let Some(width) = resolution {
-        check_range("resolution", width, RESOLUTIONS, "nm")?;
-    }
-    let sample = |((&wavelength_nm, radiance), dense): ((&f64, f64), f64)| Sample { wavelength_nm, radiance, dense };
-    if let Some(beyond) = Spectra::beyond_visible_light(sky, wavelengths, resolution)? {
-        let samples = |&view: &Vec3| {
-            let radiance = beyond.radiance(view);
-            wavelengths.iter().zip(radiance.clone()).zip(radiance).map(sample).collect()
+        let (fitted, dense) = match Spectra::beyond_visible_light(self, wavelengths, resolution)? {
+            Some(beyond) => {
+                let found = beyond.in_directions(directions)?;
+                (found.clone(), found)
+            }
+            None => {
+                let of = |method| Spectra::new(self, wavelengths, method)?.in_directions(directions);
+                (of(Method::Fit)?, of(Method::Dense)?)
+            }
         };
-        return Ok(views.par_iter().map(samples).collect());
+        let samples = |(fitted, dense): (Vec<f64>, Vec<f64>)| {
+            let sample =
+                |((&wavelength_nm, radiance), dense): ((&f64, f64), f64)| Sample { wavelength_nm, radiance, dense };
+            wavelengths.iter().zip(fitted).zip(dense).map(sample).collect()
+        };
+        Ok(fitted.into_iter().zip(dense).map(samples).collect())
     }
-    let of = |method| Spectra::new(sky, wavelengths, method);
-    let (fitted, dense) = (of(Method::Fit)?, of(Method::Dense)?);
-    let samples =
-        |&view: &Vec3| wavelengths.iter().zip(fitted.radiance(view)).zip(dense.radiance(view)).map(sample).collect();
-    Ok(views.par_iter().map(samples).collect())
+
+    /// X, Y and Z of the sky's observer in each direction, of the fitted spectrum from 380 to 780 nm in means over 5 nm
+    /// (W·m⁻²·sr⁻¹). [`LUMENS_PER_WATT`](crate::observer::LUMENS_PER_WATT) times Y is the luminance (cd·m⁻²).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for a direction.
+    pub fn xyz(&self, directions: &[Direction]) -> Result<Vec<[f64; 3]>> {
+        let xyz = |spectrum: &Vec<f64>| observer::xyz_of_samples(self.observer, spectrum).to_array();
+        Ok(Spectra::over_steps(self).in_directions(directions)?.iter().map(xyz).collect())
+    }
+
+    /// Luminance, chromaticity and colour temperature in each direction, of [`Sky::xyz`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for a direction.
+    pub fn appearance(&self, directions: &[Direction]) -> Result<Vec<Appearance>> {
+        let appearance = |colour: [f64; 3]| {
+            let colour = DVec3::from_array(colour);
+            let part = |value: f64| (colour.element_sum() > 0.0).then(|| value / colour.element_sum());
+            Appearance {
+                luminance_cd_m2: observer::LUMENS_PER_WATT * colour.y,
+                x: part(colour.x),
+                y: part(colour.y),
+                cct_k: colour_temperature::correlated(self.observer, colour),
+            }
+        };
+        Ok(self.xyz(directions)?.into_iter().map(appearance).collect())
+    }
 }
 
 /// How the radiance at a wavelength is found.
@@ -161,6 +146,7 @@ pub fn spectra(
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum Method {
     /// From the bands by the fit.
     #[default]
@@ -184,12 +170,8 @@ enum By {
 }
 
 impl Spectra {
-    /// Prepares spectra at wavelengths in nm; by the fit through as many bands as they need, see [`SpectralPlan`].
-    ///
-    /// # Errors
-    ///
-    /// [`Error::NotAllowed`] for a wavelength at which the scene is not known.
-    pub fn new(sky: &SkyPlan, wavelengths: &[f64], method: Method) -> Result<Self> {
+    /// See [`Sky::spectra`].
+    pub(crate) fn new(sky: &SkyPlan, wavelengths: &[f64], method: Method) -> Result<Self> {
         if let Some(beyond) = Self::beyond_visible_light(sky, wavelengths, None)? {
             return Ok(beyond);
         }
@@ -214,7 +196,7 @@ impl Spectra {
         if resolution.is_none() && wavelengths.iter().all(|nm| (low..=high).contains(nm)) {
             return Ok(None);
         }
-        check_all_wavelengths(sky, wavelengths)?;
+        check_wavelengths_of_skies(sky, wavelengths)?;
         match Self::shortwave(sky, wavelengths, resolution) {
             None => {
                 Err(Error::not_allowed("resolution", "is of lines of gases, which need a measured atmosphere.profile"))
@@ -256,26 +238,21 @@ impl Spectra {
         }
     }
 
-    /// Radiance at each wavelength towards an elevation and an azimuth (degrees, clockwise from north): W·m⁻²·sr⁻¹·nm⁻¹, at least 0.
+    /// The radiance at each wavelength (W·m⁻²·sr⁻¹·nm⁻¹, at least 0) in each direction; on all cores.
     ///
     /// # Errors
     ///
     /// [`Error::OutOfRange`] for a direction.
-    pub fn towards(&self, elevation: f64, azimuth: f64) -> Result<Vec<f64>> {
-        Direction { elevation, azimuth }.vector().map(|view| self.radiance(view))
-    }
-
-    /// The same in each of many directions, an elevation and an azimuth each, one after the other; on all cores.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::OutOfRange`] for a direction.
-    pub fn in_directions(&self, directions: &[[f64; 2]]) -> Result<Vec<f64>> {
-        let views: Vec<Vec3> = directions
-            .iter()
-            .map(|&[elevation, azimuth]| Direction { elevation, azimuth }.vector())
-            .collect::<Result<_>>()?;
-        Ok(views.par_chunks(BLOCK).flat_map_iter(|views| self.radiance_of_directions(views)).collect())
+    pub fn in_directions(&self, directions: &[Direction]) -> Result<Vec<Vec<f64>>> {
+        let views: Vec<Vec3> = directions.iter().map(Direction::vector).collect::<Result<_>>()?;
+        let spectra = |views: &[Vec3]| {
+            let radiance = self.radiance_of_directions(views);
+            let count = radiance.len() / views.len();
+            (0..views.len()).map(move |i| radiance[i * count..][..count].to_vec())
+        };
+        // Bands alone are integrated a block of directions at a time.
+        let at_once = if matches!(self.by, By::Fit(_)) { BLOCK } else { 1 };
+        Ok(views.par_chunks(at_once).flat_map_iter(spectra).collect())
     }
 
     /// Radiance at each wavelength in a direction.
@@ -304,42 +281,10 @@ impl Spectra {
     }
 }
 
-/// Colours of a sky in many directions (an elevation and an azimuth in degrees each): X, Y and Z of its observer by the spectrum of the
-/// fit at 380 to 780 nm, in means over 5 nm (W·m⁻²·sr⁻¹; [`LUMENS_PER_WATT`](crate::low_level::irradiance::LUMENS_PER_WATT) times Y is the luminance in cd·m⁻²).
-///
-/// # Errors
-///
-/// [`Error::OutOfRange`] for a direction.
-pub fn xyz(sky: &SkyPlan, directions: &[[f64; 2]]) -> Result<Vec<[f64; 3]>> {
-    let radiances = Spectra::over_steps(sky).in_directions(directions)?;
-    let of_direction = |spectrum: &[f64]| observer::xyz_of_samples(sky.observer, spectrum).to_array();
-    Ok(radiances.chunks_exact(observer::wavelengths().len()).map(of_direction).collect())
-}
-
 /// Checks that a sky's light is known at wavelengths (nm), in visible light or beyond it.
-fn check_all_wavelengths(sky: &SkyPlan, wavelengths: &[f64]) -> Result<()> {
+fn check_wavelengths_of_skies(sky: &SkyPlan, wavelengths: &[f64]) -> Result<()> {
     let (visible, all) = (sky.scene.known_wavelengths(), sky.scene.known_wavelengths_of_skies());
-    check_within((visible.0.min(all.0), visible.1.max(all.1)), wavelengths)
-}
-
-/// Checks that a sky is known at wavelengths (nm) of visible light.
-///
-/// # Errors
-///
-/// [`Error::NotAllowed`] if it is not.
-pub fn check_wavelengths(sky: &SkyPlan, wavelengths: &[f64]) -> Result<()> {
-    check_within(sky.scene.known_wavelengths(), wavelengths)
-}
-
-/// Checks that wavelengths (nm) lie between two.
-pub(crate) fn check_within((shortest, longest): (f64, f64), wavelengths: &[f64]) -> Result<()> {
-    match wavelengths.iter().find(|&&wavelength| !(shortest..=longest).contains(&wavelength)) {
-        Some(outside) => {
-            let complaint = format!("holds {outside}; wavelengths must lie between {shortest} and {longest} nm");
-            Err(Error::not_allowed("wavelengths", complaint))
-        }
-        None => Ok(()),
-    }
+    check_wavelengths((visible.0.min(all.0), visible.1.max(all.1)), wavelengths)
 }
 
 /// The integral of a sky at wavelengths (nm), with [`DENSE_STEPS`] samples.

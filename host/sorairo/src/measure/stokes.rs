@@ -21,12 +21,13 @@ use sorairo_shared::sky::ByConstituent;
 use sorairo_shared::variant;
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
-use crate::error::{Error, Result};
-use crate::measure::spectrum::{Direction, check_wavelengths, integral_at};
+use crate::error::{Error, Result, check_wavelengths};
+use crate::measure::direction::Direction;
+use crate::measure::spectrum::integral_at;
 use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::light_field::{Row, light_of_rows};
 use crate::plan::shortwave::{self, Lines};
-use crate::plan::{SkyPlan, direction, optics_of, upload};
+use crate::plan::{Sky, SkyPlan, direction, optics_of, upload};
 use crate::scene::Polarisation;
 
 /// How far from the vertical (radians) rays of higher orders stay at least: within, light is straight between those on
@@ -35,6 +36,7 @@ const FROM_VERTICAL: f64 = 0.01;
 
 /// The Stokes vector at one wavelength (W·m⁻²·sr⁻¹·nm⁻¹). Circular polarisation, which air does not make, is left out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Stokes {
     /// Wavelength (nm).
     pub wavelength_nm: f64,
@@ -56,6 +58,7 @@ pub struct Stokes {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum StokesFrame {
     /// The vertical plane through the direction; of the zenith and the nadir that of the azimuth that is given.
     #[default]
@@ -76,18 +79,24 @@ pub struct StokesSpectra {
     is_night: bool,
 }
 
-impl StokesSpectra {
-    /// Prepares them at wavelengths in nm of visible light.
+impl Sky {
+    /// The Stokes vectors at wavelengths (nm) of visible light, ready for any direction.
     ///
     /// # Errors
     ///
     /// [`Error::NotAllowed`] for a wavelength at which the scene is not known, and for a sky of natural light.
-    pub fn new(sky: &SkyPlan, wavelengths: &[f64], frame: StokesFrame) -> Result<Self> {
+    pub fn stokes(&self, wavelengths: &[f64], frame: StokesFrame) -> Result<StokesSpectra> {
+        StokesSpectra::new(self, wavelengths, frame)
+    }
+}
+
+impl StokesSpectra {
+    fn new(sky: &SkyPlan, wavelengths: &[f64], frame: StokesFrame) -> Result<Self> {
         if sky.scene.render.polarisation == Polarisation::Off {
             let complaint = "is \"off\", so that all light is natural; a Stokes vector needs \"auto\" or \"on\"";
             return Err(Error::not_allowed("render.polarisation", complaint));
         }
-        check_wavelengths(sky, wavelengths)?;
+        check_wavelengths(sky.scene.known_wavelengths(), wavelengths)?;
         let optics = optics_of(&sky.scene);
         let lines = if sky.is_night { None } else { Lines::new(sky, wavelengths) };
         let integral = RayIntegral { polarised: true, ..integral_at(sky, &optics, wavelengths) };

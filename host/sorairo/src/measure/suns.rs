@@ -3,14 +3,15 @@
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::plan::{LightFields, SkyPlan};
+use crate::plan::{LightFields, Sky};
 use crate::scene::ValidScene;
 
-/// What is asked of the sky of each scene, in their order. A sky is planned when its turn comes, and dropped when it has answered, so that
-/// a year of suns takes no more memory than a few. Skies of the same air share their light fields; see [`LightFields`].
+/// The answers of `ask` for the sky of each scene, in the order of the scenes, whose numbers it gets too (from 0). A sky
+/// is planned when its turn comes, and dropped when it has answered, so that a year of suns takes no more memory than a
+/// few. Skies of the same air share their light fields; see [`LightFields`].
 ///
 /// ```
-/// use sorairo::{Method, Scene, Spectra, of_each_sky};
+/// use sorairo::{Direction, Scene, of_each_sky};
 ///
 /// let mut scene = Scene::default();
 /// let scenes = [5.0, 40.0].map(|elevation| {
@@ -18,30 +19,19 @@ use crate::scene::ValidScene;
 ///     scene.validated()
 /// });
 /// let scenes: Vec<_> = scenes.into_iter().collect::<sorairo::Result<_>>()?;
-/// let zeniths = of_each_sky(&scenes, |sky| Spectra::new(sky, &[450.0, 650.0], Method::Fit)?.towards(90.0, 0.0))?;
-/// assert!(zeniths[1][0] > zeniths[0][0], "a higher sun gives a brighter zenith");
+/// let zenith = [Direction::new(90.0, 0.0)];
+/// let zeniths = of_each_sky(&scenes, |_, sky| sky.radiance(&zenith, &[450.0, 650.0]))?;
+/// assert!(zeniths[1][0][0] > zeniths[0][0][0], "a higher sun gives a brighter zenith");
 /// # Ok::<(), sorairo::Error>(())
 /// ```
 ///
 /// # Errors
 ///
 /// Those of `ask`, with the number of the scene.
-pub fn of_each_sky<T: Send>(scenes: &[ValidScene], ask: impl Fn(&SkyPlan) -> Result<T> + Sync) -> Result<Vec<T>> {
-    of_each_numbered_sky(scenes, |_, sky| ask(sky))
-}
-
-/// The same, where what is asked depends on the number of the scene too, from 0.
-///
-/// # Errors
-///
-/// Those of [`of_each_sky`].
-pub fn of_each_numbered_sky<T: Send>(
-    scenes: &[ValidScene],
-    ask: impl Fn(usize, &SkyPlan) -> Result<T> + Sync,
-) -> Result<Vec<T>> {
+pub fn of_each_sky<T: Send>(scenes: &[ValidScene], ask: impl Fn(usize, &Sky) -> Result<T> + Sync) -> Result<Vec<T>> {
     let light_fields = LightFields::default();
     let of_scene = |(number, scene): (usize, &ValidScene)| {
-        ask(number, &SkyPlan::with_light_fields(scene, scene.render.rgb, &light_fields))
+        ask(number, &Sky::with_light_fields(scene, scene.render.rgb, &light_fields))
             .map_err(|error| Error::InFrame { number: number as u32, error: Box::new(error) })
     };
     scenes.par_iter().enumerate().map(of_scene).collect()

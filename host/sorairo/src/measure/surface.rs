@@ -5,11 +5,11 @@ use serde::Serialize;
 use sorairo_shared::glam::DVec3;
 
 use crate::azimuth::within_a_turn;
-use crate::error::{Result, check_range};
+use crate::error::{Result, check_range, check_wavelengths};
 use crate::measure::irradiance::{Pair, pairs};
-use crate::measure::spectrum::{Method, RESOLUTIONS, Spectra, check_within};
+use crate::measure::spectrum::{Method, RESOLUTIONS, Spectra};
 use crate::plan::picture::sun_disc::Sun;
-use crate::plan::{SkyPlan, direction};
+use crate::plan::{Sky, SkyPlan, direction};
 use crate::spectra::alpha_opic::{self, AlphaOpic};
 use crate::spectra::observer;
 
@@ -45,73 +45,99 @@ impl<T> Irradiance<T> {
 
 impl Surface {
     /// Its normal.
-    fn normal(self) -> Result<DVec3> {
+    fn normal(&self) -> Result<DVec3> {
         check_range("surface_tilt", self.tilt, (0.0, 180.0), "degrees")?;
         Ok(direction(90.0 - self.tilt, within_a_turn("surface_azimuth", self.azimuth)?))
     }
+}
 
-    /// Spectral irradiance (W·m⁻²·nm⁻¹) at wavelengths in nm: the sky's and the ground's by the fit, the sun's by its disc.
+impl Sky {
+    /// Spectral irradiance of each surface (W·m⁻²·nm⁻¹) at wavelengths (nm): the sky's and the ground's by the fit, the
+    /// sun's by its disc.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`](crate::Error::OutOfRange) for a direction, [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength
-    /// at which the scene is not known.
-    pub fn irradiance(self, sky: &SkyPlan, wavelengths: &[f64]) -> Result<Irradiance<Vec<f64>>> {
-        Ok(Self::irradiances(&[self], sky, wavelengths)?.remove(0))
+    /// [`Error::OutOfRange`](crate::Error::OutOfRange) or [`Error::NotAllowed`](crate::Error::NotAllowed) for a surface,
+    /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene is not known.
+    pub fn irradiance(&self, surfaces: &[Surface], wavelengths: &[f64]) -> Result<Vec<Irradiance<Vec<f64>>>> {
+        let normals: Vec<DVec3> = surfaces.iter().map(Surface::normal).collect::<Result<_>>()?;
+        let spectra = Spectra::new(self, wavelengths, Method::Fit)?;
+        Ok(irradiances_on(&normals, self, &spectra, &Sun::at(self, wavelengths)))
     }
 
-    /// The same of many surfaces under one sky.
+    /// Illuminance of each surface (lx) by the sky's observer.
     ///
     /// # Errors
     ///
-    /// Those of [`Surface::irradiance`].
-    pub fn irradiances(surfaces: &[Self], sky: &SkyPlan, wavelengths: &[f64]) -> Result<Vec<Irradiance<Vec<f64>>>> {
-        let normals: Vec<DVec3> = surfaces.iter().map(|surface| surface.normal()).collect::<Result<_>>()?;
-        let spectra = Spectra::new(sky, wavelengths, Method::Fit)?;
-        Ok(irradiances_on(&normals, sky, &spectra, &Sun::at(sky, wavelengths)))
-    }
-
-    /// Illuminance (lx) by the sky's observer, of many surfaces.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`Surface::irradiance`] for a direction.
-    pub fn illuminances(surfaces: &[Self], sky: &SkyPlan) -> Result<Vec<Irradiance<f64>>> {
-        let lux = |spectrum: Vec<f64>| observer::LUMENS_PER_WATT * observer::xyz_of_samples(sky.observer, &spectrum).y;
-        let normals: Vec<DVec3> = surfaces.iter().map(|surface| surface.normal()).collect::<Result<_>>()?;
-        let fallen = irradiances_on(&normals, sky, &Spectra::over_steps(sky), &Sun::new(sky));
+    /// Those of [`Sky::irradiance`] for a surface.
+    pub fn illuminance(&self, surfaces: &[Surface]) -> Result<Vec<Irradiance<f64>>> {
+        let lux = |spectrum: Vec<f64>| observer::LUMENS_PER_WATT * observer::xyz_of_samples(self.observer, &spectrum).y;
+        let normals: Vec<DVec3> = surfaces.iter().map(Surface::normal).collect::<Result<_>>()?;
+        let fallen = irradiances_on(&normals, self, &Spectra::over_steps(self), &Sun::new(self));
         Ok(fallen.into_iter().map(|of_surface| of_surface.map(lux)).collect())
     }
 
-    /// Illuminance (lx) by the sky's observer.
+    /// The five α-opic irradiances of each surface (W·m⁻²) of CIE S 026, in the order of [`AlphaOpic::all`];
+    /// [`AlphaOpic::equivalent_daylight`] makes illuminances (lx) of them.
     ///
     /// # Errors
     ///
-    /// Those of [`Surface::illuminances`].
-    pub fn illuminance(self, sky: &SkyPlan) -> Result<Irradiance<f64>> {
-        Ok(Self::illuminances(&[self], sky)?.remove(0))
-    }
-
-    /// The five α-opic irradiances (W·m⁻²) of CIE S 026 of many surfaces, in the order of [`AlphaOpic::all`].
-    ///
-    /// # Errors
-    ///
-    /// Those of [`Surface::irradiance`].
-    pub fn alpha_opics(surfaces: &[Self], sky: &SkyPlan) -> Result<Vec<[Irradiance<f64>; 5]>> {
+    /// Those of [`Sky::irradiance`].
+    pub fn alpha_opic(&self, surfaces: &[Surface]) -> Result<Vec<[Irradiance<f64>; 5]>> {
         let of_quantities = |fallen: Irradiance<Vec<f64>>| {
             AlphaOpic::all().map(|quantity| fallen.clone().map(|spectrum| quantity.of_samples(&spectrum)))
         };
-        Ok(Self::irradiances(surfaces, sky, &alpha_opic::wavelengths())?.into_iter().map(of_quantities).collect())
+        Ok(self.irradiance(surfaces, &alpha_opic::wavelengths())?.into_iter().map(of_quantities).collect())
     }
 
-    /// The five α-opic irradiances (W·m⁻²) of CIE S 026, in the order of [`AlphaOpic::all`]; [`AlphaOpic::equivalent_daylight`] makes
-    /// illuminances (lx) of them.
+    /// The part of the sun's irradiance above the atmosphere that reaches a surface at the observer which faces the
+    /// sun, at each wavelength (nm): the mean over the disc, of which the ground may hide a part.
     ///
     /// # Errors
     ///
-    /// Those of [`Surface::irradiance`].
-    pub fn alpha_opic(self, sky: &SkyPlan) -> Result<[Irradiance<f64>; 5]> {
-        Ok(Self::alpha_opics(&[self], sky)?.remove(0))
+    /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the beam is not known; see
+    /// [`Sky::sun_beam`].
+    pub fn transmittance(&self, wavelengths: &[f64]) -> Result<Vec<f64>> {
+        check_wavelengths(self.scene.known_wavelengths_of_beams(), wavelengths)?;
+        let facing = Sun::at(self, wavelengths).spectral_irradiance(|_| 1.0);
+        let optics = self.scene.optics();
+        let transmittance = |(facing, &nm): (f64, &f64)| match optics.solar_irradiance(nm) {
+            // A spectrum of one's own may hold no light there.
+            0.0 => 0.0,
+            irradiance => facing / irradiance,
+        };
+        Ok(facing.into_iter().zip(wavelengths).map(transmittance).collect())
+    }
+
+    /// The sun's beam at wavelengths in nm: in means over a resolution (nm) about each, or at the wavelengths themselves,
+    /// where gases have the means of their tables, over 1 nm (up to 1000 nm) or 5. A measured profile of the air has
+    /// gases, and its beam is known from 280 to 2500 nm.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the beam is not known;
+    /// [`Error::OutOfRange`](crate::Error::OutOfRange) for a resolution that is none.
+    pub fn sun_beam(&self, wavelengths: &[f64], resolution: Option<f64>) -> Result<Vec<BeamSample>> {
+        let parts = match resolution {
+            Some(width) => {
+                check_range("resolution", width, RESOLUTIONS, "nm")?;
+                (width / LONGEST_PART).ceil() as usize
+            }
+            None => 1,
+        };
+        let width = resolution.unwrap_or(0.0);
+        let part = |nm: f64, i: usize| nm + width * ((i as f64 + 0.5) / parts as f64 - 0.5);
+        let finely: Vec<f64> = wavelengths.iter().flat_map(|&nm| (0..parts).map(move |i| part(nm, i))).collect();
+        check_wavelengths(self.scene.known_wavelengths_of_beams(), &finely)?;
+        let sun = Sun::at(self, &finely);
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / parts as f64;
+        let (transmittance, irradiance) = (sun.transmittance_of_centre(), sun.spectral_irradiance(|_| 1.0));
+        let of = |((&wavelength_nm, transmittance), irradiance): ((&f64, &[f64]), &[f64])| BeamSample {
+            wavelength_nm,
+            transmittance: mean(transmittance),
+            irradiance: mean(irradiance),
+        };
+        Ok(wavelengths.iter().zip(transmittance.chunks(parts)).zip(irradiance.chunks(parts)).map(of).collect())
     }
 }
 
@@ -155,26 +181,9 @@ fn weight(&(view, mirrored, solid_angle): &Pair, normal: DVec3) -> f64 {
     0.5 * solid_angle * (cosine(view) + cosine(mirrored))
 }
 
-/// The part of the sun's irradiance at the top of the atmosphere that reaches a surface at the observer which faces the sun, at wavelengths in
-/// nm: the mean over the disc, of which the ground may hide a part.
-///
-/// # Errors
-///
-/// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the beam is not known; see [`sun_beam`].
-pub fn sun_transmittance(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Vec<f64>> {
-    check_within(sky.scene.known_wavelengths_of_beams(), wavelengths)?;
-    let facing = Sun::at(sky, wavelengths).spectral_irradiance(|_| 1.0);
-    let optics = sky.scene.optics();
-    let transmittance = |(facing, &nm): (f64, &f64)| match optics.solar_irradiance(nm) {
-        // A spectrum of one's own may hold no light there.
-        0.0 => 0.0,
-        irradiance => facing / irradiance,
-    };
-    Ok(facing.into_iter().zip(wavelengths).map(transmittance).collect())
-}
-
 /// The sun's beam at a wavelength.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct BeamSample {
     /// Wavelength (nm).
     pub wavelength_nm: f64,
@@ -185,37 +194,6 @@ pub struct BeamSample {
     pub irradiance: f64,
 }
 
-/// The sun's beam at wavelengths in nm: in means over a resolution (nm) about each, or at the wavelengths themselves,
-/// where gases have the means of their tables, over 1 nm (up to 1000 nm) or 5. A measured profile of the air has
-/// gases, and its beam is known from 280 to 2500 nm.
-///
-/// # Errors
-///
-/// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the beam is not known;
-/// [`Error::OutOfRange`](crate::Error::OutOfRange) for a resolution that is none.
-pub fn sun_beam(sky: &SkyPlan, wavelengths: &[f64], resolution: Option<f64>) -> Result<Vec<BeamSample>> {
-    let parts = match resolution {
-        Some(width) => {
-            check_range("resolution", width, RESOLUTIONS, "nm")?;
-            (width / LONGEST_PART).ceil() as usize
-        }
-        None => 1,
-    };
-    let width = resolution.unwrap_or(0.0);
-    let part = |nm: f64, i: usize| nm + width * ((i as f64 + 0.5) / parts as f64 - 0.5);
-    let finely: Vec<f64> = wavelengths.iter().flat_map(|&nm| (0..parts).map(move |i| part(nm, i))).collect();
-    check_within(sky.scene.known_wavelengths_of_beams(), &finely)?;
-    let sun = Sun::at(sky, &finely);
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / parts as f64;
-    let (transmittance, irradiance) = (sun.transmittance_of_centre(), sun.spectral_irradiance(|_| 1.0));
-    let of = |((&wavelength_nm, transmittance), irradiance): ((&f64, &[f64]), &[f64])| BeamSample {
-        wavelength_nm,
-        transmittance: mean(transmittance),
-        irradiance: mean(irradiance),
-    };
-    Ok(wavelengths.iter().zip(transmittance.chunks(parts)).zip(irradiance.chunks(parts)).map(of).collect())
-}
-
 /// The longest part (nm) into which a mean is divided: the finest bins of the sun.
 const LONGEST_PART: f64 = 0.5;
 
@@ -224,11 +202,11 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
 
-    fn sky(sun: f64) -> SkyPlan {
+    fn sky(sun: f64) -> Sky {
         let mut scene = Scene::default();
         (scene.sun.elevation, scene.sun.azimuth) = (sun, 120.0);
         let scene = scene.validated().unwrap();
-        SkyPlan::new(&scene, scene.render.rgb)
+        Sky::new(&scene).unwrap()
     }
 
     #[test]
@@ -241,7 +219,7 @@ mod tests {
                 [Surface::default(), Surface { tilt: 90.0, azimuth: 100.0 }, Surface { tilt: 40.0, azimuth: 250.0 }]
             {
                 let normal = surface.normal().unwrap();
-                let fallen = surface.irradiance(&sky, &wavelengths).unwrap();
+                let fallen = sky.irradiance(&[surface], &wavelengths).unwrap().remove(0);
                 // Cells of a degree.
                 let cell = |elevation: u32, azimuth: u32| {
                     let (e, a) = (f64::from(elevation) - 89.5, f64::from(azimuth) + 0.5);
@@ -272,7 +250,7 @@ mod tests {
     #[test]
     fn the_sun_lights_a_surface_by_its_cosine_and_none_that_turns_its_back() {
         let (sky, wavelengths) = (sky(30.0), [500.0]);
-        let direct = |tilt, azimuth| Surface { tilt, azimuth }.irradiance(&sky, &wavelengths).unwrap().direct[0];
+        let direct = |tilt, azimuth| sky.irradiance(&[Surface { tilt, azimuth }], &wavelengths).unwrap()[0].direct[0];
         // Air has lifted it.
         let seen = sky.scene.apparent_elevation().unwrap();
         let facing = direct(90.0 - seen, 120.0);
@@ -280,27 +258,27 @@ mod tests {
         assert!((direct(0.0, 0.0) / facing - seen.to_radians().sin()).abs() < 1e-4);
         assert_eq!(direct(90.0, 300.0), 0.0);
         let above = sky.scene.optics().solar_irradiance(500.0);
-        assert!((facing / above / sun_transmittance(&sky, &wavelengths).unwrap()[0] - 1.0).abs() < 5e-5);
+        assert!((facing / above / sky.transmittance(&wavelengths).unwrap()[0] - 1.0).abs() < 5e-5);
     }
 
     #[test]
     fn a_surface_gets_the_same_beside_others() {
         let (sky, wavelengths) = (sky(20.0), [450.0, 600.0]);
         let surfaces = [(0.0, 0.0), (180.0, 0.0), (70.0, 120.0)].map(|(tilt, azimuth)| Surface { tilt, azimuth });
-        let together = Surface::irradiances(&surfaces, &sky, &wavelengths).unwrap();
-        assert_eq!(together, surfaces.map(|surface| surface.irradiance(&sky, &wavelengths).unwrap()));
-        assert!(Surface::irradiances(&[], &sky, &wavelengths).unwrap().is_empty());
+        let together = sky.irradiance(&surfaces, &wavelengths).unwrap();
+        assert_eq!(together, surfaces.map(|surface| sky.irradiance(&[surface], &wavelengths).unwrap().remove(0)));
+        assert!(sky.irradiance(&[], &wavelengths).unwrap().is_empty());
     }
 
     #[test]
     fn a_surface_or_a_wavelength_that_is_none_is_refused() {
         let sky = sky(30.0);
-        let refused = |surface: Surface, wavelength| surface.irradiance(&sky, &[wavelength]).unwrap_err().to_string();
+        let refused = |surface: Surface, wavelength| sky.irradiance(&[surface], &[wavelength]).unwrap_err().to_string();
         assert_eq!(
             refused(Surface { tilt: 181.0, azimuth: 0.0 }, 500.0),
             "surface_tilt is 181; it must lie between 0 and 180 degrees"
         );
         assert!(refused(Surface::default(), 270.0).starts_with("wavelengths holds 270"));
-        assert!(sun_transmittance(&sky, &[f64::NAN]).is_err());
+        assert!(sky.transmittance(&[f64::NAN]).is_err());
     }
 }

@@ -22,7 +22,7 @@ use crate::error::{Error, Result, check_range};
 use crate::input::shown;
 use crate::measure::between_rgb::BetweenRgb;
 use crate::plan::aerial::{AirColours, SlicedAir};
-use crate::plan::{SkyPlan, upload};
+use crate::plan::{Sky, SkyPlan, upload};
 use crate::scene::{CameraScene, ColourPath, Projection, Scene};
 use crate::words::word;
 
@@ -80,8 +80,8 @@ pub struct AirVolume<'a> {
     froxels: Vec<Froxel>,
 }
 
-impl<'a> AirVolume<'a> {
-    /// Fills the volume of a camera of a sky, each ray in one walk, on all cores; light of all orders by the sky's own
+impl Sky {
+    /// The air before a camera as a volume, each ray in one walk, on all cores; light of all orders by the sky's own
     /// field and fit.
     ///
     /// # Errors
@@ -89,7 +89,13 @@ impl<'a> AirVolume<'a> {
     /// Those of [`crate::Scene::validated`] for the camera; [`Error::NotAllowed`] for a camera of another projection than
     /// a perspective one and for a sky whose colours are solved at every pixel (`render.color`); [`Error::OutOfRange`] for
     /// a size.
-    pub fn new(sky: &'a SkyPlan, camera: &CameraScene, size: VolumeSize) -> Result<Self> {
+    pub fn air_volume(&self, camera: &CameraScene, size: VolumeSize) -> Result<AirVolume<'_>> {
+        AirVolume::new(self, camera, size)
+    }
+}
+
+impl<'a> AirVolume<'a> {
+    pub(crate) fn new(sky: &'a SkyPlan, camera: &CameraScene, size: VolumeSize) -> Result<Self> {
         size.check()?;
         let seen = sky.scene.seen_by(camera)?;
         check(&seen)?;

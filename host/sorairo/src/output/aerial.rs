@@ -21,6 +21,7 @@ use crate::scene::{CameraScene, Exposure, Size, ValidScene};
 /// The unit of a depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, EnumIter, EnumMessage, EnumString, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum DepthUnit {
     /// Metres.
     #[default]
@@ -32,6 +33,7 @@ pub enum DepthUnit {
 /// What a depth is measured along.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, EnumIter, EnumMessage, EnumString, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum DepthKind {
     /// The camera's axis, from the plane of the camera.
     #[default]
@@ -59,6 +61,7 @@ pub struct AerialRequest {
 
 /// What was written.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct AerialReport {
     /// Width (pixels).
     pub width: u32,

@@ -98,6 +98,7 @@ impl Request {
 
 /// What a rendering did, as `--json` prints it.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Report {
     /// Name of the device.
     pub device: String,
@@ -131,9 +132,9 @@ pub struct Report {
     pub path: Lookup,
     /// What the plan skips, and what that saves.
     pub explain: Vec<String>,
-    /// Factor from linear RGB to the picture's linear value, as a power of two.
+    /// Exposure of the picture (stops).
     pub exposure_ev: f32,
-    /// Stops by which the values of EXR files are exposed, as their headers say.
+    /// Exposure of the values of EXR files (stops), as their headers say.
     pub exr_exposure_ev: f32,
     /// The downwelling irradiance, if it was asked for.
     #[serde(flatten)]
@@ -337,10 +338,11 @@ impl Part {
 
 /// What an image shows, beside its pixels.
 #[derive(Clone, Copy, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Shown {
-    /// Factor from linear RGB to the picture's linear value, as a power of two.
+    /// Exposure of the picture (stops).
     pub exposure_ev: f32,
-    /// Stops by which the values of EXR files are exposed, as their headers say.
+    /// Exposure of the values of EXR files (stops), as their headers say.
     pub exr_exposure_ev: f32,
     /// What falls from its sky.
     #[serde(flatten)]
@@ -350,7 +352,7 @@ pub struct Shown {
 impl Shown {
     fn of(plan: &Plan, picture: &Plan) -> Self {
         Self {
-            exposure_ev: picture.uniform.exposure.log2(),
+            exposure_ev: picture.exposure(),
             exr_exposure_ev: plan.linear_exposure(plan.sky.scene.render.exr),
             sky_light: SkyLight::new(&plan.sky),
         }
@@ -422,7 +424,7 @@ fn split(scene: &ValidScene, request: &Request, light_fields: &LightFields) -> R
     let mut light = scene.with_disc(false)?;
     // Those of the brighter one hold for both, so that one file can take the place of the other.
     if formats.contains(&Format::Png) && !matches!(scene.render.exposure_of_pictures(), Exposure::Stops(_)) {
-        light = light.exposed(Exposure::Stops(f64::from(seen.picture().uniform.exposure.log2())))?;
+        light = light.exposed(Exposure::Stops(f64::from(seen.picture().exposure())))?;
     }
     if scene.render.exr == ExrDepth::Half && scene.render.exr_exposure == Exposure::Auto {
         let stops = Exposure::Stops(f64::from(seen.plan().linear_exposure(ExrDepth::Half)));
@@ -515,7 +517,7 @@ fn render_jobs(
         steps: plan.samples_per_piece(),
         path: plan.lookup.clone(),
         explain: job.explain(),
-        exposure_ev: job.picture().uniform.exposure.log2(),
+        exposure_ev: job.picture().exposure(),
         exr_exposure_ev: plan.linear_exposure(scene.render.exr),
         sky_light,
         broadband,

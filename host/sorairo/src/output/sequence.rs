@@ -16,6 +16,7 @@ use crate::scene::{Exposure, ValidScene};
 
 /// One frame of a sequence.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Frame {
     /// Its number, from 0.
     pub number: u32,
@@ -62,6 +63,7 @@ pub fn frames(scenes: Vec<ValidScene>, request: &Request) -> Result<Vec<Frame>> 
 
 /// Which frame's automatic exposure all frames have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SharedExposure {
     /// That of the first.
     First,
@@ -136,6 +138,7 @@ pub fn are_finished<'a>(frames: impl Iterator<Item = &'a Frame> + Clone) -> bool
 
 /// Of which frames the light of the sky is measured. No file holds it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Measured {
     /// Of none.
     None,

@@ -7,6 +7,7 @@ pub(crate) mod aerial;
 pub mod day;
 pub mod explain;
 pub mod fit;
+mod held;
 pub(crate) mod hemisphere;
 pub mod integral;
 mod kernel;
@@ -22,6 +23,7 @@ pub mod spectral;
 mod stretch;
 pub mod upload;
 
+pub use held::Sky;
 pub use kernel::Kernel;
 pub use light_field::LightFields;
 pub use lookup::grid::GridKind;

@@ -241,7 +241,7 @@ impl SkyPlan {
     }
 
     /// Linear RGB in a direction (W·m⁻²·sr⁻¹), integrated at that direction.
-    pub fn radiance(&self, view: Vec3) -> Vec3 {
+    pub fn rgb_towards(&self, view: Vec3) -> Vec3 {
         self.radiance_by(&self.colours().rows, view)
     }
 

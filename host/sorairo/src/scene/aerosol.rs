@@ -188,6 +188,7 @@ enum Said {
 /// The single-scattering albedo of a mode.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Said", into = "Said")]
+#[non_exhaustive]
 pub enum ModeAlbedo {
     /// The same at every wavelength.
     Grey(f64),
@@ -229,6 +230,7 @@ impl From<ModeAlbedo> for Said {
 /// The phase function of a mode.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
+#[non_exhaustive]
 pub enum PhaseFunction {
     /// That of Cornette and Shanks.
     CornetteShanks,
@@ -262,6 +264,7 @@ impl From<PhaseFunction> for String {
 /// Where a mode lies above the ground.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Said", into = "Said")]
+#[non_exhaustive]
 pub enum AerosolProfile {
     /// It falls off by a scale height (km).
     ScaleHeight(f64),

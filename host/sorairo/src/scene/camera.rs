@@ -56,6 +56,7 @@ impl Default for CameraScene {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum Below {
     /// The ground that is there.
     Ground,
@@ -121,6 +122,7 @@ impl FromStr for Reflectance {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum Projection {
     /// The whole sphere: north in the centre column, the zenith in the top row, azimuth growing to the right.
     #[serde(alias = "latlong")]

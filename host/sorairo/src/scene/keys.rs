@@ -30,6 +30,7 @@ use crate::spectra::table_file::TableFile;
 use crate::words::{Word, Words, words};
 
 /// One key of a scene file.
+#[non_exhaustive]
 pub struct Key {
     /// Its name with its tables, as in `sun.elevation`.
     pub name: &'static str,
@@ -55,6 +56,7 @@ pub struct Key {
 }
 
 /// What a key may be, alone or beside words.
+#[non_exhaustive]
 pub enum Allowed {
     /// A number in a range.
     Range {
@@ -72,6 +74,7 @@ pub enum Allowed {
 }
 
 /// An end of a range.
+#[non_exhaustive]
 pub enum Bound {
     /// A number.
     At(f64),

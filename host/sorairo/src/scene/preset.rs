@@ -58,6 +58,7 @@ pub struct Scene {
 )]
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Preset {
     /// The sky that is measured: US Standard Atmosphere with ozone, water and refraction, aerosol of clean country, over grass.
     #[default]

@@ -149,6 +149,7 @@ impl FromStr for Shutter {
 )]
 #[serde(try_from = "OrdersText", into = "OrdersText")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum Orders {
     /// All of them.
     All,
@@ -198,6 +199,7 @@ impl From<Orders> for OrdersText {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum Polarisation {
     /// On in air whose profile is measured, and where a polariser or a Stokes vector asks for it; off elsewhere.
     #[default]
@@ -214,6 +216,7 @@ pub enum Polarisation {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum Rgb {
     /// The primaries of Rec. 709 and sRGB, white D65.
     #[default]
@@ -236,6 +239,7 @@ pub enum Rgb {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum WhiteBalance {
     /// None is chosen: RGB are the XYZ of the sky in the space's primaries.
     #[default]
@@ -250,6 +254,7 @@ pub enum WhiteBalance {
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
 )]
+#[non_exhaustive]
 pub enum ExrDepth {
     /// 16 bit floats: three digits, up to 65504.
     #[serde(rename = "f16")]
@@ -268,6 +273,7 @@ pub enum ExrDepth {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum ExrCompression {
     /// `piz` for 32 bits and `zip` for 16, which make the smallest files; `zips` where lines are very long.
     #[default]
@@ -290,6 +296,7 @@ pub enum ExrCompression {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum ViewTransform {
     /// AgX, as Blender forms pictures: bright colours go to white as on film.
     #[default]
@@ -306,6 +313,7 @@ pub enum ViewTransform {
 )]
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Display {
     /// Those of sRGB: right everywhere.
     #[default]
@@ -340,6 +348,7 @@ impl Display {
 )]
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
+#[non_exhaustive]
 pub enum PictureLook {
     /// Not at all: what Blender calls AgX.
     None,
@@ -358,6 +367,7 @@ pub enum PictureLook {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum Dither {
     /// Up or down by a fixed pattern, so that no rings are seen in a smooth sky.
     #[default]
@@ -372,6 +382,7 @@ pub enum Dither {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum PathChoice {
     /// What is faster within the error bound.
     #[default]
@@ -416,6 +427,7 @@ impl Fit {
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum ColourPath {
     /// Step by step at every pixel: the 4×4 solve, the sum over the observer nodes, XYZ to RGB.
     Solve,
@@ -440,6 +452,7 @@ pub fn stops_of_ev100(ev100: f64) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, EnumIter, EnumMessage, IntoStaticStr)]
 #[serde(try_from = "ExposureText", into = "ExposureText")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum Exposure {
     /// Of pictures as a camera meters, after civil dusk as an eye adapts; of half floats from the brightest.
     Auto,

@@ -11,6 +11,7 @@ const RANGE: (u32, u32) = (380, 780);
 /// An α-opic quantity, by the photoreceptors that it is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
+#[non_exhaustive]
 pub enum AlphaOpic {
     /// Of the S-cones.
     SConeOpic,

@@ -14,6 +14,7 @@ pub use super::range::{END, START, STEP};
 )]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum ColourObserver {
     /// The CIE 1931 2° standard observer, to which displays are made.
     #[default]

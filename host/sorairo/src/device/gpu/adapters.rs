@@ -4,6 +4,7 @@ use serde::Serialize;
 
 /// A graphics device as `sorairo devices` lists it.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct DeviceInfo {
     /// The device's name.
     pub name: String,
@@ -19,6 +20,7 @@ pub struct DeviceInfo {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, strum::Display)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
+#[non_exhaustive]
 pub enum Hardware {
     /// A graphics card.
     Discrete,

@@ -28,7 +28,7 @@ const VALUE: u64 = size_of::<Vec4>() as u64;
 /// Bytes of the buffers that wait to be used again, at most.
 const MOST_FREE: u64 = 256 << 20;
 
-/// Light fields that are computed and kept in a program's device, with what else the plans that take them integrate: [`crate::SkyPlan::with_light_fields`].
+/// Light fields that are computed and kept in a program's device, with what else the plans that take them integrate: [`crate::Sky::with_light_fields`].
 ///
 /// A plan then waits for the device a few times; it does so on the thread that plans, never where commands are encoded. What the device fails to do, such as
 /// one that is lost, the processor does, with one warning to the log: see [`LightFields::on_device`].

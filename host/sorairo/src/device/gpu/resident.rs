@@ -18,12 +18,13 @@ use crate::device::quirks;
 use crate::device::rows::invocations_per_row;
 use crate::error::{Error, Result};
 use crate::plan::lookup::LookupSize;
-use crate::plan::{Kernel, LightFields, Plan, SkyPlan, day};
+use crate::plan::{Kernel, LightFields, Plan, Sky, day};
 use crate::scene::{CameraScene, ExrDepth, Projection, Size, ValidScene};
 use sorairo_shared::variant::PixelFormat;
 
 /// Where an image goes.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum Target<'a> {
     /// A storage buffer: pixel after pixel, row after row from the top, without gaps.
     Buffer(&'a wgpu::Buffer, PixelFormat),
@@ -60,7 +61,7 @@ pub struct ResidentRenderer {
 
 /// The buffers of a sky, whoever looks at it.
 struct UploadedSky {
-    of: Arc<SkyPlan>,
+    of: Sky,
     /// Whether its multiply scattered light is that of the finer grid.
     is_refined: bool,
     /// Samples per piece: a sky lookup may take fewer than an integrated pixel.
@@ -73,7 +74,7 @@ struct UploadedSky {
 
 /// A sky lookup, and for what it was filled.
 struct FilledLookup {
-    of: Arc<SkyPlan>,
+    of: Sky,
     size: Option<LookupSize>,
     /// The size of an equirectangular image, whose rows the lookup has.
     rows_of: Option<Size>,
@@ -171,11 +172,11 @@ impl ResidentRenderer {
     /// # Errors
     ///
     /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera.
-    pub fn exposure_of_halves(sky: &Arc<SkyPlan>, camera: &CameraScene) -> Result<f32> {
+    pub fn exposure_of_halves(sky: &Sky, camera: &CameraScene) -> Result<f32> {
         Ok(Plan::seen(sky, camera, PixelFormat::HalfRgb)?.linear_exposure(ExrDepth::Half))
     }
 
-    /// Light fields for the plans of the skies that it draws, the same ones each time that they are asked for; see [`SkyPlan::with_light_fields`]. Where the device is hardware of its own, light fields and what
+    /// Light fields for the plans of the skies that it draws, the same ones each time that they are asked for; see [`Sky::with_light_fields`]. Where the device is hardware of its own, light fields and what
     /// else a plan integrates are computed there; else by the processor, whose cores a device of software would take. In a browser, where nobody may wait, by
     /// the processor too.
     pub fn light_fields(&self) -> LightFields {
@@ -209,7 +210,7 @@ impl ResidentRenderer {
 
     /// Encodes what a camera sees of a sky into a target.
     ///
-    /// What nobody has asked of the sky before is computed here. [`SkyPlan::colours`], called where the sky is planned, leaves the frame little
+    /// What nobody has asked of the sky before is computed here. [`Sky::prepare_images`], called where the sky is planned, leaves the frame little
     /// of it; of a sky whose light fields are on a device nothing that waits for that.
     ///
     /// # Errors
@@ -219,7 +220,7 @@ impl ResidentRenderer {
     pub fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        sky: &Arc<SkyPlan>,
+        sky: &Sky,
         camera: &CameraScene,
         target: &Target<'_>,
     ) -> Result<()> {
@@ -253,7 +254,7 @@ impl ResidentRenderer {
     pub fn encode_environment(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        sky: &Arc<SkyPlan>,
+        sky: &Sky,
         target: &EnvironmentTarget<'_>,
     ) -> Result<()> {
         let format = target.check()?;
@@ -273,13 +274,7 @@ impl ResidentRenderer {
     }
 
     /// What a camera sees of a sky, exposed; told where half floats would cut it.
-    fn plan(
-        &mut self,
-        sky: &Arc<SkyPlan>,
-        camera: &CameraScene,
-        pixel: PixelFormat,
-        becomes_halves: bool,
-    ) -> Result<Plan> {
+    fn plan(&mut self, sky: &Sky, camera: &CameraScene, pixel: PixelFormat, becomes_halves: bool) -> Result<Plan> {
         let plan = Plan::seen(sky, camera, pixel)?.exposed(self.linear_exposure);
         if becomes_halves
             && !self.has_told_of_cut
@@ -413,7 +408,7 @@ impl ResidentRenderer {
         let rows_of = (camera.projection == Projection::Equirectangular).then_some(camera.size);
         let looks = (camera.projection == Projection::Perspective).then_some(plan.uniform.camera);
         let known = self.lookup.as_ref().filter(|lookup| {
-            Arc::ptr_eq(&lookup.of, sky) && lookup.size == size && (size.is_none() || lookup.rows_of == rows_of)
+            lookup.of.is_same(sky) && lookup.size == size && (size.is_none() || lookup.rows_of == rows_of)
         });
         let fill = match known {
             Some(FilledLookup { seen_by: None, .. }) => Fill::Nothing,
@@ -428,7 +423,7 @@ impl ResidentRenderer {
             let empty = || self.empty("sky lookup", lookup_bytes(plan), wgpu::BufferUsages::STORAGE);
             let buffer = kept.unwrap_or_else(empty);
             let seen_by = looks.filter(|_| fill == Fill::Seen);
-            self.lookup = Some(FilledLookup { of: Arc::clone(sky), size, rows_of, seen_by, buffer });
+            self.lookup = Some(FilledLookup { of: sky.clone(), size, rows_of, seen_by, buffer });
         }
         if plan.kernel() == Kernel::SkyLookup { fill } else { Fill::Nothing }
     }
@@ -439,13 +434,12 @@ impl ResidentRenderer {
         let storage = wgpu::BufferUsages::STORAGE;
         let is_refined = plan.is_refined();
         let samples = plan.samples_per_piece();
-        let is_known = |sky: &UploadedSky| {
-            Arc::ptr_eq(&sky.of, &plan.sky) && sky.is_refined == is_refined && sky.samples == samples
-        };
+        let is_known =
+            |sky: &UploadedSky| sky.of.is_same(&plan.sky) && sky.is_refined == is_refined && sky.samples == samples;
         let sky = match self.sky.take().filter(is_known) {
             Some(uploaded) => uploaded,
             None => UploadedSky {
-                of: Arc::clone(&plan.sky),
+                of: plan.sky.clone(),
                 is_refined,
                 samples,
                 bands: filled(&self.device, "bands", bytemuck::cast_slice(buffers.bands), storage),

@@ -19,8 +19,7 @@ use super::spectral;
 use crate::measure::irradiance::LUMENS_PER_WATT;
 use crate::plan::picture::colour_space::chromaticities;
 use crate::scene::{
-    ColourObserver, ExrCompression, ExrDepth, Orders, Projection, Render, Rgb, Scene, Size, Sun, SunSpectrum,
-    WhiteBalance,
+    ColourObserver, ExrCompression, ExrDepth, Orders, Projection, Render, Rgb, Scene, Sun, SunSpectrum, WhiteBalance,
 };
 
 /// What a file says about its colours, and of where and when they were seen.
@@ -245,13 +244,14 @@ impl<W: Write + Seek> Lines<'_, '_, W> {
 
 /// Writes an image of any channels of a scene, in the order of the alphabet, in 32 bits or in 16 as its scene says;
 /// each channel has its values row by row from the top.
+#[cfg(feature = "files")]
 pub(crate) fn encode_channels<W: Read + Write + Seek>(
     output: &mut BufWriter<W>,
     scene: &Scene,
     exposure: f32,
     channels: &[(String, Vec<f32>)],
 ) -> io::Result<()> {
-    let Size { width, height } = scene.camera.size;
+    let crate::scene::Size { width, height } = scene.camera.size;
     let names: Vec<String> = channels.iter().map(|(name, _)| name.clone()).collect();
     let line = |row: usize| {
         let values = channels.iter().flat_map(|(_, values)| &values[row * width as usize..][..width as usize]);

@@ -37,8 +37,8 @@ pub struct Image {
     pub height: u32,
     /// How a pixel arrives.
     pub pixel: PixelFormat,
-    /// Factor from linear RGB to a picture's linear value, where the pixels arrive linear.
-    pub exposure: f32,
+    /// 2 to the power of a picture's exposure (stops), where the pixels arrive linear.
+    pub factor: f32,
     /// Stops by which the values of an EXR are exposed.
     pub exr_exposure: f32,
     /// What it shows.
@@ -60,7 +60,7 @@ impl Image {
             width: plan.width(),
             height: plan.height(),
             pixel: plan.pixel,
-            exposure: plan.uniform.exposure,
+            factor: plan.uniform.exposure,
             exr_exposure: plan.linear_exposure(scene.render.exr),
             scene: scene.as_asked(),
             space: plan.sky.space,
@@ -122,7 +122,7 @@ pub(crate) fn picture(
 /// The bytes (red, green, blue) of linear pixels of an image, from row `first_row` on, exposed as the kernels would, or
 /// of 16 bits in PQ. The first three values of a pixel are its RGB.
 fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
-    let Image { exposure, space, display, .. } = image;
+    let Image { factor, space, display, .. } = image;
     let (width, pixel_words) = (image.width as usize, image.pixel_words());
     let is_dithered = image.scene.render.dither == Dither::Ordered;
     let grade = upload::grade(image.scene.render.look);
@@ -141,12 +141,12 @@ fn exposed(image: &Image, pixels: &[f32], first_row: usize) -> Vec<u8> {
             let rgb = shown(Vec3::from_slice(pixel));
             let rgb = if is_dark { by_eye(rgb, &eye, &gamut) } else { rgb };
             if is_hdr {
-                bytes.copy_from_slice(signals(rgb * *exposure, &gamut).as_flattened());
+                bytes.copy_from_slice(signals(rgb * *factor, &gamut).as_flattened());
                 continue;
             }
             let threshold = if is_dithered { dither(column as u32, (first_row + line) as u32) } else { NEAREST };
             bytes.copy_from_slice(
-                &tone::bytes(tone::shown(rgb, *exposure, &grade, tables, view), threshold).to_le_bytes()[..3],
+                &tone::bytes(tone::shown(rgb, *factor, &grade, tables, view), threshold).to_le_bytes()[..3],
             );
         }
     });

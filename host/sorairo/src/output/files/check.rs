@@ -41,6 +41,7 @@ pub fn check_writable(path: &Path) -> Result<()> {
 
 /// Which files that are there already may be replaced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Replace {
     /// All.
     #[default]

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 
 /// The format of an output file, by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// 8 bit sRGB picture, exposed.
     Png,

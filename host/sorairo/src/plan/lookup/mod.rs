@@ -31,6 +31,7 @@ const ENTRIES_PER_INTEGRAL: u64 = 16;
 
 /// The way that an image takes, and why.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Lookup {
     /// Size of the sky lookup; none if every pixel is integrated.
     #[serde(rename = "table")]

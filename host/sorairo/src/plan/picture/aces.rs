@@ -286,6 +286,7 @@ mod tests {
     use super::*;
     use crate::plan::picture::colour_space::adaptation;
     use crate::plan::upload;
+    use crate::rows::{Row, rows};
 
     /// Encoded by the transfer function of sRGB, in steps of a byte (IEC 61966-2-1:1999).
     fn steps(linear: f32) -> f64 {
@@ -297,14 +298,17 @@ mod tests {
 
     /// Colours of a scene, and what OpenColorIO makes of them for a display.
     fn reference(display: Display) -> Vec<[Vec3; 2]> {
-        let text: &[u8] = match display {
-            Display::Srgb => include_bytes!("aces_reference.csv"),
-            Display::DisplayP3 => include_bytes!("aces_reference_p3.csv"),
-            Display::Rec2020 | Display::Rec2100Pq => include_bytes!("aces_reference_rec2020.csv"),
+        let text = match display {
+            Display::Srgb => include_str!("aces_reference.csv"),
+            Display::DisplayP3 => include_str!("aces_reference_p3.csv"),
+            Display::Rec2020 | Display::Rec2100Pq => include_str!("aces_reference_rec2020.csv"),
         };
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text);
-        let rows = reader.deserialize::<[f32; 6]>().map(|row| row.expect("six numbers"));
-        rows.map(|row| [Vec3::from_slice(&row), Vec3::from_slice(&row[3..])]).collect()
+        let of_row = |row: std::result::Result<Row, String>| {
+            let cells = row.expect("a row").cells;
+            let numbers: Vec<f32> = cells.iter().map(|cell| cell.parse().expect("a number")).collect();
+            [Vec3::from_slice(&numbers), Vec3::from_slice(&numbers[3..])]
+        };
+        rows(text).skip(1).map(of_row).collect()
     }
 
     fn shown(rgb: Vec3) -> Vec3 {

@@ -14,7 +14,8 @@ use sorairo_shared::picture::polariser::DEGREES;
 use sorairo_shared::uniform::{Buffers, SunDisc, Uniform};
 use sorairo_shared::variant::{self, PixelFormat};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_wavelengths};
+use crate::plan::held::Sky;
 use crate::plan::integral::RayIntegral;
 use crate::plan::kernel::Kernel;
 use crate::plan::light_field::{LightFields, Refined};
@@ -33,14 +34,18 @@ use crate::words::word;
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// The sky that the image shows.
-    pub sky: Arc<SkyPlan>,
+    pub sky: Sky,
     /// What every pixel shares.
+    #[doc(hidden)]
     pub uniform: Uniform,
     /// The colour rows: those of the sky, then the grid of the sun's disc or the rows of a spectral image.
+    #[doc(hidden)]
     pub colour: Vec<Vec4>,
     /// The spectra of a spectral image; none of other images.
+    #[doc(hidden)]
     pub spectral: Option<Arc<SpectralPlan>>,
     /// What the kernels are specialised for; see [`variant`].
+    #[doc(hidden)]
     pub variant: u32,
     /// How a pixel is stored.
     pub pixel: PixelFormat,
@@ -58,12 +63,12 @@ impl Plan {
         Self::with_light_fields(scene, pixel, &LightFields::default())
     }
 
-    /// The same with the light fields of other plans; see [`SkyPlan::with_light_fields`]. The pixels of a picture of
+    /// The same with the light fields of other plans; see [`Sky::with_light_fields`]. The pixels of a picture of
     /// high dynamic range are linear RGB of its display, which an encoder brings to its curve.
     pub fn with_light_fields(scene: &ValidScene, pixel: PixelFormat, light_fields: &LightFields) -> Self {
         // A picture is packed on the device, for its display.
         let rgb = if pixel == PixelFormat::Picture { scene.render.display.rgb() } else { scene.render.rgb };
-        let sky = Arc::new(SkyPlan::with_light_fields(scene, rgb, light_fields));
+        let sky = Sky::with_light_fields(scene, rgb, light_fields);
         let below = below::of(scene, &scene.camera, pixel);
         let is_hdr = pixel == PixelFormat::Picture && scene.render.display.is_hdr();
         Self::of_sky(sky, scene, below, if is_hdr { PixelFormat::LinearRgb } else { pixel })
@@ -75,7 +80,7 @@ impl Plan {
     ///
     /// Those of [`Scene::validated`] for the camera; [`Error::NotAllowed`] for a picture of a sky that was not planned
     /// in the space of its display, or for a display of high dynamic range.
-    pub fn seen(sky: &Arc<SkyPlan>, camera: &CameraScene, pixel: PixelFormat) -> Result<Self> {
+    pub fn seen(sky: &Sky, camera: &CameraScene, pixel: PixelFormat) -> Result<Self> {
         let scene = sky.scene.seen_by(camera)?;
         if pixel == PixelFormat::Picture && scene.render.display.is_hdr() {
             let complaint = format!("is {}, and this picture has 8 bits", word(scene.render.display));
@@ -92,11 +97,11 @@ impl Plan {
             return Err(Error::not_allowed("camera.polariser", complaint));
         }
         let below = below::of(&scene, camera, pixel);
-        Ok(Self::of_sky(Arc::clone(sky), &scene, below, pixel))
+        Ok(Self::of_sky(sky.clone(), &scene, below, pixel))
     }
 
     /// The plan of what a scene's camera sees of its sky.
-    fn of_sky(sky: Arc<SkyPlan>, scene: &Scene, below: Below, pixel: PixelFormat) -> Self {
+    fn of_sky(sky: Sky, scene: &Scene, below: Below, pixel: PixelFormat) -> Self {
         let colours = sky.colours();
         let lit_rows = lit_rows(scene, &sky, below);
         let lookup = lookup::choose(scene, &sky, &lit_rows);
@@ -197,9 +202,11 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] for a plan of a picture, which has no place for radiance, for [`ColourPath::Solve`], which
-    /// is a way to a colour, and with the sun's disc.
+    /// [`Error::NotAllowed`] for a wavelength at which the scene is not known in visible light, for a plan of a
+    /// picture, which has no place for radiance, for [`ColourPath::Solve`], which is a way to a colour, and with the
+    /// sun's disc.
     pub fn with_spectrum(self, wavelengths: &[f64]) -> Result<Self> {
+        check_wavelengths(self.sky.scene.known_wavelengths(), wavelengths)?;
         self.with_spectral(wavelengths, SpectralPlan::new)
     }
 
@@ -256,6 +263,7 @@ impl Plan {
     }
 
     /// The same plan for an image that holds the radiance at every band and no colour. Every pixel is integrated.
+    #[doc(hidden)]
     pub fn at_bands(self) -> Self {
         let reason = "radiance at the bands is integrated at every pixel".into();
         let variant = self.variant & !(variant::LIGHT | variant::BELOW) | variant::AT_BANDS;
@@ -273,6 +281,7 @@ impl Plan {
     }
 
     /// The ray integral at the bands of the image.
+    #[doc(hidden)]
     pub fn integral(&self) -> &RayIntegral {
         self.spectral.as_ref().map_or_else(|| self.sky.integral(), |spectral| &spectral.integral)
     }
@@ -288,10 +297,11 @@ impl Plan {
 
     /// Linear RGB of the sky in a direction (W·m⁻²·sr⁻¹), integrated at that direction.
     pub fn radiance(&self, view: Vec3) -> Vec3 {
-        self.sky.radiance(view)
+        self.sky.rgb_towards(view)
     }
 
     /// What the kernels read beside the uniform.
+    #[doc(hidden)]
     pub fn buffers(&self) -> Buffers<'_> {
         let buffers = self.integral().buffers(&self.colour);
         if self.lookup.size.is_some() {
@@ -341,6 +351,7 @@ impl Plan {
     }
 
     /// Whether its pixels are integrated with multiply scattered light from the finer grid.
+    #[doc(hidden)]
     pub fn is_refined(&self) -> bool {
         self.lookup.size.is_none() && self.variant & variant::REFINED != 0
     }
@@ -406,12 +417,19 @@ impl Plan {
         u64::from(self.width()) * u64::from(self.lit_rows.end - self.lit_rows.start)
     }
 
+    /// Exposure of a picture (stops): the scene's own, or what the meter found.
+    pub fn exposure(&self) -> f32 {
+        self.uniform.exposure.log2()
+    }
+
     /// The kernel that computes the plan's pixels.
+    #[doc(hidden)]
     pub fn kernel(&self) -> Kernel {
         if self.lookup.size.is_some() { Kernel::SkyLookup } else { Kernel::Sky }
     }
 
     /// Samples per piece.
+    #[doc(hidden)]
     pub fn samples_per_piece(&self) -> u32 {
         self.buffers().quadrature.len() as u32
     }

@@ -1,66 +1,38 @@
-//! The library's short way: a scene in, an image out.
+//! The image of a sky.
 
 #[cfg(feature = "files")]
 use std::path::Path;
 
 use sorairo_shared::variant::PixelFormat;
 
-#[cfg(feature = "gpu")]
-use crate::device::gpu::ResidentRenderer;
-use crate::device::{self, Device};
+use crate::device::Device;
 #[cfg(any(feature = "files", doc))]
 use crate::error::Error;
 use crate::error::Result;
 #[cfg(feature = "files")]
 use crate::output::files::{self, Format};
-use crate::plan::LightFields;
-use crate::plan::Plan;
 use crate::plan::picture::colour_space::ColourSpace;
-use crate::scene::Scene;
+use crate::plan::{Plan, Sky};
+use crate::scene::{CameraScene, Scene};
 
-/// A device that renders scene after scene. Pipelines, buffers and light fields are kept from one to the next.
-pub struct Renderer {
-    device: Device,
-    light_fields: LightFields,
-}
-
-impl Renderer {
-    /// A renderer on the device that `choice` names; see [`device::open`].
+impl Sky {
+    /// The image that a camera sees of the sky, in linear RGB of its space. A picture of 8 bits and an image of spectra
+    /// are pixels of a [`Plan`], by [`Device::pixels`].
     ///
     /// # Errors
     ///
-    /// Those of [`device::open`].
-    pub fn open(choice: &str) -> Result<Self> {
-        device::open(choice).map(|device| Self { device, light_fields: LightFields::default() })
-    }
-
-    /// A renderer into the buffers and textures of a program's own device; see [`ResidentRenderer`].
-    #[cfg(feature = "gpu")]
-    pub fn with_device(device: &wgpu::Device, queue: &wgpu::Queue) -> ResidentRenderer {
-        ResidentRenderer::with_device(device, queue)
-    }
-
-    /// The device that renders.
-    pub fn device(&self) -> &Device {
-        &self.device
-    }
-
-    /// Renders a scene.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`Scene::validated`], [`Error::Device`] if every device failed, [`Error::Memory`] if the image does not fit into
-    /// memory.
-    pub fn render(&mut self, scene: &Scene) -> Result<Image> {
-        let plan = Plan::with_light_fields(&scene.validated()?, PixelFormat::LinearRgb, &self.light_fields);
-        let run = self.device.run(&plan, plan.kernel())?;
+    /// Those of [`Plan::seen`]; [`Error::Device`] if every device failed, [`Error::Memory`] if the image does not fit
+    /// into memory.
+    pub fn image(&self, camera: &CameraScene, device: &mut Device) -> Result<Image> {
+        let plan = Plan::seen(self, camera, PixelFormat::LinearRgb)?;
+        let scene = self.scene().seen_by(camera)?.as_asked();
         Ok(Image {
             width: plan.width(),
             height: plan.height(),
-            rgb: bytemuck::allocation::cast_vec(run.words),
-            exposure: plan.uniform.exposure,
-            scene: scene.clone(),
+            rgb: bytemuck::allocation::cast_vec(device.pixels(&plan)?.words),
+            exposure: plan.exposure(),
             exr_exposure: plan.linear_exposure(scene.render.exr),
+            scene,
             space: plan.sky.space,
             display: plan.sky.display(),
         })
@@ -69,14 +41,16 @@ impl Renderer {
 
 /// A rendered sky in linear RGB.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Image {
     /// Width (pixels).
     pub width: u32,
     /// Height (pixels).
     pub height: u32,
-    /// Three values a pixel, row by row from the top: radiance weighted by the observer (W·m⁻²·sr⁻¹), in the scene's space.
+    /// Three values a pixel, row by row from the top: radiance weighted by the observer (W·m⁻²·sr⁻¹), in the space of
+    /// the sky.
     pub rgb: Vec<f32>,
-    /// Factor from linear RGB to a picture's linear value.
+    /// Exposure of a picture of it (stops): the scene's own, or what the meter found.
     pub exposure: f32,
     /// What was rendered.
     pub scene: Scene,
@@ -95,6 +69,11 @@ impl Image {
         assert!(column < self.width && row < self.height, "pixel ({column}, {row}) of {}x{}", self.width, self.height);
         let at = 3 * (row as usize * self.width as usize + column as usize);
         [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
+    }
+
+    /// What red, green and blue of its space count in the luminance Y.
+    pub fn luminance_weights(&self) -> [f64; 3] {
+        self.space.luminance.to_array()
     }
 
     /// Writes the image as what the file name says: a picture (`.png`) or linear RGB (`.exr`, `.hdr`). The file takes
@@ -119,7 +98,7 @@ impl Image {
             width: self.width,
             height: self.height,
             pixel: PixelFormat::LinearRgb,
-            exposure: self.exposure,
+            factor: self.exposure.exp2(),
             exr_exposure: self.exr_exposure,
             scene: self.scene.clone(),
             space: self.space,

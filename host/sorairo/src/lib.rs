@@ -32,6 +32,7 @@
 //! | images on a program's own device | [`Renderer::with_device`] |
 //! | plans computed on that device | `ResidentRenderer::light_fields`, then [`SkyPlan::with_light_fields`] |
 //! | environment maps and their irradiance, on that device | `ResidentRenderer::encode_environment` |
+//! | the air before a camera as textures, and objects seen through it | `ResidentRenderer::encode_volume`, `encode_air` |
 //!
 //! Features on by default: `vulkan`, `metal`, `dx12` and `webgpu` (graphics interfaces, where the platform has them),
 //! `cpu` (the CPU as a device), `encoding` (PNG and OpenEXR as bytes), `files` (as files), `scene-files` (TOML). `gpu`
@@ -57,7 +58,7 @@ mod words;
 
 pub use device::Device;
 #[cfg(feature = "gpu")]
-pub use device::gpu::{EnvironmentTarget, ResidentRenderer, Target};
+pub use device::gpu::{AirVolumeTarget, Depth, DepthImage, EnvironmentTarget, ResidentRenderer, SeenImage, Target};
 pub use error::{Error, Result};
 pub use measure::between::{AirBetween, BetweenSample};
 pub use measure::between_rgb::{AirBetweenRgb, BetweenRgb};
@@ -71,6 +72,7 @@ pub use measure::surface::{BeamSample, Irradiance, Surface, sun_beam, sun_transm
 pub use measure::volume::{AirVolume, VolumeSize};
 #[cfg(feature = "files")]
 pub use output::render::{Report, Request, render};
+pub use plan::aerial::AirPlan;
 pub use plan::{LightFields, Plan, SkyPlan};
 pub use renderer::{Image, Renderer};
 pub use scene::{Preset, Scene};

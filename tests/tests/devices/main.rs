@@ -1,5 +1,6 @@
 //! Devices against the processor, and in a program of someone else.
 
+mod air;
 mod frames;
 mod gpu;
 mod plan_on_device;

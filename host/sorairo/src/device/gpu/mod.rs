@@ -3,6 +3,7 @@
 
 #[cfg(not(target_arch = "wasm32"))]
 mod adapters;
+mod air;
 #[cfg(not(target_arch = "wasm32"))]
 mod buffers;
 mod environment;
@@ -20,6 +21,7 @@ mod specialised;
 
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::adapters::{DeviceInfo, Hardware, adapter, devices};
+pub use self::air::{AirVolumeTarget, Depth, DepthImage, SeenImage};
 pub use self::environment::EnvironmentTarget;
 pub use self::module::Module;
 #[cfg(not(target_arch = "wasm32"))]

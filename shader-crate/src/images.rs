@@ -4,7 +4,7 @@
 use sorairo_shared::kernels::{SENTINEL, anchor_colours, lookup_invocations, lookup_pixel, sky_pixel};
 use sorairo_shared::math::store;
 use sorairo_shared::medium::bands::Bands;
-use sorairo_shared::picture::air::{FroxelRay, Froxels, SLICES_TOGETHER, SeenThrough};
+use sorairo_shared::picture::air::{FroxelRay, Froxels, SLICES_TOGETHER, SeenThrough, halves};
 use sorairo_shared::picture::environment::{
     COEFFICIENTS, CoefficientLanes, LevelStep, ROW_SUMS, RowLanes, half_pixel, keep_coefficients, keep_row_sums,
     level_pixel, store_coefficient, store_row_sum,
@@ -205,7 +205,7 @@ pub fn air_applied(
         if !place.is_sky {
             let added: Vec4 = in_scatter.sample_by_lod(*sampler, place.coordinate, 0.0);
             let through: Vec4 = transmittance.sample_by_lod(*sampler, place.coordinate, 0.0);
-            rgb = rgb * through.truncate() + added.truncate();
+            rgb = halves(rgb * through.truncate() + added.truncate());
         }
         // SAFETY: the texture is as large as the image.
         #[expect(unsafe_code, reason = "no compiler knows how large a texture is")]

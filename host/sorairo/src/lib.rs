@@ -29,9 +29,11 @@
 //! | the air in front of objects, by wavelength or as RGB | [`AirBetween`], [`AirBetweenRgb`] |
 //! | the same at many places before a camera | [`AirVolume`] |
 //! | skies under many suns | [`of_each_sky`] in parallel, [`SkyPlan::with_light_fields`] in turn |
+//! | skies planned on a thread of the program's | [`SkyPlanner`] |
 //! | images on a program's own device | [`Renderer::with_device`] |
 //! | plans computed on that device | `ResidentRenderer::light_fields`, then [`SkyPlan::with_light_fields`] |
 //! | environment maps and their irradiance, on that device | `ResidentRenderer::encode_environment` |
+//! | the light of sun and sky at any altitude under any sun | [`LightTable`], `ResidentRenderer::write_light` |
 //! | the air before a camera as textures, and objects seen through it | `ResidentRenderer::encode_volume`, `encode_air` |
 //!
 //! Features on by default: `vulkan`, `metal`, `dx12` and `webgpu` (graphics interfaces, where the platform has them),
@@ -58,12 +60,15 @@ mod words;
 
 pub use device::Device;
 #[cfg(feature = "gpu")]
-pub use device::gpu::{AirVolumeTarget, Depth, DepthImage, EnvironmentTarget, ResidentRenderer, SeenImage, Target};
+pub use device::gpu::{
+    AirVolumeTarget, Depth, DepthImage, EnvironmentTarget, LightTextures, ResidentRenderer, SeenImage, Target,
+};
 pub use error::{Error, Result};
 pub use measure::between::{AirBetween, BetweenSample};
 pub use measure::between_rgb::{AirBetweenRgb, BetweenRgb};
 pub use measure::broadband::Broadband;
 pub use measure::irradiance::{Harmonics, SkyLight};
+pub use measure::light_table::{LightAt, LightTable};
 pub use measure::spectral_irradiance::SpectralIrradiance;
 pub use measure::spectrum::{Method, Sample, Spectra, spectrum, xyz};
 pub use measure::stokes::{Stokes, StokesFrame, StokesSpectra};
@@ -73,7 +78,7 @@ pub use measure::volume::{AirVolume, VolumeSize};
 #[cfg(feature = "files")]
 pub use output::render::{Report, Request, render};
 pub use plan::aerial::AirPlan;
-pub use plan::{LightFields, Plan, SkyPlan};
+pub use plan::{LightFields, Plan, SkyPlan, SkyPlanner};
 pub use renderer::{Image, Renderer};
 pub use scene::{Preset, Scene};
 pub use sorairo_shared::variant::PixelFormat;

@@ -27,11 +27,15 @@ use crate::camera::{Camera, PERSPECTIVE, perspective_vector, position_view};
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::interpolation::cubic::{lane, stencil};
 use crate::light_field::multiple_lookup::{MultipleLookup, place_at};
-use crate::math::{fetch, max, sqrt};
+use crate::math::{fetch, max, sqrt, to_half};
 use crate::medium::phase::ScatteringAngle;
 use crate::picture::lookup::{grid_constituents, grid_place};
 use crate::sky::{Constituents, cosine_from_sun, with_phases};
 use crate::uniform::Uniform;
+
+/// Columns and rows of a volume that a workgroup fills along each side. The entry point repeats it as a literal, which a test
+/// compares.
+pub const VOLUME_SIDE: u32 = 8;
 
 /// Slices of a volume that an invocation fills.
 pub const SLICES_TOGETHER: u32 = 4;
@@ -147,7 +151,7 @@ impl FroxelRay {
         Before { light, transmittance: Vec3::new(air.w, aerosol.w, rest.w) }
     }
 
-    /// Linear RGB that the air up to a slice adds (W·m⁻²·sr⁻¹), and the part that it lets through.
+    /// Linear RGB that the air up to a slice adds (W·m⁻²·sr⁻¹), and the part that it lets through, as half floats.
     #[inline(always)]
     pub fn froxel(
         &self,
@@ -166,13 +170,14 @@ impl FroxelRay {
             rest: light.rest + self.missing.rest * part,
         };
         let rgb = with_phases(uniform, light, self.angle, variant);
-        (not_negative(rgb), not_negative(transmittance))
+        (halves(rgb), halves(transmittance))
     }
 }
 
+/// The half floats nearest to a colour.
 #[inline(always)]
-fn not_negative(rgb: Vec3) -> Vec3 {
-    Vec3::new(max(rgb.x, 0.0), max(rgb.y, 0.0), max(rgb.z, 0.0))
+pub fn halves(rgb: Vec3) -> Vec3 {
+    Vec3::new(to_half(rgb.x), to_half(rgb.y), to_half(rgb.z))
 }
 
 /// A depth that a projection makes of the distance along the camera's axis.

@@ -94,15 +94,16 @@ impl Drawn {
         halves(&texels(&self.device, &self.queue, &output, 0, 2))
     }
 
-    /// The sky of the camera, as the renderer draws it.
+    /// Red, green and blue of the sky of the camera, as the renderer draws it.
     fn sky(&mut self) -> Vec<[f32; 3]> {
-        let image = image(&self.device, TextureFormat::Rgba16Float);
+        let image = image(&self.device, TextureFormat::Rgba32Float);
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let view = image.create_view(&Default::default());
         let sky = Arc::clone(self.air.sky());
         self.renderer.encode(&mut encoder, &sky, &self.camera, &Target::Texture(&view)).unwrap();
         self.queue.submit([encoder.finish()]);
-        halves(&texels(&self.device, &self.queue, &image, 0, 2))
+        let words = texels(&self.device, &self.queue, &image, 0, 4);
+        words.chunks(4).map(|texel| [texel[0], texel[1], texel[2]].map(f32::from_bits)).collect()
     }
 }
 
@@ -205,13 +206,25 @@ fn largest(most: f64, error: f64) -> f64 {
 #[test]
 fn air_in_a_programs_own_textures_is_that_of_each_ray() {
     for (name, scene, elevation) in scenes() {
-        let errors = errors(&scene, elevation, [32, 32, 32]);
+        // From 10 km a ray meets the haze near the ground within one of 32 slices, which leave 3.6 % at most.
+        let slices = if name == "from 10 km" { 48 } else { 32 };
+        let errors = errors(&scene, elevation, [32, 32, slices]);
         println!("{name}: light and transmittance, rms and at most: {errors:.5?}");
         for [rms, largest] in errors {
-            // What a volume of 32 × 32 × 32 is to be good for.
+            // What a volume of that size is to be good for.
             assert!(rms < 0.01 && largest < 0.03, "{name}: {rms}, {largest}");
         }
     }
+}
+
+#[test]
+fn at_dusk_the_air_of_a_device_is_near_to_that_of_each_ray() {
+    let mut scene = Scene::preset(Preset::Standard);
+    (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (-4.0, 30.0, 1.0);
+    let [light, through] = errors(&scene, 0.0, [32, 32, 32]);
+    println!("light {light:.5?}, transmittance {through:.5?}");
+    // The fit of colours leaves more than froxels do; see `air_between_froxels` in the tests of the processor's volume.
+    assert!(light[0] < 0.02 && light[1] < 0.1 && through[1] < 0.01, "{light:?}, {through:?}");
 }
 
 /// Of 257 columns and 65 rows every fifth pixel of a row and every eleventh row from the third and the sixth on lie at
@@ -221,28 +234,29 @@ fn the_far_end_of_the_air_is_the_sky_behind_it() {
     for (name, scene, elevation) in scenes() {
         let mut drawn = Drawn::new(&scene, elevation, [257, 65, 8]);
         let pixels = (SIZE.0 * SIZE.1) as usize;
-        // So far that only the sky is farther; what is behind does not arrive from there, but for a part of it above.
+        // So far that nothing is behind it but the sky.
         let found = drawn.seen([0.0, 0.0, 0.0, 1.0], &vec![9e9; pixels]);
         let sky = drawn.sky();
-        let half_step = |value: f32| 0.5 * (value * 2f32.powi(-10)).max(2f32.powi(-24));
         let (mut compared, mut worst) = (0, 0.0f32);
         for row in (5..SIZE.1 as usize).step_by(11) {
             for column in (2..SIZE.0 as usize).step_by(5) {
                 let at = row * SIZE.0 as usize + column;
+                // On a level ray the horizon of an image is smoothed over a pixel.
                 if towards(&drawn.camera, at).elevation < 0.1 {
                     continue;
                 }
-                for i in 0..3 {
-                    // Either is rounded to a half float by up to half a step.
-                    let off = ((found[at][i] - sky[at][i]).abs() - half_step(sky[at][i])).max(0.0);
-                    worst = worst.max(off / half_step(sky[at][i]));
+                for (found, sky) in found[at].into_iter().zip(sky[at]) {
+                    // Where half floats are coarsest for their size.
+                    let half_step = sky * 2f32.powi(-11);
+                    worst = worst.max((found - sky).abs() / half_step);
                     compared += 1;
                 }
             }
         }
         println!("{name}: {compared} values, {worst} of half a step");
-        assert!(name == "from 10 km" || compared > 1000, "{name}: {compared}");
-        assert!(worst <= 1.0, "{name}: {worst} of half a step");
+        assert!(compared > 1000, "{name}: {compared}");
+        // What is stored is rounded by up to half a step; single precision leaves a part of that.
+        assert!(worst <= 1.05, "{name}: {worst} of half a step");
     }
 }
 

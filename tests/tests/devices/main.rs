@@ -3,6 +3,7 @@
 mod air;
 mod frames;
 mod gpu;
+mod light;
 mod plan_on_device;
 mod resident;
 mod shaders;

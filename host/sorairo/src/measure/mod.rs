@@ -4,6 +4,7 @@ pub mod between;
 pub mod between_rgb;
 pub mod broadband;
 pub mod irradiance;
+pub mod light_table;
 pub mod spectral_irradiance;
 pub mod spectrum;
 pub mod stokes;

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use sorairo_shared::camera::Camera;
 use sorairo_shared::glam::{Vec2, Vec4};
 use sorairo_shared::kernels::WORKGROUP_SIDE;
-use sorairo_shared::picture::air::{ALONG_AXIS, ALONG_RAY, Froxels, PROJECTED, SLICES_TOGETHER, SeenThrough};
+use sorairo_shared::picture::air::{
+    ALONG_AXIS, ALONG_RAY, Froxels, PROJECTED, SLICES_TOGETHER, SeenThrough, VOLUME_SIDE,
+};
 use sorairo_shared::variant::PixelFormat;
 use wgpu::{BindingResource, TextureFormat, TextureUsages};
 
@@ -20,9 +22,6 @@ use crate::measure::volume;
 use crate::plan::aerial::AirPlan;
 use crate::plan::{Plan, upload};
 use crate::scene::CameraScene;
-
-/// Columns and rows that a workgroup of a volume fills along each side; the entry point repeats it.
-const VOLUME_SIDE: u32 = 8;
 
 /// Where a volume of air goes: two textures of three dimensions and `rgba16float`, as large as each other, with the usages
 /// `STORAGE_BINDING` and `TEXTURE_BINDING`. Their depth is the slices of the [`AirPlan`].

@@ -9,6 +9,7 @@ mod buffers;
 mod environment;
 mod kernels;
 mod layouts;
+mod light;
 mod module;
 #[cfg(not(target_arch = "wasm32"))]
 mod native;
@@ -23,6 +24,7 @@ mod specialised;
 pub use self::adapters::{DeviceInfo, Hardware, adapter, devices};
 pub use self::air::{AirVolumeTarget, Depth, DepthImage, SeenImage};
 pub use self::environment::EnvironmentTarget;
+pub use self::light::LightTextures;
 pub use self::module::Module;
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::native::{Gpu, open};

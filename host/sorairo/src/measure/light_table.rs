@@ -102,7 +102,7 @@ impl LightAt {
     }
 
     /// The inverse of [`Self::smooth`].
-    fn from_smooth(self) -> Self {
+    fn exponentials(self) -> Self {
         let light =
             |rgb: [f64; 3]| rgb.map(|value| Some(value.exp()).filter(|light| *light > 2.0 * NOTHING).unwrap_or(0.0));
         let [mean, others @ ..] = self.harmonics;
@@ -153,7 +153,7 @@ impl LightTable {
             let across = across(u);
             let sky = between(&nodes, 2 * SUNS - 1, down, across);
             let sun = along(&direct, Self::COLUMNS, down, column);
-            LightAt { direct: sun.direct, ..sky }.from_smooth()
+            LightAt { direct: sun.direct, ..sky }.exponentials()
         });
         Ok(Self { texels: texels.collect(), ..table })
     }

@@ -4,6 +4,7 @@
 #[cfg(not(target_arch = "wasm32"))]
 mod adapters;
 mod air;
+mod air_textures;
 #[cfg(not(target_arch = "wasm32"))]
 mod buffers;
 mod environment;
@@ -22,7 +23,7 @@ mod specialised;
 
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::adapters::{DeviceInfo, Hardware, adapter, devices};
-pub use self::air::{AirVolumeTarget, Depth, DepthImage, SeenImage};
+pub use self::air_textures::{AirVolumeTarget, Depth, DepthImage, SeenImage};
 pub use self::environment::EnvironmentTarget;
 pub use self::light::LightTextures;
 pub use self::module::Module;

@@ -85,12 +85,13 @@ impl AirPlan {
     }
 
     /// The directions of the table; its groups are the slices.
-    pub(crate) fn directions(&self) -> MultipleLookup {
+    pub fn directions(&self) -> MultipleLookup {
         self.directions
     }
 
-    /// The table, as the kernel takes it.
-    pub(crate) fn nodes(&self) -> &[Vec4] {
+    /// The table, as the kernel takes it: slice by slice of a direction, direction by direction of a row, row by row from the
+    /// horizon, first of those above it; a node is [`sorairo_shared::picture::air::NODE`] times four numbers.
+    pub fn nodes(&self) -> &[Vec4] {
         &self.nodes
     }
 }

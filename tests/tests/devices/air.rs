@@ -237,7 +237,7 @@ fn the_far_end_of_the_air_is_the_sky_behind_it() {
         // So far that nothing is behind it but the sky.
         let found = drawn.seen([0.0, 0.0, 0.0, 1.0], &vec![9e9; pixels]);
         let sky = drawn.sky();
-        let (mut compared, mut worst) = (0, 0.0f32);
+        let (mut compared, mut worst) = (0, 0.0);
         for row in (5..SIZE.1 as usize).step_by(11) {
             for column in (2..SIZE.0 as usize).step_by(5) {
                 let at = row * SIZE.0 as usize + column;
@@ -247,8 +247,8 @@ fn the_far_end_of_the_air_is_the_sky_behind_it() {
                 }
                 for (found, sky) in found[at].into_iter().zip(sky[at]) {
                     // Where half floats are coarsest for their size.
-                    let half_step = sky * 2f32.powi(-11);
-                    worst = worst.max((found - sky).abs() / half_step);
+                    let half_step = f64::from(sky) / 2048.0;
+                    worst = largest(worst, (f64::from(found) - f64::from(sky)).abs() / half_step);
                     compared += 1;
                 }
             }
@@ -306,7 +306,7 @@ fn depth_buffers_say_the_same_as_distances() {
     let linear = image(&drawn.device, TextureFormat::R32Float);
     write(&drawn.queue, &linear, bytemuck::cast_slice(&vec![wall as f32; pixels]));
     let expected = drawn.seen_at(&black, DepthImage { texture: &linear, depth: Depth::AlongAxis, metres: 1.0 });
-    let brightest = expected.iter().flatten().copied().fold(0.0, f32::max);
+    let brightest = expected.iter().flatten().map(|value| f64::from(*value)).fold(0.0, largest);
     assert!(brightest > 1.0, "{brightest}");
     let (near, far) = (10.0, 40_000.0);
     let reversed = near * (far - wall) / (wall * (far - near));
@@ -317,8 +317,12 @@ fn depth_buffers_say_the_same_as_distances() {
     ] {
         let texture = cleared(&drawn, value as f32);
         let found = drawn.seen_at(&black, DepthImage { texture: &texture, depth, metres: 1.0 });
-        let worst =
-            found.iter().flatten().zip(expected.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        let worst = found
+            .iter()
+            .flatten()
+            .zip(expected.iter().flatten())
+            .map(|(a, b)| f64::from((a - b).abs()))
+            .fold(0.0, largest);
         // A step of a forward depth near 1 is 6e-8 of 1/10 m: 5e-5 of 8 km, and a half float is rounded by 5e-4.
         assert!(worst < 1.5e-3 * brightest, "{depth:?}: {worst} of {brightest}");
     }

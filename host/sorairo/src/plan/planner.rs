@@ -2,7 +2,8 @@
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-use crate::plan::{LightFields, SkyPlan};
+use crate::plan::light_field::LightFields;
+use crate::plan::sky::SkyPlan;
 use crate::scene::{Rgb, ValidScene};
 
 /// Plans skies on a thread of the program's, and hands out the newest that is finished: neither call waits for a plan.

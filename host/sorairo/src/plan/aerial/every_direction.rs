@@ -12,8 +12,9 @@ use sorairo_shared::picture::lookup::towards;
 use sorairo_shared::sky::Constituents;
 
 use crate::error::{Error, Result, check_range};
-use crate::plan::SkyPlan;
-use crate::plan::aerial::{AirColours, SlicedAir};
+use crate::plan::aerial::colours::AirColours;
+use crate::plan::aerial::light::SlicedAir;
+use crate::plan::sky::SkyPlan;
 use crate::scene::ColourPath;
 
 /// Rows above and below the horizon, and columns from the sun's azimuth to the opposite one.

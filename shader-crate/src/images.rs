@@ -6,6 +6,7 @@ use sorairo_shared::kernels::{
 };
 use sorairo_shared::math::store;
 use sorairo_shared::medium::bands::Bands;
+use sorairo_shared::picture::air::{FroxelRay, Froxels, SLICES_TOGETHER, SeenThrough, halves};
 use sorairo_shared::picture::environment::{
     COEFFICIENTS, CoefficientLanes, LevelStep, ROW_SUMS, RowLanes, half_pixel, keep_coefficients, keep_row_sums,
     level_pixel, store_coefficient, store_row_sum,
@@ -15,8 +16,8 @@ use sorairo_shared::sky::{Gathered, is_done};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant::group_count;
 use spirv_std::arch::workgroup_memory_barrier_with_group_sync;
-use spirv_std::glam::{UVec3, Vec2, Vec4};
-use spirv_std::spirv;
+use spirv_std::glam::{UVec3, Vec2, Vec3, Vec4};
+use spirv_std::{Image, Sampler, spirv};
 
 /// Fills the output with the sentinel.
 #[spirv(compute(threads(16, 16), entry_point_name = "fill"))]
@@ -177,5 +178,65 @@ pub fn environment_harmonics(
     workgroup_memory_barrier_with_group_sync();
     if lane < COEFFICIENTS {
         store_coefficient(kept, coefficients, lane);
+    }
+}
+
+/// The air before a camera, some slices of a column and a row.
+#[spirv(compute(threads(8, 8), entry_point_name = "air_volume"))]
+pub fn air_volume(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] uniform: &Uniform,
+    #[spirv(uniform, descriptor_set = 0, binding = 1)] froxels: &Froxels,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] table: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] lookup: &[Vec4],
+    #[spirv(descriptor_set = 0, binding = 4)] in_scatter: &Image!(3D, format = rgba16f, sampled = false),
+    #[spirv(descriptor_set = 0, binding = 5)] transmittance: &Image!(3D, format = rgba16f, sampled = false),
+) {
+    if (id.x < froxels.columns) & (id.y < froxels.rows) {
+        let ray = FroxelRay::new(uniform, froxels, table, lookup, (id.x, id.y), variant);
+        let mut slice = SLICES_TOGETHER * id.z;
+        let end = slice + SLICES_TOGETHER;
+        while (slice < end) & (slice < froxels.directions.groups) {
+            let (light, seen) = ray.froxel(uniform, froxels, table, slice, variant);
+            let at = UVec3::new(id.x, id.y, slice);
+            // SAFETY: the textures are as large as the volume.
+            #[expect(unsafe_code, reason = "no compiler knows how large a texture is")]
+            unsafe {
+                in_scatter.write(at, light.extend(1.0));
+                transmittance.write(at, seen.extend(1.0));
+            }
+            slice += 1;
+        }
+    }
+}
+
+/// An image, seen through the air before its camera.
+#[spirv(compute(threads(16, 16), entry_point_name = "air_applied"))]
+pub fn air_applied(
+    #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(uniform, descriptor_set = 0, binding = 0)] seen: &SeenThrough,
+    #[spirv(descriptor_set = 0, binding = 1)] colour: &Image!(2D, type = f32, sampled = true),
+    #[spirv(descriptor_set = 0, binding = 2)] depth: &Image!(2D, type = f32, sampled = true),
+    #[spirv(descriptor_set = 0, binding = 3)] in_scatter: &Image!(3D, type = f32, sampled = true),
+    #[spirv(descriptor_set = 0, binding = 4)] transmittance: &Image!(3D, type = f32, sampled = true),
+    #[spirv(descriptor_set = 0, binding = 5)] sampler: &Sampler,
+    #[spirv(descriptor_set = 0, binding = 6)] output: &Image!(2D, format = rgba16f, sampled = false),
+) {
+    if (id.x < seen.camera.width) & (id.y < seen.camera.height) {
+        let behind: Vec4 = colour.fetch(id.truncate());
+        let distance: Vec4 = depth.fetch(id.truncate());
+        let place = seen.place(id.x, id.y, distance.x);
+        let mut rgb = Vec3::new(behind.x, behind.y, behind.z);
+        if !place.is_sky {
+            let added: Vec4 = in_scatter.sample_by_lod(*sampler, place.coordinate, 0.0);
+            let through: Vec4 = transmittance.sample_by_lod(*sampler, place.coordinate, 0.0);
+            rgb = halves(rgb * through.truncate() + added.truncate());
+        }
+        // SAFETY: the texture is as large as the image.
+        #[expect(unsafe_code, reason = "no compiler knows how large a texture is")]
+        unsafe {
+            output.write(id.truncate(), rgb.extend(behind.w));
+        }
     }
 }

@@ -344,6 +344,14 @@ pub fn half_bits(x: f32) -> u32 {
     }
 }
 
+/// The half float nearest to `x >= 0`, as a single one: what a device that cuts off digits then stores is rounded.
+#[inline(always)]
+pub fn to_half(x: f32) -> f32 {
+    const LARGEST: f32 = 65504.0;
+    let bits = clamp(x, 0.0, LARGEST).to_bits();
+    f32::from_bits((bits + 0xfff + ((bits >> 13) & 1)) & 0xffff_e000)
+}
+
 /// `a + (b - a) t`.
 #[inline(always)]
 pub fn mix(a: Vec4, b: Vec4, t: f32) -> Vec4 {
@@ -353,6 +361,17 @@ pub fn mix(a: Vec4, b: Vec4, t: f32) -> Vec4 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_that_was_rounded_to_a_half_float_has_no_digits_to_cut_off() {
+        for i in 0..200_000u32 {
+            let x = 6.2e-5 * exp(i as f32 * 1e-4);
+            let rounded = to_half(x);
+            // Down to 2⁻¹⁴ a half float has ten digits behind the first.
+            assert_eq!((half_bits(rounded), rounded.to_bits() & 0x1fff), (half_bits(x), 0), "{x}");
+        }
+        assert_eq!([to_half(0.0), to_half(1.0), to_half(1e6)], [0.0, 1.0, 65504.0]);
+    }
 
     #[test]
     fn exponential_is_accurate_over_its_whole_range() {

@@ -19,6 +19,8 @@ const SPIRV: [&[u8]; 2] =
 /// WebGPU's default limits (W3C, *WebGPU*, 3.6.2), which no device may undercut: those of Metal (31 buffers, 32 KiB for a threadgroup) and Direct3D 12 (1024
 /// threads, 32 KiB for a group) are wider.
 const STORAGE_BUFFERS: usize = 8;
+/// Of storage textures, the fewest of those that a stage has.
+const TEXTURES: usize = 6;
 /// A uniform and the storage buffers: nothing demands gaps.
 const BINDINGS: u32 = 1 + STORAGE_BUFFERS as u32;
 const UNIFORM_BYTES: usize = 65_536;
@@ -62,7 +64,7 @@ fn each_kernel(mut translate: impl FnMut(&str, &Module, &ModuleInfo)) {
             }
         }
     }
-    assert_eq!(kernels, 20 * variants().len());
+    assert_eq!(kernels, 22 * variants().len());
 }
 
 #[test]
@@ -118,7 +120,10 @@ fn keeps_to_limits(module: &Module) -> bool {
             globals.filter(|(handle, global)| space(global.space) && !of_entry[*handle].is_empty()).count()
         };
         let storage = used(|space| matches!(space, AddressSpace::Storage { .. }));
-        assert!((1..=STORAGE_BUFFERS).contains(&storage), "{}: {storage} storage buffers", entry.name);
+        let textures = used(|space| space == AddressSpace::Handle);
+        assert!(storage <= STORAGE_BUFFERS, "{}: {storage} storage buffers", entry.name);
+        assert!(textures <= TEXTURES, "{}: {textures} textures and samplers", entry.name);
+        assert!(storage + textures > 0, "{} writes nothing", entry.name);
         assert!(entry.workgroup_size.iter().product::<u32>() <= INVOCATIONS, "{}", entry.name);
         assert!(entry.workgroup_size.iter().zip(WORKGROUP_SIZES).all(|(&size, most)| size <= most), "{}", entry.name);
         let of_entry = info.get_entry_point(i);

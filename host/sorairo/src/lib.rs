@@ -35,7 +35,10 @@
 //! | the air in front of objects, by wavelength or as RGB | [`Sky::between`], [`Sky::between_rgb`] |
 //! | the same at many places before a camera | [`Sky::air_volume`] |
 //! | skies under many suns | [`of_each_sky`] in parallel, [`Sky::with_light_fields`] in turn |
+//! | skies planned on a thread of the program's | [`SkyPlanner`] |
+//! | the light of sun and sky at any altitude under any sun | [`LightTable`], `ResidentRenderer::write_light` |
 //! | images, environment maps and their irradiance on a program's own device | `ResidentRenderer` |
+//! | the air before a camera as textures, and objects seen through it | [`AirPlan`], `ResidentRenderer::encode_volume` |
 //!
 //! **Conventions.** A direction is a [`Direction`], and a function takes as many as there are. Wavelengths are in nm,
 //! angles in degrees, distances in km, radiance in W·m⁻²·sr⁻¹·nm⁻¹. An exposure is a number of stops. Vectors are those
@@ -70,10 +73,12 @@ mod spectra;
 pub mod threads;
 pub mod words;
 
+#[cfg(feature = "gpu")]
+pub use device::gpu::{
+    AirVolumeTarget, Depth, DepthImage, EnvironmentTarget, LightTextures, ResidentRenderer, SeenImage, Target,
+};
 #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 pub use device::gpu::{DeviceInfo, Hardware};
-#[cfg(feature = "gpu")]
-pub use device::gpu::{EnvironmentTarget, ResidentRenderer, Target};
 pub use device::{Device, DeviceKind, Pixels};
 pub use error::{Error, PlaceInFile, Result};
 pub use image::Image;
@@ -82,6 +87,7 @@ pub use measure::between_rgb::{AirBetweenRgb, BetweenRgb};
 pub use measure::broadband::Broadband;
 pub use measure::direction::Direction;
 pub use measure::irradiance::{Harmonics, SkyLight};
+pub use measure::light_table::{LightAt, LightTable};
 pub use measure::spectral_irradiance::SpectralIrradiance;
 pub use measure::spectrum::{Appearance, Method, Sample, Spectra};
 pub use measure::stokes::{Stokes, StokesFrame, StokesSpectra};
@@ -92,8 +98,9 @@ pub use measure::volume::{AirVolume, VolumeSize};
 pub use output::render::{Report, Request, Shown, render};
 #[cfg(feature = "files")]
 pub use output::{aerial, sequence};
+pub use plan::aerial::AirPlan;
 pub use plan::lookup::{Lookup, LookupSize};
-pub use plan::{LightFields, Plan, Sky};
+pub use plan::{LightFields, Plan, Sky, SkyPlanner};
 pub use scene::{Preset, Scene};
 /// The version of glam of this library's vectors.
 pub use sorairo_shared::glam;

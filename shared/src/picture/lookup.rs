@@ -141,7 +141,7 @@ fn tangent_length(uniform: &Uniform) -> f32 {
 
 /// The direction with this sine and cosine of its elevation, for the cosine `c` of the azimuth from the sun.
 #[inline(always)]
-fn towards(uniform: &Uniform, sine: f32, cosine: f32, c: f32) -> Vec3 {
+pub fn towards(uniform: &Uniform, sine: f32, cosine: f32, c: f32) -> Vec3 {
     let s = safe_sqrt(1.0 - c * c);
     let (to_sun, across) = (uniform.bearing, Vec3::new(-uniform.bearing.y, uniform.bearing.x, 0.0));
     Vec3::new(cosine * (c * to_sun.x + s * across.x), cosine * (c * to_sun.y + s * across.y), sine)

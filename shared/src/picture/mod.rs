@@ -1,5 +1,6 @@
 //! From a pixel to the sky that it shows.
 
+pub mod air;
 pub mod below;
 pub mod disc;
 pub mod environment;

@@ -9,7 +9,7 @@ use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::plan::on_device::{DeviceUses, Memory, PlanDevice, PlanPass, Views};
 use sorairo::low_level::plan::{GridKind, SpectralPlan, direction};
 use sorairo::scene::{CameraScene, GroundAlbedo, Orders, PathChoice, Polarisation, Preset, Projection, Rgb, Scene};
-use sorairo::{Direction, Error, LightFields, PixelFormat, Plan, Result, Sky, StokesFrame, StokesSpectra, wgpu};
+use sorairo::{Direction, Error, LightFields, PixelFormat, Plan, Result, Sky, StokesFrame, wgpu};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::sky::ByConstituent;
 use sorairo_tests::compare::worst_in_images;
@@ -174,7 +174,7 @@ fn stokes_vectors_of_a_sky_planned_on_a_device_are_those_of_the_processor() {
     assert_eq!(skies.len(), suns.len());
     for (name, scene) in skies {
         let stokes = |fields: &LightFields| {
-            let spectra = StokesSpectra::new(&planned(&scene, fields), &[400.0, 550.0, 700.0], StokesFrame::Vertical);
+            let spectra = planned(&scene, fields).stokes(&[400.0, 550.0, 700.0], StokesFrame::Vertical);
             spectra.unwrap().in_directions(&directions).unwrap()
         };
         let (found, expected) = (by_device_alone(&name, &on_device, stokes), stokes(&LightFields::default()));

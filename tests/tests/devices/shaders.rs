@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use sorairo::low_level::device::gpu::{Module, specialised};
 use sorairo_shared::kernels::{LOOKUP_WORKGROUP, WORKGROUP_SIDE};
+use sorairo_shared::picture::air::VOLUME_SIDE;
 use sorairo_shared::picture::environment::LANES;
 use sorairo_shared::variant;
 
@@ -99,6 +100,7 @@ fn naga_validates_the_committed_modules_and_finds_every_kernel() {
         for entry in &module.entry_points {
             let expected = match (compiled, entry.name.as_str()) {
                 (_, "environment_rows" | "environment_harmonics") => [LANES, 1, 1],
+                (_, "air_volume") => [VOLUME_SIDE, VOLUME_SIDE, 1],
                 (Module::Plans, _) | (_, "lookup" | "anchors") => [LOOKUP_WORKGROUP, 1, 1],
                 _ => [WORKGROUP_SIDE, WORKGROUP_SIDE, 1],
             };

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 use serde::Serialize;
-use sorairo_shared::glam::DVec3;
+use sorairo_shared::glam::{DVec3, Vec3};
 use sorairo_shared::light_field::moments::{Moments, legendre};
 
 use crate::plan::hemisphere::{Node, nodes, nodes_below};
@@ -153,6 +153,22 @@ impl SkyLight {
             irradiance_harmonics_rgb: Harmonics::of(both_sides),
         }
     }
+}
+
+/// Linear RGB of [`SkyLight`] alone: what falls from a sky on a level surface, and on one of any direction.
+pub(crate) fn rgb_of_sky(sky: &SkyPlan) -> (DVec3, Harmonics) {
+    if sky.is_night {
+        return Default::default();
+    }
+    let (above, below) = (nodes(sky, 1), nodes_below(sky));
+    let all: Vec<Node> = above.iter().chain(&below).copied().collect();
+    let views: Vec<Vec3> = all.iter().map(|node| node.direction(sky).as_vec3()).collect();
+    let radiances: Vec<DVec3> = sky.radiances(&views).into_iter().map(Vec3::as_dvec3).collect();
+    let level = above.iter().zip(&radiances).map(|(node, rgb)| *rgb * node.level()).sum();
+    let both_sides = all.iter().zip(&radiances).flat_map(|(node, &rgb)| {
+        [*node, node.mirrored()].map(|node| (node.direction(sky), 0.5 * node.solid_angle, rgb))
+    });
+    (level, Harmonics::of(both_sides))
 }
 
 /// The radiance (W·m⁻²·sr⁻¹) and the luminance (the same, weighted by ȳ) of a spectrum at the observer's wavelengths, in `x` and `y`.

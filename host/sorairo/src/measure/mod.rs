@@ -5,6 +5,7 @@ pub mod between_rgb;
 pub mod broadband;
 pub mod direction;
 pub mod irradiance;
+pub mod light_table;
 pub mod spectral_irradiance;
 pub mod spectrum;
 pub mod stokes;

@@ -68,7 +68,7 @@ impl Sky {
 
     /// Computes now what images take and spectra do not, so that the first image does not wait for it.
     pub fn prepare_images(&self) {
-        self.0.colours();
+        self.0.prepare();
     }
 
     /// Linear RGB of the sky's space of XYZ of its observer, brought into the gamut: no channel is negative.

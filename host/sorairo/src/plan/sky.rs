@@ -168,6 +168,15 @@ impl SkyPlan {
         found_once(&self.refined, || of(self.integral()))
     }
 
+    /// Computes what an image asks of it, so that nobody who draws does: colours, the size of sky lookups and their samples.
+    pub fn prepare(&self) {
+        self.colours();
+        if !self.is_night && self.colour_path != ColourPath::Solve {
+            self.lookup_anchors();
+            self.lookup_quadrature();
+        }
+    }
+
     /// How its light becomes colours: found when it is first asked for, since spectra take none of it.
     pub fn colours(&self) -> &Colours {
         found_once(&self.colours, || self.find_colours())

@@ -31,21 +31,27 @@ impl Layouts {
     /// A layout of some bindings, the first ones without a gap; `written` are those that the kernels write. wgpu numbers the bindings of a layout
     /// anew where one is left out, and a shader that is passed through to the driver would not know.
     pub(super) fn new(device: &wgpu::Device, used: &'static [u32], written: &[u32]) -> Self {
-        let entry = |&binding: &u32| wgpu::BindGroupLayoutEntry {
+        let of = |binding: &u32| wgpu::BindingType::Buffer {
+            ty: if *binding == 0 {
+                wgpu::BufferBindingType::Uniform
+            } else {
+                wgpu::BufferBindingType::Storage { read_only: !written.contains(binding) }
+            },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        Self::of_types(device, used, &used.iter().map(of).collect::<Vec<_>>())
+    }
+
+    /// A layout of bindings of any types.
+    pub(super) fn of_types(device: &wgpu::Device, used: &'static [u32], types: &[wgpu::BindingType]) -> Self {
+        let entry = |(&binding, &ty)| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: if binding == 0 {
-                    wgpu::BufferBindingType::Uniform
-                } else {
-                    wgpu::BufferBindingType::Storage { read_only: !written.contains(&binding) }
-                },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
+            ty,
             count: None,
         };
-        let entries: Vec<_> = used.iter().map(entry).collect();
+        let entries: Vec<_> = used.iter().zip(types).map(entry).collect();
         let bindings = device
             .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("kernel"), entries: &entries });
         let pipeline = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -65,10 +71,17 @@ impl Layouts {
 
     /// Parts of buffers, as a pipeline takes them.
     pub(super) fn bind_parts(&self, device: &wgpu::Device, parts: &[wgpu::BufferBinding<'_>]) -> wgpu::BindGroup {
-        let entry = |&binding: &u32| wgpu::BindGroupEntry {
-            binding,
-            resource: wgpu::BindingResource::Buffer(parts[binding as usize].clone()),
-        };
+        let resources: Vec<_> = parts.iter().cloned().map(wgpu::BindingResource::Buffer).collect();
+        self.bind_resources(device, &resources)
+    }
+
+    /// Resources, as a pipeline takes them.
+    pub(super) fn bind_resources(
+        &self,
+        device: &wgpu::Device,
+        resources: &[wgpu::BindingResource<'_>],
+    ) -> wgpu::BindGroup {
+        let entry = |&binding: &u32| wgpu::BindGroupEntry { binding, resource: resources[binding as usize].clone() };
         let entries: Vec<_> = self.used.iter().map(entry).collect();
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("kernel"),

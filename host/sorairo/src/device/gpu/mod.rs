@@ -3,11 +3,14 @@
 
 #[cfg(not(target_arch = "wasm32"))]
 mod adapters;
+mod air;
+mod air_textures;
 #[cfg(not(target_arch = "wasm32"))]
 mod buffers;
 mod environment;
 mod kernels;
 mod layouts;
+mod light;
 mod module;
 #[cfg(not(target_arch = "wasm32"))]
 mod native;
@@ -20,7 +23,9 @@ mod specialised;
 
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::adapters::{DeviceInfo, Hardware, adapter, devices};
+pub use self::air_textures::{AirVolumeTarget, Depth, DepthImage, SeenImage};
 pub use self::environment::EnvironmentTarget;
+pub use self::light::LightTextures;
 pub use self::module::Module;
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::native::{Gpu, open};

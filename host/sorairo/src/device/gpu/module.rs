@@ -34,7 +34,10 @@ impl Module {
     /// Its entry points.
     pub fn entry_points(self) -> Vec<&'static str> {
         match self {
-            Self::Images => Kernel::ALL.iter().map(|kernel| kernel.entry_point()).chain(OF_ENVIRONMENTS).collect(),
+            Self::Images => {
+                let of_plans = Kernel::ALL.iter().map(|kernel| kernel.entry_point());
+                of_plans.chain(OF_ENVIRONMENTS).chain(OF_AIR).collect()
+            }
             #[cfg(not(target_arch = "wasm32"))]
             Self::Plans => FieldKernel::ALL.iter().map(|kernel| kernel.entry_point()).chain([LOOK]).collect(),
         }
@@ -44,6 +47,9 @@ impl Module {
 /// The entry points that serve environment maps, which no plan asks for.
 pub(super) const OF_ENVIRONMENTS: [&str; 4] =
     ["environment_level", "environment_half", "environment_rows", "environment_harmonics"];
+
+/// The entry points that fill a volume of air, and apply it; likewise.
+pub(super) const OF_AIR: [&str; 2] = ["air_volume", "air_applied"];
 
 /// The entry point that looks in directions.
 #[cfg(not(target_arch = "wasm32"))]

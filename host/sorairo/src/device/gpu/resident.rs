@@ -42,9 +42,9 @@ pub enum Target<'a> {
 /// submits what fills a lookup by itself, into a buffer that no other sky has. So commands that it encodes into a program's encoders may be submitted in any
 /// order, or dropped.
 pub struct ResidentRenderer {
-    device: wgpu::Device,
+    pub(super) device: wgpu::Device,
     queue: wgpu::Queue,
-    kernels: Arc<Kernels>,
+    pub(super) kernels: Arc<Kernels>,
     light_fields: OnceLock<LightFields>,
     most_rounds: u64,
     sky: Option<UploadedSky>,
@@ -54,7 +54,7 @@ pub struct ResidentRenderer {
     /// Pixels without light, and their format.
     black: Option<(PixelFormat, wgpu::Buffer)>,
     /// Stops by which linear RGB is exposed.
-    linear_exposure: f32,
+    pub(super) linear_exposure: f32,
     /// Whether it was said already that half floats cut the sun's disc.
     has_told_of_cut: bool,
 }
@@ -85,7 +85,7 @@ struct FilledLookup {
 
 /// What of a sky lookup is to be filled.
 #[derive(Clone, Copy, PartialEq)]
-enum Fill {
+pub(super) enum Fill {
     Nothing,
     Seen,
     Whole,
@@ -274,7 +274,13 @@ impl ResidentRenderer {
     }
 
     /// What a camera sees of a sky, exposed; told where half floats would cut it.
-    fn plan(&mut self, sky: &Sky, camera: &CameraScene, pixel: PixelFormat, becomes_halves: bool) -> Result<Plan> {
+    pub(super) fn plan(
+        &mut self,
+        sky: &Sky,
+        camera: &CameraScene,
+        pixel: PixelFormat,
+        becomes_halves: bool,
+    ) -> Result<Plan> {
         let plan = Plan::seen(sky, camera, pixel)?.exposed(self.linear_exposure);
         if becomes_halves
             && !self.has_told_of_cut
@@ -322,7 +328,7 @@ impl ResidentRenderer {
     }
 
     /// Fills a plan's sky lookup, by commands of its own: whether a program submits what it has encoded is not known.
-    fn fill_lookup(&self, plan: &Plan, group: &wgpu::BindGroup) {
+    pub(super) fn fill_lookup(&self, plan: &Plan, group: &wgpu::BindGroup) {
         let label = Some("sky lookup");
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
         for (kernel, size) in [Kernel::Anchors, Kernel::Lookup].into_iter().zip(groups_of_lookup(&plan.uniform)) {
@@ -334,7 +340,7 @@ impl ResidentRenderer {
 
     /// Whether the device is still there. wgpu tells no one of a lost one but the program, which may have a callback for it; but nothing can be made in it
     /// any more, and what is used without having been made is an error of a scope. In a browser that answer comes only after the frame.
-    fn check_present(&self) -> Result<()> {
+    pub(super) fn check_present(&self) -> Result<()> {
         if cfg!(target_arch = "wasm32") {
             return Ok(());
         }
@@ -347,7 +353,7 @@ impl ResidentRenderer {
         }
     }
 
-    fn check_limits(&self, plan: &Plan, row_pixels: u32) -> Result<()> {
+    pub(super) fn check_limits(&self, plan: &Plan, row_pixels: u32) -> Result<()> {
         let limits = self.device.limits();
         let too_large = |what: &str| Err(Error::Device(format!("its limits do not allow {what} of this image")));
         let bytes = 4 * u64::from(row_pixels) * u64::from(plan.height()) * u64::from(plan.pixel_words());
@@ -396,13 +402,13 @@ impl ResidentRenderer {
         buffer
     }
 
-    fn empty(&self, label: &'static str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+    pub(super) fn empty(&self, label: &'static str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
         let label = Some(label);
         self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
     }
 
     /// Makes room for the plan's sky lookup; what of it is to be filled.
-    fn reserve_lookup(&mut self, plan: &Plan, camera: &CameraScene) -> Fill {
+    pub(super) fn reserve_lookup(&mut self, plan: &Plan, camera: &CameraScene) -> Fill {
         let sky = &plan.sky;
         let size = plan.lookup.size;
         let rows_of = (camera.projection == Projection::Equirectangular).then_some(camera.size);
@@ -428,8 +434,13 @@ impl ResidentRenderer {
         if plan.kernel() == Kernel::SkyLookup { fill } else { Fill::Nothing }
     }
 
+    /// The sky lookup, which was reserved.
+    pub(super) fn lookup_buffer(&self) -> wgpu::Buffer {
+        self.lookup.as_ref().expect("it was reserved").buffer.clone()
+    }
+
     /// Binds a plan's buffers. The uniform and the colour rows are of this image alone: several may be encoded before any is submitted.
-    fn bind(&mut self, plan: &Plan, uniform: &Uniform, output: &wgpu::Buffer) -> super::layouts::Groups {
+    pub(super) fn bind(&mut self, plan: &Plan, uniform: &Uniform, output: &wgpu::Buffer) -> super::layouts::Groups {
         let buffers = plan.buffers();
         let storage = wgpu::BufferUsages::STORAGE;
         let is_refined = plan.is_refined();
@@ -451,7 +462,7 @@ impl ResidentRenderer {
         };
         let colour = filled(&self.device, "colour", &not_empty(buffers.colour), storage);
         let uniform = filled(&self.device, "uniform", bytemuck::bytes_of(uniform), wgpu::BufferUsages::UNIFORM);
-        let lookup = self.lookup.as_ref().expect("it was reserved").buffer.clone();
+        let lookup = self.lookup_buffer();
         let bound = [&uniform, &sky.bands, &sky.quadrature, &colour, &sky.multiple, &lookup, output, &sky.columns];
         let groups =
             self.kernels.layouts(&self.device).bind(&self.device, &bound.map(|buffer| (buffer, buffer.size())));
@@ -482,7 +493,12 @@ impl ResidentRenderer {
     }
 }
 
-fn filled(device: &wgpu::Device, label: &'static str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+pub(super) fn filled(
+    device: &wgpu::Device,
+    label: &'static str,
+    contents: &[u8],
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
     device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
 }
 

@@ -6,8 +6,10 @@
 //! meets the ground before it, is interpolated from smooth numbers.
 
 mod colours;
+mod every_direction;
 mod light;
 mod steps;
 
 pub use colours::AirColours;
+pub use every_direction::AirPlan;
 pub use light::SlicedAir;

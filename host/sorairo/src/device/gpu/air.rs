@@ -1,0 +1,194 @@
+//! The air before a camera in a program's own device: a volume of froxels in the program's textures, and images that are
+//! seen through it.
+
+use std::sync::Arc;
+
+use sorairo_shared::kernels::WORKGROUP_SIDE;
+use sorairo_shared::picture::air::{SLICES_TOGETHER, VOLUME_SIDE};
+use sorairo_shared::uniform::Uniform;
+use sorairo_shared::variant::PixelFormat;
+use wgpu::{BindingResource, TextureFormat, TextureUsages};
+
+use super::air_textures::{AirVolumeTarget, SeenImage};
+use super::kernels::Kernels;
+use super::layouts::Layouts;
+use super::module::{Module, OF_AIR};
+use super::resident::{Fill, ResidentRenderer, filled};
+use crate::error::Result;
+use crate::measure::volume;
+use crate::plan::aerial::AirPlan;
+use crate::plan::{Plan, upload};
+use crate::scene::CameraScene;
+
+impl ResidentRenderer {
+    /// Encodes the air before a camera of a sky into a volume.
+    ///
+    /// Its last slice is at an infinite distance, where it is the sky that [`Self::encode`] draws by a sky lookup for the
+    /// same camera, in each direction that meets no ground.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera, which is a perspective one; [`Error::Target`] for
+    /// textures of the wrong size, format or usage; [`Error::Device`] for what is too large for the device, or one that is
+    /// lost. Then nothing was encoded.
+    pub fn encode_volume(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        air: &AirPlan,
+        camera: &CameraScene,
+        target: &AirVolumeTarget<'_>,
+    ) -> Result<()> {
+        let scene = air.sky().scene.seen_by(camera)?;
+        volume::check(&scene)?;
+        target.check(air, TextureUsages::STORAGE_BINDING)?;
+        let plan = self.plan(air.sky(), camera, PixelFormat::HalfRgb, false)?;
+        self.check_present()?;
+        self.check_limits(&plan, plan.width())?;
+        let lookup = self.filled_lookup(&plan, camera);
+        let froxels = target.froxels(air, self.linear_exposure);
+        let device = &self.device;
+        let uniform = wgpu::BufferUsages::UNIFORM;
+        let buffers = [
+            filled(device, "uniform", bytemuck::bytes_of(&plan.uniform), uniform),
+            filled(device, "froxels", bytemuck::bytes_of(&froxels), uniform),
+            filled(device, "air", bytemuck::cast_slice(air.nodes()), wgpu::BufferUsages::STORAGE),
+            lookup,
+        ];
+        let views = [whole(target.in_scatter), whole(target.transmittance)];
+        let resources =
+            buffers.iter().map(wgpu::Buffer::as_entire_binding).chain(views.iter().map(BindingResource::TextureView));
+        let layouts = volume_layouts(device);
+        let pipeline = volume_pipeline(device, &self.kernels, &layouts, plan.variant);
+        let group = layouts.bind_resources(device, &resources.collect::<Vec<_>>());
+        let side = |length: u32| length.div_ceil(VOLUME_SIDE);
+        let groups = [side(froxels.columns), side(froxels.rows), air.slices().div_ceil(SLICES_TOGETHER)];
+        run(encoder, &pipeline, &group, groups);
+        Ok(())
+    }
+
+    /// Encodes an image as it is seen through a volume that [`Self::encode_volume`] filled for its camera.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera, the planes and the unit of the depth;
+    /// [`Error::Target`] for textures of the wrong size, format or usage; [`Error::Device`] for one that is lost. Then
+    /// nothing was encoded.
+    pub fn encode_air(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        air: &AirPlan,
+        camera: &CameraScene,
+        volume: &AirVolumeTarget<'_>,
+        image: &SeenImage<'_>,
+    ) -> Result<()> {
+        let scene = air.sky().scene.seen_by(camera)?;
+        volume::check(&scene)?;
+        volume.check(air, TextureUsages::TEXTURE_BINDING)?;
+        let camera = upload::camera(&scene);
+        image.check(&camera)?;
+        let seen = image.depth.seen_through(camera, air, volume)?;
+        self.check_present()?;
+        let device = &self.device;
+        let seen = filled(device, "image in air", bytemuck::bytes_of(&seen), wgpu::BufferUsages::UNIFORM);
+        let depth = wgpu::TextureViewDescriptor { aspect: image.depth.aspect(), ..Default::default() };
+        let views = [
+            whole(image.colour),
+            image.depth.texture.create_view(&depth),
+            whole(volume.in_scatter),
+            whole(volume.transmittance),
+        ];
+        let sampler = linear(device);
+        let output = whole(image.output);
+        let resources = [seen.as_entire_binding()].into_iter().chain(views.iter().map(BindingResource::TextureView));
+        let last = [BindingResource::Sampler(&sampler), BindingResource::TextureView(&output)];
+        let layouts = image_layouts(device);
+        let pipeline = self.kernels.pipeline_of(device, Module::Images, OF_AIR[1], &layouts, 0);
+        let group = layouts.bind_resources(device, &resources.chain(last).collect::<Vec<_>>());
+        let side = |length: u32| length.div_ceil(WORKGROUP_SIDE);
+        run(encoder, &pipeline, &group, [side(image.output.width()), side(image.output.height()), 1]);
+        Ok(())
+    }
+
+    /// The work of compiling what [`Self::encode_volume`] and [`Self::encode_air`] take for a sky, which any thread may
+    /// do; see [`Self::warm_up`].
+    pub fn warm_up_air(&self, air: &AirPlan) -> impl FnOnce() + 'static + use<> {
+        let (device, kernels) = (self.device.clone(), Arc::clone(&self.kernels));
+        let variant = air.sky().integral().variant;
+        move || {
+            volume_pipeline(&device, &kernels, &volume_layouts(&device), variant);
+            kernels.pipeline_of(&device, Module::Images, OF_AIR[1], &image_layouts(&device), 0);
+        }
+    }
+
+    /// The sky lookup of a plan, filled where it has one.
+    fn filled_lookup(&mut self, plan: &Plan, camera: &CameraScene) -> wgpu::Buffer {
+        let fill = self.reserve_lookup(plan, camera);
+        let whole = u32::from(fill == Fill::Whole) | plan.uniform.fills_whole_lookup;
+        let uniform = Uniform { fills_whole_lookup: whole, ..plan.uniform };
+        let unused = self.empty("no pixels", 4, wgpu::BufferUsages::STORAGE);
+        let groups = self.bind(plan, &uniform, &unused);
+        if fill != Fill::Nothing {
+            self.fill_lookup(plan, &groups.lookup);
+        }
+        self.lookup_buffer()
+    }
+}
+
+/// The variant's bits that a volume reads.
+fn volume_pipeline(device: &wgpu::Device, kernels: &Kernels, layouts: &Layouts, variant: u32) -> wgpu::ComputePipeline {
+    use sorairo_shared::variant::{AEROSOL, DESCENT, PHASE_TABLE, REST};
+    let read = variant & (AEROSOL | REST | PHASE_TABLE | DESCENT);
+    kernels.pipeline_of(device, Module::Images, OF_AIR[0], layouts, read)
+}
+
+fn run(
+    encoder: &mut wgpu::CommandEncoder,
+    pipeline: &wgpu::ComputePipeline,
+    group: &wgpu::BindGroup,
+    [x, y, z]: [u32; 3],
+) {
+    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, group, &[]);
+    pass.dispatch_workgroups(x, y, z);
+}
+
+fn whole(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+fn linear(device: &wgpu::Device) -> wgpu::Sampler {
+    let filter = wgpu::FilterMode::Linear;
+    device.create_sampler(&wgpu::SamplerDescriptor { mag_filter: filter, min_filter: filter, ..Default::default() })
+}
+
+fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}
+
+fn read(view_dimension: wgpu::TextureViewDimension, filterable: bool) -> wgpu::BindingType {
+    let sample_type = wgpu::TextureSampleType::Float { filterable };
+    wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false }
+}
+
+fn written(view_dimension: wgpu::TextureViewDimension) -> wgpu::BindingType {
+    let access = wgpu::StorageTextureAccess::WriteOnly;
+    wgpu::BindingType::StorageTexture { access, format: TextureFormat::Rgba16Float, view_dimension }
+}
+
+/// How resources are bound where a volume is filled.
+fn volume_layouts(device: &wgpu::Device) -> Layouts {
+    let uniform = buffer(wgpu::BufferBindingType::Uniform);
+    let storage = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+    let texture = written(wgpu::TextureViewDimension::D3);
+    Layouts::of_types(device, &[0, 1, 2, 3, 4, 5], &[uniform, uniform, storage, storage, texture, texture])
+}
+
+/// How resources are bound where an image is seen through one.
+fn image_layouts(device: &wgpu::Device) -> Layouts {
+    use wgpu::TextureViewDimension::{D2, D3};
+    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+    let uniform = buffer(wgpu::BufferBindingType::Uniform);
+    let (image, volume) = (read(D2, false), read(D3, true));
+    Layouts::of_types(device, &[0, 1, 2, 3, 4, 5, 6], &[uniform, image, image, volume, volume, sampler, written(D2)])
+}

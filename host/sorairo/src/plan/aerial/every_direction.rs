@@ -1,0 +1,157 @@
+//! The air before an observer in every direction: what volumes of any camera are filled from.
+
+use std::f64::consts::FRAC_PI_2;
+
+use rayon::prelude::*;
+use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo_shared::interpolation::azimuth::cosine_at_place;
+use sorairo_shared::light_field::multiple_lookup::MultipleLookup;
+use sorairo_shared::picture::air::Before;
+use sorairo_shared::picture::lookup::towards;
+use sorairo_shared::sky::Constituents;
+
+use crate::error::{Error, Result, check_range};
+use crate::plan::aerial::colours::AirColours;
+use crate::plan::aerial::light::SlicedAir;
+use crate::plan::held::Sky;
+use crate::plan::sky::SkyPlan;
+use crate::scene::ColourPath;
+
+/// Rows above and below the horizon, and columns from the sun's azimuth to the opposite one.
+const ABOVE: u32 = 32;
+const BELOW: u32 = 24;
+const AZIMUTHS: u32 = 20;
+
+/// The air before the observer of a sky in every direction, up to distances from 0 to infinity: what the volumes of
+/// cameras on a device are filled from; see `ResidentRenderer::encode_volume`.
+///
+/// The distances of `n` slices are
+///
+/// ```text
+/// d_k = m w² / (1 - w²)     w = k / (n - 1)
+/// ```
+///
+/// of which `m` is the middle. Beneath the ground air goes on as it is on it, so that things below the horizon have air
+/// before them wherever they stand. It is made by the processor, on all cores, and depends on the sky alone: a program
+/// makes it where it plans the sky.
+#[derive(Debug)]
+pub struct AirPlan {
+    sky: Sky,
+    middle: f64,
+    directions: MultipleLookup,
+    nodes: Vec<Vec4>,
+}
+
+impl AirPlan {
+    /// The middle of the distances (km) for scenes on the ground: of 32 slices the first ends at 26 m, the last but one at
+    /// 370 km.
+    pub const MIDDLE: f64 = 25.0;
+
+    /// That of a sky up to each of some slices (4 to 256), with the middle of their distances (0.001 to 10000 km).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for the slices or the middle; [`Error::NotAllowed`] for a sky whose colours are solved at every
+    /// pixel (`render.color`).
+    pub fn new(sky: &Sky, slices: u32, middle: f64) -> Result<Self> {
+        check_range("slices", f64::from(slices), (4.0, 256.0), "")?;
+        check_range("middle", middle, (1e-3, 1e4), "km")?;
+        if sky.colour_path == ColourPath::Solve {
+            return Err(Error::not_allowed(
+                "render.color",
+                "is solve, of whole rays; air up to a distance takes folded",
+            ));
+        }
+        let directions = directions(sky, slices);
+        let air =
+            InEveryDirection { sky, directions, air: SlicedAir::new(sky.integral()), colours: AirColours::new(sky) };
+        let nodes = air.nodes(&distances(slices, middle));
+        Ok(Self { sky: sky.clone(), middle, directions, nodes })
+    }
+
+    /// The sky.
+    pub fn sky(&self) -> &Sky {
+        &self.sky
+    }
+
+    /// Distances up to which the air is known, the slices of a volume.
+    pub fn slices(&self) -> u32 {
+        self.directions.groups
+    }
+
+    /// The middle of the distances (km): at a distance `d` a volume is read at `√(d / (d + middle))` of the way from its
+    /// first slice to its last.
+    pub fn middle(&self) -> f64 {
+        self.middle
+    }
+
+    /// The directions of the table; its groups are the slices.
+    pub fn directions(&self) -> MultipleLookup {
+        self.directions
+    }
+
+    /// The table, as the kernel takes it: slice by slice of a direction, direction by direction of a row, row by row from the
+    /// horizon, first of those above it; a node is [`sorairo_shared::picture::air::NODE`] times four numbers.
+    pub fn nodes(&self) -> &[Vec4] {
+        &self.nodes
+    }
+}
+
+/// The distances of slices (km).
+fn distances(slices: u32, middle: f64) -> Vec<f64> {
+    let distance = |k: u32| {
+        let w = f64::from(k) / f64::from(slices - 1);
+        middle * w * w / (1.0 - w * w)
+    };
+    (0..slices).map(distance).collect()
+}
+
+fn directions(sky: &SkyPlan, slices: u32) -> MultipleLookup {
+    let uniform = &sky.base.uniform;
+    MultipleLookup {
+        above: ABOVE,
+        below: BELOW,
+        azimuths: AZIMUTHS,
+        groups: slices,
+        horizon: uniform.horizon,
+        span_above: uniform.lookup_span,
+        span_below: FRAC_PI_2 as f32 + uniform.horizon,
+        padding: 0,
+    }
+}
+
+struct InEveryDirection<'a> {
+    sky: &'a SkyPlan,
+    directions: MultipleLookup,
+    air: SlicedAir<'a>,
+    colours: AirColours<'a>,
+}
+
+impl InEveryDirection<'_> {
+    fn nodes(&self, distances: &[f64]) -> Vec<Vec4> {
+        let MultipleLookup { above, below, azimuths, .. } = self.directions;
+        let of_direction = |number: u32| {
+            let view = self.view(number / azimuths, number % azimuths);
+            self.air.along(view, distances).into_iter().flat_map(|before| {
+                let light = if self.sky.is_night { Constituents::DARK } else { self.colours.constituents(&before) };
+                Before { light, transmittance: self.colours.transmittance(before.columns) }.node()
+            })
+        };
+        (0..(above + below) * azimuths).into_par_iter().flat_map_iter(of_direction).collect()
+    }
+
+    /// The direction of a row and a column; the inverse of
+    /// [`place_at`](sorairo_shared::light_field::multiple_lookup::place_at).
+    fn view(&self, row: u32, column: u32) -> Vec3 {
+        let MultipleLookup { above, below, azimuths, horizon, span_above, span_below, .. } = self.directions;
+        let squared = |row: u32, rows: u32| (f64::from(row) / f64::from(rows - 1)).powi(2);
+        let from_horizon = if row < above {
+            squared(row, above) * f64::from(span_above)
+        } else {
+            -squared(row - above, below) * f64::from(span_below)
+        };
+        let (sine, cosine) = (f64::from(horizon) + from_horizon).sin_cos();
+        let c = cosine_at_place(column as f32 / (azimuths - 1) as f32);
+        towards(&self.sky.base.uniform, sine as f32, cosine as f32, c)
+    }
+}

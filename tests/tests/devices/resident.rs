@@ -460,7 +460,7 @@ fn an_image_beyond_a_limit_is_refused_and_the_device_draws_a_smaller_one() {
     };
     let bytes = |limits| wgpu::Limits { max_storage_buffer_binding_size: 1 << 20, ..limits };
     within(bytes, "the pixels", Some("128x64"));
-    let groups = |limits| wgpu::Limits { max_compute_workgroups_per_dimension: 200, ..limits };
+    let groups = |limits| wgpu::Limits { max_compute_workgroups_per_dimension: 255, ..limits };
     within(groups, "the workgroups", Some("256x128"));
     let bindings = |limits| wgpu::Limits { max_storage_buffers_per_shader_stage: 5, ..limits };
     within(bindings, "the kernels", None);

@@ -67,10 +67,10 @@ pub fn lookup_anchors(
     #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] columns: &[Vec4],
     #[spirv(workgroup)] kept: &mut AnchorLanes,
 ) {
-    let anchor = id.x / ANCHOR_LANES;
+    let (anchor, share) = (id.x / ANCHOR_LANES, lane % ANCHOR_LANES);
     let buffers = Buffers { bands, quadrature, colour, multiple, columns };
     let is_due = (anchor < anchors(uniform)) && is_anchor_read(uniform, anchor, variant);
-    let is_first = is_due & (lane % ANCHOR_LANES == 0);
+    let is_first = is_due & (share == 0);
     let mut gathered = Gathered::DARK;
     let groups = group_count(bands.len(), variant);
     let mut group = 0;

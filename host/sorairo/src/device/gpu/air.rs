@@ -14,6 +14,8 @@ use super::kernels::Kernels;
 use super::layouts::Layouts;
 use super::module::{Module, OF_AIR};
 use super::resident::{Fill, ResidentRenderer, filled};
+#[cfg(doc)]
+use crate::error::Error;
 use crate::error::Result;
 use crate::measure::volume;
 use crate::plan::aerial::AirPlan;

@@ -11,7 +11,9 @@ use sorairo_shared::picture::environment::{
     COEFFICIENTS, CoefficientLanes, LevelStep, ROW_SUMS, RowLanes, half_pixel, keep_coefficients, keep_row_sums,
     level_pixel, store_coefficient, store_row_sum,
 };
-use sorairo_shared::picture::lookup::{anchors, entries, entry_between_anchors, is_anchor_read, is_read, store_entry};
+use sorairo_shared::picture::lookup::{
+    anchor_view, anchors, entries, entry_between_anchors, is_anchor_read, is_read, store_entry,
+};
 use sorairo_shared::sky::{Gathered, is_done};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant::group_count;
@@ -69,18 +71,26 @@ pub fn lookup_anchors(
 ) {
     let (anchor, share) = (id.x / ANCHOR_LANES, lane % ANCHOR_LANES);
     let buffers = Buffers { bands, quadrature, colour, multiple, columns };
-    let is_due = (anchor < anchors(uniform)) && is_anchor_read(uniform, anchor, variant);
+    // A barrier stands where all lanes of a workgroup pass. Divisions leave the kernel where they cannot be done, so that
+    // none may stand behind a branch that lanes take differently.
+    let direction = anchor_view(uniform, anchor);
+    let is_due = (anchor < anchors(uniform)) & is_anchor_read(uniform, anchor, variant);
     let is_first = is_due & (share == 0);
     let mut gathered = Gathered::DARK;
     let groups = group_count(bands.len(), variant);
     let mut group = 0;
     loop {
         if is_due {
-            keep_anchor_part(uniform, buffers, (anchor, group), lane, kept, variant);
+            keep_anchor_part(uniform, buffers, (direction, group), lane, kept, variant);
         }
         workgroup_memory_barrier_with_group_sync();
         if is_first {
-            gathered.add(buffers, group, anchor_light(uniform, buffers, (anchor, group), lane, kept, variant), variant);
+            gathered.add(
+                buffers,
+                group,
+                anchor_light(uniform, buffers, (direction, group), lane, kept, variant),
+                variant,
+            );
         }
         group += 1;
         if is_done(group, groups) {

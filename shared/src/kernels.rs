@@ -224,17 +224,17 @@ pub const ANCHOR_LANES: u32 = 8;
 pub type AnchorLanes = [Vec4; 2 * LOOKUP_WORKGROUP as usize];
 
 /// Kernel `anchors`, first half of a group of bands: what a lane of the workgroup adds to the integral of its anchor of
-/// the sky lookup.
+/// the sky lookup, which stands in a direction.
 #[inline(always)]
 pub fn keep_anchor_part(
     uniform: &Uniform,
     buffers: Buffers<'_>,
-    (anchor, group): (u32, usize),
+    (direction, group): (Vec3, usize),
     lane: u32,
     kept: &mut AnchorLanes,
     variant: u32,
 ) {
-    let ray = view_ray(uniform, lookup::anchor_view(uniform, anchor));
+    let ray = view_ray(uniform, direction);
     let (medium, bands) = (buffers.medium(uniform), fetch(buffers.bands, group));
     let share = (lane % ANCHOR_LANES, ANCHOR_LANES);
     let part = single_scattering_of_lane(medium, &bands, buffers.quadrature, share, ray, variant);
@@ -242,13 +242,13 @@ pub fn keep_anchor_part(
     store_in(kept, 2 * lane as usize + 1, part.aerosol);
 }
 
-/// Kernel `anchors`, second half of a group of bands, once all lanes are kept: the light of an anchor whose first lane
-/// is given.
+/// Kernel `anchors`, second half of a group of bands, once all lanes are kept: the light of an anchor, which stands in
+/// a direction and whose first lane is given.
 #[inline(always)]
 pub fn anchor_light(
     uniform: &Uniform,
     buffers: Buffers<'_>,
-    (anchor, group): (u32, usize),
+    (direction, group): (Vec3, usize),
     first_lane: u32,
     kept: &AnchorLanes,
     variant: u32,
@@ -260,7 +260,6 @@ pub fn anchor_light(
         aerosol += fetch_in(kept, 2 * lane as usize + 1);
         lane += 1;
     }
-    let direction = lookup::anchor_view(uniform, anchor);
     let ray = view_ray(uniform, direction);
     let (multiple, ground) = rest_of_light(uniform, buffers, group, ray, direction, variant);
     ByConstituent { air, aerosol, multiple, ground }

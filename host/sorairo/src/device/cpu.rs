@@ -249,12 +249,12 @@ mod tests {
             for anchor in (0..anchors(uniform)).step_by(37) {
                 // A workgroup whose second anchor it is.
                 let mut kept = [Vec4::NAN; 2 * LOOKUP_WORKGROUP as usize];
-                let first = ANCHOR_LANES;
+                let (first, view) = (ANCHOR_LANES, anchor_view(uniform, anchor));
                 for lane in first..2 * ANCHOR_LANES {
-                    keep_anchor_part(uniform, buffers, (anchor, 0), lane, &mut kept, plan.variant);
+                    keep_anchor_part(uniform, buffers, (view, 0), lane, &mut kept, plan.variant);
                 }
-                let found = anchor_light(uniform, buffers, (anchor, 0), first, &kept, plan.variant);
-                let alone = light(uniform, buffers, 0, anchor_view(uniform, anchor), plan.variant);
+                let found = anchor_light(uniform, buffers, (view, 0), first, &kept, plan.variant);
+                let alone = light(uniform, buffers, 0, view, plan.variant);
                 for (found, alone) in [(found.air, alone.air), (found.aerosol, alone.aerosol)] {
                     // Sums of up to some hundred terms in another order.
                     assert!((found - alone).abs().cmple(alone * 1e-5).all(), "{sun}°, {anchor}: {found}, not {alone}");

@@ -451,7 +451,7 @@ fn an_image_beyond_a_limit_is_refused_and_the_device_draws_a_smaller_one() {
     let sized = |size: &str| CameraScene { size: size.parse().unwrap(), ..cameras()[0].clone() };
     let within = |limits: fn(wgpu::Limits) -> wgpu::Limits, words: &str, small: Option<&str>| {
         let (device, queue) = opened_within(wgpu::Features::PASSTHROUGH_SHADERS, limits);
-        let refused = encoded(&device, &queue, &sized("4096x512")).unwrap_err();
+        let refused = encoded(&device, &queue, &sized("8192x64")).unwrap_err();
         let is_told = matches!(&refused, Error::Device(told) if told.contains("limits") && told.contains(words));
         assert!(is_told, "{refused}");
         if let Some(small) = small {
@@ -460,7 +460,7 @@ fn an_image_beyond_a_limit_is_refused_and_the_device_draws_a_smaller_one() {
     };
     let bytes = |limits| wgpu::Limits { max_storage_buffer_binding_size: 1 << 20, ..limits };
     within(bytes, "the pixels", Some("128x64"));
-    let groups = |limits| wgpu::Limits { max_compute_workgroups_per_dimension: 255, ..limits };
+    let groups = |limits| wgpu::Limits { max_compute_workgroups_per_dimension: 511, ..limits };
     within(groups, "the workgroups", Some("256x128"));
     let bindings = |limits| wgpu::Limits { max_storage_buffers_per_shader_stage: 5, ..limits };
     within(bindings, "the kernels", None);

@@ -54,7 +54,7 @@ pub struct LightTable {
     texels: Vec<LightAt>,
 }
 
-/// What falls on surfaces at an altitude under a sun.
+/// What falls on surfaces at an altitude under a sun: linear RGB (W·m⁻², weighted by the observer).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LightAt {
     /// From the sun's disc, as far as the ground does not hide it, on a surface that faces it.

@@ -7,7 +7,7 @@ use super::keys;
 use super::place::{Place, SunPosition, Time, sun_position};
 use super::preset::Scene;
 use super::rules;
-use super::settings::Exposure;
+use super::settings::{Exposure, Polarisation};
 use crate::error::{Error, Result};
 
 /// A scene whose values lie in their ranges, its azimuths without whole turns, and whose sun stands where its place and
@@ -66,6 +66,18 @@ impl ValidScene {
         let mut changed = self.clone();
         changed.scene.sun.disc = disc;
         keys::check_table("sun", &changed.scene)?;
+        Ok(changed)
+    }
+
+    /// The same sky with light that is polarised as it is scattered.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] if the scene takes all light as natural.
+    pub(crate) fn polarised(&self) -> Result<Self> {
+        rules::stokes_of_natural_light(&self.scene)?;
+        let mut changed = self.clone();
+        changed.scene.render.polarisation = Polarisation::On;
         Ok(changed)
     }
 

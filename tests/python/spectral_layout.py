@@ -21,18 +21,37 @@ header, channels = file.header(), file.channels()
 assert header["spectralLayoutVersion"] == "1.0", header
 assert header["emissiveUnits"] == "W.m^-2.sr^-1", header
 assert "1 nm" in header["emissiveUnitsNote"], header
-names = [f"S0.{wavelength:.6f}nm".replace(".", ",").replace("S0,", "S0.") for wavelength in wavelengths]
-assert sorted(channels) == sorted(["R", "G", "B", *names]), sorted(channels)
+is_polarised = "stokes" in expected["pixels"][0]
+parameters = [f"S{parameter}" for parameter in range(4 if is_polarised else 1)]
+names = {of: [f"{of}." + f"{wavelength:.6f}nm".replace(".", ",") for wavelength in wavelengths] for of in parameters}
+assert sorted(channels) == sorted(["R", "G", "B", *sum(names.values(), [])]), sorted(channels)
 assert len(wavelengths) > 1
-spectra = np.stack([channels[name].pixels for name in names], axis=-1)
+stokes = {of: np.stack([channels[name].pixels for name in names[of]], axis=-1) for of in parameters}
+spectra = stokes["S0"]
 assert spectra.dtype == np.float32 and np.isfinite(spectra).all() and (spectra >= 0).all()
 
 components, specification = colour.read_spectral_image_Fichet2021(path, "float32", additional_data=True)
-assert specification.is_emissive and not specification.is_polarised and not specification.is_bispectral
-assert list(components) == ["S0"], components
-read_wavelengths, read_spectra = components["S0"]
-assert np.array_equal(read_wavelengths, wavelengths), read_wavelengths
-assert np.array_equal(read_spectra, spectra)
+assert specification.is_emissive and specification.is_polarised == is_polarised and not specification.is_bispectral
+assert sorted(components) == parameters, components
+for of in parameters:
+    read_wavelengths, read_spectra = components[of]
+    assert np.array_equal(read_wavelengths, wavelengths), read_wavelengths
+    assert np.array_equal(read_spectra, stokes[of])
+
+if is_polarised:
+    assert header["polarisationHandedness"] == "right" and "vertical" in header["polarisationFrame"], header
+    assert not stokes["S3"].any()
+    worst = 0.0
+    for pixel in expected["pixels"]:
+        i, q, u = np.array(pixel["stokes"]).T
+        degree = np.hypot(q, u).max() / i.max()
+        assert degree > 0.02, pixel
+        for of, value in (("S1", q), ("S2", u)):
+            worst = max(worst, np.abs(stokes[of][pixel["row"], pixel["column"]] / spectra[pixel["row"], pixel["column"]] - value / i).max())
+    # Of the parts Q/I and U/I that lie on straight lines between twelve bands.
+    assert worst < 0.01, worst
+    print(f"polarisation against sorairo spectrum --stokes: {worst:.1e}")
+    sys.exit()
 
 worst = 0.0
 for pixel in expected["pixels"]:

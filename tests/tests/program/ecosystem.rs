@@ -12,15 +12,27 @@ fn write_json(path: &Path, value: &Value) {
 }
 
 /// What `sorairo spectrum` says of a pixel of an equirectangular image of 64x32 pixels.
-fn pixel(folder: &Path, scene: &[&str], column: u32, row: u32) -> Value {
+fn samples(folder: &Path, arguments: &[&str], scene: &[&str], (column, row): (u32, u32)) -> Vec<Value> {
     let azimuth = (f64::from(column) + 0.5) * 360.0 / 64.0 - 180.0;
     let elevation = 90.0 - (f64::from(row) + 0.5) * 180.0 / 32.0;
     let (elevation, azimuth) = (format!("--view-elevation={elevation}"), format!("--view-azimuth={azimuth}"));
-    let spectrum = ["spectrum", &elevation, &azimuth, "--wavelengths", "380:780:5", "--format", "json"];
-    let samples = succeed(folder, &[&spectrum[..], scene].concat()).stdout;
+    let spectrum = ["spectrum", &elevation, &azimuth, "--format", "json"];
+    let samples = succeed(folder, &[&spectrum[..], arguments, scene].concat()).stdout;
     let samples: Value = serde_json::from_str(&samples).expect("JSON");
-    let radiance: Vec<&Value> = samples.as_array().expect("samples").iter().map(|sample| &sample["radiance"]).collect();
+    samples.as_array().expect("samples").clone()
+}
+
+fn pixel(folder: &Path, scene: &[&str], column: u32, row: u32) -> Value {
+    let samples = samples(folder, &["--wavelengths", "380:780:5"], scene, (column, row));
+    let radiance: Vec<&Value> = samples.iter().map(|sample| &sample["radiance"]).collect();
     json!({ "column": column, "row": row, "radiance": radiance })
+}
+
+fn stokes_of_pixel(folder: &Path, scene: &[&str], column: u32, row: u32) -> Value {
+    let samples = samples(folder, &["--stokes", "--wavelengths", "380:780:10"], scene, (column, row));
+    let stokes: Vec<[&Value; 3]> =
+        samples.iter().map(|sample| ["stokes_i", "stokes_q", "stokes_u"].map(|name| &sample[name])).collect();
+    json!({ "column": column, "row": row, "stokes": stokes })
 }
 
 #[test]
@@ -43,6 +55,25 @@ fn a_spectral_file_is_what_other_readers_expect_and_holds_the_spectrum() {
             succeed(folder, &[&image[..], scene, &["--device", device]].concat());
             check(folder, "spectral_layout.py", &["sky.spectral.exr", "expected.json"]);
         }
+    }
+}
+
+#[test]
+fn a_spectral_file_holds_the_stokes_parameters_that_other_readers_expect() {
+    let folder = tempdir().unwrap();
+    let folder = folder.path();
+    let wavelengths: Vec<f64> = (0..41).map(|i| 380.0 + 10.0 * f64::from(i)).collect();
+    for scene in
+        [&["--sun-elevation", "20", "--sun-azimuth", "70"][..], &["--sun-elevation", "-2"], &["--preset", "earth"]]
+    {
+        let pixels: Vec<Value> = [(40, 3), (10, 9), (5, 13), (52, 6)]
+            .iter()
+            .map(|&(column, row)| stokes_of_pixel(folder, scene, column, row))
+            .collect();
+        write_json(&folder.join("expected.json"), &json!({ "wavelengths": wavelengths, "pixels": pixels }));
+        let image = ["render", "--size", "64x32", "-o", "sky.spectral.exr", "--stokes"];
+        succeed(folder, &[&image[..], scene].concat());
+        check(folder, "spectral_layout.py", &["sky.spectral.exr", "expected.json"]);
     }
 }
 

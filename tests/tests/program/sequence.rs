@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use rayon::prelude::*;
 use serde_json::Value;
-use sorairo::low_level::files::{Format, is_finished};
+use sorairo::low_level::files::{Format, Spectra, is_finished};
 use sorairo::scene::keys::KEYS;
 use sorairo::scene::{ExrDepth, Scene};
 use sorairo_cli::flags::flag;
@@ -284,10 +284,11 @@ fn a_file_with_any_byte_changed_missing_or_added_is_not_finished() {
     for (name, scene) in [("0.png", &scene), ("0.exr", &scene), ("0.spectral.exr", &scene), ("half.exr", &halves)] {
         let bytes = std::fs::read(folder.path().join(name)).unwrap();
         let format = Format::of(Path::new(name), false).unwrap();
-        let wavelengths: &[f64] = if format == Format::SpectralExr { &[450.0, 550.0] } else { &[] };
+        let wavelengths = if format == Format::SpectralExr { vec![450.0, 550.0] } else { Vec::new() };
+        let spectra = Spectra { wavelengths, ..Spectra::default() };
         let is_finished = |bytes: &[u8]| {
             std::fs::write(&path, bytes).unwrap();
-            is_finished(&path, format, scene, wavelengths)
+            is_finished(&path, format, scene, &spectra)
         };
         assert!(is_finished(&bytes), "{name}");
         let check = |how: &str, at: usize, start: &[u8], middle: &[u8], rest: &[u8]| {
@@ -371,7 +372,12 @@ fn spectral_frames_hold_the_wavelengths_that_were_asked_for() {
     }
     let mut scene = Scene::default();
     (scene.sun.elevation, scene.camera.size) = (0.0, "16x8".parse().unwrap());
-    assert!(is_finished(&folder.path().join("0.exr"), Format::SpectralExr, &scene, &[450.0, 560.0]));
+    assert!(is_finished(
+        &folder.path().join("0.exr"),
+        Format::SpectralExr,
+        &scene,
+        &Spectra { wavelengths: vec![450.0, 560.0], ..Spectra::default() }
+    ));
 }
 
 #[test]

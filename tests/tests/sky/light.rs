@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
-use sorairo::low_level::files::{Format, is_finished};
+use sorairo::low_level::files::{Format, Spectra, is_finished};
 use sorairo::scene::Scene;
 use sorairo_shared::math::max;
 use sorairo_tests::program::{Image, contents, read_exr, read_png, run, succeed};
@@ -117,7 +117,7 @@ fn hdr_frames_are_rendered_again_where_any_byte_is_missing_changed_or_added() {
     let path = folder.join("spoilt.hdr");
     let is_whole = |bytes: &[u8]| {
         std::fs::write(&path, bytes).unwrap();
-        is_finished(&path, Format::Hdr, &scene, &[])
+        is_finished(&path, Format::Hdr, &scene, &Spectra::default())
     };
     let bytes = &whole["0.hdr"];
     assert!(is_whole(bytes) && !is_whole(&[&bytes[..], &[0]].concat()));
@@ -190,7 +190,7 @@ fn a_scene_file_and_a_table_take_the_names_of_maps_too() {
     say(folder.path(), "sequence --device cpu --size 8x4 --table cases.csv -o #.exr --quiet");
     let text = "sun.elevation = 10\ncamera.size = '8x4'\nrender.rgb = 'acescg'\nground.albedo = 'snow'";
     let scene = Scene::parse(text, "a.toml", None).unwrap();
-    assert!(is_finished(&folder.path().join("0.exr"), Format::Exr, &scene, &[]));
+    assert!(is_finished(&folder.path().join("0.exr"), Format::Exr, &scene, &Spectra::default()));
 }
 
 #[test]

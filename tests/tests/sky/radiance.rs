@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
-use sorairo::low_level::files::{Format, is_finished};
+use sorairo::low_level::files::{Format, Spectra, is_finished};
 use sorairo::scene::Scene;
 use sorairo::{AlphaOpic, Sky, Surface};
 use sorairo_tests::program::{binary, contents, names, run, succeed};
@@ -107,11 +107,12 @@ fn frames_for_radiance_are_rendered_again_where_any_byte_of_a_picture_or_a_scene
     let mut scene = Scene::default();
     (scene.sun.elevation, scene.camera.size) = (5.0, "12x6".parse().unwrap());
     let wavelengths: Vec<f64> = (0..20).map(|i| 390.0 + 20.0 * f64::from(i)).collect();
+    let spectra = Spectra { wavelengths, ..Spectra::default() };
     for name in ["0.hsr", "0.rad"] {
         let (bytes, path) = (&whole[name], folder.join("spoilt").with_extension(&name[2..]));
         let is_whole = |bytes: &[u8]| {
             std::fs::write(&path, bytes).unwrap();
-            is_finished(&path, Format::of(&path, false).unwrap(), &scene, &wavelengths)
+            is_finished(&path, Format::of(&path, false).unwrap(), &scene, &spectra)
         };
         assert!(is_whole(bytes), "{name}");
         for at in 0..bytes.len() {

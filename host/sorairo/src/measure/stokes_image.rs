@@ -68,7 +68,7 @@ impl HigherOrders {
 impl<'a> StokesImage<'a> {
     /// That of a sky's spectrum, through the scene's camera.
     pub fn new(sky: &SkyPlan, spectral: &'a SpectralPlan, frame: StokesFrame) -> Self {
-        let at = |&nm: &f64| weights_of_bands(&spectral.integral.wavelengths, nm);
+        let at = |&nm: &f64| weights_of_bands(spectral.smooth_bands(), nm);
         Self {
             spectral,
             camera: upload::camera(&sky.scene),

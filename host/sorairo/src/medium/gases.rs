@@ -236,11 +236,16 @@ impl SkyGases {
         })
     }
 
-    fn computed(&self, wavelength: f64) -> Depths {
-        let absorption = match self.window {
+    /// How they absorb at a wavelength (nm), or over what it stands for.
+    pub fn absorption(&self, wavelength: f64) -> Absorption {
+        match self.window {
             Some(window) => Absorption::mean(&window.nodes(wavelength), self.temperature),
             None => Absorption::at(wavelength, self.temperature),
-        };
+        }
+    }
+
+    fn computed(&self, wavelength: f64) -> Depths {
+        let absorption = self.absorption(wavelength);
         let depth = |of: &[usize]| {
             let amounts =
                 std::array::from_fn(|class| if of.contains(&class) { AIR_MASSES * self.vertical[class] } else { 0.0 });

@@ -153,12 +153,18 @@ fn spectra(spectral: &SpectralPlan) -> String {
     let rays = "rays from which nothing was learnt";
     let percent = |part: f64| 100.0 * part;
     match (spectral.validation, &spectral.fit) {
-        (Some(Validation { error, bound }), SpectrumFit::Regression(_)) => format!(
+        (Some(Validation { error, of_lines: Some(of_lines), .. }), _) => format!(
+            "spectra: {wavelengths} wavelengths from {bands} bands ({at} nm), the last three for lines of gases; on {rays} \
+             within {:.2} % without lines and {:.1} % through them",
+            percent(error),
+            percent(of_lines)
+        ),
+        (Some(Validation { error, bound, .. }), SpectrumFit::Regression(_)) => format!(
             "spectra: {wavelengths} wavelengths from {bands} bands ({at} nm), within {:.2} % on {rays}; {} % are allowed",
             percent(error),
             percent(bound)
         ),
-        (Some(Validation { error, bound }), SpectrumFit::Linear(_)) => format!(
+        (Some(Validation { error, bound, .. }), SpectrumFit::Linear(_)) => format!(
             "spectra: each of {wavelengths} wavelengths is integrated, {bands} bands with those of colour; a fit would be off by {:.2} % on {rays}, \
              and {} % are allowed",
             percent(error),

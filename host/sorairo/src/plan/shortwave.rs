@@ -23,9 +23,10 @@ use nalgebra::{SMatrix, SVector};
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::medium::bands::Bands;
 
-use crate::medium::gases::{Absorption, CLASSES, DRY, OXYGEN_SQUARED, SELF, SkyGases, WET, parts_above};
+use crate::medium::gases::{CLASSES, DRY, OXYGEN_SQUARED, SELF, SkyGases, WET, parts_above};
 use crate::plan::integral::RayIntegral;
 use crate::plan::sky::{SkyPlan, optics_of};
+use crate::scene::Scene;
 use crate::spectra::optics::Optics;
 use crate::spectra::range::RANGE_OF_BEAMS;
 
@@ -62,9 +63,16 @@ type OfLines = ([[f64; STRENGTHS.len()]; 2], (usize, f64));
 
 /// What lines leave of a sky's light at some wavelengths.
 pub struct Lines {
+    /// At the strengths; none where no lines absorb.
+    integral: Option<RayIntegral>,
+    strengths: Strengths,
+}
+
+/// Of which light at fixed strengths that of some wavelengths is made.
+pub(crate) struct Strengths {
     /// At those of [`OF_STRENGTHS`] that the wavelengths need, each without lines, with those of water and with those
     /// of dry air; none where no lines absorb.
-    integral: Option<RayIntegral>,
+    at: Vec<AtStrengths>,
     /// At each wavelength; none where no lines absorb.
     points: Vec<Option<OfLines>>,
 }
@@ -78,24 +86,47 @@ impl Lines {
     /// The same, light of higher orders by a light field of some resolution.
     fn by(sky: &SkyPlan, wavelengths: &[f64], lit: fn(RayIntegral) -> RayIntegral) -> Option<Self> {
         let optics = optics_of(&sky.scene);
-        let gases = optics.gases.clone()?;
-        let lanes = lanes(sky);
+        let strengths = Strengths::new(&sky.scene, &optics, wavelengths)?;
+        let integral = (!strengths.at.is_empty()).then(|| lit(integral(&sky.base, &optics, &strengths.at)));
+        Some(Self { integral, strengths })
+    }
+
+    /// The part of light that they leave in a direction at each wavelength.
+    pub fn left(&self, view: Vec3) -> Vec<f64> {
+        self.strengths.left(&self.integral.as_ref().map_or_else(Vec::new, |integral| integral.transfer(view)))
+    }
+}
+
+/// Whether lines of gases absorb light of some wavelengths (nm).
+pub(crate) fn has_lines(optics: &Optics, wavelengths: &[f64]) -> bool {
+    optics.gases.is_some() && wavelengths.iter().any(|&nm| nm >= FIRST_LINE)
+}
+
+impl Strengths {
+    /// Those of a scene's sky at wavelengths (nm), in means over what they stand for in its optics; none in air without
+    /// gases.
+    pub(crate) fn new(scene: &Scene, optics: &Optics, wavelengths: &[f64]) -> Option<Self> {
+        let gases = optics.gases.as_ref()?;
+        let lanes = lanes(scene);
         let absorbed = || wavelengths.iter().filter(|&&nm| nm >= FIRST_LINE);
         let (first, last) = absorbed().fold((f64::INFINITY, 0.0f64), |(low, high), &nm| (low.min(nm), high.max(nm)));
         let low = OF_STRENGTHS.partition_point(|&nm| nm <= first).clamp(1, OF_STRENGTHS.len() - 1) - 1;
         let high = OF_STRENGTHS.partition_point(|&nm| nm < last).clamp(low + 1, OF_STRENGTHS.len() - 1);
         let nodes = &OF_STRENGTHS[low..=high];
-        let point = |&nm: &f64| (nm >= FIRST_LINE).then(|| (weights(&gases, lanes, nm), place(nodes, nm)));
-        let all = || nodes.iter().flat_map(|&nm| at_strengths(nm, lanes)).collect::<Vec<_>>();
-        let integral = absorbed().next().map(|_| lit(integral(sky, &optics, &all())));
-        Some(Self { integral, points: wavelengths.iter().map(point).collect() })
+        let point = |&nm: &f64| (nm >= FIRST_LINE).then(|| (weights(gases, lanes, nm), place(nodes, nm)));
+        let all = nodes.iter().flat_map(|&nm| at_strengths(nm, lanes)).collect();
+        let at = if absorbed().next().is_some() { all } else { Vec::new() };
+        Some(Self { at, points: wavelengths.iter().map(point).collect() })
     }
 
-    /// The part of light that they leave in a direction at each wavelength.
-    pub fn left(&self, view: Vec3) -> Vec<f64> {
-        let Some(integral) = &self.integral else { return vec![1.0; self.points.len()] };
-        let nodes: Vec<Vec<f64>> = integral
-            .transfer(view)
+    /// The integral at the strengths, of a sky of these optics; without light that was scattered more than once.
+    pub(crate) fn integral(&self, sky: &RayIntegral) -> RayIntegral {
+        integral(sky, &sky.optics, &self.at)
+    }
+
+    /// The part of light that lines leave at each wavelength, by light at the strengths.
+    pub(crate) fn left(&self, light: &[f64]) -> Vec<f64> {
+        let nodes: Vec<Vec<f64>> = light
             .chunks_exact(1 + 2 * STRENGTHS.len())
             .map(|at| at[1..].iter().map(|light| if at[0] > 0.0 { light / at[0] } else { 0.0 }).collect())
             .collect();
@@ -144,7 +175,7 @@ impl Shortwave {
         let lines = Lines::by(sky, &finely, lit)?;
         let points = finely.iter().map(|&nm| (optics.solar_irradiance(nm), place(&smooth, nm))).collect();
         let without: Vec<AtStrengths> = smooth.iter().map(|&nm| (nm, [0.0; 2])).collect();
-        Some(Self { smooth: lit(integral(sky, &optics, &without)), points, lines, parts })
+        Some(Self { smooth: lit(integral(&sky.base, &optics, &without)), points, lines, parts })
     }
 
     /// The wavelengths (nm) at which light without lines is integrated.
@@ -186,8 +217,7 @@ impl Shortwave {
 }
 
 /// The parts of dry air's lane and of water's above the observer, which the vertical column of a strength is.
-fn lanes(sky: &SkyPlan) -> [f64; 2] {
-    let scene = &sky.scene;
+fn lanes(scene: &Scene) -> [f64; 2] {
     let parts = parts_above(&scene.atmosphere.profile, scene.site.altitude, scene.observer.altitude);
     parts.unwrap_or([0.0; 2]).map(|part| part.clamp(LEAST_PART, 1.0))
 }
@@ -200,7 +230,7 @@ fn place(nodes: &[f64], nm: f64) -> (usize, f64) {
 
 /// The weights of the strengths of water and of dry air in the bin of a wavelength.
 fn weights(gases: &SkyGases, [pairs, water]: [f64; 2], nm: f64) -> [[f64; STRENGTHS.len()]; 2] {
-    let absorption = Absorption::at(nm, gases.temperature());
+    let absorption = gases.absorption(nm);
     let vertical = gases.vertical();
     let of = |classes: [usize; 2], part: f64| {
         let amounts = |u: f64| -> [f64; CLASSES] {
@@ -236,7 +266,7 @@ fn fitted(transmittance: impl Fn(f64) -> f64) -> [f64; STRENGTHS.len()] {
 }
 
 /// A wavelength (nm), and the optical depths of the lanes of dry air and of water from the ground to the zenith.
-type AtStrengths = (f64, [f64; 2]);
+pub(crate) type AtStrengths = (f64, [f64; 2]);
 
 /// A wavelength (nm) without lines, with those of water and with those of dry air at every strength.
 fn at_strengths(nm: f64, [pairs, water]: [f64; 2]) -> impl Iterator<Item = AtStrengths> {
@@ -262,7 +292,7 @@ pub(crate) fn without_lines(optics: &Optics, wavelengths: &[f64]) -> Vec<Bands> 
 }
 
 /// The integral of a sky at wavelengths and strengths; without light that was scattered more than once.
-fn integral(sky: &SkyPlan, optics: &Optics, all: &[AtStrengths]) -> RayIntegral {
+fn integral(sky: &RayIntegral, optics: &Optics, all: &[AtStrengths]) -> RayIntegral {
     let group = |group: &[AtStrengths]| {
         let of = |i: usize| group[i.min(group.len() - 1)];
         let lane = |lane: usize| std::array::from_fn(|i| of(i).1[lane]);
@@ -272,7 +302,26 @@ fn integral(sky: &SkyPlan, optics: &Optics, all: &[AtStrengths]) -> RayIntegral 
         wavelengths: all.iter().map(|&(nm, _)| nm).collect(),
         bands: all.chunks(4).map(group).collect(),
         optics: optics.clone(),
-        ..sky.base.clone()
+        ..sky.clone()
+    }
+}
+
+/// Bands (nm) at which a spectrum in air with gases sees what their lines leave, with the strengths of dry air and of
+/// water there (optical depths of the vertical column above the ground): best of seven such choices.
+pub(crate) const LINE_BANDS: [AtStrengths; 3] = [(720.0, [0.0, 0.882]), (762.0, [0.0972, 0.0]), (762.0, [0.882, 0.0])];
+
+/// Bands from the second group on at wavelengths (nm), the last of which are [`LINE_BANDS`] and the others without
+/// lines.
+pub(crate) fn beside_lines(wavelengths: &[f64], bands: &mut [Bands]) {
+    let first_line = wavelengths.len() - LINE_BANDS.len();
+    for (group, bands) in bands.iter_mut().enumerate().skip(1) {
+        let at = |i: usize| (4 * group + i).min(wavelengths.len() - 1);
+        let strengths = |i: usize| match at(i).checked_sub(first_line) {
+            Some(line) => LINE_BANDS[line].1,
+            None => [0.0; 2],
+        };
+        let lane = |lane: usize| std::array::from_fn(|i| strengths(i)[lane]);
+        *bands = through(*bands, std::array::from_fn(|i| wavelengths[at(i)]), [lane(0), lane(1)]);
     }
 }
 
@@ -280,8 +329,9 @@ fn integral(sky: &SkyPlan, optics: &Optics, all: &[AtStrengths]) -> RayIntegral 
 mod tests {
     use super::*;
     use crate::measure::spectrum::DenseSpectrum;
+    use crate::medium::gases::Absorption;
     use crate::plan::direction;
-    use crate::scene::{Preset, Rgb, Scene};
+    use crate::scene::{Preset, Rgb};
 
     fn sky(sun: f64, change: impl FnOnce(&mut Scene)) -> SkyPlan {
         let mut scene = Scene::preset(Preset::Standard);
@@ -336,7 +386,7 @@ mod tests {
                 let terms = Absorption::at(nm, gases.temperature()).every_line(&gases.vertical());
                 let all: Vec<AtStrengths> =
                     [(nm, [0.0; 2])].into_iter().chain(terms.iter().map(|(_, strengths)| (nm, *strengths))).collect();
-                let every = integral(&sky, &optics, &all).with_spectral_light();
+                let every = integral(&sky.base, &optics, &all).with_spectral_light();
                 let sun_above = optics.solar_irradiance(nm);
                 for (view, angles) in views().into_iter().zip(VIEWS) {
                     let light = every.transfer(view);

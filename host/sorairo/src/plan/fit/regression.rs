@@ -63,6 +63,13 @@ impl Regression {
         Self { intercept: mix(self.intercept, other.intercept), slopes }
     }
 
+    /// That of the product of this and another.
+    pub fn times(mut self, other: &Self) -> Self {
+        self.intercept += other.intercept;
+        self.slopes.iter_mut().zip(&other.slopes).for_each(|(slope, other)| *slope += other);
+        self
+    }
+
     /// X at the regression's wavelength from ln X at the bands.
     pub fn value(&self, logarithms: &[f64]) -> f64 {
         (self.intercept + self.slopes.iter().zip(logarithms).map(|(a, b)| a * b).sum::<f64>()).exp()
@@ -272,6 +279,22 @@ pub fn regress(examples: &Examples, values: Range<usize>, noise: f64) -> Vec<Reg
         Regression { intercept, slopes: slopes.into_iter().map(|slope| slope + share).collect() }
     };
     values.map(regression).collect()
+}
+
+/// The same of what is a part of light, such as that which lines leave: it does not follow a grey change of all bands.
+pub fn regress_parts(examples: &Examples, noise: f64) -> Vec<Regression> {
+    let count = examples.bands.first().map_or(0, Vec::len);
+    let share = 1.0 / count as f64;
+    let of_grey = |(values, bands): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
+        let grey = (bands.iter().sum::<f64>() * share).exp();
+        values.iter().map(|value| value * grey).collect()
+    };
+    let values: Vec<Vec<f64>> = examples.values.iter().zip(&examples.bands).map(of_grey).collect();
+    let wavelengths = values.first().map_or(0, Vec::len);
+    let examples = Examples { values, bands: examples.bands.clone(), weights: examples.weights.clone() };
+    let mut found = regress(&examples, 0..wavelengths, noise);
+    found.iter_mut().flat_map(|regression| &mut regression.slopes).for_each(|slope| *slope -= share);
+    found
 }
 
 /// Least squares with columns scaled to unit size and a small ridge.

@@ -50,7 +50,8 @@ pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> ByConsti
     let (air, aerosol) = scattered_once(integral, &quadrature, &training_views(integral), wavelengths);
     let between = Between::new(&integral.wavelengths, wavelengths);
     let coarse = Resolution::for_training(&integral.setting(), integral.aerosol_depth());
-    let (multiple, mut ground) = rest(integral, &between.computed, &training_rows(integral), &coarse);
+    let groups = bands(&integral.optics, &between.computed);
+    let (multiple, mut ground) = rest(integral, (&groups, between.computed.len()), &training_rows(integral), &coarse);
     ground.retain(|spectrum| spectrum.iter().any(|&value| value != 0.0));
     let absorbed = |&wavelength: &f64| {
         let at = integral.optics.at(wavelength);
@@ -141,8 +142,9 @@ fn above_horizon(integral: &RayIntegral, above: &[f64]) -> Vec<f64> {
 pub fn light_of(integral: &RayIntegral, grids: &[Grid]) -> ByConstituent<Vec<Vec<f64>>> {
     let views: Vec<Vec3> = grids.iter().flat_map(|grid| grid.views(integral)).collect();
     let rows: Vec<Row> = grids.iter().flat_map(Grid::rows).collect();
-    let (air, aerosol) = scattered_once(integral, &integral.quadrature, &views, &integral.wavelengths);
-    let (multiple, ground) = rest(integral, &integral.wavelengths, &rows, &integral.spectral_resolution());
+    let at = (&integral.bands[..], integral.wavelengths.len());
+    let (air, aerosol) = scattered_once_at(integral, &integral.quadrature, &views, at);
+    let (multiple, ground) = rest(integral, at, &rows, &integral.spectral_resolution());
     ByConstituent { air, aerosol, multiple, ground }
 }
 
@@ -269,8 +271,17 @@ pub fn scattered_once(
     views: &[Vec3],
     wavelengths: &[f64],
 ) -> AirAndAerosol {
-    let groups = bands(&integral.optics, wavelengths);
-    if let Some(found) = scattered_once_on_device(integral, quadrature, views, &groups, wavelengths.len()) {
+    scattered_once_at(integral, quadrature, views, (&bands(&integral.optics, wavelengths), wavelengths.len()))
+}
+
+/// The same at the first so many of groups of bands.
+fn scattered_once_at(
+    integral: &RayIntegral,
+    quadrature: &[Vec2],
+    views: &[Vec3],
+    (groups, count): (&[Bands], usize),
+) -> AirAndAerosol {
+    if let Some(found) = scattered_once_on_device(integral, quadrature, views, groups, count) {
         return found;
     }
     let chunks: Vec<Wavelengths<TOGETHER>> = groups.chunks(TOGETHER / 4).map(Wavelengths::new).collect();
@@ -289,8 +300,8 @@ pub fn scattered_once(
             air.extend(light.air.0.map(f64::from));
             aerosol.extend(light.aerosol.0.map(f64::from));
         }
-        air.truncate(wavelengths.len());
-        aerosol.truncate(wavelengths.len());
+        air.truncate(count);
+        aerosol.truncate(count);
         (air, aerosol)
     };
     views.par_iter().map(along).unzip()
@@ -347,11 +358,11 @@ fn training_elevation(row: u32, rows: u32) -> f64 {
     90.0 * (f64::from(row) / f64::from(rows - 1)).powi(2)
 }
 
-/// Spectra of light that was scattered more than once, and of light from the ground, along the rays of rows in a light
-/// field of a resolution; 0 where a ray meets no ground.
+/// Light that was scattered more than once, and light from the ground, at the first so many of groups of bands along the
+/// rays of rows in a light field of a resolution; 0 where a ray meets no ground.
 fn rest(
     integral: &RayIntegral,
-    wavelengths: &[f64],
+    (groups, count): (&[Bands], usize),
     rows: &[Row],
     resolution: &Resolution,
 ) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
@@ -360,16 +371,15 @@ fn rest(
     if !has(variant::REST) {
         return (multiple, ground);
     }
-    let groups = bands(&integral.optics, wavelengths);
     let setting = integral.setting();
-    let of_rows = || light_of_rows(&integral.light_fields, &setting, &groups, resolution, integral.orders, rows).0;
+    let of_rows = || light_of_rows(&integral.light_fields, &setting, groups, resolution, integral.orders, rows).0;
     let diffuse = has(variant::MULTIPLE).then(of_rows);
     for (r, row) in rows.iter().enumerate() {
         for (c, &cosine) in row.cosines.iter().enumerate() {
             let along = |group: usize| diffuse.as_ref().map_or(Light::default(), |light| light[group][r][c]);
             let spectrum = |four: &dyn Fn(usize) -> Vec4| {
                 let values = (0..groups.len()).flat_map(|group| four(group).to_array().map(f64::from));
-                values.take(wavelengths.len()).collect::<Vec<_>>()
+                values.take(count).collect::<Vec<_>>()
             };
             if has(variant::MULTIPLE) {
                 multiple.push(spectrum(&|group| along(group).scattered));

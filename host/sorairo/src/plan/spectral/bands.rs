@@ -7,6 +7,7 @@ use crate::plan::fit::SpectralFit;
 use crate::plan::integral::RayIntegral;
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::samples;
+use crate::plan::shortwave::{LINE_BANDS, beside_lines};
 use crate::plan::sky::SkyPlan;
 use crate::scene::{ColourPath, Scene};
 
@@ -15,6 +16,9 @@ use crate::scene::{ColourPath, Scene};
 /// `docs/decisions/04-regression-fit.md`.
 pub const BANDS: [f64; 8] = [365.0, 395.0, 480.0, 600.0, 665.0, 700.0, 750.0, 830.0];
 
+/// The same in air with gases, whose lines have [`LINE_BANDS`] beside them: these see light without lines.
+pub(crate) const BANDS_BESIDE_LINES: [f64; 5] = [365.0, 395.0, 480.0, 665.0, 830.0];
+
 /// Bands (nm) that lie closer tell nothing new of each other.
 const CLOSEST: f64 = 5.0;
 
@@ -22,6 +26,19 @@ const CLOSEST: f64 = 5.0;
 pub(crate) fn beside_own(sky: &SkyPlan, others: Vec<f64>) -> RayIntegral {
     let bands = [sky.base.wavelengths.clone(), others].concat();
     with_own_bands(&sky.base, at_bands(sky, &SpectralFit::Regression, bands)).with_spectral_light()
+}
+
+/// The same with [`LINE_BANDS`] behind them.
+pub(crate) fn beside_own_with_lines(sky: &SkyPlan, others: Vec<f64>) -> RayIntegral {
+    let bands = [sky.base.wavelengths.clone(), others, LINE_BANDS.map(|(nm, _)| nm).to_vec()].concat();
+    let integral = with_own_bands(&sky.base, at_bands(sky, &SpectralFit::Regression, bands));
+    with_line_bands(integral).with_spectral_light()
+}
+
+/// Bands whose last are [`LINE_BANDS`].
+pub(crate) fn with_line_bands(mut integral: RayIntegral) -> RayIntegral {
+    beside_lines(&integral.wavelengths, &mut integral.bands);
+    integral
 }
 
 /// The first bands of an integral as those of a sky's colour, which are means over what they stand for.
@@ -63,11 +80,11 @@ pub(crate) fn sampled(scene: &Scene, sky: &RayIntegral, fit: &SpectralFit, bands
     gauss_legendre(scene.render.steps.unwrap_or_else(fewest))
 }
 
-/// Those of [`BANDS`] (nm) that lie among wavelengths asked for, in order, and apart from some bands. What lies beyond
-/// moves to their ends.
-pub(crate) fn bands_beside(own: &[f64], asked: &[f64]) -> Vec<f64> {
+/// Those of some bands (nm) that lie among wavelengths asked for, in order, and apart from the sky's own. What lies
+/// beyond moves to their ends.
+pub(crate) fn bands_beside(bands: &[f64], own: &[f64], asked: &[f64]) -> Vec<f64> {
     let mut all = own.to_vec();
-    for band in BANDS.map(|band| band.clamp(asked[0], asked[asked.len() - 1])) {
+    for band in bands.iter().map(|band| band.clamp(asked[0], asked[asked.len() - 1])) {
         if all.iter().all(|other| (other - band).abs() >= CLOSEST) {
             all.push(band);
         }

@@ -22,11 +22,12 @@ use crate::plan::fit::linear::{Interpolant, LinearFit};
 use crate::plan::fit::regression::{Regression, Training, beside_more_bands, spectrum_rows};
 use crate::plan::fit::training::{multiples, sorted};
 use crate::plan::integral::{Constituent, RayIntegral};
+use crate::plan::shortwave::{LINE_BANDS, has_lines};
 use crate::plan::sky::{SkyPlan, optics_of};
-use crate::plan::spectral::bands::{at_bands, bands_beside, beside_own};
+use crate::plan::spectral::bands::{BANDS_BESIDE_LINES, at_bands, bands_beside, beside_own, beside_own_with_lines};
 use crate::plan::spectral::illumination::{Illumination, radiance};
 use crate::plan::spectral::interpolation::between;
-use crate::plan::spectral::model::SpectralModel;
+use crate::plan::spectral::model::{SpectralModel, Taught};
 use crate::spectra::mean::Window;
 use crate::spectra::measured::MEASURED_RANGE;
 use crate::spectra::observer;
@@ -62,6 +63,8 @@ pub struct Validation {
     pub error: f64,
     /// What it may be.
     pub bound: f64,
+    /// The same through the lines of gases, where there are any.
+    pub of_lines: Option<f64>,
 }
 
 /// The spectra of a sky at some wavelengths.
@@ -73,6 +76,8 @@ pub struct SpectralPlan {
     points: Vec<f64>,
     /// The ray integral at the bands, of which those of colour come first.
     pub integral: RayIntegral,
+    /// How many bands, the last, see what lines of gases leave; see [`LINE_BANDS`].
+    line_bands: usize,
     /// The fit through them.
     pub fit: SpectrumFit,
     /// The fit of colours where it goes through bands of its own, which stand behind the others: means, where each
@@ -123,7 +128,7 @@ impl SpectralPlan {
         let asked = sorted(wavelengths.iter().copied());
         let is_own = |nm: &f64| sky.base.optics.is_on_steps() && sky.base.wavelengths.contains(nm);
         let others: Vec<f64> = asked.iter().copied().filter(|nm| !is_own(nm)).collect();
-        if others.len() <= BANDS.len() {
+        if others.len() <= BANDS.len() && !has_lines(&sky.base.optics, &asked) {
             return Self::of_bands(sky, wavelengths, others);
         }
         Self::learnt(sky, wavelengths, &asked)
@@ -162,18 +167,26 @@ impl SpectralPlan {
     /// That of more wavelengths, `asked` in order, through [`BANDS`] beside the sky's, or each itself.
     fn learnt(sky: &SkyPlan, wavelengths: &[f64], asked: &[f64]) -> Self {
         let own = &sky.base.wavelengths;
-        let integral = beside_own(sky, bands_beside(own, asked));
+        let has_lines = has_lines(&sky.base.optics, asked);
+        let integral = if has_lines {
+            beside_own_with_lines(sky, bands_beside(&BANDS_BESIDE_LINES, own, asked))
+        } else {
+            beside_own(sky, bands_beside(&BANDS, own, asked))
+        };
         let model = SpectralModel::of(sky, integral.wavelengths.clone(), asked);
         let bound = if integral.source.elevation < 0.0 { BOUND_IN_TWILIGHT } else { BOUND_BY_DAY };
-        let validation = Some(Validation { error: model.error, bound });
-        if model.error > bound {
+        let validation = Some(Validation { error: model.error, bound, of_lines: model.error_of_lines });
+        // Each wavelength by itself would take one coefficient for its lines.
+        if model.error > bound && !has_lines {
             return Self { validation, ..Self::of_each(sky, wavelengths, asked) };
         }
-        let at = |(constituent, regressions): (Constituent, Vec<Regression>)| {
-            (constituent, between(&integral.optics, constituent, &model.computed, &regressions, wavelengths))
+        let at = |(constituent, taught): (Constituent, Taught)| {
+            let smooth = between(&integral.optics, constituent, &model.computed, &taught.smooth, wavelengths);
+            (constituent, model.through_lines(smooth, &taught.left, wavelengths))
         };
         let fit = SpectrumFit::Regression(model.under(sky.scene.sun.elevation).into_iter().map(at).collect());
-        Self::through(wavelengths, integral, fit, validation)
+        let line_bands = if has_lines { LINE_BANDS.len() } else { 0 };
+        Self { line_bands, ..Self::through(wavelengths, integral, fit, validation) }
     }
 
     /// That of wavelengths each of which is a band, with others where an observer of colours would miss them.
@@ -199,7 +212,16 @@ impl SpectralPlan {
     fn through(wavelengths: &[f64], integral: RayIntegral, fit: SpectrumFit, validation: Option<Validation>) -> Self {
         let illumination = Illumination::new(&integral.optics, wavelengths);
         let points = wavelengths.to_vec();
-        Self { wavelengths: points.clone(), points, integral, fit, colour: None, illumination, validation }
+        Self {
+            wavelengths: points.clone(),
+            points,
+            integral,
+            line_bands: 0,
+            fit,
+            colour: None,
+            illumination,
+            validation,
+        }
     }
 
     /// The rows of a spectral image: those of colour, and those of the spectrum.
@@ -237,6 +259,12 @@ impl SpectralPlan {
     /// In how many parts each band is integrated; one of a wavelength.
     fn parts(&self) -> usize {
         self.points.len().checked_div(self.wavelengths.len()).unwrap_or(1)
+    }
+
+    /// The wavelengths (nm) of bands that see smooth light, which come first.
+    pub(crate) fn smooth_bands(&self) -> &[f64] {
+        let bands = &self.integral.wavelengths;
+        &bands[..bands.len() - self.line_bands]
     }
 
     /// Radiance at each wavelength in a direction (W·m⁻²·sr⁻¹·nm⁻¹); by a polynomial it may lie below zero.
@@ -301,10 +329,10 @@ mod tests {
     #[test]
     fn bands_lie_among_the_wavelengths_that_are_asked_for_and_apart() {
         let own = [433.0, 525.0, 564.0, 632.0];
-        assert_eq!(bands_beside(&own, &[360.0, 830.0]), BANDS);
-        let fewer = bands_beside(&own, &[400.0, 700.0]);
+        assert_eq!(bands_beside(&BANDS, &own, &[360.0, 830.0]), BANDS);
+        let fewer = bands_beside(&BANDS, &own, &[400.0, 700.0]);
         assert_eq!(fewer, [400.0, 480.0, 600.0, 665.0, 700.0]);
-        assert!(bands_beside(&own, &[432.0, 437.0]).is_empty());
+        assert!(bands_beside(&BANDS, &own, &[432.0, 437.0]).is_empty());
     }
 
     #[test]
@@ -335,7 +363,10 @@ mod tests {
 
     #[test]
     fn where_a_fit_will_not_do_each_wavelength_is_integrated_and_colour_stays() {
-        let sky = sky(|scene| scene.sun.elevation = 15.0);
+        let sky = sky(|scene| {
+            *scene = Scene::preset(Preset::Earth);
+            scene.sun.elevation = 15.0;
+        });
         let asked = every(25.0, 375.0, 825.0);
         let (each, fitted) =
             (SpectralPlan::of_each(&sky.at_wavelengths(), &asked, &asked), SpectralPlan::new(&sky, &asked));

@@ -18,7 +18,7 @@ use crate::words::{word, words};
 #[serde(try_from = "String", into = "String")]
 #[strum(serialize_all = "kebab-case")]
 pub enum Profile {
-    /// Air that falls off by its scale height, and ozone as a tent.
+    /// Exponential air by its scale height, and ozone as a tent.
     #[default]
     Exponential,
     /// Measured: US Standard Atmosphere 1976.

@@ -163,15 +163,15 @@ const OZONE_STEP: f64 = 0.1;
 pub static KEYS: &[Key] = &[
     key!(preset, one_of::<Preset>()),
     number!(sun.elevation, "degrees", At(-90.0), At(90.0)),
-    key!(sun.apparent, Other(|| "true or false; true takes `refraction`, and a sun that no place and time put".into()))
+    key!(sun.apparent, Other(|| "true or false; true requires `refraction`, and a sun without place and time".into()))
         .rule(rules::apparent_without_refraction),
     number!(sun.azimuth, "degrees", At(-360.0), At(360.0)).wraps(),
     key!(sun.place, Other(|| "\"LATITUDE,LONGITUDE\", -90 to 90 north, -180 to 180 east".into()))
         .unit("degrees")
-        .otherwise(|| "`elevation`, `azimuth` and `distance` hold".into())
+        .otherwise(|| "`elevation`, `azimuth` and `distance` apply".into())
         .rule(rules::place_elsewhere),
     key!(sun.time, Other(|| "RFC 3339 with an offset, such as \"2026-06-21T04:30:00+09:00\"".into()))
-        .otherwise(|| "`elevation`, `azimuth` and `distance` hold".into()),
+        .otherwise(|| "`elevation`, `azimuth` and `distance` apply".into()),
     key!(sun.spectrum, one_of::<SunSpectrum>()).or_table(way!(sun.spectrum)).rule(plausible::solar_spectrum),
     number!(sun.distance, "au", At(0.01), At(1000.0)),
     key!(sun.disc, Other(|| format!("true or false; with a disc the distance is at most {} au", rules::FARTHEST_DISC)))
@@ -193,7 +193,7 @@ pub static KEYS: &[Key] = &[
     )
     .rule(opaque_at_its_top),
     key!(atmosphere.profile, one_of::<Profile>()).or_file().rule(rules::profile_cut_short),
-    key!(atmosphere.refraction, Other(|| "true or false; true takes a measured `profile` and the Earth".into()))
+    key!(atmosphere.refraction, Other(|| "true or false; true requires a measured `profile` and the Earth".into()))
         .rule(rules::bent_without_a_profile),
     number!(atmosphere.air.scattering, "km⁻¹", At(0.0), At(100.0)),
     key!(atmosphere.air.spectrum, one_of::<AirSpectrum>()),
@@ -257,15 +257,17 @@ pub static KEYS: &[Key] = &[
     number!(camera.look_elevation, "degrees", At(-90.0), At(90.0)).otherwise(|| {
         format!("fisheye {}, perspective {}", Projection::FISHEYE.elevation, Projection::PERSPECTIVE.elevation)
     }),
-    key!(camera.below, one_of::<Below>())
-        .otherwise(|| "fade in pictures of the whole sphere over ground that is not black, from less than 1 km up; ground elsewhere".into()),
+    key!(camera.below, one_of::<Below>()).otherwise(|| {
+        "`fade` in pictures of the whole sphere from less than 1 km above ground that is not black; else `ground`"
+            .into()
+    }),
     key!(camera.below_color, Other(Reflectance::allowed)).rule(rules::colour_of_no_ground),
     number!(camera.polariser, "degrees", At(-360.0), At(360.0))
         .wraps()
         .otherwise(|| "none".into())
         .rule(rules::polariser_of_no_light),
     number!(camera.polariser_extinction, "", At(1.0), At(1e9))
-        .otherwise(|| "that of an ideal polariser, which passes nothing across".into())
+        .otherwise(|| "an ideal polariser, without transmittance across its axis".into())
         .rule(rules::extinction_of_no_polariser),
     number!(render.orders, "", At(1.0), At(Orders::MOST as f64)).or_words(words::<Orders>),
     key!(render.polarisation, one_of::<Polarisation>()),
@@ -275,8 +277,9 @@ pub static KEYS: &[Key] = &[
         .otherwise(|| "the best found for the fit".into())
         .rule(rules::unfit_bands),
     key!(render.color, one_of::<ColourPath>()).rule(rules::nothing_to_solve),
-    number!(render.steps, "samples", At(1.0), At(1024.0))
-        .otherwise(|| "what the scene's rays need: from the Earth's ground 12, with the sun below 5° 48 to 64".into()),
+    number!(render.steps, "samples", At(1.0), At(1024.0)).otherwise(|| {
+        "as many as the scene's rays need: 12 from the Earth's ground, 48 to 64 with the sun below 5°".into()
+    }),
     key!(render.path, one_of::<PathChoice>()),
     number!(render.exposure, "stops", At(-MOST_STOPS), At(MOST_STOPS))
         .or_words(words::<Exposure>)
@@ -291,7 +294,7 @@ pub static KEYS: &[Key] = &[
     key!(render.dither, one_of::<Dither>()),
     key!(render.exr, one_of::<ExrDepth>()),
     number!(render.exr_exposure, "stops", At(-MOST_STOPS), At(MOST_STOPS))
-        .otherwise(|| "\"auto\", 0 but where half floats would lose the brightest or the darkest of a sky".into())
+        .otherwise(|| "\"auto\": 0, unless half floats would lose the brightest or the darkest values of a sky".into())
         .rule(rules::adapted_halves),
     key!(render.exr_compression, one_of::<ExrCompression>()),
     key!(render.rgb, one_of::<Rgb>()),
@@ -305,7 +308,7 @@ const fn one_of<T: Words>() -> Allowed {
 
 /// What holds without a camera's settings.
 fn no_camera() -> String {
-    "`exposure` holds".into()
+    "`exposure` applies".into()
 }
 
 /// Heights of the ozone layer matter where there is ozone.

@@ -34,7 +34,7 @@ use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, SunSpect
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scene {
-    /// The named atmosphere that fills in every key which is not given.
+    /// Named atmosphere that supplies the value of every key that is not given.
     pub(crate) preset: Preset,
     /// Where the sun is and how it shines.
     pub sun: Sun,
@@ -60,20 +60,20 @@ pub struct Scene {
 #[strum(serialize_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Preset {
-    /// The sky that is measured: US Standard Atmosphere with ozone, water and refraction, aerosol of clean country, over grass.
+    /// Measured: US Standard Atmosphere with ozone, water vapour and refraction, clean continental aerosol, over grass.
     #[default]
     Standard,
     /// The Earth's atmosphere with the constants of Bruneton and Neyret: air 7 to 14 % thicker, hardly any aerosol.
     Earth,
-    /// The setting of Takahashi and Dobashi: no ozone, a sun of 1 at every wavelength.
+    /// The setting of Takahashi and Dobashi: no ozone, a solar irradiance of 1 at every wavelength.
     Paper,
-    /// A polluted continent in summer: much aerosol, which absorbs a tenth.
+    /// Polluted continental air in summer: much aerosol, with absorption as a tenth of its extinction.
     Hazy,
-    /// From 3 km above the sea, in clean air.
+    /// Clean air, seen from an altitude of 3 km.
     Mountain,
-    /// Mars on a clear day, from its ground.
+    /// Mars on a clear day, seen from the ground.
     Mars,
-    /// The Earth's atmosphere without its ozone.
+    /// The Earth's atmosphere without ozone.
     NoOzone,
 }
 

@@ -71,9 +71,9 @@ impl SunSpectrum {
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum AirSpectrum {
-    /// As λ⁻⁴, by spheres that do not depolarise (the paper's Eq. 3).
+    /// λ⁻⁴, without depolarisation (the paper's Eq. 3).
     FourthPower,
-    /// As measured: with the dispersion of air, whose molecules depolarise (Bodhaine et al. 1999).
+    /// Measured: with the dispersion and depolarisation of air (Bodhaine et al. 1999).
     Bodhaine,
 }
 
@@ -238,10 +238,10 @@ impl AlbedoSpectrum {
 #[serde(try_from = "String", into = "String")]
 #[strum(serialize_all = "kebab-case")]
 pub enum OzoneCrossSection {
-    /// Measured at 233 K (Serdyuchenko et al. 2014); beyond 360 to 830 nm that of `bogumil` at this temperature.
+    /// Measured at 233 K (Serdyuchenko et al. 2014); outside 360 to 830 nm that of `bogumil` at this temperature.
     #[strum(serialize = "233k")]
     At233K,
-    /// Measured from 203 to 293 K (Bogumil et al. 2003): that of the temperature of the profile's ozone.
+    /// Measured from 203 to 293 K (Bogumil et al. 2003), at the temperature of the ozone in the profile.
     Bogumil,
     /// A person's table (m²).
     #[strum(disabled)]

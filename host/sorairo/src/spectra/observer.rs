@@ -16,7 +16,7 @@ pub use super::range::{END, START, STEP};
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
 pub enum ColourObserver {
-    /// The CIE 1931 2° standard observer, to which displays are made.
+    /// The CIE 1931 2° standard observer, the basis of displays.
     #[default]
     Cie1931,
     /// The CIE 2015 2° observer, from the measured sensitivities of the cones.

@@ -82,7 +82,8 @@ pub enum Error {
         /// Its name.
         path: PathBuf,
     },
-    /// There is a file already that this program did not write, or that has changed since, and nobody asked for its name.
+    /// There is a file already that this program did not write, or that has changed since, and nobody asked for its
+    /// name.
     #[error("{} exists, and this program did not write it as it stands; choose another name, or move it away", path.display())]
     ForeignFile {
         /// Its name.

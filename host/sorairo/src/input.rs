@@ -15,7 +15,8 @@ pub const LARGEST_TABLE: u64 = 4 << 20;
 ///
 /// # Errors
 ///
-/// What is wrong, in words that follow the file's name: `cannot be read: ...`, `is larger than ...`, `is not UTF-8 text`.
+/// What is wrong, in words that follow the file's name: `cannot be read: ...`, `is larger than ...`,
+/// `is not UTF-8 text`.
 pub fn read_text(path: &Path, largest: u64) -> Result<String, String> {
     let unreadable = |error: std::io::Error| format!("cannot be read: {error}");
     let file = File::open(path).map_err(unreadable)?;

@@ -7,8 +7,8 @@ use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::error::{Error, Result};
 
-/// Starts them, one for each core, if they are not there yet. Otherwise they are started by the first computation, which panics where the system
-/// lets the process have none.
+/// Starts them, one for each core, if they are not there yet. Otherwise they are started by the first computation,
+/// which panics where the system lets the process have none.
 ///
 /// # Errors
 ///

@@ -62,7 +62,8 @@ pub struct AerialArguments {
     /// What the depth is measured along.
     #[arg(long, value_name = "KIND", default_value = "z", ignore_case = true, value_parser = word_of::<DepthKind>())]
     depth_kind: DepthKind,
-    /// Image (EXR) of the same size to be seen through the air, in place of layers: linear RGB of the scene's space and exposure.
+    /// Image (EXR) of the same size to be seen through the air, in place of layers: linear RGB of the scene's space and
+    /// exposure.
     #[arg(long, value_name = "FILE.exr")]
     beauty: Option<PathBuf>,
     /// File to write [default: aerial.exr, in the place of one that sorairo wrote, and of no other].

@@ -41,13 +41,14 @@ pub struct Pixels {
 
 /// A device.
 pub trait Backend: Send + Sync {
-    /// Runs one kernel of a plan over rows that can be lit, and before it, for [`Kernel::SkyLookup`], the one that fills its
-    /// sky lookup. The rows go to `take` from the top, some at a time, while the device computes the next ones.
+    /// Runs one kernel of a plan over rows that can be lit, and before it, for [`Kernel::SkyLookup`], the one that
+    /// fills its sky lookup. The rows go to `take` from the top, some at a time, while the device computes the next
+    /// ones.
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] for an image beyond the device's limits, [`Error::Device`] if the device fails, and any error of
-    /// `take`.
+    /// [`Error::NotAllowed`] for an image beyond the device's limits, [`Error::Device`] if the device fails, and any
+    /// error of `take`.
     fn lit_rows(&self, plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<Times>;
 
     /// [`Backend::lit_rows`] for every row from `first` on: those that cannot be lit are black, and not computed.
@@ -64,14 +65,14 @@ pub trait Backend: Send + Sync {
         Ok(times)
     }
 
-    /// Why this device would not compute a plan's kernels to their end; `None` if it would. [`Backend::lit_rows`] then is an
-    /// [`Error::Device`] with these words.
+    /// Why this device would not compute a plan's kernels to their end; `None` if it would. [`Backend::lit_rows`] then
+    /// is an [`Error::Device`] with these words.
     fn refusal(&self, _plan: &Plan) -> Option<String> {
         None
     }
 
-    /// Light fields for plans that wait for nobody's files: on a device that is hardware of its own they are computed there, with what else a plan integrates.
-    /// A graphics device has the same ones each time that it is asked.
+    /// Light fields for plans that wait for nobody's files: on a device that is hardware of its own they are computed
+    /// there, with what else a plan integrates. A graphics device has the same ones each time that it is asked.
     fn light_fields(&self) -> LightFields {
         LightFields::default()
     }

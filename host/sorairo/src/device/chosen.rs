@@ -69,8 +69,8 @@ impl Device {
         self.backend.light_fields()
     }
 
-    /// [`Backend::rows`] for the whole image. If the device fails, its spares go on from the first row that it did not deliver,
-    /// with a warning to the log; this device is then the one that finished.
+    /// [`Backend::rows`] for the whole image. If the device fails, its spares go on from the first row that it did not
+    /// deliver, with a warning to the log; this device is then the one that finished.
     ///
     /// # Errors
     ///

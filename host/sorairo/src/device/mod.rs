@@ -18,12 +18,13 @@ pub use self::chosen::{Device, DeviceKind, Spare};
 impl Device {
     /// Opens the device that `choice` names: `auto`, `cpu`, `gpu`, or part of the name of a graphics device.
     ///
-    /// `auto` takes the best graphics device, and the CPU where there is none, with a warning to the log. If a graphics device fails
-    /// later, it is opened once more; after that `auto` goes on with the CPU.
+    /// `auto` takes the best graphics device, and the CPU where there is none, with a warning to the log. If a graphics
+    /// device fails later, it is opened once more; after that `auto` goes on with the CPU.
     ///
     /// # Errors
     ///
-    /// [`Error::NoSuchDevice`] if there is no such device, naming those that there are; [`Error::Device`] if it cannot be opened.
+    /// [`Error::NoSuchDevice`] if there is no such device, naming those that there are; [`Error::Device`] if it cannot
+    /// be opened.
     pub fn open(choice: &str) -> Result<Self> {
         let auto = choice.eq_ignore_ascii_case("auto");
         if choice.eq_ignore_ascii_case("cpu") || auto && !HAS_GPU {

@@ -1,7 +1,7 @@
 //! The light of the sun and of the sky at any altitude under any sun, as tables that a shader reads.
 //!
-//! A place of a table is, at an altitude `h` up to a top one, with the sun's centre (without refraction) at an elevation
-//! `e` and the horizon at `e_0 = -acos(R / (R + h))`, all angles in degrees,
+//! A place of a table is, at an altitude `h` up to a top one, with the sun's centre (without refraction) at an
+//! elevation `e` and the horizon at `e_0 = -acos(R / (R + h))`, all angles in degrees,
 //!
 //! ```text
 //! v = ∛(h / top)
@@ -12,8 +12,8 @@
 //! and of `c × r` texels the one there is at `(u (c - 1) + ½, v (r - 1) + ½)`, between which light is interpolated by
 //! straight lines. Where the sun rises and sets texels lie closest together; 20° below the horizon is night.
 //!
-//! Skies are planned for fewer altitudes and suns. Between them go cubics of the logarithm of the light, and of harmonics
-//! relative to the first one.
+//! Skies are planned for fewer altitudes and suns. Between them go cubics of the logarithm of the light, and of
+//! harmonics relative to the first one.
 
 use rayon::prelude::*;
 use sorairo_shared::glam::DVec3;
@@ -33,8 +33,8 @@ const SUNS: u32 = 21;
 /// The sun so far beneath the horizon (degrees) leaves night.
 const NIGHT: f64 = 20.0;
 
-/// The sun's disc is hidden where its centre stands so far beneath the horizon (degrees): refraction lifts it by 1.3° at
-/// most, to an observer above the air, and it is half a degree wide.
+/// The sun's disc is hidden where its centre stands so far beneath the horizon (degrees): refraction lifts it by 1.3°
+/// at most, to an observer above the air, and it is half a degree wide.
 const HIDDEN: f64 = 2.0;
 
 /// Less light than that (W·m⁻²) is none.
@@ -44,8 +44,8 @@ const NOTHING: f64 = 1e-12;
 const KEPT: [usize; 6] = [0, 2, 3, 6, 7, 8];
 
 /// The light of the sun and of the sky over altitudes and suns, in linear RGB (W·m⁻², weighted by the observer): how
-/// terrain, aircraft and clouds are lit by the same air. The sun's elevation and the altitude are those of each place of
-/// the table; see [`Self::place`].
+/// terrain, aircraft and clouds are lit by the same air. The sun's elevation and the altitude are those of each place
+/// of the table; see [`Self::place`].
 #[derive(Debug)]
 pub struct LightTable {
     top: f64,
@@ -61,8 +61,9 @@ pub struct LightAt {
     pub direct: [f64; 3],
     /// From the sky, without the sun, on a level surface that faces up.
     pub diffuse: [f64; 3],
-    /// From the sky and the ground, without the sun, on a surface of any direction: the coefficients `Y_00, Y_10, Y_11, Y_20,
-    /// Y_21, Y_22` of [`Harmonics`], with x to the sun's azimuth, y left of it and z up. The other three are 0.
+    /// From the sky and the ground, without the sun, on a surface of any direction: the coefficients
+    /// `Y_00, Y_10, Y_11, Y_20, Y_21, Y_22` of [`Harmonics`], with x to the sun's azimuth, y left of it and z up. The
+    /// other three are 0.
     pub harmonics: [[f64; 3]; 6],
 }
 
@@ -119,8 +120,8 @@ impl LightTable {
     pub const ROWS: u32 = 64;
 
     /// That of the air of a scene up to an altitude (km, 0.01 to 1000), in a space of linear RGB; the scene's sun and
-    /// observer do not matter. Some four hundred skies are planned, on all cores, in seconds to half a minute: once for an
-    /// air, whose table serves all suns.
+    /// observer do not matter. Some four hundred skies are planned, on all cores, in seconds to half a minute: once for
+    /// an air, whose table serves all suns.
     ///
     /// # Errors
     ///
@@ -165,8 +166,8 @@ impl LightTable {
         if u >= 0.5 { horizon + part * (90.0 - horizon) } else { horizon - part * NIGHT }
     }
 
-    /// The place `(u, v)` of an altitude (km) and a sun (degrees), in [0, 1]: those of night and above the top are at its
-    /// edges.
+    /// The place `(u, v)` of an altitude (km) and a sun (degrees), in [0, 1]: those of night and above the top are at
+    /// its edges.
     pub fn place(&self, altitude: f64, sun_elevation: f64) -> [f64; 2] {
         let altitude = altitude.clamp(0.0, self.top);
         let horizon = horizon(self.ground_radius, altitude).to_degrees();

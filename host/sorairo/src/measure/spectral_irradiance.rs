@@ -9,7 +9,8 @@ use crate::measure::surface::irradiances_on;
 use crate::plan::picture::sun_disc::Sun;
 use crate::plan::{Sky, SkyPlan};
 
-/// What falls at the observer from the sky, from its sun and from the ground, at wavelengths (W·m⁻²·nm⁻¹; relative with the flat sun).
+/// What falls at the observer from the sky, from its sun and from the ground, at wavelengths (W·m⁻²·nm⁻¹; relative with
+/// the flat sun).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct SpectralIrradiance {
@@ -26,7 +27,8 @@ pub struct SpectralIrradiance {
 }
 
 impl Sky {
-    /// What falls on a level [`Surface`](crate::Surface) that faces up, and on one that faces down, at wavelengths (nm).
+    /// What falls on a level [`Surface`](crate::Surface) that faces up, and on one that faces down, at wavelengths
+    /// (nm).
     ///
     /// # Errors
     ///

@@ -6,9 +6,9 @@ use crate::error::{Error, Result};
 use crate::plan::{LightFields, Sky};
 use crate::scene::ValidScene;
 
-/// The answers of `ask` for the sky of each scene, in the order of the scenes, whose numbers it gets too (from 0). A sky
-/// is planned when its turn comes, and dropped when it has answered, so that a year of suns takes no more memory than a
-/// few. Skies of the same air share their light fields; see [`LightFields`].
+/// The answers of `ask` for the sky of each scene, in the order of the scenes, whose numbers it gets too (from 0). A
+/// sky is planned when its turn comes, and dropped when it has answered, so that a year of suns takes no more memory
+/// than a few. Skies of the same air share their light fields; see [`LightFields`].
 ///
 /// ```
 /// use sorairo::{Direction, Scene, of_each_sky};

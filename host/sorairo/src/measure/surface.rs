@@ -57,8 +57,8 @@ impl Sky {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`](crate::Error::OutOfRange) or [`Error::NotAllowed`](crate::Error::NotAllowed) for a surface,
-    /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene is not known.
+    /// [`Error::OutOfRange`](crate::Error::OutOfRange) or [`Error::NotAllowed`](crate::Error::NotAllowed) for a
+    /// surface, [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene is not known.
     pub fn irradiance(&self, surfaces: &[Surface], wavelengths: &[f64]) -> Result<Vec<Irradiance<Vec<f64>>>> {
         let normals: Vec<DVec3> = surfaces.iter().map(Surface::normal).collect::<Result<_>>()?;
         let spectra = Spectra::new(self, wavelengths, Method::Fit)?;
@@ -109,9 +109,9 @@ impl Sky {
         Ok(facing.into_iter().zip(wavelengths).map(transmittance).collect())
     }
 
-    /// The sun's beam at wavelengths in nm: in means over a resolution (nm) about each, or at the wavelengths themselves,
-    /// where gases have the means of their tables, over 1 nm (up to 1000 nm) or 5. A measured profile of the air has
-    /// gases, and its beam is known from 280 to 2500 nm.
+    /// The sun's beam at wavelengths in nm: in means over a resolution (nm) about each, or at the wavelengths
+    /// themselves, where gases have the means of their tables, over 1 nm (up to 1000 nm) or 5. A measured profile of
+    /// the air has gases, and its beam is known from 280 to 2500 nm.
     ///
     /// # Errors
     ///
@@ -190,7 +190,8 @@ pub struct BeamSample {
     /// The part of the light from the disc's centre that the air lets through, without the beam's spread by refraction;
     /// 0 of a centre below the horizon.
     pub transmittance: f64,
-    /// Irradiance of a surface that faces the sun (W·m⁻²·nm⁻¹): of as much of the disc as is seen, as large as it is seen.
+    /// Irradiance of a surface that faces the sun (W·m⁻²·nm⁻¹): of as much of the disc as is seen, as large as it is
+    /// seen.
     pub irradiance: f64,
 }
 
@@ -240,7 +241,8 @@ mod tests {
                 for ((above, below), (diffuse, ground)) in expected {
                     let error = ((above - diffuse).abs() + (below - ground).abs()) / (above + below);
                     println!("sun at {sun}, {surface:?}: {error:.1e}");
-                    // The cosine ends in an edge at the surface's plane, and the grid is of a degree around the glow of the sun.
+                    // The cosine ends in an edge at the surface's plane, and the grid is of a degree around the glow of
+                    // the sun.
                     assert!(error < 5e-3, "sun at {sun}, {surface:?}: {error}");
                 }
             }

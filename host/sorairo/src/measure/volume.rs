@@ -86,9 +86,9 @@ impl Sky {
     ///
     /// # Errors
     ///
-    /// Those of [`crate::Scene::validated`] for the camera; [`Error::NotAllowed`] for a camera of another projection than
-    /// a perspective one and for a sky whose colours are solved at every pixel (`render.color`); [`Error::OutOfRange`] for
-    /// a size.
+    /// Those of [`crate::Scene::validated`] for the camera; [`Error::NotAllowed`] for a camera of another projection
+    /// than a perspective one and for a sky whose colours are solved at every pixel (`render.color`);
+    /// [`Error::OutOfRange`] for a size.
     pub fn air_volume(&self, camera: &CameraScene, size: VolumeSize) -> Result<AirVolume<'_>> {
         AirVolume::new(self, camera, size)
     }
@@ -120,8 +120,9 @@ impl<'a> AirVolume<'a> {
         self.size
     }
 
-    /// What lies before a place of the image (its part of the width from the left and of the height from the top, 0 to 1)
-    /// up to a distance along its ray (km). Behind the last distance it is as there; beneath the ground as if air went on.
+    /// What lies before a place of the image (its part of the width from the left and of the height from the top, 0 to
+    /// 1) up to a distance along its ray (km). Behind the last distance it is as there; beneath the ground as if air
+    /// went on.
     pub fn at(&self, place: [f64; 2], distance: f64) -> BetweenRgb {
         if distance <= 0.0 {
             return BetweenRgb { transmittance: [1.0; 3], radiance: [0.0; 3] };

@@ -10,8 +10,8 @@ use crate::spectra::named_file::is_table_file;
 use crate::spectra::table::Table;
 use crate::words::{word, words};
 
-/// How the densities of air and of ozone fall and rise with altitude. Of a measured profile the shape is taken; how much there is in all,
-/// the optical depths and the column of ozone say.
+/// How the densities of air and of ozone fall and rise with altitude. Of a measured profile the shape is taken; how
+/// much there is in all, the optical depths and the column of ozone say.
 #[derive(
     Clone, Debug, Default, PartialEq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
 )]
@@ -183,7 +183,8 @@ pub struct Level {
     pub nitrogen_dioxide: f64,
 }
 
-/// Densities of air and of ozone at an altitude (molecules per cm³), and by how much they grow with it relative to themselves (km⁻¹).
+/// Densities of air and of ozone at an altitude (molecules per cm³), and by how much they grow with it relative to
+/// themselves (km⁻¹).
 #[derive(Clone, Copy, Debug)]
 pub struct Density {
     /// Air and ozone.
@@ -200,8 +201,8 @@ impl Profile {
 
     /// Its levels; none of the exponential.
     ///
-    /// Anderson, Clough, Kneizys, Chetwynd and Shettle 1986, *AFGL atmospheric constituent profiles*, AFGL-TR-86-0110: 50 levels from
-    /// 0 to 120 km.
+    /// Anderson, Clough, Kneizys, Chetwynd and Shettle 1986, *AFGL atmospheric constituent profiles*, AFGL-TR-86-0110:
+    /// 50 levels from 0 to 120 km.
     pub fn levels(&self) -> Option<Levels> {
         let levels = self.measured()?;
         let altitudes: Vec<f64> = levels.iter().map(|level| level.altitude).collect();
@@ -210,7 +211,8 @@ impl Profile {
         Some(Levels { altitudes, logarithms, slopes })
     }
 
-    /// What was measured, at any altitude (km): the temperature is straight between levels, and so are the logarithms of all else.
+    /// What was measured, at any altitude (km): the temperature is straight between levels, and so are the logarithms
+    /// of all else.
     pub fn level(&self, altitude: f64) -> Option<Level> {
         let levels = self.measured()?;
         let after = levels.partition_point(|level| level.altitude <= altitude).clamp(1, levels.len() - 1);
@@ -301,7 +303,8 @@ pub(super) fn vertical<const N: usize>(levels: &[Level], of: impl Fn(&Level) -> 
     sum
 }
 
-/// The slopes at levels: the harmonic mean of those on either side, weighted by their lengths, or 0 where they differ in sign.
+/// The slopes at levels: the harmonic mean of those on either side, weighted by their lengths, or 0 where they differ
+/// in sign.
 fn slopes(altitudes: &[f64], logarithms: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let last = altitudes.len() - 1;
     let length = |level: usize| altitudes[level + 1] - altitudes[level];
@@ -345,7 +348,8 @@ mod tests {
     fn each_atmosphere_has_the_air_of_its_pressure_and_ozone_of_its_latitude() {
         for profile in Profile::iter().filter(|profile| profile.is_measured()) {
             let levels = profile.levels().unwrap();
-            // A pressure of 1013 to 1018 hPa holds 2.14e25 to 2.17e25 molecules per cm² (of 28.96 g/mol under 9.8 m/s²).
+            // A pressure of 1013 to 1018 hPa holds 2.14e25 to 2.17e25 molecules per cm² (of 28.96 g/mol under 9.8
+            // m/s²).
             let [air, ozone] = columns(&levels);
             assert!((2.13e25..2.18e25).contains(&air), "{profile:?}: {air:e}");
             // Climates of ozone lie between 250 and 500 DU.

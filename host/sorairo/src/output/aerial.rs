@@ -86,9 +86,9 @@ const FARTHEST: f64 = 3000.0;
 
 /// Writes the air before each pixel of a depth image that a scene's camera sees.
 ///
-/// Light is linear RGB of the scene's space in W·m⁻²·sr⁻¹, exposed by the stops of `render.exr_exposure` where they are a
-/// number, and not otherwise; transmittance is that of sunlight, see [`BetweenRgb`]. The image is as large as the depth
-/// image, whatever `camera.size` says.
+/// Light is linear RGB of the scene's space in W·m⁻²·sr⁻¹, exposed by the stops of `render.exr_exposure` where they are
+/// a number, and not otherwise; transmittance is that of sunlight, see [`BetweenRgb`]. The image is as large as the
+/// depth image, whatever `camera.size` says.
 ///
 /// # Errors
 ///

@@ -29,7 +29,8 @@ pub struct Request {
     pub outputs: Vec<PathBuf>,
     /// Whether every EXR file is spectral, whatever its name.
     pub spectral: bool,
-    /// Wavelengths of spectral files (nm, where the scene is known, no two the same); [`files::default_wavelengths`] if none are given.
+    /// Wavelengths of spectral files (nm, where the scene is known, no two the same); [`files::default_wavelengths`] if
+    /// none are given.
     pub wavelengths: Option<Vec<f64>>,
     /// Whether it is rendered twice: into the outputs without the sun's disc, to light with, and into a file beside
     /// each of them with it, to be seen: `sky.sun.exr` beside `sky.exr`. All of them take their places together, and
@@ -110,11 +111,13 @@ pub struct Report {
     pub height: u32,
     /// Elevation of the sun (degrees), without refraction.
     pub sun_elevation: f64,
-    /// Elevation at which it is seen (degrees); none where light goes straight or the sun's centre is below the horizon.
+    /// Elevation at which it is seen (degrees); none where light goes straight or the sun's centre is below the
+    /// horizon.
     pub sun_apparent_elevation: Option<f64>,
     /// Azimuth of the sun, clockwise from north (degrees).
     pub sun_azimuth: f64,
-    /// Whether the sun's disc is in the image where it can be seen; a program that adds a sun of its own must not, then.
+    /// Whether the sun's disc is in the image where it can be seen; a program that adds a sun of its own must not,
+    /// then.
     pub sun_disc: bool,
     /// The fit through the bands.
     pub fit: Fit,
@@ -151,7 +154,8 @@ pub struct Report {
     pub kernel_ms: f64,
     /// Time to bring the pixels back (ms).
     pub readback_ms: f64,
-    /// Time until the files were written once the last pixel was back (ms); until then encoding runs beside the kernels.
+    /// Time until the files were written once the last pixel was back (ms); until then encoding runs beside the
+    /// kernels.
     pub encode_ms: f64,
     /// All of it (ms).
     pub total_ms: f64,
@@ -379,7 +383,8 @@ pub struct Files<'scope> {
 }
 
 impl Files<'_> {
-    /// Waits for the encoders. Every file is whole before the first takes its place, and a failure leaves all of them as they were.
+    /// Waits for the encoders. Every file is whole before the first takes its place, and a failure leaves all of them
+    /// as they were.
     ///
     /// # Errors
     ///
@@ -532,7 +537,8 @@ fn render_jobs(
     })
 }
 
-/// Refuses rows that hold what no kernel stores: the sentinel of a pixel that was never written, or what no radiance is.
+/// Refuses rows that hold what no kernel stores: the sentinel of a pixel that was never written, or what no radiance
+/// is.
 fn check_rows(pixel: PixelFormat, rows: &[u32]) -> Result<()> {
     const OPAQUE: u32 = 0xff00_0000;
     const HALF_INFINITY: u32 = 0x7c00;

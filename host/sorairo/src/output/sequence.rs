@@ -40,13 +40,13 @@ pub enum Ended {
     Found,
 }
 
-/// The frames that show scenes, numbered from 0. Each is asked for as `request` says, whose outputs are the patterns of its file names; see
-/// [`numbered`].
+/// The frames that show scenes, numbered from 0. Each is asked for as `request` says, whose outputs are the patterns of
+/// its file names; see [`numbered`].
 ///
 /// # Errors
 ///
-/// [`Error::FileName`] for a pattern without a place for the number or of another format, [`Error::SharedFile`] for a file that
-/// two frames or patterns share.
+/// [`Error::FileName`] for a pattern without a place for the number or of another format, [`Error::SharedFile`] for a
+/// file that two frames or patterns share.
 pub fn frames(scenes: Vec<ValidScene>, request: &Request) -> Result<Vec<Frame>> {
     request.formats()?;
     let mut names = HashSet::new();
@@ -67,13 +67,14 @@ pub fn frames(scenes: Vec<ValidScene>, request: &Request) -> Result<Vec<Frame>> 
 pub enum SharedExposure {
     /// That of the first.
     First,
-    /// That of the brightest, so that no frame is much brighter than it may be. Which one that is follows from the keys alone, so that a process
-    /// plans one sky, however many frames there are. Of frames that differ in their sun's place alone it is the one with the highest sun.
+    /// That of the brightest, so that no frame is much brighter than it may be. Which one that is follows from the keys
+    /// alone, so that a process plans one sky, however many frames there are. Of frames that differ in their sun's
+    /// place alone it is the one with the highest sun.
     Brightest,
 }
 
-/// The scenes with one exposure for all, which depends on all of them and on nothing else: processes that render parts of a sequence find the
-/// same.
+/// The scenes with one exposure for all, which depends on all of them and on nothing else: processes that render parts
+/// of a sequence find the same.
 ///
 /// # Errors
 ///
@@ -97,21 +98,23 @@ fn brightest(scenes: &[ValidScene]) -> Option<&ValidScene> {
     rated.rev().max_by(brighter).map(|(.., scene)| scene)
 }
 
-/// How bright a sky is expected to be beside others, by its keys alone: the light of 550 nm that the air above the observer scatters once from a sun
-/// as high as this. It grows with the sun's elevation, whatever else a sky has.
+/// How bright a sky is expected to be beside others, by its keys alone: the light of 550 nm that the air above the
+/// observer scatters once from a sun as high as this. It grows with the sun's elevation, whatever else a sky has.
 fn expected_brightness(scene: &ValidScene) -> f64 {
     const WAVELENGTH: f64 = 550.0;
     let optics = scene.optics();
     let coefficients = optics.at(WAVELENGTH);
     let above = |scale_height: f64| scale_height * (-scene.observer.altitude / scale_height).exp();
-    // Of what aerosol scatters, that which does not go on as the sun's light did: around the sun it brightens little of a sky.
+    // Of what aerosol scatters, that which does not go on as the sun's light did: around the sun it brightens little of
+    // a sky.
     let aside = 1.0 - optics.aerosol.asymmetry();
     let depth = coefficients.air_scattering * above(optics.air_scale_height)
         + aside * coefficients.aerosol_scattering * above(optics.aerosol.lane.scale_height);
     let sine = scene.sun.elevation.to_radians().sin();
     // The sine of a high sun, and on a round planet more than nothing of a low one.
     let level = 0.5 * (sine + sine.hypot(0.02));
-    // From the horizon down a sky loses more than two powers of ten in six degrees: 600, 3 and 0.008 lx at 0, -6 and -12 degrees.
+    // From the horizon down a sky loses more than two powers of ten in six degrees: 600, 3 and 0.008 lx at 0, -6 and
+    // -12 degrees.
     let twilight = 10_f64.powf(scene.sun.elevation.min(0.0) / 3.0);
     optics.solar_irradiance(WAVELENGTH) * level * -(-depth / level).exp_m1() * twilight
 }
@@ -150,9 +153,9 @@ pub enum Measured {
 
 /// Renders the frames that are not there yet, in their order.
 ///
-/// A frame counts as there if each of its files is whole to the byte and names the same scene and version of the program.
-/// `ended` is called for each frame, in their order, with what it shows where that is measured. After an error the frames before it are whole and in
-/// place.
+/// A frame counts as there if each of its files is whole to the byte and names the same scene and version of the
+/// program. `ended` is called for each frame, in their order, with what it shows where that is measured. After an error
+/// the frames before it are whole and in place.
 ///
 /// # Errors
 ///
@@ -310,7 +313,8 @@ mod tests {
         ] {
             let scenes = skies(of);
             let least = scenes.iter().map(automatic).reduce(f64::min).unwrap();
-            // A rule that looks at keys may take one sky for another that is nearly as bright: half a stop, where a highlight keeps two.
+            // A rule that looks at keys may take one sky for another that is nearly as bright: half a stop, where a
+            // highlight keeps two.
             let shared = shared(scenes);
             assert!((shared - least).abs() < 0.5 && shared > least - 0.006, "{of:?}: {shared}, not {least}");
         }

@@ -66,8 +66,8 @@ impl<T: Clone + Send + Sync + 'static> SkyPlanner<T> {
         Self { shared: Arc::new(Shared { make: Box::new(make), state, changed: Condvar::new() }) }
     }
 
-    /// The work of planning, for a thread of the program's: it sleeps while nothing is asked for, and ends when the planner is
-    /// dropped. Several threads may share it; plans then finish in any order.
+    /// The work of planning, for a thread of the program's: it sleeps while nothing is asked for, and ends when the
+    /// planner is dropped. Several threads may share it; plans then finish in any order.
     pub fn work(&self) -> impl FnOnce() + Send + 'static + use<T> {
         let shared = Arc::clone(&self.shared);
         move || {

@@ -168,7 +168,8 @@ impl SkyPlan {
         found_once(&self.refined, || of(self.integral()))
     }
 
-    /// Computes what an image asks of it, so that nobody who draws does: colours, the size of sky lookups and their samples.
+    /// Computes what an image asks of it, so that nobody who draws does: colours, the size of sky lookups and their
+    /// samples.
     pub fn prepare(&self) {
         self.colours();
         if !self.is_night && self.colour_path != ColourPath::Solve {

@@ -42,8 +42,8 @@ struct SourceText {
 }
 
 impl Scene {
-    /// The scene in a TOML text. `preset` takes the place of the one that the text names; names of CSV files are relative to
-    /// the working folder.
+    /// The scene in a TOML text. `preset` takes the place of the one that the text names; names of CSV files are
+    /// relative to the working folder.
     ///
     /// # Errors
     ///
@@ -87,8 +87,8 @@ impl Draft {
         Self::read_all(path, preset).map_err(first)
     }
 
-    /// Reads a TOML text over its preset. `preset` takes the place of the one that the text names; names of CSV files are
-    /// relative to `folder`.
+    /// Reads a TOML text over its preset. `preset` takes the place of the one that the text names; names of CSV files
+    /// are relative to `folder`.
     ///
     /// # Errors
     ///
@@ -143,7 +143,8 @@ impl Draft {
     ///
     /// # Errors
     ///
-    /// [`Error::Text`] if it is of another kind, [`Error::NotAllowed`] for the preset, over which other values may have been set.
+    /// [`Error::Text`] if it is of another kind, [`Error::NotAllowed`] for the preset, over which other values may have
+    /// been set.
     pub fn set<'de>(&mut self, key: &Key, value: impl Deserializer<'de>) -> Result<()> {
         if key.name == "preset" {
             return Err(Error::not_allowed("preset", "is what a scene begins as, and cannot be set over it"));
@@ -162,7 +163,8 @@ impl Draft {
         Ok(())
     }
 
-    /// Refuses an elevation, an azimuth or a distance that was set over a place or a time, as a file may not hold both; `is_set` tells by a key's name.
+    /// Refuses an elevation, an azimuth or a distance that was set over a place or a time, as a file may not hold both;
+    /// `is_set` tells by a key's name.
     ///
     /// # Errors
     ///
@@ -264,7 +266,8 @@ impl SourceText {
     }
 }
 
-/// What a reader says is wrong, without the rest of long values that it quotes, and without its middle if it is long all the same.
+/// What a reader says is wrong, without the rest of long values that it quotes, and without its middle if it is long
+/// all the same.
 fn wrong(complaint: String) -> Error {
     Error::Text(without_middle(&with_short_values(&complaint)))
 }

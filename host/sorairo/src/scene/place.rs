@@ -143,11 +143,11 @@ pub struct SunPosition {
     pub distance: f64,
 }
 
-/// Where the sun stands, by the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003, NREL/TP-560-34302), for an
-/// observer at an altitude (km).
+/// Where the sun stands, by the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003,
+/// NREL/TP-560-34302), for an observer at an altitude (km).
 ///
-/// The direction is geometric, without refraction, because the renderer's rays are straight: near the horizon the real sun
-/// stands about 0.5° higher.
+/// The direction is geometric, without refraction, because the renderer's rays are straight: near the horizon the real
+/// sun stands about 0.5° higher.
 ///
 /// # Errors
 ///
@@ -192,9 +192,9 @@ mod tests {
 
     #[test]
     fn at_a_solstice_the_sun_is_overhead_at_a_tropic_at_noon() {
-        // The obliquity in 2024 is 23.44° (Astronomical Almanac), which is the declination at the solstice of 2024-06-20 20:51
-        // UTC and within 0.001° of it nine hours earlier. Noon at longitude 0 is at 12:02 UTC within half a minute, in which
-        // the elevation changes by less than 0.01° at Greenwich and by 0.12° under the sun.
+        // The obliquity in 2024 is 23.44° (Astronomical Almanac), which is the declination at the solstice of
+        // 2024-06-20 20:51 UTC and within 0.001° of it nine hours earlier. Noon at longitude 0 is at 12:02 UTC within
+        // half a minute, in which the elevation changes by less than 0.01° at Greenwich and by 0.12° under the sun.
         let (elevation, _) = sun("23.44,0", "2024-06-20T12:01:46Z", 0.0);
         assert!(elevation > 89.88, "{elevation}");
         let (elevation, azimuth) = sun("51.4779,0", "2024-06-20T12:01:46Z", 0.0);
@@ -205,8 +205,8 @@ mod tests {
 
     #[test]
     fn at_an_equinox_the_sun_stands_on_the_horizon_of_both_poles() {
-        // 2024-03-20 03:06 UTC, within half a minute; the declination changes by 0.0003° in a minute. Seen from a pole the sun
-        // is lower by its parallax, 8.8″.
+        // 2024-03-20 03:06 UTC, within half a minute; the declination changes by 0.0003° in a minute. Seen from a pole
+        // the sun is lower by its parallax, 8.8″.
         for pole in ["90,0", "-90,0"] {
             let (elevation, _) = sun(pole, "2024-03-20T03:06:00Z", 0.0);
             assert!(close(elevation, -0.0024), "{pole}: {elevation}");
@@ -218,7 +218,8 @@ mod tests {
         let distance = |time: &str| sun_position("0,0".parse().unwrap(), time.parse().unwrap(), 0.0).unwrap().distance;
         // NREL/TP-560-34302, Appendix A.5.
         assert!((distance("2003-10-17T12:30:30-07:00") - 0.996_542_297_4).abs() < 1e-7);
-        // Perihelion and aphelion of 2026, UTC (US Naval Observatory, Earth's Seasons and Apsides), to the digits that almanacs print.
+        // Perihelion and aphelion of 2026, UTC (US Naval Observatory, Earth's Seasons and Apsides), to the digits that
+        // almanacs print.
         assert!((distance("2026-01-03T17:16:00Z") - 0.983_30).abs() < 5e-6);
         assert!((distance("2026-07-06T17:31:00Z") - 1.016_64).abs() < 5e-6);
     }

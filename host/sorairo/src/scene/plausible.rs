@@ -1,4 +1,5 @@
-//! What a person's table may hold: as much as nature has in the unit of its key, so that a table in another unit is told.
+//! What a person's table may hold: as much as nature has in the unit of its key, so that a table in another unit is
+//! told.
 
 use super::preset::Scene;
 use crate::error::{Error, Result};

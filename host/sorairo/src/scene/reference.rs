@@ -11,7 +11,8 @@ use super::keys::{self, KEYS, Key};
 use super::preset::{Preset, Scene};
 use crate::words::{Word, word};
 
-/// The reference of every key, in Markdown: `docs/scene-reference.md`. `flag` says which flag of the command takes a key's place.
+/// The reference of every key, in Markdown: `docs/scene-reference.md`. `flag` says which flag of the command takes a
+/// key's place.
 pub fn markdown(flag: fn(&str) -> Option<&'static str>) -> String {
     let mut page = String::from(HEAD);
     let mut table = None;

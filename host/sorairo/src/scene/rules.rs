@@ -19,7 +19,8 @@ pub const FARTHEST_DISC: f64 = 50.0;
 /// Mean radius of the Earth (km; IUGG's R₁, Moritz 2000, *Geodetic Reference System 1980*).
 const EARTH_RADIUS: f64 = 6371.0;
 
-/// How much of that the ground's radius may differ from it and still be the Earth's: its ellipsoid and the rounded radii of models keep to 0.3 %.
+/// How much of that the ground's radius may differ from it and still be the Earth's: its ellipsoid and the rounded
+/// radii of models keep to 0.3 %.
 const OF_THE_EARTH: f64 = 0.01;
 
 impl Scene {
@@ -154,7 +155,8 @@ pub fn narrower_than_its_display(render: &Render) -> Result<()> {
     Err(Error::not_allowed("render.display", complaint))
 }
 
-/// The lowest top above the ground (km) over a measured profile: it leaves 3e-4 of the air and less than 1e-3 of the ozone above it.
+/// The lowest top above the ground (km) over a measured profile: it leaves 3e-4 of the air and less than 1e-3 of the
+/// ozone above it.
 pub const LOWEST_TOP_OF_A_PROFILE: f64 = LOWEST_END;
 
 /// A measured profile has its ozone high up.

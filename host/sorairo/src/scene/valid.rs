@@ -108,8 +108,8 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the first key that is out of its range or breaks a rule; those of
-    /// [`Scene::placed`].
+    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the first key that is out of its range or breaks a rule;
+    /// those of [`Scene::placed`].
     pub fn validated(&self) -> Result<ValidScene> {
         if let Some(problem) = keys::problems(self).into_iter().next() {
             return Err(problem);

@@ -95,8 +95,8 @@ impl AirSpectrum {
 
     /// Anisotropy of the phase function; see [`sorairo_shared::medium::phase::air_phase`].
     ///
-    /// From the King factor `F` of air at 550 nm (Bodhaine et al. 1999, Eqs. 5, 6 and 23): the depolarisation is `ρ = 6 (F - 1)/(3 + 7 F)`. From
-    /// 400 to 700 nm it changes the phase function by 0.1 % at most.
+    /// From the King factor `F` of air at 550 nm (Bodhaine et al. 1999, Eqs. 5, 6 and 23): the depolarisation is
+    /// `ρ = 6 (F - 1)/(3 + 7 F)`. From 400 to 700 nm it changes the phase function by 0.1 % at most.
     pub fn anisotropy(self) -> f64 {
         const SQUARE: f64 = 0.55 * 0.55;
         let depolarisation = match self {

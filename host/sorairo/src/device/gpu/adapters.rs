@@ -46,7 +46,8 @@ impl Hardware {
     }
 }
 
-/// The interfaces whose devices are opened, by wgpu's names for them. wgpu has those of this platform alone, and of these the ones that features chose.
+/// The interfaces whose devices are opened, by wgpu's names for them. wgpu has those of this platform alone, and of
+/// these the ones that features chose.
 const INTERFACES: wgpu::Backends = wgpu::Backends::VULKAN.union(wgpu::Backends::METAL).union(wgpu::Backends::DX12);
 
 fn interface(backend: wgpu::Backend) -> &'static str {
@@ -57,7 +58,8 @@ fn interface(backend: wgpu::Backend) -> &'static str {
     }
 }
 
-/// The graphics devices, best first. One that two interfaces have comes first by Vulkan, which takes the kernels as they are.
+/// The graphics devices, best first. One that two interfaces have comes first by Vulkan, which takes the kernels as
+/// they are.
 fn adapters() -> Vec<wgpu::Adapter> {
     // Without any, wgpu has no instance.
     if !wgpu::Instance::enabled_backend_features().intersects(INTERFACES) {

@@ -1,5 +1,5 @@
-//! The air before a camera in a program's own device: a volume of froxels in the program's textures, and images that are
-//! seen through it.
+//! The air before a camera in a program's own device: a volume of froxels in the program's textures, and images that
+//! are seen through it.
 
 use std::sync::Arc;
 
@@ -25,14 +25,14 @@ use crate::scene::CameraScene;
 impl ResidentRenderer {
     /// Encodes the air before a camera of a sky into a volume.
     ///
-    /// Its last slice is at an infinite distance, where it is the sky that [`Self::encode`] draws by a sky lookup for the
-    /// same camera, in each direction that meets no ground.
+    /// Its last slice is at an infinite distance, where it is the sky that [`Self::encode`] draws by a sky lookup for
+    /// the same camera, in each direction that meets no ground.
     ///
     /// # Errors
     ///
     /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera, which is a perspective one; [`Error::Target`] for
-    /// textures of the wrong size, format or usage; [`Error::Device`] for what is too large for the device, or one that is
-    /// lost. Then nothing was encoded.
+    /// textures of the wrong size, format or usage; [`Error::Device`] for what is too large for the device, or one that
+    /// is lost. Then nothing was encoded.
     pub fn encode_volume(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

@@ -9,12 +9,12 @@ use crate::error::{Error, Result};
 use crate::input::shown;
 use crate::plan::aerial::AirPlan;
 
-/// Where a volume of air goes: two textures of three dimensions and `rgba16float`, as large as each other, with the usages
-/// `STORAGE_BINDING` and `TEXTURE_BINDING`. Their depth is the slices of the [`AirPlan`].
+/// Where a volume of air goes: two textures of three dimensions and `rgba16float`, as large as each other, with the
+/// usages `STORAGE_BINDING` and `TEXTURE_BINDING`. Their depth is the slices of the [`AirPlan`].
 ///
 /// A texel holds linear RGB and 1 of what lies up to a distance in a direction of the camera's image: see
-/// [`sorairo_shared::picture::air`] for where a shader reads it, with a linear filter. Light from behind, `L`, arrives as
-/// `transmittance L + in_scatter`, channel by channel.
+/// [`sorairo_shared::picture::air`] for where a shader reads it, with a linear filter. Light from behind, `L`, arrives
+/// as `transmittance L + in_scatter`, channel by channel.
 #[derive(Clone, Copy, Debug)]
 pub struct AirVolumeTarget<'a> {
     /// Light of all orders that the air scatters towards the camera (W·m⁻²·sr⁻¹).
@@ -26,8 +26,8 @@ pub struct AirVolumeTarget<'a> {
 /// What a depth means. Distances are in units of the program; see [`DepthImage`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Depth {
-    /// 1 at the near plane and 0 at the far one, `n (f - z) / (z (f - n))`, with an infinite far plane `n / z`. 0 is the
-    /// sky.
+    /// 1 at the near plane and 0 at the far one, `n (f - z) / (z (f - n))`, with an infinite far plane `n / z`. 0 is
+    /// the sky.
     ReversedZ {
         /// The near plane.
         near: f64,
@@ -67,8 +67,8 @@ pub struct SeenImage<'a> {
     pub colour: &'a wgpu::Texture,
     /// How far away it is.
     pub depth: DepthImage<'a>,
-    /// A texture of `rgba16float` with the usage `STORAGE_BINDING`, other than `colour`: the same through the air. The sky
-    /// and the fourth channel are copied.
+    /// A texture of `rgba16float` with the usage `STORAGE_BINDING`, other than `colour`: the same through the air. The
+    /// sky and the fourth channel are copied.
     pub output: &'a wgpu::Texture,
 }
 

@@ -1,4 +1,5 @@
-//! Environment maps in a program's own device: the levels of a map and its irradiance, from pixels that are there already.
+//! Environment maps in a program's own device: the levels of a map and its irradiance, from pixels that are there
+//! already.
 
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::WORKGROUP_SIDE;
@@ -20,10 +21,11 @@ const PIXEL_BYTES: u64 = size_of::<Vec4>() as u64;
 /// Where an environment map and its irradiance go.
 #[derive(Clone, Copy, Debug)]
 pub struct EnvironmentTarget<'a> {
-    /// A texture of `rgba16float` or `rgba32float` with every level down to one pixel and the usage `COPY_DST`: linear RGB and 1.
+    /// A texture of `rgba16float` or `rgba32float` with every level down to one pixel and the usage `COPY_DST`: linear
+    /// RGB and 1.
     pub map: &'a wgpu::Texture,
-    /// A buffer of 144 bytes or more with the usage `STORAGE`: nine times red, green, blue and 0 in `f32`, the coefficients of
-    /// [`Harmonics`](crate::Harmonics).
+    /// A buffer of 144 bytes or more with the usage `STORAGE`: nine times red, green, blue and 0 in `f32`, the
+    /// coefficients of [`Harmonics`](crate::Harmonics).
     pub harmonics: &'a wgpu::Buffer,
 }
 

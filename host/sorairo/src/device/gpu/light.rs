@@ -8,8 +8,8 @@ use crate::error::{Error, Result};
 use crate::measure::light_table::{LightAt, LightTable};
 
 /// Where a [`LightTable`] goes: textures of `rgba16float` with the usage `COPY_DST`, of [`LightTable::COLUMNS`] ×
-/// [`LightTable::ROWS`] texels, that a shader reads with a linear filter: linear RGB (W·m⁻²) and 1. At a place `(u, v)` of
-/// [`LightTable::place`] the coordinates are `((u (c - 1) + ½) / c, (v (r - 1) + ½) / r)`.
+/// [`LightTable::ROWS`] texels, that a shader reads with a linear filter: linear RGB (W·m⁻²) and 1. At a place `(u, v)`
+/// of [`LightTable::place`] the coordinates are `((u (c - 1) + ½) / c, (v (r - 1) + ½) / r)`.
 #[derive(Clone, Copy, Debug)]
 pub struct LightTextures<'a> {
     /// The sun's, on a surface that faces it; see [`LightAt::direct`].

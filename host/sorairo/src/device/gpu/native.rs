@@ -123,8 +123,8 @@ impl Gpu {
         })
     }
 
-    /// Whether this kernel has not yet written an image of this size here. A panic in a kernel is silent, and would recur
-    /// for every image of the size: the first one shows it.
+    /// Whether this kernel has not yet written an image of this size here. A panic in a kernel is silent, and would
+    /// recur for every image of the size: the first one shows it.
     fn is_new(&self, plan: &Plan, kernel: Kernel) -> bool {
         let key = (kernel, plan.variant, plan.width(), plan.height());
         self.verified.lock().expect("no holder of this lock panics").insert(key)

@@ -1,5 +1,5 @@
-//! The sky in a program's own device: encoded into its own commands, without a read-back, a thread or a wait. Only what fills a sky lookup, once for a sky, is
-//! submitted by the renderer itself.
+//! The sky in a program's own device: encoded into its own commands, without a read-back, a thread or a wait. Only what
+//! fills a sky lookup, once for a sky, is submitted by the renderer itself.
 
 use std::future::Future;
 use std::pin::pin;
@@ -28,19 +28,20 @@ use sorairo_shared::variant::PixelFormat;
 pub enum Target<'a> {
     /// A storage buffer: pixel after pixel, row after row from the top, without gaps.
     Buffer(&'a wgpu::Buffer, PixelFormat),
-    /// A texture of `rgba8unorm` (a picture: exposed sRGB), `rgba16float` or `rgba32float` (linear RGB and 1). Its size is the camera's. It has one layer and
-    /// one level, since wgpu does not tell which of them a view shows.
+    /// A texture of `rgba8unorm` (a picture: exposed sRGB), `rgba16float` or `rgba32float` (linear RGB and 1). Its size
+    /// is the camera's. It has one layer and one level, since wgpu does not tell which of them a view shows.
     Texture(&'a wgpu::TextureView),
-    /// A part of such a texture, as large as the camera's image: a level, and where the part begins in it (pixels, and a layer), such as a cube's face.
+    /// A part of such a texture, as large as the camera's image: a level, and where the part begins in it (pixels, and
+    /// a layer), such as a cube's face.
     Part(wgpu::TexelCopyTextureInfo<'a>),
 }
 
 /// Draws skies in a program's own device.
 ///
-/// What a sky needs is uploaded when it is first drawn. A sky lookup is filled again only where the sky has changed, or the rows of an
-/// equirectangular image. For the first camera that looks at a sky in perspective it is filled with what that sees, for the next one with all. The renderer
-/// submits what fills a lookup by itself, into a buffer that no other sky has. So commands that it encodes into a program's encoders may be submitted in any
-/// order, or dropped.
+/// What a sky needs is uploaded when it is first drawn. A sky lookup is filled again only where the sky has changed, or
+/// the rows of an equirectangular image. For the first camera that looks at a sky in perspective it is filled with what
+/// that sees, for the next one with all. The renderer submits what fills a lookup by itself, into a buffer that no
+/// other sky has. So commands that it encodes into a program's encoders may be submitted in any order, or dropped.
 pub struct ResidentRenderer {
     pub(super) device: wgpu::Device,
     queue: wgpu::Queue,
@@ -94,7 +95,8 @@ pub(super) enum Fill {
 impl ResidentRenderer {
     /// A renderer in a program's device. Nothing is compiled or allocated yet.
     ///
-    /// Without [`wgpu::Features::PASSTHROUGH_SHADERS`] wgpu translates the kernels, which takes some seconds for the first image of a kind.
+    /// Without [`wgpu::Features::PASSTHROUGH_SHADERS`] wgpu translates the kernels, which takes some seconds for the
+    /// first image of a kind.
     pub fn with_device(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         Self {
             kernels: Arc::new(Kernels::new(device)),
@@ -112,17 +114,18 @@ impl ResidentRenderer {
         }
     }
 
-    /// The same renderer, whose pipelines a cache of the program's keeps; before any is compiled. A device has caches with [`wgpu::Features::PIPELINE_CACHE`],
-    /// for which [`Self::device_descriptor`] asks where it is there.
+    /// The same renderer, whose pipelines a cache of the program's keeps; before any is compiled. A device has caches
+    /// with [`wgpu::Features::PIPELINE_CACHE`], for which [`Self::device_descriptor`] asks where it is there.
     #[must_use]
     pub fn with_pipeline_cache(self, cache: wgpu::PipelineCache) -> Self {
         let kernels = Kernels::new(&self.device).with_cache(cache);
         Self { kernels: Arc::new(kernels), ..self }
     }
 
-    /// The work of compiling the pipelines that a camera's images of a scene's sky take, under any sun from the zenith to the night: any thread may do it, such
-    /// as `std::thread::spawn(renderer.warm_up(&scene, &camera, pixel))`. [`Self::encode`] compiles what it lacks, which takes tens of milliseconds a pipeline,
-    /// and hundreds where wgpu translates the kernels.
+    /// The work of compiling the pipelines that a camera's images of a scene's sky take, under any sun from the zenith
+    /// to the night: any thread may do it, such as `std::thread::spawn(renderer.warm_up(&scene, &camera, pixel))`.
+    /// [`Self::encode`] compiles what it lacks, which takes tens of milliseconds a pipeline, and hundreds where wgpu
+    /// translates the kernels.
     ///
     /// Of the scene all but the sun's place and the camera counts; of the camera its projection and size.
     pub fn warm_up(
@@ -155,8 +158,9 @@ impl ResidentRenderer {
         self.kernels.count()
     }
 
-    /// Exposes what is drawn in linear RGB from now on by so many stops, the levels and the harmonics of environment maps too: half floats end at 65504,
-    /// and the sun's disc is forty times as bright. Pictures stay as they are. [`ResidentRenderer::exposure_of_halves`] says what a view needs.
+    /// Exposes what is drawn in linear RGB from now on by so many stops, the levels and the harmonics of environment
+    /// maps too: half floats end at 65504, and the sun's disc is forty times as bright. Pictures stay as they are.
+    /// [`ResidentRenderer::exposure_of_halves`] says what a view needs.
     pub fn set_linear_exposure(&mut self, stops: f32) {
         if self.linear_exposure != stops {
             self.linear_exposure = stops;
@@ -166,8 +170,8 @@ impl ResidentRenderer {
         }
     }
 
-    /// Stops by which half floats keep the brightest of what a camera sees of a sky, the sun's disc included, and digits of the darkest; 0 where they
-    /// do as they are.
+    /// Stops by which half floats keep the brightest of what a camera sees of a sky, the sun's disc included, and
+    /// digits of the darkest; 0 where they do as they are.
     ///
     /// # Errors
     ///
@@ -176,9 +180,10 @@ impl ResidentRenderer {
         Ok(Plan::seen(sky, camera, PixelFormat::HalfRgb)?.linear_exposure(ExrDepth::Half))
     }
 
-    /// Light fields for the plans of the skies that it draws, the same ones each time that they are asked for; see [`Sky::with_light_fields`]. Where the device is hardware of its own, light fields and what
-    /// else a plan integrates are computed there; else by the processor, whose cores a device of software would take. In a browser, where nobody may wait, by
-    /// the processor too.
+    /// Light fields for the plans of the skies that it draws, the same ones each time that they are asked for; see
+    /// [`Sky::with_light_fields`]. Where the device is hardware of its own, light fields and what else a plan
+    /// integrates are computed there; else by the processor, whose cores a device of software would take. In a browser,
+    /// where nobody may wait, by the processor too.
     pub fn light_fields(&self) -> LightFields {
         self.light_fields.get_or_init(|| self.new_light_fields()).clone()
     }
@@ -191,8 +196,8 @@ impl ResidentRenderer {
         LightFields::default()
     }
 
-    /// What to ask of an adapter for a device that draws skies: all of its limits and, where they are there, the feature without which wgpu
-    /// translates the kernels and that of pipeline caches.
+    /// What to ask of an adapter for a device that draws skies: all of its limits and, where they are there, the
+    /// feature without which wgpu translates the kernels and that of pipeline caches.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         // SAFETY: the one experimental feature used is that the library's own kernels are passed through, see `module`.
         #[expect(unsafe_code, reason = "wgpu marks the feature as experimental")]
@@ -210,13 +215,14 @@ impl ResidentRenderer {
 
     /// Encodes what a camera sees of a sky into a target.
     ///
-    /// What nobody has asked of the sky before is computed here. [`Sky::prepare_images`], called where the sky is planned, leaves the frame little
-    /// of it; of a sky whose light fields are on a device nothing that waits for that.
+    /// What nobody has asked of the sky before is computed here. [`Sky::prepare_images`], called where the sky is
+    /// planned, leaves the frame little of it; of a sky whose light fields are on a device nothing that waits for that.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera; [`Error::Target`] for a target of the wrong size, usage or format;
-    /// [`Error::Device`] for an image that is too large for the device, or one that is lost (not told in a browser). Then nothing was encoded.
+    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera; [`Error::Target`] for a target of the wrong size,
+    /// usage or format; [`Error::Device`] for an image that is too large for the device, or one that is lost (not told
+    /// in a browser). Then nothing was encoded.
     pub fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -241,16 +247,19 @@ impl ResidentRenderer {
         Ok(())
     }
 
-    /// Encodes a sky as an environment map with all of its levels, and the irradiance of what the map holds: what a program lights with.
+    /// Encodes a sky as an environment map with all of its levels, and the irradiance of what the map holds: what a
+    /// program lights with.
     ///
-    /// The map is equirectangular with north in its centre, and as large as the texture. A pixel of a level is the mean over its part of the
-    /// sphere, so that the last level, of one pixel, is the mean radiance; see [`sorairo_shared::picture::environment`]. The irradiance has the order and the
-    /// axes of [`Harmonics`](crate::Harmonics). With `sun.disc` both hold the sun; without it, add a sun of your own.
+    /// The map is equirectangular with north in its centre, and as large as the texture. A pixel of a level is the mean
+    /// over its part of the sphere, so that the last level, of one pixel, is the mean radiance; see
+    /// [`sorairo_shared::picture::environment`]. The irradiance has the order and the axes of
+    /// [`Harmonics`](crate::Harmonics). With `sun.disc` both hold the sun; without it, add a sun of your own.
     ///
     /// # Errors
     ///
-    /// [`Error::Target`] for a texture or a buffer of the wrong size, usage, format or number of levels; [`Error::OutOfRange`] for a
-    /// texture that is larger than a camera; [`Error::Device`] for one that is too large for the device. Then nothing was encoded.
+    /// [`Error::Target`] for a texture or a buffer of the wrong size, usage, format or number of levels;
+    /// [`Error::OutOfRange`] for a texture that is larger than a camera; [`Error::Device`] for one that is too large
+    /// for the device. Then nothing was encoded.
     pub fn encode_environment(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -338,8 +347,9 @@ impl ResidentRenderer {
         self.queue.submit([encoder.finish()]);
     }
 
-    /// Whether the device is still there. wgpu tells no one of a lost one but the program, which may have a callback for it; but nothing can be made in it
-    /// any more, and what is used without having been made is an error of a scope. In a browser that answer comes only after the frame.
+    /// Whether the device is still there. wgpu tells no one of a lost one but the program, which may have a callback
+    /// for it; but nothing can be made in it any more, and what is used without having been made is an error of a
+    /// scope. In a browser that answer comes only after the frame.
     pub(super) fn check_present(&self) -> Result<()> {
         if cfg!(target_arch = "wasm32") {
             return Ok(());
@@ -439,7 +449,8 @@ impl ResidentRenderer {
         self.lookup.as_ref().expect("it was reserved").buffer.clone()
     }
 
-    /// Binds a plan's buffers. The uniform and the colour rows are of this image alone: several may be encoded before any is submitted.
+    /// Binds a plan's buffers. The uniform and the colour rows are of this image alone: several may be encoded before
+    /// any is submitted.
     pub(super) fn bind(&mut self, plan: &Plan, uniform: &Uniform, output: &wgpu::Buffer) -> super::layouts::Groups {
         let buffers = plan.buffers();
         let storage = wgpu::BufferUsages::STORAGE;

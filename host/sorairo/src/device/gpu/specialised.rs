@@ -53,8 +53,8 @@ mod op {
 /// The decoration that makes a constant one of specialisation (3.20).
 const SPEC_ID: u32 = 1;
 
-/// The words of a module that has this one of its kernels alone, for this value of its one specialisation constant, which is a constant
-/// there. What branches on it is decided; blocks that are never reached are left out.
+/// The words of a module that has this one of its kernels alone, for this value of its one specialisation constant,
+/// which is a constant there. What branches on it is decided; blocks that are never reached are left out.
 ///
 /// # Panics
 ///
@@ -219,7 +219,8 @@ fn propagated(blocks: &HashMap<u32, Block<'_>>, first: u32, known: HashMap<u32, 
     reached
 }
 
-/// The blocks, each after all that lead to it except from behind, in a loop: the reverse of the order in which a search leaves them.
+/// The blocks, each after all that lead to it except from behind, in a loop: the reverse of the order in which a search
+/// leaves them.
 fn in_order(blocks: &HashMap<u32, Block<'_>>, first: u32) -> Vec<u32> {
     let mut order = Vec::with_capacity(blocks.len());
     let mut entered = HashSet::from([first]);
@@ -282,7 +283,8 @@ fn evaluated(it: &[u32], known: &HashMap<u32, u32>) -> Option<u32> {
     }
 }
 
-/// Writes a block that is reached: with the one branch that it takes, if that is decided, and without what comes from blocks that are not.
+/// Writes a block that is reached: with the one branch that it takes, if that is decided, and without what comes from
+/// blocks that are not.
 fn write_block(block: &Block<'_>, label: u32, reached: &Reached, words: &mut Vec<u32>) {
     let decided = block.decided(&reached.known);
     for it in block.instructions {

@@ -202,7 +202,8 @@ mod tests {
         }
     }
 
-    /// Natural light that goes on or turns back in its plane is natural; sulphate and soot polarise across, salt does not.
+    /// Natural light that goes on or turns back in its plane is natural; sulphate and soot polarise across, salt does
+    /// not.
     #[test]
     fn kinds_polarise_light_that_they_scatter_across() {
         for (name, kind) in known() {

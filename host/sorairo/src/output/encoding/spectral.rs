@@ -1,5 +1,5 @@
-//! What makes an OpenEXR file a spectral image, in the layout of Fichet, Pacanowski and Wilkie, *An OpenEXR Layout for Spectral
-//! Images* (JCGT 10(3), 2021, <http://jcgt.org/published/0010/03/01/>).
+//! What makes an OpenEXR file a spectral image, in the layout of Fichet, Pacanowski and Wilkie, *An OpenEXR Layout for
+//! Spectral Images* (JCGT 10(3), 2021, <http://jcgt.org/published/0010/03/01/>).
 
 use exr::meta::attribute::AttributeValue;
 

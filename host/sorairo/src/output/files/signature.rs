@@ -14,8 +14,8 @@ use crate::output::encoding::checksum;
 use crate::output::encoding::label::{SCENE, SOFTWARE, SOFTWARE_KEYWORD, channel_names, scene_text};
 use crate::scene::Scene;
 
-/// Whether a file is whole, and was written by this version of the program for this scene; a spectral file, for these wavelengths
-/// (nm).
+/// Whether a file is whole, and was written by this version of the program for this scene; a spectral file, for these
+/// wavelengths (nm).
 ///
 /// Every byte of the file counts: one that is missing, changed or added makes it another.
 pub fn is_finished(path: &Path, format: Format, scene: &Scene, wavelengths: &[f64]) -> bool {
@@ -52,7 +52,8 @@ pub fn signature(format: Format, scene: &Scene, wavelengths: &[f64]) -> String {
     format!("{SOFTWARE}\n{format:?}\n{wavelengths:?}\n{}", scene_text(scene))
 }
 
-/// Whether a file is a picture or an EXR that is whole and was written by this program, whatever its version and its scene.
+/// Whether a file is a picture or an EXR that is whole and was written by this program, whatever its version and its
+/// scene.
 pub fn is_own(path: &Path) -> bool {
     let Some(file) = open(path) else { return false };
     let software = match Format::of(path, false) {

@@ -1,4 +1,5 @@
-//! From light at the bands before a distance to linear RGB, and from what lies there to what it lets through of sunlight.
+//! From light at the bands before a distance to linear RGB, and from what lies there to what it lets through of
+//! sunlight.
 
 use sorairo_shared::display::rgb::into_gamut;
 use sorairo_shared::glam::{Vec3, Vec4};

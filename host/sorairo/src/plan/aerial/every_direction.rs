@@ -43,16 +43,16 @@ pub struct AirPlan {
 }
 
 impl AirPlan {
-    /// The middle of the distances (km) for scenes on the ground: of 32 slices the first ends at 26 m, the last but one at
-    /// 370 km.
+    /// The middle of the distances (km) for scenes on the ground: of 32 slices the first ends at 26 m, the last but one
+    /// at 370 km.
     pub const MIDDLE: f64 = 25.0;
 
     /// That of a sky up to each of some slices (4 to 256), with the middle of their distances (0.001 to 10000 km).
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for the slices or the middle; [`Error::NotAllowed`] for a sky whose colours are solved at every
-    /// pixel (`render.color`).
+    /// [`Error::OutOfRange`] for the slices or the middle; [`Error::NotAllowed`] for a sky whose colours are solved at
+    /// every pixel (`render.color`).
     pub fn new(sky: &Sky, slices: u32, middle: f64) -> Result<Self> {
         check_range("slices", f64::from(slices), (4.0, 256.0), "")?;
         check_range("middle", middle, (1e-3, 1e4), "km")?;
@@ -79,8 +79,8 @@ impl AirPlan {
         self.directions.groups
     }
 
-    /// The middle of the distances (km): at a distance `d` a volume is read at `√(d / (d + middle))` of the way from its
-    /// first slice to its last.
+    /// The middle of the distances (km): at a distance `d` a volume is read at `√(d / (d + middle))` of the way from
+    /// its first slice to its last.
     pub fn middle(&self) -> f64 {
         self.middle
     }
@@ -90,8 +90,8 @@ impl AirPlan {
         self.directions
     }
 
-    /// The table, as the kernel takes it: slice by slice of a direction, direction by direction of a row, row by row from the
-    /// horizon, first of those above it; a node is [`sorairo_shared::picture::air::NODE`] times four numbers.
+    /// The table, as the kernel takes it: slice by slice of a direction, direction by direction of a row, row by row
+    /// from the horizon, first of those above it; a node is [`sorairo_shared::picture::air::NODE`] times four numbers.
     pub fn nodes(&self) -> &[Vec4] {
         &self.nodes
     }

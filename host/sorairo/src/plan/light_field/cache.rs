@@ -23,9 +23,9 @@ const MOST: usize = 128 << 20;
 
 /// Light fields that were computed before, and what spectra were learnt in them. A clone shares them.
 ///
-/// A light field depends on the air, the ground and a centre of suns; all scenes whose suns are near it have the same, and learn the same from it. What is
-/// kept changes no value, only the time: a field that is not among them is computed as it would have been. Where they take more than
-/// 128 MiB, those that were not used for longest are dropped.
+/// A light field depends on the air, the ground and a centre of suns; all scenes whose suns are near it have the same,
+/// and learn the same from it. What is kept changes no value, only the time: a field that is not among them is computed
+/// as it would have been. Where they take more than 128 MiB, those that were not used for longest are dropped.
 #[derive(Clone, Default)]
 pub struct LightFields {
     kept: Arc<Mutex<Vec<CacheEntry>>>,
@@ -94,8 +94,9 @@ fn without_sun(bands: &Bands) -> Bands {
 }
 
 impl LightFields {
-    /// None yet; those to come are computed and kept on a device, and so is what else a plan integrates. Where the device fails, the processor does: the first
-    /// failure is a warning in the log, and [`Self::device_uses`] counts them.
+    /// None yet; those to come are computed and kept on a device, and so is what else a plan integrates. Where the
+    /// device fails, the processor does: the first failure is a warning in the log, and [`Self::device_uses`] counts
+    /// them.
     pub fn on_device(device: Arc<dyn PlanDevice>) -> Self {
         Self { device: Some(Arc::new(AskedDevice::new(device))), ..Self::default() }
     }
@@ -110,13 +111,14 @@ impl LightFields {
         self.device.is_some()
     }
 
-    /// The answer of the device to a question; none where there is no device or where it fails, and the processor has to answer.
+    /// The answer of the device to a question; none where there is no device or where it fails, and the processor has
+    /// to answer.
     pub(crate) fn ask_device<T>(&self, question: impl FnOnce(&dyn PlanDevice) -> Result<T>) -> Option<T> {
         self.device.as_ref()?.ask(question)
     }
 
-    /// How often plans asked the device of these light fields to integrate, and what came of it; all zero where the processor integrates. Clones, and those
-    /// of [`Self::emptied`], count together.
+    /// How often plans asked the device of these light fields to integrate, and what came of it; all zero where the
+    /// processor integrates. Clones, and those of [`Self::emptied`], count together.
     pub fn device_uses(&self) -> DeviceUses {
         self.device.as_ref().map(|device| device.uses()).unwrap_or_default()
     }
@@ -156,8 +158,8 @@ impl LightFields {
         self.found_or_made(key, || LightField::new(setting, wavelengths, resolution, orders))
     }
 
-    /// What was learnt from light at some bands about the centre of a setting, or is learnt now. It depends on no more of its setting than light
-    /// fields and the observer's altitude, and on `others`.
+    /// What was learnt from light at some bands about the centre of a setting, or is learnt now. It depends on no more
+    /// of its setting than light fields and the observer's altitude, and on `others`.
     pub(crate) fn learnt<T: Cacheable>(
         &self,
         setting: &Setting,
@@ -176,8 +178,8 @@ impl LightFields {
         if let Some(found) = self.find(&key) {
             return found;
         }
-        // Two threads that ask for the same at once make it twice: a thread that waited for the other would hold up the work that the
-        // other may have handed to it.
+        // Two threads that ask for the same at once make it twice: a thread that waited for the other would hold up the
+        // work that the other may have handed to it.
         let made = Arc::new(make());
         self.insert(CacheEntry { key, bytes: made.bytes(), value: made.clone() });
         made

@@ -46,9 +46,11 @@ class Sequence:
     sun_azimuth: NDArray[np.float64]
     """Azimuth of each sun (degrees, clockwise from north)."""
     radiance: NDArray[np.float64] | None
-    """Spectral radiance (W·m⁻²·sr⁻¹·nm⁻¹): suns, then the shape of the directions, then wavelengths; `None` if no direction was given."""
+    """Spectral radiance (W·m⁻²·sr⁻¹·nm⁻¹): suns, then the shape of the directions, then wavelengths; `None` if no
+    direction was given."""
     irradiance: dict[str, NDArray[np.float64]] | None
-    """Spectral irradiance (W·m⁻²·nm⁻¹) by where it comes from: suns, then wavelengths; `None` if no surface was given."""
+    """Spectral irradiance (W·m⁻²·nm⁻¹) by where it comes from: suns, then wavelengths; `None` if no surface was
+    given."""
     wavelengths: NDArray[np.float64]
     """The wavelengths (nm), as they were given."""
     directions: tuple[NDArray[np.float64], NDArray[np.float64]] | None
@@ -63,8 +65,9 @@ class Sequence:
     def to_xarray(self) -> xarray.Dataset:
         """The same as an `xarray.Dataset` with units, CF's names and coordinates.
 
-        The suns are along `time` (UTC) if times were given, and else along `sun`. Directions are along `elevation` and `azimuth` if these were
-        given as a column and a row, and else along `direction`. What differs from sun to sun is a coordinate too.
+        The suns are along `time` (UTC) if times were given, and else along `sun`. Directions are along `elevation` and
+        `azimuth` if these were given as a column and a row, and else along `direction`. What differs from sun to sun is
+        a coordinate too.
 
         Raises
         ------
@@ -124,7 +127,8 @@ def sequence(
     Raises
     ------
     ValueError
-        As `Sky`, `Sky.radiance` and `Sky.irradiance`, with the number of the sun; if neither directions nor a surface are given.
+        As `Sky`, `Sky.radiance` and `Sky.irradiance`, with the number of the sun; if neither directions nor a surface
+        are given.
     """
     if (elevation is None) != (azimuth is None):
         raise ValueError("elevation and azimuth of the directions are given together, or not at all")

@@ -43,7 +43,8 @@ PARTS = ("direct", "diffuse", "ground", "global")
 def device(choice: str = "auto") -> str:
     """The name of the device that `choice` stands for in `Sky.render`.
 
-    `"auto"` is the best graphics device, and the CPU where there is none; `"cpu"`, `"gpu"` or a part of a device's name choose.
+    `"auto"` is the best graphics device, and the CPU where there is none; `"cpu"`, `"gpu"` or a part of a device's name
+    choose.
 
     Raises `ValueError` for a name that no device has, `RuntimeError` if the device cannot be opened.
     """
@@ -57,7 +58,8 @@ class AlphaOpic:
     irradiance: dict[str, Any]
     """The α-opic irradiance (W·m⁻²), by where it comes from: the parts of `Sky.irradiance`."""
     edi: dict[str, Any]
-    """The α-opic equivalent daylight illuminance, EDI (lx): the illuminance of daylight D65 that has the same α-opic irradiance."""
+    """The α-opic equivalent daylight illuminance, EDI (lx): the illuminance of daylight D65 that has the same α-opic
+    irradiance."""
 
 
 class Sky:
@@ -66,23 +68,25 @@ class Sky:
     Parameters
     ----------
     preset : str, optional
-        The atmosphere: `"standard"` (the default: the Earth's, in clean country over grass), `"earth"`, `"paper"`, `"hazy"`, `"mountain"`,
-        `"mars"` or `"no-ozone"`.
+        The atmosphere: `"standard"` (the default: the Earth's, in clean country over grass), `"earth"`, `"paper"`,
+        `"hazy"`, `"mountain"`, `"mars"` or `"no-ozone"`.
     sun_elevation, sun_azimuth : float, optional
-        Where the sun's centre stands (degrees, −90 to 90, and clockwise from north, −360 to 360). The direction is geometric: refraction is
-        left out. pvlib: `apparent_elevation`, or better `elevation`, and `azimuth`.
+        Where the sun's centre stands (degrees, −90 to 90, and clockwise from north, −360 to 360). The direction is
+        geometric: refraction is left out. pvlib: `apparent_elevation`, or better `elevation`, and `azimuth`.
     albedo : float or str, optional
         What the ground reflects: 0 to 1, a measured surface such as `"grass"` or `"snow"`, or a CSV file.
     place : (float, float) or str, optional
-        Latitude and longitude on the Earth (degrees north and east), in place of the sun's direction and distance, which they give with `time` by
-        the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003).
+        Latitude and longitude on the Earth (degrees north and east), in place of the sun's direction and distance,
+        which they give with `time` by the Solar Position Algorithm (Reda and Andreas 2004, DOI
+        10.1016/j.solener.2003.12.003).
     time : datetime.datetime or str, optional
         A time with an offset from UTC.
     scene : path, optional
         A scene file in TOML, over which all other parameters are laid.
     keys : dict, optional
-        Any other keys of a scene by their dotted names, such as `{"atmosphere.aerosol.optical_depth": 0.2}`; `docs/scene-reference.md` has
-        all of them. Several aerosols are a list of dicts: `{"atmosphere.aerosol": [{"kind": "urban"}, {"kind": "stratospheric"}]}`.
+        Any other keys of a scene by their dotted names, such as `{"atmosphere.aerosol.optical_depth": 0.2}`;
+        `docs/scene-reference.md` has all of them. Several aerosols are a list of dicts:
+        `{"atmosphere.aerosol": [{"kind": "urban"}, {"kind": "stratospheric"}]}`.
 
     Raises
     ------
@@ -91,8 +95,8 @@ class Sky:
 
     Notes
     -----
-    The sky is planned here, which takes some tens of ms and up to a second in twilight; what is asked of it then is quick. A sky never
-    changes; threads may share it. It can be pickled, as its scene, and copied.
+    The sky is planned here, which takes some tens of ms and up to a second in twilight; what is asked of it then is
+    quick. A sky never changes; threads may share it. It can be pickled, as its scene, and copied.
     """
 
     def __init__(
@@ -143,18 +147,19 @@ class Sky:
         Parameters
         ----------
         elevation, azimuth : array_like
-            Directions (degrees; −90 to 90 above the horizon, −360 to 360 clockwise from north), broadcast against each other. Below the
-            horizon is the ground.
+            Directions (degrees; −90 to 90 above the horizon, −360 to 360 clockwise from north), broadcast against each
+            other. Below the horizon is the ground.
         wavelengths : array_like
             At most one axis (nm, 360 to 830; in measured air 280 to 2500).
         method : {"fit", "dense"}
-            By the fit through the bands, as images are made; or by an integral at each wavelength, which is exact and takes longer.
+            By the fit through the bands, as images are made; or by an integral at each wavelength, which is exact and
+            takes longer.
 
         Returns
         -------
         ndarray of float64
-            Of the directions' shape with an axis of wavelengths at its end; the numbers of the command `sorairo spectrum`. With the flat sun
-            it is relative (sr⁻¹).
+            Of the directions' shape with an axis of wavelengths at its end; the numbers of the command
+            `sorairo spectrum`. With the flat sun it is relative (sr⁻¹).
 
         Raises
         ------
@@ -171,9 +176,9 @@ class Sky:
     ) -> NDArray[np.float64]:
         """Stokes vectors of the sky in directions (W·m⁻²·sr⁻¹·nm⁻¹), without the sun's disc.
 
-        `Q > 0` where the electric vector lies in the plane of the frame, `U > 0` where it lies 45° counterclockwise of it as the observer sees it.
-        The degree of polarisation is ``hypot(Q, U) / I``, the angle of the electric vector from the plane ``arctan2(U, Q) / 2``; average `Q` and
-        `U`, never these.
+        `Q > 0` where the electric vector lies in the plane of the frame, `U > 0` where it lies 45° counterclockwise of
+        it as the observer sees it. The degree of polarisation is ``hypot(Q, U) / I``, the angle of the electric vector
+        from the plane ``arctan2(U, Q) / 2``; average `Q` and `U`, never these.
 
         Parameters
         ----------
@@ -185,8 +190,8 @@ class Sky:
         Returns
         -------
         ndarray of float64
-            Of the directions' shape with an axis of wavelengths and one of `I`, `Q`, `U` at its end; the numbers of the command
-            `sorairo spectrum --stokes`.
+            Of the directions' shape with an axis of wavelengths and one of `I`, `Q`, `U` at its end; the numbers of the
+            command `sorairo spectrum --stokes`.
 
         Raises
         ------
@@ -214,19 +219,21 @@ class Sky:
         Parameters
         ----------
         elevation, azimuth, distance : array_like
-            Directions (degrees, as those of `radiance`) and distances from the observer (km; inf for all of the air), broadcast against each
-            other. A distance behind the ground is refused.
+            Directions (degrees, as those of `radiance`) and distances from the observer (km; inf for all of the air),
+            broadcast against each other. A distance behind the ground is refused.
         wavelengths : array_like, optional
             At most one axis (nm, 360 to 830).
         rgb : bool
-            In the place of wavelengths linear RGB of the scene's space (`render.rgb`), with an axis of three at the end: the radiance in
-            W·m⁻²·sr⁻¹ as that of the sky, the transmittance as that of sunlight from above the atmosphere.
+            In the place of wavelengths linear RGB of the scene's space (`render.rgb`), with an axis of three at the
+            end: the radiance in W·m⁻²·sr⁻¹ as that of the sky, the transmittance as that of sunlight from above the
+            atmosphere.
 
         Returns
         -------
         transmittance, radiance : ndarray of float64
-            The part of light that arrives, and light of all orders that is scattered towards the observer on the way (W·m⁻²·sr⁻¹·nm⁻¹; with
-            the flat sun sr⁻¹), of the broadcast shape with an axis of wavelengths at its end; the numbers of the command `sorairo between`.
+            The part of light that arrives, and light of all orders that is scattered towards the observer on the way
+            (W·m⁻²·sr⁻¹·nm⁻¹; with the flat sun sr⁻¹), of the broadcast shape with an axis of wavelengths at its end;
+            the numbers of the command `sorairo between`.
 
         Raises
         ------
@@ -248,11 +255,13 @@ class Sky:
         return found[0].reshape(shape), found[1].reshape(shape)
 
     def xyz(self, elevation: ArrayLike, azimuth: ArrayLike) -> NDArray[np.float64]:
-        """Colour of the sky in directions: X, Y and Z (W·m⁻²·sr⁻¹, weighted by the scene's observer), without the sun's disc.
+        """Colour of the sky in directions: X, Y and Z (W·m⁻²·sr⁻¹, weighted by the scene's observer), without the sun's
+        disc.
 
-        The sum of the observer's functions with the radiance of the fit from 380 to 780 nm, in means over 5 nm: what the sun's spectrum and tables of
-        one's own have between counts, as it does not in `radiance`, which is that at the wavelengths themselves. Directions are those of `radiance`; the
-        array has their shape and an axis of three at its end.
+        The sum of the observer's functions with the radiance of the fit from 380 to 780 nm, in means over 5 nm: what
+        the sun's spectrum and tables of one's own have between counts, as it does not in `radiance`, which is that at
+        the wavelengths themselves. Directions are those of `radiance`; the array has their shape and an axis of three
+        at its end.
         """
         elevations, azimuths = directions_of(elevation, azimuth)
         return self._sky.xyz(flat(elevations), flat(azimuths)).reshape((*elevations.shape, 3))
@@ -269,8 +278,8 @@ class Sky:
         Parameters
         ----------
         size : (int, int)
-            Width and height (pixels, 1 to 8388608 each). Projection, field of view and direction of the camera are keys of the scene:
-            `keys={"camera.projection": "fisheye"}`.
+            Width and height (pixels, 1 to 8388608 each). Projection, field of view and direction of the camera are keys
+            of the scene: `keys={"camera.projection": "fisheye"}`.
         wavelengths : array_like, optional
             One axis (nm, 360 to 830, increasing): an image of spectral radiance in the place of colours.
         device : str
@@ -279,8 +288,9 @@ class Sky:
         Returns
         -------
         ndarray of float32, (height, width, 3) or (height, width, wavelengths)
-            Rows from the top. Linear RGB in the scene's space (W·m⁻²·sr⁻¹, weighted by the observer), as in an EXR file of the command; or
-            spectral radiance (W·m⁻²·sr⁻¹·nm⁻¹). An equirectangular image has north in its centre and east to its right.
+            Rows from the top. Linear RGB in the scene's space (W·m⁻²·sr⁻¹, weighted by the observer), as in an EXR file
+            of the command; or spectral radiance (W·m⁻²·sr⁻¹·nm⁻¹). An equirectangular image has north in its centre and
+            east to its right.
 
         Raises
         ------
@@ -319,9 +329,10 @@ class Sky:
         Returns
         -------
         dict of ndarray
-            Of the surfaces' shape with an axis of wavelengths at the end. `"direct"`: from the sun's disc, as far as the ground does not hide it
-            (pvlib: `poa_direct`). `"diffuse"`: from the sky above the horizontal plane (`poa_sky_diffuse`). `"ground"`: from below it, which holds
-            the air before the ground (`poa_ground_diffuse`). `"global"`: their sum (`poa_global`).
+            Of the surfaces' shape with an axis of wavelengths at the end. `"direct"`: from the sun's disc, as far as
+            the ground does not hide it (pvlib: `poa_direct`). `"diffuse"`: from the sky above the horizontal plane
+            (`poa_sky_diffuse`). `"ground"`: from below it, which holds the air before the ground
+            (`poa_ground_diffuse`). `"global"`: their sum (`poa_global`).
 
         Raises
         ------
@@ -342,26 +353,29 @@ class Sky:
         return _parts(self._sky.illuminance(flat(tilts), flat(azimuths)), tilts)
 
     def alpha_opic(self, surface_tilt: ArrayLike = 0.0, surface_azimuth: ArrayLike = 180.0) -> dict[str, AlphaOpic]:
-        """The five α-opic quantities of CIE S 026:2018 (DOI 10.25039/S026.2018) on surfaces, such as an eye that looks along the normal.
+        """The five α-opic quantities of CIE S 026:2018 (DOI 10.25039/S026.2018) on surfaces, such as an eye that looks
+        along the normal.
 
         Returns
         -------
         dict of AlphaOpic
-            By their names: `"s_cone_opic"`, `"m_cone_opic"`, `"l_cone_opic"`, `"rhodopic"`, `"melanopic"`. Each has an `irradiance` (W·m⁻²), the sum
-            of `irradiance` with the standard's action spectrum at 380 to 780 nm by 1 nm, and an `edi` (lx), the equivalent illuminance of daylight
-            D65; both by where the light comes from, as floats for one surface or arrays of the surfaces' shape. `sky.alpha_opic(90)["melanopic"].edi["global"]`
-            is the melanopic EDI at an eye that looks to the south.
+            By their names: `"s_cone_opic"`, `"m_cone_opic"`, `"l_cone_opic"`, `"rhodopic"`, `"melanopic"`. Each has an
+            `irradiance` (W·m⁻²), the sum of `irradiance` with the standard's action spectrum at 380 to 780 nm by 1 nm,
+            and an `edi` (lx), the equivalent illuminance of daylight D65; both by where the light comes from, as floats
+            for one surface or arrays of the surfaces' shape. `sky.alpha_opic(90)["melanopic"].edi["global"]` is the
+            melanopic EDI at an eye that looks to the south.
         """
         tilts, azimuths = surfaces_of(surface_tilt, surface_azimuth)
         found = self._sky.alpha_opic(flat(tilts), flat(azimuths))
         return {name: AlphaOpic(_parts(irradiances, tilts), _parts(daylights, tilts)) for name, irradiances, daylights in found}
 
     def sun_transmittance(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
-        """The part of the sun's light that comes through the air to the observer (0 to 1), at wavelengths (at most one axis; nm, 360 to 830; with a measured
-        `atmosphere.profile`, which has gases, 280 to 2500).
+        """The part of the sun's light that comes through the air to the observer (0 to 1), at wavelengths (at most one
+        axis; nm, 360 to 830; with a measured `atmosphere.profile`, which has gases, 280 to 2500).
 
-        The mean over the sun's disc, darker towards its limb (Neckel 2005, DOI 10.1007/s11207-005-4081-z), of which the ground may hide a
-        part: what a surface that faces the sun gets from it, divided by what it would get above the atmosphere.
+        The mean over the sun's disc, darker towards its limb (Neckel 2005, DOI 10.1007/s11207-005-4081-z), of which the
+        ground may hide a part: what a surface that faces the sun gets from it, divided by what it would get above the
+        atmosphere.
         """
         at = wavelengths_of(wavelengths)
         return self._sky.sun_transmittance(flat(at)).reshape(at.shape)
@@ -374,7 +388,8 @@ class Sky:
         method: Method = "fit",
         stokes: bool = False,
     ) -> xarray.Dataset:
-        """Radiance over a grid of directions, and the irradiance of level ground, as an `xarray.Dataset` with units and CF's names.
+        """Radiance over a grid of directions, and the irradiance of level ground, as an `xarray.Dataset` with units and
+        CF's names.
 
         Parameters
         ----------

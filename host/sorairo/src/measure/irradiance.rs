@@ -14,42 +14,41 @@ use crate::spectra::observer;
 
 pub use crate::spectra::observer::LUMENS_PER_WATT;
 
-/// What falls from the sky, from its sun and from the ground on a level surface at the observer, and the brightness of
-/// the zenith.
+/// Irradiance of a level surface at the observer by the sky, the sun and the ground, and the luminance of the zenith.
 ///
-/// With the flat sun, which is 1 at every wavelength, all values are relative.
+/// With the flat sun, whose irradiance is 1 at every wavelength, all values are relative.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct SkyLight {
-    /// Diffuse irradiance, that of the sky without the sun itself, between 380 and 780 nm (W·m⁻²).
+    /// Diffuse irradiance, from the sky without the sun, between 380 and 780 nm (W·m⁻²).
     pub irradiance_w_m2: f64,
     /// Integral of the linear RGB of an EXR file times the cosine over the upper hemisphere (W·m⁻², weighted by the
     /// observer).
     pub irradiance_rgb: [f64; 3],
     /// Illuminance (lx): the irradiance weighted by the observer's ȳ, times [`LUMENS_PER_WATT`].
     pub illuminance_lux: f64,
-    /// Direct irradiance, that of the sun itself, on the same level surface between 380 and 780 nm (W·m⁻²).
+    /// Direct irradiance, from the sun, on the same level surface between 380 and 780 nm (W·m⁻²).
     pub direct_irradiance_w_m2: f64,
-    /// What comes from below, from the ground and from the air before it, on a level surface that faces down, between
-    /// 380 and 780 nm (W·m⁻²).
+    /// Irradiance of a level surface that faces down, by the ground and the air in front of it, between 380 and 780 nm
+    /// (W·m⁻²).
     pub ground_irradiance_w_m2: f64,
     /// The same as linear RGB of an EXR file (W·m⁻², weighted by the observer).
     pub ground_irradiance_rgb: [f64; 3],
-    /// Irradiance of the sun itself on a surface that faces it, between 380 and 780 nm, through the air (W·m⁻²).
+    /// Irradiance of a surface that faces the sun by the attenuated sun, between 380 and 780 nm (W·m⁻²).
     pub sun_irradiance_w_m2: f64,
     /// The same as linear RGB of an EXR file (W·m⁻², weighted by the observer).
     pub sun_irradiance_rgb: [f64; 3],
     /// Luminance of the zenith (cd·m⁻²).
     pub luminance_zenith_cd_m2: f64,
-    /// What falls from the sky and the ground, without the sun itself, on a surface of any direction.
+    /// Irradiance of a surface of any orientation by the sky and the ground, without the sun.
     pub irradiance_harmonics_rgb: Harmonics,
 }
 
-/// Irradiance of a surface by its direction, as coefficients of the nine spherical harmonics up to the second degree:
-/// linear RGB of an EXR file (W·m⁻², weighted by the observer), of the light of a whole sphere without the sun's disc.
+/// Irradiance of a surface by its orientation, as coefficients of the nine spherical harmonics up to degree 2. Values
+/// are linear RGB of an EXR file (W·m⁻², weighted by the observer), from the whole sphere without the sun's disc.
 ///
-/// The order is `Y_00, Y_1-1, Y_10, Y_11, Y_2-2, Y_2-1, Y_20, Y_21, Y_22`; x is north, y west and z up. Irradiance
-/// holds hardly any more than these (Ramamoorthi and Hanrahan 2001, *An efficient representation for irradiance
+/// The order is `Y_00, Y_1-1, Y_10, Y_11, Y_2-2, Y_2-1, Y_20, Y_21, Y_22`; x is north, y west and z up. Higher degrees
+/// contribute little to irradiance (Ramamoorthi and Hanrahan 2001, *An efficient representation for irradiance
 /// environment maps*, DOI 10.1145/383259.383317, Eq. 7 and 8).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(transparent)]
@@ -107,7 +106,7 @@ fn harmonics(DVec3 { x, y, z }: DVec3) -> [f64; 9] {
 }
 
 impl Sky {
-    /// What falls from the sky, its sun and the ground on level surfaces, in sums over visible light.
+    /// Irradiance of level surfaces by the sky, the sun and the ground, summed over visible light.
     pub fn light(&self) -> SkyLight {
         SkyLight::new(self)
     }
@@ -115,7 +114,7 @@ impl Sky {
 
 impl SkyLight {
     /// That of a sky: the integral of its fitted spectrum and of its RGB over the upper hemisphere, by Gauss-Legendre
-    /// quadrature with nodes crowded around the sun.
+    /// quadrature with nodes denser around the sun.
     pub(crate) fn new(sky: &SkyPlan) -> Self {
         if sky.is_night {
             return Self::default();
@@ -159,7 +158,7 @@ impl SkyLight {
     }
 }
 
-/// Linear RGB of [`SkyLight`] alone: what falls from a sky on a level surface, and on one of any direction.
+/// The linear RGB of [`SkyLight`]: irradiance of a level surface, and of one with any orientation.
 pub(crate) fn rgb_of_sky(sky: &SkyPlan) -> (DVec3, Harmonics) {
     if sky.is_night {
         return Default::default();

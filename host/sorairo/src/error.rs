@@ -114,7 +114,7 @@ pub enum Error {
     },
     /// A disk has no space for a file; found before any work.
     #[error(
-        "{}: an image of {size} pixels (camera.size) takes at least {:.1} GiB, and {:.1} GiB are free there",
+        "{}: an image of {size} pixels (camera.size) takes at least {:.1} GiB, but only {:.1} GiB are free there",
         path.display(), gib(*least), gib(*free)
     )]
     NoRoom {

@@ -1,4 +1,4 @@
-//! The rows of a table (CSV): the one reader of whatever table a person gives.
+//! The rows of a table (CSV): the only reader of user tables.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Frames one after the other: while one is computed, the next is planned and the one before is encoded.
+//! Frames in a pipeline: while one is computed, the next is planned and the previous one is encoded.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -20,33 +20,33 @@ use crate::scene::{Exposure, ValidScene};
 pub struct Frame {
     /// Its number, from 0.
     pub number: u32,
-    /// What it shows.
+    /// Its scene.
     pub scene: ValidScene,
-    /// The files that it fills.
+    /// Its files.
     pub request: Request,
 }
 
-/// How a frame ended.
+/// The outcome of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
     /// It was rendered.
     Rendered {
-        /// Whether every pixel was integrated, which takes several times as long as the sky lookup.
+        /// Whether every pixel was integrated, which takes several times as long as with the sky lookup.
         direct: bool,
-        /// Whether a file of it took the place of another.
+        /// Whether one of its files replaced another.
         replaced: bool,
     },
-    /// Its files were there already, whole, and show its scene.
+    /// Its files existed, complete and with its scene.
     Found,
 }
 
-/// The frames that show scenes, numbered from 0. Each is asked for as `request` says, whose outputs are the patterns of
-/// its file names; see [`numbered`].
+/// The frames of scenes, numbered from 0. Each follows `request`, whose outputs are patterns of file names; see
+/// [`numbered`].
 ///
 /// # Errors
 ///
-/// [`Error::FileName`] for a pattern without a place for the number or of another format, [`Error::SharedFile`] for a
-/// file that two frames or patterns share.
+/// [`Error::FileName`] for a pattern without a place for the number, or of an unknown format; [`Error::SharedFile`] for
+/// a file that two frames or patterns share.
 pub fn frames(scenes: Vec<ValidScene>, request: &Request) -> Result<Vec<Frame>> {
     request.formats()?;
     let mut names = HashSet::new();
@@ -61,24 +61,24 @@ pub fn frames(scenes: Vec<ValidScene>, request: &Request) -> Result<Vec<Frame>> 
     (0..).zip(scenes).map(frame).collect()
 }
 
-/// Which frame's automatic exposure all frames have.
+/// The frame whose automatic exposure applies to all frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SharedExposure {
-    /// That of the first.
+    /// The first frame.
     First,
-    /// That of the brightest, so that no frame is much brighter than it may be. Which one that is follows from the keys
-    /// alone, so that a process plans one sky, however many frames there are. Of frames that differ in their sun's
-    /// place alone it is the one with the highest sun.
+    /// The brightest frame, so that no frame is overexposed. The keys alone determine it, so a process plans one sky,
+    /// whatever the number of frames. Of frames that differ only in the position of the sun, it is the one with the
+    /// highest sun.
     Brightest,
 }
 
-/// The scenes with one exposure for all, which depends on all of them and on nothing else: processes that render parts
-/// of a sequence find the same.
+/// The scenes with one exposure for all. It depends on the scenes alone, so processes that render parts of a sequence
+/// agree.
 ///
 /// # Errors
 ///
-/// [`Error::OutOfRange`] for an exposure that may not be asked for.
+/// [`Error::OutOfRange`] for an exposure out of range.
 pub fn share_exposure(scenes: Vec<ValidScene>, of: SharedExposure) -> Result<Vec<ValidScene>> {
     let of = match of {
         SharedExposure::First => scenes.first(),
@@ -119,11 +119,11 @@ fn expected_brightness(scene: &ValidScene) -> f64 {
     optics.solar_irradiance(WAVELENGTH) * level * -(-depth / level).exp_m1() * twilight
 }
 
-/// Makes the folders of frames where they are missing.
+/// Creates missing folders of frames.
 ///
 /// # Errors
 ///
-/// [`Error::FileName`] if one cannot be made.
+/// [`Error::FileName`] if a folder cannot be created.
 pub fn make_folders(frames: &[Frame]) -> Result<()> {
     // The number stands in the file name, so that all frames have the folders of any.
     let outputs = frames.first().map_or(&[][..], |frame| &frame.request.outputs);
@@ -139,23 +139,23 @@ pub fn are_finished<'a>(frames: impl Iterator<Item = &'a Frame> + Clone) -> bool
         && frames.into_iter().all(|frame| frame.request.is_finished(&frame.scene, &light_fields))
 }
 
-/// Of which frames the light of the sky is measured. No file holds it.
+/// The frames whose irradiance is computed. No file holds it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Measured {
-    /// Of none.
+    /// None.
     None,
-    /// Of those that are rendered, whose skies are planned anyway.
+    /// Rendered frames, whose skies are planned anyway.
     Rendered,
-    /// Of those that are there already too, some hundredths of a second each.
+    /// Skipped frames too, at some hundredths of a second each.
     All,
 }
 
-/// Renders the frames that are not there yet, in their order.
+/// Renders the missing frames, in order.
 ///
-/// A frame counts as there if each of its files is whole to the byte and names the same scene and version of the
-/// program. `ended` is called for each frame, in their order, with what it shows where that is measured. After an error
-/// the frames before it are whole and in place.
+/// A frame exists if each of its files is complete to the byte and names the same scene and version of the program.
+/// `ended` is called for each frame, in order, with its irradiance if requested. After an error, all earlier frames are
+/// complete.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! Scene files: from TOML to a scene, with the place of everything that is wrong.
+//! Scene files: from TOML to a scene, with the position of every error.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -18,7 +18,7 @@ use crate::error::{Error, PlaceInFile, Result};
 use crate::input::{self, LARGEST_SCENE};
 use crate::spectra::named_file::is_table_file;
 
-/// Most problems of one file that are told.
+/// The largest number of errors reported for a file.
 const MOST_PROBLEMS: usize = 20;
 
 /// A scene as it is being said: a preset, under a scene file, under single values.
@@ -42,12 +42,12 @@ struct SourceText {
 }
 
 impl Scene {
-    /// The scene in a TOML text. `preset` takes the place of the one that the text names; names of CSV files are
-    /// relative to the working folder.
+    /// The scene in a TOML text. `preset` overrides the preset of the text; names of CSV files are relative to the
+    /// working folder.
     ///
     /// # Errors
     ///
-    /// [`Error::InFile`] with the place in `source` for an unknown key or a value of the wrong kind.
+    /// [`Error::InFile`] with the position in `source` for an unknown key or a value of the wrong type.
     pub fn parse(text: &str, source: &str, preset: Option<Preset>) -> Result<Self> {
         Draft::parse(text, source, Path::new("."), preset).map(|draft| draft.scene).map_err(first)
     }
@@ -147,7 +147,7 @@ impl Draft {
     /// been set.
     pub fn set<'de>(&mut self, key: &Key, value: impl Deserializer<'de>) -> Result<()> {
         if key.name == "preset" {
-            return Err(Error::not_allowed("preset", "is what a scene begins as, and cannot be set over it"));
+            return Err(Error::not_allowed("preset", "is the start of a scene and cannot be changed afterwards"));
         }
         if key.name.starts_with(AEROSOL_KEYS) && key.name != MODES && !self.scene.atmosphere.aerosol.modes.is_empty() {
             return Err(Error::not_allowed(key.name, "is a key of one aerosol, and the scene lists several"));
@@ -176,7 +176,7 @@ impl Draft {
         match SUN_POSITION.into_iter().find(|key| is_set(key)) {
             Some(key) => Err(Error::not_allowed(
                 key,
-                format!("cannot be given beside {from}: a place and a time say where the sun is, and how far"),
+                format!("cannot be given beside {from}: a place and a time determine the sun's direction and distance"),
             )),
             None => Ok(()),
         }
@@ -331,7 +331,7 @@ fn unknown(prefix: &str, name: &str) -> Error {
     let elsewhere = || KEYS.iter().map(|key| (key.table_and_name().1, key.name));
     let candidates = siblings.iter().map(|&sibling| (sibling, sibling)).chain(elsewhere());
     let hint = match nearest(name, candidates) {
-        Some(same) if same == name => format!("`{same}` stands outside of every table"),
+        Some(same) if same == name => format!("`{same}` belongs outside of all tables"),
         Some(meant) => format!("did you mean `{meant}`?"),
         None => format!("here may stand `{}`", siblings.join("`, `")),
     };
@@ -376,7 +376,7 @@ fn lay_over(scene: &mut Scene, key: &Key, value: &Spanned<DeValue<'_>>, folder: 
 fn path_from(folder: &Path, name: &str) -> Result<String> {
     let complaint = |error: io::Error| match error.kind() {
         io::ErrorKind::Unsupported => {
-            format!("{name}: a table is a file, and here are none; a word or a number would do")
+            format!("{name}: a table is a file, and none is available here; use a word or a number")
         }
         _ => format!("{name}: {error}"),
     };
@@ -420,7 +420,7 @@ fn refuse_two_suns(given: &[Given<'_>], problems: &mut Problems<'_>) {
     for name in SUN_POSITION {
         if let Some((_, value)) = find(name) {
             let complaint = format!(
-                "`{name}` and `{}` cannot both be given: a place and a time say where the sun is, and how far",
+                "`{name}` and `{}` cannot both be given: a place and a time determine the sun's direction and distance",
                 from.name
             );
             problems.add(value.span().start, Error::Text(complaint));
@@ -476,7 +476,7 @@ mod tests {
                 "line 1, column 24 (sun = { elevation = 3, azimut = 4 }): unknown key `azimut`; did you mean `azimuth`?",
             ),
             ("elevation = 3", "did you mean `sun.elevation`?"),
-            ("[sun]\npreset = 'earth'", "unknown key `preset`; `preset` stands outside of every table"),
+            ("[sun]\npreset = 'earth'", "unknown key `preset`; `preset` belongs outside of all tables"),
             (
                 "[atmosphere.arosol]\n",
                 "line 1, column 13 ([atmosphere.arosol]): unknown key `arosol`; did you mean `aerosol`?",

@@ -47,15 +47,15 @@ impl Scene {
 }
 
 impl Scene {
-    /// The wavelengths (nm) at which all of the scene is known: those of [`MEASURED_RANGE`] that a person's tables
-    /// hold.
+    /// The wavelengths (nm) at which the whole scene has data: those of [`MEASURED_RANGE`] within the range of user
+    /// tables.
     pub fn known_wavelengths(&self) -> (f64, f64) {
         let ranges = keys::tables(self).map(|(_, file)| file.table().range());
         ranges.fold(MEASURED_RANGE, both)
     }
 
-    /// The wavelengths (nm) at which the sun's beam is known: in a measured profile, of which all that absorbs is,
-    /// those of [`RANGE_OF_BEAMS`] that a person's tables of the sun and of ozone hold.
+    /// The wavelengths (nm) at which the sun's beam has data: with a measured profile, whose absorbers are all known,
+    /// those of [`RANGE_OF_BEAMS`] within the range of user tables of the sun and of ozone.
     pub fn known_wavelengths_of_beams(&self) -> (f64, f64) {
         if !self.atmosphere.profile.is_measured() {
             return self.known_wavelengths();
@@ -64,8 +64,8 @@ impl Scene {
         files.into_iter().flatten().map(|file| file.table().range()).fold(RANGE_OF_BEAMS, both)
     }
 
-    /// The wavelengths (nm) at which the light of the whole sky is known through the lines of its gases: in a measured
-    /// profile those of [`RANGE_OF_BEAMS`] at which ground and aerosol are known too; none in other air.
+    /// The wavelengths (nm) at which skylight through the lines of gases has data: with a measured profile, those of
+    /// [`RANGE_OF_BEAMS`] where ground and aerosol have data too; none otherwise.
     pub fn known_wavelengths_of_skies(&self) -> (f64, f64) {
         if !self.atmosphere.profile.is_measured() {
             return (f64::INFINITY, f64::NEG_INFINITY);
@@ -110,20 +110,20 @@ impl Scene {
         a.profile.is_measured().then(|| Tables::of(&air))
     }
 
-    /// Elevation without refraction (degrees) of the sun that the observer sees at an elevation (degrees).
+    /// The true elevation (degrees) of a sun with an apparent elevation (degrees).
     pub(super) fn elevation_of_apparent(&self, seen: f64) -> f64 {
         let beam = |tables: Arc<Tables>| tables.beam(self.observer.altitude, (90.0 - seen).to_radians());
         self.bending_air().and_then(beam).map_or(seen, |beam| 90.0 - beam.sun.to_degrees())
     }
 
-    /// Elevation (degrees) at which the observer sees the sun's centre: none below the horizon.
+    /// The apparent elevation (degrees) of the sun's centre; `None` below the horizon.
     pub fn apparent_elevation(&self) -> Option<f64> {
         let (sun, altitude) = ((90.0 - self.sun.elevation).to_radians(), self.observer.altitude);
         let tables = self.bending_air().filter(|tables| sun <= tables.lowest_sun(altitude))?;
         Some(90.0 - tables.seen(altitude, sun).to_degrees())
     }
 
-    /// The air around the observer, if it bends sunlight.
+    /// The air around the observer, if it refracts sunlight.
     fn bending_air(&self) -> Option<Arc<Tables>> {
         let a = &self.atmosphere;
         let is_around = self.observer.altitude <= a.top_radius - a.ground_radius;
@@ -136,7 +136,7 @@ fn both(known: (f64, f64), table: (f64, f64)) -> (f64, f64) {
     (known.0.max(table.0), known.1.min(table.1))
 }
 
-/// What the eye tells of a contrast with the horizon's sky, by which Koschmieder's visibility is defined.
+/// The contrast threshold of Koschmieder's visibility.
 const LEAST_CONTRAST: f64 = 0.02;
 
 /// Wavelength (nm) at which visibility is judged.
@@ -153,16 +153,15 @@ impl Scene {
         }
     }
 
-    /// The optical depth of aerosol at 1 µm with which a black object near the ground is told from the sky up to a
-    /// distance (km).
+    /// The optical depth of aerosol at 1 µm that gives a meteorological visibility (km, 2 % contrast).
     ///
-    /// By Koschmieder's law (1924, *Theorie der horizontalen Sichtweite*) the contrast falls as `exp(-σ V)`; `σ` is the
-    /// extinction of air and aerosol at the ground and 550 nm, and a contrast of 0.02 is the least that is seen:
+    /// By Koschmieder's law (1924, *Theorie der horizontalen Sichtweite*) the contrast decreases as `exp(-σ V)`, where
+    /// `σ` is the extinction of air and aerosol at the ground and 550 nm. With a contrast threshold of 0.02,
     /// `σ V = 3.912`.
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] for a distance beyond which air alone leaves less contrast, or none.
+    /// [`Error::NotAllowed`] for a distance at which air alone leaves less contrast, or that is not positive.
     pub fn optical_depth_from_visibility(&self, visibility: f64) -> Result<f64> {
         let contrast = -LEAST_CONTRAST.ln();
         let air = self.optics().at(OF_VISIBILITY).air_scattering;

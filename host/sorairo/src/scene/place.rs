@@ -132,7 +132,7 @@ pub fn evenly(from: Time, to: Time, count: u32) -> impl Iterator<Item = Time> {
     })
 }
 
-/// Where the sun's centre stands, seen from the Earth.
+/// The position of the sun's centre as seen from the Earth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunPosition {
     /// Elevation (degrees).
@@ -143,15 +143,14 @@ pub struct SunPosition {
     pub distance: f64,
 }
 
-/// Where the sun stands, by the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003,
+/// The position of the sun by the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003,
 /// NREL/TP-560-34302), for an observer at an altitude (km).
 ///
-/// The direction is geometric, without refraction, because the renderer's rays are straight: near the horizon the real
-/// sun stands about 0.5° higher.
+/// The direction is geometric, without refraction, which raises the sun by about 0.5° near the horizon.
 ///
 /// # Errors
 ///
-/// [`Error::UnknownMoment`] for a moment that the algorithm does not know: a leap second, or a year after 3000.
+/// [`Error::UnknownMoment`] for a moment outside the range of the algorithm: a leap second, or a year after 3000.
 pub fn sun_position(place: Place, time: Time, altitude: f64) -> Result<SunPosition> {
     let Place { latitude, longitude } = place;
     let location = Location { latitude, longitude };

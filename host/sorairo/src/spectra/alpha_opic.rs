@@ -8,7 +8,7 @@ use super::measured;
 /// Wavelengths over which the standard sums (nm), by 1 nm.
 const RANGE: (u32, u32) = (380, 780);
 
-/// An α-opic quantity, by the photoreceptors that it is about.
+/// An α-opic quantity, by photoreceptor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[non_exhaustive]

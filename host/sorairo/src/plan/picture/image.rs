@@ -92,8 +92,7 @@ impl Plan {
             return Err(Error::not_allowed("render.rgb", complaint));
         }
         if camera.polariser.is_some() && !sky.base.polarised {
-            let complaint =
-                "stands before polarised light, and this sky was planned without; set render.polarisation = on";
+            let complaint = "needs polarised light, but this sky was planned without it; set render.polarisation = on";
             return Err(Error::not_allowed("camera.polariser", complaint));
         }
         let below = below::of(&scene, camera, pixel);

@@ -49,10 +49,10 @@ pub enum Command {
     Sequence(SequenceArguments),
     /// Prints the spectrum of the sky in one direction or many.
     Spectrum(SpectrumArguments),
-    /// Prints the transmittance of the air up to a distance, and the radiance that it adds.
+    /// Prints the transmittance and the in-scattered radiance of the air up to a distance.
     Between(BetweenArguments),
-    /// Writes the air before each pixel of a depth image: its light and its transmittance, or a picture seen through
-    /// it.
+    /// Writes the in-scattered light and the transmittance of the air in front of each pixel of a depth image, or an
+    /// image seen through it.
     ///
     /// The depth image gives the size of the output. An infinite depth, or one of 10¹⁰ and more, is the sky or the
     /// scene's ground; a depth behind the ground ends on it. Light is linear RGB as in the EXR files of `render`,
@@ -164,7 +164,7 @@ pub struct RenderArguments {
 /// What a map shows.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Shown {
-    /// The part of the light's luminance that is polarised, 0 to 1.
+    /// The polarised fraction of the luminance, 0 to 1.
     PolarisationDegree,
     /// The angle of its electric vector, counterclockwise from the top of the image; grey where little is polarised.
     PolarisationAngle,

@@ -122,7 +122,7 @@ fn within_rounding(elevation: f64, in_radians: bool) -> f64 {
     if is_rounded { 90.0_f64.copysign(elevation) } else { elevation }
 }
 
-/// Degrees that were computed, without the last digits: those that a person would have written.
+/// Computed degrees, rounded to the digits of the input.
 fn decimal(degrees: f64) -> f64 {
     (degrees * 1e9).round() / 1e9
 }

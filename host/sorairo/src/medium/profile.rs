@@ -10,8 +10,8 @@ use crate::spectra::named_file::is_table_file;
 use crate::spectra::table::Table;
 use crate::words::{word, words};
 
-/// How the densities of air and of ozone fall and rise with altitude. Of a measured profile the shape is taken; how
-/// much there is in all, the optical depths and the column of ozone say.
+/// The profile of the densities of air and ozone over altitude. Only the shape of a measured profile is used; optical
+/// depths and the column of ozone set the amounts.
 #[derive(
     Clone, Debug, Default, PartialEq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
 )]
@@ -33,7 +33,7 @@ pub enum Profile {
     SubarcticSummer,
     /// Measured: below the Arctic Circle in winter (AFGL).
     SubarcticWinter,
-    /// A person's table: pressure, temperature and what absorbs over altitude.
+    /// A user table: pressure, temperature and absorbers over altitude.
     #[strum(disabled)]
     File(FileOf<OwnProfile>),
 }
@@ -61,11 +61,11 @@ impl From<Profile> for String {
     }
 }
 
-/// A profile of a person's own.
+/// A user profile.
 #[derive(Debug)]
 pub struct OwnProfile(Vec<Level>);
 
-/// How high a person's profile must reach (km): of what scatters at dusk a hundredth lies above.
+/// The minimum height of a user profile (km): a hundredth of what scatters at dusk is above.
 pub const LOWEST_END: f64 = 60.0;
 
 impl FromColumns for OwnProfile {
@@ -238,7 +238,7 @@ impl Profile {
         heat / ozone
     }
 
-    /// What was measured, or a person's table says, at its levels.
+    /// The levels of the measurement or of a user table.
     pub fn measured(&self) -> Option<&[Level]> {
         static ATMOSPHERES: LazyLock<Vec<Vec<Level>>> = LazyLock::new(atmospheres);
         if let Self::File(file) = self {

@@ -71,7 +71,7 @@ impl<'de, D: serde::Deserializer<'de>> serde::Deserializer<'de> for Present<D> {
     }
 }
 
-/// The value of a key that may be a person's table.
+/// The value of a key that may be a user table.
 pub trait TableField: Sync {
     /// The table in a scene, if it has one.
     fn table<'a>(&self, scene: &'a Scene) -> Option<&'a TableFile>;

@@ -372,7 +372,7 @@ fn lay_over(scene: &mut Scene, key: &Key, value: &Spanned<DeValue<'_>>, folder: 
     key.set(scene, StringDeserializer::<serde::de::value::Error>::new(text))
 }
 
-/// The path of a table of a person's own from the root, whose name stands in a file of a folder.
+/// The path of a user table from the root, from its name in a file of a folder.
 fn path_from(folder: &Path, name: &str) -> Result<String> {
     let complaint = |error: io::Error| match error.kind() {
         io::ErrorKind::Unsupported => {

@@ -34,42 +34,42 @@ use crate::words::{Word, Words, words};
 pub struct Key {
     /// Its name with its tables, as in `sun.elevation`.
     pub name: &'static str,
-    /// Its unit; empty where it has none.
+    /// Its unit; empty if it has none.
     pub unit: &'static str,
-    /// What it may be.
+    /// The allowed values.
     pub allowed: Allowed,
-    /// Words that it may be beside a number.
+    /// Words allowed in addition to a number.
     or_words: Option<fn() -> Vec<Word>>,
-    /// The way to a person's table, where it may be the name of a CSV file beside those words.
+    /// The accessor of a user table, if the value may be the name of a CSV file.
     table: Option<&'static dyn TableField>,
-    /// Whether it may be the name of a CSV file that is no such table.
+    /// Whether it may be the name of another CSV file.
     or_file: bool,
     field: &'static dyn Field,
-    /// Whether its number is an azimuth: any finite one is allowed, and the range is that in which it is usually given.
+    /// Whether its number is an azimuth: any finite value is allowed, and the range is the usual one.
     wraps: bool,
-    /// Whether it matters in a scene.
+    /// Whether it has an effect in a scene.
     matters: fn(&Scene) -> bool,
-    /// What stands in for a key that is not given, where that is not one value.
+    /// The description of the default, if that is not a single value.
     otherwise: Option<fn() -> String>,
-    /// What holds beyond `allowed`.
+    /// A rule in addition to `allowed`.
     rule: Option<fn(&Scene) -> Result<()>>,
 }
 
-/// What a key may be, alone or beside words.
+/// The allowed values of a key, except additional words.
 #[non_exhaustive]
 pub enum Allowed {
     /// A number in a range.
     Range {
         /// The number.
         number: &'static dyn NumberField,
-        /// The smallest that is allowed.
+        /// The smallest allowed value.
         low: Bound,
-        /// The largest that is allowed.
+        /// The largest allowed value.
         high: Bound,
     },
-    /// One of some words, each with its sentence.
+    /// One of some words, each with a description.
     Words(fn() -> Vec<Word>),
-    /// Something else, said in words.
+    /// Anything else, described in words.
     Other(fn() -> String),
 }
 
@@ -78,7 +78,7 @@ pub enum Allowed {
 pub enum Bound {
     /// A number.
     At(f64),
-    /// What follows from other keys, and how to say it.
+    /// A value derived from other keys, and its description.
     From(fn(&Scene) -> f64, fn() -> String),
 }
 
@@ -371,7 +371,7 @@ impl Key {
         self
     }
 
-    /// Whether its number is an azimuth, of which whole turns are nothing: then any finite one is allowed.
+    /// Whether its number is an azimuth, for which whole turns have no effect; any finite one is allowed.
     pub fn is_cyclic(&self) -> bool {
         self.wraps
     }
@@ -401,7 +401,7 @@ impl Key {
         self.name.rsplit_once('.').unwrap_or(("", self.name))
     }
 
-    /// What the key means, as the doc comment of its field says it.
+    /// The description of the key: the doc comment of its field.
     pub fn sentence(&self) -> String {
         let (table, name) = self.table_and_name();
         let table = TABLES.iter().find(|known| known.name == table).expect("a key lies in a table");
@@ -413,17 +413,18 @@ impl Key {
         self.field.get(scene)
     }
 
-    /// Reads the value in a scene anew; whether it lies in its range is left to [`Scene::validated`].
+    /// Sets the value in a scene; [`Scene::validated`] checks its range.
     ///
     /// # Errors
     ///
-    /// [`Error::Text`] if it is of another kind.
+    /// [`Error::Text`] if it has the wrong type.
     pub fn set<'de>(&self, scene: &mut Scene, value: impl Deserializer<'de>) -> Result<()> {
         let mut value = <dyn erased_serde::Deserializer<'_>>::erase(Present(value));
         self.field.set(scene, &mut value).map_err(|error| Error::Text(error.to_string()))
     }
 
-    /// The number in a scene, to be changed; `None` if the key is no plain number. One that was not given begins at 0.
+    /// Mutable access to the number in a scene; `None` if the key is not a plain number. A number that was not given
+    /// starts at 0.
     pub fn number_mut<'a>(&self, scene: &'a mut Scene) -> Option<&'a mut f64> {
         match &self.allowed {
             Allowed::Range { number, .. } => number.number_mut(scene),
@@ -431,7 +432,7 @@ impl Key {
         }
     }
 
-    /// The smallest and the largest number that the key may be in a scene; `None` if it is not a number.
+    /// The smallest and the largest allowed number in a scene; `None` if the key is not a number.
     pub fn bounds(&self, scene: &Scene) -> Option<(f64, f64)> {
         match &self.allowed {
             Allowed::Range { low, high, .. } => Some((low.of(scene), high.of(scene))),
@@ -449,7 +450,7 @@ impl Key {
         self.takes_table() || self.or_file
     }
 
-    /// The words that the key may be.
+    /// The words that the key accepts.
     pub fn words(&self) -> Vec<Word> {
         match &self.allowed {
             Allowed::Words(words) => words(),
@@ -457,12 +458,12 @@ impl Key {
         }
     }
 
-    /// The word of the key that a text is, in whatever case of letters; or else the text itself.
+    /// The word of the key that matches a text, ignoring case; or else the text itself.
     pub fn word_or<'a>(&self, text: &'a str) -> &'a str {
         self.words().iter().find(|word| word.is(text)).map_or(text, |word| word.name)
     }
 
-    /// What the key may be, in words.
+    /// The allowed values of the key, in words.
     pub fn range(&self) -> String {
         let table = if self.takes_file() { ", or the name of a .csv file" } else { "" };
         match &self.allowed {
@@ -478,7 +479,7 @@ impl Key {
         }
     }
 
-    /// What stands in for the key where it is not given, if that is not one value.
+    /// The description of the default, if that is not a single value.
     pub fn stand_in(&self) -> Option<String> {
         self.otherwise.map(|words| words())
     }
@@ -520,7 +521,7 @@ pub fn find(name: &str) -> Option<&'static Key> {
     KEYS.iter().find(|key| key.name == name)
 }
 
-/// The spectra of a person's own that a scene reads, each with its key.
+/// The user tables that a scene reads, each with its key.
 pub fn tables(scene: &Scene) -> impl Iterator<Item = (&'static str, &TableFile)> {
     KEYS.iter().filter_map(|key| Some((key.name, key.table?.table(scene)?)))
 }
@@ -551,7 +552,7 @@ pub(crate) fn change_names(scene: &mut Scene, mut change: impl FnMut(&mut NamedF
     scene.atmosphere.aerosol.modes.iter_mut().flat_map(AerosolMode::names_mut).for_each(change);
 }
 
-/// What is wrong with a scene, key by key.
+/// The errors of a scene, key by key.
 pub fn problems(scene: &Scene) -> Vec<Error> {
     KEYS.iter().filter_map(|key| key.check(scene).err()).collect()
 }

@@ -138,7 +138,7 @@ fn value(key: &Key, scene: &Scene) -> Option<toml::Value> {
     toml::Value::try_from(key.value(scene)).ok()
 }
 
-/// A number as a person writes it.
+/// A number in its shortest form.
 fn plain(value: &toml::Value) -> String {
     match value {
         toml::Value::Float(number) => number.to_string(),

@@ -1,4 +1,4 @@
-//! Which spectrum: one that travels with the program, or a table of a person's own.
+//! The choice of a spectrum: a built-in one, or a user table.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ pub enum SunSpectrum {
     Tsis1,
     /// 1 at every wavelength, so that radiance is in sr⁻¹.
     Flat,
-    /// A person's table (W·m⁻²·nm⁻¹).
+    /// A user table (W·m⁻²·nm⁻¹).
     #[strum(disabled)]
     File(TableFile),
 }
@@ -135,7 +135,7 @@ pub enum GroundAlbedo {
     Sea,
     /// Concrete.
     Concrete,
-    /// A person's table (0 to 1).
+    /// A user table (0 to 1).
     #[strum(disabled)]
     File(TableFile),
 }
@@ -208,7 +208,7 @@ pub enum AlbedoSpectrum {
     Grey,
     /// Martian dust, which absorbs blue light (Wolff et al. 2009).
     MarsDust,
-    /// A person's table (0 to 1).
+    /// A user table (0 to 1).
     #[strum(disabled)]
     File(TableFile),
 }
@@ -243,7 +243,7 @@ pub enum OzoneCrossSection {
     At233K,
     /// Measured from 203 to 293 K (Bogumil et al. 2003), at the temperature of the ozone in the profile.
     Bogumil,
-    /// A person's table (m²).
+    /// A user table (m²).
     #[strum(disabled)]
     File(TableFile),
 }
@@ -274,16 +274,16 @@ fn named_or_file<T: Words>(text: &str, file: fn(TableFile) -> T) -> std::result:
     })
 }
 
-/// What may be a person's table.
+/// A value that may be a user table.
 pub trait OrTable {
-    /// The person's table, where there is one.
+    /// The user table, if any.
     fn file(&self) -> Option<&TableFile>;
 
     /// The same, to be changed.
     fn file_mut(&mut self) -> Option<&mut TableFile>;
 }
 
-/// Says of types which table a person gave.
+/// Implements the access to a user table.
 macro_rules! or_table {
     ($($name:ident),+) => {$(
         impl OrTable for $name {

@@ -43,8 +43,7 @@ pub fn solar_irradiance_from_orbit() -> &'static Table<1> {
     embedded(&TABLE, include_str!("../../data/tsis1_hsrs.csv"))
 }
 
-/// That of ASTM G173-03 in means over what a node of the observer's sum stands for, as the file of a person's own that
-/// holds them.
+/// The spectrum of ASTM G173-03 in means over the intervals of the observer nodes, as the user table that holds them.
 pub(super) fn solar_irradiance_over_steps() -> &'static TableFile {
     static TABLE: OnceLock<TableFile> = OnceLock::new();
     TABLE.get_or_init(|| TableFile::holding("astm-g173", mean::over(Window::STEP, solar_irradiance(), None)))

@@ -1,4 +1,4 @@
-//! Text files that a person goes on to edit: over an existing file only where that is asked for.
+//! Text files for editing: they replace an existing file only on request.
 
 use std::io::{ErrorKind, Write};
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! A whole scene, and the named atmospheres it may begin as.
+//! A complete scene, and its presets.
 
 use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
@@ -12,10 +12,9 @@ use crate::medium::aerosol::AerosolKind;
 use crate::medium::profile::Profile;
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, SunSpectrum};
 
-/// A complete description of one sky. Read from TOML; every key has a default, that of the preset.
+/// A complete description of one sky, read from TOML. Every key has a default, that of the preset.
 ///
-/// A scene begins as that of a preset, over which its keys are set. The preset itself fills in values once and cannot
-/// be changed afterwards:
+/// A scene starts as that of a preset; its keys override values. The preset cannot be changed afterwards:
 ///
 /// ```
 /// use sorairo::{Preset, Scene};
@@ -31,16 +30,16 @@ use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, SunSpect
 /// scene.preset = Preset::Hazy; // would leave the air as clean as it is
 /// ```
 ///
-/// [`Scene::parse`] and [`Scene::read`] know presets too. Serde's own reading is for scenes that it wrote, in which no
-/// key is missing.
+/// [`Scene::parse`] and [`Scene::read`] apply presets too. The implementation of serde reads only scenes that it wrote,
+/// in which no key is missing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scene {
     /// Named atmosphere that supplies the value of every key that is not given.
     pub(crate) preset: Preset,
-    /// Where the sun is and how it shines.
+    /// The sun: position and spectrum.
     pub sun: Sun,
-    /// Where the observer is.
+    /// The observer.
     pub observer: Observer,
     /// Where the ground is.
     pub site: Site,

@@ -73,9 +73,9 @@ impl Sky {
         Spectra::new(self, wavelengths, method)
     }
 
-    /// The spectrum in each direction by both methods, at wavelengths (nm) or in means over a resolution (nm, 0.1 to
-    /// 200) about each. Beyond visible light, and in means, both values of a sample are equal: radiance through the
-    /// lines of gases.
+    /// The spectrum in each direction by both methods, at wavelengths (nm), or in means about each over a resolution of
+    /// 0.1 to 200 nm. Beyond visible light, and in means, both values of a sample are equal: radiance through the lines
+    /// of gases.
     ///
     /// # Errors
     ///

@@ -104,13 +104,14 @@ fn all() -> impl Iterator<Item = &'static SceneFlag> {
 }
 
 /// Arguments of the library that are no keys, with their flags.
-const ARGUMENTS: [(&str, &str); 11] = [
+const ARGUMENTS: [(&str, &str); 12] = [
     ("depth", "--depth"),
     ("beauty", "--beauty"),
     ("distance", "--distance"),
     ("resolution", "--resolution"),
     ("visibility", "--visibility"),
     ("spectral", "--spectral"),
+    ("stokes", "--stokes"),
     ("wavelengths", "--wavelengths"),
     ("view_elevation", "--view-elevation"),
     ("view_azimuth", "--view-azimuth"),

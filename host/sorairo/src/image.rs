@@ -103,7 +103,7 @@ impl Image {
             scene: self.scene.clone(),
             space: self.space,
             display: self.display,
-            wavelengths: Vec::new(),
+            spectra: files::Spectra::default(),
             sun: files::Sunlight::default(),
         };
         files::write(path, format, image, bytemuck::cast_slice(&self.rgb))?.commit()

@@ -151,7 +151,7 @@ pub struct RenderArguments {
     #[arg(long)]
     pub split_sun: bool,
     /// Write a map of the polarisation with a legend, a .png, in the place of the sky.
-    #[arg(long, value_name = "WHAT", value_enum, ignore_case = true, conflicts_with_all = ["json", "explain"])]
+    #[arg(long, value_name = "WHAT", value_enum, ignore_case = true, conflicts_with_all = ["json", "explain", "stokes"])]
     pub show: Option<Shown>,
     /// Print what the plan omits, and the time that this saves (in --json as `explain`).
     #[arg(long)]

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use sorairo::Request;
 use sorairo::files::Replace;
 use sorairo::scene::ValidScene;
+use sorairo::{Request, StokesFrame};
 
 use crate::error::Result;
-use crate::flags::SceneFlags;
+use crate::flags::{SceneFlags, word_of};
 use crate::ranges::{Numbers, wavelengths};
 use crate::values::Values;
 
@@ -21,13 +21,20 @@ pub struct SpectralFlags {
     /// .hsr 390:770:20].
     #[arg(long, value_name = "LIST", value_parser = wavelengths)]
     wavelengths: Option<Numbers>,
+    /// Write the Stokes parameters S1 and S2 of each wavelength beside the radiance of spectral EXR files.
+    #[arg(long)]
+    stokes: bool,
+    /// The plane from which polarisation counts: vertical, or camera, from the top of the image.
+    #[arg(long, value_name = "NAME", requires = "stokes", default_value = "vertical", ignore_case = true, value_parser = word_of::<StokesFrame>())]
+    stokes_frame: StokesFrame,
 }
 
 impl SpectralFlags {
     /// What is asked of files.
     pub fn request(&self, outputs: Vec<PathBuf>) -> Request {
         let wavelengths = self.wavelengths.as_ref().map(|wavelengths| wavelengths.to_vec());
-        Request { outputs, spectral: self.spectral, wavelengths, ..Request::default() }
+        let stokes = self.stokes.then_some(self.stokes_frame);
+        Request { outputs, spectral: self.spectral, wavelengths, stokes, ..Request::default() }
     }
 }
 

@@ -51,7 +51,7 @@ impl Direction {
         Self::of_view(pixel_view(&upload::camera(scene), projection, column, row))
     }
 
-    fn of_view(PixelView { direction, covered }: PixelView) -> Option<Self> {
+    pub(crate) fn of_view(PixelView { direction, covered }: PixelView) -> Option<Self> {
         let [north, west, up] = direction.to_array().map(f64::from);
         let elevation = up.clamp(-1.0, 1.0).asin().to_degrees();
         let azimuth = (-west).atan2(north).to_degrees().rem_euclid(360.0);

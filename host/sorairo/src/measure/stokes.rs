@@ -21,14 +21,14 @@ use sorairo_shared::sky::ByConstituent;
 use sorairo_shared::variant;
 use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
-use crate::error::{Error, Result, check_wavelengths};
+use crate::error::{Result, check_wavelengths};
 use crate::measure::direction::Direction;
 use crate::measure::spectrum::integral_at;
 use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::light_field::{Row, light_of_rows};
 use crate::plan::shortwave::{self, Lines};
 use crate::plan::{Sky, SkyPlan, direction, optics_of, upload};
-use crate::scene::Polarisation;
+use crate::scene::rules::stokes_of_natural_light;
 
 /// The smallest angle between rays of higher orders and the vertical (radians). Within it, light is interpolated
 /// linearly between both sides, where single precision resolves the azimuth.
@@ -93,10 +93,7 @@ impl Sky {
 
 impl StokesSpectra {
     fn new(sky: &SkyPlan, wavelengths: &[f64], frame: StokesFrame) -> Result<Self> {
-        if sky.scene.render.polarisation == Polarisation::Off {
-            let complaint = "is \"off\", so that all light is natural; a Stokes vector needs \"auto\" or \"on\"";
-            return Err(Error::not_allowed("render.polarisation", complaint));
-        }
+        stokes_of_natural_light(&sky.scene)?;
         check_wavelengths(sky.scene.known_wavelengths(), wavelengths)?;
         let optics = optics_of(&sky.scene);
         let lines = if sky.is_night { None } else { Lines::new(sky, wavelengths) };
@@ -184,23 +181,24 @@ impl StokesSpectra {
 }
 
 /// The vertical plane through a direction, and the sun about it.
-struct Plane {
+pub(crate) struct Plane {
     /// The direction.
     view: DVec3,
     /// Up across it, and to its left.
     axes: [DVec3; 2],
-    /// Cosine of the azimuth from the sun.
+    /// Cosine and sine of the azimuth from the sun, whose left is positive.
     cosine: f64,
+    pub(crate) sine: f64,
     /// 1 left of the sun, -1 right of it, 0 in its plane.
     side: f64,
     /// `(s_a² - s_b², 2 s_a s_b) / (s_a² + s_b²)`; nothing towards the sun and away from it.
-    of_sun: [f64; 2],
+    pub(crate) of_sun: [f64; 2],
     /// The angle to the sun (radians).
-    scattering_angle: f64,
+    pub(crate) scattering_angle: f64,
 }
 
 impl Plane {
-    fn new(direction_of: &Direction, sun: DVec3, sun_azimuth: f64) -> Self {
+    pub(crate) fn new(direction_of: &Direction, sun: DVec3, sun_azimuth: f64) -> Self {
         let Direction { elevation, azimuth } = *direction_of;
         let view = direction(elevation, azimuth);
         let (sine, cosine) = elevation.to_radians().sin_cos();
@@ -208,13 +206,14 @@ impl Plane {
         let up = DVec3::new(0.0, 0.0, cosine) - direction(0.0, azimuth) * sine;
         let left = direction(0.0, azimuth - 90.0);
         let from_sun = (sun_azimuth - azimuth).to_radians();
-        let side = if from_sun.sin().abs() < 1e-9 { 0.0 } else { from_sun.sin().signum() };
+        let sine = from_sun.sin();
+        let side = if sine.abs() < 1e-9 { 0.0 } else { sine.signum() };
         // In the sun's plane nothing is left or right, not by a rounding either.
         let (a, b) = (up.dot(sun), if side == 0.0 { 0.0 } else { left.dot(sun) });
         let across = a * a + b * b;
         let of_sun = if across > 1e-12 { [(a * a - b * b) / across, 2.0 * a * b / across] } else { [0.0; 2] };
         let scattering_angle = view.dot(sun).clamp(-1.0, 1.0).acos();
-        Self { view, axes: [up, left], cosine: from_sun.cos(), side, of_sun, scattering_angle }
+        Self { view, axes: [up, left], cosine: from_sun.cos(), sine, side, of_sun, scattering_angle }
     }
 
     /// The angle to the vertical, zenith or nadir (radians).
@@ -238,16 +237,17 @@ impl Plane {
         [[here, here * self.side], [opposite, -opposite * self.side]]
     }
 
+    /// `Q` and `U` relative to the plane of another vector that is upwards, if there is one.
+    pub(crate) fn towards(&self, up: Option<DVec3>, [q, u]: [f64; 2]) -> [f64; 2] {
+        let Some(up) = up.and_then(|up| up.reject_from_normalized(self.view).try_normalize()) else { return [q, u] };
+        let [cosine, sine] = self.axes.map(|axis| axis.dot(up));
+        let (cosine, sine) = (cosine * cosine - sine * sine, 2.0 * cosine * sine);
+        [q * cosine + u * sine, u * cosine - q * sine]
+    }
+
     /// With its plane, or that of another vector that is upwards.
     fn stokes(&self, wavelength_nm: f64, [i, q, u]: [f64; 3], up: Option<DVec3>) -> Stokes {
-        let [q, u] = match up.and_then(|up| up.reject_from_normalized(self.view).try_normalize()) {
-            None => [q, u],
-            Some(up) => {
-                let [cosine, sine] = self.axes.map(|axis| axis.dot(up));
-                let (cosine, sine) = (cosine * cosine - sine * sine, 2.0 * cosine * sine);
-                [q * cosine + u * sine, u * cosine - q * sine]
-            }
-        };
+        let [q, u] = self.towards(up, [q, u]);
         let polarised = q.hypot(u);
         let angle = 0.5 * u.atan2(q).to_degrees();
         Stokes {

@@ -15,12 +15,15 @@ use crate::output::files::{self, Format, Image, Replace, Staged, Sunlight, Write
 use sorairo_shared::variant::PixelFormat;
 
 use crate::measure::spectral_irradiance::SpectralIrradiance;
-use crate::measure::spectrum::Spectra;
+use crate::measure::spectrum;
+use crate::measure::stokes::StokesFrame;
+use crate::measure::stokes_image::StokesImage;
+use crate::output::encoding::spectral::Spectra;
 use crate::plan::explain::{below_the_horizon, explain};
 use crate::plan::lookup::Lookup;
 use crate::plan::picture::sun_disc::Sun;
 use crate::plan::{LightFields, Plan};
-use crate::scene::{ColourObserver, ColourPath, Exposure, ExrDepth, Fit, Rgb, Scene, ValidScene, WhiteBalance};
+use crate::scene::{ColourObserver, ColourPath, Exposure, ExrDepth, Fit, Rgb, ValidScene, WhiteBalance};
 
 /// The files to render of a scene.
 #[derive(Clone, Debug, Default)]
@@ -32,6 +35,9 @@ pub struct Request {
     /// Wavelengths of spectral files (nm, in the range of the scene, without duplicates); by default
     /// [`files::default_wavelengths`].
     pub wavelengths: Option<Vec<f64>>,
+    /// The reference plane of polarisation in spectral EXR files, which then hold the Stokes parameters `S1`, `S2` and
+    /// `S3` (0) in addition to radiance; `None` for radiance alone.
+    pub stokes: Option<StokesFrame>,
     /// Whether the scene is rendered twice: into the outputs without the sun's disc, for lighting, and into a file
     /// beside each of them with the disc, for camera rays: `sky.sun.exr` beside `sky.exr`. All are renamed into place
     /// together, and have one exposure. Applies to `.png`, `.exr` and `.hdr`, with an optional USD scene.
@@ -71,10 +77,9 @@ impl Request {
             return are_there
                 && Job::all(scene, self, light_fields).is_ok_and(|jobs| jobs.iter().all(Job::is_finished));
         }
-        let Ok(formats) = self.formats() else { return false };
-        let Ok(wavelengths) = self.wavelengths_of(scene, &formats) else { return false };
+        let Ok((scene, formats, spectra)) = self.checked(scene) else { return false };
         let scene = scene.as_asked();
-        self.outputs.iter().zip(formats).all(|(path, format)| files::is_finished(path, format, &scene, &wavelengths))
+        self.outputs.iter().zip(formats).all(|(path, format)| files::is_finished(path, format, &scene, &spectra))
     }
 
     /// The text of all properties that [`Request::is_finished`] checks.
@@ -83,17 +88,29 @@ impl Request {
     ///
     /// Those of [`Format::of`], and of wavelengths that no file can hold.
     pub fn signature(&self, scene: &ValidScene) -> Result<String> {
-        let formats = self.formats()?;
-        let wavelengths = self.wavelengths_of(scene, &formats)?;
+        let (scene, formats, spectra) = self.checked(scene)?;
         let scene = scene.as_asked();
         let split = if self.split_sun { "split" } else { "" };
-        let signatures = formats.into_iter().map(|format| files::signature(format, &scene, &wavelengths));
+        let signatures = formats.into_iter().map(|format| files::signature(format, &scene, &spectra));
         Ok(signatures.chain([split.into()]).collect())
     }
 
-    /// The wavelengths of its spectral files (nm, increasing), for files of these formats.
-    fn wavelengths_of(&self, scene: &Scene, formats: &[Format]) -> Result<Vec<f64>> {
-        files::wavelengths(scene, self.wavelengths.as_deref(), self.spectral, formats)
+    /// What it shows of a scene, polarised where Stokes vectors are asked for; its files' formats, and the spectra of
+    /// those that have any.
+    fn checked(&self, scene: &ValidScene) -> Result<(ValidScene, Vec<Format>, Spectra)> {
+        let formats = self.formats()?;
+        let wavelengths = files::wavelengths(scene, self.wavelengths.as_deref(), self.spectral, &formats)?;
+        let scene = match self.stokes {
+            Some(_) if !formats.contains(&Format::SpectralExr) => {
+                return Err(Error::not_allowed(
+                    "stokes",
+                    "is of spectral EXR files, and there is none: NAME.spectral.exr",
+                ));
+            }
+            Some(_) => scene.polarised()?,
+            None => scene.clone(),
+        };
+        Ok((scene, formats, Spectra { wavelengths, stokes: self.stokes }))
     }
 }
 
@@ -188,6 +205,8 @@ struct Part {
     plan: Plan,
     /// The width of the bands of its spectra (nm), where these are no values at wavelengths.
     bands: Option<f64>,
+    /// The plane from which their Stokes parameters count, where they have any.
+    stokes: Option<StokesFrame>,
     outputs: Vec<(PathBuf, Format)>,
 }
 
@@ -199,15 +218,15 @@ impl Job {
     /// What is wrong with the files' names, or with what is asked of them.
     pub fn new(scene: &ValidScene, request: &Request, light_fields: &LightFields) -> Result<Self> {
         let outputs = &request.outputs;
-        let formats = request.formats()?;
-        let spectral = request.wavelengths_of(scene, &formats)?;
+        let (polarised, formats, spectra) = request.checked(scene)?;
+        let (scene, spectral) = (&polarised, &spectra.wavelengths);
         files::check_scenes(outputs, &formats, scene)?;
         for path in outputs {
             files::check_writable(path)?;
         }
         files::check_distinct(outputs)?;
         for (path, &format) in outputs.iter().zip(&formats) {
-            files::check_room(path, format, scene.camera.size, scene.render.exr, spectral.len() as u64)?;
+            files::check_room(path, format, scene.camera.size, scene.render.exr, spectra.channels() as u64)?;
         }
         let has_bands = formats.contains(&Format::RadiancePicture);
         let (pictures, linear): (Vec<_>, Vec<_>) =
@@ -221,16 +240,17 @@ impl Job {
         });
         let linear = || Plan::with_light_fields(scene, PixelFormat::LinearRgb, light_fields);
         if !points.is_empty() {
-            let plan = if has_spectra { linear().with_spectrum(&spectral)? } else { linear() };
-            parts.push(Part { plan, bands: None, outputs: points });
+            let plan = if has_spectra { linear().with_spectrum(spectral)? } else { linear() };
+            parts.push(Part { plan, bands: None, stokes: spectra.stokes.filter(|_| has_spectra), outputs: points });
         }
         if !bands.is_empty() {
-            let width = files::band_width(&spectral);
-            parts.push(Part { plan: linear().with_bands(&spectral, width)?, bands: Some(width), outputs: bands });
+            let width = files::band_width(spectral);
+            let plan = linear().with_bands(spectral, width)?;
+            parts.push(Part { plan, bands: Some(width), stokes: None, outputs: bands });
         }
         if !pictures.is_empty() || parts.is_empty() {
             let plan = Plan::with_light_fields(scene, PixelFormat::Picture, light_fields);
-            parts.push(Part { plan, bands: None, outputs: pictures });
+            parts.push(Part { plan, bands: None, stokes: None, outputs: pictures });
         }
         Ok(Self { parts, outputs: outputs.clone(), replace: request.replace, scene: scene.clone() })
     }
@@ -276,7 +296,7 @@ impl Job {
     fn is_finished(&self) -> bool {
         let scene = self.scene.as_asked();
         let mut files = self.parts.iter().flat_map(|part| &part.outputs);
-        files.all(|(path, format)| files::is_finished(path, *format, &scene, &[]))
+        files.all(|(path, format)| files::is_finished(path, *format, &scene, &Spectra::default()))
     }
 
     /// Its outputs that would take the place of a file.
@@ -314,6 +334,7 @@ impl Part {
     fn begin<'scope>(&self, scope: &'scope Scope<'scope, '_>, scene: &ValidScene) -> Result<Files<'scope>> {
         let plan = &self.plan;
         let mut image = Image::of(plan, scene);
+        image.spectra.stokes = self.stokes;
         if self.outputs.iter().any(|(_, format)| format.is_scene()) {
             let sun = self.sun();
             image.sun = Sunlight {
@@ -329,9 +350,14 @@ impl Part {
     /// Computes the pixels of its files.
     fn fill(&self, files: &Files<'_>, device: &mut Device) -> Result<Times> {
         let plan = &self.plan;
-        device.rows(plan, plan.kernel(), &mut |_, rows| {
+        let spectral = plan.spectral.as_deref();
+        let stokes = self.stokes.zip(spectral).map(|(frame, spectral)| StokesImage::new(&plan.sky, spectral, frame));
+        device.rows(plan, plan.kernel(), &mut |first, rows| {
             check_rows(plan.pixel, rows)?;
-            let rows: Arc<[u32]> = rows.into();
+            let rows: Arc<[u32]> = match &stokes {
+                Some(stokes) => stokes.beside(first, rows).into(),
+                None => rows.into(),
+            };
             files.writers.iter().try_for_each(|writer| writer.take(Arc::clone(&rows)))
         })
     }
@@ -499,7 +525,7 @@ fn render_jobs(
     let broadband = if request.sky_light { Broadband::new(&plan.sky) } else { None };
     let spectral = plan.spectral.as_ref().filter(|_| request.sky_light);
     let spectral_irradiance = spectral.map(|spectral| {
-        let (spectra, sun) = (Spectra::planned(Arc::clone(spectral)), job.first().sun());
+        let (spectra, sun) = (spectrum::Spectra::planned(Arc::clone(spectral)), job.first().sun());
         SpectralIrradiance::by(&spectra, &plan.sky, &sun, plan.wavelengths())
     });
     Ok(Report {

@@ -9,7 +9,7 @@ use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::medium::phase::ScatteringAngle;
 use sorairo_shared::processor::kernels::light_of_directions;
 use sorairo_shared::processor::lanes::BLOCK;
-use sorairo_shared::sky::{ByConstituent, Phases, aerosol_phase, phases, transfer, view_ray};
+use sorairo_shared::sky::{ByConstituent, Phases, aerosol_phase, phases, transfer, transfer_of_parts, view_ray};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
@@ -159,6 +159,15 @@ impl RayIntegral {
     pub fn transfer(&self, view: Vec3) -> Vec<f64> {
         let groups = 0..self.bands.len();
         self.at_bands(groups.map(|group| transfer(&self.uniform, self.buffers(&[]), group, view, self.variant)))
+    }
+
+    /// The same (sr⁻¹) at each group of bands, of light in the direction whose constituents are known.
+    pub fn transfers_of_light(&self, view: Vec3, light: &[ByConstituent<Vec4>]) -> Vec<Vec4> {
+        let angle = ScatteringAngle::of_ray(self.ray(view));
+        let of_group = |(bands, light): (&Bands, &ByConstituent<Vec4>)| {
+            transfer_of_parts(&self.uniform, *light, (bands.albedo, bands.abscissae), angle, self.variant)
+        };
+        self.bands.iter().zip(light).map(of_group).collect()
     }
 
     /// The light in many directions, by its constituents: that of the first at each group of bands, then of the next.

@@ -103,6 +103,15 @@ pub(super) fn polariser_of_no_light(scene: &Scene) -> Result<()> {
     Err(Error::not_allowed("camera.polariser", complaint))
 }
 
+/// A Stokes vector is of light that may be polarised.
+pub(crate) fn stokes_of_natural_light(scene: &Scene) -> Result<()> {
+    if scene.render.polarisation == Polarisation::Off {
+        let complaint = "is \"off\", so that all light is natural; a Stokes vector needs \"auto\" or \"on\"";
+        return Err(Error::not_allowed("render.polarisation", complaint));
+    }
+    Ok(())
+}
+
 /// The extinction of a polariser needs one.
 pub(super) fn extinction_of_no_polariser(scene: &Scene) -> Result<()> {
     if scene.camera.polariser_extinction.is_none() || scene.camera.polariser.is_some() {

@@ -7,7 +7,7 @@ use super::keys;
 use super::place::{Place, SunPosition, Time, sun_position};
 use super::preset::Scene;
 use super::rules;
-use super::settings::Exposure;
+use super::settings::{Exposure, Polarisation};
 use crate::error::{Error, Result};
 
 /// A scene with all values in range, azimuths without whole turns, and the sun at the position of its place and time.
@@ -65,6 +65,18 @@ impl ValidScene {
         let mut changed = self.clone();
         changed.scene.sun.disc = disc;
         keys::check_table("sun", &changed.scene)?;
+        Ok(changed)
+    }
+
+    /// The same sky with vector radiative transfer.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAllowed`] if the scene requests scalar transfer.
+    pub(crate) fn polarised(&self) -> Result<Self> {
+        rules::stokes_of_natural_light(&self.scene)?;
+        let mut changed = self.clone();
+        changed.scene.render.polarisation = Polarisation::On;
         Ok(changed)
     }
 

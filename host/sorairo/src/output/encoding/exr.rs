@@ -15,7 +15,7 @@ use sorairo_shared::math::half_bits;
 
 use super::checksum::{self, CHECKSUM, LinesChecksum};
 use super::label::{EXPOSURE, SCENE, SOFTWARE, channel_names, scene_text};
-use super::spectral;
+use super::spectral::Spectra;
 use crate::measure::irradiance::LUMENS_PER_WATT;
 use crate::plan::picture::colour_space::chromaticities;
 use crate::scene::{
@@ -95,10 +95,9 @@ impl Labels<'_> {
 }
 
 /// The header of linear RGB, losslessly compressed, with its chromaticities, its scene and by how many stops it is
-/// exposed; where there are wavelengths (nm), of a spectral image.
-pub(super) fn header(width: u32, height: u32, scene: &Scene, exposure: f32, wavelengths: &[f64]) -> Header {
-    let others = if wavelengths.is_empty() { Vec::new() } else { spectral::attributes().to_vec() };
-    header_of((width, height), scene, exposure, &channel_names(wavelengths), others)
+/// exposed; where there are spectra, of a spectral image.
+pub(super) fn header(width: u32, height: u32, scene: &Scene, exposure: f32, spectra: &Spectra) -> Header {
+    header_of((width, height), scene, exposure, &channel_names(spectra), spectra.attributes())
 }
 
 /// The same of an image of these channels, in the order of the alphabet, with other attributes.
@@ -280,8 +279,14 @@ pub(super) fn line_of_floats(
     let samples = [2, 1, 0].into_iter().chain(3..3 + others).flat_map(channel);
     match depth {
         ExrDepth::Full => samples.flat_map(f32::to_ne_bytes).collect(),
-        ExrDepth::Half => samples.flat_map(|value| (half_bits(value) as u16).to_ne_bytes()).collect(),
+        ExrDepth::Half => samples.flat_map(|value| signed_half(value).to_ne_bytes()).collect(),
     }
+}
+
+/// The half float nearest to a number of either sign.
+fn signed_half(value: f32) -> u16 {
+    let sign = if value < 0.0 { 0x8000 } else { 0 };
+    half_bits(value.abs()) as u16 | sign
 }
 
 #[cfg(test)]

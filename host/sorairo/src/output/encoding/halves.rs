@@ -65,7 +65,7 @@ impl Losses {
             weak: u64::from(value > 0.0 && value < SMALLEST_HALF),
             zero: u64::from(value > 0.0 && value <= ROUNDED_TO_ZERO),
             largest: value,
-            sum: f64::from(value),
+            sum: f64::from(max(value, 0.0)),
             cut: if value >= ROUNDED_DOWN { f64::from(value) - f64::from(LARGEST_HALF) } else { 0.0 },
         }
     }

@@ -12,6 +12,7 @@ use sorairo_shared::variant::PixelFormat;
 
 use super::halves::Losses;
 use super::label::{SCENE, scene_text};
+use super::spectral::Spectra;
 use super::{exr, png};
 use crate::plan::picture::colour_space::ColourSpace;
 use crate::plan::{Plan, upload};
@@ -47,8 +48,8 @@ pub struct Image {
     pub space: ColourSpace,
     /// The space in which a picture shows them.
     pub display: ColourSpace,
-    /// Wavelengths (nm) whose radiance follows the linear RGB of each pixel; none but for spectral files.
-    pub wavelengths: Vec<f64>,
+    /// The spectra that follow the linear RGB of each pixel; none but for spectral files.
+    pub spectra: Spectra,
     /// The sun; none but for scenes of other programs.
     pub sun: Sunlight,
 }
@@ -65,13 +66,13 @@ impl Image {
             scene: scene.as_asked(),
             space: plan.sky.space,
             display: plan.sky.display(),
-            wavelengths: plan.wavelengths().to_vec(),
+            spectra: Spectra { wavelengths: plan.wavelengths().to_vec(), stokes: None },
             sun: Sunlight::default(),
         }
     }
 
     pub(crate) fn pixel_words(&self) -> usize {
-        self.pixel.words() as usize + self.wavelengths.len()
+        self.pixel.words() as usize + self.spectra.channels()
     }
 
     /// The bytes of a PNG of its pixels.
@@ -92,7 +93,7 @@ impl Image {
     /// There are not so many pixels.
     pub fn exr(&self, words: &[u32]) -> io::Result<Vec<u8>> {
         let mut output = BufWriter::new(Cursor::new(Vec::new()));
-        linear(&mut output, self, &[], std::iter::once(words))?;
+        linear(&mut output, self, &Spectra::default(), std::iter::once(words))?;
         Ok(output.into_inner()?.into_inner())
     }
 }
@@ -159,12 +160,11 @@ fn signals(exposed: Vec3, space: &RgbSpace) -> [[u8; 2]; 3] {
     light.to_array().map(|light| ((pq::signal(light) * f32::from(u16::MAX) + 0.5) as u16).to_be_bytes())
 }
 
-/// Encodes an image whose rows arrive in strips as linear RGB, and radiance at some of its wavelengths (nm), the first
-/// ones.
+/// Encodes an image whose rows arrive in strips as linear RGB, with its spectra or none.
 pub(crate) fn linear<W: Read + Write + Seek>(
     output: &mut BufWriter<W>,
     image: &Image,
-    wavelengths: &[f64],
+    spectra: &Spectra,
     mut strips: impl Iterator<Item: AsRef<[u32]> + Sync>,
 ) -> io::Result<()> {
     let Image { width, height, scene, exr_exposure: exposure, .. } = image;
@@ -173,7 +173,7 @@ pub(crate) fn linear<W: Read + Write + Seek>(
     }
     let (pixel_words, depth, factor) = (image.pixel_words(), scene.render.exr, exposure.exp2());
     let mut losses = Losses::default();
-    exr::encode(output, exr::header(*width, *height, scene, *exposure, wavelengths), |lines| {
+    exr::encode(output, exr::header(*width, *height, scene, *exposure, spectra), |lines| {
         let line_words = *width as usize * pixel_words;
         strips.try_for_each(|rows| {
             let pixels: &[f32] = bytemuck::cast_slice(rows.as_ref());
@@ -182,7 +182,7 @@ pub(crate) fn linear<W: Read + Write + Seek>(
             }
             lines.write(pixels.len() / line_words, |line| {
                 let pixels = &pixels[line * line_words..][..line_words];
-                exr::line_of_floats(pixels, pixel_words, wavelengths.len(), depth, factor)
+                exr::line_of_floats(pixels, pixel_words, spectra.channels(), depth, factor)
             })
         })
     })?;

@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use super::spectral::channel_name;
+use super::spectral::Spectra;
 use crate::scene::{self, Scene, keys};
 use crate::spectra::named_file::NamedFile;
 
@@ -36,8 +36,7 @@ pub(crate) fn scene_text(scene: &Scene) -> String {
     text
 }
 
-/// The channels of a file, in the order of the alphabet, which is the format's: linear RGB, and radiance at wavelengths
-/// (nm, increasing, all with three digits before the comma).
-pub(crate) fn channel_names(wavelengths: &[f64]) -> Vec<String> {
-    ["B", "G", "R"].map(str::to_owned).into_iter().chain(wavelengths.iter().map(|&nm| channel_name(nm))).collect()
+/// The channels of a file, in the order of the alphabet, which is the format's: linear RGB, and spectra.
+pub(crate) fn channel_names(spectra: &Spectra) -> Vec<String> {
+    ["B", "G", "R"].map(str::to_owned).into_iter().chain(spectra.channel_names()).collect()
 }

@@ -16,6 +16,7 @@ mod usd_scene;
 mod wavelengths;
 mod writer;
 
+pub use crate::output::encoding::spectral::Spectra;
 pub use crate::output::encoding::{Image, Sunlight, exr, spectral};
 pub use check::check_scenes;
 pub use check::{Replace, check_distinct, check_room, check_writable, make_folder};

@@ -12,14 +12,16 @@ use super::format::Format;
 use super::{hdr, radiance_picture, radiance_scene, usd_scene};
 use crate::output::encoding::checksum;
 use crate::output::encoding::label::{SCENE, SOFTWARE, SOFTWARE_KEYWORD, channel_names, scene_text};
+use crate::output::encoding::spectral::{FRAME, Spectra, frame_text};
 use crate::scene::Scene;
 
-/// Whether a file is whole, and was written by this version of the program for this scene; a spectral file, for these
-/// wavelengths (nm).
+/// Whether a file is whole, and was written by this version of the program for this scene; a spectral file, of these
+/// spectra.
 ///
 /// Every byte of the file counts: one that is missing, changed or added makes it another.
-pub fn is_finished(path: &Path, format: Format, scene: &Scene, wavelengths: &[f64]) -> bool {
+pub fn is_finished(path: &Path, format: Format, scene: &Scene, spectra: &Spectra) -> bool {
     let Some(file) = open(path) else { return false };
+    let wavelengths = &spectra.wavelengths;
     let label = match format {
         Format::RadiancePicture => {
             let size = scene.camera.size;
@@ -40,16 +42,19 @@ pub fn is_finished(path: &Path, format: Format, scene: &Scene, wavelengths: &[f6
         }
         Format::Png => png_texts(file, SCENE),
         Format::Exr | Format::SpectralExr => {
-            let channels = channel_names(if format == Format::Exr { &[] } else { wavelengths });
-            exr_label(file).filter(|label| label.channels == channels).map(|label| (label.software, label.scene))
+            let none = Spectra::default();
+            let spectra = if format == Format::Exr { &none } else { spectra };
+            let (channels, frame) = (channel_names(spectra), spectra.stokes.map(frame_text));
+            let is_same = |label: &ExrLabel| label.channels == channels && label.frame.as_deref() == frame;
+            exr_label(file).filter(is_same).map(|label| (label.software, label.scene))
         }
     };
     label.is_some_and(|(software, text)| software == SOFTWARE && text == scene_text(scene))
 }
 
 /// All that [`is_finished`] asks of a file, as a text: files of which it is the same may stand for each other.
-pub fn signature(format: Format, scene: &Scene, wavelengths: &[f64]) -> String {
-    format!("{SOFTWARE}\n{format:?}\n{wavelengths:?}\n{}", scene_text(scene))
+pub fn signature(format: Format, scene: &Scene, spectra: &Spectra) -> String {
+    format!("{SOFTWARE}\n{format:?}\n{spectra:?}\n{}", scene_text(scene))
 }
 
 /// Whether a file is a picture or an EXR that is whole and was written by this program, whatever its version and its
@@ -129,6 +134,8 @@ struct ExrLabel {
     software: String,
     scene: String,
     channels: Vec<String>,
+    /// From where polarisation counts.
+    frame: Option<String>,
 }
 
 /// What an EXR says of itself, if it is whole.
@@ -141,6 +148,9 @@ fn exr_label(mut file: File) -> Option<ExrLabel> {
     let header = meta.headers.first()?;
     let channels = header.channels.list.iter().map(|channel| channel.name.to_string()).collect();
     let software = header.own_attributes.software_name.as_ref()?.to_string();
-    let AttributeValue::Text(scene) = header.own_attributes.other.get(&Text::from(SCENE))? else { return None };
-    Some(ExrLabel { software, scene: scene.to_string(), channels })
+    let text = |name: &str| match header.own_attributes.other.get(&Text::from(name)) {
+        Some(AttributeValue::Text(text)) => Some(text.to_string()),
+        _ => None,
+    };
+    Some(ExrLabel { software, scene: text(SCENE)?, channels, frame: text(FRAME) })
 }

@@ -9,6 +9,7 @@ use super::format::Format;
 use super::staged::{Staged, stage};
 use super::{hdr, radiance_picture, radiance_scene, usd_scene};
 use crate::error::{Error, Result};
+use crate::output::encoding::spectral::Spectra;
 use crate::output::encoding::{Image, linear, picture};
 
 /// Strips that may wait for an encoder before the device does.
@@ -75,16 +76,16 @@ fn encode(
     let mut strips = strips.into_iter();
     stage(path, |output| match format {
         Format::Png => picture(output, &image, strips),
-        Format::Exr => linear(output, &image, &[], strips),
-        Format::SpectralExr => linear(output, &image, &image.wavelengths, strips),
+        Format::Exr => linear(output, &image, &Spectra::default(), strips),
+        Format::SpectralExr => linear(output, &image, &image.spectra, strips),
         Format::Hdr => radiance_picture::encode(
             output,
             |checksum| hdr::header(&image.scene, checksum),
             |write| strips.try_for_each(|rows| write(&hdr::bytes(&image, rows.as_ref())?)),
         ),
         Format::RadiancePicture => {
-            let Image { width, height, scene, wavelengths, .. } = &image;
-            let header = |checksum| radiance_picture::header(*width, *height, scene, wavelengths, checksum);
+            let Image { width, height, scene, spectra, .. } = &image;
+            let header = |checksum| radiance_picture::header(*width, *height, scene, &spectra.wavelengths, checksum);
             radiance_picture::encode(output, header, |write| {
                 let pixels =
                     |rows: &[u32]| radiance_picture::bytes(bytemuck::cast_slice(rows), image.pixel_words(), *width);
@@ -93,7 +94,7 @@ fn encode(
         }
         Format::RadianceScene => {
             strips.for_each(drop);
-            radiance_scene::encode(output, path, &image.scene, &image.wavelengths, &image.sun.spectrum)
+            radiance_scene::encode(output, path, &image.scene, &image.spectra.wavelengths, &image.sun.spectrum)
         }
         Format::UsdScene => {
             strips.for_each(drop);

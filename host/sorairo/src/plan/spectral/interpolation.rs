@@ -33,6 +33,11 @@ pub(crate) fn lines(bands: &[f64], wavelength: f64) -> Vec<f64> {
     places(bands, &increasing).into_iter().map(|place| weights[place]).collect()
 }
 
+/// The bands of [`lines`] that count at a wavelength (nm), with their weights.
+pub(crate) fn weights_of_bands(bands: &[f64], wavelength: f64) -> Vec<(usize, f64)> {
+    lines(bands, wavelength).into_iter().enumerate().filter(|(_, weight)| *weight != 0.0).collect()
+}
+
 /// The regressions of a constituent at wavelengths (nm) between those at which they were computed. What of a spectrum's
 /// logarithm is not known goes with the optical depths, and a regression is linear in what it is made of.
 pub(crate) fn between(

@@ -13,6 +13,7 @@ mod model;
 
 pub use bands::BANDS;
 pub use illumination::Regressions;
+pub(crate) use interpolation::weights_of_bands;
 pub use model::FLOOR;
 
 use crate::medium::aerosol::abscissa;
@@ -245,26 +246,24 @@ impl SpectralPlan {
 
     /// The same in many directions, one after the other.
     pub fn radiance_of_directions(&self, views: &[Vec3]) -> Vec<f64> {
-        let optics = &self.integral.optics;
+        let light = self.integral.light_of_directions(views);
+        let of_view = |(&view, light)| self.radiance_of_light(view, light);
+        views.iter().zip(light.chunks_exact(self.integral.bands.len())).flat_map(of_view).collect()
+    }
+
+    /// The same in a direction, of light at each group of bands.
+    pub(crate) fn radiance_of_light(&self, view: Vec3, light: &[ByConstituent<Vec4>]) -> Vec<f64> {
+        let integral = &self.integral;
         match &self.fit {
             SpectrumFit::Linear(fit) => {
-                let of_view = |view: &Vec3| {
-                    let at_bands = self.integral.transfer(*view);
-                    let at = |&point: &f64| fit.radiance(optics, &at_bands, point);
-                    let radiance: Vec<f64> = self.points.iter().map(at).collect();
-                    means(&radiance, self.parts()).collect::<Vec<_>>()
-                };
-                views.iter().flat_map(of_view).collect()
+                let at_bands = integral.at_bands(integral.transfers_of_light(view, light).into_iter());
+                let at = |&point: &f64| fit.radiance(&integral.optics, &at_bands, point);
+                let radiance: Vec<f64> = self.points.iter().map(at).collect();
+                means(&radiance, self.parts()).collect()
             }
             SpectrumFit::Regression(regressions) => {
-                let light = self.integral.light_of_directions(views);
-                let of_view = |(&view, light): (&Vec3, &[ByConstituent<Vec4>])| {
-                    let of = |constituent: Constituent| {
-                        self.integral.at_bands(light.iter().map(|&group| constituent.of(group)))
-                    };
-                    radiance(&self.integral, &self.illumination, regressions, view, of)
-                };
-                views.iter().zip(light.chunks_exact(self.integral.bands.len())).flat_map(of_view).collect()
+                let of = |constituent: Constituent| integral.at_bands(light.iter().map(|&group| constituent.of(group)));
+                radiance(integral, &self.illumination, regressions, view, of)
             }
         }
     }

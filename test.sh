@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Runs every test of sorairo, on the GPU too: all of them, whichever fail; the last lines name those that did.
-# `./test.sh quick` runs in minutes what a change breaks first: unit tests, kernels on the device against the
-# processor, the command, the documents.
-# What the tests need and this machine lacks (a linker, a Vulkan driver, an X server without a screen, Chromium, Python with venv) is installed
-# with apt-get if root runs this on Debian or a relative, and is otherwise asked for. Nobody else's password or rights are used.
+# Runs every test of sorairo, including those on the GPU, whichever fail. The last lines name the failures.
+# `./test.sh quick` takes minutes: unit tests, kernels on the device relative to the CPU, the command, the documents.
+# The tests need a linker, a Vulkan driver, an X server without a screen, Chromium, and Python with venv. As root on
+# Debian or a relative, the script installs what is missing with apt-get; otherwise it prints what to install. It uses no
+# other rights.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -91,8 +91,8 @@ test_blender() {
     cargo "${tests[@]}" --test program -- --ignored blender
 }
 
-# Builds the wheel, and tests it in an environment made for it: numpy comes with the wheel, and what the tests compare it with from the
-# Python that has it.
+# Builds the wheel, and tests it in an environment made for it: numpy comes with the wheel, and what the tests compare
+# it with from the Python that has it.
 test_wheel() {
     local python=${SORAIRO_PYTHON:-target/python/bin/python} fresh=target/wheel/bin/python
     local site='import site; print(site.getsitepackages()[0])'
@@ -158,6 +158,7 @@ test_blender || failed=1
 # What takes minutes of other people's programs.
 cargo "${tests[@]}" --test sky -- --ignored || failed=1
 test_page || failed=1
-# The library as one takes it that needs neither Vulkan nor files. It renders three small pictures, and is hardly optimised for them.
+# The library as one takes it that needs neither Vulkan nor files. It renders three small pictures, and is hardly
+# optimised for them.
 cargo "${quick[@]}" --config 'profile.release.package.sorairo.opt-level=1' test --release --package sorairo --no-default-features --features cpu --test cpu_only || failed=1
 exit "${failed:-0}"

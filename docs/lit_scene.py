@@ -1,6 +1,7 @@
 """Lights three spheres on a plane by a sky of sorairo and by its sun, in Mitsuba 3.
 
-Usage: lit_scene.py SKY REPORT PICTURE: an equirectangular EXR, what `sorairo render --json` said of it, and the picture to write.
+Usage: lit_scene.py SKY REPORT PICTURE: an equirectangular EXR, what `sorairo render --json` said of it, and the picture
+to write.
 """
 
 import json
@@ -29,7 +30,8 @@ def matte(*reflectance):
     return {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(reflectance)}}
 
 
-# Where the map has no disc in it the sun is a light of its own, through the same air. With a disc it must not be counted twice.
+# Where the map has no disc in it the sun is a light of its own, through the same air. With a disc it must not be
+# counted twice.
 sun = {
     "type": "directional",
     "direction": [-c for c in to_sun],

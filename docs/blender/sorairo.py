@@ -132,7 +132,8 @@ def flags(settings, maps):
 
 
 def render(settings):
-    """Renders the maps: that without the sun's disc, that with it, what sorairo says of them, and the disc's angle (degrees)."""
+    """Renders the maps: that without the sun's disc, that with it, what sorairo says of them, and the disc's angle
+    (degrees)."""
     folder = Path(bpy.path.abspath(settings.folder) if settings.folder else bpy.app.tempdir)
     light, usd = folder / "sorairo.exr", folder / "sorairo.usda"
     try:

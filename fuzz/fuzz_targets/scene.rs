@@ -1,4 +1,5 @@
-//! Any bytes as a scene file: refused in one sentence, or a scene whose values are checked and that survives its own file.
+//! Any bytes as a scene file: refused in one sentence, or a scene whose values are checked and that survives its own
+//! file.
 
 #![no_main]
 

@@ -1,6 +1,8 @@
-"""Spectral irradiance of level ground by sorairo beside Radiance's genssky, at three heights of the sun, as docs/radiance.md has it.
+"""Spectral irradiance of level ground by sorairo beside Radiance's genssky, at three heights of the sun, as
+docs/radiance.md has it.
 
-Usage: beside_genssky.py SORAIRO PAGE: the program, and the page whose table it is held against. genssky makes its tables in this folder.
+Usage: beside_genssky.py SORAIRO PAGE: the program, and the page whose table it is held against. genssky makes its
+tables in this folder.
 """
 
 import json
@@ -29,7 +31,8 @@ def run(*command, text=None):
 
 
 def theirs(hour):
-    """The sun's elevation (degrees), direct and diffuse irradiance (W/m2/nm) by increasing wavelength, at Greenwich on 21 June."""
+    """The sun's elevation (degrees), direct and diffuse irradiance (W/m2/nm) by increasing wavelength, at Greenwich on
+    21 June."""
     name = f"sky{hour}"
     # An optical depth at 550 nm, of the aerosol of a continent on average, and a grey ground.
     place = ["6", "21", hour, "-y", "2026", "-a", "51.48", "-o", "0", "-m", "0"]

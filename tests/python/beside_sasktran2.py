@@ -1,11 +1,13 @@
-"""Compares sorairo and SASKTRAN2, a radiative-transfer model of science, with a Monte Carlo reference of the light of all orders of scattering.
+"""Compares sorairo and SASKTRAN2 with a Monte Carlo reference of the light of all orders of scattering.
 
 Usage: beside_sasktran2.py --program SORAIRO --reference CSV --ozone CSV --out JSON [--threads N] [--methods NAME...]
 
-The command sorairo answers the same rows: it is one of the methods. Times are of a hemisphere of directions at four wavelengths; of sorairo they
-are those that its report states for the plan and the kernels on the processor, with as many threads as there are.
+The command sorairo answers the same rows: it is one of the methods. Times are of a hemisphere of directions at four
+wavelengths; of sorairo they are those that its report states for the plan and the kernels on the processor, with as
+many threads as there are.
 
-The reference's columns are those of its header; the ozone table has rows of wavelength (nm) and absorption cross-section (m2).
+The reference's columns are those of its header; the ozone table has rows of wavelength (nm) and absorption
+cross-section (m2).
 """
 
 import argparse
@@ -38,8 +40,8 @@ class Atmosphere:
 
     ground_radius: float = 6360.0  # km
     height: float = 100.0  # km
-    # Bruneton and Neyret 2008: scattering at the ground and 1 um (km-1), as the fourth power of the wavelength; a phase function of
-    # 3/4 (1 + cos2), without depolarisation.
+    # Bruneton and Neyret 2008: scattering at the ground and 1 um (km-1), as the fourth power of the wavelength; a phase
+    # function of 3/4 (1 + cos2), without depolarisation.
     air_scattering: float = 1.24062e-3
     air_scale_height: float = 8.0  # km
     # Extinction at the ground times scale height at 1 um; Angstrom's law; Cornette and Shanks's phase function.
@@ -78,15 +80,16 @@ def stacked(*parts):
     return np.concatenate([np.arange(*part) for part in parts])
 
 
-# Successive orders lose up to 7 % of the multiply scattered light where one layer is much thinner than the next: even layers up to the
-# top of the ozone. Its sources may stand further apart than the levels.
+# Successive orders lose up to 7 % of the multiply scattered light where one layer is much thinner than the next: even
+# layers up to the top of the ozone. Its sources may stand further apart than the levels.
 EVEN = stacked((0.0, 40.0, 0.5), (40.0, 100.1, 2.0))
 SOURCES = stacked((0.5, 10.0, 1.0), (11.0, 40.0, 2.0), (44.0, 100.0, 8.0))
 
 
 @dataclass(frozen=True)
 class Method:
-    """A choice of solver: the name of its `MultipleScatterSource`, altitudes of levels (km), and what else is set of its `Config`."""
+    """A choice of solver: the name of its `MultipleScatterSource`, altitudes of levels (km), and what else is set of
+    its `Config`."""
 
     source: str
     levels: np.ndarray
@@ -188,9 +191,10 @@ def radiance(method, ozone, threads, sky, wavelengths, directions):
     viewing = sk.ViewingGeometry()
     for direction in directions:
         viewing.add_ray(ray(sky, *direction))
-    # Columns with suns of their own stand only along the rays: one along the horizon towards the sun brings those from which the light
-    # of a low sun comes. Without it, columns for vertical rays alone crash the solver; one away from the sun would bring night, in which
-    # successive orders diverge at some settings. What they leave out of it makes their twilight too bright.
+    # Columns with suns of their own stand only along the rays: one along the horizon towards the sun brings those from
+    # which the light of a low sun comes. Without it, columns for vertical rays alone crash the solver; one away from
+    # the sun would bring night, in which successive orders diverge at some settings. What they leave out of it makes
+    # their twilight too bright.
     horizon = -math.degrees(math.acos(atmosphere.ground_radius / (atmosphere.ground_radius + sky.altitude)))
     viewing.add_ray(ray(sky, horizon + 0.3, 0.0))
     wavelengths = np.array(wavelengths, dtype=float)

@@ -1,9 +1,12 @@
-"""Times sorairo on the CPU beside Mitsuba 3's `sunsky`, whose sky is a fit to precomputed images, over the same directions in one run.
+"""Times sorairo on the CPU beside Mitsuba 3's `sunsky`, whose sky is a fit to precomputed images, over the same
+directions in one run.
 
 Usage: beside_sunsky.py --turns target/release/examples/turns --out docs/figures/sunsky.json [--rounds N] [--size WxH]
 
-Either computes the upper half of an equirectangular image of linear RGB, on all cores, in turn, in a process that has done so before. Of sorairo it is the
-time of the kernels, as the library's example `turns` tells it. Of Mitsuba, in the variant `llvm_ad_rgb`, it is the emitter's evaluation, compiled and warm, in directions that lie in memory already; the sun's disc is left out.
+Either computes the upper half of an equirectangular image of linear RGB, on all cores, in turn, in a process that has
+done so before. Of sorairo it is the time of the kernels, as the library's example `turns` tells it. Of Mitsuba, in the
+variant `llvm_ad_rgb`, it is the emitter's evaluation, compiled and warm, in directions that lie in memory already; the
+sun's disc is left out.
 """
 
 import argparse

@@ -1,6 +1,8 @@
-"""Takes a sky as the world of Blender's Cycles, as docs/environment-maps.md says: a white plane under it, and a picture of all of it.
+"""Takes a sky as the world of Blender's Cycles, as docs/environment-maps.md says: a white plane under it, and a picture
+of all of it.
 
-Usage: blender_map.py, in a folder with sky.exr, equirectangular; sky.png; and sky.json, what `sorairo render --json` said of both.
+Usage: blender_map.py, in a folder with sky.exr, equirectangular; sky.png; and sky.json, what `sorairo render --json`
+said of both.
 """
 
 import json
@@ -30,7 +32,8 @@ print(f"irradiance {measured} W/m2, sorairo says {said}: {error:.1e}")
 # Chance leaves 3e-5 of 64 pixels with 2048 samples, and what lies between the map's pixels is Blender's to say.
 assert error < 1e-3, error
 
-# The whole sky by a camera that looks north, x, with z up: what it sees is the map itself, and with its exposure the PNG.
+# The whole sky by a camera that looks north, x, with z up: what it sees is the map itself, and with its exposure the
+# PNG.
 scene = lit()
 camera(scene, (0, 0, 0), (radians(90), 0, radians(-90)), type="PANO", panorama_type="EQUIRECTANGULAR")
 # One ray through the middle of each pixel, and no noise over the steps of 8 bits.

@@ -1,6 +1,7 @@
 """Lights a white plane by a sky in Mitsuba 3, and looks for the sun in it.
 
-Usage: environment_map.py IMAGE REPORT ELEVATION AZIMUTH: the image, what `sorairo render --json` said of it, and the sun (degrees).
+Usage: environment_map.py IMAGE REPORT ELEVATION AZIMUTH: the image, what `sorairo render --json` said of it, and the
+sun (degrees).
 """
 
 import json

@@ -1,7 +1,8 @@
-"""Measures what an engine costs: frames a second of one sequence by each way that docs/farms.md tells of, in interleaved rounds, as its table.
+"""Measures what an engine costs: frames a second of one sequence by each way that docs/farms.md tells of, in
+interleaved rounds, as its table.
 
-Usage: farm_engines.py [--frames N] [--rounds N] [--size WxH] [--chunk N] [--program FILE], on idle cores for figures of a page. Every way renders
-the same frames on the CPU, into a folder of its own, and must leave the same files.
+Usage: farm_engines.py [--frames N] [--rounds N] [--size WxH] [--chunk N] [--program FILE], on idle cores for figures of
+a page. Every way renders the same frames on the CPU, into a folder of its own, and must leave the same files.
 """
 
 import argparse
@@ -79,7 +80,8 @@ def by_openjd(frames_of_a_task):
 
 
 def by_the_slurm_script(folder):
-    """The body of the array of the page, task after task, with the variables that Slurm sets; Slurm's own time is not in it."""
+    """The body of the array of the page, task after task, with the variables that Slurm sets; Slurm's own time is not
+    in it."""
     (folder / "evening.sbatch").write_text(SCRIPT.replace("10:-6:1", SUN).replace(" -o frames/sky.####.exr", ""))
     for number in range(asked.frames):
         variables = {"SLURM_SUBMIT_DIR": str(folder), "SLURM_CPUS_PER_TASK": str(CORES), "SLURM_ARRAY_TASK_ID": str(number)}

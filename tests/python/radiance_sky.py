@@ -1,7 +1,8 @@
-"""Lights a horizontal sensor in Radiance with the sky and the sun that sorairo wrote, and looks at the sky in some directions.
+"""Lights a horizontal sensor in Radiance with the sky and the sun that sorairo wrote, and looks at the sky in some
+directions.
 
-Usage: radiance_sky.py SCENE REPORT PROBES: the .rad file, the JSON of `sorairo render`, and JSON of directions, each with its elevation and
-azimuth (degrees) and its radiance at the report's wavelengths.
+Usage: radiance_sky.py SCENE REPORT PROBES: the .rad file, the JSON of `sorairo render`, and JSON of directions, each
+with its elevation and azimuth (degrees) and its radiance at the report's wavelengths.
 """
 
 import json
@@ -61,8 +62,9 @@ for probe in probes:
     direction = (math.cos(elevation) * math.sin(azimuth), math.cos(elevation) * math.cos(azimuth), math.sin(elevation))
     (found,) = trace([(0, 0, 0, *direction)])
     wanted = np.array(probe["radiance"])
-    # A mantissa of 8 bits is a part in 128 to 256 of the brightest band, whatever band it is of. In the band of oxygen at
-    # 760 nm the picture has the middles of parts, where the spectrum has each nanometre: up to 3.2 % of the brightest, at dusk.
+    # A mantissa of 8 bits is a part in 128 to 256 of the brightest band, whatever band it is of. In the band of oxygen
+    # at 760 nm the picture has the middles of parts, where the spectrum has each nanometre: up to 3.2 % of the
+    # brightest, at dusk.
     error, whole = np.abs(found - wanted).max() / wanted.max(), found.sum() / wanted.sum() - 1
     print(f"at {probe['elevation']}, {probe['azimuth']}: {error:.2%} of the brightest band, {whole:+.2%} of the sum")
     assert wanted.max() > 0 and error <= 0.035 and abs(whole) <= 0.01, (probe, found)

@@ -1,6 +1,7 @@
 """Reads a spectral EXR with the OpenEXR library and with colour-science's reader of its layout.
 
-Usage: spectral_layout.py FILE EXPECTED, where EXPECTED is JSON: the wavelengths, and pixels as column, row and radiance.
+Usage: spectral_layout.py FILE EXPECTED, where EXPECTED is JSON: the wavelengths, and pixels as column, row and
+radiance.
 """
 
 import json
@@ -68,8 +69,8 @@ observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(
 assert np.array_equal(wavelengths, observer.wavelengths)
 from_spectrum = spectra @ observer.values[:, 1] * 5
 from_preview = sum(channels[name].pixels * weight for name, weight in zip("RGB", (0.2126, 0.7152, 0.0722)))
-# In twilight four bands hold the luminance of measured air within 1.2 %, and of the sun's lines the values every 5 nm make 0.35 % more than the means over
-# 5 nm that the preview takes.
+# In twilight four bands hold the luminance of measured air within 1.2 %, and of the sun's lines the values every 5 nm
+# make 0.35 % more than the means over 5 nm that the preview takes.
 lit = from_preview > 1e-3 * from_preview.max()
 error = np.abs(from_spectrum[lit] / from_preview[lit] - 1).max()
 assert lit.sum() > 100 and error < 1.6e-2, error

@@ -1,6 +1,7 @@
 """Reads the sky and the sun that sorairo wrote as lights of Universal Scene Description.
 
-Usage: usd_sky.py SCENE REPORT SUN: the .usda file, the JSON of `sorairo render`, and whether the sun shines (yes or no).
+Usage: usd_sky.py SCENE REPORT SUN: the .usda file, the JSON of `sorairo render`, and whether the sun shines (yes or
+no).
 """
 
 import json
@@ -29,7 +30,8 @@ def to_world(prim):
 
 
 def emitted(light):
-    """What a light's colour is multiplied by, and that colour (UsdLux: intensity times 2 to the exposure times colour)."""
+    """What a light's colour is multiplied by, and that colour (UsdLux: intensity times 2 to the exposure times
+    colour)."""
     light = UsdLux.LightAPI(light)
     return light.GetIntensityAttr().Get() * 2.0 ** light.GetExposureAttr().Get() * np.array(light.GetColorAttr().Get())
 

@@ -35,8 +35,8 @@ pub fn worst_relative(pairs: impl IntoIterator<Item = (f64, f64, String)>, floor
     worst
 }
 
-/// [`worst_relative`] of two images, pixel by pixel: the largest difference of a pixel's channels, relative to the pixel's
-/// brightest one, for pixels brighter than a part of the image.
+/// [`worst_relative`] of two images, pixel by pixel: the largest difference of a pixel's channels, relative to the
+/// pixel's brightest one, for pixels brighter than a part of the image.
 ///
 /// A channel alone would not do for colours: on the border of the gamut it is the difference of large numbers.
 ///

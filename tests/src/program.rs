@@ -136,8 +136,8 @@ pub fn read_png(path: &Path) -> Image<u8> {
     Image { width: image.width() as usize, height: image.height() as usize, rgb: image.into_raw() }
 }
 
-/// Reads an EXR that holds R, G and B in 32 bit floats and nothing else, and the chromaticities (x, y) of its red, green, blue
-/// and white.
+/// Reads an EXR that holds R, G and B in 32 bit floats and nothing else, and the chromaticities (x, y) of its red,
+/// green, blue and white.
 ///
 /// # Panics
 ///

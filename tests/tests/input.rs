@@ -23,12 +23,12 @@ static MEMORY: PeakAlloc = PeakAlloc;
 /// One property at a time, or their memory could not be told apart.
 static ALONE: Mutex<()> = Mutex::new(());
 
-/// Most time that a processor works at one case, however long that waits for other work on a busy machine. They take milliseconds;
-/// what grows with the square of the largest files takes minutes.
+/// Most time that a processor works at one case, however long that waits for other work on a busy machine. They take
+/// milliseconds; what grows with the square of the largest files takes minutes.
 const LONGEST: Duration = Duration::from_secs(5);
 
-/// Most memory for one case: the largest scenes here have 256 KiB and take up to 90 times as much in the reader of TOML; the largest tables have
-/// 4 MiB and take less.
+/// Most memory for one case: the largest scenes here have 256 KiB and take up to 90 times as much in the reader of
+/// TOML; the largest tables have 4 MiB and take less.
 const MOST_MEMORY: usize = 64 << 20;
 
 /// Tries a property on `cases` inputs, and bounds each case's time and memory.
@@ -279,7 +279,8 @@ fn the_dictionary_of_the_fuzz_targets_is_one_that_libfuzzer_reads() {
     assert!(!is_word(r#""\n""#) && is_word(r#""\x0a""#) && !is_word("air"));
 }
 
-/// Whether libFuzzer reads a line as a word: within quotes, where a backslash stands before itself, a quote or `x` and two digits.
+/// Whether libFuzzer reads a line as a word: within quotes, where a backslash stands before itself, a quote or `x` and
+/// two digits.
 fn is_word(line: &str) -> bool {
     let Some(word) = line.strip_prefix('"').and_then(|line| line.strip_suffix('"')) else { return false };
     let mut escapes = word.replace(r"\\", "").replace(r#"\""#, "");

@@ -1,4 +1,5 @@
-"""The page in a real browser: Debian's Chromium without a window, with WebGPU in software, and the page on 127.0.0.1."""
+"""The page in a real browser: Debian's Chromium without a window, with WebGPU in software, and the page on
+127.0.0.1."""
 
 import base64
 import gzip
@@ -21,7 +22,8 @@ PROGRAM = Path(os.environ.get("SORAIRO_PROGRAM", ROOT / "target/release/sorairo"
 CHROMIUM = os.environ.get("SORAIRO_CHROMIUM", "/usr/bin/chromium")
 
 PLAIN = ["--no-sandbox"]
-# A device in software that computes, but is lost where it draws into a canvas: what shows the page shares no memory with it.
+# A device in software that computes, but is lost where it draws into a canvas: what shows the page shares no memory
+# with it.
 COMPUTES = [*PLAIN, "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable-unsafe-swiftshader"]
 # The same device, and the page is shown by it too.
 WEBGPU = [*COMPUTES, "--enable-features=Vulkan", "--use-vulkan=swiftshader", "--use-angle=vulkan"]

@@ -42,7 +42,8 @@ def test_a_click_shows_the_spectrum_of_the_native_program(sky, native, tmp_path)
     towards = ["--scene", "scene.toml", "--view-azimuth", azimuth, "--view-elevation", elevation]
     rows = list(csv.DictReader(io.StringIO(native("spectrum", *towards))))
     radiance = numpy.array([float(row["radiance"]) for row in rows])
-    # The same code on the same numbers; elementary functions of another processor's compiler may differ in the last place.
+    # The same code on the same numbers; elementary functions of another processor's compiler may differ in the last
+    # place.
     assert numpy.allclose(page["wavelengths_nm"], [float(row["wavelength_nm"]) for row in rows])
     assert numpy.allclose(page["radiance"], radiance, rtol=1e-4)
     figures = next(csv.DictReader(io.StringIO(native("spectrum", "--luminance", *towards))))

@@ -1,7 +1,8 @@
 //! `cargo xtask circles`: fails if files of a crate need each other in a circle.
 //!
-//! A file needs another one if it names something in it: in a `use` or by a path in the code that begins with `crate`, `super`, `self` or a
-//! module of its own. What is for tests alone does not count, nor does `mod`, which only says that a file is there.
+//! A file needs another one if it names something in it: in a `use` or by a path in the code that begins with `crate`,
+//! `super`, `self` or a module of its own. What is for tests alone does not count, nor does `mod`, which only says that
+//! a file is there.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::error::Error;

@@ -1,4 +1,5 @@
-//! `cargo xtask docs [DIR]`: writes the pages of figures, after taking the figures and pictures from a folder of reports.
+//! `cargo xtask docs [DIR]`: writes the pages of figures, after taking the figures and pictures from a folder of
+//! reports.
 
 use std::error::Error;
 use std::fs;

@@ -1,11 +1,13 @@
 //! Developer commands of sorairo.
 //!
 //! `cargo xtask shaders` compiles the shaders into `shader-crate/compiled`; `cargo xtask shaders --check` compiles them
-//! and compares the bytes with those that are there. `cargo xtask docs` writes the pages of figures from docs/figures; `cargo
-//! xtask docs DIR` first takes the figures of a folder of reports. `cargo xtask gallery` makes the pictures of docs/gallery.md.
-//! `cargo xtask circles` fails if files need each other in a circle. `cargo xtask features` compiles packages with each
-//! feature alone. `cargo xtask package` installs the command from packages alone. `cargo xtask platforms` compiles it for Windows and Apple. `cargo xtask web` builds the page for browsers into target/web. `cargo xtask pixels --program PATH --out FILE` keeps the
-//! hashes of a program's pixels, and `--against FILE` compares another program's with them.
+//! and compares the bytes with those that are there. `cargo xtask docs` writes the pages of figures from docs/figures;
+//! `cargo xtask docs DIR` first takes the figures of a folder of reports. `cargo xtask gallery` makes the pictures of
+//! docs/gallery.md. `cargo xtask circles` fails if files need each other in a circle. `cargo xtask features` compiles
+//! packages with each feature alone. `cargo xtask package` installs the command from packages alone.
+//! `cargo xtask platforms` compiles it for Windows and Apple. `cargo xtask web` builds the page for browsers into
+//! target/web. `cargo xtask pixels --program PATH --out FILE` keeps the hashes of a program's pixels, and
+//! `--against FILE` compares another program's with them.
 
 mod circles;
 mod docs;

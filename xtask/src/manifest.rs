@@ -8,8 +8,8 @@ use sha2::{Digest, Sha256};
 /// Where the compiled shaders lie, from the root of the repository.
 pub const COMPILED: &str = "shader-crate/compiled";
 
-/// The SHA-256 of every source that the shaders are compiled from, in hexadecimal: names and contents of the manifests and
-/// source files of `shared` and `shader-crate`. The compiler and its libraries are pinned to one version.
+/// The SHA-256 of every source that the shaders are compiled from, in hexadecimal: names and contents of the manifests
+/// and source files of `shared` and `shader-crate`. The compiler and its libraries are pinned to one version.
 ///
 /// # Errors
 ///

@@ -5,8 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Cargo for a target, still without a command: of the toolchain of this workspace where that has the target or rustup can add it; otherwise of the nightly
-/// toolchain that `RUST_GPU_TOOLCHAIN` names, which builds std from its sources. `folder` is where Cargo builds.
+/// Cargo for a target, still without a command: of the toolchain of this workspace where that has the target or rustup
+/// can add it; otherwise of the nightly toolchain that `RUST_GPU_TOOLCHAIN` names, which builds std from its sources.
+/// `folder` is where Cargo builds.
 ///
 /// # Errors
 ///
@@ -70,8 +71,8 @@ fn linker(root: &Path) -> Result<PathBuf, Box<dyn Error>> {
     if linker.is_file() { Ok(linker) } else { Err(format!("{} is missing", linker.display()).into()) }
 }
 
-/// A script that calls a compiler, and tells the crate `rustversion` its version in words that it reads: those of a distribution's compiler it
-/// does not.
+/// A script that calls a compiler, and tells the crate `rustversion` its version in words that it reads: those of a
+/// distribution's compiler it does not.
 fn wrapper(toolchain: &str, folder: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let version = output(Command::new("rustc").args([&format!("+{toolchain}"), "--version"]))?;
     let version: Vec<_> = version.split(' ').take(2).collect();

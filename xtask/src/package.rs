@@ -1,7 +1,8 @@
-//! `cargo xtask package`: proves that the packages of the crates, and nothing else of the repository, give a working command.
+//! `cargo xtask package`: proves that the packages of the crates, and nothing else of the repository, give a working
+//! command.
 //!
-//! They are packed, unpacked into a folder of their own, and the command is installed from there; then it renders a picture in an empty
-//! folder. Where a crate of ours is asked of crates.io, the unpacked one answers.
+//! They are packed, unpacked into a folder of their own, and the command is installed from there; then it renders a
+//! picture in an empty folder. Where a crate of ours is asked of crates.io, the unpacked one answers.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -40,7 +41,8 @@ fn install(crates: &[String], folder: &Path, target: &Path) -> Result<String, Bo
     Ok(format!("{} packages give a command that renders", crates.len()))
 }
 
-/// Unpacks every package into a folder, and writes there that they stand for those of crates.io; returns their names and versions.
+/// Unpacks every package into a folder, and writes there that they stand for those of crates.io; returns their names
+/// and versions.
 fn unpack(packed: &Path, folder: &Path) -> Result<Vec<String>, Box<dyn Error>> {
     fs::create_dir_all(folder.join(".cargo"))?;
     let mut crates = Vec::new();

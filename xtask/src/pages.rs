@@ -1,5 +1,5 @@
-//! The pages of figures: templates filled from the JSON that `sorairo bench`, `reproduce` and `stress` write. Shared with
-//! the tests.
+//! The pages of figures: templates filled from the JSON that `sorairo bench`, `reproduce` and `stress` write. Shared
+//! with the tests.
 
 use std::error::Error;
 use std::fs;
@@ -17,8 +17,8 @@ const TEMPLATES: &str = "docs/templates";
 
 /// Every page of figures: its place from the root of the repository, and its text.
 ///
-/// A template sees the files of [`FIGURES`] by their names without `.json`, and three filters: `spread` writes a median and
-/// its range, `fixed(n)` a number with n decimals, `short` one as a person would.
+/// A template sees the files of [`FIGURES`] by their names without `.json`, and three filters: `spread` writes a median
+/// and its range, `fixed(n)` a number with n decimals, `short` one as a person would.
 ///
 /// # Errors
 ///

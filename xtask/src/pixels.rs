@@ -1,5 +1,5 @@
-//! `cargo xtask pixels`: renders a list of scenes with a program and hashes their decoded pixels, so that a change that must not touch
-//! a pixel can show that it did not.
+//! `cargo xtask pixels`: renders a list of scenes with a program and hashes their decoded pixels, so that a change that
+//! must not touch a pixel can show that it did not.
 //!
 //! Hashes tell programs apart on one machine: the arithmetic of another driver or CPU may round otherwise.
 
@@ -161,11 +161,13 @@ const SCENES: &[(&str, &str)] = &[
 /// The hashes of pictures, by device and file.
 type Hashes = BTreeMap<String, String>;
 
-/// Renders every scene with `program`, and writes a line for each into the file `out`: device and file, and the SHA-256 of the pixels.
+/// Renders every scene with `program`, and writes a line for each into the file `out`: device and file, and the SHA-256
+/// of the pixels.
 ///
 /// # Errors
 ///
-/// A scene that the program refuses or renders on another device, a picture that cannot be decoded, and a file that cannot be written.
+/// A scene that the program refuses or renders on another device, a picture that cannot be decoded, and a file that
+/// cannot be written.
 pub fn keep(root: &Path, program: &Path, out: &Path) -> Result<String, Box<dyn Error>> {
     let hashes = render(root, program)?;
     let lines: String = hashes.iter().map(|(name, hash)| format!("{name} {hash}\n")).collect();
@@ -173,7 +175,8 @@ pub fn keep(root: &Path, program: &Path, out: &Path) -> Result<String, Box<dyn E
     Ok(format!("{} hashes in {}, their pictures in {PICTURES}", hashes.len(), out.display()))
 }
 
-/// Renders every scene with `program`, and compares the pixels' hashes with those that [`keep`] wrote into the file `kept`.
+/// Renders every scene with `program`, and compares the pixels' hashes with those that [`keep`] wrote into the file
+/// `kept`.
 ///
 /// # Errors
 ///

@@ -1,4 +1,5 @@
-//! `cargo xtask platforms`: the program with its window compiles where other graphics interfaces are, which no test here can run.
+//! `cargo xtask platforms`: the program with its window compiles where other graphics interfaces are, which no test
+//! here can run.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,6 @@
-//! The committed kernels in the languages of every graphics interface: Metal's, Direct3D's and WebGPU's. None of these devices is here; what can
-//! be shown is that naga, through which wgpu goes, translates every kernel, and that each keeps to the limits that all of them have.
+//! The committed kernels in the languages of every graphics interface: Metal's, Direct3D's and WebGPU's. None of these
+//! devices is here; what can be shown is that naga, through which wgpu goes, translates every kernel, and that each
+//! keeps to the limits that all of them have.
 
 use naga::back::{hlsl, msl, wgsl};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
@@ -16,8 +17,8 @@ use specialised::specialised;
 const SPIRV: [&[u8]; 2] =
     [include_bytes!("../../shader-crate/compiled/images.spv"), include_bytes!("../../shader-crate/compiled/plans.spv")];
 
-/// WebGPU's default limits (W3C, *WebGPU*, 3.6.2), which no device may undercut: those of Metal (31 buffers, 32 KiB for a threadgroup) and Direct3D 12 (1024
-/// threads, 32 KiB for a group) are wider.
+/// WebGPU's default limits (W3C, *WebGPU*, 3.6.2), which no device may undercut: those of Metal (31 buffers, 32 KiB for
+/// a threadgroup) and Direct3D 12 (1024 threads, 32 KiB for a group) are wider.
 const STORAGE_BUFFERS: usize = 8;
 /// Of storage textures, the fewest of those that a stage has.
 const TEXTURES: usize = 6;

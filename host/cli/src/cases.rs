@@ -28,7 +28,8 @@ impl Cases {
     ///
     /// # Errors
     ///
-    /// A file that cannot be read; a column that is no key, or one that stands there twice; rows of another length, none, or too many.
+    /// A file that cannot be read; a column that is no key, or one that stands there twice; rows of another length,
+    /// none, or too many.
     pub fn read(path: &Path) -> Result<Self> {
         let table = Table::read("--table", path)?;
         let mut rows = table.rows(MOST_FRAMES as usize);

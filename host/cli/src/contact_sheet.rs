@@ -24,13 +24,13 @@ pub fn made_of(path: &Path) -> Option<String> {
     files::png_text(path, KEYWORD)
 }
 
-/// Renders the frames of a sequence small, and writes them as one picture with number and elevation of the sun below each. `made_of` says in
-/// the file what it was made of; see [`crate::known`].
+/// Renders the frames of a sequence small, and writes them as one picture with number and elevation of the sun below
+/// each. `made_of` says in the file what it was made of; see [`crate::known`].
 ///
 /// # Errors
 ///
-/// What is wrong with a scene, [`sorairo::Error::Device`] if the device fails, [`sorairo::Error::Write`] if the picture cannot be
-/// written.
+/// What is wrong with a scene, [`sorairo::Error::Device`] if the device fails, [`sorairo::Error::Write`] if the picture
+/// cannot be written.
 pub fn contact_sheet(path: &Path, frames: &[Frame], made_of: &str, device: &mut Device) -> Result<()> {
     let shown = frames.len().min(MOST);
     let spread = |i: usize| i * (frames.len() - 1) / (shown - 1).max(1);

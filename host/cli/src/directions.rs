@@ -115,13 +115,14 @@ fn direction(cells: &[String], columns: [Column; 2]) -> std::result::Result<Dire
     direction.vector().map(|_| direction).map_err(|error| error.to_string())
 }
 
-/// An elevation that is straight up or down, where its radians were rounded: tables say 1.5708 for π/2, which is 90.0002 degrees.
+/// An elevation that is straight up or down, where its radians were rounded: tables say 1.5708 for π/2, which is
+/// 90.0002 degrees.
 fn within_rounding(elevation: f64, in_radians: bool) -> f64 {
     let is_rounded = in_radians && (90.0..90.001).contains(&elevation.abs());
     if is_rounded { 90.0_f64.copysign(elevation) } else { elevation }
 }
 
-/// Degrees that were computed, without the last digits: those that a person would have written.
+/// Computed degrees, rounded to the digits of the input.
 fn decimal(degrees: f64) -> f64 {
     (degrees * 1e9).round() / 1e9
 }

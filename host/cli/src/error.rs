@@ -1,4 +1,4 @@
-//! Errors as a person at a command line reads them: what is wrong is named by its flag, and has an exit code.
+//! Error messages of the command line: they name flags, and have exit codes.
 
 use std::fmt;
 

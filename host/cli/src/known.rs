@@ -1,15 +1,18 @@
 //! What is known of a sequence's files without reading them.
 //!
-//! A task that a farm runs again when all is done would otherwise read every frame of all other tasks. Two things are trusted in place of
-//! that, and nothing else:
+//! A task that a farm runs again when all is done would otherwise read every frame of all other tasks. Two things are
+//! trusted in place of that, and nothing else:
 //!
-//! * **The contact sheet**, which is written when every frame was found whole, and says of what it was made, with the checksum of the manifest. A
-//!   sheet of other scenes, tables, wavelengths, names or of another version proves nothing.
-//! * **The times of change** that the file system keeps (`ctime`). Whatever is written to a file, moved into its place or done to its
-//!   attributes sets its own to the clock. The time of modification is not trusted: copying and unpacking programs set it back.
+//! * **The contact sheet**, which is written when every frame was found whole, and says of what it was made, with the
+//!   checksum of the manifest. A sheet of other scenes, tables, wavelengths, names or of another version proves
+//!   nothing.
+//! * **The times of change** that the file system keeps (`ctime`). Whatever is written to a file, moved into its place
+//!   or done to its attributes sets its own to the clock. The time of modification is not trusted: copying and
+//!   unpacking programs set it back.
 //!
-//! A frame that changed after the sheet is read, with all others. Where a system has no such times every frame is read. What goes unnoticed is
-//! a medium that decays, and a change while the clock stands before the sheet's: `rm` the sheet, and every byte counts again.
+//! A frame that changed after the sheet is read, with all others. Where a system has no such times every frame is read.
+//! What goes unnoticed is a medium that decays, and a change while the clock stands before the sheet's: `rm` the sheet,
+//! and every byte counts again.
 
 use std::io;
 use std::path::Path;
@@ -57,8 +60,8 @@ pub fn noted_manifest(sheet: &Path) -> Option<String> {
     contact_sheet::made_of(sheet)?.split_once(' ').map(|(_, checksum)| checksum.to_owned())
 }
 
-/// Whether all frames are known to be whole: the sheet was made of them, the manifest is the one that was written with it, and no frame has changed
-/// since.
+/// Whether all frames are known to be whole: the sheet was made of them, the manifest is the one that was written with
+/// it, and no frame has changed since.
 pub fn are_whole(frames: &[Frame], made_of: &str, sheet: &Path, manifest: Option<&Path>) -> bool {
     let checksum = manifest.map(manifest::checksum).transpose();
     let is_noted =

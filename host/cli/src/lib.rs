@@ -40,8 +40,9 @@ use error::Result;
 /// The exit code of a process that was asked to stop, as shells give it for SIGINT.
 const INTERRUPTED: i32 = 130;
 
-/// Runs the command that a process was started with, the first of whose arguments is its own name, and says how it ended: 0, 1 for a
-/// failure, 2 for a wrong request. For arguments that are none of a command, and for questions such as `--help`, it ends the process.
+/// Runs the command that a process was started with, the first of whose arguments is its own name, and says how it
+/// ended: 0, 1 for a failure, 2 for a wrong request. For arguments that are none of a command, and for questions such
+/// as `--help`, it ends the process.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments = Arguments::parse_from(arguments);
     if arguments.quiet {

@@ -37,8 +37,9 @@ const LIGHT: [&str; 5] = [
 /// The light of skies, by the numbers of their frames.
 pub type Lights = BTreeMap<u32, SkyLight>;
 
-/// Writes the manifest of frames that are whole, and gives its checksum. `lights` are those that are known. Rows of files that have not changed are
-/// kept of a manifest that is there and has the checksum `kept`; other lights are measured.
+/// Writes the manifest of frames that are whole, and gives its checksum. `lights` are those that are known. Rows of
+/// files that have not changed are kept of a manifest that is there and has the checksum `kept`; other lights are
+/// measured.
 ///
 /// # Errors
 ///
@@ -118,7 +119,8 @@ fn light(light: &SkyLight) -> [String; 5] {
     LIGHT.map(|name| light[name].to_string())
 }
 
-/// The rows of a manifest that is there, by their files and checksums; none where it is not the one with the checksum `kept`, or has other columns.
+/// The rows of a manifest that is there, by their files and checksums; none where it is not the one with the checksum
+/// `kept`, or has other columns.
 fn known(path: &Path, kept: Option<&str>, header: &[String]) -> HashMap<(String, String), Vec<String>> {
     let Ok(text) = std::fs::read_to_string(path) else { return HashMap::new() };
     if kept != Some(&*hexadecimal(Sha256::new_with_prefix(&text))) {

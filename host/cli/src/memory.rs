@@ -1,18 +1,20 @@
 //! What a process does whose address space is limited, as by `ulimit -v`.
 //!
-//! Where memory runs out Rust and the compilers of drivers say so and abort, and drivers that forget to ask crash. So no driver is opened where it
-//! may not fit, and an abort ends the process as a failure. What no process can tell: that it does not fit itself (about 60 MB, which the loader
-//! says or dies of), a stack that cannot grow, and a kernel that ends processes because the machine has no memory left.
+//! Where memory runs out Rust and the compilers of drivers say so and abort, and drivers that forget to ask crash. So
+//! no driver is opened where it may not fit, and an abort ends the process as a failure. What no process can tell: that
+//! it does not fit itself (about 60 MB, which the loader says or dies of), a stack that cannot grow, and a kernel that
+//! ends processes because the machine has no memory left.
 
 use std::borrow::Cow;
 
 use crate::error::{Error, Result};
 
-/// The address space that the drivers of a device may take (bytes). Mesa's llvmpipe takes .6 to 1.1 GB and crashes in between now and then;
-/// drivers of hardware map the device's memory as well.
+/// The address space that the drivers of a device may take (bytes). Mesa's llvmpipe takes .6 to 1.1 GB and crashes in
+/// between now and then; drivers of hardware map the device's memory as well.
 const OF_DRIVERS: u64 = 2 << 30;
 
-/// Lets an abort for want of memory end the process with the exit code of a failure, where memory is limited. The reason is told before.
+/// Lets an abort for want of memory end the process with the exit code of a failure, where memory is limited. The
+/// reason is told before.
 pub fn fail_at_the_limit() {
     #[cfg(unix)]
     if limit().is_some() {

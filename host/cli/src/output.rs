@@ -32,8 +32,8 @@ pub fn print_error(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", visible(text));
 }
 
-/// A text without what steers a terminal: control characters but ends of lines, and marks that turn the direction of writing, are written as
-/// escapes. File names and values of scene files can hold any of them.
+/// A text without what steers a terminal: control characters but ends of lines, and marks that turn the direction of
+/// writing, are written as escapes. File names and values of scene files can hold any of them.
 fn visible(text: &str) -> Cow<'_, str> {
     let steers = |c: char| {
         (c.is_control() && c != '\n')

@@ -1,4 +1,5 @@
-//! A sign of life on standard error for anything that takes its time: a line that changes on a terminal, lines elsewhere.
+//! A sign of life on standard error for anything that takes its time: a line that changes on a terminal, lines
+//! elsewhere.
 
 use std::fmt;
 use std::io::{self, Write as _};
@@ -138,7 +139,8 @@ impl Drop for FrameProgress {
     }
 }
 
-/// Draws a bar now and then, on a thread of its own; where there can be none, it stands still. The bar's own way to do so panics there.
+/// Draws a bar now and then, on a thread of its own; where there can be none, it stands still. The bar's own way to do
+/// so panics there.
 fn keep_moving(bar: &ProgressBar, interval: Duration) {
     let bar = bar.downgrade();
     let draw = move || {

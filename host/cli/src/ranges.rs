@@ -45,7 +45,8 @@ fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// The numbers of `A:B:STEP`: from A towards B, which is among them if it falls on a step. The step's sign does not matter downwards.
+/// The numbers of `A:B:STEP`: from A towards B, which is among them if it falls on a step. The step's sign does not
+/// matter downwards.
 fn range(text: &str) -> Option<Vec<f64>> {
     let parts: Vec<f64> = text.split(':').map(number).collect::<Option<_>>()?;
     let [first, last, step] = parts[..] else { return None };

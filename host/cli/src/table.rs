@@ -30,7 +30,8 @@ impl Table {
         }
     }
 
-    /// The rows, as [`rows::rows`] takes them. One that cannot be read and the first beyond a header and `most` are errors.
+    /// The rows, as [`rows::rows`] takes them. One that cannot be read and the first beyond a header and `most` are
+    /// errors.
     pub fn rows(&self, most: usize) -> impl Iterator<Item = Result<Row>> {
         rows::rows(&self.text).enumerate().map(move |(before, row)| match row {
             Ok(_) if before > most => Err(Error::request(format!("{} has more than {most} rows", self.name))),

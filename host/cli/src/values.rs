@@ -149,7 +149,8 @@ impl Value {
     }
 }
 
-/// Takes the value of a table as the first kind that the key is: wavelengths, a whole number, a number, true or false, text.
+/// Takes the value of a table as the first kind that the key is: wavelengths, a whole number, a number, true or false,
+/// text.
 fn set_cell(draft: &mut Draft, key: &'static Key, text: &str) -> sorairo::Result<()> {
     type Error = serde::de::value::Error;
     if key.name == "render.bands" {

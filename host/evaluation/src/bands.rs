@@ -1,8 +1,8 @@
 //! `sorairo bands`: the wavelengths for which the regression fit errs least.
 //!
-//! The spectra of the training rays and of the sky that is judged are integrated once, at every nanometre. A candidate then costs
-//! regressions on tabulated logarithms and a few exponentials, well below a millisecond for each sun, and the search can afford
-//! thousands: coordinate descent from several starts, in steps that shrink to 1 nm.
+//! The spectra of the training rays and of the sky that is judged are integrated once, at every nanometre. A candidate
+//! then costs regressions on tabulated logarithms and a few exponentials, well below a millisecond for each sun, and
+//! the search can afford thousands: coordinate descent from several starts, in steps that shrink to 1 nm.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -51,10 +51,11 @@ pub struct Found {
     pub candidates: usize,
 }
 
-/// The best `count` wavelengths of the regression fit for a scene's atmosphere and observer, over elevations of the sun (degrees).
+/// The best `count` wavelengths of the regression fit for a scene's atmosphere and observer, over elevations of the sun
+/// (degrees).
 ///
-/// Best is the least sum of the largest and the mean CIEDE2000 difference over the sky; see [`super::error`]. The errors returned are those
-/// of plans made with the wavelengths, not the search's own estimates.
+/// Best is the least sum of the largest and the mean CIEDE2000 difference over the sky; see [`super::error`]. The
+/// errors returned are those of plans made with the wavelengths, not the search's own estimates.
 ///
 /// # Errors
 ///

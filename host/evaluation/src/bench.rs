@@ -109,8 +109,8 @@ pub struct Bench {
     pub light_fields: Vec<light_field::Measured>,
 }
 
-/// Measures and writes `bench.csv`, `bench.json`, `report.md`, and `pareto` and `light_field` as `.svg` and `.png` into a folder. `quick` measures fewer
-/// suns and smaller images, each once.
+/// Measures and writes `bench.csv`, `bench.json`, `report.md`, and `pareto` and `light_field` as `.svg` and `.png` into
+/// a folder. `quick` measures fewer suns and smaller images, each once.
 ///
 /// # Errors
 ///

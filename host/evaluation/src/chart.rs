@@ -217,7 +217,8 @@ impl Chart {
     }
 }
 
-/// The points of a front that are far enough below the one labelled before to take a label. The default has its ring instead.
+/// The points of a front that are far enough below the one labelled before to take a label. The default has its ring
+/// instead.
 fn labelled<'a>(front: &[&'a Point], range: (f64, f64)) -> Vec<&'a Point> {
     const APART: f64 = 0.045;
     let height = |point: &Point| (point.y / range.0).ln() / (range.1 / range.0).ln();

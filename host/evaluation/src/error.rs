@@ -1,8 +1,9 @@
 //! The error of a plan's colours over the whole sky.
 //!
-//! Colours are compared as XYZ before they are brought into the gamut of the display, which would hide part of an error. A
-//! plan's XYZ comes from the kernels' own functions in single precision, up to and without that last step. The reference is the
-//! observer's 81-sample sum of [`DenseSpectrum`]: every sample integrated, and summed in double precision.
+//! Colours are compared as XYZ before they are brought into the gamut of the display, which would hide part of an
+//! error. A plan's XYZ comes from the kernels' own functions in single precision, up to and without that last step. The
+//! reference is the observer's 81-sample sum of [`DenseSpectrum`]: every sample integrated, and summed in double
+//! precision.
 
 use rayon::prelude::*;
 use sorairo_shared::fit::observer::observe_cubic;
@@ -28,8 +29,8 @@ const AZIMUTHS: [f64; 9] = [0.0, 22.5, 45.0, 67.5, 90.0, 112.5, 135.0, 157.5, 18
 /// The sun's elevations (degrees) over which an error is stated.
 pub const SUNS: [f64; 11] = [-4.0, -2.0, 0.0, 2.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 90.0];
 
-/// The directions of a scene's sky that are compared: 145 above the horizon, and as many below it for an observer above the
-/// ground.
+/// The directions of a scene's sky that are compared: 145 above the horizon, and as many below it for an observer above
+/// the ground.
 pub fn views(scene: &Scene) -> Vec<Vec3> {
     let view = |elevation: f64, azimuth: f64| direction(elevation, scene.sun.azimuth + azimuth).as_vec3();
     let half = |sign: f64| {
@@ -40,7 +41,8 @@ pub fn views(scene: &Scene) -> Vec<Vec3> {
     half(1.0).chain(half(-1.0).filter(|_| below)).collect()
 }
 
-/// A scene's plan for its error: as it stands, except that every pixel is integrated and no time is spent on an exposure.
+/// A scene's plan for its error: as it stands, except that every pixel is integrated and no time is spent on an
+/// exposure.
 ///
 /// # Errors
 ///

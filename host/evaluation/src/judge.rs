@@ -212,7 +212,8 @@ mod tests {
             println!("{nm} nm: {ratio:.3}");
             ratio
         });
-        // Bogumil's are 3 to 6 % above Serdyuchenko's at all of these; five nanometres are 10 to 20 % on the band's flanks.
+        // Bogumil's are 3 to 6 % above Serdyuchenko's at all of these; five nanometres are 10 to 20 % on the band's
+        // flanks.
         assert!(ratios.clone().all(|ratio| (1.02..1.065).contains(&ratio)));
         let shifted = |nm: f64| OZONE_CROSS_SECTION_233K.at(nm) / OzoneCrossSection::At233K.at(nm + 5.0, 233.0);
         assert!(!(44..=77).map(|ten| f64::from(10 * ten + 5)).map(shifted).all(|ratio| (1.02..1.065).contains(&ratio)));
@@ -225,8 +226,8 @@ mod tests {
             scene.atmosphere.air.pressure = pressure;
             for wavelength in [380.0, 440.0, 550.0, 700.0, 780.0] {
                 let (judged, ours) = (coefficients(&scene, wavelength), scene.optics().at(wavelength));
-                // The published fit of the dispersion, by which the product goes, keeps to it within 0.01 %, but is used at 1 µm, beyond its
-                // range, where it is off by 0.05 %.
+                // The published fit of the dispersion, by which the product goes, keeps to it within 0.01 %, but is
+                // used at 1 µm, beyond its range, where it is off by 0.05 %.
                 assert!(
                     (judged.air_scattering / ours.air_scattering - 1.0).abs() < 7e-4,
                     "{preset:?}, {wavelength} nm"

@@ -1,4 +1,5 @@
-//! What the light field of all orders costs, against its error: the degree of its moments, its orders, its sizes, and where the default stands.
+//! What the light field of all orders costs, against its error: the degree of its moments, its orders, its sizes, and
+//! where the default stands.
 
 use serde::Serialize;
 use sorairo::Sky;

@@ -1,7 +1,8 @@
 //! `reproduce --measured`: two scans of a clear sky, beside the sky that sorairo computes for them.
 //!
-//! The scans are of Kider, Knowlton, Newlin, Li and Greenberg 2014, *A framework for the experimental comparison of solar and skydome
-//! illumination*, ACM Transactions on Graphics 33(6), <https://doi.org/10.1145/2661229.2661259>: 81 directions, means over 11.75 nm.
+//! The scans are of Kider, Knowlton, Newlin, Li and Greenberg 2014, *A framework for the experimental comparison of
+//! solar and skydome illumination*, ACM Transactions on Graphics 33(6), <https://doi.org/10.1145/2661229.2661259>: 81
+//! directions, means over 11.75 nm.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -23,7 +24,8 @@ const SCANS: &str = include_str!("../data/measured_sky_2013-05-27.csv");
 /// The last wavelength that is compared (nm): beyond it oxygen and water vapour absorb.
 const LAST: f64 = 720.0;
 
-/// Directions closer to the sun than this (degrees) are left out: there the aerosol's phase function alone is judged, and the instrument's glare.
+/// Directions closer to the sun than this (degrees) are left out: there the aerosol's phase function alone is judged,
+/// and the instrument's glare.
 const NEAREST_TO_SUN: f64 = 15.0;
 
 /// The sun's distance on that day (au); its light above the atmosphere is known for 1 au.
@@ -54,8 +56,8 @@ pub struct Outcome {
     pub compared: usize,
 }
 
-/// Compares the scans with the sky under some atmospheres, and writes `measured.md`, `measured.csv`, `measured.json` and
-/// `measured.png` into a folder.
+/// Compares the scans with the sky under some atmospheres, and writes `measured.md`, `measured.csv`, `measured.json`
+/// and `measured.png` into a folder.
 ///
 /// # Errors
 ///
@@ -85,7 +87,8 @@ type Change = fn(&mut Scene);
 
 /// The atmospheres.
 const ATMOSPHERES: [(&str, Change); 6] = [
-    // The models of the comparison were run under a sun at 1 au (atmosphere.cc of Bruneton 2016, <https://github.com/ebruneton/clear-sky-models>).
+    // The models of the comparison were run under a sun at 1 au (atmosphere.cc of Bruneton 2016,
+    // <https://github.com/ebruneton/clear-sky-models>).
     ("the published comparison", |scene| {
         published(scene);
         scene.sun.distance = 1.0;
@@ -98,9 +101,10 @@ const ATMOSPHERES: [(&str, Change); 6] = [
     }),
     ("the same, its light polarised", of_a_continent),
     ("aerosol chosen for the scans", |scene| {
-        // Nobody measured the aerosol of that day. Single-scattering albedo and asymmetry are those of clean air of the mid-Atlantic coast from 440
-        // to 670 nm (Goddard in Dubovik et al. 2002, DOI 10.1175/1520-0469(2002)059<0590:VOAAOP>2.0.CO;2); optical depth and Ångström exponent are
-        // those that come nearest to the scans.
+        // Nobody measured the aerosol of that day. Single-scattering albedo and asymmetry are those of clean air of the
+        // mid-Atlantic coast from 440 to 670 nm (Goddard in Dubovik et al. 2002, DOI
+        // 10.1175/1520-0469(2002)059<0590:VOAAOP>2.0.CO;2); optical depth and Ångström exponent are those that come
+        // nearest to the scans.
         of_the_day(scene);
         let aerosol = &mut scene.atmosphere.aerosol;
         aerosol.kind = AerosolKind::Plain;
@@ -124,7 +128,8 @@ fn of_a_continent(scene: &mut Scene) {
     scene.atmosphere.aerosol.optical_depth = scene.optical_depth_from(0.07, 550.0);
 }
 
-/// The atmosphere under which the models of the comparison were run: air as it is, no ozone, aerosol .04 λ^-.8 of albedo .8 and asymmetry .7.
+/// The atmosphere under which the models of the comparison were run: air as it is, no ozone, aerosol .04 λ^-.8 of
+/// albedo .8 and asymmetry .7.
 fn published(scene: &mut Scene) {
     *scene = scene.clone().in_closed_form();
     scene.atmosphere.ozone.column = 0.0;
@@ -147,7 +152,8 @@ pub fn compare(change: Change) -> Result<Vec<Comparison>> {
         let mut scene = Scene::preset(Preset::Standard);
         scene.atmosphere.air.spectrum = AirSpectrum::Bodhaine;
         scene.ground.albedo = GroundAlbedo::Grass;
-        // Lines of the sun's spectrum lie within a band: the transfer is smooth, and takes the band's own mean of the sun.
+        // Lines of the sun's spectrum lie within a band: the transfer is smooth, and takes the band's own mean of the
+        // sun.
         scene.sun.spectrum = SunSpectrum::Flat;
         (scene.sun.elevation, scene.sun.azimuth) = (directions[0].sun_elevation, directions[0].sun_azimuth);
         scene.sun.distance = SUN_DISTANCE;
@@ -199,8 +205,8 @@ pub fn outcome(atmosphere: &'static str, comparisons: &[Comparison]) -> Outcome 
     }
 }
 
-/// What a direction of a scan's ring counts in the irradiance: the sine of its elevation times the solid angle of the ring, shared by its
-/// directions.
+/// What a direction of a scan's ring counts in the irradiance: the sine of its elevation times the solid angle of the
+/// ring, shared by its directions.
 fn cosine_weight(elevation: f64) -> f64 {
     const RINGS: [(f64, f64); 5] =
         [(12.115_12, 32.0), (33.748_99, 24.0), (53.366_54, 16.0), (71.918_74, 8.0), (90.0, 1.0)];
@@ -266,8 +272,8 @@ fn csv(rows: &[(&str, Vec<Comparison>)]) -> String {
 }
 
 /// Published models in the same atmosphere under the same sun, as implemented by Bruneton (2016,
-/// <https://github.com/ebruneton/clear-sky-models>), against all fifteen scans of the day over the same range: RMSE divided by the mean, irradiance of
-/// the sky divided by the measured one, ratios about 400, 550 and 700 nm.
+/// <https://github.com/ebruneton/clear-sky-models>), against all fifteen scans of the day over the same range: RMSE
+/// divided by the mean, irradiance of the sky divided by the measured one, ratios about 400, 550 and 700 nm.
 const PUBLISHED: [(&str, f64, f64, [f64; 3]); 6] = [
     ("Nishita 1996, two orders, mended", 0.112, 0.94, [0.92, 0.97, 0.88]),
     ("Bruneton 2008, four orders", 0.119, 1.00, [1.00, 0.99, 0.89]),

@@ -23,8 +23,8 @@ const GREY: f64 = 0.35;
 /// A direction of a sky, and its colour (XYZ).
 type Patch = (DVec3, DVec3);
 
-/// Writes `measured.png`: a row for each scan, as measured and then under each atmosphere; the zenith in the middle, north on top, east on the
-/// left. All are exposed alike. Directions that are not compared stay white.
+/// Writes `measured.png`: a row for each scan, as measured and then under each atmosphere; the zenith in the middle,
+/// north on top, east on the left. All are exposed alike. Directions that are not compared stay white.
 ///
 /// # Errors
 ///

@@ -8,8 +8,8 @@ use sorairo_shared::glam::{DVec2, DVec3};
 /// XYZ of D65 for the 2° observer, relative to Y = 1 (CIE 15:2004, Table 11.3).
 pub const WHITE: DVec3 = DVec3::new(0.950_47, 1.0, 1.088_83);
 
-/// The luminance, of a white of 1, at which two colours are compared: every pixel is brought there, so that dark twilight counts
-/// as much as noon.
+/// The luminance, of a white of 1, at which two colours are compared: every pixel is brought there, so that dark
+/// twilight counts as much as noon.
 const SHOWN_AT: f64 = 0.5;
 
 /// CIE 1976 L*, a*, b* of XYZ relative to [`WHITE`] (CIE 15:2004, 8.2.1.1).

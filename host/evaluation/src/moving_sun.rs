@@ -1,4 +1,5 @@
-//! What a frame costs while the sun moves: its plan, which keeps the light fields of the frames before, and its kernels.
+//! What a frame costs while the sun moves: its plan, which keeps the light fields of the frames before, and its
+//! kernels.
 
 use std::time::{Duration, Instant};
 

@@ -1,7 +1,7 @@
 //! The design of the paper: four radiances leave the GPU, and the CPU solves and sums.
 //!
-//! Written to give that design its best: pixels go through in groups of `LANES` as plain arrays, which the compiler turns
-//! into vector instructions, and rows of groups go to all cores.
+//! Written to give that design its best: pixels go through in groups of `LANES` as plain arrays, which the compiler
+//! turns into vector instructions, and rows of groups go to all cores.
 
 use rayon::prelude::*;
 use sorairo_shared::display::rgb::{RgbSpace, into_gamut};
@@ -16,10 +16,11 @@ const BLOCK: usize = 256 * LANES;
 /// One value for each of the pixels computed side by side.
 type Lane = [f32; LANES];
 
-/// Linear RGB of every pixel from its four radiances by the paper's mathematics (Eqs. 4-8): the cubic through the bands, its sum
-/// over the observer nodes, XYZ→RGB.
+/// Linear RGB of every pixel from its four radiances by the paper's mathematics (Eqs. 4-8): the cubic through the
+/// bands, its sum over the observer nodes, XYZ→RGB.
 ///
-/// `radiance` as a pixel at bands stores it; `wavelengths` and `observer` as [`sorairo_shared::fit::observer::observe_cubic`] takes them.
+/// `radiance` as a pixel at bands stores it; `wavelengths` and `observer` as
+/// [`sorairo_shared::fit::observer::observe_cubic`] takes them.
 pub fn solve(radiance: &[u32], wavelengths: Vec4, observer: &[Vec4], space: &RgbSpace) -> Vec<f32> {
     let rows = [space.red, space.green, space.blue].map(|row| [row.x, row.y, row.z]);
     each_group(radiance, space, |values| {
@@ -39,7 +40,8 @@ pub fn solve(radiance: &[u32], wavelengths: Vec4, observer: &[Vec4], space: &Rgb
     })
 }
 
-/// Linear RGB of every pixel from its four radiances by one 3×4 matrix, into which solve, observer sum and XYZ→RGB are folded.
+/// Linear RGB of every pixel from its four radiances by one 3×4 matrix, into which solve, observer sum and XYZ→RGB are
+/// folded.
 pub fn fold(radiance: &[u32], matrix: [Vec4; 3], space: &RgbSpace) -> Vec<f32> {
     let rows = matrix.map(|row| row.to_array());
     each_group(radiance, space, |values| combine(&rows, values))

@@ -1,5 +1,5 @@
-//! `sorairo reproduce`: the experiment of Takahashi and Dobashi, *Full-spectrum rendering of the sky using GPU*, on the machine
-//! at hand, and the same for the fits that came after it.
+//! `sorairo reproduce`: the experiment of Takahashi and Dobashi, *Full-spectrum rendering of the sky using GPU*, on the
+//! machine at hand, and the same for the fits that came after it.
 
 use std::path::Path;
 use std::time::Duration;
@@ -120,7 +120,8 @@ fn paper(fit: Fit, sun: f64) -> Scene {
     scene
 }
 
-/// The directions of the picture's pixels, from the top left; `None` outside the circle. `every` counts pixels each way.
+/// The directions of the picture's pixels, from the top left; `None` outside the circle. `every` counts pixels each
+/// way.
 fn pixels(plan: &Plan, every: u32) -> Vec<Option<Vec3>> {
     let coordinates = (0..SIDE / every).flat_map(|row| (0..SIDE / every).map(move |column| (column, row)));
     let view = |(column, row)| {
@@ -207,8 +208,8 @@ fn file(sun: f64, name: &str) -> String {
 /// The range of ΔE₀₀ that [`heat`] shows.
 const HEAT: (f64, f64) = (0.001, 10.0);
 
-/// A colour for a difference ΔE₀₀, on a logarithmic scale from black at 0.001 over blue, red and yellow to white at 10: one
-/// colour for each factor of ten.
+/// A colour for a difference ΔE₀₀, on a logarithmic scale from black at 0.001 over blue, red and yellow to white at 10:
+/// one colour for each factor of ten.
 fn heat(delta_e: f64) -> [u8; 3] {
     const STOPS: [[f64; 3]; 5] =
         [[0.0, 0.0, 0.0], [40.0, 50.0, 160.0], [200.0, 40.0, 90.0], [255.0, 180.0, 40.0], [255.0, 255.0, 255.0]];

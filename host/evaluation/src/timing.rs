@@ -20,8 +20,8 @@ pub struct Care {
 }
 
 impl Care {
-    /// For figures. A graphics device that was idle takes some tenths of a second to raise its clock, and until then computes up to six times as
-    /// slowly.
+    /// For figures. A graphics device that was idle takes some tenths of a second to raise its clock, and until then
+    /// computes up to six times as slowly.
     pub const FULL: Self = Self { rounds: 9, warm_up: Duration::from_millis(500) };
 
     /// To see what is measured, and how.
@@ -32,7 +32,8 @@ impl Care {
         if quick { Self::QUICK } else { Self::FULL }
     }
 
-    /// Times jobs in turn, so that whatever else the machine does meets them all alike: some rounds unmeasured, then those that are.
+    /// Times jobs in turn, so that whatever else the machine does meets them all alike: some rounds unmeasured, then
+    /// those that are.
     ///
     /// # Errors
     ///
@@ -122,8 +123,8 @@ pub fn job<'a>(device: &'a Device, plan: &'a Plan, kernel: Kernel) -> Job<'a> {
     Box::new(move || Ok(std::hint::black_box(device.backend.run(plan, kernel)?).kernel))
 }
 
-/// The job of running a plan's kernel on a device and letting go of the pixels as they come back, as an encoder that is never late: to
-/// gather a large image in memory would take time from a device that computes on the same cores.
+/// The job of running a plan's kernel on a device and letting go of the pixels as they come back, as an encoder that is
+/// never late: to gather a large image in memory would take time from a device that computes on the same cores.
 pub fn streamed<'a>(device: &'a Device, plan: &'a Plan, kernel: Kernel) -> Job<'a> {
     let let_go = |_, rows: &[u32]| {
         std::hint::black_box(rows);
@@ -132,8 +133,8 @@ pub fn streamed<'a>(device: &'a Device, plan: &'a Plan, kernel: Kernel) -> Job<'
     Box::new(move || Ok(device.backend.rows(plan, kernel, 0, &mut { let_go })?.kernel))
 }
 
-/// The job done several times in a turn, so that it lasts as long as its rivals and meets as much of what else the machine does; returns
-/// the mean of the times of its kernels.
+/// The job done several times in a turn, so that it lasts as long as its rivals and meets as much of what else the
+/// machine does; returns the mean of the times of its kernels.
 pub fn repeated<'a>(mut job: Job<'a>, times: u32) -> Job<'a> {
     Box::new(move || Ok((0..times).map(|_| job()).sum::<Result<Duration>>()? / times))
 }

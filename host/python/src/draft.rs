@@ -54,7 +54,8 @@ pub fn scene(mut draft: Draft, keys: &Keys) -> Result<ValidScene> {
     draft.validated()
 }
 
-/// A number that was meant to be an end of a range, and missed it by what rounding leaves in a long row of even steps: that end.
+/// A number that was meant to be an end of a range, and missed it by what rounding leaves in a long row of even steps:
+/// that end.
 pub fn meant(value: f64, (low, high): (f64, f64)) -> f64 {
     let slack = |end: f64| 1e-9 * end.abs().max(1.0);
     if (low - slack(low)..=high + slack(high)).contains(&value) { value.clamp(low, high) } else { value }

@@ -26,7 +26,8 @@ pub fn python(error: &Error) -> PyErr {
     }
 }
 
-/// The library's sentence, whose first word, where it is a key or an argument, is named by its parameter; what stands in a file keeps its keys.
+/// The library's sentence, whose first word, where it is a key or an argument, is named by its parameter; what stands
+/// in a file keeps its keys.
 fn sentence(error: &Error) -> String {
     match error {
         Error::InFrame { number, error } => return format!("sun {number}: {}", self::sentence(error)),

@@ -1,7 +1,7 @@
 //! sorairo as a Python package: the part in Rust, under the functions of `python/sorairo`.
 //!
-//! It turns Python's values into those of the library and arrays back, computes without Python's lock, and asks Python from time to time
-//! whether to stop. It owns no physics.
+//! It turns Python's values into those of the library and arrays back, computes without Python's lock, and asks Python
+//! from time to time whether to stop. It owns no physics.
 
 mod device;
 mod draft;

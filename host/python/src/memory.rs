@@ -4,14 +4,17 @@ use std::fs::read_to_string;
 
 use sorairo::{Error, Result};
 
-/// What a computation takes beside its result, whatever is asked (bytes): the light fields that are kept, and the threads.
+/// What a computation takes beside its result, whatever is asked (bytes): the light fields that are kept, and the
+/// threads.
 const BESIDE: usize = 192 << 20;
 
-/// What it takes at most for each wavelength (bytes): where each is integrated, a lookup of light that was scattered more than once, twice while it is
-/// made. Measured: 59 KiB in twilight on the ground, 24 by day, less than 3 by the fit.
+/// What it takes at most for each wavelength (bytes): where each is integrated, a lookup of light that was scattered
+/// more than once, twice while it is made. Measured: 59 KiB in twilight on the ground, 24 by day, less than 3 by the
+/// fit.
 const A_WAVELENGTH: usize = 128 << 10;
 
-/// An array of this shape, empty yet, if there is room for it and for the computation of what it holds: so many bytes beside, at most.
+/// An array of this shape, empty yet, if there is room for it and for the computation of what it holds: so many bytes
+/// beside, at most.
 ///
 /// # Errors
 ///
@@ -34,7 +37,8 @@ pub fn of_wavelengths(count: usize) -> usize {
     count.saturating_mul(A_WAVELENGTH)
 }
 
-/// The memory that the system would still give (bytes), where it tells. It promises more than it has, and ends who takes it.
+/// The memory that the system would still give (bytes), where it tells. It promises more than it has, and ends who
+/// takes it.
 fn free() -> Option<usize> {
     let of_group = read_to_string("/sys/fs/cgroup/memory.max").ok().and_then(|text| text.trim().parse().ok());
     let of_machine = read_to_string("/proc/meminfo").ok().and_then(|text| {

@@ -12,14 +12,15 @@ use crate::memory::{array, of_wavelengths};
 use crate::sky::{Array, ByConstituent, directions, in_order, known, method_of, parts_of, radiance};
 use crate::work::work;
 
-/// What each sky answers: its sun, the radiance in directions and the irradiance of a surface, where they are asked for.
+/// What each sky answers: its sun, the radiance in directions and the irradiance of a surface, where they are asked
+/// for.
 type Answer = ((f64, f64), Vec<f64>, Irradiance<Vec<f64>>);
 
 /// What Python gets: the suns, the others flat, sky after sky, and the first scene as text.
 type Answers<'py> = (Vec<(f64, f64)>, Array<'py, f64>, ByConstituent<Array<'py, f64>>, String);
 
-/// The suns of many skies, the radiance in directions and the irradiance of a surface (tilt and azimuth), which each sky has its own of; what is not
-/// asked for is empty. `suns` holds the keys of each sky beside `keys`.
+/// The suns of many skies, the radiance in directions and the irradiance of a surface (tilt and azimuth), which each
+/// sky has its own of; what is not asked for is empty. `suns` holds the keys of each sky beside `keys`.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "what belongs together is known on Python's side")]
 pub fn sequence<'py>(

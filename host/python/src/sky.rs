@@ -22,7 +22,8 @@ use crate::work::{Stop, work};
 /// Those of all skies of the process: skies of the same air share them.
 static LIGHT_FIELDS: LazyLock<LightFields> = LazyLock::new(LightFields::default);
 
-/// Values that are computed before anyone is asked whether to stop: those of 256 directions at the wavelengths of colour.
+/// Values that are computed before anyone is asked whether to stop: those of 256 directions at the wavelengths of
+/// colour.
 const AT_ONCE: usize = 256 * 81;
 
 /// Pixels that a device computes at once, at most, in rows of any length.
@@ -371,7 +372,8 @@ fn between_rgb(sky: &Sky, directions: &[Direction], distances: &[f64], stop: &St
     Ok([transmittance, radiance])
 }
 
-/// What is found of things that have a value at each of so many wavelengths, between which someone is asked whether to stop.
+/// What is found of things that have a value at each of so many wavelengths, between which someone is asked whether to
+/// stop.
 fn in_chunks<T, U>(
     things: &[T],
     wavelengths: usize,

@@ -16,7 +16,8 @@ use crate::error::python;
 /// How often Python is asked whether to stop.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// How long work may take to stop before it is left to itself: a device does within it, which must not be at work when the process ends.
+/// How long work may take to stop before it is left to itself: a device does within it, which must not be at work when
+/// the process ends.
 const GRACE: Duration = Duration::from_millis(300);
 
 /// Whether work is to stop.
@@ -30,8 +31,9 @@ impl Stop {
     }
 }
 
-/// Does work on a thread of its own without Python's lock, while this one listens for signals. A signal's exception is raised when the work
-/// has stopped, and after [`GRACE`] all the same; the work then ends by itself where it next asks whether to stop, and what it found is dropped.
+/// Does work on a thread of its own without Python's lock, while this one listens for signals. A signal's exception is
+/// raised when the work has stopped, and after [`GRACE`] all the same; the work then ends by itself where it next asks
+/// whether to stop, and what it found is dropped.
 pub fn work<T: Send + 'static>(py: Python<'_>, work: impl FnOnce(&Stop) -> Result<T> + Send + 'static) -> PyResult<T> {
     refuse_forked()?;
     let stop = Arc::new(Stop::default());
@@ -62,8 +64,8 @@ pub fn work<T: Send + 'static>(py: Python<'_>, work: impl FnOnce(&Stop) -> Resul
     })
 }
 
-/// Refuses a process that was forked from one that has computed: threads and devices stay behind in the other, and work would wait for
-/// them for ever.
+/// Refuses a process that was forked from one that has computed: threads and devices stay behind in the other, and work
+/// would wait for them for ever.
 fn refuse_forked() -> PyResult<()> {
     static COMPUTES: OnceLock<u32> = OnceLock::new();
     let process = std::process::id();

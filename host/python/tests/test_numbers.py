@@ -149,7 +149,8 @@ def test_totals_are_those_of_the_command(report):
     said = report("--preset=earth", "--sun-elevation=12")
     sky = sorairo.Sky("earth", sun_elevation=12)
     fallen = {name: np.trapezoid(part, WAVELENGTHS) for name, part in sky.irradiance(WAVELENGTHS).items()}
-    # Sums take the mean of the sun over each 5 nm, spectra what it is at the wavelength: the lines between are half a per cent.
+    # Sums take the mean of the sun over each 5 nm, spectra what it is at the wavelength: the lines between are half a
+    # per cent.
     assert fallen["diffuse"] == pytest.approx(said["irradiance_w_m2"], rel=0.01)
     assert fallen["direct"] == pytest.approx(said["direct_irradiance_w_m2"], rel=0.01)
     assert fallen["ground"] == 0
@@ -219,7 +220,8 @@ def test_the_equivalent_of_daylight_is_daylight_itself(daylight):
     lux, found = sky.illuminance()["direct"], sky.alpha_opic()
     assert list(found) == list(OF_D65)
     for name, efficacy in OF_D65.items():
-        # Half a unit of the standard's last digit is 6e-5 of the smallest; sums by 5 nm in the place of 1 leave 1e-4 of the lux.
+        # Half a unit of the standard's last digit is 6e-5 of the smallest; sums by 5 nm in the place of 1 leave 1e-4 of
+        # the lux.
         assert found[name].irradiance["direct"] / lux == pytest.approx(efficacy / 1000, rel=3e-4), name
         assert found[name].edi["direct"] == pytest.approx(lux, rel=3e-4), name
 
@@ -230,7 +232,8 @@ def test_alpha_opic_irradiance_is_the_sum_with_the_action_spectrum():
     at = np.arange(380, 781)
     rods = colour.colorimetry.SDS_LEFS_SCOTOPIC["CIE 1951 Scotopic Standard Observer"].copy().align(colour.SpectralShape(380, 780, 1)).values
     for name, part in sky.irradiance(at, 90, 180).items():
-        # The rods' action spectrum is that of scotopic vision, which colour-science has from elsewhere. What differs is the order of the sum.
+        # The rods' action spectrum is that of scotopic vision, which colour-science has from elsewhere. What differs is
+        # the order of the sum.
         assert found["rhodopic"].irradiance[name] == pytest.approx(part @ rods, rel=1e-9)
         assert found["rhodopic"].edi[name] == pytest.approx(found["rhodopic"].irradiance[name] / 1.4497e-3, rel=1e-12)
 

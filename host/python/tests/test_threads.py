@@ -104,7 +104,8 @@ os.waitpid(child, 0)
 
 
 def is_begun(folder):
-    """Whether a file is being written; one by which the folder is tried stays empty, and may go while it is looked at."""
+    """Whether a file is being written; one by which the folder is tried stays empty, and may go while it is looked
+    at."""
     try:
         return any(file.stat().st_size for file in folder.iterdir())
     except FileNotFoundError:

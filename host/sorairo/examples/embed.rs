@@ -1,5 +1,6 @@
-//! A sky in a program's own device: a sun that sinks, drawn frame by frame into a texture that a window shows, and never read back;
-//! or into files, without a window: `cargo run --release --package sorairo --example embed -- --frames 60 --out frames`.
+//! A sky in a program's own device: a sun that sinks, drawn frame by frame into a texture that a window shows, and
+//! never read back; or into files, without a window:
+//! `cargo run --release --package sorairo --example embed -- --frames 60 --out frames`.
 use sorairo::files::png;
 use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Size};
 use sorairo::wgpu::CurrentSurfaceTexture::Success;

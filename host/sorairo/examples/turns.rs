@@ -1,12 +1,13 @@
-//! Times the CPU in turn with another program: for each line of standard input, `table` or `direct`, computes the image that it names once more, by the
-//! sky lookup or by the integral at every pixel, and prints the milliseconds that its kernels took.
+//! Times the CPU in turn with another program: for each line of standard input, `table` or `direct`, computes the image
+//! that it names once more, by the sky lookup or by the integral at every pixel, and prints the milliseconds that its
+//! kernels took.
 //!
 //! ```sh
 //! yes table | head -9 | cargo run --release --package sorairo --example turns -- 1920x960
 //! ```
 //!
-//! The sky is the preset `standard` in light of all orders over black ground, of which the upper half of the image is seen. `tests/python/beside_sunsky.py`
-//! drives it.
+//! The sky is the preset `standard` in light of all orders over black ground, of which the upper half of the image is
+//! seen. `tests/python/beside_sunsky.py` drives it.
 
 use std::io::BufRead;
 

@@ -1,20 +1,21 @@
-//! The ways in which a request can end badly.
+//! Errors.
 
 use std::fmt;
 use std::path::PathBuf;
 
 use crate::input::shown;
 
-/// Why a request was not carried out. Each message is one sentence that names what, where, and what is allowed.
+/// The reason why a request failed. Each message is one sentence with the key or file, the value, and the allowed
+/// range.
 ///
-/// A `key` is a key of a scene file, such as `sun.elevation`, or else the name of an argument, such as `wavelengths`.
+/// A `key` is a key of a scene file, such as `sun.elevation`, or the name of an argument, such as `wavelengths`.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A number lies outside its range, both ends of which are allowed.
+    /// A number is outside its range. Both ends of the range are allowed.
     #[error("{key} is {}; it must lie between {} and {}{}", shown(*value), shown(*low), shown(*high), spaced(unit))]
     OutOfRange {
-        /// What is out of its range.
+        /// The key.
         key: &'static str,
         /// Its value.
         value: f64,
@@ -22,13 +23,13 @@ pub enum Error {
         low: f64,
         /// The largest that is allowed.
         high: f64,
-        /// The unit of all three; empty where they have none.
+        /// The unit of all three; empty if they have none.
         unit: &'static str,
     },
-    /// A value breaks another rule, or does not go with other values.
+    /// A value violates another rule, or conflicts with other values.
     #[error("{key} {complaint}")]
     NotAllowed {
-        /// What is not allowed.
+        /// The key.
         key: &'static str,
         /// The value and what is allowed, to be read after the key.
         complaint: String,
@@ -38,18 +39,18 @@ pub enum Error {
     UnknownKey {
         /// The name.
         name: String,
-        /// The key that may have been meant, or those that there are.
+        /// The key that was probably meant, or the available ones.
         hint: String,
     },
-    /// A text is not TOML, or a value of it is not of its key's kind.
+    /// A text is not valid TOML, or a value has the wrong type for its key.
     #[error("{0}")]
     Text(String),
-    /// What is wrong stands at a place in a scene file.
+    /// An error at a position in a scene file.
     #[error("{place}: {error}")]
     InFile {
-        /// The place.
+        /// The position.
         place: PlaceInFile,
-        /// What is wrong there.
+        /// The error.
         error: Box<Error>,
     },
     /// A scene file cannot be read.
@@ -60,12 +61,12 @@ pub enum Error {
         /// What follows its name.
         reason: String,
     },
-    /// The name of a file says nothing that can be written.
+    /// A file name selects no format that can be written.
     #[error("{}: {complaint}", path.display())]
     FileName {
         /// The name.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The error.
         complaint: String,
     },
     /// Two files of one request have the same name.
@@ -73,28 +74,29 @@ pub enum Error {
     SharedFile {
         /// The name.
         path: PathBuf,
-        /// How it is there twice.
+        /// The two uses of the name.
         how: &'static str,
     },
-    /// There is a file already that must not be replaced.
+    /// A file exists that must not be replaced.
     #[error("{} exists; choose another name, or move it away", path.display())]
     FileExists {
         /// Its name.
         path: PathBuf,
     },
-    /// There is a file already that this program did not write, or that has changed since, and nobody asked for its name.
+    /// A file exists that this program did not write, or that has changed since, and its name was not requested
+    /// explicitly.
     #[error("{} exists, and this program did not write it as it stands; choose another name, or move it away", path.display())]
     ForeignFile {
         /// Its name.
         path: PathBuf,
     },
-    /// Something is asked of spectral files, and no file is one.
+    /// A request concerns spectral files, but no file is spectral.
     #[error("{key} needs a spectral file: NAME.spectral.exr, NAME.hsr, or NAME.exr where every EXR file is spectral")]
     NoSpectralFile {
-        /// What is asked.
+        /// The request.
         key: &'static str,
     },
-    /// The sun's place in the sky is not known at a time.
+    /// The position of the sun is unknown at a time.
     #[error("the sun cannot be placed at {time}: {reason}")]
     UnknownMoment {
         /// The time.
@@ -102,7 +104,7 @@ pub enum Error {
         /// Why not.
         reason: String,
     },
-    /// A file cannot be written there; found before any work.
+    /// A file cannot be written; found before any work.
     #[error("{} cannot be written: {reason}", path.display())]
     NotWritable {
         /// The file.
@@ -110,9 +112,9 @@ pub enum Error {
         /// Why not.
         reason: String,
     },
-    /// A disk has no room for a file; found before any work.
+    /// A disk has no space for a file; found before any work.
     #[error(
-        "{}: an image of {size} pixels (camera.size) takes at least {:.1} GiB, and {:.1} GiB are free there",
+        "{}: an image of {size} pixels (camera.size) takes at least {:.1} GiB, but only {:.1} GiB are free there",
         path.display(), gib(*least), gib(*free)
     )]
     NoRoom {
@@ -120,32 +122,32 @@ pub enum Error {
         path: PathBuf,
         /// Width and height of its image.
         size: String,
-        /// The fewest bytes that it takes.
+        /// The smallest size of the file (bytes).
         least: u64,
-        /// The bytes that are free.
+        /// The free space (bytes).
         free: u64,
     },
     /// No device has this name.
     #[error("{choice:?} is not a device of this machine; allowed: {}", names.join(", "))]
     NoSuchDevice {
-        /// What was asked for.
+        /// The requested name.
         choice: String,
-        /// What may be asked for.
+        /// The available names.
         names: Vec<String>,
     },
-    /// A device failed; another one may carry the request out.
+    /// A device failed; the request may succeed on another one.
     #[error("{0}")]
     Device(String),
-    /// A program's own buffer or texture cannot take an image.
+    /// A buffer or texture of the program is unsuitable for an image.
     #[error("the target {0}")]
     Target(String),
-    /// The caller asked to stop.
+    /// The caller cancelled the request.
     #[error("stopped on request")]
     Stopped,
     /// An image does not fit into memory.
     #[error("{0}")]
     Memory(String),
-    /// The system lets the process have no further thread.
+    /// The system refuses to start another thread.
     #[error("no thread can be started: {0}")]
     Thread(std::io::Error),
     /// A file could not be written.
@@ -166,7 +168,7 @@ pub enum Error {
     },
 }
 
-/// A place in a scene file.
+/// A position in a scene file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PlaceInFile {
@@ -188,12 +190,12 @@ impl fmt::Display for PlaceInFile {
 }
 
 impl Error {
-    /// A value that breaks a rule.
+    /// An error for a value that violates a rule.
     pub fn not_allowed(key: &'static str, complaint: impl Into<String>) -> Self {
         Self::NotAllowed { key, complaint: complaint.into() }
     }
 
-    /// Whether the request was right, and could not be carried out all the same.
+    /// Whether a valid request failed.
     pub fn is_failure(&self) -> bool {
         match self {
             Self::Device(_) | Self::Memory(_) | Self::Stopped | Self::Thread(_) | Self::Write { .. } => true,
@@ -203,7 +205,7 @@ impl Error {
     }
 }
 
-/// Checks that a number lies in its range; NaN lies in none.
+/// Checks that a number is in its range; NaN never is.
 ///
 /// # Errors
 ///
@@ -236,5 +238,5 @@ fn gib(bytes: u64) -> f64 {
     bytes as f64 / f64::from(1 << 30)
 }
 
-/// The result of anything that can end in an [`enum@Error`].
+/// A result with an [`enum@Error`].
 pub type Result<T> = std::result::Result<T, Error>;

@@ -16,8 +16,8 @@ use crate::plan::{Plan, Sky};
 use crate::scene::{CameraScene, Scene};
 
 impl Sky {
-    /// The image that a camera sees of the sky, in linear RGB of its space. A picture of 8 bits and an image of spectra
-    /// are pixels of a [`Plan`], by [`Device::pixels`].
+    /// A camera's image of the sky, in linear RGB of its space. For pictures of 8 bits and for spectral images use
+    /// [`Device::pixels`] of a [`Plan`].
     ///
     /// # Errors
     ///
@@ -47,10 +47,10 @@ pub struct Image {
     pub width: u32,
     /// Height (pixels).
     pub height: u32,
-    /// Three values a pixel, row by row from the top: radiance weighted by the observer (W·m⁻²·sr⁻¹), in the space of
+    /// Three values per pixel, row by row from the top: radiance weighted by the observer (W·m⁻²·sr⁻¹), in the space of
     /// the sky.
     pub rgb: Vec<f32>,
-    /// Exposure of a picture of it (stops): the scene's own, or what the meter found.
+    /// Exposure of a picture of it (stops): that of the scene, or the result of the meter.
     pub exposure: f32,
     /// What was rendered.
     pub scene: Scene,
@@ -71,17 +71,17 @@ impl Image {
         [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
     }
 
-    /// What red, green and blue of its space count in the luminance Y.
+    /// The weights of red, green and blue of its space in the luminance Y.
     pub fn luminance_weights(&self) -> [f64; 3] {
         self.space.luminance.to_array()
     }
 
-    /// Writes the image as what the file name says: a picture (`.png`) or linear RGB (`.exr`, `.hdr`). The file takes
-    /// its place when it is whole.
+    /// Writes the image in the format of the file name: a picture (`.png`) or linear RGB (`.exr`, `.hdr`). The file
+    /// appears under its name once it is complete.
     ///
     /// # Errors
     ///
-    /// [`Error::FileName`] for another file name, [`Error::NotAllowed`] for a picture of a display with more colours
+    /// [`Error::FileName`] for another extension, [`Error::NotAllowed`] for a picture of a display with a larger gamut
     /// than the scene's space of linear RGB, [`Error::Write`] if the file cannot be written.
     #[cfg(feature = "files")]
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {

@@ -1,4 +1,4 @@
-//! What a person gives, read up to a bound, so that a wrong file name costs neither time nor memory; and shown again.
+//! User input, read up to a size limit so that a wrong file name costs neither time nor memory, and its formatting.
 
 use std::fs::File;
 use std::io::Read;
@@ -15,7 +15,8 @@ pub const LARGEST_TABLE: u64 = 4 << 20;
 ///
 /// # Errors
 ///
-/// What is wrong, in words that follow the file's name: `cannot be read: ...`, `is larger than ...`, `is not UTF-8 text`.
+/// What is wrong, in words that follow the file's name: `cannot be read: ...`, `is larger than ...`,
+/// `is not UTF-8 text`.
 pub fn read_text(path: &Path, largest: u64) -> Result<String, String> {
     let unreadable = |error: std::io::Error| format!("cannot be read: {error}");
     let file = File::open(path).map_err(unreadable)?;
@@ -42,7 +43,7 @@ pub fn without_mark(text: &str) -> &str {
     text.strip_prefix('\u{feff}').unwrap_or(text)
 }
 
-/// A number as a person writes it, with an exponent where it would be long.
+/// A number in its shortest readable form, with an exponent if it would be long.
 pub fn shown(number: f64) -> String {
     if number == 0.0 || (1e-9..1e12).contains(&number.abs()) { number.to_string() } else { format!("{number:e}") }
 }

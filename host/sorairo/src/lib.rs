@@ -51,9 +51,9 @@
 //! the enums of a scene's spectra and fits ([`scene::SunSpectrum`] and its like, [`scene::Fit`]): a program that
 //! computes the same sky by other means must not overlook one.
 //!
-//! **Features** on by default: `vulkan`, `metal`, `dx12` and `webgpu` (graphics interfaces, where the platform has them),
-//! `cpu` (the CPU as a device), `encoding` (PNG and OpenEXR as bytes), `files` (as files), `scene-files` (TOML). `gpu`
-//! alone is for a program that chooses the interfaces of its own wgpu.
+//! **Features** on by default: `vulkan`, `metal`, `dx12` and `webgpu` (graphics interfaces, where the platform has
+//! them), `cpu` (the CPU as a device), `encoding` (PNG and OpenEXR as bytes), `files` (as files), `scene-files` (TOML).
+//! `gpu` alone is for a program that chooses the interfaces of its own wgpu.
 //!
 //! `lanes`, off by default, speeds up the CPU where it integrates every pixel. It switches glam to scalar maths
 //! (`scalar-math`) in the whole program, which is the program's choice.

@@ -1,4 +1,4 @@
-//! The rows of a table (CSV): the one reader of whatever table a person gives.
+//! The rows of a table (CSV): the only reader of user tables.
 
 use std::path::Path;
 
@@ -21,7 +21,8 @@ pub struct Row {
 }
 
 impl Row {
-    /// A complaint about the row, with its line. Where something else than commas parts the cells, that is what is wrong.
+    /// A complaint about the row, with its line. Where something else than commas parts the cells, that is what is
+    /// wrong.
     pub fn wrong(&self, complaint: &str) -> String {
         match self.parted_by() {
             Some(marks) => {
@@ -55,8 +56,8 @@ pub fn read(path: &Path, largest: u64) -> Result<String, String> {
     input::read_text(path, largest)
 }
 
-/// The rows of a text that hold something. Cells are parted by commas and may be quoted; a byte order mark may come first, and lines may end as on
-/// any system. A line that begins with `#` is a comment.
+/// The rows of a text that hold something. Cells are parted by commas and may be quoted; a byte order mark may come
+/// first, and lines may end as on any system. A line that begins with `#` is a comment.
 ///
 /// # Errors
 ///
@@ -88,8 +89,8 @@ fn row(line: u64, text: &str) -> Result<Row, String> {
     }
 }
 
-/// The cells of a line. A cell that begins with a quote ends with one: commas between them part no cells, and two quotes
-/// stand for one.
+/// The cells of a line. A cell that begins with a quote ends with one: commas between them part no cells, and two
+/// quotes stand for one.
 fn cells(line: &str) -> Vec<String> {
     let (mut cells, mut cell, mut is_quoted) = (Vec::new(), String::new(), false);
     let mut marks = line.chars().peekable();

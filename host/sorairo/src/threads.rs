@@ -1,4 +1,4 @@
-//! The threads on which all computing is done.
+//! The threads for all computation.
 
 use std::error::Error as _;
 use std::io;
@@ -7,8 +7,8 @@ use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::error::{Error, Result};
 
-/// Starts them, one for each core, if they are not there yet. Otherwise they are started by the first computation, which panics where the system
-/// lets the process have none.
+/// Starts one thread per core, unless they are running. Without this call the first computation starts them, and panics
+/// if the system refuses.
 ///
 /// # Errors
 ///

@@ -1,28 +1,28 @@
-//! Values that are one of some words, each with a sentence: the name and the doc comment of a variant.
+//! Values with names, each with a description: the name and the doc comment of a variant.
 
 use std::str::FromStr;
 
 use strum::{EnumMessage, IntoEnumIterator};
 
-/// A type whose values are words, but for variants that strum leaves out.
+/// A type whose values have names, except variants that strum skips.
 pub trait Words: IntoEnumIterator + EnumMessage + FromStr + Into<&'static str> {}
 
 impl<T: IntoEnumIterator + EnumMessage + FromStr + Into<&'static str>> Words for T {}
 
-/// A word that a key may be.
+/// A name that a key accepts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Word {
     /// The word.
     pub name: &'static str,
-    /// Another name that is read as this word; none of most words.
+    /// An alias of the name, if any.
     pub alias: Option<&'static str>,
-    /// What it means, without a full stop.
+    /// Its description, without a full stop.
     pub sentence: &'static str,
 }
 
 impl Word {
-    /// Whether a text is the word or its other name, in whatever case of letters.
+    /// Whether a text is the name or its alias, ignoring case.
     pub fn is(&self, text: &str) -> bool {
         [Some(self.name), self.alias].into_iter().flatten().any(|name| name.eq_ignore_ascii_case(text))
     }

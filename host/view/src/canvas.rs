@@ -116,7 +116,8 @@ impl Texture {
     }
 }
 
-/// Takes texels to the screen as they are. egui's own way filters each of them, which takes a driver in software longer than to compute the sky.
+/// Takes texels to the screen as they are. egui's own way filters each of them, which takes a driver in software longer
+/// than to compute the sky.
 struct Screen {
     pipeline: wgpu::RenderPipeline,
 }

@@ -45,12 +45,13 @@ pub enum Error {
 /// The result of anything that can end in an [`enum@Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// Opens the window on a device that `open_device` opens, and returns when it is closed: the skies that were counted, if any were to be. A graphics device draws the sky where the window shows it.
+/// Opens the window on a device that `open_device` opens, and returns when it is closed: the skies that were counted,
+/// if any were to be. A graphics device draws the sky where the window shows it.
 ///
 /// # Errors
 ///
-/// [`Error::Sky`] for a wrong scene, device or file name, or a file that cannot be written; [`Error::NoWindow`] if there is no
-/// display or no window can be opened; for a screenshot, also what keeps the sky from being shown.
+/// [`Error::Sky`] for a wrong scene, device or file name, or a file that cannot be written; [`Error::NoWindow`] if
+/// there is no display or no window can be opened; for a screenshot, also what keeps the sky from being shown.
 pub fn open(options: Options<'_>, open_device: impl FnOnce() -> sorairo::Result<Device>) -> Result<Option<Counted>> {
     if let Some(path) = options.screenshot {
         check_picture(path)?;

@@ -15,7 +15,8 @@ pub struct Options<'a> {
     pub point: Option<[f64; 2]>,
     /// The file that takes the window's content once all of it is shown; then the window closes.
     pub screenshot: Option<&'a Path>,
-    /// So many skies of 960x540 points, where a perspective fills them, are shown while the sun moves; then the window closes.
+    /// So many skies of 960x540 points, where a perspective fills them, are shown while the sun moves; then the window
+    /// closes.
     pub frames: Option<u32>,
 }
 

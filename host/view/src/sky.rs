@@ -72,8 +72,8 @@ pub struct PointSpectrum {
     pub sky: Sky,
 }
 
-/// The direction that a point of a plan's image shows: fractions of its width and height from the top left. None where the
-/// projection covers nothing.
+/// The direction that a point of a plan's image shows: fractions of its width and height from the top left. None where
+/// the projection covers nothing.
 pub fn direction_at(plan: &Plan, point: [f64; 2]) -> Option<Direction> {
     let pixel = |fraction: f64, side: u32| ((fraction * f64::from(side)) as u32).min(side - 1);
     let [column, row] = [pixel(point[0], plan.width()), pixel(point[1], plan.height())];

@@ -38,8 +38,8 @@ const NARROWEST: f64 = 1.0;
 /// How far the sun moves between skies that are counted (degrees).
 const FRAME_STEP: f64 = 0.05;
 
-/// The colour of the room that the sky leaves. It is drawn beside the sky and not beneath it, and panels are what the window is cleared to: a driver in
-/// software takes as long to paint them as to compute the sky.
+/// The colour of the room that the sky leaves. It is drawn beside the sky and not beneath it, and panels are what the
+/// window is cleared to: a driver in software takes as long to paint them as to compute the sky.
 const AROUND_THE_SKY: Color32 = Color32::from_gray(12);
 
 const CONTROLS_WIDTH: f32 = 300.0;

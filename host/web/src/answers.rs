@@ -122,7 +122,8 @@ pub fn direction(toml: &str, column: u32, row: u32) -> Result<String> {
 /// The wavelength (nm) whose polarisation is told.
 const POLARISED_AT: f64 = 550.0;
 
-/// The spectrum in a direction (degrees), by the fit, as `sorairo spectrum` prints it, beside that of the sun, and how it looks.
+/// The spectrum in a direction (degrees), by the fit, as `sorairo spectrum` prints it, beside that of the sun, and how
+/// it looks.
 ///
 /// # Errors
 ///
@@ -167,8 +168,8 @@ pub fn errors_scale() -> String {
     json!({ "sentence": sentence, "steps": STEPS.iter().map(step).collect::<Vec<_>>() }).to_string()
 }
 
-/// How far a picture by a fit lies from that of the dense integral, pixel by pixel: red, green, blue and opacity, in the colours of
-/// [`errors_scale`].
+/// How far a picture by a fit lies from that of the dense integral, pixel by pixel: red, green, blue and opacity, in
+/// the colours of [`errors_scale`].
 ///
 /// # Errors
 ///

@@ -171,7 +171,8 @@ impl Gpu {
         Ok(bitmap)
     }
 
-    /// Waits until the device has done what was submitted, or is lost: one that was given up does not say that it is done.
+    /// Waits until the device has done what was submitted, or is lost: one that was given up does not say that it is
+    /// done.
     async fn done(&self) {
         let done = kept(|keep| self.queue.on_submitted_work_done(keep));
         // Neither is ever refused.

@@ -1,4 +1,5 @@
-//! The skies that were planned last: most questions after a first one are of the same sky with another camera, or of the one beside it.
+//! The skies that were planned last: most questions after a first one are of the same sky with another camera, or of
+//! the one beside it.
 
 use std::cell::RefCell;
 

@@ -20,7 +20,8 @@ pub struct Studio {
     draws: Draws,
 }
 
-/// Whether WebGPU draws for a canvas of the page: some browsers have a device that computes, yet is lost where its first picture goes into a canvas.
+/// Whether WebGPU draws for a canvas of the page: some browsers have a device that computes, yet is lost where its
+/// first picture goes into a canvas.
 #[derive(Clone, Copy, PartialEq)]
 enum Draws {
     Untried,
@@ -95,7 +96,8 @@ impl Studio {
         Ok(words.into_iter().flat_map(u32::to_le_bytes).collect())
     }
 
-    /// The picture of a scene for a canvas: the pixels of [`Studio::picture`], which stay on the device where WebGPU draws them.
+    /// The picture of a scene for a canvas: the pixels of [`Studio::picture`], which stay on the device where WebGPU
+    /// draws them.
     ///
     /// # Errors
     ///

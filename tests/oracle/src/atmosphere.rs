@@ -71,9 +71,10 @@ impl Atmosphere {
     /// What it does to light of a wavelength (nm).
     ///
     /// * Air scatters by its law.
-    /// * The extinction of aerosol goes as λ^−α (Ångström 1929, *On the atmospheric transmission of sun radiation and on dust in the air*).
-    /// * Absorption is number density times cross-section. A tent of a base b holds a column N with N = n b / 2, so that its
-    ///   peak n is 2 N / b.
+    /// * The extinction of aerosol goes as λ^−α (Ångström 1929, *On the atmospheric transmission of sun radiation and
+    ///   on dust in the air*).
+    /// * Absorption is number density times cross-section. A tent of a base b holds a column N with N = n b / 2, so
+    ///   that its peak n is 2 N / b.
     pub fn coefficients(&self, wavelength_nm: f64) -> Coefficients {
         let to_1_um = 1000.0 / wavelength_nm;
         let extinction_at_1_um = self.aerosol_optical_depth_at_1_um / self.aerosol_scale_height_km;
@@ -101,7 +102,8 @@ impl Atmosphere {
         }
     }
 
-    /// Number density where ozone is densest, molecules per m² and km of height. Without a column the tent may be a line.
+    /// Number density where ozone is densest, molecules per m² and km of height. Without a column the tent may be a
+    /// line.
     fn ozone_molecules_per_m2_km(&self) -> f64 {
         if self.ozone_column_du == 0.0 {
             return 0.0;

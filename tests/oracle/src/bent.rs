@@ -1,8 +1,9 @@
 //! Light scattered once in air of any profile, with sunlight that the air bends: by marching, in place of any formula.
 //!
 //! A ray of light follows `d/ds (n dr/ds) = ∇n` (Born and Wolf, *Principles of Optics*, 3.2), here in the plane through
-//! the planet's centre, by the classical Runge-Kutta steps. The sun is found by shooting rays out of a place until one leaves in the sun's direction; how much bending
-//! weakens the beam is told by a second ray beside it. The view ray is straight.
+//! the planet's centre, by the classical Runge-Kutta steps. The sun is found by shooting rays out of a place until one
+//! leaves in the sun's direction; how much bending weakens the beam is told by a second ray beside it. The view ray is
+//! straight.
 
 use crate::line::dot;
 use crate::medium::{CONSTITUENTS, Coefficients};
@@ -87,7 +88,8 @@ impl Profile<'_> {
         }
     }
 
-    /// The beam to an altitude (km) from a sun whose zenith angle without air is known (radians); none from one below the horizon.
+    /// The beam to an altitude (km) from a sun whose zenith angle without air is known (radians); none from one below
+    /// the horizon.
     pub fn beam(&self, altitude: f64, sun: f64) -> Option<Beam> {
         /// Light bends by less than this (radians).
         const MOST: f64 = 0.05;

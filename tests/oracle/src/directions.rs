@@ -74,8 +74,8 @@ pub(crate) fn air_angle(depolarisation: f64, rng: &mut ChaCha8Rng) -> f64 {
     }
 }
 
-/// A cosine of the distribution of [`crate::aerosol_phase`]: one of Henyey and Greenstein's (1941, DOI 10.1086/144246), by inversion,
-/// kept with the probability (1 + ν²) / 2, by which the two differ.
+/// A cosine of the distribution of [`crate::aerosol_phase`]: one of Henyey and Greenstein's (1941, DOI 10.1086/144246),
+/// by inversion, kept with the probability (1 + ν²) / 2, by which the two differ.
 pub(crate) fn aerosol_angle(asymmetry: f64, rng: &mut ChaCha8Rng) -> f64 {
     let g = asymmetry;
     loop {

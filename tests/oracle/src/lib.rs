@@ -2,8 +2,8 @@
 //!
 //! It depends on no crate of ours, and shares no code, no table, no constant and no quadrature with what it judges:
 //!
-//! * [`Atmosphere`] says what a sky is made of, in the numbers that people publish; its coefficients at a wavelength are
-//!   computed here, from the judge's own constants.
+//! * [`Atmosphere`] says what a sky is made of, in the numbers that people publish; its coefficients at a wavelength
+//!   are computed here, from the judge's own constants.
 //! * [`scattered_radiance`] is light that was scattered once, by quadrature to 1e-8.
 //! * [`Profile::scattered_once`] is the same in air of any profile, with sunlight that the air bends.
 //! * [`radiance_of_all_orders`] is all the light, by a Monte Carlo that has no bias and states its error.

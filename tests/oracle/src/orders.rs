@@ -1,12 +1,14 @@
 //! Light of all orders of scattering: a backward Monte Carlo.
 //!
-//! A path starts at the eye and goes the way that light came: to a collision with air or aerosol, or to the ground; from
-//! there in a direction drawn from the phase function; and so on until it leaves the atmosphere. Absorption is a weight, faint
-//! paths end by Russian roulette, and nothing is cut off: the mean over paths is the solution of the transfer equation.
+//! A path starts at the eye and goes the way that light came: to a collision with air or aerosol, or to the ground;
+//! from there in a direction drawn from the phase function; and so on until it leaves the atmosphere. Absorption is a
+//! weight, faint paths end by Russian roulette, and nothing is cut off: the mean over paths is the solution of the
+//! transfer equation.
 //!
-//! Sunlight enters at every turn of a path, as what is scattered once on the way ahead: at one place on it, drawn from where it is
-//! bright, and at the ground at its end. The first collision is forced, and lies in even parts of the view. Where the sun has
-//! set, half of the directions are drawn from those in which it is still bright. None of this changes the mean.
+//! Sunlight enters at every turn of a path, as what is scattered once on the way ahead: at one place on it, drawn from
+//! where it is bright, and at the ground at its end. The first collision is forced, and lies in even parts of the view.
+//! Where the sun has set, half of the directions are drawn from those in which it is still bright. None of this changes
+//! the mean.
 
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
@@ -47,16 +49,16 @@ pub struct Paths {
     pub seed: u64,
 }
 
-/// Radiance of all orders for a solar irradiance of 1 at the top of the atmosphere, sr⁻¹: the first by quadrature, the others
-/// by paths.
+/// Radiance of all orders for a solar irradiance of 1 at the top of the atmosphere, sr⁻¹: the first by quadrature, the
+/// others by paths.
 pub fn radiance_of_all_orders(medium: &Medium, band: &Coefficients, ray: &Ray, paths: Paths) -> Estimate {
     let once = scattered_radiance(medium, band, ray) + sunlit_ground_radiance(medium, band, ray);
     let more = radiance_of_orders(medium, band, ray, 2..=u32::MAX, paths);
     Estimate { mean: once + more.mean, ..more }
 }
 
-/// Radiance of the sunlit ground, seen through the air, for a solar irradiance of 1 at the top of the atmosphere, sr⁻¹: what
-/// order 1 has beside [`scattered_radiance`].
+/// Radiance of the sunlit ground, seen through the air, for a solar irradiance of 1 at the top of the atmosphere, sr⁻¹:
+/// what order 1 has beside [`scattered_radiance`].
 pub fn sunlit_ground_radiance(medium: &Medium, band: &Coefficients, ray: &Ray) -> f64 {
     let shells = Shells::new(medium, band, ray.sun);
     let view = entered(medium, ray).map(|start| Way::new(&shells, start, ray.view));

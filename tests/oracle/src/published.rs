@@ -4,15 +4,15 @@ use std::borrow::Cow;
 
 use crate::spectrum::Spectrum;
 
-/// One Dobson unit (molecules per m²): 10 µm of gas at 0 °C and one standard atmosphere, to the four digits in which ozone
-/// columns are commonly converted (the IUPAC Gold Book, *Dobson unit in atmospheric chemistry*, gives three).
+/// One Dobson unit (molecules per m²): 10 µm of gas at 0 °C and one standard atmosphere, to the four digits in which
+/// ozone columns are commonly converted (the IUPAC Gold Book, *Dobson unit in atmospheric chemistry*, gives three).
 ///
 /// From the Loschmidt constant it is 8e-5 less; columns are measured to about 1 %.
 pub const DOBSON_UNIT: f64 = 2.687e20;
 
-/// Absorption cross-section of ozone at 233 K (nm, m²), means over the 10 nm around each wavelength of the coefficients for all temperatures of
-/// Bogumil et al. 2003, *Measurements of molecular absorption spectra with the SCIAMACHY pre-flight model*, DOI
-/// 10.1016/S1010-6030(03)00062-5, at t = −40.15 °C: c₀ + c₁ t + c₂ t².
+/// Absorption cross-section of ozone at 233 K (nm, m²), means over the 10 nm around each wavelength of the coefficients
+/// for all temperatures of Bogumil et al. 2003, *Measurements of molecular absorption spectra with the SCIAMACHY
+/// pre-flight model*, DOI 10.1016/S1010-6030(03)00062-5, at t = −40.15 °C: c₀ + c₁ t + c₂ t².
 pub const OZONE_CROSS_SECTION_233K: Spectrum = Spectrum::Rows(Cow::Borrowed(&[
     (365.0, 1.053e-27),
     (375.0, 2.236e-28),
@@ -67,23 +67,25 @@ pub const OZONE_CROSS_SECTION_233K: Spectrum = Spectrum::Rows(Cow::Borrowed(&[
 /// dependence of dust aerosol single scattering albedo as observed by CRISM*, DOI 10.1029/2009JE003350.
 pub const MARS_DUST_ALBEDO: Spectrum = Spectrum::Rows(Cow::Borrowed(&[(388.0, 0.730), (650.0, 0.967), (700.0, 0.975)]));
 
-/// The refractivity of dry air, (n − 1) · 10⁸, at 15 °C and one standard atmosphere: Peck and Reeder 1972, *Dispersion of air*,
-/// DOI 10.1364/JOSA.62.000958, Eq. 3; from 0.23 to 1.7 µm.
+/// The refractivity of dry air, (n − 1) · 10⁸, at 15 °C and one standard atmosphere: Peck and Reeder 1972, *Dispersion
+/// of air*, DOI 10.1364/JOSA.62.000958, Eq. 3; from 0.23 to 1.7 µm.
 fn air_refractivity(wavelength_nm: f64) -> f64 {
     let wave_number_squared = (1000.0 / wavelength_nm).powi(2);
     8060.51 + 2_480_990.0 / (132.274 - wave_number_squared) + 17_455.7 / (39.329_57 - wave_number_squared)
 }
 
-/// The scattering cross-section of a molecule of air, but for a factor that no wavelength changes: Bodhaine, Wood, Dutton and Slusser
-/// 1999, *On Rayleigh optical depth calculations*, Eq. 2, DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2.
+/// The scattering cross-section of a molecule of air, but for a factor that no wavelength changes: Bodhaine, Wood,
+/// Dutton and Slusser 1999, *On Rayleigh optical depth calculations*, Eq. 2, DOI
+/// 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2.
 pub(crate) fn air_cross_section(wavelength_nm: f64) -> f64 {
     let index_squared = (1.0 + 1e-8 * air_refractivity(wavelength_nm)).powi(2);
     let polarisability = (index_squared - 1.0) / (index_squared + 2.0);
     polarisability * polarisability * air_king_factor(wavelength_nm) / wavelength_nm.powi(4)
 }
 
-/// The King factor of air: Bates 1984, *Rayleigh scattering by air*, DOI 10.1016/0032-0633(84)90102-8, by the fits of Bodhaine et al. 1999,
-/// Eqs. 5, 6 and 23, of 78.084 % nitrogen, 20.946 % oxygen, 0.934 % argon and 0.036 % carbon dioxide.
+/// The King factor of air: Bates 1984, *Rayleigh scattering by air*, DOI 10.1016/0032-0633(84)90102-8, by the fits of
+/// Bodhaine et al. 1999, Eqs. 5, 6 and 23, of 78.084 % nitrogen, 20.946 % oxygen, 0.934 % argon and 0.036 % carbon
+/// dioxide.
 pub(crate) fn air_king_factor(wavelength_nm: f64) -> f64 {
     let wave_number_squared = (1000.0 / wavelength_nm).powi(2);
     let nitrogen = 1.034 + 3.17e-4 * wave_number_squared;

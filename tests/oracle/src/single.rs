@@ -1,8 +1,8 @@
 //! Light that was scattered once, by quadrature.
 //!
 //! The view ray is cut at its perigee, at the planet's shadow, at the corners of the ozone profile and where the other
-//! profiles and the light near the eye fade, then bisected until a panel agrees with its two halves. Its optical depth comes
-//! from the same nodes, as the exact integral of the polynomial through them.
+//! profiles and the light near the eye fade, then bisected until a panel agrees with its two halves. Its optical depth
+//! comes from the same nodes, as the exact integral of the polynomial through them.
 
 use std::sync::LazyLock;
 
@@ -36,7 +36,8 @@ const GRAZING: f64 = 1.0 - 1e-12;
 
 static VIEW_RULE: LazyLock<GaussLegendre<VIEW_ORDER>> = LazyLock::new(GaussLegendre::new);
 
-/// Radiance that the atmosphere scattered once, over black ground, for a solar irradiance of 1 at the top of the atmosphere, sr⁻¹.
+/// Radiance that the atmosphere scattered once, over black ground, for a solar irradiance of 1 at the top of the
+/// atmosphere, sr⁻¹.
 pub fn scattered_radiance(medium: &Medium, coefficients: &Coefficients, ray: &Ray) -> f64 {
     scattered_radiance_bands(medium, std::slice::from_ref(coefficients), ray)[0]
 }

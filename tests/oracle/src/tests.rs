@@ -227,7 +227,8 @@ fn coefficients_are_those_of_published_numbers() {
     for (nm, per_km) in [(680.0, 5.8e-3), (550.0, 13.5e-3), (440.0, 33.1e-3)] {
         assert_close(sky.coefficients(nm).air_scattering, per_km, 0.005);
     }
-    // OPAC's continental polluted aerosol, 0.327 at 550 nm (Hess, Koepke and Schult 1998), to the digits of 0.150 at 1 µm.
+    // OPAC's continental polluted aerosol, 0.327 at 550 nm (Hess, Koepke and Schult 1998), to the digits of 0.150 at 1
+    // µm.
     let haze = sky.coefficients(550.0);
     assert_close(haze.aerosol_extinction * 1.2, 0.327, 0.003);
     assert_close(haze.aerosol_scattering / haze.aerosol_extinction, 0.73 + (0.967 - 0.73) * 162.0 / 262.0, 1e-12);

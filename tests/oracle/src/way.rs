@@ -1,8 +1,8 @@
 //! Straight ways through the atmosphere, with their optical depths: what the paths of a Monte Carlo are made of.
 //!
-//! A way is cut into steps where it passes from shell to shell. A shell is a scale height thick, of the constituent that falls
-//! off faster, so that a rule of four nodes has its optical depth to 1e-5. Only what has no optical depth to speak of is left in
-//! one shell.
+//! A way is cut into steps where it passes from shell to shell. A shell is a scale height thick, of the constituent
+//! that falls off faster, so that a rule of four nodes has its optical depth to 1e-5. Only what has no optical depth to
+//! speak of is left in one shell.
 
 use std::sync::LazyLock;
 
@@ -140,7 +140,8 @@ impl<'a> Way<'a> {
         }
     }
 
-    /// Gives each step a chance by the light that it is guessed to scatter; some to every step that the sun sees at all.
+    /// Gives each step a chance by the light that it is guessed to scatter; some to every step that the sun sees at
+    /// all.
     fn choose_chances(&mut self) {
         let (mut bright, mut even) = (0.0, 0.0);
         for i in 0..self.steps.len() {
@@ -189,7 +190,8 @@ impl<'a> Way<'a> {
         self.place(self.distance_behind(step, depth - step.before))
     }
 
-    /// The distance behind an optical depth of a step: by Newton's method, and by bisection where that leaves what is known.
+    /// The distance behind an optical depth of a step: by Newton's method, and by bisection where that leaves what is
+    /// known.
     fn distance_behind(&self, step: &Step, depth: f64) -> f64 {
         let (mut low, mut high) = (step.start, step.end);
         let mut distance = low + (high - low) * (depth / step.depth).clamp(0.0, 1.0);
@@ -205,8 +207,8 @@ impl<'a> Way<'a> {
         distance
     }
 
-    /// A place where sunlight may be scattered towards the start, chosen by two numbers at random from 0 to 1, and the light
-    /// that is left of what comes from there over the density of its choice, km. None where all is in the shadow.
+    /// A place where sunlight may be scattered towards the start, chosen by two numbers at random from 0 to 1, and the
+    /// light that is left of what comes from there over the density of its choice, km. None where all is in the shadow.
     pub(crate) fn sunlit_place(&self, step: f64, within: f64) -> Option<([f64; 3], f64)> {
         let all: f64 = self.steps.iter().map(|step| step.chance).sum();
         let mut left = step * all;
@@ -218,8 +220,8 @@ impl<'a> Way<'a> {
         Some((self.place(distance), weight * all / chosen.chance))
     }
 
-    /// A distance in a step, and the light that is left from there over the density of its choice, km: evenly in what is thin,
-    /// and in what is opaque by the light that is left.
+    /// A distance in a step, and the light that is left from there over the density of its choice, km: evenly in what
+    /// is thin, and in what is opaque by the light that is left.
     fn place_within(&self, step: &Step, within: f64) -> (f64, f64) {
         let stopped = -(-step.depth).exp_m1();
         if step.depth > 1.0 {
@@ -297,8 +299,8 @@ fn borders(medium: &Medium, band: &Coefficients) -> Vec<f64> {
     borders
 }
 
-/// The smaller scale height (km) of air and aerosol, of those that matter at an altitude below the top; None where neither
-/// extinguishes more than `thin` (km⁻¹).
+/// The smaller scale height (km) of air and aerosol, of those that matter at an altitude below the top; None where
+/// neither extinguishes more than `thin` (km⁻¹).
 fn steepest_fall(medium: &Medium, band: &Coefficients, altitude: f64, thin: f64) -> Option<f64> {
     let [air, aerosol, ..] = medium.densities(altitude);
     let extinctions = [air * band.air_scattering, aerosol * band.aerosol_extinction];

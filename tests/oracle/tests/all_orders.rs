@@ -67,7 +67,8 @@ impl Row {
         rows
     }
 
-    /// case, wavelength, albedo, altitude, sun, view, azimuth, single, higher, total, its standard error, sunlit ground.
+    /// case, wavelength, albedo, altitude, sun, view, azimuth, single, higher, total, its standard error, sunlit
+    /// ground.
     fn read(text: &'static str) -> Self {
         let (case, numbers) = text.split_once(',').expect("a case");
         let numbers: Vec<f64> = numbers.split(',').map(|number| number.parse().expect("a number")).collect();
@@ -182,8 +183,8 @@ fn orders_add_up() {
 
 #[test]
 fn thin_air_over_lit_ground_scatters_half_of_what_it_reflects() {
-    // A planet so large that it is flat, seen from the ground: on the zenith thin air scatters τ P L over the lower half of the
-    // directions, ∫ P = 1/2 by symmetry, with L = A/π from all of the ground under a sun in the zenith.
+    // A planet so large that it is flat, seen from the ground: on the zenith thin air scatters τ P L over the lower
+    // half of the directions, ∫ P = 1/2 by symmetry, with L = A/π from all of the ground under a sun in the zenith.
     let medium = Medium { ground_radius_km: 1e5, top_radius_km: 1e5 + 1.0, air_scale_height_km: 0.1, ..EARTH };
     let thin = Coefficients {
         air_scattering: 1e-4,
@@ -207,8 +208,8 @@ fn thin_air_over_lit_ground_scatters_half_of_what_it_reflects() {
 
 #[test]
 fn a_white_planet_returns_what_it_got() {
-    // Ground of albedo 1 and air and haze that absorb nothing: all sunlight that meets the atmosphere leaves it again, scattered or,
-    // at the limb, straight on.
+    // Ground of albedo 1 and air and haze that absorb nothing: all sunlight that meets the atmosphere leaves it again,
+    // scattered or, at the limb, straight on.
     let white = Coefficients {
         air_scattering: 0.05,
         aerosol_extinction: 0.1,
@@ -229,12 +230,13 @@ fn a_white_planet_returns_what_it_got() {
     assert!(returned(&grey, 0) < expected - 0.03);
 }
 
-/// The part of the sunlight that meets the top of the atmosphere and is scattered back out of it: radiances over all places
-/// there and all ways outwards, 4π R² π ⟨L⟩ of π R².
+/// The part of the sunlight that meets the top of the atmosphere and is scattered back out of it: radiances over all
+/// places there and all ways outwards, 4π R² π ⟨L⟩ of π R².
 fn returned(band: &Coefficients, shift: u64) -> f64 {
     let number = 192;
     let top = EARTH.top_altitude_km();
-    // Roberts's sequence in three dimensions, shifted: even in the cosine of the sun, the squared one of the view, the azimuth.
+    // Roberts's sequence in three dimensions, shifted: even in the cosine of the sun, the squared one of the view, the
+    // azimuth.
     let place =
         |i: u64| [0.819_172_5, 0.671_043_6, 0.549_700_5].map(|step| (i as f64 + 0.5) * step + 0.0625 * shift as f64);
     let radiance = |i: u64| {
@@ -246,8 +248,8 @@ fn returned(band: &Coefficients, shift: u64) -> f64 {
     4.0 * PI * (0..number).map(radiance).sum::<f64>() / number as f64
 }
 
-/// The part of the sunlight that meets the top of the atmosphere and passes the limb unscattered, by Simpson's rule over the
-/// height of its lowest point.
+/// The part of the sunlight that meets the top of the atmosphere and passes the limb unscattered, by Simpson's rule
+/// over the height of its lowest point.
 fn passed_by(band: &Coefficients) -> f64 {
     let (ground, top) = (EARTH.ground_radius_km, EARTH.top_radius_km);
     let steps = 2000;

@@ -160,8 +160,8 @@ fn spread(at: usize) -> f64 {
     (0.5 + at as f64 * 0.618_033_988_749_894_8).fract()
 }
 
-/// How far the air of a device is from each ray integrated, relative to the brightest: light, then transmittance; in the
-/// mean of the squares and at most.
+/// How far the air of a device is from each ray integrated, relative to the brightest: light, then transmittance; in
+/// the mean of the squares and at most.
 fn errors(scene: &Scene, elevation: f64, size: [u32; 3]) -> [[f64; 2]; 2] {
     /// Every so many pixels one is compared.
     const STEP: usize = 907;
@@ -203,8 +203,8 @@ fn largest(most: f64, error: f64) -> f64 {
 #[test]
 fn air_in_a_programs_own_textures_is_that_of_each_ray() {
     for (name, scene, elevation) in scenes() {
-        // From 10 km a ray meets the haze near the ground within one of 32 slices, which leave 3.5 % at most: the default
-        // size misses the bound there, and 48 slices hold it (1.6 %).
+        // From 10 km a ray meets the haze near the ground within one of 32 slices, which leave 3.5 % at most: the
+        // default size misses the bound there, and 48 slices hold it (1.6 %).
         let slices = if name == "from 10 km" { 48 } else { 32 };
         let errors = errors(&scene, elevation, [32, 32, slices]);
         println!("{name}: light and transmittance, rms and at most: {errors:.5?}");
@@ -221,7 +221,8 @@ fn at_dusk_the_air_of_a_device_is_near_to_that_of_each_ray() {
     (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (-4.0, 30.0, 1.0);
     let [light, through] = errors(&scene, 0.0, [32, 32, 32]);
     println!("light {light:.5?}, transmittance {through:.5?}");
-    // Measured: 1.7 and 9.3 % of the brightest. The volume of the processor is off by nearly as much, whatever its size.
+    // Measured: 1.7 and 9.3 % of the brightest. The volume of the processor is off by nearly as much, whatever its
+    // size.
     assert!(light[0] < 0.02 && light[1] < 0.1 && through[1] < 0.01, "{light:?}, {through:?}");
 }
 

@@ -6,7 +6,8 @@ use sorairo::wgpu::{self, BufferUsages};
 use sorairo::{PixelFormat, ResidentRenderer, Sky, Target};
 use sorairo_tests::own_device::{buffer, with_passthrough};
 
-/// Most allocations of a frame, on the thread that encodes it: 82 were counted, most of them wgpu's, for two bind groups, two buffers and a pass.
+/// Most allocations of a frame, on the thread that encodes it: 82 were counted, most of them wgpu's, for two bind
+/// groups, two buffers and a pass.
 const OF_A_FRAME: u64 = 100;
 
 /// The same that a disc may add: the places of its rim, and those of them that the camera sees.

@@ -22,8 +22,8 @@ fn floats(plan: &Plan, backend: &dyn Backend, kernel: Kernel) -> Vec<f32> {
     backend.run(plan, kernel).unwrap().words.into_iter().map(f32::from_bits).collect()
 }
 
-/// The largest relative difference that the devices' own `exp` leave: (3 + 2 |x|) ULP by the Vulkan specification, at the optical
-/// depths up to 40 that still reach 1e-6 of the maximum in a sum.
+/// The largest relative difference that the devices' own `exp` leave: (3 + 2 |x|) ULP by the Vulkan specification, at
+/// the optical depths up to 40 that still reach 1e-6 of the maximum in a sum.
 const SAME_FUNCTION: f64 = 2e-4;
 
 /// Where the sun's disc is seen: hardware takes sines within 2⁻²¹, hence directions within 1e-4 of the disc's radius,
@@ -95,7 +95,8 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
     assert_eq!([Kernel::Sky, Kernel::SkyLookup].map(count), [4 + 4 + 2, 2]);
 }
 
-/// The default sky, its ground and its light of all orders: from the ground, from the air and from space, where the sun is high, low and set.
+/// The default sky, its ground and its light of all orders: from the ground, from the air and from space, where the sun
+/// is high, low and set.
 #[test]
 fn light_of_all_orders_agrees_with_the_cpu_over_whole_images() {
     let mut compared = 0;
@@ -180,7 +181,8 @@ fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
                 let brightest = truth.iter().copied().fold(0.0, f64::max);
                 let at = (row * 64 + column) as usize * wavelengths.len();
                 for (value, expected) in spectra[at..].iter().zip(&truth) {
-                    // The weights of a cubic far beyond its bands are some ten, of both signs, and rounded to single precision.
+                    // The weights of a cubic far beyond its bands are some ten, of both signs, and rounded to single
+                    // precision.
                     let error = (f64::from(*value) - expected).abs();
                     assert!(error <= 1e-4 * brightest, "{place}, pixel {column}, {row}: {value} instead of {expected}");
                 }
@@ -282,8 +284,8 @@ fn check_lookup(mut scene: Scene) {
     let what = format!("{projection:?}, {sun}°, {altitude} km, {size}");
     // The goal; the size of the sky lookup is chosen for 1e-3 at the worst place.
     assert!(mean > 0.0 && rmse <= 1e-3 * mean, "{what}: {rmse:e} of {mean:e}");
-    // The size follows from the luminance of some cells; a channel may be twice as far off, and a place between the cells too. In twilight the
-    // edge of the planet's shadow is a kink, at which an error falls with the spacing alone.
+    // The size follows from the luminance of some cells; a channel may be twice as far off, and a place between the
+    // cells too. In twilight the edge of the planet's shadow is a kink, at which an error falls with the spacing alone.
     let bound = if sun <= 0.0 { 3e-2 } else { 4e-3 };
     assert!(worst <= bound, "{what}: {worst:e}");
 }
@@ -317,7 +319,8 @@ fn aerosol_of_a_known_kind_agrees_with_the_cpu() {
     }
 }
 
-/// Pixels that share entries of the sky lookup reach hardly beyond them: where they do, the colour is as good as anywhere.
+/// Pixels that share entries of the sky lookup reach hardly beyond them: where they do, the colour is as good as
+/// anywhere.
 #[test]
 fn pixels_in_runs_agree_with_pixels_alone() {
     // Wide enough for sky lookups of 49 columns and for a disc of few samples in a pixel.
@@ -350,7 +353,8 @@ fn pixels_in_runs_agree_with_pixels_alone() {
     }
 }
 
-/// Of a run in a perspective four places are looked up: a cubic through them is as near to the integral as pixels are that are looked up alone.
+/// Of a run in a perspective four places are looked up: a cubic through them is as near to the integral as pixels are
+/// that are looked up alone.
 #[test]
 fn a_perspective_in_runs_agrees_with_pixels_alone_and_with_the_integral() {
     for (sun, elevation, fov, from_sun, disc, asymmetry) in [
@@ -381,7 +385,8 @@ fn a_perspective_in_runs_agrees_with_pixels_alone_and_with_the_integral() {
         let [error, error_alone, apart] =
             [worst(&in_runs, &direct), worst(&alone, &direct), worst(&in_runs, &alone)].map(|worst| worst.relative);
         println!("{what}: off by {error:.1e}, alone by {error_alone:.1e}, apart {apart:.1e}");
-        // A cubic may be off by 1.6 times what its four places are off by, and the places need not be those where a pixel alone is at its worst.
+        // A cubic may be off by 1.6 times what its four places are off by, and the places need not be those where a
+        // pixel alone is at its worst.
         assert!(apart > 0.0 && error <= 1.6 * error_alone.max(1e-4), "{what}: {error:e}, alone {error_alone:e}");
         let on_gpu = worst_in_images(&floats(&runs, gpu(), runs.kernel()), &in_runs, 640, 3, 1e-6);
         assert!(on_gpu.relative <= SAME_FUNCTION, "{what}: {on_gpu:?}");
@@ -390,7 +395,8 @@ fn a_perspective_in_runs_agrees_with_pixels_alone_and_with_the_integral() {
 
 #[test]
 fn a_perspective_reads_no_entry_that_its_camera_did_not_ask_for() {
-    // Level, straight up, over the edge of a planet, and so wide that all is seen; towards the sun, across and away from it.
+    // Level, straight up, over the edge of a planet, and so wide that all is seen; towards the sun, across and away
+    // from it.
     let looks = [(0.0, 10.0, 60.0), (0.0, 90.0, 20.0), (0.0, 70.0, 100.0), (12.0, -10.0, 150.0), (12.0, -85.0, 40.0)];
     // A narrow image is looked up pixel by pixel, a wide one in runs.
     let looks = looks.into_iter().flat_map(|look| ["96x54", "640x360"].map(|size| (look, size)));

@@ -1,5 +1,5 @@
-//! The light of sun and sky over altitudes and suns: against surfaces and the sun's beam at places between its nodes, and
-//! in a program's own textures.
+//! The light of sun and sky over altitudes and suns: against surfaces and the sun's beam at places between its nodes,
+//! and in a program's own textures.
 
 use std::sync::LazyLock;
 

@@ -1,4 +1,5 @@
-//! Plans whose light is integrated on a device, against those of the processor. Without a Vulkan device these tests fail.
+//! Plans whose light is integrated on a device, against those of the processor. Without a Vulkan device these tests
+//! fail.
 
 use std::collections::HashSet;
 use std::sync::{Arc, Mutex};
@@ -16,8 +17,8 @@ use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::interpreted::Interpreted;
 use sorairo_tests::own_device::{opened, with_passthrough};
 
-/// What the devices' own `exp` and `ln` may leave of a value: (3 + 2 |x|) ULP by the Vulkan specification, at the optical depths up to 40 that still count in a
-/// sum; as of the kernels of images. llvmpipe leaves 2e-6.
+/// What the devices' own `exp` and `ln` may leave of a value: (3 + 2 |x|) ULP by the Vulkan specification, at the
+/// optical depths up to 40 that still count in a sum; as of the kernels of images. llvmpipe leaves 2e-6.
 const SAME_FUNCTION: f64 = 2e-4;
 
 fn skies() -> Vec<(String, Scene)> {
@@ -127,8 +128,8 @@ fn pictures_of_a_sky_planned_on_a_device_are_those_of_the_processor() {
             let worst = worst_in_images(&image(&found), &image(&expected), 128, 3, 1e-3);
             let exposure = f64::from(found.uniform.exposure / expected.uniform.exposure) - 1.0;
             println!("{name}, {path:?}: {:.1e}, exposure {exposure:.1e}", worst.relative);
-            // The fit learns from light that is off by that much, and has slopes of up to ten. A sky lookup may have a row more or less: either is within 1e-3
-            // of the integral.
+            // The fit learns from light that is off by that much, and has slopes of up to ten. A sky lookup may have a
+            // row more or less: either is within 1e-3 of the integral.
             let bound = if path == PathChoice::Lookup { 1e-3 } else { 10.0 * SAME_FUNCTION };
             assert!(worst.relative < bound && exposure.abs() < bound, "{name}, {path:?}: {worst:?}, {exposure:e}");
         }

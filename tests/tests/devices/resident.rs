@@ -544,7 +544,8 @@ impl Drop for Running {
     }
 }
 
-/// Red, green and blue on the screen of an Xvfb with `-fbdir`: a dump in the format of xwd (X11/XWDFile.h) that the server keeps up to date.
+/// Red, green and blue on the screen of an Xvfb with `-fbdir`: a dump in the format of xwd (X11/XWDFile.h) that the
+/// server keeps up to date.
 fn screen(folder: &Path) -> Option<Vec<u8>> {
     const COLOUR_BYTES: usize = 12;
     let bytes = std::fs::read(folder.join("Xvfb_screen0")).ok()?;

@@ -93,7 +93,8 @@ fn hills_are_seen_through_the_air_that_each_pixel_has() {
     }
 }
 
-/// The light of the air before a black wall at each of some distances (km), one a column, relative to the sky behind it.
+/// The light of the air before a black wall at each of some distances (km), one a column, relative to the sky behind
+/// it.
 fn wall(folder: &Path, distances: &[f32], flags: &str) -> Vec<f64> {
     let size = (distances.len(), 4);
     let of = |values: &[f32]| {
@@ -122,7 +123,8 @@ fn hills_melt_into_the_sky_at_the_horizon() {
         println!("{flags}: {parts:.4?}");
         assert_eq!(parts[0], 0.0, "{flags}");
         assert!(parts.windows(2).all(|pair| pair[1] >= pair[0] * 0.999), "{flags}: {parts:?}");
-        // Behind the last of the air there is no more to come: what is left is the walk against the integral of whole rays.
+        // Behind the last of the air there is no more to come: what is left is the walk against the integral of whole
+        // rays.
         let last = parts[distances.len() - 1];
         assert!((last - 1.0).abs() < 1e-3, "{flags}: {last}");
         assert!(parts[1] < 0.05 && parts[8] > 0.5, "{flags}: {parts:?}");

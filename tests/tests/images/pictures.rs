@@ -34,7 +34,8 @@ fn sun_pixel(azimuth: f64, flags: &[&str]) -> [f64; 2] {
     [column as f64 + 0.5, row as f64 + 0.5]
 }
 
-/// Checks a pixel against where it should be, to a pixel and a half: half the pixel's own size, and 1° of the glow's peak.
+/// Checks a pixel against where it should be, to a pixel and a half: half the pixel's own size, and 1° of the glow's
+/// peak.
 fn assert_near(found: [f64; 2], expected: [f64; 2], what: &str) {
     let off = (0..2).map(|i| (found[i] - expected[i]).abs()).fold(0.0, f64::max);
     assert!(off <= 1.5, "{what}: the sun is at {found:?} instead of {expected:?}");
@@ -623,7 +624,8 @@ fn the_zenith_is_continuous() {
         let noise = NOISE * brightest(&image);
         assert!(noise > 0.0);
         let columns = || 0..image.width;
-        // Across the zenith two pixels of the top row lie as far apart as a pixel of the second row lies from the first.
+        // Across the zenith two pixels of the top row lie as far apart as a pixel of the second row lies from the
+        // first.
         let beside =
             columns().map(|column| step(image.at(column, 0), image.at(column, 1))).fold(0.0, sorairo_shared::math::max);
         for column in columns() {
@@ -648,8 +650,8 @@ fn the_sky_is_its_own_mirror_image_about_the_sun() {
     }
 }
 
-/// The two directions differ by the rounding of a sine, 1e-7. Beside the horizon at twilight radiance grows a hundred times
-/// as fast as the cosine of the zenith angle.
+/// The two directions differ by the rounding of a sine, 1e-7. Beside the horizon at twilight radiance grows a hundred
+/// times as fast as the cosine of the zenith angle.
 const MIRROR: f64 = 5e-5;
 
 #[test]
@@ -688,7 +690,8 @@ fn outputs_of_one_run_go_to_their_own_folders() {
     assert_eq!(read_png(Path::new(&folder.path().join("one/a.png"))), read_png(&folder.path().join("two/a.png")));
 }
 
-/// The largest difference between the mean of a picture's bytes over eight by eight pixels and that of the values which they stand for.
+/// The largest difference between the mean of a picture's bytes over eight by eight pixels and that of the values which
+/// they stand for.
 fn worst_mean(dither: &str, device: &str) -> f64 {
     let flags =
         ["--projection=perspective", "--fov=20", "--size=256x128", "--exposure=-9", "--view=srgb", "--dither", dither];

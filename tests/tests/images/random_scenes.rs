@@ -42,7 +42,8 @@ fn a_nearly_black_sky_has_an_exposure() {
     assert_eq!(plan.uniform.exposure, (1u64 << 50) as f32);
 }
 
-/// From 36 000 km no direction that the exposure was measured in met the planet, and its picture was as dark as a night's.
+/// From 36 000 km no direction that the exposure was measured in met the planet, and its picture was as dark as a
+/// night's.
 #[test]
 fn a_planet_far_away_is_exposed_as_one_close_by() {
     let exposure = |altitude: f64| {

@@ -1120,7 +1120,8 @@ fn where_no_thread_can_be_started_that_is_said() {
     use std::os::unix::fs::{MetadataExt, PermissionsExt};
     let folder = folder();
     std::fs::set_permissions(folder.path(), std::fs::Permissions::from_mode(0o777)).unwrap();
-    // The limit does not bind the superuser, who becomes nobody; and nobody may have no way to the program's own folder.
+    // The limit does not bind the superuser, who becomes nobody; and nobody may have no way to the program's own
+    // folder.
     let program = folder.path().join("sorairo");
     std::fs::copy(sorairo_tests::program::binary(), &program).unwrap();
     let is_superuser = std::fs::metadata("/proc/self").unwrap().uid() == 0;
@@ -1208,7 +1209,8 @@ fn aerosol_is_said_as_people_know_it() {
         let row = shown.lines().find_map(|row| row.strip_prefix("optical_depth = ")).expect("an optical depth");
         row.parse::<f64>().unwrap()
     };
-    // By the spectrum of clean country, whose exponent is 1.3 to 1.5; with a flag for it 0.2 · 0.5^1.3, in whichever order.
+    // By the spectrum of clean country, whose exponent is 1.3 to 1.5; with a flag for it 0.2 · 0.5^1.3, in whichever
+    // order.
     let by_kind = depth("--aerosol 0.2@500");
     assert!(by_kind > 0.2 * 0.5f64.powf(1.5) && by_kind < 0.2 * 0.5f64.powf(1.3), "{by_kind}");
     assert!((depth("--angstrom 1.3 --aerosol 0.2@500") - 0.081_225).abs() < 1e-6);
@@ -1268,8 +1270,8 @@ fn work_of_less_than_a_second_is_silent() {
     });
 }
 
-/// What a table saves is counted, since time depends on what else the machine does: an entry is an integral, as a pixel is without
-/// a table.
+/// What a table saves is counted, since time depends on what else the machine does: an entry is an integral, as a pixel
+/// is without a table.
 #[test]
 fn a_large_image_takes_few_integrals() {
     let folder = folder();

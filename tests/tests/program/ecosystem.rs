@@ -1,4 +1,5 @@
-//! The program's files in other people's programs. These tests need Python with what `tests/python/requirements.txt` lists.
+//! The program's files in other people's programs. These tests need Python with what `tests/python/requirements.txt`
+//! lists.
 
 use std::path::Path;
 

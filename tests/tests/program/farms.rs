@@ -60,8 +60,8 @@ fn is_writing(folder: &Path) -> bool {
     folder.is_dir() && names(folder).iter().any(|name| name.starts_with(".sorairo-"))
 }
 
-/// Kills a task of an array, as a farm does: the script and what it started, at once. It was in the middle if it left a file half written; where
-/// the task was faster than the blow, another is tried.
+/// Kills a task of an array, as a farm does: the script and what it started, at once. It was in the middle if it left a
+/// file half written; where the task was faster than the blow, another is tried.
 fn kill_in_the_middle(folder: &Path, number: u32, frames: &Path) {
     let frame = frames.join(format!("sky.{number:04}.png"));
     wait::until("a task is killed in the middle", || {
@@ -96,7 +96,8 @@ fn tasks_of_a_slurm_array_one_of_which_is_killed_give_the_files_of_one_process()
 
 /// Runs the job of the page, on the CPU, and gives what the engine printed.
 fn open_job(folder: &Path) -> Command {
-    // The program on the device of the whole sequence, which a farm would choose by what its workers have; and which process a task is.
+    // The program on the device of the whole sequence, which a farm would choose by what its workers have; and which
+    // process a task is.
     let program = folder.join("on-the-cpu");
     std::fs::write(&program, "#!/bin/sh\necho $$ > \"$(dirname \"$0\")/task\"\nexec sorairo \"$@\" --device cpu\n")
         .unwrap();

@@ -164,7 +164,8 @@ fn a_vulkan_device_that_is_lost_is_an_error_and_its_replacement_works() {
     assert!(device.run(&plan, plan.kernel()).unwrap().words == expected);
 }
 
-/// Mesa's llvmpipe ends the loops of a kernel after 65535 rounds, all together, in silence: a sum over many bands lacked its last.
+/// Mesa's llvmpipe ends the loops of a kernel after 65535 rounds, all together, in silence: a sum over many bands
+/// lacked its last.
 #[test]
 fn a_pixel_of_more_rounds_than_the_driver_makes_is_left_to_the_cpu() {
     // Just below the limit and far beyond it.
@@ -215,8 +216,8 @@ fn unfinished(folder: &Path) -> BTreeSet<String> {
 
 const BOTH: [&str; 7] = ["render", "--device", "cpu", "-o", "sky.png", "-o", "sky.exr"];
 
-/// Moments are what is seen of a run: how many bytes of its files are there. A run that ended before its kill proves nothing, and is
-/// repeated.
+/// Moments are what is seen of a run: how many bytes of its files are there. A run that ended before its kill proves
+/// nothing, and is repeated.
 #[test]
 fn a_process_killed_at_any_moment_leaves_whole_files() {
     const KILLS: u32 = 60;

@@ -1,4 +1,5 @@
-//! Scene files as people keep them: new, check, show; presets; tables of their own; place and time; completions and manual.
+//! Scene files as people keep them: new, check, show; presets; tables of their own; place and time; completions and
+//! manual.
 
 use std::path::Path;
 
@@ -145,8 +146,8 @@ fn the_regression_fit_holds_for_every_preset() {
                     f64::from((a - b).abs().max_element() / b.max_element())
                 })
                 .reduce(|| 0.0, |a, b| if a >= b { a } else { b });
-            // A hundredth of the brightest component is half of what an eye sees; the fit has 0.2 % of luminance by day and by
-            // low sun on the earth preset.
+            // A hundredth of the brightest component is half of what an eye sees; the fit has 0.2 % of luminance by day
+            // and by low sun on the earth preset.
             assert!(worst < 0.01, "{preset:?}, sun at {sun}: {worst}");
         }
     }

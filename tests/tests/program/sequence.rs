@@ -1,4 +1,5 @@
-//! Sequences: what their frames show, which of them are rendered again, and what a part, a failure and an interruption leave.
+//! Sequences: what their frames show, which of them are rendered again, and what a part, a failure and an interruption
+//! leave.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};

@@ -51,8 +51,8 @@ fn the_first_order_of_known_kinds_is_the_oracles() {
                     let truth = irradiance * scattered_radiance(&medium, &band, &ray);
                     let error = found / truth - 1.0;
                     println!("{kind:?}, sun {sun}, {wavelength} nm, {elevation}/{azimuth}: {error:.1e}");
-                    // The integral leaves 5e-4, the parabola over the wavelength and the lines over the angle 1 % of the
-                    // phase function.
+                    // The integral leaves 5e-4, the parabola over the wavelength and the lines over the angle 1 % of
+                    // the phase function.
                     assert!(
                         error.abs() < 0.012,
                         "{kind:?}, sun {sun}, {wavelength} nm, {elevation}/{azimuth}: {error:e}"
@@ -100,7 +100,8 @@ fn colours_of_known_kinds_are_those_of_every_wavelength() {
             let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
             let errors = errors.errors(&plan);
             println!("{kind:?}, sun {sun}: {errors:?}");
-            // One abscissa leaves 0.5 % of a channel of a continent's aerosol and 1.5 % of dust, in light of any redness.
+            // One abscissa leaves 0.5 % of a channel of a continent's aerosol and 1.5 % of dust, in light of any
+            // redness.
             assert!(errors.delta_e_max <= 0.5, "{kind:?}, sun {sun}: {errors:?}");
         }
     }

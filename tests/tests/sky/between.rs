@@ -19,7 +19,8 @@ fn between(sky: &Sky, elevation: f64, azimuth: f64, distance: f64) -> Vec<Betwee
     sky.between(&WAVELENGTHS).unwrap().until(&Direction { elevation, azimuth }, distance).unwrap()
 }
 
-/// `L(from) = L(from to P) + T L(P)`: from the ground, a hill, an aeroplane, a balloon and orbit; up, level, down and through the limb.
+/// `L(from) = L(from to P) + T L(P)`: from the ground, a hill, an aeroplane, a balloon and orbit; up, level, down and
+/// through the limb.
 #[test]
 fn light_of_a_ray_is_that_of_its_near_part_and_what_comes_through_it() {
     let measured = Scene::preset(Preset::Standard);
@@ -72,7 +73,8 @@ fn a_level_way_through_haze_brightens_as_koschmieder_says() {
     (atmosphere.aerosol.optical_depth, atmosphere.aerosol.scale_height) = (0.5, 8.0);
     scene.ground.albedo = GroundAlbedo::Grey(0.0);
     let extinction: f64 = 0.5 / 8.0;
-    // The way rises by 8 m over 10 km, a thousandth of the scale height; light of all orders is brighter where it ends, by as much again.
+    // The way rises by 8 m over 10 km, a thousandth of the scale height; light of all orders is brighter where it ends,
+    // by as much again.
     for (orders, tolerance) in [(Orders::UpTo(1), 1.5e-3), (Orders::All, 4e-3)] {
         scene.render.orders = orders;
         let sky = sky(&scene);
@@ -147,7 +149,8 @@ fn all_the_air_has_the_colour_of_the_sky() {
     }
 }
 
-/// Transmittance in three colours is that of sunlight; what a spectrum lets through of a grey wall in the sun is the same.
+/// Transmittance in three colours is that of sunlight; what a spectrum lets through of a grey wall in the sun is the
+/// same.
 #[test]
 fn a_wall_in_the_sun_is_reddened_as_its_spectrum_is() {
     let mut scene = Scene::preset(Preset::Standard);

@@ -1,5 +1,5 @@
-//! How far the fits err: the figures that were reached, each with a margin of about a quarter unless a reason stands beside it, so
-//! that another rounding or a few other training rays pass, and a worse fit does not.
+//! How far the fits err: the figures that were reached, each with a margin of about a quarter unless a reason stands
+//! beside it, so that another rounding or a few other training rays pass, and a worse fit does not.
 
 use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectra::observer;
@@ -53,8 +53,9 @@ fn the_fits_keep_their_errors_under_the_measured_sun() {
     ];
     let [four, six, cubic, transfer, dense] = errors(Preset::Earth, &choices)[..] else { unreachable!("five choices") };
 
-    // Measured 0.286 / 0.0129, 1.00 %, 0.0013. The bands were chosen when ozone stood 5 nm off; where it stands, no four that were looked for leave less
-    // than 0.195 / 0.0185, 0.52 %, and those double the mean in air without ozone. With light of all orders the default's four leave 0.24 % of luminance.
+    // Measured 0.286 / 0.0129, 1.00 %, 0.0013. The bands were chosen when ozone stood 5 nm off; where it stands, no
+    // four that were looked for leave less than 0.195 / 0.0185, 0.52 %, and those double the mean in air without ozone.
+    // With light of all orders the default's four leave 0.24 % of luminance.
     assert!(four.delta_e_max <= 0.35 && four.delta_e_mean <= 0.016, "{four:?}");
     assert!(four.chromaticity_max <= 0.001_6 && four.luminance_max <= 1.25e-2, "{four:?}");
 
@@ -62,13 +63,13 @@ fn the_fits_keep_their_errors_under_the_measured_sun() {
     assert!(six.delta_e_max <= 0.045 && six.delta_e_mean <= 0.0030, "{six:?}");
     assert!(six.luminance_max <= 0.036e-2, "{six:?}");
 
-    // The negative control: this sky is hard, and the comparison sees it. The paper's cubic errs by 42, a cubic through the
-    // transfer by 2.0.
+    // The negative control: this sky is hard, and the comparison sees it. The paper's cubic errs by 42, a cubic through
+    // the transfer by 2.0.
     assert!(cubic.delta_e_max > 5.0 && cubic.delta_e_mean > 2.0 && cubic.luminance_max > 0.1, "{cubic:?}");
     assert!((1.0..3.0).contains(&transfer.delta_e_max), "{transfer:?}");
 
-    // Without a fit, what is left is the integral's own error at the default steps: 0.0097 and 0.029 %, a sixteenth and a tenth of
-    // the fit's. A third is where it would begin to show in the sum.
+    // Without a fit, what is left is the integral's own error at the default steps: 0.0097 and 0.029 %, a sixteenth and
+    // a tenth of the fit's. A third is where it would begin to show in the sum.
     assert!(dense.delta_e_max <= four.delta_e_max / 3.0, "{dense:?} {four:?}");
     assert!(dense.delta_e_mean <= four.delta_e_mean / 3.0, "{dense:?} {four:?}");
     assert!(dense.luminance_max <= four.luminance_max / 3.0, "{dense:?} {four:?}");
@@ -104,7 +105,8 @@ fn table_1_of_the_paper_is_reproduced_and_beaten() {
     assert!(all(Fit::Regression) > 0.0);
 }
 
-/// The reference of every error above comes from the shared integrator; here it meets the oracle, which shares nothing with it.
+/// The reference of every error above comes from the shared integrator; here it meets the oracle, which shares nothing
+/// with it.
 #[test]
 fn the_reference_agrees_with_the_oracle() {
     let wavelengths = observer::wavelengths();
@@ -135,7 +137,8 @@ fn the_reference_agrees_with_the_oracle() {
             }
             let relative = (xyz - oracle).length() / oracle.length();
             println!("sun at {sun}, elevation {elevation}, azimuth {azimuth}: {relative:.1e}");
-            // Measured 4e-6: single precision at grazing optical depths. A fourteenth of the error of the best fit here, 2.8e-4.
+            // Measured 4e-6: single precision at grazing optical depths. A fourteenth of the error of the best fit
+            // here, 2.8e-4.
             assert!(relative <= 2e-5, "sun at {sun}, elevation {elevation}, azimuth {azimuth}: {relative:e}");
             compared += 1;
         }

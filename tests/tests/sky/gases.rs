@@ -1,4 +1,5 @@
-//! Gases in the sun's beam, from 280 to 2500 nm: against the band model that they are fitted to, and against published beams.
+//! Gases in the sun's beam, from 280 to 2500 nm: against the band model that they are fitted to, and against published
+//! beams.
 
 use std::collections::BTreeMap;
 

@@ -44,7 +44,8 @@ fn assert_continuous(what: &str, at: f64, angle: f64, value: impl Fn(f64) -> [f6
     }
 }
 
-/// The errors along views of a scene towards and across the sun and away from it, the largest of them no larger than the bound of 1e-3.
+/// The errors along views of a scene towards and across the sun and away from it, the largest of them no larger than
+/// the bound of 1e-3.
 fn assert_accurate(scene: &Scene, elevations: impl IntoIterator<Item = f64>) {
     assert_accurate_towards(scene, elevations, &[1.0, 70.0, 179.0]);
 }
@@ -86,7 +87,8 @@ fn radiance_is_continuous_across_the_level_direction() {
     }
 }
 
-/// There the ray's end leaps from the ground to the far side of the air, and its radiance with it: by as much as the oracle's.
+/// There the ray's end leaps from the ground to the far side of the air, and its radiance with it: by as much as the
+/// oracle's.
 #[test]
 fn the_step_at_the_edge_of_the_ground_is_that_of_the_oracle() {
     for altitude in [0.5, 12.0, 35.0] {
@@ -168,7 +170,8 @@ fn opaque_air_is_as_bright_as_it_should_be() {
     }
 }
 
-/// Air of 50 m seen from 2663 km up: as a distance from the observer the place of a sample lost the digits of its altitude.
+/// Air of 50 m seen from 2663 km up: as a distance from the observer the place of a sample lost the digits of its
+/// altitude.
 #[test]
 fn thin_air_on_the_ground_keeps_its_radiance_seen_from_high_inside_the_atmosphere() {
     let mut scene = scene(Preset::Paper, 39.0, "8x4");
@@ -190,7 +193,8 @@ fn ozone_far_above_keeps_its_column_on_level_rays() {
     assert_accurate(&scene, (-32..8).map(|i| 0.004 * f64::from(i)));
 }
 
-/// The closed form of a column took its curvature from the ground: at some scale heights 2e-4 of an optical depth of tens was missing.
+/// The closed form of a column took its curvature from the ground: at some scale heights 2e-4 of an optical depth of
+/// tens was missing.
 #[test]
 fn opaque_air_on_a_small_planet_is_as_bright_as_it_should_be() {
     let mut scene = scene(Preset::Earth, 1.2, "8x4");
@@ -210,7 +214,8 @@ fn sunlight_that_grazes_a_thin_layer_is_dimmed_in_the_oracle_too() {
     assert_accurate(&scene, [-60.0, -45.3, -30.0, -22.7, -18.4, -15.2]);
 }
 
-/// From orbit the ground is seen where the sun sets; the samples were chosen for a sun that is high where the observer is.
+/// From orbit the ground is seen where the sun sets; the samples were chosen for a sun that is high where the observer
+/// is.
 #[test]
 fn the_terminator_seen_from_orbit_is_as_bright_as_it_should_be() {
     for (altitude, sun) in [(646.0, 8.5), (36_144.0, 9.3)] {
@@ -245,7 +250,8 @@ fn opaque_air_is_as_bright_as_it_should_be_on_either_side_of_the_horizon() {
     assert_accurate(&scene, [-3.2, -2.978, -2.97703, -2.97, -2.7]);
 }
 
-/// At the wavelengths tried the sky was black or bright; between them, and with samples placed for a blacker band, it was 1.2e-3 off.
+/// At the wavelengths tried the sky was black or bright; between them, and with samples placed for a blacker band, it
+/// was 1.2e-3 off.
 #[test]
 fn opaque_air_is_as_bright_as_it_should_be_at_the_plans_own_bands() {
     let mut scene = scene(Preset::Earth, 90.0, "8x4");
@@ -269,7 +275,8 @@ fn ozone_on_the_limb_is_as_dark_as_it_should_be_at_the_terminator() {
     assert_accurate_towards(&scene, (1..40).map(|i| horizon + 0.002 * f64::from(i)), &[85.0, 90.0, 95.0]);
 }
 
-/// The largest number of samples left 1.3e-3 where sunlight grazes ozone denser than the Earth's on a planet five times as large.
+/// The largest number of samples left 1.3e-3 where sunlight grazes ozone denser than the Earth's on a planet five times
+/// as large.
 #[test]
 fn sunlight_that_grazes_dense_ozone_is_as_bright_as_it_should_be() {
     let mut scene = scene(Preset::Earth, -6e-5, "8x4");
@@ -282,7 +289,8 @@ fn sunlight_that_grazes_dense_ozone_is_as_bright_as_it_should_be() {
     assert_accurate(&scene, (0..30).map(|i| 5.0 + 2.5 * f64::from(i)));
 }
 
-/// Away from a low sun the last light on a ray comes from where the sun sets at the top of the air, and no test ray of the plan ended there.
+/// Away from a low sun the last light on a ray comes from where the sun sets at the top of the air, and no test ray of
+/// the plan ended there.
 #[test]
 fn opaque_air_is_as_bright_as_it_should_be_away_from_a_low_sun() {
     let mut scene = scene(Preset::Earth, 0.544_17, "8x4");
@@ -294,8 +302,8 @@ fn opaque_air_is_as_bright_as_it_should_be_away_from_a_low_sun() {
     assert_accurate_towards(&scene, (0..20).map(|i| 1.0 + 0.4 * f64::from(i)), &[125.0, 150.0, 160.0, 178.0]);
 }
 
-/// Behind the limb, where the sun sets across the view, light grazes the ozone along the whole of a ray, and no test ray of the plan went
-/// there: 3e-3 with the samples that were enough elsewhere.
+/// Behind the limb, where the sun sets across the view, light grazes the ozone along the whole of a ray, and no test
+/// ray of the plan went there: 3e-3 with the samples that were enough elsewhere.
 #[test]
 fn the_limb_is_as_bright_as_it_should_be_where_the_sun_sets_across_it() {
     let mut scene = scene(Preset::Earth, -1.034_473, "8x4");
@@ -322,8 +330,9 @@ fn the_limb_of_a_large_planet_is_as_bright_as_it_should_be_where_the_sun_sets_ac
     assert_accurate_towards(&scene, (0..20).map(|i| -18.293_9 + 5e-5 * f64::from(i)), &[88.0, 89.0, 90.0]);
 }
 
-/// Shallow air far below an observer inside the atmosphere: the planet's shadow ends metres above the ground, which the distance to it
-/// has lost. With the sun on the horizon and away from the view 2.1e-3 of the light was missing, whatever the samples.
+/// Shallow air far below an observer inside the atmosphere: the planet's shadow ends metres above the ground, which the
+/// distance to it has lost. With the sun on the horizon and away from the view 2.1e-3 of the light was missing,
+/// whatever the samples.
 #[test]
 fn the_ground_at_the_terminator_is_as_bright_as_it_should_be_from_high_inside_the_atmosphere() {
     for sun in [0.0, -0.003, -0.01, -0.03, -0.1, -0.3, -1.0] {

@@ -73,8 +73,8 @@ fn a_picture_is_looked_up_from_every_altitude_and_near_to_the_integral() {
             // edges of the layer of ozone, and from orbit the planet's shadow has its edge in the picture by day: kinks
             // as in twilight.
             let has_kinks = sun <= 0.0 || altitude > 50.0;
-            // From 40 km and higher the row of the horizon has most of the light, and bent light an edge in it: where a ray crosses
-            // the lowest air, which its samples hardly resolve.
+            // From 40 km and higher the row of the horizon has most of the light, and bent light an edge in it: where a
+            // ray crosses the lowest air, which its samples hardly resolve.
             let has_edge = altitude >= 40.0 && sun < 0.0;
             let most = if has_edge { 2.2e-2 } else { 1e-3 };
             let most_of_a_pixel = if has_edge {
@@ -110,9 +110,9 @@ fn maps_are_near_to_the_integral_and_within_what_they_say() {
                 assert!(rmse > 0.0 && rmse <= 1e-3, "{what}: {rmse:.1e}");
                 told += 1;
             }
-            // From 12 km and higher three rows have nearly all of the light in twilight, up to a thousand times the mean, and what
-            // is off there counts as much: 3.1e-3 from 12 km. From 40 and 100 km bent light has an edge in them, 1.9e-2 at -4° and
-            // 7.9e-2 at -8°.
+            // From 12 km and higher three rows have nearly all of the light in twilight, up to a thousand times the
+            // mean, and what is off there counts as much: 3.1e-3 from 12 km. From 40 and 100 km bent light has an edge
+            // in them, 1.9e-2 at -4° and 7.9e-2 at -8°.
             let most = match altitude {
                 12.0 => 3.4e-3,
                 height if height >= 40.0 => 9e-2,

@@ -1,4 +1,5 @@
-//! Light of all orders against a Monte Carlo reference that shares nothing with the method; its header says how it was made.
+//! Light of all orders against a Monte Carlo reference that shares nothing with the method; its header says how it was
+//! made.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -53,7 +54,8 @@ fn rows() -> Vec<Row> {
     lines.map(row).collect()
 }
 
-/// The cross-section of ozone that the reference was computed with: means over 10 nm, taken as points where these begin.
+/// The cross-section of ozone that the reference was computed with: means over 10 nm, taken as points where these
+/// begin.
 fn ozone_of_the_reference() -> OzoneCrossSection {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/data/ozone_cross_section_of_the_references.csv");
     OzoneCrossSection::File(TableFile::read(Path::new(file)).unwrap())
@@ -132,8 +134,8 @@ fn group(row: &Row) -> &'static str {
     }
 }
 
-/// Errors relative to the radiance or, where it is fainter, to 5 % of the brightest direction of that observer, sun and wavelength; a row may be
-/// wrong by two standard errors of the reference more.
+/// Errors relative to the radiance or, where it is fainter, to 5 % of the brightest direction of that observer, sun and
+/// wavelength; a row may be wrong by two standard errors of the reference more.
 #[test]
 fn light_of_all_orders_agrees_with_a_monte_carlo_reference() {
     let mut groups: BTreeMap<&str, Errors> = BTreeMap::new();
@@ -177,9 +179,11 @@ fn light_of_all_orders_agrees_with_a_monte_carlo_reference() {
 /// Colours by four bands and their fit against 81 wavelengths whose light is computed itself, over the whole sky.
 #[test]
 fn four_bands_hold_the_colour_of_all_light() {
-    // A colour difference of 1 is just seen. What is left in twilight are two light fields, of four bands and of 48, between the same suns.
+    // A colour difference of 1 is just seen. What is left in twilight are two light fields, of four bands and of 48,
+    // between the same suns.
     let clear = [(90.0, 0.1, 0.002), (30.0, 0.1, 0.002), (5.0, 0.1, 0.002), (0.0, 0.2, 0.0035), (-4.0, 0.2, 0.0035)];
-    // Water and pairs of oxygen are a spectrum more, which shows on long ways, and the steep aureole of a kind beside the sun.
+    // Water and pairs of oxygen are a spectrum more, which shows on long ways, and the steep aureole of a kind beside
+    // the sun.
     let measured =
         [(90.0, 0.25, 0.0025), (30.0, 0.25, 0.0025), (5.0, 0.3, 0.008), (0.0, 1.4, 0.022), (-4.0, 1.0, 0.022)];
     // Haze of an optical depth of 0.3 at 550 nm has dimmed what is left of the blue light.
@@ -200,11 +204,12 @@ fn four_bands_hold_the_colour_of_all_light() {
     }
 }
 
-/// Suns that are near each other share a light field, and low suns take finer ones. Where one field ends and the next begins the sky does not jump, in haze as little
-/// as in clear air.
+/// Suns that are near each other share a light field, and low suns take finer ones. Where one field ends and the next
+/// begins the sky does not jump, in haze as little as in clear air.
 #[test]
 fn the_sky_does_not_jump_where_its_light_field_changes() {
-    // Half way between two centres: 5° apart by day, 2° where the sun is low, 1° in twilight. Of the brightest direction no tenth of a per cent may show.
+    // Half way between two centres: 5° apart by day, 2° where the sun is low, 1° in twilight. Of the brightest
+    // direction no tenth of a per cent may show.
     const BORDERS: [f64; 8] = [62.5, 27.5, 7.0, 5.0, 0.5, -0.5, -3.5, -9.5];
     const BOUND: f64 = 1e-3;
     for air in [Air::Standard, Air::Hazy, Air::Thick] {
@@ -237,7 +242,8 @@ fn the_sky_does_not_jump_where_haze_takes_a_finer_light_field() {
     }
 }
 
-/// What four skies change by from the second to the third, beyond the mean of what they change by before and after: relative to the brightest direction.
+/// What four skies change by from the second to the third, beyond the mean of what they change by before and after:
+/// relative to the brightest direction.
 fn jump(skies: [Vec<Vec<f64>>; 4]) -> f64 {
     let mut largest = 0.0f64;
     for band in 0..4 {
@@ -287,7 +293,8 @@ fn lights(scene: &Scene) -> Vec<Vec<f64>> {
     views.map(|view| sky.integral().transfer(view.as_vec3())).collect()
 }
 
-/// In twilight the ground away from the sun that a light field is about is as dark as under its own sun, which from a metre above it is all that is seen of it.
+/// In twilight the ground away from the sun that a light field is about is as dark as under its own sun, which from a
+/// metre above it is all that is seen of it.
 #[test]
 fn the_ground_in_twilight_is_as_bright_from_just_above_as_from_itself() {
     for sun in [-6.5001, -8.4999, -8.5001, -10.4999] {
@@ -373,7 +380,8 @@ fn every_order_adds_light() {
     assert!((all / sums[4] - 1.0).abs() < 2e-3, "{all} {sums:?}");
 }
 
-/// From the ground itself all of it that is seen is one place, as bright from every side. Pixels take that colour as the plan found it.
+/// From the ground itself all of it that is seen is one place, as bright from every side. Pixels take that colour as
+/// the plan found it.
 #[test]
 fn the_ground_that_is_stood_on_has_one_colour() {
     for path in [PathChoice::Direct, PathChoice::Lookup] {
@@ -388,8 +396,8 @@ fn the_ground_that_is_stood_on_has_one_colour() {
             let (sky, ground) = pixels.split_at(16 * 64);
             for elevation in [-0.5, -20.0, -89.0] {
                 let integrated = plan.radiance(direction(elevation, 130.0).as_vec3());
-                // The same sums for a ray that is as long: none. Under low suns the diffuse irradiance goes by logarithms, which a rounding of the sun's angle
-                // there changes by some ten times as much.
+                // The same sums for a ray that is as long: none. Under low suns the diffuse irradiance goes by
+                // logarithms, which a rounding of the sun's angle there changes by some ten times as much.
                 assert!(
                     (ground[0] - integrated).abs().max_element() < 5e-6 * integrated.max_element(),
                     "{path:?}, {sun}°"
@@ -424,8 +432,8 @@ fn the_ground_is_as_bright_as_the_light_that_falls_on_it() {
     }
 }
 
-/// Spectra from 360 to 830 nm, through as many bands as they need: against the light of each wavelength computed itself. The four bands of
-/// colour alone would not do.
+/// Spectra from 360 to 830 nm, through as many bands as they need: against the light of each wavelength computed
+/// itself. The four bands of colour alone would not do.
 #[test]
 fn a_spectrum_is_that_of_each_wavelength() {
     let wavelengths: Vec<f64> = (0..=47).map(|i| 360.0 + 10.0 * f64::from(i)).collect();
@@ -539,8 +547,8 @@ fn a_spectrum_of_every_nanometre_is_that_of_each_wavelength() {
     }
 }
 
-/// Ground of albedo 1 below air and haze that absorb nothing: all sunlight that meets the atmosphere leaves it again, scattered or, at the
-/// limb, straight on.
+/// Ground of albedo 1 below air and haze that absorb nothing: all sunlight that meets the atmosphere leaves it again,
+/// scattered or, at the limb, straight on.
 #[test]
 fn a_white_planet_returns_what_it_got() {
     let wavelengths = [420.0, 550.0];
@@ -563,11 +571,12 @@ fn a_white_planet_returns_what_it_got() {
     assert!(kept < 1.0 - passed_by(&scene, 550.0) - 0.02, "{kept}");
 }
 
-/// The part of the sunlight that meets the top of the atmosphere and leaves it scattered: radiances over all places there and all ways
-/// outwards, 4π R² π ⟨L⟩ of π R².
+/// The part of the sunlight that meets the top of the atmosphere and leaves it scattered: radiances over all places
+/// there and all ways outwards, 4π R² π ⟨L⟩ of π R².
 fn returned(scene: &Scene, wavelengths: &[f64]) -> Vec<f64> {
     let mut sum = vec![0.0; wavelengths.len()];
-    // Places by the sine of their sun; night begins at about −20°. Even in the square of the view's cosine, but closer at the limb.
+    // Places by the sine of their sun; night begins at about −20°. Even in the square of the view's cosine, but closer
+    // at the limb.
     for place in gauss_legendre(24) {
         let sine = -0.35 + 1.35 * f64::from(place.x);
         let mut scene = scene.clone();
@@ -587,8 +596,8 @@ fn returned(scene: &Scene, wavelengths: &[f64]) -> Vec<f64> {
     sum.into_iter().map(|mean| 4.0 * std::f64::consts::PI * mean).collect()
 }
 
-/// The part of the sunlight that meets the top of the atmosphere and passes the limb unscattered, by the midpoint rule over the height of its
-/// lowest point, from the oracle's columns.
+/// The part of the sunlight that meets the top of the atmosphere and passes the limb unscattered, by the midpoint rule
+/// over the height of its lowest point, from the oracle's columns.
 fn passed_by(scene: &Scene, wavelength: f64) -> f64 {
     let (medium, band) = (medium(scene), coefficients(scene, wavelength));
     let steps = 2000;
@@ -606,8 +615,8 @@ fn passed_by(scene: &Scene, wavelength: f64) -> f64 {
 fn a_measured_sky_is_as_bright_as_the_computed_one() {
     let folder = tempfile::tempdir().unwrap();
     let outcomes = measured(folder.path(), &|_| {}).unwrap();
-    // As near as the best of the models that were run under the same atmosphere and sun (Bruneton 2016: 11.2 to 11.9 %), and nearer with an aerosol
-    // that was chosen.
+    // As near as the best of the models that were run under the same atmosphere and sun (Bruneton 2016: 11.2 to
+    // 11.9 %), and nearer with an aerosol that was chosen.
     for (atmosphere, most) in [
         ("the published comparison", 0.11),
         ("a continent's aerosol, by its optical depth", 0.09),

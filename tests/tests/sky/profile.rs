@@ -26,7 +26,8 @@ fn column(density: impl Fn(f64) -> f64) -> f64 {
     (0..6000).map(|i| density(0.02 * (f64::from(i) + 0.5)) * 0.02).sum()
 }
 
-/// Pairs of molecules of air, and water times pressure, at an altitude (km): between levels their logarithms are straight.
+/// Pairs of molecules of air, and water times pressure, at an altitude (km): between levels their logarithms are
+/// straight.
 pub fn gases(profile: &Profile) -> impl Fn(f64) -> [f64; 2] + Sync {
     let levels = profile.measured().unwrap();
     move |altitude| {
@@ -38,7 +39,8 @@ pub fn gases(profile: &Profile) -> impl Fn(f64) -> [f64; 2] + Sync {
     }
 }
 
-/// Of suns and views the largest error at the bands, relative to the radiance or to a hundredth of the brightest view's.
+/// Of suns and views the largest error at the bands, relative to the radiance or to a hundredth of the brightest
+/// view's.
 fn largest_error(sun: f64, refraction: bool) -> f64 {
     let scene = measured(Preset::Standard, sun, refraction);
     let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
@@ -234,7 +236,8 @@ fn the_beam_crosses_as_much_air_as_published() {
         assert!((found / published - 1.0).abs() < 5e-3, "sun at {sun}: {found}, not {published}");
         if sun == 0.0 {
             assert!(exponential / published > 1.05, "negative control: {exponential}");
-            // Bennett's refraction (1982) falls from 34.5' at 0° to 24.4' at 1°: a flattening to 1 / (1 + 10.1/60) = 0.86.
+            // Bennett's refraction (1982) falls from 34.5' at 0° to 24.4' at 1°: a flattening to 1 / (1 + 10.1/60) =
+            // 0.86.
             assert!((0.8..0.9).contains(&spread), "{spread}");
         }
         assert!(sun < 30.0 || (spread - 1.0).abs() < 2e-3, "{spread}");
@@ -276,7 +279,8 @@ fn the_sun_rises_before_its_time_and_flattened() {
 
 #[test]
 fn a_site_has_the_air_of_its_pressure() {
-    // US Standard Atmosphere 1976 (NOAA-S/T 76-1562): hPa by km. Air that nothing but scatters has as much over it as it weighs.
+    // US Standard Atmosphere 1976 (NOAA-S/T 76-1562): hPa by km. Air that nothing but scatters has as much over it as
+    // it weighs.
     for (site, published) in [(0.0, 1013.25), (1.0, 898.76), (2.0, 795.01), (5.0, 540.48)] {
         let depth = |pressure: Option<f64>| {
             let mut scene = measured(Preset::Standard, 90.0, false);

@@ -29,7 +29,8 @@ fn probe(folder: &Path, scene: &[&str], (first, count, width): Bands, [elevation
 
 #[test]
 fn a_sensor_in_radiance_gets_the_irradiance_of_the_report_and_sees_the_sky_where_it_is() {
-    // The default; a low sun with its own wavelengths and a camera that looks elsewhere in an image of another shape; twilight.
+    // The default; a low sun with its own wavelengths and a camera that looks elsewhere in an image of another shape;
+    // twilight.
     let cases: [(&[&str], &[&str], Bands); 3] = [
         (&["--sun-elevation", "40", "--sun-azimuth", "110"], &["--size", "512x256"], (390, 20, 20)),
         (

@@ -57,8 +57,8 @@ fn with_disc(elevation: f64, size: &str) -> Scene {
 fn assert_holds_the_suns_light(scene: &Scene, place: &str) {
     let expected = DVec3::from_array(plan(scene).sky.light().sun_irradiance_rgb);
     let error = ((energy(scene) - expected) / expected.max_element()).abs().max_element();
-    // Some fifty samples across the disc, sixteen places in the disc's grid either way; coarse pixels far from where a projection's density is
-    // level add up to half a per cent.
+    // Some fifty samples across the disc, sixteen places in the disc's grid either way; coarse pixels far from where a
+    // projection's density is level add up to half a per cent.
     assert!(error < 0.01, "{place}: {error:.1e}");
     println!("{place}: {error:.1e}");
 }
@@ -216,8 +216,9 @@ fn a_disc_beyond_what_a_file_can_hold_is_refused() {
     refused(&scene, "a.exr", "50");
 }
 
-/// Elevation of the sun (degrees) and the red of its irradiance on a surface that faces it, over the standard scene with the ozone of the references: the
-/// double integral over the part of the disc that the ground does not hide, computed apart from the program.
+/// Elevation of the sun (degrees) and the red of its irradiance on a surface that faces it, over the standard scene
+/// with the ozone of the references: the double integral over the part of the disc that the ground does not hide,
+/// computed apart from the program.
 const SUNSET: [(f64, f64); 32] = [
     (-0.268, 0.0),
     (-0.256, 0.0012315),

@@ -14,8 +14,8 @@ const WAVELENGTH: f64 = 550.0;
 /// A sun whose cosine of the zenith angle is 0.6.
 const SUN: f64 = 36.869_897_645_844_02;
 
-/// The escape function of thick air that absorbs nothing and scatters to all sides alike, at that cosine: `√3/4 H(0.6)`, with Chandrasekhar's `H` (1960,
-/// *Radiative Transfer*, Table XI, albedo 1).
+/// The escape function of thick air that absorbs nothing and scatters to all sides alike, at that cosine:
+/// `√3/4 H(0.6)`, with Chandrasekhar's `H` (1960, *Radiative Transfer*, Table XI, albedo 1).
 const ESCAPE: f64 = 0.433_012_7 * 2.1941;
 
 /// Air that absorbs nothing, of a vertical optical depth, over ground of an albedo.
@@ -88,13 +88,13 @@ fn thick_air_lets_through_what_the_law_of_thick_layers_says() {
 
 #[test]
 fn what_thick_air_takes_from_the_sun_a_white_ground_gets_back() {
-    // By reciprocity down/E is T(μ) over the transmittance of light from below, 4/3 / (b + 2 q): the escape function alone, at any depth. Nothing is
-    // absorbed anywhere.
+    // By reciprocity down/E is T(μ) over the transmittance of light from below, 4/3 / (b + 2 q): the escape function
+    // alone, at any depth. Nothing is absorbed anywhere.
     for depth in [3.0, 10.0, 20.0, 30.0, 60.0, 100.0, 300.0] {
         let what = format!("optical depth {depth}");
         assert_near(transmitted(&on_a_flat_planet(air(depth, 1.0))), ESCAPE, OFF, &what);
-        // Light that rises from a sphere is diluted with the square of the distance from its centre, up to where the optical depth above is
-        // one: by 0.3 to 1.4 % at most.
+        // Light that rises from a sphere is diluted with the square of the distance from its centre, up to where the
+        // optical depth above is one: by 0.3 to 1.4 % at most.
         let diluted = 2.0 * 8.0 * f64::ln(depth) / 6360.0;
         let lost = 1.0 - transmitted(&air(depth, 1.0)) / ESCAPE;
         assert!((-OFF..=diluted + OFF).contains(&lost), "{what}: {lost} of the light is lost");
@@ -103,7 +103,8 @@ fn what_thick_air_takes_from_the_sun_a_white_ground_gets_back() {
 
 #[test]
 fn thick_haze_lets_through_what_discrete_ordinates_say() {
-    // Plane layers by PythonDISORT (Ho 2024, 32 streams, delta-M): optical depth, single-scattering albedo, asymmetry, albedo of the ground, sun, transmitted.
+    // Plane layers by PythonDISORT (Ho 2024, 32 streams, delta-M): optical depth, single-scattering albedo, asymmetry,
+    // albedo of the ground, sun, transmitted.
     for (depth, single, asymmetry, albedo, sun, expected) in [
         (10.0, 1.0, 0.8, 0.0, 40.0, 0.440_49),
         (30.0, 1.0, 0.8, 0.0, 40.0, 0.215_27),

@@ -24,7 +24,7 @@ pub struct BetweenArguments {
     /// Azimuth of the direction, clockwise from north (degrees).
     #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = number)]
     pub view_azimuth: f64,
-    /// Distance up to which air counts (km); inf for all of it.
+    /// Distance of the far point (km); inf for all of the air.
     #[arg(long, value_name = "KM", allow_negative_numbers = true, value_parser = number)]
     pub distance: f64,
     /// Wavelengths in nm: START:END:STEP, or a list with commas.
@@ -59,10 +59,11 @@ pub struct AerialArguments {
     /// Unit of the depth.
     #[arg(long, value_name = "UNIT", default_value = "m", ignore_case = true, value_parser = word_of::<DepthUnit>())]
     depth_unit: DepthUnit,
-    /// What the depth is measured along.
+    /// Line along which the depth is measured.
     #[arg(long, value_name = "KIND", default_value = "z", ignore_case = true, value_parser = word_of::<DepthKind>())]
     depth_kind: DepthKind,
-    /// Image (EXR) of the same size to be seen through the air, in place of layers: linear RGB of the scene's space and exposure.
+    /// Image (EXR) of the same size to which the air is applied, in place of layers: linear RGB in the scene's space
+    /// and exposure.
     #[arg(long, value_name = "FILE.exr")]
     beauty: Option<PathBuf>,
     /// File to write [default: aerial.exr, in the place of one that sorairo wrote, and of no other].

@@ -15,7 +15,7 @@ pub enum EvaluationCommand {
     Reproduce(ReproduceArguments),
     /// Measures run time against error on a device, and writes a report.
     Bench(BenchArguments),
-    /// Tries random bands, scenes and rays for as long as asked, counts what fails, and writes a report.
+    /// Tests random bands, scenes and rays for a given time, counts failures, and writes a report.
     Stress(StressArguments),
 }
 
@@ -23,10 +23,10 @@ pub enum EvaluationCommand {
 pub struct BandsArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// How many wavelengths (3 to 8).
+    /// Number of wavelengths (3 to 8).
     #[arg(long, value_name = "N", default_value_t = 4)]
     pub count: u32,
-    /// Elevations of the sun to be good at (degrees): a list with commas.
+    /// Elevations of the sun for which the error is minimised (degrees): a list with commas.
     #[arg(
         long,
         value_name = "LIST",
@@ -61,10 +61,10 @@ pub struct BenchArguments {
     /// Fewer suns and smaller images: under a minute.
     #[arg(long)]
     pub quick: bool,
-    /// Measure speed instead: kernels against writing their pixels, sizes, sky lookups, samples, a cold start.
+    /// Measure speed instead: kernels relative to writing their pixels, sizes, sky lookups, samples, a cold start.
     #[arg(long)]
     pub speed: bool,
-    /// Print what was measured as one JSON object, in place of the report's name.
+    /// Print the measurements as one JSON object, in place of the report's name.
     #[arg(long)]
     pub json: bool,
     /// Device: auto, cpu, gpu, or part of the name of a graphics device.
@@ -77,13 +77,13 @@ pub struct StressArguments {
     /// Folder to write report.md, stress.json and the pictures to.
     #[arg(long, value_name = "DIR", default_value = "stress")]
     pub out: PathBuf,
-    /// How long to try (minutes, 0 to 10 000); every sweep has at least one turn.
+    /// Duration (minutes, 0 to 10 000); every sweep has at least one turn.
     #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true, value_parser = minutes)]
     pub minutes: f64,
-    /// What the random numbers grow from: the same seed tries the same cases.
+    /// Seed of the random numbers: the same seed tests the same cases.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Spectra of each turn (1 to 1 000 000).
+    /// Spectra per turn (1 to 1 000 000).
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub spectra: u64,
     /// Device beside the CPU: auto, cpu, gpu, or part of the name of a graphics device.

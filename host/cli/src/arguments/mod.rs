@@ -42,20 +42,21 @@ pub enum Command {
     Render(RenderArguments),
     /// Renders numbered frames under a moving sun, and skips frames that exist already.
     ///
-    /// The sun moves through elevations (--sun-elevation) or through time at a place (--from, --to, --frames N, --place). A
-    /// frame is skipped if all its files are complete and from this version of the program and the same scene. --frames A-B
-    /// renders a range and --frame N one frame, so that processes or machines share the work. When the last frame is
-    /// complete, contact.png beside the frames shows up to 64 of them, evenly spaced.
+    /// The sun moves through elevations (--sun-elevation) or through time at a place (--from, --to, --frames N,
+    /// --place). A frame is skipped if all its files are complete and from this version of the program and the same
+    /// scene. --frames A-B renders a range and --frame N one frame, so that processes or machines share the work. When
+    /// the last frame is complete, contact.png beside the frames shows up to 64 of them, evenly spaced.
     Sequence(SequenceArguments),
     /// Prints the spectrum of the sky in one direction or many.
     Spectrum(SpectrumArguments),
-    /// Prints the transmittance of the air up to a distance, and the radiance that it adds.
+    /// Prints the transmittance and the in-scattered radiance of the air up to a distance.
     Between(BetweenArguments),
-    /// Writes the air before each pixel of a depth image: its light and its transmittance, or a picture seen through it.
+    /// Writes the in-scattered light and the transmittance of the air in front of each pixel of a depth image, or an
+    /// image seen through it.
     ///
     /// The depth image gives the size of the output. An infinite depth, or one of 10¹⁰ and more, is the sky or the
-    /// scene's ground; a depth behind the ground ends on it. Light is linear RGB as in the EXR files of `render`, exposed
-    /// by --exr-exposure alone.
+    /// scene's ground; a depth behind the ground ends on it. Light is linear RGB as in the EXR files of `render`,
+    /// exposed by --exr-exposure alone.
     Aerial(Box<AerialArguments>),
     /// Opens a window that shows the sky; a click plots its spectrum.
     View(ViewArguments),
@@ -163,7 +164,7 @@ pub struct RenderArguments {
 /// What a map shows.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Shown {
-    /// The part of the light's luminance that is polarised, 0 to 1.
+    /// The polarised fraction of the luminance, 0 to 1.
     PolarisationDegree,
     /// The angle of its electric vector, counterclockwise from the top of the image; grey where little is polarised.
     PolarisationAngle,
@@ -172,11 +173,12 @@ pub enum Shown {
 #[derive(Args)]
 #[command(group(ArgGroup::new("suns").required(true).args(["sun-elevation", "from", "table"])))]
 pub struct SequenceArguments {
-    /// Elevations of the sun (degrees), one per frame: from A to B by STEP, B included if it falls on a step. The sun sinks
-    /// if B is below A.
+    /// Elevations of the sun (degrees), one per frame: from A to B by STEP, B included if it falls on a step. The sun
+    /// sinks if B is below A.
     #[arg(id = "sun-elevation", long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = elevations)]
     pub sun_elevation: Option<Numbers>,
-    /// Time of the first frame, with an offset from UTC, such as 2026-06-21T04:30:00+09:00; needs --to, --frames N and a place.
+    /// Time of the first frame, with an offset from UTC, such as 2026-06-21T04:30:00+09:00; needs --to, --frames N and
+    /// a place.
     #[arg(long, value_name = "TIME", requires = "to", conflicts_with = "sun-azimuth")]
     pub from: Option<Time>,
     /// Time of the last frame, in the same format.
@@ -186,8 +188,8 @@ pub struct SequenceArguments {
     /// manifest.csv beside the frames lists the case of each file.
     #[arg(long, value_name = "FILE")]
     pub table: Option<PathBuf>,
-    /// N: number of frames from --from to --to, evenly spaced in time, both ends included. A-B: render only frames A to B,
-    /// counted from 0; repeatable [default: all].
+    /// N: number of frames from --from to --to, evenly spaced in time, both ends included. A-B: render only frames A to
+    /// B, counted from 0; repeatable [default: all].
     #[arg(long = "frames", value_name = "N|A-B")]
     pub frames: Vec<FrameChoice>,
     /// Exposure of the pictures: a number of stops; adapt: each frame as an eye adapts; auto: each frame metered;
@@ -195,7 +197,8 @@ pub struct SequenceArguments {
     /// if it is fixed, else adapt; with --table that of the scene file].
     #[arg(long, value_name = "EV", allow_negative_numbers = true)]
     pub exposure: Option<FrameExposure>,
-    /// Number of a frame to render, counted from 0, as farms pass it to a task; repeatable, and combines with --frames A-B.
+    /// Number of a frame to render, counted from 0, as farms pass it to a task; repeatable, and combines with --frames
+    /// A-B.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub frame: Vec<u32>,
     /// Scene file (TOML).
@@ -256,8 +259,8 @@ pub struct SpectrumArguments {
     /// Print luminance (cd·m⁻²), chromaticity and correlated colour temperature (K) in place of the spectrum.
     #[arg(long, conflicts_with = "wavelengths")]
     pub luminance: bool,
-    /// Print the Stokes vector in place of radiance: rows of wavelength_nm,stokes_i,stokes_q,stokes_u and the degree and
-    /// angle of polarisation.
+    /// Print the Stokes vector in place of radiance: rows of wavelength_nm,stokes_i,stokes_q,stokes_u and the degree
+    /// and angle of polarisation.
     #[arg(long, conflicts_with_all = ["luminance", "direct", "resolution"])]
     pub stokes: bool,
     /// Reference plane of the Stokes vector.

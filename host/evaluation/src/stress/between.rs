@@ -27,10 +27,10 @@ use super::outcome::{Outcome, generator};
 /// A ray is judged relative to its own light, or to this part of the brightest of its sky.
 const FLOOR: f64 = 0.05;
 
-/// What the two sides may differ by, relative to the brightest wavelength of the ray or to [`FLOOR`] of the brightest of
-/// some rays. Both come from light fields about other suns: by day and until civil dusk a third of what such a field may
-/// be off from drawn paths, later as much as that; see `docs/accuracy.md`. Of 300 cases half leave 2.5e-5, and 13 more
-/// than 1e-3.
+/// What the two sides may differ by, relative to the brightest wavelength of the ray or to [`FLOOR`] of the brightest
+/// of some rays. Both come from light fields about other suns: by day and until civil dusk a third of what such a field
+/// may be off from drawn paths, later as much as that; see `docs/accuracy.md`. Of 300 cases half leave 2.5e-5, and 13
+/// more than 1e-3.
 fn allowed(scene: &Scene) -> f64 {
     if scene.sun.elevation >= -6.0 { 3e-3 } else { 0.03 }
 }

@@ -13,8 +13,9 @@ use super::outcome::{Outcome, generator};
 /// The wavelength (nm).
 const WAVELENGTH: f64 = 550.0;
 
-/// The net irradiance that may be, relative to what meets the top of the atmosphere: 0.3 % for sums over the directions of a hemisphere, which leave as much in
-/// haze with a low sun, and what the planet's curvature takes, twice the altitude over its radius.
+/// The net irradiance that may be, relative to what meets the top of the atmosphere: 0.3 % for sums over the directions
+/// of a hemisphere, which leave as much in haze with a low sun, and what the planet's curvature takes, twice the
+/// altitude over its radius.
 const BOUND: f64 = 3e-3;
 
 /// Tries random skies.

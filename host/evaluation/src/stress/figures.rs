@@ -30,7 +30,8 @@ const COLOURS: [RGBColor; 3] = [RGBColor(213, 94, 0), RGBColor(230, 159, 0), RGB
 /// Sets of bands in the first panel.
 const SETS: u64 = 900;
 
-/// Bands (nm) of the sky in the other two panels: the matrix in nm gives a wrong spectrum for the first, none for the second.
+/// Bands (nm) of the sky in the other two panels: the matrix in nm gives a wrong spectrum for the first, none for the
+/// second.
 pub const SHOWN: [[f64; 4]; 2] = [[593.0, 595.5, 598.0, 600.5], [597.0, 599.0, 601.0, 603.0]];
 
 /// Where the sky is looked at: elevation and azimuth from the sun (degrees).

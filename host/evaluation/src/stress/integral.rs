@@ -1,8 +1,8 @@
 //! The ray integral in single precision against the oracle, over the whole domain of scenes and rays.
 //!
 //! A case is a ray of a random scene at four wavelengths. It goes through a [`Plan`], so that samples, variant and
-//! coefficients are those that a user gets. A scene's maximum is the brightest of its own [`RAYS_PER_SCENE`] rays, among which
-//! are the zenith, the horizon and the sun's direction; a brighter one elsewhere would only allow more.
+//! coefficients are those that a user gets. A scene's maximum is the brightest of its own [`RAYS_PER_SCENE`] rays,
+//! among which are the zenith, the horizon and the sun's direction; a brighter one elsewhere would only allow more.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -28,8 +28,8 @@ pub const RAYS_PER_SCENE: u64 = 64;
 /// The oracle's tolerance: far below the bound, and four times faster than its finest.
 const REFERENCE_TOLERANCE: f64 = 1e-6;
 
-/// A direction that differs by this (radians) is the same direction: three units in the last place of a component in single
-/// precision, a seventeenth of a pixel's width in the largest image.
+/// A direction that differs by this (radians) is the same direction: three units in the last place of a component in
+/// single precision, a seventeenth of a pixel's width in the largest image.
 const SAME_DIRECTION: f64 = 2e-7;
 
 /// An angle (radians) that is nothing beside [`SAME_DIRECTION`], and that double precision can tell.
@@ -117,7 +117,8 @@ pub struct Cell {
     pub view: f64,
     /// Elevation of the sun (degrees).
     pub sun: f64,
-    /// The largest error, in the sense of [`error`], of the plan's bands and of two azimuths; `None` where nothing is lit.
+    /// The largest error, in the sense of [`error`], of the plan's bands and of two azimuths; `None` where nothing is
+    /// lit.
     pub error: Option<f64>,
 }
 
@@ -235,7 +236,8 @@ impl<'a> Judge<'a> {
         let (view, sun) = (unit(view), self.sun);
         // Ever closer: beside the horizon's jump the radiance changes with its distance from the jump.
         let parts = [-1.0, -0.5, -0.25, 0.25, 0.5, 1.0].map(|part| part * SAME_DIRECTION);
-        // The radiance jumps at the horizon, and beside it depends on the distance from the jump: that is one of the directions to try.
+        // The radiance jumps at the horizon, and beside it depends on the distance from the jump: that is one of the
+        // directions to try.
         let to_horizon = self.horizon() - view[2].clamp(-1.0, 1.0).asin();
         let beside_horizon =
             [to_horizon - HAIR, to_horizon + HAIR].into_iter().filter(|angle| angle.abs() < SAME_DIRECTION);
@@ -312,8 +314,9 @@ fn rounded(value: f64) -> f64 {
     f64::from(value as f32)
 }
 
-/// A valid scene, somewhere in the whole domain that a scene's keys allow: planets, scale heights, a ten-thousandth to a thousand times
-/// the Earth's air, aerosol and ozone, observers on the ground, in the air and beyond, the sun at -90° to 90°.
+/// A valid scene, somewhere in the whole domain that a scene's keys allow: planets, scale heights, a ten-thousandth to
+/// a thousand times the Earth's air, aerosol and ozone, observers on the ground, in the air and beyond, the sun at -90°
+/// to 90°.
 fn random_scene(rng: &mut ChaCha8Rng) -> Scene {
     let mut scene = Scene::preset(Preset::Earth).first_order();
     scene.render.fit = Fit::Transfer;
@@ -421,8 +424,8 @@ fn random_altitude(rng: &mut ChaCha8Rng, scene: &Scene) -> f64 {
     rounded(altitude)
 }
 
-/// A direction of a scene: the first rays are the special ones, the others lie anywhere, more of them near the horizon, on the limb and near
-/// the sun.
+/// A direction of a scene: the first rays are the special ones, the others lie anywhere, more of them near the horizon,
+/// on the limb and near the sun.
 fn random_view(rng: &mut ChaCha8Rng, scene: &Scene, index: u64) -> DVec3 {
     let a = &scene.atmosphere;
     let horizon = directions::horizon(a.ground_radius, scene.observer.altitude).to_degrees();
@@ -452,7 +455,8 @@ fn random_view(rng: &mut ChaCha8Rng, scene: &Scene, index: u64) -> DVec3 {
     direction(elevation.clamp(-90.0, 90.0), azimuth)
 }
 
-/// The elevation (radians) of a ray whose lowest point lies somewhere between the ground and the observer, or the top of the atmosphere.
+/// The elevation (radians) of a ray whose lowest point lies somewhere between the ground and the observer, or the top
+/// of the atmosphere.
 fn limb(rng: &mut ChaCha8Rng, scene: &Scene) -> f64 {
     let a = &scene.atmosphere;
     let highest = scene.observer.altitude.min(a.top_radius - a.ground_radius);

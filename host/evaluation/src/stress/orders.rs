@@ -1,7 +1,7 @@
 //! Light of all orders in single precision against the oracle's paths, over the skies that the Earth has.
 //!
-//! A case is a direction in a random sky at a wavelength. What it may be off is what is stated for its sun and haze and twice what the plan tells of itself,
-//! whichever is less, and the standard errors of the oracle.
+//! A case is a direction in a random sky at a wavelength. What it may be off is what is stated for its sun and haze and
+//! twice what the plan tells of itself, whichever is less, and the standard errors of the oracle.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -25,7 +25,8 @@ const MOST_PATHS: u64 = 2_097_152;
 /// Standard errors that a case may be off by: of a thousand normal ones three are.
 const STANDARD_ERRORS: f64 = 3.0;
 
-/// The oracle's standard error that decides a case, relative to what the case may be off: with three of them a case fails from 1.4 times that on at the latest.
+/// The oracle's standard error that decides a case, relative to what the case may be off: with three of them a case
+/// fails from 1.4 times that on at the latest.
 const DECIDES: f64 = 0.125;
 
 /// The part of the cases that may stay undecided because the oracle ran out of paths.
@@ -133,8 +134,8 @@ fn reference(scene: &Scene, wavelength: f64, view: (f64, f64), enough: f64, seed
     }
 }
 
-/// A sky of the Earth: air of any law and pressure, haze up to an optical depth of 0.3 at 1 µm or, one in eight, of 1 to 8, any ground, seen from the ground
-/// to orbit.
+/// A sky of the Earth: air of any law and pressure, haze up to an optical depth of 0.3 at 1 µm or, one in eight, of 1
+/// to 8, any ground, seen from the ground to orbit.
 pub(super) fn random_scene(rng: &mut ChaCha8Rng) -> Scene {
     let preset = if rng.random() { Preset::Standard } else { Preset::Earth };
     // Paths through the levels of a profile take ten times as long.

@@ -76,8 +76,8 @@ pub struct Condition {
     pub raw: f64,
     /// The same on wavelengths normalised to [-1, 1].
     pub normalised: f64,
-    /// Largest error from 380 to 780 nm of each form in single precision, for a clear sky, relative to the largest band;
-    /// infinite, `null` in JSON, where the matrix is singular in single precision.
+    /// Largest error from 380 to 780 nm of each form in single precision, for a clear sky, relative to the largest
+    /// band; infinite, `null` in JSON, where the matrix is singular in single precision.
     pub errors: [f64; 3],
 }
 
@@ -91,12 +91,13 @@ const REPORTED: [[f64; 4]; 6] = [
     [550.0, 550.5, 551.0, 551.5],
 ];
 
-/// Runs every sweep at least once, in turns until the time is up, and writes `report.md`, `stress.json` and the pictures into a folder.
+/// Runs every sweep at least once, in turns until the time is up, and writes `report.md`, `stress.json` and the
+/// pictures into a folder.
 ///
 /// # Errors
 ///
-/// [`crate::Error::Folder`] for a folder that cannot be made; [`crate::Error::Sky`] for a device or a file that fails. Failed
-/// cases are no error; see [`Stress::failures`].
+/// [`crate::Error::Folder`] for a folder that cannot be made; [`crate::Error::Sky`] for a device or a file that fails.
+/// Failed cases are no error; see [`Stress::failures`].
 pub fn stress(
     folder: &Path,
     device: &Device,

@@ -32,13 +32,15 @@ use sorairo::{Device, DeviceKind, Plan};
 /// Radiance that no device takes for nothing: far above the smallest normal number.
 const SURELY_LIT: f32 = 1e-30;
 
-/// Samples on all bands of a piece of a ray that a random scene may ask for, but for a few scenes that may ask for all there are.
+/// Samples on all bands of a piece of a ray that a random scene may ask for, but for a few scenes that may ask for all
+/// there are.
 const MOST_SAMPLES: usize = 768;
 
 /// How a key that holds a number varies within its range.
 struct Number {
     key: &'static Key,
-    /// Where the range is wide, so that a logarithm is what varies: the least height above [`Number::zero`] worth trying.
+    /// Where the range is wide, so that a logarithm is what varies: the least height above [`Number::zero`] worth
+    /// trying.
     least: Option<f64>,
     /// What the logarithm is of: the value's height above this.
     zero: fn(&Scene) -> f64,
@@ -203,9 +205,9 @@ impl Case {
         Self { scene, pixel, looks }
     }
 
-    /// Whether the polynomial through the bands amplifies the last digit of single precision (6e-8) to a thousandth of the
-    /// brightest band and more within the observer's range. How bright a pixel is then, and whether it is black, follows from
-    /// rounding, and devices round as they like.
+    /// Whether the polynomial through the bands amplifies the last digit of single precision (6e-8) to a thousandth of
+    /// the brightest band and more within the observer's range. How bright a pixel is then, and whether it is black,
+    /// follows from rounding, and devices round as they like.
     fn is_decided_by_rounding(&self) -> bool {
         let Render { fit, bands: Some(bands), .. } = &self.scene.render else { return false };
         if matches!(fit, Fit::Regression | Fit::Dense) {
@@ -276,7 +278,8 @@ impl Case {
         let inside = self.scene.observer.altitude <= depth(&self.scene);
         let automatic = self.scene.render.exposure == Exposure::Auto;
         if automatic && whole_sphere && inside && plan.height() >= 8 && lost(&linear, exposure).is_some() {
-            // A spot of light that lies between the pixels is shown where there are more of them. The sun's disc is none of the sky's light.
+            // A spot of light that lies between the pixels is shown where there are more of them. The sun's disc is
+            // none of the sky's light.
             match self.finer() {
                 Ok(finer) => judge_exposure(&colours(&finer), exposure, &mut faults),
                 Err(error) => faults.add(1, || format!("more pixels are refused: {error}")),
@@ -322,8 +325,8 @@ fn any<T>(rng: &mut ChaCha8Rng, values: impl Iterator<Item = T>) -> T {
     values.swap_remove(rng.random_range(0..values.len()))
 }
 
-/// A number by which projections and orders go with the parts of the integral. Each meets each part, but not each set of them: a device
-/// compiles a kernel for every combination, which takes longer than the image.
+/// A number by which projections and orders go with the parts of the integral. Each meets each part, but not each set
+/// of them: a device compiles a kernel for every combination, which takes longer than the image.
 fn kind(scene: &Scene) -> usize {
     let a = &scene.atmosphere;
     let parts = [a.aerosol.optical_depth > 0.0, a.ozone.column > 0.0, scene.observer.altitude > 0.0];
@@ -350,7 +353,8 @@ fn camera(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     }
 }
 
-/// Air of closed form, or one in four that was measured, where there is room for it; and one in four of a kind of aerosol.
+/// Air of closed form, or one in four that was measured, where there is room for it; and one in four of a kind of
+/// aerosol.
 fn air(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     let (profile, kind) = (any(rng, Profile::iter()), any(rng, AerosolKind::iter()));
     let has_room = depth(scene) >= LOWEST_TOP_OF_A_PROFILE;
@@ -624,8 +628,8 @@ mod tests {
         }
     }
 
-    /// A case of the random scenes: the crescent of a small planet's night, lit over 14 decades, of whose brightest part a picture of 16x8
-    /// pixels sees nothing.
+    /// A case of the random scenes: the crescent of a small planet's night, lit over 14 decades, of whose brightest
+    /// part a picture of 16x8 pixels sees nothing.
     const CRESCENT: &str = r#"{"preset": "no-ozone", "sun": {"elevation": -53.16261463478146, "azimuth": 285.9856235075864, "spectrum": "astm-g173",
         "distance": 0.39622315244509987, "disc": false}, "observer": {"altitude": 10.10037000482568}, "atmosphere":
         {"ground_radius": 72.8571913965799, "top_radius": 83.91262367915138, "air": {"scattering": 2.765508376832197e-9,

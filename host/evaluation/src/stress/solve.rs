@@ -1,4 +1,5 @@
-//! The cubic through four bands in single precision, in three forms, against double precision and exact rational arithmetic.
+//! The cubic through four bands in single precision, in three forms, against double precision and exact rational
+//! arithmetic.
 
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
@@ -13,8 +14,8 @@ use sorairo::low_level::spectra::measured::MEASURED_RANGE;
 use sorairo::low_level::spectra::observer::normalised;
 use sorairo::scene::rules::CLOSEST_BANDS;
 
-/// How many times half a unit in the last place, times [`amplification`], the cubic may be off, relative to the largest value;
-/// see [`newton_coefficients`].
+/// How many times half a unit in the last place, times [`amplification`], the cubic may be off, relative to the largest
+/// value; see [`newton_coefficients`].
 pub const BOUND: f64 = 18.0 * (1.0 + 1.0 / (1 << 19) as f64);
 
 /// Half a unit in the last place of 1 in single precision.
@@ -74,8 +75,8 @@ impl Form {
     }
 }
 
-/// The coefficients of the cubic by Gaussian elimination with partial pivoting in single precision; NaN or infinite where the
-/// matrix is singular to it.
+/// The coefficients of the cubic by Gaussian elimination with partial pivoting in single precision; NaN or infinite
+/// where the matrix is singular to it.
 fn eliminated(nodes: [f32; 4], values: [f32; 4]) -> [f32; 4] {
     let mut rows: [[f32; 5]; 4] =
         std::array::from_fn(|i| [1.0, nodes[i], nodes[i] * nodes[i], nodes[i] * nodes[i] * nodes[i], values[i]]);
@@ -98,7 +99,8 @@ fn eliminated(nodes: [f32; 4], values: [f32; 4]) -> [f32; 4] {
     coefficients
 }
 
-/// The cubic through four points at `x` in double precision, by Newton's form; its own error is 2⁻²⁹ of single precision's.
+/// The cubic through four points at `x` in double precision, by Newton's form; its own error is 2⁻²⁹ of single
+/// precision's.
 pub fn reference(nodes: [f32; 4], values: [f32; 4], x: f32) -> f64 {
     let (n, mut d, x) = (nodes.map(f64::from), values.map(f64::from), f64::from(x));
     for order in 1..4 {
@@ -143,7 +145,8 @@ pub fn amplification(nodes: [f32; 4], x: f32) -> f64 {
     sum
 }
 
-/// The condition number, in the maximum norm, of the Vandermonde matrix on the places that a form gives four bands (nm).
+/// The condition number, in the maximum norm, of the Vandermonde matrix on the places that a form gives four bands
+/// (nm).
 ///
 /// The inverse's columns are the coefficients of the cardinal polynomials.
 pub fn condition(form: Form, bands: [f64; 4]) -> f64 {
@@ -202,7 +205,8 @@ impl Case {
         Self { bands, values, at }
     }
 
-    /// The largest error of Newton's form, in units of [`amplification`] times half a unit in the last place of the largest value.
+    /// The largest error of Newton's form, in units of [`amplification`] times half a unit in the last place of the
+    /// largest value.
     pub fn error(&self) -> f64 {
         self.error_of(&Form::Newton.values(self.bands, self.values, &self.at))
     }
@@ -247,7 +251,8 @@ fn worst(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |worst, error| if error.is_nan() { f64::INFINITY } else { worst.max(error) })
 }
 
-/// Four wavelengths (nm) in any order, at least [`CLOSEST_BANDS`] apart: often close together, sometimes on whole steps.
+/// Four wavelengths (nm) in any order, at least [`CLOSEST_BANDS`] apart: often close together, sometimes on whole
+/// steps.
 fn bands(rng: &mut impl RngExt) -> [f64; 4] {
     let (shortest, longest) = MEASURED_RANGE;
     let mut gaps: [f64; 3] = std::array::from_fn(|_| CLOSEST_BANDS * 320f64.powf(rng.random_range(0.0..1.0)));
@@ -300,8 +305,8 @@ pub fn solve(seed: u64, cases: u64) -> Outcome {
 /// What the cubic through four points is at `x`: [`reference()`] or [`exact`].
 pub type Truth = fn([f32; 4], [f32; 4], f32) -> f64;
 
-/// The largest error of a form in single precision over the observer's range, against the true cubic through the form's own
-/// nodes, relative to the largest value.
+/// The largest error of a form in single precision over the observer's range, against the true cubic through the form's
+/// own nodes, relative to the largest value.
 pub fn error_of(form: Form, bands: [f64; 4], values: [f32; 4], truth: Truth) -> f64 {
     let at = sorairo::low_level::spectra::observer::wavelengths();
     let nodes = bands.map(|band| form.place(band));

@@ -1,5 +1,6 @@
-//! Spectra by the fit, over the skies that the Earth has: light of the first order against the oracle at every wavelength, light of all orders
-//! against each wavelength integrated itself, which [`super::orders`] holds against the oracle's paths.
+//! Spectra by the fit, over the skies that the Earth has: light of the first order against the oracle at every
+//! wavelength, light of all orders against each wavelength integrated itself, which [`super::orders`] holds against the
+//! oracle's paths.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -18,8 +19,8 @@ use sorairo::scene::{Fit, GroundAlbedo, Orders, Scene};
 /// Spectra of a sky, in as many directions.
 const OF_A_SKY: u64 = 20;
 
-/// A spectrum fainter than this part of the brightest of its sky is judged relative to that: the integral keeps to its own bound only down to
-/// there (see [`super::integral`]).
+/// A spectrum fainter than this part of the brightest of its sky is judged relative to that: the integral keeps to its
+/// own bound only down to there (see [`super::integral`]).
 const FAINT: f64 = 1e-6;
 
 /// A direction in a sky.

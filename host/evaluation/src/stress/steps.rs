@@ -1,7 +1,8 @@
 //! Steps: a plan chooses among counts, and where one choice follows the next no sky may jump.
 //!
-//! A case walks one number of a random sky in fine steps, at the colours' bands and in many directions. A smooth sky changes from step to step as it does beside
-//! them; what it changes by more, relative to the brightest direction at a band, is a jump.
+//! A case walks one number of a random sky in fine steps, at the colours' bands and in many directions. A smooth sky
+//! changes from step to step as it does beside them; what it changes by more, relative to the brightest direction at a
+//! band, is a jump.
 
 use std::fmt;
 
@@ -38,7 +39,8 @@ struct Walk {
     set: fn(&mut Scene, f64),
 }
 
-/// All that light fields depend on. Steps are those of a slow sequence: a twentieth of a degree, 2 % of an optical depth.
+/// All that light fields depend on. Steps are those of a slow sequence: a twentieth of a degree, 2 % of an optical
+/// depth.
 const WALKS: [Walk; 10] = [
     Walk {
         name: "the sun's elevation",
@@ -173,7 +175,8 @@ fn thicken(scene: &mut Scene, rng: &mut ChaCha8Rng) {
     aerosol.optical_depth = thickest * 10f64.powf(rng.random_range(-2.0..=0.0));
 }
 
-/// Directions (degrees) over the sky and, from above it, the ground: none where the horizon passes as an observer climbs.
+/// Directions (degrees) over the sky and, from above it, the ground: none where the horizon passes as an observer
+/// climbs.
 fn views(scene: &Scene) -> Vec<(f64, f64)> {
     const ABOVE: [f64; 5] = [1.0, 5.0, 15.0, 40.0, 85.0];
     const BELOW: [f64; 3] = [-85.0, -60.0, -35.0];
@@ -194,7 +197,8 @@ fn light(scene: &Scene, light_fields: &LightFields) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// The largest jump between two skies of a walk, relative to the brightest direction at a band, the step before which it is and the number of its direction.
+/// The largest jump between two skies of a walk, relative to the brightest direction at a band, the step before which
+/// it is and the number of its direction.
 fn largest_jump(skies: &[Vec<Vec<f64>>]) -> (f64, u32, usize) {
     let mut largest = (0.0f64, 0, 0);
     for (step, four) in skies.windows(4).enumerate() {

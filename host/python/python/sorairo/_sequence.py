@@ -39,16 +39,18 @@ LISTS = {"render.bands", "sun.place"}
 
 @dataclass(frozen=True)
 class Sequence:
-    """What `sequence` found: the first axis of every array is that of the suns."""
+    """The result of `sequence`. The first axis of every array is the sun axis."""
 
     sun_elevation: NDArray[np.float64]
     """Elevation of each sun (degrees)."""
     sun_azimuth: NDArray[np.float64]
     """Azimuth of each sun (degrees, clockwise from north)."""
     radiance: NDArray[np.float64] | None
-    """Spectral radiance (W·m⁻²·sr⁻¹·nm⁻¹): suns, then the shape of the directions, then wavelengths; `None` if no direction was given."""
+    """Spectral radiance (W·m⁻²·sr⁻¹·nm⁻¹): suns, then the shape of the directions, then wavelengths; `None` if no
+    direction was given."""
     irradiance: dict[str, NDArray[np.float64]] | None
-    """Spectral irradiance (W·m⁻²·nm⁻¹) by where it comes from: suns, then wavelengths; `None` if no surface was given."""
+    """Spectral irradiance (W·m⁻²·nm⁻¹) by source: suns, then wavelengths; `None` if no surface was
+    given."""
     wavelengths: NDArray[np.float64]
     """The wavelengths (nm), as they were given."""
     directions: tuple[NDArray[np.float64], NDArray[np.float64]] | None
@@ -56,15 +58,16 @@ class Sequence:
     surfaces: tuple[NDArray[np.float64], NDArray[np.float64]] | None
     """The tilt and the azimuth of each sun's surface (degrees)."""
     keys: dict[str, list[Any]]
-    """What differs from sun to sun, by the keys of a scene."""
+    """The values that differ from sun to sun, by the keys of a scene."""
     scene: str
-    """The whole scene of the first sun as TOML."""
+    """The complete scene of the first sun as TOML."""
 
     def to_xarray(self) -> xarray.Dataset:
-        """The same as an `xarray.Dataset` with units, CF's names and coordinates.
+        """The result as an `xarray.Dataset` with units, CF standard names and coordinates.
 
-        The suns are along `time` (UTC) if times were given, and else along `sun`. Directions are along `elevation` and `azimuth` if these were
-        given as a column and a row, and else along `direction`. What differs from sun to sun is a coordinate too.
+        The sun axis is `time` (UTC) if times were given, else `sun`. Directions are along `elevation` and `azimuth` if
+        these were given as a column and a row, else along `direction`. Values that differ from sun to sun are
+        coordinates too.
 
         Raises
         ------
@@ -104,27 +107,28 @@ def sequence(
     place, time
         In their place: a place and times, as in `Sky`.
     elevation, azimuth : array_like, optional
-        Directions in which the radiance is computed, broadcast against each other; both or none.
+        Directions of the radiance, broadcast against each other; both or none.
     surface_tilt, surface_azimuth : array_like, optional
-        A surface (degrees) whose irradiance is computed if its tilt is given: one, or one for each sun.
+        A surface (degrees); with a tilt its irradiance is computed. One surface, or one for each sun.
     albedo : array_like or str, optional
-        What the ground reflects, as in `Sky`: the same for all suns, or one for each.
+        Albedo of the ground, as in `Sky`: the same for all suns, or one for each.
     keys : dict, optional
         Any other keys of a scene. A value with an axis, such as hourly aerosol, has one for each sun.
     preset, method, scene
         As in `Sky` and `Sky.radiance`.
 
-    All that has an axis is broadcast: as many as the suns, or one.
+    All axes are broadcast: one value per sun, or a single value.
 
     Returns
     -------
     Sequence
-        The numbers of `Sky.radiance` and `Sky.irradiance`, sun after sun.
+        The values of `Sky.radiance` and `Sky.irradiance`, sun after sun.
 
     Raises
     ------
     ValueError
-        As `Sky`, `Sky.radiance` and `Sky.irradiance`, with the number of the sun; if neither directions nor a surface are given.
+        As `Sky`, `Sky.radiance` and `Sky.irradiance`, with the number of the sun; if neither directions nor a surface
+        are given.
     """
     if (elevation is None) != (azimuth is None):
         raise ValueError("elevation and azimuth of the directions are given together, or not at all")

@@ -43,21 +43,23 @@ PARTS = ("direct", "diffuse", "ground", "global")
 def device(choice: str = "auto") -> str:
     """The name of the device that `choice` stands for in `Sky.render`.
 
-    `"auto"` is the best graphics device, and the CPU where there is none; `"cpu"`, `"gpu"` or a part of a device's name choose.
+    `"auto"` is the best graphics device, or the CPU if there is none. `"cpu"`, `"gpu"` or part of a device's name
+    select another.
 
-    Raises `ValueError` for a name that no device has, `RuntimeError` if the device cannot be opened.
+    Raises `ValueError` for an unknown device, `RuntimeError` if the device cannot be opened.
     """
     return _sorairo.device_name(text("device", choice))
 
 
 @dataclass(frozen=True)
 class AlphaOpic:
-    """An α-opic quantity of CIE S 026 on a surface: light as one kind of photoreceptors in the eye weights it."""
+    """An α-opic quantity of CIE S 026 on a surface: light weighted by one kind of photoreceptors in the eye."""
 
     irradiance: dict[str, Any]
-    """The α-opic irradiance (W·m⁻²), by where it comes from: the parts of `Sky.irradiance`."""
+    """The α-opic irradiance (W·m⁻²) by source: the parts of `Sky.irradiance`."""
     edi: dict[str, Any]
-    """The α-opic equivalent daylight illuminance, EDI (lx): the illuminance of daylight D65 that has the same α-opic irradiance."""
+    """The α-opic equivalent daylight illuminance, EDI (lx): the illuminance of daylight D65 that has the same α-opic
+    irradiance."""
 
 
 class Sky:
@@ -66,33 +68,34 @@ class Sky:
     Parameters
     ----------
     preset : str, optional
-        The atmosphere: `"standard"` (the default: the Earth's, in clean country over grass), `"earth"`, `"paper"`, `"hazy"`, `"mountain"`,
-        `"mars"` or `"no-ozone"`.
+        The atmosphere: `"standard"` (the default: the Earth's, with clean continental aerosol over grass), `"earth"`,
+        `"paper"`, `"hazy"`, `"mountain"`, `"mars"` or `"no-ozone"`.
     sun_elevation, sun_azimuth : float, optional
-        Where the sun's centre stands (degrees, −90 to 90, and clockwise from north, −360 to 360). The direction is geometric: refraction is
-        left out. pvlib: `apparent_elevation`, or better `elevation`, and `azimuth`.
+        Position of the sun's centre (degrees, −90 to 90, and clockwise from north, −360 to 360). The direction is
+        geometric, without refraction. pvlib: `elevation` and `azimuth`.
     albedo : float or str, optional
-        What the ground reflects: 0 to 1, a measured surface such as `"grass"` or `"snow"`, or a CSV file.
+        Albedo of the ground: 0 to 1, a measured surface such as `"grass"` or `"snow"`, or a CSV file.
     place : (float, float) or str, optional
-        Latitude and longitude on the Earth (degrees north and east), in place of the sun's direction and distance, which they give with `time` by
-        the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003).
+        Latitude and longitude on the Earth (degrees north and east). With `time` they determine the sun's direction and
+        distance, by the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003).
     time : datetime.datetime or str, optional
         A time with an offset from UTC.
     scene : path, optional
-        A scene file in TOML, over which all other parameters are laid.
+        A scene file in TOML, which all other parameters override.
     keys : dict, optional
-        Any other keys of a scene by their dotted names, such as `{"atmosphere.aerosol.optical_depth": 0.2}`; `docs/scene-reference.md` has
-        all of them. Several aerosols are a list of dicts: `{"atmosphere.aerosol": [{"kind": "urban"}, {"kind": "stratospheric"}]}`.
+        Any other keys of a scene by their dotted names, such as `{"atmosphere.aerosol.optical_depth": 0.2}`;
+        `docs/scene-reference.md` lists them. Several aerosols are a list of dicts:
+        `{"atmosphere.aerosol": [{"kind": "urban"}, {"kind": "stratospheric"}]}`.
 
     Raises
     ------
     ValueError
-        A value out of its range, an unknown key, a scene file that is none.
+        A value out of range, an unknown key, an invalid scene file.
 
     Notes
     -----
-    The sky is planned here, which takes some tens of ms and up to a second in twilight; what is asked of it then is quick. A sky never
-    changes; threads may share it. It can be pickled, as its scene, and copied.
+    The constructor plans the sky, which takes some tens of ms, and up to a second in twilight; queries are fast. A sky
+    is immutable, and threads may share it. It can be copied, and pickled as its scene.
     """
 
     def __init__(
@@ -132,7 +135,7 @@ class Sky:
 
     @property
     def scene(self) -> str:
-        """The whole scene as TOML: a scene file that gives this sky again, here and to the command."""
+        """The complete scene as TOML: a scene file that reproduces this sky, here and in the command."""
         return self._sky.scene
 
     def radiance(
@@ -143,18 +146,19 @@ class Sky:
         Parameters
         ----------
         elevation, azimuth : array_like
-            Directions (degrees; −90 to 90 above the horizon, −360 to 360 clockwise from north), broadcast against each other. Below the
-            horizon is the ground.
+            Directions (degrees; −90 to 90 above the horizon, −360 to 360 clockwise from north), broadcast against each
+            other. Below the horizon is the ground.
         wavelengths : array_like
             At most one axis (nm, 360 to 830; in measured air 280 to 2500).
         method : {"fit", "dense"}
-            By the fit through the bands, as images are made; or by an integral at each wavelength, which is exact and takes longer.
+            `"fit"` uses the fit through the bands, as images do; `"dense"` integrates at each wavelength, which is
+            exact and slower.
 
         Returns
         -------
         ndarray of float64
-            Of the directions' shape with an axis of wavelengths at its end; the numbers of the command `sorairo spectrum`. With the flat sun
-            it is relative (sr⁻¹).
+            The shape of the directions, followed by a wavelength axis. The values equal those of the command
+            `sorairo spectrum`. With the flat sun they are relative (sr⁻¹).
 
         Raises
         ------
@@ -171,9 +175,9 @@ class Sky:
     ) -> NDArray[np.float64]:
         """Stokes vectors of the sky in directions (W·m⁻²·sr⁻¹·nm⁻¹), without the sun's disc.
 
-        `Q > 0` where the electric vector lies in the plane of the frame, `U > 0` where it lies 45° counterclockwise of it as the observer sees it.
-        The degree of polarisation is ``hypot(Q, U) / I``, the angle of the electric vector from the plane ``arctan2(U, Q) / 2``; average `Q` and
-        `U`, never these.
+        `Q > 0` if the electric vector lies in the plane of the frame, `U > 0` if it lies 45° counterclockwise of it for
+        the observer. The degree of polarisation is ``hypot(Q, U) / I``, and the angle of the electric vector from the
+        plane is ``arctan2(U, Q) / 2``. Take means of `Q` and `U`, not of these.
 
         Parameters
         ----------
@@ -185,8 +189,8 @@ class Sky:
         Returns
         -------
         ndarray of float64
-            Of the directions' shape with an axis of wavelengths and one of `I`, `Q`, `U` at its end; the numbers of the command
-            `sorairo spectrum --stokes`.
+            The shape of the directions, followed by a wavelength axis and one of `I`, `Q`, `U`. The values equal those
+            of the command `sorairo spectrum --stokes`.
 
         Raises
         ------
@@ -207,26 +211,26 @@ class Sky:
         *,
         rgb: bool = False,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """What the air up to a distance lets through, and the light that it adds.
+        """Transmittance of the air up to a distance, and its in-scattered radiance.
 
         Light from behind arrives as ``radiance + transmittance * behind``.
 
         Parameters
         ----------
         elevation, azimuth, distance : array_like
-            Directions (degrees, as those of `radiance`) and distances from the observer (km; inf for all of the air), broadcast against each
-            other. A distance behind the ground is refused.
+            Directions (degrees, as in `radiance`) and distances from the observer (km; inf for all of the air),
+            broadcast against each other. A distance beyond the ground is an error.
         wavelengths : array_like, optional
             At most one axis (nm, 360 to 830).
         rgb : bool
-            In the place of wavelengths linear RGB of the scene's space (`render.rgb`), with an axis of three at the end: the radiance in
-            W·m⁻²·sr⁻¹ as that of the sky, the transmittance as that of sunlight from above the atmosphere.
+            Returns linear RGB of the scene's space (`render.rgb`) instead of wavelengths, with a final axis of three:
+            the radiance in W·m⁻²·sr⁻¹, and the transmittance of sunlight from above the atmosphere.
 
         Returns
         -------
         transmittance, radiance : ndarray of float64
-            The part of light that arrives, and light of all orders that is scattered towards the observer on the way (W·m⁻²·sr⁻¹·nm⁻¹; with
-            the flat sun sr⁻¹), of the broadcast shape with an axis of wavelengths at its end; the numbers of the command `sorairo between`.
+            The transmittance, and the in-scattered radiance of all orders (W·m⁻²·sr⁻¹·nm⁻¹; sr⁻¹ with the flat sun), in
+            the broadcast shape, followed by a wavelength axis. The values equal those of the command `sorairo between`.
 
         Raises
         ------
@@ -248,17 +252,19 @@ class Sky:
         return found[0].reshape(shape), found[1].reshape(shape)
 
     def xyz(self, elevation: ArrayLike, azimuth: ArrayLike) -> NDArray[np.float64]:
-        """Colour of the sky in directions: X, Y and Z (W·m⁻²·sr⁻¹, weighted by the scene's observer), without the sun's disc.
+        """Colour of the sky in directions: X, Y and Z (W·m⁻²·sr⁻¹, weighted by the scene's observer), without the sun's
+        disc.
 
-        The sum of the observer's functions with the radiance of the fit from 380 to 780 nm, in means over 5 nm: what the sun's spectrum and tables of
-        one's own have between counts, as it does not in `radiance`, which is that at the wavelengths themselves. Directions are those of `radiance`; the
-        array has their shape and an axis of three at its end.
+        The fitted radiance from 380 to 780 nm, in means over 5 nm, is summed with the observer's functions. The means
+        average the lines of the sun and of user tables, whereas `radiance` has the value at each wavelength. Directions
+        are those of `radiance`; the array has their shape, followed by an axis of three.
         """
         elevations, azimuths = directions_of(elevation, azimuth)
         return self._sky.xyz(flat(elevations), flat(azimuths)).reshape((*elevations.shape, 3))
 
     def luminance(self, elevation: ArrayLike, azimuth: ArrayLike) -> NDArray[np.float64]:
-        """Luminance of the sky in directions (cd·m⁻²): 683 lm/W times Y of `xyz`. An array of the directions' shape."""
+        """Luminance of the sky in directions (cd·m⁻²): 683 lm/W times Y of `xyz`. The array has the shape of the
+        directions."""
         return 683.0 * self.xyz(elevation, azimuth)[..., 1]
 
     def render(
@@ -269,23 +275,24 @@ class Sky:
         Parameters
         ----------
         size : (int, int)
-            Width and height (pixels, 1 to 8388608 each). Projection, field of view and direction of the camera are keys of the scene:
-            `keys={"camera.projection": "fisheye"}`.
+            Width and height (pixels, 1 to 8388608 each). Projection, field of view and direction of the camera are keys
+            of the scene: `keys={"camera.projection": "fisheye"}`.
         wavelengths : array_like, optional
-            One axis (nm, 360 to 830, increasing): an image of spectral radiance in the place of colours.
+            One axis (nm, 360 to 830, increasing): the image holds spectral radiance instead of colours.
         device : str
-            What computes it; see `sorairo.device`. A device is opened once and kept.
+            The device; see `sorairo.device`. A device is opened once and reused.
 
         Returns
         -------
         ndarray of float32, (height, width, 3) or (height, width, wavelengths)
-            Rows from the top. Linear RGB in the scene's space (W·m⁻²·sr⁻¹, weighted by the observer), as in an EXR file of the command; or
-            spectral radiance (W·m⁻²·sr⁻¹·nm⁻¹). An equirectangular image has north in its centre and east to its right.
+            Rows from the top. Linear RGB in the scene's space (W·m⁻²·sr⁻¹, weighted by the observer), as in an EXR file
+            of the command; or spectral radiance (W·m⁻²·sr⁻¹·nm⁻¹). An equirectangular image has north in its centre and
+            east to its right.
 
         Raises
         ------
         ValueError
-            A size or a wavelength out of range, a name that no device has.
+            A size or a wavelength out of range, an unknown device.
         RuntimeError
             A device that failed.
         MemoryError
@@ -305,7 +312,7 @@ class Sky:
     def irradiance(
         self, wavelengths: ArrayLike, surface_tilt: ArrayLike = 0.0, surface_azimuth: ArrayLike = 180.0
     ) -> dict[str, NDArray[np.float64]]:
-        """Spectral irradiance of surfaces at the observer (W·m⁻²·nm⁻¹), by where it comes from.
+        """Spectral irradiance of surfaces at the observer (W·m⁻²·nm⁻¹), by source.
 
         Parameters
         ----------
@@ -314,14 +321,16 @@ class Sky:
         surface_tilt : array_like
             Angle between a surface's normal and the zenith (degrees, 0 to 180): 0 is level and faces up, 90 is a wall.
         surface_azimuth : array_like
-            Where a surface faces (degrees, clockwise from north). Tilts and azimuths are broadcast against each other.
+            Azimuth of a surface's normal (degrees, clockwise from north). Tilts and azimuths are broadcast against each
+            other.
 
         Returns
         -------
         dict of ndarray
-            Of the surfaces' shape with an axis of wavelengths at the end. `"direct"`: from the sun's disc, as far as the ground does not hide it
-            (pvlib: `poa_direct`). `"diffuse"`: from the sky above the horizontal plane (`poa_sky_diffuse`). `"ground"`: from below it, which holds
-            the air before the ground (`poa_ground_diffuse`). `"global"`: their sum (`poa_global`).
+            The shape of the surfaces, followed by a wavelength axis. `"direct"`: the visible part of the sun's disc
+            (pvlib: `poa_direct`). `"diffuse"`: the upper hemisphere (`poa_sky_diffuse`). `"ground"`: the lower
+            hemisphere, the ground and the air in front of it (`poa_ground_diffuse`). `"global"`: their sum
+            (`poa_global`).
 
         Raises
         ------
@@ -334,7 +343,7 @@ class Sky:
         return {name: part.reshape(tilts.shape + at.shape) for name, part in zip(PARTS, parts)}
 
     def illuminance(self, surface_tilt: ArrayLike = 0.0, surface_azimuth: ArrayLike = 180.0) -> dict[str, Any]:
-        """Illuminance of surfaces (lx) by the scene's observer, by where it comes from: the parts of `irradiance`.
+        """Illuminance of surfaces (lx) for the scene's observer, by source: the parts of `irradiance`.
 
         Floats for one surface, or arrays of the surfaces' shape.
         """
@@ -342,26 +351,28 @@ class Sky:
         return _parts(self._sky.illuminance(flat(tilts), flat(azimuths)), tilts)
 
     def alpha_opic(self, surface_tilt: ArrayLike = 0.0, surface_azimuth: ArrayLike = 180.0) -> dict[str, AlphaOpic]:
-        """The five α-opic quantities of CIE S 026:2018 (DOI 10.25039/S026.2018) on surfaces, such as an eye that looks along the normal.
+        """The five α-opic quantities of CIE S 026:2018 (DOI 10.25039/S026.2018) on surfaces, such as an eye that looks
+        along the normal.
 
         Returns
         -------
         dict of AlphaOpic
-            By their names: `"s_cone_opic"`, `"m_cone_opic"`, `"l_cone_opic"`, `"rhodopic"`, `"melanopic"`. Each has an `irradiance` (W·m⁻²), the sum
-            of `irradiance` with the standard's action spectrum at 380 to 780 nm by 1 nm, and an `edi` (lx), the equivalent illuminance of daylight
-            D65; both by where the light comes from, as floats for one surface or arrays of the surfaces' shape. `sky.alpha_opic(90)["melanopic"].edi["global"]`
-            is the melanopic EDI at an eye that looks to the south.
+            The keys are `"s_cone_opic"`, `"m_cone_opic"`, `"l_cone_opic"`, `"rhodopic"`, `"melanopic"`. Each has an
+            `irradiance` (W·m⁻²), the sum of `irradiance` with the standard's action spectrum at 380 to 780 nm by 1 nm,
+            and an `edi` (lx), the equivalent illuminance of daylight D65; both by source, as floats for one surface or
+            arrays of the surfaces' shape. `sky.alpha_opic(90)["melanopic"].edi["global"]` is the melanopic EDI at an
+            eye that looks south.
         """
         tilts, azimuths = surfaces_of(surface_tilt, surface_azimuth)
         found = self._sky.alpha_opic(flat(tilts), flat(azimuths))
         return {name: AlphaOpic(_parts(irradiances, tilts), _parts(daylights, tilts)) for name, irradiances, daylights in found}
 
     def sun_transmittance(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
-        """The part of the sun's light that comes through the air to the observer (0 to 1), at wavelengths (at most one axis; nm, 360 to 830; with a measured
-        `atmosphere.profile`, which has gases, 280 to 2500).
+        """Transmittance of the sun's beam to the observer (0 to 1), at wavelengths (at most one
+        axis; nm, 360 to 830; with a measured `atmosphere.profile`, which has gases, 280 to 2500).
 
-        The mean over the sun's disc, darker towards its limb (Neckel 2005, DOI 10.1007/s11207-005-4081-z), of which the ground may hide a
-        part: what a surface that faces the sun gets from it, divided by what it would get above the atmosphere.
+        It is the mean over the sun's disc with limb darkening (Neckel 2005, DOI 10.1007/s11207-005-4081-z), part of
+        which the ground may hide: the irradiance of a surface that faces the sun, divided by that above the atmosphere.
         """
         at = wavelengths_of(wavelengths)
         return self._sky.sun_transmittance(flat(at)).reshape(at.shape)
@@ -374,7 +385,8 @@ class Sky:
         method: Method = "fit",
         stokes: bool = False,
     ) -> xarray.Dataset:
-        """Radiance over a grid of directions, and the irradiance of level ground, as an `xarray.Dataset` with units and CF's names.
+        """Radiance over a grid of directions, and the irradiance of level ground, as an `xarray.Dataset` with units and
+        CF standard names.
 
         Parameters
         ----------
@@ -383,7 +395,7 @@ class Sky:
         method : {"fit", "dense"}
             As in `radiance`.
         stokes : bool
-            Whether the dataset has `stokes` too: `I`, `Q` and `U` relative to the vertical plane, as `stokes` of a sky.
+            Whether the dataset includes `stokes`: `I`, `Q` and `U` relative to the vertical plane, as in `Sky.stokes`.
 
         Raises
         ------

@@ -81,7 +81,8 @@ def value_of(name: str, value: Any) -> Any:
 
 
 def _meant(value: float, end: float) -> float:
-    """An angle that was meant to be an end of its range, and missed it by what rounding leaves in a long row of even steps: that end."""
+    """An angle that was meant to be an end of its range, and missed it by what rounding leaves in a long row of even
+    steps: that end."""
     return math.copysign(end, value) if end < abs(value) <= end * (1 + 1e-9) else value
 
 

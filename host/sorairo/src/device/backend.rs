@@ -1,4 +1,4 @@
-//! What a device does: it runs the kernels of a plan, and hands out the rows of the image.
+//! A device runs the kernels of a plan, and delivers the rows of the image.
 
 use std::ops::Range;
 use std::time::Duration;
@@ -7,15 +7,16 @@ use super::rows::{rows_at_once, words_per_row};
 use crate::error::{Error, Result};
 use crate::plan::{Kernel, LightFields, Plan};
 
-/// Where rows of an image go: the number of the first, and the words of one or more whole rows. An error ends the run.
+/// The receiver of the rows of an image: the number of the first, and the words of one or more whole rows. An error
+/// ends the run.
 pub type TakeRows<'a> = dyn FnMut(u32, &[u32]) -> Result<()> + 'a;
 
-/// How long a kernel took.
+/// The times of a kernel.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Times {
-    /// Time of the kernels: on the GPU's own clock where it has one.
+    /// Time of the kernels, by the GPU's own clock if available.
     pub kernel: Duration,
-    /// Time to bring the pixels back, as far as it did not pass while kernels ran.
+    /// Time of the read-back, as far as it did not overlap with kernels.
     pub readback: Duration,
 }
 
@@ -26,28 +27,29 @@ impl std::ops::AddAssign for Times {
     }
 }
 
-/// The pixels of an image, and how long they took.
+/// The pixels of an image, and their times.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Pixels {
-    /// [`Plan::pixel_words`] words a pixel, row by row from the top, in the layout of the plan's
-    /// [`PixelFormat`](crate::PixelFormat); behind the linear RGB of a spectral image the radiance at each wavelength.
+    /// [`Plan::pixel_words`] words per pixel, row by row from the top, in the layout of the plan's
+    /// [`PixelFormat`](crate::PixelFormat). In a spectral image the radiance at each wavelength follows the linear RGB.
     pub words: Vec<u32>,
     /// Time of the kernels: on the GPU's own clock where it has one.
     pub kernel: Duration,
-    /// Time to bring the pixels back.
+    /// Time of the read-back.
     pub readback: Duration,
 }
 
 /// A device.
 pub trait Backend: Send + Sync {
-    /// Runs one kernel of a plan over rows that can be lit, and before it, for [`Kernel::SkyLookup`], the one that fills its
-    /// sky lookup. The rows go to `take` from the top, some at a time, while the device computes the next ones.
+    /// Runs one kernel of a plan over rows that can be lit, and before it, for [`Kernel::SkyLookup`], the one that
+    /// fills its sky lookup. The rows go to `take` from the top, some at a time, while the device computes the next
+    /// ones.
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] for an image beyond the device's limits, [`Error::Device`] if the device fails, and any error of
-    /// `take`.
+    /// [`Error::NotAllowed`] for an image beyond the device's limits, [`Error::Device`] if the device fails, and any
+    /// error of `take`.
     fn lit_rows(&self, plan: &Plan, kernel: Kernel, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<Times>;
 
     /// [`Backend::lit_rows`] for every row from `first` on: those that cannot be lit are black, and not computed.
@@ -64,19 +66,19 @@ pub trait Backend: Send + Sync {
         Ok(times)
     }
 
-    /// Why this device would not compute a plan's kernels to their end; `None` if it would. [`Backend::lit_rows`] then is an
-    /// [`Error::Device`] with these words.
+    /// The reason why this device cannot complete a plan's kernels; `None` if it can. [`Backend::lit_rows`] then
+    /// returns an [`Error::Device`] with this text.
     fn refusal(&self, _plan: &Plan) -> Option<String> {
         None
     }
 
-    /// Light fields for plans that wait for nobody's files: on a device that is hardware of its own they are computed there, with what else a plan integrates.
-    /// A graphics device has the same ones each time that it is asked.
+    /// Light fields for plans that are not for files: a hardware device computes them and other integrals of a plan
+    /// itself. A graphics device returns the same ones at each call.
     fn light_fields(&self) -> LightFields {
         LightFields::default()
     }
 
-    /// Light fields that are computed on this device, be it of software; none where the processor is the device.
+    /// Light fields that this device computes, even if it is software; `None` if the device is the CPU.
     fn own_light_fields(&self) -> Option<LightFields> {
         None
     }
@@ -106,7 +108,7 @@ pub(super) fn whole(plan: &Plan, run: impl FnOnce(&mut TakeRows<'_>) -> Result<T
     Ok(Pixels { words, kernel, readback })
 }
 
-/// Hands out rows without light.
+/// Delivers black rows.
 fn black_rows(plan: &Plan, rows: Range<u32>, take: &mut TakeRows<'_>) -> Result<()> {
     let black = if plan.holds_light() { &[0] } else { plan.pixel.black() };
     let at_once = rows_at_once(plan);

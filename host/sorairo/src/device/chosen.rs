@@ -1,4 +1,4 @@
-//! A device that was chosen, and what takes its place if it fails.
+//! A selected device, and its fallbacks.
 
 use std::cell::Cell;
 use std::collections::VecDeque;
@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::plan::Sky;
 use crate::plan::{Kernel, LightFields, Plan};
 
-/// What computes.
+/// The kind of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
@@ -28,7 +28,7 @@ pub enum DeviceKind {
 pub struct Device {
     /// The device's name.
     pub name: String,
-    /// What kind of device it is.
+    /// Its kind.
     pub kind: DeviceKind,
     /// What runs the kernels.
     #[doc(hidden)]
@@ -42,35 +42,35 @@ pub struct Device {
 pub type Spare = Box<dyn FnOnce() -> Result<Device> + Send + Sync>;
 
 impl Device {
-    /// The pixels of a plan's image. If the device fails, a spare goes on, with a warning to the log; this device is
-    /// then the one that finished.
+    /// The pixels of a plan's image. If the device fails, a fallback continues, with a warning in the log; this device
+    /// then becomes the one that finished.
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] for an image beyond the device's limits, [`Error::Device`] once no spare is left,
+    /// [`Error::NotAllowed`] for an image beyond the device's limits, [`Error::Device`] if no fallback is left,
     /// [`Error::Memory`] if the image does not fit into memory.
     pub fn pixels(&mut self, plan: &Plan) -> Result<Pixels> {
         self.run(plan, plan.kernel())
     }
 
-    /// The same, some whole rows at a time from the top: `take` gets the number of the first and their words. An error
-    /// of `take` ends the run.
+    /// The same, some whole rows at a time from the top: `take` receives the number of the first and their words. An
+    /// error of `take` ends the run.
     ///
     /// # Errors
     ///
-    /// Those of [`Device::pixels`] but for memory, and any error of `take`.
+    /// Those of [`Device::pixels`] except for memory, and any error of `take`.
     pub fn rows_of_pixels(&mut self, plan: &Plan, take: &mut dyn FnMut(u32, &[u32]) -> Result<()>) -> Result<()> {
         self.rows(plan, plan.kernel(), take).map(|_| ())
     }
 
-    /// Light fields for skies whose images it makes: a graphics device computes them itself, unless it is software; see
+    /// Light fields for skies whose images it renders: a hardware graphics device computes them itself; see
     /// [`Sky::with_light_fields`].
     pub fn light_fields(&self) -> LightFields {
         self.backend.light_fields()
     }
 
-    /// [`Backend::rows`] for the whole image. If the device fails, its spares go on from the first row that it did not deliver,
-    /// with a warning to the log; this device is then the one that finished.
+    /// [`Backend::rows`] for the whole image. If the device fails, its spares go on from the first row that it did not
+    /// deliver, with a warning to the log; this device is then the one that finished.
     ///
     /// # Errors
     ///

@@ -148,7 +148,8 @@ mod tests {
         .collect()
     }
 
-    /// The lookup of a plan, and rows of its image, by blocks as the device computes them, by blocks without AVX2, and pixel by pixel as a GPU does.
+    /// The lookup of a plan, and rows of its image, by blocks as the device computes them, by blocks without AVX2, and
+    /// pixel by pixel as a GPU does.
     fn ways(plan: &Plan) -> [(Vec<Vec4>, Vec<u32>); 3] {
         let plan = &Plan { uniform: Uniform { fills_whole_lookup: 1, ..plan.uniform }, ..plan.clone() };
         let (buffers, variant) = (plan.buffers(), plan.variant);
@@ -268,7 +269,8 @@ mod tests {
     fn pixels_in_runs_have_the_same_bits_in_blocks_and_alone_with_and_without_avx2() {
         for (preset, format) in [(Preset::Earth, PixelFormat::LinearRgb), (Preset::Standard, PixelFormat::Picture)] {
             let mut scene = scene(preset, 30.0, Projection::Equirectangular);
-            // Wide enough for runs, with a block of a few pixels at the end, and high enough for a disc of few samples in a pixel.
+            // Wide enough for runs, with a block of a few pixels at the end, and high enough for a disc of few samples
+            // in a pixel.
             scene.camera.size = "1616x640".parse().unwrap();
             scene.render.path = PathChoice::Lookup;
             let plan = check(&scene, format);

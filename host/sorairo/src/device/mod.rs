@@ -18,12 +18,13 @@ pub use self::chosen::{Device, DeviceKind, Spare};
 impl Device {
     /// Opens the device that `choice` names: `auto`, `cpu`, `gpu`, or part of the name of a graphics device.
     ///
-    /// `auto` takes the best graphics device, and the CPU where there is none, with a warning to the log. If a graphics device fails
-    /// later, it is opened once more; after that `auto` goes on with the CPU.
+    /// `auto` selects the best graphics device, or the CPU with a warning in the log if there is none. If a graphics
+    /// device fails later, it is reopened once; after that, `auto` continues on the CPU.
     ///
     /// # Errors
     ///
-    /// [`Error::NoSuchDevice`] if there is no such device, naming those that there are; [`Error::Device`] if it cannot be opened.
+    /// [`Error::NoSuchDevice`] if there is no such device, with the names of the available ones; [`Error::Device`] if
+    /// it cannot be opened.
     pub fn open(choice: &str) -> Result<Self> {
         let auto = choice.eq_ignore_ascii_case("auto");
         if choice.eq_ignore_ascii_case("cpu") || auto && !HAS_GPU {
@@ -46,14 +47,14 @@ impl Device {
         }
     }
 
-    /// The graphics devices of this machine, best first: those whose interfaces the features of the library choose.
+    /// The graphics devices of this machine, best first, for the interfaces that the features of the library select.
     #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
     pub fn gpus() -> Vec<gpu::DeviceInfo> {
         gpu::devices()
     }
 }
 
-/// The CPU in the place of a device that is not to be had, with a warning that says why.
+/// The CPU instead of an unavailable device, with a warning that states the reason.
 fn instead(fault: String) -> Result<Device> {
     let Some(device) = on_cpu() else { return Err(Error::Device(fault)) };
     log::warn!("{fault}; rendering on the CPU");
@@ -79,7 +80,7 @@ const INTERFACES: &str = if cfg!(target_vendor = "apple") {
     "Vulkan"
 };
 
-/// Whether a graphics device may be there. In a browser a device is the program's own: see `ResidentRenderer`.
+/// Whether a graphics device may be available. In a browser a device belongs to the program: see `ResidentRenderer`.
 const HAS_GPU: bool = cfg!(all(feature = "gpu", not(target_arch = "wasm32")));
 
 #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
@@ -98,7 +99,7 @@ fn names_of_gpus() -> Vec<String> {
     Vec::new()
 }
 
-/// The error for a device that is not there.
+/// The error for an unavailable device.
 fn no_such_device(choice: &str) -> Error {
     let found = names_of_gpus();
     let mut names = vec!["auto".to_owned()];

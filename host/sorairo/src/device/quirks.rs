@@ -8,8 +8,8 @@ use sorairo_shared::variant;
 
 use crate::plan::Plan;
 
-/// Rounds after which llvmpipe ends the loops of an invocation, all of them together, and says nothing (`LP_MAX_TGSI_LOOP_ITERATIONS` of
-/// Mesa's `lp_bld_limits.h`). A sum would lack its last terms.
+/// Rounds after which llvmpipe ends the loops of an invocation, all of them together, and says nothing
+/// (`LP_MAX_TGSI_LOOP_ITERATIONS` of Mesa's `lp_bld_limits.h`). A sum would lack its last terms.
 const ROUNDS_OF_LLVMPIPE: u64 = 65_535;
 
 /// The most rounds that a driver lets the loops of an invocation make together.
@@ -17,7 +17,8 @@ pub(super) fn most_rounds(driver: &str) -> u64 {
     if driver == "llvmpipe" { ROUNDS_OF_LLVMPIPE } else { u64::MAX }
 }
 
-/// The most rounds that all loops of an invocation of a plan's kernels make together, the last look at each loop's end among them.
+/// The most rounds that all loops of an invocation of a plan's kernels make together, the last look at each loop's end
+/// among them.
 ///
 /// Invocations in lockstep make the rounds of all of their rays, so that a ray counts every piece that one can have.
 pub(super) fn rounds(plan: &Plan) -> u64 {
@@ -31,7 +32,8 @@ pub(super) fn rounds(plan: &Plan) -> u64 {
     let pixels =
         if has(variant::RUNS) > 0 { (1 + has(variant::DESCENT)) * u64::from(RUN + 1) + u64::from(PLACES) } else { 1 };
     let fit = u64::from(constituent_count(plan.variant) * uniform.nodes + OBSERVER_NODES);
-    /// Rounds of a loop of one pass, the last look at its end among them. Two of each group of bands are for the ground, and one of the fit.
+    /// Rounds of a loop of one pass, the last look at its end among them. Two of each group of bands are for the
+    /// ground, and one of the fit.
     const ONE_PASS: u64 = 2;
     plan.buffers().bands.len() as u64 * (ray + wavelengths + 2 * ONE_PASS) + ONE_PASS + fit + pixels * (1 + disc)
 }

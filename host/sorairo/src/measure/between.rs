@@ -1,4 +1,4 @@
-//! Light between two points: what the air between them leaves of light that comes from behind it, and what it adds.
+//! Transmittance and in-scattered radiance of the air between two points.
 //!
 //! For any point `P` on a ray
 //!
@@ -6,8 +6,8 @@
 //! L(observer) = L(observer to P) + T(observer to P) · L(P)
 //! ```
 //!
-//! with the radiance `L(observer to P)` of light of all orders that the air before `P` scatters towards the observer.
-//! It is the integral of whole rays, which ends at `P`; see [`sorairo_shared::path::single`] and
+//! where `L(observer to P)` is the radiance of all orders that the air in front of `P` scatters towards the observer.
+//! It is the integral of a whole ray, ended at `P`; see [`sorairo_shared::path::single`] and
 //! [`sorairo_shared::light_field`].
 
 use serde::Serialize;
@@ -24,20 +24,19 @@ use crate::spectra::optics::Optics;
 /// How far behind the ground (as a part of its distance) a distance may lie that was meant to end on it.
 const ON_THE_GROUND: f64 = 1e-3;
 
-/// What the air between two points does at one wavelength.
+/// Transmittance and in-scattered radiance of the air between two points at one wavelength.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct BetweenSample {
     /// Wavelength (nm).
     pub wavelength_nm: f64,
-    /// The part of light from the far point that arrives: 1 over no distance.
+    /// Transmittance: the fraction of light from the far point that arrives, 1 over no distance.
     pub transmittance: f64,
-    /// Radiance of light of all orders that is scattered towards the observer on the way (W·m⁻²·sr⁻¹·nm⁻¹; sr⁻¹ with
-    /// the flat sun).
+    /// In-scattered radiance of all orders (W·m⁻²·sr⁻¹·nm⁻¹; sr⁻¹ with the flat sun).
     pub radiance: f64,
 }
 
-/// The air between an observer and other points, at some wavelengths. What all points share is prepared once.
+/// The air between an observer and other points, at given wavelengths. Data common to all points is prepared once.
 pub struct AirBetween {
     integral: RayIntegral,
     irradiance: Vec<f64>,
@@ -49,7 +48,7 @@ impl Sky {
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] for a wavelength at which the scene is not known.
+    /// [`Error::NotAllowed`] for a wavelength at which the scene has no data.
     pub fn between(&self, wavelengths: &[f64]) -> Result<AirBetween> {
         AirBetween::new(self, wavelengths)
     }
@@ -61,7 +60,7 @@ impl AirBetween {
         Ok(Self::as_read(sky, &optics_of(&sky.scene), wavelengths))
     }
 
-    /// The same at the nodes of the observer of colours, in means over their steps.
+    /// The same at the observer nodes, in means over their steps.
     pub(crate) fn over_steps(sky: &SkyPlan) -> Self {
         Self::as_read(sky, &sky.base.optics, &observer::wavelengths())
     }
@@ -72,26 +71,26 @@ impl AirBetween {
         Self { integral, irradiance, is_night: sky.is_night }
     }
 
-    /// Irradiance by the sun above the atmosphere at each wavelength (W·m⁻²·nm⁻¹).
+    /// Solar irradiance above the atmosphere at each wavelength (W·m⁻²·nm⁻¹).
     pub(crate) fn irradiance(&self) -> &[f64] {
         &self.irradiance
     }
 
-    /// Distance of the ground in a direction (km); none where the ray meets none.
+    /// Distance of the ground in a direction (km); `None` if the ray does not meet it.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for a direction.
+    /// [`Error::OutOfRange`] for an invalid direction.
     pub fn ground(&self, direction: &Direction) -> Result<Option<f64>> {
         Ok(self.integral.ground_distance(direction.vector()?))
     }
 
-    /// What lies up to a distance (km) in a direction; an infinite distance is all air there.
+    /// Transmittance and in-scattered radiance up to a distance (km) in a direction; infinity means all of the air.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for a direction, [`Error::NotAllowed`] for a distance that is negative or none, or ends
-    /// below the ground.
+    /// [`Error::OutOfRange`] for an invalid direction, [`Error::NotAllowed`] for a distance that is negative, NaN, or
+    /// beyond the ground.
     pub fn until(&self, direction: &Direction, distance: f64) -> Result<Vec<BetweenSample>> {
         let view = direction.vector()?;
         if distance.is_nan() || distance < 0.0 {

@@ -1,14 +1,14 @@
-//! Light between two points as linear RGB, for whoever has no spectra.
+//! Transmittance and in-scattered light between two points as linear RGB.
 //!
-//! What the air adds is a colour, as that of the sky. What it lets through is a spectrum, and no three numbers are
-//! right for every light behind it. Here they are those of sunlight as it is above the atmosphere:
+//! In-scattered light is a colour, like that of the sky. Transmittance is a spectrum, and no three numbers are exact
+//! for every light behind the air. Here they are those of sunlight above the atmosphere:
 //!
 //! ```text
 //! T_i = RGB_i(∫ T(λ) E(λ) xyz(λ) dλ) / RGB_i(∫ E(λ) xyz(λ) dλ)
 //! ```
 //!
-//! A white wall in that light is seen as it would be by its spectrum; light of another colour is off by as much as its
-//! spectrum bends within what an eye takes together.
+//! They are exact for a white wall in that light. For other light, the error is the variation of its spectrum within a
+//! channel.
 
 use serde::Serialize;
 use sorairo_shared::glam::DVec3;
@@ -20,19 +20,19 @@ use crate::plan::picture::colour_space::ColourSpace;
 use crate::plan::{Sky, SkyPlan};
 use crate::spectra::observer::{self, ColourObserver};
 
-/// What the air between two points does to linear RGB of a scene's space: light from behind, `behind`, arrives as
+/// Transmittance and in-scattered light in linear RGB of the scene's space. Light `behind` the air arrives as
 /// `transmittance * behind + radiance`, channel by channel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct BetweenRgb {
-    /// The part of sunlight from the far point that arrives, in each channel: 1 over no distance.
+    /// Transmittance of sunlight in each channel: 1 over no distance.
     pub transmittance: [f64; 3],
-    /// Light of all orders that is scattered towards the observer on the way (W·m⁻²·sr⁻¹; of the flat sun nm·sr⁻¹).
+    /// In-scattered light of all orders (W·m⁻²·sr⁻¹; nm·sr⁻¹ with the flat sun).
     pub radiance: [f64; 3],
 }
 
-/// The air between an observer and other points in linear RGB, by the spectrum at each of the observer's nodes, from
-/// 380 to 780 nm: the reference of what fits through fewer bands. What all points share is prepared once.
+/// The air between an observer and other points in linear RGB. It uses the spectrum at each observer node from 380 to
+/// 780 nm, and is the reference of fits through fewer bands. Data common to all points is prepared once.
 pub struct AirBetweenRgb {
     air: AirBetween,
     observer: ColourObserver,
@@ -55,7 +55,7 @@ impl AirBetweenRgb {
         Self { air, observer, space, sun }
     }
 
-    /// What lies up to a distance (km) in a direction; an infinite distance is all air there.
+    /// Transmittance and in-scattered light up to a distance (km) in a direction; infinity means all of the air.
     ///
     /// # Errors
     ///

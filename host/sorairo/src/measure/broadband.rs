@@ -9,16 +9,16 @@ use crate::plan::picture::sun_disc::Sun;
 use crate::plan::{Sky, SkyPlan};
 use crate::spectra::range::RANGE_OF_BEAMS;
 
-/// What the sun and the sky send through measured air between 280 and 2500 nm (W·m⁻²), by the names of solar energy:
-/// 96 % of what the sun sends lie there.
+/// Irradiance through measured air between 280 and 2500 nm (W·m⁻²), by the names of solar energy. The range contains
+/// 96 % of the solar irradiance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Broadband {
-    /// Direct normal irradiance: that of the sun's disc on a surface that faces it.
+    /// Direct normal irradiance: from the sun's disc on a surface that faces it.
     pub dni_w_m2: f64,
-    /// Diffuse horizontal irradiance: that of the sky without the disc on a level surface.
+    /// Diffuse horizontal irradiance: from the sky without the disc on a level surface.
     pub dhi_w_m2: f64,
-    /// Global horizontal irradiance: that of both.
+    /// Global horizontal irradiance: the sum of both on a level surface.
     pub ghi_w_m2: f64,
     /// UV index: 40 m²/W times the global irradiance, weighted by the action spectrum of erythema (ISO/CIE 17166:2019).
     pub uv_index: f64,
@@ -36,11 +36,11 @@ fn erythema(nm: f64) -> f64 {
     }
 }
 
-/// Photons of a joule of light by its wavelength (µmol·J⁻¹·nm⁻¹): `1 / (N_A h c)`.
+/// Photons per joule of light at a wavelength (µmol·J⁻¹·nm⁻¹): `1 / (N_A h c)`.
 const PHOTONS: f64 = 8.359_347e-3;
 
 impl Sky {
-    /// What falls from 280 to 2500 nm, the sum over every nanometre; none where the sky is not known over the whole
+    /// Irradiance from 280 to 2500 nm, the sum over every nanometre. `None` if the sky has no data in part of the
     /// range: see [`Scene::known_wavelengths_of_skies`](crate::Scene::known_wavelengths_of_skies).
     pub fn broadband(&self) -> Option<Broadband> {
         Broadband::new(self)

@@ -10,7 +10,7 @@ use crate::error::{Result, check_range};
 use crate::plan::{Plan, Sky, direction, upload};
 use crate::scene::ValidScene;
 
-/// A direction of view. It has these two angles and no others, so that it may be made and taken apart by them.
+/// A direction of view. It is fully described by two angles, so its fields are public and exhaustive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Direction {
     /// Elevation above the horizontal plane (degrees, -90 to 90).
@@ -22,8 +22,8 @@ pub struct Direction {
 }
 
 impl Direction {
-    /// The direction of an elevation (degrees, -90 to 90) and an azimuth (degrees, clockwise from north). Whatever
-    /// takes it checks both.
+    /// The direction with an elevation (degrees, -90 to 90) and an azimuth (degrees, clockwise from north). Functions
+    /// that use it check both.
     pub const fn new(elevation: f64, azimuth: f64) -> Self {
         Self { elevation, azimuth }
     }
@@ -32,20 +32,20 @@ impl Direction {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`](crate::Error::OutOfRange) for an elevation that is none,
+    /// [`Error::OutOfRange`](crate::Error::OutOfRange) for an elevation out of range,
     /// [`Error::NotAllowed`](crate::Error::NotAllowed) for an azimuth that is not finite.
     pub fn vector(&self) -> Result<Vec3> {
         check_range("view_elevation", self.elevation, (-90.0, 90.0), "degrees")?;
         Ok(direction(self.elevation, within_a_turn("view_azimuth", self.azimuth)?).as_vec3())
     }
 
-    /// The direction of a pixel's centre in a plan's image, its azimuth from 0 to 360; columns count from the left,
-    /// rows from the top. None where the projection covers nothing.
+    /// The direction of a pixel's centre in a plan's image, with an azimuth from 0 to 360. Columns count from the left,
+    /// rows from the top. `None` outside the projection.
     pub fn of_pixel(plan: &Plan, column: u32, row: u32) -> Option<Self> {
         Self::of_view(pixel_view(&plan.uniform.camera, variant::projection(plan.variant), column, row))
     }
 
-    /// The same of a pixel of a scene's image, without a plan of its sky.
+    /// The same for a pixel of a scene's image, without a plan of its sky.
     pub fn of_scene_pixel(scene: &ValidScene, column: u32, row: u32) -> Option<Self> {
         let projection = upload::projection(scene.camera.projection);
         Self::of_view(pixel_view(&upload::camera(scene), projection, column, row))
@@ -61,7 +61,7 @@ impl Direction {
 
 impl Sky {
     /// The direction of the sun's centre without refraction.
-    /// [`Scene::apparent_elevation`](crate::Scene::apparent_elevation) is the elevation at which it is seen.
+    /// [`Scene::apparent_elevation`](crate::Scene::apparent_elevation) is the refracted elevation.
     pub fn sun(&self) -> Direction {
         Direction::new(self.scene.sun.elevation, self.scene.sun.azimuth)
     }

@@ -14,39 +14,42 @@ use crate::spectra::observer;
 
 pub use crate::spectra::observer::LUMENS_PER_WATT;
 
-/// What falls from the sky, from its sun and from the ground on a level surface at the observer, and the brightness of the zenith.
+/// Irradiance of a level surface at the observer by the sky, the sun and the ground, and the luminance of the zenith.
 ///
-/// With the flat sun, which is 1 at every wavelength, all values are relative.
+/// With the flat sun, whose irradiance is 1 at every wavelength, all values are relative.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct SkyLight {
-    /// Diffuse irradiance, that of the sky without the sun itself, between 380 and 780 nm (W·m⁻²).
+    /// Diffuse irradiance, from the sky without the sun, between 380 and 780 nm (W·m⁻²).
     pub irradiance_w_m2: f64,
-    /// Integral of the linear RGB of an EXR file times the cosine over the upper hemisphere (W·m⁻², weighted by the observer).
+    /// Integral of the linear RGB of an EXR file times the cosine over the upper hemisphere (W·m⁻², weighted by the
+    /// observer).
     pub irradiance_rgb: [f64; 3],
     /// Illuminance (lx): the irradiance weighted by the observer's ȳ, times [`LUMENS_PER_WATT`].
     pub illuminance_lux: f64,
-    /// Direct irradiance, that of the sun itself, on the same level surface between 380 and 780 nm (W·m⁻²).
+    /// Direct irradiance, from the sun, on the same level surface between 380 and 780 nm (W·m⁻²).
     pub direct_irradiance_w_m2: f64,
-    /// What comes from below, from the ground and from the air before it, on a level surface that faces down, between 380 and 780 nm (W·m⁻²).
+    /// Irradiance of a level surface that faces down, by the ground and the air in front of it, between 380 and 780 nm
+    /// (W·m⁻²).
     pub ground_irradiance_w_m2: f64,
     /// The same as linear RGB of an EXR file (W·m⁻², weighted by the observer).
     pub ground_irradiance_rgb: [f64; 3],
-    /// Irradiance of the sun itself on a surface that faces it, between 380 and 780 nm, through the air (W·m⁻²).
+    /// Irradiance of a surface that faces the sun by the attenuated sun, between 380 and 780 nm (W·m⁻²).
     pub sun_irradiance_w_m2: f64,
     /// The same as linear RGB of an EXR file (W·m⁻², weighted by the observer).
     pub sun_irradiance_rgb: [f64; 3],
     /// Luminance of the zenith (cd·m⁻²).
     pub luminance_zenith_cd_m2: f64,
-    /// What falls from the sky and the ground, without the sun itself, on a surface of any direction.
+    /// Irradiance of a surface of any orientation by the sky and the ground, without the sun.
     pub irradiance_harmonics_rgb: Harmonics,
 }
 
-/// Irradiance of a surface by its direction, as coefficients of the nine spherical harmonics up to the second degree: linear RGB of an EXR
-/// file (W·m⁻², weighted by the observer), of the light of a whole sphere without the sun's disc.
+/// Irradiance of a surface by its orientation, as coefficients of the nine spherical harmonics up to degree 2. Values
+/// are linear RGB of an EXR file (W·m⁻², weighted by the observer), from the whole sphere without the sun's disc.
 ///
-/// The order is `Y_00, Y_1-1, Y_10, Y_11, Y_2-2, Y_2-1, Y_20, Y_21, Y_22`; x is north, y west and z up. Irradiance holds hardly any more than
-/// these (Ramamoorthi and Hanrahan 2001, *An efficient representation for irradiance environment maps*, DOI 10.1145/383259.383317, Eq. 7 and 8).
+/// The order is `Y_00, Y_1-1, Y_10, Y_11, Y_2-2, Y_2-1, Y_20, Y_21, Y_22`; x is north, y west and z up. Higher degrees
+/// contribute little to irradiance (Ramamoorthi and Hanrahan 2001, *An efficient representation for irradiance
+/// environment maps*, DOI 10.1145/383259.383317, Eq. 7 and 8).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Harmonics {
@@ -103,15 +106,15 @@ fn harmonics(DVec3 { x, y, z }: DVec3) -> [f64; 9] {
 }
 
 impl Sky {
-    /// What falls from the sky, its sun and the ground on level surfaces, in sums over visible light.
+    /// Irradiance of level surfaces by the sky, the sun and the ground, summed over visible light.
     pub fn light(&self) -> SkyLight {
         SkyLight::new(self)
     }
 }
 
 impl SkyLight {
-    /// That of a sky: the integral of its fitted spectrum and of its RGB over the upper hemisphere, by Gauss-Legendre quadrature
-    /// with nodes crowded around the sun.
+    /// That of a sky: the integral of its fitted spectrum and of its RGB over the upper hemisphere, by Gauss-Legendre
+    /// quadrature with nodes denser around the sun.
     pub(crate) fn new(sky: &SkyPlan) -> Self {
         if sky.is_night {
             return Self::default();
@@ -155,7 +158,7 @@ impl SkyLight {
     }
 }
 
-/// Linear RGB of [`SkyLight`] alone: what falls from a sky on a level surface, and on one of any direction.
+/// The linear RGB of [`SkyLight`]: irradiance of a level surface, and of one with any orientation.
 pub(crate) fn rgb_of_sky(sky: &SkyPlan) -> (DVec3, Harmonics) {
     if sky.is_night {
         return Default::default();
@@ -171,7 +174,8 @@ pub(crate) fn rgb_of_sky(sky: &SkyPlan) -> (DVec3, Harmonics) {
     (level, Harmonics::of(both_sides))
 }
 
-/// The radiance (W·m⁻²·sr⁻¹) and the luminance (the same, weighted by ȳ) of a spectrum at the observer's wavelengths, in `x` and `y`.
+/// The radiance (W·m⁻²·sr⁻¹) and the luminance (the same, weighted by ȳ) of a spectrum at the observer's wavelengths,
+/// in `x` and `y`.
 fn power_and_luminance(sky: &SkyPlan, wavelengths: &[f64], spectrum: &[f64]) -> DVec3 {
     let mut sum = DVec3::ZERO;
     for (&nm, radiance) in wavelengths.iter().zip(spectrum) {
@@ -180,7 +184,8 @@ fn power_and_luminance(sky: &SkyPlan, wavelengths: &[f64], spectrum: &[f64]) -> 
     sum
 }
 
-/// A direction, its mirror image by the vertical plane through the sun, where the sky is the same, and the solid angle of both (sr).
+/// A direction, its mirror image by the vertical plane through the sun, where the sky is the same, and the solid angle
+/// of both (sr).
 pub(crate) type Pair = (DVec3, DVec3, f64);
 
 /// The directions above and below the horizontal plane in which [`SkyLight`] takes the light.
@@ -224,8 +229,8 @@ mod tests {
             let luminance = sky.base.uniform.rgb.luminance(DVec3::from_array(light.irradiance_rgb).as_vec3());
             let by_colour = LUMENS_PER_WATT * f64::from(luminance) / light.illuminance_lux;
             println!("sun at {sun}: {:.2e} W/m², {by_colour:.3}", light.irradiance_w_m2);
-            // Two ways through the fit: the nodes of colour and the sum over wavelengths. What they learn from at -18° is
-            // a thousandth of a millionth of the day's light, beyond what cubics between the nodes of a light field
+            // Two ways through the fit: the nodes of colour and the sum over wavelengths. What they learn from at -18°
+            // is a thousandth of a millionth of the day's light, beyond what cubics between the nodes of a light field
             // resolve: they differ by 0.7 % to -15°, 7 % to -17° and 18 % at -18°.
             let bound = if sun >= -15.0 {
                 0.01
@@ -380,7 +385,8 @@ mod tests {
             let SkyLight { irradiance_w_m2, direct_irradiance_w_m2, ground_irradiance_w_m2, .. } = sky.light();
             let expected = 0.3 * (irradiance_w_m2 + direct_irradiance_w_m2);
             println!("sun at {sun}: {ground_irradiance_w_m2} of {expected}");
-            // The ground is lit by moments of the light field and by a point, and the observer by nodes of the sky and by a disc.
+            // The ground is lit by moments of the light field and by a point, and the observer by nodes of the sky and
+            // by a disc.
             assert!((ground_irradiance_w_m2 / expected - 1.0).abs() < 2e-3, "sun at {sun}");
             assert!((direct_irradiance_w_m2 / sky.light().sun_irradiance_w_m2 - sun.to_radians().sin()).abs() < 1e-3);
         }
@@ -395,7 +401,8 @@ mod tests {
         });
         let light = sky.light();
         let brightest = light.irradiance_rgb[1].max(light.ground_irradiance_rgb[1]);
-        // Nine harmonics leave some hundredths of the largest irradiance, where light has an edge at the horizon and a glow around the sun.
+        // Nine harmonics leave some hundredths of the largest irradiance, where light has an edge at the horizon and a
+        // glow around the sun.
         let is_near = |found: [f64; 3], expected: f64| (found[1] - expected).abs() < 0.03 * brightest;
         let up = light.irradiance_harmonics_rgb.towards(DVec3::Z);
         let down = light.irradiance_harmonics_rgb.towards(-DVec3::Z);

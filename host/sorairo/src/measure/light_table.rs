@@ -1,7 +1,7 @@
-//! The light of the sun and of the sky at any altitude under any sun, as tables that a shader reads.
+//! Irradiance by sun and sky at any altitude and for any sun, as tables for a shader.
 //!
-//! A place of a table is, at an altitude `h` up to a top one, with the sun's centre (without refraction) at an elevation
-//! `e` and the horizon at `e_0 = -acos(R / (R + h))`, all angles in degrees,
+//! The coordinates in a table depend on an altitude `h` up to the top, on the elevation `e` of the sun's centre
+//! (without refraction) and on that of the horizon, `e_0 = -acos(R / (R + h))`, in degrees:
 //!
 //! ```text
 //! v = ∛(h / top)
@@ -9,11 +9,11 @@
 //! u = ½ - ½ √((e_0 - e) / 20)             where e < e_0
 //! ```
 //!
-//! and of `c × r` texels the one there is at `(u (c - 1) + ½, v (r - 1) + ½)`, between which light is interpolated by
-//! straight lines. Where the sun rises and sets texels lie closest together; 20° below the horizon is night.
+//! In a table of `c × r` texels the position is `(u (c - 1) + ½, v (r - 1) + ½)`, with linear interpolation. Texels are
+//! densest at sunrise and sunset; 20° below the horizon is night.
 //!
-//! Skies are planned for fewer altitudes and suns. Between them go cubics of the logarithm of the light, and of harmonics
-//! relative to the first one.
+//! Skies are planned for fewer altitudes and suns. Between them, cubics interpolate the logarithm of the light, and
+//! harmonics relative to the first one.
 
 use rayon::prelude::*;
 use sorairo_shared::glam::DVec3;
@@ -30,22 +30,22 @@ use crate::scene::{ColourPath, Rgb, ValidScene};
 const ALTITUDES: u32 = 10;
 const SUNS: u32 = 21;
 
-/// The sun so far beneath the horizon (degrees) leaves night.
+/// A sun this far below the horizon (degrees) means night.
 const NIGHT: f64 = 20.0;
 
-/// The sun's disc is hidden where its centre stands so far beneath the horizon (degrees): refraction lifts it by 1.3° at
-/// most, to an observer above the air, and it is half a degree wide.
+/// The sun's disc is hidden if its centre is this far below the horizon (degrees). Refraction raises it by at most
+/// 1.3°, for an observer above the air, and its diameter is half a degree.
 const HIDDEN: f64 = 2.0;
 
-/// Less light than that (W·m⁻²) is none.
+/// Irradiance below this (W·m⁻²) counts as zero.
 const NOTHING: f64 = 1e-12;
 
-/// The nine coefficients of [`Harmonics`] that do not vanish where x is the sun's azimuth.
+/// The coefficients of [`Harmonics`] that do not vanish if x points to the sun's azimuth.
 const KEPT: [usize; 6] = [0, 2, 3, 6, 7, 8];
 
-/// The light of the sun and of the sky over altitudes and suns, in linear RGB (W·m⁻², weighted by the observer): how
-/// terrain, aircraft and clouds are lit by the same air. The sun's elevation and the altitude are those of each place of
-/// the table; see [`Self::place`].
+/// Irradiance by sun and sky over altitudes and suns, in linear RGB (W·m⁻², weighted by the observer), to light
+/// terrain, aircraft and clouds consistently. The sun's elevation and the altitude are those at each coordinate of the
+/// table; see [`Self::place`].
 #[derive(Debug)]
 pub struct LightTable {
     top: f64,
@@ -54,15 +54,16 @@ pub struct LightTable {
     texels: Vec<LightAt>,
 }
 
-/// What falls on surfaces at an altitude under a sun: linear RGB (W·m⁻², weighted by the observer).
+/// Irradiance of surfaces at an altitude for a sun: linear RGB (W·m⁻², weighted by the observer).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LightAt {
-    /// From the sun's disc, as far as the ground does not hide it, on a surface that faces it.
+    /// By the visible part of the sun's disc, on a surface that faces it.
     pub direct: [f64; 3],
-    /// From the sky, without the sun, on a level surface that faces up.
+    /// By the sky, without the sun, on a level surface that faces up.
     pub diffuse: [f64; 3],
-    /// From the sky and the ground, without the sun, on a surface of any direction: the coefficients `Y_00, Y_10, Y_11, Y_20,
-    /// Y_21, Y_22` of [`Harmonics`], with x to the sun's azimuth, y left of it and z up. The other three are 0.
+    /// By the sky and the ground, without the sun, on a surface of any orientation: the coefficients
+    /// `Y_00, Y_10, Y_11, Y_20, Y_21, Y_22` of [`Harmonics`], with x towards the sun's azimuth, y to its left and z up.
+    /// The other three are 0.
     pub harmonics: [[f64; 3]; 6],
 }
 
@@ -118,14 +119,14 @@ impl LightTable {
     /// See [`Self::COLUMNS`].
     pub const ROWS: u32 = 64;
 
-    /// That of the air of a scene up to an altitude (km, 0.01 to 1000), in a space of linear RGB; the scene's sun and
-    /// observer do not matter. Some four hundred skies are planned, on all cores, in seconds to half a minute: once for an
-    /// air, whose table serves all suns.
+    /// The table for the atmosphere of a scene up to an altitude (km, 0.01 to 1000), in a space of linear RGB. The
+    /// scene's sun and observer have no effect. Some four hundred skies are planned, on all cores, in seconds to half a
+    /// minute. One table serves all suns of an atmosphere.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for the altitude; [`Error::NotAllowed`] for colours that are solved at every pixel
-    /// (`render.color`), or an altitude that the scene's air does not allow.
+    /// [`Error::OutOfRange`] for the altitude; [`Error::NotAllowed`] for an explicit solve at every pixel
+    /// (`render.color`), or an altitude outside the scene's atmosphere.
     pub fn new(scene: &ValidScene, rgb: Rgb, top: f64, light_fields: &LightFields) -> Result<Self> {
         check_range("top", top, (0.01, 1000.0), "km")?;
         if scene.render.color == ColourPath::Solve {
@@ -165,8 +166,8 @@ impl LightTable {
         if u >= 0.5 { horizon + part * (90.0 - horizon) } else { horizon - part * NIGHT }
     }
 
-    /// The place `(u, v)` of an altitude (km) and a sun (degrees), in [0, 1]: those of night and above the top are at its
-    /// edges.
+    /// The coordinates `(u, v)` of an altitude (km) and a sun (degrees), in [0, 1]. Night and altitudes above the top
+    /// are clamped to the edges.
     pub fn place(&self, altitude: f64, sun_elevation: f64) -> [f64; 2] {
         let altitude = altitude.clamp(0.0, self.top);
         let horizon = horizon(self.ground_radius, altitude).to_degrees();
@@ -179,7 +180,7 @@ impl LightTable {
         [u, (altitude / self.top).cbrt()]
     }
 
-    /// What falls on surfaces at an altitude (km) under a sun (degrees), as a device interpolates it.
+    /// Irradiance of surfaces at an altitude (km) for a sun (degrees), as a device interpolates it.
     pub fn at(&self, altitude: f64, sun_elevation: f64) -> LightAt {
         let [u, v] = self.place(altitude, sun_elevation);
         let pair = |part: f64, count: u32| {

@@ -1,4 +1,4 @@
-//! What is measured of a sky.
+//! Queries of a sky: radiance, irradiance, transmittance.
 
 pub mod between;
 pub mod between_rgb;

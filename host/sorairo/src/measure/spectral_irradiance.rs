@@ -9,28 +9,30 @@ use crate::measure::surface::irradiances_on;
 use crate::plan::picture::sun_disc::Sun;
 use crate::plan::{Sky, SkyPlan};
 
-/// What falls at the observer from the sky, from its sun and from the ground, at wavelengths (W·m⁻²·nm⁻¹; relative with the flat sun).
+/// Irradiance at the observer by the sky, the sun and the ground, by wavelength (W·m⁻²·nm⁻¹; relative with the flat
+/// sun).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct SpectralIrradiance {
     /// The wavelengths (nm).
     pub wavelength_nm: Vec<f64>,
-    /// Diffuse irradiance, that of the sky without the sun itself, on a level surface.
+    /// Diffuse irradiance, by the sky without the sun, on a level surface.
     pub irradiance_w_m2_nm: Vec<f64>,
-    /// Direct irradiance, that of the sun itself, on the same surface.
+    /// Direct irradiance, by the sun, on the same surface.
     pub direct_irradiance_w_m2_nm: Vec<f64>,
-    /// What comes from below, from the ground and from the air before it, on a level surface that faces down.
+    /// Irradiance of a level surface that faces down, by the ground and the air in front of it.
     pub ground_irradiance_w_m2_nm: Vec<f64>,
-    /// Irradiance of the sun itself on a surface that faces it.
+    /// Irradiance of a surface that faces the sun, by the sun.
     pub sun_irradiance_w_m2_nm: Vec<f64>,
 }
 
 impl Sky {
-    /// What falls on a level [`Surface`](crate::Surface) that faces up, and on one that faces down, at wavelengths (nm).
+    /// Irradiance of a level [`Surface`](crate::Surface) that faces up, and of one that faces down, at wavelengths
+    /// (nm).
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene is not known.
+    /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene has no data.
     pub fn spectral_light(&self, wavelengths: &[f64]) -> Result<SpectralIrradiance> {
         let spectra = Spectra::new(self, wavelengths, Method::Fit)?;
         Ok(SpectralIrradiance::by(&spectra, self, &Sun::at(self, wavelengths), wavelengths))

@@ -1,4 +1,4 @@
-//! Spectra of the sky: in one direction, or in many; and how it looks there.
+//! Spectra and appearance of the sky in directions.
 
 use std::sync::Arc;
 
@@ -19,8 +19,8 @@ use crate::plan::{Sky, SkyPlan, SpectralPlan, optics_of};
 use crate::spectra::optics::Optics;
 use crate::spectra::{colour_temperature, observer};
 
-/// Samples per piece for the dense spectrum: enough for 1e-5 in twilight, where the ozone tent's edges slow
-/// the convergence.
+/// Samples per piece of the dense spectrum: enough for 1e-5 in twilight, where the edges of the ozone tent slow the
+/// convergence.
 pub const DENSE_STEPS: u32 = 512;
 
 /// The finest and the coarsest resolution of means (nm).
@@ -32,23 +32,23 @@ pub(crate) const RESOLUTIONS: (f64, f64) = (0.1, 200.0);
 pub struct Sample {
     /// Wavelength (nm).
     pub wavelength_nm: f64,
-    /// What the bands and the fit give, and at least 0 (W·m⁻²·sr⁻¹·nm⁻¹).
+    /// By the fit through the bands, at least 0 (W·m⁻²·sr⁻¹·nm⁻¹).
     pub radiance: f64,
-    /// The integral at this very wavelength, at high accuracy (W·m⁻²·sr⁻¹·nm⁻¹).
+    /// By the integral at this wavelength, with high accuracy (W·m⁻²·sr⁻¹·nm⁻¹).
     pub dense: f64,
 }
 
-/// How bright a direction is to the eye, and of which colour.
+/// Luminance and colour in a direction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Appearance {
     /// Luminance (cd·m⁻²).
     pub luminance_cd_m2: f64,
-    /// Chromaticity of the observer; none where there is no light.
+    /// Chromaticity for the observer; `None` without light.
     pub x: Option<f64>,
     /// The same.
     pub y: Option<f64>,
-    /// Correlated colour temperature (K); none for a colour that has none.
+    /// Correlated colour temperature (K); `None` for a colour without one.
     pub cct_k: Option<f64>,
 }
 
@@ -62,20 +62,20 @@ impl Sky {
         self.spectra(wavelengths, Method::Fit)?.in_directions(directions)
     }
 
-    /// The radiance at wavelengths (nm), ready for any direction: by the fit through as many bands as they need, or at
-    /// each wavelength itself.
+    /// Radiance at wavelengths (nm), for any direction: by the fit through as many bands as they need, or by an
+    /// integral at each wavelength.
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] for a wavelength at which the scene is not known; see
+    /// [`Error::NotAllowed`] for a wavelength at which the scene has no data; see
     /// [`Scene::known_wavelengths_of_skies`](crate::Scene::known_wavelengths_of_skies).
     pub fn spectra(&self, wavelengths: &[f64], method: Method) -> Result<Spectra> {
         Spectra::new(self, wavelengths, method)
     }
 
-    /// The spectrum in each direction by both methods, at wavelengths (nm) or in means over a resolution (nm, 0.1 to
-    /// 200) about each. Beyond visible light, and in means, both values of a sample are the one that lines of gases
-    /// leave.
+    /// The spectrum in each direction by both methods, at wavelengths (nm), or in means about each over a resolution of
+    /// 0.1 to 200 nm. Beyond visible light, and in means, both values of a sample are equal: radiance through the lines
+    /// of gases.
     ///
     /// # Errors
     ///
@@ -109,8 +109,8 @@ impl Sky {
         Ok(fitted.into_iter().zip(dense).map(samples).collect())
     }
 
-    /// X, Y and Z of the sky's observer in each direction, of the fitted spectrum from 380 to 780 nm in means over 5 nm
-    /// (W·m⁻²·sr⁻¹). [`LUMENS_PER_WATT`](crate::observer::LUMENS_PER_WATT) times Y is the luminance (cd·m⁻²).
+    /// X, Y and Z for the sky's observer in each direction, from the fitted spectrum between 380 and 780 nm in means
+    /// over 5 nm (W·m⁻²·sr⁻¹). The luminance (cd·m⁻²) is [`LUMENS_PER_WATT`](crate::observer::LUMENS_PER_WATT) times Y.
     ///
     /// # Errors
     ///
@@ -120,7 +120,7 @@ impl Sky {
         Ok(Spectra::over_steps(self).in_directions(directions)?.iter().map(xyz).collect())
     }
 
-    /// Luminance, chromaticity and colour temperature in each direction, of [`Sky::xyz`].
+    /// Luminance, chromaticity and colour temperature in each direction, from [`Sky::xyz`].
     ///
     /// # Errors
     ///
@@ -140,7 +140,7 @@ impl Sky {
     }
 }
 
-/// How the radiance at a wavelength is found.
+/// The method for the radiance at a wavelength.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
 )]
@@ -148,14 +148,14 @@ impl Sky {
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
 pub enum Method {
-    /// From the bands by the fit.
+    /// By the fit through the bands.
     #[default]
     Fit,
-    /// By an integral at this very wavelength, through the lines of gases.
+    /// By an integral at each wavelength, through the lines of gases.
     Dense,
 }
 
-/// Spectra of a sky at fixed wavelengths, in any direction. What all directions share is prepared once.
+/// Spectra of a sky at fixed wavelengths, in any direction. Data common to all directions is prepared once.
 pub struct Spectra {
     by: By,
 }
@@ -229,7 +229,7 @@ impl Spectra {
         Self { by: By::Fit(spectral) }
     }
 
-    /// The wavelengths (nm) at which rays are integrated, in no order.
+    /// The wavelengths (nm) at which rays are integrated, unordered.
     pub fn bands(&self) -> &[f64] {
         match &self.by {
             By::Fit(planned) => &planned.integral.wavelengths,

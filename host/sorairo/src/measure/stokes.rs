@@ -1,16 +1,16 @@
-//! The Stokes vector of the sky's light in directions.
+//! Stokes vectors of skylight in directions.
 //!
-//! `(I, Q, U)` relative to the vertical plane through the view direction: `Q > 0` where the electric vector lies in
-//! it, `U > 0` where it lies 45° counterclockwise of it as the observer sees it. Light that nothing scattered before is
-//! that of dipoles and of the aerosol's scattering matrix, in closed form: with the components `s_a` of the sun up
-//! across the ray and `s_b` to the left of it, and the degree of polarisation `p` at the scattering angle,
+//! `(I, Q, U)` are relative to the vertical plane through the view direction. `Q > 0` if the electric vector lies in
+//! the plane, `U > 0` if it lies 45° counterclockwise of it for the observer. Single scattering is that of dipoles and
+//! of the aerosol's scattering matrix, in closed form. With the component `s_a` of the sun's direction up across the
+//! ray, the component `s_b` to its left, and the degree of polarisation `p` at the scattering angle,
 //!
 //! ```text
 //! (Q, U) = -p I (s_a² - s_b², 2 s_a s_b) / (s_a² + s_b²)
 //! ```
 //!
-//! Light of higher orders is gathered from the moments of the light field; see
-//! [`sorairo_shared::light_field::polarisation`]. The ground's is natural.
+//! Higher orders are gathered from the moments of the light field; see [`sorairo_shared::light_field::polarisation`].
+//! Light from the ground is natural.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -30,11 +30,12 @@ use crate::plan::shortwave::{self, Lines};
 use crate::plan::{Sky, SkyPlan, direction, optics_of, upload};
 use crate::scene::rules::stokes_of_natural_light;
 
-/// How far from the vertical (radians) rays of higher orders stay at least: within, light is straight between those on
-/// both sides, where single precision knows the azimuth.
+/// The smallest angle between rays of higher orders and the vertical (radians). Within it, light is interpolated
+/// linearly between both sides, where single precision resolves the azimuth.
 const FROM_VERTICAL: f64 = 0.01;
 
-/// The Stokes vector at one wavelength (W·m⁻²·sr⁻¹·nm⁻¹). Circular polarisation, which air does not make, is left out.
+/// The Stokes vector at one wavelength (W·m⁻²·sr⁻¹·nm⁻¹). Circular polarisation, which Rayleigh scattering does not
+/// produce, is omitted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Stokes {
@@ -42,9 +43,9 @@ pub struct Stokes {
     pub wavelength_nm: f64,
     /// Radiance.
     pub stokes_i: f64,
-    /// Radiance with the electric vector in the plane, less that across it.
+    /// Radiance polarised in the plane, minus that polarised across it.
     pub stokes_q: f64,
-    /// Radiance with the electric vector 45° counterclockwise of the plane, less that 45° clockwise of it.
+    /// Radiance polarised 45° counterclockwise of the plane, minus that polarised 45° clockwise.
     pub stokes_u: f64,
     /// Degree of polarisation; 0 without light.
     pub degree_of_polarisation: f64,
@@ -52,7 +53,7 @@ pub struct Stokes {
     pub angle_of_polarisation_deg: f64,
 }
 
-/// The plane from which polarisation counts.
+/// The reference plane of polarisation.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
 )]
@@ -60,15 +61,15 @@ pub struct Stokes {
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
 pub enum StokesFrame {
-    /// The vertical plane through the direction; of the zenith and the nadir that of the azimuth that is given.
+    /// The vertical plane through the direction; at the zenith and the nadir that of the given azimuth.
     #[default]
     Vertical,
-    /// That through the direction and the top of the image as it lies there: in an equirectangular image the vertical,
-    /// in others the camera's own, carried from the middle of the image along the great circle.
+    /// The plane through the direction and the top of the image there: in an equirectangular image the vertical plane,
+    /// in others the upward axis of the camera, transported from the image centre along the great circle.
     Camera,
 }
 
-/// The Stokes vectors of a sky at fixed wavelengths. What all directions share is prepared once.
+/// Stokes vectors of a sky at fixed wavelengths. Data common to all directions is prepared once.
 pub struct StokesSpectra {
     integral: RayIntegral,
     irradiance: Vec<f64>,
@@ -80,11 +81,11 @@ pub struct StokesSpectra {
 }
 
 impl Sky {
-    /// The Stokes vectors at wavelengths (nm) of visible light, ready for any direction.
+    /// Stokes vectors at wavelengths (nm) of visible light, for any direction.
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] for a wavelength at which the scene is not known, and for a sky of natural light.
+    /// [`Error::NotAllowed`] for a wavelength at which the scene has no data, and for a sky with scalar transfer.
     pub fn stokes(&self, wavelengths: &[f64], frame: StokesFrame) -> Result<StokesSpectra> {
         StokesSpectra::new(self, wavelengths, frame)
     }

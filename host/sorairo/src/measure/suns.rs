@@ -1,4 +1,4 @@
-//! Many skies: what one asks of each, on all cores.
+//! Queries of many skies, on all cores.
 
 use rayon::prelude::*;
 
@@ -6,9 +6,9 @@ use crate::error::{Error, Result};
 use crate::plan::{LightFields, Sky};
 use crate::scene::ValidScene;
 
-/// The answers of `ask` for the sky of each scene, in the order of the scenes, whose numbers it gets too (from 0). A sky
-/// is planned when its turn comes, and dropped when it has answered, so that a year of suns takes no more memory than a
-/// few. Skies of the same air share their light fields; see [`LightFields`].
+/// Calls `ask` for the sky of each scene and its number (from 0), and returns the results in the order of the scenes. A
+/// sky is planned when its turn comes, and dropped afterwards, so a year of suns takes no more memory than a few. Skies
+/// with the same atmosphere share their light fields; see [`LightFields`].
 ///
 /// ```
 /// use sorairo::{Direction, Scene, of_each_sky};

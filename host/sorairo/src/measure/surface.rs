@@ -1,4 +1,4 @@
-//! The spectral irradiance of a surface that faces any way.
+//! Spectral irradiance of surfaces of any orientation.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -18,20 +18,20 @@ use crate::spectra::observer;
 pub struct Surface {
     /// Angle between its normal and the zenith (degrees, 0 to 180): 0 for a level one that faces up, 90 for a wall.
     pub tilt: f64,
-    /// Where it faces (degrees, clockwise from north).
+    /// Azimuth of its normal (degrees, clockwise from north).
     pub azimuth: f64,
 }
 
-/// What falls on a surface, by where it comes from.
+/// Irradiance of a surface, by source.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Irradiance<T> {
     /// From the sun's disc.
     pub direct: T,
-    /// From the sky above the horizon, without the sun.
+    /// From the upper hemisphere, without the sun.
     pub diffuse: T,
-    /// From below the horizon: from the ground, and from the air before it.
+    /// From the lower hemisphere: the ground and the air in front of it.
     pub ground: T,
-    /// All of it.
+    /// The sum of all.
     pub global: T,
 }
 
@@ -52,13 +52,14 @@ impl Surface {
 }
 
 impl Sky {
-    /// Spectral irradiance of each surface (W·m⁻²·nm⁻¹) at wavelengths (nm): the sky's and the ground's by the fit, the
-    /// sun's by its disc.
+    /// Spectral irradiance of each surface (W·m⁻²·nm⁻¹) at wavelengths (nm). The parts of the sky and the ground use
+    /// the fit, that of the sun its disc.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`](crate::Error::OutOfRange) or [`Error::NotAllowed`](crate::Error::NotAllowed) for a surface,
-    /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene is not known.
+    /// [`Error::OutOfRange`](crate::Error::OutOfRange) or [`Error::NotAllowed`](crate::Error::NotAllowed) for an
+    /// invalid surface, [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene has no
+    /// data.
     pub fn irradiance(&self, surfaces: &[Surface], wavelengths: &[f64]) -> Result<Vec<Irradiance<Vec<f64>>>> {
         let normals: Vec<DVec3> = surfaces.iter().map(Surface::normal).collect::<Result<_>>()?;
         let spectra = Spectra::new(self, wavelengths, Method::Fit)?;
@@ -78,7 +79,7 @@ impl Sky {
     }
 
     /// The five α-opic irradiances of each surface (W·m⁻²) of CIE S 026, in the order of [`AlphaOpic::all`];
-    /// [`AlphaOpic::equivalent_daylight`] makes illuminances (lx) of them.
+    /// [`AlphaOpic::equivalent_daylight`] converts them to illuminances (lx).
     ///
     /// # Errors
     ///
@@ -90,8 +91,8 @@ impl Sky {
         Ok(self.irradiance(surfaces, &alpha_opic::wavelengths())?.into_iter().map(of_quantities).collect())
     }
 
-    /// The part of the sun's irradiance above the atmosphere that reaches a surface at the observer which faces the
-    /// sun, at each wavelength (nm): the mean over the disc, of which the ground may hide a part.
+    /// Transmittance of the sun's beam to a surface at the observer that faces the sun, at each wavelength (nm). It is
+    /// the mean over the disc, part of which the ground may hide.
     ///
     /// # Errors
     ///
@@ -109,8 +110,8 @@ impl Sky {
         Ok(facing.into_iter().zip(wavelengths).map(transmittance).collect())
     }
 
-    /// The sun's beam at wavelengths in nm: in means over a resolution (nm) about each, or at the wavelengths themselves,
-    /// where gases have the means of their tables, over 1 nm (up to 1000 nm) or 5. A measured profile of the air has
+    /// The sun's beam at wavelengths (nm). With a resolution (nm), values are means about each wavelength. Without it,
+    /// the transmittance of gases is the mean over bins of 1 nm (up to 1000 nm) or 5 nm. A measured profile contains
     /// gases, and its beam is known from 280 to 2500 nm.
     ///
     /// # Errors
@@ -187,10 +188,10 @@ fn weight(&(view, mirrored, solid_angle): &Pair, normal: DVec3) -> f64 {
 pub struct BeamSample {
     /// Wavelength (nm).
     pub wavelength_nm: f64,
-    /// The part of the light from the disc's centre that the air lets through, without the beam's spread by refraction;
-    /// 0 of a centre below the horizon.
+    /// Transmittance from the disc's centre, without the spreading of the beam by refraction; 0 for a centre below the
+    /// horizon.
     pub transmittance: f64,
-    /// Irradiance of a surface that faces the sun (W·m⁻²·nm⁻¹): of as much of the disc as is seen, as large as it is seen.
+    /// Irradiance of a surface that faces the sun (W·m⁻²·nm⁻¹), by the visible part of the disc with its apparent size.
     pub irradiance: f64,
 }
 
@@ -240,7 +241,8 @@ mod tests {
                 for ((above, below), (diffuse, ground)) in expected {
                     let error = ((above - diffuse).abs() + (below - ground).abs()) / (above + below);
                     println!("sun at {sun}, {surface:?}: {error:.1e}");
-                    // The cosine ends in an edge at the surface's plane, and the grid is of a degree around the glow of the sun.
+                    // The cosine ends in an edge at the surface's plane, and the grid is of a degree around the glow of
+                    // the sun.
                     assert!(error < 5e-3, "sun at {sun}, {surface:?}: {error}");
                 }
             }

@@ -1,16 +1,16 @@
-//! The air before a camera as a volume of froxels: what it adds and what it lets through at a grid of directions and
-//! distances, and between them.
+//! The air in front of a camera as a volume of froxels: in-scattered light and transmittance at a grid of directions
+//! and distances, with interpolation between them.
 //!
-//! A ray stands at each place of a grid over the image, whose first and last rows and columns are its edges. Along it
-//! stand distances
+//! The grid has a ray at each of its points on the image; its first and last rows and columns are the edges of the
+//! image. The distances along a ray are
 //!
 //! ```text
 //! d_i = far (i / (slices - 1))²
 //! ```
 //!
-//! the first of which is 0, where there is nothing before and all comes through. Light is kept by its constituents:
-//! phase functions are those of the direction that is asked for, so that the glow about the sun is as sharp as it is.
-//! Between froxels go cubics through four in each direction.
+//! The first is 0, with no in-scattered light and a transmittance of 1. Light is stored by constituent, and phase
+//! functions are evaluated at the requested direction, so the aureole stays sharp. Cubics through four froxels
+//! interpolate along each axis.
 
 use rayon::prelude::*;
 use sorairo_shared::camera::{Camera, PERSPECTIVE, position_view};
@@ -26,7 +26,7 @@ use crate::plan::{Sky, SkyPlan, upload};
 use crate::scene::{CameraScene, ColourPath, Projection, Scene};
 use crate::words::word;
 
-/// How a volume is divided.
+/// The size of a volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeSize {
     /// Rays across the image (4 to 1024).
@@ -64,14 +64,14 @@ impl VolumeSize {
     }
 }
 
-/// What lies before a place of a volume.
+/// In-scattered light and transmittance up to a point of a volume.
 #[derive(Clone, Copy)]
 struct Froxel {
     light: Constituents,
     transmittance: Vec3,
 }
 
-/// The air before a camera.
+/// The air in front of a camera.
 pub struct AirVolume<'a> {
     size: VolumeSize,
     camera: Camera,
@@ -81,14 +81,13 @@ pub struct AirVolume<'a> {
 }
 
 impl Sky {
-    /// The air before a camera as a volume, each ray in one walk, on all cores; light of all orders by the sky's own
-    /// field and fit.
+    /// The air in front of a camera as a volume. Each ray is marched once, on all cores, with the light field and the
+    /// fit of the sky.
     ///
     /// # Errors
     ///
-    /// Those of [`crate::Scene::validated`] for the camera; [`Error::NotAllowed`] for a camera of another projection than
-    /// a perspective one and for a sky whose colours are solved at every pixel (`render.color`); [`Error::OutOfRange`] for
-    /// a size.
+    /// Those of [`crate::Scene::validated`] for the camera; [`Error::NotAllowed`] for a camera without the perspective
+    /// projection and for an explicit solve at every pixel (`render.color`); [`Error::OutOfRange`] for the size.
     pub fn air_volume(&self, camera: &CameraScene, size: VolumeSize) -> Result<AirVolume<'_>> {
         AirVolume::new(self, camera, size)
     }
@@ -115,13 +114,14 @@ impl<'a> AirVolume<'a> {
         Ok(Self { size, camera, colours, froxels })
     }
 
-    /// How it is divided.
+    /// Its size.
     pub fn size(&self) -> VolumeSize {
         self.size
     }
 
-    /// What lies before a place of the image (its part of the width from the left and of the height from the top, 0 to 1)
-    /// up to a distance along its ray (km). Behind the last distance it is as there; beneath the ground as if air went on.
+    /// In-scattered light and transmittance at a point of the image (fractions of its width from the left and of its
+    /// height from the top, 0 to 1), up to a distance along its ray (km). Distances beyond the last one are clamped;
+    /// below the ground the air continues.
     pub fn at(&self, place: [f64; 2], distance: f64) -> BetweenRgb {
         if distance <= 0.0 {
             return BetweenRgb { transmittance: [1.0; 3], radiance: [0.0; 3] };
@@ -165,8 +165,7 @@ impl<'a> AirVolume<'a> {
 ///
 /// # Errors
 ///
-/// [`Error::NotAllowed`] for a camera of another projection than a perspective one, and for colours that are solved at
-/// every pixel.
+/// [`Error::NotAllowed`] for a camera without the perspective projection, and for an explicit solve at every pixel.
 pub(crate) fn check(scene: &Scene) -> Result<()> {
     if scene.camera.projection != Projection::Perspective {
         let complaint = format!("is {}; the air before a camera takes perspective", word(scene.camera.projection));

@@ -1,7 +1,8 @@
 //! Absorption by gases, from 280 to 2500 nm.
 //!
-//! Lines of a gas lie closer than any bin of wavelengths is wide, so that a bin has no one coefficient: its transmittance is a sum of
-//! exponentials of the gas's amount. Gases lie over one another at random, and their transmittances multiply:
+//! Lines of a gas lie closer than any bin of wavelengths is wide, so that a bin has no one coefficient: its
+//! transmittance is a sum of exponentials of the gas's amount. Gases lie over one another at random, and their
+//! transmittances multiply:
 //!
 //! ```text
 //! T = Π_g Σ_i w_gi exp(-k_gi c_g) · exp(-f c_wet - s c_self - o c_oo - σ c_no2)
@@ -23,7 +24,8 @@ use crate::spectra::table::Table;
 
 /// How many classes of amounts there are, in this order.
 ///
-/// 1. water vapour times pressure, over what the vertical path through the US Standard Atmosphere has with 1.42 cm of water
+/// 1. water vapour times pressure, over what the vertical path through the US Standard Atmosphere has with 1.42 cm of
+///    water
 /// 2. dry air times pressure to the power 0.9, over the same
 /// 3. water vapour squared, over the same
 /// 4. oxygen squared (10⁴⁶ cm⁻⁵)
@@ -171,15 +173,15 @@ impl Relative {
     }
 }
 
-/// Air masses of a path on which the light of a sky loses to lines what one coefficient says: by day it has crossed one or
-/// two, and at dusk the 38 of the horizon.
+/// Air masses of a path on which the light of a sky loses to lines what one coefficient says: by day it has crossed one
+/// or two, and at dusk the 38 of the horizon.
 const AIR_MASSES: f64 = 20.0;
 
 /// Gases in the light of a sky, which have one coefficient at each wavelength.
 ///
 /// Where lines absorb, light that crossed more than twenty air masses loses less to the next kilometre, and light that
-/// crossed less loses more. The part of light that is left is, in means over 5 nm below 680 nm, up to 0.035 too large on
-/// fewer air masses and up to 0.07 too small on forty; a coefficient of five air masses leaves 0.016 and 0.21.
+/// crossed less loses more. The part of light that is left is, in means over 5 nm below 680 nm, up to 0.035 too large
+/// on fewer air masses and up to 0.07 too small on forty; a coefficient of five air masses leaves 0.016 and 0.21.
 #[derive(Clone, Debug)]
 pub struct SkyGases {
     /// Amounts from the ground to the zenith, class by class.
@@ -417,7 +419,8 @@ fn continuum() -> &'static Bins<[f64; 2]> {
     })
 }
 
-/// Three coefficients of ozone, three of nitrogen dioxide, one of pairs of oxygen: straight between the middles of bins.
+/// Three coefficients of ozone, three of nitrogen dioxide, one of pairs of oxygen: straight between the middles of
+/// bins.
 fn cross_sections() -> &'static Table<7> {
     static TABLE: OnceLock<Table<7>> = OnceLock::new();
     TABLE.get_or_init(|| {

@@ -10,15 +10,15 @@ use crate::spectra::named_file::is_table_file;
 use crate::spectra::table::Table;
 use crate::words::{word, words};
 
-/// How the densities of air and of ozone fall and rise with altitude. Of a measured profile the shape is taken; how much there is in all,
-/// the optical depths and the column of ozone say.
+/// The profile of the densities of air and ozone over altitude. Only the shape of a measured profile is used; optical
+/// depths and the column of ozone set the amounts.
 #[derive(
     Clone, Debug, Default, PartialEq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
 )]
 #[serde(try_from = "String", into = "String")]
 #[strum(serialize_all = "kebab-case")]
 pub enum Profile {
-    /// Air that falls off by its scale height, and ozone as a tent.
+    /// Exponential air by its scale height, and ozone as a tent.
     #[default]
     Exponential,
     /// Measured: US Standard Atmosphere 1976.
@@ -33,7 +33,7 @@ pub enum Profile {
     SubarcticSummer,
     /// Measured: below the Arctic Circle in winter (AFGL).
     SubarcticWinter,
-    /// A person's table: pressure, temperature and what absorbs over altitude.
+    /// A user table: pressure, temperature and absorbers over altitude.
     #[strum(disabled)]
     File(FileOf<OwnProfile>),
 }
@@ -61,11 +61,11 @@ impl From<Profile> for String {
     }
 }
 
-/// A profile of a person's own.
+/// A user profile.
 #[derive(Debug)]
 pub struct OwnProfile(Vec<Level>);
 
-/// How high a person's profile must reach (km): of what scatters at dusk a hundredth lies above.
+/// The minimum height of a user profile (km): a hundredth of what scatters at dusk is above.
 pub const LOWEST_END: f64 = 60.0;
 
 impl FromColumns for OwnProfile {
@@ -183,7 +183,8 @@ pub struct Level {
     pub nitrogen_dioxide: f64,
 }
 
-/// Densities of air and of ozone at an altitude (molecules per cm³), and by how much they grow with it relative to themselves (km⁻¹).
+/// Densities of air and of ozone at an altitude (molecules per cm³), and by how much they grow with it relative to
+/// themselves (km⁻¹).
 #[derive(Clone, Copy, Debug)]
 pub struct Density {
     /// Air and ozone.
@@ -200,8 +201,8 @@ impl Profile {
 
     /// Its levels; none of the exponential.
     ///
-    /// Anderson, Clough, Kneizys, Chetwynd and Shettle 1986, *AFGL atmospheric constituent profiles*, AFGL-TR-86-0110: 50 levels from
-    /// 0 to 120 km.
+    /// Anderson, Clough, Kneizys, Chetwynd and Shettle 1986, *AFGL atmospheric constituent profiles*, AFGL-TR-86-0110:
+    /// 50 levels from 0 to 120 km.
     pub fn levels(&self) -> Option<Levels> {
         let levels = self.measured()?;
         let altitudes: Vec<f64> = levels.iter().map(|level| level.altitude).collect();
@@ -210,7 +211,8 @@ impl Profile {
         Some(Levels { altitudes, logarithms, slopes })
     }
 
-    /// What was measured, at any altitude (km): the temperature is straight between levels, and so are the logarithms of all else.
+    /// What was measured, at any altitude (km): the temperature is straight between levels, and so are the logarithms
+    /// of all else.
     pub fn level(&self, altitude: f64) -> Option<Level> {
         let levels = self.measured()?;
         let after = levels.partition_point(|level| level.altitude <= altitude).clamp(1, levels.len() - 1);
@@ -236,7 +238,7 @@ impl Profile {
         heat / ozone
     }
 
-    /// What was measured, or a person's table says, at its levels.
+    /// The levels of the measurement or of a user table.
     pub fn measured(&self) -> Option<&[Level]> {
         static ATMOSPHERES: LazyLock<Vec<Vec<Level>>> = LazyLock::new(atmospheres);
         if let Self::File(file) = self {
@@ -301,7 +303,8 @@ pub(super) fn vertical<const N: usize>(levels: &[Level], of: impl Fn(&Level) -> 
     sum
 }
 
-/// The slopes at levels: the harmonic mean of those on either side, weighted by their lengths, or 0 where they differ in sign.
+/// The slopes at levels: the harmonic mean of those on either side, weighted by their lengths, or 0 where they differ
+/// in sign.
 fn slopes(altitudes: &[f64], logarithms: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let last = altitudes.len() - 1;
     let length = |level: usize| altitudes[level + 1] - altitudes[level];
@@ -345,7 +348,8 @@ mod tests {
     fn each_atmosphere_has_the_air_of_its_pressure_and_ozone_of_its_latitude() {
         for profile in Profile::iter().filter(|profile| profile.is_measured()) {
             let levels = profile.levels().unwrap();
-            // A pressure of 1013 to 1018 hPa holds 2.14e25 to 2.17e25 molecules per cm² (of 28.96 g/mol under 9.8 m/s²).
+            // A pressure of 1013 to 1018 hPa holds 2.14e25 to 2.17e25 molecules per cm² (of 28.96 g/mol under 9.8
+            // m/s²).
             let [air, ozone] = columns(&levels);
             assert!((2.13e25..2.18e25).contains(&air), "{profile:?}: {air:e}");
             // Climates of ozone lie between 250 and 500 DU.

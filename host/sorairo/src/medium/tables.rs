@@ -62,8 +62,8 @@ pub struct Beam {
     pub sun: f64,
 }
 
-/// `n - 1` of air at 550 nm, 15 °C and 1013.25 hPa (Ciddor 1996, <https://doi.org/10.1364/AO.35.001566>), and the molecules per cm³
-/// that it has there.
+/// `n - 1` of air at 550 nm, 15 °C and 1013.25 hPa (Ciddor 1996, <https://doi.org/10.1364/AO.35.001566>), and the
+/// molecules per cm³ that it has there.
 const REFRACTIVITY: f64 = 2.778e-4;
 const OF_DENSITY: f64 = 2.547e19;
 
@@ -112,8 +112,8 @@ impl Tables {
         std::array::from_fn(|i| (2.0 * both[i] - behind[i]).max(0.0))
     }
 
-    /// Zenith angle (radians) at which a sun is seen from an altitude inside the atmosphere (km), by that without air; of one below the
-    /// horizon, that of the horizon.
+    /// Zenith angle (radians) at which a sun is seen from an altitude inside the atmosphere (km), by that without air;
+    /// of one below the horizon, that of the horizon.
     pub fn seen(&self, altitude: f64, sun: f64) -> f64 {
         let row = self.layers.row(altitude);
         let (mut high, mut low) = (0.0, self.level.lowest_seen(&row));
@@ -219,7 +219,8 @@ fn number_of(entries: &[Vec4]) -> u32 {
 const PANELS: usize = 40;
 const NODES: usize = 3 * PANELS;
 
-/// How far above the top of the atmosphere columns reach (km): a ray that grazes the top ends as smoothly there as the profile does.
+/// How far above the top of the atmosphere columns reach (km): a ray that grazes the top ends as smoothly there as the
+/// profile does.
 const ABOVE_TOP: f64 = 20.0;
 
 /// Air, aerosol, ozone, pairs of oxygen and water vapour, in this order.
@@ -540,8 +541,8 @@ impl Cubic {
     }
 }
 
-/// The cone nearest to the edge of the planet's shadow, from altitudes (km) and the zenith angles of the lowest sun that is seen there; the
-/// cones that the edge touches at each altitude become entries.
+/// The cone nearest to the edge of the planet's shadow, from altitudes (km) and the zenith angles of the lowest sun
+/// that is seen there; the cones that the edge touches at each altitude become entries.
 fn shadow(air: &Air, edge: &[(f64, f64)], entries: &mut [Vec4]) -> [f64; 3] {
     if air.refractivity == 0.0 {
         return [0.0; 3];
@@ -633,8 +634,8 @@ mod tests {
         let air = air(true);
         let tables = Tables::new(&air);
         let [_, slope, begin] = tables.shadow;
-        // The lowest sun that is seen from the ground stands 0.5 to 0.6° below the horizon; its light leaves the air bent
-        // twice as far.
+        // The lowest sun that is seen from the ground stands 0.5 to 0.6° below the horizon; its light leaves the air
+        // bent twice as far.
         assert!((0.009..0.0105).contains(&(begin / air.ground_radius)), "{begin}");
         assert!((0.016..0.021).contains(&slope), "{slope}");
         for i in [1, 20, 60, 126] {

@@ -1,5 +1,4 @@
-//! The air before each pixel of an image, as a file for compositors: from a depth image to what the air adds and lets
-//! through.
+//! Aerial perspective for compositing: from a depth image to the in-scattered light and the transmittance of the air.
 
 use std::path::PathBuf;
 
@@ -30,7 +29,7 @@ pub enum DepthUnit {
     Km,
 }
 
-/// What a depth is measured along.
+/// The line along which a depth is measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, EnumIter, EnumMessage, EnumString, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
@@ -42,24 +41,24 @@ pub enum DepthKind {
     Ray,
 }
 
-/// What to make of a depth image.
+/// A request for the aerial perspective of a depth image.
 #[derive(Clone, Debug)]
 pub struct AerialRequest {
     /// The depth image: the channel `Z`, or the only one.
     pub depth: PathBuf,
     /// Its unit.
     pub unit: DepthUnit,
-    /// What it is measured along.
+    /// The line along which it is measured.
     pub kind: DepthKind,
     /// An image of the same size to which the air is applied; without it the air is written in layers.
     pub beauty: Option<PathBuf>,
     /// The file to write.
     pub output: PathBuf,
-    /// Which file that is there already it may replace.
+    /// Whether it may replace an existing file.
     pub replace: Replace,
 }
 
-/// What was written.
+/// The report of a written image.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct AerialReport {
@@ -67,11 +66,11 @@ pub struct AerialReport {
     pub width: u32,
     /// Height (pixels).
     pub height: u32,
-    /// Pixels in which nothing stands before the sky, or the scene's own ground.
+    /// The number of pixels that show the sky or the scene's own ground.
     pub sky_pixels: u64,
-    /// The farthest thing (km); 0 where there is none.
+    /// The largest distance (km); 0 without objects.
     pub farthest_km: f64,
-    /// Stops by which light is exposed.
+    /// The exposure of light (stops).
     pub exr_exposure_ev: f32,
 }
 
@@ -84,16 +83,17 @@ const SLICES: u32 = 64;
 /// Air behind so many km is that of the sky: no ray is longer from where clouds are.
 const FARTHEST: f64 = 3000.0;
 
-/// Writes the air before each pixel of a depth image that a scene's camera sees.
+/// Writes the in-scattered light and the transmittance of the air in front of each pixel of a depth image of a scene's
+/// camera.
 ///
-/// Light is linear RGB of the scene's space in W·m⁻²·sr⁻¹, exposed by the stops of `render.exr_exposure` where they are a
-/// number, and not otherwise; transmittance is that of sunlight, see [`BetweenRgb`]. The image is as large as the depth
-/// image, whatever `camera.size` says.
+/// In-scattered light is linear RGB of the scene's space in W·m⁻²·sr⁻¹, exposed by `render.exr_exposure` if that is a
+/// number. Transmittance is that of sunlight, see [`BetweenRgb`]. The image has the size of the depth image;
+/// `camera.size` has no effect.
 ///
 /// # Errors
 ///
-/// [`Error::NotAllowed`] for a depth image or a beauty that cannot be used, and for a camera that is not perspective;
-/// those of files that cannot be written.
+/// [`Error::NotAllowed`] for an unsuitable depth image or beauty, and for a camera without the perspective projection;
+/// the errors of files that cannot be written.
 pub fn aerial(scene: &ValidScene, request: &AerialRequest) -> Result<AerialReport> {
     if request.output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("exr")) {
         let complaint = "a name that ends in .exr is wanted".into();

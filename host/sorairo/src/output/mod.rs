@@ -1,4 +1,4 @@
-//! What becomes of images: bytes, files, frames one after the other.
+//! Output of images: bytes, files, sequences.
 
 #[cfg(feature = "files")]
 pub mod aerial;

@@ -25,25 +25,26 @@ use crate::plan::picture::sun_disc::Sun;
 use crate::plan::{LightFields, Plan};
 use crate::scene::{ColourObserver, ColourPath, Exposure, ExrDepth, Fit, Rgb, ValidScene, WhiteBalance};
 
-/// What to make of a scene.
+/// The files to render of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
     /// Files to write.
     pub outputs: Vec<PathBuf>,
     /// Whether every EXR file is spectral, whatever its name.
     pub spectral: bool,
-    /// Wavelengths of spectral files (nm, where the scene is known, no two the same); [`files::default_wavelengths`] if none are given.
+    /// Wavelengths of spectral files (nm, in the range of the scene, without duplicates); by default
+    /// [`files::default_wavelengths`].
     pub wavelengths: Option<Vec<f64>>,
-    /// The plane from which polarisation counts in spectral EXR files, which then hold the Stokes parameters `S1`, `S2`
-    /// and `S3` (0) beside radiance; none for files of radiance alone.
+    /// The reference plane of polarisation in spectral EXR files, which then hold the Stokes parameters `S1`, `S2` and
+    /// `S3` (0) in addition to radiance; `None` for radiance alone.
     pub stokes: Option<StokesFrame>,
-    /// Whether it is rendered twice: into the outputs without the sun's disc, to light with, and into a file beside
-    /// each of them with it, to be seen: `sky.sun.exr` beside `sky.exr`. All of them take their places together, and
-    /// have one exposure. Of `.png`, `.exr` and `.hdr`, beside which a scene of USD may stand.
+    /// Whether the scene is rendered twice: into the outputs without the sun's disc, for lighting, and into a file
+    /// beside each of them with the disc, for camera rays: `sky.sun.exr` beside `sky.exr`. All are renamed into place
+    /// together, and have one exposure. Applies to `.png`, `.exr` and `.hdr`, with an optional USD scene.
     pub split_sun: bool,
-    /// Whether to measure the downwelling irradiance.
+    /// Whether to compute the downwelling irradiance.
     pub sky_light: bool,
-    /// Which files that are there already it may replace.
+    /// The existing files that it may replace.
     pub replace: Replace,
 }
 
@@ -57,18 +58,18 @@ impl Request {
         self.outputs.iter().map(|path| Format::of(path, self.spectral)).collect()
     }
 
-    /// Every file that it fills.
+    /// Every file that it writes.
     pub fn files(&self) -> Vec<PathBuf> {
         self.outputs.iter().cloned().chain(self.beside()).collect()
     }
 
-    /// The files with the sun's disc beside those without, if it splits off the sun.
+    /// The files with the sun's disc, if it splits off the sun.
     fn beside(&self) -> impl Iterator<Item = PathBuf> {
         let is_rgb = |path: &&PathBuf| Format::of(path, self.spectral).is_ok_and(Format::is_rgb);
         self.outputs.iter().filter(move |path| self.split_sun && is_rgb(path)).map(|path| with_sun(path))
     }
 
-    /// Whether every file is there already, whole, and made of this scene by this version of the program.
+    /// Whether every file exists, is complete, and was made of this scene by this version of the program.
     pub fn is_finished(&self, scene: &ValidScene, light_fields: &LightFields) -> bool {
         if self.split_sun {
             // What exposes both follows from their plans.
@@ -81,7 +82,7 @@ impl Request {
         self.outputs.iter().zip(formats).all(|(path, format)| files::is_finished(path, format, &scene, &spectra))
     }
 
-    /// All that [`Request::is_finished`] asks of the files, as a text.
+    /// The text of all properties that [`Request::is_finished`] checks.
     ///
     /// # Errors
     ///
@@ -113,7 +114,7 @@ impl Request {
     }
 }
 
-/// What a rendering did, as `--json` prints it.
+/// The report of a rendering, as `--json` prints it.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Report {
@@ -127,60 +128,60 @@ pub struct Report {
     pub height: u32,
     /// Elevation of the sun (degrees), without refraction.
     pub sun_elevation: f64,
-    /// Elevation at which it is seen (degrees); none where light goes straight or the sun's centre is below the horizon.
+    /// Apparent elevation (degrees); `None` without refraction, or with the sun's centre below the horizon.
     pub sun_apparent_elevation: Option<f64>,
     /// Azimuth of the sun, clockwise from north (degrees).
     pub sun_azimuth: f64,
-    /// Whether the sun's disc is in the image where it can be seen; a program that adds a sun of its own must not, then.
+    /// Whether the image includes the sun's disc where it is visible; if so, a program must not add a sun of its own.
     pub sun_disc: bool,
     /// The fit through the bands.
     pub fit: Fit,
-    /// How the fit became a colour.
+    /// The computation of the colour from the fit.
     pub color: ColourPath,
     /// The space of linear RGB.
     pub rgb: Rgb,
     /// The colour observer.
     pub observer: ColourObserver,
-    /// Which light became the white of the RGB space.
+    /// The light adapted to the white of the RGB space.
     pub white_balance: WhiteBalance,
     /// Samples per piece.
     pub steps: u32,
-    /// Whether pixels were integrated or looked up, and why.
+    /// Whether pixels were integrated or looked up, with the reason.
     pub path: Lookup,
-    /// What the plan skips, and what that saves.
+    /// What the plan omits, and the time saved.
     pub explain: Vec<String>,
     /// Exposure of the picture (stops).
     pub exposure_ev: f32,
     /// Exposure of the values of EXR files (stops), as their headers say.
     pub exr_exposure_ev: f32,
-    /// The downwelling irradiance, if it was asked for.
+    /// The downwelling irradiance, if requested.
     #[serde(flatten)]
     pub sky_light: Option<SkyLight>,
-    /// That of the sun and the sky from 280 to 2500 nm, where it is known.
+    /// Irradiance by the sun and the sky from 280 to 2500 nm, if known.
     #[serde(flatten)]
     pub broadband: Option<Broadband>,
     /// The same at the wavelengths of spectral files, if there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spectral_irradiance: Option<SpectralIrradiance>,
-    /// Time to decide what to compute (ms).
+    /// Time of the plan (ms).
     pub plan_ms: f64,
     /// Time of the kernels (ms).
     pub kernel_ms: f64,
-    /// Time to bring the pixels back (ms).
+    /// Time of the read-back (ms).
     pub readback_ms: f64,
-    /// Time until the files were written once the last pixel was back (ms); until then encoding runs beside the kernels.
+    /// Time from the last pixel until the files were written (ms); before that, encoding overlaps with the kernels.
     pub encode_ms: f64,
-    /// All of it (ms).
+    /// Total time (ms).
     pub total_ms: f64,
     /// The files written.
     #[serde(serialize_with = "as_text")]
     pub outputs: Vec<PathBuf>,
-    /// Those of them that took the place of a file.
+    /// The written files that replaced another.
     #[serde(serialize_with = "as_text")]
     pub replaced: Vec<PathBuf>,
 }
 
-/// Paths as text, whatever bytes their names hold.
+/// Paths as text, with any bytes in their names.
 fn as_text<S: serde::Serializer>(paths: &[PathBuf], serializer: S) -> std::result::Result<S::Ok, S::Error> {
     serializer.collect_seq(paths.iter().map(|path| path.to_string_lossy()))
 }
@@ -190,7 +191,7 @@ fn ms(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
-/// A scene that is planned, and the files that it is to fill: all that can be wrong with them was checked.
+/// A planned scene and its files, with all checks done.
 pub struct Job {
     /// Files of linear pixels before those of pictures.
     parts: Vec<Part>,
@@ -405,7 +406,8 @@ pub struct Files<'scope> {
 }
 
 impl Files<'_> {
-    /// Waits for the encoders. Every file is whole before the first takes its place, and a failure leaves all of them as they were.
+    /// Waits for the encoders. Every file is whole before the first takes its place, and a failure leaves all of them
+    /// as they were.
     ///
     /// # Errors
     ///
@@ -558,7 +560,8 @@ fn render_jobs(
     })
 }
 
-/// Refuses rows that hold what no kernel stores: the sentinel of a pixel that was never written, or what no radiance is.
+/// Refuses rows that hold what no kernel stores: the sentinel of a pixel that was never written, or what no radiance
+/// is.
 fn check_rows(pixel: PixelFormat, rows: &[u32]) -> Result<()> {
     const OPAQUE: u32 = 0xff00_0000;
     const HALF_INFINITY: u32 = 0x7c00;

@@ -1,4 +1,4 @@
-//! Frames one after the other: while one is computed, the next is planned and the one before is encoded.
+//! Frames in a pipeline: while one is computed, the next is planned and the previous one is encoded.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -20,33 +20,33 @@ use crate::scene::{Exposure, ValidScene};
 pub struct Frame {
     /// Its number, from 0.
     pub number: u32,
-    /// What it shows.
+    /// Its scene.
     pub scene: ValidScene,
-    /// The files that it fills.
+    /// Its files.
     pub request: Request,
 }
 
-/// How a frame ended.
+/// The outcome of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
     /// It was rendered.
     Rendered {
-        /// Whether every pixel was integrated, which takes several times as long as the sky lookup.
+        /// Whether every pixel was integrated, which takes several times as long as with the sky lookup.
         direct: bool,
-        /// Whether a file of it took the place of another.
+        /// Whether one of its files replaced another.
         replaced: bool,
     },
-    /// Its files were there already, whole, and show its scene.
+    /// Its files existed, complete and with its scene.
     Found,
 }
 
-/// The frames that show scenes, numbered from 0. Each is asked for as `request` says, whose outputs are the patterns of its file names; see
+/// The frames of scenes, numbered from 0. Each follows `request`, whose outputs are patterns of file names; see
 /// [`numbered`].
 ///
 /// # Errors
 ///
-/// [`Error::FileName`] for a pattern without a place for the number or of another format, [`Error::SharedFile`] for a file that
-/// two frames or patterns share.
+/// [`Error::FileName`] for a pattern without a place for the number, or of an unknown format; [`Error::SharedFile`] for
+/// a file that two frames or patterns share.
 pub fn frames(scenes: Vec<ValidScene>, request: &Request) -> Result<Vec<Frame>> {
     request.formats()?;
     let mut names = HashSet::new();
@@ -61,23 +61,24 @@ pub fn frames(scenes: Vec<ValidScene>, request: &Request) -> Result<Vec<Frame>> 
     (0..).zip(scenes).map(frame).collect()
 }
 
-/// Which frame's automatic exposure all frames have.
+/// The frame whose automatic exposure applies to all frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SharedExposure {
-    /// That of the first.
+    /// The first frame.
     First,
-    /// That of the brightest, so that no frame is much brighter than it may be. Which one that is follows from the keys alone, so that a process
-    /// plans one sky, however many frames there are. Of frames that differ in their sun's place alone it is the one with the highest sun.
+    /// The brightest frame, so that no frame is overexposed. The keys alone determine it, so a process plans one sky,
+    /// whatever the number of frames. Of frames that differ only in the position of the sun, it is the one with the
+    /// highest sun.
     Brightest,
 }
 
-/// The scenes with one exposure for all, which depends on all of them and on nothing else: processes that render parts of a sequence find the
-/// same.
+/// The scenes with one exposure for all. It depends on the scenes alone, so processes that render parts of a sequence
+/// agree.
 ///
 /// # Errors
 ///
-/// [`Error::OutOfRange`] for an exposure that may not be asked for.
+/// [`Error::OutOfRange`] for an exposure out of range.
 pub fn share_exposure(scenes: Vec<ValidScene>, of: SharedExposure) -> Result<Vec<ValidScene>> {
     let of = match of {
         SharedExposure::First => scenes.first(),
@@ -97,30 +98,32 @@ fn brightest(scenes: &[ValidScene]) -> Option<&ValidScene> {
     rated.rev().max_by(brighter).map(|(.., scene)| scene)
 }
 
-/// How bright a sky is expected to be beside others, by its keys alone: the light of 550 nm that the air above the observer scatters once from a sun
-/// as high as this. It grows with the sun's elevation, whatever else a sky has.
+/// How bright a sky is expected to be beside others, by its keys alone: the light of 550 nm that the air above the
+/// observer scatters once from a sun as high as this. It grows with the sun's elevation, whatever else a sky has.
 fn expected_brightness(scene: &ValidScene) -> f64 {
     const WAVELENGTH: f64 = 550.0;
     let optics = scene.optics();
     let coefficients = optics.at(WAVELENGTH);
     let above = |scale_height: f64| scale_height * (-scene.observer.altitude / scale_height).exp();
-    // Of what aerosol scatters, that which does not go on as the sun's light did: around the sun it brightens little of a sky.
+    // Of what aerosol scatters, that which does not go on as the sun's light did: around the sun it brightens little of
+    // a sky.
     let aside = 1.0 - optics.aerosol.asymmetry();
     let depth = coefficients.air_scattering * above(optics.air_scale_height)
         + aside * coefficients.aerosol_scattering * above(optics.aerosol.lane.scale_height);
     let sine = scene.sun.elevation.to_radians().sin();
     // The sine of a high sun, and on a round planet more than nothing of a low one.
     let level = 0.5 * (sine + sine.hypot(0.02));
-    // From the horizon down a sky loses more than two powers of ten in six degrees: 600, 3 and 0.008 lx at 0, -6 and -12 degrees.
+    // From the horizon down a sky loses more than two powers of ten in six degrees: 600, 3 and 0.008 lx at 0, -6 and
+    // -12 degrees.
     let twilight = 10_f64.powf(scene.sun.elevation.min(0.0) / 3.0);
     optics.solar_irradiance(WAVELENGTH) * level * -(-depth / level).exp_m1() * twilight
 }
 
-/// Makes the folders of frames where they are missing.
+/// Creates missing folders of frames.
 ///
 /// # Errors
 ///
-/// [`Error::FileName`] if one cannot be made.
+/// [`Error::FileName`] if a folder cannot be created.
 pub fn make_folders(frames: &[Frame]) -> Result<()> {
     // The number stands in the file name, so that all frames have the folders of any.
     let outputs = frames.first().map_or(&[][..], |frame| &frame.request.outputs);
@@ -136,23 +139,23 @@ pub fn are_finished<'a>(frames: impl Iterator<Item = &'a Frame> + Clone) -> bool
         && frames.into_iter().all(|frame| frame.request.is_finished(&frame.scene, &light_fields))
 }
 
-/// Of which frames the light of the sky is measured. No file holds it.
+/// The frames whose irradiance is computed. No file holds it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Measured {
-    /// Of none.
+    /// None.
     None,
-    /// Of those that are rendered, whose skies are planned anyway.
+    /// Rendered frames, whose skies are planned anyway.
     Rendered,
-    /// Of those that are there already too, some hundredths of a second each.
+    /// Skipped frames too, at some hundredths of a second each.
     All,
 }
 
-/// Renders the frames that are not there yet, in their order.
+/// Renders the missing frames, in order.
 ///
-/// A frame counts as there if each of its files is whole to the byte and names the same scene and version of the program.
-/// `ended` is called for each frame, in their order, with what it shows where that is measured. After an error the frames before it are whole and in
-/// place.
+/// A frame exists if each of its files is complete to the byte and names the same scene and version of the program.
+/// `ended` is called for each frame, in order, with its irradiance if requested. After an error, all earlier frames are
+/// complete.
 ///
 /// # Errors
 ///
@@ -310,7 +313,8 @@ mod tests {
         ] {
             let scenes = skies(of);
             let least = scenes.iter().map(automatic).reduce(f64::min).unwrap();
-            // A rule that looks at keys may take one sky for another that is nearly as bright: half a stop, where a highlight keeps two.
+            // A rule that looks at keys may take one sky for another that is nearly as bright: half a stop, where a
+            // highlight keeps two.
             let shared = shared(scenes);
             assert!((shared - least).abs() < 0.5 && shared > least - 0.006, "{of:?}: {shared}, not {least}");
         }

@@ -1,4 +1,5 @@
-//! What the kernels of a scene's images are specialised for while the sun moves: what a program compiles before its first frame.
+//! What the kernels of a scene's images are specialised for while the sun moves: what a program compiles before its
+//! first frame.
 
 use sorairo_shared::picture::run::RUN;
 use sorairo_shared::variant::{self, PixelFormat};
@@ -12,10 +13,12 @@ use crate::plan::rays::directions;
 use crate::plan::sky::rest;
 use crate::scene::{CameraScene, ColourPath, PathChoice, Projection, Scene};
 
-/// Between two suns that are looked at (degrees). What a scene needs of the integral changes at two elevations, more than this apart.
+/// Between two suns that are looked at (degrees). What a scene needs of the integral changes at two elevations, more
+/// than this apart.
 const STEP: f64 = 0.25;
 
-/// The kernels that images of a scene's sky may take by a camera under any sun from the zenith to the night, each with its variant.
+/// The kernels that images of a scene's sky may take by a camera under any sun from the zenith to the night, each with
+/// its variant.
 pub fn kernels(scene: &Scene, camera: &CameraScene, pixel: PixelFormat) -> Vec<(Kernel, u32)> {
     let mut kernels = Vec::new();
     for sky in skies(scene) {

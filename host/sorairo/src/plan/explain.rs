@@ -122,7 +122,8 @@ fn orders(plan: &Plan) -> String {
     )
 }
 
-/// What the bounds of the light field do not hold for: air and haze so thick that neither orders nor moments come to an end.
+/// What the bounds of the light field do not hold for: air and haze so thick that neither orders nor moments come to an
+/// end.
 fn beyond_bounds(plan: &Plan) -> Option<String> {
     let made = plan.sky.integral().orders_made.first()?;
     let mut beyond = Vec::new();

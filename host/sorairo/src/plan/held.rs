@@ -10,10 +10,10 @@ use crate::plan::light_field::LightFields;
 use crate::plan::sky::SkyPlan;
 use crate::scene::{Rgb, Scene, ValidScene};
 
-/// The sky of a scene: whatever is computed is asked of it.
+/// The sky of a scene, which answers all queries.
 ///
-/// A sky never changes. Clones share it, on any thread. Light fields, fits and colours are computed when a question
-/// first needs them, and kept.
+/// A sky is immutable. Clones share its data, on any thread. Light fields, fits and colours are computed on first use,
+/// and cached.
 ///
 /// ```
 /// use sorairo::{Direction, Scene, Sky};
@@ -29,7 +29,7 @@ use crate::scene::{Rgb, Scene, ValidScene};
 pub struct Sky(Arc<SkyPlan>);
 
 impl Sky {
-    /// The sky of a scene. Its linear RGB has the scene's own space, `render.rgb`.
+    /// The sky of a scene. Its linear RGB is in the colour space of the scene, `render.rgb`.
     ///
     /// # Errors
     ///
@@ -39,14 +39,14 @@ impl Sky {
         Ok(Self::with_light_fields(&scene, scene.render.rgb, &LightFields::default()))
     }
 
-    /// The sky of a scene with a space of linear RGB and the light fields of other skies. A light field takes most of
-    /// the time of a sky; skies of the same air under suns that are near each other share it. A picture takes the
-    /// space of its display, `scene.render.display.rgb()`.
+    /// The sky of a scene in a space of linear RGB, with the light fields of other skies. Light fields take most of the
+    /// time of a sky; skies with the same atmosphere and nearby suns share them. For a picture, pass the space of its
+    /// display, `scene.render.display.rgb()`.
     pub fn with_light_fields(scene: &ValidScene, rgb: Rgb, light_fields: &LightFields) -> Self {
         SkyPlan::with_light_fields(scene, rgb, light_fields).into()
     }
 
-    /// The scene whose sky this is. Any camera may look at it, the scene's or another.
+    /// The scene of the sky. Any camera may view it, that of the scene or another.
     pub fn scene(&self) -> &ValidScene {
         &self.0.scene
     }
@@ -56,7 +56,7 @@ impl Sky {
         self.0.space.rgb
     }
 
-    /// Whether its light is computed with polarisation.
+    /// Whether its light is computed by vector radiative transfer.
     pub fn is_polarised(&self) -> bool {
         self.0.base.polarised
     }
@@ -66,12 +66,13 @@ impl Sky {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
-    /// Computes now what images take and spectra do not, so that the first image does not wait for it.
+    /// Computes what images need beyond spectra, so that the first image does not have to.
     pub fn prepare_images(&self) {
         self.0.prepare();
     }
 
-    /// Linear RGB of the sky's space of XYZ of its observer, brought into the gamut: no channel is negative.
+    /// Linear RGB, in the sky's space, of XYZ of its observer. Colours are mapped into the gamut: no channel is
+    /// negative.
     pub fn rgb_of_xyz(&self, xyz: [f64; 3]) -> [f64; 3] {
         let space = self.0.space;
         space.into_gamut(space.from_xyz * DVec3::from_array(xyz)).to_array()

@@ -21,12 +21,12 @@ use crate::plan::rays::source::Source;
 use crate::scene::{Orders, Scene};
 use crate::spectra::optics::Optics;
 
-/// The optical depth that may lie above the top of the atmosphere before column densities to the sun take it off. It changes
-/// radiance by less than this part, a tenth of what the integral's own sampling leaves.
+/// The optical depth that may lie above the top of the atmosphere before column densities to the sun take it off. It
+/// changes radiance by less than this part, a tenth of what the integral's own sampling leaves.
 const NEGLIGIBLE_DEPTH_ABOVE_TOP: f64 = 1e-4;
 
-/// The optical depth of a level ray at the ground up to which the column densities of short stretches may be differences of
-/// those to infinity: single precision keeps 1e-5 of it.
+/// The optical depth of a level ray at the ground up to which the column densities of short stretches may be
+/// differences of those to infinity: single precision keeps 1e-5 of it.
 const OPAQUE_DEPTH: f64 = 50.0;
 
 /// The error of all light above which it is told without being asked for.
@@ -35,9 +35,10 @@ const TOLD_UNASKED: f64 = 0.05;
 /// How far the sum of all orders may be off where a spectrum is taken from it, relative to all light.
 const SPECTRAL_TOLERANCE: f64 = 1e-3;
 
-/// The wavelength (nm) for whose extinction the samples of light scattered before, and of all that a fit learns from, are placed: the same for
-/// all, so that a wavelength has the same light whatever others are computed with it. Against six times as many samples it leaves 0.3 % at
-/// most with the sun at 0°, 0.2 % at −8° and 0.7 % at −12°; 433 nm leave 0.2, 0.4 and 1.8 %, 560 nm 0.2, 0.4 and 1.0 %.
+/// The wavelength (nm) for whose extinction the samples of light scattered before, and of all that a fit learns from,
+/// are placed: the same for all, so that a wavelength has the same light whatever others are computed with it. Against
+/// six times as many samples it leaves 0.3 % at most with the sun at 0°, 0.2 % at −8° and 0.7 % at −12°; 433 nm leave
+/// 0.2, 0.4 and 1.8 %, 560 nm 0.2, 0.4 and 1.0 %.
 const PLACED_FOR: f64 = 500.0;
 
 /// A constituent of a sky's light; see [`ByConstituent`].
@@ -93,7 +94,8 @@ impl Constituent {
     }
 }
 
-/// Planet, sun and observer, the bands, the rule by which rays are integrated, and light that was scattered more than once.
+/// Planet, sun and observer, the bands, the rule by which rays are integrated, and light that was scattered more than
+/// once.
 #[derive(Clone, Debug)]
 pub struct RayIntegral {
     /// What the kernels are told of the sky; of an image it knows nothing.
@@ -106,8 +108,8 @@ pub struct RayIntegral {
     pub bands: Vec<Bands>,
     /// Quadrature nodes of the ray integral on [0, 1], with their weights.
     pub quadrature: Vec<Vec2>,
-    /// What the integral must not skip: bits of [`variant::INTEGRAL`], [`variant::MULTIPLE`] and [`variant::GROUND`]; and those of
-    /// [`variant::FIT`].
+    /// What the integral must not skip: bits of [`variant::INTEGRAL`], [`variant::MULTIPLE`] and [`variant::GROUND`];
+    /// and those of [`variant::FIT`].
     pub variant: u32,
     /// Orders of scattering.
     pub orders: Orders,
@@ -232,8 +234,8 @@ impl RayIntegral {
         resolutions.into_iter().map(|(share, resolution)| (share, of_spectrum(resolution))).collect()
     }
 
-    /// How finely the light field of a spectrum is resolved. The series of orders ends closer to its limit than a colour's, so that a wavelength
-    /// has the same light whatever others are computed with it.
+    /// How finely the light field of a spectrum is resolved. The series of orders ends closer to its limit than a
+    /// colour's, so that a wavelength has the same light whatever others are computed with it.
     pub fn spectral_resolution(&self) -> Resolution {
         of_spectrum(Resolution::choose(&self.setting(), self.aerosol_depth()))
     }

@@ -14,7 +14,8 @@ pub enum Kernel {
     Lookup,
     /// The anchors of the sky lookup, integrated.
     Anchors,
-    /// Writes every word of the output once: the limit for any kernel, and the pattern by which an unwritten pixel is told.
+    /// Writes every word of the output once: the limit for any kernel, and the pattern by which an unwritten pixel is
+    /// told.
     Fill,
 }
 
@@ -22,7 +23,8 @@ impl Kernel {
     /// Every kernel that a device runs.
     pub const ALL: &[Self] = <Self as strum::VariantArray>::VARIANTS;
 
-    /// What the kernel is specialised for in images of a variant: the variant without the bits that it does not read, so that images share its pipeline.
+    /// What the kernel is specialised for in images of a variant: the variant without the bits that it does not read,
+    /// so that images share its pipeline.
     pub fn variant(self, of_image: u32) -> u32 {
         match self {
             // Neither the disc, the ground, a polariser nor how pixels are stored.

@@ -1,7 +1,7 @@
 //! What to compute and what to skip, decided once per scene in double precision.
 //!
-//! [`SkyPlan`] decides what the sky alone depends on: samples, bands, fit, exposure. [`Plan`] decides what an image of it takes: the rows that can be
-//! lit, the sky lookup, the sun's disc. [`SpectralPlan`] decides by which bands spectra are found.
+//! [`SkyPlan`] decides what depends on the sky alone: samples, bands, fit, exposure. [`Plan`] decides what an image
+//! needs: the rows that can be lit, the sky lookup, the sun's disc. [`SpectralPlan`] chooses the bands of spectra.
 
 pub(crate) mod aerial;
 pub mod day;

@@ -1,4 +1,5 @@
-//! What a plan asks of a device that integrates for it. A plan knows no device: it says which kernels run after each other, and takes what comes back.
+//! What a plan asks of a device that integrates for it. A plan knows no device: it says which kernels run after each
+//! other, and takes what comes back.
 
 use std::any::Any;
 use std::ops::Range;
@@ -35,7 +36,8 @@ pub trait PlanDevice: Send + Sync {
     /// [`Error::Device`] where the device cannot.
     fn run(&self, work: &PlanPass<'_>) -> Result<Vec<Vec4>>;
 
-    /// The light in directions of some skies, one sky after the other: for each direction and group of bands that of each constituent.
+    /// The light in directions of some skies, one sky after the other: for each direction and group of bands that of
+    /// each constituent.
     ///
     /// # Errors
     ///
@@ -52,7 +54,8 @@ pub struct DeviceUses {
     pub failed: usize,
 }
 
-/// A device as plans ask it. Answers that are not finite count as failures: what a driver makes of a kernel is not known before.
+/// A device as plans ask it. Answers that are not finite count as failures: what a driver makes of a kernel is not
+/// known before.
 pub struct AskedDevice {
     device: Arc<dyn PlanDevice>,
     answered: AtomicUsize,
@@ -65,7 +68,8 @@ impl AskedDevice {
         Self { device, answered: AtomicUsize::new(0), failed: AtomicUsize::new(0) }
     }
 
-    /// The answer of the device to a question. A failure is counted, the first one told to the log; the caller then computes on the processor.
+    /// The answer of the device to a question. A failure is counted, the first one told to the log; the caller then
+    /// computes on the processor.
     pub fn ask<T>(&self, question: impl FnOnce(&dyn PlanDevice) -> Result<T>) -> Option<T> {
         match question(self) {
             Ok(answer) => {
@@ -130,7 +134,8 @@ pub struct Views<'a> {
     pub views: &'a [Vec3],
 }
 
-/// Steps that run one after the other, and what they read and write; then values of the orders are copied to where they are kept, and others read back.
+/// Steps that run one after the other, and what they read and write; then values of the orders are copied to where they
+/// are kept, and others read back.
 pub struct PlanPass<'a> {
     /// The steps.
     pub steps: &'a [Dispatch],

@@ -1,4 +1,4 @@
-//! Skies planned beside the frames that draw them.
+//! Planning of skies in parallel with rendering.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
@@ -6,7 +6,7 @@ use crate::plan::held::Sky;
 use crate::plan::light_field::LightFields;
 use crate::scene::{Rgb, ValidScene};
 
-/// Plans skies on a thread of the program's, and hands out the newest that is finished: neither call waits for a plan.
+/// Plans skies on a thread of the program, and returns the newest finished one. Neither call waits for a plan.
 ///
 /// ```
 /// use sorairo::scene::Rgb;
@@ -27,7 +27,7 @@ use crate::scene::{Rgb, ValidScene};
 /// # Ok::<(), sorairo::Error>(())
 /// ```
 ///
-/// With [`Self::making`] it plans more than a sky: the air before its observer, or what a program makes of it.
+/// With [`Self::making`] it plans more than a sky, such as the air in front of its observer.
 pub struct SkyPlanner<T = Sky> {
     shared: Arc<Shared<T>>,
 }
@@ -41,14 +41,14 @@ struct Shared<T> {
 }
 
 struct State<T> {
-    /// The scene that was asked for last, until its plan is begun.
+    /// The last requested scene, until its plan begins.
     wanted: Option<ValidScene>,
     newest: Option<T>,
     is_over: bool,
 }
 
 impl SkyPlanner {
-    /// For skies in a space of linear RGB, all of which share light fields: each with what images ask of it.
+    /// A planner of skies in a space of linear RGB, which share light fields. Each is prepared for images.
     pub fn new(rgb: Rgb, light_fields: &LightFields) -> Self {
         let light_fields = light_fields.clone();
         Self::making(move |scene| {
@@ -60,13 +60,13 @@ impl SkyPlanner {
 }
 
 impl<T: Clone + Send + Sync + 'static> SkyPlanner<T> {
-    /// For what a function makes of a scene; each plan that is handed out is a clone.
+    /// A planner that calls a function for each scene, and returns clones of its results.
     pub fn making(make: impl Fn(&ValidScene) -> T + Send + Sync + 'static) -> Self {
         let state = Mutex::new(State { wanted: None, newest: None, is_over: false });
         Self { shared: Arc::new(Shared { make: Box::new(make), state, changed: Condvar::new() }) }
     }
 
-    /// The work of planning, for a thread of the program's: it sleeps while nothing is asked for, and ends when the planner is
+    /// The loop of planning, for a thread of the program. It sleeps without a request, and ends when the planner is
     /// dropped. Several threads may share it; plans then finish in any order.
     pub fn work(&self) -> impl FnOnce() + Send + 'static + use<T> {
         let shared = Arc::clone(&self.shared);
@@ -78,13 +78,13 @@ impl<T: Clone + Send + Sync + 'static> SkyPlanner<T> {
         }
     }
 
-    /// Asks for the plan of a scene, in the place of one that was asked for and is not begun.
+    /// Requests the plan of a scene. It replaces a request whose plan has not begun.
     pub fn plan(&self, scene: &ValidScene) {
         self.shared.lock().wanted = Some(scene.clone());
         self.shared.changed.notify_one();
     }
 
-    /// The newest plan that is finished.
+    /// The newest finished plan.
     pub fn newest(&self) -> Option<T> {
         self.shared.lock().newest.clone()
     }

@@ -1,4 +1,5 @@
-//! How a scene's rays are sampled: as few samples as keep the radiance within its error, measured on the scene's own rays.
+//! How a scene's rays are sampled: as few samples as keep the radiance within its error, measured on the scene's own
+//! rays.
 
 use rayon::prelude::*;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
@@ -25,15 +26,16 @@ pub const FAINT: f64 = 1e-9;
 /// The largest relative error that a radiance may have.
 pub const BOUND: f64 = 1e-3;
 
-/// A scene whose brightest transfer (sr⁻¹) is below this is black, and [`FAINT`] of this is nothing: it is where single precision ends, the
-/// smallest exponential (1.6e-38) along the longest paths.
+/// A scene whose brightest transfer (sr⁻¹) is below this is black, and [`FAINT`] of this is nothing: it is where single
+/// precision ends, the smallest exponential (1.6e-38) along the longest paths.
 const BLACK: f64 = 1e-21;
 
-/// The difference from twice as many samples at which more are taken: other rays are a little worse than the scene's test rays.
+/// The difference from twice as many samples at which more are taken: other rays are a little worse than the scene's
+/// test rays.
 const TOLERANCE: f64 = 0.25 * BOUND;
 
-/// The same where column densities come from tables, which leave as much themselves: finer samples would follow the straight lines between
-/// their entries.
+/// The same where column densities come from tables, which leave as much themselves: finer samples would follow the
+/// straight lines between their entries.
 const TOLERANCE_OF_TABLES: f64 = BOUND;
 
 /// Samples that a guess is compared with, at least: two coarse rules can miss the same.
@@ -46,9 +48,9 @@ const SMOOTH_OF_TABLES: u32 = 24;
 /// Most samples on a piece that are taken unasked.
 const MOST: u32 = 3072;
 
-/// The error of a radiance relative to itself or, where it is fainter than 1e-9 of the scene's maximum, to a millionth of that: so that
-/// [`BOUND`] stands for 1e-3 of the one and 1e-9 of the other. In a black scene the larger of both counts. Infinite for what is not a
-/// number.
+/// The error of a radiance relative to itself or, where it is fainter than 1e-9 of the scene's maximum, to a millionth
+/// of that: so that [`BOUND`] stands for 1e-3 of the one and 1e-9 of the other. In a black scene the larger of both
+/// counts. Infinite for what is not a number.
 pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
     let faint = FAINT / BOUND * brightest.max(BLACK);
     let scale = if brightest < BLACK {
@@ -64,10 +66,11 @@ pub fn error(value: f64, reference: f64, brightest: f64) -> f64 {
 
 /// Samples per piece: the fewest that keep the radiance of the scene's test rays within [`BOUND`].
 ///
-/// By day and from the ground of a planet like the Earth the integrand is smooth, and 12 samples do. With a low sun, rays of sunlight graze
-/// the edges of the ozone tent, where its column density has a singularity of the power 3/2, and 48 are needed. These are the first guess;
-/// more are taken until a rule of twice as many, and of 96 at least, agrees on the test rays. What takes more than a smooth day is seldom
-/// worst on these: there a second set of rays, between them, has to agree too.
+/// By day and from the ground of a planet like the Earth the integrand is smooth, and 12 samples do. With a low sun,
+/// rays of sunlight graze the edges of the ozone tent, where its column density has a singularity of the power 3/2, and
+/// 48 are needed. These are the first guess; more are taken until a rule of twice as many, and of 96 at least, agrees
+/// on the test rays. What takes more than a smooth day is seldom worst on these: there a second set of rays, between
+/// them, has to agree too.
 ///
 /// `bands` are the plan's own. Where light fields have a device, the rays are integrated there.
 pub fn per_piece(
@@ -181,7 +184,8 @@ impl Sky<'_> {
             let is_left: Vec<bool> = errors.iter().map(|&error| error > tolerance / 16.0).collect();
             retain(&mut views, &is_left);
             known.iter_mut().for_each(|(_, of_views)| retain(of_views, &is_left));
-            // Where light grazes a kink of the ozone the error falls by the power 2.5 of the samples: twice as many are not too many there.
+            // Where light grazes a kink of the ozone the error falls by the power 2.5 of the samples: twice as many are
+            // not too many there.
             samples = if largest > 8.0 * tolerance { 2 * samples } else { more(samples) };
         }
         MOST
@@ -201,8 +205,8 @@ fn largest(before: &[f64], rays: &[Vec<f64>]) -> Vec<f64> {
     (0..count).map(|band| rays.iter().map(|ray| ray[band]).fold(before(band), f64::max)).collect()
 }
 
-/// The largest [`error`] of a ray at any wavelength. Other rays and other wavelengths may be fainter here and not there: what counts as
-/// faint is fainter still.
+/// The largest [`error`] of a ray at any wavelength. Other rays and other wavelengths may be fainter here and not
+/// there: what counts as faint is fainter still.
 fn worst(value: &[f64], reference: &[f64], brightest: &[f64]) -> f64 {
     (0..value.len()).map(|band| error(value[band], reference[band], 0.01 * brightest[band])).fold(0.0, f64::max)
 }
@@ -210,7 +214,8 @@ fn worst(value: &[f64], reference: &[f64], brightest: &[f64]) -> f64 {
 /// The ends of the range of bands, and where air and ozone weigh differently between them (nm).
 const TEST_WAVELENGTHS: [f64; 4] = [360.0, 440.0, 590.0, 830.0];
 
-/// Wavelengths between those (nm), for scenes that are black at some of them: where they just are not, the error is largest.
+/// Wavelengths between those (nm), for scenes that are black at some of them: where they just are not, the error is
+/// largest.
 const BETWEEN: [f64; 4] = [480.0, 530.0, 650.0, 700.0];
 
 /// A column density of ozone (DU) that can make the sky black in the middle of its band: three times the Earth's.
@@ -221,8 +226,8 @@ pub fn depends_on_bands(scene: &Scene, integral: u32) -> bool {
     integral & variant::OPAQUE != 0 || scene.atmosphere.ozone.column > MUCH_OZONE
 }
 
-/// The wavelengths at which a scene's error is measured. A scene that is black somewhere is tried with the plan's own bands too: samples
-/// are placed for the most opaque of four, and not all of the others need be at their best.
+/// The wavelengths at which a scene's error is measured. A scene that is black somewhere is tried with the plan's own
+/// bands too: samples are placed for the most opaque of four, and not all of the others need be at their best.
 fn test_bands(scene: &Scene, optics: &Optics, bands: &[Bands], integral: u32) -> Vec<Bands> {
     let mut tested = vec![optics.bands(TEST_WAVELENGTHS)];
     if depends_on_bands(scene, integral) {
@@ -241,14 +246,15 @@ struct TestRays {
     above_horizon: &'static [f64],
     /// Elevations below the horizon (degrees), of an observer above the ground.
     below_horizon: &'static [f64],
-    /// Lowest points of rays behind the limb, as parts of the observer's altitude or of the atmosphere's depth if that is less.
+    /// Lowest points of rays behind the limb, as parts of the observer's altitude or of the atmosphere's depth if that
+    /// is less.
     limb: &'static [f64],
     /// Lowest points of rays behind the limb, as parts of the heights of the ozone tent's corners.
     below_ozone: f64,
     /// Elevations of the sun (degrees) at places on the ground.
     low_suns: &'static [f64],
-    /// Elevations of the sun at the lowest points behind the limb, as parts of the angle by which the horizon lies lower at the top of the
-    /// atmosphere than on the ground.
+    /// Elevations of the sun at the lowest points behind the limb, as parts of the angle by which the horizon lies
+    /// lower at the top of the atmosphere than on the ground.
     suns_of_limb: &'static [f64],
 }
 
@@ -274,9 +280,9 @@ const SECOND: TestRays = TestRays {
     suns_of_limb: &[0.04, -0.02, -0.06, -0.15, -0.22, -0.3, -0.4, -0.7],
 };
 
-/// Directions that meet every kind of ray: towards the sun, across and away from it; the zenith, the horizon and close above it; to where
-/// the sun sets at the top of the atmosphere; from above the ground also level, down, through the air behind the limb at several heights,
-/// to the ground where the sun is low, and behind the limb where it is.
+/// Directions that meet every kind of ray: towards the sun, across and away from it; the zenith, the horizon and close
+/// above it; to where the sun sets at the top of the atmosphere; from above the ground also level, down, through the
+/// air behind the limb at several heights, to the ground where the sun is low, and behind the limb where it is.
 fn test_views(scene: &Scene, rays: &TestRays) -> Vec<Vec3> {
     let a = &scene.atmosphere;
     let (ground, altitude) = (a.ground_radius, scene.observer.altitude);
@@ -325,8 +331,8 @@ fn limb(scene: &Scene, lowest: f64) -> f64 {
     horizon(scene.atmosphere.ground_radius + lowest, scene.observer.altitude - lowest)
 }
 
-/// The direction to the lowest point (km) of a ray behind the limb where the sun stands at an elevation (degrees), if there is one; see
-/// [`views_of_low_sun`].
+/// The direction to the lowest point (km) of a ray behind the limb where the sun stands at an elevation (degrees), if
+/// there is one; see [`views_of_low_sun`].
 fn limb_of_low_sun(scene: &Scene, lowest: f64, low: f64) -> Option<Vec3> {
     let elevation = limb(scene, lowest);
     let (up, level) = scene.sun.elevation.to_radians().sin_cos();
@@ -337,8 +343,8 @@ fn limb_of_low_sun(scene: &Scene, lowest: f64, low: f64) -> Option<Vec3> {
 /// An angle (degrees) that parts a ray from the horizon, where rounding would choose whether it meets the ground.
 const BESIDE: f64 = 1e-4;
 
-/// The elevations (degrees) at which an observer sees places of a height (km) where the sun stands at an elevation (degrees), in the
-/// direction of an azimuth (degrees) from the sun: none, one or two.
+/// The elevations (degrees) at which an observer sees places of a height (km) where the sun stands at an elevation
+/// (degrees), in the direction of an azimuth (degrees) from the sun: none, one or two.
 ///
 /// At the angle `θ` from the observer, at the planet's centre, the sun's elevation `e` has
 /// `sin e = sin ε cos θ + cos ε cos φ sin θ`, with `ε` the sun's elevation at the observer.

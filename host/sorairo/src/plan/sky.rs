@@ -1,4 +1,4 @@
-//! The sky, planned: what depends on it alone, decided once and never changed. A camera only looks at it.
+//! The plan of a sky: everything that depends on the sky alone, decided once.
 
 use std::sync::{Arc, OnceLock};
 
@@ -30,23 +30,22 @@ use crate::scene::{ColourObserver, ColourPath, Orders, Rgb, Scene, ValidScene};
 use crate::spectra::mean::Window;
 use crate::spectra::optics::Optics;
 
-/// A sky that can be looked at.
+/// A planned sky, independent of the camera.
 #[derive(Clone, Debug)]
 pub struct SkyPlan {
-    /// The scene whose sky this is; its camera is one of those that may look at it.
+    /// The scene of the sky; any camera may view it.
     pub scene: ValidScene,
-    /// What is decided of the ray integral at the bands before light that was scattered more than once is computed: all
-    /// that spectra take of it.
+    /// The ray integral at the bands before multiple scattering is computed; spectra need nothing else of it.
     pub base: RayIntegral,
     /// The fit through the bands.
     pub fit: SpectralFit,
-    /// How the fit becomes a colour.
+    /// The computation of colours from the fit.
     pub colour_path: ColourPath,
     /// The colour observer.
     pub observer: ColourObserver,
     /// The space of linear RGB.
     pub space: ColourSpace,
-    /// Whether no air that can be seen is lit.
+    /// Whether no visible air is lit.
     pub is_night: bool,
     integral: OnceLock<RayIntegral>,
     refined: OnceLock<Refined>,
@@ -59,7 +58,7 @@ pub struct SkyPlan {
     pub(crate) polarised: OnceLock<PolarisedRgb>,
 }
 
-/// How the light of a sky becomes colours.
+/// The conversion of a sky's light to colours.
 #[derive(Clone, Debug)]
 pub struct Colours {
     /// The colour rows: a matrix or observer nodes, as the kernel takes them; none at night.
@@ -74,8 +73,8 @@ impl SkyPlan {
         Self::with_light_fields(scene, rgb, &LightFields::default())
     }
 
-    /// The same sky with the light fields of others: most of the time of a plan goes into one, and skies of the same
-    /// air under suns that are near each other share it. Those that it lacks are added.
+    /// The same sky with shared light fields. A light field takes most of the time of a plan; skies with the same
+    /// atmosphere and nearby suns share it. Missing light fields are added.
     pub fn with_light_fields(scene: &ValidScene, rgb: Rgb, light_fields: &LightFields) -> Self {
         let (observer, colour_path) = (scene.render.observer, scene.render.color);
         let optics = optics_of(scene).over(Window::STEP);
@@ -125,13 +124,13 @@ impl SkyPlan {
         }
     }
 
-    /// The same sky as spectra take it: its optics are those at the wavelengths themselves, in the place of means. The
-    /// bands of colour keep theirs.
+    /// The same sky for spectra, with the optics at each wavelength instead of means. The bands of colour keep their
+    /// means.
     pub(crate) fn at_wavelengths(&self) -> Self {
         self.as_read(optics_of(&self.scene))
     }
 
-    /// The same with means over bands so wide (nm).
+    /// The same with means over bands of a width (nm).
     pub(crate) fn over_bands(&self, width: f64) -> Self {
         self.as_read(optics_of(&self.scene).over(Window::Band(width)))
     }
@@ -157,18 +156,19 @@ impl SkyPlan {
         }
     }
 
-    /// The ray integral at the bands, with light of all orders: computed when it is first asked for.
+    /// The ray integral at the bands, with all orders of scattering; computed on first use.
     pub fn integral(&self) -> &RayIntegral {
         found_once(&self.integral, || self.base.clone().with_multiple_light())
     }
 
-    /// The lookup of multiply scattered light on a finer grid: made when it is first asked for.
+    /// The lookup of multiply scattered light on a finer grid; computed on first use.
     pub fn refined(&self) -> &Refined {
         let of = |integral: &RayIntegral| Refined::new(&integral.uniform.multiple, &integral.multiple);
         found_once(&self.refined, || of(self.integral()))
     }
 
-    /// Computes what an image asks of it, so that nobody who draws does: colours, the size of sky lookups and their samples.
+    /// Computes what images need, so that rendering does not have to: colours, the size of sky lookups and their
+    /// samples.
     pub fn prepare(&self) {
         self.colours();
         if !self.is_night && self.colour_path != ColourPath::Solve {
@@ -177,33 +177,33 @@ impl SkyPlan {
         }
     }
 
-    /// How its light becomes colours: found when it is first asked for, since spectra take none of it.
+    /// The conversion of its light to colours; computed on first use, because spectra do not need it.
     pub fn colours(&self) -> &Colours {
         found_once(&self.colours, || self.find_colours())
     }
 
-    /// Rows and columns of a grid of a sky lookup that are enough, or the most that may be. Found when it is first
-    /// asked for; with the colours where a device finds both.
+    /// The smallest sufficient number of rows and columns of a sky lookup's grid, or the maximum. Computed on first
+    /// use; together with the colours if a device computes both.
     pub fn lookup_grid(&self, kind: GridKind) -> Entries {
         let find = || self.find_lookup_grids(&self.colours().rows, &[kind])[0];
         *found_once(&self.lookup_grids[kind as usize], find)
     }
 
-    /// The anchors between which a sky lookup of either kind is interpolated, on each side of the horizon that it has.
+    /// The anchors of a sky lookup of either kind, on each side of the horizon that it has.
     pub fn lookup_anchors(&self) -> Entries {
         let enough = self.has_rays_of_pieces().then(|| self.lookup_grid(GridKind::Anchors));
         let has_shadow = self.base.variant & variant::SHADOW != 0;
         grid::anchors(self.lookup_grid(GridKind::Own), enough, has_shadow)
     }
 
-    /// Whether its rays are of more than one piece.
+    /// Whether its rays have more than one piece.
     fn has_rays_of_pieces(&self) -> bool {
         self.base.variant & (variant::SHADOW | variant::DESCENT) != 0
     }
 
-    /// The rule by which the anchors are integrated: the fewest samples whose colours are near to those of the
-    /// integral's own. Those keep the faintest ray exact, which a picture does not show beside brighter ones. Rays of
-    /// one piece are cheap and keep theirs.
+    /// The quadrature of the anchors: the smallest number of samples whose colours are close to those of the integral.
+    /// The integral's own number keeps the faintest ray exact, which is invisible beside brighter ones. Rays of one
+    /// piece are cheap and keep it.
     pub fn lookup_quadrature(&self) -> &[Vec2] {
         let most = &self.base.quadrature;
         if !self.has_rays_of_pieces() || self.scene.render.steps.is_some() || self.is_night {
@@ -273,7 +273,7 @@ impl SkyPlan {
         self.phased(views, self.constituents_by(rows, views))
     }
 
-    /// [`SkyPlan::radiances`] without a device: whoever draws a planned sky waits for none.
+    /// [`SkyPlan::radiances`] without a device, so that rendering a planned sky never waits for one.
     pub(crate) fn radiances_here(&self, views: &[Vec3]) -> Vec<Vec3> {
         self.radiances_of(views, views)
     }

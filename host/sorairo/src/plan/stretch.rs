@@ -1,4 +1,5 @@
-//! Light along a ray that ends at a distance, at the bands of an integral: what the air up to there lets through, and what it adds.
+//! Light along a ray that ends at a distance, at the bands of an integral: what the air up to there lets through, and
+//! what it adds.
 
 use sorairo_shared::glam::{DVec2, DVec3, Vec3};
 use sorairo_shared::light_field::first_order::single_scattering_until;
@@ -36,7 +37,8 @@ impl RayIntegral {
         column_densities_until(self.medium(), &self.placed_for(), ray, self.variant | variant::DESCENT)
     }
 
-    /// Transfer (sr⁻¹) at each band of light of all orders that the air up to a distance (km) scatters towards the observer.
+    /// Transfer (sr⁻¹) at each band of light of all orders that the air up to a distance (km) scatters towards the
+    /// observer.
     pub fn transfer_until(&self, view: Vec3, distance: f64) -> Vec<f64> {
         let (once, multiple) = (self.scattered_once_until(view, distance), self.multiple_until(view, distance));
         once.into_iter().zip(multiple).map(|(once, multiple)| once + multiple).collect()

@@ -67,7 +67,8 @@ fn rgb_abscissae(scene: &Scene, space: &ColourSpace) -> Vec4 {
     (mean(&|nm| scattered(nm) * abscissa(nm)) / mean(&scattered)).as_vec3().extend(0.0)
 }
 
-/// The uniform and the colour rows of a buffer that hold the rows by which a fit becomes a colour: those of a regression are the uniform's.
+/// The uniform and the colour rows of a buffer that hold the rows by which a fit becomes a colour: those of a
+/// regression are the uniform's.
 pub fn with_rows(uniform: Uniform, rows: &[Vec4], variant: u32) -> (Uniform, &[Vec4]) {
     if variant & variant::REGRESSION == 0 {
         return (uniform, rows);

@@ -17,8 +17,7 @@ use crate::spectra::table::Table;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Aerosol {
-    /// Kind of aerosol; a known one has spectra and a phase function of its own, in place of exponent, albedo and
-    /// asymmetry.
+    /// Kind of aerosol; each but `plain` has spectra and a phase function in place of exponent, albedo and asymmetry.
     pub kind: AerosolKind,
     /// Vertical optical depth of aerosol at 1 µm: extinction at the ground times the scale height.
     pub optical_depth: f64,
@@ -26,14 +25,13 @@ pub struct Aerosol {
     pub angstrom_exponent: f64,
     /// Scale height of aerosol (km).
     pub scale_height: f64,
-    /// Single-scattering albedo of aerosol at every wavelength: the part of the extinction that is scattering.
+    /// Single-scattering albedo of aerosol at every wavelength: the fraction of the extinction that is scattering.
     pub single_scattering_albedo: f64,
-    /// Single-scattering albedo of aerosol by wavelength, in place of `single_scattering_albedo`; a file holds parts of
-    /// 1.
+    /// Single-scattering albedo of aerosol by wavelength, in place of `single_scattering_albedo`; a file holds 0 to 1.
     pub single_scattering_albedo_spectrum: AlbedoSpectrum,
     /// Asymmetry of the Cornette-Shanks phase function of aerosol.
     pub asymmetry: f64,
-    /// Several aerosols in place of the one of the other keys; in a file each is a table `[[atmosphere.aerosol]]`.
+    /// Several aerosols, in place of the one of the other keys; in a file each is a table `[[atmosphere.aerosol]]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub modes: Vec<AerosolMode>,
 }
@@ -73,8 +71,7 @@ pub(super) fn clean_country(aerosol: &mut Aerosol) {
 pub struct AerosolMode {
     /// Kind of aerosol: one of the words of `atmosphere.aerosol.kind`.
     pub kind: AerosolKind,
-    /// Vertical optical depth at the reference wavelength, 0 to 1000. Default: that which OPAC gives the kind at 550
-    /// nm.
+    /// Vertical optical depth at the reference wavelength, 0 to 1000. Default: OPAC's value for the kind at 550 nm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub optical_depth: Option<f64>,
     /// Wavelength of the optical depth (nm). Default: 550.
@@ -82,8 +79,8 @@ pub struct AerosolMode {
     /// Ångström exponent of the extinction, -5 to 5. Default: the spectrum of the kind, or 1.3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angstrom_exponent: Option<f64>,
-    /// Extinction by wavelength in place of the exponent: a file of `wavelength_nm,extinction`, to any scale; beyond
-    /// its rows it goes on as a power.
+    /// Extinction by wavelength in place of the exponent: a file of `wavelength_nm,extinction`, in any unit;
+    /// extrapolated as a power of the wavelength.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extinction: Option<FileOf<ExtinctionRows>>,
     /// Single-scattering albedo: a number, a kind, `mars-dust` or a file of `wavelength_nm,albedo`. Default: that of
@@ -93,12 +90,12 @@ pub struct AerosolMode {
     /// Asymmetry of the phase function of Cornette and Shanks, -0.9 to 0.99. Default: 0.709.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub asymmetry: Option<f64>,
-    /// Phase function: `cornette-shanks`, a kind, or a file of `angle_deg` and a column for each wavelength, named by
-    /// it in nm. Default: that of the kind.
+    /// Phase function: `cornette-shanks`, a kind, or a file with `angle_deg` and one column per wavelength, whose name
+    /// is the wavelength in nm. Default: that of the kind.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase_function: Option<PhaseFunction>,
-    /// Where it lies above the ground: a scale height (km), `[bottom, top]` (km), or a file of `altitude_km,density`.
-    /// Default: the layers of the kind, or 2.
+    /// Density over the altitude above the ground: a scale height (km), `[bottom, top]` (km), or a file of
+    /// `altitude_km,density`. Default: the layers of the kind, or 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile: Option<AerosolProfile>,
 }

@@ -18,19 +18,19 @@ pub struct CameraScene {
     pub projection: Projection,
     /// Width and height of the image (pixels).
     pub size: Size,
-    /// Field of view (degrees): across a fisheye's circle, or a perspective's width.
+    /// Field of view (degrees): the diameter of a fisheye, or the width of a perspective.
     pub fov: Option<f64>,
     /// Azimuth of the view, clockwise from north (degrees).
     pub look_azimuth: Option<f64>,
     /// Elevation of the view (degrees).
     pub look_elevation: Option<f64>,
-    /// What images show below the horizon; the sky is lit by the ground all the same.
+    /// Content of images below the horizon; the light that the sky receives from the ground is unaffected.
     pub below: Option<Below>,
-    /// Reflectance of the ground of `below = "colour"`: linear red, green and blue.
+    /// Reflectance of the ground for `below = "colour"`: linear red, green and blue.
     pub below_color: Reflectance,
-    /// Angle of the axis of a polariser before the lens, counterclockwise from the top of the image (degrees).
+    /// Angle of the axis of a polariser in front of the lens, counterclockwise from the top of the image (degrees).
     pub polariser: Option<f64>,
-    /// How many times more of light along its axis than of light across it a polariser passes.
+    /// Extinction ratio of the polariser: transmittance along its axis divided by transmittance across it.
     pub polariser_extinction: Option<f64>,
 }
 
@@ -58,15 +58,15 @@ impl Default for CameraScene {
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
 pub enum Below {
-    /// The ground that is there.
+    /// The ground of the scene.
     Ground,
-    /// The sky at the horizon, which goes over into the ground towards the nadir: no hard line.
+    /// The sky at the horizon, blended into the ground towards the nadir, without a hard line.
     Fade,
-    /// The sky above, mirrored without its sun's disc.
+    /// The mirrored sky, without the sun's disc.
     Mirror,
     /// Nothing.
     Black,
-    /// Level ground of `camera.below_color` under the sun and the sky.
+    /// Level ground with the reflectance `camera.below_color`, lit by sun and sky.
     #[serde(alias = "color")]
     #[strum(to_string = "colour", serialize = "color")]
     Colour,

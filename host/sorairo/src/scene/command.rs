@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::preset::Scene;
 
-/// The `sorairo render` command, for a POSIX shell, that renders a scene on a device: the keys in which the scene differs from its
-/// preset are its scene file.
+/// The `sorairo render` command, for a POSIX shell, that renders a scene on a device: the keys in which the scene
+/// differs from its preset are its scene file.
 pub fn command(scene: &Scene, device: &str) -> String {
     let device =
         if device == "auto" { String::new() } else { format!(" --device '{}'", device.replace('\'', r"'\''")) };

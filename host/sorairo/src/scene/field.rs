@@ -41,7 +41,8 @@ impl<T: serde::Serialize + DeserializeOwned> Field for Way<T> {
     }
 }
 
-/// A value that is there, also where it might not be: what serde's own values of a number or a text refuse to say of an option.
+/// A value that is there, also where it might not be: what serde's own values of a number or a text refuse to say of an
+/// option.
 pub struct Present<D>(pub D);
 
 impl<'de, D: serde::Deserializer<'de>> serde::Deserializer<'de> for Present<D> {
@@ -70,7 +71,7 @@ impl<'de, D: serde::Deserializer<'de>> serde::Deserializer<'de> for Present<D> {
     }
 }
 
-/// The value of a key that may be a person's table.
+/// The value of a key that may be a user table.
 pub trait TableField: Sync {
     /// The table in a scene, if it has one.
     fn table<'a>(&self, scene: &'a Scene) -> Option<&'a TableFile>;

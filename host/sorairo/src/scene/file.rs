@@ -1,4 +1,4 @@
-//! Scene files: from TOML to a scene, with the place of everything that is wrong.
+//! Scene files: from TOML to a scene, with the position of every error.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -18,7 +18,7 @@ use crate::error::{Error, PlaceInFile, Result};
 use crate::input::{self, LARGEST_SCENE};
 use crate::spectra::named_file::is_table_file;
 
-/// Most problems of one file that are told.
+/// The largest number of errors reported for a file.
 const MOST_PROBLEMS: usize = 20;
 
 /// A scene as it is being said: a preset, under a scene file, under single values.
@@ -42,12 +42,12 @@ struct SourceText {
 }
 
 impl Scene {
-    /// The scene in a TOML text. `preset` takes the place of the one that the text names; names of CSV files are relative to
-    /// the working folder.
+    /// The scene in a TOML text. `preset` overrides the preset of the text; names of CSV files are relative to the
+    /// working folder.
     ///
     /// # Errors
     ///
-    /// [`Error::InFile`] with the place in `source` for an unknown key or a value of the wrong kind.
+    /// [`Error::InFile`] with the position in `source` for an unknown key or a value of the wrong type.
     pub fn parse(text: &str, source: &str, preset: Option<Preset>) -> Result<Self> {
         Draft::parse(text, source, Path::new("."), preset).map(|draft| draft.scene).map_err(first)
     }
@@ -87,8 +87,8 @@ impl Draft {
         Self::read_all(path, preset).map_err(first)
     }
 
-    /// Reads a TOML text over its preset. `preset` takes the place of the one that the text names; names of CSV files are
-    /// relative to `folder`.
+    /// Reads a TOML text over its preset. `preset` takes the place of the one that the text names; names of CSV files
+    /// are relative to `folder`.
     ///
     /// # Errors
     ///
@@ -143,10 +143,11 @@ impl Draft {
     ///
     /// # Errors
     ///
-    /// [`Error::Text`] if it is of another kind, [`Error::NotAllowed`] for the preset, over which other values may have been set.
+    /// [`Error::Text`] if it is of another kind, [`Error::NotAllowed`] for the preset, over which other values may have
+    /// been set.
     pub fn set<'de>(&mut self, key: &Key, value: impl Deserializer<'de>) -> Result<()> {
         if key.name == "preset" {
-            return Err(Error::not_allowed("preset", "is what a scene begins as, and cannot be set over it"));
+            return Err(Error::not_allowed("preset", "is the start of a scene and cannot be changed afterwards"));
         }
         if key.name.starts_with(AEROSOL_KEYS) && key.name != MODES && !self.scene.atmosphere.aerosol.modes.is_empty() {
             return Err(Error::not_allowed(key.name, "is a key of one aerosol, and the scene lists several"));
@@ -162,7 +163,8 @@ impl Draft {
         Ok(())
     }
 
-    /// Refuses an elevation, an azimuth or a distance that was set over a place or a time, as a file may not hold both; `is_set` tells by a key's name.
+    /// Refuses an elevation, an azimuth or a distance that was set over a place or a time, as a file may not hold both;
+    /// `is_set` tells by a key's name.
     ///
     /// # Errors
     ///
@@ -174,7 +176,7 @@ impl Draft {
         match SUN_POSITION.into_iter().find(|key| is_set(key)) {
             Some(key) => Err(Error::not_allowed(
                 key,
-                format!("cannot be given beside {from}: a place and a time say where the sun is, and how far"),
+                format!("cannot be given beside {from}: a place and a time determine the sun's direction and distance"),
             )),
             None => Ok(()),
         }
@@ -264,7 +266,8 @@ impl SourceText {
     }
 }
 
-/// What a reader says is wrong, without the rest of long values that it quotes, and without its middle if it is long all the same.
+/// What a reader says is wrong, without the rest of long values that it quotes, and without its middle if it is long
+/// all the same.
 fn wrong(complaint: String) -> Error {
     Error::Text(without_middle(&with_short_values(&complaint)))
 }
@@ -328,7 +331,7 @@ fn unknown(prefix: &str, name: &str) -> Error {
     let elsewhere = || KEYS.iter().map(|key| (key.table_and_name().1, key.name));
     let candidates = siblings.iter().map(|&sibling| (sibling, sibling)).chain(elsewhere());
     let hint = match nearest(name, candidates) {
-        Some(same) if same == name => format!("`{same}` stands outside of every table"),
+        Some(same) if same == name => format!("`{same}` belongs outside of all tables"),
         Some(meant) => format!("did you mean `{meant}`?"),
         None => format!("here may stand `{}`", siblings.join("`, `")),
     };
@@ -369,11 +372,11 @@ fn lay_over(scene: &mut Scene, key: &Key, value: &Spanned<DeValue<'_>>, folder: 
     key.set(scene, StringDeserializer::<serde::de::value::Error>::new(text))
 }
 
-/// The path of a table of a person's own from the root, whose name stands in a file of a folder.
+/// The path of a user table from the root, from its name in a file of a folder.
 fn path_from(folder: &Path, name: &str) -> Result<String> {
     let complaint = |error: io::Error| match error.kind() {
         io::ErrorKind::Unsupported => {
-            format!("{name}: a table is a file, and here are none; a word or a number would do")
+            format!("{name}: a table is a file, and none is available here; use a word or a number")
         }
         _ => format!("{name}: {error}"),
     };
@@ -417,7 +420,7 @@ fn refuse_two_suns(given: &[Given<'_>], problems: &mut Problems<'_>) {
     for name in SUN_POSITION {
         if let Some((_, value)) = find(name) {
             let complaint = format!(
-                "`{name}` and `{}` cannot both be given: a place and a time say where the sun is, and how far",
+                "`{name}` and `{}` cannot both be given: a place and a time determine the sun's direction and distance",
                 from.name
             );
             problems.add(value.span().start, Error::Text(complaint));
@@ -473,7 +476,7 @@ mod tests {
                 "line 1, column 24 (sun = { elevation = 3, azimut = 4 }): unknown key `azimut`; did you mean `azimuth`?",
             ),
             ("elevation = 3", "did you mean `sun.elevation`?"),
-            ("[sun]\npreset = 'earth'", "unknown key `preset`; `preset` stands outside of every table"),
+            ("[sun]\npreset = 'earth'", "unknown key `preset`; `preset` belongs outside of all tables"),
             (
                 "[atmosphere.arosol]\n",
                 "line 1, column 13 ([atmosphere.arosol]): unknown key `arosol`; did you mean `aerosol`?",

@@ -1,4 +1,4 @@
-//! A day in a strip of small pictures: which suns they show.
+//! The suns of a day, as a strip of small pictures.
 
 use super::place::{SunPosition, Time, sun_position};
 use super::preset::Scene;
@@ -19,9 +19,9 @@ const STEP: u32 = 5;
 /// A moment of a day.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// When it is, where a place and a time put the sun.
+    /// Its time, if a place and a time determine the sun.
     pub time: Option<Time>,
-    /// Where the sun stands.
+    /// The position of the sun.
     pub sun: SunPosition,
 }
 
@@ -35,15 +35,14 @@ impl Moment {
         scene
     }
 
-    /// What stands below its picture: the hour as a clock there shows it, or the elevation of the sun.
+    /// The label of its picture: the local time, or the elevation of the sun.
     pub fn label(&self) -> String {
         self.time.map_or_else(|| format!("{:.0}°", self.sun.elevation), |time| time.local("%H:%M"))
     }
 }
 
-/// [`MOMENTS`] from before dawn to after dusk, closest while the light changes fast: of the scene's day at its place,
-/// all of that day where the sun hardly rises or never sets. Without a place the sun rises to the zenith at its
-/// azimuth.
+/// [`MOMENTS`] from before dawn to after dusk, densest where the light changes fast, on the scene's day at its place;
+/// the whole day where the sun hardly rises or never sets. Without a place, the sun rises to the zenith at its azimuth.
 ///
 /// # Errors
 ///

@@ -1,7 +1,8 @@
-//! What a key that a person says tells of others, which its preset has filled in.
+//! What a given key implies for others, which the preset has filled in.
 //!
-//! A preset of measured air holds the numbers of air in closed form and of plain aerosol too. Who says one of those, and no profile or
-//! kind, means the air or the aerosol that it describes. So does who moves the ground or the top to where no profile was measured.
+//! A preset of measured air also holds values of closed-form air and of plain aerosol. A scene that gives one of these,
+//! and no profile or kind, selects the air or the aerosol that it describes. So does a ground or a top outside the
+//! range of the measured profile.
 
 use super::aerosol::CLEAN_COUNTRY;
 use super::preset::Scene;
@@ -22,7 +23,8 @@ const PLAIN: [&str; 4] = [
 ];
 
 impl Scene {
-    /// Fills in profile, refraction, kind and optical depth of aerosol where no key says them, by the keys that were said over the preset.
+    /// Fills in profile, refraction, kind and optical depth of aerosol where no key says them, by the keys that were
+    /// said over the preset.
     pub(super) fn imply(&mut self, is_said: impl Fn(&str) -> bool) {
         let preset = Self::preset(self.preset);
         let has_said = |keys: &[&str]| keys.iter().any(|key| is_said(key));

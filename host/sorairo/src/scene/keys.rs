@@ -34,42 +34,42 @@ use crate::words::{Word, Words, words};
 pub struct Key {
     /// Its name with its tables, as in `sun.elevation`.
     pub name: &'static str,
-    /// Its unit; empty where it has none.
+    /// Its unit; empty if it has none.
     pub unit: &'static str,
-    /// What it may be.
+    /// The allowed values.
     pub allowed: Allowed,
-    /// Words that it may be beside a number.
+    /// Words allowed in addition to a number.
     or_words: Option<fn() -> Vec<Word>>,
-    /// The way to a person's table, where it may be the name of a CSV file beside those words.
+    /// The accessor of a user table, if the value may be the name of a CSV file.
     table: Option<&'static dyn TableField>,
-    /// Whether it may be the name of a CSV file that is no such table.
+    /// Whether it may be the name of another CSV file.
     or_file: bool,
     field: &'static dyn Field,
-    /// Whether its number is an azimuth: any finite one is allowed, and the range is that in which it is usually given.
+    /// Whether its number is an azimuth: any finite value is allowed, and the range is the usual one.
     wraps: bool,
-    /// Whether it matters in a scene.
+    /// Whether it has an effect in a scene.
     matters: fn(&Scene) -> bool,
-    /// What stands in for a key that is not given, where that is not one value.
+    /// The description of the default, if that is not a single value.
     otherwise: Option<fn() -> String>,
-    /// What holds beyond `allowed`.
+    /// A rule in addition to `allowed`.
     rule: Option<fn(&Scene) -> Result<()>>,
 }
 
-/// What a key may be, alone or beside words.
+/// The allowed values of a key, except additional words.
 #[non_exhaustive]
 pub enum Allowed {
     /// A number in a range.
     Range {
         /// The number.
         number: &'static dyn NumberField,
-        /// The smallest that is allowed.
+        /// The smallest allowed value.
         low: Bound,
-        /// The largest that is allowed.
+        /// The largest allowed value.
         high: Bound,
     },
-    /// One of some words, each with its sentence.
+    /// One of some words, each with a description.
     Words(fn() -> Vec<Word>),
-    /// Something else, said in words.
+    /// Anything else, described in words.
     Other(fn() -> String),
 }
 
@@ -78,7 +78,7 @@ pub enum Allowed {
 pub enum Bound {
     /// A number.
     At(f64),
-    /// What follows from other keys, and how to say it.
+    /// A value derived from other keys, and its description.
     From(fn(&Scene) -> f64, fn() -> String),
 }
 
@@ -163,15 +163,15 @@ const OZONE_STEP: f64 = 0.1;
 pub static KEYS: &[Key] = &[
     key!(preset, one_of::<Preset>()),
     number!(sun.elevation, "degrees", At(-90.0), At(90.0)),
-    key!(sun.apparent, Other(|| "true or false; true takes `refraction`, and a sun that no place and time put".into()))
+    key!(sun.apparent, Other(|| "true or false; true requires `refraction`, and a sun without place and time".into()))
         .rule(rules::apparent_without_refraction),
     number!(sun.azimuth, "degrees", At(-360.0), At(360.0)).wraps(),
     key!(sun.place, Other(|| "\"LATITUDE,LONGITUDE\", -90 to 90 north, -180 to 180 east".into()))
         .unit("degrees")
-        .otherwise(|| "`elevation`, `azimuth` and `distance` hold".into())
+        .otherwise(|| "`elevation`, `azimuth` and `distance` apply".into())
         .rule(rules::place_elsewhere),
     key!(sun.time, Other(|| "RFC 3339 with an offset, such as \"2026-06-21T04:30:00+09:00\"".into()))
-        .otherwise(|| "`elevation`, `azimuth` and `distance` hold".into()),
+        .otherwise(|| "`elevation`, `azimuth` and `distance` apply".into()),
     key!(sun.spectrum, one_of::<SunSpectrum>()).or_table(way!(sun.spectrum)).rule(plausible::solar_spectrum),
     number!(sun.distance, "au", At(0.01), At(1000.0)),
     key!(sun.disc, Other(|| format!("true or false; with a disc the distance is at most {} au", rules::FARTHEST_DISC)))
@@ -193,7 +193,7 @@ pub static KEYS: &[Key] = &[
     )
     .rule(opaque_at_its_top),
     key!(atmosphere.profile, one_of::<Profile>()).or_file().rule(rules::profile_cut_short),
-    key!(atmosphere.refraction, Other(|| "true or false; true takes a measured `profile` and the Earth".into()))
+    key!(atmosphere.refraction, Other(|| "true or false; true requires a measured `profile` and the Earth".into()))
         .rule(rules::bent_without_a_profile),
     number!(atmosphere.air.scattering, "km⁻¹", At(0.0), At(100.0)),
     key!(atmosphere.air.spectrum, one_of::<AirSpectrum>()),
@@ -257,15 +257,17 @@ pub static KEYS: &[Key] = &[
     number!(camera.look_elevation, "degrees", At(-90.0), At(90.0)).otherwise(|| {
         format!("fisheye {}, perspective {}", Projection::FISHEYE.elevation, Projection::PERSPECTIVE.elevation)
     }),
-    key!(camera.below, one_of::<Below>())
-        .otherwise(|| "fade in pictures of the whole sphere over ground that is not black, from less than 1 km up; ground elsewhere".into()),
+    key!(camera.below, one_of::<Below>()).otherwise(|| {
+        "`fade` in pictures of the whole sphere from less than 1 km above ground that is not black; else `ground`"
+            .into()
+    }),
     key!(camera.below_color, Other(Reflectance::allowed)).rule(rules::colour_of_no_ground),
     number!(camera.polariser, "degrees", At(-360.0), At(360.0))
         .wraps()
         .otherwise(|| "none".into())
         .rule(rules::polariser_of_no_light),
     number!(camera.polariser_extinction, "", At(1.0), At(1e9))
-        .otherwise(|| "that of an ideal polariser, which passes nothing across".into())
+        .otherwise(|| "an ideal polariser, without transmittance across its axis".into())
         .rule(rules::extinction_of_no_polariser),
     number!(render.orders, "", At(1.0), At(Orders::MOST as f64)).or_words(words::<Orders>),
     key!(render.polarisation, one_of::<Polarisation>()),
@@ -275,8 +277,9 @@ pub static KEYS: &[Key] = &[
         .otherwise(|| "the best found for the fit".into())
         .rule(rules::unfit_bands),
     key!(render.color, one_of::<ColourPath>()).rule(rules::nothing_to_solve),
-    number!(render.steps, "samples", At(1.0), At(1024.0))
-        .otherwise(|| "what the scene's rays need: from the Earth's ground 12, with the sun below 5° 48 to 64".into()),
+    number!(render.steps, "samples", At(1.0), At(1024.0)).otherwise(|| {
+        "as many as the scene's rays need: 12 from the Earth's ground, 48 to 64 with the sun below 5°".into()
+    }),
     key!(render.path, one_of::<PathChoice>()),
     number!(render.exposure, "stops", At(-MOST_STOPS), At(MOST_STOPS))
         .or_words(words::<Exposure>)
@@ -291,7 +294,7 @@ pub static KEYS: &[Key] = &[
     key!(render.dither, one_of::<Dither>()),
     key!(render.exr, one_of::<ExrDepth>()),
     number!(render.exr_exposure, "stops", At(-MOST_STOPS), At(MOST_STOPS))
-        .otherwise(|| "\"auto\", 0 but where half floats would lose the brightest or the darkest of a sky".into())
+        .otherwise(|| "\"auto\": 0, unless half floats would lose the brightest or the darkest values of a sky".into())
         .rule(rules::adapted_halves),
     key!(render.exr_compression, one_of::<ExrCompression>()),
     key!(render.rgb, one_of::<Rgb>()),
@@ -305,7 +308,7 @@ const fn one_of<T: Words>() -> Allowed {
 
 /// What holds without a camera's settings.
 fn no_camera() -> String {
-    "`exposure` holds".into()
+    "`exposure` applies".into()
 }
 
 /// Heights of the ozone layer matter where there is ozone.
@@ -368,7 +371,7 @@ impl Key {
         self
     }
 
-    /// Whether its number is an azimuth, of which whole turns are nothing: then any finite one is allowed.
+    /// Whether its number is an azimuth, for which whole turns have no effect; any finite one is allowed.
     pub fn is_cyclic(&self) -> bool {
         self.wraps
     }
@@ -398,7 +401,7 @@ impl Key {
         self.name.rsplit_once('.').unwrap_or(("", self.name))
     }
 
-    /// What the key means, as the doc comment of its field says it.
+    /// The description of the key: the doc comment of its field.
     pub fn sentence(&self) -> String {
         let (table, name) = self.table_and_name();
         let table = TABLES.iter().find(|known| known.name == table).expect("a key lies in a table");
@@ -410,17 +413,18 @@ impl Key {
         self.field.get(scene)
     }
 
-    /// Reads the value in a scene anew; whether it lies in its range is left to [`Scene::validated`].
+    /// Sets the value in a scene; [`Scene::validated`] checks its range.
     ///
     /// # Errors
     ///
-    /// [`Error::Text`] if it is of another kind.
+    /// [`Error::Text`] if it has the wrong type.
     pub fn set<'de>(&self, scene: &mut Scene, value: impl Deserializer<'de>) -> Result<()> {
         let mut value = <dyn erased_serde::Deserializer<'_>>::erase(Present(value));
         self.field.set(scene, &mut value).map_err(|error| Error::Text(error.to_string()))
     }
 
-    /// The number in a scene, to be changed; `None` if the key is no plain number. One that was not given begins at 0.
+    /// Mutable access to the number in a scene; `None` if the key is not a plain number. A number that was not given
+    /// starts at 0.
     pub fn number_mut<'a>(&self, scene: &'a mut Scene) -> Option<&'a mut f64> {
         match &self.allowed {
             Allowed::Range { number, .. } => number.number_mut(scene),
@@ -428,7 +432,7 @@ impl Key {
         }
     }
 
-    /// The smallest and the largest number that the key may be in a scene; `None` if it is not a number.
+    /// The smallest and the largest allowed number in a scene; `None` if the key is not a number.
     pub fn bounds(&self, scene: &Scene) -> Option<(f64, f64)> {
         match &self.allowed {
             Allowed::Range { low, high, .. } => Some((low.of(scene), high.of(scene))),
@@ -446,7 +450,7 @@ impl Key {
         self.takes_table() || self.or_file
     }
 
-    /// The words that the key may be.
+    /// The words that the key accepts.
     pub fn words(&self) -> Vec<Word> {
         match &self.allowed {
             Allowed::Words(words) => words(),
@@ -454,12 +458,12 @@ impl Key {
         }
     }
 
-    /// The word of the key that a text is, in whatever case of letters; or else the text itself.
+    /// The word of the key that matches a text, ignoring case; or else the text itself.
     pub fn word_or<'a>(&self, text: &'a str) -> &'a str {
         self.words().iter().find(|word| word.is(text)).map_or(text, |word| word.name)
     }
 
-    /// What the key may be, in words.
+    /// The allowed values of the key, in words.
     pub fn range(&self) -> String {
         let table = if self.takes_file() { ", or the name of a .csv file" } else { "" };
         match &self.allowed {
@@ -475,7 +479,7 @@ impl Key {
         }
     }
 
-    /// What stands in for the key where it is not given, if that is not one value.
+    /// The description of the default, if that is not a single value.
     pub fn stand_in(&self) -> Option<String> {
         self.otherwise.map(|words| words())
     }
@@ -517,7 +521,7 @@ pub fn find(name: &str) -> Option<&'static Key> {
     KEYS.iter().find(|key| key.name == name)
 }
 
-/// The spectra of a person's own that a scene reads, each with its key.
+/// The user tables that a scene reads, each with its key.
 pub fn tables(scene: &Scene) -> impl Iterator<Item = (&'static str, &TableFile)> {
     KEYS.iter().filter_map(|key| Some((key.name, key.table?.table(scene)?)))
 }
@@ -548,7 +552,7 @@ pub(crate) fn change_names(scene: &mut Scene, mut change: impl FnMut(&mut NamedF
     scene.atmosphere.aerosol.modes.iter_mut().flat_map(AerosolMode::names_mut).for_each(change);
 }
 
-/// What is wrong with a scene, key by key.
+/// The errors of a scene, key by key.
 pub fn problems(scene: &Scene) -> Vec<Error> {
     KEYS.iter().filter_map(|key| key.check(scene).err()).collect()
 }

@@ -1,6 +1,6 @@
-//! What a person asks for: the sun, the observer, the atmosphere, the camera and how to render.
+//! The input of a user: the sun, the observer, the atmosphere, the camera and how to render.
 //!
-//! Everything about a key but its name and its sentence (range, unit, what stands in for it) is in [`keys`].
+//! [`keys`] holds everything about a key except its name and its description: range, unit, default.
 
 mod aerosol;
 mod camera;

@@ -47,14 +47,15 @@ impl Scene {
 }
 
 impl Scene {
-    /// The wavelengths (nm) at which all of the scene is known: those of [`MEASURED_RANGE`] that a person's tables hold.
+    /// The wavelengths (nm) at which the whole scene has data: those of [`MEASURED_RANGE`] within the range of user
+    /// tables.
     pub fn known_wavelengths(&self) -> (f64, f64) {
         let ranges = keys::tables(self).map(|(_, file)| file.table().range());
         ranges.fold(MEASURED_RANGE, both)
     }
 
-    /// The wavelengths (nm) at which the sun's beam is known: in a measured profile, of which all that absorbs is, those of
-    /// [`RANGE_OF_BEAMS`] that a person's tables of the sun and of ozone hold.
+    /// The wavelengths (nm) at which the sun's beam has data: with a measured profile, whose absorbers are all known,
+    /// those of [`RANGE_OF_BEAMS`] within the range of user tables of the sun and of ozone.
     pub fn known_wavelengths_of_beams(&self) -> (f64, f64) {
         if !self.atmosphere.profile.is_measured() {
             return self.known_wavelengths();
@@ -63,8 +64,8 @@ impl Scene {
         files.into_iter().flatten().map(|file| file.table().range()).fold(RANGE_OF_BEAMS, both)
     }
 
-    /// The wavelengths (nm) at which the light of the whole sky is known through the lines of its gases: in a measured profile those of
-    /// [`RANGE_OF_BEAMS`] at which ground and aerosol are known too; none in other air.
+    /// The wavelengths (nm) at which skylight through the lines of gases has data: with a measured profile, those of
+    /// [`RANGE_OF_BEAMS`] where ground and aerosol have data too; none otherwise.
     pub fn known_wavelengths_of_skies(&self) -> (f64, f64) {
         if !self.atmosphere.profile.is_measured() {
             return (f64::INFINITY, f64::NEG_INFINITY);
@@ -109,20 +110,20 @@ impl Scene {
         a.profile.is_measured().then(|| Tables::of(&air))
     }
 
-    /// Elevation without refraction (degrees) of the sun that the observer sees at an elevation (degrees).
+    /// The true elevation (degrees) of a sun with an apparent elevation (degrees).
     pub(super) fn elevation_of_apparent(&self, seen: f64) -> f64 {
         let beam = |tables: Arc<Tables>| tables.beam(self.observer.altitude, (90.0 - seen).to_radians());
         self.bending_air().and_then(beam).map_or(seen, |beam| 90.0 - beam.sun.to_degrees())
     }
 
-    /// Elevation (degrees) at which the observer sees the sun's centre: none below the horizon.
+    /// The apparent elevation (degrees) of the sun's centre; `None` below the horizon.
     pub fn apparent_elevation(&self) -> Option<f64> {
         let (sun, altitude) = ((90.0 - self.sun.elevation).to_radians(), self.observer.altitude);
         let tables = self.bending_air().filter(|tables| sun <= tables.lowest_sun(altitude))?;
         Some(90.0 - tables.seen(altitude, sun).to_degrees())
     }
 
-    /// The air around the observer, if it bends sunlight.
+    /// The air around the observer, if it refracts sunlight.
     fn bending_air(&self) -> Option<Arc<Tables>> {
         let a = &self.atmosphere;
         let is_around = self.observer.altitude <= a.top_radius - a.ground_radius;
@@ -135,7 +136,7 @@ fn both(known: (f64, f64), table: (f64, f64)) -> (f64, f64) {
     (known.0.max(table.0), known.1.min(table.1))
 }
 
-/// What the eye tells of a contrast with the horizon's sky, by which Koschmieder's visibility is defined.
+/// The contrast threshold of Koschmieder's visibility.
 const LEAST_CONTRAST: f64 = 0.02;
 
 /// Wavelength (nm) at which visibility is judged.
@@ -152,14 +153,15 @@ impl Scene {
         }
     }
 
-    /// The optical depth of aerosol at 1 µm with which a black object near the ground is told from the sky up to a distance (km).
+    /// The optical depth of aerosol at 1 µm that gives a meteorological visibility (km, 2 % contrast).
     ///
-    /// By Koschmieder's law (1924, *Theorie der horizontalen Sichtweite*) the contrast falls as `exp(-σ V)`; `σ` is the extinction of air and
-    /// aerosol at the ground and 550 nm, and a contrast of 0.02 is the least that is seen: `σ V = 3.912`.
+    /// By Koschmieder's law (1924, *Theorie der horizontalen Sichtweite*) the contrast decreases as `exp(-σ V)`, where
+    /// `σ` is the extinction of air and aerosol at the ground and 550 nm. With a contrast threshold of 0.02,
+    /// `σ V = 3.912`.
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] for a distance beyond which air alone leaves less contrast, or none.
+    /// [`Error::NotAllowed`] for a distance at which air alone leaves less contrast, or that is not positive.
     pub fn optical_depth_from_visibility(&self, visibility: f64) -> Result<f64> {
         let contrast = -LEAST_CONTRAST.ln();
         let air = self.optics().at(OF_VISIBILITY).air_scattering;
@@ -198,7 +200,8 @@ mod tests {
 
     #[test]
     fn the_earths_air_is_that_of_its_source() {
-        // Bruneton and Neyret 2008, Sec. 2.1, in three digits, with a scale height of 8 km (DOI 10.1111/j.1467-8659.2008.01245.x).
+        // Bruneton and Neyret 2008, Sec. 2.1, in three digits, with a scale height of 8 km (DOI
+        // 10.1111/j.1467-8659.2008.01245.x).
         let scene = Scene::preset(Preset::Earth);
         for (wavelength, per_km) in [(680.0, 5.8e-3), (550.0, 13.5e-3), (440.0, 33.1e-3)] {
             assert_close(at(&scene, wavelength).air_scattering, per_km, 5e-3);
@@ -206,8 +209,8 @@ mod tests {
         assert_eq!(scene.atmosphere.air.scale_height, 8.0);
     }
 
-    /// Rayleigh optical depth of the standard atmosphere at sea level: Bodhaine, Wood, Dutton and Slusser 1999, Eq. 30, which
-    /// gives their table within 0.01 % (DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2).
+    /// Rayleigh optical depth of the standard atmosphere at sea level: Bodhaine, Wood, Dutton and Slusser 1999, Eq. 30,
+    /// which gives their table within 0.01 % (DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2).
     fn standard_air_depth(wavelength: f64) -> f64 {
         let square = (wavelength / 1000.0).powi(2);
         let over = 1.045_599_6 - 341.290_61 / square - 0.902_308_50 * square;
@@ -238,7 +241,8 @@ mod tests {
 
     #[test]
     fn molecules_depolarise_as_published() {
-        // Bucholtz 1995, Table 1: a King factor of 1.048 at 550 nm is a depolarisation of 0.0279 to 0.0284 (DOI 10.1364/AO.34.002765).
+        // Bucholtz 1995, Table 1: a King factor of 1.048 at 550 nm is a depolarisation of 0.0279 to 0.0284 (DOI
+        // 10.1364/AO.34.002765).
         let anisotropy = AirSpectrum::Bodhaine.anisotropy();
         let depolarisation = 2.0 * (1.0 - anisotropy) / (2.0 + anisotropy);
         assert!((0.0275..0.0288).contains(&depolarisation), "{depolarisation}");
@@ -258,12 +262,12 @@ mod tests {
         let tent = |scene: &Scene| (scene.atmosphere.ozone.top - scene.atmosphere.ozone.bottom) / 2.0;
         let depth = |scene: &Scene, wavelength| at(scene, wavelength).ozone_absorption * tent(scene);
         assert_eq!(scene.atmosphere.ozone.column, 300.0);
-        // 3 mm of ozone at 0 °C and 1 atm hold 101325 Pa / (k 273.15 K) molecules per m³, each of 5.019e-25 m² from 600 to 610 nm (Serdyuchenko
-        // et al. 2014, DOI 10.5194/amt-7-625-2014). A Dobson unit of four digits is 8e-5 more.
+        // 3 mm of ozone at 0 °C and 1 atm hold 101325 Pa / (k 273.15 K) molecules per m³, each of 5.019e-25 m² from 600
+        // to 610 nm (Serdyuchenko et al. 2014, DOI 10.5194/amt-7-625-2014). A Dobson unit of four digits is 8e-5 more.
         let molecules = 3e-3 * 101_325.0 / (1.380_649e-23 * 273.15);
         assert_close(depth(&scene, 605.0), molecules * 5.019e-25, 1e-4);
-        // Solar models take 0.119 and 0.120 per cm of ozone at 593 and 610 nm (Bird and Riordan 1986, Table 1); such measured
-        // coefficients are uncertain to 10 to 20 % as spectrophotometry of the sun found.
+        // Solar models take 0.119 and 0.120 per cm of ozone at 593 and 610 nm (Bird and Riordan 1986, Table 1); such
+        // measured coefficients are uncertain to 10 to 20 % as spectrophotometry of the sun found.
         assert_close(depth(&scene, 593.0), 0.3 * 0.119, 0.1);
         assert_close(depth(&scene, 610.0), 0.3 * 0.120, 0.1);
         // What a column absorbs does not depend on where it is.

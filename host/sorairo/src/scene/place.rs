@@ -132,7 +132,7 @@ pub fn evenly(from: Time, to: Time, count: u32) -> impl Iterator<Item = Time> {
     })
 }
 
-/// Where the sun's centre stands, seen from the Earth.
+/// The position of the sun's centre as seen from the Earth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunPosition {
     /// Elevation (degrees).
@@ -143,15 +143,14 @@ pub struct SunPosition {
     pub distance: f64,
 }
 
-/// Where the sun stands, by the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003, NREL/TP-560-34302), for an
-/// observer at an altitude (km).
+/// The position of the sun by the Solar Position Algorithm (Reda and Andreas 2004, DOI 10.1016/j.solener.2003.12.003,
+/// NREL/TP-560-34302), for an observer at an altitude (km).
 ///
-/// The direction is geometric, without refraction, because the renderer's rays are straight: near the horizon the real sun
-/// stands about 0.5° higher.
+/// The direction is geometric, without refraction, which raises the sun by about 0.5° near the horizon.
 ///
 /// # Errors
 ///
-/// [`Error::UnknownMoment`] for a moment that the algorithm does not know: a leap second, or a year after 3000.
+/// [`Error::UnknownMoment`] for a moment outside the range of the algorithm: a leap second, or a year after 3000.
 pub fn sun_position(place: Place, time: Time, altitude: f64) -> Result<SunPosition> {
     let Place { latitude, longitude } = place;
     let location = Location { latitude, longitude };
@@ -192,9 +191,9 @@ mod tests {
 
     #[test]
     fn at_a_solstice_the_sun_is_overhead_at_a_tropic_at_noon() {
-        // The obliquity in 2024 is 23.44° (Astronomical Almanac), which is the declination at the solstice of 2024-06-20 20:51
-        // UTC and within 0.001° of it nine hours earlier. Noon at longitude 0 is at 12:02 UTC within half a minute, in which
-        // the elevation changes by less than 0.01° at Greenwich and by 0.12° under the sun.
+        // The obliquity in 2024 is 23.44° (Astronomical Almanac), which is the declination at the solstice of
+        // 2024-06-20 20:51 UTC and within 0.001° of it nine hours earlier. Noon at longitude 0 is at 12:02 UTC within
+        // half a minute, in which the elevation changes by less than 0.01° at Greenwich and by 0.12° under the sun.
         let (elevation, _) = sun("23.44,0", "2024-06-20T12:01:46Z", 0.0);
         assert!(elevation > 89.88, "{elevation}");
         let (elevation, azimuth) = sun("51.4779,0", "2024-06-20T12:01:46Z", 0.0);
@@ -205,8 +204,8 @@ mod tests {
 
     #[test]
     fn at_an_equinox_the_sun_stands_on_the_horizon_of_both_poles() {
-        // 2024-03-20 03:06 UTC, within half a minute; the declination changes by 0.0003° in a minute. Seen from a pole the sun
-        // is lower by its parallax, 8.8″.
+        // 2024-03-20 03:06 UTC, within half a minute; the declination changes by 0.0003° in a minute. Seen from a pole
+        // the sun is lower by its parallax, 8.8″.
         for pole in ["90,0", "-90,0"] {
             let (elevation, _) = sun(pole, "2024-03-20T03:06:00Z", 0.0);
             assert!(close(elevation, -0.0024), "{pole}: {elevation}");
@@ -218,7 +217,8 @@ mod tests {
         let distance = |time: &str| sun_position("0,0".parse().unwrap(), time.parse().unwrap(), 0.0).unwrap().distance;
         // NREL/TP-560-34302, Appendix A.5.
         assert!((distance("2003-10-17T12:30:30-07:00") - 0.996_542_297_4).abs() < 1e-7);
-        // Perihelion and aphelion of 2026, UTC (US Naval Observatory, Earth's Seasons and Apsides), to the digits that almanacs print.
+        // Perihelion and aphelion of 2026, UTC (US Naval Observatory, Earth's Seasons and Apsides), to the digits that
+        // almanacs print.
         assert!((distance("2026-01-03T17:16:00Z") - 0.983_30).abs() < 5e-6);
         assert!((distance("2026-07-06T17:31:00Z") - 1.016_64).abs() < 5e-6);
     }

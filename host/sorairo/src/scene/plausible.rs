@@ -1,4 +1,4 @@
-//! What a person's table may hold: as much as nature has in the unit of its key, so that a table in another unit is told.
+//! Plausible values of user tables: the physical range in the unit of the key, which detects another unit.
 
 use super::preset::Scene;
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! A whole scene, and the named atmospheres it may begin as.
+//! A complete scene, and its presets.
 
 use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
@@ -12,9 +12,9 @@ use crate::medium::aerosol::AerosolKind;
 use crate::medium::profile::Profile;
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, SunSpectrum};
 
-/// A complete description of one sky. Read from TOML; every key has a default, that of the preset.
+/// A complete description of one sky, read from TOML. Every key has a default, that of the preset.
 ///
-/// A scene begins as that of a preset, over which its keys are set. The preset itself fills in values once and cannot be changed afterwards:
+/// A scene starts as that of a preset; its keys override values. The preset cannot be changed afterwards:
 ///
 /// ```
 /// use sorairo::{Preset, Scene};
@@ -30,15 +30,16 @@ use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, SunSpect
 /// scene.preset = Preset::Hazy; // would leave the air as clean as it is
 /// ```
 ///
-/// [`Scene::parse`] and [`Scene::read`] know presets too. Serde's own reading is for scenes that it wrote, in which no key is missing.
+/// [`Scene::parse`] and [`Scene::read`] apply presets too. The implementation of serde reads only scenes that it wrote,
+/// in which no key is missing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scene {
-    /// The named atmosphere that fills in every key which is not given.
+    /// Named atmosphere that supplies the value of every key that is not given.
     pub(crate) preset: Preset,
-    /// Where the sun is and how it shines.
+    /// The sun: position and spectrum.
     pub sun: Sun,
-    /// Where the observer is.
+    /// The observer.
     pub observer: Observer,
     /// Where the ground is.
     pub site: Site,
@@ -60,20 +61,20 @@ pub struct Scene {
 #[strum(serialize_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Preset {
-    /// The sky that is measured: US Standard Atmosphere with ozone, water and refraction, aerosol of clean country, over grass.
+    /// Measured: US Standard Atmosphere with ozone, water vapour and refraction, clean continental aerosol, over grass.
     #[default]
     Standard,
     /// The Earth's atmosphere with the constants of Bruneton and Neyret: air 7 to 14 % thicker, hardly any aerosol.
     Earth,
-    /// The setting of Takahashi and Dobashi: no ozone, a sun of 1 at every wavelength.
+    /// The setting of Takahashi and Dobashi: no ozone, a solar irradiance of 1 at every wavelength.
     Paper,
-    /// A polluted continent in summer: much aerosol, which absorbs a tenth.
+    /// Polluted continental air in summer: much aerosol, with absorption as a tenth of its extinction.
     Hazy,
-    /// From 3 km above the sea, in clean air.
+    /// Clean air, seen from an altitude of 3 km.
     Mountain,
-    /// Mars on a clear day, from its ground.
+    /// Mars on a clear day, seen from the ground.
     Mars,
-    /// The Earth's atmosphere without its ozone.
+    /// The Earth's atmosphere without ozone.
     NoOzone,
 }
 
@@ -143,9 +144,11 @@ impl Scene {
 ///
 /// * Air: US Standard Atmosphere 1976; its optical depth at sea level, 0.0971 at 550 nm, its dispersion and
 ///   depolarisation (Bodhaine et al. 1999, DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2). It bends sunlight.
-/// * Gases: 300 Dobson units of ozone, 1.4 cm of water, pairs of oxygen and nitrogen dioxide as that atmosphere has them.
-/// * Aerosol: OPAC's *continental clean* at a relative humidity of 80 %, that of the country far from cities (Hess, Koepke and Schult 1998,
-///   DOI 10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2): optical depth 0.064 at 550 nm; a scale height of 2 km, the depth of its layer.
+/// * Gases: 300 Dobson units of ozone, 1.4 cm of water, pairs of oxygen and nitrogen dioxide as that atmosphere has
+///   them.
+/// * Aerosol: OPAC's *continental clean* at a relative humidity of 80 %, that of the country far from cities (Hess,
+///   Koepke and Schult 1998, DOI 10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2): optical depth 0.064 at 550 nm; a
+///   scale height of 2 km, the depth of its layer.
 /// * Sun: TSIS-1 HSRS (Coddington et al. 2021, DOI 10.1029/2020GL091709).
 /// * Ground: grass.
 ///
@@ -166,8 +169,8 @@ fn standard(scene: &mut Scene) {
     scene.ground.albedo = GroundAlbedo::Grass;
 }
 
-/// Takahashi and Dobashi, *Full-spectrum rendering of the sky using GPU*: light of one order over black ground, no ozone, a sun of 1 at
-/// every wavelength.
+/// Takahashi and Dobashi, *Full-spectrum rendering of the sky using GPU*: light of one order over black ground, no
+/// ozone, a sun of 1 at every wavelength.
 fn paper(scene: &mut Scene) {
     scene.render.orders = Orders::UpTo(1);
     scene.ground.albedo = GroundAlbedo::Grey(0.0);
@@ -175,8 +178,8 @@ fn paper(scene: &mut Scene) {
     scene.atmosphere.ozone.column = 0.0;
 }
 
-/// The *continental polluted* aerosol of OPAC at a relative humidity of 80 % (Hess, Koepke and Schult 1998,
-/// DOI 10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2): optical depth 0.327, single-scattering albedo 0.892 and asymmetry
+/// The *continental polluted* aerosol of OPAC at a relative humidity of 80 % (Hess, Koepke and Schult 1998, DOI
+/// 10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2): optical depth 0.327, single-scattering albedo 0.892 and asymmetry
 /// 0.698 at 550 nm. The Ångström exponent 1.3 lies between those that OPAC gives below and above 500 nm.
 fn hazy(scene: &mut Scene) {
     scene.ground.albedo = GroundAlbedo::Grass;
@@ -188,10 +191,10 @@ fn hazy(scene: &mut Scene) {
     aerosol.asymmetry = 0.698;
 }
 
-/// From 3 km above the sea. The aerosol below and above the observer is clean: 0.064 of optical depth at 550 nm over the sea,
-/// single-scattering albedo 0.972 and asymmetry 0.709 are those of OPAC's *continental clean* (Hess, Koepke and Schult 1998).
-/// With a scale height of 2 km 0.014 of it lie above the observer, about what is measured at Mauna Loa, at 3.4 km: a yearly
-/// mean of 0.02 at 500 nm (Holben et al. 2001, DOI 10.1029/2001JD900014).
+/// From 3 km above the sea. The aerosol below and above the observer is clean: 0.064 of optical depth at 550 nm over
+/// the sea, single-scattering albedo 0.972 and asymmetry 0.709 are those of OPAC's *continental clean* (Hess, Koepke
+/// and Schult 1998). With a scale height of 2 km 0.014 of it lie above the observer, about what is measured at Mauna
+/// Loa, at 3.4 km: a yearly mean of 0.02 at 500 nm (Holben et al. 2001, DOI 10.1029/2001JD900014).
 fn mountain(scene: &mut Scene) {
     scene.observer.altitude = 3.0;
     clean_country(&mut scene.atmosphere.aerosol);
@@ -199,15 +202,15 @@ fn mountain(scene: &mut Scene) {
 
 /// Mars on a clear day.
 ///
-/// * Ground radius 3389.5 km, scale height 11.1 km, surface pressure near 610 Pa, mean distance 1.524 au: NASA's Mars fact sheet
-///   (Williams, NSSDCA).
+/// * Ground radius 3389.5 km, scale height 11.1 km, surface pressure near 610 Pa, mean distance 1.524 au: NASA's Mars
+///   fact sheet (Williams, NSSDCA).
 /// * Air: 610 Pa of carbon dioxide has 1.06 % of the molecules of the Earth's, each of which scatters 2.59 times as
-///   much as one of air (Bodhaine et al. 1999, Eq. 22, DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2): an optical depth of
-///   0.00267 at 550 nm.
-/// * Dust: optical depth 0.5, of a day without a storm (Tomasko et al. 1999, DOI 10.1029/1998JE900016); grey, because its
-///   particles are larger than the wavelength; well mixed, hence 11 km (Vincendon and Langevin 2010 find 6 to 12 km, DOI
-///   10.1016/j.icarus.2009.12.018); asymmetry 0.69 (Chen-Chen et al. 2019, DOI 10.1016/j.icarus.2019.04.004); albedo by
-///   wavelength of Wolff et al. 2009 (DOI 10.1029/2009JE003350).
+///   much as one of air (Bodhaine et al. 1999, Eq. 22, DOI 10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2): an optical
+///   depth of 0.00267 at 550 nm.
+/// * Dust: optical depth 0.5, of a day without a storm (Tomasko et al. 1999, DOI 10.1029/1998JE900016); grey, because
+///   its particles are larger than the wavelength; well mixed, hence 11 km (Vincendon and Langevin 2010 find 6 to 12
+///   km, DOI 10.1016/j.icarus.2009.12.018); asymmetry 0.69 (Chen-Chen et al. 2019, DOI 10.1016/j.icarus.2019.04.004);
+///   albedo by wavelength of Wolff et al. 2009 (DOI 10.1029/2009JE003350).
 /// * Ground: the planet's Bond albedo, 0.25 (NASA's fact sheet).
 fn mars(scene: &mut Scene) {
     scene.sun.distance = 1.524;

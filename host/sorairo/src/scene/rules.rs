@@ -19,7 +19,8 @@ pub const FARTHEST_DISC: f64 = 50.0;
 /// Mean radius of the Earth (km; IUGG's R₁, Moritz 2000, *Geodetic Reference System 1980*).
 const EARTH_RADIUS: f64 = 6371.0;
 
-/// How much of that the ground's radius may differ from it and still be the Earth's: its ellipsoid and the rounded radii of models keep to 0.3 %.
+/// How much of that the ground's radius may differ from it and still be the Earth's: its ellipsoid and the rounded
+/// radii of models keep to 0.3 %.
 const OF_THE_EARTH: f64 = 0.01;
 
 impl Scene {
@@ -59,7 +60,7 @@ pub(super) fn half_a_camera(scene: &Scene) -> Result<()> {
     match (find(true), find(false)) {
         (Some(given), Some(missing)) => Err(Error::not_allowed(
             given,
-            format!("needs {missing} beside it; speed, shutter and aperture say an exposure together"),
+            format!("needs {missing} beside it; speed, shutter and aperture together determine the exposure"),
         )),
         (Some(_), None) if render.exposure != Exposure::Auto => {
             let complaint = format!("cannot be given beside {}, which say the exposure", CAMERA.join(", "));
@@ -75,7 +76,7 @@ pub(super) fn colour_of_no_ground(scene: &Scene) -> Result<()> {
     if camera.below == Some(Below::Colour) || camera.below_color == CameraScene::default().below_color {
         return Ok(());
     }
-    Err(Error::not_allowed("camera.below_color", "is shown with camera.below = colour alone"))
+    Err(Error::not_allowed("camera.below_color", "applies only with camera.below = colour"))
 }
 
 /// Most rows of an image of the whole sphere whose sky lookup, with as many rows, a device takes.
@@ -89,13 +90,13 @@ pub(super) fn polariser_of_no_light(scene: &Scene) -> Result<()> {
     let complaint = if camera.polariser.is_none() {
         return Ok(());
     } else if render.polarisation == Polarisation::Off {
-        "stands before polarised light, and render.polarisation is off; take auto or on".into()
+        "needs polarised light, but render.polarisation is off; set it to auto or on".into()
     } else if render.color == ColourPath::Solve {
-        "takes colours from a sky lookup, and render.color = solve makes none; take folded".into()
+        "needs a sky lookup, but render.color = solve has none; set it to folded".into()
     } else if render.path == PathChoice::Direct {
-        "takes colours from a sky lookup, and render.path = direct makes none; take auto or lookup".into()
+        "needs a sky lookup, but render.path = direct has none; set it to auto or lookup".into()
     } else if is_too_high {
-        format!("takes images of at most {MOST_ROWS_BEHIND_POLARISER} rows in this projection")
+        format!("supports images of at most {MOST_ROWS_BEHIND_POLARISER} rows in this projection")
     } else {
         return Ok(());
     };
@@ -116,7 +117,7 @@ pub(super) fn extinction_of_no_polariser(scene: &Scene) -> Result<()> {
     if scene.camera.polariser_extinction.is_none() || scene.camera.polariser.is_some() {
         return Ok(());
     }
-    Err(Error::not_allowed("camera.polariser_extinction", "is of a polariser; give camera.polariser, its angle, too"))
+    Err(Error::not_allowed("camera.polariser_extinction", "needs a polariser; set its angle, camera.polariser, too"))
 }
 
 /// An eye adapts to pictures alone.
@@ -137,7 +138,7 @@ pub(super) fn view_of_hdr(scene: &Scene) -> Result<()> {
         return Ok(());
     }
     let complaint =
-        format!("is {}, and a picture for {} takes no view transform; leave it out", word(view), word(display));
+        format!("is {}, but a picture for {} has no view transform; omit the key", word(view), word(display));
     Err(Error::not_allowed("render.view", complaint))
 }
 
@@ -156,14 +157,15 @@ pub fn narrower_than_its_display(render: &Render) -> Result<()> {
         return Ok(());
     }
     let complaint = format!(
-        "is {}, and the linear image beside the picture ends at the colours of render.rgb = {}; rec2020 would do",
+        "is {}, but the gamut of the linear image is that of render.rgb = {}; rec2020 would do",
         word(render.display),
         word(render.rgb)
     );
     Err(Error::not_allowed("render.display", complaint))
 }
 
-/// The lowest top above the ground (km) over a measured profile: it leaves 3e-4 of the air and less than 1e-3 of the ozone above it.
+/// The lowest top above the ground (km) over a measured profile: it leaves 3e-4 of the air and less than 1e-3 of the
+/// ozone above it.
 pub const LOWEST_TOP_OF_A_PROFILE: f64 = LOWEST_END;
 
 /// A measured profile has its ozone high up.
@@ -224,7 +226,7 @@ pub(super) fn apparent_without_refraction(scene: &Scene) -> Result<()> {
     }
     let complaint = match (scene.atmosphere.refraction, place) {
         (false, _) => "is true, and needs atmosphere.refraction".into(),
-        (true, Some(_)) => "is true, and sun.place puts the sun without refraction".into(),
+        (true, Some(_)) => "is true, but sun.place determines the sun without refraction".into(),
         (true, None) if *elevation < 0.0 => {
             format!("is true, and sun.elevation is {}: the sun is not seen below the horizon", shown(*elevation))
         }
@@ -290,7 +292,7 @@ pub(super) fn nothing_to_solve(scene: &Scene) -> Result<()> {
     if scene.render.fit != Fit::Dense || scene.render.color != ColourPath::Solve {
         return Ok(());
     }
-    let complaint = "is solve; render.color = solve needs a fit to solve, and render.fit = dense has none";
+    let complaint = "is solve, but render.fit = dense has no fit to solve";
     Err(Error::not_allowed("render.color", complaint))
 }
 
@@ -310,7 +312,7 @@ pub(super) fn unfit_bands(scene: &Scene) -> Result<()> {
     let (fewest, most) = band_counts(scene.render.fit, scene.render.color);
     let count = bands.len();
     if !(fewest..=most).contains(&count) {
-        let complaint = format!("holds {count} wavelengths; this fit takes {fewest} to {most} of them");
+        let complaint = format!("has {count} wavelengths; this fit needs {fewest} to {most}");
         return Err(Error::not_allowed(KEY, complaint));
     }
     let known = scene.known_wavelengths();

@@ -13,49 +13,50 @@ use crate::spectra::observer::{ColourObserver, LUMENS_PER_WATT};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Render {
-    /// Orders of scattering: how often light may be scattered or reflected on its way.
+    /// Orders of scattering: the largest number of scatterings and reflections of light.
     pub orders: Orders,
-    /// Whether light is polarised as air and aerosol scatter it, or taken as natural.
+    /// Whether radiative transfer is vector (with polarisation) or scalar.
     pub polarisation: Polarisation,
-    /// Fit through the bands.
+    /// Fit of the spectrum through the bands.
     pub fit: Fit,
     /// Wavelengths that are integrated (nm).
     pub bands: Option<Vec<f64>>,
-    /// How the fit becomes a colour.
+    /// Computation of the colour from the fit.
     pub color: ColourPath,
-    /// Samples of the integral on each piece of a ray.
+    /// Samples of the integral per piece of a ray.
     pub steps: Option<u32>,
     /// Whether pixels are integrated or interpolated from a sky lookup.
     pub path: PathChoice,
     /// Exposure of pictures (stops).
     pub exposure: Exposure,
-    /// Speed of a camera's film, by ISO; with `shutter` and `aperture` it says the exposure.
+    /// ISO speed of a camera; with `shutter` and `aperture` it determines the exposure.
     pub iso: Option<f64>,
-    /// How long a camera's shutter is open.
+    /// Exposure time of a camera (s).
     pub shutter: Option<Shutter>,
-    /// A camera's aperture, as an f-number.
+    /// Aperture of a camera, as an f-number.
     pub aperture: Option<f64>,
-    /// View transform of pictures: how light becomes what a display shows.
+    /// View transform of pictures, from scene light to displayed light.
     pub view: ViewTransform,
-    /// How pictures are graded about AgX; other view transforms take none.
+    /// Look (grading) of pictures with AgX; other view transforms have none.
     pub look: PictureLook,
-    /// Whether pictures show a dark sky as an eye sees it: grey and blue below 4 cd/m² (Jensen et al. 2000).
+    /// Whether pictures show a dark sky as a dark-adapted eye sees it: grey and blue below 4 cd/m² (Jensen et al.
+    /// 2000).
     pub purkinje: bool,
-    /// The display of pictures: the primaries of their red, green and blue.
+    /// Display of pictures: the primaries of red, green and blue.
     pub display: Display,
-    /// How the bytes of pictures are rounded.
+    /// Rounding of the bytes of pictures.
     pub dither: Dither,
-    /// Depth of EXR files.
+    /// Number format of EXR files.
     pub exr: ExrDepth,
-    /// Exposure of EXR files (stops): their values are the radiance times two to this power, and the header says so.
+    /// Exposure of EXR files (stops): values are the radiance times two to this power, as the header states.
     pub exr_exposure: Exposure,
-    /// Compression of EXR files; all of these keep every bit.
+    /// Compression of EXR files; all methods are lossless.
     pub exr_compression: ExrCompression,
-    /// The space of the linear RGB in EXR files; that of pictures is their display's.
+    /// Colour space of the linear RGB in EXR files; pictures have that of their display.
     pub rgb: Rgb,
     /// The colour observer.
     pub observer: ColourObserver,
-    /// Which light becomes the white of the RGB space.
+    /// Light that is adapted to the white of the RGB space.
     pub white_balance: WhiteBalance,
 }
 
@@ -151,7 +152,7 @@ impl FromStr for Shutter {
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
 pub enum Orders {
-    /// All of them.
+    /// All orders.
     All,
     /// Up to this one.
     #[strum(disabled)]
@@ -201,12 +202,12 @@ impl From<Orders> for OrdersText {
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
 pub enum Polarisation {
-    /// On in air whose profile is measured, and where a polariser or a Stokes vector asks for it; off elsewhere.
+    /// On for measured profiles, polarisers and Stokes vectors; else off.
     #[default]
     Auto,
-    /// What is scattered is polarised, and scatters otherwise the next time.
+    /// Vector transfer: scattering polarises light, which affects the next scattering.
     On,
-    /// Light is natural after every scattering.
+    /// Scalar transfer: light is natural after every scattering.
     Off,
 }
 
@@ -241,26 +242,26 @@ pub enum Rgb {
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
 pub enum WhiteBalance {
-    /// None is chosen: RGB are the XYZ of the sky in the space's primaries.
+    /// None: RGB are the XYZ of the sky in the primaries of the space.
     #[default]
     None,
-    /// D65: a difference only for spaces with another white.
+    /// D65, which matters only for spaces with another white.
     D65,
     /// The sun above the atmosphere.
     Sun,
 }
 
-/// Depth of EXR files.
+/// Number format of EXR files.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
 )]
 #[non_exhaustive]
 pub enum ExrDepth {
-    /// 16 bit floats: three digits, up to 65504.
+    /// 16-bit floats: three digits, up to 65504.
     #[serde(rename = "f16")]
     #[strum(serialize = "f16")]
     Half,
-    /// 32 bit floats.
+    /// 32-bit floats.
     #[default]
     #[serde(rename = "f32")]
     #[strum(serialize = "f32")]
@@ -275,7 +276,7 @@ pub enum ExrDepth {
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
 pub enum ExrCompression {
-    /// `piz` for 32 bits and `zip` for 16, which make the smallest files; `zips` where lines are very long.
+    /// `piz` for 32 bits and `zip` for 16, which make the smallest files; `zips` for very long lines.
     #[default]
     Auto,
     /// Wavelets, 32 lines at a time: smallest for 32 bits.
@@ -284,7 +285,7 @@ pub enum ExrCompression {
     Zip,
     /// Deflate, line by line.
     Zips,
-    /// Runs of equal bytes: quickest, and hardly smaller than none.
+    /// Runs of equal bytes: fastest, hardly smaller than none.
     Rle,
     /// None.
     None,
@@ -298,12 +299,12 @@ pub enum ExrCompression {
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
 pub enum ViewTransform {
-    /// AgX, as Blender forms pictures: bright colours go to white as on film.
+    /// AgX, as in Blender: bright colours desaturate to white as on film.
     #[default]
     Agx,
     /// The output transform of ACES 2.0 for displays of 100 cd/m².
     Aces,
-    /// None: linear light in the curve of sRGB, cut at white.
+    /// None: linear light in the sRGB curve, clipped at white.
     Srgb,
 }
 
@@ -315,14 +316,14 @@ pub enum ViewTransform {
 #[strum(serialize_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Display {
-    /// Those of sRGB: right everywhere.
+    /// Those of sRGB, for any display.
     #[default]
     Srgb,
-    /// Those of P3, which many screens have.
+    /// Those of P3, for wide-gamut displays.
     DisplayP3,
-    /// Those of Rec. 2020, of which a screen shows what it has.
+    /// Those of Rec. 2020; a display shows the part within its gamut.
     Rec2020,
-    /// Those of Rec. 2020 in high dynamic range: PQ of 16 bits, white at 203 cd/m² and the sun at 1000, ungraded.
+    /// Those of Rec. 2020 in high dynamic range: PQ, 16 bits, white at 203 cd/m², the sun at 1000 cd/m², no look.
     Rec2100Pq,
 }
 
@@ -342,7 +343,7 @@ impl Display {
     }
 }
 
-/// How pictures are graded about AgX; other view transforms take none.
+/// Look (grading) of pictures with AgX; other view transforms have none.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
 )]
@@ -350,9 +351,9 @@ impl Display {
 #[strum(serialize_all = "kebab-case")]
 #[non_exhaustive]
 pub enum PictureLook {
-    /// Not at all: what Blender calls AgX.
+    /// None: AgX as in Blender.
     None,
-    /// A fifth more contrast, and three tenths more chroma: what a clear sky asks for.
+    /// A fifth more contrast and three tenths more chroma, for clear skies.
     #[default]
     Vivid,
     /// A fifth more contrast: Blender's Medium High Contrast.
@@ -361,7 +362,7 @@ pub enum PictureLook {
     HighContrast,
 }
 
-/// How the bytes of pictures are rounded.
+/// Rounding of the bytes of pictures.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
 )]
@@ -369,7 +370,7 @@ pub enum PictureLook {
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
 pub enum Dither {
-    /// Up or down by a fixed pattern, so that no rings are seen in a smooth sky.
+    /// Up or down by a fixed pattern, which avoids visible rings in a smooth sky.
     #[default]
     Ordered,
     /// To the nearest byte.
@@ -384,7 +385,7 @@ pub enum Dither {
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
 pub enum PathChoice {
-    /// What is faster within the error bound.
+    /// The faster one within the error bound.
     #[default]
     Auto,
     /// Every pixel is integrated.
@@ -402,15 +403,15 @@ pub enum PathChoice {
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum Fit {
-    /// The paper's: a cubic in the wavelength through the radiance, at 430, 520, 610 and 700 nm.
+    /// The paper's fit: a cubic in the wavelength through the radiance at 430, 520, 610 and 700 nm.
     Cubic,
-    /// A cubic in the wavelength through the radiance divided by the sun's spectrum.
+    /// A cubic in the wavelength through the transfer: radiance divided by solar irradiance.
     Transfer,
-    /// The logarithm of each constituent's scattered light, by a regression on the scene's own rays.
+    /// The logarithm of each constituent's scattered light, by a regression on rays of the scene.
     #[serde(alias = "extinction")]
     #[strum(to_string = "regression", serialize = "extinction")]
     Regression,
-    /// No fit: every 5 nm integrated, straight lines between. Slow; the reference.
+    /// No fit: an integral every 5 nm, linear interpolation between them; slow, the reference.
     Dense,
 }
 
@@ -421,7 +422,7 @@ impl Fit {
     }
 }
 
-/// How the fit becomes a colour.
+/// Computation of the colour from the fit.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, EnumIter, EnumMessage, EnumString, IntoStaticStr,
 )]
@@ -431,7 +432,7 @@ impl Fit {
 pub enum ColourPath {
     /// Step by step at every pixel: the 4×4 solve, the sum over the observer nodes, XYZ to RGB.
     Solve,
-    /// The same map, with its linear steps made into one matrix once per image.
+    /// The same map, with its linear steps combined into one matrix per image.
     Folded,
 }
 
@@ -454,9 +455,9 @@ pub fn stops_of_ev100(ev100: f64) -> f64 {
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
 pub enum Exposure {
-    /// Of pictures as a camera meters, after civil dusk as an eye adapts; of half floats from the brightest.
+    /// For pictures a meter, after civil dusk an adapting eye; for half floats by the brightest value.
     Auto,
-    /// As an eye that adapts to three fifths of the way from daylight: dusk falls, and a night is dark.
+    /// As for an eye that adapts three fifths of the way from daylight: dusk darkens, and night is dark.
     Adapt,
     /// Linear RGB times 2^EV (-50 to 50).
     #[strum(disabled)]

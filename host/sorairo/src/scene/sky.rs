@@ -14,21 +14,22 @@ use crate::spectra::choice::{AirSpectrum, GroundAlbedo, OzoneCrossSection, SunSp
 pub struct Sun {
     /// Elevation of the sun above the horizon (degrees), without refraction.
     pub elevation: f64,
-    /// Whether `elevation` is that at which the sun is seen, lifted by refraction.
+    /// Whether `elevation` is the apparent elevation, raised by refraction.
     pub apparent: bool,
     /// Azimuth of the sun, clockwise from north (degrees).
     pub azimuth: f64,
-    /// Latitude and longitude on the Earth (degrees north, degrees east) from which the sun is seen.
+    /// Latitude and longitude of the observer on the Earth (degrees north, degrees east), for the sun's position.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place: Option<Place>,
-    /// Date, time of day and offset from UTC at which the sun is seen.
+    /// Date, time of day and offset from UTC, for the sun's position.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<Time>,
-    /// Spectrum of the sun at the top of the atmosphere, at a distance of 1 au; a file holds W·m⁻²·nm⁻¹.
+    /// Solar irradiance by wavelength at the top of the atmosphere, at a distance of 1 au; a file holds W·m⁻²·nm⁻¹.
     pub spectrum: SunSpectrum,
-    /// Distance of the sun (astronomical units, au), by whose square its light falls off; a place and a time give that of the Earth.
+    /// Distance of the sun (astronomical units, au): irradiance is inverse to its square; a place and a time determine
+    /// it.
     pub distance: f64,
-    /// Whether images show the sun's disc, darker towards its limb, with the light that it sends through the air.
+    /// Whether images show the sun's disc, with limb darkening and attenuation by the air.
     pub disc: bool,
 }
 
@@ -65,7 +66,7 @@ impl Default for Observer {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Site {
-    /// Altitude of the ground above the sea (km), where a measured profile begins; `observer.altitude` is above this ground.
+    /// Altitude of the ground above the sea (km), where a measured profile begins; `observer.altitude` starts there.
     pub altitude: f64,
 }
 
@@ -73,7 +74,7 @@ pub struct Site {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]
 #[serde(deny_unknown_fields, default)]
 pub struct Ground {
-    /// Albedo of the ground, which reflects alike to all sides: a number, the spectrum of a surface, or a file of parts of 1.
+    /// Albedo of the Lambertian ground: a number, the spectrum of a surface, or a file of 0 to 1.
     pub albedo: GroundAlbedo,
 }
 
@@ -92,9 +93,11 @@ pub struct AtmosphereScene {
     pub ground_radius: f64,
     /// Radius of the top of the atmosphere (km).
     pub top_radius: f64,
-    /// How air and ozone lie over altitude: by `air.scale_height` and the tent of ozone, or as measured; as much either way.
+    /// Profile of air and ozone over altitude: by `air.scale_height` and the ozone tent, or measured; other keys set
+    /// amounts.
     pub profile: Profile,
-    /// Whether air bends sunlight, which it spreads and lifts; a measured profile of the Earth alone knows by how much.
+    /// Whether air refracts sunlight, which raises the sun and spreads its light; requires a measured profile of the
+    /// Earth.
     pub refraction: bool,
     /// Air.
     pub air: Air,
@@ -131,9 +134,10 @@ pub const STANDARD_PRESSURE: f64 = 1013.25;
 pub struct Air {
     /// Scattering coefficient of air at the ground and 1 µm (km⁻¹): `4πk` of the paper's Eq. 3 in µm⁴·km⁻¹.
     pub scattering: f64,
-    /// How the scattering of air depends on the wavelength.
+    /// Wavelength dependence of the scattering by air.
     pub spectrum: AirSpectrum,
-    /// Pressure of air at the ground (hPa), in proportion to which it scatters; `scattering` is that at 1013.25 hPa.
+    /// Pressure of air at the ground (hPa), to which its scattering is proportional; `scattering` is that at 1013.25
+    /// hPa.
     pub pressure: f64,
     /// Scale height of air (km).
     pub scale_height: f64,
@@ -156,11 +160,11 @@ impl Default for Air {
 pub struct Ozone {
     /// Vertical column density of ozone (Dobson units).
     pub column: f64,
-    /// Altitude at which the layer of ozone begins (km).
+    /// Altitude of the lower edge of the ozone layer (km).
     pub bottom: f64,
-    /// Altitude at which the layer of ozone is densest (km).
+    /// Altitude of the largest density of the ozone layer (km).
     pub peak: f64,
-    /// Altitude at which the layer of ozone ends (km).
+    /// Altitude of the upper edge of the ozone layer (km).
     pub top: f64,
     /// Absorption cross-section of ozone; a file holds m² (1 cm² is 1e-4 m²).
     pub cross_section: OzoneCrossSection,

@@ -1,4 +1,4 @@
-//! A scene that was checked: what plans are made of.
+//! A validated scene, the input of plans.
 
 use std::ops::Deref;
 
@@ -10,14 +10,13 @@ use super::rules;
 use super::settings::{Exposure, Polarisation};
 use crate::error::{Error, Result};
 
-/// A scene whose values lie in their ranges, its azimuths without whole turns, and whose sun stands where its place and
-/// time put it.
+/// A scene with all values in range, azimuths without whole turns, and the sun at the position of its place and time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValidScene {
     scene: Scene,
-    /// The place and the time that put the sun where it stands.
+    /// The place and time of the sun's position.
     seen_from: Option<(Place, Time)>,
-    /// The elevation at which the sun is seen (degrees), if that was asked for.
+    /// The apparent elevation of the sun (degrees), if requested.
     seen_at: Option<f64>,
 }
 
@@ -44,7 +43,7 @@ impl ValidScene {
         Self { scene, seen_from: None, seen_at: None }
     }
 
-    /// The same sky before another camera, which alone is checked.
+    /// The same sky with another camera; only the camera is validated.
     ///
     /// # Errors
     ///
@@ -69,11 +68,11 @@ impl ValidScene {
         Ok(changed)
     }
 
-    /// The same sky with light that is polarised as it is scattered.
+    /// The same sky with vector radiative transfer.
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] if the scene takes all light as natural.
+    /// [`Error::NotAllowed`] if the scene requests scalar transfer.
     pub(crate) fn polarised(&self) -> Result<Self> {
         rules::stokes_of_natural_light(&self.scene)?;
         let mut changed = self.clone();
@@ -81,11 +80,11 @@ impl ValidScene {
         Ok(changed)
     }
 
-    /// The same sky with the linear values of its files exposed otherwise.
+    /// The same sky with another exposure of the linear values of its files.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for an exposure that may not be asked for.
+    /// [`Error::OutOfRange`] for an exposure out of range.
     #[cfg(feature = "files")]
     pub(crate) fn exposed_linear(mut self, exposure: Exposure) -> Result<Self> {
         self.scene.render.exr_exposure = exposure;
@@ -93,12 +92,11 @@ impl ValidScene {
         Ok(self)
     }
 
-    /// The same sky, exposed otherwise.
+    /// The same sky with another exposure.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for an exposure that may not be asked for, [`Error::NotAllowed`] where a camera's settings
-    /// say it.
+    /// [`Error::OutOfRange`] for an exposure out of range, [`Error::NotAllowed`] if camera settings determine it.
     pub fn exposed(mut self, exposure: Exposure) -> Result<Self> {
         self.scene.render.exposure = exposure;
         keys::find("render.exposure").expect("a key").check_range(&self.scene)?;
@@ -116,12 +114,12 @@ impl Deref for ValidScene {
 }
 
 impl Scene {
-    /// The scene, checked, with the sun where its place and time put it.
+    /// The validated scene, with the sun at the position of its place and time.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the first key that is out of its range or breaks a rule; those of
-    /// [`Scene::placed`].
+    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the first key that is out of range or violates a rule; those
+    /// of [`Scene::placed`].
     pub fn validated(&self) -> Result<ValidScene> {
         if let Some(problem) = keys::problems(self).into_iter().next() {
             return Err(problem);
@@ -132,8 +130,8 @@ impl Scene {
         Ok(ValidScene { scene, seen_from: self.sun.place.zip(self.sun.time), seen_at })
     }
 
-    /// The scene with elevation, azimuth and distance of the sun in the place of a place and a time, and with the
-    /// elevation without refraction in that of an apparent one; as it is where it has neither.
+    /// The scene with the sun's elevation, azimuth and distance instead of a place and a time, and with the true
+    /// elevation instead of an apparent one; unchanged if it has neither.
     ///
     /// # Errors
     ///

@@ -1,5 +1,5 @@
-//! The α-opic quantities of CIE S 026:2018, *System for metrology of optical radiation for ipRGC-influenced responses to light*
-//! (DOI 10.25039/S026.2018): light as each of the five kinds of photoreceptors in the eye weights it.
+//! The α-opic quantities of CIE S 026:2018, *System for metrology of optical radiation for ipRGC-influenced responses
+//! to light* (DOI 10.25039/S026.2018): light as each of the five kinds of photoreceptors in the eye weights it.
 
 use strum::IntoStaticStr;
 
@@ -8,7 +8,7 @@ use super::measured;
 /// Wavelengths over which the standard sums (nm), by 1 nm.
 const RANGE: (u32, u32) = (380, 780);
 
-/// An α-opic quantity, by the photoreceptors that it is about.
+/// An α-opic quantity, by photoreceptor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 #[non_exhaustive]
@@ -36,7 +36,8 @@ impl AlphaOpic {
         self.into()
     }
 
-    /// The α-opic irradiance (W·m⁻²) of a spectrum whose values at [`wavelengths`] are given (W·m⁻²·nm⁻¹): `E = Σ E_λ(λ) s_α(λ) Δλ`.
+    /// The α-opic irradiance (W·m⁻²) of a spectrum whose values at [`wavelengths`] are given (W·m⁻²·nm⁻¹):
+    /// `E = Σ E_λ(λ) s_α(λ) Δλ`.
     pub fn of_samples(self, spectrum: &[f64]) -> f64 {
         wavelengths()
             .iter()
@@ -45,7 +46,8 @@ impl AlphaOpic {
             .sum()
     }
 
-    /// The α-opic equivalent daylight illuminance, EDI (lx), of an α-opic irradiance (W·m⁻²): that of daylight D65 which has the same.
+    /// The α-opic equivalent daylight illuminance, EDI (lx), of an α-opic irradiance (W·m⁻²): that of daylight D65
+    /// which has the same.
     pub fn equivalent_daylight(self, irradiance: f64) -> f64 {
         irradiance / self.efficacy_of_daylight()
     }

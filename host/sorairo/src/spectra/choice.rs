@@ -1,4 +1,4 @@
-//! Which spectrum: one that travels with the program, or a table of a person's own.
+//! The choice of a spectrum: a built-in one, or a user table.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ pub enum SunSpectrum {
     Tsis1,
     /// 1 at every wavelength, so that radiance is in sr⁻¹.
     Flat,
-    /// A person's table (W·m⁻²·nm⁻¹).
+    /// A user table (W·m⁻²·nm⁻¹).
     #[strum(disabled)]
     File(TableFile),
 }
@@ -71,9 +71,9 @@ impl SunSpectrum {
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum AirSpectrum {
-    /// As λ⁻⁴, by spheres that do not depolarise (the paper's Eq. 3).
+    /// λ⁻⁴, without depolarisation (the paper's Eq. 3).
     FourthPower,
-    /// As measured: with the dispersion of air, whose molecules depolarise (Bodhaine et al. 1999).
+    /// Measured: with the dispersion and depolarisation of air (Bodhaine et al. 1999).
     Bodhaine,
 }
 
@@ -95,8 +95,8 @@ impl AirSpectrum {
 
     /// Anisotropy of the phase function; see [`sorairo_shared::medium::phase::air_phase`].
     ///
-    /// From the King factor `F` of air at 550 nm (Bodhaine et al. 1999, Eqs. 5, 6 and 23): the depolarisation is `ρ = 6 (F - 1)/(3 + 7 F)`. From
-    /// 400 to 700 nm it changes the phase function by 0.1 % at most.
+    /// From the King factor `F` of air at 550 nm (Bodhaine et al. 1999, Eqs. 5, 6 and 23): the depolarisation is
+    /// `ρ = 6 (F - 1)/(3 + 7 F)`. From 400 to 700 nm it changes the phase function by 0.1 % at most.
     pub fn anisotropy(self) -> f64 {
         const SQUARE: f64 = 0.55 * 0.55;
         let depolarisation = match self {
@@ -135,7 +135,7 @@ pub enum GroundAlbedo {
     Sea,
     /// Concrete.
     Concrete,
-    /// A person's table (0 to 1).
+    /// A user table (0 to 1).
     #[strum(disabled)]
     File(TableFile),
 }
@@ -208,7 +208,7 @@ pub enum AlbedoSpectrum {
     Grey,
     /// Martian dust, which absorbs blue light (Wolff et al. 2009).
     MarsDust,
-    /// A person's table (0 to 1).
+    /// A user table (0 to 1).
     #[strum(disabled)]
     File(TableFile),
 }
@@ -238,12 +238,12 @@ impl AlbedoSpectrum {
 #[serde(try_from = "String", into = "String")]
 #[strum(serialize_all = "kebab-case")]
 pub enum OzoneCrossSection {
-    /// Measured at 233 K (Serdyuchenko et al. 2014); beyond 360 to 830 nm that of `bogumil` at this temperature.
+    /// Measured at 233 K (Serdyuchenko et al. 2014); outside 360 to 830 nm that of `bogumil` at this temperature.
     #[strum(serialize = "233k")]
     At233K,
-    /// Measured from 203 to 293 K (Bogumil et al. 2003): that of the temperature of the profile's ozone.
+    /// Measured from 203 to 293 K (Bogumil et al. 2003), at the temperature of the ozone in the profile.
     Bogumil,
-    /// A person's table (m²).
+    /// A user table (m²).
     #[strum(disabled)]
     File(TableFile),
 }
@@ -274,16 +274,16 @@ fn named_or_file<T: Words>(text: &str, file: fn(TableFile) -> T) -> std::result:
     })
 }
 
-/// What may be a person's table.
+/// A value that may be a user table.
 pub trait OrTable {
-    /// The person's table, where there is one.
+    /// The user table, if any.
     fn file(&self) -> Option<&TableFile>;
 
     /// The same, to be changed.
     fn file_mut(&mut self) -> Option<&mut TableFile>;
 }
 
-/// Says of types which table a person gave.
+/// Implements the access to a user table.
 macro_rules! or_table {
     ($($name:ident),+) => {$(
         impl OrTable for $name {

@@ -13,8 +13,8 @@ const FARTHEST: f64 = 0.05;
 /// Temperatures (MK⁻¹) from 1e6 to 1e3 K: equal steps of the inverse are steps alike to the eye.
 const INVERSES: (f64, f64) = (1.0, 1000.0);
 
-/// The temperature (K) of the black body whose colour is nearest to that of `colour` (XYZ) in the CIE 1960 diagram; none for black, for a colour
-/// that is far from all black bodies, and for one bluer than the hottest, 1e6 K.
+/// The temperature (K) of the black body whose colour is nearest to that of `colour` (XYZ) in the CIE 1960 diagram;
+/// none for black, for a colour that is far from all black bodies, and for one bluer than the hottest, 1e6 K.
 pub fn correlated(observer: ColourObserver, colour: DVec3) -> Option<f64> {
     const STEPS: u32 = 128;
     if colour.element_sum() <= 0.0 {

@@ -1,7 +1,8 @@
 //! Means of tables over what a node of the observer's sum, or a band, stands for.
 //!
-//! The sum over the nodes, `Σ f(λ_i) Δλ`, is the integral of the straight lines between them. A factor of `f` that varies between the nodes, such as
-//! the sun's spectrum by its lines, therefore counts with its mean under the hat of a node, which falls to zero at the next ones:
+//! The sum over the nodes, `Σ f(λ_i) Δλ`, is the integral of the straight lines between them. A factor of `f` that
+//! varies between the nodes, such as the sun's spectrum by its lines, therefore counts with its mean under the hat of a
+//! node, which falls to zero at the next ones:
 //!
 //! ```text
 //! v_i = ∫ h(λ - λ_i) w(λ) v(λ) dλ / ∫ h(λ - λ_i) w(λ) dλ,   h(x) = max(0, 1 - |x|/Δλ)
@@ -52,7 +53,8 @@ impl Window {
     }
 }
 
-/// A table of means at every nanometre of [`MEASURED_RANGE`] that a table holds, weighed by another; straight between them.
+/// A table of means at every nanometre of [`MEASURED_RANGE`] that a table holds, weighed by another; straight between
+/// them.
 pub fn over(window: Window, of: &Table<1>, weighed_by: Option<&Table<1>>) -> Table<1> {
     let (first, last) = of.range();
     let (first, last) = (first.max(MEASURED_RANGE.0), last.min(MEASURED_RANGE.1));

@@ -23,7 +23,8 @@ pub fn cie2015() -> &'static Table<3> {
     embedded(&TABLE, include_str!("../../data/cie2015_2deg_xyz.csv"))
 }
 
-/// The action spectra of CIE S 026:2018 in the order of [`AlphaOpic::all`](super::alpha_opic::AlphaOpic::all), 380-780 nm.
+/// The action spectra of CIE S 026:2018 in the order of [`AlphaOpic::all`](super::alpha_opic::AlphaOpic::all), 380-780
+/// nm.
 pub fn alpha_opic() -> &'static Table<5> {
     static TABLE: OnceLock<Table<5>> = OnceLock::new();
     embedded(&TABLE, include_str!("../../data/cie_s026_alpha_opic.csv"))
@@ -35,13 +36,14 @@ pub fn solar_irradiance() -> &'static Table<1> {
     embedded(&TABLE, include_str!("../../data/astm_g173_extraterrestrial.csv"))
 }
 
-/// The same, TSIS-1 HSRS version 2: means over bins of 0.5 nm (to 400 nm), 1 (1000), 2 (1700) and 5 nm, in the middles of which they stand.
+/// The same, TSIS-1 HSRS version 2: means over bins of 0.5 nm (to 400 nm), 1 (1000), 2 (1700) and 5 nm, in the middles
+/// of which they stand.
 pub fn solar_irradiance_from_orbit() -> &'static Table<1> {
     static TABLE: OnceLock<Table<1>> = OnceLock::new();
     embedded(&TABLE, include_str!("../../data/tsis1_hsrs.csv"))
 }
 
-/// That of ASTM G173-03 in means over what a node of the observer's sum stands for, as the file of a person's own that holds them.
+/// The spectrum of ASTM G173-03 in means over the intervals of the observer nodes, as the user table that holds them.
 pub(super) fn solar_irradiance_over_steps() -> &'static TableFile {
     static TABLE: OnceLock<TableFile> = OnceLock::new();
     TABLE.get_or_init(|| TableFile::holding("astm-g173", mean::over(Window::STEP, solar_irradiance(), None)))

@@ -1,4 +1,4 @@
-//! What is known per wavelength: measured tables and a person's own, the colour observer, optical properties.
+//! Spectral data: measured and user tables, the colour observer, optical properties.
 
 pub mod alpha_opic;
 pub mod choice;

@@ -16,7 +16,7 @@ pub use super::range::{END, START, STEP};
 #[strum(serialize_all = "lowercase")]
 #[non_exhaustive]
 pub enum ColourObserver {
-    /// The CIE 1931 2° standard observer, to which displays are made.
+    /// The CIE 1931 2° standard observer, the basis of displays.
     #[default]
     Cie1931,
     /// The CIE 2015 2° observer, from the measured sensitivities of the cones.
@@ -41,12 +41,14 @@ pub fn wavelengths() -> Vec<f64> {
     (0..OBSERVER_NODES).map(|i| START + STEP * f64::from(i)).collect()
 }
 
-/// The width (nm) of the interval that belongs to a node, by the trapezoidal rule: half of one to each end of the range.
+/// The width (nm) of the interval that belongs to a node, by the trapezoidal rule: half of one to each end of the
+/// range.
 pub fn width(wavelength: f64) -> f64 {
     if wavelength == START || wavelength == END { 0.5 * STEP } else { STEP }
 }
 
-/// The weights (x̄ Δλ, ȳ Δλ, z̄ Δλ) of the sample at a wavelength (nm), in nm; zero where the observer's table does not reach.
+/// The weights (x̄ Δλ, ȳ Δλ, z̄ Δλ) of the sample at a wavelength (nm), in nm; zero where the observer's table does not
+/// reach.
 pub fn weights(observer: ColourObserver, wavelength: f64) -> DVec3 {
     let table = match observer {
         ColourObserver::Cie1931 => measured::cie1931(),
@@ -79,8 +81,8 @@ mod tests {
     fn equal_energy_is_white_to_either_observer() {
         for observer in [ColourObserver::Cie1931, ColourObserver::Cie2015] {
             let white = xyz(observer, |_| 1.0);
-            // The functions of each have the same area: CIE 15:2018 to 1e-4 with its 1 nm table, and the ends of the range that the
-            // 5 nm sum leaves out, and what CIE 2015 lacks below 390 nm.
+            // The functions of each have the same area: CIE 15:2018 to 1e-4 with its 1 nm table, and the ends of the
+            // range that the 5 nm sum leaves out, and what CIE 2015 lacks below 390 nm.
             assert!((white / white.y - DVec3::ONE).abs().max_element() < 1e-3, "{observer:?}: {white}");
         }
     }

@@ -29,7 +29,8 @@ pub struct Optics {
     pub aerosol: Mixture,
     /// Molecules of ozone per m³ where it is densest.
     pub ozone_peak_density: f64,
-    /// The part of the light scattered by aerosol that goes straight ahead, and counts as not scattered where bands are integrated.
+    /// The part of the light scattered by aerosol that goes straight ahead, and counts as not scattered where bands are
+    /// integrated.
     pub forward_peak: f64,
     /// Absorption cross-section of ozone.
     pub cross_section: OzoneCrossSection,
@@ -57,7 +58,8 @@ impl Optics {
         let Some(gases) = &self.gases else { return without };
         let Depths { pairs, water, nitrogen_dioxide } = gases.at(wavelength);
         Coefficients {
-            // Nitrogen dioxide lies where ozone does; without ozone its layer may be anywhere, and no kernel asks for it.
+            // Nitrogen dioxide lies where ozone does; without ozone its layer may be anywhere, and no kernel asks for
+            // it.
             ozone_absorption: if self.ozone_peak_density > 0.0 {
                 without.ozone_absorption + nitrogen_dioxide / self.ozone_column
             } else {
@@ -110,13 +112,14 @@ impl Optics {
         self.sun.at(wavelength) / self.sun_distance.powi(2)
     }
 
-    /// Optical depth, at the observer's shortest wavelength and on a level ray, of what the exponential profiles hold above the
-    /// top of the atmosphere.
+    /// Optical depth, at the observer's shortest wavelength and on a level ray, of what the exponential profiles hold
+    /// above the top of the atmosphere.
     pub fn depth_above_top(&self) -> f64 {
         self.depth_above(self.top_radius)
     }
 
-    /// Optical depth, at the observer's shortest wavelength, of the exponential profiles on a level ray from the ground.
+    /// Optical depth, at the observer's shortest wavelength, of the exponential profiles on a level ray from the
+    /// ground.
     pub fn level_depth(&self) -> f64 {
         self.depth_above(self.ground_radius)
     }
@@ -132,9 +135,10 @@ impl Optics {
             + level(self.aerosol.lane.scale_height, coefficients.aerosol_extinction)
     }
 
-    /// The coefficients at four wavelengths (nm), as the kernels take them: extinction by aerosol is without the forward peak, scattering whole. Light
-    /// that was scattered once then has the whole phase function, and what the peak scatters on the way is not lost (Nakajima and Tanaka 1988,
-    /// <https://doi.org/10.1016/0022-4073(88)90031-3>, Eq. 5).
+    /// The coefficients at four wavelengths (nm), as the kernels take them: extinction by aerosol is without the
+    /// forward peak, scattering whole. Light that was scattered once then has the whole phase function, and what the
+    /// peak scatters on the way is not lost (Nakajima and Tanaka 1988, <https://doi.org/10.1016/0022-4073(88)90031-3>,
+    /// Eq. 5).
     pub fn bands(&self, wavelengths: [f64; 4]) -> Bands {
         let at = wavelengths.map(|wavelength| {
             let whole = self.at(wavelength);
@@ -181,7 +185,8 @@ mod tests {
                 ((sum - truth) / truth).abs().max_element()
             };
             println!("{observer:?}: {:.1e} of points, {:.1e} of means", error(&points), error(&means));
-            // The observer's functions are straight between the nodes to some 1e-5; where CIE 2015 begins a step is missed.
+            // The observer's functions are straight between the nodes to some 1e-5; where CIE 2015 begins a step is
+            // missed.
             assert!(error(&means) < 2e-4, "{observer:?}: {}", error(&means));
             assert!(error(&points) > 3e-3, "negative control");
         }

@@ -22,12 +22,13 @@ impl<const N: usize> PartialEq for Table<N> {
 }
 
 impl<const N: usize> Table<N> {
-    /// Reads `wavelength, value...` rows (nm, values of 0 or more), as [`rows`] takes them. The first may name the columns.
+    /// Reads `wavelength, value...` rows (nm, values of 0 or more), as [`rows`] takes them. The first may name the
+    /// columns.
     ///
     /// # Errors
     ///
-    /// A sentence with the line number for a row that is not `N + 1` finite numbers, is negative, stands twice or is out
-    /// of order.
+    /// A sentence with the line number for a row that is not `N + 1` finite numbers, is negative, stands twice or is
+    /// out of order.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut table = Self { wavelengths: Vec::new(), values: Vec::new(), lines: Vec::new() };
         for (before, row) in rows(text).enumerate() {
@@ -81,7 +82,8 @@ impl<const N: usize> Table<N> {
         self.wavelengths.iter().copied().zip(self.values.iter().copied())
     }
 
-    /// The largest value of a column that counts between two wavelengths (nm), its wavelength (nm) and the line of the text where it stood.
+    /// The largest value of a column that counts between two wavelengths (nm), its wavelength (nm) and the line of the
+    /// text where it stood.
     pub fn largest(&self, column: usize, (shortest, longest): (f64, f64)) -> (f64, f64, u64) {
         let row = |row: usize| (self.values[row][column], self.wavelengths[row], self.lines[row]);
         // With the rows beside the two, to which values between rows lead.

@@ -1,4 +1,4 @@
-//! A spectral table of a person's own.
+//! A user's spectral table.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -9,10 +9,10 @@ use super::range::{END, START, STEP};
 use super::table::Table;
 use crate::input::{self, LARGEST_TABLE, shown};
 
-/// The wavelengths (nm) that a person's table must cover: those of the observer's sum.
+/// The wavelengths (nm) that a user table must cover: those of the observer's sum.
 pub const NEEDED_RANGE: (f64, f64) = (START, END);
 
-/// A spectrum that a person gives: the name of a CSV file, and what it holds.
+/// A spectrum from a user: the name of a CSV file, and its content.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableFile {
     /// Its name.

@@ -2,21 +2,21 @@
 
 use serde::Serialize;
 
-/// A graphics device as `sorairo devices` lists it.
+/// A graphics device, as `sorairo devices` lists it.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct DeviceInfo {
     /// The device's name.
     pub name: String,
-    /// What it is made of.
+    /// The kind of its hardware.
     pub kind: Hardware,
     /// The driver and its version.
     pub driver: String,
-    /// The interface through which it computes: Vulkan, Metal or Direct3D 12.
+    /// Its graphics interface: Vulkan, Metal or Direct3D 12.
     pub interface: &'static str,
 }
 
-/// What a graphics device is made of, best first.
+/// The kind of a graphics device's hardware, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, strum::Display)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
@@ -24,11 +24,11 @@ pub struct DeviceInfo {
 pub enum Hardware {
     /// A graphics card.
     Discrete,
-    /// Part of the processor.
+    /// Integrated into the CPU.
     Integrated,
-    /// That of a virtual machine.
+    /// The device of a virtual machine.
     Virtual,
-    /// The driver does not say.
+    /// Unknown to the driver.
     Other,
     /// None: software on the CPU.
     Software,
@@ -46,7 +46,8 @@ impl Hardware {
     }
 }
 
-/// The interfaces whose devices are opened, by wgpu's names for them. wgpu has those of this platform alone, and of these the ones that features chose.
+/// The interfaces whose devices are opened, by wgpu's names. wgpu contains only those of this platform that the
+/// features select.
 const INTERFACES: wgpu::Backends = wgpu::Backends::VULKAN.union(wgpu::Backends::METAL).union(wgpu::Backends::DX12);
 
 fn interface(backend: wgpu::Backend) -> &'static str {
@@ -57,7 +58,7 @@ fn interface(backend: wgpu::Backend) -> &'static str {
     }
 }
 
-/// The graphics devices, best first. One that two interfaces have comes first by Vulkan, which takes the kernels as they are.
+/// The graphics devices, best first. A device with two interfaces is listed first by Vulkan, which accepts SPIR-V.
 fn adapters() -> Vec<wgpu::Adapter> {
     // Without any, wgpu has no instance.
     if !wgpu::Instance::enabled_backend_features().intersects(INTERFACES) {

@@ -1,5 +1,5 @@
-//! The air before a camera in a program's own device: a volume of froxels in the program's textures, and images that are
-//! seen through it.
+//! The air in front of a camera in a program's own device: a volume of froxels in the program's textures, and its
+//! application to images.
 
 use std::sync::Arc;
 
@@ -23,16 +23,16 @@ use crate::plan::{Plan, upload};
 use crate::scene::CameraScene;
 
 impl ResidentRenderer {
-    /// Encodes the air before a camera of a sky into a volume.
+    /// Encodes the air in front of a camera of a sky into a volume.
     ///
-    /// Its last slice is at an infinite distance, where it is the sky that [`Self::encode`] draws by a sky lookup for the
-    /// same camera, in each direction that meets no ground.
+    /// Its last slice is at an infinite distance. In directions above the ground it equals the sky that
+    /// [`Self::encode`] draws from a sky lookup for the same camera.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera, which is a perspective one; [`Error::Target`] for
-    /// textures of the wrong size, format or usage; [`Error::Device`] for what is too large for the device, or one that is
-    /// lost. Then nothing was encoded.
+    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera, which must have the perspective projection;
+    /// [`Error::Target`] for textures of the wrong size, format or usage; [`Error::Device`] for a volume that exceeds a
+    /// limit of the device, or a lost device. In these cases nothing was encoded.
     pub fn encode_volume(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -68,13 +68,13 @@ impl ResidentRenderer {
         Ok(())
     }
 
-    /// Encodes an image as it is seen through a volume that [`Self::encode_volume`] filled for its camera.
+    /// Encodes an image as seen through the volume that [`Self::encode_volume`] filled for its camera.
     ///
     /// # Errors
     ///
     /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera, the planes and the unit of the depth;
-    /// [`Error::Target`] for textures of the wrong size, format or usage; [`Error::Device`] for one that is lost. Then
-    /// nothing was encoded.
+    /// [`Error::Target`] for textures of the wrong size, format or usage; [`Error::Device`] for a lost device. In these
+    /// cases nothing was encoded.
     pub fn encode_air(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -111,8 +111,8 @@ impl ResidentRenderer {
         Ok(())
     }
 
-    /// The work of compiling what [`Self::encode_volume`] and [`Self::encode_air`] take for a sky, which any thread may
-    /// do; see [`Self::warm_up`].
+    /// Returns a closure that compiles the pipelines of [`Self::encode_volume`] and [`Self::encode_air`] for a sky; any
+    /// thread may run it; see [`Self::warm_up`].
     pub fn warm_up_air(&self, air: &AirPlan) -> impl FnOnce() + 'static + use<> {
         let (device, kernels) = (self.device.clone(), Arc::clone(&self.kernels));
         let variant = air.sky().integral().variant;
@@ -122,7 +122,7 @@ impl ResidentRenderer {
         }
     }
 
-    /// The sky lookup of a plan, filled where it has one.
+    /// The sky lookup of a plan, filled if it has one.
     fn filled_lookup(&mut self, plan: &Plan, camera: &CameraScene) -> wgpu::Buffer {
         let fill = self.reserve_lookup(plan, camera);
         let whole = u32::from(fill == Fill::Whole) | plan.uniform.fills_whole_lookup;
@@ -178,7 +178,7 @@ fn written(view_dimension: wgpu::TextureViewDimension) -> wgpu::BindingType {
     wgpu::BindingType::StorageTexture { access, format: TextureFormat::Rgba16Float, view_dimension }
 }
 
-/// How resources are bound where a volume is filled.
+/// The bind group layout for filling a volume.
 fn volume_layouts(device: &wgpu::Device) -> Layouts {
     let uniform = buffer(wgpu::BufferBindingType::Uniform);
     let storage = buffer(wgpu::BufferBindingType::Storage { read_only: true });
@@ -186,7 +186,7 @@ fn volume_layouts(device: &wgpu::Device) -> Layouts {
     Layouts::of_types(device, &[0, 1, 2, 3, 4, 5], &[uniform, uniform, storage, storage, texture, texture])
 }
 
-/// How resources are bound where an image is seen through one.
+/// The bind group layout for applying a volume to an image.
 fn image_layouts(device: &wgpu::Device) -> Layouts {
     use wgpu::TextureViewDimension::{D2, D3};
     let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);

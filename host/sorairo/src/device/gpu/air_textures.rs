@@ -1,4 +1,4 @@
-//! Textures of a program's that hold the air before a camera, and images that are seen through it.
+//! A program's textures for the air in front of a camera and for its application to images.
 
 use sorairo_shared::camera::Camera;
 use sorairo_shared::glam::{Vec2, Vec4};
@@ -9,25 +9,25 @@ use crate::error::{Error, Result};
 use crate::input::shown;
 use crate::plan::aerial::AirPlan;
 
-/// Where a volume of air goes: two textures of three dimensions and `rgba16float`, as large as each other, with the usages
-/// `STORAGE_BINDING` and `TEXTURE_BINDING`. Their depth is the slices of the [`AirPlan`].
+/// The destination of a volume of air: two 3D textures of `rgba16float`, of the same size, with the usages
+/// `STORAGE_BINDING` and `TEXTURE_BINDING`. Their depth is the number of slices of the [`AirPlan`].
 ///
-/// A texel holds linear RGB and 1 of what lies up to a distance in a direction of the camera's image: see
-/// [`sorairo_shared::picture::air`] for where a shader reads it, with a linear filter. Light from behind, `L`, arrives as
-/// `transmittance L + in_scatter`, channel by channel.
+/// A texel holds linear RGB and 1, for a direction of the camera's image and a distance: see
+/// [`sorairo_shared::picture::air`] for the texture coordinates of a shader with a linear filter. Light `L` from behind
+/// arrives as `transmittance L + in_scatter`, channel by channel.
 #[derive(Clone, Copy, Debug)]
 pub struct AirVolumeTarget<'a> {
-    /// Light of all orders that the air scatters towards the camera (W·m⁻²·sr⁻¹).
+    /// In-scattered light of all orders (W·m⁻²·sr⁻¹).
     pub in_scatter: &'a wgpu::Texture,
-    /// The part of sunlight that arrives; see [`BetweenRgb`](crate::BetweenRgb).
+    /// The transmittance of sunlight; see [`BetweenRgb`](crate::BetweenRgb).
     pub transmittance: &'a wgpu::Texture,
 }
 
-/// What a depth means. Distances are in units of the program; see [`DepthImage`].
+/// The meaning of a depth. Distances are in the unit of the program; see [`DepthImage`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Depth {
-    /// 1 at the near plane and 0 at the far one, `n (f - z) / (z (f - n))`, with an infinite far plane `n / z`. 0 is the
-    /// sky.
+    /// 1 at the near plane and 0 at the far one, `n (f - z) / (z (f - n))`, with an infinite far plane `n / z`. 0 is
+    /// the sky.
     ReversedZ {
         /// The near plane.
         near: f64,
@@ -47,28 +47,28 @@ pub enum Depth {
     AlongRay,
 }
 
-/// A depth image. A depth that is infinite or no number is the sky's, one behind the camera is nothing before it.
+/// A depth image. An infinite or NaN depth is the sky; a depth behind the camera has no air in front of it.
 #[derive(Clone, Copy, Debug)]
 pub struct DepthImage<'a> {
-    /// A texture of one sample a pixel with the usage `TEXTURE_BINDING`: `depth32float`, `depth24plus`, `depth16unorm`,
-    /// with a stencil or without, or `r32float`.
+    /// A texture with one sample per pixel and the usage `TEXTURE_BINDING`: `depth32float`, `depth24plus`,
+    /// `depth16unorm`, with or without stencil, or `r32float`.
     pub texture: &'a wgpu::Texture,
-    /// What it holds.
+    /// The meaning of its values.
     pub depth: Depth,
     /// The program's unit of length (m): 1 for metres, 1000 for kilometres.
     pub metres: f64,
 }
 
-/// An image that is seen through the air: each texture as large as the camera's image, of one layer and one level.
+/// An image seen through the air: each texture has the size of the camera's image, one layer and one level.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenImage<'a> {
-    /// Linear RGB of what stands before the camera, exposed as the renderer's linear light, and the sky itself where
-    /// nothing does: a float texture with the usage `TEXTURE_BINDING`.
+    /// Linear RGB of the objects, exposed like the renderer's linear light, and of the sky where there are none: a
+    /// float texture with the usage `TEXTURE_BINDING`.
     pub colour: &'a wgpu::Texture,
-    /// How far away it is.
+    /// The distances of its pixels.
     pub depth: DepthImage<'a>,
-    /// A texture of `rgba16float` with the usage `STORAGE_BINDING`, other than `colour`: the same through the air. The sky
-    /// and the fourth channel are copied.
+    /// A texture of `rgba16float` with the usage `STORAGE_BINDING`, different from `colour`: the image through the air.
+    /// The sky and the fourth channel are copied.
     pub output: &'a wgpu::Texture,
 }
 

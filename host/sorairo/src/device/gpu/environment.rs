@@ -1,4 +1,4 @@
-//! Environment maps in a program's own device: the levels of a map and its irradiance, from pixels that are there already.
+//! Environment maps in a program's own device: the levels of a map and its irradiance, computed from its first level.
 
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::WORKGROUP_SIDE;
@@ -17,13 +17,14 @@ const ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT / 8;
 /// Bytes of a pixel in the buffer of all levels.
 const PIXEL_BYTES: u64 = size_of::<Vec4>() as u64;
 
-/// Where an environment map and its irradiance go.
+/// The destination of an environment map and its irradiance.
 #[derive(Clone, Copy, Debug)]
 pub struct EnvironmentTarget<'a> {
-    /// A texture of `rgba16float` or `rgba32float` with every level down to one pixel and the usage `COPY_DST`: linear RGB and 1.
+    /// A texture of `rgba16float` or `rgba32float` with every level down to one pixel and the usage `COPY_DST`: linear
+    /// RGB and 1.
     pub map: &'a wgpu::Texture,
-    /// A buffer of 144 bytes or more with the usage `STORAGE`: nine times red, green, blue and 0 in `f32`, the coefficients of
-    /// [`Harmonics`](crate::Harmonics).
+    /// A buffer of 144 bytes or more with the usage `STORAGE`: nine times red, green, blue and 0 in `f32`, the
+    /// coefficients of [`Harmonics`](crate::Harmonics).
     pub harmonics: &'a wgpu::Buffer,
 }
 
@@ -35,7 +36,7 @@ pub(super) enum Texels {
 }
 
 impl EnvironmentTarget<'_> {
-    /// What its texels are, if it can be drawn into.
+    /// Its texel format, if it can be drawn into.
     pub(super) fn check(&self) -> Result<Texels> {
         let wrong = |complaint: String| Err(Error::Target(complaint));
         let map = self.map;
@@ -103,7 +104,7 @@ fn pixels(size: Size) -> u64 {
     levels(size.width, size.height, ALIGNMENT).map(|level| u64::from(level.row_pixels) * u64::from(level.height)).sum()
 }
 
-/// Refuses a map whose levels together are too large for a device.
+/// Rejects a map whose levels exceed a limit of the device.
 pub(super) fn check_limits(limits: &wgpu::Limits, size: Size) -> Result<()> {
     let bytes = PIXEL_BYTES * pixels(size);
     if bytes > limits.max_buffer_size.min(limits.max_storage_buffer_binding_size)
@@ -160,7 +161,7 @@ impl Environment {
         }
     }
 
-    /// Whether it is made for such maps.
+    /// Whether it is suitable for such maps.
     pub(super) fn serves(&self, size: Size, texels: Texels) -> bool {
         self.size == size && self.texels == texels
     }

@@ -72,8 +72,8 @@ impl Kernels {
     }
 }
 
-/// What a map holds at a key, or else what is made now. The map is not locked meanwhile: a frame does not wait for what another thread compiles, but compiles
-/// the same once more if it needs that.
+/// What a map holds at a key, or else what is made now. The map is not locked meanwhile: a frame does not wait for what
+/// another thread compiles, but compiles the same once more if it needs that.
 fn found_or_made<K: Eq + Hash, V: Clone>(map: &Mutex<HashMap<K, V>>, key: K, make: impl FnOnce() -> V) -> V {
     let lock = || map.lock().expect("no holder of this lock panics");
     let found = lock().get(&key).cloned();

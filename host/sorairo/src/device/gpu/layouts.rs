@@ -28,8 +28,9 @@ pub(super) struct Layouts {
 }
 
 impl Layouts {
-    /// A layout of some bindings, the first ones without a gap; `written` are those that the kernels write. wgpu numbers the bindings of a layout
-    /// anew where one is left out, and a shader that is passed through to the driver would not know.
+    /// A layout of some bindings, the first ones without a gap; `written` are those that the kernels write. wgpu
+    /// numbers the bindings of a layout anew where one is left out, and a shader that is passed through to the driver
+    /// would not know.
     pub(super) fn new(device: &wgpu::Device, used: &'static [u32], written: &[u32]) -> Self {
         let of = |binding: &u32| wgpu::BindingType::Buffer {
             ty: if *binding == 0 {
@@ -105,8 +106,8 @@ impl KernelLayouts {
         }
     }
 
-    /// Buffers in the order of the bindings of pixels, with the bytes that an image uses of each. Where the lookup is filled, the tables of
-    /// the medium take the place of the pixels.
+    /// Buffers in the order of the bindings of pixels, with the bytes that an image uses of each. Where the lookup is
+    /// filled, the tables of the medium take the place of the pixels.
     pub(super) fn bind(&self, device: &wgpu::Device, buffers: &[(&wgpu::Buffer, u64); 8]) -> Groups {
         let [inputs @ .., _, columns] = buffers;
         let of_lookup = [&inputs[..], &[*columns]].concat();

@@ -1,4 +1,4 @@
-//! The light of sun and sky over altitudes and suns in a program's own textures.
+//! Irradiance by sun and sky over altitudes and suns in a program's own textures.
 
 use sorairo_shared::math::half_bits;
 use wgpu::{TextureFormat, TextureUsages};
@@ -7,25 +7,25 @@ use super::resident::ResidentRenderer;
 use crate::error::{Error, Result};
 use crate::measure::light_table::{LightAt, LightTable};
 
-/// Where a [`LightTable`] goes: textures of `rgba16float` with the usage `COPY_DST`, of [`LightTable::COLUMNS`] ×
-/// [`LightTable::ROWS`] texels, that a shader reads with a linear filter: linear RGB (W·m⁻²) and 1. At a place `(u, v)` of
-/// [`LightTable::place`] the coordinates are `((u (c - 1) + ½) / c, (v (r - 1) + ½) / r)`.
+/// The destination of a [`LightTable`]: textures of `rgba16float` with the usage `COPY_DST`, of [`LightTable::COLUMNS`]
+/// × [`LightTable::ROWS`] texels, for a linear filter. They hold linear RGB (W·m⁻²) and 1. The texture coordinates of
+/// `(u, v)` of [`LightTable::place`] are `((u (c - 1) + ½) / c, (v (r - 1) + ½) / r)`.
 #[derive(Clone, Copy, Debug)]
 pub struct LightTextures<'a> {
-    /// The sun's, on a surface that faces it; see [`LightAt::direct`].
+    /// By the sun, on a surface that faces it; see [`LightAt::direct`].
     pub direct: &'a wgpu::Texture,
-    /// The sky's, on a level surface; see [`LightAt::diffuse`].
+    /// By the sky, on a level surface; see [`LightAt::diffuse`].
     pub diffuse: &'a wgpu::Texture,
     /// Six layers: the coefficients of [`LightAt::harmonics`].
     pub harmonics: &'a wgpu::Texture,
 }
 
 impl ResidentRenderer {
-    /// Writes the light of sun and sky into textures, exposed as linear light is.
+    /// Writes the irradiance by sun and sky into textures, with the exposure of linear RGB.
     ///
     /// # Errors
     ///
-    /// [`Error::Target`] for a texture of the wrong size, format or usage; then nothing was written.
+    /// [`Error::Target`] for a texture of the wrong size, format or usage; in this case nothing was written.
     pub fn write_light(&self, table: &LightTable, textures: &LightTextures<'_>) -> Result<()> {
         let LightTextures { direct, diffuse, harmonics } = *textures;
         let layers = [(direct, 1), (diffuse, 1), (harmonics, 6)];

@@ -1,5 +1,5 @@
-//! The kernels on a graphics device, from the SPIR-V that travels with the program. [`ResidentRenderer`] encodes them and waits for nothing, on any
-//! interface; what waits is not there in a browser, which lets nobody wait.
+//! The kernels on a graphics device, from the SPIR-V in the library. [`ResidentRenderer`] encodes them without
+//! blocking, on any interface. Blocking code is compiled out on wasm32.
 
 #[cfg(not(target_arch = "wasm32"))]
 mod adapters;

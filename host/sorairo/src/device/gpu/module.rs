@@ -55,7 +55,8 @@ pub(super) const OF_AIR: [&str; 2] = ["air_volume", "air_applied"];
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) const LOOK: &str = "look";
 
-/// A kernel, specialised: handed to the driver as it is where `passthrough` says that wgpu allows it, or else translated by naga.
+/// A kernel, specialised: handed to the driver as it is where `passthrough` says that wgpu allows it, or else
+/// translated by naga.
 pub(super) fn load(
     device: &wgpu::Device,
     module: Module,

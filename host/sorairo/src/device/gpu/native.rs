@@ -1,4 +1,4 @@
-//! A device of the library's own that computes images in strips, and waits for them.
+//! A device of the library, which computes images in strips and waits for them.
 
 use std::collections::{HashSet, VecDeque};
 use std::ops::Range;
@@ -28,21 +28,21 @@ pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     kernels: Kernels,
-    /// What one image leaves to the next.
+    /// Resources reused by the next image.
     buffers: Mutex<DeviceBuffers>,
     light_fields: OnceLock<LightFields>,
     own_light_fields: OnceLock<LightFields>,
-    /// Kernels and sizes whose output was seen to be whole.
+    /// Kernels and sizes whose output was checked to be complete.
     verified: Mutex<HashSet<(Kernel, u32, u32, u32)>>,
     fault: Arc<Mutex<Option<String>>>,
     /// The largest buffer that a kernel can write (bytes).
     largest_buffer: u64,
     /// The most workgroups along a side of a dispatch.
     most_groups: u32,
-    /// The most rounds that the loops of an invocation may make together.
+    /// The maximum number of iterations of all loops of an invocation.
     most_rounds: u64,
     has_timestamps: bool,
-    /// Whether it is more than software on the processor's cores.
+    /// Whether it is hardware, not software on CPU cores.
     is_hardware: bool,
     /// Whether the copy of pixels is timed too.
     times_copies: bool,
@@ -123,8 +123,8 @@ impl Gpu {
         })
     }
 
-    /// Whether this kernel has not yet written an image of this size here. A panic in a kernel is silent, and would recur
-    /// for every image of the size: the first one shows it.
+    /// Whether this kernel has not yet written an image of this size here. A panic in a kernel is silent, and would
+    /// recur for every image of the size: the first one shows it.
     fn is_new(&self, plan: &Plan, kernel: Kernel) -> bool {
         let key = (kernel, plan.variant, plan.width(), plan.height());
         self.verified.lock().expect("no holder of this lock panics").insert(key)
@@ -159,7 +159,7 @@ impl Gpu {
         Ok(())
     }
 
-    /// Brings a strip back and hands it out.
+    /// Reads a strip back and delivers it.
     fn collect(&self, strip: Strip, verify: bool, kernel: Kernel, take: &mut TakeRows<'_>) -> Result<Times> {
         let Strip { first_row, bytes, slot, submission, submitted } = strip;
         self.wait(submission)?;

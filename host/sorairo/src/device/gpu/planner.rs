@@ -1,4 +1,4 @@
-//! What a plan integrates, in a device: light fields and what is seen of them.
+//! Integrals of plans on a device: light fields and their views.
 
 use std::any::Any;
 use std::future::Future;
@@ -28,15 +28,16 @@ const VALUE: u64 = size_of::<Vec4>() as u64;
 /// Bytes of the buffers that wait to be used again, at most.
 const MOST_FREE: u64 = 256 << 20;
 
-/// Light fields that are computed and kept in a program's device, with what else the plans that take them integrate: [`crate::Sky::with_light_fields`].
+/// Light fields that a program's device computes and stores, with the other integrals of their plans:
+/// [`crate::Sky::with_light_fields`].
 ///
-/// A plan then waits for the device a few times; it does so on the thread that plans, never where commands are encoded. What the device fails to do, such as
-/// one that is lost, the processor does, with one warning to the log: see [`LightFields::on_device`].
+/// A plan then waits for the device a few times, on the planning thread, never where commands are encoded. If the
+/// device fails or is lost, the CPU computes instead, with one warning in the log: see [`LightFields::on_device`].
 pub fn light_fields(device: &wgpu::Device, queue: &wgpu::Queue) -> LightFields {
     light_fields_by(Arc::new(Kernels::new(device)), device, queue)
 }
 
-/// The same by kernels that others use too.
+/// The same with kernels shared with others.
 pub(super) fn light_fields_by(kernels: Arc<Kernels>, device: &wgpu::Device, queue: &wgpu::Queue) -> LightFields {
     let buffers = device.limits().max_storage_buffers_per_shader_stage;
     if buffers < STORAGE_BUFFERS {
@@ -250,7 +251,8 @@ impl Planner {
         read
     }
 
-    /// What some work finds, or what the device complained of. The error handlers of the program whose device it is hear of none of that.
+    /// What some work finds, or what the device complained of. The error handlers of the program whose device it is
+    /// hear of none of that.
     fn guarded<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
         let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);

@@ -1,5 +1,5 @@
-//! The sky in a program's own device: encoded into its own commands, without a read-back, a thread or a wait. Only what fills a sky lookup, once for a sky, is
-//! submitted by the renderer itself.
+//! Rendering in a program's own device. The renderer encodes into the program's commands, without a read-back, a thread
+//! or a wait. It submits only the filling of a sky lookup itself, once per sky.
 
 use std::future::Future;
 use std::pin::pin;
@@ -22,25 +22,26 @@ use crate::plan::{Kernel, LightFields, Plan, Sky, day};
 use crate::scene::{CameraScene, ExrDepth, Projection, Size, ValidScene};
 use sorairo_shared::variant::PixelFormat;
 
-/// Where an image goes.
+/// The destination of an image.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Target<'a> {
-    /// A storage buffer: pixel after pixel, row after row from the top, without gaps.
+    /// A storage buffer with the rows of pixels from the top, without gaps.
     Buffer(&'a wgpu::Buffer, PixelFormat),
-    /// A texture of `rgba8unorm` (a picture: exposed sRGB), `rgba16float` or `rgba32float` (linear RGB and 1). Its size is the camera's. It has one layer and
-    /// one level, since wgpu does not tell which of them a view shows.
+    /// A texture of `rgba8unorm` (a picture: exposed sRGB), `rgba16float` or `rgba32float` (linear RGB and 1), of the
+    /// camera's size. It has one layer and one level, because wgpu does not reveal which of them a view shows.
     Texture(&'a wgpu::TextureView),
-    /// A part of such a texture, as large as the camera's image: a level, and where the part begins in it (pixels, and a layer), such as a cube's face.
+    /// A part of such a texture, of the size of the camera's image: a level, and the part's origin in it (pixels, and a
+    /// layer), such as a cube's face.
     Part(wgpu::TexelCopyTextureInfo<'a>),
 }
 
-/// Draws skies in a program's own device.
+/// Renders skies in a program's own device.
 ///
-/// What a sky needs is uploaded when it is first drawn. A sky lookup is filled again only where the sky has changed, or the rows of an
-/// equirectangular image. For the first camera that looks at a sky in perspective it is filled with what that sees, for the next one with all. The renderer
-/// submits what fills a lookup by itself, into a buffer that no other sky has. So commands that it encodes into a program's encoders may be submitted in any
-/// order, or dropped.
+/// The data of a sky is uploaded when it is first drawn. A sky lookup is refilled only if the sky changes, or the rows
+/// of an equirectangular image. For the first perspective camera of a sky only its view is filled, for the next one
+/// everything. The renderer submits the filling of a lookup itself, into a buffer of that sky alone. Commands in the
+/// program's encoders may therefore be submitted in any order, or dropped.
 pub struct ResidentRenderer {
     pub(super) device: wgpu::Device,
     queue: wgpu::Queue,
@@ -51,15 +52,15 @@ pub struct ResidentRenderer {
     lookup: Option<FilledLookup>,
     pixels: Option<wgpu::Buffer>,
     environment: Option<Environment>,
-    /// Pixels without light, and their format.
+    /// Black pixels, and their format.
     black: Option<(PixelFormat, wgpu::Buffer)>,
-    /// Stops by which linear RGB is exposed.
+    /// The exposure of linear RGB (stops).
     pub(super) linear_exposure: f32,
-    /// Whether it was said already that half floats cut the sun's disc.
+    /// Whether the warning about a clipped disc was logged.
     has_told_of_cut: bool,
 }
 
-/// The buffers of a sky, whoever looks at it.
+/// The buffers of a sky, for all cameras.
 struct UploadedSky {
     of: Sky,
     /// Whether its multiply scattered light is that of the finer grid.
@@ -72,18 +73,18 @@ struct UploadedSky {
     columns: wgpu::Buffer,
 }
 
-/// A sky lookup, and for what it was filled.
+/// A sky lookup, and the view for which it was filled.
 struct FilledLookup {
     of: Sky,
     size: Option<LookupSize>,
     /// The size of an equirectangular image, whose rows the lookup has.
     rows_of: Option<Size>,
-    /// The camera in perspective for which it was filled; none where it was filled for any.
+    /// The perspective camera for which it was filled; `None` if it was filled for any.
     seen_by: Option<Camera>,
     buffer: wgpu::Buffer,
 }
 
-/// What of a sky lookup is to be filled.
+/// The part of a sky lookup to be filled.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Fill {
     Nothing,
@@ -94,7 +95,8 @@ pub(super) enum Fill {
 impl ResidentRenderer {
     /// A renderer in a program's device. Nothing is compiled or allocated yet.
     ///
-    /// Without [`wgpu::Features::PASSTHROUGH_SHADERS`] wgpu translates the kernels, which takes some seconds for the first image of a kind.
+    /// Without [`wgpu::Features::PASSTHROUGH_SHADERS`] wgpu translates the kernels, which takes some seconds for the
+    /// first image of a kind.
     pub fn with_device(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         Self {
             kernels: Arc::new(Kernels::new(device)),
@@ -112,19 +114,20 @@ impl ResidentRenderer {
         }
     }
 
-    /// The same renderer, whose pipelines a cache of the program's keeps; before any is compiled. A device has caches with [`wgpu::Features::PIPELINE_CACHE`],
-    /// for which [`Self::device_descriptor`] asks where it is there.
+    /// The same renderer, with a pipeline cache of the program. Call this before any pipeline is compiled. Caches need
+    /// the feature [`wgpu::Features::PIPELINE_CACHE`], which [`Self::device_descriptor`] requests if available.
     #[must_use]
     pub fn with_pipeline_cache(self, cache: wgpu::PipelineCache) -> Self {
         let kernels = Kernels::new(&self.device).with_cache(cache);
         Self { kernels: Arc::new(kernels), ..self }
     }
 
-    /// The work of compiling the pipelines that a camera's images of a scene's sky take, under any sun from the zenith to the night: any thread may do it, such
-    /// as `std::thread::spawn(renderer.warm_up(&scene, &camera, pixel))`. [`Self::encode`] compiles what it lacks, which takes tens of milliseconds a pipeline,
-    /// and hundreds where wgpu translates the kernels.
+    /// Returns a closure that compiles the pipelines for a camera's images of a scene's sky, for any sun from the
+    /// zenith to the night. Any thread may run it: `std::thread::spawn(renderer.warm_up(&scene, &camera, pixel))`.
+    /// [`Self::encode`] compiles missing pipelines, which takes tens of milliseconds each, and hundreds if wgpu
+    /// translates the kernels.
     ///
-    /// Of the scene all but the sun's place and the camera counts; of the camera its projection and size.
+    /// All of the scene matters except the sun's position and the camera; of the camera, its projection and size.
     pub fn warm_up(
         &self,
         scene: &ValidScene,
@@ -140,7 +143,7 @@ impl ResidentRenderer {
         }
     }
 
-    /// The same for environment maps of a size; see [`Self::encode_environment`].
+    /// The same for environment maps of one size; see [`Self::encode_environment`].
     pub fn warm_up_environment(&self, scene: &ValidScene, size: Size) -> impl FnOnce() + 'static + use<> {
         let (device, kernels) = (self.device.clone(), Arc::clone(&self.kernels));
         let of_images = self.warm_up(scene, &environment::camera(size), PixelFormat::LinearRgba);
@@ -150,13 +153,14 @@ impl ResidentRenderer {
         }
     }
 
-    /// How many pipelines it has compiled.
+    /// The number of compiled pipelines.
     pub fn pipelines(&self) -> usize {
         self.kernels.count()
     }
 
-    /// Exposes what is drawn in linear RGB from now on by so many stops, the levels and the harmonics of environment maps too: half floats end at 65504,
-    /// and the sun's disc is forty times as bright. Pictures stay as they are. [`ResidentRenderer::exposure_of_halves`] says what a view needs.
+    /// Sets the exposure (stops) of linear RGB from now on, including levels and harmonics of environment maps. Half
+    /// floats end at 65504, and the sun's disc is forty times as bright. Pictures are unaffected.
+    /// [`ResidentRenderer::exposure_of_halves`] suggests a value for a view.
     pub fn set_linear_exposure(&mut self, stops: f32) {
         if self.linear_exposure != stops {
             self.linear_exposure = stops;
@@ -166,19 +170,19 @@ impl ResidentRenderer {
         }
     }
 
-    /// Stops by which half floats keep the brightest of what a camera sees of a sky, the sun's disc included, and digits of the darkest; 0 where they
-    /// do as they are.
+    /// The exposure (stops) at which half floats hold the brightest value in a camera's view of a sky, the sun's disc
+    /// included, and digits of the darkest; 0 if they hold them without exposure.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera.
+    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for an invalid camera.
     pub fn exposure_of_halves(sky: &Sky, camera: &CameraScene) -> Result<f32> {
         Ok(Plan::seen(sky, camera, PixelFormat::HalfRgb)?.linear_exposure(ExrDepth::Half))
     }
 
-    /// Light fields for the plans of the skies that it draws, the same ones each time that they are asked for; see [`Sky::with_light_fields`]. Where the device is hardware of its own, light fields and what
-    /// else a plan integrates are computed there; else by the processor, whose cores a device of software would take. In a browser, where nobody may wait, by
-    /// the processor too.
+    /// The light fields for plans of the skies of this renderer, the same at each call; see [`Sky::with_light_fields`].
+    /// On a hardware device, it computes light fields and other integrals of a plan. For a software device, and in a
+    /// browser, where blocking is impossible, the CPU computes them.
     pub fn light_fields(&self) -> LightFields {
         self.light_fields.get_or_init(|| self.new_light_fields()).clone()
     }
@@ -191,8 +195,8 @@ impl ResidentRenderer {
         LightFields::default()
     }
 
-    /// What to ask of an adapter for a device that draws skies: all of its limits and, where they are there, the feature without which wgpu
-    /// translates the kernels and that of pipeline caches.
+    /// The descriptor of a device for this renderer: all limits of the adapter and, if available, the feature without
+    /// which wgpu translates the kernels and that of pipeline caches.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         // SAFETY: the one experimental feature used is that the library's own kernels are passed through, see `module`.
         #[expect(unsafe_code, reason = "wgpu marks the feature as experimental")]
@@ -208,15 +212,16 @@ impl ResidentRenderer {
         }
     }
 
-    /// Encodes what a camera sees of a sky into a target.
+    /// Encodes a camera's image of a sky into a target.
     ///
-    /// What nobody has asked of the sky before is computed here. [`Sky::prepare_images`], called where the sky is planned, leaves the frame little
-    /// of it; of a sky whose light fields are on a device nothing that waits for that.
+    /// Computes lazily whatever the plan of the sky lacks. Call [`Sky::prepare_images`] first, off the render thread,
+    /// to keep the frame short; with light fields on a device, the frame then waits for none of them.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for the camera; [`Error::Target`] for a target of the wrong size, usage or format;
-    /// [`Error::Device`] for an image that is too large for the device, or one that is lost (not told in a browser). Then nothing was encoded.
+    /// [`Error::OutOfRange`] or [`Error::NotAllowed`] for an invalid camera; [`Error::Target`] for a target of the
+    /// wrong size, usage or format; [`Error::Device`] for an image that exceeds a limit of the device, or a lost device
+    /// (not detected in a browser). In these cases nothing was encoded.
     pub fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -241,16 +246,18 @@ impl ResidentRenderer {
         Ok(())
     }
 
-    /// Encodes a sky as an environment map with all of its levels, and the irradiance of what the map holds: what a program lights with.
+    /// Encodes a sky as an environment map with all levels, and its irradiance, for image-based lighting.
     ///
-    /// The map is equirectangular with north in its centre, and as large as the texture. A pixel of a level is the mean over its part of the
-    /// sphere, so that the last level, of one pixel, is the mean radiance; see [`sorairo_shared::picture::environment`]. The irradiance has the order and the
-    /// axes of [`Harmonics`](crate::Harmonics). With `sun.disc` both hold the sun; without it, add a sun of your own.
+    /// The map is equirectangular with north in its centre, and has the size of the texture. A pixel of a level is the
+    /// mean over its part of the sphere; the last level, a single pixel, is the mean radiance; see
+    /// [`sorairo_shared::picture::environment`]. The irradiance has the order and the axes of
+    /// [`Harmonics`](crate::Harmonics). With `sun.disc` both include the sun; without it, add a sun of your own.
     ///
     /// # Errors
     ///
-    /// [`Error::Target`] for a texture or a buffer of the wrong size, usage, format or number of levels; [`Error::OutOfRange`] for a
-    /// texture that is larger than a camera; [`Error::Device`] for one that is too large for the device. Then nothing was encoded.
+    /// [`Error::Target`] for a texture or a buffer of the wrong size, usage, format or number of levels;
+    /// [`Error::OutOfRange`] for a texture larger than any camera; [`Error::Device`] for one that exceeds a limit of
+    /// the device. In these cases nothing was encoded.
     pub fn encode_environment(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -273,7 +280,7 @@ impl ResidentRenderer {
         Ok(())
     }
 
-    /// What a camera sees of a sky, exposed; told where half floats would cut it.
+    /// The plan of a camera's image of a sky, exposed, with a warning if half floats clip it.
     pub(super) fn plan(
         &mut self,
         sky: &Sky,
@@ -296,7 +303,7 @@ impl ResidentRenderer {
         Ok(plan)
     }
 
-    /// Encodes the kernels of a plan, whose pixels go into a buffer.
+    /// Encodes the kernels of a plan, which write pixels into a buffer.
     fn draw(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -327,7 +334,8 @@ impl ResidentRenderer {
         self.copy_black(encoder, plan, row_pixels, output);
     }
 
-    /// Fills a plan's sky lookup, by commands of its own: whether a program submits what it has encoded is not known.
+    /// Fills a plan's sky lookup by a submission of its own, because the renderer does not know whether the program
+    /// submits its encoder.
     pub(super) fn fill_lookup(&self, plan: &Plan, group: &wgpu::BindGroup) {
         let label = Some("sky lookup");
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
@@ -338,8 +346,9 @@ impl ResidentRenderer {
         self.queue.submit([encoder.finish()]);
     }
 
-    /// Whether the device is still there. wgpu tells no one of a lost one but the program, which may have a callback for it; but nothing can be made in it
-    /// any more, and what is used without having been made is an error of a scope. In a browser that answer comes only after the frame.
+    /// Whether the device is still available. wgpu reports a lost device only to the program, which may have set a
+    /// callback. But no resource can be created in it any more, and the use of such a resource is an error in a scope.
+    /// In a browser this error arrives only after the frame.
     pub(super) fn check_present(&self) -> Result<()> {
         if cfg!(target_arch = "wasm32") {
             return Ok(());
@@ -407,7 +416,7 @@ impl ResidentRenderer {
         self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
     }
 
-    /// Makes room for the plan's sky lookup; what of it is to be filled.
+    /// Allocates the plan's sky lookup, and returns the part to be filled.
     pub(super) fn reserve_lookup(&mut self, plan: &Plan, camera: &CameraScene) -> Fill {
         let sky = &plan.sky;
         let size = plan.lookup.size;
@@ -439,7 +448,8 @@ impl ResidentRenderer {
         self.lookup.as_ref().expect("it was reserved").buffer.clone()
     }
 
-    /// Binds a plan's buffers. The uniform and the colour rows are of this image alone: several may be encoded before any is submitted.
+    /// Binds a plan's buffers. Uniform and colour rows belong to this image alone, because several images may be
+    /// encoded before any is submitted.
     pub(super) fn bind(&mut self, plan: &Plan, uniform: &Uniform, output: &wgpu::Buffer) -> super::layouts::Groups {
         let buffers = plan.buffers();
         let storage = wgpu::BufferUsages::STORAGE;
@@ -470,7 +480,7 @@ impl ResidentRenderer {
         groups
     }
 
-    /// Copies rows without light to where the kernels write none.
+    /// Copies black rows to where the kernels write none.
     fn copy_black(&mut self, encoder: &mut wgpu::CommandEncoder, plan: &Plan, row_pixels: u32, output: &wgpu::Buffer) {
         let rows = plan.height() - plan.lit_rows.len() as u32;
         if rows == 0 {
@@ -487,7 +497,7 @@ impl ResidentRenderer {
         encoder.copy_buffer_to_buffer(black, 0, output, offset, bytes);
     }
 
-    /// The queue to which the commands go, and by which a sky lookup is filled.
+    /// The queue for the commands, which also fills sky lookups.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
     }

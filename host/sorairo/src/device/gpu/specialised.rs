@@ -1,10 +1,10 @@
-//! One kernel of a SPIR-V module, specialised: what its variant leaves out no driver reads.
+//! One kernel of a SPIR-V module, specialised, without the code that its variant excludes.
 //!
-//! rust-gpu puts everything that a kernel may need into one function; a variant needs between a fifth and a twentieth
-//! of it. Drivers drop the rest too, after they have translated all of it, which takes them several times as long as
-//! what remains. Constants are propagated along the branches that they leave open (Wegman and Zadeck 1991, *ACM
-//! TOPLAS* 13(2), section 3.4, doi:10.1145/103135.103136), over 32-bit integers and truth values alone, and without
-//! the optimism about loops. Section numbers are those of the SPIR-V 1.3 specification.
+//! rust-gpu compiles everything that a kernel may need into one function; a variant needs between a fifth and a
+//! twentieth of it. Drivers remove the rest too, but only after they have translated all of it, which takes several
+//! times as long as translating what remains. Constants are propagated along the branches that they leave open (Wegman
+//! and Zadeck 1991, *ACM TOPLAS* 13(2), section 3.4, doi:10.1145/103135.103136), for 32-bit integers and booleans only,
+//! and without the optimism about loops. Section numbers are those of the SPIR-V 1.3 specification.
 
 use std::collections::{HashMap, HashSet};
 
@@ -53,8 +53,8 @@ mod op {
 /// The decoration that makes a constant one of specialisation (3.20).
 const SPEC_ID: u32 = 1;
 
-/// The words of a module that has this one of its kernels alone, for this value of its one specialisation constant, which is a constant
-/// there. What branches on it is decided; blocks that are never reached are left out.
+/// The words of a module with only this one of its kernels, and with its specialisation constant fixed to this value.
+/// Branches on the constant are decided, and unreachable blocks removed.
 ///
 /// # Panics
 ///
@@ -219,7 +219,8 @@ fn propagated(blocks: &HashMap<u32, Block<'_>>, first: u32, known: HashMap<u32, 
     reached
 }
 
-/// The blocks, each after all that lead to it except from behind, in a loop: the reverse of the order in which a search leaves them.
+/// The blocks, each after all that lead to it except from behind, in a loop: the reverse of the order in which a search
+/// leaves them.
 fn in_order(blocks: &HashMap<u32, Block<'_>>, first: u32) -> Vec<u32> {
     let mut order = Vec::with_capacity(blocks.len());
     let mut entered = HashSet::from([first]);
@@ -282,7 +283,8 @@ fn evaluated(it: &[u32], known: &HashMap<u32, u32>) -> Option<u32> {
     }
 }
 
-/// Writes a block that is reached: with the one branch that it takes, if that is decided, and without what comes from blocks that are not.
+/// Writes a block that is reached: with the one branch that it takes, if that is decided, and without what comes from
+/// blocks that are not.
 fn write_block(block: &Block<'_>, label: u32, reached: &Reached, words: &mut Vec<u32>) {
     let decided = block.decided(&reached.known);
     for it in block.instructions {

@@ -36,24 +36,24 @@ use crate::words::word;
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum AerosolKind {
-    /// As its numbers say: a power of the wavelength, an albedo, the phase function of Cornette and Shanks.
+    /// By the other keys: an Ångström exponent, an albedo, the phase function of Cornette and Shanks.
     #[default]
     Plain,
-    /// The country far from cities (OPAC).
+    /// Rural continental air (OPAC).
     ContinentalClean,
-    /// A continent, with some soot (OPAC).
+    /// Continental air with some soot (OPAC).
     ContinentalAverage,
-    /// A polluted continent (OPAC).
+    /// Polluted continental air (OPAC).
     ContinentalPolluted,
-    /// A city, a sixth of whose extinction is absorption (OPAC).
+    /// Urban air, with absorption as a sixth of its extinction (OPAC).
     Urban,
-    /// Dust of a desert, as spheres (OPAC).
+    /// Desert dust, as spheres (OPAC).
     Desert,
-    /// The open sea, with its salt (OPAC).
+    /// Open sea, with sea salt (OPAC).
     MaritimeClean,
-    /// The sea beside a polluted coast (OPAC).
+    /// Sea near a polluted coast (OPAC).
     MaritimePolluted,
-    /// The sea of the tropics (OPAC).
+    /// Tropical sea (OPAC).
     MaritimeTropical,
     /// The Arctic (OPAC).
     Arctic,
@@ -202,7 +202,8 @@ mod tests {
         }
     }
 
-    /// Natural light that goes on or turns back in its plane is natural; sulphate and soot polarise across, salt does not.
+    /// Natural light that goes on or turns back in its plane is natural; sulphate and soot polarise across, salt does
+    /// not.
     #[test]
     fn kinds_polarise_light_that_they_scatter_across() {
         for (name, kind) in known() {

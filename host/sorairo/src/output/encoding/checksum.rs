@@ -1,5 +1,5 @@
-//! The checksum of an EXR: the CRC-32 of the whole file with the checksum's own four bytes as zeros, in an attribute of the header. The
-//! format itself has nothing that tells damage. PNG has a CRC-32 in every chunk.
+//! The checksum of an EXR: the CRC-32 of the whole file with the checksum's own four bytes as zeros, in an attribute of
+//! the header. The format itself has nothing that tells damage. PNG has a CRC-32 in every chunk.
 
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 #[cfg(feature = "files")]

@@ -39,9 +39,10 @@ impl Labels<'_> {
         attribute::Chromaticities { red, green, blue, white }
     }
 
-    /// What was rendered, by what, and what white is: its luminance (cd·m⁻²), before the exposure, where the sun is a real one, and what counts as neutral
-    /// where a white balance chose it. Whether it is an environment map: OpenEXR's have north, its z axis, in their centre and west on their left as
-    /// ours have. The place and the time that put the sun there.
+    /// What was rendered, by what, and what white is: its luminance (cd·m⁻²), before the exposure, where the sun is a
+    /// real one, and what counts as neutral where a white balance chose it. Whether it is an environment map: OpenEXR's
+    /// have north, its z axis, in their centre and west on their left as ours have. The place and the time that put the
+    /// sun there.
     fn layer(&self) -> LayerAttributes {
         let mut attributes = LayerAttributes::named("sky");
         attributes.comments = Some(self.comments().as_str().into());
@@ -132,9 +133,10 @@ const LARGEST_BLOCK: usize = 1 << 25;
 
 /// The compression of a scene's file of so many channels.
 ///
-/// Of 1920×960 pixels of a sky, wavelets cost 308 ms of a core more than no compression and leave 7.6 of 22.1 MB of 32 bits; deflate 336 ms for 9.5 MB, runs of
-/// equal bytes 21 ms for 22.1 MB. Of 16 bits deflate costs 59 ms and leaves 0.51 of 11.1 MB, wavelets 86 ms for 1.4 MB, runs 9 ms for 2.2 MB. All cores
-/// share that time, and a byte that is not written saves its own.
+/// Of 1920×960 pixels of a sky, wavelets cost 308 ms of a core more than no compression and leave 7.6 of 22.1 MB of 32
+/// bits; deflate 336 ms for 9.5 MB, runs of equal bytes 21 ms for 22.1 MB. Of 16 bits deflate costs 59 ms and leaves
+/// 0.51 of 11.1 MB, wavelets 86 ms for 1.4 MB, runs 9 ms for 2.2 MB. All cores share that time, and a byte that is not
+/// written saves its own.
 fn compression(scene: &Scene, channels: usize) -> Compression {
     let chosen = match scene.render.exr_compression {
         ExrCompression::Auto => match scene.render.exr {
@@ -157,8 +159,8 @@ fn block_bytes(scene: &Scene, channels: usize, lines: usize) -> u64 {
     u64::from(scene.camera.size.width) * (bytes * channels * lines) as u64
 }
 
-/// Attributes as a map that hands them out in this order. A header's attributes are written in the order of their map, which is another
-/// for every map: so that equal images are equal files, maps are made until one has the right order.
+/// Attributes as a map that hands them out in this order. A header's attributes are written in the order of their map,
+/// which is another for every map: so that equal images are equal files, maps are made until one has the right order.
 fn in_order(attributes: &[(&str, AttributeValue)]) -> HashMap<Text, AttributeValue> {
     let named = || attributes.iter().map(|(name, value)| (Text::from(*name), value.clone()));
     loop {
@@ -202,8 +204,8 @@ pub(super) struct Lines<'a, 'w, W: Write + Seek> {
 }
 
 impl<W: Write + Seek> Lines<'_, '_, W> {
-    /// Compresses lines on all cores and writes the blocks that are whole. `bytes` gives those of a line: for each channel in the order of the header,
-    /// its samples in native order.
+    /// Compresses lines on all cores and writes the blocks that are whole. `bytes` gives those of a line: for each
+    /// channel in the order of the header, its samples in native order.
     pub(super) fn write(&mut self, lines: usize, bytes: impl Fn(usize) -> Vec<u8> + Sync) -> io::Result<()> {
         let header = &self.meta.headers[0];
         let (width, height) = (header.layer_size.width(), header.layer_size.height());
@@ -264,8 +266,8 @@ pub(crate) fn encode_channels<W: Read + Write + Seek>(
     })
 }
 
-/// The bytes of a line whose pixels hold red, green and blue, and then what other values there are: blue, green, red, and the
-/// first so many of the others; each times a factor.
+/// The bytes of a line whose pixels hold red, green and blue, and then what other values there are: blue, green, red,
+/// and the first so many of the others; each times a factor.
 pub(super) fn line_of_floats(
     pixels: &[f32],
     pixel_words: usize,

@@ -1,5 +1,5 @@
-//! What a file says of itself: the program that wrote it and the scene that it shows, so that it can be rendered again, and told
-//! from another; and the names of its channels.
+//! What a file says of itself: the program that wrote it and the scene that it shows, so that it can be rendered again,
+//! and told from another; and the names of its channels.
 
 use std::fmt::Write;
 
@@ -19,8 +19,8 @@ pub(crate) const SCENE: &str = "sorairoScene";
 /// The name of the attribute of an EXR that holds by how many stops its values are exposed.
 pub(crate) const EXPOSURE: &str = "sorairoExposure";
 
-/// The scene as files hold it: in TOML with the sun where it stands, and in comments the place and the time that put it there, and the
-/// checksums of the tables that the scene only names.
+/// The scene as files hold it: in TOML with the sun where it stands, and in comments the place and the time that put it
+/// there, and the checksums of the tables that the scene only names.
 pub(crate) fn scene_text(scene: &Scene) -> String {
     // A scene that was rendered can be placed.
     let mut placed = scene.placed().unwrap_or_else(|_| scene.clone());

@@ -1,5 +1,5 @@
-//! What makes an OpenEXR file a spectral image, in the layout of Fichet, Pacanowski and Wilkie, *An OpenEXR Layout for Spectral
-//! Images* (JCGT 10(3), 2021, <http://jcgt.org/published/0010/03/01/>).
+//! What makes an OpenEXR file a spectral image, in the layout of Fichet, Pacanowski and Wilkie, *An OpenEXR Layout for
+//! Spectral Images* (JCGT 10(3), 2021, <http://jcgt.org/published/0010/03/01/>).
 
 use exr::meta::attribute::AttributeValue;
 
@@ -9,8 +9,8 @@ use crate::measure::stokes::StokesFrame;
 const UNIT_NOTE: &str = "each S0 channel holds the radiance of the band 1 nm wide around its wavelength: \
     the spectral radiance in W.m^-2.sr^-1.nm^-1 times 1 nm";
 
-/// The sense in which angles of polarisation count, counterclockwise as the observer sees it: the vertical, its left and the
-/// direction of the light are right-handed.
+/// The sense in which angles of polarisation count, counterclockwise as the observer sees it: the vertical, its left
+/// and the direction of the light are right-handed.
 const HANDEDNESS: &str = "right";
 
 /// The attribute of the axis along which `S1` counts the electric vector, of which the layout says nothing.

@@ -15,8 +15,8 @@ use crate::scene::{ExrDepth, Scene, Size};
 ///
 /// # Errors
 ///
-/// [`Error::NotWritable`] if the folder does not exist or does not take new files, or the path is no file name, or something else than a
-/// file is there; [`Error::Write`] if the file system is full or takes no files at all.
+/// [`Error::NotWritable`] if the folder does not exist or does not take new files, or the path is no file name, or
+/// something else than a file is there; [`Error::Write`] if the file system is full or takes no files at all.
 pub fn check_writable(path: &Path) -> Result<()> {
     let refuse = |reason: String| Err(Error::NotWritable { path: path.to_owned(), reason });
     let place = match resolved(path) {
@@ -91,8 +91,8 @@ pub fn make_folder(path: &Path) -> Result<()> {
     })
 }
 
-/// Checks, before any work, that a file is not certain to fill its disk: that the disk has room for the least that the file's
-/// compression can leave. A spectral file holds radiance at so many wavelengths.
+/// Checks, before any work, that a file is not certain to fill its disk: that the disk has room for the least that the
+/// file's compression can leave. A spectral file holds radiance at so many wavelengths.
 ///
 /// # Errors
 ///

@@ -35,8 +35,8 @@ const EXTENSIONS: [(&str, Format); 6] = [
 ];
 
 impl Format {
-    /// The format that a file name asks for: its extension, and whether `.spectral` stands before `.exr`. With `spectral` every EXR
-    /// file is a spectral one.
+    /// The format that a file name asks for: its extension, and whether `.spectral` stands before `.exr`. With
+    /// `spectral` every EXR file is a spectral one.
     ///
     /// # Errors
     ///

@@ -41,8 +41,8 @@ impl Layers {
         Ok(Self { width, height, channels: channels(image) })
     }
 
-    /// The channel of a name, alone or as the last of a layer's (`Z`, `ViewLayer.Depth.Z`); none where there is none, or
-    /// where several layers have one.
+    /// The channel of a name, alone or as the last of a layer's (`Z`, `ViewLayer.Depth.Z`); none where there is none,
+    /// or where several layers have one.
     pub fn channel(&self, name: &str) -> Option<&[f32]> {
         let named = |(full, _): &&(String, Vec<f32>)| full == name;
         let ends = |full: &str| full.strip_suffix(name).is_some_and(|layer| layer.ends_with('.'));

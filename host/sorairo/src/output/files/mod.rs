@@ -1,4 +1,4 @@
-//! Files: written beside their place and renamed into it when all are whole, so that no reader ever sees half of one.
+//! Files, written under temporary names and renamed once all are complete, so that no reader sees an incomplete one.
 
 mod check;
 mod format;

@@ -1,5 +1,5 @@
-//! Hyperspectral pictures of the program Radiance, from its release 6.0 on: for each pixel a mantissa of 8 bits at each wavelength, and an
-//! exponent that they share (`src/common/color.c` and the manual page of `specpict` there).
+//! Hyperspectral pictures of the program Radiance, from its release 6.0 on: for each pixel a mantissa of 8 bits at each
+//! wavelength, and an exponent that they share (`src/common/color.c` and the manual page of `specpict` there).
 
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 
@@ -18,8 +18,8 @@ const COUNT: std::ops::RangeInclusive<usize> = 4..=24;
 /// The least range of wavelengths that Radiance takes (nm).
 const NARROWEST: f64 = 50.0;
 
-/// What a value of Radiance is, divided by a radiance per nanometre: its unit is the power of a spectrum that is flat between 380 and
-/// 780 nm (nm).
+/// What a value of Radiance is, divided by a radiance per nanometre: its unit is the power of a spectrum that is flat
+/// between 380 and 780 nm (nm).
 pub(super) const VISIBLE_RANGE: f64 = 400.0;
 
 /// Added to the exponent of the file's numbers.
@@ -121,8 +121,9 @@ pub(super) fn bytes(rows: &[f32], pixel_words: usize, width: u32) -> Vec<u8> {
 
 /// The mantissas of each pixel of a row, from the longest wavelength down, and their exponent.
 ///
-/// Radiance reads a mantissa m as m + ½, so the whole part of a value is the nearest that can be said. What it leaves goes to the next pixel:
-/// where neighbours are alike, as on the ground, their mean keeps a light that is weak beside the brightest of the spectrum.
+/// Radiance reads a mantissa m as m + ½, so the whole part of a value is the nearest that can be said. What it leaves
+/// goes to the next pixel: where neighbours are alike, as on the ground, their mean keeps a light that is weak beside
+/// the brightest of the spectrum.
 fn row_bytes(row: &[f32], pixel_words: usize) -> Vec<u8> {
     let bands = pixel_words.saturating_sub(3);
     let mut left = vec![0.0; bands];
@@ -140,7 +141,8 @@ fn row_bytes(row: &[f32], pixel_words: usize) -> Vec<u8> {
         for (radiance, left) in radiances.iter().zip(&mut left).rev() {
             let value = f64::from(*radiance) * VISIBLE_RANGE + *left;
             let mantissa = (value / step) as u8;
-            // No more than half a step, which is what rounding leaves: where the light is nothing, or the exponent falls, there is no way to say it.
+            // No more than half a step, which is what rounding leaves: where the light is nothing, or the exponent
+            // falls, there is no way to say it.
             *left = (value - (f64::from(mantissa) + 0.5) * step).clamp(-0.5 * step, 0.5 * step);
             bytes.push(mantissa);
         }

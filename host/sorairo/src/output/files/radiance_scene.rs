@@ -1,4 +1,5 @@
-//! Scenes of the program Radiance: a sky from a hyperspectral picture beside the file, the ground below it, and the sun as a source.
+//! Scenes of the program Radiance: a sky from a hyperspectral picture beside the file, the ground below it, and the sun
+//! as a source.
 
 use std::f64::consts::PI;
 use std::io::{self, Write};
@@ -50,8 +51,8 @@ pub(super) fn encode(
     text_scene::write(output, &text)
 }
 
-/// The sky and the ground. Radiance spreads the pixels' centres from 0 to the picture's size, the shorter side of which is 1, so that a
-/// pixel's number is the place times the pixels but one.
+/// The sky and the ground. Radiance spreads the pixels' centres from 0 to the picture's size, the shorter side of which
+/// is 1, so that a pixel's number is the place times the pixels but one.
 fn sky(picture: &Path, camera: &CameraScene) -> String {
     let [width, height] = [camera.size.width, camera.size.height].map(f64::from);
     let place = |pixels: f64, part: String| {

@@ -57,7 +57,8 @@ pub fn signature(format: Format, scene: &Scene, spectra: &Spectra) -> String {
     format!("{SOFTWARE}\n{format:?}\n{spectra:?}\n{}", scene_text(scene))
 }
 
-/// Whether a file is a picture or an EXR that is whole and was written by this program, whatever its version and its scene.
+/// Whether a file is a picture or an EXR that is whole and was written by this program, whatever its version and its
+/// scene.
 pub fn is_own(path: &Path) -> bool {
     let Some(file) = open(path) else { return false };
     let software = match Format::of(path, false) {

@@ -1,7 +1,7 @@
 //! Files that are written beside their place and take it when they are whole.
 //!
-//! A file that is being written has a name that nothing else has, and is locked. Whatever ends the process ends the lock: a file of such a
-//! name without one was abandoned, and the next run removes it.
+//! A file that is being written has a name that nothing else has, and is locked. Whatever ends the process ends the
+//! lock: a file of such a name without one was abandoned, and the next run removes it.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -59,8 +59,8 @@ impl Staged {
     }
 }
 
-/// Moves files to their places as [`Staged::commit`] does: all of them, or none. If one cannot be moved, those that were moved before it
-/// give their places back to what was there.
+/// Moves files to their places as [`Staged::commit`] does: all of them, or none. If one cannot be moved, those that
+/// were moved before it give their places back to what was there.
 ///
 /// # Errors
 ///
@@ -128,8 +128,9 @@ pub fn stage(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Resul
 /// While it lives, no thread of the process begins a file or moves one to its place.
 pub struct Standstill(#[expect(dead_code, reason = "it is held")] MutexGuard<'static, BTreeSet<PathBuf>>);
 
-/// Removes every file that this process has begun and not finished. Its renders that still run fail, with their places as they were; later ones
-/// write again once the standstill is dropped. A process that ends keeps it until it has ended.
+/// Removes every file that this process has begun and not finished. Its renders that still run fail, with their places
+/// as they were; later ones write again once the standstill is dropped. A process that ends keeps it until it has
+/// ended.
 pub fn remove_unfinished() -> Standstill {
     let unfinished = unfinished();
     for path in unfinished.iter() {

@@ -1,4 +1,4 @@
-//! Text files that a person goes on to edit: over an existing file only where that is asked for.
+//! Text files for editing: they replace an existing file only on request.
 
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -12,7 +12,8 @@ use crate::error::{Error, Result};
 ///
 /// # Errors
 ///
-/// [`Error::NotWritable`] if no file can be written there, [`Error::Write`] if it cannot be written. Then what was there stays.
+/// [`Error::NotWritable`] if no file can be written there, [`Error::Write`] if it cannot be written. Then what was
+/// there stays.
 pub fn replace(path: &Path, text: &str) -> Result<()> {
     check_writable(path)?;
     stage(path, |file| file.write_all(text.as_bytes()))?.commit()
@@ -22,8 +23,8 @@ pub fn replace(path: &Path, text: &str) -> Result<()> {
 ///
 /// # Errors
 ///
-/// [`Error::FileExists`] if there is a file or a folder of this name, [`Error::NotWritable`] if its folder does not take files,
-/// [`Error::Write`] if it cannot be written. Nothing is left behind.
+/// [`Error::FileExists`] if there is a file or a folder of this name, [`Error::NotWritable`] if its folder does not
+/// take files, [`Error::Write`] if it cannot be written. Nothing is left behind.
 pub fn create(path: &Path, text: &str) -> Result<()> {
     let exists = || Error::FileExists { path: path.to_owned() };
     if path.symlink_metadata().is_ok() {

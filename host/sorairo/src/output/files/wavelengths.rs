@@ -12,20 +12,20 @@ pub const MOST_WAVELENGTHS: usize = 512;
 /// Wavelengths (nm) closer than this have the same name in a spectral EXR.
 const CLOSEST_WAVELENGTHS: f64 = 1e-5;
 
-/// Wavelengths (nm) of spectral files of these formats, if none are asked for: 390 to 770 by 20 where one is of Radiance, 380 to 780 by 10
-/// elsewhere.
+/// Wavelengths (nm) of spectral files of these formats, if none are asked for: 390 to 770 by 20 where one is of
+/// Radiance, 380 to 780 by 10 elsewhere.
 pub fn default_wavelengths(formats: &[Format]) -> Vec<f64> {
     let (first, step, count) = if formats.contains(&Format::RadiancePicture) { (390, 20, 20) } else { (380, 10, 41) };
     (0..count).map(|i| f64::from(first + step * i)).collect()
 }
 
-/// The wavelengths (nm, increasing) of the spectral files among these formats; none if no format is one. `every_exr` says that every EXR
-/// file was to be spectral.
+/// The wavelengths (nm, increasing) of the spectral files among these formats; none if no format is one. `every_exr`
+/// says that every EXR file was to be spectral.
 ///
 /// # Errors
 ///
-/// [`Error::NoSpectralFile`] if there is no such file and something was asked of it; [`Error::NotAllowed`] for wavelengths that the files
-/// cannot hold, or at which the scene is not known.
+/// [`Error::NoSpectralFile`] if there is no such file and something was asked of it; [`Error::NotAllowed`] for
+/// wavelengths that the files cannot hold, or at which the scene is not known.
 pub fn wavelengths(scene: &Scene, asked: Option<&[f64]>, every_exr: bool, formats: &[Format]) -> Result<Vec<f64>> {
     if !formats.iter().any(|format| format.is_spectral()) {
         return match asked {

@@ -1,4 +1,4 @@
-//! From light at the bands before a distance to linear RGB, and from what lies there to what it lets through of sunlight.
+//! Linear RGB of in-scattered light, from its transfer at the bands, and the RGB transmittance of sunlight.
 
 use sorairo_shared::display::rgb::into_gamut;
 use sorairo_shared::glam::{Vec3, Vec4};
@@ -14,13 +14,13 @@ use crate::plan::sky::SkyPlan;
 use crate::plan::upload::{self, bands};
 use crate::spectra::observer;
 
-/// A group of four nodes of the observer: the air there, and red, green and blue of sunlight at each (W·m⁻²).
+/// A group of four observer nodes: the coefficients of the air, and red, green and blue of sunlight at each (W·m⁻²).
 struct Sunlight {
     air: Coefficients<Vec4>,
     rgb: [Vec4; 3],
 }
 
-/// What makes colours of a sky's light, as its fit has them.
+/// Converts the light of a sky to colours, by its fit.
 pub struct AirColours<'a> {
     integral: &'a RayIntegral,
     uniform: Uniform,
@@ -30,7 +30,7 @@ pub struct AirColours<'a> {
 }
 
 impl<'a> AirColours<'a> {
-    /// Those of a sky whose fit is no polynomial that is solved at every pixel.
+    /// Those of a sky whose fit is not an explicit solve at every pixel.
     pub fn new(sky: &'a SkyPlan) -> Self {
         let integral = sky.integral();
         let (uniform, rows) = upload::with_rows(integral.uniform, &sky.colours().rows, integral.variant);
@@ -50,7 +50,7 @@ impl<'a> AirColours<'a> {
         Self { sun: colours.transmittance(ColumnDensities::ZERO), ..colours }
     }
 
-    /// What column densities let through of sunlight in each channel of RGB: see
+    /// The transmittance of sunlight through column densities in each channel of RGB: see
     /// [`BetweenRgb`](crate::measure::between_rgb::BetweenRgb).
     pub fn transmittance(&self, along: ColumnDensities) -> Vec3 {
         let add = |sum: Vec3, group: &Sunlight| {

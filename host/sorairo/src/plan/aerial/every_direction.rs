@@ -1,4 +1,4 @@
-//! The air before an observer in every direction: what volumes of any camera are filled from.
+//! The air in front of an observer in every direction, from which the volumes of all cameras are filled.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -22,8 +22,8 @@ const ABOVE: u32 = 32;
 const BELOW: u32 = 24;
 const AZIMUTHS: u32 = 20;
 
-/// The air before the observer of a sky in every direction, up to distances from 0 to infinity: what the volumes of
-/// cameras on a device are filled from; see `ResidentRenderer::encode_volume`.
+/// In-scattered light and transmittance in every direction from the observer of a sky, up to distances from 0 to
+/// infinity. The volumes of cameras on a device are filled from it; see `ResidentRenderer::encode_volume`.
 ///
 /// The distances of `n` slices are
 ///
@@ -31,9 +31,9 @@ const AZIMUTHS: u32 = 20;
 /// d_k = m w² / (1 - w²)     w = k / (n - 1)
 /// ```
 ///
-/// of which `m` is the middle. Beneath the ground air goes on as it is on it, so that things below the horizon have air
-/// before them wherever they stand. It is made by the processor, on all cores, and depends on the sky alone: a program
-/// makes it where it plans the sky.
+/// with the middle distance `m`. Below the ground the air continues as it is at the ground, so that objects below the
+/// horizon have air in front of them at any distance. The CPU computes the table on all cores. It depends on the sky
+/// alone: compute it together with the sky.
 #[derive(Debug)]
 pub struct AirPlan {
     sky: Sky,
@@ -43,16 +43,16 @@ pub struct AirPlan {
 }
 
 impl AirPlan {
-    /// The middle of the distances (km) for scenes on the ground: of 32 slices the first ends at 26 m, the last but one at
-    /// 370 km.
+    /// The middle distance (km) for scenes on the ground: of 32 slices the first ends at 26 m, the last but one at 370
+    /// km.
     pub const MIDDLE: f64 = 25.0;
 
-    /// That of a sky up to each of some slices (4 to 256), with the middle of their distances (0.001 to 10000 km).
+    /// The air of a sky for a number of slices (4 to 256), with the middle of their distances (0.001 to 10000 km).
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for the slices or the middle; [`Error::NotAllowed`] for a sky whose colours are solved at every
-    /// pixel (`render.color`).
+    /// [`Error::OutOfRange`] for the slices or the middle; [`Error::NotAllowed`] for a sky whose colours are solved at
+    /// every pixel (`render.color`).
     pub fn new(sky: &Sky, slices: u32, middle: f64) -> Result<Self> {
         check_range("slices", f64::from(slices), (4.0, 256.0), "")?;
         check_range("middle", middle, (1e-3, 1e4), "km")?;
@@ -74,13 +74,13 @@ impl AirPlan {
         &self.sky
     }
 
-    /// Distances up to which the air is known, the slices of a volume.
+    /// The distances of the slices.
     pub fn slices(&self) -> u32 {
         self.directions.groups
     }
 
-    /// The middle of the distances (km): at a distance `d` a volume is read at `√(d / (d + middle))` of the way from its
-    /// first slice to its last.
+    /// The middle distance (km): a volume is sampled for the distance `d` at the fraction `√(d / (d + middle))` from
+    /// its first slice to its last.
     pub fn middle(&self) -> f64 {
         self.middle
     }
@@ -90,8 +90,8 @@ impl AirPlan {
         self.directions
     }
 
-    /// The table, as the kernel takes it: slice by slice of a direction, direction by direction of a row, row by row from the
-    /// horizon, first of those above it; a node is [`sorairo_shared::picture::air::NODE`] times four numbers.
+    /// The table in the layout of the kernel: the slices of a direction, the directions of a row, and the rows from the
+    /// horizon, first those above it. A node is [`sorairo_shared::picture::air::NODE`] times four numbers.
     pub fn nodes(&self) -> &[Vec4] {
         &self.nodes
     }

@@ -1,4 +1,4 @@
-//! The light that the air up to each of some distances adds, at the bands of an integral.
+//! In-scattered light up to each of some distances, at the bands of an integral.
 
 use std::ops::Range;
 
@@ -16,29 +16,29 @@ use crate::plan::aerial::steps::{Steps, Walk};
 use crate::plan::integral::RayIntegral;
 use crate::plan::light_field::{OwnedRay, Resolution, Room, TOGETHER, Wavelengths};
 
-/// What lies before a distance along a ray.
+/// In-scattered light and column densities up to a distance along a ray.
 #[derive(Clone, Debug)]
 pub struct LightBefore {
-    /// Light of all orders that is scattered towards the observer there, by its constituents, at each group of bands
-    /// (transfer; of air and aerosol times sr). None of it is the ground's.
+    /// Light of all orders scattered towards the observer, by constituent, at each group of bands (transfer; for air
+    /// and aerosol times sr). It excludes the ground.
     pub light: Vec<ByConstituent<Vec4>>,
-    /// Column densities up to there.
+    /// Column densities up to the distance.
     pub columns: ColumnDensities,
 }
 
 /// Multiply scattered light from each slice of a ray, at each of some groups of bands: by slices, then by groups.
 type Gather<'a> = Box<dyn Fn(&Steps, (f64, f64), Sight) -> Vec<Vec<Vec4>> + Send + Sync + 'a>;
 
-/// The air before an observer, as rays walk through it.
+/// The air in front of an observer, for ray marching.
 pub struct SlicedAir<'a> {
     integral: &'a RayIntegral,
     walk: Walk<'a>,
-    /// For each chunk of groups of bands that are computed together the light fields of which it is made.
+    /// The light fields of each chunk of groups of bands that are computed together.
     gathers: Vec<(Range<usize>, Vec<Gather<'a>>)>,
 }
 
 impl<'a> SlicedAir<'a> {
-    /// That of an integral, with the light field from which its own light of all orders comes.
+    /// That of an integral, with the light field of its multiple scattering.
     pub fn new(integral: &'a RayIntegral) -> Self {
         let coefficients = integral.placed_for().coefficients();
         let walk = Walk { medium: integral.medium(), variant: integral.variant | variant::DESCENT, coefficients };
@@ -52,8 +52,8 @@ impl<'a> SlicedAir<'a> {
         Self { integral, walk, gathers: chunks.into_iter().map(of_chunk).collect() }
     }
 
-    /// What lies before each of some distances (km, from 0 on, growing) in a direction; beneath the ground as if air
-    /// went on there.
+    /// In-scattered light and column densities up to each of some increasing distances (km, from 0) in a direction.
+    /// Below the ground the air continues.
     pub fn along(&self, view: Vec3, distances: &[f64]) -> Vec<LightBefore> {
         let ray = self.integral.ray(view);
         let steps = self.walk.steps(ray, distances);

@@ -1,9 +1,9 @@
-//! The air in front of things at many distances along a ray, in one walk along it.
+//! In-scattered light and transmittance at many distances along a ray, in one march.
 //!
-//! [`crate::plan::integral::RayIntegral::transfer_until`] integrates a ray up to one distance. Here a ray is walked once,
-//! through distances that grow, and what it has gathered is told at each. Beneath the ground the walk goes on through
-//! air as it is on it: of a ray that something hides that is nothing, and what stands between two rays, of which one
-//! meets the ground before it, is interpolated from smooth numbers.
+//! [`crate::plan::integral::RayIntegral::transfer_until`] integrates a ray up to one distance. Here a ray is marched
+//! once through increasing distances, and its partial integrals are stored at each. Below the ground the march
+//! continues through air as it is at the ground. Volumes can then be interpolated between two rays of which only one
+//! meets the ground.
 
 mod colours;
 mod every_direction;

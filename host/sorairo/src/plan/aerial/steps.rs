@@ -1,4 +1,4 @@
-//! Where a ray is sampled between distances that are told.
+//! Samples of a ray between given distances.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use sorairo_shared::variant;
 
 use crate::medium::density::densities_at;
 
-/// Nodes of Gauss and Legendre in a step, on [0, 1], and their weights.
+/// Gauss-Legendre nodes of a step, on [0, 1], and their weights.
 const NODES: [(f64, f64); 3] =
     [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
@@ -24,16 +24,16 @@ const UP_TO_NODE: [[f64; 3]; 3] = [
     [5.0 / 36.0 + 0.129_099_444_873_580_56, 0.222_222_222_222_222_2 + 0.258_198_889_747_161_1, 5.0 / 36.0],
 ];
 
-/// The longest step: in optical depth, relative to the height over which air falls off, and in km, over which a low sun
-/// changes. Each leaves 3e-4 of a ray's light at most against half of it.
+/// The longest step: in optical depth; relative to the scale height of the density; and in km, over which a low sun
+/// changes. Compared with half the step, each causes an error of at most 3e-4 of a ray's light.
 const MOST_DEPTH: f64 = 0.7;
 const MOST_FALL_OFF: f64 = 0.8;
 const MOST_KM: f64 = 40.0;
 
-/// The optical depth behind which nothing is seen.
+/// The optical depth beyond which nothing is visible.
 const OPAQUE: f64 = 30.0;
 
-/// How far beneath the ground (km) a ray goes on under a sun that changes.
+/// How far below the ground (km) a ray continues under a varying sun.
 const UNDER_ITS_SUN: f64 = 150.0;
 
 /// A ray, sampled up to each of some distances.
@@ -44,11 +44,11 @@ pub struct Steps {
     pub suns: Vec<(f32, bool)>,
     /// The samples between each distance and the one before.
     pub slices: Vec<Range<usize>>,
-    /// What lies before each distance.
+    /// Column densities up to each distance.
     pub columns: Vec<ColumnDensities>,
 }
 
-/// What a ray is walked through.
+/// The medium of a ray.
 pub struct Walk<'a> {
     /// What fills the air.
     pub medium: Medium<'a>,

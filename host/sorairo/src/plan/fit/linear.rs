@@ -1,4 +1,5 @@
-//! Fits that are linear in the values at the bands: the paper's cubic, a polynomial through the transfer, and none at all.
+//! Fits that are linear in the values at the bands: the paper's cubic, a polynomial through the transfer, and none at
+//! all.
 
 use sorairo_shared::glam::{DVec3, Vec4};
 
@@ -52,8 +53,8 @@ impl LinearFit {
         self.radiance_weights(optics, wavelength).into_iter().zip(transfer).map(|(weight, t)| weight * t).sum()
     }
 
-    /// The rows of a spectral image: for each wavelength (nm), the weights of the transfer at each group of four bands in the
-    /// radiance there.
+    /// The rows of a spectral image: for each wavelength (nm), the weights of the transfer at each group of four bands
+    /// in the radiance there.
     pub fn spectrum_rows(&self, optics: &Optics, wavelengths: &[f64]) -> Vec<Vec4> {
         let rows = |&wavelength: &f64| {
             let weights = self.radiance_weights(optics, wavelength);
@@ -64,8 +65,8 @@ impl LinearFit {
         wavelengths.iter().flat_map(rows).collect()
     }
 
-    /// Solve, observer sum and XYZ→RGB as one matrix on the transfer at the bands: for each group of four bands its rows of red,
-    /// green and blue. Bands that only fill the last group weigh nothing.
+    /// Solve, observer sum and XYZ→RGB as one matrix on the transfer at the bands: for each group of four bands its
+    /// rows of red, green and blue. Bands that only fill the last group weigh nothing.
     pub fn folded(&self, optics: &Optics, observer: ColourObserver, space: &ColourSpace) -> Vec<Vec4> {
         let mut weights = vec![DVec3::ZERO; self.wavelengths.len().next_multiple_of(4)];
         for sample in observer::wavelengths() {
@@ -82,8 +83,8 @@ impl LinearFit {
             .collect()
     }
 
-    /// The rows of the observer sum for the explicit solve: (x̄ Δλ, ȳ Δλ, z̄ Δλ, normalised wavelength), times the solar
-    /// irradiance if the transfer is fitted.
+    /// The rows of the observer sum for the explicit solve: (x̄ Δλ, ȳ Δλ, z̄ Δλ, normalised wavelength), times the
+    /// solar irradiance if the transfer is fitted.
     pub fn observer_rows(&self, optics: &Optics, observer: ColourObserver) -> Vec<Vec4> {
         let row = |wavelength: f64| {
             let irradiance = if self.of_radiance { 1.0 } else { optics.solar_irradiance(wavelength) };
@@ -93,7 +94,8 @@ impl LinearFit {
     }
 }
 
-/// The cardinal polynomials of Lagrange at `x`: the inverse of the Vandermonde matrix, transposed, times the powers of `x`.
+/// The cardinal polynomials of Lagrange at `x`: the inverse of the Vandermonde matrix, transposed, times the powers of
+/// `x`.
 fn lagrange(nodes: &[f64], x: f64) -> Vec<f64> {
     let factor = |i: usize, j: usize| if i == j { 1.0 } else { (x - nodes[j]) / (nodes[i] - nodes[j]) };
     (0..nodes.len()).map(|i| (0..nodes.len()).map(|j| factor(i, j)).product()).collect()

@@ -27,8 +27,8 @@ pub enum SpectralFit {
 /// Bands of the cubic (nm): those of Takahashi and Dobashi.
 pub const CUBIC_BANDS: [f64; 4] = [430.0, 520.0, 610.0, 700.0];
 
-/// Bands of the cubic through the transfer (nm): the best found over suns from -4° to 90°, with and without ozone and aerosol, by the colour
-/// error of the whole sky.
+/// Bands of the cubic through the transfer (nm): the best found over suns from -4° to 90°, with and without ozone and
+/// aerosol, by the colour error of the whole sky.
 pub const TRANSFER_BANDS: [f64; 4] = [443.0, 510.0, 568.0, 632.0];
 
 /// Bands of the regression fit (nm), found alike: of light of all orders over black ground and grass.
@@ -69,7 +69,8 @@ impl SpectralFit {
         }
     }
 
-    /// The optical properties at the bands' wavelengths (nm), four to a group, and what the fit multiplies the transfer with.
+    /// The optical properties at the bands' wavelengths (nm), four to a group, and what the fit multiplies the transfer
+    /// with.
     pub fn bands(&self, optics: &Optics, wavelengths: &[f64]) -> Vec<Bands> {
         let bands = upload::bands(optics, wavelengths);
         match self {

@@ -1,9 +1,10 @@
 //! The regression fit: the spectrum between the bands, by a regression on the scene's own rays.
 //!
-//! Light that has crossed an atmosphere is a product of exponentials of extinction spectra, so the logarithm of a constituent's
-//! integral `X(λ)` is nearly an affine function of its logarithms at a few bands. For one sun and one atmosphere the rays of a sky form
-//! a family of two parameters, and the affine function that is best for that family is far better than any that is fixed beforehand. It is found from some
-//! hundred rays, integrated at every wavelength, each time a plan is made.
+//! Light that has crossed an atmosphere is a product of exponentials of extinction spectra, so the logarithm of a
+//! constituent's integral `X(λ)` is nearly an affine function of its logarithms at a few bands. For one sun and one
+//! atmosphere the rays of a sky form a family of two parameters, and the affine function that is best for that family
+//! is far better than any that is fixed beforehand. It is found from some hundred rays, integrated at every wavelength,
+//! each time a plan is made.
 
 use std::ops::Range;
 
@@ -22,7 +23,8 @@ const RIDGE: f64 = 1e-8;
 /// A ray counts as lit if it is at least this part of the brightest one.
 pub const LIT: f64 = 1e-11;
 
-/// A variance of the bands' logarithms that says nothing, where light is as exact as the training's: enough to keep the system solvable.
+/// A variance of the bands' logarithms that says nothing, where light is as exact as the training's: enough to keep the
+/// system solvable.
 pub const NO_NOISE: f64 = 1.491_668_146_240_041_3e-154;
 
 /// With fewer lit rays than this the regression leans on synthetic spectra.
@@ -76,13 +78,15 @@ impl Regression {
     }
 }
 
-/// The colour rows of an observer node: the slopes of each group of four bands, filled up with zeros, then the last row.
+/// The colour rows of an observer node: the slopes of each group of four bands, filled up with zeros, then the last
+/// row.
 fn node_rows(slopes: &[f64], last: [f64; 4]) -> Vec<Vec4> {
     let four = |group: &[f64]| vec4(std::array::from_fn(|i| group.get(i).copied().unwrap_or(0.0)));
     slopes.chunks(4).map(four).chain([vec4(last)]).collect()
 }
 
-/// The rows of observer nodes through some groups of bands, to be read beside those through more: the others weigh nothing.
+/// The rows of observer nodes through some groups of bands, to be read beside those through more: the others weigh
+/// nothing.
 pub fn beside_more_bands(rows: &[Vec4], groups: usize, more: usize) -> Vec<Vec4> {
     let wider = |node: &[Vec4]| [&node[..groups], &vec![Vec4::ZERO; more - groups], &node[groups..]].concat();
     rows.chunks(groups + 1).flat_map(wider).collect()
@@ -130,7 +134,8 @@ impl Training<'_> {
     }
 
     /// The observer nodes of every constituent's regression fit as the kernels take them; see
-    /// [`sorairo_shared::fit::spectrum::regression_rgb`]. With `solve` the rows are for the Newton coefficients of four bands.
+    /// [`sorairo_shared::fit::spectrum::regression_rgb`]. With `solve` the rows are for the Newton coefficients of four
+    /// bands.
     pub fn nodes(&self, solve: bool) -> Vec<Vec4> {
         let nodes = node_wavelengths(self.integral.wavelengths.len());
         let samples = observer::wavelengths();
@@ -148,8 +153,8 @@ impl Training<'_> {
         rows
     }
 
-    /// Slopes on the values at four bands, as slopes on the Newton coefficients through them: their product with Newton's basis
-    /// at the bands, a lower triangular matrix.
+    /// Slopes on the values at four bands, as slopes on the Newton coefficients through them: their product with
+    /// Newton's basis at the bands, a lower triangular matrix.
     fn for_newton_coefficients(&self, slopes: &[f64]) -> Vec<f64> {
         let x: Vec<f64> =
             self.integral.wavelengths.iter().map(|&wavelength| observer::normalised(wavelength)).collect();
@@ -236,8 +241,8 @@ impl Training<'_> {
         examples.weights.push(weight);
     }
 
-    /// Spectra `β e^(-β n - κ m)` for column densities of air up to 400 km and of ozone up to 450 km: what light through any
-    /// atmosphere of these constituents is made of.
+    /// Spectra `β e^(-β n - κ m)` for column densities of air up to 400 km and of ozone up to 450 km: what light
+    /// through any atmosphere of these constituents is made of.
     fn synthetic(&self, constituent: Constituent, wavelengths: &[f64]) -> Vec<Vec<f64>> {
         let of = |c: &Coefficients, n: f64, m: f64| {
             scattering_of(constituent, *c) * (-c.air_scattering * n - c.ozone_absorption * m).exp()
@@ -248,9 +253,9 @@ impl Training<'_> {
     }
 }
 
-/// Regressions of ln X at some of the other wavelengths on ln X at the bands, by ridge regression around the mean. Every slope is
-/// taken relative to 1/n, so that what the ridge pulls towards is a grey change of all bands. `noise` is the variance of a band's
-/// logarithm that says nothing; see [`NO_NOISE`].
+/// Regressions of ln X at some of the other wavelengths on ln X at the bands, by ridge regression around the mean.
+/// Every slope is taken relative to 1/n, so that what the ridge pulls towards is a grey change of all bands. `noise` is
+/// the variance of a band's logarithm that says nothing; see [`NO_NOISE`].
 pub fn regress(examples: &Examples, values: Range<usize>, noise: f64) -> Vec<Regression> {
     let count = examples.bands.first().map_or(0, Vec::len);
     let total: f64 = examples.weights.iter().sum();

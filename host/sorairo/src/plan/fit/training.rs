@@ -448,8 +448,9 @@ mod tests {
                 let worst = errors.map(|(found, expected)| (found / expected - 1.0).abs()).fold(0.0, f64::max);
                 println!("sun at {sun}, {constituent:?}: {worst:.1e}");
                 // Of such errors, which change sign from ray to ray and from wavelength to wavelength, a regression
-                // keeps a part. Half of them is that in twilight light has crossed more ozone where it absorbs less. Inside the
-                // lines of water one amount for all wavelengths leaves 2.2 % beside a low sun and 4.3 % at dusk.
+                // keeps a part. Half of them is that in twilight light has crossed more ozone where it absorbs less.
+                // Inside the lines of water one amount for all wavelengths leaves 2.2 % beside a low sun and 4.3 % at
+                // dusk.
                 assert!(worst > 0.0 && worst < 5e-2, "sun at {sun}, {constituent:?}: {worst:e}");
             }
         }

@@ -18,18 +18,18 @@ use crate::plan::light_field::wavelengths::Wavelengths;
 use crate::plan::on_device::{AskedDevice, DeviceUses, PlanDevice};
 use crate::scene::Orders;
 
-/// What the fields that are kept may take together (bytes): some hundred of them, those of a day and its twilight.
+/// The memory limit of the cache (bytes): some hundred light fields, those of a day and its twilight.
 const MOST: usize = 128 << 20;
 
-/// Light fields that were computed before, and what spectra were learnt in them. A clone shares them.
+/// A cache of light fields, and of the spectral regressions trained in them. Clones share it.
 ///
-/// A light field depends on the air, the ground and a centre of suns; all scenes whose suns are near it have the same, and learn the same from it. What is
-/// kept changes no value, only the time: a field that is not among them is computed as it would have been. Where they take more than
-/// 128 MiB, those that were not used for longest are dropped.
+/// A light field depends on the atmosphere, the ground and a centre of suns. All scenes with suns near the centre share
+/// it and its regressions. The cache changes no value, only the time: a missing field is computed with the same result.
+/// Beyond 128 MiB, the least recently used fields are dropped.
 #[derive(Clone, Default)]
 pub struct LightFields {
     kept: Arc<Mutex<Vec<CacheEntry>>>,
-    /// Where they are computed, if not on the processor.
+    /// The device that computes them; `None` for the CPU.
     device: Option<Arc<AskedDevice>>,
 }
 
@@ -40,9 +40,9 @@ struct CacheEntry {
     value: Arc<dyn Any + Send + Sync>,
 }
 
-/// What is kept.
+/// A cache entry.
 pub trait Cacheable: Send + Sync + 'static {
-    /// The memory that it takes (bytes).
+    /// Its memory (bytes).
     fn bytes(&self) -> usize;
 }
 
@@ -58,7 +58,7 @@ impl Cacheable for DeviceField {
     }
 }
 
-/// All that something kept depends on.
+/// The key of an entry: all that it depends on.
 #[derive(Clone, PartialEq)]
 struct Key {
     of: TypeId,
@@ -66,7 +66,7 @@ struct Key {
     suns: Vec<f64>,
     resolution: Resolution,
     orders: Orders,
-    /// What else it depends on.
+    /// Further dependencies.
     others: Vec<f64>,
 }
 
@@ -94,29 +94,29 @@ fn without_sun(bands: &Bands) -> Bands {
 }
 
 impl LightFields {
-    /// None yet; those to come are computed and kept on a device, and so is what else a plan integrates. Where the device fails, the processor does: the first
-    /// failure is a warning in the log, and [`Self::device_uses`] counts them.
+    /// An empty cache, whose light fields a device computes and stores, like the other integrals of a plan. If the
+    /// device fails, the CPU computes instead: the first failure logs a warning, and [`Self::device_uses`] counts them.
     pub fn on_device(device: Arc<dyn PlanDevice>) -> Self {
         Self { device: Some(Arc::new(AskedDevice::new(device))), ..Self::default() }
     }
 
-    /// None yet, on the same device.
+    /// An empty cache on the same device.
     pub fn emptied(&self) -> Self {
         Self { device: self.device.clone(), ..Self::default() }
     }
 
-    /// Whether a device integrates for plans, and not the processor.
+    /// Whether a device integrates for plans, instead of the CPU.
     pub(crate) fn has_device(&self) -> bool {
         self.device.is_some()
     }
 
-    /// The answer of the device to a question; none where there is no device or where it fails, and the processor has to answer.
+    /// The device's answer to a request; `None` without a device or if it fails, so that the CPU must compute.
     pub(crate) fn ask_device<T>(&self, question: impl FnOnce(&dyn PlanDevice) -> Result<T>) -> Option<T> {
         self.device.as_ref()?.ask(question)
     }
 
-    /// How often plans asked the device of these light fields to integrate, and what came of it; all zero where the processor integrates. Clones, and those
-    /// of [`Self::emptied`], count together.
+    /// The number of requests of plans to the device of these light fields, by outcome; all zero if the CPU integrates.
+    /// Clones, and results of [`Self::emptied`], share the counts.
     pub fn device_uses(&self) -> DeviceUses {
         self.device.as_ref().map(|device| device.uses()).unwrap_or_default()
     }
@@ -140,7 +140,7 @@ impl LightFields {
         Ok(made)
     }
 
-    /// The light field that all this makes: a kept one, or a new one, which is kept.
+    /// The light field for these inputs: a cached one, or a new one, which is cached.
     pub(crate) fn get<const N: usize>(
         &self,
         setting: &Setting,
@@ -156,8 +156,8 @@ impl LightFields {
         self.found_or_made(key, || LightField::new(setting, wavelengths, resolution, orders))
     }
 
-    /// What was learnt from light at some bands about the centre of a setting, or is learnt now. It depends on no more of its setting than light
-    /// fields and the observer's altitude, and on `others`.
+    /// The result of a training with light at some bands around the centre of a setting, cached or new. Of its setting
+    /// it depends only on that of light fields and on the observer's altitude, and on `others`.
     pub(crate) fn learnt<T: Cacheable>(
         &self,
         setting: &Setting,
@@ -176,8 +176,8 @@ impl LightFields {
         if let Some(found) = self.find(&key) {
             return found;
         }
-        // Two threads that ask for the same at once make it twice: a thread that waited for the other would hold up the work that the
-        // other may have handed to it.
+        // Two threads that ask for the same at once make it twice: a thread that waited for the other would hold up the
+        // work that the other may have handed to it.
         let made = Arc::new(make());
         self.insert(CacheEntry { key, bytes: made.bytes(), value: made.clone() });
         made

@@ -109,8 +109,8 @@ pub struct Direction {
     pub weight: f64,
 }
 
-/// Directions at every altitude: Gauss-Legendre nodes in the cosine of the zenith angle, so many above the level, from there to the horizon and
-/// below it, where the light field has its edges.
+/// Directions at every altitude: Gauss-Legendre nodes in the cosine of the zenith angle, so many above the level, from
+/// there to the horizon and below it, where the light field has its edges.
 pub fn directions(setting: &Setting, altitudes: &[f64], counts: [u32; 3]) -> Vec<Direction> {
     let ground = f64::from(setting.medium.atmosphere.ground_radius);
     let at = |(altitude, &height): (usize, &f64)| {

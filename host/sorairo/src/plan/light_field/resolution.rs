@@ -43,10 +43,12 @@ pub struct Resolution {
     pub view_samples: u32,
     /// Whether what lies between suns is interpolated relative to its logarithm.
     pub logarithmic: bool,
-    /// How far a direction's light may be off by the resolution itself, relative to itself or to a twentieth of the brightest: what light fields were off
-    /// against a Monte Carlo's and against published thick layers. No more is known than for which air and sun.
+    /// How far a direction's light may be off by the resolution itself, relative to itself or to a twentieth of the
+    /// brightest: what light fields were off against a Monte Carlo's and against published thick layers. No more is
+    /// known than for which air and sun.
     pub leaves: f64,
-    /// How far the sum of all orders may be off, relative to all light. Under low suns what is told is three to ten times what is off.
+    /// How far the sum of all orders may be off, relative to all light. Under low suns what is told is three to ten
+    /// times what is off.
     pub tolerance: f64,
     /// What moments of a higher degree than the first order's would add, relative to the sun's light.
     pub beyond_degree: f64,
@@ -55,41 +57,47 @@ pub struct Resolution {
 /// The vertical optical depth of scattering up to which light fields were compared with published layers.
 pub const COMPARED_DEPTH: f64 = 300.0;
 
-/// The vertical optical depth of scattering above which a layer is thick: where samples that follow the density alone miss a mean free path.
+/// The vertical optical depth of scattering above which a layer is thick: where samples that follow the density alone
+/// miss a mean free path.
 const THICK: f64 = 1.2;
 
-/// The vertical optical depth of scattering up to which orders of polarised light are summed: a plane atmosphere's light
-/// is natural here, and what is left of polarisation is little only where light is scattered often.
+/// The vertical optical depth of scattering up to which orders of polarised light are summed: a plane atmosphere's
+/// light is natural here, and what is left of polarisation is little only where light is scattered often.
 const MOST_SUMMED: f64 = 4.0;
 
-/// The highest degree in thick air, where scattering after scattering leaves less of a moment than of the one before, and where a table has many more rays.
+/// The highest degree in thick air, where scattering after scattering leaves less of a moment than of the one before,
+/// and where a table has many more rays.
 const HIGHEST_IN_THICK_AIR: usize = 28;
 
-/// The optical depth of scattering, less what goes straight ahead, up to which the light of a plane atmosphere is corrected. At 30 corrections leave
-/// 0.2 % and what they correct 0.7, at 100 0.5 and 0.7, at 300 they diverge.
+/// The optical depth of scattering, less what goes straight ahead, up to which the light of a plane atmosphere is
+/// corrected. At 30 corrections leave 0.2 % and what they correct 0.7, at 100 0.5 and 0.7, at 300 they diverge.
 const MOST_CORRECTED: f64 = 50.0;
 
 /// What moments may add that are left out, relative to the sun's light: less than 0.2 % of the sky's.
 pub const NEGLIGIBLE: f64 = 1.5e-4;
 
-/// The zenith angle (radians) of a sun above which its light crosses the altitudes at a slant, and more of them, of directions and of samples matter. Down
-/// to a sun at 8° a light field is as near without: light that was scattered more than once is within 0.4 % rms of a finer one's, in haze 0.6.
+/// The zenith angle (radians) of a sun above which its light crosses the altitudes at a slant, and more of them, of
+/// directions and of samples matter. Down to a sun at 8° a light field is as near without: light that was scattered
+/// more than once is within 0.4 % rms of a finer one's, in haze 0.6.
 const GRAZING: f64 = 83.0 * DEGREE;
 
-/// The optical depth of scattering by aerosol above which light is gathered at more azimuths, and everything else as under low suns. At 0.3 four azimuths leave
-/// 0.18 % rms against a Monte Carlo's and five 0.08; in thinner haze both leave the same.
+/// The optical depth of scattering by aerosol above which light is gathered at more azimuths, and everything else as
+/// under low suns. At 0.3 four azimuths leave 0.18 % rms against a Monte Carlo's and five 0.08; in thinner haze both
+/// leave the same.
 const THICK_HAZE: f64 = 0.2;
 
 /// How many times as many samples a ray has through layers of aerosol.
 const IN_LAYERS: u32 = 6;
 
-/// Altitudes of a light field, and the share of them for thin air. They are the same by day and in twilight, in haze and without: where they change, what a
-/// sky of haze is off by changes by as much (10 altitudes by day and 12 with low suns were a step of 0.6 % in the preset `hazy`, of 5 % at an optical
-/// depth of 4). Light is as near to that of 26 altitudes as where each had its own.
+/// Altitudes of a light field, and the share of them for thin air. They are the same by day and in twilight, in haze
+/// and without: where they change, what a sky of haze is off by changes by as much (10 altitudes by day and 12 with low
+/// suns were a step of 0.6 % in the preset `hazy`, of 5 % at an optical depth of 4). Light is as near to that of 26
+/// altitudes as where each had its own.
 const ALTITUDES: usize = 12;
 const THIN_AIR: f32 = 0.55;
 
-/// Over which factor of the depth one resolution passes into the next: two are computed where a threshold lies in it, which is seldom.
+/// Over which factor of the depth one resolution passes into the next: two are computed where a threshold lies in it,
+/// which is seldom.
 const MIXED_OVER: f64 = 1.25;
 
 /// Halves of that: the shares of two resolutions end as near to nothing as single precision tells.
@@ -150,9 +158,9 @@ impl Resolution {
         }
     }
 
-    /// What a setting needs, without a step where the depth passes from one choice to the next: the resolutions that [`Self::choose`] takes for the depths from
-    /// a part of `depth` to all of it, each with its share of their logarithms. The light of a sky is as much of each. The finest, that of all of it, is
-    /// the last.
+    /// What a setting needs, without a step where the depth passes from one choice to the next: the resolutions that
+    /// [`Self::choose`] takes for the depths from a part of `depth` to all of it, each with its share of their
+    /// logarithms. The light of a sky is as much of each. The finest, that of all of it, is the last.
     pub fn mixed(setting: &Setting, depth: f64) -> Vec<(f32, Self)> {
         let at = |place: f64| {
             let chosen = Self::choose(setting, depth * MIXED_OVER.powf(place - 1.0));
@@ -177,14 +185,15 @@ impl Resolution {
         }
     }
 
-    /// The moments of the orders after the second, of a first order's degree and where light is gathered at so many azimuths. Of the degree half leaves
-    /// 0.23 % at most with the sun at 0°, two thirds 0.15, all 0.10; of the azimuthal numbers those above 3 change nothing.
+    /// The moments of the orders after the second, of a first order's degree and where light is gathered at so many
+    /// azimuths. Of the degree half leaves 0.23 % at most with the sun at 0°, two thirds 0.15, all 0.10; of the
+    /// azimuthal numbers those above 3 change nothing.
     pub fn moments_of_later_orders(degree: usize, azimuths: usize) -> Moments {
         Moments { degree: (degree * 2 / 3).max(2), azimuthal: degree.min(azimuths - 1).min(3) }
     }
 
-    /// That of spectra from which only ratios between wavelengths are learnt: a coarse one will do. Where the sun is low the ratios themselves
-    /// change from place to place, and more of it is kept.
+    /// That of spectra from which only ratios between wavelengths are learnt: a coarse one will do. Where the sun is
+    /// low the ratios themselves change from place to place, and more of it is kept.
     pub fn for_training(setting: &Setting, depth: f64) -> Self {
         let fine = Self::choose(setting, depth);
         let degree = if setting.aerosol.is_empty() { 2 } else { 8 };

@@ -44,9 +44,9 @@ pub struct Setting<'a> {
 /// How air and aerosol, without its forward peak, couple the moments of polarised light.
 pub type Couplings = ByScatterer<Coupling>;
 
-/// The phase function of aerosol as light scattered more than once takes it: moments of what is left without a forward peak, which
-/// counts as no scattering (delta-M, Wiscombe 1977, <https://doi.org/10.1175/1520-0469(1977)034%3C1408:TDMRYA%3E2.0.CO;2>). What such moments
-/// hold has no peak.
+/// The phase function of aerosol as light scattered more than once takes it: moments of what is left without a forward
+/// peak, which counts as no scattering (delta-M, Wiscombe 1977,
+/// <https://doi.org/10.1175/1520-0469(1977)034%3C1408:TDMRYA%3E2.0.CO;2>). What such moments hold has no peak.
 pub struct AerosolMoments {
     /// `χ_l = (χ_l' - f) / (1 - f)` of the whole phase function's `χ_l'`.
     pub chi: Vec<f64>,
@@ -57,8 +57,8 @@ pub struct AerosolMoments {
 impl AerosolMoments {
     /// For an asymmetry in (-1, 1), or for a phase function that is tabulated.
     pub fn new(asymmetry: f32, phase: Option<&Phase>) -> Self {
-        /// The degree up to which moments are kept where the phase function has a peak, and the asymmetry at which it begins to have one: what is left has as
-        /// much in that degree as there.
+        /// The degree up to which moments are kept where the phase function has a peak, and the asymmetry at which it
+        /// begins to have one: what is left has as much in that degree as there.
         const DEGREE: usize = 20;
         const ASYMMETRY: f64 = 0.8;
         /// A peak of less of what aerosol scatters is none: its moments end below a hundredth all the same.
@@ -75,8 +75,8 @@ impl AerosolMoments {
 }
 
 impl<'a> Setting<'a> {
-    /// For what fills the air, the bands for which samples are placed, what the integral of its light scattered once must not skip (see
-    /// [`variant`]), an observer's altitude (km) and the sun's elevation (radians).
+    /// For what fills the air, the bands for which samples are placed, what the integral of its light scattered once
+    /// must not skip (see [`variant`]), an observer's altitude (km) and the sun's elevation (radians).
     pub fn new(
         medium: Medium<'a>,
         (placed_for, phase): (Bands, Option<&Phase>),
@@ -131,8 +131,8 @@ impl<'a> Setting<'a> {
     }
 }
 
-/// Legendre moments `χ_l` of the phase function of Cornette and Shanks (1992) with an asymmetry, up to a degree: those of Henyey and
-/// Greenstein, `g^l`, times `1 + ν²`.
+/// Legendre moments `χ_l` of the phase function of Cornette and Shanks (1992) with an asymmetry, up to a degree: those
+/// of Henyey and Greenstein, `g^l`, times `1 + ν²`.
 ///
 /// With `a_l = (l + 1)/(2l + 1)` and `b_l = l/(2l + 1)`:
 /// `χ_l = 3/(2(2 + g²)) [g^l (1 + a_l b_{l+1} + b_l a_{l-1}) + a_l a_{l+1} g^{l+2} + b_l b_{l-1} g^{l-2}]`.

@@ -29,8 +29,8 @@ impl Row {
 pub struct Light {
     /// Light that air and aerosol scatter towards the observer, neither for the first time (sr⁻¹).
     pub scattered: Vec4,
-    /// `Q` of it (sr⁻¹); see [`sorairo_shared::light_field::polarisation`]. 0 where light is taken as natural, or nobody
-    /// asked.
+    /// `Q` of it (sr⁻¹); see [`sorairo_shared::light_field::polarisation`]. 0 where light is taken as natural, or
+    /// nobody asked.
     pub q: Vec4,
     /// `U` of it, left of the sun's vertical plane; right of it, it has the other sign.
     pub u: Vec4,
@@ -38,8 +38,8 @@ pub struct Light {
     pub diffuse_irradiance: Vec4,
 }
 
-/// The sun where a ray enters the atmosphere, or begins: the cosines of its zenith angle and of its angle from the ray. The ray has a cosine of its own zenith
-/// angle at the observer, and of its azimuth from the sun.
+/// The sun where a ray enters the atmosphere, or begins: the cosines of its zenith angle and of its angle from the ray.
+/// The ray has a cosine of its own zenith angle at the observer, and of its azimuth from the sun.
 pub(crate) fn sight(setting: &Setting, mu: f64, cosine: f64) -> [f32; 2] {
     let (ground, depth) =
         (f64::from(setting.medium.atmosphere.ground_radius), f64::from(setting.medium.atmosphere.depth));

@@ -1,7 +1,8 @@
 //! The suns of a table of the light field.
 //!
-//! A light field is the same for every sun of the same air: what differs is the part of it that an observer sees. The suns of a table stand
-//! about one of a fixed row of suns, the centre, so that all scenes whose sun is near it have the very same table.
+//! A light field is the same for every sun of the same air: what differs is the part of it that an observer sees. The
+//! suns of a table stand about one of a fixed row of suns, the centre, so that all scenes whose sun is near it have the
+//! very same table.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -15,7 +16,8 @@ pub const DAY: f64 = 78.0 * DEGREE;
 pub const LOW: f64 = 86.0 * DEGREE;
 /// One degree (radians).
 pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
-/// How far behind the seen part of the planet the sun matters where it is lower: with 8° nothing comes nearer to a finer light field.
+/// How far behind the seen part of the planet the sun matters where it is lower: with 8° nothing comes nearer to a
+/// finer light field.
 const DARK_MARGIN: f64 = 5.0 * DEGREE;
 /// In twilight light comes from where the sun stands as high as this zenith angle.
 const BRIGHT_ENOUGH: f64 = 84.0 * DEGREE;
@@ -58,15 +60,17 @@ impl Centre {
     }
 }
 
-/// Zenith angles of the sun at the places from which light comes (radians): about a centre, as far as air is seen, and in twilight
-/// to where the sun shines. They are some of one fixed row of whole degrees, so that the tables of neighbouring centres have the same nodes but at their ends, and a
-/// sun that passes from one to the next sees no step. The observer's altitude is in km.
+/// Zenith angles of the sun at the places from which light comes (radians): about a centre, as far as air is seen, and
+/// in twilight to where the sun shines. They are some of one fixed row of whole degrees, so that the tables of
+/// neighbouring centres have the same nodes but at their ends, and a sun that passes from one to the next sees no step.
+/// The observer's altitude is in km.
 pub fn sun_nodes(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> Vec<f64> {
     let ground = f64::from(atmosphere.ground_radius);
     let seen = -horizon(ground, altitude);
     let top = -horizon(ground, f64::from(atmosphere.depth));
     let brightest = (sun - seen - top).clamp(0.0, BRIGHT_ENOUGH);
-    // Where the sun stands as far below the horizon as twice the top of the atmosphere can see, and some more, nothing is lit.
+    // Where the sun stands as far below the horizon as twice the top of the atmosphere can see, and some more, nothing
+    // is lit.
     let night = FRAC_PI_2 + 2.5 * top;
     let darkest = (sun + seen + top.min(DARK_MARGIN)).min(night);
     const CLOSE: f64 = 0.3;
@@ -83,8 +87,9 @@ pub fn sun_nodes(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> Vec<f64> {
     suns
 }
 
-/// Whole degrees between two suns of a table at a zenith angle (degrees), which is so far (degrees) beyond what is seen of the planet under the centre: the
-/// fewer, the faster light falls off there and the more of it an observer sees. Steps of 1° beside the horizon are as near to a finer light field as 0.5°.
+/// Whole degrees between two suns of a table at a zenith angle (degrees), which is so far (degrees) beyond what is seen
+/// of the planet under the centre: the fewer, the faster light falls off there and the more of it an observer sees.
+/// Steps of 1° beside the horizon are as near to a finer light field as 0.5°.
 fn step(angle: u32, beyond: f64) -> u32 {
     match angle {
         0..80 => 5,

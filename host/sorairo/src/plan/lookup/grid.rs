@@ -1,5 +1,5 @@
-//! How many rows and columns of a sky lookup keep what is interpolated near to the integral: a question of the sky
-//! alone, whoever looks at it.
+//! The number of rows and columns with which a sky lookup stays within the tolerance of the integral. It depends on the
+//! sky alone.
 
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::interpolation::azimuth::cosine_at_place;
@@ -11,41 +11,41 @@ use sorairo_shared::uniform::Uniform;
 
 use crate::plan::integral::RayIntegral;
 
-/// How far the sky lookup's colours may lie from the integral's, relative to the luminance of the direction or a tenth
-/// of the sky's mean, whichever is larger: about a third of what the fit leaves.
+/// The tolerance of colours of the sky lookup, relative to the luminance of the direction or to a tenth of the sky's
+/// mean, whichever is larger: about a third of the error of the fit.
 pub const TOLERANCE: f64 = 1e-3;
 
-/// How far they may lie from it anywhere, relative to the brightest direction: as far as single precision lets an
-/// explicit solve and a folded matrix differ.
+/// The tolerance anywhere, relative to the brightest direction: the difference between an explicit solve and a folded
+/// matrix in single precision.
 const TOLERANCE_OF_BRIGHTEST: f64 = 1e-4;
 
-/// The sky lookup may not be finer than this. Where a sky would need more, at an edge of the planet's shadow or of a
-/// layer that a ray grazes, the error of straight lines falls with their length alone, and these are short enough for
-/// what a pixel may be off by.
+/// The largest sky lookup. At an edge of the planet's shadow, or of a layer that a ray grazes, a sky may need more. The
+/// error of linear interpolation decreases only with the spacing there, which is small enough here for the error bound
+/// of a pixel.
 pub const LARGEST: Entries = (512, 256);
 
-/// The most entries of a sky lookup of its own: what straight lines leave at edges they leave along elevation, and more
-/// columns bring nothing.
+/// The maximum number of entries of a sky lookup without the rows of its image. Its errors at edges are along
+/// elevation, and more columns do not reduce them.
 pub const MOST: Entries = (512, 192);
 
-/// The coarsest sky lookup, with which its error is measured.
+/// The coarsest sky lookup, on which the error is measured.
 pub const COARSEST: Entries = (48, 16);
 
-/// The sky lookup may not have fewer columns than this: farther apart the error is no longer that of a low difference.
+/// The minimum number of columns: with larger spacings the error is no longer that of a low-order difference.
 const FEWEST_AZIMUTHS: u32 = 8;
 
-/// Entries from one anchor of the sky lookup to the next: where straight lines between entries, `h` apart, are off by
-/// less than half of the tolerance, `h²/8L² < 5e-4` for what changes over `L`, cubics between anchors are by
-/// `3/128 (3h/L)⁴ < 4e-5`. So few lie between anchors where rays are of one piece; where they are of several, and cost
-/// as much more, no fewer do.
+/// Entries per anchor of the sky lookup. Where linear interpolation between entries with a spacing `h` has an error
+/// below half of the tolerance, `h²/8L² < 5e-4` for a feature of the scale `L`, cubics between anchors have
+/// `3/128 (3h/L)⁴ < 4e-5`. This is the ratio if rays have one piece; if they have several, and cost several times as
+/// much, there are at least as many.
 const ENTRIES_PER_ANCHOR: u32 = 3;
 
-/// The sky lookup may not have fewer anchors than these, rows on a side of the horizon and columns.
+/// The minimum number of anchors: rows on a side of the horizon, and columns.
 pub const FEWEST_ANCHORS: Entries = (24, 8);
 
-/// Columns of anchors that a sky has at least in which the planet's shadow is seen, if it has three entries to each:
-/// its edge is a kink, which cells between which the error is measured may miss. With fewer a pixel is off by 3.2e-2,
-/// with these by 2.4e-2.
+/// The minimum number of columns of anchors if the planet's shadow is visible and each anchor has three entries. The
+/// edge of the shadow is a kink, which the sample cells of the error may miss. With fewer columns a pixel had an error
+/// of 3.2e-2, with these 2.4e-2.
 const FEWEST_ACROSS_SHADOW: u32 = 48;
 
 /// What a direction counts for at most when samples are judged, as a part of the brightest one: 1.5e-5 of that may be
@@ -84,13 +84,13 @@ pub struct Seen<'a> {
     pub constituents: &'a dyn Fn(&[Vec3]) -> Vec<Constituents>,
 }
 
-/// For each kind of grid rows and columns that keep interpolation within the tolerance, from its error on the coarsest
-/// grid, and then on the grid that follows from it; never more than [`LARGEST`].
+/// For each kind of grid, the rows and columns that keep interpolation within the tolerance, at most [`LARGEST`]. They
+/// follow from the error on the coarsest grid, and then on the grid derived from it.
 ///
-/// Midway between two entries, linear interpolation of a smooth function is off by an eighth of its second difference,
-/// which falls as the square of the spacing, and a cubic by a part of its fourth difference, which falls as the fourth
-/// power. The error is measured there, on sample cells, in both directions; the number of entries follows from it.
-/// Where the coarsest grid skips what is narrower than its cells, the second one shows it.
+/// Midway between two entries, linear interpolation of a smooth function has an error of an eighth of its second
+/// difference, which decreases as the square of the spacing. A cubic has a fraction of its fourth difference, which
+/// decreases as the fourth power. The error is measured there, on sample cells, along both axes, and determines the
+/// number of entries. The second grid shows features that are narrower than the cells of the coarsest one.
 pub fn enough(sky: &Seen, kinds: &[GridKind]) -> Vec<Entries> {
     let coarsest = sampled(sky, kinds.iter().map(|&kind| (COARSEST, kind)));
     let grids: Vec<Entries> = coarsest.iter().map(Sampled::enough).collect();

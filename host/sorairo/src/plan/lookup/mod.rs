@@ -1,4 +1,4 @@
-//! Whether an image integrates every pixel, or a sky lookup between whose directions its pixels are interpolated.
+//! The choice between the integral at every pixel and interpolation from a sky lookup.
 
 pub(crate) mod grid;
 
@@ -18,27 +18,28 @@ use crate::plan::lookup::grid::{COARSEST, Entries, FEWEST_ANCHORS, GridKind, LAR
 use crate::plan::sky::SkyPlan;
 use crate::scene::{ColourPath, PathChoice, Projection, Scene};
 
-/// Most entries of a sky lookup that has the rows of its image: of three colours they take 128 MiB, which every Vulkan
-/// device takes as one buffer, and one dispatch fills them.
+/// The maximum number of entries of a sky lookup with the rows of its image. With three colours they take 128 MiB,
+/// which every Vulkan device supports as one buffer, and one dispatch fills them.
 const MOST_ENTRIES: u64 = (1 << 27) / (3 * size_of::<Vec4>() as u64);
 const _: () = assert!(MOST_ENTRIES <= 65_535 * LOOKUP_WORKGROUP as u64);
 
-/// The sky lookup pays from this many pixels per anchor: an anchor costs one integral, and a pixel a small part of one.
+/// The sky lookup is faster from this number of pixels per anchor: an anchor costs one integral, a pixel a small
+/// fraction of one.
 const PIXELS_PER_ANCHOR: u64 = 2;
 
-/// Entries of a sky lookup that cost as much as one anchor.
+/// The number of entries of a sky lookup that cost as much as one anchor.
 const ENTRIES_PER_INTEGRAL: u64 = 16;
 
-/// The way that an image takes, and why.
+/// The path of an image, and its reason.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Lookup {
-    /// Size of the sky lookup; none if every pixel is integrated.
+    /// Size of the sky lookup; `None` if every pixel is integrated.
     #[serde(rename = "table")]
     pub size: Option<LookupSize>,
-    /// Its anchors, which are all that is integrated.
+    /// Its anchors, the only integrated directions.
     pub anchors: Option<LookupSize>,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
@@ -67,7 +68,7 @@ impl LookupSize {
     }
 }
 
-/// Chooses the way for an image of a scene's sky.
+/// Chooses the path of an image of a scene's sky.
 pub fn choose(scene: &Scene, sky: &SkyPlan, lit_rows: &Range<u32>) -> Lookup {
     let direct = |reason: String| Lookup { size: None, anchors: None, reason };
     let pixels = u64::from(scene.camera.size.width) * lit_rows.len() as u64;

@@ -64,15 +64,16 @@ const SRGB_TO_XYZ: DMat3 = DMat3::from_cols(
     DVec3::new(0.1805, 0.0722, 0.9505),
 );
 
-/// The cone responses of Bradford's adaptation (Lam 1985, *Metamerism and Colour Constancy*, University of Bradford; rows as in
-/// Lindbloom, *Chromatic Adaptation*, <http://www.brucelindbloom.com/Eqn_ChromAdapt.html>).
+/// The cone responses of Bradford's adaptation (Lam 1985, *Metamerism and Colour Constancy*, University of Bradford;
+/// rows as in Lindbloom, *Chromatic Adaptation*, <http://www.brucelindbloom.com/Eqn_ChromAdapt.html>).
 const BRADFORD: DMat3 = DMat3::from_cols(
     DVec3::new(0.8951, -0.7502, 0.0389),
     DVec3::new(0.2664, 1.7135, -0.0685),
     DVec3::new(-0.1614, 0.0367, 1.0296),
 );
 
-/// The matrix on XYZ that makes the white `from` into the white `to`: each of Bradford's cone responses is scaled by itself.
+/// The matrix on XYZ that makes the white `from` into the white `to`: each of Bradford's cone responses is scaled by
+/// itself.
 pub fn adaptation(from: DVec3, to: DVec3) -> DMat3 {
     BRADFORD.inverse() * DMat3::from_diagonal((BRADFORD * to) / (BRADFORD * from)) * BRADFORD
 }

@@ -30,21 +30,21 @@ use crate::plan::upload;
 use crate::scene::{Below, CameraScene, ColourPath, Dither, Exposure, ExrDepth, Projection, Scene, ValidScene};
 use crate::words::word;
 
-/// Everything that the kernels of one image need, and nothing that they do not.
+/// Exactly the data that the kernels of one image need.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// The sky that the image shows.
     pub sky: Sky,
-    /// What every pixel shares.
+    /// The data common to all pixels.
     #[doc(hidden)]
     pub uniform: Uniform,
     /// The colour rows: those of the sky, then the grid of the sun's disc or the rows of a spectral image.
     #[doc(hidden)]
     pub colour: Vec<Vec4>,
-    /// The spectra of a spectral image; none of other images.
+    /// The spectra of a spectral image; `None` for other images.
     #[doc(hidden)]
     pub spectral: Option<Arc<SpectralPlan>>,
-    /// What the kernels are specialised for; see [`variant`].
+    /// The specialisation of the kernels; see [`variant`].
     #[doc(hidden)]
     pub variant: u32,
     /// How a pixel is stored.
@@ -53,18 +53,18 @@ pub struct Plan {
     pub lit_rows: Range<u32>,
     /// Whether pixels are integrated or looked up, and why.
     pub lookup: Lookup,
-    /// What it shows below the horizon.
+    /// The content below the horizon.
     pub below: Below,
 }
 
 impl Plan {
-    /// The plan of a scene whose pixels are stored as `pixel`; see [`Plan::with_light_fields`].
+    /// The plan of a scene with a pixel format; see [`Plan::with_light_fields`].
     pub fn new(scene: &ValidScene, pixel: PixelFormat) -> Self {
         Self::with_light_fields(scene, pixel, &LightFields::default())
     }
 
-    /// The same with the light fields of other plans; see [`Sky::with_light_fields`]. The pixels of a picture of
-    /// high dynamic range are linear RGB of its display, which an encoder brings to its curve.
+    /// The same with the light fields of other plans; see [`Sky::with_light_fields`]. Pixels of a picture in high
+    /// dynamic range are linear RGB of its display; an encoder applies the display curve.
     pub fn with_light_fields(scene: &ValidScene, pixel: PixelFormat, light_fields: &LightFields) -> Self {
         // A picture is packed on the device, for its display.
         let rgb = if pixel == PixelFormat::Picture { scene.render.display.rgb() } else { scene.render.rgb };
@@ -74,12 +74,12 @@ impl Plan {
         Self::of_sky(sky, scene, below, if is_hdr { PixelFormat::LinearRgb } else { pixel })
     }
 
-    /// The plan of what a camera sees of a sky that is planned. Nothing of the sky is planned anew.
+    /// The plan of a camera's image of a planned sky. It computes nothing of the sky anew.
     ///
     /// # Errors
     ///
-    /// Those of [`Scene::validated`] for the camera; [`Error::NotAllowed`] for a picture of a sky that was not planned
-    /// in the space of its display, or for a display of high dynamic range.
+    /// Those of [`Scene::validated`] for the camera; [`Error::NotAllowed`] for a picture of a sky that was planned in
+    /// another space than that of its display, or for a display of high dynamic range.
     pub fn seen(sky: &Sky, camera: &CameraScene, pixel: PixelFormat) -> Result<Self> {
         let scene = sky.scene.seen_by(camera)?;
         if pixel == PixelFormat::Picture && scene.render.display.is_hdr() {
@@ -92,8 +92,7 @@ impl Plan {
             return Err(Error::not_allowed("render.rgb", complaint));
         }
         if camera.polariser.is_some() && !sky.base.polarised {
-            let complaint =
-                "stands before polarised light, and this sky was planned without; set render.polarisation = on";
+            let complaint = "needs polarised light, but this sky was planned without it; set render.polarisation = on";
             return Err(Error::not_allowed("camera.polariser", complaint));
         }
         let below = below::of(&scene, camera, pixel);
@@ -165,7 +164,7 @@ impl Plan {
         Self { uniform, variant: self.variant | variant::REFINED, ..self }
     }
 
-    /// The same plan with pixels that are looked up in a sky lookup of this size.
+    /// The same plan with pixels interpolated from a sky lookup of this size.
     pub fn with_lookup(self, size: LookupSize) -> Self {
         let anchors = lookup::grid(&self.sky.scene, self.sky.lookup_anchors());
         // Now, and not when a frame is drawn.
@@ -196,21 +195,19 @@ impl Plan {
         }
     }
 
-    /// The same plan for a spectral image: beside its linear RGB a pixel holds the radiance at wavelengths in nm,
-    /// increasing, themselves.
-    /// Every pixel is integrated.
+    /// The same plan for a spectral image: in addition to linear RGB, a pixel holds the radiance at increasing
+    /// wavelengths (nm). Every pixel is integrated.
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] for a wavelength at which the scene is not known in visible light, for a plan of a
-    /// picture, which has no place for radiance, for [`ColourPath::Solve`], which is a way to a colour, and with the
-    /// sun's disc.
+    /// [`Error::NotAllowed`] for a wavelength at which the scene has no data in visible light, for a plan of a picture,
+    /// which has no room for radiance, for [`ColourPath::Solve`], which yields colours only, and with the sun's disc.
     pub fn with_spectrum(self, wavelengths: &[f64]) -> Result<Self> {
         check_wavelengths(self.sky.scene.known_wavelengths(), wavelengths)?;
         self.with_spectral(wavelengths, SpectralPlan::new)
     }
 
-    /// The same for an image in bands so wide (nm) about the wavelengths: a pixel holds the mean over each; see
+    /// The same for an image in bands of a width (nm) about the wavelengths: a pixel holds the mean over each; see
     /// [`SpectralPlan::over_bands`].
     ///
     /// # Errors
@@ -270,12 +267,12 @@ impl Plan {
         Self { variant, lookup: Lookup { size: None, anchors: None, reason }, ..self }
     }
 
-    /// Whether pixels hold light by wavelength: a spectrum beside their colour, or the radiance at every band.
+    /// Whether pixels hold spectral radiance: in addition to their colour, or at every band.
     pub fn holds_light(&self) -> bool {
         self.variant & variant::LIGHT != 0
     }
 
-    /// Wavelengths (nm) of a spectral image, as they were asked for; none of other images.
+    /// The requested wavelengths (nm) of a spectral image; empty for other images.
     pub fn wavelengths(&self) -> &[f64] {
         self.spectral.as_ref().map_or(&[], |spectral| &spectral.wavelengths)
     }
@@ -286,7 +283,7 @@ impl Plan {
         self.spectral.as_ref().map_or_else(|| self.sky.integral(), |spectral| &spectral.integral)
     }
 
-    /// Words that a pixel of the plan's image takes.
+    /// The number of words of a pixel.
     pub fn pixel_words(&self) -> u32 {
         if self.holds_light() {
             words_of_light(&self.uniform, self.buffers().bands, self.variant)
@@ -295,12 +292,12 @@ impl Plan {
         }
     }
 
-    /// Linear RGB of the sky in a direction (W·m⁻²·sr⁻¹), integrated at that direction.
+    /// Linear RGB of the sky in a direction (W·m⁻²·sr⁻¹), by the integral at that direction.
     pub fn radiance(&self, view: Vec3) -> Vec3 {
         self.sky.rgb_towards(view)
     }
 
-    /// What the kernels read beside the uniform.
+    /// The buffers of the kernels, in addition to the uniform.
     #[doc(hidden)]
     pub fn buffers(&self) -> Buffers<'_> {
         let buffers = self.integral().buffers(&self.colour);
@@ -313,8 +310,8 @@ impl Plan {
         Buffers { multiple: &self.sky.refined().values, ..buffers }
     }
 
-    /// Stops by which linear values are exposed for a file or a target: what the scene asks for, or else what half
-    /// floats need where they hold them (see `exposure::of_halves`), or none.
+    /// The exposure of linear values (stops) for a file or a target: that of the scene, or else the one that half
+    /// floats need to hold them (see `exposure::of_halves`), or 0.
     pub fn linear_exposure(&self, depth: ExrDepth) -> f32 {
         match (self.sky.scene.render.exr_exposure, depth) {
             (Exposure::Stops(stops), _) => stops as f32,
@@ -373,8 +370,8 @@ impl Plan {
         first..first + aces::ROWS
     }
 
-    /// What half floats cut off of the sun's disc in the pixels that it covers (a part of its light there), and the
-    /// stops that would keep it; none where they hold it.
+    /// The fraction of the disc's light that half floats clip in its pixels, and the exposure (stops) that would keep
+    /// it; `None` if they hold it.
     pub fn cut_of_disc(&self) -> Option<(f32, f32)> {
         if self.variant & variant::SUN_DISC == 0 {
             return None;
@@ -417,7 +414,7 @@ impl Plan {
         u64::from(self.width()) * u64::from(self.lit_rows.end - self.lit_rows.start)
     }
 
-    /// Exposure of a picture (stops): the scene's own, or what the meter found.
+    /// Exposure of a picture (stops): that of the scene, or the result of the meter.
     pub fn exposure(&self) -> f32 {
         self.uniform.exposure.log2()
     }

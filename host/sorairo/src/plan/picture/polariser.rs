@@ -49,8 +49,8 @@ pub fn passes(camera: &CameraScene) -> Option<Vec4> {
     Some(Vec4::new(mean as f32, (difference * cosine) as f32, (difference * sine) as f32, 0.0))
 }
 
-/// The degree of polarisation of light that aerosol scatters once, over the scattering angle: of red, green and blue the
-/// mean over the light that it scatters of the sun.
+/// The degree of polarisation of light that aerosol scatters once, over the scattering angle: of red, green and blue
+/// the mean over the light that it scatters of the sun.
 fn degrees_of_aerosol(sky: &SkyPlan) -> Vec<Vec4> {
     let optics = &sky.base.optics;
     if !optics.aerosol.is_there() {

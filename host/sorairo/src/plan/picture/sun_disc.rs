@@ -44,9 +44,9 @@ const PARTS: u32 = 12;
 
 /// Radiance of the disc at a place on it, divided by that at its centre (1 at `limb_cosine` 1), for a wavelength in nm.
 ///
-/// `limb_cosine` is the cosine of the angle to the normal of the sun's surface. Neckel 2005, *Analytical reference functions F(λ) for the
-/// sun's limb darkening and its absolute continuum intensities*, Solar Physics 229, 13 (doi:10.1007/s11207-005-4081-z), for 385 to
-/// 1100 nm; below, as at 385 nm.
+/// `limb_cosine` is the cosine of the angle to the normal of the sun's surface. Neckel 2005, *Analytical reference
+/// functions F(λ) for the sun's limb darkening and its absolute continuum intensities*, Solar Physics 229, 13
+/// (doi:10.1007/s11207-005-4081-z), for 385 to 1100 nm; below, as at 385 nm.
 pub fn limb_darkening(wavelength: f64, limb_cosine: f64) -> f64 {
     let powers = limb_coefficients(wavelength);
     powers.iter().rev().fold(0.0, |sum, power| sum * limb_cosine + power)
@@ -246,8 +246,8 @@ impl<'a> Sun<'a> {
         sum
     }
 
-    /// Irradiance at each wavelength (W·m⁻²·nm⁻¹) that the disc, as far as the ground does not hide it, sends to a surface; `cosine` is that
-    /// between the surface's normal and a direction.
+    /// Irradiance at each wavelength (W·m⁻²·nm⁻¹) that the disc, as far as the ground does not hide it, sends to a
+    /// surface; `cosine` is that between the surface's normal and a direction.
     pub fn spectral_irradiance(&self, cosine: impl Fn(DVec3) -> f64) -> Vec<f64> {
         let mut sum = vec![0.0; self.spectrum.len()];
         for Strip { depths, parts } in self.strips() {
@@ -259,7 +259,8 @@ impl<'a> Sun<'a> {
         sum
     }
 
-    /// The part of the light from the disc's centre that the air lets through at each wavelength; none of a centre below the horizon.
+    /// The part of the light from the disc's centre that the air lets through at each wavelength; none of a centre
+    /// below the horizon.
     pub fn transmittance_of_centre(&self) -> Vec<f64> {
         if self.elevation < self.lowest {
             return vec![0.0; self.coefficients.len()];
@@ -269,8 +270,9 @@ impl<'a> Sun<'a> {
 
     /// The level strips of the disc that the ground does not hide.
     ///
-    /// A strip lies at the height `v = sin θ` over the disc's centre, in radii, and its parts at `u = cos θ sin φ` across. There the cosine to the
-    /// normal of the sun's surface is `cos θ cos φ`, and `du dv = cos² θ cos φ dθ dφ`: smooth to the limb and to the horizon, where both end.
+    /// A strip lies at the height `v = sin θ` over the disc's centre, in radii, and its parts at `u = cos θ sin φ`
+    /// across. There the cosine to the normal of the sun's surface is `cos θ cos φ`, and `du dv = cos² θ cos φ dθ dφ`:
+    /// smooth to the limb and to the horizon, where both end.
     fn strips(&self) -> impl Iterator<Item = Strip> {
         let across = gauss_legendre(PARTS);
         let ahead = self.sky.base.source.bearing().truncate();
@@ -290,8 +292,8 @@ impl<'a> Sun<'a> {
         self.pieces().into_iter().flat_map(nodes_between).map(strip)
     }
 
-    /// Angles `θ` of the heights sin θ over the disc's centre, in radii, between which the light of the disc changes smoothly: from the horizon to
-    /// the top, with the limb of the atmosphere in between for an observer above it.
+    /// Angles `θ` of the heights sin θ over the disc's centre, in radii, between which the light of the disc changes
+    /// smoothly: from the horizon to the top, with the limb of the atmosphere in between for an observer above it.
     fn pieces(&self) -> Vec<(f64, f64)> {
         let RayIntegral { uniform, optics, .. } = &self.sky.base;
         let from_centre = optics.ground_radius + f64::from(uniform.altitude);
@@ -357,8 +359,8 @@ impl<'a> Sun<'a> {
         DVec3::new(air.into(), aerosol.into(), ozone.into())
     }
 
-    /// The tables that bend sunlight to the observer, and the altitude (km); none for straight light, and from above the
-    /// atmosphere, where the disc is shown as if light were straight.
+    /// The tables that bend sunlight to the observer, and the altitude (km); none for straight light, and from above
+    /// the atmosphere, where the disc is shown as if light were straight.
     fn bent(&self) -> Option<(&Tables, f64)> {
         self.inside().filter(|(tables, _)| tables.shadow[1] > 0.0)
     }
@@ -408,7 +410,8 @@ impl<'a> Sun<'a> {
         self.sky.space.into_gamut(self.sky.space.from_xyz * xyz)
     }
 
-    /// Left, top, right and bottom of the disc in the image (pixels from its top left corner); an empty box where it is not seen.
+    /// Left, top, right and bottom of the disc in the image (pixels from its top left corner); an empty box where it is
+    /// not seen.
     fn bounds(&self, projection: Projection, camera: &Camera) -> [f64; 4] {
         let [width, height] = [camera.width, camera.height].map(f64::from);
         if projection == Projection::Equirectangular {

@@ -95,8 +95,8 @@ pub fn light_of_rows(
     Ok((0..groups).map(|group| (0..rows.len()).map(|row| of_row(group, row)).collect()).collect())
 }
 
-/// Light scattered once along rays, from an altitude (km) in some directions under a sun: for each ray and group of bands that of air and of aerosol, before
-/// their phase functions.
+/// Light scattered once along rays, from an altitude (km) in some directions under a sun: for each ray and group of
+/// bands that of air and of aerosol, before their phase functions.
 pub fn scattered_once(
     device: &dyn PlanDevice,
     medium: Medium<'_>,

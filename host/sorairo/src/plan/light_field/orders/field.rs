@@ -94,7 +94,8 @@ impl<const N: usize> LightField<N> {
     }
 }
 
-/// The largest mean radiance of a sum of light fields, relative to that of another at the same node, or to a part of the brightest under the same sun.
+/// The largest mean radiance of a sum of light fields, relative to that of another at the same node, or to a part of
+/// the brightest under the same sun.
 fn relative_size<const N: usize>(parts: &[&Values<N>], of: &Values<N>, suns: usize) -> f64 {
     let parts: Vec<Vec<Lanes<N>>> = parts.iter().map(|part| part.means()).collect();
     let all = of.means();
@@ -189,9 +190,10 @@ impl<'a, const N: usize> Table<'a, N> {
         }
     }
 
-    /// Light of all orders in thick air: the first two are computed; what remains is that of a plane atmosphere, which is then corrected by
-    /// what one more scattering of it, in this one, says that it lacks. Where light is scattered thousands of times the errors of single
-    /// scatterings would add up to more than a plane atmosphere is off, and nothing is corrected.
+    /// Light of all orders in thick air: the first two are computed; what remains is that of a plane atmosphere, which
+    /// is then corrected by what one more scattering of it, in this one, says that it lacks. Where light is scattered
+    /// thousands of times the errors of single scatterings would add up to more than a plane atmosphere is off, and
+    /// nothing is corrected.
     fn all_orders_of_thick_air(&self, made: &mut OrdersMade) -> Values<N> {
         let layers = Layers::new(self.setting, self.wavelengths, self.grid);
         let further = |light: &Values<N>| layers.further_orders(self.setting, self.wavelengths, self.grid, light);
@@ -347,8 +349,8 @@ impl<'a, const N: usize> Table<'a, N> {
         }
     }
 
-    /// Light of the order after the one of `last`, in these moments. Scattering mixes moments of different azimuthal numbers as little as the
-    /// vertical turns along a ray: those of `last` that are not among them are left out.
+    /// Light of the order after the one of `last`, in these moments. Scattering mixes moments of different azimuthal
+    /// numbers as little as the vertical turns along a ray: those of `last` that are not among them are left out.
     fn next_order(&self, last: &Values<N>, of: Moments) -> Values<N> {
         let tiles = last.tiles(self.grid, of, self.setting.couplings);
         let azimuths = self.azimuths.cosines.len();

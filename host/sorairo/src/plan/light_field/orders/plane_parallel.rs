@@ -1,23 +1,26 @@
 //! The orders of scattering that remain, in a plane-parallel atmosphere.
 //!
-//! In thick air successive orders fall off slowly: their number grows with the square of the optical depth. What remains after the orders
-//! that are computed is diffuse, and is solved for at once. With `A` one more scattering, and `r` the light field of which all further
-//! orders are sought, `G = Σ_{k≥1} A^k r` solves `G = A (r + G)`: the transfer equation with the source that `r` makes. For each sun of a
-//! table, azimuthal number `m` and wavelength it is, in the optical depth `τ` from the top (Chandrasekhar 1960, *Radiative Transfer*, ch. VI;
-//! Stamnes et al. 1988, <https://doi.org/10.1364/AO.27.002502>, Eqs. 1 and 6),
+//! In thick air successive orders fall off slowly: their number grows with the square of the optical depth. What
+//! remains after the orders that are computed is diffuse, and is solved for at once. With `A` one more scattering, and
+//! `r` the light field of which all further orders are sought, `G = Σ_{k≥1} A^k r` solves `G = A (r + G)`: the transfer
+//! equation with the source that `r` makes. For each sun of a table, azimuthal number `m` and wavelength it is, in the
+//! optical depth `τ` from the top (Chandrasekhar 1960, *Radiative Transfer*, ch. VI; Stamnes et al. 1988,
+//! <https://doi.org/10.1364/AO.27.002502>, Eqs. 1 and 6),
 //!
 //! ```text
 //! μ dF/dτ = S - F,   S(μ) = Σ_l ϖ_l f_l(μ) (r_lm + Σ_k w_k f_l(μ_k) F(μ_k)),   f_l = √(π (1 + δ_m0)) N_lm P_l^m
 //! ```
 //!
-//! with `F` the integral of the light against `cos(m φ)`, `μ` the cosine of the zenith angle of a view direction and `ϖ_l` the moments of
-//! scattering relative to the extinction. Light comes from no sun: the air may be taken as plane here, since what is left of `r` is spread
-//! by less than the planet bends. Each hemisphere has its own Gauss-Legendre streams. The forward peak of aerosol that these do not resolve
-//! counts as no scattering (delta-M, Wiscombe 1977, <https://doi.org/10.1175/1520-0469(1977)034%3C1408:TDMRYA%3E2.0.CO;2>).
+//! with `F` the integral of the light against `cos(m φ)`, `μ` the cosine of the zenith angle of a view direction and
+//! `ϖ_l` the moments of scattering relative to the extinction. Light comes from no sun: the air may be taken as plane
+//! here, since what is left of `r` is spread by less than the planet bends. Each hemisphere has its own Gauss-Legendre
+//! streams. The forward peak of aerosol that these do not resolve counts as no scattering (delta-M, Wiscombe 1977,
+//! <https://doi.org/10.1175/1520-0469(1977)034%3C1408:TDMRYA%3E2.0.CO;2>).
 //!
-//! Layers are stepped by the diamond difference, which conserves light exactly and has the diffusion limit (Larsen, Morel and Miller 1987,
-//! <https://doi.org/10.1016/0021-9991(87)90170-7>), and eliminated from the top down: the reflection of all that lies above an interface takes
-//! the place of the interfaces above. No optical depth is too large.
+//! Layers are stepped by the diamond difference, which conserves light exactly and has the diffusion limit (Larsen,
+//! Morel and Miller 1987, <https://doi.org/10.1016/0021-9991(87)90170-7>), and eliminated from the top down: the
+//! reflection of all that lies above an interface takes the place of the interfaces above. No optical depth is too
+//! large.
 
 use std::f64::consts::PI;
 
@@ -86,9 +89,11 @@ struct Step {
 }
 
 impl Layers {
-    /// For the wavelength at which the air is thickest: layers resolve its optical depth where light changes, about the ground and the top.
+    /// For the wavelength at which the air is thickest: layers resolve its optical depth where light changes, about the
+    /// ground and the top.
     pub fn new<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>, grid: &Grid) -> Self {
-        /// Optical depth of a layer, relative to that between it and the ground or the top, and the least for which that is asked.
+        /// Optical depth of a layer, relative to that between it and the ground or the top, and the least for which
+        /// that is asked.
         const RELATIVE_DEPTH: f64 = 0.3;
         const LEAST_DEPTH: f64 = 0.05;
         const MOST_PARTS: usize = 16;
@@ -111,7 +116,8 @@ impl Layers {
         Self { layers, interfaces }
     }
 
-    /// `G = Σ_{k≥1} A^k r` for the light field `r`: moments up to the degree that the streams hold and the irradiance of the ground.
+    /// `G = Σ_{k≥1} A^k r` for the light field `r`: moments up to the degree that the streams hold and the irradiance
+    /// of the ground.
     pub fn further_orders<const N: usize>(
         &self,
         setting: &Setting,
@@ -165,7 +171,8 @@ impl Layers {
             steps.push(step);
             (reflection, down_of_sources) = (next, next_of_sources);
         }
-        // The ground sends the same light to all streams: twice the albedo times the irradiance, of this light and of `r`.
+        // The ground sends the same light to all streams: twice the albedo times the irradiance, of this light and of
+        // `r`.
         let downward: Vec<f64> = (0..STREAMS).map(|k| streams.weights[k] * streams.mu[k]).collect();
         let downward = DVector::from_vec(downward);
         let from_ground = reflection.column_sum().dot(&downward);
@@ -281,7 +288,8 @@ impl Streams {
         Self { mu, weights, functions, norm }
     }
 
-    /// Goes down through a layer: the reflection of all above its lower interface, the downward light there from sources, and how to come back.
+    /// Goes down through a layer: the reflection of all above its lower interface, the downward light there from
+    /// sources, and how to come back.
     fn step(
         &self,
         optics: &Optics,
@@ -304,7 +312,8 @@ impl Streams {
             half[(k, k)] -= self.mu[k] / optics.depth;
             lower[(k, k)] += self.mu[k] / optics.depth;
         }
-        // (half) F_upper + (lower) F_lower = sources, with F = (down, up) and down_upper = reflection up_upper + down_of_sources.
+        // (half) F_upper + (lower) F_lower = sources, with F = (down, up) and down_upper = reflection up_upper +
+        // down_of_sources.
         let upper_down = half.columns(0, S);
         let mut system = DMatrix::zeros(2 * S, 2 * S);
         system.columns_mut(0, S).copy_from(&(upper_down * &reflection + half.columns(S, S)));
@@ -336,8 +345,8 @@ impl Streams {
     }
 }
 
-/// `f_l(μ)` for the degrees from `m` on: associated Legendre functions whose squares have the integral 1 over `μ`, by the recursion of
-/// [`sorairo_shared::light_field::moments::legendre`].
+/// `f_l(μ)` for the degrees from `m` on: associated Legendre functions whose squares have the integral 1 over `μ`, by
+/// the recursion of [`sorairo_shared::light_field::moments::legendre`].
 fn functions(degree: usize, m: usize, mu: f64) -> Vec<f64> {
     let sine = (1.0 - mu * mu).sqrt();
     let diagonal = (1..=m).fold(0.5f64.sqrt(), |value, m| value * sine * ((2 * m + 1) as f64 / (2 * m) as f64).sqrt());

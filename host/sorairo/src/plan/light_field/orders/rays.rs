@@ -179,7 +179,8 @@ impl<const N: usize> OwnedRay<N> {
         TableRay { radius: self.radius, nodes: &self.nodes[nodes], functions, of: self.of }
     }
 
-    /// Cosine of the angle between the ray and a sun, by the cosines of the sun's zenith angle and of its azimuth from the ray.
+    /// Cosine of the angle between the ray and a sun, by the cosines of the sun's zenith angle and of its azimuth from
+    /// the ray.
     pub fn nu(&self, mu_s: f32, sine_s: f32, cosine: f32) -> f32 {
         self.mu * mu_s + self.sine * sine_s * cosine
     }

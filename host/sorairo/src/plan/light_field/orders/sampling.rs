@@ -15,7 +15,8 @@ use crate::plan::rays::quadrature::{gauss_legendre, nodes_and_weights};
 pub enum Sampling {
     /// By a rule that follows the density; see `path::samples` of the shared crate.
     Rule(Vec<Vec2>),
-    /// By panels that are short beside the mean free path and the length over which the air changes, as far as light comes.
+    /// By panels that are short beside the mean free path and the length over which the air changes, as far as light
+    /// comes.
     ByDepth,
 }
 
@@ -31,8 +32,9 @@ pub struct Thickness {
 /// Nodes of a panel.
 const NODES: u32 = 4;
 
-/// Optical depth of a panel: the first ones have this, those behind a part of what lies before them. Four nodes leave 1e-8 of an exponential: over an
-/// optical depth of 100 light is scattered ten thousand times, and what a scattering loses is lost as often.
+/// Optical depth of a panel: the first ones have this, those behind a part of what lies before them. Four nodes leave
+/// 1e-8 of an exponential: over an optical depth of 100 light is scattered ten thousand times, and what a scattering
+/// loses is lost as often.
 const PANEL_DEPTH: f64 = 1.2;
 const OF_DEPTH_BEFORE: f64 = 0.5;
 
@@ -56,7 +58,8 @@ impl Sampling {
         }
     }
 
-    /// The nodes of a piece. `depth` is the largest and the smallest optical depth before it, and becomes that behind it.
+    /// The nodes of a piece. `depth` is the largest and the smallest optical depth before it, and becomes that behind
+    /// it.
     pub fn of_piece<const N: usize>(
         &self,
         setting: &Setting,
@@ -113,8 +116,8 @@ fn panels<const N: usize>(
     nodes
 }
 
-/// Altitudes of a table (km), from the ground to the top of the atmosphere: close where a mean free path is short, about the ground, and wherever the air
-/// changes.
+/// Altitudes of a table (km), from the ground to the top of the atmosphere: close where a mean free path is short,
+/// about the ground, and wherever the air changes.
 pub fn altitudes_by_depth<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>) -> Vec<f64> {
     /// Altitudes at most, which bounds memory and time. Thicker air has longer steps.
     const MOST: usize = 160;

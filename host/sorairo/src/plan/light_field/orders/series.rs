@@ -1,15 +1,15 @@
 //! The light of all orders from the last few that were computed.
 //!
-//! An order of scattering is a linear operator `A` applied to the order before, so that the sum of an order `x` and all after it solves
-//! `(1 - A) s = x`. With the next `n` orders `A x ... A^n x` known, `s = Σ_i c_i A^i x`, `i < n`, leaves the residual `x - Σ_i c_i (A^i x - A^(i+1) x)`;
-//! of all `c` those are taken that make it least (the minimal residual of a Krylov space, Saad and Schultz 1986,
-//! <https://doi.org/10.1137/0907058>). One more scattering makes what is left smaller still: `x + Σ_i c_i A^(i+1) x`. Where orders are a
-//! geometric series this is its sum.
+//! An order of scattering is a linear operator `A` applied to the order before, so that the sum of an order `x` and all
+//! after it solves `(1 - A) s = x`. With the next `n` orders `A x ... A^n x` known, `s = Σ_i c_i A^i x`, `i < n`,
+//! leaves the residual `x - Σ_i c_i (A^i x - A^(i+1) x)`; of all `c` those are taken that make it least (the minimal
+//! residual of a Krylov space, Saad and Schultz 1986, <https://doi.org/10.1137/0907058>). One more scattering makes
+//! what is left smaller still: `x + Σ_i c_i A^(i+1) x`. Where orders are a geometric series this is its sum.
 
 use sorairo_shared::value::{Lanes, Value};
 
-/// The part of the least squares that holds the coefficients to those of a geometric series, which they are where orders are in proportion and
-/// nothing else tells them apart.
+/// The part of the least squares that holds the coefficients to those of a geometric series, which they are where
+/// orders are in proportion and nothing else tells them apart.
 const TOWARDS_GEOMETRIC: f64 = 1e-4;
 
 /// The ratio of orders that is taken at most where they do not fall off: the sum of what is left stays finite.
@@ -22,8 +22,8 @@ pub(crate) fn geometric_factor(before: f64, last: f64) -> f32 {
     (1.0 / (1.0 - ratio.min(LARGEST_RATIO))) as f32
 }
 
-/// Nodes with less than this part of the brightest light under the same sun matter less. Under each sun light is as near: an observer sees those about his
-/// own, which in twilight have a millionth of the light of the brightest.
+/// Nodes with less than this part of the brightest light under the same sun matter less. Under each sun light is as
+/// near: an observer sees those about his own, which in twilight have a millionth of the light of the brightest.
 const DARK: f64 = 0.01;
 
 /// The orders that are taken together, at most, without the first of them: three leave a third of what two leave.
@@ -40,8 +40,9 @@ pub struct Closing<const N: usize> {
 }
 
 impl<const N: usize> Closing<N> {
-    /// From the mean radiances at all nodes of an order and of those after it, [`LAST`] at most, and those of the sum of all up to the first of them. The
-    /// nodes are those of so many suns, altitude after altitude. Behind the mean radiances of an order may stand what falls off with them, of each node again.
+    /// From the mean radiances at all nodes of an order and of those after it, [`LAST`] at most, and those of the sum
+    /// of all up to the first of them. The nodes are those of so many suns, altitude after altitude. Behind the mean
+    /// radiances of an order may stand what falls off with them, of each node again.
     fn new(orders: &[Vec<Lanes<N>>], sum: &[Lanes<N>], suns: usize) -> Self {
         let after = orders.len() - 1;
         let mut closing = Self { factors: vec![Lanes([1.0; N]); after], ratio: [0.0; N], error: 0.0 };
@@ -77,7 +78,8 @@ impl<const N: usize> Series<N> {
         Self { sum: first[..nodes].to_vec(), means: vec![first], suns }
     }
 
-    /// Takes the next order; what stands for all after the sum, once two orders follow it. Where [`LAST`] follow it already, the first of them joins it.
+    /// Takes the next order; what stands for all after the sum, once two orders follow it. Where [`LAST`] follow it
+    /// already, the first of them joins it.
     pub fn close(&mut self, next: Vec<Lanes<N>>) -> Option<Closing<N>> {
         if self.means.len() > LAST {
             self.means.remove(0);
@@ -104,7 +106,8 @@ impl OfBand {
         let mut factors = [1.0; LAST];
         factors[after - 1] = left;
         let dark = dark(sum, suns);
-        // What falls from an order to the next, and what the geometric series leaves of the first, relative to the light at the node.
+        // What falls from an order to the next, and what the geometric series leaves of the first, relative to the
+        // light at the node.
         let falls = |order: usize, node: usize| orders[order][node] - orders[order + 1][node];
         let residual = |factors: &[f64], node: usize| {
             let taken: f64 = (0..after).map(|order| factors[order] * falls(order, node)).sum();
@@ -195,7 +198,8 @@ mod tests {
         let three: [&[f64]; 2] = [&[0.5, 0.2, 0.05], &[0.8, 0.4, 0.1]];
         for (count, eigenvalues) in two.map(|two| (3, two)).into_iter().chain(three.map(|three| (4, three))) {
             let (off, error) = worst(eigenvalues, count);
-            // The ridge leaves 1e-4 of a small difference; the error is told from the residual and the larger eigenvalue.
+            // The ridge leaves 1e-4 of a small difference; the error is told from the residual and the larger
+            // eigenvalue.
             assert!(off < 2e-3 && off <= 1.5 * error + 1e-6, "{eigenvalues:?}: {off:e}, told {error:e}");
         }
     }

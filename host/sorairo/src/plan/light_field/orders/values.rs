@@ -94,9 +94,9 @@ impl<const N: usize> Values<N> {
         self.means().into_iter().chain(polarised.copied()).collect()
     }
 
-    /// Adds the moments of polarised light of the last orders and of all that follow: of what is the same all around with
-    /// the factors of radiance, with which it mixes. Other azimuthal numbers fall off by themselves, and faster: the
-    /// geometric series of each stands for what follows.
+    /// Adds the moments of polarised light of the last orders and of all that follow: of what is the same all around
+    /// with the factors of radiance, with which it mixes. Other azimuthal numbers fall off by themselves, and faster:
+    /// the geometric series of each stands for what follows.
     pub(crate) fn close_polarised(&mut self, last: &[Self], of_radiance: &[Lanes<N>]) {
         let size = |order: &Self, m: usize, lane: usize| {
             let of_m = order.polarised.iter().skip(m).step_by(polarisation::MOMENTS);

@@ -1,15 +1,16 @@
 //! The lookup of multiply scattered light on a finer grid, for images whose pixels are all integrated.
 //!
-//! A cubic reads sixteen entries, straight lines read four. Where there are more pixels than entries of a grid on which straight lines are as good
-//! as the cubics, it is made once, by the cubics.
+//! A cubic reads sixteen entries, straight lines read four. Where there are more pixels than entries of a grid on which
+//! straight lines are as good as the cubics, it is made once, by the cubics.
 
 use rayon::prelude::*;
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::interpolation::cubic::{Stencil, stencil};
 use sorairo_shared::light_field::multiple_lookup::MultipleLookup;
 
-/// Steps of the finer grid in one between two rows, and between two columns: straight lines leave a part of what they would on the grid itself that is
-/// the inverse of their square. Of seven skies, from day to a sun at −8° and from the ground to 400 km, no pixel is off by more than 4e-4 from the cubics.
+/// Steps of the finer grid in one between two rows, and between two columns: straight lines leave a part of what they
+/// would on the grid itself that is the inverse of their square. Of seven skies, from day to a sun at −8° and from the
+/// ground to 400 km, no pixel is off by more than 4e-4 from the cubics.
 const STEPS: [u32; 2] = [4, 8];
 
 /// A lookup of multiply scattered light that is read along straight lines.
@@ -111,7 +112,8 @@ mod tests {
             worst = max(worst, farthest(lines));
             apart = max(apart, farthest(lines_of_coarse));
         }
-        // A sixteenth of what lines between the coarse rows leave, and some more where the columns' own part is the larger.
+        // A sixteenth of what lines between the coarse rows leave, and some more where the columns' own part is the
+        // larger.
         assert!(worst < apart / 10.0, "{worst} of {apart}");
         assert!(apart > 0.5, "negative control: {apart}");
     }

@@ -32,7 +32,8 @@ use crate::scene::Orders;
 /// Wavelengths that are computed together, at most: what a path costs is shared by as many.
 pub const TOGETHER: usize = 48;
 
-/// Rays this close to the horizon (radians) stand for the horizon itself, seen from above the ground: one side is sky, the other ground.
+/// Rays this close to the horizon (radians) stand for the horizon itself, seen from above the ground: one side is sky,
+/// the other ground.
 const HORIZON_MARGIN: f64 = 1e-5;
 
 /// Multiply scattered light, as an observer sees it.
@@ -64,7 +65,8 @@ impl<const N: usize> LightOfMany<N> {
 }
 
 impl MultipleLight {
-    /// For groups of bands: of light fields of some resolutions, so much of each. How the last of them was made is told.
+    /// For groups of bands: of light fields of some resolutions, so much of each. How the last of them was made is
+    /// told.
     pub fn new(
         fields: &LightFields,
         setting: &Setting,
@@ -139,7 +141,8 @@ impl PolarisedLight {
     }
 }
 
-/// Multiply scattered light along the rays of rows: for each group of bands, row and ray. Light fields are taken from those that are kept.
+/// Multiply scattered light along the rays of rows: for each group of bands, row and ray. Light fields are taken from
+/// those that are kept.
 pub fn light_of_rows(
     fields: &LightFields,
     setting: &Setting,
@@ -197,8 +200,8 @@ fn of_groups<const N: usize>(
     ((0..bands.len()).map(of_group).collect(), field.orders.clone())
 }
 
-/// Rows and columns for an observer: more from farther away, from where more of the planet is seen under its own sun, and more columns for
-/// the narrower peak of a higher degree, so that they leave 0.1 % of a direction's light or less.
+/// Rows and columns for an observer: more from farther away, from where more of the planet is seen under its own sun,
+/// and more columns for the narrower peak of a higher degree, so that they leave 0.1 % of a direction's light or less.
 fn lookup(setting: &Setting, degree: usize, groups: usize) -> MultipleLookup {
     /// Degrees of a sun between two columns, and between two rows at the nadir, that a cubic bridges.
     const SUN_STEP: f64 = 1.8;
@@ -238,7 +241,8 @@ fn rows_of(setting: &Setting, lookup: &MultipleLookup) -> Vec<Row> {
     above.chain((0..lookup.below).map(|i| row(false, i, lookup.below))).collect()
 }
 
-/// Cosine of the zenith angle at the observer of a ray that has an elevation (radians) where it enters the atmosphere, or begins.
+/// Cosine of the zenith angle at the observer of a ray that has an elevation (radians) where it enters the atmosphere,
+/// or begins.
 fn towards(setting: &Setting, elevation: f64) -> f64 {
     let (ground, depth) =
         (f64::from(setting.medium.atmosphere.ground_radius), f64::from(setting.medium.atmosphere.depth));

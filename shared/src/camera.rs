@@ -1,7 +1,7 @@
 //! From a pixel to the direction it looks in.
 
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::math::{PI, abs, acos, clamp, max, safe_sqrt, sin_cos, sqrt};
+use crate::math::{PI, acos, clamp, max, safe_sqrt, sin_cos, sqrt};
 use bytemuck::{Pod, Zeroable};
 
 /// Whole sphere: columns are azimuths with the camera's azimuth in the centre, rows are elevations from the zenith down.
@@ -15,9 +15,10 @@ pub const PERSPECTIVE: u32 = 2;
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Camera {
-    /// Unit vector to the right of the image; `w` unused.
+    /// Unit vector to the right of the image; `w`: how far right of the forward direction a perspective has its middle, on the
+    /// plane at unit distance.
     pub right: Vec4,
-    /// Unit vector to the top of the image; `w` unused.
+    /// Unit vector to the top of the image; `w`: how far above it, likewise.
     pub up: Vec4,
     /// Unit vector into the image; `w` unused.
     pub forward: Vec4,
@@ -119,9 +120,15 @@ fn fisheye(camera: &Camera, position: Vec2) -> PixelView {
 /// `position` in units of half the image's width.
 #[inline(always)]
 fn perspective(camera: &Camera, position: Vec2) -> Vec3 {
-    let plane = position * camera.half_field;
+    let plane = position * camera.half_field + middle(camera);
     let inverse_length = 1.0 / sqrt(1.0 + plane.x * plane.x + plane.y * plane.y);
     towards_plane(camera, plane) * inverse_length
+}
+
+/// The middle of a perspective image on the plane at unit distance.
+#[inline(always)]
+fn middle(camera: &Camera) -> Vec2 {
+    Vec2::new(camera.right.w, camera.up.w)
 }
 
 /// Towards a place of the plane at unit distance, in that unit.
@@ -135,7 +142,7 @@ fn towards_plane(camera: &Camera, plane: Vec2) -> Vec3 {
 #[inline(always)]
 pub fn perspective_vector(camera: &Camera, position: Vec2) -> Vec3 {
     let from_centre = Vec2::new(position.x - 0.5 * camera.width as f32, 0.5 * camera.height as f32 - position.y);
-    towards_plane(camera, from_centre * (2.0 / camera.width as f32) * camera.half_field)
+    towards_plane(camera, from_centre * (2.0 / camera.width as f32) * camera.half_field + middle(camera))
 }
 
 /// The change of [`perspective_vector`] from a pixel to the one on its right.
@@ -169,9 +176,13 @@ pub fn is_within(camera: &Camera, direction: Vec3, angle: f32) -> bool {
     let (right, up, forward) = (along(camera.right), along(camera.up), along(camera.forward));
     let across = camera.half_field;
     let upright = camera.half_field * camera.height as f32 / camera.width as f32;
-    // The distances from the planes of the image's edges, each of which has two.
-    let within = |side: f32, half: f32| half * forward - abs(side) >= -beyond * sqrt(1.0 + half * half);
-    within(right, across) & within(up, upright)
+    let middle = middle(camera);
+    // The distances from the planes of the image's edges.
+    let within = |side: f32, edge: f32| edge * forward - side >= -beyond * sqrt(1.0 + edge * edge);
+    within(right, across + middle.x)
+        & within(-right, across - middle.x)
+        & within(up, upright + middle.y)
+        & within(-up, upright - middle.y)
 }
 
 #[cfg(test)]
@@ -243,6 +254,23 @@ mod tests {
             assert!(within(beyond + 0.1) && !within(beyond - 0.1), "{azimuth}°, {elevation}°");
         }
         assert!(!is_within(&camera, towards(180.0, 0.0), 0.5));
+    }
+
+    #[test]
+    fn a_quarter_of_a_picture_is_a_picture_whose_middle_lies_aside() {
+        let whole = camera(64, 32, 1.0);
+        // The upper right one, whose middle is half a side from the whole one's.
+        let mut quarter = camera(32, 16, 0.5);
+        (quarter.right.w, quarter.up.w) = (0.5, 0.25);
+        for (column, row) in (0..16).flat_map(|row| (0..32).map(move |column| (column, row))) {
+            let direction = pixel_view(&quarter, PERSPECTIVE, column, row).direction;
+            assert!((direction - pixel_view(&whole, PERSPECTIVE, column + 32, row).direction).length() < 1e-6);
+            assert!(is_within(&quarter, direction, 0.0));
+            for (beside, above) in [(0, 0), (0, 16), (32, 16)] {
+                let other = pixel_view(&whole, PERSPECTIVE, column + beside, row + above).direction;
+                assert!(!is_within(&quarter, other, 0.0));
+            }
+        }
     }
 
     #[test]

@@ -24,6 +24,12 @@ pub struct CameraScene {
     pub look_azimuth: Option<f64>,
     /// Elevation of the view (degrees).
     pub look_elevation: Option<f64>,
+    /// Angle by which the camera is turned about its view, clockwise as seen from behind it (degrees); of a fisheye or a perspective.
+    pub roll: f64,
+    /// How far right of the view a perspective has its middle (widths of the image).
+    pub shift_x: f64,
+    /// How far above the view a perspective has its middle (widths of the image).
+    pub shift_y: f64,
     /// What images show below the horizon; the sky is lit by the ground all the same.
     pub below: Option<Below>,
     /// Reflectance of the ground of `below = "colour"`: linear red, green and blue.
@@ -42,6 +48,9 @@ impl Default for CameraScene {
             fov: None,
             look_azimuth: None,
             look_elevation: None,
+            roll: 0.0,
+            shift_x: 0.0,
+            shift_y: 0.0,
             below: None,
             below_color: Reflectance([0.18; 3]),
             polariser: None,

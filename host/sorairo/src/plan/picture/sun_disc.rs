@@ -472,7 +472,8 @@ impl<'a> Sun<'a> {
             let outwards = DVec2::new(right, up).normalize_or_zero();
             (width.min(height), outwards * (angle / half_field))
         } else if forward > 1e-3 {
-            (width, DVec2::new(right, up) / (forward * half_field))
+            let middle = DVec2::new(camera.right.w.into(), camera.up.w.into());
+            (width, DVec2::new(right, up) / (forward * half_field) - middle / half_field)
         } else {
             return None;
         };

@@ -1,7 +1,7 @@
 //! From a pixel to the direction it looks in.
 
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::math::{PI, acos, clamp, max, safe_sqrt, sin_cos, sqrt};
+use crate::math::{PI, abs, acos, clamp, max, safe_sqrt, sin_cos, sqrt};
 use bytemuck::{Pod, Zeroable};
 
 /// Whole sphere: columns are azimuths with the camera's azimuth in the centre, rows are elevations from the zenith down.
@@ -10,6 +10,9 @@ pub const EQUIRECTANGULAR: u32 = 0;
 pub const FISHEYE: u32 = 1;
 /// Pinhole camera.
 pub const PERSPECTIVE: u32 = 2;
+/// Whole sphere: the octahedron around it, unfolded to a square, with the zenith in the centre, the horizon on the diamond between the middles
+/// of the sides, the nadir in the corners, and the camera's azimuth on top.
+pub const OCTAHEDRAL: u32 = 3;
 
 /// A camera at the observer. The layout is that of a GPU buffer.
 #[repr(C, align(16))]
@@ -42,7 +45,7 @@ pub struct PixelView {
 }
 
 /// The view through the centre of the pixel at (`column`, `row`), counted from the top left, in the projection
-/// [`EQUIRECTANGULAR`], [`FISHEYE`] or [`PERSPECTIVE`].
+/// [`EQUIRECTANGULAR`], [`FISHEYE`], [`PERSPECTIVE`] or [`OCTAHEDRAL`].
 #[inline(always)]
 pub fn pixel_view(camera: &Camera, projection: u32, column: u32, row: u32) -> PixelView {
     position_view(camera, projection, Vec2::new(column as f32 + 0.5, row as f32 + 0.5))
@@ -54,6 +57,8 @@ pub fn position_view(camera: &Camera, projection: u32, position: Vec2) -> PixelV
     let size = Vec2::new(camera.width as f32, camera.height as f32);
     if projection == EQUIRECTANGULAR {
         PixelView { direction: equirectangular(camera, position / size), covered: true }
+    } else if projection == OCTAHEDRAL {
+        PixelView { direction: octahedral(camera, position / size), covered: true }
     } else {
         let from_centre = Vec2::new(position.x - 0.5 * size.x, 0.5 * size.y - position.y);
         if projection == FISHEYE {
@@ -66,7 +71,7 @@ pub fn position_view(camera: &Camera, projection: u32, position: Vec2) -> PixelV
 }
 
 /// Solid angle per area of the image at a position (pixels from the top left corner), to a factor that is one for the whole image:
-/// cos(elevation), sin(θ)/θ or cos³(θ), with θ the angle from the forward direction.
+/// cos(elevation), sin(θ)/θ or cos³(θ), with θ the angle from the forward direction; of an octahedron (|x| + |y| + |z|)³.
 #[inline(always)]
 pub fn solid_angle_density(camera: &Camera, projection: u32, position: Vec2) -> f32 {
     let direction = position_view(camera, projection, position).direction;
@@ -74,6 +79,9 @@ pub fn solid_angle_density(camera: &Camera, projection: u32, position: Vec2) -> 
     let cosine = direction.dot(forward);
     if projection == EQUIRECTANGULAR {
         sqrt(direction.x * direction.x + direction.y * direction.y)
+    } else if projection == OCTAHEDRAL {
+        let sum = abs(cosine) + abs(direction.dot(camera.right.truncate())) + abs(direction.z);
+        sum * sum * sum
     } else if projection == FISHEYE {
         let angle = acos(clamp(cosine, -1.0, 1.0));
         if angle > 1e-3 { safe_sqrt(1.0 - cosine * cosine) / angle } else { 1.0 }
@@ -90,6 +98,20 @@ fn equirectangular(camera: &Camera, position: Vec2) -> Vec3 {
     let level = camera.forward * (cos_elevation * cos_azimuth) + camera.right * (cos_elevation * sin_azimuth);
     let up = camera.up * sin_elevation;
     Vec3::new(level.x + up.x, level.y + up.y, level.z + up.z)
+}
+
+/// `position` in [0, 1]² from the top left.
+#[inline(always)]
+fn octahedral(camera: &Camera, position: Vec2) -> Vec3 {
+    let (across, along) = (2.0 * position.x - 1.0, 1.0 - 2.0 * position.y);
+    let up = 1.0 - abs(across) - abs(along);
+    // Beyond the horizon the corners are folded back beneath the centre.
+    let folded = max(-up, 0.0);
+    let across = if across < 0.0 { across + folded } else { across - folded };
+    let along = if along < 0.0 { along + folded } else { along - folded };
+    let inverse_length = 1.0 / sqrt(across * across + along * along + up * up);
+    let v = (camera.right * across + camera.forward * along + camera.up * up) * inverse_length;
+    Vec3::new(v.x, v.y, v.z)
 }
 
 /// The elevation (radians) at a height of the image, in [0, 1] from its top.
@@ -153,14 +175,14 @@ pub fn perspective_step(camera: &Camera) -> Vec3 {
 }
 
 /// The top of the image as it lies across a direction (a unit vector, or less where none is): the vertical in an
-/// equirectangular image, and in others the camera's own, turned with the direction about the axis across both, as a
+/// image of the whole sphere, and in others the camera's own, turned with the direction about the axis across both, as a
 /// lens that is round carries it.
 #[inline(always)]
 pub fn top_of_image(camera: &Camera, projection: u32, direction: Vec3) -> Vec3 {
     let vector = |axis: Vec4| Vec3::new(axis.x, axis.y, axis.z);
     let (up, forward) = (vector(camera.up), vector(camera.forward));
     let along = up.dot(direction);
-    if projection == EQUIRECTANGULAR {
+    if (projection == EQUIRECTANGULAR) | (projection == OCTAHEDRAL) {
         let across = up - direction * along;
         across * (1.0 / max(sqrt(across.dot(across)), 1e-10))
     } else {
@@ -204,7 +226,9 @@ mod tests {
 
     #[test]
     fn every_covered_pixel_has_a_unit_direction() {
-        for (projection, half_field) in [(EQUIRECTANGULAR, 0.0), (FISHEYE, PI / 2.0), (PERSPECTIVE, 1.0)] {
+        for (projection, half_field) in
+            [(EQUIRECTANGULAR, 0.0), (FISHEYE, PI / 2.0), (PERSPECTIVE, 1.0), (OCTAHEDRAL, 0.0)]
+        {
             let camera = camera(64, 48, half_field);
             let mut covered = 0;
             for row in 0..48 {
@@ -226,6 +250,35 @@ mod tests {
         assert!(east.y < -0.99, "{east}");
         assert!(pixel_view(&camera, EQUIRECTANGULAR, 180, 90).direction.x > 0.99);
         assert!(pixel_view(&camera, EQUIRECTANGULAR, 0, 0).direction.z > 0.99);
+    }
+
+    #[test]
+    fn an_octahedron_is_unfolded_about_the_zenith() {
+        let camera = camera(8, 8, 0.0);
+        for (position, expected) in [
+            ((4.0, 4.0), Vec3::Z),
+            ((0.0, 0.0), Vec3::NEG_Z),
+            ((8.0, 0.0), Vec3::NEG_Z),
+            ((4.0, 0.0), Vec3::X),
+            ((8.0, 4.0), Vec3::NEG_Y),
+            ((6.0, 2.0), Vec3::new(1.0, -1.0, 0.0).normalize()),
+            // The middles of a face above and of one below.
+            ((5.0, 3.0), Vec3::new(0.25, -0.25, 0.5).normalize()),
+            ((1.0, 7.0), Vec3::new(-0.25, 0.25, -0.5).normalize()),
+        ] {
+            let found = position_view(&camera, OCTAHEDRAL, position.into()).direction;
+            // Products of single precision.
+            assert!((found - expected).length() < 1e-6, "{position:?}: {found}");
+        }
+    }
+
+    #[test]
+    fn the_densities_of_an_octahedron_add_up_to_the_sphere() {
+        let camera = camera(256, 256, 0.0);
+        let pixels = (0..256).flat_map(|row| (0..256).map(move |column| Vec2::new(column as f32, row as f32)));
+        let sum: f64 = pixels.map(|at| f64::from(solid_angle_density(&camera, OCTAHEDRAL, at + 0.5))).sum();
+        // Of 4 units of area; the centres of pixels stand for them but for the square of their size.
+        assert!((sum / 16384.0 - 4.0 * std::f64::consts::PI).abs() < 1e-3, "{sum}");
     }
 
     #[test]

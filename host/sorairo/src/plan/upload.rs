@@ -112,6 +112,7 @@ pub fn projection(projection: Projection) -> u32 {
         Projection::Equirectangular => camera::EQUIRECTANGULAR,
         Projection::Fisheye => camera::FISHEYE,
         Projection::Perspective => camera::PERSPECTIVE,
+        Projection::Octahedral => camera::OCTAHEDRAL,
     }
 }
 
@@ -163,7 +164,7 @@ pub fn display(display: Display) -> u32 {
 pub fn camera(scene: &Scene) -> Camera {
     let c = &scene.camera;
     let (azimuth, elevation, half_field) = match c.projection {
-        Projection::Equirectangular => (0.0, None, 0.0),
+        Projection::Equirectangular | Projection::Octahedral => (0.0, None, 0.0),
         Projection::Fisheye => {
             let View { fov, azimuth, elevation } = Projection::FISHEYE;
             (azimuth, Some(elevation), c.fov.unwrap_or(fov).to_radians() / 2.0)

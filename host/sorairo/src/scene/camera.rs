@@ -141,6 +141,15 @@ pub enum Projection {
     Fisheye,
     /// A pinhole camera.
     Perspective,
+    /// The whole sphere as an octahedron that is unfolded: the zenith in the centre, the horizon on a diamond, north on top.
+    Octahedral,
+}
+
+impl Projection {
+    /// Whether it shows the whole sphere, and stands upright.
+    pub fn is_of_whole_sphere(self) -> bool {
+        matches!(self, Self::Equirectangular | Self::Octahedral)
+    }
 }
 
 /// What a projection shows where nothing else is said (degrees).

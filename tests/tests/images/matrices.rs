@@ -4,6 +4,7 @@ use sorairo::glam::dcamera::{lh::proj::directx as lh, rh::proj::directx as rh};
 use sorairo::glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use sorairo::scene::{CameraScene, Preset, Projection, Scene, Size};
 use sorairo::{Device, Direction, PixelFormat, Plan, Sky};
+use sorairo_shared::math::max;
 
 const SIZE: Size = Size { width: 96, height: 54 };
 const WIDE: f64 = 16.0 / 9.0;
@@ -42,7 +43,7 @@ fn image(sky: &Sky, camera: &CameraScene) -> Vec<f32> {
 /// The largest difference of two images, relative to the brightest of the second.
 fn worst(found: &[f32], expected: &[f32]) -> f32 {
     assert!(found.len() == expected.len() && !found.is_empty());
-    let brightest = expected.iter().copied().fold(0.0, f32::max);
+    let brightest = expected.iter().copied().fold(0.0, max);
     let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
     off.fold(0.0, |worst, off| if off.is_nan() || off > worst { off } else { worst }) / brightest
 }

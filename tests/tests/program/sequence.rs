@@ -750,7 +750,7 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
 }
 
 /// A value of each key, as a scene file says it, and what stands beside it there.
-const VALUES: [(&str, &str, &str); 66] = [
+const VALUES: [(&str, &str, &str); 69] = [
     ("preset", "'mars'", ""),
     ("sun.elevation", "3.5", ""),
     ("sun.apparent", "true", "atmosphere.profile = 'us-standard'\natmosphere.refraction = true\n"),

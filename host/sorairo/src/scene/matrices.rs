@@ -41,7 +41,7 @@ impl CameraScene {
         let (right, up) = (seen.x_axis.normalize_or_zero(), seen.y_axis.normalize_or_zero());
         let forward = up.cross(right).normalize_or_zero();
         let distance = forward.dot(seen.z_axis);
-        if right.dot(up).abs() > SKEW || !(distance.abs() > 0.0) {
+        if right.dot(up).abs() > SKEW || distance == 0.0 {
             return Err(refused("is no perspective of a flat image with a right angle between its sides"));
         }
         if distance < 0.0 {

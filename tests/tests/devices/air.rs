@@ -56,7 +56,8 @@ impl Drawn {
     fn new(scene: &Scene, elevation: f64, size: [u32; 3]) -> Self {
         let (device, queue) = with_passthrough();
         let renderer = ResidentRenderer::with_device(&device, &queue);
-        let air = AirPlan::new(&sky(scene), size[2], AirPlan::MIDDLE).unwrap();
+        let sky = sky(scene);
+        let air = AirPlan::new(&sky, size[2], AirPlan::middle_of(&sky)).unwrap();
         let volume = [(); 2].map(|()| volume(&device, size));
         let mut drawn = Self { device, queue, renderer, air, camera: camera(elevation), volume };
         drawn.fill();
@@ -194,10 +195,7 @@ fn largest(most: f64, error: f64) -> f64 {
 #[test]
 fn air_in_a_programs_own_textures_is_that_of_each_ray() {
     for (name, scene, elevation) in scenes() {
-        // From 10 km a ray meets the haze near the ground within one of 32 slices, which leave 3.5 % at most: the default
-        // size misses the bound there, and 48 slices hold it (1.6 %).
-        let slices = if name == "from 10 km" { 48 } else { 32 };
-        let errors = errors(&mut Drawn::new(&scene, elevation, [32, 32, slices]));
+        let errors = errors(&mut Drawn::new(&scene, elevation, [32, 32, 32]));
         println!("{name}: light and transmittance, rms and at most: {errors:.5?}");
         for [rms, largest] in errors {
             // What a volume of that size is to be good for.
@@ -226,8 +224,10 @@ fn at_dusk_the_air_of_a_device_is_near_to_that_of_each_ray() {
     (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (-4.0, 30.0, 1.0);
     let [light, through] = errors(&mut Drawn::new(&scene, 0.0, [32, 32, 32]));
     println!("light {light:.5?}, transmittance {through:.5?}");
-    // Measured: 1.7 and 9.3 % of the brightest. The volume of the processor is off by nearly as much, whatever its size.
-    assert!(light[0] < 0.02 && light[1] < 0.1 && through[1] < 0.01, "{light:?}, {through:?}");
+    // Measured: 1.0 and 6.3 % of the brightest before 100 km, with the middle of a day on the ground 1.6 and 8.9. Twice as
+    // many directions, four times as many columns and rows, and a fit of every wavelength leave as much; light of the first
+    // order alone does, too.
+    assert!(light[0] < 0.013 && light[1] < 0.075 && through[1] < 0.01, "{light:?}, {through:?}");
 }
 
 /// Of 257 columns and 65 rows every fifth pixel of a row and every eleventh row from the third and the sixth on lie at

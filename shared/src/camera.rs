@@ -10,14 +10,18 @@ pub const EQUIRECTANGULAR: u32 = 0;
 pub const FISHEYE: u32 = 1;
 /// Pinhole camera.
 pub const PERSPECTIVE: u32 = 2;
+/// Whole sphere: the octahedron around it, unfolded to a square, with the zenith in the centre, the horizon on the diamond between the middles
+/// of the sides, the nadir in the corners, and the camera's azimuth on top.
+pub const OCTAHEDRAL: u32 = 3;
 
 /// A camera at the observer. The layout is that of a GPU buffer.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Camera {
-    /// Unit vector to the right of the image; `w` unused.
+    /// Unit vector to the right of the image; `w`: how far right of the forward direction a perspective has its middle, on the
+    /// plane at unit distance.
     pub right: Vec4,
-    /// Unit vector to the top of the image; `w` unused.
+    /// Unit vector to the top of the image; `w`: how far above it, likewise.
     pub up: Vec4,
     /// Unit vector into the image; `w` unused.
     pub forward: Vec4,
@@ -41,7 +45,7 @@ pub struct PixelView {
 }
 
 /// The view through the centre of the pixel at (`column`, `row`), counted from the top left, in the projection
-/// [`EQUIRECTANGULAR`], [`FISHEYE`] or [`PERSPECTIVE`].
+/// [`EQUIRECTANGULAR`], [`FISHEYE`], [`PERSPECTIVE`] or [`OCTAHEDRAL`].
 #[inline(always)]
 pub fn pixel_view(camera: &Camera, projection: u32, column: u32, row: u32) -> PixelView {
     position_view(camera, projection, Vec2::new(column as f32 + 0.5, row as f32 + 0.5))
@@ -53,6 +57,8 @@ pub fn position_view(camera: &Camera, projection: u32, position: Vec2) -> PixelV
     let size = Vec2::new(camera.width as f32, camera.height as f32);
     if projection == EQUIRECTANGULAR {
         PixelView { direction: equirectangular(camera, position / size), covered: true }
+    } else if projection == OCTAHEDRAL {
+        PixelView { direction: octahedral(camera, position / size), covered: true }
     } else {
         let from_centre = Vec2::new(position.x - 0.5 * size.x, 0.5 * size.y - position.y);
         if projection == FISHEYE {
@@ -65,7 +71,7 @@ pub fn position_view(camera: &Camera, projection: u32, position: Vec2) -> PixelV
 }
 
 /// Solid angle per area of the image at a position (pixels from the top left corner), to a factor that is one for the whole image:
-/// cos(elevation), sin(θ)/θ or cos³(θ), with θ the angle from the forward direction.
+/// cos(elevation), sin(θ)/θ or cos³(θ), with θ the angle from the forward direction; of an octahedron (|x| + |y| + |z|)³.
 #[inline(always)]
 pub fn solid_angle_density(camera: &Camera, projection: u32, position: Vec2) -> f32 {
     let direction = position_view(camera, projection, position).direction;
@@ -73,6 +79,9 @@ pub fn solid_angle_density(camera: &Camera, projection: u32, position: Vec2) -> 
     let cosine = direction.dot(forward);
     if projection == EQUIRECTANGULAR {
         sqrt(direction.x * direction.x + direction.y * direction.y)
+    } else if projection == OCTAHEDRAL {
+        let sum = abs(cosine) + abs(direction.dot(camera.right.truncate())) + abs(direction.z);
+        sum * sum * sum
     } else if projection == FISHEYE {
         let angle = acos(clamp(cosine, -1.0, 1.0));
         if angle > 1e-3 { safe_sqrt(1.0 - cosine * cosine) / angle } else { 1.0 }
@@ -89,6 +98,20 @@ fn equirectangular(camera: &Camera, position: Vec2) -> Vec3 {
     let level = camera.forward * (cos_elevation * cos_azimuth) + camera.right * (cos_elevation * sin_azimuth);
     let up = camera.up * sin_elevation;
     Vec3::new(level.x + up.x, level.y + up.y, level.z + up.z)
+}
+
+/// `position` in [0, 1]² from the top left.
+#[inline(always)]
+fn octahedral(camera: &Camera, position: Vec2) -> Vec3 {
+    let (across, along) = (2.0 * position.x - 1.0, 1.0 - 2.0 * position.y);
+    let up = 1.0 - abs(across) - abs(along);
+    // Beyond the horizon the corners are folded back beneath the centre.
+    let folded = max(-up, 0.0);
+    let across = if across < 0.0 { across + folded } else { across - folded };
+    let along = if along < 0.0 { along + folded } else { along - folded };
+    let inverse_length = 1.0 / sqrt(across * across + along * along + up * up);
+    let v = (camera.right * across + camera.forward * along + camera.up * up) * inverse_length;
+    Vec3::new(v.x, v.y, v.z)
 }
 
 /// The elevation (radians) at a height of the image, in [0, 1] from its top.
@@ -119,9 +142,15 @@ fn fisheye(camera: &Camera, position: Vec2) -> PixelView {
 /// `position` in units of half the image's width.
 #[inline(always)]
 fn perspective(camera: &Camera, position: Vec2) -> Vec3 {
-    let plane = position * camera.half_field;
+    let plane = position * camera.half_field + middle(camera);
     let inverse_length = 1.0 / sqrt(1.0 + plane.x * plane.x + plane.y * plane.y);
     towards_plane(camera, plane) * inverse_length
+}
+
+/// The middle of a perspective image on the plane at unit distance.
+#[inline(always)]
+fn middle(camera: &Camera) -> Vec2 {
+    Vec2::new(camera.right.w, camera.up.w)
 }
 
 /// Towards a place of the plane at unit distance, in that unit.
@@ -135,7 +164,7 @@ fn towards_plane(camera: &Camera, plane: Vec2) -> Vec3 {
 #[inline(always)]
 pub fn perspective_vector(camera: &Camera, position: Vec2) -> Vec3 {
     let from_centre = Vec2::new(position.x - 0.5 * camera.width as f32, 0.5 * camera.height as f32 - position.y);
-    towards_plane(camera, from_centre * (2.0 / camera.width as f32) * camera.half_field)
+    towards_plane(camera, from_centre * (2.0 / camera.width as f32) * camera.half_field + middle(camera))
 }
 
 /// The change of [`perspective_vector`] from a pixel to the one on its right.
@@ -146,14 +175,14 @@ pub fn perspective_step(camera: &Camera) -> Vec3 {
 }
 
 /// The top of the image as it lies across a direction (a unit vector, or less where none is): the vertical in an
-/// equirectangular image, and in others the camera's own, turned with the direction about the axis across both, as a
+/// image of the whole sphere, and in others the camera's own, turned with the direction about the axis across both, as a
 /// lens that is round carries it.
 #[inline(always)]
 pub fn top_of_image(camera: &Camera, projection: u32, direction: Vec3) -> Vec3 {
     let vector = |axis: Vec4| Vec3::new(axis.x, axis.y, axis.z);
     let (up, forward) = (vector(camera.up), vector(camera.forward));
     let along = up.dot(direction);
-    if projection == EQUIRECTANGULAR {
+    if (projection == EQUIRECTANGULAR) | (projection == OCTAHEDRAL) {
         let across = up - direction * along;
         across * (1.0 / max(sqrt(across.dot(across)), 1e-10))
     } else {
@@ -169,9 +198,13 @@ pub fn is_within(camera: &Camera, direction: Vec3, angle: f32) -> bool {
     let (right, up, forward) = (along(camera.right), along(camera.up), along(camera.forward));
     let across = camera.half_field;
     let upright = camera.half_field * camera.height as f32 / camera.width as f32;
-    // The distances from the planes of the image's edges, each of which has two.
-    let within = |side: f32, half: f32| half * forward - abs(side) >= -beyond * sqrt(1.0 + half * half);
-    within(right, across) & within(up, upright)
+    let middle = middle(camera);
+    // The distances from the planes of the image's edges.
+    let within = |side: f32, edge: f32| edge * forward - side >= -beyond * sqrt(1.0 + edge * edge);
+    within(right, across + middle.x)
+        & within(-right, across - middle.x)
+        & within(up, upright + middle.y)
+        & within(-up, upright - middle.y)
 }
 
 #[cfg(test)]
@@ -193,7 +226,9 @@ mod tests {
 
     #[test]
     fn every_covered_pixel_has_a_unit_direction() {
-        for (projection, half_field) in [(EQUIRECTANGULAR, 0.0), (FISHEYE, PI / 2.0), (PERSPECTIVE, 1.0)] {
+        for (projection, half_field) in
+            [(EQUIRECTANGULAR, 0.0), (FISHEYE, PI / 2.0), (PERSPECTIVE, 1.0), (OCTAHEDRAL, 0.0)]
+        {
             let camera = camera(64, 48, half_field);
             let mut covered = 0;
             for row in 0..48 {
@@ -215,6 +250,35 @@ mod tests {
         assert!(east.y < -0.99, "{east}");
         assert!(pixel_view(&camera, EQUIRECTANGULAR, 180, 90).direction.x > 0.99);
         assert!(pixel_view(&camera, EQUIRECTANGULAR, 0, 0).direction.z > 0.99);
+    }
+
+    #[test]
+    fn an_octahedron_is_unfolded_about_the_zenith() {
+        let camera = camera(8, 8, 0.0);
+        for (position, expected) in [
+            ((4.0, 4.0), Vec3::Z),
+            ((0.0, 0.0), Vec3::NEG_Z),
+            ((8.0, 0.0), Vec3::NEG_Z),
+            ((4.0, 0.0), Vec3::X),
+            ((8.0, 4.0), Vec3::NEG_Y),
+            ((6.0, 2.0), Vec3::new(1.0, -1.0, 0.0).normalize()),
+            // The middles of a face above and of one below.
+            ((5.0, 3.0), Vec3::new(0.25, -0.25, 0.5).normalize()),
+            ((1.0, 7.0), Vec3::new(-0.25, 0.25, -0.5).normalize()),
+        ] {
+            let found = position_view(&camera, OCTAHEDRAL, position.into()).direction;
+            // Products of single precision.
+            assert!((found - expected).length() < 1e-6, "{position:?}: {found}");
+        }
+    }
+
+    #[test]
+    fn the_densities_of_an_octahedron_add_up_to_the_sphere() {
+        let camera = camera(256, 256, 0.0);
+        let pixels = (0..256).flat_map(|row| (0..256).map(move |column| Vec2::new(column as f32, row as f32)));
+        let sum: f64 = pixels.map(|at| f64::from(solid_angle_density(&camera, OCTAHEDRAL, at + 0.5))).sum();
+        // Of 4 units of area; the centres of pixels stand for them but for the square of their size.
+        assert!((sum / 16384.0 - 4.0 * std::f64::consts::PI).abs() < 1e-3, "{sum}");
     }
 
     #[test]
@@ -243,6 +307,23 @@ mod tests {
             assert!(within(beyond + 0.1) && !within(beyond - 0.1), "{azimuth}°, {elevation}°");
         }
         assert!(!is_within(&camera, towards(180.0, 0.0), 0.5));
+    }
+
+    #[test]
+    fn a_quarter_of_a_picture_is_a_picture_whose_middle_lies_aside() {
+        let whole = camera(64, 32, 1.0);
+        // The upper right one, whose middle is half a side from the whole one's.
+        let mut quarter = camera(32, 16, 0.5);
+        (quarter.right.w, quarter.up.w) = (0.5, 0.25);
+        for (column, row) in (0..16).flat_map(|row| (0..32).map(move |column| (column, row))) {
+            let direction = pixel_view(&quarter, PERSPECTIVE, column, row).direction;
+            assert!((direction - pixel_view(&whole, PERSPECTIVE, column + 32, row).direction).length() < 1e-6);
+            assert!(is_within(&quarter, direction, 0.0));
+            for (beside, above) in [(0, 0), (0, 16), (32, 16)] {
+                let other = pixel_view(&whole, PERSPECTIVE, column + beside, row + above).direction;
+                assert!(!is_within(&quarter, other, 0.0));
+            }
+        }
     }
 
     #[test]

@@ -70,13 +70,16 @@ const SKY: [SceneFlag; 21] = [
 ];
 
 /// The flags of images alone.
-const IMAGE: [SceneFlag; 25] = [
+const IMAGE: [SceneFlag; 28] = [
     SceneFlag { key: "sun.disc", name: "--sun-disc", takes: Takes::Nothing },
     word("camera.projection", "--projection"),
     value("camera.size", "--size", "WxH", text_of::<Size>),
     value("camera.fov", "--fov", "DEG", number),
     value("camera.look_azimuth", "--look-azimuth", "DEG", number),
     value("camera.look_elevation", "--look-elevation", "DEG", number),
+    value("camera.roll", "--roll", "DEG", number),
+    value("camera.shift_x", "--shift-x", "WIDTHS", number),
+    value("camera.shift_y", "--shift-y", "WIDTHS", number),
     word("camera.below", "--below"),
     value("camera.below_color", "--below-color", "R,G,B", text_of::<Reflectance>),
     value("camera.polariser", "--polariser", "DEG", number),

@@ -112,7 +112,7 @@ fn small(scene: &Scene) -> Size {
     let Size { width, height } = scene.camera.size;
     let sides = match scene.camera.projection {
         Projection::Equirectangular => Vec2::new(2.0, 1.0),
-        Projection::Fisheye => Vec2::splat(1.0),
+        Projection::Fisheye | Projection::Octahedral => Vec2::splat(1.0),
         _ => Vec2::new(width as f32, height as f32),
     };
     let sides = sides * (LONGER_SIDE / sides.max_elem());

@@ -625,6 +625,7 @@ fn projections(ui: &mut Ui, projection: &mut Projection) {
             (Projection::Equirectangular, "Equirectangular"),
             (Projection::Fisheye, "Fisheye"),
             (Projection::Perspective, "Perspective"),
+            (Projection::Octahedral, "Octahedral"),
         ] {
             ui.selectable_value(projection, value, name);
         }
@@ -710,7 +711,7 @@ fn picture_rect(room: Rect, projection: Projection) -> Rect {
     let (width, height) = (f64::from(room.width()), f64::from(room.height()));
     let (width, height) = match projection {
         Projection::Equirectangular => (width.min(2.0 * height), height.min(width / 2.0)),
-        Projection::Fisheye => (width.min(height), width.min(height)),
+        Projection::Fisheye | Projection::Octahedral => (width.min(height), width.min(height)),
         _ => (width, height),
     };
     Rect::from_center_size(room.center(), Vec2::new(width as f32, height as f32))

@@ -4,7 +4,7 @@ import init, * as sorairo from "./sorairo.js";
 import { address, at, parse, seenAlike, toml, withPreset } from "./scene.js";
 import { Controls, element, rounded } from "./controls.js";
 import { Painter, WorkerCalls } from "./renderer.js";
-import { View, lookOf, paint, show } from "./view.js";
+import { View, isWhole, lookOf, paint, show } from "./view.js";
 import { Dome, Place } from "./sun.js";
 import { Strip } from "./strip.js";
 import { Readout } from "./readout.js";
@@ -61,7 +61,7 @@ function camera(effective, [width, height]) {
 /** Every key's value. What a projection leaves to its default is read off the directions of a picture of three by three pixels. */
 function effective(scene) {
   const values = JSON.parse(sorairo.scene(toml(sized(scene))));
-  if (values["camera.projection"] === "equirectangular") return values;
+  if (isWhole(values["camera.projection"])) return values;
   const seen = (column, row) => JSON.parse(sorairo.direction(text(scene, [3, 3]), column, row));
   const look = lookOf(seen(1, 1), seen(1, 0), seen(0, 1), values["camera.projection"]);
   for (const [key, value] of Object.entries(look)) values[key] ??= rounded(value);
@@ -223,13 +223,13 @@ function told({ device, isGpu, whyNotGpu }, [width, height], taken) {
 const hands = {
   look(right, up, following) {
     const seen = camera(state.effective, size(state.scene));
-    if (seen.projection === "equirectangular") return say("The whole sphere is in sight; choose another projection to look around.");
+    if (isWhole(seen.projection)) return say("The whole sphere is in sight; choose another projection to look around.");
     const azimuth = seen.lookAzimuth + (right * seen.fov) / Math.max(0.2, Math.cos((seen.lookElevation * Math.PI) / 180));
     const elevation = Math.min(90, Math.max(-90, seen.lookElevation + up * seen.fov));
     set({ "camera.look_azimuth": rounded(((azimuth + 540) % 360) - 180), "camera.look_elevation": rounded(elevation) }, { following, quiet: true });
   },
   zoom(factor, following) {
-    if (state.effective["camera.projection"] === "equirectangular") return hands.look();
+    if (isWhole(state.effective["camera.projection"])) return hands.look();
     set({ "camera.fov": rounded(state.effective["camera.fov"] * factor) }, { following, quiet: true });
   },
   sun(position, following) {

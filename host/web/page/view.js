@@ -4,12 +4,21 @@ const RADIANS = Math.PI / 180;
 /** How far a pointer moves before a click becomes a drag (CSS pixels). */
 const STILL = 5;
 
+/** Whether a projection shows the whole sphere, in which nobody looks around. */
+export const isWhole = (projection) => projection === "equirectangular" || projection === "octahedral";
+
 /** Where a direction (degrees) stands in the picture, in parts of its width and height from the top left; null where it is not in sight. */
 export function project(camera, { azimuth, elevation }) {
   const [e, a] = [elevation * RADIANS, azimuth * RADIANS];
   if (camera.projection === "equirectangular") {
     const turn = (((azimuth + 180) % 360) + 360) % 360;
     return { x: turn / 360, y: 0.5 - elevation / 180 };
+  }
+  if (camera.projection === "octahedral") {
+    const [east, north, up] = [Math.cos(e) * Math.sin(a), Math.cos(e) * Math.cos(a), Math.sin(e)];
+    const sum = Math.abs(east) + Math.abs(north) + Math.abs(up);
+    const unfolded = (part) => (part + (part < 0 ? -1 : 1) * Math.max(0, -up)) / sum;
+    return { x: 0.5 + unfolded(east) / 2, y: 0.5 - unfolded(north) / 2 };
   }
   const [le, la] = [camera.lookElevation * RADIANS, camera.lookAzimuth * RADIANS];
   const d = [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];

@@ -5,7 +5,10 @@
 //! nothing below the horizon is integrated. In a picture an edge of the ground is smooth: a pixel that the horizon
 //! crosses has a part of either side, by its distance from the line (pixels).
 
-use crate::camera::{Camera, EQUIRECTANGULAR, FISHEYE, equirectangular_elevation, perspective_vector, pixel_view};
+use crate::camera::{
+    Camera, EQUIRECTANGULAR, FISHEYE, OCTAHEDRAL, equirectangular_elevation, perspective_vector, pixel_view,
+    position_view,
+};
 use crate::glam::{Vec2, Vec3};
 use crate::math::{PI, acos, clamp, exp, floor, ln, max, min, pow, sin_cos, sqrt};
 use crate::uniform::Uniform;
@@ -190,6 +193,14 @@ fn gradient(camera: &Camera, position: Vec2, sine: f32, cosine: f32, variant: u3
     if variant::projection(variant) == FISHEYE {
         let diameter = if camera.width < camera.height { camera.width } else { camera.height };
         return cosine * camera.half_field * 2.0 / diameter as f32;
+    }
+    if variant::projection(variant) == OCTAHEDRAL {
+        let sines = |beside: Vec2| {
+            let at = |offset: Vec2| position_view(camera, OCTAHEDRAL, position + offset).direction.z;
+            at(beside) - at(-beside)
+        };
+        let (across, up) = (sines(Vec2::new(0.5, 0.0)), sines(Vec2::new(0.0, 0.5)));
+        return max(sqrt(across * across + up * up), 1e-6);
     }
     let vector = perspective_vector(camera, position);
     let length = sqrt(vector.dot(vector));

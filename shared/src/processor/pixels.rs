@@ -1,7 +1,7 @@
 //! The pixels of a block: their directions, and how their colours are stored.
 
 use super::lanes::{BLOCK, Lanes, Three, ZERO, lanes};
-use crate::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE};
+use crate::camera::{EQUIRECTANGULAR, FISHEYE, OCTAHEDRAL, PERSPECTIVE};
 use crate::glam::{UVec2, Vec3, Vec4};
 use crate::kernels::{picture_word, seen, shown_in, store_rgb};
 use crate::picture::below::{sky_view, with_ground};
@@ -48,6 +48,7 @@ pub fn views(uniform: &Uniform, pixels: Pixels, variant: u32) -> Views {
     match variant::projection(variant) {
         EQUIRECTANGULAR => views_by(uniform, pixels, of(EQUIRECTANGULAR)),
         FISHEYE => views_by(uniform, pixels, of(FISHEYE)),
+        OCTAHEDRAL => views_by(uniform, pixels, of(OCTAHEDRAL)),
         _ => views_by(uniform, pixels, of(PERSPECTIVE)),
     }
 }

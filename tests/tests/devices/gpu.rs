@@ -422,7 +422,8 @@ fn a_perspective_reads_no_entry_that_its_camera_did_not_ask_for() {
     }
 }
 
-const PROJECTIONS: [Projection; 3] = [Projection::Equirectangular, Projection::Fisheye, Projection::Perspective];
+const PROJECTIONS: [Projection; 4] =
+    [Projection::Equirectangular, Projection::Fisheye, Projection::Perspective, Projection::Octahedral];
 
 #[test]
 fn every_projection_agrees_with_the_cpu() {

@@ -35,6 +35,8 @@ fn cameras() -> Vec<CameraScene> {
         CameraScene { look_azimuth: Some(-80.0), ..camera(Projection::Perspective, "90x45") },
         // Wide enough for runs.
         CameraScene { look_azimuth: Some(60.0), ..camera(Projection::Perspective, "640x352") },
+        CameraScene { shift_x: 0.3, shift_y: -0.1, ..camera(Projection::Perspective, "640x352") },
+        CameraScene { roll: 25.0, ..camera(Projection::Perspective, "90x45") },
     ]
 }
 

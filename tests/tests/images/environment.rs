@@ -2,8 +2,8 @@
 
 use sorairo::scene::{CameraScene, GroundAlbedo, Preset, Projection, Scene};
 use sorairo::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use sorairo::{EnvironmentTarget, Error, PixelFormat, Plan, ResidentRenderer, Sky};
-use sorairo_shared::glam::{Vec3, Vec4};
+use sorairo::{Device, EnvironmentTarget, Error, PixelFormat, Plan, ResidentRenderer, Sky};
+use sorairo_shared::glam::{DVec3, Vec3, Vec4};
 use sorairo_shared::math::half_bits;
 use sorairo_shared::picture::environment::{Level, LevelStep, level_pixel, levels};
 use sorairo_tests::gpu;
@@ -129,6 +129,54 @@ fn every_level_of_a_map_has_the_mean_radiance_of_its_first() {
     // Rows that all count alike have another mean: bright rows at the horizon are longer than those at the zenith.
     let alike: f64 = floats(&drawn.levels[0]).iter().map(|pixel| f64::from(pixel.x)).sum::<f64>() / (256.0 * 128.0);
     assert!((alike / expected[0] - 1.0).abs() > 1e-2, "{alike} {expected:?}");
+}
+
+/// The direction of a pixel of an octahedral map by the formula of `docs/environment-maps.md`.
+fn octahedral(side: u32, at: usize) -> DVec3 {
+    let place = |index: u32| 2.0 * (f64::from(index) + 0.5) / f64::from(side) - 1.0;
+    let (east, north) = (place(at as u32 % side), -place(at as u32 / side));
+    let up = 1.0 - east.abs() - north.abs();
+    let unfolded = if up < 0.0 {
+        DVec3::new((1.0 - east.abs()).copysign(north), -(1.0 - north.abs()).copysign(east), up)
+    } else {
+        DVec3::new(north, -east, up)
+    };
+    unfolded.normalize()
+}
+
+#[test]
+fn an_octahedral_map_has_the_radiance_of_an_equirectangular_one() {
+    const SIDE: u32 = 128;
+    let sky = sky(25.0);
+    let image = |projection, size: &str| {
+        let camera = CameraScene { projection, size: size.parse().unwrap(), ..CameraScene::default() };
+        sky.image(&camera, &mut Device::cpu()).unwrap().rgb
+    };
+    let map = image(Projection::Equirectangular, "256x128");
+    let map: Vec<Vec4> = map.chunks(3).map(|rgb| Vec4::new(rgb[0], rgb[1], rgb[2], 1.0)).collect();
+    let unfolded = image(Projection::Octahedral, "128x128");
+    let (mut sum, mut whole) = (DVec3::ZERO, 0.0);
+    for (at, rgb) in unfolded.chunks(3).enumerate() {
+        let view = octahedral(SIDE, at);
+        // The solid angle of a pixel, to its square: of a face of the octahedron as far away as it is there.
+        let weight = 4.0 / f64::from(SIDE * SIDE) * view.abs().element_sum().powi(3);
+        // A pixel whose centre is on the horizon is sky, and half of it is ground, of one colour from the ground.
+        let is_on_horizon = view.z.abs() < 1e-9;
+        let ground = &unfolded[..3];
+        let light = [0, 1, 2].map(|i| f64::from(if is_on_horizon { 0.5 * (rgb[i] + ground[i]) } else { rgb[i] }));
+        (sum, whole) = (sum + DVec3::from_array(light) * weight, whole + weight);
+        if at % 97 == 0 {
+            let expected = sky.rgb_towards(view.as_vec3());
+            let off = (Vec3::new(rgb[0], rgb[1], rgb[2]) - expected).abs().max_element() / expected.max_element();
+            // What the sky lookup may be off.
+            assert!(off < 4e-3, "{view}: {off}");
+        }
+    }
+    assert!((whole / (4.0 * std::f64::consts::PI) - 1.0).abs() < 1e-3, "{whole}");
+    for (found, expected) in (sum / whole).to_array().into_iter().zip(mean(&map, 128)) {
+        // A pixel's centre stands for it.
+        assert!((found / expected - 1.0).abs() < 3e-3, "{found} {expected}");
+    }
 }
 
 #[test]

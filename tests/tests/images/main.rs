@@ -4,6 +4,7 @@ mod aerial;
 mod below;
 mod environment;
 mod hdr;
+mod matrices;
 mod pictures;
 mod random_scenes;
 mod reproducible;

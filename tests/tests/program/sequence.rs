@@ -757,7 +757,7 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
 }
 
 /// A value of each key, as a scene file says it, and what stands beside it there.
-const VALUES: [(&str, &str, &str); 66] = [
+const VALUES: [(&str, &str, &str); 69] = [
     ("preset", "'mars'", ""),
     ("sun.elevation", "3.5", ""),
     ("sun.apparent", "true", "atmosphere.profile = 'us-standard'\natmosphere.refraction = true\n"),
@@ -797,6 +797,9 @@ const VALUES: [(&str, &str, &str); 66] = [
     ("camera.fov", "100", "camera.projection = 'fisheye'\n"),
     ("camera.look_azimuth", "30", "camera.projection = 'fisheye'\n"),
     ("camera.look_elevation", "80", "camera.projection = 'fisheye'\n"),
+    ("camera.roll", "20", "camera.projection = 'fisheye'\n"),
+    ("camera.shift_x", "0.2", "camera.projection = 'perspective'\n"),
+    ("camera.shift_y", "0.2", "camera.projection = 'perspective'\n"),
     ("camera.below", "'mirror'", ""),
     ("camera.below_color", "'0.3,0.2,0.1'", "camera.below = 'colour'\n"),
     ("render.orders", "2", ""),

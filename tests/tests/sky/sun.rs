@@ -9,7 +9,7 @@ use sorairo::scene::{ColourPath, Fit, OzoneCrossSection, PathChoice, Preset, Pro
 use sorairo::{PixelFormat, Plan, Sky};
 use sorairo_evaluation::judge::{coefficients, medium};
 use sorairo_oracle::column_to_top;
-use sorairo_shared::camera::{EQUIRECTANGULAR, FISHEYE, PERSPECTIVE, solid_angle_density};
+use sorairo_shared::camera::{EQUIRECTANGULAR, FISHEYE, OCTAHEDRAL, PERSPECTIVE, solid_angle_density};
 use sorairo_shared::glam::{DVec3, Vec2};
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::gpu;
@@ -34,6 +34,7 @@ fn energy(scene: &Scene) -> DVec3 {
     let (projection, scale) = match scene.camera.projection {
         Projection::Equirectangular => (EQUIRECTANGULAR, std::f64::consts::TAU / width * std::f64::consts::PI / height),
         Projection::Fisheye => (FISHEYE, (2.0 * f64::from(camera.half_field) / width.min(height)).powi(2)),
+        Projection::Octahedral => (OCTAHEDRAL, 4.0 / (width * height)),
         _ => (PERSPECTIVE, (2.0 * f64::from(camera.half_field) / width).powi(2)),
     };
     let [with, without] = [scene, &without].map(|scene| image(scene, &device::cpu::Cpu));
@@ -71,6 +72,11 @@ fn an_image_holds_the_energy_of_the_disc_at_any_resolution() {
             scene.sun.azimuth = azimuth;
             assert_holds_the_suns_light(&scene, &format!("equirectangular {size}, sun at {elevation}, {azimuth}"));
         }
+    }
+    for (sun, azimuth) in [(50.0, 33.3), (1.0, 0.0), (0.2, 45.0), (89.9, 10.0)] {
+        let mut scene = with_disc(sun, "128x128");
+        (scene.camera.projection, scene.sun.azimuth) = (Projection::Octahedral, azimuth);
+        assert_holds_the_suns_light(&scene, &format!("octahedral, sun at {sun}, {azimuth}"));
     }
     for (projection, fov, size) in [
         (Projection::Fisheye, 180.0, "40x40"),

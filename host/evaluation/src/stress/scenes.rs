@@ -49,11 +49,14 @@ struct Number {
 }
 
 /// Numbers that vary with what they belong to: the camera's field and the settings; site and water are those of a
-/// profile. A polariser forbids ways to a colour that vary.
-const ELSEWHERE: [&str; 12] = [
+/// profile. A polariser forbids ways to a colour that vary; a camera that is turned or shifted sees what others see.
+const ELSEWHERE: [&str; 15] = [
     "site.altitude",
     "atmosphere.water.column",
     "camera.fov",
+    "camera.roll",
+    "camera.shift_x",
+    "camera.shift_y",
     "camera.polariser",
     "camera.polariser_extinction",
     "render.orders",

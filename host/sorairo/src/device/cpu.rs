@@ -126,6 +126,7 @@ mod tests {
     use sorairo_shared::processor::kernels::{constituents_of_directions, light_of_directions, plain};
     use sorairo_shared::sky::{ByConstituent, Constituents, constituents, light};
     use sorairo_shared::variant::PixelFormat;
+    use strum::IntoEnumIterator;
 
     use super::*;
     use crate::plan::rays::directions::direction;
@@ -228,7 +229,7 @@ mod tests {
         let mut formats = FORMATS.into_iter().cycle();
         for preset in presets {
             for sun in [30.0, 3.0, -4.0] {
-                for projection in [Projection::Equirectangular, Projection::Fisheye, Projection::Perspective] {
+                for projection in Projection::iter() {
                     let mut scene = scene(preset, sun, projection);
                     for path in [PathChoice::Direct, PathChoice::Lookup] {
                         scene.render.path = path;

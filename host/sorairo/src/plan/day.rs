@@ -55,7 +55,8 @@ fn skies(scene: &Scene) -> Vec<u32> {
 
 /// Whether pixels may be looked up in runs; see [`crate::plan::lookup::pixels_run`].
 fn has_runs(camera: &CameraScene) -> bool {
-    camera.projection != Projection::Fisheye && camera.size.width.is_multiple_of(RUN)
+    matches!(camera.projection, Projection::Equirectangular | Projection::Perspective)
+        && camera.size.width.is_multiple_of(RUN)
 }
 
 #[cfg(test)]

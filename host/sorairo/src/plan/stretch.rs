@@ -9,7 +9,12 @@ use sorairo_shared::path::pieces::column_densities_until;
 use sorairo_shared::variant;
 
 use crate::plan::integral::{Constituent, RayIntegral};
-use crate::plan::light_field::{Row, TOGETHER, Wavelengths, light_of_rows};
+use crate::plan::light_field::{Resolution, Row, TOGETHER, Wavelengths, light_of_rows};
+
+/// How many times as many samples of multiply scattered light as a row of the sky's has a ray of its own: with as many
+/// the two parts of a ray differ from the whole by up to 1.4e-3 of the brightest of a sky, with these by 3e-4 in 70
+/// random skies.
+const FINER_SAMPLES: u32 = 3;
 
 impl RayIntegral {
     /// Distance of the ground in a direction (km), if it is seen there.
@@ -75,6 +80,7 @@ impl RayIntegral {
         let cosine = level(view).dot(level(bearing));
         let row = Row { mu: view.z, cosines: vec![cosine], length: distance, polarised: false };
         for (share, resolution) in self.spectral_resolutions() {
+            let resolution = Resolution { view_samples: FINER_SAMPLES * resolution.view_samples, ..resolution };
             let setting = self.setting();
             let (light, _) = light_of_rows(
                 &self.light_fields,

@@ -4,7 +4,7 @@ use bytemuck::Zeroable;
 use sorairo_shared::camera::{self, Camera};
 use sorairo_shared::display::grade::Grade;
 use sorairo_shared::display::night::Eye;
-use sorairo_shared::glam::Vec4;
+use sorairo_shared::glam::{DVec2, Vec4};
 use sorairo_shared::medium::atmosphere::Atmosphere;
 use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::medium::exponential::Exponential;
@@ -113,6 +113,7 @@ pub fn projection(projection: Projection) -> u32 {
         Projection::Equirectangular => camera::EQUIRECTANGULAR,
         Projection::Fisheye => camera::FISHEYE,
         Projection::Perspective => camera::PERSPECTIVE,
+        Projection::Octahedral => camera::OCTAHEDRAL,
     }
 }
 
@@ -159,11 +160,12 @@ pub fn display(display: Display) -> u32 {
     }
 }
 
-/// The camera's axes and field. Right lies level, a quarter turn clockwise from the view's azimuth.
+/// The camera's axes and field. Right lies level, a quarter turn clockwise from the view's azimuth, before the camera
+/// is turned about its view.
 pub fn camera(scene: &Scene) -> Camera {
     let c = &scene.camera;
     let (azimuth, elevation, half_field) = match c.projection {
-        Projection::Equirectangular => (0.0, None, 0.0),
+        Projection::Equirectangular | Projection::Octahedral => (0.0, None, 0.0),
         Projection::Fisheye => {
             let View { fov, azimuth, elevation } = Projection::FISHEYE;
             (azimuth, Some(elevation), c.fov.unwrap_or(fov).to_radians() / 2.0)
@@ -174,13 +176,18 @@ pub fn camera(scene: &Scene) -> Camera {
         }
     };
     let azimuth = c.look_azimuth.unwrap_or(azimuth);
-    let elevation = elevation.map_or(0.0, |default| c.look_elevation.unwrap_or(default));
+    // A map of the whole sphere stands upright.
+    let (elevation, roll) = elevation.map_or((0.0, 0.0), |default| (c.look_elevation.unwrap_or(default), c.roll));
     let forward = direction(elevation, azimuth);
-    let right = direction(0.0, azimuth + 90.0);
-    let up = right.cross(forward);
+    let level = direction(0.0, azimuth + 90.0);
+    let upright = level.cross(forward);
+    let (sine, cosine) = roll.to_radians().sin_cos();
+    let right = level * cosine - upright * sine;
+    let up = upright * cosine + level * sine;
+    let shift = DVec2::new(c.shift_x, c.shift_y) * 2.0 * half_field;
     Camera {
-        right: right.as_vec3().extend(0.0),
-        up: up.as_vec3().extend(0.0),
+        right: right.extend(shift.x).as_vec4(),
+        up: up.extend(shift.y).as_vec4(),
         forward: forward.as_vec3().extend(0.0),
         width: c.size.width,
         height: c.size.height,

@@ -24,6 +24,13 @@ pub struct CameraScene {
     pub look_azimuth: Option<f64>,
     /// Elevation of the view (degrees).
     pub look_elevation: Option<f64>,
+    /// Angle by which the camera is turned about its view, clockwise as seen from behind it (degrees); of a fisheye or
+    /// a perspective.
+    pub roll: f64,
+    /// Distance of the middle of a perspective to the right of the view (widths of the image).
+    pub shift_x: f64,
+    /// Distance of the middle of a perspective above the view (widths of the image).
+    pub shift_y: f64,
     /// Content of images below the horizon; the light that the sky receives from the ground is unaffected.
     pub below: Option<Below>,
     /// Reflectance of the ground for `below = "colour"`: linear red, green and blue.
@@ -42,6 +49,9 @@ impl Default for CameraScene {
             fov: None,
             look_azimuth: None,
             look_elevation: None,
+            roll: 0.0,
+            shift_x: 0.0,
+            shift_y: 0.0,
             below: None,
             below_color: Reflectance([0.18; 3]),
             polariser: None,
@@ -132,6 +142,16 @@ pub enum Projection {
     Fisheye,
     /// A pinhole camera.
     Perspective,
+    /// The whole sphere as an octahedron that is unfolded: the zenith in the centre, the horizon on a diamond, north on
+    /// top.
+    Octahedral,
+}
+
+impl Projection {
+    /// Whether it shows the whole sphere, and stands upright.
+    pub fn is_of_whole_sphere(self) -> bool {
+        matches!(self, Self::Equirectangular | Self::Octahedral)
+    }
 }
 
 /// What a projection shows where nothing else is said (degrees).

@@ -148,6 +148,10 @@ const FIELDS: RangeInclusive<f64> = 0.01..=360.0;
 /// The widest field of view of a perspective (degrees).
 const WIDEST_PERSPECTIVE: f64 = 170.0;
 
+/// The farthest shift of a perspective (widths of its image): farther off, neighbouring pixels look alike in single
+/// precision.
+const MOST_SHIFT: f64 = 1000.0;
+
 // Column densities are closed forms for scale heights up to a hundredth of the radius; where the atmosphere ends within
 // one scale height, a column density to its top is the small difference of two of them.
 const THICKEST: Bound = From(
@@ -257,6 +261,9 @@ pub static KEYS: &[Key] = &[
     number!(camera.look_elevation, "degrees", At(-90.0), At(90.0)).otherwise(|| {
         format!("fisheye {}, perspective {}", Projection::FISHEYE.elevation, Projection::PERSPECTIVE.elevation)
     }),
+    number!(camera.roll, "degrees", At(-360.0), At(360.0)).wraps(),
+    number!(camera.shift_x, "", At(-MOST_SHIFT), At(MOST_SHIFT)),
+    number!(camera.shift_y, "", At(-MOST_SHIFT), At(MOST_SHIFT)),
     key!(camera.below, one_of::<Below>()).otherwise(|| {
         "`fade` in pictures of the whole sphere from less than 1 km above ground that is not black; else `ground`"
             .into()

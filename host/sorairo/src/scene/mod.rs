@@ -13,6 +13,7 @@ pub mod filmstrip;
 #[cfg(feature = "scene-files")]
 mod implied;
 pub mod keys;
+mod matrices;
 mod optics;
 pub mod place;
 mod plausible;

@@ -15,7 +15,7 @@ use crate::plan::aerial::colours::AirColours;
 use crate::plan::aerial::light::SlicedAir;
 use crate::plan::held::Sky;
 use crate::plan::sky::SkyPlan;
-use crate::scene::ColourPath;
+use crate::scene::{ColourPath, Scene};
 
 /// Rows above and below the horizon, and columns from the sun's azimuth to the opposite one.
 const ABOVE: u32 = 32;
@@ -43,9 +43,14 @@ pub struct AirPlan {
 }
 
 impl AirPlan {
-    /// The middle distance (km) for scenes on the ground: of 32 slices the first ends at 26 m, the last but one at 370
-    /// km.
-    pub const MIDDLE: f64 = 25.0;
+    /// The middle of the distances (km) for a sky: by day on the ground 25, where of 32 slices the first ends at 26 m
+    /// and the last but one at 370 km. From higher up, the air near the ground lies farther away; in twilight, the
+    /// planet's shadow ends there. With the middle of the ground, 32 slices are off by 3.6 % of the brightest at most
+    /// from 10 km; with this, by 1.4 %.
+    pub fn middle_of(sky: &Sky) -> f64 {
+        let Scene { observer, sun, .. } = &**sky.scene();
+        25.0 + 10.0 * observer.altitude.clamp(0.0, 100.0) + 15.0 * (-sun.elevation).clamp(0.0, 4.0)
+    }
 
     /// The air of a sky for a number of slices (4 to 256), with the middle of their distances (0.001 to 10000 km).
     ///

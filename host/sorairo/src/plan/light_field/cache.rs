@@ -152,7 +152,9 @@ impl LightFields {
         let scattered = [&air.air_scattering, &air.aerosol_scattering, &air.aerosol_extinction];
         let absorbed = [&air.ozone_absorption, &air.pair_absorption, &air.water_absorption, albedo];
         let spectra: Vec<&[f32]> = scattered.into_iter().chain(absorbed).map(|lanes| &lanes.0[..]).collect();
-        let key = Key::new::<LightField<N>>(setting, &spectra, resolution, orders);
+        // An observer's rays are no part of the field.
+        let own = Resolution { view_samples: 0, ..resolution.clone() };
+        let key = Key::new::<LightField<N>>(setting, &spectra, &own, orders);
         self.found_or_made(key, || LightField::new(setting, wavelengths, resolution, orders))
     }
 

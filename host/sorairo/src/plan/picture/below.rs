@@ -8,7 +8,7 @@ use sorairo_shared::variant::{self, PixelFormat};
 use crate::plan::hemisphere::nodes;
 use crate::plan::rays::directions::direction;
 use crate::plan::sky::SkyPlan;
-use crate::scene::{Below, CameraScene, Projection, Scene};
+use crate::scene::{Below, CameraScene, Scene};
 
 /// Altitude (km) from which a map shows the ground by itself: its horizon lies a degree below the level, and the air in
 /// front of the ground leaves no hard line.
@@ -17,7 +17,7 @@ const HIGH: f64 = 1.0;
 /// What an image shows below the horizon that a camera takes of a scene's sky: what was asked for, or in a picture of
 /// the whole sphere the sky that fades into the ground, if that is lit, and the ground elsewhere.
 pub fn of(scene: &Scene, camera: &CameraScene, pixel: PixelFormat) -> Below {
-    let is_map = camera.projection == Projection::Equirectangular;
+    let is_map = camera.projection.is_of_whole_sphere();
     let is_picture = pixel == PixelFormat::Picture;
     let is_lit = !scene.ground.albedo.is_black();
     let fades = is_map && is_picture && is_lit && scene.observer.altitude < HIGH;

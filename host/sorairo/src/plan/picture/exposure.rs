@@ -141,6 +141,14 @@ fn weight(projection: Projection, x: f64, y: f64) -> f64 {
     match projection {
         Projection::Equirectangular => fall(4.0 * (y + LOW_SKY) * (y + LOW_SKY)) * (y * PI).cos(),
         Projection::Fisheye | Projection::Perspective => fall(x * x + y * y),
+        Projection::Octahedral => {
+            let (x, y) = (2.0 * x.abs(), 2.0 * y.abs());
+            let up = 1.0 - x - y;
+            let folded = (-up).max(0.0);
+            let across = (x - folded).hypot(y - folded);
+            let down = -up.atan2(across) / PI;
+            fall(4.0 * (down + LOW_SKY) * (down + LOW_SKY)) / up.hypot(across).powi(3)
+        }
     }
 }
 

@@ -461,11 +461,18 @@ impl<'a> Sun<'a> {
         })
     }
 
-    /// Where a fisheye or a perspective shows a direction (pixels from the image's top left corner), if it can.
+    /// Where an image other than an equirectangular one shows a direction (pixels from the image's top left corner), if
+    /// it can.
     fn project(&self, projection: Projection, camera: &Camera, view: DVec3) -> Option<DVec2> {
         let [right, up, forward] =
             [camera.right, camera.up, camera.forward].map(|axis| view.dot(axis.as_dvec4().truncate()));
         let [width, height, half_field] = [camera.width as f32, camera.height as f32, camera.half_field].map(f64::from);
+        if projection == Projection::Octahedral {
+            let [x, y, z] = [right, forward, up].map(|part| part / (right.abs() + up.abs() + forward.abs()));
+            let folded = if z < 0.0 { -z } else { 0.0 };
+            let place = DVec2::new(x + folded.copysign(x), y + folded.copysign(y));
+            return Some(DVec2::new(0.5 * width * (1.0 + place.x), 0.5 * height * (1.0 - place.y)));
+        }
         let (across, from_centre) = if projection == Projection::Fisheye {
             let angle = forward.clamp(-1.0, 1.0).acos();
             // Beside the direction behind the camera the edge may go around it.
@@ -475,7 +482,8 @@ impl<'a> Sun<'a> {
             let outwards = DVec2::new(right, up).normalize_or_zero();
             (width.min(height), outwards * (angle / half_field))
         } else if forward > 1e-3 {
-            (width, DVec2::new(right, up) / (forward * half_field))
+            let middle = DVec2::new(camera.right.w.into(), camera.up.w.into());
+            (width, DVec2::new(right, up) / (forward * half_field) - middle / half_field)
         } else {
             return None;
         };

@@ -5,6 +5,7 @@ use sorairo::low_level::plan::direction;
 use sorairo::scene::{CameraScene, ColourPath, Preset, Projection, Scene, Size};
 use sorairo::{BetweenRgb, Direction, Sky, VolumeSize};
 use sorairo_shared::glam::DVec3;
+use sorairo_tests::sky::sky_of;
 
 /// Places of a volume that are compared.
 const PLACES: usize = 250;
@@ -57,7 +58,7 @@ fn places(far: f64) -> Vec<([f64; 2], f64)> {
 /// How far a volume is from each ray integrated at places all over it: light relative to the brightest, then
 /// transmittance; in the mean of the squares and at most.
 fn errors(scene: &Scene, elevation: f64, size: VolumeSize) -> [[f64; 2]; 2] {
-    let sky = Sky::new(scene).unwrap();
+    let sky = sky_of(scene);
     let camera = camera(elevation);
     let volume = sky.air_volume(&camera, size).unwrap();
     let each = sky.between_rgb();
@@ -110,7 +111,7 @@ fn at_dusk_the_air_between_froxels_is_near_to_that_of_each_ray() {
 fn before_no_distance_there_is_nothing_and_all_comes_through() {
     let mut scene = Scene::default();
     scene.sun.elevation = 20.0;
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     let volume = sky.air_volume(&camera(5.0), VolumeSize { columns: 4, rows: 4, slices: 32, far: 40.0 }).unwrap();
     for place in [[0.0, 0.0], [0.3, 0.8], [1.0, 1.0]] {
         let nothing = volume.at(place, 0.0);
@@ -125,7 +126,7 @@ fn before_no_distance_there_is_nothing_and_all_comes_through() {
 #[test]
 fn a_volume_that_cannot_be_filled_is_refused() {
     let mut scene = Scene::default();
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     let refused = |sky: &Sky, camera: &CameraScene, size| {
         sky.air_volume(camera, size).err().map(|error| error.to_string()).unwrap_or_default()
     };
@@ -136,6 +137,6 @@ fn a_volume_that_cannot_be_filled_is_refused() {
     assert!(refused(&sky, &camera(0.0), VolumeSize { rows: 3, ..size }).starts_with("rows is 3; it must lie between"));
     assert!(refused(&sky, &CameraScene::default(), size).starts_with("camera.projection"));
     scene.render.color = ColourPath::Solve;
-    let solved = Sky::new(&scene).unwrap();
+    let solved = sky_of(&scene);
     assert!(refused(&solved, &camera(0.0), size).starts_with("render.color"));
 }

@@ -13,7 +13,7 @@ use sorairo_tests::sky::{plan_of, scene};
 const SEED: u64 = 20_261_121;
 
 /// As many scenes as take a minute on two cores; `sorairo stress` tries more.
-const SCENES: u64 = 200;
+const SCENES: u64 = 80;
 
 #[test]
 fn no_pixel_of_random_scenes_is_wrong_on_either_device() {

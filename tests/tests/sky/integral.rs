@@ -11,7 +11,7 @@ use sorairo_shared::glam::Vec3;
 use sorairo_tests::sky::{plan_of, scene};
 
 /// Rays of random scenes in a run of the tests; `sorairo stress` tries more.
-const RAYS: u64 = 64_000;
+const RAYS: u64 = 16_000;
 
 /// Seed of those rays.
 const SEED: u64 = 20_261_121;

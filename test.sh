@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs every test of sorairo, on the GPU too: all of them, whichever fail; the last lines name those that did.
+# Runs every test of sorairo, on the GPU too: all of them, whichever fail; the last line says whether any did.
 # `./test.sh quick` runs in minutes what a change breaks first: unit tests, kernels on the device against the
 # processor, the command, the documents.
 # What the tests need and this machine lacks (a linker, a Vulkan driver, an X server without a screen, Chromium, Python with venv) is installed
@@ -175,4 +175,5 @@ cargo "${tests[@]}" --no-fail-fast || failed=1
 wait "$!" || failed=1
 echo "test.sh: beside these"
 cat "$others"
+[ -z "${failed:-}" ] || echo "test.sh: FAILED"
 exit "${failed:-0}"

@@ -1,48 +1,16 @@
 //! The air before a camera in a program's own textures: against each ray integrated, and against the sky behind it.
 
 use rayon::prelude::*;
-use sorairo::low_level::plan::direction;
-use sorairo::scene::{CameraScene, ColourPath, Preset, Projection, Rgb, Scene, Size};
+use sorairo::scene::{CameraScene, ColourPath, Preset, Scene};
 use sorairo::wgpu::{self, TextureFormat, TextureUsages};
-use sorairo::{
-    AirPlan, AirVolumeTarget, BetweenRgb, Depth, DepthImage, Direction, Error, LightFields, ResidentRenderer,
-    SeenImage, Sky, Target,
-};
+use sorairo::{AirPlan, AirVolumeTarget, Depth, DepthImage, Direction, Error, ResidentRenderer, SeenImage, Target};
 use sorairo_shared::glam::DVec3;
+use sorairo_tests::air::{self, camera, largest, scenes};
 use sorairo_tests::own_device::{texels, texture, with_passthrough};
+use sorairo_tests::sky::sky_of;
 
 /// The image of every camera here.
 const SIZE: (u32, u32) = (640, 352);
-
-fn camera(elevation: f64) -> CameraScene {
-    CameraScene {
-        projection: Projection::Perspective,
-        size: Size { width: SIZE.0, height: SIZE.1 },
-        fov: Some(60.0),
-        look_azimuth: Some(0.0),
-        look_elevation: Some(elevation),
-        ..CameraScene::default()
-    }
-}
-
-fn sky(scene: &Scene) -> Sky {
-    Sky::with_light_fields(&scene.validated().unwrap(), Rgb::Srgb, &LightFields::default())
-}
-
-/// Skies, and the elevation at which their camera looks.
-fn scenes() -> Vec<(&'static str, Scene, f64)> {
-    let of = |preset, sun: f64, altitude: f64| {
-        let mut scene = Scene::preset(preset);
-        (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (sun, 50.0, altitude);
-        scene
-    };
-    vec![
-        ("noon", of(Preset::Standard, 60.0, 0.002), 0.0),
-        ("haze", of(Preset::Hazy, 30.0, 0.3), -2.0),
-        ("sunset", of(Preset::Standard, 1.5, 0.05), 3.0),
-        ("from 10 km", of(Preset::Standard, 35.0, 10.0), -12.0),
-    ]
-}
 
 /// A device, what it draws with, and the air before a camera.
 struct Drawn {
@@ -58,9 +26,9 @@ impl Drawn {
     fn new(scene: &Scene, elevation: f64, size: [u32; 3]) -> Self {
         let (device, queue) = with_passthrough();
         let renderer = ResidentRenderer::with_device(&device, &queue);
-        let air = AirPlan::new(&sky(scene), size[2], AirPlan::MIDDLE).unwrap();
+        let air = AirPlan::new(&sky_of(scene), size[2], AirPlan::MIDDLE).unwrap();
         let volume = [(); 2].map(|()| volume(&device, size));
-        let mut drawn = Self { device, queue, renderer, air, camera: camera(elevation), volume };
+        let mut drawn = Self { device, queue, renderer, air, camera: camera(SIZE, elevation), volume };
         drawn.fill();
         drawn
     }
@@ -144,15 +112,9 @@ fn halves(words: &[u32]) -> Vec<[f32; 3]> {
 
 /// The direction of a pixel of a camera.
 fn towards(camera: &CameraScene, at: usize) -> Direction {
-    let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
-    let (azimuth, elevation) = (camera.look_azimuth.unwrap(), camera.look_elevation.unwrap());
-    let (forward, right) = (direction(elevation, azimuth), direction(0.0, azimuth + 90.0));
-    let up = right.cross(forward);
-    let half = (camera.fov.unwrap() / 2.0).to_radians().tan();
-    let x = (2.0 * ((at % width) as f64 + 0.5) / width as f64 - 1.0) * half;
-    let y = (1.0 - 2.0 * ((at / width) as f64 + 0.5) / height as f64) * half * height as f64 / width as f64;
-    let DVec3 { x: north, y: west, z } = (forward + right * x + up * y).normalize();
-    Direction { elevation: z.asin().to_degrees(), azimuth: (-west).atan2(north).to_degrees() }
+    let at = at as u32;
+    let part = |at: u32, of: u32| (f64::from(at) + 0.5) / f64::from(of);
+    air::towards(camera, [part(at % SIZE.0, SIZE.0), part(at / SIZE.0, SIZE.1)])
 }
 
 /// Numbers in [0, 1) that are spread as evenly as can be: steps of the golden ratio.
@@ -173,36 +135,22 @@ fn errors(scene: &Scene, elevation: f64, size: [u32; 3]) -> [[f64; 2]; 2] {
     // A light beside which that of the air is small.
     let with_one = drawn.seen([1000.0, 1000.0, 1000.0, 1.0], &km);
     let each = drawn.air.sky().between_rgb();
-    let compared: Vec<(usize, BetweenRgb)> = (0..pixels)
+    let compared: Vec<_> = (0..pixels)
         .into_par_iter()
         .step_by(STEP)
-        .filter_map(|at| Some((at, each.until(&towards(&drawn.camera, at), f64::from(km[at])).ok()?)))
+        .filter_map(|at| {
+            let expected = each.until(&towards(&drawn.camera, at), f64::from(km[at])).ok()?;
+            let [added, with_one] = [light[at], with_one[at]].map(|rgb| DVec3::from_array(rgb.map(f64::from)));
+            Some(([added, (with_one - added) / 1000.0], expected))
+        })
         .collect();
     assert!(compared.len() > pixels / STEP / 3, "pixels before the ground: {}", compared.len());
-    let brightest = compared.iter().flat_map(|(_, expected)| expected.radiance).fold(0.0, f64::max);
-    let of = |at: usize, i: usize| f64::from(light[at][i]);
-    let added = |(at, expected): &(usize, BetweenRgb)| {
-        (0..3).map(|i| (of(*at, i) - expected.radiance[i]).abs() / brightest).fold(0.0, largest)
-    };
-    let through = |(at, expected): &(usize, BetweenRgb)| {
-        let part = |i: usize| (f64::from(with_one[*at][i]) - of(*at, i)) / 1000.0;
-        (0..3).map(|i| (part(i) - expected.transmittance[i]).abs()).fold(0.0, largest)
-    };
-    let both = |errors: Vec<f64>| {
-        let squares = errors.iter().map(|error| error * error).sum::<f64>();
-        [(squares / errors.len() as f64).sqrt(), errors.into_iter().fold(0.0, largest)]
-    };
-    [both(compared.iter().map(added).collect()), both(compared.iter().map(through).collect())]
-}
-
-/// The larger of two, or the one that is no number.
-fn largest(most: f64, error: f64) -> f64 {
-    if error.is_nan() || error > most { error } else { most }
+    air::errors(&compared)
 }
 
 #[test]
 fn air_in_a_programs_own_textures_is_that_of_each_ray() {
-    for (name, scene, elevation) in scenes() {
+    for (name, scene, elevation) in scenes(50.0) {
         // From 10 km a ray meets the haze near the ground within one of 32 slices, which leave 3.5 % at most: the default
         // size misses the bound there, and 48 slices hold it (1.6 %).
         let slices = if name == "from 10 km" { 48 } else { 32 };
@@ -229,7 +177,7 @@ fn at_dusk_the_air_of_a_device_is_near_to_that_of_each_ray() {
 /// texels: `i = (c - 1) (p + ½) / width`. What is seen there is what the volume holds.
 #[test]
 fn the_far_end_of_the_air_is_the_sky_behind_it() {
-    for (name, scene, elevation) in scenes() {
+    for (name, scene, elevation) in scenes(50.0) {
         let mut drawn = Drawn::new(&scene, elevation, [257, 65, 8]);
         let pixels = (SIZE.0 * SIZE.1) as usize;
         // So far that nothing is behind it but the sky.
@@ -260,7 +208,7 @@ fn the_far_end_of_the_air_is_the_sky_behind_it() {
 
 #[test]
 fn the_sky_is_copied_and_so_is_what_nothing_stands_before() {
-    let (_, scene, elevation) = scenes().remove(0);
+    let (_, ref scene, elevation) = scenes(50.0)[0];
     let mut drawn = Drawn::new(&scene, elevation, [32, 32, 32]);
     let pixels = (SIZE.0 * SIZE.1) as usize;
     let colour = [0.25, 3.0, 1.5, 1.0];
@@ -295,7 +243,7 @@ fn cleared(drawn: &Drawn, value: f32) -> wgpu::Texture {
 
 #[test]
 fn depth_buffers_say_the_same_as_distances() {
-    let (_, scene, elevation) = scenes().remove(0);
+    let (_, ref scene, elevation) = scenes(50.0)[0];
     let mut drawn = Drawn::new(&scene, elevation, [32, 32, 32]);
     let black = image(&drawn.device, TextureFormat::Rgba16Float);
     // A wall 8 km before the camera, near and far planes in metres.
@@ -332,7 +280,7 @@ fn depth_buffers_say_the_same_as_distances() {
 
 #[test]
 fn light_is_exposed_and_what_comes_through_is_not() {
-    let (_, scene, elevation) = scenes().remove(1);
+    let (_, ref scene, elevation) = scenes(50.0)[1];
     let mut drawn = Drawn::new(&scene, elevation, [32, 32, 32]);
     let pixels = (SIZE.0 * SIZE.1) as usize;
     let km = vec![20.0; pixels];
@@ -348,7 +296,7 @@ fn light_is_exposed_and_what_comes_through_is_not() {
 
 #[test]
 fn what_cannot_be_filled_or_applied_is_refused_before_anything_is_encoded() {
-    let (_, scene, elevation) = scenes().remove(0);
+    let (_, ref scene, elevation) = scenes(50.0)[0];
     let mut drawn = Drawn::new(&scene, elevation, [32, 32, 32]);
     let Drawn { device, renderer, air, camera, volume: [in_scatter, transmittance], .. } = &mut drawn;
     let mut encoder = device.create_command_encoder(&Default::default());
@@ -406,12 +354,12 @@ fn what_cannot_be_filled_or_applied_is_refused_before_anything_is_encoded() {
 #[test]
 fn air_that_cannot_be_planned_is_refused() {
     let mut scene = Scene::default();
-    let planned = sky(&scene);
+    let planned = sky_of(&scene);
     let refused = |sky, slices, middle| AirPlan::new(sky, slices, middle).unwrap_err().to_string();
     assert!(refused(&planned, 3, 25.0).starts_with("slices is 3; it must lie between 4 and 256"));
     for middle in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(refused(&planned, 32, middle).starts_with("middle is "), "{middle}");
     }
     scene.render.color = ColourPath::Solve;
-    assert!(refused(&sky(&scene), 32, 25.0).starts_with("render.color"));
+    assert!(refused(&sky_of(&scene), 32, 25.0).starts_with("render.color"));
 }

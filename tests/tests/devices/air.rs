@@ -209,7 +209,7 @@ fn the_far_end_of_the_air_is_the_sky_behind_it() {
 #[test]
 fn the_sky_is_copied_and_so_is_what_nothing_stands_before() {
     let (_, ref scene, elevation) = scenes(50.0)[0];
-    let mut drawn = Drawn::new(&scene, elevation, [32, 32, 32]);
+    let mut drawn = Drawn::new(scene, elevation, [32, 32, 32]);
     let pixels = (SIZE.0 * SIZE.1) as usize;
     let colour = [0.25, 3.0, 1.5, 1.0];
     for depth in [f32::INFINITY, f32::NAN, 1e10, 0.0, -3.0] {
@@ -244,7 +244,7 @@ fn cleared(drawn: &Drawn, value: f32) -> wgpu::Texture {
 #[test]
 fn depth_buffers_say_the_same_as_distances() {
     let (_, ref scene, elevation) = scenes(50.0)[0];
-    let mut drawn = Drawn::new(&scene, elevation, [32, 32, 32]);
+    let mut drawn = Drawn::new(scene, elevation, [32, 32, 32]);
     let black = image(&drawn.device, TextureFormat::Rgba16Float);
     // A wall 8 km before the camera, near and far planes in metres.
     let wall = 8000.0;
@@ -281,7 +281,7 @@ fn depth_buffers_say_the_same_as_distances() {
 #[test]
 fn light_is_exposed_and_what_comes_through_is_not() {
     let (_, ref scene, elevation) = scenes(50.0)[1];
-    let mut drawn = Drawn::new(&scene, elevation, [32, 32, 32]);
+    let mut drawn = Drawn::new(scene, elevation, [32, 32, 32]);
     let pixels = (SIZE.0 * SIZE.1) as usize;
     let km = vec![20.0; pixels];
     let plain = drawn.seen([0.0, 0.0, 0.0, 1.0], &km);
@@ -297,7 +297,7 @@ fn light_is_exposed_and_what_comes_through_is_not() {
 #[test]
 fn what_cannot_be_filled_or_applied_is_refused_before_anything_is_encoded() {
     let (_, ref scene, elevation) = scenes(50.0)[0];
-    let mut drawn = Drawn::new(&scene, elevation, [32, 32, 32]);
+    let mut drawn = Drawn::new(scene, elevation, [32, 32, 32]);
     let Drawn { device, renderer, air, camera, volume: [in_scatter, transmittance], .. } = &mut drawn;
     let mut encoder = device.create_command_encoder(&Default::default());
     let mut refused = |of: &CameraScene, target: AirVolumeTarget<'_>| {

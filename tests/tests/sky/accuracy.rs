@@ -17,7 +17,7 @@ const REFERENCE_TOLERANCE: f64 = 1e-6;
 
 /// The transfer at the plan's bands against the oracle, over the sky; brighter than a part of the sky's maximum.
 fn compare_sky(scene: &Scene, above: f64) -> Worst {
-    let plan = plan_of(&scene, PixelFormat::LinearRgb);
+    let plan = plan_of(scene, PixelFormat::LinearRgb);
     let bands = bands(scene, &plan.sky);
     let medium = medium(scene);
     let azimuths = (0..=12).map(|i| 15.0 * f64::from(i));

@@ -20,7 +20,7 @@ const SEED: u64 = 20_261_121;
 const ROUNDING: f64 = 3e-5;
 
 fn plan(scene: &Scene) -> Plan {
-    plan_of(&scene, PixelFormat::LinearRgb)
+    plan_of(scene, PixelFormat::LinearRgb)
 }
 
 /// The transfer at the plan's bands towards an elevation and an azimuth (degrees).

@@ -28,7 +28,7 @@ fn scene(preset: Preset, sun: f64, altitude: f64, projection: Projection, polari
 }
 
 fn pixels(scene: &Scene) -> Vec<DVec3> {
-    let plan = plan_of(&scene, PixelFormat::LinearRgb);
+    let plan = plan_of(scene, PixelFormat::LinearRgb);
     let words = Cpu.run(&plan, plan.kernel()).unwrap().words;
     words.chunks_exact(3).map(|rgb| DVec3::from_array([0, 1, 2].map(|i| f64::from(f32::from_bits(rgb[i]))))).collect()
 }

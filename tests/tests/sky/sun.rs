@@ -16,7 +16,7 @@ use sorairo_tests::gpu;
 use sorairo_tests::sky::{plan_of, scene, sky_of};
 
 fn plan(scene: &Scene) -> Plan {
-    plan_of(&scene, PixelFormat::LinearRgb)
+    plan_of(scene, PixelFormat::LinearRgb)
 }
 
 fn image(scene: &Scene, backend: &dyn Backend) -> Vec<f32> {

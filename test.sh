@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs every test of sorairo, including those on the GPU, whichever fail. The last lines name the failures.
+# Runs every test of sorairo, including those on the GPU, whichever fail. The last line says whether any failed.
 # `./test.sh quick` takes minutes: unit tests, kernels on the device relative to the CPU, the command, the documents.
 # The tests need a linker, a Vulkan driver, an X server without a screen, Chromium, and Python with venv. As root on
 # Debian or a relative, the script installs what is missing with apt-get; otherwise it prints what to install. It uses no
@@ -152,13 +152,28 @@ if [ -z "${SORAIRO_PYTHON:-}" ] && ! has_python; then
         exit 1
     fi
 fi
+# What other people's programs take, mostly a core at a time, runs beside the tests, and is told after them.
+test_others() {
+    local failed=0
+    test_wheel || failed=1
+    test_blender || failed=1
+    # What takes minutes of other people's programs.
+    cargo "${tests[@]}" --test sky -- --ignored || failed=1
+    test_page || failed=1
+    # The library as one takes it that needs neither Vulkan nor files. It renders three small pictures, and is hardly optimised for them.
+    cargo "${quick[@]}" --config 'profile.release.package.sorairo.opt-level=1' \
+        --config 'profile.release.package.sorairo-shared.opt-level=1' \
+        test --release --package sorairo --no-default-features --features cpu --test cpu_only || failed=1
+    return "$failed"
+}
+
+# Else an interrupted test.sh would leave them running.
+trap 'trap - INT TERM; kill 0' INT TERM
+others=target/others.log
+test_others >"$others" 2>&1 &
 cargo "${tests[@]}" --no-fail-fast || failed=1
-test_wheel || failed=1
-test_blender || failed=1
-# What takes minutes of other people's programs.
-cargo "${tests[@]}" --test sky -- --ignored || failed=1
-test_page || failed=1
-# The library as one takes it that needs neither Vulkan nor files. It renders three small pictures, and is hardly
-# optimised for them.
-cargo "${quick[@]}" --config 'profile.release.package.sorairo.opt-level=1' test --release --package sorairo --no-default-features --features cpu --test cpu_only || failed=1
+wait "$!" || failed=1
+echo "test.sh: beside these"
+cat "$others"
+[ -z "${failed:-}" ] || echo "test.sh: FAILED"
 exit "${failed:-0}"

@@ -1,5 +1,6 @@
 //! What the tests of sorairo share: comparators that can fail, the GPU, and the program as a person runs it.
 
+pub mod air;
 pub mod compare;
 pub mod gpu;
 pub mod interpreted;

@@ -47,6 +47,11 @@ pub struct Beam {
 /// A place, a direction, and the column densities so far.
 type State = [f64; 4 + CONSTITUENTS];
 
+/// Densities of a ray that is asked for its way alone.
+fn uncounted(_: f64) -> [f64; CONSTITUENTS] {
+    [0.0; CONSTITUENTS]
+}
+
 impl Profile<'_> {
     fn slopes(&self, [x, y, px, py, ..]: State) -> State {
         const STEP: f64 = 1e-3;
@@ -93,7 +98,9 @@ impl Profile<'_> {
     pub fn beam(&self, altitude: f64, sun: f64) -> Option<Beam> {
         /// Light bends by less than this (radians).
         const MOST: f64 = 0.05;
-        let off = |seen: f64| self.way_out(altitude, seen).map(|exit| exit.zenith - sun);
+        // Most rays are shot for their direction, on which the densities have no part.
+        let shot = Profile { densities: &uncounted, ..*self };
+        let off = |seen: f64| shot.way_out(altitude, seen).map(|exit| exit.zenith - sun);
         let (mut high, mut low) = ((sun - MOST).max(0.0), sun);
         let mut of_high = off(high)?;
         // The lowest ray that leaves the air, or one that leaves it below the sun.
@@ -134,7 +141,7 @@ impl Profile<'_> {
         }
         let exit = self.way_out(altitude, seen).filter(|exit| (exit.zenith - sun).abs() < 1e-6)?;
         const BESIDE: f64 = 1e-5;
-        let above = self.way_out(altitude, seen - BESIDE)?.zenith;
+        let above = shot.way_out(altitude, seen - BESIDE)?.zenith;
         let spread = if sun < 1e-3 { 1.0 } else { seen.sin() / sun.sin() * BESIDE / (exit.zenith - above) };
         Some(Beam { seen, columns: exit.columns, spread })
     }

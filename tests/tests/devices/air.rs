@@ -1,46 +1,19 @@
 //! The air before a camera in a program's own textures: against each ray integrated, and against the sky behind it.
 
 use rayon::prelude::*;
-use sorairo::scene::{CameraScene, ColourPath, Preset, Projection, Rgb, Scene, Size};
+use sorairo::scene::{CameraScene, ColourPath, Preset, Scene};
 use sorairo::wgpu::{self, TextureFormat, TextureUsages};
 use sorairo::{
-    AirPlan, AirVolumeTarget, BetweenRgb, Depth, DepthImage, Direction, Error, LightFields, PixelFormat, Plan,
-    ResidentRenderer, SeenImage, Sky, Target,
+    AirPlan, AirVolumeTarget, Depth, DepthImage, Direction, Error, PixelFormat, Plan, ResidentRenderer, SeenImage,
+    Target,
 };
+use sorairo_shared::glam::DVec3;
+use sorairo_tests::air::{self, camera, largest, scenes};
 use sorairo_tests::own_device::{texels, texture, with_passthrough};
+use sorairo_tests::sky::sky_of;
 
 /// The image of every camera here.
 const SIZE: (u32, u32) = (640, 352);
-
-fn camera(elevation: f64) -> CameraScene {
-    CameraScene {
-        projection: Projection::Perspective,
-        size: Size { width: SIZE.0, height: SIZE.1 },
-        fov: Some(60.0),
-        look_azimuth: Some(0.0),
-        look_elevation: Some(elevation),
-        ..CameraScene::default()
-    }
-}
-
-fn sky(scene: &Scene) -> Sky {
-    Sky::with_light_fields(&scene.validated().unwrap(), Rgb::Srgb, &LightFields::default())
-}
-
-/// Skies, and the elevation at which their camera looks.
-fn scenes() -> Vec<(&'static str, Scene, f64)> {
-    let of = |preset, sun: f64, altitude: f64| {
-        let mut scene = Scene::preset(preset);
-        (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (sun, 50.0, altitude);
-        scene
-    };
-    vec![
-        ("noon", of(Preset::Standard, 60.0, 0.002), 0.0),
-        ("haze", of(Preset::Hazy, 30.0, 0.3), -2.0),
-        ("sunset", of(Preset::Standard, 1.5, 0.05), 3.0),
-        ("from 10 km", of(Preset::Standard, 35.0, 10.0), -12.0),
-    ]
-}
 
 /// A device, what it draws with, and the air before a camera.
 struct Drawn {
@@ -56,10 +29,10 @@ impl Drawn {
     fn new(scene: &Scene, elevation: f64, size: [u32; 3]) -> Self {
         let (device, queue) = with_passthrough();
         let renderer = ResidentRenderer::with_device(&device, &queue);
-        let sky = sky(scene);
+        let sky = sky_of(scene);
         let air = AirPlan::new(&sky, size[2], AirPlan::middle_of(&sky)).unwrap();
         let volume = [(); 2].map(|()| volume(&device, size));
-        let mut drawn = Self { device, queue, renderer, air, camera: camera(elevation), volume };
+        let mut drawn = Self { device, queue, renderer, air, camera: camera(SIZE, elevation), volume };
         drawn.fill();
         drawn
     }
@@ -165,36 +138,22 @@ fn errors(drawn: &mut Drawn) -> [[f64; 2]; 2] {
     // A light beside which that of the air is small.
     let with_one = drawn.seen([1000.0, 1000.0, 1000.0, 1.0], &km);
     let (each, directions) = (drawn.air.sky().between_rgb(), drawn.directions());
-    let compared: Vec<(usize, BetweenRgb)> = (0..pixels)
+    let compared: Vec<_> = (0..pixels)
         .into_par_iter()
         .step_by(STEP)
-        .filter_map(|at| Some((at, each.until(&directions[at], f64::from(km[at])).ok()?)))
+        .filter_map(|at| {
+            let expected = each.until(&directions[at], f64::from(km[at])).ok()?;
+            let [added, with_one] = [light[at], with_one[at]].map(|rgb| DVec3::from_array(rgb.map(f64::from)));
+            Some(([added, (with_one - added) / 1000.0], expected))
+        })
         .collect();
     assert!(compared.len() > pixels / STEP / 3, "pixels before the ground: {}", compared.len());
-    let brightest = compared.iter().flat_map(|(_, expected)| expected.radiance).fold(0.0, f64::max);
-    let of = |at: usize, i: usize| f64::from(light[at][i]);
-    let added = |(at, expected): &(usize, BetweenRgb)| {
-        (0..3).map(|i| (of(*at, i) - expected.radiance[i]).abs() / brightest).fold(0.0, largest)
-    };
-    let through = |(at, expected): &(usize, BetweenRgb)| {
-        let part = |i: usize| (f64::from(with_one[*at][i]) - of(*at, i)) / 1000.0;
-        (0..3).map(|i| (part(i) - expected.transmittance[i]).abs()).fold(0.0, largest)
-    };
-    let both = |errors: Vec<f64>| {
-        let squares = errors.iter().map(|error| error * error).sum::<f64>();
-        [(squares / errors.len() as f64).sqrt(), errors.into_iter().fold(0.0, largest)]
-    };
-    [both(compared.iter().map(added).collect()), both(compared.iter().map(through).collect())]
-}
-
-/// The larger of two, or the one that is no number.
-fn largest(most: f64, error: f64) -> f64 {
-    if error.is_nan() || error > most { error } else { most }
+    air::errors(&compared)
 }
 
 #[test]
 fn air_in_a_programs_own_textures_is_that_of_each_ray() {
-    for (name, scene, elevation) in scenes() {
+    for (name, scene, elevation) in scenes(50.0) {
         let errors = errors(&mut Drawn::new(&scene, elevation, [32, 32, 32]));
         println!("{name}: light and transmittance, rms and at most: {errors:.5?}");
         for [rms, largest] in errors {
@@ -206,7 +165,7 @@ fn air_in_a_programs_own_textures_is_that_of_each_ray() {
 
 #[test]
 fn a_camera_that_is_turned_and_shifted_has_the_air_of_its_own_rays() {
-    let (name, scene, elevation) = scenes().remove(1);
+    let [_, (name, scene, elevation), ..] = scenes(50.0);
     let mut drawn = Drawn::new(&scene, elevation, [32, 32, 32]);
     drawn.camera = CameraScene { roll: 70.0, shift_x: -0.4, shift_y: -0.1, ..drawn.camera };
     let behind = errors(&mut drawn);
@@ -234,7 +193,7 @@ fn at_dusk_the_air_of_a_device_is_near_to_that_of_each_ray() {
 /// texels: `i = (c - 1) (p + ½) / width`. What is seen there is what the volume holds.
 #[test]
 fn the_far_end_of_the_air_is_the_sky_behind_it() {
-    for (name, scene, elevation) in scenes() {
+    for (name, scene, elevation) in scenes(50.0) {
         let mut drawn = Drawn::new(&scene, elevation, [257, 65, 8]);
         let pixels = (SIZE.0 * SIZE.1) as usize;
         // So far that nothing is behind it but the sky.
@@ -265,8 +224,8 @@ fn the_far_end_of_the_air_is_the_sky_behind_it() {
 
 #[test]
 fn the_sky_is_copied_and_so_is_what_nothing_stands_before() {
-    let (_, scene, elevation) = scenes().remove(0);
-    let mut drawn = Drawn::new(&scene, elevation, [32, 32, 32]);
+    let (_, ref scene, elevation) = scenes(50.0)[0];
+    let mut drawn = Drawn::new(scene, elevation, [32, 32, 32]);
     let pixels = (SIZE.0 * SIZE.1) as usize;
     let colour = [0.25, 3.0, 1.5, 1.0];
     for depth in [f32::INFINITY, f32::NAN, 1e10, 0.0, -3.0] {
@@ -300,8 +259,8 @@ fn cleared(drawn: &Drawn, value: f32) -> wgpu::Texture {
 
 #[test]
 fn depth_buffers_say_the_same_as_distances() {
-    let (_, scene, elevation) = scenes().remove(0);
-    let mut drawn = Drawn::new(&scene, elevation, [32, 32, 32]);
+    let (_, ref scene, elevation) = scenes(50.0)[0];
+    let mut drawn = Drawn::new(scene, elevation, [32, 32, 32]);
     let black = image(&drawn.device, TextureFormat::Rgba16Float);
     // A wall 8 km before the camera, near and far planes in metres.
     let wall = 8000.0;
@@ -337,8 +296,8 @@ fn depth_buffers_say_the_same_as_distances() {
 
 #[test]
 fn light_is_exposed_and_what_comes_through_is_not() {
-    let (_, scene, elevation) = scenes().remove(1);
-    let mut drawn = Drawn::new(&scene, elevation, [32, 32, 32]);
+    let (_, ref scene, elevation) = scenes(50.0)[1];
+    let mut drawn = Drawn::new(scene, elevation, [32, 32, 32]);
     let pixels = (SIZE.0 * SIZE.1) as usize;
     let km = vec![20.0; pixels];
     let plain = drawn.seen([0.0, 0.0, 0.0, 1.0], &km);
@@ -353,8 +312,8 @@ fn light_is_exposed_and_what_comes_through_is_not() {
 
 #[test]
 fn what_cannot_be_filled_or_applied_is_refused_before_anything_is_encoded() {
-    let (_, scene, elevation) = scenes().remove(0);
-    let mut drawn = Drawn::new(&scene, elevation, [32, 32, 32]);
+    let (_, ref scene, elevation) = scenes(50.0)[0];
+    let mut drawn = Drawn::new(scene, elevation, [32, 32, 32]);
     let Drawn { device, renderer, air, camera, volume: [in_scatter, transmittance], .. } = &mut drawn;
     let mut encoder = device.create_command_encoder(&Default::default());
     let mut refused = |of: &CameraScene, target: AirVolumeTarget<'_>| {
@@ -411,12 +370,12 @@ fn what_cannot_be_filled_or_applied_is_refused_before_anything_is_encoded() {
 #[test]
 fn air_that_cannot_be_planned_is_refused() {
     let mut scene = Scene::default();
-    let planned = sky(&scene);
+    let planned = sky_of(&scene);
     let refused = |sky, slices, middle| AirPlan::new(sky, slices, middle).unwrap_err().to_string();
     assert!(refused(&planned, 3, 25.0).starts_with("slices is 3; it must lie between 4 and 256"));
     for middle in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(refused(&planned, 32, middle).starts_with("middle is "), "{middle}");
     }
     scene.render.color = ColourPath::Solve;
-    assert!(refused(&sky(&scene), 32, 25.0).starts_with("render.color"));
+    assert!(refused(&sky_of(&scene), 32, 25.0).starts_with("render.color"));
 }

@@ -5,6 +5,7 @@ use sorairo::scene::{CameraScene, Preset, Projection, Scene};
 use sorairo::wgpu::{self, BufferUsages};
 use sorairo::{PixelFormat, ResidentRenderer, Sky, Target};
 use sorairo_tests::own_device::{buffer, with_passthrough};
+use sorairo_tests::sky::sky_of;
 
 /// Most allocations of a frame, on the thread that encodes it: 82 were counted, most of them wgpu's, for two bind
 /// groups, two buffers and a pass.
@@ -16,7 +17,7 @@ const OF_A_DISC: u64 = 4;
 fn sky(disc: bool) -> Sky {
     let mut scene = Scene::preset(Preset::Standard);
     (scene.sun.elevation, scene.sun.azimuth, scene.sun.disc) = (20.0, 10.0, disc);
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     sky.prepare_images();
     sky
 }

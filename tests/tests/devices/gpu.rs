@@ -16,7 +16,7 @@ use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::gpu::backend as gpu;
-use sorairo_tests::sky::{SUNS, scene};
+use sorairo_tests::sky::{SUNS, plan_of, scene};
 
 fn floats(plan: &Plan, backend: &dyn Backend, kernel: Kernel) -> Vec<f32> {
     backend.run(plan, kernel).unwrap().words.into_iter().map(f32::from_bits).collect()
@@ -54,9 +54,9 @@ fn every_kernel_agrees_with_the_cpu_over_whole_images() {
                 let mut scene = scene(preset, sun, "128x64");
                 (scene.render.fit, scene.render.color, scene.render.bands) = (fit, color, bands);
                 scene.render.path = PathChoice::Direct;
-                let direct = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+                let direct = plan_of(&scene, PixelFormat::LinearRgb);
                 scene.render.path = PathChoice::Lookup;
-                let lookup = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+                let lookup = plan_of(&scene, PixelFormat::LinearRgb);
                 let at_bands = direct.clone().at_bands();
                 let mut runs = vec![
                     (&at_bands, at_bands.kernel(), 4),
@@ -123,7 +123,7 @@ fn light_of_all_orders_agrees_with_the_cpu_over_whole_images() {
             scene.camera.size = "128x64".parse().unwrap();
             for path in [PathChoice::Direct, PathChoice::Lookup] {
                 scene.render.path = path;
-                let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+                let plan = plan_of(&scene, PixelFormat::LinearRgb);
                 assert_eq!(plan.variant & variant::REST, variant::REST);
                 let reference = floats(&plan, &device::cpu::Cpu, plan.kernel());
                 let image = floats(&plan, gpu(), plan.kernel());
@@ -158,7 +158,7 @@ fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
             scene.render.path = PathChoice::Direct;
             scene.observer.altitude = altitude;
             scene.atmosphere.aerosol.optical_depth = aerosol;
-            let direct = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+            let direct = plan_of(&scene, PixelFormat::LinearRgb);
             let plan = direct.clone().with_spectrum(&wavelengths).unwrap();
             seen.insert(plan.variant & variant::REGRESSION);
             let reference = floats(&plan, &device::cpu::Cpu, plan.kernel());
@@ -196,7 +196,7 @@ fn spectral_images_agree_with_the_cpu_and_with_the_fit() {
 fn an_explicit_solve_gives_no_spectrum() {
     let mut scene = scene(Preset::Earth, 20.0, "4x2");
     scene.render.color = ColourPath::Solve;
-    let refused = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb).with_spectrum(&[550.0]);
+    let refused = plan_of(&scene, PixelFormat::LinearRgb).with_spectrum(&[550.0]);
     assert!(matches!(refused, Err(sorairo::Error::NotAllowed { .. })));
 }
 
@@ -204,7 +204,7 @@ fn an_explicit_solve_gives_no_spectrum() {
 #[test]
 fn a_plan_of_a_picture_takes_no_spectrum() {
     for pixel in [PixelFormat::Picture, PixelFormat::HalfRgb] {
-        let refused = Plan::new(&scene(Preset::Earth, 20.0, "4x2").validated().unwrap(), pixel).with_spectrum(&[550.0]);
+        let refused = plan_of(&scene(Preset::Earth, 20.0, "4x2"), pixel).with_spectrum(&[550.0]);
         assert!(matches!(refused, Err(sorairo::Error::NotAllowed { .. })), "{pixel:?}");
     }
 }
@@ -213,7 +213,7 @@ fn a_plan_of_a_picture_takes_no_spectrum() {
 fn every_kind_of_pixel_holds_the_same_colours() {
     let scene = scene(Preset::Earth, 20.0, "64x32");
     let of = |pixel| {
-        let plan = Plan::new(&scene.validated().unwrap(), pixel);
+        let plan = plan_of(&scene, pixel);
         gpu().run(&plan, plan.kernel()).unwrap().words
     };
     let linear: Vec<f32> = of(PixelFormat::LinearRgb).into_iter().map(f32::from_bits).collect();
@@ -268,7 +268,7 @@ fn check_lookup(mut scene: Scene) {
     let of = |path| {
         let mut scene = scene.clone();
         scene.render.path = path;
-        let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        let plan = plan_of(&scene, PixelFormat::LinearRgb);
         (floats(&plan, &device::cpu::Cpu, plan.kernel()), plan.lookup)
     };
     let ((lookup, size), (direct, _)) = (of(PathChoice::Lookup), of(PathChoice::Direct));
@@ -304,7 +304,7 @@ fn aerosol_of_a_known_kind_agrees_with_the_cpu() {
             let mut scene = scene(Preset::Standard, 30.0, size);
             scene.atmosphere.aerosol.kind = AerosolKind::Desert;
             (scene.camera.projection, scene.render.path, scene.render.fit) = (projection, path, fit);
-            let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+            let plan = plan_of(&scene, PixelFormat::LinearRgb);
             assert!(plan.variant & variant::PHASE_TABLE != 0);
             let what = format!("{projection:?}, {path:?}, {fit:?}");
             let plans = [plan.clone(), plan.clone().at_bands(), plan.with_spectrum(&[450.0, 550.0, 650.0]).unwrap()];
@@ -338,7 +338,7 @@ fn pixels_in_runs_agree_with_pixels_alone() {
         let mut scene = scene(Preset::Earth, sun, size);
         (scene.observer.altitude, scene.render.path) = (altitude, PathChoice::Lookup);
         (scene.sun.azimuth, scene.sun.disc) = (77.7, disc);
-        let runs = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        let runs = plan_of(&scene, PixelFormat::LinearRgb);
         assert!(runs.variant & variant::RUNS != 0, "{sun}°: {}", runs.lookup);
         let alone = Plan { variant: runs.variant & !variant::RUNS, ..runs.clone() };
         let images = [&runs, &alone].map(|plan| floats(plan, &device::cpu::Cpu, plan.kernel()));
@@ -371,12 +371,12 @@ fn a_perspective_in_runs_agrees_with_pixels_alone_and_with_the_integral() {
         (scene.camera.look_elevation, scene.camera.look_azimuth) = (Some(elevation), Some(77.7 + from_sun));
         (scene.sun.azimuth, scene.sun.disc, scene.render.path) = (77.7, disc, PathChoice::Lookup);
         scene.atmosphere.aerosol.asymmetry = asymmetry;
-        let runs = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        let runs = plan_of(&scene, PixelFormat::LinearRgb);
         let what = format!("sun {sun}, look {elevation}, {from_sun} from the sun, field {fov}, {}", runs.lookup);
         assert!(runs.variant & variant::RUNS != 0, "{what}");
         let alone = Plan { variant: runs.variant & !variant::RUNS, ..runs.clone() };
         scene.render.path = PathChoice::Direct;
-        let direct = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        let direct = plan_of(&scene, PixelFormat::LinearRgb);
         let [in_runs, alone, direct] =
             [&runs, &alone, &direct].map(|plan| floats(plan, &device::cpu::Cpu, plan.kernel()));
         // The sun's disc is a million times as bright as the sky.
@@ -405,7 +405,7 @@ fn a_perspective_reads_no_entry_that_its_camera_did_not_ask_for() {
         (scene.camera.projection, scene.render.path) = (Projection::Perspective, PathChoice::Lookup);
         (scene.camera.look_elevation, scene.camera.look_azimuth) = (Some(elevation), Some(azimuth));
         (scene.camera.fov, scene.observer.altitude) = (Some(fov), altitude);
-        let seen = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        let seen = plan_of(&scene, PixelFormat::LinearRgb);
         let uniform = Uniform { fills_whole_lookup: 1, ..seen.uniform };
         let whole = Plan { uniform, ..seen.clone() };
         let what = format!("{altitude} km, {elevation}°, {azimuth}°, {fov}°");
@@ -431,7 +431,7 @@ fn every_projection_agrees_with_the_cpu() {
         for (path, altitude) in [(PathChoice::Direct, 12.0), (PathChoice::Lookup, 12.0), (PathChoice::Lookup, 0.0)] {
             let mut scene = scene(Preset::Earth, 20.0, "101x67");
             (scene.camera.projection, scene.render.path, scene.observer.altitude) = (projection, path, altitude);
-            let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+            let plan = plan_of(&scene, PixelFormat::LinearRgb);
             let reference = floats(&plan, &device::cpu::Cpu, plan.kernel());
             let worst = worst_in_images(&floats(&plan, gpu(), plan.kernel()), &reference, 101, 3, 1e-6);
             assert!(worst.relative <= SAME_FUNCTION, "{projection:?}, {path:?}, {altitude} km: {worst:?}");
@@ -446,7 +446,7 @@ fn a_polariser_passes_the_same_light_on_the_device() {
             let mut scene = scene(Preset::Standard, 8.0, "101x67");
             (scene.camera.projection, scene.camera.polariser) = (projection, Some(20.0));
             (scene.observer.altitude, scene.atmosphere.aerosol.kind) = (altitude, aerosol);
-            let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+            let plan = plan_of(&scene, PixelFormat::LinearRgb);
             let reference = floats(&plan, &device::cpu::Cpu, plan.kernel());
             let worst = worst_in_images(&floats(&plan, gpu(), plan.kernel()), &reference, 101, 3, 1e-6);
             assert!(worst.relative <= SAME_FUNCTION, "{projection:?}, {altitude} km: {worst:?}");
@@ -456,7 +456,7 @@ fn a_polariser_passes_the_same_light_on_the_device() {
 
 #[test]
 fn pictures_differ_by_one_step_at_most() {
-    let plan = Plan::new(&scene(Preset::Earth, 10.0, "128x64").validated().unwrap(), PixelFormat::Picture);
+    let plan = plan_of(&scene(Preset::Earth, 10.0, "128x64"), PixelFormat::Picture);
     let reference = device::cpu::Cpu.run(&plan, plan.kernel()).unwrap().words;
     let image = gpu().run(&plan, plan.kernel()).unwrap().words;
     assert_eq!(image.len(), 128 * 64);
@@ -478,7 +478,7 @@ fn solve_and_folded_give_the_same_colour() {
                 let of = |color: ColourPath| {
                     let mut scene = scene.clone();
                     scene.render.color = color;
-                    let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+                    let plan = plan_of(&scene, PixelFormat::LinearRgb);
                     floats(&plan, backend, plan.kernel())
                 };
                 let (solve, folded) = (of(ColourPath::Solve), of(ColourPath::Folded));
@@ -496,7 +496,7 @@ fn solve_and_folded_give_the_same_colour() {
 fn an_image_is_written_whole_whatever_its_size() {
     for size in ["1x1", "7x5", "9x8", "1000x3", "3x1000"] {
         let scene: Scene = scene(Preset::Earth, 30.0, size);
-        let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        let plan = plan_of(&scene, PixelFormat::LinearRgb);
         // The backend itself fails if a word still holds the sentinel.
         let words = gpu().run(&plan, plan.kernel()).unwrap().words;
         assert_eq!(words.len(), (plan.width() * plan.height() * 3) as usize, "{size}");

@@ -9,6 +9,7 @@ use sorairo::wgpu::{self, TextureFormat, TextureUsages};
 use sorairo::{LightFields, LightTable, LightTextures, ResidentRenderer, Sky, Surface};
 use sorairo_shared::glam::DVec3;
 use sorairo_tests::own_device::{texels_of_layer, with_passthrough};
+use sorairo_tests::sky::sky_of;
 
 /// The top of the table (km).
 const TOP: f64 = 20.0;
@@ -28,7 +29,7 @@ fn table() -> &'static LightTable {
 fn sky(altitude: f64, sun: f64) -> Sky {
     let mut scene = scene();
     (scene.observer.altitude, scene.sun.elevation, scene.sun.azimuth) = (altitude, sun, 0.0);
-    Sky::new(&scene).unwrap()
+    sky_of(&scene)
 }
 
 /// The largest difference of two colours, relative to the brightest channel of the second.

@@ -13,12 +13,13 @@ use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::own_device::{
     buffer, opened, opened_within, read, texels, texels_of_layer, texture, with_passthrough,
 };
+use sorairo_tests::sky::sky_of;
 use sorairo_tests::{gpu, program, wait};
 
 fn sky(sun: f64) -> Sky {
     let mut scene = Scene::preset(Preset::Standard);
     scene.sun.elevation = sun;
-    Sky::new(&scene).unwrap()
+    sky_of(&scene)
 }
 
 /// Cameras whose rows a copy does and does not have to align.
@@ -257,7 +258,7 @@ fn a_renderer_that_is_warm_compiles_nothing_through_a_day() {
     let warm = renderer.pipelines();
     for sun in [60.0, 9.0, 4.0, 0.1, -3.0, -7.5, -13.0] {
         scene.sun.elevation = sun;
-        let sky = Sky::new(&scene).unwrap();
+        let sky = sky_of(&scene);
         let mut encoder = device.create_command_encoder(&Default::default());
         renderer.encode(&mut encoder, &sky, &camera, &Target::Buffer(&output, PixelFormat::Picture)).unwrap();
         let target = EnvironmentTarget { map: &map, harmonics: &harmonics };

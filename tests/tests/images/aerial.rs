@@ -4,10 +4,11 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use sorairo::scene::{Preset, Scene};
-use sorairo::{BetweenRgb, Direction, Sky};
+use sorairo::{BetweenRgb, Direction};
 use sorairo_evaluation::metrics::ColourError;
 use sorairo_shared::glam::DVec3;
 use sorairo_tests::program::{read_channels, read_exr, succeed, write_channels};
+use sorairo_tests::sky::sky_of;
 use sorairo_tests::terrain::{Seen, Viewpoint};
 use tempfile::tempdir;
 
@@ -68,7 +69,7 @@ fn hills_are_seen_through_the_air_that_each_pixel_has() {
 
         let mut scene = Scene::preset(preset);
         (scene.sun.elevation, scene.observer.altitude) = (sun, altitude);
-        let sky = Sky::new(&scene).unwrap();
+        let sky = sky_of(&scene);
         let air = sky.between_rgb();
         let expected: Vec<DVec3> = pixels
             .par_iter()

@@ -8,6 +8,7 @@ use sorairo_shared::math::half_bits;
 use sorairo_shared::picture::environment::{Level, LevelStep, level_pixel, levels};
 use sorairo_tests::gpu;
 use sorairo_tests::own_device::{buffer, opened, opened_within, read, texels, texture, with_passthrough};
+use sorairo_tests::sky::sky_of;
 
 type OwnDevice = (wgpu::Device, wgpu::Queue);
 
@@ -19,7 +20,7 @@ fn sky(sun: f64) -> Sky {
     (scene.sun.elevation, scene.sun.azimuth) = (sun, 120.0);
     // Light from below, too.
     scene.ground.albedo = GroundAlbedo::Grey(0.3);
-    Sky::new(&scene).unwrap()
+    sky_of(&scene)
 }
 
 /// The levels of a map, and its coefficients.
@@ -201,7 +202,7 @@ fn an_exposed_map_of_half_floats_keeps_the_light_of_the_suns_disc() {
     let device = with_passthrough();
     let mut scene = Scene::preset(Preset::Standard);
     (scene.sun.elevation, scene.sun.azimuth, scene.sun.disc) = (25.0, 120.0, true);
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     let size = (512, 256);
     let camera = CameraScene { size: "512x256".parse().unwrap(), ..CameraScene::default() };
     let stops = ResidentRenderer::exposure_of_halves(&sky, &camera).unwrap();

@@ -8,6 +8,7 @@ use sorairo::scene::{Display, Rgb, ViewTransform};
 use sorairo::{Device, PixelFormat, Plan, Preset, Scene, Sky};
 use sorairo_shared::glam::DVec3;
 use sorairo_tests::program::{read_exr, read_png, succeed};
+use sorairo_tests::sky::sky_of;
 use tempfile::tempdir;
 
 /// The signal of a luminance (cd/m²) in 16 bits: the inverse EOTF of ITU-R BT.2100-3, table 4.
@@ -127,7 +128,7 @@ fn an_image_of_the_library_is_saved_in_high_dynamic_range_where_it_has_the_colou
     let folder = tempdir().unwrap();
     let mut scene = hdr();
     scene.camera.size = "16x8".parse().unwrap();
-    let image = |scene: &Scene| Sky::new(scene).unwrap().image(&scene.camera, &mut Device::cpu()).unwrap();
+    let image = |scene: &Scene| sky_of(scene).image(&scene.camera, &mut Device::cpu()).unwrap();
     let refused = image(&scene).save(folder.path().join("a.png")).unwrap_err().to_string();
     assert!(refused.contains("rec2100-pq") && refused.contains("rec2020 would do"), "{refused}");
     scene.render.rgb = Rgb::Rec2020;

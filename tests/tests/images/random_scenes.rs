@@ -1,19 +1,19 @@
 //! Random scenes over everything that may be asked for: every pixel is a finite light, and no picture is lost.
 
+use sorairo::PixelFormat;
 use sorairo::low_level::device::Backend;
 use sorairo::low_level::device::cpu::Cpu;
 use sorairo::low_level::plan::direction;
 use sorairo::scene::{Fit, Preset, Projection};
-use sorairo::{PixelFormat, Plan};
 use sorairo_evaluation::stress::scenes::{refusals, scenes};
 use sorairo_tests::gpu;
-use sorairo_tests::sky::scene;
+use sorairo_tests::sky::{plan_of, scene};
 
 /// The seed of the random cases; a failure names its case.
 const SEED: u64 = 20_261_121;
 
 /// As many scenes as take a minute on two cores; `sorairo stress` tries more.
-const SCENES: u64 = 200;
+const SCENES: u64 = 80;
 
 #[test]
 fn no_pixel_of_random_scenes_is_wrong_on_either_device() {
@@ -35,7 +35,7 @@ fn a_nearly_black_sky_has_an_exposure() {
     let mut scene = scene(Preset::Earth, 90.0, "16x8");
     (scene.sun.distance, scene.atmosphere.aerosol.optical_depth) = (1000.0, 84.0);
     scene.render.fit = Fit::Transfer;
-    let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::Picture);
+    let plan = plan_of(&scene, PixelFormat::Picture);
     let sky = plan.radiance(direction(60.0, 0.0).as_vec3()).y;
     // A quarter of a picture's white divided by less than this is beyond single precision.
     assert!(sky > 0.0 && sky < 0.25 / f32::MAX, "{sky:e}");
@@ -49,7 +49,7 @@ fn a_planet_far_away_is_exposed_as_one_close_by() {
     let exposure = |altitude: f64| {
         let mut scene = scene(Preset::Earth, 60.0, "64x64");
         scene.observer.altitude = altitude;
-        Plan::new(&scene.validated().unwrap(), PixelFormat::Picture).uniform.exposure
+        plan_of(&scene, PixelFormat::Picture).uniform.exposure
     };
     let (near, far, farthest) = (exposure(1000.0), exposure(36_000.0), exposure(1e5));
     // The whole disc has a darker rim than its middle, and from farthest it takes one pixel and a half of this picture.
@@ -64,7 +64,7 @@ fn ozone_that_is_not_there_may_be_anywhere() {
         scene.camera.projection = Projection::Fisheye;
         let ozone = &mut scene.atmosphere.ozone;
         (ozone.bottom, ozone.peak, ozone.top) = (peak, peak, peak);
-        let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        let plan = plan_of(&scene, PixelFormat::LinearRgb);
         Cpu.run(&plan, plan.kernel()).unwrap().words
     };
     let usual = words(25.0);

@@ -7,7 +7,10 @@ use std::time::{Duration, Instant};
 
 use exr::prelude::read_first_flat_layer_from_file;
 use serde_json::Value;
+use sorairo::PixelFormat;
+use sorairo::scene::{CameraScene, Projection, Scene};
 use sorairo_tests::program::{Ended, command, contents, names, read_exr, read_png, run, succeed};
+use sorairo_tests::sky::plan_of;
 use sorairo_tests::wait;
 use tempfile::{TempDir, tempdir};
 
@@ -238,49 +241,62 @@ fn frames_their_sheet_and_new_scenes_take_no_foreign_places_either() {
     }
 }
 
+/// The exposure (stops) of the picture of a scene.
+fn exposure(change: impl FnOnce(&mut Scene)) -> f64 {
+    let mut scene = Scene::default();
+    scene.camera.size = "32x16".parse().unwrap();
+    change(&mut scene);
+    plan_of(&scene, PixelFormat::Picture).exposure().into()
+}
+
 #[test]
 fn a_meter_sees_what_the_camera_sees_and_not_the_suns_disc() {
-    let folder = folder();
-    let exposure = |flags: &str| {
-        let line = format!("render --device cpu --size 32x16 -o a.png --json{flags}");
-        json(&succeed(folder.path(), &line.split(' ').collect::<Vec<_>>()))["exposure_ev"].as_f64().unwrap()
+    let perspective = |azimuth: f64| CameraScene {
+        projection: Projection::Perspective,
+        look_elevation: Some(20.0),
+        look_azimuth: Some(azimuth),
+        ..CameraScene::default()
     };
-    let camera = " --projection perspective --look-elevation 20 --look-azimuth ";
-    for elevation in [60, 30, 10, 2, 0, -4, -9] {
-        let sun = format!(" --sun-elevation={elevation}");
-        for view in ["", camera, " --projection fisheye"] {
-            let view = if view == camera { format!("{camera}0") } else { view.into() };
-            let (without, with) = (exposure(&format!("{sun}{view}")), exposure(&format!("{sun}{view} --sun-disc")));
+    let fisheye = CameraScene { projection: Projection::Fisheye, ..CameraScene::default() };
+    for elevation in [60.0, 30.0, 10.0, 2.0, 0.0, -4.0, -9.0] {
+        let seen = |camera: &CameraScene, disc: bool| {
+            exposure(|scene| {
+                scene.camera = CameraScene { size: scene.camera.size, ..camera.clone() };
+                (scene.sun.elevation, scene.sun.disc) = (elevation, disc);
+            })
+        };
+        for camera in [CameraScene::default(), perspective(0.0), fisheye.clone()] {
+            let [without, with] = [false, true].map(|disc| seen(&camera, disc));
             // A disc that is hardly seen would darken what lies around it.
-            assert!((with - without).abs() < 0.3, "sun at {elevation},{view}: {without} and {with} with its disc");
+            assert!((with - without).abs() < 0.3, "{elevation}°, {camera:?}: {without} and {with} with its disc");
         }
         // The sky opposite is darker than that around the sun, unless the sun stands high.
-        let [towards, away] = [0, 180].map(|azimuth| exposure(&format!("{sun}{camera}{azimuth}")));
-        assert!(away > towards + if elevation < 60 { 0.5 } else { -0.5 }, "sun at {elevation}: {towards}, {away}");
+        let [towards, away] = [0.0, 180.0].map(|azimuth| seen(&perspective(azimuth), false));
+        assert!(away > towards + if elevation < 60.0 { 0.5 } else { -0.5 }, "{elevation}°: {towards}, {away}");
     }
     // From space the limb and the ground are metered, not the black above them: a sunlit Earth wants some EV100 15,
     // which are -5.1 stops.
-    let down = exposure(" --altitude 400 --projection perspective --look-elevation -30 --sun-elevation 40");
+    let down = exposure(|scene| {
+        (scene.observer.altitude, scene.sun.elevation) = (400.0, 40.0);
+        (scene.camera.projection, scene.camera.look_elevation) = (Projection::Perspective, Some(-30.0));
+    });
     assert!((-8.0..-3.0).contains(&down), "{down}");
 }
 
 #[test]
 fn a_cameras_setting_is_an_exposure_and_an_eye_that_adapts_lets_dusk_fall() {
-    let folder = folder();
-    let exposure = |flags: &str| {
-        let line = format!("render --device cpu --size 32x16 -o a.png --json {flags}");
-        json(&succeed(folder.path(), &line.split(' ').collect::<Vec<_>>()))["exposure_ev"].as_f64().unwrap()
+    let under = |how: &str, elevation: f64| {
+        exposure(|scene| (scene.render.exposure, scene.sun.elevation) = (how.parse().unwrap(), elevation))
     };
     // Middle grey, .18, is 2^15 K/S = 4096 cd/m² at an EV100 of 15, which is 6.00 W/m²/sr.
     let daylight = (0.18 * 683.0 / 4096.0f64).log2();
-    assert!((exposure("--exposure ev15") - daylight).abs() < 1e-6);
-    assert!((exposure("--exposure ev12.5") - daylight - 2.5).abs() < 1e-6);
-    for elevation in [60, 0, -6, -12] {
-        let sun = format!("--sun-elevation={elevation}");
-        let [auto, adapted] = ["auto", "adapt"].map(|how| exposure(&format!("{sun} --exposure {how}")));
+    assert!((under("ev15", 30.0) - daylight).abs() < 1e-6);
+    assert!((under("ev12.5", 30.0) - daylight - 2.5).abs() < 1e-6);
+    for elevation in [60.0, 0.0, -6.0, -12.0] {
+        let [auto, adapted] = ["auto", "adapt"].map(|how| under(how, elevation));
         // From the end of civil dusk on, an EV100 of 0, it adapts too.
         let dusk = daylight + 15.0;
-        assert_eq!(auto > dusk, elevation < -6, "sun at {elevation}: {auto}");
+        assert_eq!(auto > dusk, elevation < -6.0, "sun at {elevation}: {auto}");
         let metered = if auto > dusk { dusk + (auto - dusk) / 0.62 } else { auto };
         let expected = daylight + 0.62 * (metered - daylight);
         assert!((adapted - expected).abs() < 1e-4, "sun at {elevation}: {metered}, {adapted}");

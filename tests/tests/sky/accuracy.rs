@@ -1,13 +1,13 @@
 //! The kernels in single precision against the oracle.
 
 use rayon::prelude::*;
+use sorairo::PixelFormat;
 use sorairo::low_level::plan::direction;
 use sorairo::scene::{Preset, Scene};
-use sorairo::{PixelFormat, Plan};
 use sorairo_evaluation::judge::{bands, medium, ray};
 use sorairo_oracle::scattered_radiance_bands_within;
 use sorairo_tests::compare::{Worst, worst_relative};
-use sorairo_tests::sky::{SUNS, scene};
+use sorairo_tests::sky::{SUNS, plan_of, scene};
 
 /// Elevations (degrees) that resolve the horizon.
 const ELEVATIONS: [f64; 16] = [0.0, 0.1, 0.3, 0.7, 1.5, 3.0, 5.0, 8.0, 12.0, 18.0, 26.0, 36.0, 48.0, 62.0, 77.0, 90.0];
@@ -17,7 +17,7 @@ const REFERENCE_TOLERANCE: f64 = 1e-6;
 
 /// The transfer at the plan's bands against the oracle, over the sky; brighter than a part of the sky's maximum.
 fn compare_sky(scene: &Scene, above: f64) -> Worst {
-    let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+    let plan = plan_of(scene, PixelFormat::LinearRgb);
     let bands = bands(scene, &plan.sky);
     let medium = medium(scene);
     let azimuths = (0..=12).map(|i| 15.0 * f64::from(i));

@@ -2,14 +2,15 @@
 //! wavelength.
 
 use rayon::prelude::*;
+use sorairo::PixelFormat;
 use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{Orders, PathChoice, Preset, Projection, Scene};
-use sorairo::{PixelFormat, Plan, Sky};
 use sorairo_evaluation::error::Reference;
 use sorairo_evaluation::judge;
 use sorairo_oracle::{Estimate, Paths, radiance_of_all_orders, scattered_radiance};
+use sorairo_tests::sky::{plan_of, sky_of};
 
 /// Kinds whose phase functions differ most: without a narrow peak, with the peak of dust, with that and the bow of
 /// droplets.
@@ -28,7 +29,7 @@ fn scene(kind: AerosolKind, depth: f64, sun: f64) -> Scene {
 /// Radiance at a wavelength itself (W·m⁻²·sr⁻¹·nm⁻¹) in directions of an elevation and an azimuth (degrees).
 pub fn radiance(scene: &Scene, wavelength: f64, views: &[(f64, f64)]) -> Vec<f64> {
     let scene = scene.clone().validated().unwrap();
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     let dense = DenseSpectrum::new(&sky, &[wavelength]);
     views.iter().map(|&(elevation, azimuth)| dense.radiance(direction(elevation, azimuth).as_vec3())[0]).collect()
 }
@@ -97,7 +98,7 @@ fn colours_of_known_kinds_are_those_of_every_wavelength() {
             (scene.camera.projection, scene.render.path) = (Projection::Fisheye, PathChoice::Direct);
             scene.camera.size = "64x64".parse().unwrap();
             let errors = Reference::new(&scene).unwrap();
-            let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+            let plan = plan_of(&scene, PixelFormat::LinearRgb);
             let errors = errors.errors(&plan);
             println!("{kind:?}, sun {sun}: {errors:?}");
             // One abscissa leaves 0.5 % of a channel of a continent's aerosol and 1.5 % of dust, in light of any

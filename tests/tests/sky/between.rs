@@ -8,11 +8,12 @@ use sorairo::scene::{GroundAlbedo, Orders, Preset, Scene};
 use sorairo::{BetweenSample, Direction, Sky};
 use sorairo_evaluation::stress::between::from_there;
 use sorairo_shared::glam::{DVec3, Vec3};
+use sorairo_tests::sky::sky_of;
 
 const WAVELENGTHS: [f64; 4] = [400.0, 500.0, 600.0, 700.0];
 
 fn sky(scene: &Scene) -> Sky {
-    Sky::new(scene).unwrap()
+    sky_of(scene)
 }
 
 fn between(sky: &Sky, elevation: f64, azimuth: f64, distance: f64) -> Vec<BetweenSample> {

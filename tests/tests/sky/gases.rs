@@ -8,7 +8,8 @@ use sorairo::low_level::medium::gases::{Absorption, Relative, water};
 use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::medium::tables::{Air, Tables};
 use sorairo::scene::{GroundAlbedo, Orders, OzoneCrossSection, Preset, Scene, SunSpectrum};
-use sorairo::{BeamSample, Direction, Method, Sky, Surface};
+use sorairo::{BeamSample, Direction, Method, Surface};
+use sorairo_tests::sky::sky_of;
 
 fn measured() -> Scene {
     let mut scene = Scene::preset(Preset::Standard).in_closed_form();
@@ -17,8 +18,7 @@ fn measured() -> Scene {
 }
 
 fn beam(scene: &Scene, wavelengths: &[f64], resolution: Option<f64>) -> Vec<BeamSample> {
-    let scene = scene.clone().validated().unwrap();
-    Sky::new(&scene).unwrap().sun_beam(wavelengths, resolution).unwrap()
+    sky_of(scene).sun_beam(wavelengths, resolution).unwrap()
 }
 
 /// The rows of a table behind its comments and the names of its columns.
@@ -112,7 +112,7 @@ fn a_tilted_surface_gets_the_irradiance_of_the_reference_spectrum() {
     (aerosol.single_scattering_albedo, aerosol.asymmetry) = (0.95, 0.65);
     (scene.ground.albedo, scene.render.orders) = (GroundAlbedo::Sand, Orders::All);
     let scene = scene.validated().unwrap();
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     let surface = Surface { tilt: 37.0, azimuth: scene.sun.azimuth };
     let (rms, sum, published) = against_the_standard(3, |wavelengths, width| {
         let part = |nm: f64, i: u32| nm - 0.5 * width + f64::from(i) + 0.5;
@@ -203,7 +203,7 @@ fn a_spectrum_through_lines_is_that_of_each_wavelength() {
     for (altitude, sun, rms_bound, bound) in cases {
         let mut scene = Scene::preset(Preset::Standard);
         (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
-        let sky = Sky::new(&scene).unwrap();
+        let sky = sky_of(&scene);
         let wavelengths: Vec<f64> = (0..95).map(|i| 360.0 + 5.0 * f64::from(i)).collect();
         let elevations: &[f64] = &[-8.0, 0.3, 3.0, 20.0, 80.0];
         let elevations = elevations.iter().filter(|&&elevation| altitude > 0.0 || elevation > 0.0);
@@ -270,7 +270,7 @@ fn water_that_no_air_holds_and_wavelengths_that_no_table_has_are_refused() {
         "{moist}"
     );
     let scene = measured().validated().unwrap();
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     let outside = |nm: f64, resolution: Option<f64>| sky.sun_beam(&[nm], resolution).unwrap_err().to_string();
     assert_eq!(outside(2600.0, None), "wavelengths holds 2600; wavelengths must lie between 280 and 2500 nm");
     assert!(outside(281.0, Some(10.0)).starts_with("wavelengths holds 276.25"), "{}", outside(281.0, Some(10.0)));

@@ -8,10 +8,10 @@ use sorairo_evaluation::judge::{bands, medium, ray};
 use sorairo_evaluation::stress::integral::{compare, integral};
 use sorairo_oracle::scattered_radiance_bands;
 use sorairo_shared::glam::Vec3;
-use sorairo_tests::sky::scene;
+use sorairo_tests::sky::{plan_of, scene};
 
 /// Rays of random scenes in a run of the tests; `sorairo stress` tries more.
-const RAYS: u64 = 64_000;
+const RAYS: u64 = 16_000;
 
 /// Seed of those rays.
 const SEED: u64 = 20_261_121;
@@ -20,7 +20,7 @@ const SEED: u64 = 20_261_121;
 const ROUNDING: f64 = 3e-5;
 
 fn plan(scene: &Scene) -> Plan {
-    Plan::new(&scene.validated().expect("a valid scene"), PixelFormat::LinearRgb)
+    plan_of(scene, PixelFormat::LinearRgb)
 }
 
 /// The transfer at the plan's bands towards an elevation and an azimuth (degrees).

@@ -8,6 +8,7 @@ use sorairo::scene::Scene;
 use sorairo_shared::math::max;
 use sorairo_tests::program::{Image, contents, read_exr, read_png, run, succeed};
 use sorairo_tests::python::check;
+use sorairo_tests::sky::sky_of;
 use tempfile::tempdir;
 
 /// Runs the program with the words of a line.
@@ -138,7 +139,7 @@ fn an_image_in_memory_is_saved_as_the_same_hdr() {
     let folder = tempdir().unwrap();
     let mut scene = Scene::default();
     (scene.sun.elevation, scene.camera.size) = (12.0, "64x32".parse().unwrap());
-    let sky = sorairo::Sky::new(&scene).unwrap().image(&scene.camera, &mut sorairo::Device::cpu()).unwrap();
+    let sky = sky_of(&scene).image(&scene.camera, &mut sorairo::Device::cpu()).unwrap();
     sky.save(folder.path().join("saved.hdr")).unwrap();
     say(folder.path(), "render --device cpu --size 64x32 --sun-elevation 12 -o told.hdr");
     let files = contents(folder.path());

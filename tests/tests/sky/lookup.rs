@@ -7,6 +7,7 @@ use sorairo::low_level::plan::rays::directions;
 use sorairo::scene::{CameraScene, Preset, Projection, Scene};
 use sorairo::{PixelFormat, Plan, Sky};
 use sorairo_shared::variant;
+use sorairo_tests::sky::sky_of;
 
 /// Altitudes (km): of an ant, of a person, of a tower, a hill, a mountain, an aeroplane, a balloon, in the highest air
 /// and in orbit.
@@ -15,7 +16,7 @@ const ALTITUDES: [f64; 9] = [0.0005, 0.0017, 0.05, 0.5, 3.0, 12.0, 40.0, 100.0, 
 fn sky(altitude: f64, sun: f64) -> Sky {
     let mut scene = Scene::preset(Preset::Standard);
     (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
-    Sky::new(&scene).unwrap()
+    sky_of(&scene)
 }
 
 /// What a camera sees whose middle is the horizon.

@@ -3,15 +3,16 @@
 use std::path::Path;
 
 use rayon::prelude::*;
+use sorairo::PixelFormat;
 use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::plan::direction;
 use sorairo::scene::{AerosolMode, AerosolProfile, Preset, Scene, file};
-use sorairo::{PixelFormat, Plan};
 use sorairo_evaluation::judge::{bands, ray};
 use sorairo_oracle as oracle;
 
 use crate::aerosol::radiance;
 use crate::profile::gases;
+use sorairo_tests::sky::plan_of;
 
 /// A scene file in the folder of the data of the tests.
 fn read(text: &str) -> Scene {
@@ -91,7 +92,7 @@ fn modes_in_layers_of_their_own_scatter_as_rays_that_march() {
     {
         let of_mode = if is_layer { AerosolProfile::Between([8.0, 12.0]) } else { AerosolProfile::ScaleHeight(6.0) };
         let scene = beside_another(sun, of_mode);
-        let plan = Plan::new(&scene.clone().validated().unwrap(), PixelFormat::LinearRgb);
+        let plan = plan_of(&scene, PixelFormat::LinearRgb);
         let levels = scene.atmosphere.profile.levels().unwrap();
         let column = |density: &dyn Fn(f64) -> f64| -> f64 {
             (0..12_000).map(|i| density(0.01 * (f64::from(i) + 0.5)) * 0.01).sum()

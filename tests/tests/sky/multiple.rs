@@ -4,19 +4,21 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use sorairo::PixelFormat;
 use sorairo::low_level::plan::rays::quadrature::gauss_legendre;
 use sorairo::low_level::plan::spectral::{BOUND_BY_DAY, BOUND_IN_TWILIGHT, FLOOR};
 use sorairo::low_level::plan::{Plan, SkyPlan, SpectralPlan, direction};
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{Fit, GroundAlbedo, Orders, OzoneCrossSection, PathChoice, Preset, Rgb, Scene, SunSpectrum};
-use sorairo::{Direction, Method, PixelFormat, Sky};
+use sorairo::{Direction, Method};
 use sorairo_evaluation::error::{Reference, plan};
 use sorairo_evaluation::judge::{coefficients, medium, ray};
 use sorairo_evaluation::measured::measured;
 use sorairo_oracle::{Paths, column_to_top, radiance_of_all_orders};
 use sorairo_shared::glam::Vec3;
 use sorairo_shared::variant;
+use sorairo_tests::sky::{plan_of, sky_of};
 
 const REFERENCE: &str = include_str!("../../data/multiple_scattering_reference.csv");
 
@@ -287,7 +289,7 @@ impl Air {
 fn lights(scene: &Scene) -> Vec<Vec<f64>> {
     let mut scene = scene.clone();
     (scene.render.fit, scene.render.bands) = (Fit::Transfer, Some(vec![400.0, 450.0, 550.0, 650.0]));
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     let rows = (0..20).map(|row| 90.0 * (f64::from(row) / 19.0).powi(2));
     let views = rows.flat_map(|elevation| (0..7).map(move |column| direction(elevation, 30.0 * f64::from(column))));
     views.map(|view| sky.integral().transfer(view.as_vec3())).collect()
@@ -328,7 +330,7 @@ fn the_ground_seen_from_above_in_twilight_is_that_of_the_oracle() {
     for (elevation, azimuth) in [(-85.0, 170.0), (-30.0, 10.0)] {
         let paths = Paths { number: 1 << 17, seed: 1 };
         let oracle = radiance_of_all_orders(&medium, &band, &ray(&scene, elevation, azimuth), paths);
-        let sky = Sky::new(&scene).unwrap();
+        let sky = sky_of(&scene);
         let found = DenseSpectrum::new(&sky, &[550.0]).radiance(direction(elevation, azimuth).as_vec3())[0];
         println!("{elevation}, {azimuth}: {found:e}, {oracle:?}");
         // A twentieth of what was lost; four standard errors, and what a light field in twilight may be off.
@@ -344,7 +346,7 @@ fn the_ground_seen_from_above_in_twilight_is_that_of_the_oracle() {
 fn ground(sun: f64, altitude: f64, elevation: f64) -> f64 {
     let mut scene = Air::Standard.under(sun);
     scene.observer.altitude = altitude;
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     DenseSpectrum::new(&sky, &[550.0]).radiance(direction(elevation, 170.0).as_vec3())[0]
 }
 
@@ -354,7 +356,7 @@ fn black_ground_and_one_order_leave_nothing_of_it_in_the_plan() {
     let variant = |change: fn(&mut Scene)| {
         let mut scene = Scene::preset(Preset::Standard);
         change(&mut scene);
-        let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+        let plan = plan_of(&scene, PixelFormat::LinearRgb);
         (plan.variant & variant::REST, plan.buffers().multiple.is_empty(), plan.lit_rows.end < plan.height())
     };
     assert_eq!(variant(|scene| *scene = scene.clone().first_order()), (0, true, true));
@@ -370,7 +372,7 @@ fn every_order_adds_light() {
     let luminance = |orders| {
         let mut scene = Scene::preset(Preset::Standard);
         scene.render.orders = orders;
-        let sky = Sky::new(&scene).unwrap();
+        let sky = sky_of(&scene);
         sky.rgb_towards(direction(40.0, 120.0).as_vec3()).y
     };
     let sums: Vec<f32> = [1, 2, 3, 4, 20].into_iter().map(|n| luminance(Orders::UpTo(n))).collect();
@@ -389,7 +391,7 @@ fn the_ground_that_is_stood_on_has_one_colour() {
             let mut scene = Scene::preset(Preset::Standard);
             scene.ground.albedo = GroundAlbedo::Grey(0.4);
             (scene.sun.elevation, scene.render.path, scene.camera.size) = (sun, path, "64x32".parse().unwrap());
-            let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+            let plan = plan_of(&scene, PixelFormat::LinearRgb);
             let words = sorairo::Device::cpu().run(&plan, plan.kernel()).unwrap().words;
             let pixels: Vec<Vec3> =
                 words.chunks_exact(3).map(|rgb| Vec3::from_array([0, 1, 2].map(|i| f32::from_bits(rgb[i])))).collect();
@@ -420,7 +422,7 @@ fn the_ground_is_as_bright_as_the_light_that_falls_on_it() {
     scene.render.fit = Fit::Dense;
     for sun in [60.0, 10.0] {
         scene.sun.elevation = sun;
-        let sky = Sky::new(&scene).unwrap();
+        let sky = sky_of(&scene);
         let light = sky.light();
         for channel in 0..3 {
             let fallen = light.irradiance_rgb[channel] + light.sun_irradiance_rgb[channel] * sun.to_radians().sin();
@@ -448,7 +450,7 @@ fn a_spectrum_is_that_of_each_wavelength() {
     ] {
         let mut scene = Scene::preset(preset);
         (scene.sun.elevation, scene.observer.altitude) = (sun, altitude);
-        let sky = Sky::new(&scene).unwrap();
+        let sky = sky_of(&scene);
         let spectral = SpectralPlan::new(&sky, &wavelengths);
         let of_colour = SpectralPlan::of_own_bands(&sky, &wavelengths);
         let dense = DenseSpectrum::new(&sky, &wavelengths);
@@ -488,7 +490,7 @@ fn a_spectrum_is_that_of_each_wavelength() {
 fn a_few_wavelengths_are_bands_themselves() {
     let mut scene = Scene::preset(Preset::Standard).in_closed_form();
     scene.sun.elevation = 5.0;
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     let wavelengths = [830.0, 360.0, 433.0, 500.0];
     let (spectral, dense) = (SpectralPlan::new(&sky, &wavelengths), DenseSpectrum::new(&sky, &wavelengths));
     assert_eq!((spectral.integral.wavelengths.len(), spectral.validation.is_none()), (7, true));
@@ -507,7 +509,7 @@ fn a_spectrum_leaves_the_colour_alone() {
     let mut scene = Scene::preset(Preset::Standard).in_closed_form();
     (scene.sun.elevation, scene.camera.size) = (25.0, "16x8".parse().unwrap());
     scene.render.path = PathChoice::Direct;
-    let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+    let plan = plan_of(&scene, PixelFormat::LinearRgb);
     let wavelengths: Vec<f64> = (0..=20).map(|i| 380.0 + 20.0 * f64::from(i)).collect();
     let spectral = plan.clone().with_spectrum(&wavelengths).unwrap();
     assert_eq!((plan.integral().wavelengths.len(), spectral.integral().wavelengths.len()), (4, 12));
@@ -531,7 +533,7 @@ fn a_spectrum_of_every_nanometre_is_that_of_each_wavelength() {
     for sun in [40.0, -4.0] {
         let mut scene = Scene::preset(Preset::Standard);
         scene.sun.elevation = sun;
-        let sky = Sky::new(&scene).unwrap();
+        let sky = sky_of(&scene);
         let directions = [1.0, 8.0, 40.0].map(|elevation| Direction::new(elevation, 70.0));
         let of = |method| sky.spectra(&wavelengths, method).unwrap().in_directions(&directions).unwrap();
         // In the strongest line of oxygen three bands leave more than between them.
@@ -582,7 +584,7 @@ fn returned(scene: &Scene, wavelengths: &[f64]) -> Vec<f64> {
         let sine = -0.35 + 1.35 * f64::from(place.x);
         let mut scene = scene.clone();
         scene.sun.elevation = sine.asin().to_degrees();
-        let sky = Sky::new(&scene).unwrap();
+        let sky = sky_of(&scene);
         let dense = DenseSpectrum::new(&sky, wavelengths);
         for view in gauss_legendre(48) {
             let cosine = f64::from(view.x).powi(2);

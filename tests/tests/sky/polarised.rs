@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use sorairo::scene::{AirSpectrum, GroundAlbedo, OzoneCrossSection, Polarisation, Preset, Scene, SunSpectrum};
-use sorairo::{Direction, Sky, Stokes, StokesFrame};
+use sorairo::{Direction, Stokes, StokesFrame};
+use sorairo_tests::sky::sky_of;
 
 const NATRAJ: &str = include_str!("../../data/natraj_2009.csv");
 const MONTE_CARLO: &str = include_str!("../../data/vector_reference.csv");
@@ -43,7 +44,7 @@ fn plane_layer(depth: f64, sun: f64, albedo: f64) -> Scene {
 }
 
 fn stokes(scene: &Scene, wavelengths: &[f64], directions: &[Direction]) -> Vec<Vec<Stokes>> {
-    let sky = Sky::new(scene).unwrap();
+    let sky = sky_of(scene);
     sky.stokes(wavelengths, StokesFrame::Vertical).unwrap().in_directions(directions).unwrap()
 }
 
@@ -183,7 +184,7 @@ fn light_that_is_taken_as_natural_is_off_by_several_percent_in_blue() {
     let of = |polarisation: Polarisation| {
         let mut scene = scene_of(0.0, 0.0, 30.0);
         scene.render.polarisation = polarisation;
-        let sky = Sky::new(&scene).unwrap();
+        let sky = sky_of(&scene);
         let spectra = sky.spectra(&[400.0], sorairo::Method::Dense).unwrap();
         let of_direction = |of: &Direction| spectra.in_directions(&[*of]).unwrap()[0][0];
         directions.iter().map(of_direction).collect::<Vec<f64>>()
@@ -220,7 +221,7 @@ fn q_and_u_have_the_signs_that_are_told() {
 #[test]
 fn polarisation_counts_from_the_top_of_the_image_where_it_is_asked_for() {
     let scene = scene_of(0.2, 0.0, 20.0);
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     let of = |frame: StokesFrame, direction: Direction| {
         sky.stokes(&[450.0], frame).unwrap().in_directions(&[direction]).unwrap()[0][0]
     };
@@ -232,7 +233,7 @@ fn polarisation_counts_from_the_top_of_the_image_where_it_is_asked_for() {
     assert!((vertical.stokes_u - camera.stokes_u).abs() < 1e-6 * vertical.stokes_i);
     let mut upwards = scene.clone();
     upwards.camera.projection = sorairo::scene::Projection::Fisheye;
-    let sky = Sky::new(&upwards).unwrap();
+    let sky = sky_of(&upwards);
     let fisheye = sky.stokes(&[450.0], StokesFrame::Camera).unwrap().in_directions(&[place]).unwrap()[0][0];
     assert!((fisheye.degree_of_polarisation - vertical.degree_of_polarisation).abs() < 1e-9);
     assert!((fisheye.stokes_q - vertical.stokes_q).abs() > 0.05 * vertical.stokes_i, "another plane");

@@ -5,9 +5,10 @@ use sorairo::low_level::device::cpu::Cpu;
 use sorairo::low_level::plan::upload;
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::{Polarisation, Preset, Projection, Scene};
-use sorairo::{Direction, PixelFormat, Plan, Sky, StokesFrame};
+use sorairo::{Direction, PixelFormat, StokesFrame};
 use sorairo_shared::camera::pixel_view;
 use sorairo_shared::glam::DVec3;
+use sorairo_tests::sky::{plan_of, sky_of};
 
 const SIZE: (u32, u32) = (12, 10);
 
@@ -27,14 +28,14 @@ fn scene(preset: Preset, sun: f64, altitude: f64, projection: Projection, polari
 }
 
 fn pixels(scene: &Scene) -> Vec<DVec3> {
-    let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+    let plan = plan_of(scene, PixelFormat::LinearRgb);
     let words = Cpu.run(&plan, plan.kernel()).unwrap().words;
     words.chunks_exact(3).map(|rgb| DVec3::from_array([0, 1, 2].map(|i| f64::from(f32::from_bits(rgb[i]))))).collect()
 }
 
 /// Linear RGB of `I`, `Q` and `U` relative to the top of the image in some directions.
 fn stokes_in_rgb(scene: &Scene, directions: &[Direction]) -> Vec<[DVec3; 3]> {
-    let sky = Sky::new(scene).unwrap();
+    let sky = sky_of(scene);
     let wavelengths = observer::wavelengths();
     let spectra = sky.stokes(&wavelengths, StokesFrame::Camera).unwrap();
     let in_rgb = |spectrum: &Vec<sorairo::Stokes>| {

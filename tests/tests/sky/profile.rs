@@ -1,15 +1,18 @@
 //! Air of measured profiles, whose sunlight bends: against rays that march, and against published twilight.
 
+use std::f64::consts::PI;
+
 use rayon::prelude::*;
 use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::medium::profile::{Levels, Profile};
 use sorairo::low_level::plan::direction;
 use sorairo::low_level::spectrum::DenseSpectrum;
+use sorairo::observer::LUMENS_PER_WATT;
 use sorairo::scene::{AerosolMode, AerosolProfile, GroundAlbedo, Orders, Polarisation, Preset, Scene, SunSpectrum};
-use sorairo::{BeamSample, Device, PixelFormat, Plan, Sky, Surface};
+use sorairo::{BeamSample, Device, PixelFormat, Surface};
 use sorairo_evaluation::judge::{bands, coefficients, medium, ray};
 use sorairo_oracle::{self as oracle, Paths};
-use sorairo_tests::sky::scene;
+use sorairo_tests::sky::{plan_of, scene, sky_of};
 
 fn measured(preset: Preset, sun: f64, refraction: bool) -> Scene {
     let mut scene = scene(preset, sun, "8x4");
@@ -43,7 +46,7 @@ pub fn gases(profile: &Profile) -> impl Fn(f64) -> [f64; 2] + Sync {
 /// view's.
 fn largest_error(sun: f64, refraction: bool) -> f64 {
     let scene = measured(Preset::Standard, sun, refraction);
-    let plan = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
+    let plan = plan_of(&scene, PixelFormat::LinearRgb);
     let levels: Levels = scene.atmosphere.profile.levels().unwrap();
     let a = &scene.atmosphere;
     let of = [0, 1].map(|i| column(|altitude| levels.at(altitude).value[i]));
@@ -121,7 +124,7 @@ fn light_of_all_orders_in_measured_air_is_that_of_paths() {
         scene.sun.spectrum = SunSpectrum::Flat;
         let (medium, band) = (medium(&scene), coefficients(&scene, wavelength));
         let validated = scene.clone().validated().unwrap();
-        let sky = Sky::new(&validated).unwrap();
+        let sky = sky_of(&validated);
         let dense = DenseSpectrum::new(&sky, &[wavelength]);
         let views = [(3.0, 10.0), (15.0, 90.0), (60.0, 180.0), (90.0, 0.0)];
         let of_view = |(seed, &(elevation, azimuth)): (usize, &(f64, f64))| {
@@ -153,8 +156,20 @@ const OF_THE_NIGHT: f64 = 6.5e-4;
 fn beside(scene: &Scene, (sun, published): (f64, f64)) -> f64 {
     let mut scene = scene.clone();
     scene.sun.elevation = sun;
-    let scene = scene.validated().unwrap();
-    let found = Sky::new(&scene).unwrap().illuminance(&[Surface::default()]).unwrap()[0].global;
+    let sky = sky_of(&scene);
+    let found = if sky.sun_irradiance().facing > 0.0 {
+        sky.illuminance(&[Surface::default()]).unwrap()[0].global
+    } else {
+        // Of a sun that has set no beam is left, and four bands hold the luminance of such skies to 2 %. Views of equal
+        // parts of a level surface's light, on one side of the sun.
+        let of_view = |(row, column): (u32, u32)| {
+            let elevation = ((f64::from(row) + 0.5) / 48.0).sqrt().asin().to_degrees();
+            let view = direction(elevation, scene.sun.azimuth + 7.5 * (f64::from(column) + 0.5));
+            sky.space.luminance.dot(sky.rgb_towards(view.as_vec3()).as_dvec3())
+        };
+        let views = (0..48).flat_map(|row| (0..24).map(move |column| (row, column)));
+        LUMENS_PER_WATT * PI * views.map(of_view).sum::<f64>() / (48.0 * 24.0)
+    };
     (found + OF_THE_NIGHT) / published
 }
 
@@ -223,8 +238,7 @@ fn the_beam_crosses_as_much_air_as_published() {
             scene.atmosphere.water.column = profile.is_measured().then_some(0.0);
             let scene = scene.validated().unwrap();
             let vertical = scene.optics().at(WAVELENGTH).air_scattering * scene.atmosphere.air.scale_height;
-            let BeamSample { transmittance, irradiance, .. } =
-                Sky::new(&scene).unwrap().sun_beam(&[WAVELENGTH], None).unwrap()[0];
+            let BeamSample { transmittance, irradiance, .. } = sky_of(&scene).sun_beam(&[WAVELENGTH], None).unwrap()[0];
             (-transmittance.ln() / vertical, irradiance / scene.optics().solar_irradiance(WAVELENGTH) / transmittance)
         };
         let (found, spread) = beam(Profile::UsStandard);
@@ -250,7 +264,7 @@ fn the_sun_rises_before_its_time_and_flattened() {
         let mut scene = measured(Preset::Standard, sun, refraction);
         scene.sun.disc = true;
         let scene = scene.validated().unwrap();
-        Sky::new(&scene).unwrap()
+        sky_of(&scene)
     };
     // Its centre is lifted by half a degree on the horizon, and it is as wide as that: sunrise is told for -0.833°.
     for (sun, bent, straight) in [(-0.9, false, false), (-0.75, true, false), (-0.3, true, false), (-0.2, true, true)] {
@@ -260,7 +274,7 @@ fn the_sun_rises_before_its_time_and_flattened() {
         }
     }
     // Of a sun below the horizon no picture shows a disc.
-    let image = |scene: &Scene| Sky::new(scene).unwrap().image(&scene.camera, &mut Device::cpu()).unwrap();
+    let image = |scene: &Scene| sky_of(scene).image(&scene.camera, &mut Device::cpu()).unwrap();
     for (sun, is_seen) in [(-4.0, false), (-0.75, true), (0.0, true)] {
         let mut scene = measured(Preset::Standard, sun, true);
         scene.sun.disc = true;
@@ -290,7 +304,7 @@ fn a_site_has_the_air_of_its_pressure() {
             scene.site.altitude = site;
             scene.atmosphere.air.pressure = pressure.unwrap_or(scene.atmosphere.air.pressure);
             let scene = scene.validated().unwrap();
-            let sky = Sky::new(&scene).unwrap();
+            let sky = sky_of(&scene);
             let vertical =
                 Scene::preset(Preset::Standard).optics().at(800.0).air_scattering * scene.atmosphere.air.scale_height;
             -sky.sun_beam(&[800.0], None).unwrap()[0].transmittance.ln() / vertical

@@ -1,57 +1,52 @@
 //! The sky and the sun as Radiance reads them.
 
-use std::path::Path;
-
 use serde_json::{Value, json};
 use sorairo::low_level::files::{Format, Spectra, is_finished};
 use sorairo::scene::Scene;
-use sorairo::{AlphaOpic, Sky, Surface};
+use sorairo::{AlphaOpic, Direction, Surface};
 use sorairo_tests::program::{binary, contents, names, run, succeed};
 use sorairo_tests::python::check;
+use sorairo_tests::sky::sky_of;
 use tempfile::tempdir;
 
 /// Bands: the middle of the first (nm), how many there are, and how wide (nm).
 type Bands = (u32, u32, u32);
 
-/// The mean over each band of what `sorairo spectrum` says of a direction (degrees), nanometre by nanometre.
-fn probe(folder: &Path, scene: &[&str], (first, count, width): Bands, [elevation, azimuth]: [f64; 2]) -> Value {
-    let wavelengths = format!("{}:{}:1", first - width / 2, first + count * width - width / 2);
-    let (view_elevation, view_azimuth) = (format!("--view-elevation={elevation}"), format!("--view-azimuth={azimuth}"));
-    let spectrum = ["spectrum", &view_elevation, &view_azimuth, "--wavelengths", &wavelengths, "--format", "json"];
-    let samples: Value = serde_json::from_str(&succeed(folder, &[&spectrum[..], scene].concat()).stdout).unwrap();
-    let values: Vec<f64> =
-        samples.as_array().unwrap().iter().map(|sample| sample["radiance"].as_f64().unwrap()).collect();
-    let steps: Vec<f64> = values.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
-    let radiance: Vec<f64> =
-        steps.chunks(width as usize).map(|band| band.iter().sum::<f64>() / f64::from(width)).collect();
-    json!({ "elevation": elevation, "azimuth": azimuth, "radiance": radiance })
+/// The mean over each band of the spectrum in some directions, nanometre by nanometre.
+fn probes(elevation: f64, azimuth: f64, (first, count, width): Bands) -> Value {
+    let mut scene = Scene::default();
+    (scene.sun.elevation, scene.sun.azimuth) = (elevation, azimuth);
+    let wavelengths: Vec<f64> = (0..=count * width).map(|i| f64::from(first - width / 2 + i)).collect();
+    let places = [[75.0, 20.0], [30.0, 200.0], [10.0, 300.0], [45.0, 131.0]];
+    let spectra = sky_of(&scene).radiance(&places.map(|[up, towards]| Direction::new(up, towards)), &wavelengths);
+    let probe = |([elevation, azimuth], spectrum): ([f64; 2], Vec<f64>)| {
+        let steps: Vec<f64> = spectrum.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
+        let radiance: Vec<f64> =
+            steps.chunks(width as usize).map(|band| band.iter().sum::<f64>() / f64::from(width)).collect();
+        json!({ "elevation": elevation, "azimuth": azimuth, "radiance": radiance })
+    };
+    places.into_iter().zip(spectra.unwrap()).map(probe).collect()
 }
 
 #[test]
 fn a_sensor_in_radiance_gets_the_irradiance_of_the_report_and_sees_the_sky_where_it_is() {
     // The default; a low sun with its own wavelengths and a camera that looks elsewhere in an image of another shape;
-    // twilight.
-    let cases: [(&[&str], &[&str], Bands); 3] = [
-        (&["--sun-elevation", "40", "--sun-azimuth", "110"], &["--size", "512x256"], (390, 20, 20)),
-        (
-            &["--sun-elevation", "6", "--sun-azimuth", "250"],
-            &["--size", "300x420", "--look-azimuth", "200", "--wavelengths", "400:700:50"],
-            (400, 7, 50),
-        ),
-        (&["--sun-elevation=-3", "--sun-azimuth", "20"], &["--size", "512x256"], (390, 20, 20)),
-    ];
-    let places = [[75.0, 20.0], [30.0, 200.0], [10.0, 300.0], [45.0, 131.0]];
-    for (i, (sky, picture, bands)) in cases.into_iter().enumerate() {
-        let elsewhere = tempdir().unwrap();
-        let probes = places.map(|towards| probe(elsewhere.path(), sky, bands, towards));
-        // A device's pixels are those of the processor, whatever is said of them.
-        for device in if i == 0 { &["cpu", "gpu"][..] } else { &["cpu"] } {
+    // twilight. A device's pixels are those of the processor, whatever is said of them.
+    let (both, one) = (&["cpu", "gpu"][..], &["cpu"][..]);
+    for (elevation, azimuth, picture, bands, devices) in [
+        (40.0, 110.0, "--size 512x256", (390, 20, 20), both),
+        (6.0, 250.0, "--size 300x420 --look-azimuth 200 --wavelengths 400:700:50", (400, 7, 50), one),
+        (-3.0, 20.0, "--size 512x256", (390, 20, 20), one),
+    ] {
+        let probes = probes(elevation, azimuth, bands);
+        let picture = format!("--sun-elevation={elevation} --sun-azimuth {azimuth} {picture}");
+        for device in devices {
             let folder = tempdir().unwrap();
             let folder = folder.path();
             let image = ["render", "--device", device, "-o", "my sky.hsr", "-o", "my sky.rad", "--json"];
-            let report = succeed(folder, &[&image[..], sky, picture].concat()).stdout;
+            let report = succeed(folder, &[&image[..], &picture.split(' ').collect::<Vec<_>>()].concat()).stdout;
             std::fs::write(folder.join("report.json"), report).unwrap();
-            std::fs::write(folder.join("probes.json"), json!(&probes).to_string()).unwrap();
+            std::fs::write(folder.join("probes.json"), probes.to_string()).unwrap();
             check(folder, "radiance_sky.py", &["my sky.rad", "report.json", "probes.json"]);
         }
     }
@@ -159,7 +154,7 @@ fn every_command_of_the_page_runs_and_gives_the_light_at_an_eye() {
     scene.sun.place = Some("51.48,0.0".parse().unwrap());
     scene.sun.time = Some("2026-06-21T09:00:00+00:00".parse().unwrap());
     let scene = scene.validated().unwrap();
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     for (tilt, radiance) in [(0.0, melanopic[1]), (90.0, melanopic[0])] {
         let fallen = sky.alpha_opic(&[Surface { tilt, azimuth: 180.0 }]).unwrap().remove(0);
         let own = AlphaOpic::Melanopic.equivalent_daylight(fallen[AlphaOpic::Melanopic as usize].global);

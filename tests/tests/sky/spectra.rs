@@ -2,13 +2,12 @@
 
 use rayon::prelude::*;
 use sorairo::PixelFormat;
-use sorairo::Plan;
 use sorairo::scene::{Preset, Scene};
 use sorairo_evaluation::judge::{coefficients, medium, ray};
 use sorairo_oracle::scattered_radiance_bands;
 use sorairo_tests::compare::worst_relative;
 use sorairo_tests::program::succeed;
-use sorairo_tests::sky::{scene, sun as measured_sun};
+use sorairo_tests::sky::{plan_of, scene, sun as measured_sun};
 use tempfile::tempdir;
 
 /// Rows of wavelength, radiance and dense that the program prints.
@@ -139,7 +138,7 @@ fn dense_spectrum_agrees_with_the_oracle_in_other_atmospheres() {
 fn at_its_bands_the_fit_is_the_integral() {
     for sun in [-4.0, 0.0, 30.0, 90.0] {
         let scene = scene(Preset::Earth, sun, "1x1");
-        let bands = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb).sky.base.wavelengths.clone();
+        let bands = plan_of(&scene, PixelFormat::LinearRgb).sky.base.wavelengths.clone();
         let list = bands.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
         let rows = VIEWS.iter().flat_map(|view| spectrum(&flags(&scene, *view, &list)));
         let pairs = rows.map(|[wavelength, radiance, dense]| (radiance, dense, format!("{wavelength} nm")));

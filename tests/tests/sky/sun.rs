@@ -6,17 +6,17 @@ use sorairo::low_level::device::{self, Backend};
 use sorairo::low_level::plan::picture::sun_disc::Sun;
 use sorairo::low_level::spectra::table_file::TableFile;
 use sorairo::scene::{ColourPath, Fit, OzoneCrossSection, PathChoice, Preset, Projection, Scene, SunSpectrum};
-use sorairo::{PixelFormat, Plan, Sky};
+use sorairo::{PixelFormat, Plan};
 use sorairo_evaluation::judge::{coefficients, medium};
 use sorairo_oracle::column_to_top;
 use sorairo_shared::camera::{EQUIRECTANGULAR, FISHEYE, OCTAHEDRAL, PERSPECTIVE, solid_angle_density};
 use sorairo_shared::glam::{DVec3, Vec2};
 use sorairo_tests::compare::worst_in_images;
 use sorairo_tests::gpu;
-use sorairo_tests::sky::scene;
+use sorairo_tests::sky::{plan_of, scene, sky_of};
 
 fn plan(scene: &Scene) -> Plan {
-    Plan::new(&scene.validated().expect("a valid scene"), PixelFormat::LinearRgb)
+    plan_of(scene, PixelFormat::LinearRgb)
 }
 
 fn image(scene: &Scene, backend: &dyn Backend) -> Vec<f32> {
@@ -163,7 +163,7 @@ fn more_air_never_makes_the_sun_brighter() {
     let brightness = |change: &dyn Fn(&mut Scene)| {
         let mut scene = scene(Preset::Earth, 10.0, "8x4");
         change(&mut scene);
-        Sky::new(&scene).unwrap().sun_irradiance().facing
+        sky_of(&scene).sun_irradiance().facing
     };
     let falls = |values: Vec<f64>, what: &str| {
         assert!(values.iter().all(|value| value.is_finite() && *value >= 0.0), "{what}: {values:?}");

@@ -7,6 +7,7 @@ use sorairo::low_level::spectrum::DenseSpectrum;
 use sorairo::scene::{AirSpectrum, GroundAlbedo, Orders, Preset, Scene, SunSpectrum};
 use sorairo_evaluation::judge;
 use sorairo_oracle::{Paths, radiance_of_all_orders};
+use sorairo_tests::sky::sky_of;
 
 /// What is judged (nm).
 const WAVELENGTH: f64 = 550.0;
@@ -42,7 +43,7 @@ fn aerosol(depth: f64, single_scattering_albedo: f64, asymmetry: f64, albedo: f6
 }
 
 fn sky(scene: &Scene) -> Sky {
-    Sky::new(scene).unwrap()
+    sky_of(scene)
 }
 
 /// What falls on the ground, relative to what meets the top of the atmosphere.

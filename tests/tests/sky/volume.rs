@@ -1,51 +1,18 @@
 //! A volume of air before a camera, against each of its rays integrated at every wavelength.
 
 use rayon::prelude::*;
-use sorairo::low_level::plan::direction;
-use sorairo::scene::{CameraScene, ColourPath, Preset, Projection, Scene, Size};
-use sorairo::{BetweenRgb, Direction, Sky, VolumeSize};
+use sorairo::scene::{CameraScene, ColourPath, Preset, Scene};
+use sorairo::{Sky, VolumeSize};
 use sorairo_shared::glam::DVec3;
+use sorairo_tests::air::{self, scenes, towards};
+use sorairo_tests::sky::sky_of;
+
+fn camera(elevation: f64) -> CameraScene {
+    air::camera((160, 90), elevation)
+}
 
 /// Places of a volume that are compared.
 const PLACES: usize = 250;
-
-/// A sky, and the elevation at which its camera looks.
-fn scenes() -> Vec<(&'static str, Scene, f64)> {
-    let of = |preset, sun: f64, altitude: f64| {
-        let mut scene = Scene::preset(preset);
-        (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (sun, 30.0, altitude);
-        scene
-    };
-    vec![
-        ("noon", of(Preset::Standard, 60.0, 0.002), 0.0),
-        ("haze", of(Preset::Hazy, 30.0, 0.3), -2.0),
-        ("sunset", of(Preset::Standard, 1.5, 0.05), 3.0),
-        ("from 10 km", of(Preset::Standard, 35.0, 10.0), -12.0),
-    ]
-}
-
-fn camera(elevation: f64) -> CameraScene {
-    CameraScene {
-        projection: Projection::Perspective,
-        size: Size { width: 160, height: 90 },
-        fov: Some(60.0),
-        look_azimuth: Some(0.0),
-        look_elevation: Some(elevation),
-        ..CameraScene::default()
-    }
-}
-
-/// The direction at a place of that camera's image.
-fn towards(camera: &CameraScene, [x, y]: [f64; 2]) -> Direction {
-    let (azimuth, elevation) = (camera.look_azimuth.unwrap(), camera.look_elevation.unwrap());
-    let (forward, right) = (direction(elevation, azimuth), direction(0.0, azimuth + 90.0));
-    let up = right.cross(forward);
-    let half = (camera.fov.unwrap() / 2.0).to_radians().tan();
-    let height = f64::from(camera.size.height) / f64::from(camera.size.width);
-    let DVec3 { x: north, y: west, z } =
-        (forward + right * (2.0 * x - 1.0) * half + up * (1.0 - 2.0 * y) * half * height).normalize();
-    Direction { elevation: z.asin().to_degrees(), azimuth: (-west).atan2(north).to_degrees() }
-}
 
 /// Places that are spread over the image and the distances as evenly as can be: steps of the generalised golden ratio
 /// in three dimensions.
@@ -57,34 +24,25 @@ fn places(far: f64) -> Vec<([f64; 2], f64)> {
 /// How far a volume is from each ray integrated at places all over it: light relative to the brightest, then
 /// transmittance; in the mean of the squares and at most.
 fn errors(scene: &Scene, elevation: f64, size: VolumeSize) -> [[f64; 2]; 2] {
-    let sky = Sky::new(scene).unwrap();
+    let sky = sky_of(scene);
     let camera = camera(elevation);
     let volume = sky.air_volume(&camera, size).unwrap();
     let each = sky.between_rgb();
-    let compared: Vec<(BetweenRgb, BetweenRgb)> = places(size.far)
+    let compared: Vec<_> = places(size.far)
         .into_par_iter()
         .filter_map(|(place, distance)| {
             let expected = each.until(&towards(&camera, place), distance).ok()?;
-            Some((volume.at(place, distance), expected))
+            let found = volume.at(place, distance);
+            Some(([found.radiance, found.transmittance].map(DVec3::from_array), expected))
         })
         .collect();
     assert!(compared.len() > PLACES / 3, "places before the ground: {}", compared.len());
-    let farthest = |a: [f64; 3], b: [f64; 3]| (DVec3::from_array(a) - DVec3::from_array(b)).abs().max_element();
-    let brightest = compared.iter().flat_map(|(_, expected)| expected.radiance).fold(0.0, f64::max);
-    let light = |(found, expected): &(BetweenRgb, BetweenRgb)| farthest(found.radiance, expected.radiance) / brightest;
-    let through = |(found, expected): &(BetweenRgb, BetweenRgb)| farthest(found.transmittance, expected.transmittance);
-    let both = |errors: Vec<f64>| {
-        let squares = errors.iter().map(|error| error * error).sum::<f64>();
-        // A NaN must not hide behind the maximum.
-        let largest = errors.iter().fold(0.0, |most, &error| if error.is_nan() || error > most { error } else { most });
-        [(squares / errors.len() as f64).sqrt(), largest]
-    };
-    [both(compared.iter().map(light).collect()), both(compared.iter().map(through).collect())]
+    air::errors(&compared)
 }
 
 #[test]
 fn air_between_froxels_is_that_of_each_ray() {
-    for (name, scene, elevation) in scenes() {
+    for (name, scene, elevation) in scenes(30.0) {
         let errors = errors(&scene, elevation, VolumeSize::default());
         println!("{name}: light and transmittance, rms and at most: {errors:.5?}");
         for [rms, largest] in errors {
@@ -110,7 +68,7 @@ fn at_dusk_the_air_between_froxels_is_near_to_that_of_each_ray() {
 fn before_no_distance_there_is_nothing_and_all_comes_through() {
     let mut scene = Scene::default();
     scene.sun.elevation = 20.0;
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     let volume = sky.air_volume(&camera(5.0), VolumeSize { columns: 4, rows: 4, slices: 32, far: 40.0 }).unwrap();
     for place in [[0.0, 0.0], [0.3, 0.8], [1.0, 1.0]] {
         let nothing = volume.at(place, 0.0);
@@ -125,7 +83,7 @@ fn before_no_distance_there_is_nothing_and_all_comes_through() {
 #[test]
 fn a_volume_that_cannot_be_filled_is_refused() {
     let mut scene = Scene::default();
-    let sky = Sky::new(&scene).unwrap();
+    let sky = sky_of(&scene);
     let refused = |sky: &Sky, camera: &CameraScene, size| {
         sky.air_volume(camera, size).err().map(|error| error.to_string()).unwrap_or_default()
     };
@@ -136,6 +94,6 @@ fn a_volume_that_cannot_be_filled_is_refused() {
     assert!(refused(&sky, &camera(0.0), VolumeSize { rows: 3, ..size }).starts_with("rows is 3; it must lie between"));
     assert!(refused(&sky, &CameraScene::default(), size).starts_with("camera.projection"));
     scene.render.color = ColourPath::Solve;
-    let solved = Sky::new(&scene).unwrap();
+    let solved = sky_of(&scene);
     assert!(refused(&solved, &camera(0.0), size).starts_with("render.color"));
 }

@@ -1,0 +1,64 @@
+//! The air before a camera: skies, the way of its rays, and how far air is from each ray integrated.
+
+use sorairo::low_level::plan::direction;
+use sorairo::scene::{CameraScene, Preset, Projection, Scene, Size};
+use sorairo::{BetweenRgb, Direction};
+use sorairo_shared::glam::DVec3;
+
+/// Skies with the sun at an azimuth (degrees), and the elevation at which their camera looks.
+pub fn scenes(azimuth: f64) -> [(&'static str, Scene, f64); 4] {
+    let of = |preset, sun: f64, altitude: f64| {
+        let mut scene = Scene::preset(preset);
+        (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (sun, azimuth, altitude);
+        scene
+    };
+    [
+        ("noon", of(Preset::Standard, 60.0, 0.002), 0.0),
+        ("haze", of(Preset::Hazy, 30.0, 0.3), -2.0),
+        ("sunset", of(Preset::Standard, 1.5, 0.05), 3.0),
+        ("from 10 km", of(Preset::Standard, 35.0, 10.0), -12.0),
+    ]
+}
+
+/// A camera that looks north at an elevation (degrees).
+pub fn camera((width, height): (u32, u32), elevation: f64) -> CameraScene {
+    CameraScene {
+        projection: Projection::Perspective,
+        size: Size { width, height },
+        fov: Some(60.0),
+        look_azimuth: Some(0.0),
+        look_elevation: Some(elevation),
+        ..CameraScene::default()
+    }
+}
+
+/// The direction at a place of that camera's image, of which either side is 1.
+pub fn towards(camera: &CameraScene, [x, y]: [f64; 2]) -> Direction {
+    let (forward, right) = (direction(camera.look_elevation.unwrap_or_default(), 0.0), direction(0.0, 90.0));
+    let up = right.cross(forward);
+    let half = 30f64.to_radians().tan();
+    let height = f64::from(camera.size.height) / f64::from(camera.size.width);
+    let DVec3 { x: north, y: west, z } =
+        (forward + right * (2.0 * x - 1.0) * half + up * (1.0 - 2.0 * y) * half * height).normalize();
+    Direction { elevation: z.asin().to_degrees(), azimuth: (-west).atan2(north).to_degrees() }
+}
+
+/// How far light and transmittance are from each ray integrated: light relative to the brightest, then transmittance;
+/// in the mean of the squares and at most.
+pub fn errors(compared: &[([DVec3; 2], BetweenRgb)]) -> [[f64; 2]; 2] {
+    let brightest = compared.iter().flat_map(|(_, expected)| expected.radiance).fold(0.0, f64::max);
+    [0, 1].map(|which| {
+        let of = |(found, expected): &([DVec3; 2], BetweenRgb)| {
+            let (expected, scale) = [(expected.radiance, brightest), (expected.transmittance, 1.0)][which];
+            let off = (found[which] - DVec3::from_array(expected)).abs() / scale;
+            off.to_array().into_iter().fold(0.0, largest)
+        };
+        let squares: f64 = compared.iter().map(|pair| of(pair).powi(2)).sum();
+        [(squares / compared.len() as f64).sqrt(), compared.iter().map(of).fold(0.0, largest)]
+    })
+}
+
+/// The larger of two, or the one that is no number.
+pub fn largest(most: f64, error: f64) -> f64 {
+    if error.is_nan() || error > most { error } else { most }
+}

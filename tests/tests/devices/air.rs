@@ -189,6 +189,52 @@ fn at_dusk_the_air_of_a_device_is_near_to_that_of_each_ray() {
     assert!(light[0] < 0.013 && light[1] < 0.075 && through[1] < 0.01, "{light:?}, {through:?}");
 }
 
+/// Seconds of a device for one of so many that are encoded together: the least of five turns.
+fn seconds(drawn: &mut Drawn, many: u32, mut encode: impl FnMut(&mut Drawn, &mut wgpu::CommandEncoder)) -> f64 {
+    let mut turn = || {
+        let mut encoder = drawn.device.create_command_encoder(&Default::default());
+        (0..many).for_each(|_| encode(drawn, &mut encoder));
+        let start = std::time::Instant::now();
+        drawn.queue.submit([encoder.finish()]);
+        drawn.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        start.elapsed().as_secs_f64() / f64::from(many)
+    };
+    (0..5).map(|_| turn()).fold(f64::INFINITY, f64::min)
+}
+
+/// On a graphics processor the air of a frame costs little more than moving it. Software devices copy fast and compute
+/// slowly: llvmpipe takes 80 copies.
+#[test]
+fn air_costs_a_graphics_processor_little_more_than_copies() {
+    let mut drawn = Drawn::new(&scenes(50.0)[0].1, 0.0, [32, 32, 32]);
+    let info = drawn.device.adapter_info();
+    // Two copies, and the depth beside the colour; half of a millisecond's tenth for a volume.
+    let (many, most_copies, most) =
+        if info.device_type == wgpu::DeviceType::Cpu { (2, 400.0, f64::INFINITY) } else { (50, 4.0, 200.0) };
+    let size = (1920, 1080);
+    drawn.camera = camera(size, 0.0);
+    let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING;
+    let usage = usage | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
+    let [colour, copied, output] = [(); 3].map(|()| texture(&drawn.device, size, 1, TextureFormat::Rgba16Float, usage));
+    let depth = texture(&drawn.device, size, 1, TextureFormat::R32Float, TextureUsages::TEXTURE_BINDING);
+    let depth = DepthImage { texture: &depth, depth: Depth::AlongRay, metres: 1000.0 };
+    let seen = SeenImage { colour: &colour, depth, output: &output };
+    let volume = seconds(&mut drawn, many, |drawn, encoder| {
+        let target = target(&drawn.volume);
+        drawn.renderer.encode_volume(encoder, &drawn.air, &drawn.camera, &target).unwrap();
+    });
+    let applied = seconds(&mut drawn, many, |drawn, encoder| {
+        let target = target(&drawn.volume);
+        drawn.renderer.encode_air(encoder, &drawn.air, &drawn.camera, &target, &seen).unwrap();
+    });
+    let copy = seconds(&mut drawn, many, |_, encoder| {
+        encoder.copy_texture_to_texture(colour.as_image_copy(), copied.as_image_copy(), colour.size());
+    });
+    let [volume, applied, copy] = [volume, applied, copy].map(|seconds| 1e6 * seconds);
+    println!("{}: volume {volume:.1} µs, air on 1920 x 1080 {applied:.1} µs, a copy of it {copy:.1} µs", info.name);
+    assert!(applied <= most_copies * copy && volume < most, "{volume} µs, {applied} µs, {copy} µs");
+}
+
 /// Of 257 columns and 65 rows every fifth pixel of a row and every eleventh row from the third and the sixth on lie at
 /// texels: `i = (c - 1) (p + ½) / width`. What is seen there is what the volume holds.
 #[test]

@@ -1,5 +1,4 @@
-//! A sky in a program's own device: a sun that sinks, drawn frame by frame into a texture that a window shows, and
-//! never read back; or into files, without a window:
+//! A sky with a setting sun in a program's own device: in a texture that a window shows, never read back; or in files:
 //! `cargo run --release --package sorairo --example embed -- --frames 60 --out frames`.
 use sorairo::files::png;
 use sorairo::scene::{CameraScene, Preset, Projection, Rgb, Size};

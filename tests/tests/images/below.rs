@@ -229,7 +229,7 @@ fn a_wrong_lower_half_is_refused_in_one_sentence() {
     for (flags, word) in [
         ("--below sky", "mirror"),
         ("--below colour --below-color 1,2,3", "each from 0 to 1"),
-        ("--below-color 1,0,0", "colour alone"),
+        ("--below-color 1,0,0", "applies only with"),
         ("--below fade -o a.spectral.exr", "a spectral file shows the ground"),
     ] {
         let line = format!("render {flags}");

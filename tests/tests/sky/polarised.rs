@@ -6,6 +6,7 @@ use std::path::Path;
 
 use sorairo::scene::{AirSpectrum, GroundAlbedo, OzoneCrossSection, Polarisation, Preset, Scene, SunSpectrum};
 use sorairo::{Direction, Stokes, StokesFrame};
+use sorairo_oracle::PlaneLayer;
 use sorairo_tests::sky::sky_of;
 
 const NATRAJ: &str = include_str!("../../data/natraj_2009.csv");
@@ -112,6 +113,49 @@ fn a_layer_of_dipoles_has_the_stokes_vectors_that_were_published() {
     // Where a hundred thousand kilometres are flat enough, and where they bend a little.
     flat.check("cosines of .4 and more", [3e-3; 3]);
     low.check("cosines of .2", [1e-2; 3]);
+}
+
+/// What judges layers between those that were published has the published ones itself.
+#[test]
+fn plane_layers_of_the_oracle_are_those_that_were_published() {
+    let mut layers: BTreeMap<String, PlaneLayer> = BTreeMap::new();
+    let mut errors = Errors::default();
+    for (layer, row) in rows(NATRAJ, 4) {
+        let told: Vec<&str> = layer.split(',').collect();
+        let [depth, albedo, mu_0] = [1, 2, 3].map(|i| told[i].parse::<f64>().unwrap());
+        let side = if told[0] == "up" { -1.0 } else { 1.0 };
+        let of_layer = || PlaneLayer::new(depth, albedo, mu_0);
+        let found =
+            layers.entry(told[1..].join(",")).or_insert_with(of_layer).stokes(side * row[0], row[1].to_radians());
+        errors.add(found, [row[2], -row[3], row[4]], row[2], &format!("{layer} {row:?}"));
+    }
+    // Straight lines between 400 optical depths.
+    errors.check("the oracle's plane layers", [1e-4; 3]);
+}
+
+/// Depths, suns and grounds that no table has.
+#[test]
+fn a_layer_of_dipoles_has_the_stokes_vectors_of_the_oracle() {
+    let mut errors = Errors::default();
+    for (depth, albedo, mu_0) in [(0.1, 0.1, 0.9), (0.35, 0.5, 0.55), (0.7, 0.0, 0.7), (0.85, 0.3, 0.45)] {
+        let layer = PlaneLayer::new(depth, albedo, mu_0);
+        for side in [1.0, -1.0] {
+            let mut scene = plane_layer(depth, mu_0.asin().to_degrees(), albedo);
+            scene.observer.altitude = if side < 0.0 { 16.0 } else { 0.0 };
+            let rays: Vec<[f64; 2]> = [0.45, 0.62, 0.93]
+                .into_iter()
+                .flat_map(|mu| [15.0, 75.0, 140.0].map(|azimuth| [mu, azimuth]))
+                .collect();
+            let directions: Vec<Direction> =
+                rays.iter().map(|[mu, azimuth]| towards(side * mu.asin().to_degrees(), -azimuth)).collect();
+            for ([mu, azimuth], found) in rays.iter().zip(stokes(&scene, &[550.0], &directions)) {
+                let found = [found[0].stokes_i, found[0].stokes_q, found[0].stokes_u].map(|value| PI * value);
+                let expected = layer.stokes(side * mu, azimuth.to_radians());
+                errors.add(found, expected, expected[0], &format!("depth {depth}, sun {mu_0}, {side} {mu} {azimuth}"));
+            }
+        }
+    }
+    errors.check("layers between the published ones", [3e-3; 3]);
 }
 
 /// The scene of rows of the Monte Carlo, whose header says what its air is.

@@ -49,8 +49,7 @@ if is_polarised:
         assert degree > 0.02, pixel
         for of, value in (("S1", q), ("S2", u)):
             worst = max(worst, np.abs(stokes[of][pixel["row"], pixel["column"]] / spectra[pixel["row"], pixel["column"]] - value / i).max())
-    # Of the parts Q/I and U/I that lie on straight lines between twelve bands.
-    assert worst < 0.01, worst
+    assert worst < expected["bound"], worst
     print(f"polarisation against sorairo spectrum --stokes: {worst:.1e}")
     sys.exit()
 

@@ -64,14 +64,21 @@ fn a_spectral_file_holds_the_stokes_parameters_that_other_readers_expect() {
     let folder = tempdir().unwrap();
     let folder = folder.path();
     let wavelengths: Vec<f64> = (0..41).map(|i| 380.0 + 10.0 * f64::from(i)).collect();
-    for scene in
-        [&["--sun-elevation", "20", "--sun-azimuth", "70"][..], &["--sun-elevation", "-2"], &["--preset", "earth"]]
-    {
+    // Of parts Q/I and U/I on straight lines between bands. The red edge of grass lies between two of them.
+    let [elevation, azimuth] = [["--sun-elevation", "20"], ["--sun-azimuth", "70"]];
+    let by_day = [elevation, azimuth].concat();
+    for (scene, bound) in [
+        (&by_day[..], 0.03),
+        (&[&by_day[..], &["--albedo", "0.2"]].concat(), 0.01),
+        (&["--sun-elevation=-2"], 0.01),
+        (&["--preset", "earth"], 0.005),
+    ] {
         let pixels: Vec<Value> = [(40, 3), (10, 9), (5, 13), (52, 6)]
             .iter()
             .map(|&(column, row)| stokes_of_pixel(folder, scene, column, row))
             .collect();
-        write_json(&folder.join("expected.json"), &json!({ "wavelengths": wavelengths, "pixels": pixels }));
+        let expected = json!({ "wavelengths": wavelengths, "pixels": pixels, "bound": bound });
+        write_json(&folder.join("expected.json"), &expected);
         let image = ["render", "--size", "64x32", "-o", "sky.spectral.exr", "--stokes"];
         succeed(folder, &[&image[..], scene].concat());
         check(folder, "spectral_layout.py", &["sky.spectral.exr", "expected.json"]);

@@ -9,6 +9,7 @@ pub mod light_table;
 pub mod spectral_irradiance;
 pub mod spectrum;
 pub mod stokes;
+#[cfg(feature = "files")]
 pub mod stokes_image;
 pub mod suns;
 pub mod surface;

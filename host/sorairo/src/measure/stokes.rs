@@ -186,9 +186,8 @@ pub(crate) struct Plane {
     view: DVec3,
     /// Up across it, and to its left.
     axes: [DVec3; 2],
-    /// Cosine and sine of the azimuth from the sun, whose left is positive.
+    /// Cosine of the azimuth from the sun.
     cosine: f64,
-    pub(crate) sine: f64,
     /// 1 left of the sun, -1 right of it, 0 in its plane.
     side: f64,
     /// `(s_a² - s_b², 2 s_a s_b) / (s_a² + s_b²)`; nothing towards the sun and away from it.
@@ -213,7 +212,7 @@ impl Plane {
         let across = a * a + b * b;
         let of_sun = if across > 1e-12 { [(a * a - b * b) / across, 2.0 * a * b / across] } else { [0.0; 2] };
         let scattering_angle = view.dot(sun).clamp(-1.0, 1.0).acos();
-        Self { view, axes: [up, left], cosine: from_sun.cos(), sine, side, of_sun, scattering_angle }
+        Self { view, axes: [up, left], cosine: from_sun.cos(), side, of_sun, scattering_angle }
     }
 
     /// The angle to the vertical, zenith or nadir (radians).

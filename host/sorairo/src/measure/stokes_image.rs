@@ -116,6 +116,7 @@ impl<'a> StokesImage<'a> {
     fn parts(&self, view: Vec3, direction: &Direction, light: &[ByConstituent<Vec4>]) -> Vec<[f64; 2]> {
         let integral = &self.spectral.integral;
         let plane = Plane::new(direction, integral.source.direction(), integral.source.azimuth);
+        let sine = (integral.source.azimuth - direction.azimuth).to_radians().sin() as f32;
         let up =
             (self.frame == StokesFrame::Camera).then(|| top_of_image(&self.camera, self.projection, view).as_dvec3());
         let degree_of_air = AirPhase::new(integral.uniform.atmosphere.air_anisotropy)
@@ -127,7 +128,7 @@ impl<'a> StokesImage<'a> {
             light.into_iter().zip(phases).map(|(light, phase)| light * phase).collect::<Vec<_>>()
         });
         let higher: Vec<_> = (0..integral.wavelengths.len().div_ceil(4))
-            .map(|group| self.higher.at(integral, group, view, plane.sine as f32))
+            .map(|group| self.higher.at(integral, group, view, sine))
             .collect();
         let [q, u] = [0, 1].map(|part| integral.at_bands(higher.iter().map(|higher| higher[part])));
         let at = |band: usize| {

@@ -292,7 +292,7 @@ pub(super) fn nothing_to_solve(scene: &Scene) -> Result<()> {
     if scene.render.fit != Fit::Dense || scene.render.color != ColourPath::Solve {
         return Ok(());
     }
-    let complaint = "is solve, but render.fit = dense has no fit to solve";
+    let complaint = "is solve; render.color = solve needs a fit to solve, but render.fit = dense has none";
     Err(Error::not_allowed("render.color", complaint))
 }
 

@@ -7,7 +7,9 @@ use super::keys;
 use super::place::{Place, SunPosition, Time, sun_position};
 use super::preset::Scene;
 use super::rules;
-use super::settings::{Exposure, Polarisation};
+use super::settings::Exposure;
+#[cfg(feature = "files")]
+use super::settings::Polarisation;
 use crate::error::{Error, Result};
 
 /// A scene with all values in range, azimuths without whole turns, and the sun at the position of its place and time.
@@ -73,6 +75,7 @@ impl ValidScene {
     /// # Errors
     ///
     /// [`Error::NotAllowed`] if the scene requests scalar transfer.
+    #[cfg(feature = "files")]
     pub(crate) fn polarised(&self) -> Result<Self> {
         rules::stokes_of_natural_light(&self.scene)?;
         let mut changed = self.clone();

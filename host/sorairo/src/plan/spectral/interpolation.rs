@@ -34,6 +34,7 @@ pub(crate) fn lines(bands: &[f64], wavelength: f64) -> Vec<f64> {
 }
 
 /// The bands of [`lines`] that count at a wavelength (nm), with their weights.
+#[cfg(feature = "files")]
 pub(crate) fn weights_of_bands(bands: &[f64], wavelength: f64) -> Vec<(usize, f64)> {
     lines(bands, wavelength).into_iter().enumerate().filter(|(_, weight)| *weight != 0.0).collect()
 }

@@ -13,6 +13,7 @@ mod model;
 
 pub use bands::BANDS;
 pub use illumination::Regressions;
+#[cfg(feature = "files")]
 pub(crate) use interpolation::weights_of_bands;
 pub use model::FLOOR;
 
@@ -262,7 +263,7 @@ impl SpectralPlan {
     }
 
     /// The wavelengths (nm) of bands that see smooth light, which come first.
-    pub(crate) fn smooth_bands(&self) -> &[f64] {
+    pub fn smooth_bands(&self) -> &[f64] {
         let bands = &self.integral.wavelengths;
         &bands[..bands.len() - self.line_bands]
     }

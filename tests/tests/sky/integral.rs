@@ -362,7 +362,7 @@ fn the_rays_from_the_ground_need_as_many_samples_as_the_key_says() {
     let steps = |sun| plan(&scene(Preset::Earth, sun, "64x32")).samples_per_piece();
     let high: Vec<u32> = [5.0, 30.0, 90.0].map(steps).into();
     let low: Vec<u32> = [-6.0, -3.0, 0.0, 2.0, 4.9].map(steps).into();
-    assert!(high.iter().all(|&steps| steps == 12) && says.contains("12, with the sun below 5°"), "{high:?}: {says}");
+    assert!(high.iter().all(|&steps| steps == 12) && says.contains("12 from the Earth's ground"), "{high:?}: {says}");
     let (fewest, most) = (low.iter().min().unwrap(), low.iter().max().unwrap());
     assert!(*fewest >= 48 && *most <= 64 && says.contains("48 to 64"), "{low:?}: {says}");
 }

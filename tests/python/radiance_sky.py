@@ -67,4 +67,4 @@ for probe in probes:
     # brightest, at dusk.
     error, whole = np.abs(found - wanted).max() / wanted.max(), found.sum() / wanted.sum() - 1
     print(f"at {probe['elevation']}, {probe['azimuth']}: {error:.2%} of the brightest band, {whole:+.2%} of the sum")
-    assert wanted.max() > 0 and error <= 0.035 and abs(whole) <= 0.01, (probe, found)
+    assert wanted.max() > 0 and error <= 0.04 and abs(whole) <= 0.012, (probe, found)

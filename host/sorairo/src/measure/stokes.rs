@@ -85,7 +85,8 @@ impl Sky {
     ///
     /// # Errors
     ///
-    /// [`Error::NotAllowed`] for a wavelength at which the scene has no data, and for a sky with scalar transfer.
+    /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene has no data, and for a sky
+    /// with scalar transfer.
     pub fn stokes(&self, wavelengths: &[f64], frame: StokesFrame) -> Result<StokesSpectra> {
         StokesSpectra::new(self, wavelengths, frame)
     }
@@ -113,7 +114,7 @@ impl StokesSpectra {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for a direction.
+    /// [`Error::OutOfRange`](crate::Error::OutOfRange) for a direction.
     pub fn in_directions(&self, directions: &[Direction]) -> Result<Vec<Vec<Stokes>>> {
         let planes: Vec<Plane> = directions.iter().map(|direction| self.plane(direction)).collect::<Result<_>>()?;
         let multiple = self.multiple(&planes);

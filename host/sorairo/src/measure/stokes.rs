@@ -133,22 +133,17 @@ impl StokesSpectra {
         let view = plane.view.as_vec3();
         let light = integral.light_of_directions(&[view]);
         let part = |of: fn(&ByConstituent<Vec4>) -> Vec4| integral.at_bands(light.iter().map(of));
-        let (air, aerosol) = (part(|light| light.air), part(|light| light.aerosol));
         let (rest, ground) = (part(|light| light.multiple), part(|light| light.ground));
-        let [of_air, of_aerosol] = [Constituent::Air, Constituent::Aerosol]
-            .map(|constituent| integral.phases_at(constituent, view, &integral.wavelengths));
+        let first = plane.of_first_order(integral, &light);
         let up = self.camera.map(|(camera, projection)| top_of_image(&camera, projection, view).as_dvec3());
         let left = self.lines.as_ref().map(|lines| lines.left(view));
-        let air_phase = AirPhase::new(integral.uniform.atmosphere.air_anisotropy);
-        let degree_of_air = f64::from(air_phase.degree_of_polarisation(plane.scattering_angle.cos() as f32));
         let at = |(i, &nm): (usize, &f64)| {
-            let (air, aerosol) = (air[i] * of_air[i], aerosol[i] * of_aerosol[i]);
+            let [first, polarised] = first[i];
             let albedo = Constituent::Ground.albedo(&integral.optics, nm);
             let scale =
                 if self.is_night { 0.0 } else { self.irradiance[i] * left.as_ref().map_or(1.0, |left| left[i]) };
-            let polarised = air * degree_of_air + aerosol * integral.optics.aerosol.degree(plane.scattering_angle, nm);
             let [q, u] = [0, 1].map(|k| scale * (multiple[i][k] - polarised * plane.of_sun[k]));
-            let i = scale * (air + aerosol + rest[i] + ground[i] * albedo);
+            let i = scale * (first + rest[i] + ground[i] * albedo);
             plane.stokes(nm, [i.max(0.0), q, u], up)
         };
         integral.wavelengths.iter().enumerate().map(at).collect()
@@ -194,7 +189,7 @@ pub(crate) struct Plane {
     /// `(s_a² - s_b², 2 s_a s_b) / (s_a² + s_b²)`; nothing towards the sun and away from it.
     pub(crate) of_sun: [f64; 2],
     /// The angle to the sun (radians).
-    pub(crate) scattering_angle: f64,
+    scattering_angle: f64,
 }
 
 impl Plane {
@@ -235,6 +230,23 @@ impl Plane {
         let part = (self.zenith_distance() / FROM_VERTICAL).min(1.0);
         let [here, opposite] = [0.5 * (1.0 + part), 0.5 * (1.0 - part)];
         [[here, here * self.side], [opposite, -opposite * self.side]]
+    }
+
+    /// Light of the first order at each band (sr⁻¹), and the part of it that is polarised: across the scattering plane
+    /// where it is positive.
+    pub(crate) fn of_first_order(&self, integral: &RayIntegral, light: &[ByConstituent<Vec4>]) -> Vec<[f64; 2]> {
+        let air_phase = AirPhase::new(integral.uniform.atmosphere.air_anisotropy);
+        let degree_of_air = f64::from(air_phase.degree_of_polarisation(self.scattering_angle.cos() as f32));
+        let [air, aerosol] = [Constituent::Air, Constituent::Aerosol].map(|constituent| {
+            let phases = integral.phases_at(constituent, self.view.as_vec3(), &integral.wavelengths);
+            let light = integral.at_bands(light.iter().map(|&light| constituent.of(light)));
+            light.into_iter().zip(phases).map(|(light, phase)| light * phase).collect::<Vec<_>>()
+        });
+        let at = |(i, &nm): (usize, &f64)| {
+            let of_aerosol = integral.optics.aerosol.degree(self.scattering_angle, nm);
+            [air[i] + aerosol[i], air[i] * degree_of_air + aerosol[i] * of_aerosol]
+        };
+        integral.wavelengths.iter().enumerate().map(at).collect()
     }
 
     /// `Q` and `U` relative to the plane of another vector that is upwards, if there is one.

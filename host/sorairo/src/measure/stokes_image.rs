@@ -8,13 +8,12 @@ use rayon::prelude::*;
 use sorairo_shared::camera::{Camera, pixel_view, top_of_image};
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::light_field::multiple_lookup::{MultipleLookup, place, value};
-use sorairo_shared::medium::phase::AirPhase;
 use sorairo_shared::sky::{ByConstituent, cosine_from_sun};
 use sorairo_shared::variant::{self, PixelFormat};
 
 use crate::measure::direction::Direction;
 use crate::measure::stokes::{Plane, StokesFrame};
-use crate::plan::integral::{Constituent, RayIntegral};
+use crate::plan::integral::RayIntegral;
 use crate::plan::light_field::{PolarisedLight, Resolution};
 use crate::plan::spectral::{SpectralPlan, weights_of_bands};
 use crate::plan::{SkyPlan, upload};
@@ -119,22 +118,16 @@ impl<'a> StokesImage<'a> {
         let sine = (integral.source.azimuth - direction.azimuth).to_radians().sin() as f32;
         let up =
             (self.frame == StokesFrame::Camera).then(|| top_of_image(&self.camera, self.projection, view).as_dvec3());
-        let degree_of_air = AirPhase::new(integral.uniform.atmosphere.air_anisotropy)
-            .degree_of_polarisation(plane.scattering_angle.cos() as f32);
         let all = integral.at_bands(integral.transfers_of_light(view, light).into_iter());
-        let [air, aerosol] = [Constituent::Air, Constituent::Aerosol].map(|constituent| {
-            let light = integral.at_bands(light.iter().map(|light| constituent.of(*light)));
-            let phases = integral.phases_at(constituent, view, &integral.wavelengths);
-            light.into_iter().zip(phases).map(|(light, phase)| light * phase).collect::<Vec<_>>()
-        });
+        let first = plane.of_first_order(integral, light);
         let higher: Vec<_> = (0..integral.wavelengths.len().div_ceil(4))
             .map(|group| self.higher.at(integral, group, view, sine))
             .collect();
         let [q, u] = [0, 1].map(|part| integral.at_bands(higher.iter().map(|higher| higher[part])));
         let at = |band: usize| {
-            let of_aerosol = integral.optics.aerosol.degree(plane.scattering_angle, integral.wavelengths[band]);
-            let first = air[band] * f64::from(degree_of_air) + aerosol[band] * of_aerosol;
-            let [q, u] = plane.towards(up, [q[band] - first * plane.of_sun[0], u[band] - first * plane.of_sun[1]]);
+            let [_, polarised] = first[band];
+            let [of_q, of_u] = plane.of_sun.map(|part| polarised * part);
+            let [q, u] = plane.towards(up, [q[band] - of_q, u[band] - of_u]);
             if all[band] > 0.0 { [q / all[band], u / all[band]] } else { [0.0; 2] }
         };
         (0..integral.wavelengths.len()).map(at).collect()

@@ -307,7 +307,7 @@ fn integral(sky: &RayIntegral, optics: &Optics, all: &[AtStrengths]) -> RayInteg
 }
 
 /// Bands (nm) at which a spectrum in air with gases sees what their lines leave, with the strengths of dry air and of
-/// water there (optical depths of the vertical column above the ground): best of seven such choices.
+/// water there (optical depths of the vertical column above the ground): best of five such choices.
 pub(crate) const LINE_BANDS: [AtStrengths; 3] = [(720.0, [0.0, 0.882]), (762.0, [0.0972, 0.0]), (762.0, [0.882, 0.0])];
 
 /// Bands from the second group on at wavelengths (nm), the last of which are [`LINE_BANDS`] and the others without

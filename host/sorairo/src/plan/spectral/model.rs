@@ -242,14 +242,13 @@ fn regressions(sky: &SkyPlan, taught: &TrainingSky) -> Vec<(Constituent, Taught)
     let regressed = |(constituent, examples, left): (Constituent, Examples, Option<Examples>)| {
         let mut regressions = regress(&examples, 0..computed.len(), NOISE);
         regressions.iter_mut().for_each(|regression| regression.slopes.resize(bands.len(), 0.0));
-        let right = |(&nm, regression)| {
-            let at_bands: Vec<&Regression> = places.iter().map(|&place| &regressions[place]).collect();
-            right_at_bands(regression, &at_bands, &lines(bands, nm))
-        };
         // Bands that stand for more than their wavelength are not what is sought there.
-        let smooth = match sky.base.optics.is_on_steps() {
-            true => computed.iter().zip(&regressions).map(right).collect(),
-            false => regressions,
+        let smooth = if sky.base.optics.is_on_steps() {
+            let at_bands: Vec<&Regression> = places.iter().map(|&place| &regressions[place]).collect();
+            let right = |(&nm, regression)| right_at_bands(regression, &at_bands, &lines(bands, nm));
+            computed.iter().zip(&regressions).map(right).collect()
+        } else {
+            regressions
         };
         let left = left.map_or_else(Vec::new, |left| regress_parts(&left, NOISE));
         (constituent, Taught { smooth, left })

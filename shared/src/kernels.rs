@@ -374,13 +374,12 @@ pub fn seen(uniform: &Uniform, colour: &[Vec4], pixel: UVec2, sky: Vec3, variant
         }
     }
     // A loop and no second call, which would double the shader.
-    let (mut shown, mut left) = (Vec3::ZERO, 1.0 - of_front);
-    loop {
+    let passes = if of_front < 1.0 { 2 } else { 1 };
+    let (mut shown, mut pass) = (Vec3::ZERO, 0);
+    while pass < passes {
         shown += shown_in(uniform, colour, rgb, variant) * of_front;
-        if (variant & variant::SUN_DISC == 0) | (left <= 0.0) {
-            break;
-        }
-        (rgb, of_front, left) = (sky, left, 0.0);
+        (rgb, of_front) = (sky, 1.0 - of_front);
+        pass += 1;
     }
     shown
 }

@@ -6,7 +6,7 @@ use sorairo::low_level::device::{self, Backend};
 use sorairo::low_level::medium::aerosol::AerosolKind;
 use sorairo::low_level::medium::profile::Profile;
 use sorairo::low_level::plan::Kernel;
-use sorairo::scene::{ColourPath, Fit, PathChoice, Preset, Projection, Scene};
+use sorairo::scene::{CameraScene, ColourPath, Fit, PathChoice, Preset, Projection, Scene};
 use sorairo::{PixelFormat, Plan};
 use sorairo_shared::camera::{EQUIRECTANGULAR, pixel_view};
 use sorairo_shared::kernels::SENTINEL;
@@ -456,14 +456,27 @@ fn a_polariser_passes_the_same_light_on_the_device() {
 
 #[test]
 fn pictures_differ_by_one_step_at_most() {
-    let plan = plan_of(&scene(Preset::Earth, 10.0, "128x64"), PixelFormat::Picture);
-    let reference = device::cpu::Cpu.run(&plan, plan.kernel()).unwrap().words;
-    let image = gpu().run(&plan, plan.kernel()).unwrap().words;
-    assert_eq!(image.len(), 128 * 64);
-    for (pixel, expected) in image.iter().zip(&reference) {
-        for (a, b) in pixel.to_le_bytes().into_iter().zip(expected.to_le_bytes()) {
-            // A value that differs in the last digit may round to the next byte.
-            assert!(a.abs_diff(b) <= 1, "{pixel:08x} {expected:08x}");
+    let whole = scene(Preset::Earth, 10.0, "128x64");
+    // A disc of many pixels, at whose edge a pixel is shown twice, with the pixels of a row in runs and, turned, one by
+    // one.
+    let of_disc = |roll: f64| {
+        let mut scene = scene(Preset::Standard, 2.0, "320x192");
+        scene.sun.disc = true;
+        let (look_azimuth, look_elevation, fov) = (Some(scene.sun.azimuth), Some(2.0), Some(6.0));
+        let projection = Projection::Perspective;
+        scene.camera = CameraScene { projection, look_azimuth, look_elevation, fov, roll, ..scene.camera };
+        scene
+    };
+    for scene in [whole, of_disc(0.0), of_disc(20.0)] {
+        let plan = plan_of(&scene, PixelFormat::Picture);
+        let reference = device::cpu::Cpu.run(&plan, plan.kernel()).unwrap().words;
+        let image = gpu().run(&plan, plan.kernel()).unwrap().words;
+        assert_eq!(image.len(), (plan.width() * plan.height()) as usize);
+        for (pixel, expected) in image.iter().zip(&reference) {
+            for (a, b) in pixel.to_le_bytes().into_iter().zip(expected.to_le_bytes()) {
+                // A value that differs in the last digit may round to the next byte.
+                assert!(a.abs_diff(b) <= 1, "{pixel:08x} {expected:08x}");
+            }
         }
     }
 }

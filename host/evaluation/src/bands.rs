@@ -16,6 +16,7 @@ use sorairo::low_level::error::check_range;
 use sorairo::low_level::plan::fit::regression::{Examples, LIT, NO_NOISE, node_wavelengths, regress};
 use sorairo::low_level::plan::fit::training::{DARKEST, scattered_once, training_views};
 use sorairo::low_level::plan::integral::Constituent;
+use sorairo::low_level::plan::upload::bands;
 use sorairo::low_level::spectra::observer;
 use sorairo::scene::{ColourPath, Fit, Scene};
 
@@ -187,7 +188,7 @@ impl Sun {
         scene.sun.elevation = elevation;
         let plan = plan(&scene)?;
         let reference = Reference::new(&scene)?;
-        let nodes = node_wavelengths(count as usize);
+        let nodes = node_wavelengths(count as usize, plan.sky.integral().optics.gases.is_some());
         let aerosol = scene.atmosphere.aerosol.optical_depth > 0.0;
         let constituents =
             [Constituent::Air, Constituent::Aerosol].into_iter().filter(|c| *c == Constituent::Air || aerosol);
@@ -213,7 +214,8 @@ impl Spectra {
         let all: Vec<f64> = searched.iter().chain(&targets).copied().collect();
         let integral = plan.sky.integral();
         let spectra = |views: &[Vec3], at: &[f64]| {
-            let (air, aerosol) = scattered_once(integral, &integral.quadrature, views, at);
+            let (air, aerosol) =
+                scattered_once(integral, &integral.quadrature, views, (&bands(&integral.optics, at), at.len()));
             if constituent == Constituent::Air { air } else { aerosol }
         };
         let mut rays = spectra(&training_views(integral), &all);

@@ -13,7 +13,8 @@ use crate::error::{Error, Result, check_range, check_wavelengths};
 use crate::measure::direction::Direction;
 use crate::plan::integral::RayIntegral;
 use crate::plan::rays::quadrature::gauss_legendre;
-use crate::plan::shortwave::{self, Lines, Shortwave};
+use crate::plan::shortwave::{Lines, Shortwave};
+use crate::plan::strengths::without_lines;
 use crate::plan::upload::bands;
 use crate::plan::{Sky, SkyPlan, SpectralPlan, optics_of};
 use crate::spectra::optics::Optics;
@@ -303,38 +304,46 @@ pub(crate) fn integral_at(sky: &SkyPlan, optics: &Optics, wavelengths: &[f64]) -
 pub struct DenseSpectrum {
     integral: RayIntegral,
     irradiance: Vec<f64>,
+    /// What lines of gases leave, where they do not stand in the integral by one coefficient.
+    lines: Option<Box<Lines>>,
 }
 
 impl DenseSpectrum {
     /// Prepares the spectrum at wavelengths in nm, at which tables say what holds.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
-        Self::as_read(sky, &optics_of(&sky.scene), wavelengths)
+        Self::of(integral_at(sky, &optics_of(&sky.scene), wavelengths))
     }
 
     /// The same without the lines of gases.
     fn without_lines(sky: &SkyPlan, wavelengths: &[f64]) -> Self {
-        let optics = optics_of(&sky.scene);
-        let bands = shortwave::without_lines(&optics, wavelengths);
-        Self::of(RayIntegral { bands, ..integral_at(sky, &optics, wavelengths) })
+        Self::smooth(sky, &optics_of(&sky.scene), wavelengths)
     }
 
-    /// The same at the nodes of the observer, for sums over them; see [`SpectralPlan::over_steps`].
+    fn smooth(sky: &SkyPlan, optics: &Optics, wavelengths: &[f64]) -> Self {
+        let bands = without_lines(optics, wavelengths);
+        Self::of(RayIntegral { bands, ..integral_at(sky, optics, wavelengths) })
+    }
+
+    /// The spectrum at the nodes of the observer, through the lines of gases, for sums over them; see
+    /// [`SpectralPlan::over_steps`].
     pub fn over_steps(sky: &SkyPlan) -> Self {
-        Self::as_read(sky, &sky.base.optics, &observer::wavelengths())
-    }
-
-    fn as_read(sky: &SkyPlan, optics: &Optics, wavelengths: &[f64]) -> Self {
-        Self::of(integral_at(sky, optics, wavelengths))
+        let lines = Lines::over_steps(sky).map(Box::new);
+        Self { lines, ..Self::smooth(sky, &sky.base.optics, &observer::wavelengths()) }
     }
 
     fn of(integral: RayIntegral) -> Self {
         let optics = &integral.optics;
         let irradiance = integral.wavelengths.iter().map(|&wavelength| optics.solar_irradiance(wavelength)).collect();
-        Self { irradiance, integral: integral.with_spectral_light() }
+        Self { irradiance, integral: integral.with_spectral_light(), lines: None }
     }
 
     /// Radiance at each wavelength in a direction (W·m⁻²·sr⁻¹·nm⁻¹).
     pub fn radiance(&self, view: Vec3) -> Vec<f64> {
-        self.integral.transfer(view).iter().zip(&self.irradiance).map(|(t, irradiance)| t * irradiance).collect()
+        let mut radiance = self.integral.transfer(view);
+        radiance.iter_mut().zip(&self.irradiance).for_each(|(radiance, irradiance)| *radiance *= irradiance);
+        if let Some(lines) = &self.lines {
+            radiance.iter_mut().zip(lines.left(view)).for_each(|(radiance, left)| *radiance *= left);
+        }
+        radiance
     }
 }

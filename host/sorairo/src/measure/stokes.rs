@@ -26,7 +26,8 @@ use crate::measure::direction::Direction;
 use crate::measure::spectrum::integral_at;
 use crate::plan::integral::{Constituent, RayIntegral};
 use crate::plan::light_field::{Row, light_of_rows};
-use crate::plan::shortwave::{self, Lines};
+use crate::plan::shortwave::Lines;
+use crate::plan::strengths::without_lines;
 use crate::plan::{Sky, SkyPlan, direction, optics_of, upload};
 use crate::scene::rules::stokes_of_natural_light;
 
@@ -100,7 +101,7 @@ impl StokesSpectra {
         let lines = if sky.is_night { None } else { Lines::new(sky, wavelengths) };
         let integral = RayIntegral { polarised: true, ..integral_at(sky, &optics, wavelengths) };
         let bands = match lines {
-            Some(_) => shortwave::without_lines(&optics, wavelengths),
+            Some(_) => without_lines(&optics, wavelengths),
             None => integral.bands,
         };
         let integral = RayIntegral { bands, ..integral }.with_spectral_light();

@@ -21,6 +21,7 @@ pub mod samples;
 pub(crate) mod shortwave;
 mod sky;
 pub mod spectral;
+pub(crate) mod strengths;
 mod stretch;
 pub mod upload;
 

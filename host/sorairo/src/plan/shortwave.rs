@@ -15,35 +15,19 @@
 //! leave is the product of what each leaves.
 //!
 //! Without lines light is smooth over the wavelength and is computed at [`Shortwave::smooth_wavelengths`]; what a
-//! strength leaves of it is smoother still and is computed at [`OF_STRENGTHS`].
+//! strength leaves of it is smoother still and is computed at [`crate::plan::strengths`].
 
-use std::sync::OnceLock;
+use sorairo_shared::glam::Vec3;
 
-use nalgebra::{SMatrix, SVector};
-use sorairo_shared::glam::{Vec3, Vec4};
-use sorairo_shared::medium::bands::Bands;
-
-use crate::medium::gases::{CLASSES, DRY, OXYGEN_SQUARED, SELF, SkyGases, WET, parts_above};
 use crate::plan::integral::RayIntegral;
 use crate::plan::sky::{SkyPlan, optics_of};
-use crate::scene::Scene;
+use crate::plan::strengths::{Strengths, place, through_strengths, without_lines};
+use crate::spectra::observer;
 use crate::spectra::optics::Optics;
 use crate::spectra::range::RANGE_OF_BEAMS;
 
-/// Strengths beside none: optical depths of the vertical column above the observer.
-const STRENGTHS: [f64; 7] = [0.0107, 0.0322, 0.0972, 0.293, 0.882, 2.66, 8.0];
-
-/// Wavelengths (nm) at which light is computed at every strength.
-const OF_STRENGTHS: [f64; 9] = [560.0, 690.0, 762.0, 830.0, 940.0, 1130.0, 1380.0, 1880.0, 2500.0];
-
-/// Below this wavelength (nm) no lines absorb.
-const FIRST_LINE: f64 = 558.0;
-
 /// What gases do are values of bins so wide (nm), of which longer means are made.
 const LONGEST_PART: f64 = 1.0;
-
-/// The least part of a gas above the observer for which strengths are made.
-const LEAST_PART: f64 = 0.1;
 
 /// The light of a sky at wavelengths from 280 to 2500 nm.
 pub struct Shortwave {
@@ -57,10 +41,6 @@ pub struct Shortwave {
     parts: usize,
 }
 
-/// The weights of strengths of water and of dry air in a bin, and where it lies among the wavelengths at which light is
-/// computed at each.
-type OfLines = ([[f64; STRENGTHS.len()]; 2], (usize, f64));
-
 /// What lines leave of a sky's light at some wavelengths.
 pub struct Lines {
     /// At the strengths; none where no lines absorb.
@@ -68,81 +48,27 @@ pub struct Lines {
     strengths: Strengths,
 }
 
-/// Of which light at fixed strengths that of some wavelengths is made.
-pub(crate) struct Strengths {
-    /// At those of [`OF_STRENGTHS`] that the wavelengths need, each without lines, with those of water and with those
-    /// of dry air; none where no lines absorb.
-    at: Vec<AtStrengths>,
-    /// At each wavelength; none where no lines absorb.
-    points: Vec<Option<OfLines>>,
-}
-
 impl Lines {
     /// Of a sky at wavelengths (nm); none in air without gases.
     pub fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Option<Self> {
-        Self::by(sky, wavelengths, RayIntegral::with_spectral_light)
+        Self::by(sky, &optics_of(&sky.scene), wavelengths, RayIntegral::with_spectral_light)
     }
 
-    /// The same, light of higher orders by a light field of some resolution.
-    fn by(sky: &SkyPlan, wavelengths: &[f64], lit: fn(RayIntegral) -> RayIntegral) -> Option<Self> {
-        let optics = optics_of(&sky.scene);
-        let strengths = Strengths::new(&sky.scene, &optics, wavelengths)?;
-        let integral = (!strengths.at.is_empty()).then(|| lit(integral(&sky.base, &optics, &strengths.at)));
+    /// The same at the nodes of the observer, in means over what they stand for.
+    pub fn over_steps(sky: &SkyPlan) -> Option<Self> {
+        Self::by(sky, &sky.base.optics, &observer::wavelengths(), RayIntegral::with_spectral_light)
+    }
+
+    /// Those of a sky of these optics, light of higher orders by a light field of some resolution.
+    fn by(sky: &SkyPlan, optics: &Optics, wavelengths: &[f64], lit: fn(RayIntegral) -> RayIntegral) -> Option<Self> {
+        let strengths = Strengths::new(&sky.scene, optics, wavelengths)?;
+        let integral = (!strengths.at.is_empty()).then(|| lit(through_strengths(&sky.base, optics, &strengths.at)));
         Some(Self { integral, strengths })
     }
 
     /// The part of light that they leave in a direction at each wavelength.
     pub fn left(&self, view: Vec3) -> Vec<f64> {
         self.strengths.left(&self.integral.as_ref().map_or_else(Vec::new, |integral| integral.transfer(view)))
-    }
-}
-
-/// Whether lines of gases absorb light of some wavelengths (nm).
-pub(crate) fn has_lines(optics: &Optics, wavelengths: &[f64]) -> bool {
-    optics.gases.is_some() && wavelengths.iter().any(|&nm| nm >= FIRST_LINE)
-}
-
-impl Strengths {
-    /// Those of a scene's sky at wavelengths (nm), in means over what they stand for in its optics; none in air without
-    /// gases.
-    pub(crate) fn new(scene: &Scene, optics: &Optics, wavelengths: &[f64]) -> Option<Self> {
-        let gases = optics.gases.as_ref()?;
-        let lanes = lanes(scene);
-        let absorbed = || wavelengths.iter().filter(|&&nm| nm >= FIRST_LINE);
-        let (first, last) = absorbed().fold((f64::INFINITY, 0.0f64), |(low, high), &nm| (low.min(nm), high.max(nm)));
-        let low = OF_STRENGTHS.partition_point(|&nm| nm <= first).clamp(1, OF_STRENGTHS.len() - 1) - 1;
-        let high = OF_STRENGTHS.partition_point(|&nm| nm < last).clamp(low + 1, OF_STRENGTHS.len() - 1);
-        let nodes = &OF_STRENGTHS[low..=high];
-        let point = |&nm: &f64| (nm >= FIRST_LINE).then(|| (weights(gases, lanes, nm), place(nodes, nm)));
-        let all = nodes.iter().flat_map(|&nm| at_strengths(nm, lanes)).collect();
-        let at = if absorbed().next().is_some() { all } else { Vec::new() };
-        Some(Self { at, points: wavelengths.iter().map(point).collect() })
-    }
-
-    /// The integral at the strengths, of a sky of these optics; without light that was scattered more than once.
-    pub(crate) fn integral(&self, sky: &RayIntegral) -> RayIntegral {
-        integral(sky, &sky.optics, &self.at)
-    }
-
-    /// The part of light that lines leave at each wavelength, by light at the strengths.
-    pub(crate) fn left(&self, light: &[f64]) -> Vec<f64> {
-        let nodes: Vec<Vec<f64>> = light
-            .chunks_exact(1 + 2 * STRENGTHS.len())
-            .map(|at| at[1..].iter().map(|light| if at[0] > 0.0 { light / at[0] } else { 0.0 }).collect())
-            .collect();
-        let of_point = |(weights, (below, part)): &OfLines| -> f64 {
-            let (low, high) = (&nodes[*below], &nodes[below + 1]);
-            let of_class = |class: usize| {
-                // The weights of all strengths, none included, sum to 1.
-                let of = |(j, weight): (usize, &f64)| {
-                    let at = class * STRENGTHS.len() + j;
-                    weight * (low[at] + part * (high[at] - low[at]) - 1.0)
-                };
-                (1.0 + weights[class].iter().enumerate().map(of).sum::<f64>()).clamp(0.0, 1.0)
-            };
-            of_class(0) * of_class(1)
-        };
-        self.points.iter().map(|point| point.as_ref().map_or(1.0, of_point)).collect()
     }
 }
 
@@ -172,10 +98,11 @@ impl Shortwave {
         let finely: Vec<f64> = wavelengths.iter().flat_map(|&nm| (0..parts).map(move |i| part(nm, i))).collect();
         let ends = finely.iter().fold((f64::INFINITY, 0.0f64), |(low, high), &nm| (low.min(nm), high.max(nm)));
         let smooth = Self::smooth_wavelengths(ends, steps);
-        let lines = Lines::by(sky, &finely, lit)?;
+        let lines = Lines::by(sky, &optics, &finely, lit)?;
         let points = finely.iter().map(|&nm| (optics.solar_irradiance(nm), place(&smooth, nm))).collect();
-        let without: Vec<AtStrengths> = smooth.iter().map(|&nm| (nm, [0.0; 2])).collect();
-        Some(Self { smooth: lit(integral(&sky.base, &optics, &without)), points, lines, parts })
+        let bands = without_lines(&optics, &smooth);
+        let smooth = RayIntegral { wavelengths: smooth, bands, optics, ..sky.base.clone() };
+        Some(Self { smooth: lit(smooth), points, lines, parts })
     }
 
     /// The wavelengths (nm) at which light without lines is integrated.
@@ -216,122 +143,14 @@ impl Shortwave {
     }
 }
 
-/// The parts of dry air's lane and of water's above the observer, which the vertical column of a strength is.
-fn lanes(scene: &Scene) -> [f64; 2] {
-    let parts = parts_above(&scene.atmosphere.profile, scene.site.altitude, scene.observer.altitude);
-    parts.unwrap_or([0.0; 2]).map(|part| part.clamp(LEAST_PART, 1.0))
-}
-
-/// Where a wavelength lies between others.
-fn place(nodes: &[f64], nm: f64) -> (usize, f64) {
-    let below = nodes.partition_point(|&node| node <= nm).clamp(1, nodes.len() - 1) - 1;
-    (below, ((nm - nodes[below]) / (nodes[below + 1] - nodes[below])).clamp(0.0, 1.0))
-}
-
-/// The weights of the strengths of water and of dry air in the bin of a wavelength.
-fn weights(gases: &SkyGases, [pairs, water]: [f64; 2], nm: f64) -> [[f64; STRENGTHS.len()]; 2] {
-    let absorption = gases.absorption(nm);
-    let vertical = gases.vertical();
-    let of = |classes: [usize; 2], part: f64| {
-        let amounts = |u: f64| -> [f64; CLASSES] {
-            std::array::from_fn(|class| if classes.contains(&class) { u * part * vertical[class] } else { 0.0 })
-        };
-        fitted(|u| absorption.transmittance(&amounts(u)))
-    };
-    [of([WET, SELF], water), of([DRY, OXYGEN_SQUARED], pairs)]
-}
-
-/// Amounts of a gas for which weights are fitted, in columns above the observer: from the zenith's to more than three
-/// horizons'.
-const AMOUNTS: usize = 120;
-
-fn amount(i: usize) -> f64 {
-    120f64.powf(i as f64 / (AMOUNTS - 1) as f64)
-}
-
-/// The weights with which exponentials of [`STRENGTHS`] and a constant, together 1, come nearest to a transmittance by
-/// amount.
-fn fitted(transmittance: impl Fn(f64) -> f64) -> [f64; STRENGTHS.len()] {
-    const N: usize = STRENGTHS.len();
-    static SOLVE: OnceLock<SMatrix<f64, N, AMOUNTS>> = OnceLock::new();
-    let solve = SOLVE.get_or_init(|| {
-        /// Keeps weights small, which multiply what light is off by.
-        const RIDGE: f64 = 1e-4;
-        let rows = SMatrix::<f64, N, AMOUNTS>::from_fn(|j, i| (-STRENGTHS[j] * amount(i)).exp() - 1.0);
-        let normal = rows * rows.transpose() / AMOUNTS as f64 + SMatrix::identity() * (RIDGE * RIDGE);
-        normal.cholesky().expect("a ridge makes it positive").solve(&rows) / AMOUNTS as f64
-    });
-    let lost = SVector::<f64, AMOUNTS>::from_fn(|i, _| transmittance(amount(i)) - 1.0);
-    (solve * lost).into()
-}
-
-/// A wavelength (nm), and the optical depths of the lanes of dry air and of water from the ground to the zenith.
-pub(crate) type AtStrengths = (f64, [f64; 2]);
-
-/// A wavelength (nm) without lines, with those of water and with those of dry air at every strength.
-fn at_strengths(nm: f64, [pairs, water]: [f64; 2]) -> impl Iterator<Item = AtStrengths> {
-    let wet = STRENGTHS.map(|strength| (nm, [0.0, strength / water]));
-    let dry = STRENGTHS.map(|strength| (nm, [strength / pairs, 0.0]));
-    [(nm, [0.0; 2])].into_iter().chain(wet).chain(dry)
-}
-
-/// Bands at wavelengths (nm) whose lines are those of strengths of dry air and of water. Pairs of oxygen absorb
-/// smoothly below the first line.
-fn through(bands: Bands, wavelengths: [f64; 4], strengths: [[f64; 4]; 2]) -> Bands {
-    let [mut pairs, mut water] = [bands.pair_absorption.to_array(), bands.water_absorption.to_array()];
-    for (i, _) in wavelengths.iter().enumerate().filter(|(_, nm)| **nm >= FIRST_LINE) {
-        [pairs[i], water[i]] = strengths.map(|strengths| strengths[i] as f32);
-    }
-    Bands { pair_absorption: Vec4::from_array(pairs), water_absorption: Vec4::from_array(water), ..bands }
-}
-
-/// Bands at wavelengths (nm) without lines.
-pub(crate) fn without_lines(optics: &Optics, wavelengths: &[f64]) -> Vec<Bands> {
-    let four = |group: &[f64]| std::array::from_fn(|i| group[i.min(group.len() - 1)]);
-    wavelengths.chunks(4).map(|group| through(optics.bands(four(group)), four(group), [[0.0; 4]; 2])).collect()
-}
-
-/// The integral of a sky at wavelengths and strengths; without light that was scattered more than once.
-fn integral(sky: &RayIntegral, optics: &Optics, all: &[AtStrengths]) -> RayIntegral {
-    let group = |group: &[AtStrengths]| {
-        let of = |i: usize| group[i.min(group.len() - 1)];
-        let lane = |lane: usize| std::array::from_fn(|i| of(i).1[lane]);
-        through(optics.bands(std::array::from_fn(|i| of(i).0)), std::array::from_fn(|i| of(i).0), [lane(0), lane(1)])
-    };
-    RayIntegral {
-        wavelengths: all.iter().map(|&(nm, _)| nm).collect(),
-        bands: all.chunks(4).map(group).collect(),
-        optics: optics.clone(),
-        ..sky.clone()
-    }
-}
-
-/// Bands (nm) at which a spectrum in air with gases sees what their lines leave, with the strengths of dry air and of
-/// water there (optical depths of the vertical column above the ground): best of five such choices.
-pub(crate) const LINE_BANDS: [AtStrengths; 3] = [(720.0, [0.0, 0.882]), (762.0, [0.0972, 0.0]), (762.0, [0.882, 0.0])];
-
-/// Bands from the second group on at wavelengths (nm), the last of which are [`LINE_BANDS`] and the others without
-/// lines.
-pub(crate) fn beside_lines(wavelengths: &[f64], bands: &mut [Bands]) {
-    let first_line = wavelengths.len() - LINE_BANDS.len();
-    for (group, bands) in bands.iter_mut().enumerate().skip(1) {
-        let at = |i: usize| (4 * group + i).min(wavelengths.len() - 1);
-        let strengths = |i: usize| match at(i).checked_sub(first_line) {
-            Some(line) => LINE_BANDS[line].1,
-            None => [0.0; 2],
-        };
-        let lane = |lane: usize| std::array::from_fn(|i| strengths(i)[lane]);
-        *bands = through(*bands, std::array::from_fn(|i| wavelengths[at(i)]), [lane(0), lane(1)]);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::measure::spectrum::DenseSpectrum;
-    use crate::medium::gases::Absorption;
+    use crate::medium::gases::{Absorption, DRY, OXYGEN_SQUARED, SELF, WET};
     use crate::plan::direction;
-    use crate::scene::{Preset, Rgb};
+    use crate::plan::strengths::{AtStrengths, STRENGTHS, weights};
+    use crate::scene::{Preset, Rgb, Scene};
 
     fn sky(sun: f64, change: impl FnOnce(&mut Scene)) -> SkyPlan {
         let mut scene = Scene::preset(Preset::Standard);
@@ -386,7 +205,7 @@ mod tests {
                 let terms = Absorption::at(nm, gases.temperature()).every_line(&gases.vertical());
                 let all: Vec<AtStrengths> =
                     [(nm, [0.0; 2])].into_iter().chain(terms.iter().map(|(_, strengths)| (nm, *strengths))).collect();
-                let every = integral(&sky.base, &optics, &all).with_spectral_light();
+                let every = through_strengths(&sky.base, &optics, &all).with_spectral_light();
                 let sun_above = optics.solar_irradiance(nm);
                 for (view, angles) in views().into_iter().zip(VIEWS) {
                     let light = every.transfer(view);

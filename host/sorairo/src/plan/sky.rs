@@ -90,7 +90,7 @@ impl SkyPlan {
         let samples = scene.render.steps.unwrap_or_else(fewest);
         let quadrature = gauss_legendre(samples);
         let is_night = directions::is_night(scene);
-        let base = RayIntegral {
+        let mut base = RayIntegral {
             uniform,
             optics,
             wavelengths,
@@ -105,6 +105,7 @@ impl SkyPlan {
             source: Source::sun(scene),
             tables,
         };
+        base.uniform.rgb_abscissae = fit::abscissae::rgb_abscissae(&base, observer, &space);
         Self {
             scene: scene.clone(),
             base,

@@ -12,7 +12,7 @@ use sorairo_shared::medium::phase::PHASE_ENTRIES;
 use sorairo_shared::uniform::{NODE_ROWS, Uniform};
 use sorairo_shared::variant;
 
-use crate::medium::aerosol::{Mixture, abscissa};
+use crate::medium::aerosol::Mixture;
 use crate::medium::tables::Tables;
 use crate::plan::picture::aces;
 use crate::plan::picture::colour_space::ColourSpace;
@@ -41,7 +41,6 @@ pub fn sky_uniform(
         bearing,
         band_wavelengths: Vec4::from_array(std::array::from_fn(band)),
         rgb: space.for_kernels(),
-        rgb_abscissae: rgb_abscissae(scene, space),
         aerosol_phase: aerosol.phase().map_or([Vec4::ZERO; PHASE_ENTRIES], |phase| phase.entries()),
         altitude: scene.observer.altitude as f32,
         exposure: 1.0,
@@ -52,19 +51,6 @@ pub fn sky_uniform(
         lookup_span: span_above_horizon(scene) as f32,
         ..Uniform::zeroed()
     }
-}
-
-/// The abscissae of red, green and blue in an aerosol's phase function: their means over the light that the aerosol
-/// scatters of the sun. A phase function is a power of the wavelength nearly, of which a mean is that at the mean
-/// abscissa.
-fn rgb_abscissae(scene: &Scene, space: &ColourSpace) -> Vec4 {
-    let optics = scene.optics();
-    if optics.aerosol.phase().is_none() {
-        return Vec4::ZERO;
-    }
-    let scattered = |nm: f64| optics.solar_irradiance(nm) * optics.at(nm).aerosol_scattering;
-    let mean = |of: &dyn Fn(f64) -> f64| space.from_xyz * observer::xyz(scene.render.observer, of);
-    (mean(&|nm| scattered(nm) * abscissa(nm)) / mean(&scattered)).as_vec3().extend(0.0)
 }
 
 /// The uniform and the colour rows of a buffer that hold the rows by which a fit becomes a colour: those of a

@@ -30,9 +30,11 @@ pub const NO_NOISE: f64 = 1.491_668_146_240_041_3e-154;
 /// With fewer lit rays than this the regression leans on synthetic spectra.
 const FEW_RAYS: usize = 10;
 
-/// Wavelengths (nm) at which the fitted spectrum is weighed for the observer and the sun: best found for the bands.
-pub fn node_wavelengths(bands: usize) -> Vec<f64> {
+/// Wavelengths (nm) at which the fitted spectrum is weighed for the observer and the sun: best found for the bands, in
+/// air without gases or with them.
+pub fn node_wavelengths(bands: usize, has_gases: bool) -> Vec<f64> {
     match bands {
+        0..=5 if has_gases => vec![430.0, 465.0, 520.0, 530.0, 600.0, 660.0],
         0..=5 => vec![429.0, 464.0, 499.0, 551.0, 593.0, 650.0],
         _ => (0..16).map(|i| 395.0 + 20.0 * f64::from(i)).collect(),
     }
@@ -137,7 +139,7 @@ impl Training<'_> {
     /// [`sorairo_shared::fit::spectrum::regression_rgb`]. With `solve` the rows are for the Newton coefficients of four
     /// bands.
     pub fn nodes(&self, solve: bool) -> Vec<Vec4> {
-        let nodes = node_wavelengths(self.integral.wavelengths.len());
+        let nodes = node_wavelengths(self.integral.wavelengths.len(), self.integral.optics.gases.is_some());
         let samples = observer::wavelengths();
         let at: Vec<f64> = nodes.iter().chain(&samples).copied().collect();
         let mut rows = Vec::new();

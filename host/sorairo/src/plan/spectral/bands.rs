@@ -7,8 +7,8 @@ use crate::plan::fit::SpectralFit;
 use crate::plan::integral::RayIntegral;
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::samples;
-use crate::plan::shortwave::{LINE_BANDS, beside_lines};
 use crate::plan::sky::SkyPlan;
+use crate::plan::strengths::{LINE_BANDS, beside_lines};
 use crate::scene::{ColourPath, Scene};
 
 /// Bands (nm) that a spectrum takes beside the four of colour, the same for every sky: between those and beyond them,

@@ -15,11 +15,11 @@ use crate::plan::integral::{Constituent, RayIntegral, needed};
 use crate::plan::light_field::{Cacheable, TOGETHER};
 use crate::plan::rays::directions::is_night;
 use crate::plan::rays::source::Source;
-use crate::plan::shortwave::{LINE_BANDS, Strengths, has_lines, without_lines};
 use crate::plan::sky::SkyPlan;
 use crate::plan::spectral::bands::{at_wavelengths, sampled, with_line_bands, with_own_bands};
 use crate::plan::spectral::illumination::{Illumination, Regressions, radiance};
 use crate::plan::spectral::interpolation::{lines, places, right_at_bands};
+use crate::plan::strengths::{LINE_BANDS, Strengths, has_lines, without_lines};
 use crate::plan::upload;
 use crate::spectra::optics::Optics;
 

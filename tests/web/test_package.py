@@ -100,6 +100,7 @@ MISTAKES = {
     "a device for a texture": ("draw(toml, texture,", "draw(toml, device,"),
     "a texture for a device": ("attach(device)", "attach(texture)"),
     "no such function": ("version }", "version, other }"),
+    "no such device": ("Studio.attach(device)", 'Studio.open("gpu")'),
 }
 
 

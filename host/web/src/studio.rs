@@ -47,7 +47,9 @@ impl Studio {
     /// # Errors
     ///
     /// A sentence for another word.
-    pub async fn open(device: &str) -> Result<Self, String> {
+    pub async fn open(
+        #[wasm_bindgen(unchecked_param_type = "\"auto\" | \"cpu\"")] device: &str,
+    ) -> Result<Self, String> {
         match device {
             "auto" => Self::best(Gpu::open().await),
             "cpu" => Ok(Self::on(By::Cpu(cpu()?), None)),
@@ -110,8 +112,7 @@ impl Studio {
         Ok(words.into_iter().flat_map(u32::to_le_bytes).collect())
     }
 
-    /// The picture of a scene for a canvas: the pixels of `picture`, which stay on the device where WebGPU
-    /// draws them.
+    /// The picture of a scene for a canvas: the pixels of `picture`, which stay on the device where WebGPU draws them.
     ///
     /// # Errors
     ///
@@ -129,7 +130,7 @@ impl Studio {
     /// Draws the radiance of a scene (W·m⁻²·sr⁻¹ times 2^`stops`) as linear RGB of `render.rgb`, and 1, into a texture
     /// of the attached device: `rgba16float` with the usage `COPY_DST`, at least as large as the picture, from its top
     /// left corner. The promise is kept when the work is submitted; nothing is read back. `exposure` gives the stops of
-    /// the picture, in which 1 is white.
+    /// the picture.
     ///
     /// # Errors
     ///

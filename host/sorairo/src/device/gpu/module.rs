@@ -103,8 +103,8 @@ fn parsed(words: Vec<u32>) -> naga::Module {
     module
 }
 
-/// Declares that storage textures are only written, as the kernels do: without such a word of SPIR-V, naga declares that
-/// they are read too, which WebGPU allows for few formats.
+/// Declares that storage textures are only written. The SPIR-V does not say so, and naga then declares that they are
+/// read too, which no layout here allows, nor WebGPU for this format.
 fn written_only(types: &mut naga::UniqueArena<naga::Type>) {
     let all: Vec<_> = types.iter().map(|(handle, of)| (handle, of.clone())).collect();
     for (handle, mut of) in all {

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Runs every test of sorairo, including those on the GPU, whichever fail. The last line says whether any failed.
 # `./test.sh quick` takes minutes: unit tests, kernels on the device relative to the CPU, the command, the documents.
-# The tests need a linker, a Vulkan driver, an X server without a screen, Chromium, and Python with venv. As root on
-# Debian or a relative, the script installs what is missing with apt-get; otherwise it prints what to install. It uses no
-# other rights.
+# The tests need a linker, a Vulkan driver, an X server without a screen, Chromium, npm, and Python with venv. As root
+# on Debian or a relative, the script installs what is missing with apt-get; otherwise it prints what to install. It uses
+# no other rights.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -38,6 +38,9 @@ has_xvfb() { command -v xvfb-run >/dev/null && command -v xauth >/dev/null; }
 
 # The browser in which the page is tested.
 has_chromium() { command -v chromium >/dev/null; }
+
+# npm, by which the tests of its package fetch three.js and TypeScript.
+has_npm() { command -v npm >/dev/null; }
 
 # Builds the page, and tests it in the browser.
 test_page() {
@@ -141,6 +144,12 @@ fi
 if ! has_chromium; then
     if ! install chromium || ! has_chromium; then
         echo "test.sh: no chromium, the browser in which the tests open the page" >&2
+        exit 1
+    fi
+fi
+if ! has_npm; then
+    if ! install npm || ! has_npm; then
+        echo "test.sh: no npm, which fetches what the tests of its package take" >&2
         exit 1
     fi
 fi

@@ -38,8 +38,8 @@ SIZE = (192, 96)
 class Server(http.server.ThreadingHTTPServer):
     """Serves the page, and counts what goes over the wire as a server that compresses would send it."""
 
-    def __init__(self):
-        self.sent = {}
+    def __init__(self, folder=SITE):
+        self.folder, self.sent = folder, {}
         super().__init__(("127.0.0.1", 0), Pages)
         threading.Thread(target=self.serve_forever, daemon=True).start()
 
@@ -51,8 +51,8 @@ class Server(http.server.ThreadingHTTPServer):
 class Pages(http.server.SimpleHTTPRequestHandler):
     extensions_map = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".wasm": "application/wasm"}
 
-    def __init__(self, *arguments):
-        super().__init__(*arguments, directory=str(SITE))
+    def __init__(self, request, client, server):
+        super().__init__(request, client, server, directory=str(server.folder))
 
     def log_message(self, *_):
         pass

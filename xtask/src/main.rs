@@ -6,8 +6,8 @@
 //! docs/gallery.md. `cargo xtask circles` fails if files need each other in a circle. `cargo xtask features` compiles
 //! packages with each feature alone. `cargo xtask package` installs the command from packages alone.
 //! `cargo xtask platforms` compiles it for Windows and Apple. `cargo xtask web` builds the page for browsers into
-//! target/web. `cargo xtask pixels --program PATH --out FILE` keeps the hashes of a program's pixels, and
-//! `--against FILE` compares another program's with them.
+//! target/web, and its package for npm into target/npm. `cargo xtask pixels --program PATH --out FILE` keeps the hashes
+//! of a program's pixels, and `--against FILE` compares another program's with them.
 
 mod circles;
 mod docs;

@@ -9,7 +9,7 @@ use sorairo::{
 };
 use sorairo_shared::glam::DVec3;
 use sorairo_tests::air::{self, camera, largest, scenes};
-use sorairo_tests::own_device::{texels, texture, with_passthrough};
+use sorairo_tests::own_device::{opened, texels, texture, with_passthrough};
 use sorairo_tests::sky::sky_of;
 
 /// The image of every camera here.
@@ -27,7 +27,10 @@ struct Drawn {
 
 impl Drawn {
     fn new(scene: &Scene, elevation: f64, size: [u32; 3]) -> Self {
-        let (device, queue) = with_passthrough();
+        Self::by(with_passthrough(), scene, elevation, size)
+    }
+
+    fn by((device, queue): (wgpu::Device, wgpu::Queue), scene: &Scene, elevation: f64, size: [u32; 3]) -> Self {
         let renderer = ResidentRenderer::with_device(&device, &queue);
         let sky = sky_of(scene);
         let air = AirPlan::new(&sky, size[2], AirPlan::middle_of(&sky)).unwrap();
@@ -424,4 +427,15 @@ fn air_that_cannot_be_planned_is_refused() {
     }
     scene.render.color = ColourPath::Solve;
     assert!(refused(&sky_of(&scene), 32, 25.0).starts_with("render.color"));
+}
+
+#[test]
+fn the_air_of_translated_kernels_is_the_same() {
+    let pixels = (SIZE.0 * SIZE.1) as usize;
+    let km: Vec<f32> = (0..pixels).map(|at| (100.0 * spread(at)) as f32).collect();
+    let [passed, translated] = [with_passthrough(), opened(wgpu::Features::empty())]
+        .map(|device| Drawn::by(device, &Scene::default(), 10.0, [16, 16, 8]).seen([1.0; 4], &km));
+    let each = || passed.iter().flatten().zip(translated.iter().flatten());
+    assert!(each().all(|(a, b)| (a - b).abs() <= 1e-3 * (1.0 + a.abs())));
+    assert!(each().any(|(a, _)| (a - 1.0).abs() > 0.1));
 }

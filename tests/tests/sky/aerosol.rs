@@ -101,9 +101,8 @@ fn colours_of_known_kinds_are_those_of_every_wavelength() {
             let plan = plan_of(&scene, PixelFormat::LinearRgb);
             let errors = errors.errors(&plan);
             println!("{kind:?}, sun {sun}: {errors:?}");
-            // One abscissa leaves 0.5 % of a channel of a continent's aerosol and 1.5 % of dust, in light of any
-            // redness.
-            assert!(errors.delta_e_max <= 0.5, "{kind:?}, sun {sun}: {errors:?}");
+            // One abscissa of a channel is exact straight ahead alone. Measured: 0.27 of a continent's aerosol at dusk.
+            assert!(errors.delta_e_max <= 0.3, "{kind:?}, sun {sun}: {errors:?}");
         }
     }
 }

@@ -184,10 +184,10 @@ fn four_bands_hold_the_colour_of_all_light() {
     // A colour difference of 1 is just seen. What is left in twilight are two light fields, of four bands and of 48,
     // between the same suns.
     let clear = [(90.0, 0.1, 0.002), (30.0, 0.1, 0.002), (5.0, 0.1, 0.002), (0.0, 0.2, 0.0035), (-4.0, 0.2, 0.0035)];
-    // Water and pairs of oxygen are a spectrum more, which shows on long ways, and the steep aureole of a kind beside
-    // the sun.
+    // Lines of water and oxygen are a spectrum more, which shows on long ways. By day the largest errors lie straight
+    // ahead in the aureole of a kind.
     let measured =
-        [(90.0, 0.1, 0.0025), (30.0, 0.1, 0.0025), (5.0, 0.1, 0.0025), (0.0, 0.1, 0.0025), (-4.0, 0.1, 0.0025)];
+        [(90.0, 0.13, 0.0025), (30.0, 0.17, 0.003), (5.0, 0.17, 0.0025), (0.0, 0.45, 0.005), (-4.0, 0.4, 0.0065)];
     // Haze of an optical depth of 0.3 at 550 nm has dimmed what is left of the blue light.
     let hazy = [(90.0, 0.15, 0.0035), (30.0, 0.15, 0.0035), (5.0, 0.2, 0.0035), (0.0, 0.5, 0.007), (-4.0, 0.7, 0.01)];
     for (preset, bounds) in [(Preset::Standard, measured), (Preset::Earth, clear), (Preset::Hazy, hazy)] {
@@ -200,9 +200,7 @@ fn four_bands_hold_the_colour_of_all_light() {
                 println!("{preset:?}, {albedo:?}, sun at {sun}: {errors:?}");
                 assert!(errors.compared == 145, "{errors:?}");
                 let is_near = errors.delta_e_max <= colour && errors.luminance_max <= luminance;
-                if !is_near {
-                    println!("BAD")
-                };
+                assert!(is_near, "{preset:?}, {albedo:?}, sun at {sun}: {errors:?}");
             }
         }
     }

@@ -11,12 +11,14 @@
 //! [`sorairo_shared::light_field`].
 
 use serde::Serialize;
+use sorairo_shared::glam::Vec3;
 
 use crate::error::{Error, Result, check_wavelengths};
 use crate::input::shown;
 use crate::measure::direction::Direction;
 use crate::measure::spectrum::integral_at;
 use crate::plan::integral::RayIntegral;
+use crate::plan::strengths::{AtStrengths, Strengths, through_strengths};
 use crate::plan::{Sky, SkyPlan, optics_of};
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
@@ -40,6 +42,8 @@ pub struct BetweenSample {
 pub struct AirBetween {
     integral: RayIntegral,
     irradiance: Vec<f64>,
+    /// Where light goes through the lines of gases, the integral without them and at strengths.
+    lines: Option<(RayIntegral, Strengths)>,
     is_night: bool,
 }
 
@@ -60,15 +64,34 @@ impl AirBetween {
         Ok(Self::as_read(sky, &optics_of(&sky.scene), wavelengths))
     }
 
-    /// The same at the observer nodes, in means over their steps.
+    /// The same at the observer nodes, in means over their steps, with light through the lines of gases.
     pub(crate) fn over_steps(sky: &SkyPlan) -> Self {
-        Self::as_read(sky, &sky.base.optics, &observer::wavelengths())
+        let (optics, nodes) = (&sky.base.optics, observer::wavelengths());
+        let air = Self::as_read(sky, optics, &nodes);
+        let lines = Strengths::of_colours(optics, &nodes).map(|strengths| {
+            let without = nodes.iter().map(|&nm| (nm, [0.0; 2]));
+            let all: Vec<AtStrengths> = without.chain(strengths.at.iter().copied()).collect();
+            (through_strengths(&air.integral, optics, &all), strengths)
+        });
+        Self { lines, ..air }
     }
 
     fn as_read(sky: &SkyPlan, optics: &Optics, wavelengths: &[f64]) -> Self {
         let integral = integral_at(sky, optics, wavelengths);
         let irradiance = wavelengths.iter().map(|&wavelength| integral.optics.solar_irradiance(wavelength)).collect();
-        Self { integral, irradiance, is_night: sky.is_night }
+        Self { integral, irradiance, lines: None, is_night: sky.is_night }
+    }
+
+    /// Transfer (sr⁻¹) at each wavelength up to a distance (km).
+    fn transfer_until(&self, view: Vec3, distance: f64) -> Vec<f64> {
+        if self.is_night {
+            return vec![0.0; self.irradiance.len()];
+        }
+        let Some((through, strengths)) = &self.lines else { return self.integral.transfer_until(view, distance) };
+        let mut transfer = through.transfer_until(view, distance);
+        let at_strengths = transfer.split_off(self.irradiance.len());
+        transfer.iter_mut().zip(strengths.left(&at_strengths)).for_each(|(transfer, left)| *transfer *= left);
+        transfer
     }
 
     /// Solar irradiance above the atmosphere at each wavelength (W·m⁻²·nm⁻¹).
@@ -103,8 +126,7 @@ impl AirBetween {
         }
         let distance = distance.min(ground);
         let transmittance = self.integral.transmittance_until(view, distance);
-        let transfer =
-            if self.is_night { vec![0.0; transmittance.len()] } else { self.integral.transfer_until(view, distance) };
+        let transfer = self.transfer_until(view, distance);
         let light = transmittance.into_iter().zip(transfer).zip(&self.irradiance);
         let sample = |(((transmittance, transfer), irradiance), &wavelength_nm): (((f64, f64), &f64), &f64)| {
             BetweenSample { wavelength_nm, transmittance, radiance: (transfer * irradiance).max(0.0) }

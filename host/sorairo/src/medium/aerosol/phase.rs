@@ -97,8 +97,13 @@ impl Phase {
 
     /// The phase function (sr⁻¹) at a scattering angle (radians) and a wavelength (nm).
     pub fn at(&self, angle: f64, wavelength: f64) -> f64 {
-        let (x, DVec3 { x: a, y: b, z: c }) = (abscissa(wavelength), self.coefficients(angle));
-        (a + (b + c * x) * x).exp() / (4.0 * PI)
+        self.logarithm(angle, abscissa(wavelength)).0.exp()
+    }
+
+    /// Its logarithm at a scattering angle (radians) and an abscissa, and the slope of that over the abscissa.
+    pub(crate) fn logarithm(&self, angle: f64, x: f64) -> (f64, f64) {
+        let DVec3 { x: a, y: b, z: c } = self.coefficients(angle);
+        (a + (b + c * x) * x - (4.0 * PI).ln(), b + 2.0 * c * x)
     }
 
     /// Legendre moments of the phase function at 550 nm, up to a degree of at most 64.

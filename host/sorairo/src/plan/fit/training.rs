@@ -30,6 +30,9 @@ pub const DARKEST: f64 = sorairo_shared::fit::spectrum::DARKEST as f64;
 /// Step (nm) between the wavelengths that are computed where more are asked for than are computed together.
 const STEP: f64 = 10.0;
 
+/// Where it doubles (nm) in light without lines, so that this and light through them are computed together.
+const TWICE_THE_STEP: f64 = 560.0;
+
 /// Samples on a piece of a training ray, at least, of an image that has as many: what a smooth integrand takes.
 const FEWEST_SAMPLES: u32 = 12;
 
@@ -53,7 +56,7 @@ pub fn training_spectra(integral: &RayIntegral, wavelengths: &[f64]) -> ByConsti
     let at = lines.beside(&integral.optics, wavelengths);
     let views = training_views(integral);
     let (air, aerosol) = scattered_once(integral, &quadrature, &views, (&at.0, at.1));
-    let between = Between::new(&integral.wavelengths, wavelengths);
+    let between = Between::new(&integral.wavelengths, wavelengths, lines.strengths.is_some());
     let coarse = Resolution::for_training(&integral.setting(), integral.aerosol_depth());
     let at = lines.beside(&integral.optics, &between.computed);
     let (multiple, mut ground) = rest(integral, (&at.0, at.1), &training_rows(integral), &coarse);
@@ -219,9 +222,13 @@ struct Between {
 }
 
 impl Between {
-    /// The bands are always computed themselves.
-    fn new(bands: &[f64], wavelengths: &[f64]) -> Self {
-        let computed = if wavelengths.len() > TOGETHER { every_step(bands, wavelengths) } else { wavelengths.to_vec() };
+    /// The bands are always computed themselves; with lines these lie beside those without them.
+    fn new(bands: &[f64], wavelengths: &[f64], has_lines: bool) -> Self {
+        let computed = match wavelengths.len() > TOGETHER {
+            true if has_lines => every_step(&[], wavelengths, TWICE_THE_STEP),
+            true => every_step(bands, wavelengths, f64::INFINITY),
+            false => wavelengths.to_vec(),
+        };
         let place = |(i, &wavelength): (usize, &f64)| {
             if wavelengths.len() <= TOGETHER { Place { below: i, part: 0.0 } } else { Place::of(wavelength, &computed) }
         };
@@ -299,11 +306,13 @@ pub fn known(optics: &Optics, constituent: Constituent, wavelength: f64) -> f64 
 }
 
 /// The bands, the ends of some wavelengths (nm), beyond which spectra may not be known, and multiples of a step between
-/// them.
-fn every_step(bands: &[f64], wavelengths: &[f64]) -> Vec<f64> {
+/// them, from some wavelength on of twice the step.
+fn every_step(bands: &[f64], wavelengths: &[f64], twice: f64) -> Vec<f64> {
     let first = wavelengths.iter().copied().fold(f64::MAX, f64::min);
     let last = wavelengths.iter().copied().fold(0.0, f64::max);
-    sorted(multiples(STEP, first, last).chain([first, last]).chain(bands.iter().copied()))
+    let coarse = multiples(2.0 * STEP, twice.max(first).min(last), last);
+    let all = multiples(STEP, first, last.min(twice)).chain(coarse);
+    sorted(all.chain([first, last]).chain(bands.iter().copied()))
 }
 
 /// The multiples of a step (nm) between two wavelengths.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sorairo::files::{self, png};
 use sorairo::sequence::Frame;
-use sorairo::{Device, PixelFormat, Plan, Result, scene};
+use sorairo::{Device, LightFields, PixelFormat, Plan, Result, scene};
 
 use crate::sheet::Sheet;
 
@@ -43,13 +43,13 @@ pub fn contact_sheet(path: &Path, frames: &[Frame], made_of: &str, device: &mut 
     let columns = (frames.len() as f64).sqrt().ceil() as u32;
     let rows = (frames.len() as u32).div_ceil(columns);
     let (width, height) = (GAP + columns * (cell.width + GAP), GAP + rows * (cell.height + LABEL + GAP));
-    let mut sheet = Sheet::white(width, height);
+    let (mut sheet, light_fields) = (Sheet::white(width, height), LightFields::default());
     for (i, frame) in (0..).zip(&frames) {
         let (left, top) = (GAP + i % columns * (cell.width + GAP), GAP + i / columns * (cell.height + LABEL + GAP));
         let mut scene = frame.scene.clone().into_scene();
         scene.camera.size = cell;
         scene.render.display = display;
-        let plan = Plan::new(&scene.validated()?, PixelFormat::Picture);
+        let plan = Plan::with_light_fields(&scene.validated()?, PixelFormat::Picture, &light_fields);
         let bytes = png::unpack(&device.pixels(&plan)?.words);
         sheet.paste(left, top, cell.width, &bytes);
         let label = format!("{}   sun {:.1}°", frame.number, scene.sun.elevation);

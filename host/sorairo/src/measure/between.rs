@@ -18,7 +18,7 @@ use crate::input::shown;
 use crate::measure::direction::Direction;
 use crate::measure::spectrum::integral_at;
 use crate::plan::integral::RayIntegral;
-use crate::plan::strengths::{AtStrengths, Strengths, through_strengths};
+use crate::plan::strengths::{Strengths, through_strengths};
 use crate::plan::{Sky, SkyPlan, optics_of};
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
@@ -68,11 +68,8 @@ impl AirBetween {
     pub(crate) fn over_steps(sky: &SkyPlan) -> Self {
         let (optics, nodes) = (&sky.base.optics, observer::wavelengths());
         let air = Self::as_read(sky, optics, &nodes);
-        let lines = Strengths::of_colours(optics, &nodes).map(|strengths| {
-            let without = nodes.iter().map(|&nm| (nm, [0.0; 2]));
-            let all: Vec<AtStrengths> = without.chain(strengths.at.iter().copied()).collect();
-            (through_strengths(&air.integral, optics, &all), strengths)
-        });
+        let lines = Strengths::of_colours(optics, &nodes)
+            .map(|strengths| (through_strengths(&air.integral, optics, &strengths.behind(&nodes)), strengths));
         Self { lines, ..air }
     }
 
@@ -87,11 +84,10 @@ impl AirBetween {
         if self.is_night {
             return vec![0.0; self.irradiance.len()];
         }
-        let Some((through, strengths)) = &self.lines else { return self.integral.transfer_until(view, distance) };
-        let mut transfer = through.transfer_until(view, distance);
-        let at_strengths = transfer.split_off(self.irradiance.len());
-        transfer.iter_mut().zip(strengths.left(&at_strengths)).for_each(|(transfer, left)| *transfer *= left);
-        transfer
+        match &self.lines {
+            Some((integral, strengths)) => strengths.through(integral.transfer_until(view, distance)),
+            None => self.integral.transfer_until(view, distance),
+        }
     }
 
     /// Solar irradiance above the atmosphere at each wavelength (W·m⁻²·nm⁻¹).

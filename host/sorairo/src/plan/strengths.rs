@@ -91,6 +91,18 @@ impl Strengths {
         through_strengths(sky, &sky.optics, &self.at)
     }
 
+    /// Wavelengths (nm) without lines, and behind them the strengths.
+    pub(crate) fn behind(&self, wavelengths: &[f64]) -> Vec<AtStrengths> {
+        wavelengths.iter().map(|&nm| (nm, [0.0; 2])).chain(self.at.iter().copied()).collect()
+    }
+
+    /// Light through the lines, by light without them and behind it that at the strengths.
+    pub(crate) fn through(&self, mut light: Vec<f64>) -> Vec<f64> {
+        let at_strengths = light.split_off(light.len() - self.at.len());
+        light.iter_mut().zip(self.left(&at_strengths)).for_each(|(light, left)| *light *= left);
+        light
+    }
+
     /// The part of light that lines leave at each wavelength, by light at the strengths.
     pub(crate) fn left(&self, light: &[f64]) -> Vec<f64> {
         let part = |at: &[f64]| -> Vec<f64> {

@@ -106,9 +106,7 @@ impl OfLines {
     /// bands, and how many there are of all.
     fn beside(&self, optics: &Optics, wavelengths: &[f64]) -> (Vec<Bands>, usize) {
         let Some(strengths) = &self.strengths else { return (bands(optics, wavelengths), wavelengths.len()) };
-        let smooth = wavelengths.iter().map(|&nm| (nm, [0.0; 2]));
-        let all: Vec<AtStrengths> =
-            smooth.chain(strengths.at.iter().copied()).chain(self.bands.iter().copied()).collect();
+        let all = [strengths.behind(wavelengths), self.bands.clone()].concat();
         (bands_through(optics, &all), all.len())
     }
 
@@ -121,10 +119,10 @@ impl OfLines {
 
     /// A spectrum through the lines, the bands first, of one without them and of light at the strengths and at the
     /// bands.
-    fn seen(&self, mut spectrum: Vec<f64>, beside: &[f64]) -> Vec<f64> {
+    fn seen(&self, spectrum: Vec<f64>, beside: &[f64]) -> Vec<f64> {
         let Some(strengths) = &self.strengths else { return spectrum };
-        let (at_strengths, at_bands) = beside.split_at(strengths.at.len());
-        spectrum.iter_mut().zip(strengths.left(at_strengths)).for_each(|(value, left)| *value *= left);
+        let (at_strengths, at_bands) = beside.split_at(beside.len() - self.bands.len());
+        let mut spectrum = strengths.through([&spectrum, at_strengths].concat());
         spectrum[..at_bands.len()].copy_from_slice(at_bands);
         spectrum
     }

@@ -7,12 +7,11 @@ use crate::medium::atmosphere::Atmosphere;
 
 /// An altitude (km) as a place along the axis of altitudes, in which a light field is interpolated: where it changes, an altitude takes more room. By day
 /// it changes with the air above and below, in the scale heights of air and of aerosol; in twilight what is lit is thin air, which has a larger share.
+/// `for_air` is the share for air of what is not for thin air; aerosol has the rest.
 #[inline(always)]
-pub fn place_of_altitude(atmosphere: &Atmosphere, thin_air: f32, altitude: f32) -> f32 {
-    /// Of what is not for thin air, the share for air and the rest for aerosol.
-    const FOR_AIR: f32 = 0.58;
-    let air = FOR_AIR * (1.0 - exp(-altitude / atmosphere.air.scale_height));
-    let aerosol = (1.0 - FOR_AIR) * (1.0 - exp(-altitude / atmosphere.aerosol.scale_height));
+pub fn place_of_altitude(atmosphere: &Atmosphere, for_air: f32, thin_air: f32, altitude: f32) -> f32 {
+    let air = for_air * (1.0 - exp(-altitude / atmosphere.air.scale_height));
+    let aerosol = (1.0 - for_air) * (1.0 - exp(-altitude / atmosphere.aerosol.scale_height));
     (1.0 - thin_air) * (air + aerosol) + thin_air * sqrt(altitude / atmosphere.depth)
 }
 

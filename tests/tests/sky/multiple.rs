@@ -244,6 +244,24 @@ fn the_sky_does_not_jump_where_haze_takes_a_finer_light_field() {
     }
 }
 
+/// Aerosol that thins to nothing gives its share of the altitudes to the air, without a jump.
+#[test]
+fn the_sky_does_not_jump_where_aerosol_ends() {
+    for (altitude, sun) in [(0.0, 30.0), (12.0, 0.0)] {
+        // Up to beyond the depth that has the whole share.
+        let of = |step: i32| {
+            let mut scene = Scene::preset(Preset::Earth);
+            (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
+            scene.atmosphere.aerosol.optical_depth = 2.5e-4 * f64::from(step);
+            lights(&scene)
+        };
+        let skies: Vec<_> = (0..=12).map(of).collect();
+        let largest = skies.windows(4).map(|four| jump([0, 1, 2, 3].map(|i| four[i].clone()))).fold(0.0, f64::max);
+        println!("from {altitude} km, sun at {sun}: {:.4} %", 100.0 * largest);
+        assert!(largest > 0.0 && largest <= 1e-3, "from {altitude} km, sun at {sun}: {largest:e}");
+    }
+}
+
 /// What four skies change by from the second to the third, beyond the mean of what they change by before and after:
 /// relative to the brightest direction.
 fn jump(skies: [Vec<Vec<f64>>; 4]) -> f64 {

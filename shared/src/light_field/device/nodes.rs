@@ -50,7 +50,7 @@ pub fn field_node(
         let quadrature = fetch(buffers.quadrature, index % uniform.samples as usize);
         let sample = samples.at(medium, quadrature, variant);
         let sine = safe_sqrt(1.0 - sample.mu * sample.mu);
-        let place = place_of_altitude(medium.atmosphere, uniform.thin_air, sample.altitude);
+        let place = place_of_altitude(medium.atmosphere, uniform.for_air, uniform.thin_air, sample.altitude);
         let Stencil { first, weights } = uniform.altitude_axis(buffers.tables).stencil(place, 0);
         let radius = medium.atmosphere.ground_radius + sample.altitude;
         store(values, at, Vec4::new(sample.mu, sine, sample.distance, radius));

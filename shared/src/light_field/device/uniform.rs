@@ -60,6 +60,8 @@ pub struct FieldUniform {
     pub logarithmic: u32,
     /// Orders that are summed.
     pub orders: u32,
+    /// The share of altitudes for air of what is not for thin air; see [`crate::light_field::rays::place_of_altitude`].
+    pub for_air: f32,
     /// The share of altitudes for thin air; see [`crate::light_field::rays::place_of_altitude`].
     pub thin_air: f32,
     /// `χ_2` of air.
@@ -69,6 +71,12 @@ pub struct FieldUniform {
     pub polarised: u32,
     /// How many of them are gathered: all along the rays of a table, along an observer's where `Q` and `U` are asked for.
     pub gathered: u32,
+    /// Unused; fills the last 16 bytes.
+    pub padding0: u32,
+    /// Unused, too.
+    pub padding1: u32,
+    /// Unused, too.
+    pub padding2: u32,
     /// Where the lists begin that the host wrote.
     pub tables: Tables,
     /// Where things begin that kernels leave for each other.

@@ -3,6 +3,7 @@
 use sorairo_shared::light_field::moments::Axis;
 use sorairo_shared::light_field::rays::place_of_altitude;
 
+use crate::plan::light_field::resolution::Resolution;
 use crate::plan::light_field::setting::Setting;
 use crate::plan::rays::directions::horizon;
 use crate::plan::rays::quadrature::gauss_legendre;
@@ -42,46 +43,55 @@ pub struct Grid {
     pub suns: Vec<f64>,
     /// The same.
     pub sun_angles: Nodes,
-    /// The share of altitudes for thin air.
-    pub thin_air: f32,
+    /// See [`Resolution::for_air`].
+    for_air: f32,
+    /// See [`Resolution::thin_air`].
+    thin_air: f32,
 }
 
 impl Grid {
-    /// For a setting, a number of altitudes and the share of them for thin air.
-    pub fn new(setting: &Setting, altitudes: usize, thin_air: f32) -> Self {
-        Self::of(setting, altitude_nodes(setting, altitudes, thin_air), thin_air)
+    /// For a setting, at so many altitudes as a resolution has.
+    pub fn new(setting: &Setting, resolution: &Resolution) -> Self {
+        Self::of(setting, resolution, altitude_nodes(setting, resolution))
     }
 
     /// For a setting and altitudes (km), increasing from the ground to the top of the atmosphere.
-    pub fn of(setting: &Setting, altitudes: Vec<f64>, thin_air: f32) -> Self {
-        let places: Vec<f64> = altitudes.iter().map(|&altitude| place_of(setting, thin_air, altitude)).collect();
+    pub fn of(setting: &Setting, resolution: &Resolution, altitudes: Vec<f64>) -> Self {
+        let places: Vec<f64> = altitudes.iter().map(|&altitude| place_of(setting, resolution, altitude)).collect();
         let suns = setting.suns.clone();
-        Self { places: Nodes::new(&places), sun_angles: Nodes::new(&suns), altitudes, suns, thin_air }
+        Self {
+            places: Nodes::new(&places),
+            sun_angles: Nodes::new(&suns),
+            altitudes,
+            suns,
+            for_air: resolution.for_air,
+            thin_air: resolution.thin_air,
+        }
     }
 }
 
 impl Grid {
     /// An altitude (km) as a place among those of the table.
     pub fn place_of(&self, setting: &Setting, altitude: f32) -> f32 {
-        place_of_altitude(setting.medium.atmosphere, self.thin_air, altitude)
+        place_of_altitude(setting.medium.atmosphere, self.for_air, self.thin_air, altitude)
     }
 }
 
-fn place_of(setting: &Setting, thin_air: f32, altitude: f64) -> f64 {
-    f64::from(place_of_altitude(setting.medium.atmosphere, thin_air, altitude as f32))
+fn place_of(setting: &Setting, &Resolution { for_air, thin_air, .. }: &Resolution, altitude: f64) -> f64 {
+    f64::from(place_of_altitude(setting.medium.atmosphere, for_air, thin_air, altitude as f32))
 }
 
-/// So many altitudes (km), at equal distances of their places.
-fn altitude_nodes(setting: &Setting, count: usize, thin_air: f32) -> Vec<f64> {
+/// As many altitudes (km) as a resolution has, at equal distances of their places.
+fn altitude_nodes(setting: &Setting, resolution: &Resolution) -> Vec<f64> {
     /// Halves of the atmosphere's depth: as near as single precision tells places apart.
     const HALVINGS: u32 = 30;
     let depth = f64::from(setting.medium.atmosphere.depth);
-    let top = place_of(setting, thin_air, depth);
+    let top = place_of(setting, resolution, depth);
     let altitude = |place: f64| {
         let (mut low, mut high) = (0.0, depth);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            if place_of(setting, thin_air, middle) < place {
+            if place_of(setting, resolution, middle) < place {
                 low = middle;
             } else {
                 high = middle;
@@ -89,6 +99,7 @@ fn altitude_nodes(setting: &Setting, count: usize, thin_air: f32) -> Vec<f64> {
         }
         0.5 * (low + high)
     };
+    let count = resolution.altitudes;
     let last = count - 1;
     let node = |i: usize| match i {
         0 => 0.0,

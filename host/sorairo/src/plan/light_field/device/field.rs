@@ -145,7 +145,7 @@ impl<'a, const N: usize> Table<'a, N> {
         resolution: &'a Resolution,
         most: usize,
     ) -> Result<Self> {
-        let grid = Grid::new(setting, resolution.altitudes, resolution.thin_air);
+        let grid = Grid::new(setting, resolution);
         let directions = directions(setting, &grid.altitudes, resolution.directions);
         let mut lists = Lists::default();
         let mut tables = lists.add_grid(setting, &grid);

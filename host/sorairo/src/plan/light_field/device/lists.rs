@@ -96,6 +96,7 @@ pub fn uniform_of(setting: &Setting, resolution: &Resolution, grid: &Grid, group
         altitudes: grid.altitudes.len() as u32,
         suns: grid.suns.len() as u32,
         logarithmic: u32::from(resolution.logarithmic),
+        for_air: resolution.for_air,
         thin_air: resolution.thin_air,
         air: setting.air,
         polarised: polarised_moments(setting) as u32,

@@ -63,9 +63,9 @@ impl<const N: usize> LightField<N> {
     /// The light of a sky that was scattered once or more often, up to the order before the last that is asked for.
     pub fn new(setting: &Setting, wavelengths: &Wavelengths<N>, resolution: &Resolution, orders: Orders) -> Self {
         let grid = if resolution.thick {
-            Grid::of(setting, altitudes_by_depth(setting, wavelengths), resolution.thin_air)
+            Grid::of(setting, resolution, altitudes_by_depth(setting, wavelengths))
         } else {
-            Grid::new(setting, resolution.altitudes, resolution.thin_air)
+            Grid::new(setting, resolution)
         };
         let table = Table::new(setting, wavelengths, resolution, &grid);
         let mut made = OrdersMade::of(resolution, &grid);

@@ -388,9 +388,9 @@ fn path_from(folder: &Path, name: &str) -> Result<String> {
 fn with_paths(table: &Spanned<DeValue<'_>>, folder: &Path) -> Result<toml::Value> {
     let read = toml::Value::deserialize(ValueDeserializer::from(table.clone()));
     let mut value = read.map_err(|error| Error::Text(error.message().to_owned()))?;
-    for (_, text) in value.as_table_mut().into_iter().flatten() {
+    for (key, text) in value.as_table_mut().into_iter().flatten() {
         if let toml::Value::String(name) = text
-            && is_table_file(name)
+            && (key == "aeronet" || is_table_file(name))
         {
             *name = path_from(folder, name)?;
         }

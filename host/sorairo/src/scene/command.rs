@@ -1,7 +1,7 @@
 //! The command that renders a scene.
 
 use super::preset::Scene;
-use crate::spectra::named_file::is_table_file;
+use crate::spectra::named_file::{is_table_file, is_text_file};
 
 /// The `sorairo render` command, for a POSIX shell, that renders a scene on a device: the keys in which the scene
 /// differs from its preset are its scene file.
@@ -32,7 +32,7 @@ fn with_absolute_names(key: &str, value: toml::Value) -> toml::Value {
         toml::Value::Array(list) => {
             toml::Value::Array(list.into_iter().map(|value| with_absolute_names(key, value)).collect())
         }
-        toml::Value::String(text) if key == "aeronet" || is_table_file(&text) => {
+        toml::Value::String(text) if key == "aeronet" || is_table_file(&text) || is_text_file(&text) => {
             let path = std::path::absolute(&text).ok().and_then(|path| path.into_os_string().into_string().ok());
             toml::Value::String(path.unwrap_or(text))
         }

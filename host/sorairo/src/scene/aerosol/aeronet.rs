@@ -108,16 +108,12 @@ impl PartialEq for Aeronet {
 fn row_at(inversions: &Inversions, asked: &str) -> Result<NaiveDateTime, String> {
     let moment = asked.trim_end_matches('Z').replace(' ', "T");
     let moment = NaiveDateTime::parse_from_str(&moment, FORMAT).ok();
-    let of_day = ["%H:%M:%S", "%H:%M"].iter().find_map(|format| NaiveTime::parse_from_str(asked, format).ok());
-    let found: Vec<NaiveDateTime> = match (moment, of_day) {
-        (Some(moment), _) => inversions.times().filter(|time| *time == moment).collect(),
-        (None, Some(of_day)) => inversions.times().filter(|time| time.time() == of_day).collect(),
-        (None, None) => {
-            return Err(format!(
-                "is followed by @{asked}; a row is chosen by @HH:MM:SS or @YYYY-MM-DDTHH:MM:SS in UTC"
-            ));
-        }
-    };
+    let of_day = NaiveTime::parse_from_str(asked, "%H:%M:%S").ok();
+    if moment.is_none() && of_day.is_none() {
+        return Err(format!("is followed by @{asked}; a row is chosen by @HH:MM:SS or @YYYY-MM-DDTHH:MM:SS in UTC"));
+    }
+    let is_meant = |time: &NaiveDateTime| moment == Some(*time) || of_day == Some(time.time());
+    let found: Vec<NaiveDateTime> = inversions.times().filter(is_meant).collect();
     match found[..] {
         [one] => Ok(one),
         [] => Err(format!("has no row at {asked}: {}", listed(inversions))),

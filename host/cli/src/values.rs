@@ -1,6 +1,5 @@
 //! Values of keys, as flags and tables say them: how they are read, and laid over a scene.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::de::value::{BoolDeserializer, F64Deserializer, SeqDeserializer, StrDeserializer, U32Deserializer};
@@ -143,8 +142,7 @@ impl Value {
             }
             Given::Aeronet(file) => {
                 let modes = keys::find("atmosphere.aerosol.modes").expect("a key");
-                let mode = BTreeMap::from([("aeronet", file.as_str())]);
-                draft.set(modes, SeqDeserializer::<_, Error>::new(std::iter::once(mode)))
+                draft.set(modes, serde_json::json!([{ "aeronet": file }]))
             }
             Given::Visibility(distance) => {
                 let depth = draft.scene().optical_depth_from_visibility(*distance)?;

@@ -1259,14 +1259,15 @@ fn a_file_of_aeronet_is_an_aerosol_or_is_refused_with_what_is_wrong() {
     let asked = |arguments: &[&str]| succeed(folder.path(), arguments).stdout;
     for ending in ["pfn", "siz"] {
         let flag = format!("{}@06:35:30", said(&named(ending)));
-        let spectrum = ["spectrum", "--view-elevation", "60", "--wavelengths", "440,675", &flag];
+        let spectrum =
+            ["spectrum", "--view-elevation", "60", "--view-azimuth", "30", "--wavelengths", "440,675", &flag];
         assert_eq!(asked(&spectrum).lines().count(), 3);
         // As a scene file that is shown says it again.
         let shown = asked(&["scene", "show", &flag]);
         assert!(shown.contains("[[atmosphere.aerosol]]") && shown.contains("@2016-06-05T06:35:30\""), "{shown}");
         std::fs::write(folder.path().join("again.toml"), &shown).unwrap();
         assert_eq!(
-            asked(&["spectrum", "--scene", "again.toml"].iter().chain(&spectrum[1..5]).copied().collect::<Vec<_>>()),
+            asked(&["spectrum", "--scene", "again.toml"].iter().chain(&spectrum[1..7]).copied().collect::<Vec<_>>()),
             asked(&spectrum)
         );
     }
@@ -1305,7 +1306,17 @@ fn a_file_of_aeronet_is_an_aerosol_or_is_refused_with_what_is_wrong() {
     refuses(Some(&mode("refractive_index = 'n.csv'")), &["render"], &["n.csv", "cannot be read"]);
     // What the file lacks, the mode may say.
     std::fs::write(folder.path().join("said.toml"), mode("single_scattering_albedo = 0.9")).unwrap();
-    asked(&["spectrum", "--view-elevation", "60", "--wavelengths", "440,675", "--scene", "said.toml"]);
+    asked(&[
+        "spectrum",
+        "--view-elevation",
+        "60",
+        "--view-azimuth",
+        "30",
+        "--wavelengths",
+        "440,675",
+        "--scene",
+        "said.toml",
+    ]);
 }
 
 #[test]
@@ -1316,7 +1327,17 @@ fn spheres_of_a_size_distribution_of_ones_own_scatter() {
     write("index.csv", "wavelength_nm,n,k\n400,1.45,0.01\n700,1.45,0.01\n");
     let keys = "[[atmosphere.aerosol]]\nsize_distribution = 'sizes.csv'\nrefractive_index = 'index.csv'\n";
     write("scene.toml", keys);
-    let spectrum = ["spectrum", "--view-elevation", "60", "--wavelengths", "440,675", "--scene", "scene.toml"];
+    let spectrum = [
+        "spectrum",
+        "--view-elevation",
+        "60",
+        "--view-azimuth",
+        "30",
+        "--wavelengths",
+        "440,675",
+        "--scene",
+        "scene.toml",
+    ];
     let of = |keys: &str| {
         write("scene.toml", keys);
         succeed(folder.path(), &spectrum).stdout

@@ -1344,7 +1344,7 @@ fn spheres_of_a_size_distribution_of_ones_own_scatter() {
     };
     let (found, thicker) = (of(keys), of(&format!("{keys}optical_depth = 0.5\n")));
     assert!(found.lines().count() == 3 && found != thicker, "{found}");
-    refuses(Some(keys), &["render"], &["sizes.csv", "cannot be read"]);
+    refuses(Some(keys), &["render"], &["index.csv", "cannot be read"]);
     let refused = |sizes: &str, index: &str, keys: &str, words: &str| {
         write("sizes.csv", sizes);
         write("index.csv", index);

@@ -177,6 +177,8 @@ fn continued(mut readings: Vec<Reading>) -> Vec<Reading> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::medium::profile::{Level, OwnProfile};
+    use crate::spectra::columns_file::FromColumns;
 
     const HEAD: &str = "<HTML><H2>11120 LOWI Innsbruck-Flughafen Observations at 03Z 17 Sep 2018</H2>\n<PRE>\n\
 -----------------------------------------------------------------------------
@@ -187,7 +189,7 @@ mod tests {
     /// A listing of the US Standard Atmosphere, up to an altitude (km).
     fn listing(up_to: f64) -> String {
         let levels = Profile::UsStandard.measured().unwrap().iter().filter(|level| level.altitude <= up_to);
-        let row = |level: &super::super::profile::Level| {
+        let row = |level: &Level| {
             let (ratio, height) = (level.water / level.air, level.altitude * RADIUS / (RADIUS + level.altitude));
             let celsius = level.temperature - 273.15;
             let mixing = 1e3 * 0.62198 * ratio / (1.0 - ratio);
@@ -202,6 +204,7 @@ mod tests {
             let text = listing(up_to);
             assert!(is_listing(&text));
             let columns = columns(&text).unwrap();
+            OwnProfile::from_columns(&columns).unwrap();
             assert!(columns.rows[0].0 == 0.0 && columns.rows.last().unwrap().0 == 120.0);
             for (altitude, values) in &columns.rows {
                 let level = Profile::UsStandard.level(*altitude).unwrap();

@@ -36,6 +36,9 @@ pub const IMAGINARY: [Spelling; 2] = [("Refractive_Index-Imaginary_Part[", "nm]"
 /// Depth at 440 nm and exponent to 870 nm, which stand in each file of version 2.
 const MEASURED: [&str; 2] = ["tau440(measured)", "alpha440-870"];
 
+/// Wavelengths (nm), and at each scattering angle (degrees, increasing) a phase function at each of them.
+pub type Phases = (Vec<f64>, Vec<(f64, Vec<f64>)>);
+
 /// The rows of a file.
 #[derive(Debug)]
 pub struct Inversions {
@@ -184,7 +187,7 @@ impl Inversions {
     /// # Errors
     ///
     /// A sentence with line and column.
-    pub fn phases(&self, time: NaiveDateTime, longest: f64) -> Result<(Vec<f64>, Vec<(f64, Vec<f64>)>), String> {
+    pub fn phases(&self, time: NaiveDateTime, longest: f64) -> Result<Phases, String> {
         let scan = self.of(time)?;
         let mut columns: Vec<(f64, f64, usize)> = (0..)
             .zip(&self.columns)

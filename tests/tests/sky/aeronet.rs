@@ -134,7 +134,7 @@ fn the_row_nearest_to_the_time_is_taken() {
     assert!(none.contains("choose one by @HH:MM:SS") && none.contains("2016-06-05T08:07:34"), "{none}");
 }
 
-/// At Pretoria 99 % of the particles were spheres, so that Mie's theory is that by which AERONET's other files were made.
+/// At Pretoria 99 % of the particles were spheres, so that Mie's theory is that by which AERONET made its other files.
 #[test]
 fn spheres_of_a_size_distribution_scatter_as_aeronet_says() {
     let [sizes, index, depth, albedo, phase] =

@@ -1,5 +1,5 @@
-//! Files of AERONET's inversions, versions 2 and 3 (Dubovik and King 2000, DOI 10.1029/2000JD900282; Dubovik et al. 2006,
-//! DOI 10.1029/2005JD006619; Sinyuk et al. 2020, DOI 10.5194/amt-13-3375-2020).
+//! Files of AERONET's inversions, versions 2 and 3 (Dubovik and King 2000, DOI 10.1029/2000JD900282; Dubovik et al.
+//! 2006, DOI 10.1029/2005JD006619; Sinyuk et al. 2020, DOI 10.5194/amt-13-3375-2020).
 //!
 //! After some lines of heading one names the columns, among them `Date(...)` and `Time(...)`; each row is one scan of
 //! the sky. What a file holds is told by the names of its columns, whose spelling the versions do not share:

@@ -134,8 +134,8 @@ impl Sphere {
     }
 }
 
-/// `D_n(mx)` from n = 0 to a number of terms. On the way down from above `|mx|` they converge by `exp(-4/3 (2 d³/|mx|)^½)`
-/// over the first `d` terms. `inverse` is `1/(mx)`.
+/// `D_n(mx)` from n = 0 to a number of terms. On the way down from above `|mx|` they converge by
+/// `exp(-4/3 (2 d³/|mx|)^½)` over the first `d` terms. `inverse` is `1/(mx)`.
 fn logarithmic_derivatives(terms: usize, modulus: f64, inverse: Complex) -> Vec<Complex> {
     // The distance at which that is 1e-17; 16 terms leave 3e-5 at |mx| = 133.
     let start = terms.max((modulus + 8.0 * modulus.cbrt()).ceil() as usize) + 16;

@@ -172,7 +172,9 @@ impl SceneFlag {
     fn arg(&self) -> Arg {
         let arg = Arg::new(self.id()).long(self.id()).help(match self.name {
             "--aerosol" => "Vertical optical depth of aerosol at a wavelength in nm, such as 0.2@500; with the Ångström exponent it is that at 1 µm \
-                            [default: that of the preset]"
+                            [default: that of the preset]. Or aeronet:FILE[@TIME], an aerosol that AERONET derived from the sky: the .pfn \
+                            or the .siz of an inversion, with the .aod, .ssa and .rin of the same name beside it; of several rows that \
+                            nearest to --time, or of TIME (UTC)"
                 .into(),
             "--visibility" => "How far one sees a black object against the sky (km), which says the optical depth of aerosol".into(),
             _ => help(self.key),

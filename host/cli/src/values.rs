@@ -23,6 +23,8 @@ pub enum Given {
     Text(String),
     /// An optical depth of aerosol and its wavelength (nm).
     DepthAt(f64, f64),
+    /// A file of AERONET, and which of its rows.
+    Aeronet(String),
     /// How far one sees (km).
     Visibility(f64),
     /// A value of a table, which has no kind of its own.
@@ -112,11 +114,13 @@ impl Values {
         values
     }
 
-    /// Lays the values over a scene; those last that follow from others.
+    /// Lays the values over a scene: first what takes the place of several keys, last what follows from others.
     fn lay_over(&self, draft: &mut Draft) -> sorairo::Result<()> {
         let given = || self.0.iter().filter(|value| value.key != "preset");
         let follows = |value: &&Value| matches!(value.given, Given::DepthAt(..) | Given::Visibility(_));
-        given().filter(|value| !follows(value)).try_for_each(|value| value.lay_over(draft))?;
+        let leads = |value: &&Value| matches!(value.given, Given::Aeronet(_));
+        given().filter(leads).try_for_each(|value| value.lay_over(draft))?;
+        given().filter(|value| !leads(value) && !follows(value)).try_for_each(|value| value.lay_over(draft))?;
         given().filter(follows).try_for_each(|value| value.lay_over(draft))?;
         draft.refuse_two_suns(|key| self.has(key))
     }
@@ -135,6 +139,10 @@ impl Value {
             Given::DepthAt(depth, wavelength) => {
                 let depth = draft.scene().optical_depth_from(*depth, *wavelength);
                 draft.set(key, F64Deserializer::<Error>::new(depth))
+            }
+            Given::Aeronet(file) => {
+                let modes = keys::find("atmosphere.aerosol.modes").expect("a key");
+                draft.set(modes, serde_json::json!([{ "aeronet": file }]))
             }
             Given::Visibility(distance) => {
                 let depth = draft.scene().optical_depth_from_visibility(*distance)?;
@@ -200,14 +208,18 @@ pub fn shutter(text: &str) -> Result<Given, String> {
     text.parse().map(|Shutter(seconds)| Given::Number(seconds))
 }
 
-/// An optical depth and its wavelength in nm, as in `0.2@500`.
+/// An optical depth and its wavelength in nm, as in `0.2@500`, or a file of AERONET, as in `aeronet:site.pfn`.
 pub fn depth_at(text: &str) -> Result<Given, String> {
+    if let Some(file) = text.strip_prefix("aeronet:") {
+        return Ok(Given::Aeronet(file.into()));
+    }
     let number = |text: &str| text.trim().parse().ok().filter(|number: &f64| number.is_finite());
     let pair = text.split_once('@').and_then(|(depth, wavelength)| Some((number(depth)?, number(wavelength)?)));
     pair.filter(|(depth, wavelength)| *depth >= 0.0 && (300.0..=3000.0).contains(wavelength))
         .map(|(depth, wavelength)| Given::DepthAt(depth, wavelength))
         .ok_or_else(|| {
-            "an optical depth of 0 or more and a wavelength from 300 to 3000 nm are wanted, such as 0.2@500".into()
+            "an optical depth of 0 or more and a wavelength from 300 to 3000 nm are wanted, such as 0.2@500, or aeronet:FILE"
+                .into()
         })
 }
 

@@ -1250,6 +1250,117 @@ fn aerosol_is_said_as_people_know_it() {
 }
 
 #[test]
+fn a_file_of_aeronet_is_an_aerosol_or_is_refused_with_what_is_wrong() {
+    let folder = folder();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/aeronet");
+    let stem = data.join("160605_160605_Pretoria_CSIR-DPSS");
+    let named = |ending: &str| stem.with_extension(ending);
+    let said = |path: &Path| format!("--aerosol=aeronet:{}", path.display());
+    let asked = |arguments: &[&str]| succeed(folder.path(), arguments).stdout;
+    for ending in ["pfn", "siz"] {
+        let flag = format!("{}@06:35:30", said(&named(ending)));
+        let spectrum =
+            ["spectrum", "--view-elevation", "60", "--view-azimuth", "30", "--wavelengths", "440,675", &flag];
+        assert_eq!(asked(&spectrum).lines().count(), 3);
+        // As a scene file that is shown says it again.
+        let shown = asked(&["scene", "show", &flag]);
+        assert!(shown.contains("[[atmosphere.aerosol]]") && shown.contains("@2016-06-05T06:35:30\""), "{shown}");
+        std::fs::write(folder.path().join("again.toml"), &shown).unwrap();
+        assert_eq!(
+            asked(&["spectrum", "--scene", "again.toml"].iter().chain(&spectrum[1..7]).copied().collect::<Vec<_>>()),
+            asked(&spectrum)
+        );
+    }
+    let [whole, siz] = ["pfn", "siz"].map(|ending| std::fs::read_to_string(named(ending)).unwrap());
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let one_row = |text: &str| text.lines().take(5).map(|line| format!("{line}\n")).collect::<String>();
+    let cut = write("cut.pfn", &whole[..8000]);
+    let empty = write("empty.pfn", &whole[..5000]);
+    let missing = write("missing.pfn", &whole.replace("27.864170", "-999.000000"));
+    let alone = write("alone.pfn", &one_row(&whole));
+    let spheres = write("alone.siz", &one_row(&siz));
+    let at = |path: &Path, time: &str| format!("{}{time}", said(path));
+    for (flag, words) in [
+        (said(&named("pfn")), ["sun.time", "choose one by @HH:MM:SS"]),
+        (at(&named("pfn"), "@06:35:31"), ["has no row at 06:35:31", "2016-06-05T08:07:34"]),
+        (at(&named("pfn"), "@morning"), ["@morning", "@YYYY-MM-DDTHH:MM:SS"]),
+        (said(&named("ssa")), ["neither phase functions nor a size distribution", ".pfn"]),
+        (said(&data.join("../astm_g173.csv")), ["is no file of AERONET", "Date("]),
+        (said(Path::new("nowhere.pfn")), ["nowhere.pfn", "cannot be read"]),
+        (at(&cut, "@06:35:30"), ["cut.pfn, line 5", "columns instead of 366"]),
+        (at(&empty, "@06:35:30"), ["empty.pfn, it ends", "after the names of its columns"]),
+        (at(&missing, "@06:35:30"), ["missing.pfn, line 5, column 5", "1.7100[439nm] is missing"]),
+        (said(&alone), ["holds no single-scattering albedo", "single_scattering_albedo"]),
+        (said(&spheres), ["holds no refractive index", ".rin"]),
+    ] {
+        refuses(None, &["render", &flag], &words);
+    }
+    let kind = at(&named("pfn"), "@06:35:30");
+    refuses(None, &["render", &kind, "--aerosol-kind", "urban"], &["atmosphere.aerosol.kind", "several"]);
+    let mode = |keys: &str| format!("[[atmosphere.aerosol]]\naeronet = '{}'\n{keys}", alone.display());
+    refuses(Some(&mode("kind = 'urban'")), &["render"], &["kind and aeronet", "one of them"]);
+    refuses(Some(&mode("refractive_index = 'n.csv'")), &["render"], &["n.csv", "cannot be read"]);
+    // What the file lacks, the mode may say.
+    std::fs::write(folder.path().join("said.toml"), mode("single_scattering_albedo = 0.9")).unwrap();
+    asked(&[
+        "spectrum",
+        "--view-elevation",
+        "60",
+        "--view-azimuth",
+        "30",
+        "--wavelengths",
+        "440,675",
+        "--scene",
+        "said.toml",
+    ]);
+}
+
+#[test]
+fn spheres_of_a_size_distribution_of_ones_own_scatter() {
+    let folder = folder();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("sizes.csv", "radius_um,dv_dlnr\n0.05,0\n0.15,0.08\n0.4,0\n");
+    write("index.csv", "wavelength_nm,n,k\n400,1.45,0.01\n700,1.45,0.01\n");
+    let keys = "[[atmosphere.aerosol]]\nsize_distribution = 'sizes.csv'\nrefractive_index = 'index.csv'\n";
+    write("scene.toml", keys);
+    let spectrum = [
+        "spectrum",
+        "--view-elevation",
+        "60",
+        "--view-azimuth",
+        "30",
+        "--wavelengths",
+        "440,675",
+        "--scene",
+        "scene.toml",
+    ];
+    let of = |keys: &str| {
+        write("scene.toml", keys);
+        succeed(folder.path(), &spectrum).stdout
+    };
+    let (found, thicker) = (of(keys), of(&format!("{keys}optical_depth = 0.5\n")));
+    assert!(found.lines().count() == 3 && found != thicker, "{found}");
+    refuses(Some(keys), &["render"], &["index.csv", "cannot be read"]);
+    let refused = |sizes: &str, index: &str, keys: &str, words: &str| {
+        write("sizes.csv", sizes);
+        write("index.csv", index);
+        write("scene.toml", keys);
+        let ended = run(folder.path(), &spectrum);
+        assert!(ended.code == Some(2) && ended.stderr.contains(words), "{words}: {}", ended.stderr);
+    };
+    let (sizes, index) = ("0.05,0\n0.15,0.08\n", "400,1.45,0.01\n700,1.45,0.01\n");
+    refused(sizes, index, &keys.replace("refractive_index = 'index.csv'\n", ""), "with one of size_distribution");
+    refused("0.0001,0\n0.15,1\n", index, keys, "0.001 to 50 µm are allowed");
+    refused("0.1,0\n0.15,0\n", index, keys, "there is nothing at any radius");
+    refused(sizes, "400,1.45\n700,1.45\n", keys, "2 columns instead of wavelength_nm, n, k");
+    refused(sizes, "400,1.45,0\n700,0.1,0\n", keys, "line 2: 0.1 + 0i; n lies between");
+}
+
+#[test]
 fn what_lies_before_a_point_is_printed_and_no_point_below_the_ground() {
     let folder = folder();
     let line = "between --altitude 1 --view-elevation -3 --view-azimuth 60 --wavelengths 450,650 --distance";

@@ -1,6 +1,7 @@
 //! The light of the sky, against theory, measurements and other programs.
 
 mod accuracy;
+mod aeronet;
 mod aerosol;
 mod between;
 mod fits;

@@ -4,4 +4,5 @@ pub mod aerosol;
 pub mod density;
 pub mod gases;
 pub mod profile;
+mod sounding;
 pub mod tables;

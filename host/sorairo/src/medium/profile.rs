@@ -5,8 +5,9 @@ use std::sync::LazyLock;
 use serde::{Deserialize, Serialize};
 use strum::{EnumIter, EnumMessage, EnumString, IntoEnumIterator, IntoStaticStr};
 
+use super::sounding;
 use crate::spectra::columns_file::{Columns, FileOf, FromColumns};
-use crate::spectra::named_file::is_table_file;
+use crate::spectra::named_file::{is_table_file, is_text_file};
 use crate::spectra::table::Table;
 use crate::words::{word, words};
 
@@ -33,7 +34,7 @@ pub enum Profile {
     SubarcticSummer,
     /// Measured: below the Arctic Circle in winter (AFGL).
     SubarcticWinter,
-    /// A user table: pressure, temperature and absorbers over altitude.
+    /// A user table, pressure, temperature and absorbers over altitude, or a radiosonde's sounding.
     #[strum(disabled)]
     File(FileOf<OwnProfile>),
 }
@@ -42,12 +43,12 @@ impl TryFrom<String> for Profile {
     type Error = String;
 
     fn try_from(name: String) -> Result<Self, String> {
-        if is_table_file(&name) {
+        if is_table_file(&name) || is_text_file(&name) {
             return FileOf::try_from(name).map(Self::File);
         }
         name.parse().map_err(|_| {
             let names: Vec<_> = words::<Self>().into_iter().map(|word| word.name).collect();
-            format!("{name:?} is neither {} nor the name of a .csv file", names.join(" nor "))
+            format!("{name:?} is neither {} nor the name of a .csv or .txt file", names.join(" nor "))
         })
     }
 }
@@ -69,6 +70,11 @@ pub struct OwnProfile(Vec<Level>);
 pub const LOWEST_END: f64 = 60.0;
 
 impl FromColumns for OwnProfile {
+    /// Those of a table, or of a sounding as the University of Wyoming lists it.
+    fn columns(text: &str) -> Result<Columns, String> {
+        if sounding::is_listing(text) { sounding::columns(text) } else { Columns::parse(text) }
+    }
+
     /// Columns by their names: `altitude_km`, `pressure_hpa` and `temperature_k`; `water_ppmv`, `ozone_ppmv` and
     /// `no2_ppmv` are mixing ratios, in place of which those of the US Standard Atmosphere stand.
     fn from_columns(columns: &Columns) -> Result<Self, String> {
@@ -127,10 +133,11 @@ impl FromColumns for OwnProfile {
 /// Molecules per cm³ of a gas of 1 hPa at 1 K: 1e-4 over Boltzmann's constant in J/K.
 const PER_HPA: f64 = 7.242_971_6e18;
 
+/// Acceleration by gravity at the sea (m/s²), over the gas constant of dry air (J/(kg K)), per km.
+pub(super) const WEIGHT: f64 = 1000.0 * 9.806_65 / 287.05;
+
 /// Checks that the air of a level lies on that of the one below as its weight asks for.
 fn check_step(below: &Level, level: &Level) -> Result<(), String> {
-    /// Acceleration by gravity at the sea (m/s²), over the gas constant of dry air (J/(kg K)), per km.
-    const WEIGHT: f64 = 1000.0 * 9.806_65 / 287.05;
     /// What water, gravity aloft and a temperature that is not straight between two levels change.
     const ROOM: f64 = 0.1;
     if level.air >= below.air {

@@ -1,8 +1,7 @@
 //! The command that renders a scene.
 
-use std::path::Path;
-
 use super::preset::Scene;
+use crate::spectra::named_file::{is_table_file, is_text_file};
 
 /// The `sorairo render` command, for a POSIX shell, that renders a scene on a device: the keys in which the scene
 /// differs from its preset are its scene file.
@@ -22,17 +21,23 @@ fn scene_file(scene: &Scene) -> String {
     toml::to_string(&file).expect("a table can be written")
 }
 
-/// A table whose CSV files have names that hold in every folder: a scene file's own are relative to its folder.
+/// A table whose files have names that hold in every folder: a scene file's own are relative to its folder.
 fn absolute(table: toml::Table) -> toml::Table {
-    let absolute = |value| match value {
+    table.into_iter().map(|(key, value)| (key.clone(), with_absolute_names(&key, value))).collect()
+}
+
+fn with_absolute_names(key: &str, value: toml::Value) -> toml::Value {
+    match value {
         toml::Value::Table(inner) => toml::Value::Table(absolute(inner)),
-        toml::Value::String(text) if Path::new(&text).extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) => {
+        toml::Value::Array(list) => {
+            toml::Value::Array(list.into_iter().map(|value| with_absolute_names(key, value)).collect())
+        }
+        toml::Value::String(text) if key == "aeronet" || is_table_file(&text) || is_text_file(&text) => {
             let path = std::path::absolute(&text).ok().and_then(|path| path.into_os_string().into_string().ok());
             toml::Value::String(path.unwrap_or(text))
         }
         other => other,
-    };
-    table.into_iter().map(|(key, value)| (key, absolute(value))).collect()
+    }
 }
 
 /// The keys of a table whose values are not those of `defaults`.
@@ -49,6 +54,8 @@ fn difference(table: toml::Table, defaults: &toml::Table) -> toml::Table {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
     use crate::scene::file::Draft;
     use crate::scene::{Exposure, Preset, Projection};

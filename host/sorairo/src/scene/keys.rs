@@ -42,7 +42,7 @@ pub struct Key {
     or_words: Option<fn() -> Vec<Word>>,
     /// The accessor of a user table, if the value may be the name of a CSV file.
     table: Option<&'static dyn TableField>,
-    /// Whether it may be the name of another CSV file.
+    /// Whether it may be the name of another CSV file, or of a text file.
     or_file: bool,
     field: &'static dyn Field,
     /// Whether its number is an azimuth: any finite value is allowed, and the range is the usual one.
@@ -472,7 +472,11 @@ impl Key {
 
     /// The allowed values of the key, in words.
     pub fn range(&self) -> String {
-        let table = if self.takes_file() { ", or the name of a .csv file" } else { "" };
+        let table = match (self.takes_table(), self.or_file) {
+            (true, _) => ", or the name of a .csv file",
+            (_, true) => ", or the name of a .csv or .txt file",
+            _ => "",
+        };
         match &self.allowed {
             Allowed::Range { low, high, .. } => {
                 let words = self.or_words.map(|words| format!(", {}", listed(&words()))).unwrap_or_default();

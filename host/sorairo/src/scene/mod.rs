@@ -27,7 +27,7 @@ mod valid;
 
 pub use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 pub use crate::spectra::observer::ColourObserver;
-pub use aerosol::{Aerosol, AerosolMode, AerosolProfile, ModeAlbedo, PhaseFunction};
+pub use aerosol::{Aeronet, Aerosol, AerosolMode, AerosolProfile, ModeAlbedo, PhaseFunction};
 pub use camera::{Below, CameraScene, LONGEST_SIDE, Projection, Reflectance, Size, View};
 pub use preset::{Preset, Scene};
 pub use settings::{

@@ -51,6 +51,11 @@ impl Time {
         self.0.format(format).to_string()
     }
 
+    /// Date and time of day in universal time.
+    pub(crate) fn universal(self) -> NaiveDateTime {
+        self.0.naive_utc()
+    }
+
     /// How far that clock is ahead of universal time (s).
     #[cfg(feature = "encoding")]
     pub(crate) fn seconds_east(self) -> i32 {

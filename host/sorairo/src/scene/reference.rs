@@ -87,6 +87,12 @@ from the sea to 60 km or more. Density decreases from row to row, and pressure m
 within a tenth. As with the built-in profiles, only the shape is used: `air.pressure`, `ozone.column` and `water.column`
 set the amounts.
 
+A `.txt` file is a radiosonde's sounding as the University of Wyoming lists it (`TYPE=TEXT:LIST`), with the page around
+it or without. It supplies pressure, temperature and water vapour, the latter by `MIXR` or else by `DWPT`. Levels are
+0.1 km apart or more, and rows without a temperature are skipped. From 1 km above its last level `us-standard`
+continues, with its pressure multiplied by that of the sounding over its own there. From the lowest level down to the
+sea, the temperature rises by 6.5 K/km.
+
 ## Place and time
 
 `place` and `time` together determine the sun's elevation and azimuth at the observer's altitude, and its distance,

@@ -254,7 +254,7 @@ pub(super) fn water_of_no_profile(scene: &Scene) -> Result<()> {
 
 /// Modes of aerosol are each allowed, and lie as the air can take them.
 pub(super) fn modes_of_aerosol(scene: &Scene) -> Result<()> {
-    scene.atmosphere.aerosol.check_modes(&scene.atmosphere.profile)
+    scene.atmosphere.aerosol.at(scene.sun.time)?.check_modes(&scene.atmosphere.profile)
 }
 
 pub(super) fn place_elsewhere(scene: &Scene) -> Result<()> {

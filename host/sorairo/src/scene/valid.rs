@@ -128,6 +128,7 @@ impl Scene {
             return Err(problem);
         }
         let mut scene = self.placed()?;
+        scene.atmosphere.aerosol = self.atmosphere.aerosol.at(self.sun.time)?;
         keys::unwind(&mut scene)?;
         let seen_at = self.sun.apparent.then_some(self.sun.elevation);
         Ok(ValidScene { scene, seen_from: self.sun.place.zip(self.sun.time), seen_at })

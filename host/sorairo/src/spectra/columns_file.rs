@@ -24,7 +24,12 @@ pub struct Columns {
 }
 
 impl Columns {
-    fn parse(text: &str) -> Result<Self, String> {
+    /// Reads a table.
+    ///
+    /// # Errors
+    ///
+    /// One sentence, with the line where there is one.
+    pub fn parse(text: &str) -> Result<Self, String> {
         let mut columns = Self { heads: None, names: Vec::new(), rows: Vec::new(), lines: Vec::new() };
         for (before, row) in rows(text).enumerate() {
             let row = row?;
@@ -84,6 +89,15 @@ fn number_in(head: &str) -> Option<f64> {
 
 /// What is made of the columns of a file.
 pub trait FromColumns: Sized {
+    /// The columns of a text: those of a table.
+    ///
+    /// # Errors
+    ///
+    /// One sentence, with the line where there is one.
+    fn columns(text: &str) -> Result<Columns, String> {
+        Columns::parse(text)
+    }
+
     /// What the columns say.
     ///
     /// # Errors
@@ -122,7 +136,7 @@ impl<T: FromColumns> TryFrom<String> for FileOf<T> {
     fn try_from(name: String) -> Result<Self, String> {
         let path = Path::new(&name);
         let text = input::read_text(path, LARGEST_TABLE).map_err(|complaint| format!("{name} {complaint}"))?;
-        let columns = Columns::parse(&text).map_err(|complaint| format!("{name}, {complaint}"))?;
+        let columns = T::columns(&text).map_err(|complaint| format!("{name}, {complaint}"))?;
         let value = T::from_columns(&columns).map_err(|complaint| format!("{name}, {complaint}"))?;
         let numbers = columns.rows.iter().flat_map(|(first, others)| [*first].into_iter().chain(others.clone()));
         let checksum = checksum_of(numbers.chain(columns.heads.iter().flatten().copied()));

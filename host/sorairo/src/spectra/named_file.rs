@@ -71,6 +71,11 @@ pub(crate) fn is_table_file(text: &str) -> bool {
     Path::new(text).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
+/// Whether a value is the name of a text file.
+pub(crate) fn is_text_file(text: &str) -> bool {
+    Path::new(text).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("txt"))
+}
+
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;

@@ -83,7 +83,7 @@ impl TableFile {
 }
 
 /// The CRC-32 of numbers.
-pub(super) fn checksum_of(numbers: impl Iterator<Item = f64>) -> u32 {
+pub(crate) fn checksum_of(numbers: impl Iterator<Item = f64>) -> u32 {
     let mut hasher = crc32fast::Hasher::new();
     numbers.for_each(|number| hasher.update(&number.to_le_bytes()));
     hasher.finalize()

@@ -38,6 +38,11 @@ pub enum Extinction {
 }
 
 impl Extinction {
+    /// The value of rows at a wavelength (nm).
+    pub fn at(rows: &[(f64, f64)], wavelength: f64) -> f64 {
+        straight(rows, wavelength.ln()).exp()
+    }
+
     /// That at a wavelength (nm) over that at another.
     pub fn relative(&self, wavelength: f64, reference: f64) -> f64 {
         match self {

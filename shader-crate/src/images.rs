@@ -4,7 +4,7 @@
 use sorairo_shared::kernels::{
     ANCHOR_LANES, AnchorLanes, SENTINEL, anchor_light, keep_anchor_part, lookup_invocations, lookup_pixel, sky_pixel,
 };
-use sorairo_shared::math::store;
+use sorairo_shared::math::{max4, store};
 use sorairo_shared::medium::bands::Bands;
 use sorairo_shared::picture::air::{FroxelRay, Froxels, SLICES_TOGETHER, SeenThrough, halves};
 use sorairo_shared::picture::environment::{
@@ -239,9 +239,18 @@ pub fn air_applied(
         let place = seen.place(id.x, id.y, distance.x);
         let mut rgb = Vec3::new(behind.x, behind.y, behind.z);
         if !place.is_sky {
-            let added: Vec4 = in_scatter.sample_by_lod(*sampler, place.coordinate, 0.0);
-            let through: Vec4 = transmittance.sample_by_lod(*sampler, place.coordinate, 0.0);
-            rgb = halves(rgb * through.truncate() + added.truncate());
+            let (mut added, mut through) = (Vec4::ZERO, Vec4::ZERO);
+            let mut index = 0;
+            while index < 4 {
+                let (coordinate, weight) = place.slice(index);
+                let light: Vec4 = in_scatter.sample_by_lod(*sampler, coordinate, 0.0);
+                let part: Vec4 = transmittance.sample_by_lod(*sampler, coordinate, 0.0);
+                added += light * weight;
+                through += part * weight;
+                index += 1;
+            }
+            // A cubic may leave what it goes through.
+            rgb = halves(rgb * max4(through, 0.0).truncate() + max4(added, 0.0).truncate());
         }
         // SAFETY: the texture is as large as the image.
         #[expect(unsafe_code, reason = "no compiler knows how large a texture is")]

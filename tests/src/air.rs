@@ -6,7 +6,7 @@ use sorairo::{BetweenRgb, Direction};
 use sorairo_shared::glam::DVec3;
 
 /// Skies with the sun at an azimuth (degrees), and the elevation at which their camera looks.
-pub fn scenes(azimuth: f64) -> [(&'static str, Scene, f64); 4] {
+pub fn scenes(azimuth: f64) -> [(&'static str, Scene, f64); 8] {
     let of = |preset, sun: f64, altitude: f64| {
         let mut scene = Scene::preset(preset);
         (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (sun, azimuth, altitude);
@@ -17,6 +17,10 @@ pub fn scenes(azimuth: f64) -> [(&'static str, Scene, f64); 4] {
         ("haze", of(Preset::Hazy, 30.0, 0.3), -2.0),
         ("sunset", of(Preset::Standard, 1.5, 0.05), 3.0),
         ("from 10 km", of(Preset::Standard, 35.0, 10.0), -12.0),
+        ("from 20 km", of(Preset::Standard, 10.0, 20.0), -10.0),
+        ("dusk", of(Preset::Standard, -4.0, 1.0), 0.0),
+        ("dusk from 10 km", of(Preset::Standard, -4.0, 10.0), -5.0),
+        ("dusk from 20 km", of(Preset::Standard, -4.0, 20.0), 2.0),
     ]
 }
 

@@ -18,6 +18,9 @@
 //! ((x (c - 1) + ½) / c, (y (r - 1) + ½) / r, (w (n - 1) + ½) / n)
 //! ```
 //!
+//! Straight lines go between columns and rows, cubics between slices: at 20 km by day and in twilight at 80 km slices lie
+//! so far apart that straight lines leave 3 to 4 % of the brightest.
+//!
 //! The last slice is the sky. What the table lacks of it there, `S - A`, is found in the sky lookup, and nearer slices take
 //! `w⁴` of it.
 
@@ -25,7 +28,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::camera::{Camera, PERSPECTIVE, perspective_vector, position_view};
 use crate::glam::{Vec2, Vec3, Vec4};
-use crate::interpolation::cubic::{lane, stencil};
+use crate::interpolation::cubic::{Stencil, lane, stencil};
 use crate::light_field::multiple_lookup::{MultipleLookup, place_at};
 use crate::math::{fetch, max, sqrt, to_half};
 use crate::medium::phase::ScatteringAngle;
@@ -217,8 +220,22 @@ pub struct SeenThrough {
 pub struct VolumePlace {
     /// Whether nothing stands before the sky.
     pub is_sky: bool,
-    /// Where the texture is read, from 0 to 1 along each side.
-    pub coordinate: Vec3,
+    /// Where the texture is read across and down, from 0 to 1.
+    across: Vec2,
+    /// The four slices about it.
+    deep: Stencil,
+    /// All slices.
+    slices: f32,
+}
+
+impl VolumePlace {
+    /// Where the texture is read in one of four slices, counted from 0, from 0 to 1 along each side; and the weight of
+    /// what is read there.
+    #[inline(always)]
+    pub fn slice(&self, index: u32) -> (Vec3, f32) {
+        let depth = ((self.deep.first + index) as f32 + 0.5) / self.slices;
+        (self.across.extend(depth), lane(self.deep.weights, index))
+    }
 }
 
 impl SeenThrough {
@@ -240,11 +257,14 @@ impl SeenThrough {
             let distance = max(self.slope * depth, 0.0) * longer;
             distance / (distance + self.middle)
         };
-        let part =
-            Vec3::new(position.x / self.camera.width as f32, position.y / self.camera.height as f32, sqrt(along));
-        let size = self.size.truncate();
-        let coordinate = (part * (size - Vec3::ONE) + Vec3::splat(0.5)) / size;
-        VolumePlace { is_sky: is_behind_sky | !is_number, coordinate }
+        let part = position / Vec2::new(self.camera.width as f32, self.camera.height as f32);
+        let (size, slices) = (Vec2::new(self.size.x, self.size.y), self.size.z);
+        VolumePlace {
+            is_sky: is_behind_sky | !is_number,
+            across: (part * (size - Vec2::ONE) + Vec2::splat(0.5)) / size,
+            deep: stencil(sqrt(along) * (slices - 1.0), slices as u32),
+            slices,
+        }
     }
 }
 
@@ -266,9 +286,14 @@ mod tests {
         SeenThrough { camera, kind, offset, slope, sky, is_reversed, middle: 25.0, padding: Vec2::ZERO, size }
     }
 
+    /// Where a place stands in the texture: a cubic keeps a straight line.
+    fn coordinate(place: VolumePlace) -> Vec3 {
+        (0..4).map(|index| place.slice(index)).fold(Vec3::ZERO, |sum, (coordinate, weight)| sum + coordinate * weight)
+    }
+
     /// The distance of a place in the volume (km).
     fn distance(place: VolumePlace) -> f32 {
-        let w = (place.coordinate.z * 33.0 - 0.5) / 32.0;
+        let w = (coordinate(place).z * 33.0 - 0.5) / 32.0;
         25.0 * w * w / (1.0 - w * w)
     }
 
@@ -307,18 +332,17 @@ mod tests {
             }
             let place = seen.place(0, 0, near);
             assert!(!place.is_sky);
-            assert!((0.0..=1.0).contains(&place.coordinate.z), "{}", place.coordinate);
+            assert!((0.0..=1.0).contains(&coordinate(place).z), "{}", coordinate(place));
         }
         let behind = linear.place(0, 0, -5.0);
         // Half a texel: the first slice.
-        assert!(!behind.is_sky && (behind.coordinate.z - 0.5 / 33.0).abs() < 1e-6);
+        assert!(!behind.is_sky && (coordinate(behind).z - 0.5 / 33.0).abs() < 1e-6);
     }
 
     #[test]
     fn the_corners_of_an_image_are_half_a_texel_inside_of_a_volume_but_for_half_a_pixel() {
         let seen = seen(ALONG_RAY, 0.0, 1.0, 1e10, 0);
-        let first = seen.place(0, 0, 1.0).coordinate;
-        let last = seen.place(3, 1, 1.0).coordinate;
+        let [first, last] = [(0, 0), (3, 1)].map(|(column, row)| coordinate(seen.place(column, row, 1.0)));
         // The centre of the first pixel is 1/8 and 1/4 of the image from its edges.
         assert!((first - Vec3::new((7.0 / 8.0 + 0.5) / 8.0, (4.0 / 4.0 + 0.5) / 5.0, first.z)).length() < 1e-6);
         assert!((last - Vec3::new(1.0 - first.x, 1.0 - first.y, first.z)).length() < 1e-6);

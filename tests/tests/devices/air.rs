@@ -1,7 +1,7 @@
 //! The air before a camera in a program's own textures: against each ray integrated, and against the sky behind it.
 
 use rayon::prelude::*;
-use sorairo::scene::{CameraScene, ColourPath, Preset, Scene};
+use sorairo::scene::{CameraScene, ColourPath, Scene};
 use sorairo::wgpu::{self, TextureFormat, TextureUsages};
 use sorairo::{
     AirPlan, AirVolumeTarget, Depth, DepthImage, Direction, Error, PixelFormat, Plan, ResidentRenderer, SeenImage,
@@ -132,8 +132,8 @@ fn spread(at: usize) -> f64 {
 /// How far the air of a device is from each ray integrated, relative to the brightest: light, then transmittance; in
 /// the mean of the squares and at most.
 fn errors(drawn: &mut Drawn) -> [[f64; 2]; 2] {
-    /// Every so many pixels one is compared.
-    const STEP: usize = 907;
+    /// Every so many pixels one is compared: in eight skies ten thousand.
+    const STEP: usize = 173;
     let pixels = (SIZE.0 * SIZE.1) as usize;
     // Up to 100 km, as near ones as far ones.
     let km: Vec<f32> = (0..pixels).map(|at| (100.0 * spread(at / STEP).powi(2)) as f32).collect();
@@ -178,18 +178,6 @@ fn a_camera_that_is_turned_and_shifted_has_the_air_of_its_own_rays() {
     // As of cameras that stand upright.
     assert!(errors.into_iter().all(|[rms, largest]| rms < 0.01 && largest < 0.03), "{errors:?}");
     assert!(behind[0][1] > 0.1, "{behind:?}");
-}
-
-#[test]
-fn at_dusk_the_air_of_a_device_is_near_to_that_of_each_ray() {
-    let mut scene = Scene::preset(Preset::Standard);
-    (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (-4.0, 30.0, 1.0);
-    let [light, through] = errors(&mut Drawn::new(&scene, 0.0, [32, 32, 32]));
-    println!("light {light:.5?}, transmittance {through:.5?}");
-    // Measured: 1.0 and 6.3 % of the brightest before 100 km, with the middle of a day on the ground 1.6 and 8.9. Twice
-    // as many directions, four times as many columns and rows, and a fit of every wavelength leave as much; light of
-    // the first order alone does, too.
-    assert!(light[0] < 0.013 && light[1] < 0.075 && through[1] < 0.01, "{light:?}, {through:?}");
 }
 
 /// Seconds of a device for one of so many that are encoded together: the least of five turns.

@@ -1,7 +1,7 @@
 //! A volume of air before a camera, against each of its rays integrated at every wavelength.
 
 use rayon::prelude::*;
-use sorairo::scene::{CameraScene, ColourPath, Preset, Scene};
+use sorairo::scene::{CameraScene, ColourPath, Scene};
 use sorairo::{Sky, VolumeSize};
 use sorairo_shared::glam::DVec3;
 use sorairo_tests::air::{self, scenes, towards};
@@ -12,7 +12,7 @@ fn camera(elevation: f64) -> CameraScene {
 }
 
 /// Places of a volume that are compared.
-const PLACES: usize = 250;
+const PLACES: usize = 1250;
 
 /// Places that are spread over the image and the distances as evenly as can be: steps of the generalised golden ratio
 /// in three dimensions.
@@ -50,18 +50,6 @@ fn air_between_froxels_is_that_of_each_ray() {
             assert!(rms < 0.005 && largest < 0.015, "{name}: {rms}, {largest}");
         }
     }
-}
-
-/// After sunset colours are off by more: four times as many distances and three times as many rows leave the same, so
-/// that it is not the size of the froxels.
-#[test]
-fn at_dusk_the_air_between_froxels_is_near_to_that_of_each_ray() {
-    let mut scene = Scene::preset(Preset::Standard);
-    (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (-4.0, 30.0, 1.0);
-    let [light, through] = errors(&scene, 0.0, VolumeSize::default());
-    println!("light {light:.5?}, transmittance {through:.5?}");
-    // Measured: 1.3 and 7.9 % of the brightest.
-    assert!(light[0] < 0.02 && light[1] < 0.1 && through[1] < 0.01, "{light:?}, {through:?}");
 }
 
 #[test]

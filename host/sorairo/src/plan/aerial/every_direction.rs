@@ -17,10 +17,13 @@ use crate::plan::held::Sky;
 use crate::plan::sky::SkyPlan;
 use crate::scene::{ColourPath, Scene};
 
-/// Rows above and below the horizon, and columns from the sun's azimuth to the opposite one.
-const ABOVE: u32 = 32;
-const BELOW: u32 = 24;
-const AZIMUTHS: u32 = 20;
+/// Rows above and below the horizon, and columns from the sun's azimuth to the opposite one. From 20 km rays that graze
+/// the lit air above the limb turn within half a degree from red to dark: with 32 rows above, volumes are off by 16 % of
+/// the brightest there with the sun at -4°, with 64 by 2.4 %. From there down, 24 rows below leave 1.8 % by day, 36
+/// leave 0.7 %. With 20 columns nothing changes by more than 1e-4.
+const ABOVE: u32 = 64;
+const BELOW: u32 = 36;
+const AZIMUTHS: u32 = 14;
 
 /// In-scattered light and transmittance in every direction from the observer of a sky, up to distances from 0 to
 /// infinity. The volumes of cameras on a device are filled from it; see `ResidentRenderer::encode_volume`.
@@ -45,8 +48,7 @@ pub struct AirPlan {
 impl AirPlan {
     /// The middle of the distances (km) for a sky: by day on the ground 25, where of 32 slices the first ends at 26 m
     /// and the last but one at 370 km. From higher up, the air near the ground lies farther away; in twilight, the
-    /// planet's shadow ends there. With the middle of the ground, 32 slices are off by 3.6 % of the brightest at most
-    /// from 10 km; with this, by 1.4 %.
+    /// planet's shadow ends there.
     pub fn middle_of(sky: &Sky) -> f64 {
         let Scene { observer, sun, .. } = &**sky.scene();
         25.0 + 10.0 * observer.altitude.clamp(0.0, 100.0) + 15.0 * (-sun.elevation).clamp(0.0, 4.0)

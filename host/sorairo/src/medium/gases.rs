@@ -17,7 +17,8 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
-use super::profile::{Level, Profile, vertical};
+use super::levels::Level;
+use super::profile::{Profile, vertical};
 use crate::rows::rows;
 use crate::spectra::mean::Window;
 use crate::spectra::table::Table;

@@ -3,6 +3,7 @@
 pub mod aerosol;
 pub mod density;
 pub mod gases;
+pub mod levels;
 pub mod profile;
 mod sounding;
 pub mod tables;

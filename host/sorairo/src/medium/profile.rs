@@ -1,14 +1,12 @@
 //! Profiles of air and ozone over altitude.
 
-use std::sync::LazyLock;
-
 use serde::{Deserialize, Serialize};
 use strum::{EnumIter, EnumMessage, EnumString, IntoEnumIterator, IntoStaticStr};
 
+use super::levels::{Level, WEIGHT, at_altitude, atmosphere};
 use super::sounding;
 use crate::spectra::columns_file::{Columns, FileOf, FromColumns};
 use crate::spectra::named_file::{is_table_file, is_text_file};
-use crate::spectra::table::Table;
 use crate::words::{word, words};
 
 /// The profile of the densities of air and ozone over altitude. Only the shape of a measured profile is used; optical
@@ -133,9 +131,6 @@ impl FromColumns for OwnProfile {
 /// Molecules per cm³ of a gas of 1 hPa at 1 K: 1e-4 over Boltzmann's constant in J/K.
 const PER_HPA: f64 = 7.242_971_6e18;
 
-/// Acceleration by gravity at the sea (m/s²), over the gas constant of dry air (J/(kg K)), per km.
-pub(super) const WEIGHT: f64 = 1000.0 * 9.806_65 / 287.05;
-
 /// Checks that the air of a level lies on that of the one below as its weight asks for.
 fn check_step(below: &Level, level: &Level) -> Result<(), String> {
     /// What water, gravity aloft and a temperature that is not straight between two levels change.
@@ -171,25 +166,6 @@ pub struct Levels {
     slopes: Vec<[f64; 2]>,
 }
 
-/// What was measured at an altitude. Densities in molecules per cm³.
-#[derive(Clone, Copy, Debug)]
-pub struct Level {
-    /// Altitude (km).
-    pub altitude: f64,
-    /// Pressure (hPa).
-    pub pressure: f64,
-    /// Temperature (K).
-    pub temperature: f64,
-    /// Air.
-    pub air: f64,
-    /// Water vapour.
-    pub water: f64,
-    /// Ozone.
-    pub ozone: f64,
-    /// Nitrogen dioxide.
-    pub nitrogen_dioxide: f64,
-}
-
 /// Densities of air and of ozone at an altitude (molecules per cm³), and by how much they grow with it relative to
 /// themselves (km⁻¹).
 #[derive(Clone, Copy, Debug)]
@@ -218,23 +194,9 @@ impl Profile {
         Some(Levels { altitudes, logarithms, slopes })
     }
 
-    /// What was measured, at any altitude (km): the temperature is straight between levels, and so are the logarithms
-    /// of all else.
+    /// What was measured, at any altitude (km); see [`at_altitude`].
     pub fn level(&self, altitude: f64) -> Option<Level> {
-        let levels = self.measured()?;
-        let after = levels.partition_point(|level| level.altitude <= altitude).clamp(1, levels.len() - 1);
-        let (low, high) = (&levels[after - 1], &levels[after]);
-        let part = (altitude - low.altitude) / (high.altitude - low.altitude);
-        let mix = |of: fn(&Level) -> f64| of(low) * (of(high) / of(low)).powf(part);
-        Some(Level {
-            altitude,
-            pressure: mix(|level| level.pressure),
-            temperature: low.temperature + part * (high.temperature - low.temperature),
-            air: mix(|level| level.air),
-            water: mix(|level| level.water),
-            ozone: mix(|level| level.ozone),
-            nitrogen_dioxide: mix(|level| level.nitrogen_dioxide),
-        })
+        Some(at_altitude(self.measured()?, altitude))
     }
 
     /// Temperature of its ozone (K), each molecule alike; of the exponential, that of the US Standard Atmosphere.
@@ -247,32 +209,12 @@ impl Profile {
 
     /// The levels of the measurement or of a user table.
     pub fn measured(&self) -> Option<&[Level]> {
-        static ATMOSPHERES: LazyLock<Vec<Vec<Level>>> = LazyLock::new(atmospheres);
         if let Self::File(file) = self {
             return Some(&file.value.0);
         }
         let place = Self::iter().position(|profile| profile == *self).expect("the others are listed");
-        Some(&ATMOSPHERES[place.checked_sub(1)?])
+        Some(atmosphere(place.checked_sub(1)?))
     }
-}
-
-/// The levels of each atmosphere of the program's own table.
-fn atmospheres() -> Vec<Vec<Level>> {
-    /// Of an atmosphere: pressure, temperature, air, water vapour and ozone; one mixing ratio of all follows them.
-    const OF_ATMOSPHERE: usize = 5;
-    const ALL: usize = 6 * OF_ATMOSPHERE;
-    let table: Table<{ ALL + 1 }> = Table::parse(include_str!("../../data/afgl_atmospheres.csv"))
-        .expect("the tables in the program are well formed");
-    let part = |air: f64, ppmv: f64| air * ppmv * 1e-6;
-    let level = |altitude: f64, row: &[f64], nitrogen_dioxide: f64| {
-        let [pressure, temperature, air, water, ozone] = std::array::from_fn(|i| row[i]);
-        let (water, ozone, nitrogen_dioxide) = (part(air, water), part(air, ozone), part(air, nitrogen_dioxide));
-        Level { altitude, pressure, temperature, air, water, ozone, nitrogen_dioxide }
-    };
-    let of = |at: usize| {
-        table.rows().map(|(altitude, row)| level(altitude, &row[at..at + OF_ATMOSPHERE], row[ALL])).collect()
-    };
-    (0..ALL).step_by(OF_ATMOSPHERE).map(of).collect()
 }
 
 impl Levels {

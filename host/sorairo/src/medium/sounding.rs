@@ -12,7 +12,7 @@
 //! sonde found at its last level; from the lowest level down to the sea, 6.5 K/km and the weight of air. Levels are
 //! kept 0.1 km apart.
 
-use super::profile::{Profile, WEIGHT};
+use super::levels::{WEIGHT, at_altitude, us_standard};
 use crate::spectra::columns_file::Columns;
 
 /// The columns that are read, and their units.
@@ -132,7 +132,7 @@ fn reading(line: u64, text: &str, places: &[(&str, usize)], columns: [usize; 5])
     }
     let height = 1e-3 * height;
     let altitude = RADIUS * height / (RADIUS - height);
-    let standard = Profile::UsStandard.level(altitude).expect("it is measured");
+    let standard = at_altitude(us_standard(), altitude);
     let water = match (mixing?, dew?) {
         (Some(mixing), _) => of_mixing(1e-3 * mixing),
         (None, Some(dew)) => 1e6 * vapour_pressure(dew) / pressure,
@@ -161,9 +161,9 @@ fn continued(mut readings: Vec<Reading>) -> Vec<Reading> {
         let fall = WEIGHT * lowest.altitude * 2.0 / (lowest.temperature + temperature);
         readings.insert(0, Reading { altitude: 0.0, pressure: lowest.pressure * fall.exp(), temperature, ..lowest });
     }
-    let standard = Profile::UsStandard.level(highest.altitude).expect("it is measured");
+    let standard = at_altitude(us_standard(), highest.altitude);
     let scale = highest.pressure / standard.pressure;
-    let above = Profile::UsStandard.measured().expect("it is measured").iter();
+    let above = us_standard().iter();
     readings.extend(above.filter(|level| level.altitude >= highest.altitude + ABOVE).map(|level| Reading {
         line: highest.line,
         altitude: level.altitude,
@@ -177,7 +177,8 @@ fn continued(mut readings: Vec<Reading>) -> Vec<Reading> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::medium::profile::{Level, OwnProfile};
+    use crate::medium::levels::Level;
+    use crate::medium::profile::OwnProfile;
     use crate::spectra::columns_file::FromColumns;
 
     const HEAD: &str = "<HTML><H2>11120 LOWI Innsbruck-Flughafen Observations at 03Z 17 Sep 2018</H2>\n<PRE>\n\
@@ -188,7 +189,7 @@ mod tests {
 
     /// A listing of the US Standard Atmosphere, up to an altitude (km).
     fn listing(up_to: f64) -> String {
-        let levels = Profile::UsStandard.measured().unwrap().iter().filter(|level| level.altitude <= up_to);
+        let levels = us_standard().iter().filter(|level| level.altitude <= up_to);
         let row = |level: &Level| {
             let (ratio, height) = (level.water / level.air, level.altitude * RADIUS / (RADIUS + level.altitude));
             let celsius = level.temperature - 273.15;
@@ -207,7 +208,7 @@ mod tests {
             OwnProfile::from_columns(&columns).unwrap();
             assert!(columns.rows[0].0 == 0.0 && columns.rows.last().unwrap().0 == 120.0);
             for (altitude, values) in &columns.rows {
-                let level = Profile::UsStandard.level(*altitude).unwrap();
+                let level = at_altitude(us_standard(), *altitude);
                 // A digit of 0.1 hPa at the last level, 1.2 % at 30 km; 0.1 K, and 0.005 g/kg of vapour.
                 let room = if up_to > 12.0 { 6e-3 } else { 1e-3 };
                 assert!((values[0] / level.pressure - 1.0).abs() < room, "{altitude}: {values:?}");

@@ -49,7 +49,7 @@ impl Scene {
             let is_plain = atmosphere.aerosol.kind == AerosolKind::Plain;
             let of_kind = preset.atmosphere.aerosol.kind != AerosolKind::Plain;
             let preset = preset.atmosphere.aerosol.optical_depth;
-            atmosphere.aerosol.optical_depth = if is_plain && of_kind { CLEAN_COUNTRY } else { preset };
+            atmosphere.aerosol.optical_depth = if is_plain && of_kind { CLEAN_COUNTRY.optical_depth } else { preset };
         }
     }
 }

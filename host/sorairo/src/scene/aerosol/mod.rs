@@ -1,6 +1,7 @@
 //! Aerosol as a scene says it: by the keys of one, or as a list of several.
 
 mod aeronet;
+mod clean_country;
 mod files;
 mod mode;
 mod values;
@@ -9,6 +10,7 @@ use documented::DocumentedFields;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 pub use self::aeronet::Aeronet;
+pub(super) use self::clean_country::CLEAN_COUNTRY;
 pub use self::mode::AerosolMode;
 pub use self::values::{AerosolProfile, ModeAlbedo, PhaseFunction};
 use super::place::Time;
@@ -55,17 +57,13 @@ impl Default for Aerosol {
     }
 }
 
-/// Optical depth of the plain aerosol of clean country at 1 µm: 0.064 at 550 nm.
-pub(super) const CLEAN_COUNTRY: f64 = 0.0294;
-
-/// OPAC's *continental clean* aerosol in numbers (Hess, Koepke and Schult 1998): single-scattering albedo 0.972 and
-/// asymmetry 0.709 at 550 nm; the Ångström exponent 1.3 lies between those that OPAC gives below and above 500 nm.
+/// Makes an aerosol that of clean country.
 pub(super) fn clean_country(aerosol: &mut Aerosol) {
-    aerosol.angstrom_exponent = 1.3;
-    aerosol.optical_depth = CLEAN_COUNTRY;
-    aerosol.scale_height = 2.0;
-    aerosol.single_scattering_albedo = 0.972;
-    aerosol.asymmetry = 0.709;
+    aerosol.angstrom_exponent = CLEAN_COUNTRY.angstrom_exponent;
+    aerosol.optical_depth = CLEAN_COUNTRY.optical_depth;
+    aerosol.scale_height = CLEAN_COUNTRY.scale_height;
+    aerosol.single_scattering_albedo = CLEAN_COUNTRY.single_scattering_albedo;
+    aerosol.asymmetry = CLEAN_COUNTRY.asymmetry;
 }
 
 impl Aerosol {

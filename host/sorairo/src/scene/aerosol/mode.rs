@@ -6,9 +6,9 @@ use documented::DocumentedFields;
 use serde::{Deserialize, Serialize};
 
 use super::aeronet::{Aeronet, Derived};
+use super::clean_country::CLEAN_COUNTRY;
 use super::files::{ExtinctionRows, RefractiveIndex, SizeDistribution};
 use super::values::{AerosolProfile, ModeAlbedo, PhaseFunction};
-use super::{Aerosol, clean_country};
 use crate::error::{Error, Result, check_range};
 use crate::medium::aerosol::{self, AerosolKind, Layer, Optics, Scattering};
 use crate::medium::profile::Profile;
@@ -140,12 +140,10 @@ impl AerosolMode {
 
     /// What the kernels take of it, in air of a profile.
     pub(super) fn optics(&self, profile: &Profile) -> aerosol::Mode {
-        let mut plain = Aerosol::default();
-        clean_country(&mut plain);
         let known = self.kind.known();
         let usual = self.kind.usual();
-        let exponent = self.angstrom_exponent.unwrap_or(plain.angstrom_exponent);
-        let asymmetry = self.asymmetry.unwrap_or(plain.asymmetry);
+        let exponent = self.angstrom_exponent.unwrap_or(CLEAN_COUNTRY.angstrom_exponent);
+        let asymmetry = self.asymmetry.unwrap_or(CLEAN_COUNTRY.asymmetry);
         let grey = |albedo| aerosol::Albedo::Spectrum(AlbedoSpectrum::Grey, albedo);
         let of_kind = |kind: AerosolKind| kind.known().expect("a kind that is named has optics");
         let derived = self.derived().and_then(std::result::Result::ok);
@@ -168,7 +166,7 @@ impl AerosolMode {
                 (None, Some(kind)) => aerosol::Albedo::Kind(kind),
                 (None, None) => match derived.as_ref().and_then(|derived| derived.albedo.as_ref().ok()) {
                     Some(albedo) => aerosol::Albedo::Rows(Arc::clone(albedo)),
-                    None => grey(plain.single_scattering_albedo),
+                    None => grey(CLEAN_COUNTRY.single_scattering_albedo),
                 },
             },
             scattering: match (&self.phase_function, self.asymmetry, &derived, known) {
@@ -183,7 +181,7 @@ impl AerosolMode {
                 (Some(AerosolProfile::Between([bottom, top])), _) => Layer::even(*bottom, *top),
                 (Some(AerosolProfile::File(file)), _) => (*file.value).clone(),
                 (None, Some((_, layer))) if profile.is_measured() => layer,
-                (None, _) => Layer::Exponential(plain.scale_height),
+                (None, _) => Layer::Exponential(CLEAN_COUNTRY.scale_height),
             },
         }
     }

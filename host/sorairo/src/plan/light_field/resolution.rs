@@ -142,7 +142,7 @@ impl Resolution {
             // What scatters mostly ahead keeps the shape of its light from order to order.
             later: if is_peaked { next } else { Self::moments_of_later_orders(degree, azimuths) },
             altitudes: if closer > 1 { 2 * ALTITUDES } else { ALTITUDES },
-            for_air: for_air(depth),
+            for_air: for_air(depth, is_thick),
             thin_air: THIN_AIR,
             directions: match degree {
                 degree if degree <= 12 && slanted => [10, 5, 9],
@@ -175,7 +175,7 @@ impl Resolution {
         let at = |place: f64| {
             let chosen = Self::choose(setting, depth * MIXED_OVER.powf(place - 1.0));
             Self {
-                for_air: for_air(depth),
+                for_air: for_air(depth, chosen.thick),
                 beyond_degree: beyond_degree(setting, depth, chosen.first.degree),
                 ..chosen
             }
@@ -287,9 +287,10 @@ fn leaves(setting: &Setting, depth: f64) -> f64 {
 /// The zenith angle (radians) of the lowest sun under which light fields were compared with a Monte Carlo's.
 const LOWEST_COMPARED: f64 = FRAC_PI_2 + 12.5 * DEGREE;
 
-/// See [`Resolution::for_air`].
-fn for_air(depth: f64) -> f32 {
-    if depth < WHOLE_SHARE { 1.0 - (1.0 - FOR_AIR) * (depth / WHOLE_SHARE) as f32 } else { FOR_AIR }
+/// See [`Resolution::for_air`]. Altitudes of thick air follow its optical depth, close about the ground, and are
+/// interpolated accordingly.
+fn for_air(depth: f64, is_thick: bool) -> f32 {
+    if depth < WHOLE_SHARE && !is_thick { 1.0 - (1.0 - FOR_AIR) * (depth / WHOLE_SHARE) as f32 } else { FOR_AIR }
 }
 
 /// The degree up to which the moments of aerosol matter: to where light that it scattered twice has little left.

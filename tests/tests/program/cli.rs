@@ -1249,6 +1249,10 @@ fn aerosol_is_said_as_people_know_it() {
     refuses(None, &["render", "--aerosol", "1e9@500"], &["--aerosol", "between 0 and 1000"]);
 }
 
+/// Light at two wavelengths in one direction.
+const BLUE_AND_RED: [&str; 7] =
+    ["spectrum", "--view-elevation", "60", "--view-azimuth", "30", "--wavelengths", "440,675"];
+
 #[test]
 fn a_file_of_aeronet_is_an_aerosol_or_is_refused_with_what_is_wrong() {
     let folder = folder();
@@ -1259,17 +1263,13 @@ fn a_file_of_aeronet_is_an_aerosol_or_is_refused_with_what_is_wrong() {
     let asked = |arguments: &[&str]| succeed(folder.path(), arguments).stdout;
     for ending in ["pfn", "siz"] {
         let flag = format!("{}@06:35:30", said(&named(ending)));
-        let spectrum =
-            ["spectrum", "--view-elevation", "60", "--view-azimuth", "30", "--wavelengths", "440,675", &flag];
-        assert_eq!(asked(&spectrum).lines().count(), 3);
+        let spectrum = asked(&[&BLUE_AND_RED[..], &[&flag]].concat());
+        assert_eq!(spectrum.lines().count(), 3);
         // As a scene file that is shown says it again.
         let shown = asked(&["scene", "show", &flag]);
         assert!(shown.contains("[[atmosphere.aerosol]]") && shown.contains("@2016-06-05T06:35:30\""), "{shown}");
         std::fs::write(folder.path().join("again.toml"), &shown).unwrap();
-        assert_eq!(
-            asked(&["spectrum", "--scene", "again.toml"].iter().chain(&spectrum[1..7]).copied().collect::<Vec<_>>()),
-            asked(&spectrum)
-        );
+        assert_eq!(asked(&[&BLUE_AND_RED[..], &["--scene", "again.toml"]].concat()), spectrum);
     }
     let [whole, siz] = ["pfn", "siz"].map(|ending| std::fs::read_to_string(named(ending)).unwrap());
     let write = |name: &str, text: &str| {
@@ -1306,17 +1306,7 @@ fn a_file_of_aeronet_is_an_aerosol_or_is_refused_with_what_is_wrong() {
     refuses(Some(&mode("refractive_index = 'n.csv'")), &["render"], &["n.csv", "cannot be read"]);
     // What the file lacks, the mode may say.
     std::fs::write(folder.path().join("said.toml"), mode("single_scattering_albedo = 0.9")).unwrap();
-    asked(&[
-        "spectrum",
-        "--view-elevation",
-        "60",
-        "--view-azimuth",
-        "30",
-        "--wavelengths",
-        "440,675",
-        "--scene",
-        "said.toml",
-    ]);
+    asked(&[&BLUE_AND_RED[..], &["--scene", "said.toml"]].concat());
 }
 
 #[test]
@@ -1327,17 +1317,7 @@ fn spheres_of_a_size_distribution_of_ones_own_scatter() {
     write("index.csv", "wavelength_nm,n,k\n400,1.45,0.01\n700,1.45,0.01\n");
     let keys = "[[atmosphere.aerosol]]\nsize_distribution = 'sizes.csv'\nrefractive_index = 'index.csv'\n";
     write("scene.toml", keys);
-    let spectrum = [
-        "spectrum",
-        "--view-elevation",
-        "60",
-        "--view-azimuth",
-        "30",
-        "--wavelengths",
-        "440,675",
-        "--scene",
-        "scene.toml",
-    ];
+    let spectrum = [&BLUE_AND_RED[..], &["--scene", "scene.toml"]].concat();
     let of = |keys: &str| {
         write("scene.toml", keys);
         succeed(folder.path(), &spectrum).stdout

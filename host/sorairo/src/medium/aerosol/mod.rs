@@ -12,7 +12,8 @@ mod spheres;
 
 pub use kind::{AerosolKind, Kind};
 pub use layers::{Lane, Layer};
-pub use mie::{Complex, Sphere};
+pub use mie::Sphere;
 pub use mixture::{Albedo, Extinction, Mixture, Mode, Scattering};
+pub use nalgebra::Complex;
 pub use phase::{Phase, abscissa};
 pub use spheres::{LONGEST, Optics, scattered};

@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use super::mie::{Complex, Sphere};
+use nalgebra::Complex;
+
+use super::mie::Sphere;
 use super::phase::{DEGREES_AT, Phase};
 use crate::spectra::table::Table;
 
@@ -37,7 +39,7 @@ const BEYOND: [f64; 2] = [1600.0, 2500.0];
 /// Radii in µm, increasing; volumes in µm³ in a column of a µm². Between radii `dV/d ln r` is straight over `ln r`.
 pub fn scattered(
     distribution: &[(f64, f64)],
-    index: Complex,
+    index: Complex<f64>,
     wavelength: f64,
     cosines: &[f64],
 ) -> ([f64; 2], Vec<[f64; 2]>) {

@@ -169,7 +169,8 @@ test_others() {
     # What takes minutes of other people's programs.
     cargo "${tests[@]}" --test sky -- --ignored || failed=1
     test_page || failed=1
-    # The library as one takes it that needs neither Vulkan nor files. It renders three small pictures, and is hardly optimised for them.
+    # The library as one takes it that needs neither Vulkan nor files. It renders three small pictures, and is hardly
+    # optimised for them.
     cargo "${quick[@]}" --config 'profile.release.package.sorairo.opt-level=1' \
         --config 'profile.release.package.sorairo-shared.opt-level=1' \
         test --release --package sorairo --no-default-features --features cpu --test cpu_only || failed=1

@@ -71,8 +71,8 @@ pub fn lookup_anchors(
 ) {
     let (anchor, share) = (id.x / ANCHOR_LANES, lane % ANCHOR_LANES);
     let buffers = Buffers { bands, quadrature, colour, multiple, columns };
-    // A barrier stands where all lanes of a workgroup pass. Divisions leave the kernel where they cannot be done, so that
-    // none may stand behind a branch that lanes take differently.
+    // A barrier stands where all lanes of a workgroup pass. Divisions leave the kernel where they cannot be done, so
+    // that none may stand behind a branch that lanes take differently.
     let direction = anchor_view(uniform, anchor);
     let is_due = (anchor < anchors(uniform)) & is_anchor_read(uniform, anchor, variant);
     let is_first = is_due & (share == 0);
@@ -117,8 +117,8 @@ pub fn lookup(
     }
 }
 
-/// The sky, interpolated from the sky lookup: a kernel of its own, since a browser compiles it in a fraction of the time that one with
-/// the integral takes.
+/// The sky, interpolated from the sky lookup: a kernel of its own, since a browser compiles it in a fraction of the
+/// time that one with the integral takes.
 #[spirv(compute(threads(16, 16), entry_point_name = "sky_lookup"))]
 pub fn sky_lookup(
     #[spirv(global_invocation_id)] id: UVec3,

@@ -1,7 +1,7 @@
 //! The GPU entry points of sorairo: each fetches its index and calls the kernel of the same name in `sorairo-shared`.
 //!
-//! Two modules are compiled of them, one for each feature: who draws needs none of what plans ask of a device. The specialisation constant 0 is the kernel's
-//! variant (`sorairo_shared::variant`).
+//! Two modules are compiled of them, one for each feature: who draws needs none of what plans ask of a device. The
+//! specialisation constant 0 is the kernel's variant (`sorairo_shared::variant`).
 #![cfg_attr(target_arch = "spirv", no_std)]
 #![deny(warnings)] // a shader build does not show them otherwise
 

@@ -4,22 +4,23 @@ use crate::glam::{Vec2, Vec3, Vec4};
 use crate::math::{PI, abs, acos, clamp, max, safe_sqrt, sin_cos, sqrt};
 use bytemuck::{Pod, Zeroable};
 
-/// Whole sphere: columns are azimuths with the camera's azimuth in the centre, rows are elevations from the zenith down.
+/// Whole sphere: columns are azimuths with the camera's azimuth in the centre, rows are elevations from the zenith
+/// down.
 pub const EQUIRECTANGULAR: u32 = 0;
 /// Equidistant fisheye: the distance from the centre of the inscribed circle is proportional to the angle.
 pub const FISHEYE: u32 = 1;
 /// Pinhole camera.
 pub const PERSPECTIVE: u32 = 2;
-/// Whole sphere: the octahedron around it, unfolded to a square, with the zenith in the centre, the horizon on the diamond between the middles
-/// of the sides, the nadir in the corners, and the camera's azimuth on top.
+/// Whole sphere: the octahedron around it, unfolded to a square, with the zenith in the centre, the horizon on the
+/// diamond between the middles of the sides, the nadir in the corners, and the camera's azimuth on top.
 pub const OCTAHEDRAL: u32 = 3;
 
 /// A camera at the observer. The layout is that of a GPU buffer.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Camera {
-    /// Unit vector to the right of the image; `w`: how far right of the forward direction a perspective has its middle, on the
-    /// plane at unit distance.
+    /// Unit vector to the right of the image; `w`: how far right of the forward direction a perspective has its middle,
+    /// on the plane at unit distance.
     pub right: Vec4,
     /// Unit vector to the top of the image; `w`: how far above it, likewise.
     pub up: Vec4,
@@ -70,8 +71,9 @@ pub fn position_view(camera: &Camera, projection: u32, position: Vec2) -> PixelV
     }
 }
 
-/// Solid angle per area of the image at a position (pixels from the top left corner), to a factor that is one for the whole image:
-/// cos(elevation), sin(θ)/θ or cos³(θ), with θ the angle from the forward direction; of an octahedron (|x| + |y| + |z|)³.
+/// Solid angle per area of the image at a position (pixels from the top left corner), to a factor that is one for the
+/// whole image: cos(elevation), sin(θ)/θ or cos³(θ), with θ the angle from the forward direction; of an octahedron (|x|
+/// + |y| + |z|)³.
 #[inline(always)]
 pub fn solid_angle_density(camera: &Camera, projection: u32, position: Vec2) -> f32 {
     let direction = position_view(camera, projection, position).direction;
@@ -160,7 +162,8 @@ fn towards_plane(camera: &Camera, plane: Vec2) -> Vec3 {
     Vec3::new(v.x, v.y, v.z)
 }
 
-/// The direction at a position of a perspective image (pixels from its top left corner): a vector whose part into the image is 1, so that it is linear in the position.
+/// The direction at a position of a perspective image (pixels from its top left corner): a vector whose part into the
+/// image is 1, so that it is linear in the position.
 #[inline(always)]
 pub fn perspective_vector(camera: &Camera, position: Vec2) -> Vec3 {
     let from_centre = Vec2::new(position.x - 0.5 * camera.width as f32, 0.5 * camera.height as f32 - position.y);
@@ -174,9 +177,9 @@ pub fn perspective_step(camera: &Camera) -> Vec3 {
     Vec3::new(step.x, step.y, step.z)
 }
 
-/// The top of the image as it lies across a direction (a unit vector, or less where none is): the vertical in an
-/// image of the whole sphere, and in others the camera's own, turned with the direction about the axis across both, as a
-/// lens that is round carries it.
+/// The top of the image as it lies across a direction (a unit vector, or less where none is): the vertical in an image
+/// of the whole sphere, and in others the camera's own, turned with the direction about the axis across both, as a lens
+/// that is round carries it.
 #[inline(always)]
 pub fn top_of_image(camera: &Camera, projection: u32, direction: Vec3) -> Vec3 {
     let vector = |axis: Vec4| Vec3::new(axis.x, axis.y, axis.z);
@@ -190,7 +193,8 @@ pub fn top_of_image(camera: &Camera, projection: u32, direction: Vec3) -> Vec3 {
     }
 }
 
-/// Whether a direction may lie within an angle (radians, less than a quarter turn) of what a perspective sees: never false where it does.
+/// Whether a direction may lie within an angle (radians, less than a quarter turn) of what a perspective sees: never
+/// false where it does.
 #[inline(always)]
 pub fn is_within(camera: &Camera, direction: Vec3, angle: f32) -> bool {
     let (beyond, _) = sin_cos(angle);

@@ -78,8 +78,8 @@ impl Ray {
         }
     }
 
-    /// The square of half of the chord that the ray's line cuts from the top of the atmosphere, seen from outside of it; negative if
-    /// it misses.
+    /// The square of half of the chord that the ray's line cuts from the top of the atmosphere, seen from outside of
+    /// it; negative if it misses.
     ///
     /// `(r μ)² - (r² - top²)` keeps its digits near the atmosphere, `top² - r² (1 - μ²)` far from it.
     #[inline(always)]
@@ -92,7 +92,8 @@ impl Ray {
         if r_mu * r_mu < top * top { r_mu * r_mu - above_top_squared } else { (top - nearest) * (top + nearest) }
     }
 
-    /// The same ray, seen from where it enters the atmosphere, given half of the chord that it cuts from the top of it (km).
+    /// The same ray, seen from where it enters the atmosphere, given half of the chord that it cuts from the top of it
+    /// (km).
     ///
     /// With `b` the distance of the line from the planet's centre and `q` half of the chord, the point of entry is
     /// `b w - q v`: `v` the ray's direction, `w` the unit vector from the centre to the line. Nothing of the distance
@@ -183,13 +184,14 @@ pub fn inside_atmosphere(shell: Shell, ray: Ray) -> (Ray, f32) {
     (inside, length)
 }
 
-/// The part of the ray that lies in the planet's shadow, the half cylinder, or cone, behind the planet along the sun's direction.
+/// The part of the ray that lies in the planet's shadow, the half cylinder, or cone, behind the planet along the sun's
+/// direction.
 ///
-/// The distance of a point from the shadow's axis, squared, less the cone's radius there, squared, is `A s² + 2 B s + C` with
-/// `q = R + offset + slope r μ_s`, `A = 1 - ν² - slope² ν²`, `B = r (μ - μ_s ν) - slope q ν` and
-/// `C = r² (1 - μ_s²) - q² = h (2R + h) - (r μ_s)² - (q² - R²)`. The roots are the ends of the
-/// interval. A straight line that misses the planet cannot pass from its lit side to its shadow inside the cylinder,
-/// so one look at the side on which the interval begins decides. Towards the sun and away from it a line leaves a cone, or enters it, once.
+/// The distance of a point from the shadow's axis, squared, less the cone's radius there, squared, is `A s² + 2 B s +
+/// C` with `q = R + offset + slope r μ_s`, `A = 1 - ν² - slope² ν²`, `B = r (μ - μ_s ν) - slope q ν` and `C = r² (1 -
+/// μ_s²) - q² = h (2R + h) - (r μ_s)² - (q² - R²)`. The roots are the ends of the interval. A straight line that misses
+/// the planet cannot pass from its lit side to its shadow inside the cylinder, so one look at the side on which the
+/// interval begins decides. Towards the sun and away from it a line leaves a cone, or enters it, once.
 #[inline(always)]
 pub fn shadow(shell: Shell, ray: Ray) -> Interval {
     let r = shell.ground_radius + ray.altitude;
@@ -215,14 +217,14 @@ pub fn shadow(shell: Shell, ray: Ray) -> Interval {
     }
 }
 
-/// Altitude (km) of the end of a lit stretch on the planet's shadow or on the ground, at distance `s` (km) along the ray; `by_distance` is
-/// what that distance has for it.
+/// Altitude (km) of the end of a lit stretch on the planet's shadow or on the ground, at distance `s` (km) along the
+/// ray; `by_distance` is what that distance has for it.
 ///
-/// Behind the terminator the shadow's edge is as far from its axis as the cone is wide: `r_s c = R + offset + slope r_s m`, with `m` the
-/// cosine of the zenith angle of the sun there and `c = √(1 - m²)`, so that
-/// `h = (R (m² / (1 + c) + slope m) + offset) / (c - slope m)`. Near the terminator that keeps
-/// the metres that the distance of an observer far above has lost, with which the edge may also be rounded to the ground. The error of
-/// the distance weighs `s |μ|`, that of `m` at most `(r_s |m| + s) |m|`; what weighs less is taken.
+/// Behind the terminator the shadow's edge is as far from its axis as the cone is wide: `r_s c = R + offset + slope r_s
+/// m`, with `m` the cosine of the zenith angle of the sun there and `c = √(1 - m²)`, so that `h = (R (m² / (1 + c) +
+/// slope m) + offset) / (c - slope m)`. Near the terminator that keeps the metres that the distance of an observer far
+/// above has lost, with which the edge may also be rounded to the ground. The error of the distance weighs `s |μ|`,
+/// that of `m` at most `(r_s |m| + s) |m|`; what weighs less is taken.
 #[inline(always)]
 pub fn altitude_of_lit_end(shell: Shell, ray: Ray, s: f32, by_distance: f32) -> f32 {
     let r_at_s = shell.ground_radius + by_distance;

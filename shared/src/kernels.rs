@@ -118,8 +118,8 @@ pub fn words_of_light(uniform: &Uniform, bands: &[Bands], variant: u32) -> u32 {
     if variant & variant::SPECTRUM != 0 { spectral::words(uniform) } else { 4 * bands.len() as u32 }
 }
 
-/// Kernel `sky`: a pixel of the sky, integrated at the pixel itself, and stored: its colour, a spectrum beside it, or the radiance at
-/// every band.
+/// Kernel `sky`: a pixel of the sky, integrated at the pixel itself, and stored: its colour, a spectrum beside it, or
+/// the radiance at every band.
 #[inline(always)]
 pub fn sky_pixel(uniform: &Uniform, buffers: Buffers<'_>, output: &mut [u32], pixel: UVec2, variant: u32) {
     let view = view(uniform, pixel, variant);
@@ -271,8 +271,8 @@ pub fn lookup_invocations(uniform: &Uniform, variant: u32) -> u32 {
     if variant & variant::RUNS != 0 { uniform.camera.width / RUN } else { uniform.camera.width }
 }
 
-/// Kernel `sky_lookup`: the sky's colour from the sky lookup at a pixel, or at a run of pixels in a row, stored. `invocation.x` counts what an
-/// invocation does, `invocation.y` rows.
+/// Kernel `sky_lookup`: the sky's colour from the sky lookup at a pixel, or at a run of pixels in a row, stored.
+/// `invocation.x` counts what an invocation does, `invocation.y` rows.
 #[inline(always)]
 pub fn lookup_pixel(
     uniform: &Uniform,
@@ -323,8 +323,8 @@ pub fn lookup_pixel(
         on_circle = Run::new(uniform, entries, circle, middle, view.source_row, variant);
     }
     let (first_pixel, first) = (pixel, index(uniform, pixel));
-    // The places first, if the run may be interpolated between them, then the pixels, if it was not smooth: in one loop,
-    // since a second call would double the shader.
+    // The places first, if the run may be interpolated between them, then the pixels, if it was not smooth: in one
+    // loop, since a second call would double the shader.
     let is_formed = is_formed(variant);
     let mut formed = FormedRun::BLACK;
     let mut step = if is_formed & is_beside_disc(uniform, row, variant) { 0 } else { FORMED };

@@ -28,8 +28,8 @@
 //!
 //! # Conventions
 //!
-//! * Lengths in **km**, coefficients in **km⁻¹**, wavelengths in **nm**. Angles are cosines or radians; degrees only in what a
-//!   person says.
+//! * Lengths in **km**, coefficients in **km⁻¹**, wavelengths in **nm**. Angles are cosines or radians; degrees only in
+//!   what a person says.
 //! * `z` up, `x` north, `y` west. Azimuth runs clockwise from north as on a compass, elevation from the horizon.
 //! * `altitude` (`h`) is above the ground sphere, `r` the distance from the planet's centre. `mu` is the cosine of a
 //!   ray's zenith angle, `mu_s` that of the sun, `nu` the cosine between view and sun.

@@ -7,8 +7,8 @@ use crate::glam::Vec4;
 
 /// Element `index` of a buffer; `index` must lie inside it.
 ///
-/// On the GPU the access is not checked by a branch, which would cost more than the kernel: drivers that wgpu accepts bound
-/// buffer accesses themselves. On the CPU, where every kernel's indices are tested, it panics.
+/// On the GPU the access is not checked by a branch, which would cost more than the kernel: drivers that wgpu accepts
+/// bound buffer accesses themselves. On the CPU, where every kernel's indices are tested, it panics.
 #[inline(always)]
 pub fn fetch<T: Copy>(buffer: &[T], index: usize) -> T {
     #[cfg(target_arch = "spirv")]
@@ -177,8 +177,9 @@ pub fn exp_lanes(values: &mut [f32]) {
 
 /// `ln x` for each band, of a normal `x > 0`.
 ///
-/// On the CPU: `x = m 2ⁿ` with `√½ <= m < √2` and the polynomial of Cephes' `logf` (Moshier 1992), error below 1.2e-7 of the
-/// result. On the GPU: the `Log` instruction, 3 ULP by the Vulkan specification, and 2⁻²¹ for `x` between 1/2 and 2.
+/// On the CPU: `x = m 2ⁿ` with `√½ <= m < √2` and the polynomial of Cephes' `logf` (Moshier 1992), error below 1.2e-7
+/// of the result. On the GPU: the `Log` instruction, 3 ULP by the Vulkan specification, and 2⁻²¹ for `x` between 1/2
+/// and 2.
 #[inline(always)]
 pub fn ln4(x: Vec4) -> Vec4 {
     Vec4::new(ln(x.x), ln(x.y), ln(x.z), ln(x.w))
@@ -327,7 +328,8 @@ pub fn angle_of(x: f32, y: f32) -> f32 {
     if y < 0.0 { 2.0 * PI - half } else { half }
 }
 
-/// The bits of the half float nearest to `x >= 0` (IEEE 754 binary16, ties to even); beyond its largest number, 65504, that.
+/// The bits of the half float nearest to `x >= 0` (IEEE 754 binary16, ties to even); beyond its largest number, 65504,
+/// that.
 #[inline(always)]
 pub fn half_bits(x: f32) -> u32 {
     const LARGEST: f32 = 65504.0;

@@ -22,8 +22,8 @@ pub fn words(uniform: &Uniform) -> u32 {
     RGB_WORDS + uniform.spectral_wavelengths
 }
 
-/// Stores what a group of four bands adds to a spectrum by a linear fit, whose pixel's words begin at `at`; gives what it adds to
-/// linear RGB.
+/// Stores what a group of four bands adds to a spectrum by a linear fit, whose pixel's words begin at `at`; gives what
+/// it adds to linear RGB.
 #[inline]
 pub fn store_linear(
     uniform: &Uniform,

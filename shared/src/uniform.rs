@@ -12,7 +12,8 @@ use crate::medium::atmosphere::{Atmosphere, Medium};
 use crate::medium::bands::Bands;
 use crate::medium::phase::PHASE_ENTRIES;
 
-/// Rows of observer nodes that the uniform has room for: the four of each of sixteen nodes of each of four constituents.
+/// Rows of observer nodes that the uniform has room for: the four of each of sixteen nodes of each of four
+/// constituents.
 pub const NODE_ROWS: usize = 256;
 
 /// Everything that every pixel of a dispatch shares. The layout is that of a GPU uniform buffer.
@@ -50,8 +51,8 @@ pub struct Uniform {
     pub rows: u32,
     /// Factor from linear RGB to a picture's linear value.
     pub exposure: f32,
-    /// Observer nodes of a regression fit for each constituent of the light; 0 for other fits. In `node_rows` those of the constituents that
-    /// there are follow each other in the order of [`crate::sky::ByConstituent`].
+    /// Observer nodes of a regression fit for each constituent of the light; 0 for other fits. In `node_rows` those of
+    /// the constituents that there are follow each other in the order of [`crate::sky::ByConstituent`].
     pub nodes: u32,
     /// Rows of the sky lookup above the horizon; 0 without one. For an equirectangular image they are its own.
     pub lookup_above: u32,
@@ -63,11 +64,14 @@ pub struct Uniform {
     pub horizon: f32,
     /// Wavelengths of a spectral image, which stand last in the colour rows; 0 for other images.
     pub spectral_wavelengths: u32,
-    /// Pixels from the start of a row of the output to that of the next: the image's width, or more where rows are aligned.
+    /// Pixels from the start of a row of the output to that of the next: the image's width, or more where rows are
+    /// aligned.
     pub row_pixels: u32,
-    /// 1 where every entry and anchor of the sky lookup is computed, for any camera; 0 where those are that this one can see.
+    /// 1 where every entry and anchor of the sky lookup is computed, for any camera; 0 where those are that this one
+    /// can see.
     pub fills_whole_lookup: u32,
-    /// From the horizon to the zenith, or from outside the atmosphere to its upper edge (radians): what the rows of the sky lookup above the horizon span.
+    /// From the horizon to the zenith, or from outside the atmosphere to its upper edge (radians): what the rows of the
+    /// sky lookup above the horizon span.
     pub lookup_span: f32,
     /// Rows of the sky lookup's anchors above the horizon; 0 without a lookup. See [`crate::picture::lookup`].
     pub anchors_above: u32,
@@ -75,8 +79,9 @@ pub struct Uniform {
     pub anchors_below: u32,
     /// Their columns.
     pub anchor_azimuths: u32,
-    /// The rows of the observer nodes of a regression fit; see [`crate::fit::spectrum::regression_rgb`]. Every pixel reads all of them: a device that fetches for
-    /// several pixels at a time knows of a uniform, and of no buffer, that all fetch the same.
+    /// The rows of the observer nodes of a regression fit; see [`crate::fit::spectrum::regression_rgb`]. Every pixel
+    /// reads all of them: a device that fetches for several pixels at a time knows of a uniform, and of no buffer, that
+    /// all fetch the same.
     pub node_rows: [Vec4; NODE_ROWS],
     /// The polariser before the lens, where the variant has it.
     pub polariser: Polariser,
@@ -90,7 +95,8 @@ pub struct Uniform {
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct SunDisc {
-    /// Left edge of the bounding box (pixels from the image's left edge; an equirectangular image goes on beyond its sides).
+    /// Left edge of the bounding box (pixels from the image's left edge; an equirectangular image goes on beyond its
+    /// sides).
     pub left: f32,
     /// Top edge (pixels from the image's top edge).
     pub top: f32,
@@ -128,7 +134,8 @@ pub struct Polariser {
     /// The lookup of light of higher orders: linear RGB of `Q`, then of `U` over the sine of the azimuth from the sun,
     /// relative to the vertical.
     pub lookup: MultipleLookup,
-    /// Where the degrees of polarisation stand in the colour rows, for red, green and blue; the lookup's entries follow.
+    /// Where the degrees of polarisation stand in the colour rows, for red, green and blue; the lookup's entries
+    /// follow.
     pub first: u32,
     /// Unused; fills the last 16 bytes.
     pub padding0: u32,

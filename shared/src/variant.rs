@@ -1,7 +1,7 @@
 //! What a kernel is specialised for: the bits of one constant.
 //!
-//! A GPU pipeline is compiled for one value, and the compiler drops what the scene does not need; nothing of it is decided per
-//! pixel. On the CPU the value is the same for every pixel, and the branches on it are always predicted.
+//! A GPU pipeline is compiled for one value, and the compiler drops what the scene does not need; nothing of it is
+//! decided per pixel. On the CPU the value is the same for every pixel, and the branches on it are always predicted.
 
 /// There is aerosol.
 pub const AEROSOL: u32 = 1;
@@ -28,8 +28,8 @@ pub const PHASE_TABLE: u32 = 1 << 31;
 /// Everything that concerns what fills the air and where light goes.
 pub const INTEGRAL: u32 = WHOLE_INTEGRAL | TABLES;
 
-/// Pixels are looked up in runs, which share what they read: only in images whose width is a multiple of a run; see [`crate::picture::run`] and
-/// [`crate::picture::perspective_run`].
+/// Pixels are looked up in runs, which share what they read: only in images whose width is a multiple of a run; see
+/// [`crate::picture::run`] and [`crate::picture::perspective_run`].
 pub const RUNS: u32 = 1 << 12;
 
 /// There is light that was scattered more than once.
@@ -49,12 +49,14 @@ pub const MORE_THAN_EIGHT: u32 = 1 << 17;
 /// How many bands a regression fit has.
 pub const BANDS: u32 = MORE_THAN_FOUR | MORE_THAN_EIGHT;
 
-/// The fit is the regression, separately for each constituent of the light; see [`crate::fit::spectrum::regression_rgb`]. Without this bit it is linear in the
-/// transfer: solve, observer sum and XYZ→RGB (Eqs. 4-8) are one matrix, whose rows for red, green and blue are the colour rows of each
-/// group of four bands.
+/// The fit is the regression, separately for each constituent of the light; see
+/// [`crate::fit::spectrum::regression_rgb`]. Without this bit it is linear in the transfer: solve, observer sum and
+/// XYZ→RGB (Eqs. 4-8) are one matrix, whose rows for red, green and blue are the colour rows of each group of four
+/// bands.
 pub const REGRESSION: u32 = 1 << 18;
-/// The fit has four bands, and its 4×4 system is solved at every pixel. Without [`REGRESSION`] this is the paper's mathematics, step by step (Eqs. 4-8): the cubic
-/// through four bands, its sum over the observer nodes in the colour rows, XYZ→RGB.
+/// The fit has four bands, and its 4×4 system is solved at every pixel. Without [`REGRESSION`] this is the paper's
+/// mathematics, step by step (Eqs. 4-8): the cubic through four bands, its sum over the observer nodes in the colour
+/// rows, XYZ→RGB.
 pub const SOLVED: u32 = 1 << 19;
 /// The fit: everything that its choice decides.
 pub const FIT: u32 = BANDS | REGRESSION | SOLVED;
@@ -81,7 +83,8 @@ pub fn of_bands(bands: usize) -> u32 {
     more_than_four | more_than_eight
 }
 
-/// The view transform of a picture is AgX; see [`crate::display::agx`]. Without a view transform what is brighter than 1 is cut.
+/// The view transform of a picture is AgX; see [`crate::display::agx`]. Without a view transform what is brighter than
+/// 1 is cut.
 pub const AGX: u32 = 1 << 23;
 /// It is that of ACES 2.0; see [`crate::display::aces`].
 pub const ACES: u32 = 1 << 24;

@@ -7,8 +7,8 @@ use crate::math::{max, min};
 
 /// A space of linear RGB: one primary in each member. The layout is that of a GPU buffer.
 ///
-/// `x`, `y`, `z` are the primary's row of the matrix from XYZ (Eq. 8), chromatic adaptation included; `w` is the part of the
-/// primary in the luminance.
+/// `x`, `y`, `z` are the primary's row of the matrix from XYZ (Eq. 8), chromatic adaptation included; `w` is the part
+/// of the primary in the luminance.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct RgbSpace {
@@ -55,9 +55,9 @@ pub fn highest(rgb: Vec3) -> f32 {
 
 /// The colour of the same luminance and hue that the primaries of a space can make.
 ///
-/// A nearly monochromatic twilight horizon lies outside Rec. 709 and has a negative component. It is mixed with the grey
-/// of its own luminance until that component is zero; a colour inside the gamut is returned unchanged. The primaries of XYZ
-/// make every colour that there is.
+/// A nearly monochromatic twilight horizon lies outside Rec. 709 and has a negative component. It is mixed with the
+/// grey of its own luminance until that component is zero; a colour inside the gamut is returned unchanged. The
+/// primaries of XYZ make every colour that there is.
 #[inline(always)]
 pub fn into_gamut(rgb: Vec3, space: &RgbSpace) -> Vec3 {
     into_gamut_by(rgb, space.luminance_parts())

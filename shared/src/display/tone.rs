@@ -10,7 +10,8 @@ use crate::variant::{ACES, AGX};
 /// A linear value that every picture shows as white: an infinite one would have no hue to keep.
 pub const BRIGHTEST: f32 = 1e30;
 
-/// The sRGB transfer function of a linear value in [0, 1] (IEC 61966-2-1:1999), to 2e-5, a two-hundredth of an 8 bit step.
+/// The sRGB transfer function of a linear value in [0, 1] (IEC 61966-2-1:1999), to 2e-5, a two-hundredth of an 8 bit
+/// step.
 ///
 /// The power 1/2.4 of `x` is the power 5/3 of `x^(1/4)`, close enough to a square for a short polynomial.
 #[inline(always)]
@@ -28,12 +29,12 @@ const SRGB_POLYNOMIAL: [f32; 6] = [-0.06162549, 0.164974, 1.2442139, -0.55755568
 /// The threshold of [`srgb8`] that rounds to the nearest byte.
 pub const NEAREST: f32 = 0.5;
 
-/// A pixel's threshold of [`srgb8`] in an ordered dither: over any few pixels the thresholds lie evenly in [0, 1), so that the mean of the bytes is
-/// the value, and steps between two bytes cannot be seen as rings around the sun.
+/// A pixel's threshold of [`srgb8`] in an ordered dither: over any few pixels the thresholds lie evenly in [0, 1), so
+/// that the mean of the bytes is the value, and steps between two bytes cannot be seen as rings around the sun.
 ///
-/// They are the fractional parts of `column / g + row / g²` in 32 bits, with `g` the root of g³ = g + 1 (1.3247…): the lattice R₂ of M. Roberts, *The
-/// unreasonable effectiveness of quasirandom sequences* (2018), which has no period that an eye would find. It is the same in whole numbers on every
-/// device.
+/// They are the fractional parts of `column / g + row / g²` in 32 bits, with `g` the root of g³ = g + 1 (1.3247…): the
+/// lattice R₂ of M. Roberts, *The unreasonable effectiveness of quasirandom sequences* (2018), which has no period that
+/// an eye would find. It is the same in whole numbers on every device.
 #[inline(always)]
 pub fn dither(column: u32, row: u32) -> f32 {
     const COLUMN: u32 = 0xc13f_a9a9;
@@ -118,7 +119,8 @@ mod tests {
 
     #[test]
     fn the_mean_of_dithered_bytes_is_the_value() {
-        // Of 16×16 pixels the thresholds are even to a few parts in 256; rounding to the nearest byte would be off by up to a half.
+        // Of 16×16 pixels the thresholds are even to a few parts in 256; rounding to the nearest byte would be off by
+        // up to a half.
         for i in 0..50 {
             let linear = 0.2 + i as f32 * 1e-4;
             let bytes =

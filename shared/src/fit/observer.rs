@@ -9,9 +9,9 @@ pub const OBSERVER_NODES: u32 = 81;
 
 /// XYZ of the fitted spectrum: the cubic through four bands, summed over the observer nodes (Eqs. 4-7).
 ///
-/// `radiance` at the bands; `wavelengths` the normalised ones of the bands; each of the first [`OBSERVER_NODES`] colour rows holds
-/// (`x̄ Δλ`, `ȳ Δλ`, `z̄ Δλ`, normalised wavelength), times the solar irradiance if the fit is of the transfer.
-/// Returns radiance weighted by the colour-matching functions (W·m⁻²·sr⁻¹).
+/// `radiance` at the bands; `wavelengths` the normalised ones of the bands; each of the first [`OBSERVER_NODES`] colour
+/// rows holds (`x̄ Δλ`, `ȳ Δλ`, `z̄ Δλ`, normalised wavelength), times the solar irradiance if the fit is of the
+/// transfer. Returns radiance weighted by the colour-matching functions (W·m⁻²·sr⁻¹).
 #[inline]
 pub fn observe_cubic(wavelengths: Vec4, radiance: Vec4, colour: &[Vec4]) -> Vec3 {
     let coefficients = newton_coefficients(wavelengths, radiance);

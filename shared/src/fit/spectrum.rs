@@ -8,14 +8,14 @@ use crate::variant;
 /// The coefficients of the cubic through four points, in Newton's form: the Vandermonde system
 /// `Σₖ aₖ xᵢᵏ = yᵢ`, solved by divided differences.
 ///
-/// `wavelengths` are four distinct normalised wavelengths in any order, `values` the ordinates. Newton's form solves the same 4×4
-/// system as the Vandermonde matrix without ever forming it, in 6 divisions (Björck and Pereyra 1970,
+/// `wavelengths` are four distinct normalised wavelengths in any order, `values` the ordinates. Newton's form solves
+/// the same 4×4 system as the Vandermonde matrix without ever forming it, in 6 divisions (Björck and Pereyra 1970,
 /// <https://doi.org/10.1090/S0025-5718-1970-0290541-1>).
 ///
 /// # Error
 ///
-/// Let `p` be the exact cubic through the given numbers, `p̂` what [`newton_value`] makes of these coefficients, and `Y` the
-/// largest `|values|`. Then, as long as nothing underflows,
+/// Let `p` be the exact cubic through the given numbers, `p̂` what [`newton_value`] makes of these coefficients, and
+/// `Y` the largest `|values|`. Then, as long as nothing underflows,
 ///
 /// ```text
 /// |p̂(x) - p(x)| <= 18 · 2⁻²⁴ · Λ(x) · Y · (1 + 2⁻¹⁹)
@@ -23,13 +23,14 @@ use crate::variant;
 /// M₀ = 1,    M₁ = 2 / |x₁ - x₀|,    and so on: divided differences with every difference of values made a sum
 /// ```
 ///
-/// A divided difference of order `k` passes `3k` roundings (two differences and a quotient at each level), each relative to a
-/// sum of absolute values; Horner's rule adds `3k` to the term of order `k < 3` and one for its own addition, nine to the
-/// last. The cubic term has most, 9 + 9 (Higham 2002, *Accuracy and Stability of Numerical Algorithms*, 5.3 and lemma 3.1). On
-/// a GPU whose quotients are good to 2.5 ULP, as Vulkan demands, 30 takes the place of 18.
+/// A divided difference of order `k` passes `3k` roundings (two differences and a quotient at each level), each
+/// relative to a sum of absolute values; Horner's rule adds `3k` to the term of order `k < 3` and one for its own
+/// addition, nine to the last. The cubic term has most, 9 + 9 (Higham 2002, *Accuracy and Stability of Numerical
+/// Algorithms*, 5.3 and lemma 3.1). On a GPU whose quotients are good to 2.5 ULP, as Vulkan demands, 30 takes the place
+/// of 18.
 ///
-/// With increasing wavelengths `Λ` is as small as the problem itself allows but for a constant; other orders lose more. It grows as
-/// the inverse cube of the spacing: rounding a value at one of the bands does the same to the exact cubic.
+/// With increasing wavelengths `Λ` is as small as the problem itself allows but for a constant; other orders lose more.
+/// It grows as the inverse cube of the spacing: rounding a value at one of the bands does the same to the exact cubic.
 #[inline(always)]
 pub fn newton_coefficients(wavelengths: Vec4, values: Vec4) -> Vec4 {
     let d01 = (values.y - values.x) / (wavelengths.y - wavelengths.x);
@@ -100,12 +101,12 @@ pub fn rows_per_node(variant: u32) -> u32 {
 /// The smallest transfer whose logarithm is taken; anything darker counts as this.
 pub const DARKEST: f32 = 1e-30;
 
-/// How far, in natural logarithms, a fitted value may rise above the brightest band. The bands enclose all but the ends of the
-/// observer's range, where the transfer of a clear sky is at most 40 % brighter than at the outermost band.
+/// How far, in natural logarithms, a fitted value may rise above the brightest band. The bands enclose all but the ends
+/// of the observer's range, where the transfer of a clear sky is at most 40 % brighter than at the outermost band.
 const BRIGHTEST_RISE: f32 = 1.0;
 
-/// How far, in natural logarithms, a value of a spectral image may rise above the brightest band. At 830 nm, far beyond the bands,
-/// light that has crossed the most air has lost some ten logarithms fewer than at 650 nm.
+/// How far, in natural logarithms, a value of a spectral image may rise above the brightest band. At 830 nm, far beyond
+/// the bands, light that has crossed the most air has lost some ten logarithms fewer than at 650 nm.
 pub const SPECTRUM_RISE: f32 = 10.0;
 
 /// One constituent's integral at the bands, ready for the observer nodes of the regression fit.
@@ -124,9 +125,9 @@ pub struct Logarithms {
 }
 
 impl Logarithms {
-    /// Those of the integral at the bands, as many as the variant has. By a fit that is [`variant::SOLVED`], the Newton coefficients of `ln X` at
-    /// the first four bands ([`newton_coefficients`]) take the place of the values themselves; `wavelengths` are the normalised ones of
-    /// those bands.
+    /// Those of the integral at the bands, as many as the variant has. By a fit that is [`variant::SOLVED`], the Newton
+    /// coefficients of `ln X` at the first four bands ([`newton_coefficients`]) take the place of the values
+    /// themselves; `wavelengths` are the normalised ones of those bands.
     #[inline(always)]
     pub fn new(bands: Dozen, wavelengths: Vec4, variant: u32) -> Self {
         let first = ln4(max4(bands.first, DARKEST));
@@ -149,8 +150,8 @@ impl Logarithms {
         }
     }
 
-    /// X at a wavelength: `exp(c + b · ln X)`, the exponent given, at most `rise` logarithms above the brightest band. Without light it is what follows
-    /// from [`DARKEST`].
+    /// X at a wavelength: `exp(c + b · ln X)`, the exponent given, at most `rise` logarithms above the brightest band.
+    /// Without light it is what follows from [`DARKEST`].
     #[inline(always)]
     fn value(&self, exponent: f32, rise: f32) -> f32 {
         exp(min(exponent, self.highest + rise))
@@ -159,12 +160,12 @@ impl Logarithms {
 
 /// Linear RGB of one constituent's integral by the regression fit: `Σ_q w_q exp(c_q + b_q · ln X)`.
 ///
-/// `ln X(λ_q)` at each observer node is an affine function of `ln X` at the bands, by a regression on the scene's own rays
-/// when the plan is made; the weights hold the observer, the sun and XYZ→RGB (Eqs. 4-8).
-/// The logarithm makes the fit of an extinction spectrum linear; the exponentials are as few as the nodes.
+/// `ln X(λ_q)` at each observer node is an affine function of `ln X` at the bands, by a regression on the scene's own
+/// rays when the plan is made; the weights hold the observer, the sun and XYZ→RGB (Eqs. 4-8). The logarithm makes the
+/// fit of an extinction spectrum linear; the exponentials are as few as the nodes.
 ///
-/// Each node has [`rows_per_node`]: `b_q` for each group of four bands, and (`c_q`, red, green, blue). All bands at zero give exactly
-/// zero.
+/// Each node has [`rows_per_node`]: `b_q` for each group of four bands, and (`c_q`, red, green, blue). All bands at
+/// zero give exactly zero.
 #[inline(always)]
 pub fn regression_rgb(
     node_rows: &[Vec4; NODE_ROWS],
@@ -194,8 +195,8 @@ pub fn regression_rgb(
 
 /// One constituent's integral times the solar irradiance at one wavelength, by the regression fit (W·m⁻²·nm⁻¹).
 ///
-/// The wavelength's rows begin at `row` of the colour rows, like those of a node of [`regression_rgb`]; the last one holds (`c`, solar
-/// irradiance).
+/// The wavelength's rows begin at `row` of the colour rows, like those of a node of [`regression_rgb`]; the last one
+/// holds (`c`, solar irradiance).
 #[inline]
 pub fn regression_value(colour: &[Vec4], row: usize, logarithms: &Logarithms, variant: u32) -> f32 {
     let last = fetch(colour, row + rows_per_node(variant) as usize - 1);

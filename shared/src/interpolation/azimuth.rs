@@ -1,8 +1,9 @@
 //! Where azimuths from the sun lie along the columns of a lookup.
 //!
-//! The light of the sky is even in the azimuth `φ` from the sun, and so a smooth function of `cos φ`. Columns lie at equal distances of
-//! `sin(φ/2) = √((1 - cos φ)/2)`, of which `cos φ` is a polynomial: at `φ = 0`, where haze makes a narrow peak, they are as close together as
-//! equal distances of `φ` itself would be, and at `φ = 180°` as far apart as equal distances of the cosine.
+//! The light of the sky is even in the azimuth `φ` from the sun, and so a smooth function of `cos φ`. Columns lie at
+//! equal distances of `sin(φ/2) = √((1 - cos φ)/2)`, of which `cos φ` is a polynomial: at `φ = 0`, where haze makes a
+//! narrow peak, they are as close together as equal distances of `φ` itself would be, and at `φ = 180°` as far apart as
+//! equal distances of the cosine.
 
 use crate::math::safe_sqrt;
 

@@ -1,19 +1,19 @@
 //! Moments of a light field, and their interpolation between the nodes of a table.
 //!
-//! A light field `L(v)` that is symmetric about the vertical plane through the sun is a sum of real spherical harmonics that are
-//! even in the azimuth `φ` from the sun:
+//! A light field `L(v)` that is symmetric about the vertical plane through the sun is a sum of real spherical harmonics
+//! that are even in the azimuth `φ` from the sun:
 //!
 //! ```text
 //! L(v) = Σ_l Σ_m L_lm Y_lm(v),   Y_lm = N_lm P_l^m(μ) cos(m φ),   l = 0, 1, ...,   m = 0 ... l
 //! ```
 //!
-//! with `μ` the cosine of the zenith angle, `P_l^m` the associated Legendre functions and `N_lm` such that the integral of `Y_lm²` over
-//! the sphere is 1. The moment `L_lm` is then the integral of `L(v) Y_lm(v)`.
+//! with `μ` the cosine of the zenith angle, `P_l^m` the associated Legendre functions and `N_lm` such that the integral
+//! of `Y_lm²` over the sphere is 1. The moment `L_lm` is then the integral of `L(v) Y_lm(v)`.
 
 use crate::math::{PI, clamp, fetch, sqrt, store};
 
-/// Which moments a table holds: those of a degree `l` up to `degree` and an azimuthal number `m` up to `azimuthal`, one `m` after the
-/// other.
+/// Which moments a table holds: those of a degree `l` up to `degree` and an azimuthal number `m` up to `azimuthal`, one
+/// `m` after the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Moments {
     /// The highest degree.
@@ -71,7 +71,8 @@ pub fn legendre(moments: Moments, mu: f32, sine: f32, functions: &mut [f32], fir
     }
 }
 
-/// The part `Σ_l (2l + 1)/(4π) χ_l P_l(ν)` of a phase function with the Legendre moments `χ` (sr⁻¹), up to the degree of the last of them.
+/// The part `Σ_l (2l + 1)/(4π) χ_l P_l(ν)` of a phase function with the Legendre moments `χ` (sr⁻¹), up to the degree
+/// of the last of them.
 pub fn phase_from_moments(chi: &[f32], nu: f32) -> f32 {
     let mut before = 0.0;
     let mut value = 1.0;
@@ -90,8 +91,8 @@ pub fn phase_from_moments(chi: &[f32], nu: f32) -> f32 {
 
 /// Nodes between which a function is interpolated by the cubic through four of them.
 ///
-/// They stand in a list of numbers: the nodes, increasing and four at least, then for each four neighbours the four inverse products of their differences,
-/// Lagrange's denominators.
+/// They stand in a list of numbers: the nodes, increasing and four at least, then for each four neighbours the four
+/// inverse products of their differences, Lagrange's denominators.
 #[derive(Clone, Copy)]
 pub struct Axis<'a> {
     /// The list.
@@ -112,7 +113,8 @@ pub struct Stencil {
 }
 
 impl Axis<'_> {
-    /// The stencil at `x`, which is taken to the nearest end where it lies outside. The neighbours are looked for from `guess` on.
+    /// The stencil at `x`, which is taken to the nearest end where it lies outside. The neighbours are looked for from
+    /// `guess` on.
     #[inline(always)]
     pub fn stencil(self, x: f32, guess: usize) -> Stencil {
         let last = self.count - 1;

@@ -1,11 +1,14 @@
 //! The lookup of multiply scattered light: a grid of directions, between which every ray is interpolated.
 //!
-//! Light scattered more than once has no phase function left, and varies slowly with the direction: a few thousand entries hold it. As in
-//! [`crate::picture::lookup`], rows are elevations, crowded towards the horizon on either side of it, and columns are places of [`crate::interpolation::azimuth`]; between them it is interpolated by cubics, or on a finer grid by straight lines. Rows of an observer outside the atmosphere are elevations where the ray
-//! enters it, so that they resolve the limb from any distance; columns are the observer's own.
+//! Light scattered more than once has no phase function left, and varies slowly with the direction: a few thousand
+//! entries hold it. As in [`crate::picture::lookup`], rows are elevations, crowded towards the horizon on either side
+//! of it, and columns are places of [`crate::interpolation::azimuth`]; between them it is interpolated by cubics, or on
+//! a finer grid by straight lines. Rows of an observer outside the atmosphere are elevations where the ray enters it,
+//! so that they resolve the limb from any distance; columns are the observer's own.
 //!
-//! An entry is the light that air and aerosol scatter towards the observer and, below the horizon, the diffuse irradiance of the
-//! ground that is seen there. Both are relative to the irradiance of the sun above the atmosphere (transfer, sr⁻¹, and a pure number).
+//! An entry is the light that air and aerosol scatter towards the observer and, below the horizon, the diffuse
+//! irradiance of the ground that is seen there. Both are relative to the irradiance of the sun above the atmosphere
+//! (transfer, sr⁻¹, and a pure number).
 
 use bytemuck::{Pod, Zeroable};
 
@@ -21,7 +24,8 @@ use crate::variant;
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct MultipleLookup {
-    /// Rows above the horizon; 0 where there is no multiply scattered light. Otherwise four at least, as of the other two.
+    /// Rows above the horizon; 0 where there is no multiply scattered light. Otherwise four at least, as of the other
+    /// two.
     pub above: u32,
     /// Rows below the horizon.
     pub below: u32,
@@ -31,7 +35,8 @@ pub struct MultipleLookup {
     pub groups: u32,
     /// Elevation of the horizon, seen from where rays enter the atmosphere or begin (radians).
     pub horizon: f32,
-    /// Elevations above the horizon that the rows above span (radians): to the zenith, or from outside to the top of the atmosphere.
+    /// Elevations above the horizon that the rows above span (radians): to the zenith, or from outside to the top of
+    /// the atmosphere.
     pub span_above: f32,
     /// Elevations below the horizon that the rows below span (radians).
     pub span_below: f32,
@@ -87,8 +92,8 @@ pub fn place(lookup: MultipleLookup, atmosphere: &Atmosphere, ray: Ray, c: f32) 
     place
 }
 
-/// The place of a direction with the cosine `mu` of its zenith angle, where the ray enters the atmosphere or begins, and the cosine `c` of its
-/// azimuth from the sun.
+/// The place of a direction with the cosine `mu` of its zenith angle, where the ray enters the atmosphere or begins,
+/// and the cosine `c` of its azimuth from the sun.
 #[inline(always)]
 pub fn place_at(lookup: MultipleLookup, mu: f32, c: f32) -> Place {
     let elevation = 0.5 * PI - acos(mu);
@@ -102,7 +107,8 @@ pub fn place_at(lookup: MultipleLookup, mu: f32, c: f32) -> Place {
     Place { is_lit: true, is_above, row, column: place_of_azimuth(c) * (lookup.azimuths - 1) as f32 }
 }
 
-/// Light that air and aerosol scatter towards the observer, neither for the first time, at a group of four bands (sr⁻¹).
+/// Light that air and aerosol scatter towards the observer, neither for the first time, at a group of four bands
+/// (sr⁻¹).
 #[inline(always)]
 pub fn scattered(lookup: MultipleLookup, values: &[Vec4], place: Place, group: u32, variant: u32) -> Vec4 {
     max4(value(lookup, values, (0, group), place, variant), 0.0)
@@ -130,8 +136,8 @@ pub fn diffuse_irradiance(lookup: MultipleLookup, values: &[Vec4], place: Place,
     max4(between_entries(values, first, lookup.below, lookup.azimuths, place, variant), 0.0)
 }
 
-/// Between the entries of a part, of which the first of all rows is given: by cubics, or by straight lines where the variant is
-/// [`variant::REFINED`].
+/// Between the entries of a part, of which the first of all rows is given: by cubics, or by straight lines where the
+/// variant is [`variant::REFINED`].
 #[inline(always)]
 fn between_entries(values: &[Vec4], first: u32, rows: u32, columns: u32, place: Place, variant: u32) -> Vec4 {
     if variant & variant::REFINED != 0 {

@@ -74,8 +74,8 @@ impl SpinFunctions {
         [[w0, w1 * cosine, w2 * cosine_2], [0.0, x1 * sine, x2 * sine_2]]
     }
 
-    /// What light with the coefficients `p`, times `cos(j φ)`, adds to the moment `E_2n` in this direction: the integral
-    /// over the circle of its `Q W_n cos(n φ) + U X_n sin(n φ)`.
+    /// What light with the coefficients `p`, times `cos(j φ)`, adds to the moment `E_2n` in this direction: the
+    /// integral over the circle of its `Q W_n cos(n φ) + U X_n sin(n φ)`.
     #[inline(always)]
     pub fn moment(&self, p: [f32; MOMENTS], n: usize, j: usize) -> f32 {
         let ([w0, w1, w2], [_, x1, x2]) = (self.w, self.x);

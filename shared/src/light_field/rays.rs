@@ -5,9 +5,10 @@ use crate::light_field::moments::{Axis, Stencil};
 use crate::math::{PI, acos, clamp, exp, max, min, sqrt};
 use crate::medium::atmosphere::Atmosphere;
 
-/// An altitude (km) as a place along the axis of altitudes, in which a light field is interpolated: where it changes, an altitude takes more room. By day
-/// it changes with the air above and below, in the scale heights of air and of aerosol; in twilight what is lit is thin air, which has a larger share.
-/// `for_air` is the share for air of what is not for thin air; aerosol has the rest.
+/// An altitude (km) as a place along the axis of altitudes, in which a light field is interpolated: where it changes,
+/// an altitude takes more room. By day it changes with the air above and below, in the scale heights of air and of
+/// aerosol; in twilight what is lit is thin air, which has a larger share. `for_air` is the share for air of what is
+/// not for thin air; aerosol has the rest.
 #[inline(always)]
 pub fn place_of_altitude(atmosphere: &Atmosphere, for_air: f32, thin_air: f32, altitude: f32) -> f32 {
     let air = for_air * (1.0 - exp(-altitude / atmosphere.air.scale_height));
@@ -15,7 +16,8 @@ pub fn place_of_altitude(atmosphere: &Atmosphere, for_air: f32, thin_air: f32, a
     (1.0 - thin_air) * (air + aerosol) + thin_air * sqrt(altitude / atmosphere.depth)
 }
 
-/// `N_00 P_0^0`, then `χ_2 N_2m P_2^m` of air for `m = 0, 1, 2`, in a direction: all that air scatters of a light field.
+/// `N_00 P_0^0`, then `χ_2 N_2m P_2^m` of air for `m = 0, 1, 2`, in a direction: all that air scatters of a light
+/// field.
 #[inline(always)]
 pub fn functions_of_air(chi: f32, mu: f32, sine: f32) -> Vec4 {
     let (zeroth, second) = (sqrt(0.25 / PI), chi * sqrt(1.25 / PI));
@@ -24,7 +26,8 @@ pub fn functions_of_air(chi: f32, mu: f32, sine: f32) -> Vec4 {
     Vec4::new(zeroth, of_second.x, of_second.y, of_second.z)
 }
 
-/// The smallest size of a source relative to what scatters there, and the smallest at all: its inverse is finite in single precision.
+/// The smallest size of a source relative to what scatters there, and the smallest at all: its inverse is finite in
+/// single precision.
 pub const SMALLEST: [f32; 2] = [1e-22, 1e-36];
 
 /// A cubic between four logarithms. It may not leave their range: where they fall off a cliff it would explode.

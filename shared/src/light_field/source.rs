@@ -59,8 +59,9 @@ pub fn source<V: Value>(
 }
 
 /// What polarised light adds to the source of an azimuthal number up to 2, and the coefficient `P_m` of the source of
-/// polarised light: `I_2m += γ E_2m`, `E_2m' = γ L_2m + α E_2m`. The moments of polarised light stand behind the others,
-/// which lie as `of` says; see [`crate::light_field::polarisation`]. `function` is `N_2m P_2^m` of the ray's direction.
+/// polarised light: `I_2m += γ E_2m`, `E_2m' = γ L_2m + α E_2m`. The moments of polarised light stand behind the
+/// others, which lie as `of` says; see [`crate::light_field::polarisation`]. `function` is `N_2m P_2^m` of the ray's
+/// direction.
 #[inline(always)]
 pub fn polarised_source<V: Value>(
     node: &impl NodeMoments<V>,

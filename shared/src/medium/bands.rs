@@ -47,8 +47,8 @@ impl Bands {
     }
 }
 
-/// Coefficients of the atmosphere (km⁻¹): at the ground, those of ozone at its peak; of gases the optical depth from the
-/// ground to the zenith.
+/// Coefficients of the atmosphere (km⁻¹): at the ground, those of ozone at its peak; of gases the optical depth from
+/// the ground to the zenith.
 #[derive(Clone, Copy, Debug)]
 pub struct Coefficients<V> {
     /// Scattering by air.

@@ -1,7 +1,7 @@
 //! Column densities along rays.
 //!
-//! A column density is the integral of a constituent's relative density along a ray to the top of the atmosphere, in km. It
-//! is colourless: the same number serves every wavelength. Those of air and aerosol come by the closed form of
+//! A column density is the integral of a constituent's relative density along a ray to the top of the atmosphere, in
+//! km. It is colourless: the same number serves every wavelength. Those of air and aerosol come by the closed form of
 //! [`crate::medium::exponential`], those of ozone by [`crate::medium::ozone`].
 
 use crate::geometry::{altitude_from, distance_to_top, perigee_altitude, zenith_cosine_at_top};
@@ -23,10 +23,12 @@ pub struct TwoRays {
     pub second: ColumnDensities,
 }
 
-/// Equivalent lengths of air and aerosol (km), along two rays from one point with `mu >= 0`: column densities per local density,
-/// `H K g Σᵢ cᵢ tⁱ`. Over such a length a constituent falls off. The lanes are air and aerosol along the first ray, then along the second; what nobody asks for, the compiler drops.
+/// Equivalent lengths of air and aerosol (km), along two rays from one point with `mu >= 0`: column densities per local
+/// density, `H K g Σᵢ cᵢ tⁱ`. Over such a length a constituent falls off. The lanes are air and aerosol along the first
+/// ray, then along the second; what nobody asks for, the compiler drops.
 ///
-/// `g` is `√(1 + h/R)`. Where the air is opaque, the correction for altitude is made; elsewhere nothing of it would be seen.
+/// `g` is `√(1 + h/R)`. Where the air is opaque, the correction for altitude is made; elsewhere nothing of it would be
+/// seen.
 #[inline(always)]
 pub fn equivalent_lengths(medium: Medium<'_>, g: f32, mu: Vec2, variant: u32) -> Vec4 {
     let (air, aerosol) = (&medium.atmosphere.air, &medium.atmosphere.aerosol);
@@ -47,9 +49,9 @@ fn altitude_correction(atmosphere: &Atmosphere, g: f32, t: Vec4) -> Vec4 {
     Vec4::ONE - curvature * (1.0 - 1.0 / (g * g)) * ((t * e2 + Vec4::splat(e1)) * t + Vec4::splat(e0))
 }
 
-/// Column densities (km) in closed form from `altitude` (km) outwards along two rays with cosines `mu >= 0`, of an atmosphere
-/// without a top.
-/// `density` holds the relative densities of (air, aerosol) there; what `variant` leaves out is 0.
+/// Column densities (km) in closed form from `altitude` (km) outwards along two rays with cosines `mu >= 0`, of an
+/// atmosphere without a top. `density` holds the relative densities of (air, aerosol) there; what `variant` leaves out
+/// is 0.
 #[inline(always)]
 fn column_densities_of_two(medium: Medium<'_>, altitude: f32, density: Vec2, mu: Vec2, variant: u32) -> TwoRays {
     let g = sqrt(1.0 + altitude * (1.0 / medium.atmosphere.ground_radius));
@@ -85,7 +87,8 @@ fn present(along: ColumnDensities, variant: u32) -> ColumnDensities {
     }
 }
 
-/// [`column_densities`] along the level ray at an altitude (km), the lowest point of a ray that comes down and goes up again.
+/// [`column_densities`] along the level ray at an altitude (km), the lowest point of a ray that comes down and goes up
+/// again.
 #[inline(always)]
 pub fn level_column_densities(medium: Medium<'_>, altitude: f32, variant: u32) -> ColumnDensities {
     if variant & variant::TABLES != 0 {
@@ -115,11 +118,12 @@ pub struct LowestPoint {
     pub mu: f32,
 }
 
-/// Column densities over the first `length` km of a ray: those of air and aerosol summed where that is shorter than the length over which
-/// they fall off at the ray's lowest point; elsewhere `difference`, which is of two column densities to infinity (km).
+/// Column densities over the first `length` km of a ray: those of air and aerosol summed where that is shorter than the
+/// length over which they fall off at the ray's lowest point; elsewhere `difference`, which is of two column densities
+/// to infinity (km).
 ///
-/// Two such column densities in an opaque atmosphere have no digits left for a stretch much shorter than themselves. There three nodes of
-/// Gauss-Legendre leave 5e-7 of the stretch's own column density.
+/// Two such column densities in an opaque atmosphere have no digits left for a stretch much shorter than themselves.
+/// There three nodes of Gauss-Legendre leave 5e-7 of the stretch's own column density.
 #[inline(always)]
 pub fn stretch_column_densities(
     medium: Medium<'_>,
@@ -216,9 +220,9 @@ fn straight_sunlight(
 
 /// Column densities (km) from a lit point to the sun, on either side of the point's horizon.
 ///
-/// `outwards` are those from the point outwards at the cosine `|mu_s|`. Below the horizon the ray first descends to its perigee: twice
-/// the column densities that rise from there, less those behind the point. What the exponential profiles hold above the top of the atmosphere is
-/// taken off where it matters.
+/// `outwards` are those from the point outwards at the cosine `|mu_s|`. Below the horizon the ray first descends to its
+/// perigee: twice the column densities that rise from there, less those behind the point. What the exponential profiles
+/// hold above the top of the atmosphere is taken off where it matters.
 #[inline(always)]
 fn sun_column_densities(
     medium: Medium<'_>,

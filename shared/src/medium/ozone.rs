@@ -10,7 +10,8 @@ use crate::medium::atmosphere::{Medium, lanes};
 use crate::medium::tables;
 use crate::variant;
 
-/// Density of ozone relative to the tent's peak: a tent over bottom, peak and top (Bruneton 2017, "Ozone"), or from tables.
+/// Density of ozone relative to the tent's peak: a tent over bottom, peak and top (Bruneton 2017, "Ozone"), or from
+/// tables.
 ///
 /// `altitude` in km; from 0 to 1 in a tent.
 #[inline]

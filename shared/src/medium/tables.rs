@@ -1,10 +1,10 @@
 //! Densities and column densities of profiles that have no closed form, from tables.
 //!
-//! A table holds, over altitude and direction, the logarithms of column densities to the top of the atmosphere, and beside
-//! them those of two gases.
-//! Between its entries they are straight lines over the altitude and cubics over the direction. Altitudes crowd
-//! towards the ground, `h = depth (i / (N - 1))²`. One table is of straight view rays, by the cosine `μ ≥ 0` of the
-//! zenith angle. The other is of sunlight, which may be bent, by the zenith angle of the sun without air:
+//! A table holds, over altitude and direction, the logarithms of column densities to the top of the atmosphere, and
+//! beside them those of two gases. Between its entries they are straight lines over the altitude and cubics over the
+//! direction. Altitudes crowd towards the ground, `h = depth (i / (N - 1))²`. One table is of straight view rays, by
+//! the cosine `μ ≥ 0` of the zenith angle. The other is of sunlight, which may be bent, by the zenith angle of the sun
+//! without air:
 //!
 //! ```text
 //! x = (1 - μ) / (1 + K μ),   K = 0.45 √((R + h) / 16 km)        view rays: 0 at the zenith, 1 for a level ray
@@ -30,20 +30,21 @@ pub const ALTITUDES: usize = 128;
 pub const VIEWS: usize = 64;
 /// Directions of the table of sunlight, likewise: beside the lowest sun the spread of a beam changes fast.
 pub const SUNS: usize = 128;
-/// Where the table of view rays begins: before it stand, of each altitude, the logarithms of the relative densities of (air, aerosol,
-/// ozone), and the zenith angle of the lowest sun that is seen (radians).
+/// Where the table of view rays begins: before it stand, of each altitude, the logarithms of the relative densities of
+/// (air, aerosol, ozone), and the zenith angle of the lowest sun that is seen (radians).
 pub const VIEW: usize = ALTITUDES;
 /// Where the table of sunlight begins, whose fourth numbers are `F`.
 pub const SUN: usize = VIEW + ALTITUDES * VIEWS;
-/// Where the cosines of the zenith angles begin at which the sun is seen from the ground, by the directions of sunlight.
+/// Where the cosines of the zenith angles begin at which the sun is seen from the ground, by the directions of
+/// sunlight.
 pub const SEEN: usize = SUN + ALTITUDES * SUNS;
 /// Where the cones begin that the planet's shadow is at each altitude: offset (km) and slope; see [`Shadow`].
 pub const EDGE: usize = SEEN + SUNS;
-/// Where, altitude by altitude, the relative densities of (pairs of oxygen, water vapour) begin, per km and relative to the
-/// columns over the ground.
+/// Where, altitude by altitude, the relative densities of (pairs of oxygen, water vapour) begin, per km and relative to
+/// the columns over the ground.
 pub const GASES: usize = EDGE + ALTITUDES;
-/// Where the table of gases on view rays begins: logarithms of the amounts of both in a direction, and in the next. They
-/// are straight lines over the direction, since so little light is lost to them.
+/// Where the table of gases on view rays begins: logarithms of the amounts of both in a direction, and in the next.
+/// They are straight lines over the direction, since so little light is lost to them.
 pub const VIEW_GASES: usize = GASES + ALTITUDES;
 /// Where that of gases on sunlight begins.
 pub const SUN_GASES: usize = VIEW_GASES + ALTITUDES * VIEWS;
@@ -120,8 +121,8 @@ fn of_four(medium: Medium<'_>, first: usize, weights: Vec4) -> Vec4 {
         + fetch(medium.tables, first + 3) * weights.w
 }
 
-/// Relative densities of (air, aerosol, ozone) at an altitude (km): those of the profiles, which have the vertical column densities of
-/// the exponential and the tent in whose place they stand.
+/// Relative densities of (air, aerosol, ozone) at an altitude (km): those of the profiles, which have the vertical
+/// column densities of the exponential and the tent in whose place they stand.
 #[inline(always)]
 pub fn relative_densities(medium: Medium<'_>, altitude: f32) -> Vec4 {
     exp4(at_altitude(medium, place_of_altitude(medium, altitude)))

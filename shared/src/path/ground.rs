@@ -1,7 +1,7 @@
 //! The ground: what falls on it, and what it sends back.
 //!
-//! It is level, and as bright from every side (Lambert): of the irradiance `E` that falls on it the radiance `a E / π` comes back, with `a` its
-//! albedo. `E` is that of the sun itself, `μ_s T(sun)`, and that of the sky.
+//! It is level, and as bright from every side (Lambert): of the irradiance `E` that falls on it the radiance `a E / π`
+//! comes back, with `a` its albedo. `E` is that of the sun itself, `μ_s T(sun)`, and that of the sky.
 
 use crate::geometry::Ray;
 use crate::glam::{Vec2, Vec4};
@@ -33,8 +33,8 @@ pub struct GroundView {
     pub along: ColumnDensities,
 }
 
-/// Irradiance of level ground by the sun, relative to that above the atmosphere: `μ_s e^(-τ)`, with the angle at which the sun is seen; 0
-/// where it is below the horizon.
+/// Irradiance of level ground by the sun, relative to that above the atmosphere: `μ_s e^(-τ)`, with the angle at which
+/// the sun is seen; 0 where it is below the horizon.
 #[inline]
 pub fn direct_irradiance<V: Value>(medium: Medium<'_>, coefficients: &Coefficients<V>, mu_s: f32, variant: u32) -> V {
     let has_tables = variant & variant::TABLES != 0;
@@ -78,7 +78,8 @@ pub fn ground_seen(medium: Medium<'_>, ray: Ray, variant: u32) -> GroundView {
     }
 }
 
-/// Light that comes from white ground along a ray (transfer, sr⁻¹), of what the sun and the sky's `diffuse` irradiance throw on it.
+/// Light that comes from white ground along a ray (transfer, sr⁻¹), of what the sun and the sky's `diffuse` irradiance
+/// throw on it.
 #[inline]
 pub fn ground_light(medium: Medium<'_>, bands: &Bands, ground: GroundView, diffuse: Vec4, variant: u32) -> Vec4 {
     let coefficients = bands.coefficients();

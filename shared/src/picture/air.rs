@@ -1,7 +1,7 @@
 //! The air before a camera on a device: froxels, filled from a table of the sky, and applied to an image.
 //!
-//! What the air before a distance adds and lets through depends on the direction alone, whoever looks. A table has it at
-//! the directions of a [`MultipleLookup`] and at `n` distances from the observer,
+//! What the air before a distance adds and lets through depends on the direction alone, whoever looks. A table has it
+//! at the directions of a [`MultipleLookup`] and at `n` distances from the observer,
 //!
 //! ```text
 //! d_k = m w_k² / (1 - w_k²)     w_k = k / (n - 1)     w = √(d / (d + m))
@@ -11,18 +11,18 @@
 //! functions are those of a froxel's own direction.
 //!
 //! A froxel of a column, a row and a slice is what lies up to the slice's distance in a direction of the image, whose
-//! edges are the first and the last columns and rows. At the parts `(x, y)` of the image, from its top left corner, and at
-//! a distance a texture of `c × r × n` texels is therefore read at
+//! edges are the first and the last columns and rows. At the parts `(x, y)` of the image, from its top left corner, and
+//! at a distance a texture of `c × r × n` texels is therefore read at
 //!
 //! ```text
 //! ((x (c - 1) + ½) / c, (y (r - 1) + ½) / r, (w (n - 1) + ½) / n)
 //! ```
 //!
-//! Straight lines go between columns and rows, cubics between slices: at 20 km by day and in twilight at 80 km slices lie
-//! so far apart that straight lines leave 3 to 4 % of the brightest.
+//! Straight lines go between columns and rows, cubics between slices: at 20 km by day and in twilight at 80 km slices
+//! lie so far apart that straight lines leave 3 to 4 % of the brightest.
 //!
-//! The last slice is the sky. What the table lacks of it there, `S - A`, is found in the sky lookup, and nearer slices take
-//! `w⁴` of it.
+//! The last slice is the sky. What the table lacks of it there, `S - A`, is found in the sky lookup, and nearer slices
+//! take `w⁴` of it.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -36,8 +36,8 @@ use crate::picture::lookup::{grid_constituents, grid_place};
 use crate::sky::{Constituents, cosine_from_sun, with_phases};
 use crate::uniform::Uniform;
 
-/// Columns and rows of a volume that a workgroup fills along each side. The entry point repeats it as a literal, which a test
-/// compares.
+/// Columns and rows of a volume that a workgroup fills along each side. The entry point repeats it as a literal, which
+/// a test compares.
 pub const VOLUME_SIDE: u32 = 8;
 
 /// Slices of a volume that an invocation fills.
@@ -198,8 +198,8 @@ pub struct SeenThrough {
     pub camera: Camera,
     /// [`PROJECTED`], [`ALONG_AXIS`] or [`ALONG_RAY`].
     pub kind: u32,
-    /// Of a projected depth `D`: `offset + slope D` is the inverse of the distance along the axis (km⁻¹). Of another one
-    /// the distance is `slope D` (km).
+    /// Of a projected depth `D`: `offset + slope D` is the inverse of the distance along the axis (km⁻¹). Of another
+    /// one the distance is `slope D` (km).
     pub offset: f32,
     /// See `offset`.
     pub slope: f32,

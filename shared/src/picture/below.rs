@@ -35,8 +35,9 @@ const DEEP: f32 = 0.01;
 /// of half a kilometre of air in which one sees 20 km. A ray that sinks by the angle `d` meets the ground behind an
 /// optical depth of `HAZE / tan d`, and haze that is lit as the air at the horizon is puts the part `1 - T` of that
 /// air's light before it, `T = exp(-HAZE / tan d)` (Koschmieder 1924). Where the horizon glows in twilight the haze at
-/// one's feet does not, so a fade has a power of that part, with the phase functions of its own direction ([`has_set`]): `L = (1 - p)
-/// L_ground + p L_horizon`, `p = (1 - T)^n`. It leaves the horizon without an edge. See [`haze_power`].
+/// one's feet does not, so a fade has a power of that part, with the phase functions of its own direction
+/// ([`has_set`]): `L = (1 - p) L_ground + p L_horizon`, `p = (1 - T)^n`. It leaves the horizon without an edge. See
+/// [`haze_power`].
 const HAZE: f32 = 0.1;
 
 /// So far below the horizon (radians) no haze is brighter than the ground.

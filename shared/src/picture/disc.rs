@@ -1,14 +1,15 @@
 //! The sun's disc: what it adds to the pixels that it reaches.
 //!
-//! A pixel gets the disc's radiance averaged over its solid angle, so that image and disc hold the same energy at any resolution:
+//! A pixel gets the disc's radiance averaged over its solid angle, so that image and disc hold the same energy at any
+//! resolution:
 //!
 //! ```text
 //! L = 1/Ω ∫ L_disc dω over the part of the disc inside the pixel, Ω the pixel's solid angle
 //! ```
 //!
-//! The integral is a sum over a grid of samples in the part of the pixel that lies in the disc's bounding box. The disc's radiance
-//! stands in a grid over the elevation, along which the air in front of it changes, and over the cosine of the angle to the normal
-//! of the sun's surface, on which limb darkening depends.
+//! The integral is a sum over a grid of samples in the part of the pixel that lies in the disc's bounding box. The
+//! disc's radiance stands in a grid over the elevation, along which the air in front of it changes, and over the cosine
+//! of the angle to the normal of the sun's surface, on which limb darkening depends.
 
 use crate::camera::{EQUIRECTANGULAR, position_view, solid_angle_density};
 use crate::glam::{Vec2, Vec3, Vec4};
@@ -68,8 +69,8 @@ pub fn disc_in_pixel(uniform: &Uniform, colour: &[Vec4], column: u32, row: u32, 
     (sum, covered)
 }
 
-/// The mean of [`solid_angle_density`] over a pixel: of an equirectangular image, whose rows near the zenith are narrow rings, exactly;
-/// else that at its centre.
+/// The mean of [`solid_angle_density`] over a pixel: of an equirectangular image, whose rows near the zenith are narrow
+/// rings, exactly; else that at its centre.
 #[inline]
 fn mean_density(uniform: &Uniform, projection: u32, centre: Vec2) -> f32 {
     let density = solid_angle_density(&uniform.camera, projection, centre);

@@ -1,13 +1,16 @@
-//! Environment maps for programs that light with them: smaller levels of an equirectangular map, and its irradiance in spherical harmonics.
+//! Environment maps for programs that light with them: smaller levels of an equirectangular map, and its irradiance in
+//! spherical harmonics.
 //!
-//! The pixels of an equirectangular map stand for unequal solid angles, so a plain box filter would give the zenith too much weight. Here a
-//! pixel of the next level is the mean over its part of the sphere: the rows that it covers count by their solid angles. Each level then has
-//! the mean radiance of the one before, and the last, a single pixel, is that mean. Levels halve as those of a texture do, rounded down; a pixel
-//! of an odd level counts to both of the pixels that share it, to each with its part.
+//! The pixels of an equirectangular map stand for unequal solid angles, so a plain box filter would give the zenith too
+//! much weight. Here a pixel of the next level is the mean over its part of the sphere: the rows that it covers count
+//! by their solid angles. Each level then has the mean radiance of the one before, and the last, a single pixel, is
+//! that mean. Levels halve as those of a texture do, rounded down; a pixel of an odd level counts to both of the pixels
+//! that share it, to each with its part.
 //!
-//! Irradiance takes nine coefficients (Ramamoorthi and Hanrahan 2001, *An efficient representation for irradiance environment maps*,
-//! <https://doi.org/10.1145/383259.383317>, Eqs. 7 and 8). A harmonic is a function of the elevation times one of the azimuth, so each row is
-//! summed first against the five functions of the azimuth, then the rows against the nine of the elevation. North is in the map's centre.
+//! Irradiance takes nine coefficients (Ramamoorthi and Hanrahan 2001, *An efficient representation for irradiance
+//! environment maps*, <https://doi.org/10.1145/383259.383317>, Eqs. 7 and 8). A harmonic is a function of the elevation
+//! times one of the azimuth, so each row is summed first against the five functions of the azimuth, then the rows
+//! against the nine of the elevation. North is in the map's centre.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -46,8 +49,8 @@ pub struct LevelStep {
     pub target: Level,
 }
 
-/// Pixels of a level that one of the next covers, in a column or in a row: the first, the last, and the parts of these two before and up to which
-/// nothing is covered.
+/// Pixels of a level that one of the next covers, in a column or in a row: the first, the last, and the parts of these
+/// two before and up to which nothing is covered.
 #[derive(Clone, Copy)]
 struct Cover {
     first: u32,
@@ -77,8 +80,8 @@ impl Cover {
     }
 }
 
-/// Solid angle per radian of azimuth (sr) of the part from `begin` to `end` of a row of a map of this height: the difference of the sines of its
-/// elevations, as a product that keeps its digits at the poles.
+/// Solid angle per radian of azimuth (sr) of the part from `begin` to `end` of a row of a map of this height: the
+/// difference of the sines of its elevations, as a product that keeps its digits at the poles.
 #[inline]
 fn row_solid_angle(height: u32, row: u32, begin: f32, end: f32) -> f32 {
     let rows = height as f32;
@@ -138,7 +141,8 @@ pub type RowLanes = [Vec4; (LANES * ROW_SUMS) as usize];
 /// Sums of all lanes over the rows.
 pub type CoefficientLanes = [Vec4; (LANES * COEFFICIENTS) as usize];
 
-/// Kernel `environment_rows`, first half: a lane's part of a row of the source level, summed against the functions of the azimuth and kept.
+/// Kernel `environment_rows`, first half: a lane's part of a row of the source level, summed against the functions of
+/// the azimuth and kept.
 #[inline]
 pub fn keep_row_sums(step: &LevelStep, levels: &[Vec4], row: u32, lane: u32, kept: &mut RowLanes) {
     let level = &step.source;
@@ -176,7 +180,8 @@ pub fn store_row_sum(kept: &RowLanes, rows: &mut [Vec4], row: u32, which: u32) {
     store(rows, (row * ROW_SUMS + which) as usize, sum);
 }
 
-/// Kernel `environment_harmonics`, first half: a lane's rows, summed against the harmonics' functions of the elevation and kept.
+/// Kernel `environment_harmonics`, first half: a lane's rows, summed against the harmonics' functions of the elevation
+/// and kept.
 #[inline]
 pub fn keep_coefficients(step: &LevelStep, rows: &[Vec4], lane: u32, kept: &mut CoefficientLanes) {
     /// √(1/4π), √(3/4π), √(15/4π), √(5/16π), √(15/16π): the harmonics' factors.
@@ -222,8 +227,9 @@ pub fn keep_coefficients(step: &LevelStep, rows: &[Vec4], lane: u32, kept: &mut 
     store_in(kept, at + 8, y_22);
 }
 
-/// Kernel `environment_harmonics`, second half, once all lanes are kept: one coefficient of the irradiance, stored; its `w` is 0. The order is
-/// `Y_00, Y_1-1, Y_10, Y_11, Y_2-2, Y_2-1, Y_20, Y_21, Y_22`; a degree has lost what a cosine leaves of it (Eq. 8 of the paper named above).
+/// Kernel `environment_harmonics`, second half, once all lanes are kept: one coefficient of the irradiance, stored; its
+/// `w` is 0. The order is `Y_00, Y_1-1, Y_10, Y_11, Y_2-2, Y_2-1, Y_20, Y_21, Y_22`; a degree has lost what a cosine
+/// leaves of it (Eq. 8 of the paper named above).
 #[inline]
 pub fn store_coefficient(kept: &CoefficientLanes, coefficients: &mut [Vec4], which: u32) {
     let cosine = if which == 0 {

@@ -2,9 +2,9 @@
 //!
 //! A view transform costs as much as all else that makes a pixel, and along a run what it shows is as smooth as the sky
 //! itself. In units of half a run from its middle a cubic in the curve of sRGB goes through -1, -1/2, 1/4 and 1: the
-//! ends are among them, so that neighbouring runs meet, and their sum is not 0, so that the cubic's highest term tells of
-//! a fourth power, too, as a peak in the middle has it: of `a u^4` it is `a / 4`, and the cubic misses by `0.27 a` at
-//! most. A corner, as where a colour reaches the end of the gamut, leaves no such term at one place, -1/11, but a
+//! ends are among them, so that neighbouring runs meet, and their sum is not 0, so that the cubic's highest term tells
+//! of a fourth power, too, as a peak in the middle has it: of `a u^4` it is `a / 4`, and the cubic misses by `0.27 a`
+//! at most. A corner, as where a colour reaches the end of the gamut, leaves no such term at one place, -1/11, but a
 //! square. Where either term is large, and where the sun's disc stands, each pixel is formed for itself.
 
 use crate::glam::{Vec3, Vec4};

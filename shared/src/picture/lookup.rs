@@ -1,18 +1,22 @@
-//! The sky lookup: the colours of the sky's constituents, integrated for a few directions, between which every pixel is interpolated.
+//! The sky lookup: the colours of the sky's constituents, integrated for a few directions, between which every pixel is
+//! interpolated.
 //!
-//! Without its phase functions the sky is smooth, and it is symmetric about the vertical plane through the sun. Rows are
-//! elevations, crowded towards the horizon on either side of it; columns are places of [`crate::interpolation::azimuth`]. The phase functions are exact at
-//! every pixel, and so is the horizon.
+//! Without its phase functions the sky is smooth, and it is symmetric about the vertical plane through the sun. Rows
+//! are elevations, crowded towards the horizon on either side of it; columns are places of
+//! [`crate::interpolation::azimuth`]. The phase functions are exact at every pixel, and so is the horizon.
 //!
-//! Above the horizon, a place `x` in [0, 1] is the part `C x² + (1 - C) x⁴` of the way to the zenith, or from outside the atmosphere to its upper edge: the layers that a ray
-//! grazes lie within a few degrees. Below it, what is seen changes with the distance `d` to the ground: `1 - x` is the root of the part of the way from the nearest
-//! ground to that of the horizon, at the distance `t = √(h (2R + h))`. From `r = R + h` follows the sine of the depression, `t/r + (t - d)²/(2 r d)`.
+//! Above the horizon, a place `x` in [0, 1] is the part `C x² + (1 - C) x⁴` of the way to the zenith, or from outside
+//! the atmosphere to its upper edge: the layers that a ray grazes lie within a few degrees. Below it, what is seen
+//! changes with the distance `d` to the ground: `1 - x` is the root of the part of the way from the nearest ground to
+//! that of the horizon, at the distance `t = √(h (2R + h))`. From `r = R + h` follows the sine of the depression, `t/r
+//! + (t - d)²/(2 r d)`.
 //!
-//! Few directions are integrated, the anchors; between them go cubics to many entries, between which straight lines do for the pixels. Both have a grid of these rows and
-//! columns. The anchors lie behind the entries.
+//! Few directions are integrated, the anchors; between them go cubics to many entries, between which straight lines do
+//! for the pixels. Both have a grid of these rows and columns. The anchors lie behind the entries.
 //!
-//! The rows of an equirectangular image are elevations too. Its lookup has the same rows, and nothing is interpolated between them; between
-//! columns go cubics. Where the columns lie far enough apart, neighbouring pixels share what they read; see [`crate::picture::run`].
+//! The rows of an equirectangular image are elevations too. Its lookup has the same rows, and nothing is interpolated
+//! between them; between columns go cubics. Where the columns lie far enough apart, neighbouring pixels share what they
+//! read; see [`crate::picture::run`].
 
 use crate::camera::{EQUIRECTANGULAR, PERSPECTIVE, equirectangular_elevation, is_within};
 use crate::glam::{UVec2, Vec3, Vec4};
@@ -92,7 +96,8 @@ pub fn anchors(uniform: &Uniform) -> u32 {
     (uniform.anchors_above + uniform.anchors_below) * uniform.anchor_azimuths
 }
 
-/// The direction of a place `x` in [0, 1] from the horizon to the zenith (`above`) or the nadir, for the cosine `c` of the azimuth from the sun.
+/// The direction of a place `x` in [0, 1] from the horizon to the zenith (`above`) or the nadir, for the cosine `c` of
+/// the azimuth from the sun.
 #[inline(always)]
 pub fn grid_view(uniform: &Uniform, above: bool, x: f32, c: f32) -> Vec3 {
     if above {
@@ -186,7 +191,8 @@ fn cosine_of_column(grid: Grid, column: u32) -> f32 {
     cosine_at_place(column as f32 / (grid.azimuths - 1) as f32)
 }
 
-/// Whether an entry has to be computed: no pixel of a perspective reads one that lies farther from what its camera sees than the cells about it reach.
+/// Whether an entry has to be computed: no pixel of a perspective reads one that lies farther from what its camera sees
+/// than the cells about it reach.
 #[inline(always)]
 pub fn is_read(uniform: &Uniform, entry: u32, variant: u32) -> bool {
     is_near_view(uniform, entry_grid(uniform), entry, 1, variant)
@@ -360,7 +366,8 @@ fn of_four(lookup: &[Vec4], at: usize, weights: Vec4, variant: u32) -> Constitue
     Constituents { air: FourEntries::fetch(lookup, at, variant).weighted(weights), aerosol, rest }
 }
 
-/// Kernel `lookup`: colours of an entry, by cubics between sixteen anchors, the first of which is the one of this index in `anchors`.
+/// Kernel `lookup`: colours of an entry, by cubics between sixteen anchors, the first of which is the one of this index
+/// in `anchors`.
 #[inline(always)]
 pub fn entry_between_anchors(
     uniform: &Uniform,

@@ -1,11 +1,13 @@
-//! Runs of a perspective image: neighbouring pixels of a row, between a few places of which the colours of the constituents are interpolated.
+//! Runs of a perspective image: neighbouring pixels of a row, between a few places of which the colours of the
+//! constituents are interpolated.
 //!
-//! A row lies on a great circle. Along it the sky without its phase functions is smooth, across the zenith too: a cubic goes through four places, the ends of
-//! the run among them, so that neighbouring runs meet. From the ground no row crosses the horizon, since the camera stands upright. From above it a run beside the
-//! horizon is none: its pixels are looked up alone.
+//! A row lies on a great circle. Along it the sky without its phase functions is smooth, across the zenith too: a cubic
+//! goes through four places, the ends of the run among them, so that neighbouring runs meet. From the ground no row
+//! crosses the horizon, since the camera stands upright. From above it a run beside the horizon is none: its pixels are
+//! looked up alone.
 //!
-//! With the direction `v` not yet of unit length, `v`, `v · s` and `v × s` are linear along the row, and so the angle from the sun `s` costs each pixel one root:
-//! `cos θ = v · s / |v|`, `sin² θ = |v × s|² / |v|²`.
+//! With the direction `v` not yet of unit length, `v`, `v · s` and `v × s` are linear along the row, and so the angle
+//! from the sun `s` costs each pixel one root: `cos θ = v · s / |v|`, `sin² θ = |v × s|² / |v|²`.
 
 use crate::camera::{perspective_step, perspective_vector};
 use crate::glam::{Vec3, Vec4};

@@ -1,7 +1,7 @@
 //! A polariser before the lens.
 //!
-//! Light with the Stokes vector `(I, Q, U)` relative to the top of the image leaves it, turned by `φ` counterclockwise as
-//! the photographer sees it, with the radiance (Malus' law; Collett 2005, *Field Guide to Polarization*, DOI
+//! Light with the Stokes vector `(I, Q, U)` relative to the top of the image leaves it, turned by `φ` counterclockwise
+//! as the photographer sees it, with the radiance (Malus' law; Collett 2005, *Field Guide to Polarization*, DOI
 //! 10.1117/3.626141)
 //!
 //! ```text
@@ -9,8 +9,8 @@
 //! ```
 //!
 //! with the extinction ratio `E`, how many times more passes of light along its axis than of that across it. The
-//! lookups keep radiance; what they lack for `Q` and `U` stands in the colour rows: the aerosol's degree of polarisation
-//! over the scattering angle, and `Q` and `U` of light of higher orders.
+//! lookups keep radiance; what they lack for `Q` and `U` stands in the colour rows: the aerosol's degree of
+//! polarisation over the scattering angle, and `Q` and `U` of light of higher orders.
 
 use crate::camera::top_of_image;
 use crate::display::rgb::into_gamut;

@@ -1,13 +1,14 @@
-//! Runs: neighbouring pixels of a row of an equirectangular image, which share what the sky lookup holds about their middle. Those of a perspective are in
-//! [`crate::picture::perspective_run`].
+//! Runs: neighbouring pixels of a row of an equirectangular image, which share what the sky lookup holds about their
+//! middle. Those of a perspective are in [`crate::picture::perspective_run`].
 //!
-//! A row is a circle of one elevation `e` about the zenith. With the sun at `e_s`, and `φ` the azimuth from it, the angle `θ` from the sun
-//! follows from the haversines:
+//! A row is a circle of one elevation `e` about the zenith. With the sun at `e_s`, and `φ` the azimuth from it, the
+//! angle `θ` from the sun follows from the haversines:
 //!
 //! `1 - cos θ = 1 - cos(e - e_s) + 2 cos e cos e_s sin²(φ/2)`.
 //!
-//! `sin(φ/2)` is the place along the columns of the lookup, too; see [`crate::interpolation::azimuth`]. Along a run it is a polynomial, and both the colours of the
-//! constituents and their phase functions follow from it. Aerosol whose peak lies behind would need `1 + cos θ` with all its digits: it has no runs.
+//! `sin(φ/2)` is the place along the columns of the lookup, too; see [`crate::interpolation::azimuth`]. Along a run it
+//! is a polynomial, and both the colours of the constituents and their phase functions follow from it. Aerosol whose
+//! peak lies behind would need `1 + cos θ` with all its digits: it has no runs.
 //!
 //! What does not change along a run is computed before its pixels: a compiler of shaders moves nothing out of a loop.
 
@@ -69,7 +70,8 @@ impl HalfAzimuth {
 
 /// The sine of half an azimuth as a polynomial of pixels to the right, times a scale.
 ///
-/// Taylor's series, of which the next term is below 2e-8 of the scale for angles of 0.07, half of a run in the narrowest image.
+/// Taylor's series, of which the next term is below 2e-8 of the scale for angles of 0.07, half of a run in the
+/// narrowest image.
 #[derive(Clone, Copy)]
 struct SineAlongRow {
     value: f32,
@@ -122,7 +124,8 @@ impl Circle {
     #[inline(always)]
     fn at_elevation(uniform: &Uniform, sine: f32, cosine: f32) -> Self {
         let sun = sqrt(uniform.sun.x * uniform.sun.x + uniform.sun.y * uniform.sun.y);
-        // Half the squared chord between two points of the unit circle is 1 - cos of the angle between them, without a loss of digits.
+        // Half the squared chord between two points of the unit circle is 1 - cos of the angle between them, without a
+        // loss of digits.
         let (level, up) = (cosine - sun, sine - uniform.sun.z);
         Self { nearest: 0.5 * (level * level + up * up), breadth: 2.0 * cosine * sun }
     }
@@ -202,8 +205,8 @@ impl Colours {
         }
     }
 
-    /// Linear RGB of the sky so many steps of the cubics beside the run's middle, at an angle from the sun; as [`crate::sky::with_phases`] makes it of
-    /// constituents.
+    /// Linear RGB of the sky so many steps of the cubics beside the run's middle, at an angle from the sun; as
+    /// [`crate::sky::with_phases`] makes it of constituents.
     #[inline(always)]
     pub fn sky(self, uniform: &Uniform, steps: f32, angle: ScatteringAngle, variant: u32) -> Vec3 {
         let mut rgb = self.air.beside(steps) * self.air_phase.at(angle.cosine);
@@ -379,7 +382,8 @@ mod tests {
                     let from_sun = f64::from(circle.nearest + circle.breadth * (half * half));
                     let worst = (from_sun - (1.0 - nu)).abs() / (1.0 - nu + 1e-7);
                     smallest = smallest.min(1.0 - nu);
-                    // Directions are rounded by 6e-8: of an angle of 0.2 degrees that is 2e-5, twice that of its square, and 1e-5 where it is 1e-7.
+                    // Directions are rounded by 6e-8: of an angle of 0.2 degrees that is 2e-5, twice that of its
+                    // square, and 1e-5 where it is 1e-7.
                     assert!(worst < 1e-4, "sun {sun}, {elevation}, {degrees} degrees: {worst:e}");
                 }
             }

@@ -41,7 +41,7 @@ impl BlockConstituents {
 const GROUPS: usize = 3;
 
 /// [`crate::sky::constituents`] in the directions of a block, by a linear or a regression fit.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub fn constituents(
     uniform: &Uniform,
     buffers: Buffers<'_>,
@@ -80,7 +80,7 @@ pub fn constituents(
 }
 
 /// [`crate::sky::light`] in the directions of a block.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub fn light(
     uniform: &Uniform,
     buffers: Buffers<'_>,
@@ -180,7 +180,8 @@ impl Fit<'_> {
     /// Adds the colours of the next constituent, from its light at each group of four bands.
     #[inline(always)]
     fn add(&mut self, light: [&Four; GROUPS], sum: &mut Three) {
-        // Colour has four bands. A loop over lanes that asks for more at run time is not spread over them: the constant must stand here as one.
+        // Colour has four bands. A loop over lanes that asks for more at run time is not spread over them: the constant
+        // must stand here as one.
         match self.fit {
             variant::REGRESSION => self.add_known(light, sum, variant::REGRESSION),
             other => self.add_known(light, sum, other),

@@ -1,4 +1,5 @@
-//! Light scattered once along the rays of a block: the steps of [`crate::path::single::single_scattering`], each for all rays.
+//! Light scattered once along the rays of a block: the steps of [`crate::path::single::single_scattering`], each for
+//! all rays.
 
 use super::lanes::{BLOCK, Four, Lanes, ZERO, lanes};
 use crate::geometry::Ray;
@@ -56,7 +57,8 @@ impl Columns {
     }
 }
 
-/// A piece of each ray, and what lies between it and the observer; the members are those of [`Samples`] and [`TowardsObserver`].
+/// A piece of each ray, and what lies between it and the observer; the members are those of [`Samples`] and
+/// [`TowardsObserver`].
 struct Pieces {
     low: Lanes,
     altitude: Lanes,
@@ -131,7 +133,7 @@ impl Pieces {
 }
 
 /// [`crate::path::single::single_scattering`] along each ray of a block.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub fn single_scattering_of_block(
     medium: Medium<'_>,
     bands: &Bands,
@@ -147,7 +149,8 @@ pub fn single_scattering_of_block(
     const HAZE: u32 = DAY | variant::OPAQUE;
     const MEASURED_DAY: u32 = DAY | variant::TABLES;
     const MEASURED_TWILIGHT: u32 = TWILIGHT | variant::TABLES;
-    // The variants of the Earth's sky are compiled for themselves: in a loop over lanes, what is asked at run time is computed either way.
+    // The variants of the Earth's sky are compiled for themselves: in a loop over lanes, what is asked at run time is
+    // computed either way.
     match variant & variant::INTEGRAL {
         DAY => integrate(medium, bands, quadrature, rays, DAY),
         LOW_SUN => integrate(medium, bands, quadrature, rays, LOW_SUN),

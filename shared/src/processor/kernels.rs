@@ -19,8 +19,8 @@ use crate::sky::{ByConstituent, Constituents};
 use crate::uniform::{Buffers, Uniform};
 use crate::variant;
 
-/// Kernel `sky` for the row with which a dispatch begins, `output`, whose pixels hold colours alone, by any fit but the solved cubic; see
-/// [`crate::kernels::sky_pixel`].
+/// Kernel `sky` for the row with which a dispatch begins, `output`, whose pixels hold colours alone, by any fit but the
+/// solved cubic; see [`crate::kernels::sky_pixel`].
 #[multiversion(targets("x86_64+avx+avx2"))]
 pub fn sky_row<'a>(uniform: &Uniform, buffers: Buffers<'a>, output: &mut [u32], variant: u32) {
     plain::sky_row(uniform, buffers, output, variant);
@@ -58,8 +58,8 @@ pub fn lookup_entries(
     plain::lookup_entries(uniform, anchors, are_read, entries, first_row, variant);
 }
 
-/// Light in some directions, [`BLOCK`] at most, by its constituents: that of the first at each group of bands, then of the next; see
-/// [`crate::sky::light`].
+/// Light in some directions, [`BLOCK`] at most, by its constituents: that of the first at each group of bands, then of
+/// the next; see [`crate::sky::light`].
 #[multiversion(targets("x86_64+avx+avx2"))]
 pub fn light_of_directions<'a>(
     uniform: &Uniform,
@@ -71,7 +71,8 @@ pub fn light_of_directions<'a>(
     plain::light_of_directions(uniform, buffers, directions, output, variant);
 }
 
-/// Colours of the constituents in some directions, [`BLOCK`] at most, by any fit but the solved cubic; see [`crate::sky::constituents`].
+/// Colours of the constituents in some directions, [`BLOCK`] at most, by any fit but the solved cubic; see
+/// [`crate::sky::constituents`].
 #[multiversion(targets("x86_64+avx+avx2"))]
 pub fn constituents_of_directions<'a>(
     uniform: &Uniform,

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use crate::glam::{Vec3, Vec4};
 
-/// Pixels of a block, at most: whole registers of any processor, and few enough that a block stays in the nearest cache.
+/// Pixels of a block, at most: whole registers of any processor, and few enough that a block stays in the nearest
+/// cache.
 pub const BLOCK: usize = 64;
 
 /// A number of each pixel.

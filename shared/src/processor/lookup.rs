@@ -105,9 +105,9 @@ fn in_grid(uniform: &Uniform, entries: &[Vec4], pixels: Pixels, views: &Views, v
 /// Rows of anchors of which a cubic goes through each column of entries.
 const ROWS_OF_CUBIC: usize = 4;
 
-/// [`crate::picture::lookup::entry_between_anchors`] of each entry of some rows from `first_row` on, which `entries` holds
-/// alone. What lies between anchors of a row is found once for all rows of entries beside it. `are_read` says which
-/// anchors are known; what lies between none of them is left as it is.
+/// [`crate::picture::lookup::entry_between_anchors`] of each entry of some rows from `first_row` on, which `entries`
+/// holds alone. What lies between anchors of a row is found once for all rows of entries beside it. `are_read` says
+/// which anchors are known; what lies between none of them is left as it is.
 #[inline(always)]
 pub fn entries_of_rows(
     uniform: &Uniform,

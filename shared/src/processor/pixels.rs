@@ -41,7 +41,7 @@ pub struct Views {
 }
 
 /// The views through the pixels of a block.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub fn views(uniform: &Uniform, pixels: Pixels, variant: u32) -> Views {
     // The projection as a number that the compiler knows.
     let of = |projection| variant::with_projection(variant, projection);
@@ -96,7 +96,7 @@ pub fn blacken(views: &Views, count: usize, rgb: &mut Three) {
 }
 
 /// Makes colours of the sky those that are stored, with the sun's disc before them: in a picture those of a display.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub fn show(uniform: &Uniform, colour: &[Vec4], pixels: Pixels, rgb: &mut Three, variant: u32) {
     if !is_beside_disc(uniform, uniform.first_row, variant) {
         for lane in lanes(pixels.count) {

@@ -1179,8 +1179,8 @@ fn wavelengths_are_a_range_or_a_list_in_any_order() {
     assert_eq!(range.len(), 2);
     assert_eq!(of("450:450:1").len(), 1);
     for (a, b) in range.iter().zip([&list[1], &list[0]]) {
-        // A fit learns at the wavelengths that are asked for; those that are computed together share their samples, within
-        // what the dense spectrum promises.
+        // A fit learns at the wavelengths that are asked for; those that are computed together share their samples,
+        // within what the dense spectrum promises.
         let bounds = [0.0, 1e-3, 1e-4];
         assert!(a.iter().zip(b).zip(bounds).all(|((a, b), bound)| (a - b).abs() <= bound * b), "{a:?} {b:?}");
     }

@@ -148,7 +148,8 @@ fn of_mixing(ratio: f64) -> f64 {
     1e6 * ratio / (WATER + ratio)
 }
 
-/// Vapour pressure (hPa) at a dew point (°C): Bolton 1980 (DOI 10.1175/1520-0493(1980)108<1046:TCOEPT>2.0.CO;2), Eq. 10.
+/// Vapour pressure (hPa) at a dew point (°C): Bolton 1980 (DOI 10.1175/1520-0493(1980)108<1046:TCOEPT>2.0.CO;2), Eq.
+/// 10.
 fn vapour_pressure(dew: f64) -> f64 {
     6.112 * (17.67 * dew / (dew + 243.5)).exp()
 }

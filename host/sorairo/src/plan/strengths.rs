@@ -126,8 +126,8 @@ impl Strengths {
     }
 
     /// The part of light that every strength of a gas leaves, by those of some: the amount that light seems to have
-    /// crossed, `-ln(L(K)/L(0))/K`, falls with the strength, since the strong see what has crossed little. Its logarithm
-    /// is interpolated over that of the strength.
+    /// crossed, `-ln(L(K)/L(0))/K`, falls with the strength, since the strong see what has crossed little. Its
+    /// logarithm is interpolated over that of the strength.
     fn at_every_strength(&self, parts: &[f64]) -> [f64; STRENGTHS.len()] {
         if let Ok(all) = parts.try_into() {
             return all;

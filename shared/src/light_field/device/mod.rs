@@ -16,8 +16,8 @@
 //! | `field_moments` | altitude, sun and moment | the moment of the order; and the irradiance of the ground |
 //! | `field_sum` | altitude, sun and moment | the orders, each times its factor |
 //!
-//! A *sight* of a ray is a sun seen from its origin at an azimuth. Where light is polarised the coefficients, sources and
-//! moments of `E_2m` follow those of radiance, and `Q` and `U` the light of a sight; see
+//! A *sight* of a ray is a sun seen from its origin at an azimuth. Where light is polarised the coefficients, sources
+//! and moments of `E_2m` follow those of radiance, and `Q` and `U` the light of a sight; see
 //! [`crate::light_field::polarisation`].
 
 pub mod first;

@@ -26,7 +26,8 @@ pub struct FieldUniform {
     pub placed_for: Bands,
     /// How scatterers couple the moments of polarised light: `γ` and `α` of air, then those of aerosol.
     pub couplings: Vec4,
-    /// Moments, as their highest degree and azimuthal number: of the first order, and of the directions of rays and suns.
+    /// Moments, as their highest degree and azimuthal number: of the first order, and of the directions of rays and
+    /// suns.
     pub first: UVec2,
     /// Moments of the second order.
     pub next: UVec2,
@@ -54,7 +55,8 @@ pub struct FieldUniform {
     pub suns: u32,
     /// Sights of a ray.
     pub sights: u32,
-    /// Azimuths of a ray of a table, whose sights are every sun at each of them; 0 for an observer's, whose sights are listed.
+    /// Azimuths of a ray of a table, whose sights are every sun at each of them; 0 for an observer's, whose sights are
+    /// listed.
     pub azimuths: u32,
     /// 1 where what lies between suns is interpolated relative to its logarithm.
     pub logarithmic: u32,
@@ -66,10 +68,11 @@ pub struct FieldUniform {
     pub thin_air: f32,
     /// `χ_2` of air.
     pub air: f32,
-    /// Moments of polarised light of each node, behind those of radiance: [`polarisation::MOMENTS`], or none where light
-    /// is taken as natural.
+    /// Moments of polarised light of each node, behind those of radiance: [`polarisation::MOMENTS`], or none where
+    /// light is taken as natural.
     pub polarised: u32,
-    /// How many of them are gathered: all along the rays of a table, along an observer's where `Q` and `U` are asked for.
+    /// How many of them are gathered: all along the rays of a table, along an observer's where `Q` and `U` are asked
+    /// for.
     pub gathered: u32,
     /// Unused; fills the last 16 bytes.
     pub padding0: u32,
@@ -93,7 +96,8 @@ pub struct Tables {
     pub altitudes: u32,
     /// The axis of suns.
     pub suns: u32,
-    /// Of each ray its altitude (km), the cosine and the sine of its zenith angle, and its part of the integral over the cosine.
+    /// Of each ray its altitude (km), the cosine and the sine of its zenith angle, and its part of the integral over
+    /// the cosine.
     pub rays: u32,
     /// Of each altitude its first ray, and the end.
     pub first_rays: u32,
@@ -103,10 +107,11 @@ pub struct Tables {
     pub azimuths: u32,
     /// `χ_l` of aerosol.
     pub aerosol: u32,
-    /// Of each sight of an observer's rays the cosines of the sun's zenith angle and of its angle from the ray, or listed rays.
+    /// Of each sight of an observer's rays the cosines of the sun's zenith angle and of its angle from the ray, or
+    /// listed rays.
     pub sights: u32,
-    /// Of each order and each band how much it counts; of polarised light for `E_20` as for radiance, then for `E_21` and
-    /// for `E_22`.
+    /// Of each order and each band how much it counts; of polarised light for `E_20` as for radiance, then for `E_21`
+    /// and for `E_22`.
     pub factors: u32,
     /// Unused; fills the last 16 bytes.
     pub padding0: u32,
@@ -238,7 +243,8 @@ impl FieldUniform {
         if self.gathered > 0 { of_radiance + OF_STOKES } else { of_radiance }
     }
 
-    /// Where the sources of a node under a sun begin: of radiance, of polarised light, then the logarithm of their size.
+    /// Where the sources of a node under a sun begin: of radiance, of polarised light, then the logarithm of their
+    /// size.
     #[inline(always)]
     pub(crate) fn source(&self, node: usize, sun: usize, group: usize) -> usize {
         let of_sun = (self.taken.y as usize + 2 + self.gathered as usize) * self.group_count();

@@ -18,8 +18,8 @@ use crate::plan::sky::SkyPlan;
 use crate::scene::{ColourPath, Scene};
 
 /// Rows above and below the horizon, and columns from the sun's azimuth to the opposite one. From 20 km rays that graze
-/// the lit air above the limb turn within half a degree from red to dark: with 32 rows above, volumes are off by 16 % of
-/// the brightest there with the sun at -4°, with 64 by 2.4 %. From there down, 24 rows below leave 1.8 % by day, 36
+/// the lit air above the limb turn within half a degree from red to dark: with 32 rows above, volumes are off by 16 %
+/// of the brightest there with the sun at -4°, with 64 by 2.4 %. From there down, 24 rows below leave 1.8 % by day, 36
 /// leave 0.7 %. With 20 columns nothing changes by more than 1e-4.
 const ABOVE: u32 = 64;
 const BELOW: u32 = 36;

@@ -424,8 +424,8 @@ fn training_elevation(row: u32, rows: u32) -> f64 {
     90.0 * (f64::from(row) / f64::from(rows - 1)).powi(2)
 }
 
-/// Light that was scattered more than once, and light from the ground, at the first so many of groups of bands along the
-/// rays of rows in a light field of a resolution; 0 where a ray meets no ground.
+/// Light that was scattered more than once, and light from the ground, at the first so many of groups of bands along
+/// the rays of rows in a light field of a resolution; 0 where a ray meets no ground.
 fn rest(
     integral: &RayIntegral,
     (groups, count): (&[Bands], usize),

@@ -98,8 +98,8 @@ const IN_LAYERS: u32 = 6;
 const ALTITUDES: usize = 12;
 const THIN_AIR: f32 = 0.55;
 
-/// See [`Resolution::for_air`]. Without aerosol air has all: with a share for aerosol that is not there, a level ray from
-/// 12 km is off by 1.1 %.
+/// See [`Resolution::for_air`]. Without aerosol air has all: with a share for aerosol that is not there, a level ray
+/// from 12 km is off by 1.1 %.
 const FOR_AIR: f32 = 0.58;
 
 /// The optical depth of scattering by aerosol up to which its share grows: no sky jumps where aerosol ends.

@@ -116,10 +116,9 @@ pub fn transfer_of_parts(
     angle: ScatteringAngle,
     variant: u32,
 ) -> Vec4 {
-    let phases = phases(uniform, angle, abscissae, variant);
-    let mut transfer = parts.air * phases.air;
+    let mut transfer = parts.air * air_phase(uniform.atmosphere.air_anisotropy, angle.cosine);
     if variant & variant::AEROSOL != 0 {
-        transfer += parts.aerosol * phases.aerosol;
+        transfer += parts.aerosol * aerosol_phase(uniform, angle, abscissae, variant);
     }
     if variant & variant::REST != 0 {
         transfer += parts.multiple + parts.ground * albedo;
@@ -127,25 +126,8 @@ pub fn transfer_of_parts(
     transfer
 }
 
-/// The phase functions of what scatters, at an angle (sr⁻¹).
-#[derive(Clone, Copy)]
-pub struct Phases {
-    /// Of air.
-    pub air: f32,
-    /// Of aerosol, at four wavelengths.
-    pub aerosol: Vec4,
-}
-
-/// The phase functions at an angle and at wavelengths with these abscissae.
-#[inline(always)]
-pub fn phases(uniform: &Uniform, angle: ScatteringAngle, abscissae: Vec4, variant: u32) -> Phases {
-    Phases {
-        air: air_phase(uniform.atmosphere.air_anisotropy, angle.cosine),
-        aerosol: aerosol_phase(uniform, angle, abscissae, variant),
-    }
-}
-
-/// The phase function of aerosol likewise: by the variant's table, or that of Cornette and Shanks at every wavelength.
+/// The phase function of aerosol at an angle and at wavelengths with these abscissae (sr⁻¹): by the variant's table, or
+/// that of Cornette and Shanks at every wavelength.
 #[inline(always)]
 pub fn aerosol_phase(uniform: &Uniform, angle: ScatteringAngle, abscissae: Vec4, variant: u32) -> Vec4 {
     if variant & variant::PHASE_TABLE != 0 {
@@ -174,15 +156,45 @@ impl Constituents {
 /// The sky of a ray from its constituents: phase functions, and the gamut of the display's primaries (W·m⁻²·sr⁻¹).
 #[inline(always)]
 pub fn with_phases(uniform: &Uniform, constituents: Constituents, angle: ScatteringAngle, variant: u32) -> Vec3 {
+    into_gamut(before_gamut(uniform, constituents, angle, variant), &uniform.rgb)
+}
+
+/// The same in any gamut.
+#[inline(always)]
+pub fn before_gamut(uniform: &Uniform, constituents: Constituents, angle: ScatteringAngle, variant: u32) -> Vec3 {
     let mut rgb = constituents.air * air_phase(uniform.atmosphere.air_anisotropy, angle.cosine);
     if variant & variant::AEROSOL != 0 {
-        let phase = aerosol_phase(uniform, angle, uniform.rgb_abscissae, variant);
-        rgb += constituents.aerosol * Vec3::new(phase.x, phase.y, phase.z);
+        rgb += if variant & variant::PHASE_TABLE != 0 {
+            scattered_by_aerosol(uniform, constituents.aerosol, angle, Vec3::ONE)
+        } else {
+            constituents.aerosol * cornette_shanks_phase(angle, uniform.atmosphere.aerosol_asymmetry)
+        };
     }
     if variant & variant::REST != 0 {
         rgb += constituents.rest;
     }
-    into_gamut(rgb, &uniform.rgb)
+    rgb
+}
+
+/// Linear RGB of light that aerosol with a table of its phase function scatters by an angle, of that before the phase
+/// function; a part of each cone's response passes.
+///
+/// A phase function of many wavelengths is read at one abscissa for each number of a colour. That holds for numbers to
+/// which every wavelength adds, and neighbours most: cone responses. Of light reddened as at sunset, the sum for a
+/// display's blue has terms of either sign.
+#[inline(always)]
+pub fn scattered_by_aerosol(uniform: &Uniform, aerosol: Vec3, angle: ScatteringAngle, passes: Vec3) -> Vec3 {
+    let cones = &uniform.cones;
+    let phase = tabulated_phase(&uniform.aerosol_phase, angle, cones.abscissae);
+    let response = product(&cones.from_rgb, aerosol) * Vec3::new(phase.x, phase.y, phase.z) * passes;
+    product(&cones.to_rgb, response)
+}
+
+/// The product of the matrix with these columns and a vector.
+#[inline(always)]
+fn product(columns: &[Vec4; 3], vector: Vec3) -> Vec3 {
+    let sum = columns[0] * vector.x + columns[1] * vector.y + columns[2] * vector.z;
+    Vec3::new(sum.x, sum.y, sum.z)
 }
 
 /// What is kept of the light in a direction while group after group of its bands is integrated. The integral stands

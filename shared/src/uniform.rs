@@ -85,8 +85,8 @@ pub struct Uniform {
     pub node_rows: [Vec4; NODE_ROWS],
     /// The polariser before the lens, where the variant has it.
     pub polariser: Polariser,
-    /// Abscissae of red, green and blue in the table of the aerosol's phase function, where the variant has one.
-    pub rgb_abscissae: Vec4,
+    /// How colours read the table of the aerosol's phase function, where the variant has one.
+    pub cones: Cones,
     /// That table; see [`crate::medium::phase::tabulated_phase`].
     pub aerosol_phase: [Vec4; PHASE_ENTRIES],
 }
@@ -124,6 +124,19 @@ pub struct SunDisc {
     pub padding1: u32,
 }
 
+/// The cone responses, in which colours read a table of a phase function; see [`crate::sky::scattered_by_aerosol`]. The
+/// layout is that of a GPU buffer.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Cones {
+    /// Where the long, middle and short cones read the table; `w` unused.
+    pub abscissae: Vec4,
+    /// Columns of the matrix from linear RGB to cone responses.
+    pub from_rgb: [Vec4; 3],
+    /// Columns of its inverse.
+    pub to_rgb: [Vec4; 3],
+}
+
 /// A polariser, and where that stands which it reads beside the sky lookup; see
 /// [`crate::picture::polariser`]. The layout is that of a GPU buffer.
 #[repr(C, align(16))]
@@ -134,8 +147,8 @@ pub struct Polariser {
     /// The lookup of light of higher orders: linear RGB of `Q`, then of `U` over the sine of the azimuth from the sun,
     /// relative to the vertical.
     pub lookup: MultipleLookup,
-    /// Where the degrees of polarisation stand in the colour rows, for red, green and blue; the lookup's entries
-    /// follow.
+    /// Where the degrees of polarisation stand in the colour rows, for the cones where the variant has a table of the
+    /// phase function, else for red, green and blue; the lookup's entries follow.
     pub first: u32,
     /// Unused; fills the last 16 bytes.
     pub padding0: u32,

@@ -8,7 +8,6 @@
 use rayon::prelude::*;
 use sorairo_shared::fit::observer::observe_cubic;
 use sorairo_shared::glam::{DVec3, Vec3, Vec4};
-use sorairo_shared::sky::Constituents;
 use sorairo_shared::variant::is_solved_cubic;
 
 use super::metrics::Errors;
@@ -106,9 +105,7 @@ pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
         let radiance = Vec4::from_array(std::array::from_fn(|i| transfer[i] as f32 * irradiance[i]));
         return observe_cubic(integral.uniform.band_wavelengths, radiance, &sky.colours().rows).as_dvec3();
     }
-    let (phases, Constituents { air, aerosol, rest }) = (integral.phases(view), sky.constituents(&[view])[0]);
-    let rgb = air * phases.air + aerosol * phases.aerosol.truncate() + rest;
-    sky.space.from_xyz.inverse() * rgb.as_dvec3()
+    sky.space.from_xyz.inverse() * integral.rgb(view, sky.constituents(&[view])[0]).as_dvec3()
 }
 
 #[cfg(test)]

@@ -57,8 +57,13 @@ pub(crate) fn in_shadow(medium: Medium<'_>, ray: Ray, length: f32, variant: u32)
     let is_found = interval.end > interval.start;
     if (variant & variant::TABLES != 0) & (shell.shadow.slope > 0.0) & is_found {
         let begins = tables::shadow_at(medium, altitude_along(shell, ray, min(interval.start, length)));
-        let ends = tables::shadow_at(medium, altitude_along(shell, ray, min(interval.end, length)));
         let beginning = shadow(Shell { shadow: begins, ..shell }, ray);
+        // A cone about a lower altitude narrows less. Towards a sun that has just set a ray leaves no other one.
+        let nearer = if beginning.end > beginning.start { min(beginning.end, interval.end) } else { interval.end };
+        let about = tables::shadow_at(medium, altitude_along(shell, ray, min(nearer, length)));
+        let leaving = shadow(Shell { shadow: about, ..shell }, ray);
+        let nearer = if leaving.end > leaving.start { min(leaving.end, nearer) } else { nearer };
+        let ends = tables::shadow_at(medium, altitude_along(shell, ray, min(nearer, length)));
         let ending = shadow(Shell { shadow: ends, ..shell }, ray);
         // The first cone is the widest: a ray may pass the one that is right where it would begin.
         let is_dark = beginning.end > beginning.start;

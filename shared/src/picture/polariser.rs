@@ -17,8 +17,8 @@ use crate::display::rgb::into_gamut;
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::light_field::multiple_lookup::{place, value};
 use crate::math::{PI, acos, clamp, fetch, floor, max, min, mix, sqrt};
-use crate::medium::phase::{AirPhase, ScatteringAngle};
-use crate::sky::{Constituents, cosine_from_sun, phases, view_ray};
+use crate::medium::phase::{AirPhase, ScatteringAngle, cornette_shanks_phase};
+use crate::sky::{Constituents, cosine_from_sun, scattered_by_aerosol, view_ray};
 use crate::uniform::{Polariser, Uniform};
 use crate::variant;
 
@@ -39,16 +39,21 @@ pub fn passed(
     let passes = uniform.polariser.passes;
     let sun = uniform.sun.truncate();
     let angle = ScatteringAngle::between(direction, sun);
-    let phases = phases(uniform, angle, uniform.rgb_abscissae, variant);
+    let air_phase = AirPhase::new(uniform.atmosphere.air_anisotropy);
     // Of light whose electric vector lies across the scattering plane, where dipoles have it.
     let top = top_of_image(&uniform.camera, variant::projection(variant), direction);
     let of_sun = -along(top, direction, sun);
-    let of_air = AirPhase::new(uniform.atmosphere.air_anisotropy).degree_of_polarisation(angle.cosine);
-    let mut rgb = constituents.air * (phases.air * (passes.x + of_air * passes_along(passes, of_sun)));
+    let of_air = air_phase.degree_of_polarisation(angle.cosine) * passes_along(passes, of_sun);
+    let mut rgb = constituents.air * (air_phase.at(angle.cosine) * (passes.x + of_air));
     if variant & variant::AEROSOL != 0 {
         let degree = degree_of_aerosol(uniform, colour, angle) * passes_along(passes, of_sun);
-        let phase = Vec3::new(phases.aerosol.x, phases.aerosol.y, phases.aerosol.z);
-        rgb += constituents.aerosol * phase * (degree + Vec3::splat(passes.x));
+        let passes = degree + Vec3::splat(passes.x);
+        rgb += if variant & variant::PHASE_TABLE != 0 {
+            scattered_by_aerosol(uniform, constituents.aerosol, angle, passes)
+        } else {
+            let phase = cornette_shanks_phase(angle, uniform.atmosphere.aerosol_asymmetry);
+            constituents.aerosol * phase * passes
+        };
     }
     if variant & variant::REST != 0 {
         rgb += constituents.rest * passes.x;
@@ -75,7 +80,7 @@ fn along(top: Vec3, direction: Vec3, vector: Vec3) -> Vec2 {
     Vec2::new(up * up - left * left, 2.0 * up * left) * (1.0 / max(square, 1e-12))
 }
 
-/// The degree of polarisation of light that aerosol scatters once, for red, green and blue.
+/// The degree of polarisation of light that aerosol scatters once; see [`Polariser::first`].
 #[inline(always)]
 fn degree_of_aerosol(uniform: &Uniform, colour: &[Vec4], angle: ScatteringAngle) -> Vec3 {
     let at = acos(clamp(angle.cosine, -1.0, 1.0)) * ((DEGREES - 1) as f32 / PI);

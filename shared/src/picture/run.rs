@@ -17,9 +17,9 @@ use crate::display::rgb::into_gamut_by;
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::interpolation::cubic::{ColourCubic, Stencil, TWISTS, stencil};
 use crate::math::{PI, abs, max, sin_cos, sqrt};
-use crate::medium::phase::{AerosolPhase, AirPhase, ScatteringAngle, tabulated_phase};
+use crate::medium::phase::{AerosolPhase, AirPhase, ScatteringAngle};
 use crate::picture::lookup::{FourEntries, along_row, colours_per_entry};
-use crate::sky::Constituents;
+use crate::sky::{Constituents, scattered_by_aerosol};
 use crate::uniform::Uniform;
 use crate::variant;
 
@@ -213,8 +213,7 @@ impl Colours {
         if variant & variant::AEROSOL != 0 {
             let aerosol = self.aerosol.beside(steps);
             if variant & variant::PHASE_TABLE != 0 {
-                let phase = tabulated_phase(&uniform.aerosol_phase, angle, uniform.rgb_abscissae);
-                rgb += aerosol * Vec3::new(phase.x, phase.y, phase.z);
+                rgb += scattered_by_aerosol(uniform, aerosol, angle, Vec3::ONE);
             } else {
                 rgb += aerosol * self.aerosol_phase.at(angle);
             }

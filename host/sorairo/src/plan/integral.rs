@@ -6,10 +6,12 @@ use sorairo_shared::geometry::Ray;
 use sorairo_shared::glam::{Vec2, Vec3, Vec4};
 use sorairo_shared::medium::atmosphere::Medium;
 use sorairo_shared::medium::bands::Bands;
-use sorairo_shared::medium::phase::ScatteringAngle;
+use sorairo_shared::medium::phase::{ScatteringAngle, air_phase};
 use sorairo_shared::processor::kernels::light_of_directions;
 use sorairo_shared::processor::lanes::BLOCK;
-use sorairo_shared::sky::{ByConstituent, Phases, aerosol_phase, phases, transfer, transfer_of_parts, view_ray};
+use sorairo_shared::sky::{
+    ByConstituent, Constituents, aerosol_phase, before_gamut, transfer, transfer_of_parts, view_ray,
+};
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
@@ -133,9 +135,9 @@ impl RayIntegral {
         view_ray(&self.uniform, view)
     }
 
-    /// The phase functions in a direction (sr⁻¹), that of aerosol for red, green and blue.
-    pub fn phases(&self, view: Vec3) -> Phases {
-        phases(&self.uniform, ScatteringAngle::of_ray(self.ray(view)), self.uniform.rgb_abscissae, self.variant)
+    /// Linear RGB of the sky in a direction from its constituents there, in any gamut (W·m⁻²·sr⁻¹).
+    pub fn rgb(&self, view: Vec3, constituents: Constituents) -> Vec3 {
+        before_gamut(&self.uniform, constituents, ScatteringAngle::of_ray(self.ray(view)), self.variant)
     }
 
     /// The phase function of a constituent in a direction at wavelengths (nm; sr⁻¹); 1 for light that has none left.
@@ -146,7 +148,10 @@ impl RayIntegral {
             f64::from(aerosol_phase(&self.uniform, angle, abscissae, self.variant).x)
         };
         match constituent {
-            Constituent::Air => vec![f64::from(self.phases(view).air); wavelengths.len()],
+            Constituent::Air => {
+                let phase = air_phase(self.uniform.atmosphere.air_anisotropy, angle.cosine);
+                vec![f64::from(phase); wavelengths.len()]
+            }
             Constituent::Aerosol if self.variant & variant::PHASE_TABLE == 0 => {
                 vec![of_aerosol(550.0); wavelengths.len()]
             }

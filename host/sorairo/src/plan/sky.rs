@@ -105,7 +105,7 @@ impl SkyPlan {
             source: Source::sun(scene),
             tables,
         };
-        base.uniform.rgb_abscissae = fit::abscissae::rgb_abscissae(&base, observer, &space);
+        base.uniform.cones = fit::cones::cones(&base, observer, &space);
         Self {
             scene: scene.clone(),
             base,

@@ -1,6 +1,6 @@
 //! Fits through the bands: from the values at a few wavelengths to a colour or a spectrum.
 
-pub(crate) mod abscissae;
+pub(crate) mod cones;
 pub mod linear;
 pub mod regression;
 pub mod training;

@@ -193,10 +193,8 @@ impl Chosen {
             constituents[self.places.binary_search(&place).expect("every neighbour is among the places")]
         };
         let cell = |&place: &Place| {
-            let phases = integral.phases(place.view(uniform, grid));
-            let luminance = |Constituents { air, aerosol, rest }: Constituents| {
-                f64::from(uniform.rgb.luminance(air * phases.air + aerosol * phases.aerosol.truncate() + rest))
-            };
+            let view = place.view(uniform, grid);
+            let luminance = |of: Constituents| f64::from(uniform.rgb.luminance(integral.rgb(view, of)));
             let middle = luminance(at(place));
             let error = |between: &[(Place, f64)]| {
                 let sum: f64 = between.iter().map(|&(place, weight)| weight * luminance(at(place))).sum();

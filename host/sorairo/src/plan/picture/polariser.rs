@@ -13,6 +13,7 @@ use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
 use crate::plan::fit::SpectralFit;
+use crate::plan::fit::cones::XYZ_TO_CONES;
 use crate::plan::fit::linear::{Interpolant, LinearFit};
 use crate::plan::light_field::{PolarisedLight, Resolution};
 use crate::plan::picture::polarised_rgb::PolarisedRgb;
@@ -49,8 +50,9 @@ pub fn passes(camera: &CameraScene) -> Option<Vec4> {
     Some(Vec4::new(mean as f32, (difference * cosine) as f32, (difference * sine) as f32, 0.0))
 }
 
-/// The degree of polarisation of light that aerosol scatters once, over the scattering angle: of red, green and blue
-/// the mean over the light that it scatters of the sun.
+/// The degree of polarisation of light that aerosol scatters once, over the scattering angle: of the cones, or of red,
+/// green and blue, the mean over the light that it scatters of the sun; see
+/// [`sorairo_shared::uniform::Polariser::first`].
 fn degrees_of_aerosol(sky: &SkyPlan) -> Vec<Vec4> {
     let optics = &sky.base.optics;
     if !optics.aerosol.is_there() {
@@ -58,10 +60,9 @@ fn degrees_of_aerosol(sky: &SkyPlan) -> Vec<Vec4> {
     }
     let wavelengths = observer::wavelengths();
     let scattered = |&nm: &f64| optics.solar_irradiance(nm) * optics.at(nm).aerosol_scattering;
-    let weights: Vec<DVec3> = wavelengths
-        .iter()
-        .map(|nm| sky.space.from_xyz * observer::weights(sky.observer, *nm) * scattered(nm))
-        .collect();
+    let from_xyz = if sky.base.variant & variant::PHASE_TABLE != 0 { XYZ_TO_CONES } else { sky.space.from_xyz };
+    let weight = |nm: &f64| from_xyz * observer::weights(sky.observer, *nm) * scattered(nm);
+    let weights: Vec<DVec3> = wavelengths.iter().map(weight).collect();
     let all: DVec3 = weights.iter().sum();
     let at = |i: u32| {
         let angle = PI * f64::from(i) / f64::from(DEGREES - 1);

@@ -21,8 +21,8 @@ const STEP: f64 = 20.0;
 const WAVELENGTHS: Range<u32> = 20..35;
 
 /// The matrix from XYZ to the responses of the long, middle and short cones (Hunt, Pointer and Estévez, as in CIE
-/// 159:2004, *A colour appearance model for colour management systems: CIECAM02*). At every wavelength they are 0 or
-/// more but for a thousandth, and each has one peak.
+/// 159:2004, *A colour appearance model for colour management systems: CIECAM02*). Those of the CIE 1931 observer are
+/// positive at every wavelength.
 pub const XYZ_TO_CONES: DMat3 = DMat3::from_cols(
     DVec3::new(0.38971, -0.22981, 0.0),
     DVec3::new(0.68898, 1.18340, 0.0),

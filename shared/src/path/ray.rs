@@ -52,27 +52,41 @@ pub(crate) struct Way {
 #[inline(always)]
 pub(crate) fn in_shadow(medium: Medium<'_>, ray: Ray, length: f32, variant: u32) -> (Interval, [Shadow; 2]) {
     let shell = medium.shell();
-    let mut interval = shadow(shell, ray);
-    let mut edges = [shell.shadow; 2];
-    let is_found = interval.end > interval.start;
-    if (variant & variant::TABLES != 0) & (shell.shadow.slope > 0.0) & is_found {
-        let begins = tables::shadow_at(medium, altitude_along(shell, ray, min(interval.start, length)));
-        let beginning = shadow(Shell { shadow: begins, ..shell }, ray);
-        // A cone about a lower altitude narrows less. Towards a sun that has just set a ray leaves no other one.
-        let nearer = if beginning.end > beginning.start { min(beginning.end, interval.end) } else { interval.end };
-        let about = tables::shadow_at(medium, altitude_along(shell, ray, min(nearer, length)));
-        let leaving = shadow(Shell { shadow: about, ..shell }, ray);
-        let nearer = if leaving.end > leaving.start { min(leaving.end, nearer) } else { nearer };
-        let ends = tables::shadow_at(medium, altitude_along(shell, ray, min(nearer, length)));
-        let ending = shadow(Shell { shadow: ends, ..shell }, ray);
-        // The first cone is the widest: a ray may pass the one that is right where it would begin.
-        let is_dark = beginning.end > beginning.start;
-        let end = if ending.end > ending.start { ending.end } else { beginning.end };
-        interval =
-            Interval { start: if is_dark { beginning.start } else { length }, end: if is_dark { end } else { length } };
-        edges = [begins, ends];
+    let widest = shadow(shell, ray);
+    let (mut interval, mut edges) = (widest, [shell.shadow; 2]);
+    if (variant & variant::TABLES != 0) & (shell.shadow.slope > 0.0) {
+        // All of the ray is lit, and it may end on lit ground: on a cone that lies below the ground.
+        interval = Interval { start: length, end: length };
+        edges = [Shadow { offset: -shell.ground_radius, slope: 0.0, begin: 0.0 }; 2];
+        if widest.end > widest.start {
+            let (begins, beginning) = shadow_touched(medium, ray, min(widest.start, length));
+            // A cone about a lower altitude narrows less. Towards a sun that has just set a ray leaves no other one.
+            let nearer = earlier_end(beginning, widest.end);
+            let (_, leaving) = shadow_touched(medium, ray, min(nearer, length));
+            let (ends, ending) = shadow_touched(medium, ray, min(earlier_end(leaving, nearer), length));
+            // The widest cone is the first: a ray may pass the one that is right where it would begin.
+            if beginning.end > beginning.start {
+                let end = if ending.end > ending.start { ending.end } else { beginning.end };
+                interval = Interval { start: beginning.start, end };
+                edges = [begins, ends];
+            }
+        }
     }
     (interval, edges)
+}
+
+/// The cone that touches the shadow's edge at the altitude of a ray at a distance (km), and the ray's part inside it.
+#[inline(always)]
+fn shadow_touched(medium: Medium<'_>, ray: Ray, distance: f32) -> (Shadow, Interval) {
+    let shell = medium.shell();
+    let cone = tables::shadow_at(medium, altitude_along(shell, ray, distance));
+    (cone, shadow(Shell { shadow: cone, ..shell }, ray))
+}
+
+/// The end of an interval that is not empty, or an earlier distance (km).
+#[inline(always)]
+fn earlier_end(interval: Interval, distance: f32) -> f32 {
+    if interval.end > interval.start { min(interval.end, distance) } else { distance }
 }
 
 impl Way {

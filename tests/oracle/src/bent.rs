@@ -146,14 +146,20 @@ impl Profile<'_> {
         Some(Beam { seen, columns: exit.columns, spread })
     }
 
-    /// Radiance scattered once along a straight view ray that rises from the ground, at several wavelengths, for an
-    /// irradiance of 1 (sr⁻¹).
+    /// Radiance scattered once along a straight view ray up to the ground or the top of the air, at several wavelengths,
+    /// for an irradiance of 1 (sr⁻¹).
     pub fn scattered_once(&self, bands: &[Coefficients], ray: &Ray) -> Vec<f64> {
         const SAMPLES: u32 = 160;
         let (radius, mu) = (self.ground_radius_km + ray.observer_altitude_km, ray.view[2]);
         let nu = dot(ray.view, ray.sun);
         let top = self.ground_radius_km + self.top_altitude_km;
-        let length = (top * top - radius * radius * (1.0 - mu * mu)).sqrt() - radius * mu;
+        let perigee_squared = radius * radius * (1.0 - mu * mu);
+        let meets_ground = mu < 0.0 && perigee_squared < self.ground_radius_km.powi(2);
+        let length = if meets_ground {
+            -radius * mu - (self.ground_radius_km.powi(2) - perigee_squared).sqrt()
+        } else {
+            (top * top - perigee_squared).sqrt() - radius * mu
+        };
         let at = |s: f64| {
             let here = (radius * radius + s * s + 2.0 * radius * mu * s).sqrt();
             (here - self.ground_radius_km, (radius * ray.sun[2] + s * nu) / here)

@@ -68,7 +68,7 @@ fn largest_error(sun: f64, refraction: bool, altitude: f64) -> f64 {
         aerosol_asymmetry: a.aerosol.asymmetry,
     };
     let bands = bands(&scene, &plan.sky);
-    let below = if altitude > 0.0 { &[-2.8, -1.0][..] } else { &[] };
+    let below = if altitude > 0.0 { &[-80.0, -20.0, -2.8, -1.0][..] } else { &[] };
     let towards = |&up: &f64| [3.0, 70.0, 175.0].map(|azimuth| (up, azimuth));
     let views: Vec<(f64, f64)> = [0.3, 1.0, 6.0, 25.0, 80.0].iter().chain(below).flat_map(towards).collect();
     let of_view = |&(elevation, azimuth): &(f64, f64)| {
@@ -100,6 +100,9 @@ fn light_in_measured_air_is_that_of_rays_that_march() {
         (40.0, true, 0.0, 5e-3),
         (5.0, true, 0.0, 1e-2),
         (0.3, true, 0.0, 1e-2),
+        // A sun below the level that shines on the ground.
+        (-0.01, true, 2.0, 1e-2),
+        (-0.45, true, 12.0, 1e-2),
         // A sun that has set for the observer and shines on the air along the horizon.
         (-0.7, true, 0.0, 1.5e-2),
         (-1.0, true, 0.0, 1.5e-2),

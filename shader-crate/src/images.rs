@@ -6,7 +6,7 @@ use sorairo_shared::kernels::{
 };
 use sorairo_shared::math::{max4, store};
 use sorairo_shared::medium::bands::Bands;
-use sorairo_shared::picture::air::{FroxelRay, Froxels, SLICES_TOGETHER, SeenThrough, halves};
+use sorairo_shared::picture::air::{AirRay, Froxels, SLICES_TOGETHER, SeenThrough, halves};
 use sorairo_shared::picture::environment::{
     COEFFICIENTS, CoefficientLanes, LevelStep, ROW_SUMS, RowLanes, half_pixel, keep_coefficients, keep_row_sums,
     level_pixel, store_coefficient, store_row_sum,
@@ -204,7 +204,8 @@ pub fn air_volume(
     #[spirv(descriptor_set = 0, binding = 5)] transmittance: &Image!(3D, format = rgba16f, sampled = false),
 ) {
     if (id.x < froxels.columns) & (id.y < froxels.rows) {
-        let ray = FroxelRay::new(uniform, froxels, table, lookup, (id.x, id.y), variant);
+        let view = froxels.view(&uniform.camera, id.x, id.y);
+        let ray = AirRay::new(uniform, froxels, table, lookup, view, variant);
         let mut slice = SLICES_TOGETHER * id.z;
         let end = slice + SLICES_TOGETHER;
         while (slice < end) & (slice < froxels.directions.groups) {
@@ -225,6 +226,7 @@ pub fn air_volume(
 #[spirv(compute(threads(16, 16), entry_point_name = "air_applied"))]
 pub fn air_applied(
     #[spirv(global_invocation_id)] id: UVec3,
+    #[spirv(spec_constant(id = 0, default = 63))] variant: u32,
     #[spirv(uniform, descriptor_set = 0, binding = 0)] seen: &SeenThrough,
     #[spirv(descriptor_set = 0, binding = 1)] colour: &Image!(2D, type = f32, sampled = true),
     #[spirv(descriptor_set = 0, binding = 2)] depth: &Image!(2D, type = f32, sampled = true),
@@ -232,6 +234,10 @@ pub fn air_applied(
     #[spirv(descriptor_set = 0, binding = 4)] transmittance: &Image!(3D, type = f32, sampled = true),
     #[spirv(descriptor_set = 0, binding = 5)] sampler: &Sampler,
     #[spirv(descriptor_set = 0, binding = 6)] output: &Image!(2D, format = rgba16f, sampled = false),
+    #[spirv(uniform, descriptor_set = 0, binding = 7)] uniform: &Uniform,
+    #[spirv(uniform, descriptor_set = 0, binding = 8)] froxels: &Froxels,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] table: &[Vec4],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] lookup: &[Vec4],
 ) {
     if (id.x < seen.camera.width) & (id.y < seen.camera.height) {
         let behind: Vec4 = colour.fetch(id.truncate());
@@ -250,7 +256,16 @@ pub fn air_applied(
                 index += 1;
             }
             // A cubic may leave what it goes through.
-            rgb = halves(rgb * max4(through, 0.0).truncate() + max4(added, 0.0).truncate());
+            let (through, mut added) = (max4(through, 0.0).truncate(), max4(added, 0.0).truncate());
+            let own = froxels.own_phases(uniform, place, variant);
+            // A loop of one pass: see `rest_of_light`.
+            let mut is_due = own > 0.0;
+            while is_due {
+                let ray = AirRay::new(uniform, froxels, table, lookup, place.view, variant);
+                added += (ray.light_before(uniform, froxels, table, place, variant) - added) * own;
+                is_due = false;
+            }
+            rgb = halves(rgb * through + added);
         }
         // SAFETY: the texture is as large as the image.
         #[expect(unsafe_code, reason = "no compiler knows how large a texture is")]

@@ -24,6 +24,21 @@ pub fn scenes(azimuth: f64) -> [(&'static str, Scene, f64); 8] {
     ]
 }
 
+/// The same with the sun in view, or below its limb.
+pub fn scenes_towards_the_sun() -> [(&'static str, Scene, f64); 4] {
+    let of = |preset, sun: f64, azimuth: f64, altitude: f64| {
+        let mut scene = Scene::preset(preset);
+        (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (sun, azimuth, altitude);
+        scene
+    };
+    [
+        ("towards a low sun", of(Preset::Standard, 3.0, 10.0, 0.05), 3.0),
+        ("towards a low sun in haze", of(Preset::Hazy, 8.0, 5.0, 0.3), 3.0),
+        ("the sun on the horizon at the edge", of(Preset::Standard, 0.0, 30.0, 1.0), 0.0),
+        ("late dusk from 20 km", of(Preset::Standard, -6.0, 0.0, 20.0), 0.0),
+    ]
+}
+
 /// A camera that looks north at an elevation (degrees).
 pub fn camera((width, height): (u32, u32), elevation: f64) -> CameraScene {
     CameraScene {

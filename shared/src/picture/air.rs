@@ -7,8 +7,8 @@
 //! d_k = m w_k² / (1 - w_k²)     w_k = k / (n - 1)     w = √(d / (d + m))
 //! ```
 //!
-//! from 0 to infinity; half of them lie within a third of the middle `m`. Light is kept by its constituents: phase
-//! functions are those of a froxel's own direction.
+//! from 0 to infinity; half of them lie within a third of the middle `m`. Light is kept by its constituents, before
+//! their phase functions. A froxel has those of its own direction.
 //!
 //! A froxel of a column, a row and a slice is what lies up to the slice's distance in a direction of the image, whose
 //! edges are the first and the last columns and rows. At the parts `(x, y)` of the image, from its top left corner, and
@@ -22,7 +22,10 @@
 //! lie so far apart that straight lines leave 3 to 4 % of the brightest.
 //!
 //! The last slice is the sky. What the table lacks of it there, `S - A`, is found in the sky lookup, and nearer slices
-//! take `w⁴` of it.
+//! take `w⁸` of it.
+//!
+//! Near the sun an aerosol's phase function changes between two froxels by more than straight lines can follow. There a
+//! pixel's light comes from the table, with the phase functions of its own direction.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -30,11 +33,12 @@ use crate::camera::{Camera, PERSPECTIVE, perspective_vector, position_view};
 use crate::glam::{Vec2, Vec3, Vec4};
 use crate::interpolation::cubic::{Stencil, lane, stencil};
 use crate::light_field::multiple_lookup::{MultipleLookup, place_at};
-use crate::math::{fetch, max, sqrt, to_half};
+use crate::math::{clamp, fetch, max, sqrt, to_half};
 use crate::medium::phase::ScatteringAngle;
 use crate::picture::lookup::{grid_constituents, grid_place};
 use crate::sky::{Constituents, cosine_from_sun, with_phases};
 use crate::uniform::Uniform;
+use crate::variant;
 
 /// Columns and rows of a volume that a workgroup fills along each side. The entry point repeats it as a literal, which
 /// a test compares.
@@ -59,8 +63,29 @@ pub struct Froxels {
     pub rows: u32,
     /// Factor from the table's light to that of the volume.
     pub scale: f32,
-    /// Unused; fills the last 16 bytes.
-    pub padding: u32,
+    /// `1 - cos θ` of the angle `θ` from the sun below which a pixel has phase functions of its own.
+    pub near_sun: f32,
+}
+
+impl Froxels {
+    /// The direction of a column and a row of the volume, in a camera's image.
+    #[inline(always)]
+    pub fn view(&self, camera: &Camera, column: u32, row: u32) -> Vec3 {
+        let part = Vec2::new(column as f32 / (self.columns - 1) as f32, row as f32 / (self.rows - 1) as f32);
+        let position = part * Vec2::new(camera.width as f32, camera.height as f32);
+        position_view(camera, PERSPECTIVE, position).direction
+    }
+
+    /// The part of a pixel's light, from 0 to 1, that has the phase functions of its own direction: all within 0.7 of
+    /// the angle, none beyond it.
+    #[inline(always)]
+    pub fn own_phases(&self, uniform: &Uniform, place: VolumePlace, variant: u32) -> f32 {
+        if variant & variant::AEROSOL == 0 {
+            return 0.0;
+        }
+        let from_sun = 1.0 - place.view.dot(uniform.sun.truncate());
+        clamp(2.0 * (self.near_sun - from_sun) / max(self.near_sun, 1e-12), 0.0, 1.0)
+    }
 }
 
 /// What the air up to a distance adds, before its phase functions, and the part of sunlight that it lets through.
@@ -83,7 +108,7 @@ impl Before {
 
 /// A direction of the image among those of the table.
 #[derive(Clone, Copy)]
-pub struct FroxelRay {
+pub struct AirRay {
     angle: ScatteringAngle,
     /// The first of sixteen nodes, at its first slice.
     first: u32,
@@ -93,20 +118,17 @@ pub struct FroxelRay {
     missing: Constituents,
 }
 
-impl FroxelRay {
-    /// That of a column and a row of the volume.
+impl AirRay {
+    /// That of a unit vector.
     #[inline(always)]
     pub fn new(
         uniform: &Uniform,
         froxels: &Froxels,
         table: &[Vec4],
         lookup: &[Vec4],
-        (column, row): (u32, u32),
+        view: Vec3,
         variant: u32,
     ) -> Self {
-        let part = Vec2::new(column as f32 / (froxels.columns - 1) as f32, row as f32 / (froxels.rows - 1) as f32);
-        let position = part * Vec2::new(uniform.camera.width as f32, uniform.camera.height as f32);
-        let view = position_view(&uniform.camera, PERSPECTIVE, position).direction;
         let grid = froxels.directions;
         let place = place_at(grid, view.z, cosine_from_sun(uniform, view));
         let (first_row, rows) = if place.is_above { (0, grid.above) } else { (grid.above, grid.below) };
@@ -120,7 +142,7 @@ impl FroxelRay {
         };
         if place.is_above & (uniform.lookup_azimuths > 0) {
             let sky = grid_constituents(uniform, lookup, grid_place(uniform, view, variant), variant);
-            let own = ray.at(froxels, table, grid.groups - 1).light;
+            let own = ray.in_table(froxels, table, grid.groups - 1).light;
             ray.missing =
                 Constituents { air: sky.air - own.air, aerosol: sky.aerosol - own.aerosol, rest: sky.rest - own.rest };
         }
@@ -129,7 +151,7 @@ impl FroxelRay {
 
     /// What the table has of it up to a slice.
     #[inline(always)]
-    fn at(&self, froxels: &Froxels, table: &[Vec4], slice: u32) -> Before {
+    fn in_table(&self, froxels: &Froxels, table: &[Vec4], slice: u32) -> Before {
         let grid = froxels.directions;
         let (mut air, mut aerosol, mut rest) = (Vec4::ZERO, Vec4::ZERO, Vec4::ZERO);
         let mut row = 0;
@@ -154,6 +176,20 @@ impl FroxelRay {
         Before { light, transmittance: Vec3::new(air.w, aerosol.w, rest.w) }
     }
 
+    /// What lies up to a slice; the last one is the sky.
+    #[inline(always)]
+    fn before(&self, froxels: &Froxels, table: &[Vec4], slice: u32) -> Before {
+        let Before { light, transmittance } = self.in_table(froxels, table, slice);
+        let w = slice as f32 / (froxels.directions.groups - 1) as f32;
+        let part = (w * w) * (w * w) * ((w * w) * (w * w));
+        let light = Constituents {
+            air: light.air + self.missing.air * part,
+            aerosol: light.aerosol + self.missing.aerosol * part,
+            rest: light.rest + self.missing.rest * part,
+        };
+        Before { light, transmittance }
+    }
+
     /// Linear RGB that the air up to a slice adds (W·m⁻²·sr⁻¹), and the part that it lets through, as half floats.
     #[inline(always)]
     pub fn froxel(
@@ -164,16 +200,32 @@ impl FroxelRay {
         slice: u32,
         variant: u32,
     ) -> (Vec3, Vec3) {
-        let Before { light, transmittance } = self.at(froxels, table, slice);
-        let w = slice as f32 / (froxels.directions.groups - 1) as f32;
-        let part = (w * w) * (w * w);
-        let light = Constituents {
-            air: light.air + self.missing.air * part,
-            aerosol: light.aerosol + self.missing.aerosol * part,
-            rest: light.rest + self.missing.rest * part,
-        };
+        let Before { light, transmittance } = self.before(froxels, table, slice);
         let rgb = with_phases(uniform, light, self.angle, variant);
         (halves(rgb), halves(transmittance))
+    }
+
+    /// Linear RGB that the air before a pixel's place adds (W·m⁻²·sr⁻¹).
+    #[inline(always)]
+    pub fn light_before(
+        &self,
+        uniform: &Uniform,
+        froxels: &Froxels,
+        table: &[Vec4],
+        place: VolumePlace,
+        variant: u32,
+    ) -> Vec3 {
+        let mut sum = Constituents::DARK;
+        let mut index = 0;
+        while index < 4 {
+            let Before { light, .. } = self.before(froxels, table, place.deep.first + index);
+            let weight = lane(place.deep.weights, index);
+            sum.air += light.air * weight;
+            sum.aerosol += light.aerosol * weight;
+            sum.rest += light.rest * weight;
+            index += 1;
+        }
+        with_phases(uniform, sum, self.angle, variant)
     }
 }
 
@@ -220,6 +272,8 @@ pub struct SeenThrough {
 pub struct VolumePlace {
     /// Whether nothing stands before the sky.
     pub is_sky: bool,
+    /// The unit vector of the pixel's view.
+    pub view: Vec3,
     /// Where the texture is read across and down, from 0 to 1.
     across: Vec2,
     /// The four slices about it.
@@ -261,6 +315,7 @@ impl SeenThrough {
         let (size, slices) = (Vec2::new(self.size.x, self.size.y), self.size.z);
         VolumePlace {
             is_sky: is_behind_sky | !is_number,
+            view: vector / length,
             across: (part * (size - Vec2::ONE) + Vec2::splat(0.5)) / size,
             deep: stencil(sqrt(along) * (slices - 1.0), slices as u32),
             slices,

@@ -8,7 +8,7 @@ use sorairo::{
     Target,
 };
 use sorairo_shared::glam::DVec3;
-use sorairo_tests::air::{self, camera, largest, scenes};
+use sorairo_tests::air::{self, camera, largest, scenes, scenes_towards_the_sun};
 use sorairo_tests::own_device::{opened, texels, texture, with_passthrough};
 use sorairo_tests::sky::sky_of;
 
@@ -156,7 +156,7 @@ fn errors(drawn: &mut Drawn) -> [[f64; 2]; 2] {
 
 #[test]
 fn air_in_a_programs_own_textures_is_that_of_each_ray() {
-    for (name, scene, elevation) in scenes(50.0) {
+    for (name, scene, elevation) in scenes(50.0).into_iter().chain(scenes_towards_the_sun()) {
         let errors = errors(&mut Drawn::new(&scene, elevation, [32, 32, 32]));
         println!("{name}: light and transmittance, rms and at most: {errors:.5?}");
         for [rms, largest] in errors {
@@ -230,7 +230,8 @@ fn air_costs_a_graphics_processor_little_more_than_copies() {
 /// texels: `i = (c - 1) (p + ½) / width`. What is seen there is what the volume holds.
 #[test]
 fn the_far_end_of_the_air_is_the_sky_behind_it() {
-    for (name, scene, elevation) in scenes(50.0) {
+    let [towards_sun, ..] = scenes_towards_the_sun();
+    for (name, scene, elevation) in scenes(50.0).into_iter().chain([towards_sun]) {
         let mut drawn = Drawn::new(&scene, elevation, [257, 65, 8]);
         let pixels = (SIZE.0 * SIZE.1) as usize;
         // So far that nothing is behind it but the sky.

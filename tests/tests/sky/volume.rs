@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use sorairo::scene::{CameraScene, ColourPath, Scene};
 use sorairo::{Sky, VolumeSize};
 use sorairo_shared::glam::DVec3;
-use sorairo_tests::air::{self, scenes, towards};
+use sorairo_tests::air::{self, scenes, scenes_towards_the_sun, towards};
 use sorairo_tests::sky::sky_of;
 
 fn camera(elevation: f64) -> CameraScene {
@@ -42,7 +42,7 @@ fn errors(scene: &Scene, elevation: f64, size: VolumeSize) -> [[f64; 2]; 2] {
 
 #[test]
 fn air_between_froxels_is_that_of_each_ray() {
-    for (name, scene, elevation) in scenes(30.0) {
+    for (name, scene, elevation) in scenes(30.0).into_iter().chain(scenes_towards_the_sun()) {
         let errors = errors(&scene, elevation, VolumeSize::default());
         println!("{name}: light and transmittance, rms and at most: {errors:.5?}");
         for [rms, largest] in errors {

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use sorairo_shared::kernels::WORKGROUP_SIDE;
-use sorairo_shared::picture::air::{SLICES_TOGETHER, VOLUME_SIDE};
+use sorairo_shared::picture::air::{Froxels, SLICES_TOGETHER, VOLUME_SIDE};
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::PixelFormat;
 use wgpu::{BindingResource, TextureFormat, TextureUsages};
@@ -18,8 +18,8 @@ use super::resident::{Fill, ResidentRenderer, filled};
 use crate::error::Error;
 use crate::error::Result;
 use crate::measure::volume;
+use crate::plan::Plan;
 use crate::plan::aerial::AirPlan;
-use crate::plan::{Plan, upload};
 use crate::scene::CameraScene;
 
 impl ResidentRenderer {
@@ -46,16 +46,9 @@ impl ResidentRenderer {
         let plan = self.plan(air.sky(), camera, PixelFormat::HalfRgb, false)?;
         self.check_present()?;
         self.check_limits(&plan, plan.width())?;
-        let lookup = self.filled_lookup(&plan, camera);
-        let froxels = target.froxels(air, self.linear_exposure);
+        let froxels = target.froxels(air, &plan.uniform, self.linear_exposure);
+        let buffers = self.air_buffers(air, &plan, camera, &froxels);
         let device = &self.device;
-        let uniform = wgpu::BufferUsages::UNIFORM;
-        let buffers = [
-            filled(device, "uniform", bytemuck::bytes_of(&plan.uniform), uniform),
-            filled(device, "froxels", bytemuck::bytes_of(&froxels), uniform),
-            filled(device, "air", bytemuck::cast_slice(air.nodes()), wgpu::BufferUsages::STORAGE),
-            lookup,
-        ];
         let views = [whole(target.in_scatter), whole(target.transmittance)];
         let resources =
             buffers.iter().map(wgpu::Buffer::as_entire_binding).chain(views.iter().map(BindingResource::TextureView));
@@ -86,10 +79,14 @@ impl ResidentRenderer {
         let scene = air.sky().scene.seen_by(camera)?;
         volume::check(&scene)?;
         volume.check(air, TextureUsages::TEXTURE_BINDING)?;
-        let camera = upload::camera(&scene);
-        image.check(&camera)?;
-        let seen = image.depth.seen_through(camera, air, volume)?;
+        let plan = self.plan(air.sky(), camera, PixelFormat::HalfRgb, false)?;
+        let seen_by = plan.uniform.camera;
+        image.check(&seen_by)?;
+        let seen = image.depth.seen_through(seen_by, air, volume)?;
         self.check_present()?;
+        self.check_limits(&plan, plan.width())?;
+        let froxels = volume.froxels(air, &plan.uniform, self.linear_exposure);
+        let buffers = self.air_buffers(air, &plan, camera, &froxels);
         let device = &self.device;
         let seen = filled(device, "image in air", bytemuck::bytes_of(&seen), wgpu::BufferUsages::UNIFORM);
         let depth = wgpu::TextureViewDescriptor { aspect: image.depth.aspect(), ..Default::default() };
@@ -103,9 +100,11 @@ impl ResidentRenderer {
         let output = whole(image.output);
         let resources = [seen.as_entire_binding()].into_iter().chain(views.iter().map(BindingResource::TextureView));
         let last = [BindingResource::Sampler(&sampler), BindingResource::TextureView(&output)];
+        let of_pixels = buffers.iter().map(wgpu::Buffer::as_entire_binding);
         let layouts = image_layouts(device);
-        let pipeline = self.kernels.pipeline_of(device, Module::Images, OF_AIR[1], &layouts, 0);
-        let group = layouts.bind_resources(device, &resources.chain(last).collect::<Vec<_>>());
+        let variant = if froxels.near_sun > 0.0 { plan.variant } else { FAR_FROM_SUN };
+        let pipeline = image_pipeline(device, &self.kernels, &layouts, variant);
+        let group = layouts.bind_resources(device, &resources.chain(last).chain(of_pixels).collect::<Vec<_>>());
         let side = |length: u32| length.div_ceil(WORKGROUP_SIDE);
         run(encoder, &pipeline, &group, [side(image.output.width()), side(image.output.height()), 1]);
         Ok(())
@@ -118,8 +117,33 @@ impl ResidentRenderer {
         let variant = air.sky().integral().variant;
         move || {
             volume_pipeline(&device, &kernels, &volume_layouts(&device), variant);
-            kernels.pipeline_of(&device, Module::Images, OF_AIR[1], &image_layouts(&device), 0);
+            for variant in [variant, FAR_FROM_SUN] {
+                image_pipeline(&device, &kernels, &image_layouts(&device), variant);
+            }
         }
+    }
+
+    /// What both kernels read: the uniform of a plan, the volume, the table of the air and the sky lookup.
+    fn air_buffers(
+        &mut self,
+        air: &AirPlan,
+        plan: &Plan,
+        camera: &CameraScene,
+        froxels: &Froxels,
+    ) -> [wgpu::Buffer; 4] {
+        let lookup = self.filled_lookup(plan, camera);
+        let (device, uniform) = (&self.device, wgpu::BufferUsages::UNIFORM);
+        let kept = self.air.take().filter(|(of, _)| Arc::ptr_eq(of, air.nodes()));
+        let (_, table) = self.air.insert(kept.unwrap_or_else(|| {
+            let table = filled(device, "air", bytemuck::cast_slice(air.nodes()), wgpu::BufferUsages::STORAGE);
+            (Arc::clone(air.nodes()), table)
+        }));
+        [
+            filled(device, "uniform", bytemuck::bytes_of(&plan.uniform), uniform),
+            filled(device, "froxels", bytemuck::bytes_of(froxels), uniform),
+            table.clone(),
+            lookup,
+        ]
     }
 
     /// The sky lookup of a plan, filled if it has one.
@@ -136,11 +160,21 @@ impl ResidentRenderer {
     }
 }
 
-/// The variant's bits that a volume reads.
-fn volume_pipeline(device: &wgpu::Device, kernels: &Kernels, layouts: &Layouts, variant: u32) -> wgpu::ComputePipeline {
+/// The variant for images in which no pixel has phase functions of its own.
+const FAR_FROM_SUN: u32 = 0;
+
+/// The variant's bits that the air reads.
+fn read_bits(variant: u32) -> u32 {
     use sorairo_shared::variant::{AEROSOL, DESCENT, PHASE_TABLE, REST};
-    let read = variant & (AEROSOL | REST | PHASE_TABLE | DESCENT);
-    kernels.pipeline_of(device, Module::Images, OF_AIR[0], layouts, read)
+    variant & (AEROSOL | REST | PHASE_TABLE | DESCENT)
+}
+
+fn volume_pipeline(device: &wgpu::Device, kernels: &Kernels, layouts: &Layouts, variant: u32) -> wgpu::ComputePipeline {
+    kernels.pipeline_of(device, Module::Images, OF_AIR[0], layouts, read_bits(variant))
+}
+
+fn image_pipeline(device: &wgpu::Device, kernels: &Kernels, layouts: &Layouts, variant: u32) -> wgpu::ComputePipeline {
+    kernels.pipeline_of(device, Module::Images, OF_AIR[1], layouts, read_bits(variant))
 }
 
 fn run(
@@ -191,6 +225,10 @@ fn image_layouts(device: &wgpu::Device) -> Layouts {
     use wgpu::TextureViewDimension::{D2, D3};
     let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
     let uniform = buffer(wgpu::BufferBindingType::Uniform);
+    let storage = buffer(wgpu::BufferBindingType::Storage { read_only: true });
     let (image, volume) = (read(D2, false), read(D3, true));
-    Layouts::of_types(device, &[0, 1, 2, 3, 4, 5, 6], &[uniform, image, image, volume, volume, sampler, written(D2)])
+    let of_volume = [uniform, image, image, volume, volume, sampler, written(D2)];
+    let of_pixels = [uniform, uniform, storage, storage];
+    let types = [&of_volume[..], &of_pixels].concat();
+    Layouts::of_types(device, &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10], &types)
 }

@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 use std::task::{Context, Poll, Waker};
 
 use sorairo_shared::camera::Camera;
+use sorairo_shared::glam::Vec4;
 use sorairo_shared::kernels::WORKGROUP_SIDE;
 use sorairo_shared::uniform::{Buffers, Uniform};
 use wgpu::util::DeviceExt;
@@ -50,6 +51,8 @@ pub struct ResidentRenderer {
     most_rounds: u64,
     sky: Option<UploadedSky>,
     lookup: Option<FilledLookup>,
+    /// The table of the air that was used last.
+    pub(super) air: Option<(Arc<[Vec4]>, wgpu::Buffer)>,
     pixels: Option<wgpu::Buffer>,
     environment: Option<Environment>,
     /// Black pixels, and their format.
@@ -106,6 +109,7 @@ impl ResidentRenderer {
             queue: queue.clone(),
             sky: None,
             lookup: None,
+            air: None,
             pixels: None,
             environment: None,
             black: None,

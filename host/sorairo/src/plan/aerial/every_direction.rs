@@ -1,6 +1,7 @@
 //! The air in front of an observer in every direction, from which the volumes of all cameras are filled.
 
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use sorairo_shared::glam::{Vec3, Vec4};
@@ -9,6 +10,7 @@ use sorairo_shared::light_field::multiple_lookup::MultipleLookup;
 use sorairo_shared::picture::air::Before;
 use sorairo_shared::picture::lookup::towards;
 use sorairo_shared::sky::Constituents;
+use sorairo_shared::variant;
 
 use crate::error::{Error, Result, check_range};
 use crate::plan::aerial::colours::AirColours;
@@ -42,7 +44,7 @@ pub struct AirPlan {
     sky: Sky,
     middle: f64,
     directions: MultipleLookup,
-    nodes: Vec<Vec4>,
+    nodes: Arc<[Vec4]>,
 }
 
 impl AirPlan {
@@ -72,7 +74,7 @@ impl AirPlan {
         let directions = directions(sky, slices);
         let air =
             InEveryDirection { sky, directions, air: SlicedAir::new(sky.integral()), colours: AirColours::new(sky) };
-        let nodes = air.nodes(&distances(slices, middle));
+        let nodes = air.nodes(&distances(slices, middle)).into();
         Ok(Self { sky: sky.clone(), middle, directions, nodes })
     }
 
@@ -99,8 +101,13 @@ impl AirPlan {
 
     /// The table in the layout of the kernel: the slices of a direction, the directions of a row, and the rows from the
     /// horizon, first those above it. A node is [`sorairo_shared::picture::air::NODE`] times four numbers.
-    pub fn nodes(&self) -> &[Vec4] {
+    pub fn nodes(&self) -> &Arc<[Vec4]> {
         &self.nodes
+    }
+
+    /// Whether aerosol scatters light before the observer, which surrounds the sun with an aureole.
+    pub fn has_aureole(&self) -> bool {
+        self.sky.integral().variant & variant::AEROSOL != 0
     }
 }
 

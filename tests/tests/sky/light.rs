@@ -300,8 +300,8 @@ fn a_split_sky_takes_the_place_of_files_by_the_rules_of_all_or_is_refused_with_2
     assert_eq!(report["replaced"], json!(["a.sun.png"]));
 }
 
-/// Haze whose glow shows where the sun is.
-const HAZE: &str = "[atmosphere.aerosol]\noptical_depth = 0.3\nasymmetry = 0.75\n";
+/// Haze whose glow shows where the sun is, in air whose light over the whole spectrum of the sun is soon told.
+const HAZE: &str = "preset = \"hazy\"\n[atmosphere.aerosol]\noptical_depth = 0.3\nasymmetry = 0.75\n";
 
 #[test]
 fn a_usd_scene_has_the_sun_where_it_stands_with_its_irradiance_and_a_dome_that_is_brightest_there() {

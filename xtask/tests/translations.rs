@@ -22,8 +22,10 @@ const SPIRV: [&[u8]; 2] =
 const STORAGE_BUFFERS: usize = 8;
 /// Of storage textures, the fewest of those that a stage has.
 const TEXTURES: usize = 6;
-/// A uniform and the storage buffers: nothing demands gaps.
-const BINDINGS: u32 = 1 + STORAGE_BUFFERS as u32;
+/// Uniforms that a kernel reads at most.
+const UNIFORMS: usize = 3;
+/// All of these: nothing demands gaps.
+const BINDINGS: u32 = (UNIFORMS + TEXTURES + STORAGE_BUFFERS) as u32;
 const UNIFORM_BYTES: usize = 65_536;
 const INVOCATIONS: u32 = 256;
 const WORKGROUP_SIZES: [u32; 3] = [256, 256, 64];
@@ -122,6 +124,8 @@ fn keeps_to_limits(module: &Module) -> bool {
         };
         let storage = used(|space| matches!(space, AddressSpace::Storage { .. }));
         let textures = used(|space| space == AddressSpace::Handle);
+        let uniforms = used(|space| space == AddressSpace::Uniform);
+        assert!(uniforms <= UNIFORMS, "{}: {uniforms} uniforms", entry.name);
         assert!(storage <= STORAGE_BUFFERS, "{}: {storage} storage buffers", entry.name);
         assert!(textures <= TEXTURES, "{}: {textures} textures and samplers", entry.name);
         assert!(storage + textures > 0, "{} writes nothing", entry.name);

@@ -110,9 +110,12 @@ impl Case {
     }
 }
 
-/// A sky of any air that a scene may name, seen from anywhere between the ground and orbit.
+/// A sky of any air that a scene may name, seen from anywhere between the ground and orbit, of three one about sunset.
 fn random_air(rng: &mut ChaCha8Rng) -> Scene {
-    let scene = random_scene(rng);
+    let mut scene = random_scene(rng);
+    if rng.random_ratio(1, 3) {
+        scene.sun.elevation = rng.random_range(-3.0..3.0);
+    }
     if rng.random() {
         return scene;
     }

@@ -7,11 +7,7 @@ use sorairo_shared::glam::DVec3;
 
 /// Skies with the sun at an azimuth (degrees), and the elevation at which their camera looks.
 pub fn scenes(azimuth: f64) -> [(&'static str, Scene, f64); 8] {
-    let of = |preset, sun: f64, altitude: f64| {
-        let mut scene = Scene::preset(preset);
-        (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (sun, azimuth, altitude);
-        scene
-    };
+    let of = |preset, sun, altitude| seen_from(preset, (sun, azimuth), altitude);
     [
         ("noon", of(Preset::Standard, 60.0, 0.002), 0.0),
         ("haze", of(Preset::Hazy, 30.0, 0.3), -2.0),
@@ -26,17 +22,19 @@ pub fn scenes(azimuth: f64) -> [(&'static str, Scene, f64); 8] {
 
 /// The same with the sun in view, or below its limb.
 pub fn scenes_towards_the_sun() -> [(&'static str, Scene, f64); 4] {
-    let of = |preset, sun: f64, azimuth: f64, altitude: f64| {
-        let mut scene = Scene::preset(preset);
-        (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (sun, azimuth, altitude);
-        scene
-    };
     [
-        ("towards a low sun", of(Preset::Standard, 3.0, 10.0, 0.05), 3.0),
-        ("towards a low sun in haze", of(Preset::Hazy, 8.0, 5.0, 0.3), 3.0),
-        ("the sun on the horizon at the edge", of(Preset::Standard, 0.0, 30.0, 1.0), 0.0),
-        ("late dusk from 20 km", of(Preset::Standard, -6.0, 0.0, 20.0), 0.0),
+        ("towards a low sun", seen_from(Preset::Standard, (3.0, 10.0), 0.05), 3.0),
+        ("towards a low sun in haze", seen_from(Preset::Hazy, (8.0, 5.0), 0.3), 3.0),
+        ("the sun on the horizon at the edge", seen_from(Preset::Standard, (0.0, 30.0), 1.0), 0.0),
+        ("late dusk from 20 km", seen_from(Preset::Standard, (-6.0, 0.0), 20.0), 0.0),
     ]
+}
+
+/// A preset under a sun at an elevation and an azimuth (degrees), from an altitude (km).
+fn seen_from(preset: Preset, (elevation, azimuth): (f64, f64), altitude: f64) -> Scene {
+    let mut scene = Scene::preset(preset);
+    (scene.sun.elevation, scene.sun.azimuth, scene.observer.altitude) = (elevation, azimuth, altitude);
+    scene
 }
 
 /// A camera that looks north at an elevation (degrees).

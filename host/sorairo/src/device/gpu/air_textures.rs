@@ -1,8 +1,6 @@
 //! A program's textures for the air in front of a camera and for its application to images.
 
-use std::f64::consts::FRAC_PI_2;
-
-use sorairo_shared::camera::{Camera, is_within};
+use sorairo_shared::camera::Camera;
 use sorairo_shared::glam::{Vec2, Vec4};
 use sorairo_shared::picture::air::{ALONG_AXIS, ALONG_RAY, Froxels, PROJECTED, SeenThrough};
 use sorairo_shared::uniform::Uniform;
@@ -128,23 +126,9 @@ impl AirVolumeTarget<'_> {
             columns,
             rows,
             scale: stops.exp2(),
-            near_sun: if air.has_aureole() { near_sun(uniform, columns, rows) } else { 0.0 },
+            near_sun: air.near_sun(uniform, [columns, rows]),
         }
     }
-}
-
-/// [`Froxels::near_sun`] of a volume of so many columns and rows; 0 where the camera sees nothing so near the sun.
-fn near_sun(uniform: &Uniform, columns: u32, rows: u32) -> f32 {
-    /// Froxels between the sun and where straight lines between them do. An aureole falls with about `θ^-1.5`, from
-    /// which a chord over an angle `h` is off by `15/32 (h/θ)²` at most: 2 % of the aureole there at 5 `h`.
-    const FROXELS: f64 = 5.0;
-    let camera = &uniform.camera;
-    let across = f64::from(camera.half_field) * 2.0;
-    let down = across * f64::from(camera.height) / f64::from(camera.width);
-    let froxel = (across / f64::from(columns - 1)).max(down / f64::from(rows - 1));
-    let angle = (FROXELS * froxel).min(FRAC_PI_2);
-    let is_seen = is_within(camera, uniform.sun.truncate(), angle as f32);
-    if is_seen { (1.0 - angle.cos()) as f32 } else { 0.0 }
 }
 
 impl SeenImage<'_> {

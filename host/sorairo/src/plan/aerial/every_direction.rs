@@ -4,13 +4,14 @@ use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use sorairo_shared::camera::is_within;
 use sorairo_shared::glam::{Vec3, Vec4};
 use sorairo_shared::interpolation::azimuth::cosine_at_place;
 use sorairo_shared::light_field::multiple_lookup::MultipleLookup;
 use sorairo_shared::picture::air::Before;
 use sorairo_shared::picture::lookup::towards;
 use sorairo_shared::sky::Constituents;
-use sorairo_shared::variant;
+use sorairo_shared::uniform::Uniform;
 
 use crate::error::{Error, Result, check_range};
 use crate::plan::aerial::colours::AirColours;
@@ -105,9 +106,19 @@ impl AirPlan {
         &self.nodes
     }
 
-    /// Whether aerosol scatters light before the observer, which surrounds the sun with an aureole.
-    pub fn has_aureole(&self) -> bool {
-        self.sky.integral().variant & variant::AEROSOL != 0
+    /// [`Froxels::near_sun`](sorairo_shared::picture::air::Froxels::near_sun) of a volume with so many columns and rows
+    /// of an image; 0 without aerosol, and where the image shows nothing so near the sun.
+    pub fn near_sun(&self, uniform: &Uniform, [columns, rows]: [u32; 2]) -> f32 {
+        /// Froxels between the sun and where straight lines between them do. An aureole falls with about `θ^-1.5`,
+        /// from which a chord over an angle `h` is off by `15/32 (h/θ)²` at most: 2 % of the aureole there at 5 `h`.
+        const FROXELS: f64 = 5.0;
+        let camera = &uniform.camera;
+        let across = f64::from(camera.half_field) * 2.0;
+        let down = across * f64::from(camera.height) / f64::from(camera.width);
+        let froxel = (across / f64::from(columns - 1)).max(down / f64::from(rows - 1));
+        let angle = (FROXELS * froxel).min(FRAC_PI_2);
+        let is_seen = is_within(camera, uniform.sun.truncate(), angle as f32);
+        if self.sky.integral().has_aerosol() && is_seen { (1.0 - angle.cos()) as f32 } else { 0.0 }
     }
 }
 

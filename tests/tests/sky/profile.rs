@@ -42,6 +42,18 @@ pub fn gases(profile: &Profile) -> impl Fn(f64) -> [f64; 2] + Sync {
     }
 }
 
+/// The same between values at every 10 m, which leaves 1e-6 of a density that falls off over kilometres: rays that march
+/// ask for it millions of times.
+fn tabulated<const N: usize>(of: impl Fn(f64) -> [f64; N], top: f64) -> impl Fn(f64) -> [f64; N] + Sync {
+    const STEP: f64 = 0.01;
+    let values: Vec<[f64; N]> = (0..=(top / STEP) as usize + 1).map(|i| of(STEP * i as f64)).collect();
+    move |altitude| {
+        let below = ((altitude / STEP).max(0.0) as usize).min(values.len() - 2);
+        let part = altitude / STEP - below as f64;
+        std::array::from_fn(|i| values[below][i] + part * (values[below + 1][i] - values[below][i]))
+    }
+}
+
 /// Of suns and views the largest error at the bands, relative to the radiance or to a hundredth of the brightest
 /// view's.
 fn largest_error(sun: f64, refraction: bool, altitude: f64) -> f64 {
@@ -59,10 +71,13 @@ fn largest_error(sun: f64, refraction: bool, altitude: f64) -> f64 {
         let aerosol = (-altitude / a.aerosol.scale_height).exp();
         [air * scale[0], aerosol, ozone * scale[1], pairs / over_ground[0], water / over_ground[1]]
     };
+    let top = a.top_radius - a.ground_radius;
     let excess = |altitude: f64| if refraction { levels.at(altitude).value[0] * EXCESS_OF_A_MOLECULE } else { 0.0 };
+    let (densities, excess) = (tabulated(densities, top), tabulated(|altitude| [excess(altitude)], top));
+    let excess = |altitude: f64| excess(altitude)[0];
     let air = oracle::Profile {
         ground_radius_km: a.ground_radius,
-        top_altitude_km: a.top_radius - a.ground_radius,
+        top_altitude_km: top,
         densities: &densities,
         excess: &excess,
         aerosol_asymmetry: a.aerosol.asymmetry,

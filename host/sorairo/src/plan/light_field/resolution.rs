@@ -21,6 +21,8 @@ pub struct Resolution {
     pub later: Moments,
     /// Whether altitudes and samples follow the optical depth; then the counts of both are those that thin air takes.
     pub thick: bool,
+    /// Samples on each panel of a ray through thick air; see [`PANEL_NODES`].
+    pub panel_nodes: u32,
     /// Whether what remains of the orders of thick air is taken from a plane atmosphere.
     pub plane: bool,
     /// Whether what a plane atmosphere says of thick air is corrected for what it lacks.
@@ -66,6 +68,11 @@ const THICK: f64 = 1.2;
 /// The vertical optical depth of scattering up to which orders of polarised light are summed: a plane atmosphere's
 /// light is natural here, and what is left of polarisation is little only where light is scattered often.
 const MOST_SUMMED: f64 = 4.0;
+
+/// Up to an optical depth of [`MOST_SUMMED`], and above. Of an exponential over a panel three nodes leave 1e-6 and four
+/// 1e-8. In air of an optical depth of 100 light is scattered ten thousand times, and what a scattering loses is lost as
+/// often: at 30, three lose 0.4 % over white ground. Up to a depth of 4 light is the same within 6e-4.
+const PANEL_NODES: [u32; 2] = [3, 4];
 
 /// The highest degree in thick air, where scattering after scattering leaves less of a moment than of the one before,
 /// and where a table has many more rays.
@@ -122,7 +129,9 @@ impl Resolution {
         let thick = depth > THICK_HAZE;
         // In thick haze all light crosses the altitudes at a slant.
         let slanted = low || thick;
-        let is_thick = vertical_depth(setting, depth) > THICK;
+        let vertical = vertical_depth(setting, depth);
+        let is_thick = vertical > THICK;
+        let is_summed = vertical <= MOST_SUMMED;
         let degree = degree(setting, depth).min(if is_thick { HIGHEST_IN_THICK_AIR } else { HIGHEST_DEGREE });
         let is_peaked = setting.forward_peak > 0.0;
         let azimuths = match (is_peaked, thick) {
@@ -135,7 +144,8 @@ impl Resolution {
         let closer = if is_layered(setting) { IN_LAYERS } else { 1 };
         Self {
             thick: is_thick,
-            plane: is_thick && (setting.couplings.is_none() || vertical_depth(setting, depth) > MOST_SUMMED),
+            panel_nodes: PANEL_NODES[usize::from(!is_summed)],
+            plane: is_thick && !(is_summed && setting.couplings.is_some()),
             corrected: diffusive_depth(setting, depth) < MOST_CORRECTED,
             first: Moments { degree, azimuthal: degree },
             next,

@@ -16,25 +16,21 @@ pub enum Sampling {
     /// By a rule that follows the density; see `path::samples` of the shared crate.
     Rule(Vec<Vec2>),
     /// By panels that are short beside the mean free path and the length over which the air changes, as far as light
-    /// comes.
-    ByDepth,
+    /// comes: so many nodes on each.
+    ByDepth(u32),
 }
 
-/// The air at an altitude, at the wavelength at which it is thickest.
+/// The air at an altitude, at the wavelength at which it is thickest. Ozone is left out: where it absorbs nearly all
+/// light, little is left to resolve.
 #[derive(Clone, Copy)]
 pub struct Thickness {
-    /// Extinction coefficient (km⁻¹).
+    /// Extinction coefficient of air and aerosol (km⁻¹).
     pub extinction: f64,
     /// The height over which it falls off (km).
     pub fall_off: f64,
 }
 
-/// Nodes of a panel.
-const NODES: u32 = 4;
-
-/// Optical depth of a panel: the first ones have this, those behind a part of what lies before them. Four nodes leave
-/// 1e-8 of an exponential: over an optical depth of 100 light is scattered ten thousand times, and what a scattering
-/// loses is lost as often.
+/// Optical depth of a panel: the first ones have this, those behind a part of what lies before them.
 const PANEL_DEPTH: f64 = 1.2;
 const OF_DEPTH_BEFORE: f64 = 0.5;
 
@@ -47,14 +43,14 @@ const OPAQUE: f64 = 10.0;
 impl Sampling {
     /// So many samples on each piece, or where a table is thick as many as that takes.
     pub fn new(resolution: &Resolution, samples: u32) -> Self {
-        if resolution.thick { Self::ByDepth } else { Self::Rule(gauss_legendre(samples)) }
+        if resolution.thick { Self::ByDepth(resolution.panel_nodes) } else { Self::Rule(gauss_legendre(samples)) }
     }
 
     /// Samples that a piece has at least.
     pub fn fewest(&self) -> usize {
         match self {
             Self::Rule(rule) => rule.len(),
-            Self::ByDepth => 16,
+            Self::ByDepth(nodes) => 4 * *nodes as usize,
         }
     }
 
@@ -69,7 +65,7 @@ impl Sampling {
     ) -> Cow<'_, [Vec2]> {
         match self {
             Self::Rule(rule) => Cow::Borrowed(rule),
-            Self::ByDepth => Cow::Owned(panels(setting, wavelengths, piece, depth)),
+            Self::ByDepth(nodes) => Cow::Owned(panels(setting, wavelengths, piece, *nodes, depth)),
         }
     }
 }
@@ -79,10 +75,11 @@ fn panels<const N: usize>(
     setting: &Setting,
     wavelengths: &Wavelengths<N>,
     piece: PieceSamples,
+    of_panel: u32,
     depth: &mut [f64; 2],
 ) -> Vec<Vec2> {
     let length = f64::from(piece.length());
-    let rule = nodes_and_weights(NODES);
+    let rule = nodes_and_weights(of_panel);
     let from_low = |along: f64| if piece.is_rising() { along } else { length - along };
     let altitude = |along: f64| f64::from(piece.altitude(setting.medium, from_low(along) as f32));
     let mut nodes = Vec::new();
@@ -164,7 +161,7 @@ pub fn densities(setting: &Setting, altitude: f64) -> [f64; 5] {
 
 /// The air at an altitude (km) at the wavelength at which it is thickest.
 pub fn strongest<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>, altitude: f64) -> Thickness {
-    let [air, aerosol, ozone, ..] = densities(setting, altitude);
+    let [air, aerosol, ..] = densities(setting, altitude);
     let of = &wavelengths.air;
     let at = |i: usize| {
         let of_air = f64::from(of.air_scattering.0[i]) * air;
@@ -172,8 +169,8 @@ pub fn strongest<const N: usize>(setting: &Setting, wavelengths: &Wavelengths<N>
         let atmosphere = setting.medium.atmosphere;
         let falls =
             of_air / f64::from(atmosphere.air.scale_height) + of_aerosol / f64::from(atmosphere.aerosol.scale_height);
-        let extinction = of_air + of_aerosol + f64::from(of.ozone_absorption.0[i]) * ozone;
-        Thickness { extinction, fall_off: (of_air + of_aerosol) / falls.max(f64::MIN_POSITIVE) }
+        let extinction = of_air + of_aerosol;
+        Thickness { extinction, fall_off: extinction / falls.max(f64::MIN_POSITIVE) }
     };
     (1..N).map(at).fold(at(0), |most, other| if other.extinction > most.extinction { other } else { most })
 }

@@ -250,6 +250,20 @@ mod tests {
     }
 
     #[test]
+    fn no_sky_jumps_where_aerosol_begins_to_have_a_forward_peak() {
+        let mut scene = Scene::preset(Preset::Earth);
+        scene.sun.elevation = 1.86;
+        scene.atmosphere.aerosol.optical_depth = 0.66;
+        let light_fields = LightFields::default();
+        let skies = (0..10).map(|step| {
+            scene.atmosphere.aerosol.asymmetry = 0.8 + 0.00275 * f64::from(step);
+            light(&scene, &light_fields)
+        });
+        let (jump, step, _) = largest_jump(&skies.collect::<Vec<_>>());
+        assert!(jump < BOUND, "{jump:e} at step {step}");
+    }
+
+    #[test]
     fn a_jump_is_found_between_the_skies_where_it_is_and_what_is_no_number_fails() {
         let sky = |step: u32, jump: f64| vec![vec![1.0 + 0.1 * f64::from(step) + jump], vec![0.5]];
         let skies: Vec<_> = (0..10).map(|step| sky(step, if step < 6 { 0.0 } else { 0.02 })).collect();

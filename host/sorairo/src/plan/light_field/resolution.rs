@@ -112,6 +112,10 @@ const FOR_AIR: f32 = 0.58;
 /// The optical depth of scattering by aerosol up to which its share grows: no sky jumps where aerosol ends.
 const WHOLE_SHARE: f64 = 0.002;
 
+/// The forward peak up to which the share of a resolution for one grows: that of an asymmetry of 0.844. With a low sun
+/// and an optical depth of 0.7 both are 2 % apart beside it.
+const WHOLE_PEAK: f64 = 0.025;
+
 /// Over which factor of the depth one resolution passes into the next: two are computed where a threshold lies in it,
 /// which is seldom.
 const MIXED_OVER: f64 = 1.25;
@@ -122,6 +126,11 @@ const HALVINGS: u32 = 24;
 impl Resolution {
     /// What a setting needs. `depth` is the largest optical depth at any band of scattering by aerosol.
     pub fn choose(setting: &Setting, depth: f64) -> Self {
+        Self::new(setting, depth, setting.forward_peak > 0.0)
+    }
+
+    /// That for aerosol with or without a forward peak.
+    fn new(setting: &Setting, depth: f64, is_peaked: bool) -> Self {
         // Of the places that light comes from, and of those that are seen.
         let meets_low_suns = setting.suns.last().is_some_and(|&sun| sun > DAY);
         let seen = -horizon(f64::from(setting.medium.atmosphere.ground_radius), setting.altitude);
@@ -133,7 +142,6 @@ impl Resolution {
         let is_thick = vertical > THICK;
         let is_summed = vertical <= MOST_SUMMED;
         let degree = degree(setting, depth).min(if is_thick { HIGHEST_IN_THICK_AIR } else { HIGHEST_DEGREE });
-        let is_peaked = setting.forward_peak > 0.0;
         let azimuths = match (is_peaked, thick) {
             (true, _) => 12,
             (false, true) => 5,
@@ -178,12 +186,14 @@ impl Resolution {
         }
     }
 
-    /// What a setting needs, without a step where the depth passes from one choice to the next: the resolutions that
-    /// [`Self::choose`] takes for the depths from a part of `depth` to all of it, each with its share of their
-    /// logarithms. The light of a sky is as much of each. The finest, that of all of it, is the last.
+    /// What a setting needs, without a step where the depth or the forward peak passes from one choice to the next: the
+    /// resolutions that [`Self::choose`] takes for the depths from a part of `depth` to all of it, each with its share
+    /// of their logarithms, and a small peak in its share of [`WHOLE_PEAK`]. The light of a sky is as much of each. The
+    /// finest, that of all of it, is the last.
     pub fn mixed(setting: &Setting, depth: f64) -> Vec<(f32, Self)> {
         let at = |place: f64| {
-            let chosen = Self::choose(setting, depth * MIXED_OVER.powf(place - 1.0));
+            let is_peaked = setting.forward_peak > WHOLE_PEAK * (1.0 - place);
+            let chosen = Self::new(setting, depth * MIXED_OVER.powf(place - 1.0), is_peaked);
             Self {
                 for_air: for_air(depth, chosen.thick),
                 beyond_degree: beyond_degree(setting, depth, chosen.first.degree),

@@ -61,15 +61,16 @@ impl AerosolMoments {
         /// begins to have one: what is left has as much in that degree as there.
         const DEGREE: usize = 20;
         const ASYMMETRY: f64 = 0.8;
-        /// A peak of less of what aerosol scatters is none: its moments end below a hundredth all the same.
-        const LEAST: f64 = 0.005;
+        /// A peak of less of what aerosol scatters is none, and from five times as much on it is whole.
+        const LEAST: f64 = 0.002;
         let known = phase.map(|phase| phase.moments(HIGHEST_DEGREE).to_vec());
         let whole = known.unwrap_or_else(|| cornette_shanks_moments(f64::from(asymmetry), HIGHEST_DEGREE));
         if phase.is_none() && f64::from(asymmetry) <= ASYMMETRY {
             return Self { chi: whole, peak: 0.0 };
         }
         let left = cornette_shanks_moments(ASYMMETRY, DEGREE)[DEGREE];
-        let peak = Some((whole[DEGREE] - left) / (1.0 - left)).filter(|&peak| peak > LEAST).unwrap_or(0.0);
+        let whole_peak = (whole[DEGREE] - left) / (1.0 - left);
+        let peak = whole_peak.min(1.25 * (whole_peak - LEAST)).max(0.0);
         Self { chi: whole.into_iter().map(|chi| (chi - peak).max(0.0) / (1.0 - peak)).collect(), peak }
     }
 }

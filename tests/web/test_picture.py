@@ -186,9 +186,9 @@ def test_the_first_sky_comes_soon_and_little_goes_over_the_wire(browser, server,
     with capsys.disabled():
         print(f"\n{wire} bytes over the wire by gzip ({', '.join(f'{name} {size}' for name, size in sorted(server.sent.items(), key=lambda row: -row[1]))})")
         print(f"first sky after {first:.1f} s, in full after {full:.1f} s, in software, on {sky.device}")
-    # Of 1.87 MB, measured tables are a third and the translation of shaders a tenth; steps of the processor's kernels
+    # Of 2.02 MB, measured tables are a third and the translation of shaders a tenth; steps of the processor's kernels
     # that are inlined wherever they are called would add .1 MB.
-    assert wire <= 1_890_000
+    assert wire <= 2_030_000
     assert all(url.startswith(server.address) for url in sky.asked)
     sky.context.close()
 

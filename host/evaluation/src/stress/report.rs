@@ -18,7 +18,7 @@ use sorairo::low_level::plan::fit::{CUBIC_BANDS, FIRST_ORDER_BANDS, TRANSFER_BAN
 struct Sweep<'a> {
     /// What it tries, in a word.
     name: &'static str,
-    /// Cases of a turn: some seconds of work.
+    /// Cases of a turn, or skies with a case for each of their pairs: some seconds of work.
     cases: u64,
     /// Tries that many cases of a seed.
     run: Box<dyn Fn(u64, u64) -> Outcome + 'a>,
@@ -31,7 +31,7 @@ fn sweeps(device: &Device, spectra: u64) -> Vec<Sweep<'_>> {
         Sweep { name: "skies", cases: 2, run: Box::new(orders::orders) },
         Sweep { name: "energies", cases: 8, run: Box::new(energy::energy) },
         Sweep { name: "walks", cases: 10, run: Box::new(steps::steps) },
-        Sweep { name: "pairs", cases: 48, run: Box::new(between::between) },
+        Sweep { name: "pairs", cases: 3, run: Box::new(between::between) },
         Sweep { name: "spectra", cases: spectra, run: Box::new(spectra::spectra) },
         Sweep { name: "solves", cases: 50_000, run: Box::new(solve::solve) },
         Sweep { name: "scenes", cases: 35, run: Box::new(|seed, cases| scenes::scenes(seed, cases, device)) },

@@ -153,7 +153,8 @@ pub struct RenderArguments {
     /// Write a map of the polarisation with a legend, a .png, in the place of the sky.
     #[arg(long, value_name = "WHAT", value_enum, ignore_case = true, conflicts_with_all = ["json", "explain", "stokes"])]
     pub show: Option<Shown>,
-    /// Print what the plan omits, and the time that this saves (in --json as `explain`).
+    /// Print what the kernels skip, how the light field was made, and counts of samples and bytes (in --json as
+    /// `explain`).
     #[arg(long)]
     pub explain: bool,
     /// Print one JSON object about the rendering to standard output.

@@ -21,7 +21,7 @@ pub struct Resolution {
     pub later: Moments,
     /// Whether altitudes and samples follow the optical depth; then the counts of both are those that thin air takes.
     pub thick: bool,
-    /// Samples on each panel of a ray through thick air; see [`PANEL_NODES`].
+    /// Samples on each panel of a ray through thick air.
     pub panel_nodes: u32,
     /// Whether what remains of the orders of thick air is taken from a plane atmosphere.
     pub plane: bool,
@@ -69,9 +69,10 @@ const THICK: f64 = 1.2;
 /// light is natural here, and what is left of polarisation is little only where light is scattered often.
 const MOST_SUMMED: f64 = 4.0;
 
-/// Up to an optical depth of [`MOST_SUMMED`], and above. Of an exponential over a panel three nodes leave 1e-6 and four
-/// 1e-8. In air of an optical depth of 100 light is scattered ten thousand times, and what a scattering loses is lost as
-/// often: at 30, three lose 0.4 % over white ground. Up to a depth of 4 light is the same within 6e-4.
+/// Samples on a panel up to an optical depth of [`MOST_SUMMED`], and above. Of an exponential over a panel three nodes
+/// leave 1e-6 and four 1e-8. In air of an optical depth of 100 light is scattered ten thousand times, and what a
+/// scattering loses is lost as often: at 30, three lose 0.4 % over white ground. Up to a depth of 4 light is the same
+/// within 6e-4.
 const PANEL_NODES: [u32; 2] = [3, 4];
 
 /// The highest degree in thick air, where scattering after scattering leaves less of a moment than of the one before,
@@ -188,7 +189,7 @@ impl Resolution {
 
     /// What a setting needs, without a step where the depth or the forward peak passes from one choice to the next: the
     /// resolutions that [`Self::choose`] takes for the depths from a part of `depth` to all of it, each with its share
-    /// of their logarithms, and a small peak in its share of [`WHOLE_PEAK`]. The light of a sky is as much of each. The
+    /// of their logarithms, and that for a peak in the share of one of 0.025. The light of a sky is as much of each. The
     /// finest, that of all of it, is the last.
     pub fn mixed(setting: &Setting, depth: f64) -> Vec<(f32, Self)> {
         let at = |place: f64| {

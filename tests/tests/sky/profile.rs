@@ -42,8 +42,8 @@ pub fn gases(profile: &Profile) -> impl Fn(f64) -> [f64; 2] + Sync {
     }
 }
 
-/// The same between values at every 10 m, which leaves 1e-6 of a density that falls off over kilometres: rays that march
-/// ask for it millions of times.
+/// The same between values at every 10 m, which leaves 1e-5 of a density that falls off over a kilometre: rays that
+/// march ask for it millions of times.
 fn tabulated<const N: usize>(of: impl Fn(f64) -> [f64; N], top: f64) -> impl Fn(f64) -> [f64; N] + Sync {
     const STEP: f64 = 0.01;
     let values: Vec<[f64; N]> = (0..=(top / STEP) as usize + 1).map(|i| of(STEP * i as f64)).collect();

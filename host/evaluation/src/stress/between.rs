@@ -40,7 +40,8 @@ struct Allowed {
 }
 
 impl Allowed {
-    /// Of 5 500 cases the largest was 9e-4 of either, but for one that found a defect.
+    /// Of 35 840 pairs, by all three bounds, one exceeds it, three times: a ray that passes 45 km above the limb, seen
+    /// from 237 km with a sun at 21°. It is not mended.
     const DAY: Self = Self { of_ray: 2e-3, of_brightest: 1e-3 };
     /// Of 300 cases the largest was 1.7e-3 of either.
     const IN_THICK_AIR: Self = Self { of_ray: 3e-3, of_brightest: 3e-3 };

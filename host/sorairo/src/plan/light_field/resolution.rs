@@ -189,8 +189,8 @@ impl Resolution {
 
     /// What a setting needs, without a step where the depth or the forward peak passes from one choice to the next: the
     /// resolutions that [`Self::choose`] takes for the depths from a part of `depth` to all of it, each with its share
-    /// of their logarithms, and that for a peak in the share of one of 0.025. The light of a sky is as much of each. The
-    /// finest, that of all of it, is the last.
+    /// of their logarithms, and that for a small peak in its share of `WHOLE_PEAK`. The light of a sky is as much of
+    /// each. The finest, that of all of it, is the last.
     pub fn mixed(setting: &Setting, depth: f64) -> Vec<(f32, Self)> {
         let at = |place: f64| {
             let is_peaked = setting.forward_peak > WHOLE_PEAK * (1.0 - place);

@@ -12,8 +12,8 @@ use sorairo_tests::sky::{plan_of, scene};
 /// The seed of the random cases; a failure names its case.
 const SEED: u64 = 20_261_121;
 
-/// As many scenes as take a minute on two cores; `sorairo stress` tries more.
-const SCENES: u64 = 80;
+/// As many scenes as take a minute of two cores; `sorairo stress` tries more.
+const SCENES: u64 = 30;
 
 #[test]
 fn no_pixel_of_random_scenes_is_wrong_on_either_device() {

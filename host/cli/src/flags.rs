@@ -1,5 +1,7 @@
 //! Flags that take the place of keys of a scene, each a row: its key says what it means, its help and what it may be.
 
+use std::ffi::OsStr;
+
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use sorairo::scene::keys::{self, KEYS};
@@ -194,6 +196,7 @@ impl SceneFlag {
                 let arg = arg.value_name(self.id().replace('-', "_").to_uppercase()).ignore_case(true);
                 match self.key {
                     "camera.projection" => arg.value_parser(projection(words).map(Given::Text)),
+                    "atmosphere.profile" => arg.value_name("PROFILE").value_parser(ProfileParser(words)),
                     _ => arg.value_parser(named(words).map(Given::Text)),
                 }
             }
@@ -265,6 +268,36 @@ fn possible(words: &[Word]) -> Vec<PossibleValue> {
 /// The name of the word that a text is.
 fn name_of(words: &[Word], text: String) -> String {
     words.iter().find(|word| word.is(&text)).map_or(text, |word| word.name.to_owned())
+}
+
+/// Reads one of the words of a profile, or the name of a file.
+#[derive(Clone)]
+struct ProfileParser(Vec<Word>);
+
+impl ProfileParser {
+    fn possible(&self) -> Vec<PossibleValue> {
+        let file = PossibleValue::new("FILE.csv").help("A table of pressure and temperature, or a sounding (.txt)");
+        possible(&self.0).into_iter().chain([file]).collect()
+    }
+}
+
+impl TypedValueParser for ProfileParser {
+    type Value = Given;
+
+    fn parse_ref(&self, command: &Command, arg: Option<&Arg>, value: &OsStr) -> Result<Given, clap::Error> {
+        let key = keys::find("atmosphere.profile").expect("a key");
+        match value.to_str().filter(|text| key.is_file(text)) {
+            Some(file) => Ok(Given::Text(file.into())),
+            None => {
+                let name = PossibleValuesParser::new(self.possible()).parse_ref(command, arg, value)?;
+                Ok(Given::Text(name_of(&self.0, name)))
+            }
+        }
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(self.possible().into_iter()))
+    }
 }
 
 /// Reads a projection; who asks for a cube is told how to come by one.

@@ -759,7 +759,7 @@ fn a_wrong_row_of_a_table_is_told_before_anything_is_rendered() {
 }
 
 /// A value of each key, as a scene file says it, and what stands beside it there.
-const VALUES: [(&str, &str, &str); 69] = [
+const VALUES: [(&str, &str, &str); 70] = [
     ("preset", "'mars'", ""),
     ("sun.elevation", "3.5", ""),
     ("sun.apparent", "true", "atmosphere.profile = 'us-standard'\natmosphere.refraction = true\n"),
@@ -774,6 +774,7 @@ const VALUES: [(&str, &str, &str); 69] = [
     ("atmosphere.ground_radius", "6370", ""),
     ("atmosphere.top_radius", "6450", ""),
     ("atmosphere.profile", "'us-standard'", ""),
+    ("atmosphere.profile", "'tables/air.csv'", ""),
     ("atmosphere.refraction", "true", "atmosphere.profile = 'us-standard'\n"),
     ("atmosphere.air.scattering", "0.0012", ""),
     ("atmosphere.air.spectrum", "'fourth-power'", ""),
@@ -838,6 +839,7 @@ fn written(line: &[&str], files: &[(&str, &str)]) -> BTreeMap<String, Vec<u8>> {
     let tables = [
         ("tables/ground.csv", "wavelength_nm,albedo\n380,0.1\n780,0.6\n"),
         ("tables/ozone.csv", "380,0\n600,5e-25\n780,1e-26\n"),
+        ("tables/air.csv", "altitude_km,pressure_hpa,temperature_k\n0,990,290\n15,115,215\n45,1.4,265\n100,3e-4,195\n"),
     ];
     files.iter().chain(&tables).for_each(|(name, text)| std::fs::write(folder.path().join(name), text).unwrap());
     succeed(folder.path(), line);

@@ -16,7 +16,7 @@ use super::preset::{Preset, Scene};
 use super::valid::ValidScene;
 use crate::error::{Error, PlaceInFile, Result};
 use crate::input::{self, LARGEST_SCENE};
-use crate::spectra::named_file::{is_table_file, is_text_file};
+use crate::spectra::named_file::is_table_file;
 
 /// The largest number of errors reported for a file.
 const MOST_PROBLEMS: usize = 20;
@@ -359,7 +359,7 @@ fn named_preset(given: &[Given<'_>]) -> Preset {
 /// Lays one value over a scene, if it is of the right kind.
 fn lay_over(scene: &mut Scene, key: &Key, value: &Spanned<DeValue<'_>>, folder: &Path) -> Result<()> {
     let text = match (&key.allowed, value.get_ref()) {
-        (_, DeValue::String(name)) if is_file_of(key, name) => path_from(folder, name)?,
+        (_, DeValue::String(name)) if key.is_file(name) => path_from(folder, name)?,
         (_, DeValue::Array(modes)) if key.name == MODES => {
             let rooted = modes.iter().map(|mode| with_paths(mode, folder)).collect::<Result<Vec<_>>>()?;
             return key.set(scene, toml::Value::Array(rooted));
@@ -370,11 +370,6 @@ fn lay_over(scene: &mut Scene, key: &Key, value: &Spanned<DeValue<'_>>, folder: 
         _ => return key.set(scene, ValueDeserializer::from(value.clone())),
     };
     key.set(scene, StringDeserializer::<serde::de::value::Error>::new(text))
-}
-
-/// Whether a value of a key is the name of a file.
-fn is_file_of(key: &Key, name: &str) -> bool {
-    key.takes_file() && is_table_file(name) || key.name == "atmosphere.profile" && is_text_file(name)
 }
 
 /// The path of a user table from the root, from its name in a file of a folder.

@@ -24,7 +24,7 @@ use crate::medium::aerosol::AerosolKind;
 use crate::medium::profile::Profile;
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 use crate::spectra::measured::MEASURED_RANGE;
-use crate::spectra::named_file::NamedFile;
+use crate::spectra::named_file::{NamedFile, is_table_file, is_text_file};
 use crate::spectra::observer::ColourObserver;
 use crate::spectra::table_file::TableFile;
 use crate::words::{Word, Words, words};
@@ -452,9 +452,9 @@ impl Key {
         self.table.is_some()
     }
 
-    /// Whether the key may be the name of a CSV file.
-    pub fn takes_file(&self) -> bool {
-        self.takes_table() || self.or_file
+    /// Whether a text is the name of a file that the key may be: of a CSV file, or of a table with spaces.
+    pub fn is_file(&self, text: &str) -> bool {
+        self.takes_table() && is_table_file(text) || self.or_file && (is_table_file(text) || is_text_file(text))
     }
 
     /// The words that the key accepts.

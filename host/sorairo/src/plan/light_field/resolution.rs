@@ -254,10 +254,12 @@ impl Resolution {
             next: Moments { degree: degree.min(4), azimuthal: degree.min(3) },
             later: Moments { degree: degree.min(4), azimuthal: degree.min(3) },
             altitudes: fine.altitudes - 3,
-            directions: [6, 2, 6],
+            // Of a sun at -8° two directions below the level and eight samples leave a colour difference of 0.39,
+            // these 0.27.
+            directions: [6, 4, 6],
             first_azimuths: 4,
             azimuths: 4,
-            first_samples: 8,
+            first_samples: 12,
             view_samples: 7,
             ..coarse
         }

@@ -262,7 +262,7 @@ def test_several_aerosols_are_those_of_a_scene_file(tmp_path):
     assert given.radiance(20, 40, 450) != sorairo.Sky().radiance(20, 40, 450)
     with pytest.raises(ValueError, match="unknown field `colour`"):
         sorairo.Sky(keys={"atmosphere.aerosol": [{"colour": 1}]})
-    with pytest.raises(ValueError, match="the scene lists several"):
+    with pytest.raises(ValueError, match="the scene lists its aerosols"):
         sorairo.Sky(scene=scene, keys={"atmosphere.aerosol.optical_depth": 0.1})
 
 

@@ -39,8 +39,8 @@ pub(crate) const SELF: usize = 2;
 pub(crate) const OXYGEN_SQUARED: usize = 3;
 const NITROGEN_DIOXIDE: usize = 4;
 
-/// Pressure (hPa) to which lines belong.
-const STANDARD_PRESSURE: f64 = 1013.25;
+/// Pressure of the standard atmosphere at sea level (hPa), to which absorption by lines is normalised.
+pub const STANDARD_PRESSURE: f64 = 1013.25;
 /// Water (cm) of the US Standard Atmosphere.
 const STANDARD_WATER: f64 = 1.42;
 /// Part of air that is oxygen, as the profiles have it.

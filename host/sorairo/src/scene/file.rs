@@ -150,7 +150,8 @@ impl Draft {
             return Err(Error::not_allowed("preset", "is the start of a scene and cannot be changed afterwards"));
         }
         if key.name.starts_with(AEROSOL_KEYS) && key.name != MODES && !self.scene.atmosphere.aerosol.modes.is_empty() {
-            return Err(Error::not_allowed(key.name, "is a key of one aerosol, and the scene lists several"));
+            let complaint = "describes an aerosol by keys, and the scene lists its aerosols or reads one from AERONET";
+            return Err(Error::not_allowed(key.name, complaint));
         }
         self.spans.remove(key.name);
         key.set(&mut self.scene, value).map_err(|error| match error {
@@ -656,6 +657,6 @@ mod tests {
         let key = keys::find("atmosphere.aerosol.optical_depth").unwrap();
         let number = serde::de::value::F64Deserializer::<serde::de::value::Error>::new(0.1);
         let refused = draft.set(key, number).unwrap_err().to_string();
-        assert!(refused.contains("the scene lists several"), "{refused}");
+        assert!(refused.contains("the scene lists its aerosols"), "{refused}");
     }
 }

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::aerosol::{self, Aerosol};
 use super::place::{Place, Time};
+pub use crate::medium::gases::STANDARD_PRESSURE;
 use crate::medium::profile::Profile;
 use crate::spectra::choice::{AirSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 
@@ -124,9 +125,6 @@ impl Default for AtmosphereScene {
         }
     }
 }
-
-/// Pressure of the standard atmosphere at sea level (hPa).
-pub const STANDARD_PRESSURE: f64 = 1013.25;
 
 /// Air: scatters by Rayleigh's law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, DocumentedFields)]

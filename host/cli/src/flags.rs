@@ -196,7 +196,7 @@ impl SceneFlag {
                 let arg = arg.value_name(self.id().replace('-', "_").to_uppercase()).ignore_case(true);
                 match self.key {
                     "camera.projection" => arg.value_parser(projection(words).map(Given::Text)),
-                    "atmosphere.profile" => arg.value_name("PROFILE").value_parser(ProfileParser(words)),
+                    "atmosphere.profile" => arg.value_parser(ProfileParser(words)),
                     _ => arg.value_parser(named(words).map(Given::Text)),
                 }
             }

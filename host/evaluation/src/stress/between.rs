@@ -40,6 +40,7 @@ struct Allowed {
 }
 
 impl Allowed {
+    /// Of 35 840 pairs one exceeded it, three times: a light field had too few directions below the level.
     const DAY: Self = Self { of_ray: 2e-3, of_brightest: 1e-3 };
     /// Of 300 cases the largest was 1.7e-3 of either.
     const IN_THICK_AIR: Self = Self { of_ray: 3e-3, of_brightest: 3e-3 };
@@ -233,7 +234,8 @@ mod tests {
         let here = air(&scene, &light_fields);
         let view = (-13.85, scene.sun.azimuth + 106.2);
         let case = Case::compared(&scene, (&here, 0.0), &light_fields, (view, 359.637));
-        assert!(case.error < 0.5, "{case}");
+        // Two directions below the level leave 3, four less than a tenth of that.
+        assert!(case.error > 0.0 && case.error < 0.5, "{case}");
     }
 
     #[test]

@@ -1300,7 +1300,11 @@ fn a_file_of_aeronet_is_an_aerosol_or_is_refused_with_what_is_wrong() {
         refuses(None, &["render", &flag], &words);
     }
     let kind = at(&named("pfn"), "@06:35:30");
-    refuses(None, &["render", &kind, "--aerosol-kind", "urban"], &["atmosphere.aerosol.kind", "several"]);
+    refuses(
+        None,
+        &["render", &kind, "--aerosol-kind", "urban"],
+        &["atmosphere.aerosol.kind", "reads one from AERONET"],
+    );
     let mode = |keys: &str| format!("[[atmosphere.aerosol]]\naeronet = '{}'\n{keys}", alone.display());
     refuses(Some(&mode("kind = 'urban'")), &["render"], &["kind and aeronet", "one of them"]);
     refuses(Some(&mode("refractive_index = 'n.csv'")), &["render"], &["n.csv", "cannot be read"]);

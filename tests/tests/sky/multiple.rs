@@ -187,8 +187,9 @@ fn four_bands_hold_the_colour_of_all_light() {
     let day = [90.0, 60.0, 30.0, 10.0, 5.0, 2.0].map(|sun| (sun, 0.15, 0.004));
     let sunset = [(0.0, 0.25, 0.006)];
     // What is left in twilight are two light fields, of four bands and of 48, between the same suns.
-    let twilight = [-0.5, -1.0, -1.5, -2.0, -3.0, -4.0, -6.0, -8.0].map(|sun| (sun, 0.37, 0.012));
-    let measured = [&day[..], &sunset, &twilight].concat();
+    let twilight = [-0.5, -1.0, -1.5, -2.0, -3.0, -4.0, -6.0, -8.0].map(|sun| (sun, 0.3, 0.006));
+    let deep = [(-10.0, 0.5, 0.008)];
+    let measured = [&day[..], &sunset, &twilight, &deep].concat();
     // Haze of an optical depth of 0.3 at 550 nm has dimmed what is left of the blue light.
     let hazy = [(90.0, 0.1, 0.002), (30.0, 0.1, 0.002), (5.0, 0.15, 0.002), (0.0, 0.25, 0.003), (-4.0, 0.4, 0.005)];
     // From an aircraft the family of rays is wider: those just above the horizon and those to the ground below it.

@@ -11,8 +11,9 @@ use sorairo_tests::python::python;
 use sorairo_tests::wait;
 use tempfile::{TempDir, tempdir};
 
-/// What the pages call the shared scene; large enough that a task can be killed in the middle of a frame.
-const SCENE: &str = "[camera]\nsize = '480x240'\n[render]\npath = 'direct'\n";
+/// What the pages call the shared scene; large enough that a task can be killed in the middle of a frame. That light of
+/// all orders is the same in each task is shown in `sequence`.
+const SCENE: &str = "[camera]\nsize = '480x240'\n[render]\npath = 'direct'\norders = 1\n";
 
 fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs")

@@ -436,7 +436,7 @@ fn a_frame_a_task_is_byte_for_byte_the_whole_and_the_last_task_leaves_sheet_and_
 }
 
 /// Three tasks of a farm, all of whose frames are there, and the summary of the second run again.
-const TASK: &str = "sequence --device cpu --size 48x24 --table cases.csv -o f/#.png --frame 1";
+const TASK: &str = "sequence --device cpu --orders 1 --size 48x24 --table cases.csv -o f/#.png --frame 1";
 
 #[test]
 fn a_frame_that_changed_and_kept_its_old_time_is_noticed() {

@@ -121,27 +121,13 @@ impl SkyLight {
         }
         let wavelengths = observer::wavelengths();
         let spectrum = SpectralPlan::over_steps(sky);
-        let radiance = |view: DVec3| {
-            let view = view.as_vec3();
-            (sky.rgb_towards(view).as_dvec3(), power_and_luminance(sky, &wavelengths, &spectrum.radiance(view)))
+        let measured = |view: DVec3| power_and_luminance(sky, &wavelengths, &spectrum.radiance(view.as_vec3()));
+        let irradiance = |nodes: Vec<Node>| -> DVec3 {
+            let of_node = |node: Node| measured(node.direction(sky)) * node.level();
+            nodes.into_par_iter().map(of_node).collect::<Vec<_>>().into_iter().sum()
         };
-        let lit = |nodes: Vec<Node>| -> Vec<(Node, DVec3, DVec3)> {
-            let of_node = |node: Node| {
-                let (rgb, measures) = radiance(node.direction(sky));
-                (node, rgb, measures)
-            };
-            nodes.into_par_iter().map(of_node).collect()
-        };
-        let irradiance = |lit: &[(Node, DVec3, DVec3)]| {
-            let of_node = |(node, rgb, measures): &(Node, DVec3, DVec3)| (rgb * node.level(), measures * node.level());
-            lit.iter().map(of_node).fold((DVec3::ZERO, DVec3::ZERO), |a, b| (a.0 + b.0, a.1 + b.1))
-        };
-        let (above, below) = (lit(nodes(sky, 1)), lit(nodes_below(sky)));
-        let ((rgb, measures), (ground_rgb, ground)) = (irradiance(&above), irradiance(&below));
-        let all = above.iter().chain(&below);
-        let both_sides = all.flat_map(|(node, rgb, _)| {
-            [*node, node.mirrored()].map(|node| (node.direction(sky), 0.5 * node.solid_angle, *rgb))
-        });
+        let (measures, ground) = (irradiance(nodes(sky, 1)), irradiance(nodes_below(sky)));
+        let ([rgb, ground_rgb], harmonics) = rgb_of_sky(sky, SkyPlan::radiances_here);
         let sun = Sun::new(sky).irradiance();
         Self {
             irradiance_w_m2: measures.x,
@@ -152,22 +138,25 @@ impl SkyLight {
             ground_irradiance_rgb: ground_rgb.to_array(),
             sun_irradiance_w_m2: sun.facing,
             sun_irradiance_rgb: sun.rgb.to_array(),
-            luminance_zenith_cd_m2: LUMENS_PER_WATT * radiance(DVec3::Z).1.y,
-            irradiance_harmonics_rgb: Harmonics::of(both_sides),
+            luminance_zenith_cd_m2: LUMENS_PER_WATT * measured(DVec3::Z).y,
+            irradiance_harmonics_rgb: harmonics,
         }
     }
 }
 
-/// The linear RGB of [`SkyLight`]: irradiance of a level surface, and of one with any orientation.
-pub(crate) fn rgb_of_sky(sky: &SkyPlan) -> (DVec3, Harmonics) {
+/// The linear RGB of [`SkyLight`], by radiances in many directions: irradiance of level surfaces that face up and down,
+/// and of one with any orientation.
+pub(crate) fn rgb_of_sky(sky: &SkyPlan, radiances: impl Fn(&SkyPlan, &[Vec3]) -> Vec<Vec3>) -> ([DVec3; 2], Harmonics) {
     if sky.is_night {
         return Default::default();
     }
     let (above, below) = (nodes(sky, 1), nodes_below(sky));
     let all: Vec<Node> = above.iter().chain(&below).copied().collect();
     let views: Vec<Vec3> = all.iter().map(|node| node.direction(sky).as_vec3()).collect();
-    let radiances: Vec<DVec3> = sky.radiances(&views).into_iter().map(Vec3::as_dvec3).collect();
-    let level = above.iter().zip(&radiances).map(|(node, rgb)| *rgb * node.level()).sum();
+    let radiances: Vec<DVec3> = radiances(sky, &views).into_iter().map(Vec3::as_dvec3).collect();
+    let irradiance = |nodes: &[Node], of: &[DVec3]| nodes.iter().zip(of).map(|(node, &rgb)| rgb * node.level()).sum();
+    let (of_above, of_below) = radiances.split_at(above.len());
+    let level = [irradiance(&above, of_above), irradiance(&below, of_below)];
     let both_sides = all.iter().zip(&radiances).flat_map(|(node, &rgb)| {
         [*node, node.mirrored()].map(|node| (node.direction(sky), 0.5 * node.solid_angle, rgb))
     });

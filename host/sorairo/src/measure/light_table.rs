@@ -239,7 +239,7 @@ fn along(table: &[LightAt], columns: u32, down: Stencil, column: u32) -> LightAt
 
 /// What falls from a sky.
 fn of_sky(sky: &SkyPlan) -> LightAt {
-    let (diffuse, harmonics) = rgb_of_sky(sky);
+    let ([diffuse, _], harmonics) = rgb_of_sky(sky, SkyPlan::radiances);
     LightAt { direct: [0.0; 3], diffuse: diffuse.to_array(), harmonics: KEPT.map(|at| harmonics.coefficients[at]) }
 }
 

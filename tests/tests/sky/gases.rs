@@ -4,9 +4,10 @@
 use std::collections::BTreeMap;
 
 use sorairo::low_level::medium::aerosol::Lane;
+use sorairo::low_level::medium::bent::Air;
 use sorairo::low_level::medium::gases::{Absorption, Relative, water};
 use sorairo::low_level::medium::profile::Profile;
-use sorairo::low_level::medium::tables::{Air, Tables};
+use sorairo::low_level::medium::tables::Tables;
 use sorairo::scene::{GroundAlbedo, Orders, OzoneCrossSection, Preset, Scene, SunSpectrum};
 use sorairo::{BeamSample, Direction, Method, Surface};
 use sorairo_tests::sky::sky_of;

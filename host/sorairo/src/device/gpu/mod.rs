@@ -20,6 +20,7 @@ mod planner;
 mod readback;
 mod resident;
 mod specialised;
+mod target;
 
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::adapters::{DeviceInfo, Hardware, adapter, devices};
@@ -31,5 +32,6 @@ pub use self::module::Module;
 pub use self::native::{Gpu, open};
 #[cfg(not(target_arch = "wasm32"))]
 pub use self::planner::light_fields;
-pub use self::resident::{ResidentRenderer, Target};
+pub use self::resident::ResidentRenderer;
 pub use self::specialised::specialised;
+pub use self::target::Target;

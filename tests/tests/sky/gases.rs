@@ -200,13 +200,16 @@ fn a_spectrum_through_lines_is_that_of_each_wavelength() {
     // What three line bands leave of every line's own course: most in the oxygen band at 760 nm, where a look down
     // from above crosses the most air, and in twilight, where light of a sun below the horizon has crossed forty air
     // masses. One coefficient for a wavelength leaves 160 % at 760 nm and 14 % at 720 nm by day.
-    let cases = [(0.0, 60.0, 2e-3, 0.02), (0.0, 5.0, 2e-3, 0.01), (0.0, -4.0, 5e-3, 0.065), (2.0, 20.0, 5e-3, 0.1)];
+    let from_ground = [(0.0, 60.0, 2e-3, 0.02), (0.0, 5.0, 2e-3, 0.01), (0.0, -4.0, 5e-3, 0.065)];
+    let by_day = [2.0, 12.0, 40.0].map(|altitude| (altitude, 20.0, 4e-3, 0.06));
+    let at_dusk = [(12.0, 0.0, 4e-3, 0.06), (12.0, -4.0, 0.03, 0.5)];
+    let cases = from_ground.into_iter().chain(by_day).chain(at_dusk);
     for (altitude, sun, rms_bound, bound) in cases {
         let mut scene = Scene::preset(Preset::Standard);
         (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
         let sky = sky_of(&scene);
         let wavelengths: Vec<f64> = (0..95).map(|i| 360.0 + 5.0 * f64::from(i)).collect();
-        let elevations: &[f64] = &[-8.0, 0.3, 3.0, 20.0, 80.0];
+        let elevations: &[f64] = &[-8.0, -3.0, 0.3, 3.0, 20.0, 80.0];
         let elevations = elevations.iter().filter(|&&elevation| altitude > 0.0 || elevation > 0.0);
         let directions: Vec<Direction> = elevations
             .flat_map(|&elevation| [3.0, 60.0, 180.0].map(|azimuth| Direction::new(elevation, azimuth)))

@@ -36,8 +36,11 @@ const ALL_STRENGTHS: [usize; STRENGTHS.len()] = [0, 1, 2, 3, 4, 5, 6];
 /// Below this wavelength (nm) no lines absorb.
 pub(crate) const FIRST_LINE: f64 = 558.0;
 
-/// The least part of a gas above the observer for which strengths are made.
-const LEAST_PART: f64 = 0.1;
+/// The least parts of dry air's lane and of water's above the observer for which strengths are made. From above most of
+/// a gas, rays to the horizon cross hundreds of times the column over the observer: at parts of 0.1 light at 630 nm from
+/// 12 km was off by 22 % of what it is without lines, 3° below the level under a sun at -4°, where it is off by 3 %.
+/// Whole columns would leave too little to the strongest lines above the observer.
+const LEAST_PARTS: [f64; 2] = [0.3, 0.2];
 
 /// The weights of strengths of water and of dry air in a bin, and where it lies among the wavelengths at which light is
 /// computed at each.
@@ -153,7 +156,8 @@ impl Strengths {
 /// The parts of dry air's lane and of water's above the observer, which the vertical column of a strength is.
 fn lanes(scene: &Scene) -> [f64; 2] {
     let parts = parts_above(&scene.atmosphere.profile, scene.site.altitude, scene.observer.altitude);
-    parts.unwrap_or([0.0; 2]).map(|part| part.clamp(LEAST_PART, 1.0))
+    let parts = parts.unwrap_or([0.0; 2]);
+    std::array::from_fn(|i| parts[i].clamp(LEAST_PARTS[i], 1.0))
 }
 
 /// Where a wavelength lies between others.

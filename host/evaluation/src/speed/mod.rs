@@ -78,7 +78,7 @@ pub struct Speed {
 ///
 /// # Errors
 ///
-/// [`Error::Folder`] for a folder that cannot be made; [`Error::Sky`] for a device or a file that fails.
+/// [`crate::Error::Folder`] for a folder that cannot be made; [`crate::Error::Sky`] for a device or a file that fails.
 pub fn speed(folder: &Path, device: &Device, quick: bool, stage: &dyn Fn(&str)) -> Result<Speed> {
     make_folder(folder)?;
     let extent = Extent::of(quick);

@@ -186,7 +186,7 @@ fn four_bands_hold_the_colour_of_all_light() {
     // Lines of water and oxygen are a spectrum more, which shows on long ways.
     let day = [90.0, 60.0, 30.0, 10.0, 5.0, 2.0].map(|sun| (sun, 0.15, 0.004));
     let sunset = [(0.0, 0.25, 0.006)];
-    // What is left in twilight are two light fields, of four bands and of 48, between the same suns.
+    // What is left in twilight is light that air scattered once, whose spectra bend most along the level.
     let twilight = [-0.5, -1.0, -1.5, -2.0, -3.0, -4.0, -6.0, -8.0].map(|sun| (sun, 0.3, 0.006));
     let deep = [(-10.0, 0.5, 0.008)];
     let measured = [&day[..], &sunset, &twilight, &deep].concat();

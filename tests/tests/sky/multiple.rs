@@ -192,7 +192,7 @@ fn four_bands_hold_the_colour_of_all_light() {
     let measured = [&day[..], &sunset, &twilight, &deep].concat();
     // Haze of an optical depth of 0.3 at 550 nm has dimmed what is left of the blue light.
     let hazy = [(90.0, 0.1, 0.002), (30.0, 0.1, 0.002), (5.0, 0.15, 0.002), (0.0, 0.25, 0.003), (-4.0, 0.4, 0.005)];
-    // From an aircraft the family of rays is wider: those just above the horizon and those to the ground below it.
+    // From an aircraft the rays with the longest paths, within 2° of the horizon, leave most.
     let aloft = [(30.0, 0.2, 0.004), (5.0, 0.35, 0.01), (0.0, 0.35, 0.01), (-4.0, 0.6, 0.025), (-8.0, 0.9, 0.01)];
     for (preset, altitude, bounds) in [
         (Preset::Standard, 0.0, &measured[..]),

@@ -15,10 +15,10 @@ use crate::problem::{Error, Result};
 use crate::timing::{Care, Job, Spread, Times, job, repeated, streamed};
 
 /// A path that would take longer than this for an image is not timed at larger sizes.
-pub(super) const PATIENCE: Duration = Duration::from_millis(1500);
+const PATIENCE: Duration = Duration::from_millis(1500);
 
 /// Images of 2 to this power of pixels and more give the exponent.
-pub(super) const FITTED_FROM: u32 = 20;
+const FITTED_FROM: u32 = 20;
 
 /// Time against the number of pixels.
 #[derive(Clone, Debug, Serialize)]
@@ -160,14 +160,14 @@ pub(super) fn lookups(device: &Device, extent: Extent) -> Result<Vec<LookupRow>>
 }
 
 /// The default scene in so many pixels.
-pub(super) fn common(projection: Projection, size: Size) -> Scene {
+fn common(projection: Projection, size: Size) -> Scene {
     let mut scene = Scene::preset(Preset::Earth).first_order();
     (scene.camera.size, scene.camera.projection) = (size, projection);
     scene
 }
 
 /// Sky lookups of some rows (0: those that the plan chose) and azimuths.
-pub(super) fn lookups_of(device: &Device, scene: Scene, sizes: &[(u32, u32)], care: Care) -> Result<Vec<LookupRow>> {
+fn lookups_of(device: &Device, scene: Scene, sizes: &[(u32, u32)], care: Care) -> Result<Vec<LookupRow>> {
     let projection = scene.camera.projection;
     let integrated = plan(&scene)?;
     let chosen = looked_up(scene)?;
@@ -239,7 +239,7 @@ pub(super) fn rooflines(device: &Device, multiples: &[Multiple], extent: Extent)
 
 impl Roofline {
     /// Of a device that took these times for the image.
-    pub(super) fn of(device: &Device, multiples: &[Multiple], size: Size) -> Result<Self> {
+    fn of(device: &Device, multiples: &[Multiple], size: Size) -> Result<Self> {
         let direct = integrated(size)?;
         let megabytes = 4e-6 * f64::from(direct.pixel_words()) * direct.lit_pixels() as f64;
         let least = multiples[0].kernel_ms.median;

@@ -24,10 +24,10 @@ pub(super) struct Window {
 
 /// What `sorairo view --frames N --json` prints.
 #[derive(Deserialize)]
-pub(super) struct Count {
-    pub(super) size: String,
-    pub(super) skies_per_second: f64,
-    pub(super) read_back: u32,
+struct Count {
+    size: String,
+    skies_per_second: f64,
+    read_back: u32,
 }
 
 /// Starts this program anew and renders a picture, several times.
@@ -84,12 +84,12 @@ pub(super) fn window(device: &Device, extent: Extent) -> Result<Option<Window>> 
     }))
 }
 
-pub(super) fn not_started(error: std::io::Error) -> Error {
+fn not_started(error: std::io::Error) -> Error {
     Error::Nothing(format!("the program cannot be started anew: {error}"))
 }
 
 /// This program.
-pub(super) fn program() -> Result<PathBuf> {
+fn program() -> Result<PathBuf> {
     std::env::current_exe().map_err(not_started)
 }
 

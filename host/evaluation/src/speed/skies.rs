@@ -61,13 +61,13 @@ pub(super) struct PlanRow {
 }
 
 /// Suns (degrees) at which orders are compared: day, and twilight.
-pub(super) const SUNS_OF_ORDERS: [f64; 3] = [30.0, 5.0, -4.0];
+const SUNS_OF_ORDERS: [f64; 3] = [30.0, 5.0, -4.0];
 
 /// Altitudes (km) of the curve over altitude.
-pub(super) const ALTITUDES: [f64; 13] = [0.0, 5e-4, 0.0017, 0.02, 0.1, 0.5, 3.0, 8.0, 12.0, 25.0, 60.0, 100.0, 400.0];
+const ALTITUDES: [f64; 13] = [0.0, 5e-4, 0.0017, 0.02, 0.1, 0.5, 3.0, 8.0, 12.0, 25.0, 60.0, 100.0, 400.0];
 
 /// Suns (degrees) of the curve over the sun.
-pub(super) const SUNS_OF_PLACES: [f64; 11] = [90.0, 60.0, 15.0, 5.0, 0.0, -3.0, -6.5, -7.0, -9.0, -12.0, -18.0];
+const SUNS_OF_PLACES: [f64; 11] = [90.0, 60.0, 15.0, 5.0, 0.0, -3.0, -6.5, -7.0, -9.0, -12.0, -18.0];
 
 /// Kernels by the sky lookup and by the integral at every pixel, and the plan, with light of all orders and with light
 /// scattered once.
@@ -132,7 +132,7 @@ pub(super) fn places_of(device: &Device, projection: Projection, extent: Extent)
 }
 
 /// A plan by the path that the scene chooses, unexposed.
-pub(super) fn as_chosen(mut scene: Scene, format: PixelFormat) -> Result<Plan> {
+fn as_chosen(mut scene: Scene, format: PixelFormat) -> Result<Plan> {
     scene.render.exposure = Exposure::Stops(0.0);
     Ok(Plan::new(&scene.validated()?, format))
 }
@@ -155,14 +155,14 @@ pub(super) fn transforms(device: &Device, extent: Extent) -> Result<Vec<Transfor
 }
 
 /// The default sky in so many pixels, by a view transform.
-pub(super) fn shown(view: ViewTransform, size: Size) -> Scene {
+fn shown(view: ViewTransform, size: Size) -> Scene {
     let mut scene = Scene::preset(Preset::Standard);
     (scene.camera.size, scene.render.view) = (size, view);
     scene
 }
 
 /// The job of planning a scene.
-pub(super) fn planning(scene: &Scene) -> Job<'_> {
+fn planning(scene: &Scene) -> Job<'_> {
     Box::new(move || {
         let start = Instant::now();
         std::hint::black_box(as_chosen(scene.clone(), PixelFormat::LinearRgb)?);

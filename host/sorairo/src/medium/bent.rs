@@ -264,20 +264,23 @@ impl LevelRays {
         Self { products, crossed }
     }
 
-    /// The altitude (km) where a ray is level whose `n r` is this (km).
-    pub(super) fn altitude(&self, layers: &Layers, product: f64) -> f64 {
+    /// The level ray above one whose `n r` is this (km), and how much it weighs beside that below.
+    fn place(&self, product: f64) -> (usize, f64) {
         let after = self.products.partition_point(|&level| level <= product).clamp(1, self.products.len() - 1);
         let (low, high) = (self.products[after - 1], self.products[after]);
-        let share = ((product - low) / (high - low)).clamp(0.0, 1.0);
+        (after, ((product - low) / (high - low)).clamp(0.0, 1.0))
+    }
+
+    /// The altitude (km) where a ray is level whose `n r` is this (km).
+    pub(super) fn altitude(&self, layers: &Layers, product: f64) -> f64 {
+        let (after, share) = self.place(product);
         let of = |i: usize| layers.air.depth * part(i, LEVEL_RAYS).powi(2);
         of(after - 1) * (1.0 - share) + of(after) * share
     }
 
     /// What a level ray crosses whose `n r` is this (km).
     pub(super) fn at(&self, product: f64) -> Crossed {
-        let after = self.products.partition_point(|&level| level <= product).clamp(1, self.products.len() - 1);
-        let (low, high) = (self.products[after - 1], self.products[after]);
-        let share = ((product - low) / (high - low)).clamp(0.0, 1.0);
+        let (after, share) = self.place(product);
         let [below, above] = [self.crossed[after - 1], self.crossed[after]];
         let mix = |a: f64, b: f64| (a.max(1e-300).ln() * (1.0 - share) + b.max(1e-300).ln() * share).exp();
         Crossed {

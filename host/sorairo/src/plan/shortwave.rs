@@ -197,8 +197,8 @@ mod tests {
         // Water, oxygen, water in two bands, and where carbon dioxide lies over water.
         let wavelengths = [720.5, 762.5, 940.5, 1132.5, 2012.5];
         let from_below = [(60.0, 0.0), (5.0, 0.0), (-4.0, 0.0), (30.0, 2.0)].map(|place| (place, &wavelengths, 0.025));
-        // From an aircraft what is crossed has a wider range. Weak lines show on the longest ways, strong water on the
-        // shortest.
+        // From an aircraft, amounts have a wider range than is fitted. The error is largest for weak lines on the
+        // longest paths, 3.2 % at 629 nm, and for strong water on the shortest, 5.3 % at 1390 nm.
         let seen_from_above = [592.5, 629.5, 762.5, 1132.5, 1390.5];
         let from_above = [(0.0, 12.0), (-4.0, 12.0), (-4.0, 4.0)].map(|place| (place, &seen_from_above, 0.055));
         for ((sun, altitude), wavelengths, bound) in from_below.into_iter().chain(from_above) {

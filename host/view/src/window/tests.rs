@@ -18,6 +18,11 @@ use crate::strip;
 
 const SIZE: Vec2 = Vec2::new(1280.0, 720.0);
 
+/// The first button of a mouse, pressed or let go at a place.
+fn button(pressed: bool, pos: Pos2) -> Event {
+    Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE }
+}
+
 /// A window without a display, and the hand that uses it.
 struct Hand {
     context: egui::Context,
@@ -94,12 +99,22 @@ impl Hand {
         (info.width, info.height, rgb)
     }
 
+    /// Turns the wheel by some points, until the scrolling has ended.
+    fn scroll(&mut self, points: f32, modifiers: Modifiers) {
+        self.frame(vec![Event::MouseWheel {
+            unit: egui::MouseWheelUnit::Point,
+            delta: Vec2::new(0.0, points),
+            phase: egui::TouchPhase::Move,
+            source: egui::MouseWheelSource::Unknown,
+            modifiers,
+        }]);
+        (0..20).for_each(|_| drop(self.frame(Vec::new())));
+    }
+
     fn click(&mut self, pos: Pos2) {
-        let button =
-            |pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
         self.frame(vec![Event::PointerMoved(pos)]);
-        self.frame(vec![button(true)]);
-        self.frame(vec![button(false)]);
+        self.frame(vec![button(true, pos)]);
+        self.frame(vec![button(false, pos)]);
         self.settle();
     }
 }
@@ -169,12 +184,6 @@ fn a_hand_on_a_perspective_turns_the_camera_and_the_wheel_narrows_it() {
     scene.camera.projection = Projection::Perspective;
     let mut hand = Hand::open(scene);
     let at = pos2(CONTROLS_WIDTH + 300.0, 200.0);
-    let button = |pressed, pos| Event::PointerButton {
-        pos,
-        button: PointerButton::Primary,
-        pressed,
-        modifiers: Modifiers::NONE,
-    };
     hand.frame(vec![Event::PointerMoved(at)]);
     hand.frame(vec![button(true, at)]);
     hand.frame(vec![Event::PointerMoved(at + Vec2::new(-98.0, 49.0))]);
@@ -184,14 +193,7 @@ fn a_hand_on_a_perspective_turns_the_camera_and_the_wheel_narrows_it() {
     let turned = camera.look_azimuth.expect("it was turned");
     assert!((turned - 6.0).abs() < 0.1, "{turned}");
     assert!((camera.look_elevation.unwrap() - Projection::PERSPECTIVE.elevation - 3.0).abs() < 0.1);
-    hand.frame(vec![Event::MouseWheel {
-        unit: egui::MouseWheelUnit::Point,
-        delta: Vec2::new(0.0, 200.0),
-        phase: egui::TouchPhase::Move,
-        source: egui::MouseWheelSource::Unknown,
-        modifiers: Modifiers::NONE,
-    }]);
-    (0..20).for_each(|_| drop(hand.frame(Vec::new())));
+    hand.scroll(200.0, Modifiers::NONE);
     assert!(hand.window.scene.camera.fov.expect("it was narrowed") < 50.0);
     hand.settle();
     assert!(hand.window.fault.is_none());
@@ -210,14 +212,7 @@ fn the_wheel_with_shift_turns_a_polariser_that_the_sky_is_seen_through() {
     };
     let before = shown(&hand);
     hand.frame(vec![Event::PointerMoved(pos2(CONTROLS_WIDTH + 300.0, 200.0))]);
-    hand.frame(vec![Event::MouseWheel {
-        unit: egui::MouseWheelUnit::Point,
-        delta: Vec2::new(0.0, 100.0),
-        phase: egui::TouchPhase::Move,
-        source: egui::MouseWheelSource::Unknown,
-        modifiers: Modifiers::SHIFT,
-    }]);
-    (0..20).for_each(|_| drop(hand.frame(Vec::new())));
+    hand.scroll(100.0, Modifiers::SHIFT);
     let turned = hand.window.scene.camera.polariser.expect("it is there");
     // The slider rounds each of the steps in which the scrolling ends.
     assert!((turned - 110.0).abs() < 3.0, "{turned}");

@@ -116,7 +116,8 @@ const WALKS: [Walk; 10] = [
     Walk {
         name: "the observer's altitude",
         range: (1e-3, 100.0),
-        steps: 400,
+        // Half a per cent each: where an observer rises through the edge of the ozone, light itself has a kink.
+        steps: 2400,
         is_wide: true,
         set: |scene, value| scene.observer.altitude = value,
     },

@@ -286,7 +286,7 @@ impl<'a, const N: usize> Table<'a, N> {
         let nodes = self.nodes();
         // `E_20` mixes with the mean radiances from order to order.
         let fall_together = |order: &[Lanes<N>]| order[..order.len().min(2 * nodes)].to_vec();
-        let mut series = Series::new(fall_together(&means[0]), nodes, self.grid.suns.len());
+        let mut series = Series::new(fall_together(&means[0]), nodes, self.grid.suns.len(), made.tolerance);
         let mut next = 1;
         loop {
             if next == means.len() {

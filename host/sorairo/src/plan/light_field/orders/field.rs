@@ -168,7 +168,7 @@ impl<'a, const N: usize> Table<'a, N> {
     fn all_orders(&self, made: &mut OrdersMade) -> Values<N> {
         let mut sum = self.first_order();
         let nodes = self.grid.altitudes.len() * self.suns.len();
-        let mut series = Series::new(sum.falling_together(), nodes, self.suns.len());
+        let mut series = Series::new(sum.falling_together(), nodes, self.suns.len(), made.tolerance);
         // The orders that are not in the sum yet.
         let mut last: Vec<Values<N>> = Vec::new();
         loop {
@@ -176,7 +176,7 @@ impl<'a, const N: usize> Table<'a, N> {
                 None => self.next_order(&sum, self.resolution.next),
                 Some(last) => self.next_order(last, self.resolution.later),
             };
-            if last.len() == LAST {
+            if last.len() > LAST {
                 sum.add(&last.remove(0), Lanes([1.0; N]));
             }
             let closing = series.close(next.falling_together());

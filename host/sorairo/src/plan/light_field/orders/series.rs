@@ -5,6 +5,9 @@
 //! leaves the residual `x - Σ_i c_i (A^i x - A^(i+1) x)`; of all `c` those are taken that make it least (the minimal
 //! residual of a Krylov space, Saad and Schultz 1986, <https://doi.org/10.1137/0907058>). One more scattering makes
 //! what is left smaller still: `x + Σ_i c_i A^(i+1) x`. Where orders are a geometric series this is its sum.
+//!
+//! As a sky changes, what `n` orders leave passes the tolerance, and one more is computed or one less. There the light
+//! of `n` and that of `n + 1` are mixed, so that no sky jumps by what they differ.
 
 use sorairo_shared::value::{Lanes, Value};
 
@@ -30,8 +33,9 @@ const DARK: f64 = 0.01;
 pub const LAST: usize = 3;
 
 /// What stands for all orders after one.
+#[derive(Clone)]
 pub struct Closing<const N: usize> {
-    /// How often each of the orders after it counts.
+    /// How often each of the last orders counts, [`LAST`] and one before them at most; all earlier ones count once.
     pub factors: Vec<Lanes<N>>,
     /// The ratio of the last two.
     pub ratio: [f32; N],
@@ -60,6 +64,27 @@ impl<const N: usize> Closing<N> {
         }
         closing
     }
+
+    /// This, which is near enough, and that of one order less, which is not: all of the latter where it is off by the
+    /// tolerance, none where by twice that, and never more than leaves the error of both within it.
+    fn mixed_with(self, before: &Self, tolerance: f64) -> Self {
+        let beyond = before.error - tolerance;
+        let of_this = (beyond / tolerance).max(beyond / (before.error - self.error)).min(1.0);
+        let of_other = (1.0 - of_this) as f32;
+        // The last factors of the two are those of an order and the one before it.
+        let joined = self.factors.len() - 1;
+        let others = before.factors.iter().skip(before.factors.len() - joined).copied().chain([Lanes::ZERO]);
+        let mix = |(this, other): (&Lanes<N>, Lanes<N>)| {
+            let mut mixed = this.scaled(of_this as f32);
+            mixed.add_scaled(&other, of_other);
+            mixed
+        };
+        Self {
+            factors: self.factors.iter().zip(others).map(mix).collect(),
+            error: (of_this * self.error + (1.0 - of_this) * before.error).min(tolerance),
+            ..self
+        }
+    }
 }
 
 /// The orders of a light field, taken one after the other: those that are summed, and the last few, which are closed.
@@ -69,24 +94,39 @@ pub struct Series<const N: usize> {
     /// Those of the sum.
     sum: Vec<Lanes<N>>,
     suns: usize,
+    /// How far the sum of all may be off.
+    tolerance: f64,
+    /// What stood for the rest with one order less.
+    before: Option<Closing<N>>,
 }
 
 impl<const N: usize> Series<N> {
     /// From the mean radiances of the first order at so many nodes of so many suns, altitude after altitude, and what
     /// falls off with them.
-    pub fn new(first: Vec<Lanes<N>>, nodes: usize, suns: usize) -> Self {
-        Self { sum: first[..nodes].to_vec(), means: vec![first], suns }
+    pub fn new(first: Vec<Lanes<N>>, nodes: usize, suns: usize, tolerance: f64) -> Self {
+        Self { sum: first[..nodes].to_vec(), means: vec![first], suns, tolerance, before: None }
     }
 
     /// Takes the next order; what stands for all after the sum, once two orders follow it. Where [`LAST`] follow it
     /// already, the first of them joins it.
     pub fn close(&mut self, next: Vec<Lanes<N>>) -> Option<Closing<N>> {
-        if self.means.len() > LAST {
+        let joins = self.means.len() > LAST;
+        if joins {
             self.means.remove(0);
             self.sum.iter_mut().zip(&self.means[0]).for_each(|(sum, mean)| sum.add_scaled(mean, 1.0));
         }
         self.means.push(next);
-        (self.means.len() > 2).then(|| Closing::new(&self.means, &self.sum, self.suns))
+        if self.means.len() < 3 {
+            return None;
+        }
+        let mut closing = Closing::new(&self.means, &self.sum, self.suns);
+        if joins {
+            closing.factors.insert(0, Lanes([1.0; N]));
+        }
+        Some(match self.before.replace(closing.clone()) {
+            Some(before) if closing.error <= self.tolerance => closing.mixed_with(&before, self.tolerance),
+            _ => closing,
+        })
     }
 }
 
@@ -208,6 +248,44 @@ mod tests {
     fn another_order_leaves_less() {
         let series = [0.7, 0.3, 0.1];
         assert!(worst(&series, 4).0 < 0.5 * worst(&series, 3).0);
+    }
+
+    /// How many orders are taken until the rest is near enough, and the sum of all at a node; without mixing that of
+    /// the last closing.
+    fn taken(largest: f64, mixes: bool) -> (usize, f64) {
+        let (orders, _) = orders(&[largest, 0.9 * largest, 0.6 * largest, -0.5 * largest, 0.3, 0.2], 40);
+        let lanes = |order: &[f64]| -> Vec<Lanes<1>> { order.iter().map(|&mean| Lanes([mean as f32])).collect() };
+        let mut series = Series::new(lanes(&orders[0]), 20, 1, TOLERANCE);
+        for n in 1..orders.len() {
+            let closing = series.close(lanes(&orders[n])).filter(|closing| closing.error <= TOLERANCE);
+            if let Some(closing) = closing {
+                let closing = if mixes { closing } else { series.before.unwrap() };
+                let last = n + 1 - closing.factors.len();
+                let factor =
+                    |order: usize| order.checked_sub(last).map_or(1.0, |at| f64::from(closing.factors[at].0[0]));
+                return (n, (0..=n).map(|order| factor(order) * orders[order][7]).sum());
+            }
+        }
+        panic!("no end of orders");
+    }
+
+    const TOLERANCE: f64 = 1e-3;
+
+    #[test]
+    fn no_sum_jumps_where_one_order_more_is_taken() {
+        let walk = |mixes: bool| -> Vec<(usize, f64)> {
+            (0..400).map(|step| taken(0.3 + 0.001 * f64::from(step), mixes)).collect()
+        };
+        let jump = |sums: Vec<(usize, f64)>| {
+            let change = |four: &[(usize, f64)], i: usize| four[i + 1].1 - four[i].1;
+            let jumps = sums.windows(4).map(|f| (change(f, 1) - 0.5 * (change(f, 0) + change(f, 2))).abs() / f[1].1);
+            jumps.fold(0.0, f64::max)
+        };
+        let sums = walk(true);
+        assert!(sums[0].0 + 2 < sums[399].0, "{:?}, {:?}", sums[0], sums[399]);
+        let (mixed, alone) = (jump(sums), jump(walk(false)));
+        // A step of the largest eigenvalue by 0.001 may move the mixture by a tenth of the tolerance.
+        assert!(mixed < 0.1 * TOLERANCE && alone > 0.3 * TOLERANCE, "{mixed:e}, {alone:e}");
     }
 
     #[test]

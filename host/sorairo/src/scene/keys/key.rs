@@ -254,7 +254,7 @@ impl Key {
     }
 
     /// Whether its number lies in its range.
-    pub(in crate::scene) fn check_range(&self, scene: &Scene) -> Result<()> {
+    pub(crate) fn check_range(&self, scene: &Scene) -> Result<()> {
         let Allowed::Range { number, low, high } = &self.allowed else { return Ok(()) };
         match number.number(scene).filter(|_| self.wraps || (self.matters)(scene)) {
             Some(azimuth) if self.wraps => within_a_turn(self.name, azimuth).map(drop),

@@ -1,27 +1,26 @@
-//! The sun's disc: its size, its limb, its light at the observer, and where it lies in the image.
+//! The sun's disc: its size and its light at the observer.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use sorairo_shared::camera::Camera;
 use sorairo_shared::geometry::{Ray, inside_atmosphere};
-use sorairo_shared::glam::{DVec2, DVec3, Vec2, Vec4};
+use sorairo_shared::glam::{DVec3, Vec2, Vec4};
 use sorairo_shared::medium::atmosphere::ColumnDensities;
 use sorairo_shared::medium::columns::sunlight_at;
 use sorairo_shared::medium::density::relative_densities;
 use sorairo_shared::picture::disc::{ELEVATIONS, LIMB_COSINES};
-use sorairo_shared::uniform::SunDisc;
 use sorairo_shared::variant;
 
 use crate::medium::gases::{Absorption, CLASSES, Relative};
 use crate::medium::tables::Tables;
 use crate::plan::integral::RayIntegral;
-pub use crate::plan::picture::sun_irradiance::SunIrradiance;
+use crate::plan::picture::sun_irradiance::SunIrradiance;
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::sky::{SkyPlan, found_once};
-use crate::scene::Projection;
 use crate::spectra::mean::Window;
 use crate::spectra::observer;
 use crate::spectra::optics::{Coefficients, Optics};
+
+use super::limb::{limb_darkening, mean_darkening};
 
 /// Nominal radius of the sun (km; IAU 2015 resolution B3).
 const SOLAR_RADIUS: f64 = 695_700.0;
@@ -29,57 +28,12 @@ const SOLAR_RADIUS: f64 = 695_700.0;
 /// One astronomical unit (km; IAU 2012 resolution B2).
 const ASTRONOMICAL_UNIT: f64 = 149_597_870.7;
 
-/// Samples across the disc, at least, of the sum over a pixel's part of it.
-const SAMPLES_ACROSS: f64 = 48.0;
-
-/// Most samples along a side of a pixel.
-const MOST_SAMPLES: f64 = 64.0;
-
 /// What single precision leaves of an elevation near the horizon (radians).
 const ROUNDED: f64 = 1e-6;
 
 /// Strips of each piece of the disc, and parts of a strip, of the sum over the disc.
 const STRIPS: u32 = 48;
 const PARTS: u32 = 12;
-
-/// Radiance of the disc at a place on it, divided by that at its centre (1 at `limb_cosine` 1), for a wavelength in nm.
-///
-/// `limb_cosine` is the cosine of the angle to the normal of the sun's surface. Neckel 2005, *Analytical reference
-/// functions F(λ) for the sun's limb darkening and its absolute continuum intensities*, Solar Physics 229, 13
-/// (doi:10.1007/s11207-005-4081-z), for 385 to 1100 nm; below, as at 385 nm.
-pub fn limb_darkening(wavelength: f64, limb_cosine: f64) -> f64 {
-    let powers = limb_coefficients(wavelength);
-    powers.iter().rev().fold(0.0, |sum, power| sum * limb_cosine + power)
-}
-
-fn limb_coefficients(wavelength: f64) -> [f64; 6] {
-    let inverse = 1000.0 / wavelength.max(385.0);
-    let fifth = inverse.powi(5);
-    if wavelength < 422.57 {
-        [
-            0.09900 + 0.010643 * inverse,
-            1.96884 - 0.010643 * inverse - 0.009166 * fifth,
-            -2.80511 + 0.024873 * fifth,
-            3.32780 - 0.029317 * fifth,
-            -2.17878 + 0.018273 * fifth,
-            0.58825 - 0.004663 * fifth,
-        ]
-    } else {
-        [
-            0.75267 - 0.265577 * inverse,
-            0.93874 + 0.265577 * inverse - 0.004095 * fifth,
-            -1.89287 + 0.012582 * fifth,
-            2.42234 - 0.017117 * fifth,
-            -1.71150 + 0.011977 * fifth,
-            0.49062 - 0.003347 * fifth,
-        ]
-    }
-}
-
-/// The mean of [`limb_darkening`] over the disc: `∫ 2 μ F(μ) dμ`.
-fn mean_darkening(wavelength: f64) -> f64 {
-    limb_coefficients(wavelength).iter().zip(2..).map(|(power, degree)| 2.0 * power / f64::from(degree)).sum()
-}
 
 /// Nodes between two angles, with their weights.
 fn nodes_between((low, high): (f64, f64)) -> impl Iterator<Item = (f64, f64)> {
@@ -89,17 +43,17 @@ fn nodes_between((low, high): (f64, f64)) -> impl Iterator<Item = (f64, f64)> {
 
 /// The sun as the observer sees it.
 pub struct Sun<'a> {
-    sky: &'a SkyPlan,
+    pub(super) sky: &'a SkyPlan,
     /// Angular radius (radians).
-    radius: f64,
+    pub(super) radius: f64,
     /// Elevation of the centre, without air (radians).
     elevation: f64,
     /// Elevation of the horizon (radians).
-    horizon: f64,
+    pub(super) horizon: f64,
     /// Elevation, without air, of what is seen on the horizon (radians).
     lowest: f64,
     /// Elevation at which the centre is seen (radians), and by how much the disc is seen flattened there.
-    centre: (f64, f64),
+    pub(super) centre: (f64, f64),
     /// Per wavelength (nm): itself, irradiance over the disc's projected solid angle (W·m⁻²·sr⁻¹·nm⁻¹).
     spectrum: Vec<(f64, f64)>,
     /// What weakens it at each wavelength.
@@ -205,32 +159,6 @@ impl<'a> Sun<'a> {
         (0..ELEVATIONS * LIMB_COSINES).map(entry).collect()
     }
 
-    /// The disc for the kernels, at any wavelengths; the place of its grid is not known yet.
-    pub fn for_kernels(&self, projection: Projection, camera: &Camera) -> SunDisc {
-        let (lowest, highest) = self.heights();
-        let [left, top, right, bottom] = self.bounds(projection, camera).map(|edge| edge as f32);
-        let across = f64::from(right - left).min(f64::from(bottom - top)).max(1e-3);
-        SunDisc {
-            left,
-            top,
-            right,
-            bottom,
-            sine_radius: self.radius.sin() as f32,
-            lowest: lowest as f32,
-            highest: highest as f32,
-            horizon: self.horizon.sin() as f32,
-            centre: {
-                let (elevation, flattening) = self.centre;
-                let bearing = self.sky.base.source.bearing();
-                (bearing * elevation.cos() + DVec3::Z * elevation.sin()).as_vec3().extend(flattening as f32)
-            },
-            first_entry: 0,
-            samples: (SAMPLES_ACROSS / across).ceil().clamp(2.0, MOST_SAMPLES) as u32,
-            padding0: 0,
-            padding1: 0,
-        }
-    }
-
     /// What falls from the disc, as far as the ground does not hide it; of a sun at the nodes of the observer.
     pub fn irradiance(&self) -> SunIrradiance {
         let mut sum = SunIrradiance::default();
@@ -305,7 +233,7 @@ impl<'a> Sun<'a> {
     }
 
     /// Sines of the elevations between which the disc can be seen.
-    fn heights(&self) -> (f64, f64) {
+    pub(super) fn heights(&self) -> (f64, f64) {
         let (centre, flattening) = self.centre;
         let low = (centre - self.radius * flattening).max(self.horizon);
         let high = (centre + self.radius * flattening).min(FRAC_PI_2);
@@ -408,86 +336,6 @@ impl<'a> Sun<'a> {
         let radiances = radiances.iter().zip(&self.spectrum);
         let xyz: DVec3 = radiances.map(|(value, &(nm, _))| observer::weights(self.sky.observer, nm) * value).sum();
         self.sky.space.into_gamut(self.sky.space.from_xyz * xyz)
-    }
-
-    /// Left, top, right and bottom of the disc in the image (pixels from its top left corner); an empty box where it is
-    /// not seen.
-    fn bounds(&self, projection: Projection, camera: &Camera) -> [f64; 4] {
-        let [width, height] = [camera.width, camera.height].map(f64::from);
-        if projection == Projection::Equirectangular {
-            return self.equirectangular_bounds(camera, width, height);
-        }
-        let rim: Vec<_> = self.rim().map(|view| self.project(projection, camera, view)).collect();
-        if rim.iter().all(Option::is_none) {
-            return [0.0; 4];
-        }
-        let Some(rim) = rim.into_iter().collect::<Option<Vec<_>>>() else { return [0.0, 0.0, width, height] };
-        let low = rim.iter().copied().fold(DVec2::INFINITY, DVec2::min);
-        let high = rim.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
-        // The rim is a polygon here.
-        let margin = (high - low) * 0.01;
-        let (low, high) = (low - margin, high + margin);
-        [low.x, low.y, high.x, high.y]
-    }
-
-    fn equirectangular_bounds(&self, camera: &Camera, width: f64, height: f64) -> [f64; 4] {
-        let row = |elevation: f64| (0.5 - elevation / PI) * height;
-        let (elevation, flattening) = self.centre;
-        let (up, down) = (elevation + self.radius * flattening, elevation - self.radius * flattening);
-        let (top, bottom) = (row(up).max(0.0), row(down).min(height));
-        let over_zenith = elevation.abs() + self.radius >= FRAC_PI_2;
-        let half = if over_zenith { PI } else { (self.radius.sin() / elevation.cos()).asin() };
-        let half = half / (2.0 * PI) * width;
-        if half > (0.5 * width - 1.0).max(0.25 * width) {
-            return [0.0, top, width, bottom];
-        }
-        let bearing =
-            self.sky.base.uniform.bearing.dot(camera.right).atan2(self.sky.base.uniform.bearing.dot(camera.forward));
-        let centre = (0.5 + f64::from(bearing) / (2.0 * PI)) * width;
-        [centre - half, top, centre + half, bottom]
-    }
-
-    /// Directions around the disc's edge.
-    fn rim(&self) -> impl Iterator<Item = DVec3> {
-        const PLACES: u32 = 64;
-        // That of a disc that is not flattened, which has it in it.
-        let (elevation, _) = self.centre;
-        let sun = self.sky.base.source.bearing() * elevation.cos() + DVec3::Z * elevation.sin();
-        let (side, other) = sun.any_orthonormal_pair();
-        let (sine, cosine) = self.radius.sin_cos();
-        (0..PLACES).map(move |place| {
-            let (s, c) = (f64::from(place) * 2.0 * PI / f64::from(PLACES)).sin_cos();
-            sun * cosine + (side * c + other * s) * sine
-        })
-    }
-
-    /// Where an image other than an equirectangular one shows a direction (pixels from the image's top left corner), if
-    /// it can.
-    fn project(&self, projection: Projection, camera: &Camera, view: DVec3) -> Option<DVec2> {
-        let [right, up, forward] =
-            [camera.right, camera.up, camera.forward].map(|axis| view.dot(axis.as_dvec4().truncate()));
-        let [width, height, half_field] = [camera.width as f32, camera.height as f32, camera.half_field].map(f64::from);
-        if projection == Projection::Octahedral {
-            let [x, y, z] = [right, forward, up].map(|part| part / (right.abs() + up.abs() + forward.abs()));
-            let folded = if z < 0.0 { -z } else { 0.0 };
-            let place = DVec2::new(x + folded.copysign(x), y + folded.copysign(y));
-            return Some(DVec2::new(0.5 * width * (1.0 + place.x), 0.5 * height * (1.0 - place.y)));
-        }
-        let (across, from_centre) = if projection == Projection::Fisheye {
-            let angle = forward.clamp(-1.0, 1.0).acos();
-            // Beside the direction behind the camera the edge may go around it.
-            if angle > PI - 2.0 * self.radius {
-                return None;
-            }
-            let outwards = DVec2::new(right, up).normalize_or_zero();
-            (width.min(height), outwards * (angle / half_field))
-        } else if forward > 1e-3 {
-            let middle = DVec2::new(camera.right.w.into(), camera.up.w.into());
-            (width, DVec2::new(right, up) / (forward * half_field) - middle / half_field)
-        } else {
-            return None;
-        };
-        Some(DVec2::new(0.5 * width + 0.5 * across * from_centre.x, 0.5 * height - 0.5 * across * from_centre.y))
     }
 }
 

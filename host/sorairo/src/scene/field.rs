@@ -4,8 +4,9 @@ use erased_serde::{Deserializer, Error, Serialize};
 use serde::de::{DeserializeOwned, Visitor};
 use serde::forward_to_deserialize_any;
 
+use super::exposure::{Exposure, Shutter};
+use super::orders::Orders;
 use super::preset::Scene;
-use super::settings::{Exposure, Orders, Shutter};
 use crate::spectra::choice::{GroundAlbedo, OrTable};
 use crate::spectra::table_file::TableFile;
 

@@ -6,6 +6,7 @@ mod aerosol;
 mod camera;
 #[cfg(feature = "scene-files")]
 pub mod command;
+mod exposure;
 mod field;
 #[cfg(feature = "scene-files")]
 pub mod file;
@@ -15,6 +16,7 @@ mod implied;
 pub mod keys;
 mod matrices;
 mod optics;
+mod orders;
 pub mod place;
 mod plausible;
 mod preset;
@@ -29,10 +31,12 @@ pub use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, Ozon
 pub use crate::spectra::observer::ColourObserver;
 pub use aerosol::{Aeronet, Aerosol, AerosolMode, AerosolProfile, ModeAlbedo, PhaseFunction};
 pub use camera::{Below, CameraScene, LONGEST_SIDE, Projection, Reflectance, Size, View};
+pub use exposure::{Exposure, MOST_STOPS, Shutter, stops_of_ev100};
+pub use orders::Orders;
 pub use preset::{Preset, Scene};
 pub use settings::{
-    ColourPath, Display, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook,
-    Polarisation, Render, Rgb, Shutter, ViewTransform, WhiteBalance, stops_of_ev100,
+    ColourPath, Display, Dither, ExrCompression, ExrDepth, Fit, PathChoice, PictureLook, Polarisation, Render, Rgb,
+    ViewTransform, WhiteBalance,
 };
 pub use sky::{Air, AtmosphereScene, Ground, Observer, Ozone, STANDARD_PRESSURE, Site, Sun, Water};
 pub use valid::ValidScene;

@@ -6,7 +6,8 @@ use strum::{EnumIter, EnumMessage, EnumString, IntoStaticStr};
 
 use super::aerosol::clean_country;
 use super::camera::CameraScene;
-use super::settings::{Orders, Render};
+use super::orders::Orders;
+use super::settings::Render;
 use super::sky::{AtmosphereScene, Ground, Observer, Site, Sun};
 use crate::medium::aerosol::AerosolKind;
 use crate::medium::profile::Profile;

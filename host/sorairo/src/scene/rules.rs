@@ -1,8 +1,9 @@
 //! What holds for a key beyond its range: rules that look at other keys.
 
 use super::camera::{Below, CameraScene, LONGEST_SIDE, Projection};
+use super::exposure::Exposure;
 use super::preset::Scene;
-use super::settings::{ColourPath, Display, Exposure, Fit, PathChoice, Polarisation, Render, Rgb, ViewTransform};
+use super::settings::{ColourPath, Display, Fit, PathChoice, Polarisation, Render, Rgb, ViewTransform};
 use super::sky::{STANDARD_PRESSURE, Sun};
 use crate::error::{Error, Result, check_range};
 use crate::input::shown;

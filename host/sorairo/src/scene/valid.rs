@@ -3,11 +3,11 @@
 use std::ops::Deref;
 
 use super::camera::CameraScene;
+use super::exposure::Exposure;
 use super::keys;
 use super::place::{Place, SunPosition, Time, sun_position};
 use super::preset::Scene;
 use super::rules;
-use super::settings::Exposure;
 #[cfg(feature = "files")]
 use super::settings::Polarisation;
 use crate::error::{Error, Result};

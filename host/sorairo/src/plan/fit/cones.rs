@@ -6,7 +6,7 @@ use sorairo_shared::glam::{DMat3, DVec3, Vec4};
 use sorairo_shared::uniform::Cones;
 
 use crate::medium::aerosol::{Phase, abscissa};
-use crate::plan::fit::training::scattered_once_here;
+use crate::plan::fit::light::scattered_once_here;
 use crate::plan::integral::RayIntegral;
 use crate::plan::picture::colour_space::ColourSpace;
 use crate::plan::rays::directions::direction;

@@ -5,20 +5,13 @@
 //! every 10 nm it follows from optical depths and albedo, whose spectra are known.
 
 use nalgebra::{Matrix2, Vector2};
-use rayon::prelude::*;
-use sorairo_shared::glam::{DVec3, Vec2, Vec3, Vec4};
-use sorairo_shared::light_field::first_order::single_scattering_of_many;
 use sorairo_shared::medium::bands::Bands;
-use sorairo_shared::path::ground::{GroundView, ground_light, ground_seen};
 use sorairo_shared::sky::ByConstituent;
-use sorairo_shared::uniform::Uniform;
-use sorairo_shared::variant;
 
+use crate::plan::fit::light::{rest, scattered_once};
+use crate::plan::fit::rays::{training_rows, training_views};
 use crate::plan::integral::{Constituent, RayIntegral};
-use crate::plan::light_field;
-use crate::plan::light_field::{Light, Resolution, Row, TOGETHER, Wavelengths, light_of_rows};
-use crate::plan::on_device::PlanDevice;
-use crate::plan::rays::directions::direction;
+use crate::plan::light_field::{Resolution, TOGETHER};
 use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::strengths::{AtStrengths, FIRST_LINE, Strengths, bands_through};
 use crate::plan::upload::bands;
@@ -145,69 +138,6 @@ fn without_undershoots(spectra: &mut Vec<Vec<f64>>) {
     }
 }
 
-/// Directions of some elevations, at some azimuths from the sun each (degrees).
-pub struct Grid {
-    elevations: Vec<f64>,
-    azimuths: Vec<f64>,
-}
-
-impl Grid {
-    /// The directions, row after row.
-    pub fn views(&self, integral: &RayIntegral) -> Vec<Vec3> {
-        let towards = |&elevation: &f64| {
-            let azimuths = self.azimuths.iter();
-            azimuths.map(move |azimuth| direction(elevation, integral.source.azimuth + azimuth).as_vec3())
-        };
-        self.elevations.iter().flat_map(towards).collect()
-    }
-
-    fn rows(&self) -> impl Iterator<Item = Row> {
-        let cosines: Vec<f64> = self.azimuths.iter().map(|azimuth| azimuth.to_radians().cos()).collect();
-        self.elevations.iter().map(move |elevation| Row::whole(elevation.to_radians().sin(), cosines.clone()))
-    }
-}
-
-/// The rays from which a spectrum is learnt, and others that lie between them. From above the ground both have some
-/// about the horizon, where most air is crossed and the ground begins.
-pub fn spectral_grids(integral: &RayIntegral) -> [Vec<Grid>; 2] {
-    let (rows, columns) = training_grid(integral);
-    let from_ground = integral.uniform.altitude == 0.0;
-    let both_sides = |elevations: Vec<f64>| -> Vec<f64> {
-        let below = elevations.iter().filter(|&&elevation| !from_ground && elevation > 0.0).map(|elevation| -elevation);
-        elevations.iter().copied().chain(below).collect()
-    };
-    let elevations = both_sides((0..rows).map(|row| training_elevation(row, rows)).collect());
-    let about_horizon = above_horizon(integral, &[-1.5, -0.5, -0.05, 0.05, 0.4, 1.0]);
-    let azimuths = (0..columns).map(|column| 180.0 * f64::from(column) / f64::from(columns - 1)).collect();
-    let learnt = Grid { elevations: [elevations, about_horizon].concat(), azimuths };
-    // What is seen of the ground from the ground itself is the same in every direction.
-    let down = from_ground.then(|| Grid { elevations: vec![-90.0], azimuths: vec![0.0] });
-    let between = both_sides(vec![0.3, 1.2, 2.3, 4.6, 10.0, 17.0, 31.0, 67.0]);
-    let tried = Grid {
-        elevations: [between, above_horizon(integral, &[-0.9, -0.2, 0.01, 0.2])].concat(),
-        azimuths: vec![1.0, 12.0, 45.0, 100.0, 175.0],
-    };
-    [std::iter::once(learnt).chain(down).collect(), vec![tried]]
-}
-
-/// Elevations by what they lie above the horizon (degrees) of an observer above the ground; none for one on it.
-fn above_horizon(integral: &RayIntegral, above: &[f64]) -> Vec<f64> {
-    let horizon = f64::from(integral.uniform.horizon).to_degrees();
-    let above = if integral.uniform.altitude > 0.0 { above } else { &[] };
-    above.iter().map(|above| (horizon + above).max(-90.0)).collect()
-}
-
-/// Light along rays at the bands of an integral, by its constituents, in a light field as fine as that of its spectra;
-/// of what a sky does not have there is none.
-pub fn light_of(integral: &RayIntegral, grids: &[Grid]) -> ByConstituent<Vec<Vec<f64>>> {
-    let views: Vec<Vec3> = grids.iter().flat_map(|grid| grid.views(integral)).collect();
-    let rows: Vec<Row> = grids.iter().flat_map(Grid::rows).collect();
-    let at = (&integral.bands[..], integral.wavelengths.len());
-    let (air, aerosol) = scattered_once(integral, &integral.quadrature, &views, at);
-    let (multiple, ground) = rest(integral, at, &rows, &integral.spectral_resolution());
-    ByConstituent { air, aerosol, multiple, ground }
-}
-
 /// What ozone and pairs of oxygen absorb.
 type Absorbed = Vector2<f64>;
 
@@ -324,169 +254,6 @@ pub fn sorted(wavelengths: impl Iterator<Item = f64>) -> Vec<f64> {
     wavelengths.sort_by(f64::total_cmp);
     wavelengths.dedup();
     wavelengths
-}
-
-/// Spectra along rays, of air and of aerosol.
-pub type AirAndAerosol = (Vec<Vec<f64>>, Vec<Vec<f64>>);
-
-/// Light of the first order along rays, by air and by aerosol before their phase functions, at the first so many of
-/// groups of bands (transfer times sr), by a rule of quadrature on each piece.
-pub fn scattered_once(
-    integral: &RayIntegral,
-    quadrature: &[Vec2],
-    views: &[Vec3],
-    (groups, count): (&[Bands], usize),
-) -> AirAndAerosol {
-    if let Some(found) = scattered_once_on_device(integral, quadrature, views, groups, count) {
-        return found;
-    }
-    scattered_once_here(integral, quadrature, views, (groups, count))
-}
-
-/// The same without a device.
-pub(crate) fn scattered_once_here(
-    integral: &RayIntegral,
-    quadrature: &[Vec2],
-    views: &[Vec3],
-    (groups, count): (&[Bands], usize),
-) -> AirAndAerosol {
-    let chunks: Vec<Wavelengths<TOGETHER>> = groups.chunks(TOGETHER / 4).map(Wavelengths::new).collect();
-    let placed_for = integral.placed_for();
-    let along = |&view: &Vec3| {
-        let (mut air, mut aerosol) = (Vec::new(), Vec::new());
-        for chunk in &chunks {
-            let light = single_scattering_of_many(
-                integral.medium(),
-                &chunk.air,
-                &placed_for,
-                quadrature,
-                integral.ray(view),
-                integral.variant,
-            );
-            air.extend(light.air.0.map(f64::from));
-            aerosol.extend(light.aerosol.0.map(f64::from));
-        }
-        air.truncate(count);
-        aerosol.truncate(count);
-        (air, aerosol)
-    };
-    views.par_iter().map(along).unzip()
-}
-
-/// The same on the device of the integral, if there is one that can.
-fn scattered_once_on_device(
-    integral: &RayIntegral,
-    quadrature: &[Vec2],
-    views: &[Vec3],
-    groups: &[Bands],
-    wavelengths: usize,
-) -> Option<AirAndAerosol> {
-    let Uniform { altitude, sun, .. } = &integral.uniform;
-    let rays = (*altitude, views, sun.truncate());
-    let bands = (groups, &integral.placed_for());
-    let ask = |device: &dyn PlanDevice| {
-        light_field::scattered_once(device, integral.medium(), bands, quadrature, rays, integral.variant)
-    };
-    let light = integral.light_fields.ask_device(ask)?;
-    let spectrum = |ray: &[[Vec4; 2]], of: usize| {
-        let values = ray.iter().flat_map(|both| both[of].to_array()).map(f64::from);
-        values.take(wavelengths).collect()
-    };
-    let of_ray = |ray: &[[Vec4; 2]]| (spectrum(ray, 0), spectrum(ray, 1));
-    Some(light.chunks_exact(groups.len()).map(of_ray).unzip())
-}
-
-/// Directions of the training rays: crowded towards the horizon, over half of the azimuths, which mirror the other
-/// half. From above the ground the sky below the horizon is seen too. Twilight varies more and needs more rays.
-pub fn training_views(integral: &RayIntegral) -> Vec<Vec3> {
-    let (elevations, azimuths) = training_grid(integral);
-    let mut views = Vec::new();
-    for i in 0..elevations {
-        let elevation = training_elevation(i, elevations);
-        for j in 0..azimuths {
-            let azimuth = integral.source.azimuth + 180.0 * f64::from(j) / f64::from(azimuths - 1);
-            views.push(direction(elevation, azimuth).as_vec3());
-            if integral.uniform.altitude > 0.0 && i > 0 {
-                views.push(direction(-elevation, azimuth).as_vec3());
-            }
-        }
-    }
-    views
-}
-
-/// Elevations from the horizon to the zenith, and azimuths over half the circle, of the training rays.
-fn training_grid(integral: &RayIntegral) -> (u32, u32) {
-    if integral.source.elevation < 0.0 { (24, 13) } else { (12, 7) }
-}
-
-/// The elevation (degrees) of a row of training rays.
-fn training_elevation(row: u32, rows: u32) -> f64 {
-    90.0 * (f64::from(row) / f64::from(rows - 1)).powi(2)
-}
-
-/// Light that was scattered more than once, and light from the ground, at the first so many of groups of bands along
-/// the rays of rows in a light field of a resolution; 0 where a ray meets no ground.
-fn rest(
-    integral: &RayIntegral,
-    (groups, count): (&[Bands], usize),
-    rows: &[Row],
-    resolution: &Resolution,
-) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
-    let has = |bit: u32| integral.variant & bit != 0;
-    let (mut multiple, mut ground) = (Vec::new(), Vec::new());
-    if !has(variant::REST) {
-        return (multiple, ground);
-    }
-    let setting = integral.setting();
-    let of_rows = || light_of_rows(&integral.light_fields, &setting, groups, resolution, integral.orders, rows).0;
-    let diffuse = has(variant::MULTIPLE).then(of_rows);
-    for (r, row) in rows.iter().enumerate() {
-        for (c, &cosine) in row.cosines.iter().enumerate() {
-            let along = |group: usize| diffuse.as_ref().map_or(Light::default(), |light| light[group][r][c]);
-            let spectrum = |four: &dyn Fn(usize) -> Vec4| {
-                let values = (0..groups.len()).flat_map(|group| four(group).to_array().map(f64::from));
-                values.take(count).collect::<Vec<_>>()
-            };
-            if has(variant::MULTIPLE) {
-                multiple.push(spectrum(&|group| along(group).scattered));
-            }
-            let seen = ground_of(integral, row.mu, cosine);
-            if has(variant::GROUND) {
-                let of_ground = |group: usize| ground_at(integral, &groups[group], seen, along(group));
-                ground.push(spectrum(&|group| if seen.is_seen { of_ground(group) } else { Vec4::ZERO }));
-            }
-        }
-    }
-    (multiple, ground)
-}
-
-/// Light of the ground at a group of bands, as if its albedo were 1.
-fn ground_at(integral: &RayIntegral, group: &Bands, seen: GroundView, light: Light) -> Vec4 {
-    ground_light(integral.medium(), group, seen, light.diffuse_irradiance, integral.variant)
-}
-
-/// The ground that a ray meets, by the cosines of its zenith angle and of its azimuth from the sun.
-fn ground_of(integral: &RayIntegral, mu: f64, cosine: f64) -> GroundView {
-    let (to_sun, level) = (integral.uniform.bearing.as_dvec4().truncate(), (1.0 - mu * mu).max(0.0).sqrt());
-    let across = DVec3::new(-to_sun.y, to_sun.x, 0.0);
-    let view = (to_sun * cosine + across * (1.0 - cosine * cosine).max(0.0).sqrt()) * level + DVec3::Z * mu;
-    ground_seen(integral.medium(), integral.ray(view.as_vec3()), integral.variant)
-}
-
-/// The training rays as rows, from above the ground also those below the horizon; on the ground itself one that looks
-/// at it.
-fn training_rows(integral: &RayIntegral) -> Vec<Row> {
-    let (elevations, azimuths) = training_grid(integral);
-    let cosines: Vec<f64> =
-        (0..azimuths).map(|j| (std::f64::consts::PI * f64::from(j) / f64::from(azimuths - 1)).cos()).collect();
-    let row = |elevation: f64| Row::whole(elevation.to_radians().sin(), cosines.clone());
-    let above = (0..elevations).map(|i| row(training_elevation(i, elevations)));
-    let below: Vec<Row> = if integral.uniform.altitude > 0.0 {
-        (1..elevations).map(|i| row(-training_elevation(i, elevations))).collect()
-    } else {
-        vec![Row::whole(-1.0, vec![1.0])]
-    };
-    above.chain(below).collect()
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 pub mod aces;
 pub(crate) mod below;
 pub mod colour_space;
+mod exposed;
 pub(crate) mod exposure;
 pub(crate) mod image;
 pub mod polarised_rgb;

@@ -9,8 +9,10 @@ use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant;
 
 use crate::plan::fit::SpectralFit;
+use crate::plan::fit::light::light_of;
+use crate::plan::fit::rays::{Grid, spectral_grids};
 use crate::plan::fit::regression::{Examples, LIT, Regression, Training, regress, regress_parts};
-use crate::plan::fit::training::{DARKEST, Grid, light_of, multiples, sorted, spectral_grids};
+use crate::plan::fit::training::{DARKEST, multiples, sorted};
 use crate::plan::integral::{Constituent, RayIntegral, needed};
 use crate::plan::light_field::{Cacheable, TOGETHER};
 use crate::plan::rays::directions::is_night;

@@ -10,11 +10,13 @@ use crate::input::shown;
 use crate::medium::aerosol::AerosolKind;
 use crate::medium::profile::Profile;
 use crate::scene::camera::{Below, Projection, Reflectance, Size};
+use crate::scene::exposure::{Exposure, MOST_STOPS};
 use crate::scene::field::Way;
+use crate::scene::orders::Orders;
 use crate::scene::preset::{Preset, Scene};
 use crate::scene::settings::{
-    ColourPath, Display, Dither, Exposure, ExrCompression, ExrDepth, Fit, MOST_STOPS, Orders, PathChoice, PictureLook,
-    Polarisation, Rgb, ViewTransform, WhiteBalance,
+    ColourPath, Display, Dither, ExrCompression, ExrDepth, Fit, PathChoice, PictureLook, Polarisation, Rgb,
+    ViewTransform, WhiteBalance,
 };
 use crate::scene::{plausible, rules};
 use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};

@@ -1,9 +1,9 @@
 //! Fits through the bands: from the values at a few wavelengths to a colour or a spectrum.
 
 pub(crate) mod cones;
-pub(crate) mod light;
+pub mod light;
 pub mod linear;
-pub(crate) mod rays;
+pub mod rays;
 pub mod regression;
 pub mod training;
 

@@ -22,6 +22,7 @@ impl Grid {
         self.elevations.iter().flat_map(towards).collect()
     }
 
+    /// The same as rows of a light field.
     pub fn rows(&self) -> impl Iterator<Item = Row> {
         let cosines: Vec<f64> = self.azimuths.iter().map(|azimuth| azimuth.to_radians().cos()).collect();
         self.elevations.iter().map(move |elevation| Row::whole(elevation.to_radians().sin(), cosines.clone()))

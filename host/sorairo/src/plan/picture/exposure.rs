@@ -101,25 +101,13 @@ fn mean_logarithm(sky: &SkyPlan, projection: Projection, uniform: &Uniform, vari
     /// What is so many times as bright as the brightest, seven stops below it, counts half: darker still is the black
     /// of space above the limb.
     const BLACK: f64 = 1.0 / 128.0;
-    let (columns, rows) = (12 * finer, 8 * finer);
-    let camera = &uniform.camera;
-    // In one allocation each: a frame has few.
-    let (mut views, mut weights) =
-        (Vec::with_capacity((columns * rows) as usize), Vec::with_capacity((columns * rows) as usize));
-    for i in 0..columns * rows {
-        let x = (f64::from(i % columns) + 0.5) / f64::from(columns);
-        let y = (f64::from(i / columns) + 0.5) / f64::from(rows);
-        let (column, row) = (x * f64::from(camera.width), y * f64::from(camera.height));
-        let view = sky_view(uniform, column as u32, row as u32, variant);
-        if view.covered {
-            views.push(view);
-            weights.push(weight(projection, x - 0.5, y - 0.5));
-        }
-    }
-    let (directions, sources): (Vec<Vec3>, Vec<Vec3>) = views.iter().map(|view| (view.direction, view.source)).unzip();
-    let lit = views.iter().zip(sky.radiances_of(&directions, &sources));
+    let looks = looks(uniform, variant, [12 * finer, 8 * finer]);
+    let weights = looks.iter().map(|look| look.part * weight(projection, look.x - 0.5, look.y - 0.5));
+    let views = looks.iter().map(|look| look.view);
+    let (directions, sources): (Vec<Vec3>, Vec<Vec3>) = views.clone().map(|view| (view.direction, view.source)).unzip();
+    let lit = views.zip(sky.radiances_of(&directions, &sources));
     let luminance =
-        |(view, rgb): (&SkyView, Vec3)| f64::from(uniform.rgb.luminance(with_ground(uniform, rgb, view.ground)));
+        |(view, rgb): (SkyView, Vec3)| f64::from(uniform.rgb.luminance(with_ground(uniform, rgb, view.ground)));
     let luminances: Vec<f64> = lit.map(luminance).collect();
     let brightest = luminances.iter().copied().fold(0.0, f64::max);
     let counted = |luminance: f64| luminance / (luminance + BLACK * brightest);
@@ -128,6 +116,71 @@ fn mean_logarithm(sky: &SkyPlan, projection: Projection, uniform: &Uniform, vari
     let (sum, weight) =
         lit.fold((0.0, 0.0), |(sum, all), (luminance, weight)| (sum + weight * luminance.log2(), all + weight));
     (weight > 0.0).then(|| sum / weight)
+}
+
+/// A place where a meter looks, in parts of the picture's sides, and the part of a cell that it stands for.
+struct Look {
+    x: f64,
+    y: f64,
+    view: SkyView,
+    part: f64,
+}
+
+/// Where a meter looks: at the middle of each of so many columns and rows of cells. An observer above the ground sees
+/// much of the light in a band about the horizon that is thinner than a cell; there it looks more closely, or what it
+/// says would follow from which cell the band fills.
+fn looks(uniform: &Uniform, variant: u32, [columns, rows]: [u32; 2]) -> Vec<Look> {
+    /// The angle between places across the band, in its width, and the most places of a cell.
+    const BETWEEN: f64 = 1.0 / 16.0;
+    const MOST: f64 = 64.0;
+    const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
+    /// The width (degrees) from which a band counts: nobody near the ground sees light in one.
+    const THINNEST: f64 = 1.0;
+    let camera = &uniform.camera;
+    let at = |x: f64, y: f64, part: f64| {
+        let place = |part: f64, count: u32| ((part * f64::from(count)) as u32).min(count - 1);
+        let view = sky_view(uniform, place(x, camera.width), place(y, camera.height), variant);
+        Look { x, y, view, part }
+    };
+    let elevation = |look: &Look| f64::from(clamp(look.view.direction.z, -1.0, 1.0)).asin();
+    // From the horizon up to the level, or from outside the atmosphere to its edge, and half as far below.
+    let width = f64::from(min(-uniform.horizon, uniform.lookup_span));
+    let lowest = f64::from(uniform.horizon) - 0.5 * width;
+    let band = lowest..lowest + 1.5 * width;
+    // In one allocation: a frame has few.
+    let mut looks = Vec::with_capacity((columns * rows) as usize);
+    for cell in 0..columns * rows {
+        let (column, row) = (cell % columns, cell / columns);
+        let within = |x: f64, y: f64, part: f64| {
+            at((f64::from(column) + x) / f64::from(columns), (f64::from(row) + y) / f64::from(rows), part)
+        };
+        let middle = within(0.5, 0.5, 1.0);
+        let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]].map(|[x, y]| elevation(&within(x, y, 0.0)));
+        let (low, high) = corners
+            .into_iter()
+            .chain([elevation(&middle)])
+            .fold((f64::MAX, f64::MIN), |(low, high), elevation| (low.min(elevation), high.max(elevation)));
+        let places = ((high - low) / (BETWEEN * width)).min(MOST) as u32;
+        let is_beside = low >= band.end || high <= band.start;
+        if width < THINNEST.to_radians() || is_beside || places < 2 {
+            looks.push(middle);
+            continue;
+        }
+        let part = 1.0 / f64::from(places);
+        let closely = (0..places).map(|place| {
+            // Hammersley's points: each in a row and in a column of its own, in every cell in other rows.
+            let x = f64::from(place.reverse_bits()) / 2f64.powi(32);
+            let y = f64::from(place) + (f64::from(cell) * GOLDEN_RATIO).fract();
+            within(x, y * part, part)
+        });
+        let (inside, mut outside): (Vec<_>, Vec<_>) = closely.partition(|look| band.contains(&elevation(look)));
+        looks.extend(inside);
+        // One stands for what lies beside the band.
+        let beside = outside.len() as f64 * part;
+        looks.extend(outside.pop().map(|look| Look { part: beside, ..look }));
+    }
+    looks.retain(|look| look.view.covered);
+    looks
 }
 
 /// How much a place of the picture counts, from its middle in parts of its sides: most in the middle, as cameras meter.
@@ -155,8 +208,8 @@ fn weight(projection: Projection, x: f64, y: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use crate::PixelFormat;
-    use crate::plan::Plan;
-    use crate::scene::Scene;
+    use crate::plan::{LightFields, Plan};
+    use crate::scene::{Preset, Projection, Scene, Size};
 
     /// A case of the random scenes.
     const SPOT: &str = r#"{"preset": "paper", "sun": {"elevation": -5.354264364480926, "azimuth": -338.7779749287318, "spectrum":
@@ -194,5 +247,33 @@ mod tests {
         let exposure = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb).uniform.exposure;
         // By a meter alone it would be 1e7; from dusk on a picture gets darker.
         assert!(exposure > 1e5, "{exposure:e}");
+    }
+
+    /// Exposures (stops) of a camera in orbit that tilts by a degree at a time, under a sun.
+    fn of_orbit(projection: Projection, sun: impl Fn(f64) -> f64) -> Vec<f32> {
+        let mut scene = Scene::preset(Preset::Standard).first_order();
+        scene.observer.altitude = 400.0;
+        (scene.camera.projection, scene.camera.size) = (projection, Size { width: 960, height: 480 });
+        let light_fields = LightFields::default();
+        let exposure = |step: i32| {
+            scene.sun.elevation = sun(f64::from(step));
+            scene.camera.look_elevation = Some(f64::from(step - 26));
+            let plan = Plan::with_light_fields(&scene.validated().unwrap(), PixelFormat::Picture, &light_fields);
+            plan.exposure()
+        };
+        (0..=12).map(exposure).collect()
+    }
+
+    #[test]
+    fn in_orbit_no_exposure_follows_from_where_the_limb_lies_between_the_places_of_a_meter() {
+        for (projection, sun) in [
+            (Projection::Perspective, (|_| -19.0) as fn(f64) -> f64),
+            (Projection::Equirectangular, |step| -19.5 + 0.1 * step),
+        ] {
+            let exposures = of_orbit(projection, sun);
+            // By cells alone they would jump by ten stops.
+            let largest = exposures.windows(2).map(|two| (two[1] - two[0]).abs()).fold(0.0, super::max);
+            assert!(largest > 0.0 && largest < 0.5, "{projection:?} {exposures:?}");
+        }
     }
 }

@@ -101,7 +101,8 @@ fn mean_logarithm(sky: &SkyPlan, projection: Projection, uniform: &Uniform, vari
     /// What is so many times as bright as the brightest, seven stops below it, counts half: darker still is the black
     /// of space above the limb.
     const BLACK: f64 = 1.0 / 128.0;
-    let looks = looks(uniform, variant, [12 * finer, 8 * finer]);
+    let closely = share_of_band(uniform);
+    let looks = looks(uniform, variant, [12 * finer, 8 * finer], closely);
     let weights = looks.iter().map(|look| look.part * weight(projection, look.x - 0.5, look.y - 0.5));
     let views = looks.iter().map(|look| look.view);
     let (directions, sources): (Vec<Vec3>, Vec<Vec3>) = views.clone().map(|view| (view.direction, view.source)).unzip();
@@ -109,7 +110,14 @@ fn mean_logarithm(sky: &SkyPlan, projection: Projection, uniform: &Uniform, vari
     let luminance =
         |(view, rgb): (SkyView, Vec3)| f64::from(uniform.rgb.luminance(with_ground(uniform, rgb, view.ground)));
     let luminances: Vec<f64> = lit.map(luminance).collect();
-    let brightest = luminances.iter().copied().fold(0.0, f64::max);
+    let middles = luminances.iter().zip(&looks).filter(|(_, look)| look.is_middle).map(|(luminance, _)| *luminance);
+    // Of many places in a thin band the largest would follow from where they lie; the mean by light does not.
+    let (light, square) =
+        luminances.iter().zip(weights.clone()).fold((0.0, 0.0), |(light, square), (luminance, weight)| {
+            (light + weight * luminance, square + weight * luminance * luminance)
+        });
+    let by_light = if light > 0.0 { square / light } else { 0.0 };
+    let brightest = (1.0 - closely) * middles.fold(0.0, f64::max) + closely * by_light;
     let counted = |luminance: f64| luminance / (luminance + BLACK * brightest);
     let lit = luminances.into_iter().zip(weights).filter(|&(luminance, _)| luminance > 0.0);
     let lit = lit.map(|(luminance, weight)| (luminance, weight * counted(luminance)));
@@ -124,23 +132,31 @@ struct Look {
     y: f64,
     view: SkyView,
     part: f64,
+    /// Whether it is the middle of a cell.
+    is_middle: bool,
+}
+
+/// How much a band about the horizon counts in a meter: not at all for an observer near the ground, to whom no light
+/// lies in one; wholly from where the horizon is two degrees below the level.
+fn share_of_band(uniform: &Uniform) -> f64 {
+    (f64::from(-uniform.horizon).to_degrees() - 1.0).clamp(0.0, 1.0)
 }
 
 /// Where a meter looks: at the middle of each of so many columns and rows of cells. An observer above the ground sees
 /// much of the light in a band about the horizon that is thinner than a cell; there it looks more closely, or what it
-/// says would follow from which cell the band fills.
-fn looks(uniform: &Uniform, variant: u32, [columns, rows]: [u32; 2]) -> Vec<Look> {
+/// says would follow from which cell the band fills. The band counts in a share.
+fn looks(uniform: &Uniform, variant: u32, [columns, rows]: [u32; 2], share: f64) -> Vec<Look> {
     /// The angle between places across the band, in its width, and the most places of a cell.
     const BETWEEN: f64 = 1.0 / 16.0;
     const MOST: f64 = 64.0;
     const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
-    /// The width (degrees) from which a band counts: nobody near the ground sees light in one.
-    const THINNEST: f64 = 1.0;
+    /// Of the places beside the band one in so many stands for them.
+    const BESIDE: usize = 8;
     let camera = &uniform.camera;
     let at = |x: f64, y: f64, part: f64| {
         let place = |part: f64, count: u32| ((part * f64::from(count)) as u32).min(count - 1);
         let view = sky_view(uniform, place(x, camera.width), place(y, camera.height), variant);
-        Look { x, y, view, part }
+        Look { x, y, view, part, is_middle: false }
     };
     let elevation = |look: &Look| f64::from(clamp(look.view.direction.z, -1.0, 1.0)).asin();
     // From the horizon up to the level, or from outside the atmosphere to its edge, and half as far below.
@@ -154,7 +170,7 @@ fn looks(uniform: &Uniform, variant: u32, [columns, rows]: [u32; 2]) -> Vec<Look
         let within = |x: f64, y: f64, part: f64| {
             at((f64::from(column) + x) / f64::from(columns), (f64::from(row) + y) / f64::from(rows), part)
         };
-        let middle = within(0.5, 0.5, 1.0);
+        let middle = Look { is_middle: true, ..within(0.5, 0.5, 1.0) };
         let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]].map(|[x, y]| elevation(&within(x, y, 0.0)));
         let (low, high) = corners
             .into_iter()
@@ -162,22 +178,23 @@ fn looks(uniform: &Uniform, variant: u32, [columns, rows]: [u32; 2]) -> Vec<Look
             .fold((f64::MAX, f64::MIN), |(low, high), elevation| (low.min(elevation), high.max(elevation)));
         let places = ((high - low) / (BETWEEN * width)).min(MOST) as u32;
         let is_beside = low >= band.end || high <= band.start;
-        if width < THINNEST.to_radians() || is_beside || places < 2 {
+        if share == 0.0 || is_beside || places < 2 {
             looks.push(middle);
             continue;
         }
-        let part = 1.0 / f64::from(places);
+        looks.extend((share < 1.0).then_some(Look { part: 1.0 - share, ..middle }));
+        let across = 1.0 / f64::from(places);
+        let part = share * across;
         let closely = (0..places).map(|place| {
             // Hammersley's points: each in a row and in a column of its own, in every cell in other rows.
             let x = f64::from(place.reverse_bits()) / 2f64.powi(32);
             let y = f64::from(place) + (f64::from(cell) * GOLDEN_RATIO).fract();
-            within(x, y * part, part)
+            within(x, y * across, part)
         });
-        let (inside, mut outside): (Vec<_>, Vec<_>) = closely.partition(|look| band.contains(&elevation(look)));
+        let (inside, beside): (Vec<_>, Vec<_>) = closely.partition(|look| band.contains(&elevation(look)));
         looks.extend(inside);
-        // One stands for what lies beside the band.
-        let beside = outside.len() as f64 * part;
-        looks.extend(outside.pop().map(|look| Look { part: beside, ..look }));
+        let of_each = beside.len() as f64 * part / beside.len().div_ceil(BESIDE) as f64;
+        looks.extend(beside.into_iter().step_by(BESIDE).map(|look| Look { part: of_each, ..look }));
     }
     looks.retain(|look| look.view.covered);
     looks

@@ -50,7 +50,7 @@ fn light_from_below(plan: &Plan) -> Vec3 {
     let seen = |node: &Node| direction_seen(&uniform, node.direction(sky).as_vec3(), plan.variant);
     let seen: Vec<(Vec3, Vec3, f32)> = nodes.iter().map(seen).collect();
     let (views, sources): (Vec<Vec3>, Vec<Vec3>) = seen.iter().map(|&(view, source, _)| (view, source)).unzip();
-    let lit = nodes.iter().zip(sky.radiances_of(&views, &sources)).zip(&seen);
+    let lit = nodes.iter().zip(sky.radiances_of(&views, &sources, &sky.base.quadrature)).zip(&seen);
     lit.map(|((node, rgb), &(.., part))| with_ground(&uniform, rgb, part) * node.level() as f32).sum()
 }
 

@@ -276,12 +276,12 @@ impl SkyPlan {
 
     /// [`SkyPlan::radiances`] without a device, so that rendering a planned sky never waits for one.
     pub(crate) fn radiances_here(&self, views: &[Vec3]) -> Vec<Vec3> {
-        self.radiances_of(views, views)
+        self.radiances_of(views, views, &self.base.quadrature)
     }
 
     /// The same of the air in the directions `sources` with the phase functions of `views`; of a fit that is solved at
     /// every pixel, those of the sources.
-    pub(crate) fn radiances_of(&self, views: &[Vec3], sources: &[Vec3]) -> Vec<Vec3> {
+    pub(crate) fn radiances_of(&self, views: &[Vec3], sources: &[Vec3], quadrature: &[Vec2]) -> Vec<Vec3> {
         if self.is_night {
             return Vec::new();
         }
@@ -289,7 +289,7 @@ impl SkyPlan {
         if self.colour_path == ColourPath::Solve {
             return self.radiances_by(rows, sources);
         }
-        self.phased(views, self.constituents_here(rows, &self.base.quadrature, sources))
+        self.phased(views, self.constituents_here(rows, quadrature, sources))
     }
 
     fn phased(&self, views: &[Vec3], constituents: Vec<Constituents>) -> Vec<Vec3> {

@@ -27,8 +27,8 @@ pub use request::Request;
 ///
 /// # Errors
 ///
-/// What is wrong with the device or the files' names, before any work; [`Error::Device`] or [`Error::Write`] for a
-/// failed device or file.
+/// What is wrong with the device or the files' names, before any work; [`crate::Error::Device`] or
+/// [`crate::Error::Write`] for a failed device or file.
 pub fn render(
     scene: &ValidScene,
     request: &Request,

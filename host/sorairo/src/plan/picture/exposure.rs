@@ -10,6 +10,7 @@ use sorairo_shared::picture::below::{SkyView, sky_view, with_ground};
 use sorairo_shared::uniform::{SunDisc, Uniform};
 use sorairo_shared::variant::{self, PixelFormat};
 
+use crate::plan::rays::quadrature::gauss_legendre;
 use crate::plan::sky::SkyPlan;
 use crate::scene::{Exposure, MOST_STOPS, Projection, Scene, stops_of_ev100};
 
@@ -101,12 +102,16 @@ fn mean_logarithm(sky: &SkyPlan, projection: Projection, uniform: &Uniform, vari
     /// What is so many times as bright as the brightest, seven stops below it, counts half: darker still is the black
     /// of space above the limb.
     const BLACK: f64 = 1.0 / 128.0;
+    /// Samples on a piece of a ray from which an observer above the ground gets what a meter needs, of up to 128.
+    const ENOUGH: u32 = 32;
     let closely = share_of_band(uniform);
     let looks = looks(uniform, variant, [12 * finer, 8 * finer], closely);
     let weights = looks.iter().map(|look| look.part * weight(projection, look.x - 0.5, look.y - 0.5));
     let views = looks.iter().map(|look| look.view);
     let (directions, sources): (Vec<Vec3>, Vec<Vec3>) = views.clone().map(|view| (view.direction, view.source)).unzip();
-    let lit = views.zip(sky.radiances_of(&directions, &sources));
+    let all = &sky.base.quadrature[..];
+    let fewer = if closely > 0.0 && all.len() > ENOUGH as usize { &gauss_legendre(ENOUGH)[..] } else { all };
+    let lit = views.zip(sky.radiances_of(&directions, &sources, fewer));
     let luminance =
         |(view, rgb): (SkyView, Vec3)| f64::from(uniform.rgb.luminance(with_ground(uniform, rgb, view.ground)));
     let luminances: Vec<f64> = lit.map(luminance).collect();

@@ -218,7 +218,7 @@ mod tests {
 
     /// Part by part, so that what was found is told while the rest runs.
     #[test]
-    #[ignore = "an hour and a half of a core"]
+    #[ignore = "40 minutes of two cores"]
     fn air_before_a_point_and_light_behind_it_are_the_whole_ray_a_hundred_thousand_times() {
         let (mut pairs, mut failed) = (0, vec![]);
         for seed in 20261129..20261129 + 32 {

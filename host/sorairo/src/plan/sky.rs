@@ -279,8 +279,8 @@ impl SkyPlan {
         self.radiances_of(views, views, &self.base.quadrature)
     }
 
-    /// The same of the air in the directions `sources` with the phase functions of `views`; of a fit that is solved at
-    /// every pixel, those of the sources.
+    /// The same of the air in the directions `sources` with the phase functions of `views`, by a rule of quadrature on
+    /// each piece; of a fit that is solved at every pixel, those of the sources, by the sky's own.
     pub(crate) fn radiances_of(&self, views: &[Vec3], sources: &[Vec3], quadrature: &[Vec2]) -> Vec<Vec3> {
         if self.is_night {
             return Vec::new();

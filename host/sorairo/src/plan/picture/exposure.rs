@@ -1,6 +1,6 @@
 //! Exposure: how a camera meters a sky.
 
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_PI_4, GOLDEN_RATIO, PI};
 
 use sorairo_shared::camera::Camera;
 use sorairo_shared::display::grade::MIDDLE_GREY;
@@ -115,20 +115,24 @@ fn mean_logarithm(sky: &SkyPlan, projection: Projection, uniform: &Uniform, vari
     let luminance =
         |(view, rgb): (SkyView, Vec3)| f64::from(uniform.rgb.luminance(with_ground(uniform, rgb, view.ground)));
     let luminances: Vec<f64> = lit.map(luminance).collect();
-    let middles = luminances.iter().zip(&looks).filter(|(_, look)| look.is_middle).map(|(luminance, _)| *luminance);
-    // Of many places in a thin band the largest would follow from where they lie; the mean by light does not.
-    let (light, square) =
-        luminances.iter().zip(weights.clone()).fold((0.0, 0.0), |(light, square), (luminance, weight)| {
-            (light + weight * luminance, square + weight * luminance * luminance)
-        });
-    let by_light = if light > 0.0 { square / light } else { 0.0 };
-    let brightest = (1.0 - closely) * middles.fold(0.0, f64::max) + closely * by_light;
+    let brightest = brightest(&looks, &luminances, weights.clone(), closely);
     let counted = |luminance: f64| luminance / (luminance + BLACK * brightest);
     let lit = luminances.into_iter().zip(weights).filter(|&(luminance, _)| luminance > 0.0);
     let lit = lit.map(|(luminance, weight)| (luminance, weight * counted(luminance)));
     let (sum, weight) =
         lit.fold((0.0, 0.0), |(sum, all), (luminance, weight)| (sum + weight * luminance.log2(), all + weight));
     (weight > 0.0).then(|| sum / weight)
+}
+
+/// The luminance that counts as the brightest: of the middles of cells the largest. Of many places in a thin band that
+/// would follow from where they lie; as far as they count, it is the mean by light.
+fn brightest(looks: &[Look], luminances: &[f64], weights: impl Iterator<Item = f64>, share: f64) -> f64 {
+    let middles = luminances.iter().zip(looks).filter(|(_, look)| look.is_middle).map(|(luminance, _)| *luminance);
+    let (light, square) = luminances.iter().zip(weights).fold((0.0, 0.0), |(light, square), (luminance, weight)| {
+        (light + weight * luminance, square + weight * luminance * luminance)
+    });
+    let by_light = if light > 0.0 { square / light } else { 0.0 };
+    (1.0 - share) * middles.fold(0.0, f64::max) + share * by_light
 }
 
 /// A place where a meter looks, in parts of the picture's sides, and the part of a cell that it stands for.
@@ -141,6 +145,13 @@ struct Look {
     is_middle: bool,
 }
 
+impl Look {
+    /// The elevation (radians) in which it looks.
+    fn elevation(&self) -> f64 {
+        f64::from(clamp(self.view.direction.z, -1.0, 1.0)).asin()
+    }
+}
+
 /// How much a band about the horizon counts in a meter: not at all for an observer near the ground, to whom no light
 /// lies in one; wholly from where the horizon is two degrees below the level.
 fn share_of_band(uniform: &Uniform) -> f64 {
@@ -151,57 +162,59 @@ fn share_of_band(uniform: &Uniform) -> f64 {
 /// much of the light in a band about the horizon that is thinner than a cell; there it looks more closely, or what it
 /// says would follow from which cell the band fills. The band counts in a share.
 fn looks(uniform: &Uniform, variant: u32, [columns, rows]: [u32; 2], share: f64) -> Vec<Look> {
-    /// The angle between places across the band, in its width, and the most places of a cell.
-    const BETWEEN: f64 = 1.0 / 16.0;
-    const MOST: f64 = 64.0;
-    const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
-    /// Of the places beside the band one in so many stands for them.
-    const BESIDE: usize = 8;
     let camera = &uniform.camera;
-    let at = |x: f64, y: f64, part: f64| {
-        let place = |part: f64, count: u32| ((part * f64::from(count)) as u32).min(count - 1);
-        let view = sky_view(uniform, place(x, camera.width), place(y, camera.height), variant);
-        Look { x, y, view, part, is_middle: false }
-    };
-    let elevation = |look: &Look| f64::from(clamp(look.view.direction.z, -1.0, 1.0)).asin();
-    // From the horizon up to the level, or from outside the atmosphere to its edge, and half as far below.
-    let width = f64::from(min(-uniform.horizon, uniform.lookup_span));
-    let lowest = f64::from(uniform.horizon) - 0.5 * width;
-    let band = lowest..lowest + 1.5 * width;
     // In one allocation: a frame has few.
     let mut looks = Vec::with_capacity((columns * rows) as usize);
     for cell in 0..columns * rows {
-        let (column, row) = (cell % columns, cell / columns);
+        let (column, row) = (f64::from(cell % columns), f64::from(cell / columns));
         let within = |x: f64, y: f64, part: f64| {
-            at((f64::from(column) + x) / f64::from(columns), (f64::from(row) + y) / f64::from(rows), part)
+            let (x, y) = ((column + x) / f64::from(columns), (row + y) / f64::from(rows));
+            let place = |part: f64, count: u32| ((part * f64::from(count)) as u32).min(count - 1);
+            let view = sky_view(uniform, place(x, camera.width), place(y, camera.height), variant);
+            Look { x, y, view, part, is_middle: false }
         };
         let middle = Look { is_middle: true, ..within(0.5, 0.5, 1.0) };
-        let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]].map(|[x, y]| elevation(&within(x, y, 0.0)));
-        let (low, high) = corners
-            .into_iter()
-            .chain([elevation(&middle)])
-            .fold((f64::MAX, f64::MIN), |(low, high), elevation| (low.min(elevation), high.max(elevation)));
-        let places = ((high - low) / (BETWEEN * width)).min(MOST) as u32;
-        let is_beside = low >= band.end || high <= band.start;
-        if share == 0.0 || is_beside || places < 2 {
+        let closely = if share > 0.0 { across_the_band(uniform, cell, &middle, within) } else { Vec::new() };
+        if closely.is_empty() {
             looks.push(middle);
             continue;
         }
         looks.extend((share < 1.0).then_some(Look { part: 1.0 - share, ..middle }));
-        let across = 1.0 / f64::from(places);
-        let part = share * across;
-        let closely = (0..places).map(|place| {
-            // Hammersley's points: each in a row and in a column of its own, in every cell in other rows.
-            let x = f64::from(place.reverse_bits()) / 2f64.powi(32);
-            let y = f64::from(place) + (f64::from(cell) * GOLDEN_RATIO).fract();
-            within(x, y * across, part)
-        });
-        let (inside, beside): (Vec<_>, Vec<_>) = closely.partition(|look| band.contains(&elevation(look)));
-        looks.extend(inside);
-        let of_each = beside.len() as f64 * part / beside.len().div_ceil(BESIDE) as f64;
-        looks.extend(beside.into_iter().step_by(BESIDE).map(|look| Look { part: of_each, ..look }));
+        looks.extend(closely.into_iter().map(|look| Look { part: share * look.part, ..look }));
     }
     looks.retain(|look| look.view.covered);
+    looks
+}
+
+/// Places of a cell in which the band about the horizon lies, each with its part; none in any other. The band reaches
+/// from the horizon to the level, or from outside the atmosphere to its edge, and half as far below.
+fn across_the_band(uniform: &Uniform, cell: u32, middle: &Look, within: impl Fn(f64, f64, f64) -> Look) -> Vec<Look> {
+    /// The angle between places across the band, in its width, and the most places of a cell.
+    const BETWEEN: f64 = 1.0 / 16.0;
+    const MOST: f64 = 64.0;
+    /// Of the places beside the band one in so many stands for them.
+    const BESIDE: usize = 8;
+    let width = f64::from(min(-uniform.horizon, uniform.lookup_span));
+    let lowest = f64::from(uniform.horizon) - 0.5 * width;
+    let band = lowest..lowest + 1.5 * width;
+    let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]].map(|[x, y]| within(x, y, 0.0).elevation());
+    let (low, high) = corners.into_iter().fold((middle.elevation(), middle.elevation()), |(low, high), elevation| {
+        (low.min(elevation), high.max(elevation))
+    });
+    let places = ((high - low) / (BETWEEN * width)).min(MOST) as u32;
+    if low >= band.end || high <= band.start || places < 2 {
+        return Vec::new();
+    }
+    let part = 1.0 / f64::from(places);
+    let all = (0..places).map(|place| {
+        // Hammersley's points: each in a row and in a column of its own, in every cell in other rows.
+        let x = f64::from(place.reverse_bits()) / 2f64.powi(32);
+        let y = f64::from(place) + (f64::from(cell) * GOLDEN_RATIO).fract();
+        within(x, y * part, part)
+    });
+    let (mut looks, beside): (Vec<_>, Vec<_>) = all.partition(|look| band.contains(&look.elevation()));
+    let of_each = beside.len() as f64 * part / beside.len().div_ceil(BESIDE) as f64;
+    looks.extend(beside.into_iter().step_by(BESIDE).map(|look| Look { part: of_each, ..look }));
     looks
 }
 

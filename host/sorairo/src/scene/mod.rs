@@ -27,6 +27,8 @@ mod settings;
 pub(crate) mod sky;
 mod valid;
 
+pub use crate::medium::aerosol::AerosolKind;
+pub use crate::medium::profile::Profile;
 pub use crate::spectra::choice::{AirSpectrum, AlbedoSpectrum, GroundAlbedo, OzoneCrossSection, SunSpectrum};
 pub use crate::spectra::observer::ColourObserver;
 pub use aerosol::{Aeronet, Aerosol, AerosolMode, AerosolProfile, ModeAlbedo, PhaseFunction};

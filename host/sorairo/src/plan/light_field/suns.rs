@@ -19,6 +19,9 @@ pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// How far behind the seen part of the planet the sun matters where it is lower: with 8° nothing comes nearer to a
 /// finer light field.
 const DARK_MARGIN: f64 = 5.0 * DEGREE;
+/// The scale heights of an aerosol that lies high from where its horizon stands for [`DARK_MARGIN`]: the dust of Mars is
+/// seen 12° far, and with 5° its sky under a sun at 14° has 0.7 % less red light, with 8° 0.3.
+const DARK_SCALE_HEIGHTS: f64 = 7.0;
 /// In twilight light comes from where the sun stands as high as this zenith angle.
 const BRIGHT_ENOUGH: f64 = 84.0 * DEGREE;
 
@@ -72,7 +75,8 @@ pub fn sun_nodes(atmosphere: &Atmosphere, altitude: f64, sun: f64) -> Vec<f64> {
     // Where the sun stands as far below the horizon as twice the top of the atmosphere can see, and some more, nothing
     // is lit.
     let night = FRAC_PI_2 + 2.5 * top;
-    let darkest = (sun + seen + top.min(DARK_MARGIN)).min(night);
+    let high_aerosol = -horizon(ground, DARK_SCALE_HEIGHTS * f64::from(atmosphere.aerosol.scale_height));
+    let darkest = (sun + seen + top.min(DARK_MARGIN.max(high_aerosol))).min(night);
     const CLOSE: f64 = 0.3;
     let (centre, seen) = (sun / DEGREE, seen / DEGREE);
     let is_node = |degree: &u32| degree.is_multiple_of(step(*degree, (f64::from(*degree) - centre).abs() - seen));

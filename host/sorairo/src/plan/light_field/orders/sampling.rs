@@ -30,6 +30,23 @@ pub struct Thickness {
     pub fall_off: f64,
 }
 
+impl Thickness {
+    /// Air with less than a thousandth of an optical depth is crossed at once: the height (km) of a panel that rises
+    /// through all that lies above.
+    fn panel_of_rising(self) -> f64 {
+        OF_FALL_OFF * (1.0 + self.thinness()) * self.fall_off
+    }
+
+    /// That of one that falls, through as much as has grown to a thousandth below.
+    fn panel_of_falling(self) -> f64 {
+        (OF_FALL_OFF + self.thinness().ln_1p()) * self.fall_off
+    }
+
+    fn thinness(self) -> f64 {
+        1e-3 / (self.extinction * self.fall_off).max(f64::MIN_POSITIVE)
+    }
+}
+
 /// Optical depth of a panel: the first ones have this, those behind a part of what lies before them.
 const PANEL_DEPTH: f64 = 1.2;
 const OF_DEPTH_BEFORE: f64 = 0.5;
@@ -86,16 +103,21 @@ fn panels<const N: usize>(
     let mut along = 0.0;
     while along < length && depth[1] < OPAQUE {
         let here = altitude(along);
-        let Thickness { extinction, fall_off } = strongest(setting, wavelengths, here);
-        let by_depth = (OF_DEPTH_BEFORE * depth[0]).max(PANEL_DEPTH) / extinction.max(f64::MIN_POSITIVE);
-        // Where the ray is level, the altitude changes with the square of the distance.
-        let climbed = |step: f64| (altitude((along + step).min(length)) - here).abs();
+        let thickness = strongest(setting, wavelengths, here);
+        let by_depth = (OF_DEPTH_BEFORE * depth[0]).max(PANEL_DEPTH) / thickness.extinction.max(f64::MIN_POSITIVE);
         let mut step = by_depth.min(length - along);
-        // Air with less than a thousandth of an optical depth is crossed at once: all that lies above, or as much of it
-        // as has grown to that below.
-        let thin = 1e-3 / (extinction * fall_off).max(f64::MIN_POSITIVE);
-        let panel = if piece.is_rising() { OF_FALL_OFF * (1.0 + thin) } else { OF_FALL_OFF + thin.ln_1p() };
-        while climbed(step) > panel * fall_off {
+        let is_too_long = |step: f64| {
+            // Where the ray is level, the altitude changes with the square of the distance.
+            let there = altitude((along + step).min(length));
+            // Below thin air may lie haze, which grows faster.
+            let height = if piece.is_rising() {
+                thickness.panel_of_rising()
+            } else {
+                thickness.panel_of_falling().min(strongest(setting, wavelengths, there).panel_of_falling())
+            };
+            (there - here).abs() > height
+        };
+        while is_too_long(step) {
             step *= 0.7;
         }
         if along + 1.3 * step > length {

@@ -67,7 +67,7 @@ pub fn best(scene: &Scene, count: u32, sun_elevations: &[f64]) -> Result<Found> 
     check_range("count", f64::from(count), (3.0, 8.0), "wavelengths")?;
     let mut scene = scene.clone();
     (scene.render.fit, scene.render.color, scene.render.bands) = (Fit::Regression, ColourPath::Folded, None);
-    let default_bands = plan(&scene)?.sky.integral().wavelengths.clone();
+    let default_bands = plan(&scene)?.sky.plan().integral().wavelengths.clone();
     let suns: Vec<Sun> = sun_elevations.iter().map(|&sun| Sun::new(&scene, sun, count)).collect::<Result<_>>()?;
     if suns.iter().all(|sun| sun.reference.xyz.iter().all(|xyz| xyz.y <= 0.0)) {
         let complaint = "leave the whole sky dark; give at least one above -20 degrees";
@@ -190,7 +190,7 @@ impl Sun {
         scene.sun.elevation = elevation;
         let plan = plan(&scene)?;
         let reference = Reference::new(&scene)?;
-        let nodes = node_wavelengths(count as usize, plan.sky.integral().optics.gases.is_some());
+        let nodes = node_wavelengths(count as usize, plan.sky.plan().integral().optics.gases.is_some());
         let aerosol = scene.atmosphere.aerosol.optical_depth > 0.0;
         let constituents =
             [Constituent::Air, Constituent::Aerosol].into_iter().filter(|c| *c == Constituent::Air || aerosol);
@@ -204,7 +204,7 @@ impl Sun {
         for spectra in &self.constituents {
             spectra.add(&self.plan, self.nodes, bands, &mut rgb);
         }
-        let to_xyz = self.plan.sky.space.from_xyz.inverse();
+        let to_xyz = self.plan.sky.plan().space.from_xyz.inverse();
         Errors::of(rgb.into_iter().map(|rgb| to_xyz * rgb).zip(self.reference.xyz.iter().copied()))
     }
 }
@@ -214,7 +214,7 @@ impl Spectra {
         let searched: Vec<f64> = (SEARCHED.0..=SEARCHED.1).map(f64::from).collect();
         let targets: Vec<f64> = nodes.iter().copied().chain(observer::wavelengths()).collect();
         let all: Vec<f64> = searched.iter().chain(&targets).copied().collect();
-        let integral = plan.sky.integral();
+        let integral = plan.sky.plan().integral();
         let spectra = |views: &[Vec3], at: &[f64]| {
             let (air, aerosol) =
                 scattered_once(integral, &integral.quadrature, views, (&bands(&integral.optics, at), at.len()));
@@ -227,7 +227,7 @@ impl Spectra {
         let ln = |values: &[f64]| values.iter().map(|value| value.max(DARKEST).ln()).collect::<Vec<f64>>();
         let judged = spectra(&reference.views, &searched);
         let judged = judged.iter().zip(&reference.views).map(|(ray, &view)| {
-            let phase = plan.sky.integral().phases_at(constituent, view, &[OF_PHASE])[0];
+            let phase = plan.sky.plan().integral().phases_at(constituent, view, &[OF_PHASE])[0];
             ray.iter().any(|&value| value > 0.0).then(|| (ln(&ray[..searched.len()]), phase))
         });
         Self {
@@ -253,8 +253,12 @@ impl Spectra {
             weights: vec![1.0; self.training.len()],
         };
         let regressions = regress(&examples, 0..nodes, NO_NOISE);
-        let colours =
-            plan.sky.training().node_weights(self.constituent, &examples, &regressions, &observer::wavelengths());
+        let colours = plan.sky.plan().training().node_weights(
+            self.constituent,
+            &examples,
+            &regressions,
+            &observer::wavelengths(),
+        );
         for (rgb, judged) in rgb.iter_mut().zip(&self.judged) {
             let Some((ray, phase)) = judged else { continue };
             let logarithms = at(ray);

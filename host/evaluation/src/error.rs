@@ -89,7 +89,7 @@ pub fn true_xyz(scene: &Scene, views: &[Vec3]) -> Result<Vec<DVec3>> {
     let mut cheapest = scene.clone();
     (cheapest.render.fit, cheapest.render.bands) = (Fit::Transfer, None);
     cheapest.render.color = ColourPath::Folded;
-    let dense = DenseSpectrum::over_steps(&plan(&cheapest)?.sky);
+    let dense = DenseSpectrum::over_steps(plan(&cheapest)?.sky.plan());
     let weights: Vec<DVec3> =
         observer::wavelengths().into_iter().map(|nm| observer::weights(scene.render.observer, nm)).collect();
     let sum = |view: &Vec3| dense.radiance(*view).into_iter().zip(&weights).map(|(radiance, &w)| w * radiance).sum();
@@ -98,14 +98,14 @@ pub fn true_xyz(scene: &Scene, views: &[Vec3]) -> Result<Vec<DVec3>> {
 
 /// A plan's XYZ in a direction, integrated there, before it is brought into the gamut of the display (W·m⁻²·sr⁻¹).
 pub fn xyz(plan: &Plan, view: Vec3) -> DVec3 {
-    let (sky, integral) = (&plan.sky, plan.sky.integral());
+    let (sky, integral) = (&plan.sky, plan.sky.plan().integral());
     if is_solved_cubic(integral.variant) {
         let irradiance = integral.bands[0].fit_irradiance.to_array();
         let transfer = integral.transfer(view);
         let radiance = Vec4::from_array(std::array::from_fn(|i| transfer[i] as f32 * irradiance[i]));
-        return observe_cubic(integral.uniform.band_wavelengths, radiance, &sky.colours().rows).as_dvec3();
+        return observe_cubic(integral.uniform.band_wavelengths, radiance, &sky.plan().colours().rows).as_dvec3();
     }
-    sky.space.from_xyz.inverse() * integral.rgb(view, sky.constituents(&[view])[0]).as_dvec3()
+    sky.plan().space.from_xyz.inverse() * integral.rgb(view, sky.plan().constituents(&[view])[0]).as_dvec3()
 }
 
 #[cfg(test)]
@@ -129,7 +129,7 @@ mod tests {
             (scene.render.fit, scene.render.color, scene.render.bands) = (fit, color, bands);
             let plan = plan(&scene).unwrap();
             for view in views(&scene) {
-                let rgb = (plan.sky.space.from_xyz * xyz(&plan, view)).as_vec3();
+                let rgb = (plan.sky.plan().space.from_xyz * xyz(&plan, view)).as_vec3();
                 let (mapped, drawn) = (into_gamut(rgb, &plan.uniform.rgb), plan.radiance(view));
                 // Folding the rows in single precision rounds each of a dozen terms that nearly cancel.
                 assert!(

@@ -67,7 +67,7 @@ pub fn light_fields(care: Care) -> Result<Vec<Measured>> {
         let mut scene = Scene::preset(preset);
         (scene.sun.elevation, scene.render.fit) = (sun, Fit::Transfer);
         let sky = Sky::new(&scene)?;
-        measured.extend(of_sky(name, sky.integral(), care)?);
+        measured.extend(of_sky(name, sky.plan().integral(), care)?);
     }
     Ok(measured)
 }

@@ -161,7 +161,7 @@ pub fn compare(change: Change) -> Result<Vec<Comparison>> {
         let distance = std::mem::replace(&mut scene.sun.distance, 1.0);
         let irradiance: Vec<f64> = bands.iter().map(|&band| solar_irradiance(band, distance)).collect();
         let sky = Sky::new(&scene)?;
-        let dense = DenseSpectrum::new(&sky, &middles);
+        let dense = DenseSpectrum::new(sky.plan(), &middles);
         let sun = direction(directions[0].sun_elevation, directions[0].sun_azimuth);
         for measured in &directions {
             let view = direction(measured.elevation, measured.azimuth);

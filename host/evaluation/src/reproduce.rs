@@ -142,11 +142,11 @@ pub fn table_1() -> Result<Vec<Row>> {
     for sun in SUNS {
         let plans = FITS.map(|(fit, _)| plan(&paper(fit, sun)));
         let plans: Vec<Plan> = plans.into_iter().collect::<Result<_>>()?;
-        let dense = DenseSpectrum::new(&plans[0].sky, &wavelengths);
+        let dense = DenseSpectrum::new(plans[0].sky.plan(), &wavelengths);
         let views: Vec<Vec3> = pixels(&plans[0], 4).into_iter().flatten().collect();
         let reference: Vec<Vec<f64>> = views.par_iter().map(|&view| dense.radiance(view)).collect();
         for (plan, pairs) in plans.iter().zip(&mut pairs) {
-            let fitted = SpectralPlan::of_own_bands(&plan.sky, &wavelengths);
+            let fitted = SpectralPlan::of_own_bands(plan.sky.plan(), &wavelengths);
             let of_view = |(view, reference): (&Vec3, &Vec<f64>)| {
                 fitted.radiance(*view).into_iter().zip(reference.iter().copied()).collect::<Vec<_>>()
             };
@@ -178,7 +178,7 @@ fn draw(folder: &Path, sun: f64) -> Result<Vec<Errors>> {
     let reference = image(&dense);
     let exposure = Plan::new(&paper(Fit::Transfer, sun).validated()?, PixelFormat::LinearRgb).uniform.exposure;
     let picture = |name: &str, xyz: &[DVec3]| {
-        let (to_rgb, space) = (dense.sky.space.from_xyz, &dense.uniform.rgb);
+        let (to_rgb, space) = (dense.sky.plan().space.from_xyz, &dense.uniform.rgb);
         let bytes = xyz.iter().flat_map(|&xyz| {
             srgb8(into_gamut((to_rgb * xyz).as_vec3(), space), exposure, NEAREST).to_le_bytes().into_iter().take(3)
         });

@@ -33,8 +33,8 @@ impl Sky {
             exposure: plan.exposure(),
             exr_exposure: plan.linear_exposure(scene.render.exr),
             scene,
-            space: plan.sky.space,
-            display: plan.sky.display(),
+            space: plan.sky.plan().space,
+            display: plan.sky.plan().display(),
         })
     }
 }

@@ -46,13 +46,16 @@ fn between_its_nodes_a_table_of_light_is_that_of_surfaces_and_of_the_suns_beam()
     let wavelengths: Vec<f64> = observer::wavelengths().into_iter().flat_map(around).collect();
     let rgb = |sky: &Sky, spectrum: &[f64]| {
         let steps: Vec<f64> = spectrum.chunks(5).map(|five| five.iter().sum::<f64>() / 5.0).collect();
-        sky.space.into_gamut(sky.space.from_xyz * observer::xyz_of_samples(sky.observer, &steps)).to_array()
+        sky.plan()
+            .space
+            .into_gamut(sky.plan().space.from_xyz * observer::xyz_of_samples(sky.plan().observer, &steps))
+            .to_array()
     };
     let (mut direct_worst, mut diffuse_worst, mut harmonics_worst) = (0.0f64, 0.0f64, 0.0f64);
     for (altitude, sun) in [(0.0, 71.0), (0.4, 33.0), (1.3, 12.3), (0.05, 4.4), (3.3, 2.2), (7.0, 52.0), (15.0, 21.0)] {
         let (sky, light) = (sky(altitude, sun), table().at(altitude, sun));
         let through = sky.transmittance(&wavelengths).unwrap();
-        let optics = sky.scene.optics();
+        let optics = sky.scene().optics();
         let beam: Vec<f64> = wavelengths.iter().zip(through).map(|(&nm, t)| t * optics.solar_irradiance(nm)).collect();
         let fallen = sky.irradiance(&[Surface::default()], &wavelengths).unwrap().remove(0);
         let errors =

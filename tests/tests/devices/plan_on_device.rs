@@ -98,7 +98,7 @@ fn multiply_scattered_light_of_a_device_is_that_of_the_processor() {
     let on_device = gpu::light_fields(&device, &queue);
     let mut seen = Vec::new();
     for (name, scene) in skies() {
-        let integral = |fields: &LightFields| planned(&scene, fields).integral().clone();
+        let integral = |fields: &LightFields| planned(&scene, fields).plan().integral().clone();
         let (found, expected) = (by_device_alone(&name, &on_device, integral), integral(&LightFields::default()));
         let off = apart(&flat(&found.multiple), &flat(&expected.multiple));
         println!("{name}: {off:.1e}, {} orders", found.orders_made[0].computed);
@@ -150,7 +150,7 @@ fn spectra_of_a_sky_planned_on_a_device_are_those_of_the_processor() {
     assert_eq!(skies.len(), suns.len());
     for (name, scene) in skies {
         let spectra = |fields: &LightFields| -> Vec<f32> {
-            let plan = SpectralPlan::new(&planned(&scene, fields), &wavelengths);
+            let plan = SpectralPlan::new(planned(&scene, fields).plan(), &wavelengths);
             plan.radiance_of_directions(&views).into_iter().map(|radiance| radiance as f32).collect()
         };
         let (found, expected) = (by_device_alone(&name, &on_device, spectra), spectra(&LightFields::default()));
@@ -197,7 +197,7 @@ fn stokes_vectors_of_a_sky_planned_on_a_device_are_those_of_the_processor() {
 fn a_device_that_passes_nothing_through_plans_the_same_sky() {
     let (device, queue) = opened(wgpu::Features::empty());
     let scene = &skies()[3].1;
-    let integral = |fields: &LightFields| planned(scene, fields).integral().clone();
+    let integral = |fields: &LightFields| planned(scene, fields).plan().integral().clone();
     let on_device = gpu::light_fields(&device, &queue);
     let (found, expected) = (by_device_alone("translated", &on_device, integral), integral(&LightFields::default()));
     let off = apart(&flat(&found.multiple), &flat(&expected.multiple));
@@ -209,7 +209,7 @@ fn where_the_device_is_lost_the_processor_plans() {
     let (device, queue) = with_passthrough();
     let fields = gpu::light_fields(&device, &queue);
     let scene = &skies()[0].1;
-    let rows = |fields: &LightFields| planned(scene, fields).colours().rows.clone();
+    let rows = |fields: &LightFields| planned(scene, fields).plan().colours().rows.clone();
     let before = rows(&fields);
     device.destroy();
     let (lost, processor) = (rows(&fields.emptied()), rows(&LightFields::default()));
@@ -228,7 +228,7 @@ fn kernels_of_plans_on_a_device_are_their_functions_on_the_processor() {
         let interpreted = Arc::new(Interpreted::default());
         let fields = LightFields::on_device(interpreted.clone());
         let [found, expected] = [&gpu::light_fields(&device, &queue), &fields]
-            .map(|fields| by_device_alone(&name, fields, |fields| planned(&scene, fields).integral().clone()));
+            .map(|fields| by_device_alone(&name, fields, |fields| planned(&scene, fields).plan().integral().clone()));
         let off = apart(&flat(&found.multiple), &flat(&expected.multiple));
         println!("{name}: {off:.1e}");
         assert!(off < SAME_FUNCTION, "{name}: {off:e}");
@@ -242,7 +242,7 @@ fn a_sky_that_a_device_planned_is_drawn_without_asking_it_again() {
     let device = Arc::new(Interpreted::default());
     let sky = planned(&skies()[1].1, &LightFields::on_device(device.clone()));
     assert!(device.calls() > 0, "its samples");
-    sky.colours();
+    sky.plan().colours();
     let asked = device.calls();
     for projection in [Projection::Equirectangular, Projection::Perspective, Projection::Fisheye] {
         for pixel in [PixelFormat::LinearRgb, PixelFormat::Picture] {
@@ -255,8 +255,8 @@ fn a_sky_that_a_device_planned_is_drawn_without_asking_it_again() {
     let mut near = skies()[1].1.clone();
     // Lower: at 15° a sun stands half way between two centres, and belongs to the one below.
     near.sun.elevation -= 0.01;
-    let again = planned(&near, &sky.base.light_fields);
-    again.colours();
+    let again = planned(&near, &sky.plan().base.light_fields);
+    again.plan().colours();
     assert!(device.calls() > asked && device.calls() < 2 * asked, "{} after {asked}", device.calls());
 }
 
@@ -298,7 +298,11 @@ fn where_the_device_finds_no_numbers_the_processor_plans() {
     let scene = &skies()[2].1;
     let colours = |fields: &LightFields| {
         let sky = planned(scene, fields);
-        (sky.integral().multiple.clone(), sky.colours().rows.clone(), sky.lookup_grid(GridKind::Rows))
+        (
+            sky.plan().integral().multiple.clone(),
+            sky.plan().colours().rows.clone(),
+            sky.plan().lookup_grid(GridKind::Rows),
+        )
     };
     let broken = LightFields::on_device(Arc::new(Broken(Interpreted::default(), "broken")));
     assert!(colours(&broken) == colours(&LightFields::default()), "to the bit");
@@ -355,11 +359,11 @@ fn a_device_that_fails_plans_is_told_once_and_every_failure_counts() {
     ] {
         let name = device.name();
         let fields = LightFields::on_device(device);
-        planned(scene, &fields).colours();
+        planned(scene, &fields).plan().colours();
         let after_one = fields.device_uses();
         // Its samples, what the fit learns, its light field, its exposure.
         assert!(after_one.failed >= 4 && after_one.answered == 0, "{name}: {after_one:?}");
-        planned(scene, &fields.emptied()).colours();
+        planned(scene, &fields.emptied()).plan().colours();
         assert!(fields.device_uses().failed > after_one.failed, "{name}: they count together");
         let warnings = WARNINGS.0.lock().unwrap();
         let warnings: Vec<_> = warnings.iter().filter(|warning| warning.contains(&format!("{name:?}"))).collect();
@@ -367,7 +371,7 @@ fn a_device_that_fails_plans_is_told_once_and_every_failure_counts() {
         assert!(warnings[0].ends_with("planning on the CPU"), "{warnings:?}");
     }
     let fields = LightFields::on_device(Arc::new(Interpreted::default()));
-    planned(scene, &fields).colours();
+    planned(scene, &fields).plan().colours();
     let DeviceUses { answered, failed } = fields.device_uses();
     assert!(answered > 0 && failed == 0, "negative control");
     assert_eq!(LightFields::default().device_uses(), DeviceUses::default(), "the processor is no device");

@@ -284,7 +284,7 @@ fn light_fields_that_are_asked_for_twice_are_the_same() {
         ("device's own", &|| backend.own_light_fields().unwrap()),
     ] as [(&str, &dyn Fn() -> LightFields); 3]
     {
-        SkyPlan::with_light_fields(&sky(25.0).scene, Rgb::Srgb, &ask()).integral();
+        SkyPlan::with_light_fields(sky(25.0).scene(), Rgb::Srgb, &ask()).integral();
         let kept = format!("{:?}", ask());
         assert!(kept.starts_with("LightFields") && kept != format!("{:?}", ask().emptied()), "{name}: {kept}");
     }
@@ -331,7 +331,7 @@ fn a_camera_that_turns_zooms_or_grows_plans_nothing_of_the_sky_anew() {
     for camera in cameras() {
         let plan = Plan::seen(&sky, &camera, PixelFormat::LinearRgb).unwrap();
         assert!(plan.sky.is_same(&sky), "{camera:?}");
-        let mut scene = Scene::clone(&sky.scene);
+        let mut scene = Scene::clone(sky.scene());
         scene.camera = camera;
         let anew = Plan::new(&scene.validated().unwrap(), PixelFormat::LinearRgb);
         assert_eq!((plan.variant, &plan.lookup.size, plan.uniform), (anew.variant, &anew.lookup.size, anew.uniform));
@@ -428,7 +428,7 @@ fn a_wrong_target_or_camera_is_refused_and_the_device_goes_on() {
     let wide = CameraScene { fov: Some(500.0), projection: Projection::Perspective, ..camera.clone() };
     let refused = renderer.encode(&mut encoder, &sky, &wide, &Target::Texture(&good)).unwrap_err();
     assert!(matches!(refused, Error::OutOfRange { .. }), "{refused}");
-    let xyz = Sky::from(SkyPlan::new(&sky.scene, Rgb::Xyz));
+    let xyz = Sky::with_light_fields(sky.scene(), Rgb::Xyz, &LightFields::default());
     let refused = renderer.encode(&mut encoder, &xyz, &camera, &Target::Texture(&good)).unwrap_err();
     assert!(refused.to_string().contains("render.rgb"), "{refused}");
     renderer.encode(&mut encoder, &sky, &camera, &Target::Texture(&good)).unwrap();

@@ -79,7 +79,7 @@ fn hills_are_seen_through_the_air_that_each_pixel_has() {
                 DVec3::from_array(transmittance) * beauty(seen) + DVec3::from_array(radiance)
             })
             .collect();
-        let to_xyz = sky.space.from_xyz.inverse();
+        let to_xyz = sky.plan().space.from_xyz.inverse();
         let mut worst = (0.0, 0);
         for (at, expected) in expected.iter().enumerate() {
             let found = DVec3::from_array(std::array::from_fn(|i| f64::from(found.rgb[3 * at + i])));

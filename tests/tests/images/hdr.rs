@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use sorairo::LightFields;
 use sorairo::encoding::Image;
-use sorairo::low_level::plan::SkyPlan;
 use sorairo::scene::{Display, Rgb, ViewTransform};
 use sorairo::{Device, PixelFormat, Plan, Preset, Scene, Sky};
 use sorairo_shared::glam::DVec3;
@@ -139,7 +139,7 @@ fn an_image_of_the_library_is_saved_in_high_dynamic_range_where_it_has_the_colou
 #[test]
 fn a_view_transform_and_a_target_of_8_bits_are_refused() {
     let mut scene = hdr();
-    let sky = Sky::from(SkyPlan::new(&scene.validated().unwrap(), Rgb::Rec2020));
+    let sky = Sky::with_light_fields(&scene.validated().unwrap(), Rgb::Rec2020, &LightFields::default());
     let refused = Plan::seen(&sky, &scene.camera, PixelFormat::Picture).unwrap_err().to_string();
     assert!(refused.contains("render.display is rec2100-pq") && refused.contains("8 bits"), "{refused}");
     for view in [ViewTransform::Aces, ViewTransform::Srgb] {

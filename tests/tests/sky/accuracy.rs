@@ -18,7 +18,7 @@ const REFERENCE_TOLERANCE: f64 = 1e-6;
 /// The transfer at the plan's bands against the oracle, over the sky; brighter than a part of the sky's maximum.
 fn compare_sky(scene: &Scene, above: f64) -> Worst {
     let plan = plan_of(scene, PixelFormat::LinearRgb);
-    let bands = bands(scene, &plan.sky);
+    let bands = bands(scene, plan.sky.plan());
     let medium = medium(scene);
     let azimuths = (0..=12).map(|i| 15.0 * f64::from(i));
     let views: Vec<(f64, f64)> =
@@ -27,10 +27,10 @@ fn compare_sky(scene: &Scene, above: f64) -> Worst {
         .into_par_iter()
         .flat_map_iter(|(elevation, azimuth)| {
             let view = direction(elevation, azimuth).as_vec3();
-            let values = plan.sky.integral().transfer(view);
+            let values = plan.sky.plan().integral().transfer(view);
             let references =
                 scattered_radiance_bands_within(REFERENCE_TOLERANCE, &medium, &bands, &ray(scene, elevation, azimuth));
-            let triples = values.into_iter().zip(references).zip(&plan.sky.integral().wavelengths);
+            let triples = values.into_iter().zip(references).zip(&plan.sky.plan().integral().wavelengths);
             triples.map(move |((value, reference), nm)| {
                 (value, reference, format!("elevation {elevation}, azimuth {azimuth}, {nm} nm"))
             })

@@ -30,7 +30,7 @@ fn scene(kind: AerosolKind, depth: f64, sun: f64) -> Scene {
 pub fn radiance(scene: &Scene, wavelength: f64, views: &[(f64, f64)]) -> Vec<f64> {
     let scene = scene.clone().validated().unwrap();
     let sky = sky_of(&scene);
-    let dense = DenseSpectrum::new(&sky, &[wavelength]);
+    let dense = DenseSpectrum::new(sky.plan(), &[wavelength]);
     views.iter().map(|&(elevation, azimuth)| dense.radiance(direction(elevation, azimuth).as_vec3())[0]).collect()
 }
 

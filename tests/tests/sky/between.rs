@@ -44,10 +44,10 @@ fn light_of_a_ray_is_that_of_its_near_part_and_what_comes_through_it() {
             let mut scene = preset.clone();
             (scene.observer.altitude, scene.sun.elevation) = (altitude, sun);
             let here = sky(&scene);
-            let whole = DenseSpectrum::new(&here, &WAVELENGTHS).radiance(direction(elevation, azimuth).as_vec3());
+            let whole = DenseSpectrum::new(here.plan(), &WAVELENGTHS).radiance(direction(elevation, azimuth).as_vec3());
             let (there, onwards) = from_there(&scene, (elevation, azimuth), distance);
             let onwards = direction(onwards.0, onwards.1).as_vec3();
-            let far = DenseSpectrum::new(&sky(&there), &WAVELENGTHS).radiance(onwards);
+            let far = DenseSpectrum::new(sky(&there).plan(), &WAVELENGTHS).radiance(onwards);
             let near = between(&here, elevation, azimuth, distance);
             let brightest = whole.iter().copied().fold(0.0, f64::max);
             let what = format!("{:?}, {altitude} km, sun at {sun}°, {elevation}° up, {distance} km", scene.began_as());
@@ -102,7 +102,7 @@ fn no_distance_changes_nothing_and_all_of_it_is_the_sky() {
     for sample in between(&sky, 10.0, 40.0, 0.0) {
         assert_eq!((sample.transmittance, sample.radiance), (1.0, 0.0));
     }
-    let whole = DenseSpectrum::new(&sky, &WAVELENGTHS).radiance(direction(10.0, 40.0).as_vec3());
+    let whole = DenseSpectrum::new(sky.plan(), &WAVELENGTHS).radiance(direction(10.0, 40.0).as_vec3());
     for (sample, whole) in between(&sky, 10.0, 40.0, f64::INFINITY).iter().zip(whole) {
         // The light scattered more than once is seen through the rows of a lookup there.
         assert!((sample.radiance / whole - 1.0).abs() < 2e-3, "{sample:?}, {whole:e}");
@@ -142,7 +142,7 @@ fn all_the_air_has_the_colour_of_the_sky() {
         for (elevation, azimuth) in [(0.5, 20.0), (5.0, 160.0), (60.0, 90.0)] {
             let found = air.until(&Direction { elevation, azimuth }, f64::INFINITY).unwrap();
             let found = Vec3::from_array(found.radiance.map(|value| value as f32));
-            let colour = sky.rgb_towards(direction(elevation, azimuth).as_vec3());
+            let colour = sky.plan().rgb_towards(direction(elevation, azimuth).as_vec3());
             let off = (found - colour).abs().max_element() / colour.max_element();
             // What the fit of colours leaves of the sky: see docs/accuracy.md.
             assert!(off < 0.01, "{preset:?}, sun at {sun}°, {elevation}° up: {found}, not {colour}");
@@ -162,7 +162,7 @@ fn a_wall_in_the_sun_is_reddened_as_its_spectrum_is() {
     let seen = sky.between(&nodes).unwrap().until(&at, 50.0).unwrap();
     let xyz = |of: &dyn Fn(usize) -> f64| {
         let spectrum: Vec<f64> = (0..nodes.len()).map(|i| of(i) * optics.solar_irradiance(nodes[i])).collect();
-        sky.space.from_xyz * observer::xyz_of_samples(sky.observer, &spectrum)
+        sky.plan().space.from_xyz * observer::xyz_of_samples(sky.plan().observer, &spectrum)
     };
     let expected: DVec3 = xyz(&|i| seen[i].transmittance) / xyz(&|_| 1.0);
     let found = DVec3::from_array(sky.between_rgb().until(&at, 50.0).unwrap().transmittance);

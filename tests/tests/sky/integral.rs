@@ -25,7 +25,7 @@ fn plan(scene: &Scene) -> Plan {
 
 /// The transfer at the plan's bands towards an elevation and an azimuth (degrees).
 fn seen(plan: &Plan, elevation: f64, azimuth: f64) -> [f64; 4] {
-    let transfer = plan.sky.integral().transfer(direction(elevation, azimuth).as_vec3());
+    let transfer = plan.sky.plan().integral().transfer(direction(elevation, azimuth).as_vec3());
     std::array::from_fn(|i| transfer[i])
 }
 
@@ -96,7 +96,7 @@ fn the_step_at_the_edge_of_the_ground_is_that_of_the_oracle() {
             let mut scene = scene(Preset::Earth, sun, "8x4");
             scene.observer.altitude = altitude;
             let plan = plan(&scene);
-            let bands = bands(&scene, &plan.sky);
+            let bands = bands(&scene, plan.sky.plan());
             let ground = scene.atmosphere.ground_radius;
             let horizon = -(ground / (ground + altitude)).acos().to_degrees();
             for elevation in [horizon - 0.01, horizon + 0.01] {

@@ -21,7 +21,7 @@ fn sky(altitude: f64, sun: f64) -> Sky {
 
 /// What a camera sees whose middle is the horizon.
 fn seen(sky: &Sky, size: &str) -> Plan {
-    let horizon = directions::horizon(sky.scene.atmosphere.ground_radius, sky.scene.observer.altitude).to_degrees();
+    let horizon = directions::horizon(sky.scene().atmosphere.ground_radius, sky.scene().observer.altitude).to_degrees();
     let camera = CameraScene {
         projection: Projection::Perspective,
         size: size.parse().unwrap(),

@@ -161,9 +161,9 @@ fn modes_in_layers_of_their_own_scatter_as_rays_that_march() {
             // That of a mode without a kind: clean country's.
             aerosol_asymmetry: 0.709,
         };
-        let coefficients: Vec<_> = bands(&scene, &plan.sky)
+        let coefficients: Vec<_> = bands(&scene, plan.sky.plan())
             .into_iter()
-            .zip(&plan.sky.integral().wavelengths)
+            .zip(&plan.sky.plan().integral().wavelengths)
             .map(|(coefficients, nm)| {
                 let depth = 0.13 * (nm / 550.0).powf(-1.3) / height;
                 oracle::Coefficients {
@@ -177,7 +177,7 @@ fn modes_in_layers_of_their_own_scatter_as_rays_that_march() {
         let views: Vec<(f64, f64)> =
             [1.0, 6.0, 25.0, 80.0].iter().flat_map(|&up| [3.0, 70.0, 175.0].map(|azimuth| (up, azimuth))).collect();
         let of_view = |&(elevation, azimuth): &(f64, f64)| {
-            let found = plan.sky.base.transfer(direction(elevation, azimuth).as_vec3());
+            let found = plan.sky.plan().base.transfer(direction(elevation, azimuth).as_vec3());
             (found, air.scattered_once(&coefficients, &ray(&scene, elevation, azimuth)))
         };
         let both: Vec<_> = views.par_iter().map(of_view).collect();

@@ -320,7 +320,7 @@ fn lights(scene: &Scene) -> Vec<Vec<f64>> {
     let sky = sky_of(&scene);
     let rows = (0..20).map(|row| 90.0 * (f64::from(row) / 19.0).powi(2));
     let views = rows.flat_map(|elevation| (0..7).map(move |column| direction(elevation, 30.0 * f64::from(column))));
-    views.map(|view| sky.integral().transfer(view.as_vec3())).collect()
+    views.map(|view| sky.plan().integral().transfer(view.as_vec3())).collect()
 }
 
 /// In twilight the ground away from the sun that a light field is about is as dark as under its own sun, which from a
@@ -359,7 +359,7 @@ fn the_ground_seen_from_above_in_twilight_is_that_of_the_oracle() {
         let paths = Paths { number: 1 << 17, seed: 1 };
         let oracle = radiance_of_all_orders(&medium, &band, &ray(&scene, elevation, azimuth), paths);
         let sky = sky_of(&scene);
-        let found = DenseSpectrum::new(&sky, &[550.0]).radiance(direction(elevation, azimuth).as_vec3())[0];
+        let found = DenseSpectrum::new(sky.plan(), &[550.0]).radiance(direction(elevation, azimuth).as_vec3())[0];
         println!("{elevation}, {azimuth}: {found:e}, {oracle:?}");
         // A twentieth of what was lost; four standard errors, and what a light field in twilight may be off.
         assert!(oracle.standard_error < 0.03 * oracle.mean, "{oracle:?}");
@@ -375,7 +375,7 @@ fn ground(sun: f64, altitude: f64, elevation: f64) -> f64 {
     let mut scene = Air::Standard.under(sun);
     scene.observer.altitude = altitude;
     let sky = sky_of(&scene);
-    DenseSpectrum::new(&sky, &[550.0]).radiance(direction(elevation, 170.0).as_vec3())[0]
+    DenseSpectrum::new(sky.plan(), &[550.0]).radiance(direction(elevation, 170.0).as_vec3())[0]
 }
 
 /// Where light is scattered once over black ground, all that belongs to more of it is left out.
@@ -401,7 +401,7 @@ fn every_order_adds_light() {
         let mut scene = Scene::preset(Preset::Standard);
         scene.render.orders = orders;
         let sky = sky_of(&scene);
-        sky.rgb_towards(direction(40.0, 120.0).as_vec3()).y
+        sky.plan().rgb_towards(direction(40.0, 120.0).as_vec3()).y
     };
     let sums: Vec<f32> = [1, 2, 3, 4, 20].into_iter().map(|n| luminance(Orders::UpTo(n))).collect();
     assert!(sums.windows(2).all(|pair| pair[0] < pair[1]), "{sums:?}");
@@ -455,7 +455,7 @@ fn the_ground_is_as_bright_as_the_light_that_falls_on_it() {
         for channel in 0..3 {
             let fallen = light.irradiance_rgb[channel] + light.sun_irradiance_rgb[channel] * sun.to_radians().sin();
             let expected = 0.4 * fallen / std::f64::consts::PI;
-            let found = f64::from(sky.rgb_towards(-Vec3::Z)[channel]);
+            let found = f64::from(sky.plan().rgb_towards(-Vec3::Z)[channel]);
             // The irradiance is a sum over 1536 directions, the sun a disc there and a point here.
             assert!((found / expected - 1.0).abs() < 0.01, "sun at {sun}, channel {channel}: {found} for {expected}");
         }
@@ -479,9 +479,9 @@ fn a_spectrum_is_that_of_each_wavelength() {
         let mut scene = Scene::preset(preset);
         (scene.sun.elevation, scene.observer.altitude) = (sun, altitude);
         let sky = sky_of(&scene);
-        let spectral = SpectralPlan::new(&sky, &wavelengths);
-        let of_colour = SpectralPlan::of_own_bands(&sky, &wavelengths);
-        let dense = DenseSpectrum::new(&sky, &wavelengths);
+        let spectral = SpectralPlan::new(sky.plan(), &wavelengths);
+        let of_colour = SpectralPlan::of_own_bands(sky.plan(), &wavelengths);
+        let dense = DenseSpectrum::new(sky.plan(), &wavelengths);
         let (mut worst, mut worst_of_colour) = ((0.0, String::new()), 0.0f64);
         for (i, elevation) in [0.5, 3.0, 10.0, 25.0, 45.0, 70.0, 90.0, -2.0, -30.0, -80.0].into_iter().enumerate() {
             let azimuth = scene.sun.azimuth + 30.0 * (i as f64);
@@ -520,7 +520,7 @@ fn a_few_wavelengths_are_bands_themselves() {
     scene.sun.elevation = 5.0;
     let sky = sky_of(&scene);
     let wavelengths = [830.0, 360.0, 433.0, 500.0];
-    let (spectral, dense) = (SpectralPlan::new(&sky, &wavelengths), DenseSpectrum::new(&sky, &wavelengths));
+    let (spectral, dense) = (SpectralPlan::new(sky.plan(), &wavelengths), DenseSpectrum::new(sky.plan(), &wavelengths));
     assert_eq!((spectral.integral.wavelengths.len(), spectral.validation.is_none()), (7, true));
     for elevation in [1.0, 30.0, -20.0] {
         let view = direction(elevation, 40.0).as_vec3();
@@ -613,7 +613,7 @@ fn returned(scene: &Scene, wavelengths: &[f64]) -> Vec<f64> {
         let mut scene = scene.clone();
         scene.sun.elevation = sine.asin().to_degrees();
         let sky = sky_of(&scene);
-        let dense = DenseSpectrum::new(&sky, wavelengths);
+        let dense = DenseSpectrum::new(sky.plan(), wavelengths);
         for view in gauss_legendre(48) {
             let cosine = f64::from(view.x).powi(2);
             let weight = 1.35 / 2.0 * f64::from(place.y) * f64::from(view.y) * 4.0 * f64::from(view.x).powi(3);

@@ -40,7 +40,7 @@ fn stokes_in_rgb(scene: &Scene, directions: &[Direction]) -> Vec<[DVec3; 3]> {
     let spectra = sky.stokes(&wavelengths, StokesFrame::Camera).unwrap();
     let in_rgb = |spectrum: &Vec<sorairo::Stokes>| {
         spectrum.iter().fold([DVec3::ZERO; 3], |sums, at| {
-            let weight = sky.space.from_xyz * observer::weights(sky.observer, at.wavelength_nm);
+            let weight = sky.plan().space.from_xyz * observer::weights(sky.plan().observer, at.wavelength_nm);
             let values = [at.stokes_i, at.stokes_q, at.stokes_u];
             std::array::from_fn(|k| sums[k] + weight * values[k])
         })

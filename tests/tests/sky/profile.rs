@@ -82,12 +82,12 @@ fn largest_error(sun: f64, refraction: bool, altitude: f64) -> f64 {
         excess: &excess,
         aerosol_asymmetry: a.aerosol.asymmetry,
     };
-    let bands = bands(&scene, &plan.sky);
+    let bands = bands(&scene, plan.sky.plan());
     let below = if altitude > 0.0 { &[-80.0, -20.0, -2.8, -1.0][..] } else { &[] };
     let towards = |&up: &f64| [3.0, 70.0, 175.0].map(|azimuth| (up, azimuth));
     let views: Vec<(f64, f64)> = [0.3, 1.0, 6.0, 25.0, 80.0].iter().chain(below).flat_map(towards).collect();
     let of_view = |&(elevation, azimuth): &(f64, f64)| {
-        let found = plan.sky.base.transfer(direction(elevation, azimuth).as_vec3());
+        let found = plan.sky.plan().base.transfer(direction(elevation, azimuth).as_vec3());
         (found, air.scattered_once(&bands, &ray(&scene, elevation, azimuth)))
     };
     let both: Vec<_> = views.par_iter().map(of_view).collect();
@@ -152,7 +152,7 @@ fn light_of_all_orders_in_measured_air_is_that_of_paths() {
         let (medium, band) = (medium(&scene), coefficients(&scene, wavelength));
         let validated = scene.clone().validated().unwrap();
         let sky = sky_of(&validated);
-        let dense = DenseSpectrum::new(&sky, &[wavelength]);
+        let dense = DenseSpectrum::new(sky.plan(), &[wavelength]);
         let views = [(3.0, 10.0), (15.0, 90.0), (60.0, 180.0), (90.0, 0.0)];
         let of_view = |(seed, &(elevation, azimuth)): (usize, &(f64, f64))| {
             let paths = Paths { number: 1 << 14, seed: seed as u64 };
@@ -184,7 +184,7 @@ fn beside(scene: &Scene, (sun, published): (f64, f64)) -> f64 {
     let mut scene = scene.clone();
     scene.sun.elevation = sun;
     let sky = sky_of(&scene);
-    let found = if sky.sun_irradiance().facing > 0.0 {
+    let found = if sky.plan().sun_irradiance().facing > 0.0 {
         sky.illuminance(&[Surface::default()]).unwrap()[0].global
     } else {
         // Of a sun that has set no beam is left, and four bands hold the luminance of such skies to 2 %. Views of equal
@@ -192,7 +192,7 @@ fn beside(scene: &Scene, (sun, published): (f64, f64)) -> f64 {
         let of_view = |(row, column): (u32, u32)| {
             let elevation = ((f64::from(row) + 0.5) / 48.0).sqrt().asin().to_degrees();
             let view = direction(elevation, scene.sun.azimuth + 7.5 * (f64::from(column) + 0.5));
-            sky.space.luminance.dot(sky.rgb_towards(view.as_vec3()).as_dvec3())
+            sky.plan().space.luminance.dot(sky.plan().rgb_towards(view.as_vec3()).as_dvec3())
         };
         let views = (0..48).flat_map(|row| (0..24).map(move |column| (row, column)));
         LUMENS_PER_WATT * PI * views.map(of_view).sum::<f64>() / (48.0 * 24.0)
@@ -296,7 +296,7 @@ fn the_sun_rises_before_its_time_and_flattened() {
     // Its centre is lifted by half a degree on the horizon, and it is as wide as that: sunrise is told for -0.833°.
     for (sun, bent, straight) in [(-0.9, false, false), (-0.75, true, false), (-0.3, true, false), (-0.2, true, true)] {
         for (refraction, is_seen) in [(true, bent), (false, straight)] {
-            let light = sky(sun, refraction).sun_irradiance().facing;
+            let light = sky(sun, refraction).plan().sun_irradiance().facing;
             assert_eq!(light > 0.0, is_seen, "sun at {sun}, bent {refraction}: {light}");
         }
     }
@@ -314,7 +314,7 @@ fn the_sun_rises_before_its_time_and_flattened() {
         assert_eq!(differ > 0, is_seen, "sun at {sun}: {differ} pixels");
     }
     // High up nothing of it is left.
-    let [bent, straight] = [true, false].map(|refraction| sky(50.0, refraction).sun_irradiance().facing);
+    let [bent, straight] = [true, false].map(|refraction| sky(50.0, refraction).plan().sun_irradiance().facing);
     assert!((bent / straight - 1.0).abs() < 2e-3, "{bent}, {straight}");
 }
 

@@ -138,7 +138,7 @@ fn dense_spectrum_agrees_with_the_oracle_in_other_atmospheres() {
 fn at_its_bands_the_fit_is_the_integral() {
     for sun in [-4.0, 0.0, 30.0, 90.0] {
         let scene = scene(Preset::Earth, sun, "1x1");
-        let bands = plan_of(&scene, PixelFormat::LinearRgb).sky.base.wavelengths.clone();
+        let bands = plan_of(&scene, PixelFormat::LinearRgb).sky.plan().base.wavelengths.clone();
         let list = bands.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
         let rows = VIEWS.iter().flat_map(|view| spectrum(&flags(&scene, *view, &list)));
         let pairs = rows.map(|[wavelength, radiance, dense]| (radiance, dense, format!("{wavelength} nm")));

@@ -146,10 +146,10 @@ fn sunlight_is_weakened_by_the_optical_depth_of_the_oracle() {
                     c.air_scattering * column[0] + c.aerosol_extinction * column[1] + c.ozone_absorption * column[2];
                 (-depth).exp()
             };
-            let xyz = sorairo::low_level::spectra::observer::xyz(plan.sky.observer, |nm| {
-                plan.sky.base.optics.solar_irradiance(nm) * transmittance(nm)
+            let xyz = sorairo::low_level::spectra::observer::xyz(plan.sky.plan().observer, |nm| {
+                plan.sky.plan().base.optics.solar_irradiance(nm) * transmittance(nm)
             });
-            plan.sky.space.into_gamut(plan.sky.space.from_xyz * xyz)
+            plan.sky.plan().space.into_gamut(plan.sky.plan().space.from_xyz * xyz)
         };
         let error = ((weakened - expected) / expected.max_element()).abs().max_element();
         // The column in closed form has 1e-5 of an optical depth of up to some ten; 50 au are not infinitely far.
@@ -163,7 +163,7 @@ fn more_air_never_makes_the_sun_brighter() {
     let brightness = |change: &dyn Fn(&mut Scene)| {
         let mut scene = scene(Preset::Earth, 10.0, "8x4");
         change(&mut scene);
-        sky_of(&scene).sun_irradiance().facing
+        sky_of(&scene).plan().sun_irradiance().facing
     };
     let falls = |values: Vec<f64>, what: &str| {
         assert!(values.iter().all(|value| value.is_finite() && *value >= 0.0), "{what}: {values:?}");
@@ -267,7 +267,7 @@ fn the_light_of_a_setting_sun_fades_as_its_disc_sets() {
         let mut scene = Scene::preset(Preset::Standard).in_closed_form();
         (scene.sun.elevation, scene.sun.spectrum) = (elevation, SunSpectrum::AstmG173);
         scene.atmosphere.ozone.cross_section = OzoneCrossSection::File(TableFile::read(ozone).unwrap());
-        Sun::new(&plan(&scene).sky).irradiance().rgb.x
+        Sun::new(plan(&scene).sky.plan()).irradiance().rgb.x
     };
     let whole = red(0.3);
     let (mut before, mut worst, mut compared) = (0.0, 0.0f64, 0);

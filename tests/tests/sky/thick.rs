@@ -126,7 +126,7 @@ fn radiance_in_thick_haze_is_the_oracles() {
     cases.into_par_iter().for_each(|(depth, asymmetry, sun)| {
         let scene = aerosol(depth, 0.95, asymmetry, 0.3, sun);
         let sky = sky(&scene);
-        let dense = DenseSpectrum::new(&sky, &[WAVELENGTH]);
+        let dense = DenseSpectrum::new(sky.plan(), &[WAVELENGTH]);
         for (elevation, azimuth) in [(90.0, 0.0), (30.0, 60.0), (10.0, 150.0), (sun, 30.0)] {
             let found = dense.radiance(direction(elevation, azimuth).as_vec3())[0];
             let (medium, band) = (judge::medium(&scene), judge::coefficients(&scene, WAVELENGTH));
@@ -157,7 +157,7 @@ fn each_order_adds_light() {
             let mut scene = scene.clone();
             scene.render.orders = orders;
             let sky = sky(&scene);
-            let dense = DenseSpectrum::new(&sky, &[WAVELENGTH]);
+            let dense = DenseSpectrum::new(sky.plan(), &[WAVELENGTH]);
             [(90.0, 0.0), (40.0, 90.0), (5.0, 180.0), (2.0, 20.0)]
                 .map(|(elevation, azimuth)| dense.radiance(direction(elevation, azimuth).as_vec3())[0])
                 .to_vec()

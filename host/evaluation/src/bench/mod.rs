@@ -266,10 +266,10 @@ mod tests {
         assert!(list.last().unwrap().steps.is_none());
         for configuration in list.iter().filter(|configuration| configuration.steps.is_none_or(|steps| steps == 4)) {
             let plan = plan(&scene(configuration, 30.0)).unwrap();
-            assert_eq!(plan.sky.integral().wavelengths, configuration.bands);
+            assert_eq!(plan.sky.plan().integral().wavelengths, configuration.bands);
         }
         // The bench's default is the program's.
         let default = plan(&Scene::preset(Preset::Earth).first_order()).unwrap();
-        assert_eq!(default.sky.integral().wavelengths, list.last().unwrap().bands);
+        assert_eq!(default.sky.plan().integral().wavelengths, list.last().unwrap().bands);
     }
 }

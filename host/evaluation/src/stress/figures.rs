@@ -47,8 +47,8 @@ pub fn sky_at(bands: [f64; 4]) -> Result<[f32; 4]> {
     scene.render.fit = Fit::Transfer;
     scene.render.bands = Some(bands.to_vec());
     let plan = Plan::new(&scene.validated()?, PixelFormat::LinearRgb);
-    let view = direction(VIEW.0, plan.sky.integral().source.azimuth + VIEW.1).as_vec3();
-    let transfer = plan.sky.integral().transfer(view);
+    let view = direction(VIEW.0, plan.sky.plan().integral().source.azimuth + VIEW.1).as_vec3();
+    let transfer = plan.sky.plan().integral().transfer(view);
     Ok(std::array::from_fn(|i| transfer[i] as f32))
 }
 

@@ -185,14 +185,14 @@ struct Judge<'a> {
 
 impl<'a> Judge<'a> {
     fn new(scene: &'a Scene, plan: &'a Plan) -> Self {
-        let bands = judge::bands(scene, &plan.sky);
+        let bands = judge::bands(scene, plan.sky.plan());
         let sun = unit(plan.uniform.sun.truncate());
         Self { scene, plan, medium: judge::medium(scene), bands, sun }
     }
 
     /// The integral and the oracle at the four bands.
     fn pair(&self, view: Vec3) -> [(f64, f64); 4] {
-        let values = self.plan.sky.integral().transfer(view);
+        let values = self.plan.sky.plan().integral().transfer(view);
         let references = self.reference(unit(view), self.sun);
         std::array::from_fn(|i| (values[i], references[i]))
     }
@@ -213,7 +213,7 @@ impl<'a> Judge<'a> {
         let mut case = Case {
             scene: self.scene.clone(),
             view,
-            wavelength: self.plan.sky.integral().wavelengths[worst],
+            wavelength: self.plan.sky.plan().integral().wavelengths[worst],
             value: pair[worst].0,
             reference: pair[worst].1,
             brightest: brightest[worst],

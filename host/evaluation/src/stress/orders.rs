@@ -90,13 +90,13 @@ impl Case {
         let wavelength = rng.random_range(380.0..=780.0);
         let sky = Sky::new(&scene).expect("a valid scene");
         let wavelengths = [wavelength];
-        let dense = DenseSpectrum::new(&sky, &wavelengths);
+        let dense = DenseSpectrum::new(sky.plan(), &wavelengths);
         let radiance = |(elevation, azimuth): (f64, f64)| dense.radiance(direction(elevation, azimuth).as_vec3())[0];
         let views: Vec<(f64, f64)> = (0..16).map(|_| random_view(rng, &scene)).collect();
         let brightest = views.iter().copied().map(radiance).fold(0.0, f64::max);
         let found = radiance(views[0]);
         let scale = found.max(FLOOR * brightest);
-        let told = sky.integral().orders_made.iter().map(OrdersMade::told).fold(0.0, f64::max);
+        let told = sky.plan().integral().orders_made.iter().map(OrdersMade::told).fold(0.0, f64::max);
         let allowed = allowed(&scene).min(2.0 * told);
         let reference = reference(&scene, wavelength, views[0], DECIDES * allowed * scale, number);
         let off = (found - reference.mean).abs();
@@ -223,7 +223,7 @@ mod tests {
         let lit = reference(&scene, 450.0, (60.0, 100.0), 0.0, 1);
         scene.ground.albedo = GroundAlbedo::Grey(0.0);
         let black = Sky::new(&scene).unwrap();
-        let found = DenseSpectrum::new(&black, &[450.0]).radiance(direction(60.0, 100.0).as_vec3())[0];
+        let found = DenseSpectrum::new(black.plan(), &[450.0]).radiance(direction(60.0, 100.0).as_vec3())[0];
         assert!(
             lit.mean - found - STANDARD_ERRORS * lit.standard_error > 5.0 * allowed(&scene) * found,
             "{lit:?}, {found}"

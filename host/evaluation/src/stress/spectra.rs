@@ -67,11 +67,11 @@ fn of_a_sky(seed: u64, number: u64, count: u64) -> Vec<Case> {
     }
     let wavelengths = random_wavelengths(rng);
     let sky = Sky::new(&scene).expect("a valid scene");
-    let planned = SpectralPlan::new(&sky, &wavelengths);
+    let planned = SpectralPlan::new(sky.plan(), &wavelengths);
     let views: Vec<(f64, f64)> = (0..count).map(|_| random_view(rng, &scene)).collect();
     let found = views.iter().map(|&(elevation, azimuth)| planned.radiance(direction(elevation, azimuth).as_vec3()));
     let found: Vec<Vec<f64>> = found.collect();
-    let expected = references(&scene, &sky, &wavelengths, &views);
+    let expected = references(&scene, sky.plan(), &wavelengths, &views);
     let peak = |spectrum: &Vec<f64>| spectrum.iter().copied().fold(0.0, f64::max);
     let brightest = expected.iter().map(peak).fold(0.0, f64::max);
     let bound = if scene.sun.elevation < 0.0 { BOUND_IN_TWILIGHT } else { BOUND_BY_DAY };
@@ -135,14 +135,15 @@ mod tests {
         let wavelengths: Vec<f64> = (0..=47).map(|i| 360.0 + 10.0 * f64::from(i)).collect();
         // Close to the horizon, where the ends of a spectrum lose most.
         let view = (1.0, 120.0);
-        let expected = &references(&scene, &sky, &wavelengths, &[view])[0];
+        let expected = &references(&scene, sky.plan(), &wavelengths, &[view])[0];
         let peak = expected.iter().copied().fold(0.0, f64::max);
         let error = |(found, expected): (&f64, &f64)| (found - expected).abs() / expected.max(FLOOR * peak);
         let worst = |spectra: SpectralPlan| {
             let found = spectra.radiance(direction(view.0, view.1).as_vec3());
             found.iter().zip(expected).map(error).fold(0.0, f64::max)
         };
-        let (own, all) = (SpectralPlan::of_own_bands(&sky, &wavelengths), SpectralPlan::new(&sky, &wavelengths));
+        let (own, all) =
+            (SpectralPlan::of_own_bands(sky.plan(), &wavelengths), SpectralPlan::new(sky.plan(), &wavelengths));
         let (own, all) = (worst(own), worst(all));
         assert!(own > BOUND_IN_TWILIGHT && all < 0.5 * BOUND_IN_TWILIGHT, "{own}, {all}");
     }

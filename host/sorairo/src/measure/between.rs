@@ -54,7 +54,7 @@ impl Sky {
     ///
     /// [`Error::NotAllowed`] for a wavelength at which the scene has no data.
     pub fn between(&self, wavelengths: &[f64]) -> Result<AirBetween> {
-        AirBetween::new(self, wavelengths)
+        AirBetween::new(self.plan(), wavelengths)
     }
 }
 

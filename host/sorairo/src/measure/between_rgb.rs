@@ -43,7 +43,7 @@ pub struct AirBetweenRgb {
 impl Sky {
     /// The air between the observer and any point, in the sky's space of linear RGB.
     pub fn between_rgb(&self) -> AirBetweenRgb {
-        AirBetweenRgb::new(self)
+        AirBetweenRgb::new(self.plan())
     }
 }
 

@@ -43,7 +43,7 @@ impl Sky {
     /// Irradiance from 280 to 2500 nm, the sum over every nanometre. `None` if the sky has no data in part of the
     /// range: see [`Scene::known_wavelengths_of_skies`](crate::Scene::known_wavelengths_of_skies).
     pub fn broadband(&self) -> Option<Broadband> {
-        Broadband::new(self)
+        Broadband::new(self.plan())
     }
 }
 

@@ -63,6 +63,6 @@ impl Sky {
     /// The direction of the sun's centre without refraction.
     /// [`Scene::apparent_elevation`](crate::Scene::apparent_elevation) is the refracted elevation.
     pub fn sun(&self) -> Direction {
-        Direction::new(self.scene.sun.elevation, self.scene.sun.azimuth)
+        Direction::new(self.scene().sun.elevation, self.scene().sun.azimuth)
     }
 }

@@ -108,7 +108,7 @@ fn harmonics(DVec3 { x, y, z }: DVec3) -> [f64; 9] {
 impl Sky {
     /// Irradiance of level surfaces by the sky, the sun and the ground, summed over visible light.
     pub fn light(&self) -> SkyLight {
-        SkyLight::new(self)
+        SkyLight::new(self.plan())
     }
 }
 
@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn the_hemisphere_has_a_projected_solid_angle_of_pi() {
         for sun in [-4.0, 0.0, 37.0, 90.0] {
-            let sum: f64 = nodes(&sky(sun, |_| {}), 1).iter().map(|node| node.level()).sum();
+            let sum: f64 = nodes(sky(sun, |_| {}).plan(), 1).iter().map(|node| node.level()).sum();
             // The nodes are rounded to single precision.
             assert!((sum / PI - 1.0).abs() < 1e-6, "{sun}: {sum}");
         }
@@ -215,7 +215,7 @@ mod tests {
             scene.sun.elevation = sun;
             let sky = Sky::new(&scene).unwrap();
             let light = sky.light();
-            let luminance = sky.base.uniform.rgb.luminance(DVec3::from_array(light.irradiance_rgb).as_vec3());
+            let luminance = sky.plan().base.uniform.rgb.luminance(DVec3::from_array(light.irradiance_rgb).as_vec3());
             let by_colour = LUMENS_PER_WATT * f64::from(luminance) / light.illuminance_lux;
             println!("sun at {sun}: {:.2e} W/m², {by_colour:.3}", light.irradiance_w_m2);
             // Two ways through the fit: the nodes of colour and the sum over wavelengths. What they learn from at -18°
@@ -248,9 +248,9 @@ mod tests {
                 scene.atmosphere.aerosol.optical_depth = optical_depth;
             });
             let light = sky.light();
-            let fine: DVec3 = nodes(&sky, 8)
+            let fine: DVec3 = nodes(sky.plan(), 8)
                 .into_par_iter()
-                .map(|node| sky.rgb_towards(node.direction(&sky).as_vec3()).as_dvec3() * node.level())
+                .map(|node| sky.plan().rgb_towards(node.direction(sky.plan()).as_vec3()).as_dvec3() * node.level())
                 .sum();
             let error = (DVec3::from_array(light.irradiance_rgb) / fine - 1.0).abs().max_element();
             println!("sun at {sun}: {error:.1e}");
@@ -263,7 +263,7 @@ mod tests {
     fn illuminance_is_the_luminance_of_the_rgb() {
         let sky = sky(30.0, |_| {});
         let light = sky.light();
-        let luminance = LUMENS_PER_WATT * sky.space.luminance.dot(DVec3::from_array(light.irradiance_rgb));
+        let luminance = LUMENS_PER_WATT * sky.plan().space.luminance.dot(DVec3::from_array(light.irradiance_rgb));
         // The observer nodes of the fit stand for 81; a luminance of Rec. 709 is rounded to four digits.
         assert!((light.illuminance_lux / luminance - 1.0).abs() < 1e-3, "{} {luminance}", light.illuminance_lux);
         // A sky without its sun: some ten thousand lux by day (single scattering gives the larger part of it).
@@ -280,7 +280,7 @@ mod tests {
 
     /// What sums over the observer's nodes say of a sky.
     fn sums(sky: &Sky) -> Vec<f64> {
-        let light = SkyLight::new(sky);
+        let light = SkyLight::new(sky.plan());
         let rgb = [light.irradiance_rgb, light.ground_irradiance_rgb, light.sun_irradiance_rgb].concat();
         let surface = sky.illuminance(&[crate::Surface::default()]).unwrap()[0];
         let measured = [light.irradiance_w_m2, light.sun_irradiance_w_m2, light.illuminance_lux, surface.global];
@@ -319,9 +319,12 @@ mod tests {
     #[test]
     fn ground_that_reflects_where_the_sun_shines_is_as_bright_as_both_say() {
         let of = |spectrum: SunSpectrum, albedo: GroundAlbedo| {
-            let light = SkyLight::new(&sky(30.0, |scene| {
-                (scene.sun.spectrum, scene.ground.albedo) = (spectrum.clone(), albedo.clone());
-            }));
+            let light = SkyLight::new(
+                sky(30.0, |scene| {
+                    (scene.sun.spectrum, scene.ground.albedo) = (spectrum.clone(), albedo.clone());
+                })
+                .plan(),
+            );
             light.ground_irradiance_rgb[1]
         };
         let (sun, white) = (SunSpectrum::File(lines(0, 5.0)), of(SunSpectrum::Flat, GroundAlbedo::Grey(0.9)));
@@ -340,7 +343,7 @@ mod tests {
         let sun = sky(30.0, |scene| scene.sun.spectrum = SunSpectrum::File(lines(0, 5.0)));
         let flat = sky(30.0, |scene| scene.sun.spectrum = SunSpectrum::Flat);
         let at = |sky: &SkyPlan| SpectralPlan::new(sky, &[500.0, 502.0]).radiance(DVec3::Z.as_vec3());
-        let (lines, flat) = (at(&sun), at(&flat));
+        let (lines, flat) = (at(sun.plan()), at(flat.plan()));
         assert!((lines[0] / flat[0] - 5.0).abs() < 1e-6 && lines[1] == 0.0, "{lines:?}, {flat:?}");
     }
 
@@ -349,8 +352,8 @@ mod tests {
         let bands: Vec<f64> = (0..20).map(|i| 390.0 + 20.0 * f64::from(i)).collect();
         let of = |spectrum: SunSpectrum, albedo: GroundAlbedo| {
             let sky = sky(30.0, |scene| (scene.sun.spectrum, scene.ground.albedo) = (spectrum.clone(), albedo.clone()));
-            let sun = Sun::over_bands(&sky, &bands, 20.0).spectral_irradiance(|_| 1.0);
-            let plan = SpectralPlan::over_bands(&sky, &bands, 20.0);
+            let sun = Sun::over_bands(sky.plan(), &bands, 20.0).spectral_irradiance(|_| 1.0);
+            let plan = SpectralPlan::over_bands(sky.plan(), &bands, 20.0);
             let [up, down] = [1.0, -1.0].map(|z| plan.radiance(DVec3::new(0.1, 0.0, z).normalize().as_vec3()));
             [sun, up, down].concat()
         };
@@ -379,7 +382,7 @@ mod tests {
             assert!((ground_irradiance_w_m2 / expected - 1.0).abs() < 2e-3, "sun at {sun}");
             assert!((direct_irradiance_w_m2 / sky.light().sun_irradiance_w_m2 - sun.to_radians().sin()).abs() < 1e-3);
         }
-        assert_eq!(SkyLight::new(&sky(40.0, |_| {})).ground_irradiance_w_m2, 0.0);
+        assert_eq!(SkyLight::new(sky(40.0, |_| {}).plan()).ground_irradiance_w_m2, 0.0);
     }
 
     #[test]
@@ -399,12 +402,12 @@ mod tests {
         assert!(is_near(down, light.ground_irradiance_rgb[1]), "{down:?} {light:?}");
         // A wall that faces the sun, and one that turns its back.
         for azimuth in [0.0, 180.0] {
-            let normal = crate::plan::direction(0.0, sky.base.source.azimuth + azimuth);
-            let mut nodes = nodes(&sky, 1);
-            nodes.extend(nodes_below(&sky));
+            let normal = crate::plan::direction(0.0, sky.plan().base.source.azimuth + azimuth);
+            let mut nodes = nodes(sky.plan(), 1);
+            nodes.extend(nodes_below(sky.plan()));
             let fallen = |node: Node| {
-                let view = node.direction(&sky);
-                f64::from(sky.rgb_towards(view.as_vec3()).y) * node.solid_angle * view.dot(normal).max(0.0)
+                let view = node.direction(sky.plan());
+                f64::from(sky.plan().rgb_towards(view.as_vec3()).y) * node.solid_angle * view.dot(normal).max(0.0)
             };
             let expected: f64 = nodes.into_iter().map(fallen).sum();
             let found = light.irradiance_harmonics_rgb.towards(normal);
@@ -415,10 +418,10 @@ mod tests {
     #[test]
     fn light_that_is_the_same_from_everywhere_falls_alike_on_every_surface() {
         let sky = sky(30.0, |_| {});
-        let mut nodes = nodes(&sky, 1);
-        nodes.extend(nodes_below(&sky));
+        let mut nodes = nodes(sky.plan(), 1);
+        nodes.extend(nodes_below(sky.plan()));
         let radiances = nodes.into_iter().flat_map(|node| {
-            [node, node.mirrored()].map(|node| (node.direction(&sky), 0.5 * node.solid_angle, DVec3::ONE))
+            [node, node.mirrored()].map(|node| (node.direction(sky.plan()), 0.5 * node.solid_angle, DVec3::ONE))
         });
         let harmonics = Harmonics::of(radiances);
         for normal in [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::Z, DVec3::new(0.6, 0.0, -0.8), DVec3::new(0.48, 0.6, 0.64)]
@@ -431,6 +434,6 @@ mod tests {
 
     #[test]
     fn a_night_throws_no_light() {
-        assert_eq!(SkyLight::new(&sky(-30.0, |_| {})).illuminance_lux, 0.0);
+        assert_eq!(SkyLight::new(sky(-30.0, |_| {}).plan()).illuminance_lux, 0.0);
     }
 }

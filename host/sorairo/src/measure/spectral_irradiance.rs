@@ -34,8 +34,8 @@ impl Sky {
     ///
     /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene has no data.
     pub fn spectral_light(&self, wavelengths: &[f64]) -> Result<SpectralIrradiance> {
-        let spectra = Spectra::new(self, wavelengths, Method::Fit)?;
-        Ok(SpectralIrradiance::by(&spectra, self, &Sun::at(self, wavelengths), wavelengths))
+        let spectra = Spectra::new(self.plan(), wavelengths, Method::Fit)?;
+        Ok(SpectralIrradiance::by(&spectra, self.plan(), &Sun::at(self.plan(), wavelengths), wavelengths))
     }
 }
 

@@ -71,7 +71,7 @@ impl Sky {
     /// [`Error::NotAllowed`] for a wavelength at which the scene has no data; see
     /// [`Scene::known_wavelengths_of_skies`](crate::Scene::known_wavelengths_of_skies).
     pub fn spectra(&self, wavelengths: &[f64], method: Method) -> Result<Spectra> {
-        Spectra::new(self, wavelengths, method)
+        Spectra::new(self.plan(), wavelengths, method)
     }
 
     /// The spectrum in each direction by both methods, at wavelengths (nm), or in means about each over a resolution of
@@ -92,13 +92,13 @@ impl Sky {
         if let Some(width) = resolution {
             check_range("resolution", width, RESOLUTIONS, "nm")?;
         }
-        let (fitted, dense) = match Spectra::beyond_visible_light(self, wavelengths, resolution)? {
+        let (fitted, dense) = match Spectra::beyond_visible_light(self.plan(), wavelengths, resolution)? {
             Some(beyond) => {
                 let found = beyond.in_directions(directions)?;
                 (found.clone(), found)
             }
             None => {
-                let of = |method| Spectra::new(self, wavelengths, method)?.in_directions(directions);
+                let of = |method| Spectra::new(self.plan(), wavelengths, method)?.in_directions(directions);
                 (of(Method::Fit)?, of(Method::Dense)?)
             }
         };
@@ -117,8 +117,8 @@ impl Sky {
     ///
     /// [`Error::OutOfRange`] for a direction.
     pub fn xyz(&self, directions: &[Direction]) -> Result<Vec<[f64; 3]>> {
-        let xyz = |spectrum: &Vec<f64>| observer::xyz_of_samples(self.observer, spectrum).to_array();
-        Ok(Spectra::over_steps(self).in_directions(directions)?.iter().map(xyz).collect())
+        let xyz = |spectrum: &Vec<f64>| observer::xyz_of_samples(self.plan().observer, spectrum).to_array();
+        Ok(Spectra::over_steps(self.plan()).in_directions(directions)?.iter().map(xyz).collect())
     }
 
     /// Luminance, chromaticity and colour temperature in each direction, from [`Sky::xyz`].
@@ -134,7 +134,7 @@ impl Sky {
                 luminance_cd_m2: observer::LUMENS_PER_WATT * colour.y,
                 x: part(colour.x),
                 y: part(colour.y),
-                cct_k: colour_temperature::correlated(self.observer, colour),
+                cct_k: colour_temperature::correlated(self.plan().observer, colour),
             }
         };
         Ok(self.xyz(directions)?.into_iter().map(appearance).collect())

@@ -89,7 +89,7 @@ impl Sky {
     /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the scene has no data, and for a sky
     /// with scalar transfer.
     pub fn stokes(&self, wavelengths: &[f64], frame: StokesFrame) -> Result<StokesSpectra> {
-        StokesSpectra::new(self, wavelengths, frame)
+        StokesSpectra::new(self.plan(), wavelengths, frame)
     }
 }
 

@@ -62,8 +62,8 @@ impl Sky {
     /// data.
     pub fn irradiance(&self, surfaces: &[Surface], wavelengths: &[f64]) -> Result<Vec<Irradiance<Vec<f64>>>> {
         let normals: Vec<DVec3> = surfaces.iter().map(Surface::normal).collect::<Result<_>>()?;
-        let spectra = Spectra::new(self, wavelengths, Method::Fit)?;
-        Ok(irradiances_on(&normals, self, &spectra, &Sun::at(self, wavelengths)))
+        let spectra = Spectra::new(self.plan(), wavelengths, Method::Fit)?;
+        Ok(irradiances_on(&normals, self.plan(), &spectra, &Sun::at(self.plan(), wavelengths)))
     }
 
     /// Illuminance of each surface (lx) by the sky's observer.
@@ -72,9 +72,11 @@ impl Sky {
     ///
     /// Those of [`Sky::irradiance`] for a surface.
     pub fn illuminance(&self, surfaces: &[Surface]) -> Result<Vec<Irradiance<f64>>> {
-        let lux = |spectrum: Vec<f64>| observer::LUMENS_PER_WATT * observer::xyz_of_samples(self.observer, &spectrum).y;
+        let lux = |spectrum: Vec<f64>| {
+            observer::LUMENS_PER_WATT * observer::xyz_of_samples(self.plan().observer, &spectrum).y
+        };
         let normals: Vec<DVec3> = surfaces.iter().map(Surface::normal).collect::<Result<_>>()?;
-        let fallen = irradiances_on(&normals, self, &Spectra::over_steps(self), &Sun::new(self));
+        let fallen = irradiances_on(&normals, self.plan(), &Spectra::over_steps(self.plan()), &Sun::new(self.plan()));
         Ok(fallen.into_iter().map(|of_surface| of_surface.map(lux)).collect())
     }
 
@@ -99,9 +101,9 @@ impl Sky {
     /// [`Error::NotAllowed`](crate::Error::NotAllowed) for a wavelength at which the beam is not known; see
     /// [`Sky::sun_beam`].
     pub fn transmittance(&self, wavelengths: &[f64]) -> Result<Vec<f64>> {
-        check_wavelengths(self.scene.known_wavelengths_of_beams(), wavelengths)?;
-        let facing = Sun::at(self, wavelengths).spectral_irradiance(|_| 1.0);
-        let optics = self.scene.optics();
+        check_wavelengths(self.scene().known_wavelengths_of_beams(), wavelengths)?;
+        let facing = Sun::at(self.plan(), wavelengths).spectral_irradiance(|_| 1.0);
+        let optics = self.scene().optics();
         let transmittance = |(facing, &nm): (f64, &f64)| match optics.solar_irradiance(nm) {
             // A spectrum of one's own may hold no light there.
             0.0 => 0.0,
@@ -129,8 +131,8 @@ impl Sky {
         let width = resolution.unwrap_or(0.0);
         let part = |nm: f64, i: usize| nm + width * ((i as f64 + 0.5) / parts as f64 - 0.5);
         let finely: Vec<f64> = wavelengths.iter().flat_map(|&nm| (0..parts).map(move |i| part(nm, i))).collect();
-        check_wavelengths(self.scene.known_wavelengths_of_beams(), &finely)?;
-        let sun = Sun::at(self, &finely);
+        check_wavelengths(self.scene().known_wavelengths_of_beams(), &finely)?;
+        let sun = Sun::at(self.plan(), &finely);
         let mean = |values: &[f64]| values.iter().sum::<f64>() / parts as f64;
         let (transmittance, irradiance) = (sun.transmittance_of_centre(), sun.spectral_irradiance(|_| 1.0));
         let of = |((&wavelength_nm, transmittance), irradiance): ((&f64, &[f64]), &[f64])| BeamSample {
@@ -215,7 +217,7 @@ mod tests {
         let wavelengths = [400.0, 550.0, 700.0];
         for sun in [50.0, 4.0] {
             let sky = sky(sun);
-            let spectra = Spectra::new(&sky, &wavelengths, Method::Fit).unwrap();
+            let spectra = Spectra::new(sky.plan(), &wavelengths, Method::Fit).unwrap();
             for surface in
                 [Surface::default(), Surface { tilt: 90.0, azimuth: 100.0 }, Surface { tilt: 40.0, azimuth: 250.0 }]
             {
@@ -254,12 +256,12 @@ mod tests {
         let (sky, wavelengths) = (sky(30.0), [500.0]);
         let direct = |tilt, azimuth| sky.irradiance(&[Surface { tilt, azimuth }], &wavelengths).unwrap()[0].direct[0];
         // Air has lifted it.
-        let seen = sky.scene.apparent_elevation().unwrap();
+        let seen = sky.scene().apparent_elevation().unwrap();
         let facing = direct(90.0 - seen, 120.0);
         // The disc is half a degree wide.
         assert!((direct(0.0, 0.0) / facing - seen.to_radians().sin()).abs() < 1e-4);
         assert_eq!(direct(90.0, 300.0), 0.0);
-        let above = sky.scene.optics().solar_irradiance(500.0);
+        let above = sky.scene().optics().solar_irradiance(500.0);
         assert!((facing / above / sky.transmittance(&wavelengths).unwrap()[0] - 1.0).abs() < 5e-5);
     }
 

@@ -89,7 +89,7 @@ impl Sky {
     /// Those of [`crate::Scene::validated`] for the camera; [`Error::NotAllowed`] for a camera without the perspective
     /// projection and for an explicit solve at every pixel (`render.color`); [`Error::OutOfRange`] for the size.
     pub fn air_volume(&self, camera: &CameraScene, size: VolumeSize) -> Result<AirVolume<'_>> {
-        AirVolume::new(self, camera, size)
+        AirVolume::new(self.plan(), camera, size)
     }
 }
 

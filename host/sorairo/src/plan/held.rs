@@ -1,6 +1,5 @@
 //! The sky that a program holds.
 
-use std::ops::Deref;
 use std::sync::Arc;
 
 use sorairo_shared::glam::DVec3;
@@ -43,7 +42,7 @@ impl Sky {
     /// time of a sky; skies with the same atmosphere and nearby suns share them. For a picture, pass the space of its
     /// display, `scene.render.display.rgb()`.
     pub fn with_light_fields(scene: &ValidScene, rgb: Rgb, light_fields: &LightFields) -> Self {
-        SkyPlan::with_light_fields(scene, rgb, light_fields).into()
+        Self(Arc::new(SkyPlan::with_light_fields(scene, rgb, light_fields)))
     }
 
     /// The scene of the sky. Any camera may view it, that of the scene or another.
@@ -66,6 +65,12 @@ impl Sky {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
+    /// What answers them: for the library itself and its evaluation.
+    #[doc(hidden)]
+    pub fn plan(&self) -> &SkyPlan {
+        &self.0
+    }
+
     /// Computes what images need beyond spectra, so that the first image does not have to.
     pub fn prepare_images(&self) {
         self.0.prepare();
@@ -76,21 +81,5 @@ impl Sky {
     pub fn rgb_of_xyz(&self, xyz: [f64; 3]) -> [f64; 3] {
         let space = self.0.space;
         space.into_gamut(space.from_xyz * DVec3::from_array(xyz)).to_array()
-    }
-}
-
-impl From<SkyPlan> for Sky {
-    fn from(plan: SkyPlan) -> Self {
-        Self(Arc::new(plan))
-    }
-}
-
-/// For the library itself, its tests and its evaluation.
-#[doc(hidden)]
-impl Deref for Sky {
-    type Target = SkyPlan;
-
-    fn deref(&self) -> &SkyPlan {
-        &self.0
     }
 }

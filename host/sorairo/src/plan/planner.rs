@@ -162,8 +162,8 @@ mod tests {
             std::thread::yield_now();
         }
         let sky = planner.newest().unwrap();
-        assert!(!sky.colours().rows.is_empty());
-        assert!(sky.rgb_towards(sorairo_shared::glam::Vec3::Z).min_element() > 0.0);
+        assert!(!sky.plan().colours().rows.is_empty());
+        assert!(sky.plan().rgb_towards(sorairo_shared::glam::Vec3::Z).min_element() > 0.0);
         drop(planner);
         worker.join().unwrap();
     }

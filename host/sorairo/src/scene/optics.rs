@@ -20,6 +20,7 @@ const METRES_PER_KM: f64 = 1000.0;
 
 impl Scene {
     /// The optical properties of the atmosphere and the sun.
+    #[doc(hidden)]
     pub fn optics(&self) -> Optics {
         let a = &self.atmosphere;
         // The tent's column density is half its base times its height.
@@ -89,6 +90,7 @@ impl Scene {
     }
 
     /// The gases of a measured profile, relative to those that were measured.
+    #[doc(hidden)]
     pub fn gases(&self) -> Option<Relative> {
         let measured = water(&self.atmosphere.profile, self.site.altitude)?;
         let water = self.atmosphere.water.column.map_or(1.0, |column| column / measured);
@@ -96,6 +98,7 @@ impl Scene {
     }
 
     /// The tables of the air, where its profile has no closed form.
+    #[doc(hidden)]
     pub fn tables(&self) -> Option<Arc<Tables>> {
         let a = &self.atmosphere;
         let aerosol = a.aerosol.mixture(&a.profile).lane;

@@ -40,7 +40,7 @@ impl ResidentRenderer {
         camera: &CameraScene,
         target: &AirVolumeTarget<'_>,
     ) -> Result<()> {
-        let scene = air.sky().scene.seen_by(camera)?;
+        let scene = air.sky().scene().seen_by(camera)?;
         volume::check(&scene)?;
         target.check(air, TextureUsages::STORAGE_BINDING)?;
         let plan = self.plan(air.sky(), camera, PixelFormat::HalfRgb, false)?;
@@ -76,7 +76,7 @@ impl ResidentRenderer {
         volume: &AirVolumeTarget<'_>,
         image: &SeenImage<'_>,
     ) -> Result<()> {
-        let scene = air.sky().scene.seen_by(camera)?;
+        let scene = air.sky().scene().seen_by(camera)?;
         volume::check(&scene)?;
         volume.check(air, TextureUsages::TEXTURE_BINDING)?;
         let plan = self.plan(air.sky(), camera, PixelFormat::HalfRgb, false)?;
@@ -114,7 +114,7 @@ impl ResidentRenderer {
     /// thread may run it; see [`Self::warm_up`].
     pub fn warm_up_air(&self, air: &AirPlan) -> impl FnOnce() + 'static + use<> {
         let (device, kernels) = (self.device.clone(), Arc::clone(&self.kernels));
-        let variant = air.sky().integral().variant;
+        let variant = air.sky().plan().integral().variant;
         move || {
             volume_pipeline(&device, &kernels, &volume_layouts(&device), variant);
             for variant in [variant, FAR_FROM_SUN] {

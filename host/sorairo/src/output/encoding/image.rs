@@ -64,8 +64,8 @@ impl Image {
             factor: plan.uniform.exposure,
             exr_exposure: plan.linear_exposure(scene.render.exr),
             scene: scene.as_asked(),
-            space: plan.sky.space,
-            display: plan.sky.display(),
+            space: plan.sky.plan().space,
+            display: plan.sky.plan().display(),
             spectra: Spectra { wavelengths: plan.wavelengths().to_vec(), stokes: None },
             sun: Sunlight::default(),
         }

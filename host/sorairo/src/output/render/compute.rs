@@ -45,7 +45,7 @@ impl Part {
             let sun = self.sun();
             image.sun = Sunlight {
                 spectrum: sun.spectral_irradiance(|_| 1.0),
-                rgb: plan.sky.sun_irradiance().rgb.to_array(),
+                rgb: plan.sky.plan().sun_irradiance().rgb.to_array(),
                 across: sun.across(),
             };
         }
@@ -57,7 +57,8 @@ impl Part {
     fn fill(&self, files: &Files<'_>, device: &mut Device) -> Result<Times> {
         let plan = &self.plan;
         let spectral = plan.spectral.as_deref();
-        let stokes = self.stokes.zip(spectral).map(|(frame, spectral)| StokesImage::new(&plan.sky, spectral, frame));
+        let stokes =
+            self.stokes.zip(spectral).map(|(frame, spectral)| StokesImage::new(plan.sky.plan(), spectral, frame));
         device.rows(plan, plan.kernel(), &mut |first, rows| {
             check_rows(plan.pixel, rows)?;
             let rows: Arc<[u32]> = match &stokes {

@@ -149,8 +149,8 @@ impl Part {
     pub(super) fn sun(&self) -> Sun<'_> {
         let Plan { sky, .. } = &self.plan;
         match self.bands {
-            Some(width) => Sun::over_bands(sky, self.plan.wavelengths(), width),
-            None => Sun::at(sky, self.plan.wavelengths()),
+            Some(width) => Sun::over_bands(sky.plan(), self.plan.wavelengths(), width),
+            None => Sun::at(sky.plan(), self.plan.wavelengths()),
         }
     }
 }

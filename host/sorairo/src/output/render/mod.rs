@@ -63,13 +63,13 @@ fn render_jobs(
     let plan = job.plan();
     let sky_light = request.sky_light.then(|| {
         stage("measuring the sky's light");
-        SkyLight::new(&plan.sky)
+        SkyLight::new(plan.sky.plan())
     });
-    let broadband = if request.sky_light { Broadband::new(&plan.sky) } else { None };
+    let broadband = if request.sky_light { Broadband::new(plan.sky.plan()) } else { None };
     let spectral = plan.spectral.as_ref().filter(|_| request.sky_light);
     let spectral_irradiance = spectral.map(|spectral| {
         let (spectra, sun) = (spectrum::Spectra::planned(Arc::clone(spectral)), job.first().sun());
-        SpectralIrradiance::by(&spectra, &plan.sky, &sun, plan.wavelengths())
+        SpectralIrradiance::by(&spectra, plan.sky.plan(), &sun, plan.wavelengths())
     });
     Ok(Report {
         device: device.name,
@@ -82,9 +82,9 @@ fn render_jobs(
         sun_disc: scene.sun.disc,
         fit: scene.render.fit,
         color: scene.render.color,
-        rgb: plan.sky.space.rgb,
-        observer: plan.sky.observer,
-        white_balance: plan.sky.space.balance,
+        rgb: plan.sky.plan().space.rgb,
+        observer: plan.sky.plan().observer,
+        white_balance: plan.sky.plan().space.balance,
         steps: plan.samples_per_piece(),
         path: plan.lookup.clone(),
         explain: job.explain(),

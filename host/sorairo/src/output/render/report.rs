@@ -111,8 +111,8 @@ impl Shown {
     pub(super) fn of(plan: &Plan, picture: &Plan) -> Self {
         Self {
             exposure_ev: picture.exposure(),
-            exr_exposure_ev: plan.linear_exposure(plan.sky.scene.render.exr),
-            sky_light: SkyLight::new(&plan.sky),
+            exr_exposure_ev: plan.linear_exposure(plan.sky.scene().render.exr),
+            sky_light: SkyLight::new(plan.sky.plan()),
         }
     }
 

@@ -66,15 +66,20 @@ impl AirPlan {
     pub fn new(sky: &Sky, slices: u32, middle: f64) -> Result<Self> {
         check_range("slices", f64::from(slices), (4.0, 256.0), "")?;
         check_range("middle", middle, (1e-3, 1e4), "km")?;
-        if sky.colour_path == ColourPath::Solve {
+        let plan = sky.plan();
+        if plan.colour_path == ColourPath::Solve {
             return Err(Error::not_allowed(
                 "render.color",
                 "is solve, of whole rays; air up to a distance takes folded",
             ));
         }
-        let directions = directions(sky, slices);
-        let air =
-            InEveryDirection { sky, directions, air: SlicedAir::new(sky.integral()), colours: AirColours::new(sky) };
+        let directions = directions(plan, slices);
+        let air = InEveryDirection {
+            sky: plan,
+            directions,
+            air: SlicedAir::new(plan.integral()),
+            colours: AirColours::new(plan),
+        };
         let nodes = air.nodes(&distances(slices, middle)).into();
         Ok(Self { sky: sky.clone(), middle, directions, nodes })
     }
@@ -118,7 +123,7 @@ impl AirPlan {
         let froxel = (across / f64::from(columns - 1)).max(down / f64::from(rows - 1));
         let angle = (FROXELS * froxel).min(FRAC_PI_2);
         let is_seen = is_within(camera, uniform.sun.truncate(), angle as f32);
-        if self.sky.integral().has_aerosol() && is_seen { (1.0 - angle.cos()) as f32 } else { 0.0 }
+        if self.sky.plan().integral().has_aerosol() && is_seen { (1.0 - angle.cos()) as f32 } else { 0.0 }
     }
 }
 

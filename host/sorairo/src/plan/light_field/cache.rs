@@ -96,6 +96,7 @@ fn without_sun(bands: &Bands) -> Bands {
 impl LightFields {
     /// An empty cache, whose light fields a device computes and stores, like the other integrals of a plan. If the
     /// device fails, the CPU computes instead: the first failure logs a warning, and [`Self::device_uses`] counts them.
+    #[doc(hidden)]
     pub fn on_device(device: Arc<dyn PlanDevice>) -> Self {
         Self { device: Some(Arc::new(AskedDevice::new(device))), ..Self::default() }
     }
@@ -117,6 +118,7 @@ impl LightFields {
 
     /// The number of requests of plans to the device of these light fields, by outcome; all zero if the CPU integrates.
     /// Clones, and results of [`Self::emptied`], share the counts.
+    #[doc(hidden)]
     pub fn device_uses(&self) -> DeviceUses {
         self.device.as_ref().map(|device| device.uses()).unwrap_or_default()
     }

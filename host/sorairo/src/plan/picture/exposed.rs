@@ -16,7 +16,7 @@ impl Plan {
     /// The exposure of linear values (stops) for a file or a target: that of the scene, or else the one that half
     /// floats need to hold them (see `exposure::of_halves`), or 0.
     pub fn linear_exposure(&self, depth: ExrDepth) -> f32 {
-        match (self.sky.scene.render.exr_exposure, depth) {
+        match (self.sky.scene().render.exr_exposure, depth) {
             (Exposure::Stops(stops), _) => stops as f32,
             (_, ExrDepth::Full) => 0.0,
             (_, ExrDepth::Half) => exposure::of_halves(self.brightest()),
@@ -72,16 +72,16 @@ impl Plan {
     /// The largest of linear RGB in directions over the whole sphere, close to each other about the sun and above the
     /// horizon beneath it; and of the sun's disc before them, where it is shown.
     fn brightest(&self) -> f32 {
-        let uniform = &self.sky.base.uniform;
-        let (sun, horizon) = (self.sky.base.source.elevation, f64::from(uniform.horizon).to_degrees());
+        let uniform = &self.sky.plan().base.uniform;
+        let (sun, horizon) = (self.sky.plan().base.source.elevation, f64::from(uniform.horizon).to_degrees());
         let elevations = [-75.0, -45.0, -15.0, 15.0, 45.0, 75.0].into_iter();
         let elevations = elevations.chain([0.1, 0.5, 2.0, 5.0].map(|above| horizon + above));
         let elevations = elevations.chain([-3.0, -0.3, 0.0, 0.3, 3.0].map(|off| (sun + off).clamp(-90.0, 90.0)));
-        let azimuths = [0.0, 3.0, 30.0, 90.0, 180.0].map(|off| self.sky.base.source.azimuth + off);
+        let azimuths = [0.0, 3.0, 30.0, 90.0, 180.0].map(|off| self.sky.plan().base.source.azimuth + off);
         let view = |elevation| azimuths.map(|azimuth| directions::direction(elevation, azimuth).as_vec3());
         let views: Vec<Vec3> = elevations.flat_map(view).collect();
         let largest = |colours: &[Vec3]| colours.iter().map(|rgb| rgb.max_element()).fold(0.0, max);
-        let sky = largest(&self.sky.radiances(&views));
+        let sky = largest(&self.sky.plan().radiances(&views));
         if self.variant & variant::SUN_DISC == 0 {
             return sky;
         }

@@ -77,17 +77,18 @@ impl Plan {
     /// Those of [`Scene::validated`] for the camera; [`Error::NotAllowed`] for a picture of a sky that was planned in
     /// another space than that of its display, or for a display of high dynamic range.
     pub fn seen(sky: &Sky, camera: &CameraScene, pixel: PixelFormat) -> Result<Self> {
-        let scene = sky.scene.seen_by(camera)?;
+        let planned = sky.plan();
+        let scene = sky.scene().seen_by(camera)?;
         if pixel == PixelFormat::Picture && scene.render.display.is_hdr() {
             let complaint = format!("is {}, and this picture has 8 bits", word(scene.render.display));
             return Err(Error::not_allowed("render.display", complaint));
         }
-        if pixel == PixelFormat::Picture && sky.space.rgb != scene.render.display.rgb() {
+        if pixel == PixelFormat::Picture && planned.space.rgb != scene.render.display.rgb() {
             let display = word(scene.render.display);
-            let complaint = format!("of this sky is {}, and a picture of it {display}", word(sky.space.rgb));
+            let complaint = format!("of this sky is {}, and a picture of it {display}", word(planned.space.rgb));
             return Err(Error::not_allowed("render.rgb", complaint));
         }
-        if camera.polariser.is_some() && !sky.base.polarised {
+        if camera.polariser.is_some() && !planned.base.polarised {
             let complaint = "needs polarised light, but this sky was planned without it; set render.polarisation = on";
             return Err(Error::not_allowed("camera.polariser", complaint));
         }
@@ -97,18 +98,19 @@ impl Plan {
 
     /// The plan of what a scene's camera sees of its sky.
     fn of_sky(sky: Sky, scene: &Scene, below: Below, pixel: PixelFormat) -> Self {
-        let colours = sky.colours();
-        let lit_rows = lit_rows(scene, &sky, below);
-        let lookup = lookup::choose(scene, &sky, &lit_rows);
+        let planned = sky.plan();
+        let colours = planned.colours();
+        let lit_rows = lit_rows(scene, planned, below);
+        let lookup = lookup::choose(scene, planned, &lit_rows);
         let camera = upload::camera(scene);
-        let shows_disc = scene.sun.disc && !sky.is_night;
+        let shows_disc = scene.sun.disc && !planned.is_night;
         let (disc, grid) = if shows_disc {
-            (Sun::shape(&sky).for_kernels(scene.camera.projection, &camera), sky.disc_grid())
+            (Sun::shape(planned).for_kernels(scene.camera.projection, &camera), planned.disc_grid())
         } else {
             Default::default()
         };
         let tables = if pixel == PixelFormat::Picture { upload::view_tables(&scene.render) } else { &[] };
-        let passes = passes(&scene.camera).filter(|_| !sky.is_night);
+        let passes = passes(&scene.camera).filter(|_| !planned.is_night);
         // Light of the sun and of the ground is natural.
         let of_natural = passes.map_or(1.0, |passes| passes.x);
         let dimmed: Vec<Vec4>;
@@ -118,12 +120,12 @@ impl Plan {
         } else {
             grid
         };
-        let ground = below::flat_ground(&sky, scene, below) * Vec3::splat(of_natural).extend(1.0);
-        let variant = of_image(sky.integral().variant, scene, &scene.camera, below, shows_disc, pixel);
-        let (uniform, rows) = upload::with_rows(sky.integral().uniform, &colours.rows, sky.integral().variant);
+        let ground = below::flat_ground(planned, scene, below) * Vec3::splat(of_natural).extend(1.0);
+        let variant = of_image(planned.integral().variant, scene, &scene.camera, below, shows_disc, pixel);
+        let (uniform, rows) = upload::with_rows(planned.integral().uniform, &colours.rows, planned.integral().variant);
         let (polariser, polarised) = match passes {
             Some(passes) => {
-                let found = sky.polarised();
+                let found = planned.polarised();
                 (found.for_kernels(passes, rows.len() + tables.len()), &found.rows[..])
             }
             None => Default::default(),
@@ -138,7 +140,7 @@ impl Plan {
             grade: Grade { tables: rows.len() as u32, ..upload::grade(scene.render.look) },
             ..uniform
         };
-        let uniform = Uniform { exposure: exposure::of(&sky, scene, &uniform, variant), ..uniform };
+        let uniform = Uniform { exposure: exposure::of(planned, scene, &uniform, variant), ..uniform };
         let colour = [rows, tables, polarised, grid].concat();
         let size = lookup.size;
         let plan = Self { sky, uniform, colour, spectral: None, variant, pixel, lit_rows, lookup, below };
@@ -151,7 +153,7 @@ impl Plan {
     /// The same plan with multiply scattered light from the finer grid, where pixels that are integrated are more than
     /// its entries.
     fn with_refined_light(self) -> Self {
-        let coarse = &self.sky.integral().uniform.multiple;
+        let coarse = &self.sky.plan().integral().uniform.multiple;
         let finer = Refined::lookup_of(coarse);
         if coarse.is_empty() || u64::from(finer.len()) > self.lit_pixels() {
             return self;
@@ -162,9 +164,9 @@ impl Plan {
 
     /// The same plan with pixels interpolated from a sky lookup of this size.
     pub fn with_lookup(self, size: LookupSize) -> Self {
-        let anchors = lookup::grid(&self.sky.scene, self.sky.lookup_anchors());
+        let anchors = lookup::grid(self.sky.scene(), self.sky.plan().lookup_anchors());
         // Now, and not when a frame is drawn.
-        self.sky.lookup_quadrature();
+        self.sky.plan().lookup_quadrature();
         let of_pixels = if self.has_polariser() {
             variant::POLARISER
         } else if lookup::pixels_run(&self.uniform, self.variant, size) {
@@ -180,7 +182,7 @@ impl Plan {
                 anchors_above: anchors.above,
                 anchors_below: anchors.below,
                 anchor_azimuths: anchors.azimuths,
-                multiple: self.sky.integral().uniform.multiple,
+                multiple: self.sky.plan().integral().uniform.multiple,
                 // What stands for a direction below the horizon may lie beside what the camera sees.
                 fills_whole_lookup: u32::from(self.variant & variant::BELOW != 0),
                 ..self.uniform
@@ -199,7 +201,7 @@ impl Plan {
     /// [`Error::NotAllowed`] for a wavelength at which the scene has no data in visible light, for a plan of a picture,
     /// which has no room for radiance, for [`ColourPath::Solve`], which yields colours only, and with the sun's disc.
     pub fn with_spectrum(self, wavelengths: &[f64]) -> Result<Self> {
-        check_wavelengths(self.sky.scene.known_wavelengths(), wavelengths)?;
+        check_wavelengths(self.sky.scene().known_wavelengths(), wavelengths)?;
         self.with_spectral(wavelengths, SpectralPlan::new)
     }
 
@@ -233,16 +235,20 @@ impl Plan {
             let complaint = "is of images in RGB; a spectral file shows the ground that is there";
             return Err(Error::not_allowed("camera.below", complaint));
         }
-        if self.sky.colour_path == ColourPath::Solve {
+        if self.sky.plan().colour_path == ColourPath::Solve {
             let complaint = "= solve is a way to a colour; a spectral file takes render.color = folded";
             return Err(Error::not_allowed("render.color", complaint));
         }
-        let spectral = spectral(&self.sky, wavelengths);
-        let [of_colour, of_spectrum] = if self.sky.is_night { Default::default() } else { spectral.rows(&self.sky) };
+        let spectral = spectral(self.sky.plan(), wavelengths);
+        let [of_colour, of_spectrum] =
+            if self.sky.plan().is_night { Default::default() } else { spectral.rows(self.sky.plan()) };
         let fit = spectral.integral.variant & variant::FIT;
         let (uniform, rows) = upload::with_rows(self.uniform, &of_colour, fit);
-        let reason =
-            if self.sky.is_night { self.lookup.reason } else { "a spectrum is integrated at every pixel".into() };
+        let reason = if self.sky.plan().is_night {
+            self.lookup.reason
+        } else {
+            "a spectrum is integrated at every pixel".into()
+        };
         let Uniform { multiple, .. } = spectral.integral.uniform;
         let others = self.variant & !(variant::FIT | variant::LIGHT | variant::REFINED);
         Ok(Self {
@@ -276,7 +282,7 @@ impl Plan {
     /// The ray integral at the bands of the image.
     #[doc(hidden)]
     pub fn integral(&self) -> &RayIntegral {
-        self.spectral.as_ref().map_or_else(|| self.sky.integral(), |spectral| &spectral.integral)
+        self.spectral.as_ref().map_or_else(|| self.sky.plan().integral(), |spectral| &spectral.integral)
     }
 
     /// The number of words of a pixel.
@@ -290,7 +296,7 @@ impl Plan {
 
     /// Linear RGB of the sky in a direction (W·m⁻²·sr⁻¹), by the integral at that direction.
     pub fn radiance(&self, view: Vec3) -> Vec3 {
-        self.sky.rgb_towards(view)
+        self.sky.plan().rgb_towards(view)
     }
 
     /// The buffers of the kernels, in addition to the uniform.
@@ -298,12 +304,12 @@ impl Plan {
     pub fn buffers(&self) -> Buffers<'_> {
         let buffers = self.integral().buffers(&self.colour);
         if self.lookup.size.is_some() {
-            return Buffers { quadrature: self.sky.lookup_quadrature(), ..buffers };
+            return Buffers { quadrature: self.sky.plan().lookup_quadrature(), ..buffers };
         }
         if !self.is_refined() {
             return buffers;
         }
-        Buffers { multiple: &self.sky.refined().values, ..buffers }
+        Buffers { multiple: &self.sky.plan().refined().values, ..buffers }
     }
 
     /// Whether its pixels are integrated with multiply scattered light from the finer grid.

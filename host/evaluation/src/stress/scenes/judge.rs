@@ -133,9 +133,10 @@ impl Faults {
 
 /// Linear RGB of a plan's pixels on the CPU, whatever the plan stores.
 fn colours(plan: &Plan) -> Vec<f32> {
-    const SHOWN: u32 = variant::WHOLE_INTEGRAL | variant::REST | variant::FIT | variant::SUN_DISC | variant::BELOW;
-    let shown = plan.variant & SHOWN;
-    let variant = variant::of(shown, variant::projection(plan.variant), PixelFormat::LinearRgb as u32);
+    const OF_PICTURES: u32 = variant::DITHER | variant::AGX | variant::ACES | variant::SELDOM;
+    let format = |format: u32| variant::of(0, 0, format);
+    let rest = plan.variant & !(OF_PICTURES | format(variant::pixel_format(plan.variant)));
+    let variant = rest | format(PixelFormat::LinearRgb as u32);
     let plan = Plan { pixel: PixelFormat::LinearRgb, variant, ..plan.clone() };
     let run = Cpu.run(&plan, plan.kernel()).expect("a small image fits into memory");
     run.words.into_iter().map(f32::from_bits).collect()
@@ -293,5 +294,20 @@ mod tests {
         }
         assert_eq!(lost(&[0.0; 6], 1e9), None);
         assert_eq!(lost(&[0.2, 0.2, 0.2, 0.0, 0.0, 0.0], 1.0), None);
+    }
+
+    /// Without its tables a measured air was another: a red sky was judged as a white one.
+    #[test]
+    fn a_picture_is_judged_by_the_light_of_its_own_air() {
+        for preset in [Preset::Standard, Preset::Earth] {
+            let mut scene = Scene::preset(preset).first_order();
+            scene.camera.size = Size { width: 16, height: 8 };
+            let plan = |pixel| Plan::new(&scene.validated().unwrap(), pixel);
+            let linear = plan(PixelFormat::LinearRgb);
+            let expected = Cpu.run(&linear, linear.kernel()).unwrap().words;
+            let found = colours(&plan(PixelFormat::Picture));
+            assert!(found.iter().any(|&value| value > 0.0));
+            assert_eq!(bytemuck::cast_slice::<f32, u32>(&found), expected, "{preset:?}");
+        }
     }
 }

@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use sorairo::LightFields;
 use sorairo::encoding::Image;
 use sorairo::scene::{Display, Rgb, ViewTransform};
-use sorairo::{Device, PixelFormat, Plan, Preset, Scene, Sky};
+use sorairo::{Device, LightFields, PixelFormat, Plan, Preset, Scene, Sky};
 use sorairo_shared::glam::DVec3;
 use sorairo_tests::program::{read_exr, read_png, succeed};
 use sorairo_tests::sky::sky_of;

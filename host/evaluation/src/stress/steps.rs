@@ -269,9 +269,9 @@ mod tests {
         assert_no_jump_of_asymmetry(scene, 0.8);
     }
 
-    /// Of more moments a resolution had fewer directions: light at 700 nm fell by a hundredth.
+    /// Of sixteen moments a resolution had fewer directions than of twelve: light at 700 nm fell by a hundredth.
     #[test]
-    fn no_twilight_in_haze_jumps_where_it_needs_one_moment_more() {
+    fn no_twilight_in_haze_jumps_where_it_needs_more_moments() {
         let mut scene = Scene::preset(Preset::Standard).in_closed_form();
         (scene.sun.elevation, scene.atmosphere.air.pressure) = (-9.72, 596.0);
         scene.atmosphere.ozone.column = 471.0;

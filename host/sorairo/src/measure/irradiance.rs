@@ -280,7 +280,7 @@ mod tests {
 
     /// What sums over the observer's nodes say of a sky.
     fn sums(sky: &Sky) -> Vec<f64> {
-        let light = SkyLight::new(sky.plan());
+        let light = sky.light();
         let rgb = [light.irradiance_rgb, light.ground_irradiance_rgb, light.sun_irradiance_rgb].concat();
         let surface = sky.illuminance(&[crate::Surface::default()]).unwrap()[0];
         let measured = [light.irradiance_w_m2, light.sun_irradiance_w_m2, light.illuminance_lux, surface.global];
@@ -319,13 +319,8 @@ mod tests {
     #[test]
     fn ground_that_reflects_where_the_sun_shines_is_as_bright_as_both_say() {
         let of = |spectrum: SunSpectrum, albedo: GroundAlbedo| {
-            let light = SkyLight::new(
-                sky(30.0, |scene| {
-                    (scene.sun.spectrum, scene.ground.albedo) = (spectrum.clone(), albedo.clone());
-                })
-                .plan(),
-            );
-            light.ground_irradiance_rgb[1]
+            let sky = sky(30.0, |scene| (scene.sun.spectrum, scene.ground.albedo) = (spectrum.clone(), albedo.clone()));
+            sky.light().ground_irradiance_rgb[1]
         };
         let (sun, white) = (SunSpectrum::File(lines(0, 5.0)), of(SunSpectrum::Flat, GroundAlbedo::Grey(0.9)));
         let [air, with, beside] = [
@@ -382,7 +377,7 @@ mod tests {
             assert!((ground_irradiance_w_m2 / expected - 1.0).abs() < 2e-3, "sun at {sun}");
             assert!((direct_irradiance_w_m2 / sky.light().sun_irradiance_w_m2 - sun.to_radians().sin()).abs() < 1e-3);
         }
-        assert_eq!(SkyLight::new(sky(40.0, |_| {}).plan()).ground_irradiance_w_m2, 0.0);
+        assert_eq!(sky(40.0, |_| {}).light().ground_irradiance_w_m2, 0.0);
     }
 
     #[test]
@@ -434,6 +429,6 @@ mod tests {
 
     #[test]
     fn a_night_throws_no_light() {
-        assert_eq!(SkyLight::new(sky(-30.0, |_| {}).plan()).illuminance_lux, 0.0);
+        assert_eq!(sky(-30.0, |_| {}).light().illuminance_lux, 0.0);
     }
 }

@@ -44,13 +44,13 @@ pub fn below_the_horizon(plan: &Plan, names: &str) -> Option<String> {
 /// What an image throws from below the level on a level surface that faces down, as linear RGB (W·m⁻²); by day and
 /// by night.
 fn light_from_below(plan: &Plan) -> Vec3 {
-    let sky = &plan.sky;
-    let uniform = Uniform { ground: plan.uniform.ground, ..sky.plan().integral().uniform };
-    let nodes = nodes_below(sky.plan());
-    let seen = |node: &Node| direction_seen(&uniform, node.direction(sky.plan()).as_vec3(), plan.variant);
+    let sky = plan.sky.plan();
+    let uniform = Uniform { ground: plan.uniform.ground, ..sky.integral().uniform };
+    let nodes = nodes_below(sky);
+    let seen = |node: &Node| direction_seen(&uniform, node.direction(sky).as_vec3(), plan.variant);
     let seen: Vec<(Vec3, Vec3, f32)> = nodes.iter().map(seen).collect();
     let (views, sources): (Vec<Vec3>, Vec<Vec3>) = seen.iter().map(|&(view, source, _)| (view, source)).unzip();
-    let lit = nodes.iter().zip(sky.plan().radiances_of(&views, &sources, &sky.plan().base.quadrature)).zip(&seen);
+    let lit = nodes.iter().zip(sky.radiances_of(&views, &sources, &sky.base.quadrature)).zip(&seen);
     lit.map(|((node, rgb), &(.., part))| with_ground(&uniform, rgb, part) * node.level() as f32).sum()
 }
 
@@ -125,15 +125,16 @@ fn orders(plan: &Plan) -> String {
 /// What the bounds of the light field do not hold for: air and haze so thick that neither orders nor moments come to an
 /// end.
 fn beyond_bounds(plan: &Plan) -> Option<String> {
-    let made = plan.sky.plan().integral().orders_made.first()?;
+    let integral = plan.sky.plan().integral();
+    let made = integral.orders_made.first()?;
     let mut beyond = Vec::new();
-    let depth = plan.sky.plan().integral().scattering_depth();
+    let depth = integral.scattering_depth();
     if depth > COMPARED_DEPTH {
         beyond.push(format!(
             "air and haze scatter with an optical depth of {depth:.1}; light fields were compared up to {COMPARED_DEPTH}"
         ));
     }
-    if plan.sky.plan().integral().orders == Orders::All && made.error > made.tolerance {
+    if integral.orders == Orders::All && made.error > made.tolerance {
         let (error, tolerance) = (100.0 * made.error, 100.0 * made.tolerance);
         beyond.push(format!("the series of orders may be off by {error:.1} %, more than {tolerance:.1} %"));
     }

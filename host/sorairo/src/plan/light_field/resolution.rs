@@ -117,15 +117,15 @@ const WHOLE_SHARE: f64 = 0.002;
 /// and an optical depth of 0.7 both are 2 % apart beside it.
 const WHOLE_PEAK: f64 = 0.025;
 
-/// Over which factor of the depth one resolution passes into the next: two are computed where a threshold lies in it,
-/// which is seldom.
-const MIXED_OVER: f64 = 1.25;
-
 /// Directions of thin air above the level, from there to the horizon and below it: by day, and where light crosses the
 /// altitudes at a slant. With two from the level to the horizon, a ray 45 km above the limb is off by 0.6 %, with four by
 /// 0.05.
 const DIRECTIONS: [u32; 3] = [7, 4, 8];
 const SLANTED_DIRECTIONS: [u32; 3] = [10, 5, 9];
+
+/// Over which factor of the depth one resolution passes into the next: two are computed where a threshold lies in it,
+/// which is seldom.
+const MIXED_OVER: f64 = 1.25;
 
 /// Halves of that: the shares of two resolutions end as near to nothing as single precision tells.
 const HALVINGS: u32 = 24;
@@ -169,7 +169,7 @@ impl Resolution {
             altitudes: if closer > 1 { 2 * ALTITUDES } else { ALTITUDES },
             for_air: for_air(depth, is_thick),
             thin_air: THIN_AIR,
-            directions: directions(degree, slanted, thick),
+            directions: directions(degree, slanted),
             first_azimuths: if slanted { 5 } else { 3 },
             azimuths,
             first_samples: closer * if slanted { 16 } else { 5 },
@@ -332,13 +332,11 @@ fn beyond_degree(setting: &Setting, depth: f64, degree: usize) -> f64 {
     let moment = setting.aerosol.get(degree).copied().map_or(0.0, f64::from);
     depth * moment * moment * (2 * degree + 1) as f64 / (4.0 * PI)
 }
-/// Directions for moments of a degree. In thick haze there are as many as for less, or twilight would jump by a
-/// hundredth where an asymmetry needs one moment more.
-fn directions(degree: usize, slanted: bool, thick: bool) -> [u32; 3] {
-    let of_few = if slanted { SLANTED_DIRECTIONS } else { DIRECTIONS };
-    if degree <= 12 {
-        return of_few;
-    }
-    let of_many = [degree as u32 * 2 / 3, degree as u32 / 4, degree as u32 / 2];
-    if thick { std::array::from_fn(|i| of_many[i].max(of_few[i])) } else { of_many }
+
+/// Directions for moments of a degree, never fewer than for less: where an asymmetry needs sixteen moments instead of
+/// twelve, deep twilight in thick haze would jump by a hundredth.
+fn directions(degree: usize, slanted: bool) -> [u32; 3] {
+    let fewest = if slanted { SLANTED_DIRECTIONS } else { DIRECTIONS };
+    let of_degree = [degree as u32 * 2 / 3, degree as u32 / 4, degree as u32 / 2];
+    if degree <= 12 { fewest } else { std::array::from_fn(|i| of_degree[i].max(fewest[i])) }
 }

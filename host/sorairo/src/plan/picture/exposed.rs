@@ -72,16 +72,17 @@ impl Plan {
     /// The largest of linear RGB in directions over the whole sphere, close to each other about the sun and above the
     /// horizon beneath it; and of the sun's disc before them, where it is shown.
     fn brightest(&self) -> f32 {
-        let uniform = &self.sky.plan().base.uniform;
-        let (sun, horizon) = (self.sky.plan().base.source.elevation, f64::from(uniform.horizon).to_degrees());
+        let plan = self.sky.plan();
+        let uniform = &plan.base.uniform;
+        let (sun, horizon) = (plan.base.source.elevation, f64::from(uniform.horizon).to_degrees());
         let elevations = [-75.0, -45.0, -15.0, 15.0, 45.0, 75.0].into_iter();
         let elevations = elevations.chain([0.1, 0.5, 2.0, 5.0].map(|above| horizon + above));
         let elevations = elevations.chain([-3.0, -0.3, 0.0, 0.3, 3.0].map(|off| (sun + off).clamp(-90.0, 90.0)));
-        let azimuths = [0.0, 3.0, 30.0, 90.0, 180.0].map(|off| self.sky.plan().base.source.azimuth + off);
+        let azimuths = [0.0, 3.0, 30.0, 90.0, 180.0].map(|off| plan.base.source.azimuth + off);
         let view = |elevation| azimuths.map(|azimuth| directions::direction(elevation, azimuth).as_vec3());
         let views: Vec<Vec3> = elevations.flat_map(view).collect();
         let largest = |colours: &[Vec3]| colours.iter().map(|rgb| rgb.max_element()).fold(0.0, max);
-        let sky = largest(&self.sky.plan().radiances(&views));
+        let sky = largest(&plan.radiances(&views));
         if self.variant & variant::SUN_DISC == 0 {
             return sky;
         }

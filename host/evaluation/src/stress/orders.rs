@@ -20,10 +20,13 @@ use sorairo::scene::{Fit, GroundAlbedo, Preset, Scene, SunSpectrum};
 const FEWEST_PATHS: u64 = 8192;
 
 /// Paths of the last: a case whose chance is larger than what it is judged by says little.
-const MOST_PATHS: u64 = 2_097_152;
+const MOST_PATHS: u64 = 8_388_608;
 
 /// Standard errors that a case may be off by: of a thousand normal ones three are.
 const STANDARD_ERRORS: f64 = 3.0;
+
+/// How many more paths are followed than an estimate asks for, whose standard error is itself uncertain by a tenth.
+const SPARE: f64 = 1.25;
 
 /// The oracle's standard error that decides a case, relative to what the case may be off: with three of them a case
 /// fails from 1.4 times that on at the latest.
@@ -130,7 +133,8 @@ fn reference(scene: &Scene, wavelength: f64, view: (f64, f64), enough: f64, seed
         if estimate.standard_error <= enough || number >= MOST_PATHS {
             return estimate;
         }
-        number = (number * 4).min(MOST_PATHS);
+        let wanted = SPARE * number as f64 * (estimate.standard_error / enough).powi(2);
+        number = (wanted as u64).max(2 * number).min(MOST_PATHS);
     }
 }
 
@@ -220,10 +224,11 @@ mod tests {
         let scenes = (0..100).map(|number| random_scene(&mut generator(1, number)));
         let mut scene = scenes.into_iter().find(is_lit).expect("one in four");
         scene.ground.albedo = GroundAlbedo::Grey(0.8);
-        let lit = reference(&scene, 450.0, (60.0, 100.0), 0.0, 1);
-        scene.ground.albedo = GroundAlbedo::Grey(0.0);
-        let black = Sky::new(&scene).unwrap();
-        let found = DenseSpectrum::new(black.plan(), &[450.0]).radiance(direction(60.0, 100.0).as_vec3())[0];
+        let mut black = scene.clone();
+        black.ground.albedo = GroundAlbedo::Grey(0.0);
+        let sky = Sky::new(&black).unwrap();
+        let found = DenseSpectrum::new(sky.plan(), &[450.0]).radiance(direction(60.0, 100.0).as_vec3())[0];
+        let lit = reference(&scene, 450.0, (60.0, 100.0), DECIDES * allowed(&scene) * found, 1);
         assert!(
             lit.mean - found - STANDARD_ERRORS * lit.standard_error > 5.0 * allowed(&scene) * found,
             "{lit:?}, {found}"

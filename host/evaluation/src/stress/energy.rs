@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use sorairo::Sky;
 use sorairo::scene::{AirSpectrum, Fit, GroundAlbedo, Preset, Scene, SunSpectrum};
 
-use super::outcome::{Outcome, generator};
+use super::outcome::{Outcome, Together, generator};
 
 /// The wavelength (nm).
 const WAVELENGTH: f64 = 550.0;
@@ -42,6 +42,7 @@ pub fn energy(seed: u64, cases: u64) -> Outcome {
         }),
         judged_apart: 0,
         apart: "",
+        together: Together::default(),
     }
 }
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use sorairo::Sky;
 use sorairo_oracle::{Estimate, Paths, radiance_of_all_orders};
 
-use super::outcome::{Outcome, generator};
+use super::outcome::{Outcome, Together, generator};
 use crate::judge;
 use sorairo::low_level::plan::direction;
 use sorairo::low_level::plan::light_field::OrdersMade;
@@ -64,24 +64,17 @@ pub struct Case {
 /// Compares random skies.
 pub fn orders(seed: u64, cases: u64) -> Outcome {
     let found: Vec<Case> = (0..cases).into_par_iter().map(|number| Case::random(seed, number)).collect();
-    let is_wrong = |case: &&Case| case.error.is_nan() || case.error > 1.0;
     let undecided = found.iter().filter(|case| !case.is_decided).count() as u64;
-    let is_too_vague = undecided > 1 && undecided as f64 > MOST_UNDECIDED * cases as f64;
-    let square = |of: &dyn Fn(&Case) -> f64| found.iter().map(|case| of(case).powi(2)).sum::<f64>();
-    let is_told_too_much = square(&|case| case.told) > MOST_TOLD.powi(2) * square(&|case| case.off);
-    let worst = found.iter().max_by(|a, b| a.error.total_cmp(&b.error));
+    let square = |of: fn(&Case) -> f64| found.iter().map(|case| of(case).powi(2)).sum::<f64>();
     Outcome {
-        subject: "light of all orders against the oracle's paths",
-        seed,
-        cases,
-        failures: found.iter().filter(is_wrong).count() as u64
-            + if is_too_vague { undecided } else { 0 }
-            + u64::from(is_told_too_much),
-        worst: worst.map_or(0.0, |case| case.error),
-        bound: 1.0,
-        worst_case: worst.map_or("none".into(), ToString::to_string),
         judged_apart: undecided,
         apart: "left undecided by an oracle that ran out of paths; more than 5 % of them are failures",
+        together: Together {
+            told_and_off: [square(|case| case.told), square(|case| case.off)],
+            most_told: MOST_TOLD,
+            most_apart: MOST_UNDECIDED,
+        },
+        ..Outcome::of_cases("light of all orders against the oracle's paths", seed, cases, &found, |case| case.error)
     }
 }
 

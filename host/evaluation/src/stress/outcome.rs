@@ -27,6 +27,33 @@ pub struct Outcome {
     pub judged_apart: u64,
     /// How those were judged.
     pub apart: &'static str,
+    /// What only all cases of a run together can fail.
+    #[serde(skip)]
+    pub(super) together: Together,
+}
+
+/// What cases are judged by together: no one case tells of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Together {
+    /// Sums of the squares of the errors that cases were told to have, and of those that they have.
+    pub told_and_off: [f64; 2],
+    /// How much larger the root of the first may be than that of the second.
+    pub most_told: f64,
+    /// The part of the cases that may be judged apart.
+    pub most_apart: f64,
+}
+
+impl Default for Together {
+    fn default() -> Self {
+        Self { told_and_off: [0.0; 2], most_told: f64::INFINITY, most_apart: 1.0 }
+    }
+}
+
+impl Together {
+    fn and(self, later: Self) -> Self {
+        let [told, off] = std::array::from_fn(|i| self.told_and_off[i] + later.told_and_off[i]);
+        Self { told_and_off: [told, off], ..self }
+    }
 }
 
 impl Outcome {
@@ -49,7 +76,18 @@ impl Outcome {
             worst_case: worst.map_or("none".into(), ToString::to_string),
             judged_apart: 0,
             apart: "",
+            together: Together::default(),
         }
+    }
+
+    /// With the failures of all cases together: each that was judged apart if they are too many, and one if more was
+    /// told than they are off.
+    pub(super) fn settled(self) -> Self {
+        let Together { told_and_off: [told, off], most_told, most_apart } = self.together;
+        let is_vague = self.judged_apart > 1 && self.judged_apart as f64 > most_apart * self.cases as f64;
+        let is_told_too_much = told > most_told.powi(2) * off;
+        let failures = self.failures + if is_vague { self.judged_apart } else { 0 } + u64::from(is_told_too_much);
+        Self { failures, ..self }
     }
 
     /// This outcome and a later one of the same sweep as one, with the seed of the first.
@@ -57,8 +95,9 @@ impl Outcome {
         let Self { subject, seed, bound, apart, .. } = self;
         let (cases, failures) = (self.cases + later.cases, self.failures + later.failures);
         let judged_apart = self.judged_apart + later.judged_apart;
+        let together = self.together.and(later.together);
         let Self { worst, worst_case, .. } = if later.worst > self.worst { later } else { self };
-        Self { subject, seed, cases, failures, worst, bound, worst_case, judged_apart, apart }
+        Self { subject, seed, cases, failures, worst, bound, worst_case, judged_apart, apart, together }
     }
 }
 
@@ -67,4 +106,23 @@ pub(super) fn generator(seed: u64, number: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(number);
     rng
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_case_tells_alone_is_judged_of_all_cases() {
+        let turn = |told_and_off, judged_apart| Outcome {
+            judged_apart,
+            together: Together { told_and_off, most_told: 10.0, most_apart: 0.1 },
+            ..Outcome::of_cases::<String>("sky", 1, 10, &[], |_| 0.0)
+        };
+        // One turn alone was right by chance.
+        let (lucky, other) = (turn([1.0, 0.001], 2), turn([1.0, 0.1], 0));
+        assert_eq!((lucky.clone().settled().failures, other.clone().settled().failures), (3, 0));
+        assert_eq!(lucky.clone().and(other).settled().failures, 0);
+        assert_eq!(lucky.and(turn([1.0, 0.001], 3)).settled().failures, 6);
+    }
 }

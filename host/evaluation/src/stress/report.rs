@@ -124,6 +124,7 @@ pub fn stress(
             break;
         }
     }
+    let outcomes = outcomes.into_iter().map(Outcome::settled).collect();
     stage("drawing");
     figures::solve(folder, seed)?;
     let cells = integral::error_map();

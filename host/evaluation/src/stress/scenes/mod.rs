@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use crate::stress::outcome::{Outcome, generator};
+use crate::stress::outcome::{Outcome, Together, generator};
 use sorairo::low_level::device::Backend;
 use sorairo::low_level::device::cpu::Cpu;
 use sorairo::{Device, DeviceKind};
@@ -78,6 +78,7 @@ fn sweep(subject: &'static str, seed: u64, cases: u64, case: impl Fn(u64) -> (u6
         worst_case: worst.map_or("none".into(), |(_, number, words)| format!("case {number}: {words}")),
         judged_apart: 0,
         apart: "",
+        together: Together::default(),
     }
 }
 

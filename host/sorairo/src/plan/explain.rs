@@ -9,6 +9,7 @@ use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::{self, PixelFormat};
 
 use crate::plan::hemisphere::{Node, nodes_below};
+use crate::plan::integral::percent;
 use crate::plan::light_field::{COMPARED_DEPTH, NEGLIGIBLE, OrdersMade};
 use crate::plan::picture::image::Plan;
 use crate::plan::spectral::{SpectralPlan, SpectrumFit, Validation};
@@ -135,8 +136,8 @@ fn beyond_bounds(plan: &Plan) -> Option<String> {
         ));
     }
     if integral.orders == Orders::All && made.error > made.tolerance {
-        let (error, tolerance) = (100.0 * made.error, 100.0 * made.tolerance);
-        beyond.push(format!("the series of orders may be off by {error:.1} %, more than {tolerance:.1} %"));
+        let [error, tolerance] = [made.error, made.tolerance].map(percent);
+        beyond.push(format!("the series of orders may be off by {error}; the tolerance is {tolerance}"));
     }
     if made.beyond_degree > NEGLIGIBLE {
         let left = 100.0 * made.beyond_degree;

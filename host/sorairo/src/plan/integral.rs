@@ -312,10 +312,15 @@ pub fn needed(scene: &Scene, optics: &Optics) -> u32 {
 fn warn_of_error(orders: &[OrdersMade], depth: f64) {
     let error = orders.iter().map(|made| made.error).fold(0.0, f64::max);
     if error > TOLD_UNASKED || depth > COMPARED_DEPTH {
-        let told = 100.0 * orders.iter().map(OrdersMade::told).fold(0.0, f64::max);
+        let told = percent(orders.iter().map(OrdersMade::told).fold(0.0, f64::max));
         log::warn!(
-            "air and haze scatter with an optical depth of {depth:.3}: light of all orders may be off by {told:.1} %; it was compared with published \
+            "air and haze scatter with an optical depth of {depth:.3}: light of all orders may be off by {told}; it was compared with published \
              layers up to {COMPARED_DEPTH}"
         );
     }
+}
+
+/// A part of light in per cent: of more than all of it, that alone.
+pub(crate) fn percent(part: f64) -> String {
+    if part > 1.0 { "more than 100 %".into() } else { format!("{:.1} %", 100.0 * part) }
 }

@@ -12,15 +12,13 @@
 
 use serde::Serialize;
 use sorairo_shared::glam::Vec3;
-use sorairo_shared::medium::atmosphere::ColumnDensities;
 
 use crate::error::{Error, Result, check_wavelengths};
 use crate::input::shown;
 use crate::measure::direction::Direction;
 use crate::measure::spectrum::integral_at;
-use crate::medium::gases::{Absorption, SkyGases};
 use crate::plan::integral::RayIntegral;
-use crate::plan::strengths::{FIRST_LINE, Strengths, through_strengths, without_lines};
+use crate::plan::strengths::{Strengths, through_strengths};
 use crate::plan::{Sky, SkyPlan, optics_of};
 use crate::spectra::observer;
 use crate::spectra::optics::Optics;
@@ -34,8 +32,7 @@ const ON_THE_GROUND: f64 = 1e-3;
 pub struct BetweenSample {
     /// Wavelength (nm).
     pub wavelength_nm: f64,
-    /// Transmittance: the fraction of light from the far point that arrives, 1 over no distance. Where lines of gases
-    /// absorb, it is that of sunlight as it falls on the far point, after the lines above.
+    /// Transmittance: the fraction of light from the far point that arrives, 1 over no distance.
     pub transmittance: f64,
     /// In-scattered radiance of all orders (W·m⁻²·sr⁻¹·nm⁻¹; sr⁻¹ with the flat sun).
     pub radiance: f64,
@@ -43,35 +40,11 @@ pub struct BetweenSample {
 
 /// The air between an observer and other points, at given wavelengths. Data common to all points is prepared once.
 pub struct AirBetween {
-    /// For transmittance.
     integral: RayIntegral,
     irradiance: Vec<f64>,
     /// Where light goes through the lines of gases, the integral without them and at strengths.
     lines: Option<(RayIntegral, Strengths)>,
-    /// What lines let through, where the integral for transmittance has none.
-    through_lines: Option<ThroughLines>,
     is_night: bool,
-}
-
-/// Transmittance of the lines of gases. A bin of wavelengths has no one coefficient: light that crossed the same gases
-/// before loses less to them.
-struct ThroughLines {
-    absorptions: Vec<Option<Absorption>>,
-    gases: SkyGases,
-}
-
-impl ThroughLines {
-    fn new(gases: &SkyGases, wavelengths: &[f64]) -> Self {
-        let absorption = |&nm: &f64| (nm >= FIRST_LINE).then(|| gases.absorption(nm));
-        Self { absorptions: wavelengths.iter().map(absorption).collect(), gases: gases.clone() }
-    }
-
-    /// Transmittance at each wavelength of light that crossed other air before.
-    fn transmittance(&self, before: ColumnDensities, along: ColumnDensities) -> impl Iterator<Item = f64> {
-        let [before, both] = [before, before + along].map(|c| self.gases.amounts(c.pairs.into(), c.water.into()));
-        let of = move |at: &Absorption| at.transmittance(&both) / at.transmittance(&before);
-        self.absorptions.iter().map(move |at| at.as_ref().map_or(1.0, of))
-    }
 }
 
 impl Sky {
@@ -88,37 +61,22 @@ impl Sky {
 impl AirBetween {
     fn new(sky: &SkyPlan, wavelengths: &[f64]) -> Result<Self> {
         check_wavelengths(sky.scene.known_wavelengths(), wavelengths)?;
-        let optics = optics_of(&sky.scene);
-        let air = Self::at(sky, &optics, wavelengths, Strengths::new(&sky.scene, &optics, wavelengths));
-        let through_lines = optics.gases.as_ref().map(|gases| ThroughLines::new(gases, wavelengths));
-        let integral = RayIntegral { bands: without_lines(&optics, wavelengths), ..air.integral };
-        Ok(Self { integral, through_lines, ..air })
+        Ok(Self::as_read(sky, &optics_of(&sky.scene), wavelengths))
     }
 
-    /// The same at the observer nodes, in means over their steps. Transmittance of colours has one coefficient for the
-    /// lines of a node, as have volumes.
+    /// The same at the observer nodes, in means over their steps, with light through the lines of gases.
     pub(crate) fn over_steps(sky: &SkyPlan) -> Self {
         let (optics, nodes) = (&sky.base.optics, observer::wavelengths());
-        Self::at(sky, optics, &nodes, Strengths::of_colours(optics, &nodes))
+        let air = Self::as_read(sky, optics, &nodes);
+        let lines = Strengths::of_colours(optics, &nodes)
+            .map(|strengths| (through_strengths(&air.integral, optics, &strengths.behind(&nodes)), strengths));
+        Self { lines, ..air }
     }
 
-    fn at(sky: &SkyPlan, optics: &Optics, wavelengths: &[f64], strengths: Option<Strengths>) -> Self {
+    fn as_read(sky: &SkyPlan, optics: &Optics, wavelengths: &[f64]) -> Self {
         let integral = integral_at(sky, optics, wavelengths);
-        let irradiance = wavelengths.iter().map(|&wavelength| optics.solar_irradiance(wavelength)).collect();
-        let lines = strengths
-            .map(|strengths| (through_strengths(&integral, optics, &strengths.behind(wavelengths)), strengths));
-        Self { integral, irradiance, lines, through_lines: None, is_night: sky.is_night }
-    }
-
-    /// Transmittance at each wavelength up to a distance (km).
-    fn transmittance_until(&self, view: Vec3, distance: f64) -> Vec<f64> {
-        let mut transmittance = self.integral.transmittance_until(view, distance);
-        if let Some(lines) = &self.through_lines {
-            let before = self.integral.sunlight_columns_at(view, distance);
-            let left = lines.transmittance(before, self.integral.columns_until(view, distance));
-            transmittance.iter_mut().zip(left).for_each(|(transmittance, left)| *transmittance *= left);
-        }
-        transmittance
+        let irradiance = wavelengths.iter().map(|&wavelength| integral.optics.solar_irradiance(wavelength)).collect();
+        Self { integral, irradiance, lines: None, is_night: sky.is_night }
     }
 
     /// Transfer (sr⁻¹) at each wavelength up to a distance (km).
@@ -163,53 +121,12 @@ impl AirBetween {
             return Err(Error::not_allowed("distance", complaint));
         }
         let distance = distance.min(ground);
-        let transmittance = self.transmittance_until(view, distance);
+        let transmittance = self.integral.transmittance_until(view, distance);
         let transfer = self.transfer_until(view, distance);
         let light = transmittance.into_iter().zip(transfer).zip(&self.irradiance);
         let sample = |(((transmittance, transfer), irradiance), &wavelength_nm): (((f64, f64), &f64), &f64)| {
             BetweenSample { wavelength_nm, transmittance, radiance: (transfer * irradiance).max(0.0) }
         };
         Ok(light.zip(&self.integral.wavelengths).map(sample).collect())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::medium::gases::Gases;
-    use crate::scene::{Preset, Scene};
-
-    /// What lies along a path as the profile itself has it: two columns stand for four classes of amounts.
-    #[test]
-    fn lines_absorb_by_what_lies_along_the_path() {
-        let mut scene = Scene::preset(Preset::Standard);
-        let profile = Gases::of(scene.atmosphere.profile.measured().unwrap());
-        let wavelengths: Vec<f64> = (0..40).map(|i| 590.5 + 5.0 * f64::from(i)).collect();
-        let paths = [(0.0, 0.0, 3.0), (0.0, 0.0, 30.0), (0.0, 5.0, 100.0), (3.0, -1.0, 100.0), (10.0, 0.5, 200.0)];
-        for (altitude, elevation, distance) in paths {
-            scene.observer.altitude = altitude;
-            let air = Sky::new(&scene).unwrap().between(&wavelengths).unwrap();
-            let lines = air.through_lines.as_ref().unwrap();
-            let view = Direction { elevation, azimuth: 90.0 }.vector().unwrap();
-            let found = lines.transmittance(ColumnDensities::ZERO, air.integral.columns_until(view, distance));
-            let eye = f64::from(air.integral.uniform.atmosphere.ground_radius) + altitude;
-            let height = |s: f64| (eye * eye + s * s + 2.0 * eye * s * f64::from(view.z)).sqrt() - eye + altitude;
-            let mut amounts = lines.gases.amounts(0.0, 0.0);
-            const STEPS: u32 = 1000;
-            for i in 0..STEPS {
-                let here = profile.at(height(distance * (f64::from(i) + 0.5) / f64::from(STEPS)));
-                let step = distance / f64::from(STEPS);
-                // Nitrogen dioxide, the last, is no line.
-                amounts.iter_mut().zip(here).take(4).for_each(|(amount, here)| *amount += here * step);
-            }
-            let mut least = 1.0f64;
-            for ((nm, absorption), found) in wavelengths.iter().zip(&lines.absorptions).zip(found) {
-                let truth = absorption.as_ref().unwrap().transmittance(&amounts);
-                // What the band model itself is known to; largest from 10 km, 8e-3 from the ground.
-                assert!((found - truth).abs() < 0.015, "{nm} nm, {altitude} km, {distance} km: {found}, not {truth}");
-                least = least.min(truth);
-            }
-            assert!(least < 0.7, "{altitude} km, {elevation}°, {distance} km: {least}");
-        }
     }
 }

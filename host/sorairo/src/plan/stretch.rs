@@ -4,7 +4,6 @@
 use sorairo_shared::glam::{DVec2, DVec3, Vec3};
 use sorairo_shared::light_field::first_order::single_scattering_until;
 use sorairo_shared::medium::atmosphere::ColumnDensities;
-use sorairo_shared::medium::tables::SunlightEntry;
 use sorairo_shared::path::ground::ground_seen;
 use sorairo_shared::path::pieces::column_densities_until;
 use sorairo_shared::variant;
@@ -41,21 +40,6 @@ impl RayIntegral {
         let distance = if distance.is_finite() { distance } else { self.ground_distance(view).unwrap_or(distance) };
         let ray = (self.ray(view), distance as f32);
         column_densities_until(self.medium(), &self.placed_for(), ray, self.variant | variant::DESCENT)
-    }
-
-    /// Column densities between the sun and the point at a distance (km), in measured air; to the horizon of a point from
-    /// which the sun has set, none above the atmosphere.
-    pub fn sunlight_columns_at(&self, view: Vec3, distance: f64) -> ColumnDensities {
-        let atmosphere = &self.uniform.atmosphere;
-        let radius = f64::from(atmosphere.ground_radius);
-        let point = DVec3::Z * (radius + f64::from(self.uniform.altitude)) + view.as_dvec3() * distance;
-        let altitude = point.length() - radius;
-        // Infinitely far, too.
-        if altitude.is_nan() || altitude >= f64::from(atmosphere.depth) {
-            return ColumnDensities::ZERO;
-        }
-        let cosine = point.normalize().dot(self.source.direction()).max(0.0);
-        SunlightEntry::at(self.medium(), altitude.max(0.0) as f32, cosine as f32).sunlight().along
     }
 
     /// Transfer (sr⁻¹) at each band of light of all orders that the air up to a distance (km) scatters towards the

@@ -47,3 +47,8 @@ pub fn without_mark(text: &str) -> &str {
 pub fn shown(number: f64) -> String {
     if number == 0.0 || (1e-9..1e12).contains(&number.abs()) { number.to_string() } else { format!("{number:e}") }
 }
+
+/// A part of light in per cent: of more than all of it, that alone.
+pub(crate) fn percent(part: f64) -> String {
+    if part > 1.0 { "more than 100 %".into() } else { format!("{:.1} %", 100.0 * part) }
+}

@@ -223,17 +223,6 @@ impl SkyGases {
         self.vertical
     }
 
-    /// Amounts along a path, class by class, by what lies along it as pairs of oxygen and as water vapour do, relative to
-    /// the zenith. Nitrogen dioxide lies as ozone does, and is none here.
-    pub fn amounts(&self, pairs: f64, water: f64) -> [f64; CLASSES] {
-        let parts = |class: usize| match class {
-            WET | SELF => water,
-            DRY | OXYGEN_SQUARED => pairs,
-            _ => 0.0,
-        };
-        std::array::from_fn(|class| parts(class) * self.vertical[class])
-    }
-
     /// Temperature of nitrogen dioxide (K).
     pub fn temperature(&self) -> f64 {
         self.temperature
@@ -260,13 +249,15 @@ impl SkyGases {
 
     fn computed(&self, wavelength: f64) -> Depths {
         let absorption = self.absorption(wavelength);
-        let depth = |amounts| -absorption.transmittance(&amounts).ln() / AIR_MASSES;
-        let mut nitrogen_dioxide = [0.0; CLASSES];
-        nitrogen_dioxide[NITROGEN_DIOXIDE] = AIR_MASSES * self.vertical[NITROGEN_DIOXIDE];
+        let depth = |of: &[usize]| {
+            let amounts =
+                std::array::from_fn(|class| if of.contains(&class) { AIR_MASSES * self.vertical[class] } else { 0.0 });
+            -absorption.transmittance(&amounts).ln() / AIR_MASSES
+        };
         Depths {
-            pairs: depth(self.amounts(AIR_MASSES, 0.0)),
-            water: depth(self.amounts(0.0, AIR_MASSES)),
-            nitrogen_dioxide: depth(nitrogen_dioxide),
+            pairs: depth(&[DRY, OXYGEN_SQUARED]),
+            water: depth(&[WET, SELF]),
+            nitrogen_dioxide: depth(&[NITROGEN_DIOXIDE]),
         }
     }
 }

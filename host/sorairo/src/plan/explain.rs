@@ -8,8 +8,8 @@ use sorairo_shared::picture::run::RUN;
 use sorairo_shared::uniform::Uniform;
 use sorairo_shared::variant::{self, PixelFormat};
 
+use crate::input::percent;
 use crate::plan::hemisphere::{Node, nodes_below};
-use crate::plan::integral::percent;
 use crate::plan::light_field::{COMPARED_DEPTH, NEGLIGIBLE, OrdersMade};
 use crate::plan::picture::image::Plan;
 use crate::plan::spectral::{SpectralPlan, SpectrumFit, Validation};

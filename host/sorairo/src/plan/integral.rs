@@ -15,6 +15,7 @@ use sorairo_shared::sky::{
 use sorairo_shared::uniform::{Buffers, Uniform};
 use sorairo_shared::variant;
 
+use crate::input::percent;
 use crate::medium::aerosol::abscissa;
 use crate::medium::tables::Tables;
 use crate::plan::light_field::{COMPARED_DEPTH, LightFields, MultipleLight, OrdersMade, Resolution, Setting};
@@ -318,9 +319,4 @@ fn warn_of_error(orders: &[OrdersMade], depth: f64) {
              layers up to {COMPARED_DEPTH}"
         );
     }
-}
-
-/// A part of light in per cent: of more than all of it, that alone.
-pub(crate) fn percent(part: f64) -> String {
-    if part > 1.0 { "more than 100 %".into() } else { format!("{:.1} %", 100.0 * part) }
 }

@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, SVector};
 use sorairo_shared::glam::Vec4;
 use sorairo_shared::medium::bands::Bands;
 
-use crate::medium::gases::{SkyGases, parts_above};
+use crate::medium::gases::{CLASSES, DRY, OXYGEN_SQUARED, SELF, SkyGases, WET, parts_above};
 use crate::plan::integral::RayIntegral;
 use crate::scene::Scene;
 use crate::spectra::optics::Optics;
@@ -171,8 +171,14 @@ pub(crate) fn place(nodes: &[f64], nm: f64) -> (usize, f64) {
 /// The weights of the strengths of water and of dry air in the bin of a wavelength.
 pub(crate) fn weights(gases: &SkyGases, [pairs, water]: [f64; 2], nm: f64) -> [[f64; STRENGTHS.len()]; 2] {
     let absorption = gases.absorption(nm);
-    let of = |[pairs, water]: [f64; 2]| fitted(|u| absorption.transmittance(&gases.amounts(u * pairs, u * water)));
-    [of([0.0, water]), of([pairs, 0.0])]
+    let vertical = gases.vertical();
+    let of = |classes: [usize; 2], part: f64| {
+        let amounts = |u: f64| -> [f64; CLASSES] {
+            std::array::from_fn(|class| if classes.contains(&class) { u * part * vertical[class] } else { 0.0 })
+        };
+        fitted(|u| absorption.transmittance(&amounts(u)))
+    };
+    [of([WET, SELF], water), of([DRY, OXYGEN_SQUARED], pairs)]
 }
 
 /// Amounts of a gas for which weights are fitted, in columns above the observer: from the zenith's to more than three

@@ -220,7 +220,7 @@ const BOTH: [&str; 7] = ["render", "--device", "cpu", "-o", "sky.png", "-o", "sk
 /// nothing, and is repeated.
 #[test]
 fn a_process_killed_at_any_moment_leaves_whole_files() {
-    const KILLS: u32 = 60;
+    const KILLS: u32 = 32;
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     // Some 13 MB, which are written in pieces of 256 KiB.

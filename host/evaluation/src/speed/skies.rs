@@ -101,11 +101,11 @@ pub(super) fn orders(device: &Device, extent: Extent) -> Result<Vec<OrdersRow>> 
 }
 
 /// A picture, which in perspective looks a little below the level, from altitudes and under suns; all take turns.
-/// A quick bench takes every fourth of them, and a smaller picture.
+/// A quick bench takes every eighth of them, and a smaller picture.
 pub(super) fn places_of(device: &Device, projection: Projection, extent: Extent) -> Result<Vec<PlaceRow>> {
     let over_altitude = [30.0, 0.0].into_iter().flat_map(|sun| ALTITUDES.map(|altitude| (altitude, sun)));
     let over_sun = [0.0, 0.0017].into_iter().flat_map(|altitude| SUNS_OF_PLACES.map(|sun| (altitude, sun)));
-    let places: Vec<(f64, f64)> = over_altitude.chain(over_sun).step_by(if extent.quick { 4 } else { 1 }).collect();
+    let places: Vec<(f64, f64)> = over_altitude.chain(over_sun).step_by(if extent.quick { 8 } else { 1 }).collect();
     let (width, height) = if projection == Projection::Perspective { (960, 540) } else { (1024, 512) };
     let size = if extent.quick { Size { width: width / 4, height: height / 4 } } else { Size { width, height } };
     let planned = |&(altitude, sun): &(f64, f64)| {

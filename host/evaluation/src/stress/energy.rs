@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use sorairo::Sky;
 use sorairo::scene::{AirSpectrum, Fit, GroundAlbedo, Preset, Scene, SunSpectrum};
 
-use super::outcome::{Outcome, Together, generator};
+use super::outcome::{Outcome, generator};
 
 /// The wavelength (nm).
 const WAVELENGTH: f64 = 550.0;
@@ -40,9 +40,7 @@ pub fn energy(seed: u64, cases: u64) -> Outcome {
                 scene.sun.elevation, scene.observer.altitude, aerosol.optical_depth, aerosol.asymmetry
             )
         }),
-        judged_apart: 0,
-        apart: "",
-        together: Together::default(),
+        ..Outcome::default()
     }
 }
 

@@ -13,7 +13,7 @@ use serde::Serialize;
 use sorairo_oracle::{Coefficients, Medium, Ray, scattered_radiance_bands_within};
 use sorairo_shared::glam::{DVec3, Vec3};
 
-use super::outcome::{Outcome, Together, generator};
+use super::outcome::{Outcome, generator};
 use super::scenes::{bounds, thin_the_top};
 use crate::judge;
 use sorairo::low_level::plan::direction;
@@ -73,7 +73,7 @@ pub fn integral(seed: u64, cases: u64) -> Outcome {
         worst_case: worst.map_or("none".into(), |case| case.to_string()),
         judged_apart: excused,
         apart: "judged by directions that single precision cannot tell from their own",
-        together: Together::default(),
+        ..Outcome::default()
     }
 }
 

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 /// What a sweep found.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Outcome {
     /// What was tried.
     pub subject: &'static str,
@@ -74,9 +74,7 @@ impl Outcome {
             worst: worst.map_or(0.0, error),
             bound: 1.0,
             worst_case: worst.map_or("none".into(), ToString::to_string),
-            judged_apart: 0,
-            apart: "",
-            together: Together::default(),
+            ..Self::default()
         }
     }
 

@@ -9,7 +9,7 @@ use serde::Serialize;
 use sorairo_shared::fit::spectrum::{newton_coefficients, newton_value};
 use sorairo_shared::glam::Vec4;
 
-use super::outcome::{Outcome, Together, generator};
+use super::outcome::{Outcome, generator};
 use sorairo::low_level::spectra::measured::MEASURED_RANGE;
 use sorairo::low_level::spectra::observer::normalised;
 use sorairo::scene::rules::CLOSEST_BANDS;
@@ -297,9 +297,7 @@ pub fn solve(seed: u64, cases: u64) -> Outcome {
         worst,
         bound: BOUND,
         worst_case: format!("case {number}: bands {bands:?} nm, values {values:?}"),
-        judged_apart: 0,
-        apart: "",
-        together: Together::default(),
+        ..Outcome::default()
     }
 }
 

@@ -270,7 +270,7 @@ mod tests {
     }
 
     /// Where the number of directions between the level and the horizon followed that of moments, light at 700 nm jumped
-    /// by a hundredth.
+    /// by up to a hundredth of a ray.
     #[test]
     fn no_twilight_in_haze_jumps_where_it_needs_more_moments() {
         let mut scene = Scene::preset(Preset::Standard).in_closed_form();

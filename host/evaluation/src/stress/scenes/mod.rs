@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use crate::stress::outcome::{Outcome, Together, generator};
+use crate::stress::outcome::{Outcome, generator};
 use sorairo::low_level::device::Backend;
 use sorairo::low_level::device::cpu::Cpu;
 use sorairo::{Device, DeviceKind};
@@ -76,9 +76,7 @@ fn sweep(subject: &'static str, seed: u64, cases: u64, case: impl Fn(u64) -> (u6
         worst: worst.map_or(0.0, |(count, ..)| *count as f64),
         bound: 0.0,
         worst_case: worst.map_or("none".into(), |(_, number, words)| format!("case {number}: {words}")),
-        judged_apart: 0,
-        apart: "",
-        together: Together::default(),
+        ..Outcome::default()
     }
 }
 

@@ -119,13 +119,13 @@ const WHOLE_PEAK: f64 = 0.025;
 
 /// Directions of thin air above the level, from there to the horizon and below it: by day, and where light crosses the
 /// altitudes at a slant. With two from the level to the horizon, a ray 45 km above the limb is off by 0.6 %, with four by
-/// 0.05. In thick haze and deep twilight five are off by 0.5 % and six by 0.08, whatever there is above and below; so
-/// their number does not follow the degree, or skies would jump by as much.
+/// 0.05. In haze of an optical depth of 1.4 to 3 and deep twilight five are off by 0.5 to 1.7 % and six by 0.07 to 0.17,
+/// whatever there is above and below; so their number does not follow the degree, or skies would jump by as much.
 const DIRECTIONS: [u32; 3] = [7, 4, 8];
 const SLANTED_DIRECTIONS: [u32; 3] = [10, 5, 9];
 const DIRECTIONS_IN_THICK_HAZE: [u32; 3] = [10, 6, 9];
 
-/// The degree above which more directions change nothing: light by those of 28 is off by as much.
+/// The degree above which more directions gain nothing: by those of 24 and of 28 light is off by 0.2 % at most.
 const HIGHEST_FOR_DIRECTIONS: u32 = 24;
 
 /// Over which factor of the depth one resolution passes into the next: two are computed where a threshold lies in it,
